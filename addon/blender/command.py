@@ -1,0 +1,288 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render a .blend file from the command line, with PyPI's bpy or inside an installed Blender.
+
+python -m addon.blender.command scene.blend -o scene.png
+blender -b --python addon/blender/command.py -- scene.blend -o scene.png
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+from types import FrameType
+from typing import Any, get_args
+
+if not __package__:  # run by its path, as `blender --python` does
+    # The modules beside this file are not meant to be found by their bare names.
+    _here = Path(__file__).resolve().parent
+    sys.path[:] = [str(_here.parents[1]), *(path for path in sys.path if Path(path) != _here)]
+    __package__ = "addon.blender"
+
+import bpy
+
+from .. import register, unregister
+from ..photon.console import ProgressLine
+from ..photon.errors import PhotonStreamError, RenderError, SceneError, SettingsError
+from ..photon.settings import Estimator, Layer
+from .engine import PhotonStreamEngine
+from .session import SESSION
+
+CANCELLED = 130  # what a shell expects of a program that Ctrl-C ended
+# The first bytes of a .blend: plain, or compressed by zstd (since 3.0) or gzip (before).
+BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
+MULTILAYER = "OPEN_EXR_MULTILAYER"
+
+
+class Cancelled(Exception):
+    """The user pressed Ctrl-C."""
+
+
+def parse(argv: Sequence[str]) -> argparse.Namespace:
+    """Return the options, with `output` filled in."""
+    parser = argparse.ArgumentParser(
+        prog="render", description="Render a .blend file with Photon Stream."
+    )
+    add = parser.add_argument
+    add("blend", type=Path, metavar="BLEND", help="the .blend file")
+    add(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help=".png, .exr (32-bit float multilayer with every pass) or .npz (the exported scene, "
+        "not rendered); default: BLEND's name with .png, in the current folder",
+    )
+    add("--frame", type=int, help="frame to render; default: the file's current one")
+    add("--width", type=int, help="pixels; the height follows unless given")
+    add("--height", type=int, help="pixels; the width follows unless given")
+    add("--seed", type=int)
+    add("--passes", type=int)
+    add("--photons", type=int, help="photons a pass")
+    add("--radius", type=float, help="first radius in metres; 0: automatic")
+    add("--estimator", choices=get_args(Estimator))
+    add("--layer", choices=get_args(Layer))
+    add("--report", type=Path, metavar="FILE", help="write what was approximated as JSON")
+    add("--engine", default=PhotonStreamEngine.bl_idname, help="default: %(default)s")
+    options = parser.parse_args(argv)
+    if options.output is None:
+        options.output = Path(options.blend.with_suffix(".png").name)
+    return options
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Render; return the exit code: 0, 1 after an error, 130 after Ctrl-C."""
+    if argv is None:  # Blender keeps what comes before the two dashes for itself
+        own = sys.argv.index("--") if "--" in sys.argv else 0
+        argv = sys.argv[own + 1 :]
+    options = parse(argv)
+    temporary: Path | None = None
+    before = signal.signal(signal.SIGINT, _interrupt)
+    try:
+        output, temporary = writable(options.output)
+        if options.report:
+            options.report, _ = writable(options.report, (".json",))
+        print(f"Wrote {output}\n{render(options, output, temporary)}", flush=True)
+    except (Cancelled, KeyboardInterrupt):
+        print("Cancelled", file=sys.stderr)
+        return CANCELLED
+    except (PhotonStreamError, OSError) as error:
+        print(f"Error: {error}", file=sys.stderr)
+        return 1
+    except Exception:  # a bug; Blender itself would print it and exit with 0
+        traceback.print_exc()
+        return 1
+    finally:
+        SESSION.cancel.clear()
+        # Python does not know Blender's own handler and gives None for it.
+        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+    return 0
+
+
+def render(options: argparse.Namespace, output: Path, temporary: Path) -> str:
+    """Open, render, save as `temporary`, rename to `output`; return the seconds of each phase."""
+    start = time.perf_counter()
+    replace_registered()
+    try:
+        open_blend(options.blend)
+        scene = bpy.context.scene
+        apply(options, scene)
+        opened = time.perf_counter()
+        if output.suffix.lower() == ".npz":
+            SESSION.snapshot_path = temporary
+        bar = ProgressLine() if sys.stderr.isatty() else None
+        SESSION.listener = bar.show if bar else None
+        try:
+            run_render()
+        finally:
+            SESSION.listener, SESSION.snapshot_path = None, None
+            if bar:
+                bar.clear()
+        rendered = time.perf_counter()
+        if output.suffix.lower() != ".npz":
+            save(scene, temporary)
+        os.replace(temporary, output)
+        seconds = {"Opening": opened - start, **SESSION.seconds}
+        seconds["Other"] = max(0.0, rendered - start - sum(seconds.values()))
+        seconds["Saving"] = time.perf_counter() - rendered
+        within = SESSION.info.get("seconds", {})  # the renderer's own account
+        return _times(seconds) + (f"\n  of which {_times(within)}" if within else "")
+    finally:
+        unregister()
+
+
+def writable(path: Path, kinds: Sequence[str] = (".png", ".exr", ".npz")) -> tuple[Path, Path]:
+    """Return `path` in full and a name beside it for the unfinished file; raise if unwritable."""
+    path = path.absolute()
+    if path.suffix.lower() not in kinds:
+        raise SettingsError(f"{path}: the name must end in {' or '.join(kinds)}")
+    if path.is_dir() or (path.exists() and not os.access(path, os.W_OK)):
+        raise SettingsError(f"{path}: cannot be written")
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        with open(temporary, "xb"):
+            pass
+        temporary.unlink()
+    except OSError as error:
+        raise SettingsError(f"{path}: cannot be written: {error.strerror}") from error
+    return path, temporary
+
+
+def replace_registered() -> None:
+    """Register this copy of the add-on, in place of one that Blender may have loaded."""
+    other = bpy.types.RenderEngine.bl_rna_get_subclass_py(PhotonStreamEngine.bl_idname)
+    if other is not None:
+        sys.modules[other.__module__.rpartition(".blender.")[0]].unregister()
+    register()
+
+
+def open_blend(path: Path) -> None:
+    """Open a .blend file; raise SceneError if it is none."""
+    try:
+        with open(path, "rb") as file:
+            start = file.read(8)
+    except OSError as error:
+        raise SceneError(f"{path}: {error.strerror}") from error
+    if not start.startswith(BLEND_MAGIC):
+        raise SceneError(f"{path}: not a .blend file")
+    try:
+        bpy.ops.wm.open_mainfile(
+            filepath=str(path.absolute()),
+            load_ui=False,
+            # As when Blender opens it: scripts run only where the user allows them.
+            use_scripts=bpy.context.preferences.filepaths.use_scripts_auto_execute,
+        )
+    except RuntimeError as error:
+        raise SceneError(f"{path}: {_text(error)}") from error
+
+
+def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
+    """Put the options into the opened scene."""
+    settings = scene.photon_stream
+    try:
+        scene.render.engine = options.engine
+    except TypeError as error:
+        raise SettingsError(f"--engine {options.engine}: no such render engine here") from error
+    if options.frame is not None:
+        scene.frame_set(options.frame)
+    for name in ("seed", "passes", "photons"):
+        if getattr(options, name) is not None:
+            assign(settings, name, getattr(options, name))
+    if options.radius is not None:
+        settings.use_radius = options.radius != 0.0
+        assign(settings, "radius", options.radius)
+    for name in ("estimator", "layer"):
+        if getattr(options, name) is not None:
+            setattr(settings, name, getattr(options, name).upper())
+    if options.report:
+        settings.report_path = str(options.report)
+    resize(scene.render, options.width, options.height)
+    if options.output.suffix.lower() == ".exr":
+        for view_layer in scene.view_layers:
+            view_layer.use_pass_z = view_layer.use_pass_normal = True
+
+
+def resize(render: bpy.types.RenderSettings, width: int | None, height: int | None) -> None:
+    """Set the resolution in pixels; a missing side follows the file's proportions."""
+    across, up = render.resolution_x, render.resolution_y
+    if width is None:
+        if height is None:
+            return
+        width = max(1, round(height * across / up))
+    elif height is None:
+        height = max(1, round(width * up / across))
+    assign(render, "resolution_x", width)
+    assign(render, "resolution_y", height)
+    render.resolution_percentage = 100
+
+
+def assign(owner: Any, name: str, value: float) -> None:
+    """Set a property, with an error where Blender would clamp without a word."""
+    known = owner.bl_rna.properties[name]
+    if not known.hard_min <= value <= known.hard_max:
+        raise SettingsError(
+            f"{known.name} = {value} is outside [{known.hard_min}, {known.hard_max}]"
+        )
+    setattr(owner, name, value)
+
+
+def run_render() -> None:
+    """Render the current scene; raise on failure or cancel."""
+    if SESSION.cancel.is_set():
+        raise Cancelled
+    try:
+        bpy.ops.render.render()
+    except RuntimeError as error:
+        raise RenderError(SESSION.error or _text(error)) from error
+    if SESSION.cancelled or SESSION.cancel.is_set():
+        raise Cancelled
+
+
+def save(scene: bpy.types.Scene, path: Path) -> None:
+    """Write the render result as 8-bit PNG through Blender's colour management, or as EXR."""
+    image = scene.render.image_settings
+    multilayer = path.suffix.lower() == ".exr"
+    if hasattr(image, "media_type"):  # Blender 5.0 on
+        image.media_type = "MULTI_LAYER_IMAGE" if multilayer else "IMAGE"
+    image.file_format = MULTILAYER if multilayer else "PNG"
+    if multilayer:
+        image.color_depth = "32"
+        image.exr_codec = "ZIP"
+    else:
+        image.color_depth = "8"
+        image.color_mode = "RGBA" if scene.render.film_transparent else "RGB"
+    try:
+        bpy.data.images["Render Result"].save_render(str(path), scene=scene)
+    except RuntimeError as error:
+        raise RenderError(_text(error)) from error
+    if not path.exists():
+        raise RenderError(f"{path.parent}: Blender wrote no picture there")
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    # The first time, let the render end in order. Whoever presses again does not want to wait.
+    if SESSION.cancel.is_set():
+        raise KeyboardInterrupt
+    SESSION.cancel.set()
+
+
+def _times(seconds: dict[str, float]) -> str:
+    return ", ".join(f"{phase} {value:.2f} s" for phase, value in seconds.items())
+
+
+def _text(error: Exception) -> str:
+    """Blender's operators begin what they raise with 'Error: '."""
+    return str(error).strip().removeprefix("Error: ").splitlines()[0]
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stdout.flush()
+    sys.exit(code)

@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render engine: copies the scene, drives the renderer process, fills Blender's result."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import math
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..photon.console import status_text
+from ..photon.errors import PhotonStreamError, RenderError, SceneError
+from ..photon.process import Images, Progress
+from ..photon.scene import Scene
+from ..photon.settings import Region, Settings
+from .export import Report, snapshot
+from .export.camera import frame_size
+from .properties import settings_from
+from .session import SESSION
+
+LOG = logging.getLogger("photon_stream")
+REPORT_VARIABLE = "PHOTON_STREAM_REPORT"
+# Blender prints a line for every status in background mode, so these are rationed there.
+BACKGROUND_STATUS_INTERVAL = 1.0  # [s]
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A render pass: its name in Blender and in the renderer's images."""
+
+    name: str
+    channels: str  # as add_pass wants them
+    kind: str  # as register_pass wants it
+
+
+COMBINED = Pass("Combined", "RGBA", "COLOR")
+DEPTH = Pass("Depth", "Z", "VALUE")
+NORMAL = Pass("Normal", "XYZ", "VECTOR")
+COMPONENTS = {
+    "use_pass_direct": Pass("Direct", "RGB", "COLOR"),
+    "use_pass_indirect": Pass("Indirect", "RGB", "COLOR"),
+    "use_pass_mirror": Pass("Mirror", "RGB", "COLOR"),
+    "use_pass_background": Pass("Background", "RGB", "COLOR"),
+}
+
+
+def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
+    """Return the passes that a view layer asks for."""
+    passes = [COMBINED]
+    if view_layer.use_pass_z:
+        passes.append(DEPTH)
+    if view_layer.use_pass_normal:
+        passes.append(NORMAL)
+    own = view_layer.photon_stream
+    return passes + [entry for flag, entry in COMPONENTS.items() if getattr(own, flag)]
+
+
+@dataclass
+class Job:
+    """One view layer of one frame, copied out of Blender and ready to render."""
+
+    scene: Scene
+    settings: Settings
+    report: Report
+    passes: list[Pass]
+    scene_name: str
+    layer_name: str
+    report_path: str
+    warnings: list[str] = field(default_factory=list)
+
+
+class PhotonStreamEngine(bpy.types.RenderEngine):
+    """Photon mapping by stream programming."""
+
+    bl_idname = "PHOTON_STREAM"
+    bl_label = "Photon Stream"
+    bl_use_preview = False
+    bl_use_postprocess = True
+    bl_use_eevee_viewport = True
+    bl_use_shading_nodes_custom = False
+
+    _job: Job | None = None
+    _started = False  # a frame's view layers are updated and rendered one after the other
+    _report = Report()  # of all of them
+    _status_time = -math.inf
+
+    def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
+        """Copy the scene; Blender holds it still meanwhile, which it does not in `render`."""
+        self._job = None
+        if not self._started:
+            self._started = True
+            SESSION.begin()
+        with self._reported():
+            start = time.perf_counter()
+            self._job = self._prepare(depsgraph)
+            SESSION.spend("Exporting", time.perf_counter() - start)
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Render what `update` copied."""
+        job, self._job = self._job, None
+        if job is None:  # update() failed and said so
+            return
+        try:
+            with self._reported():
+                self._run(job)
+        finally:
+            with self._reported():
+                self._publish(job)
+
+    def update_render_passes(
+        self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer
+    ) -> None:
+        """Tell the compositor which sockets to offer."""
+        for entry in passes_of(renderlayer):
+            self.register_pass(
+                scene, renderlayer, entry.name, len(entry.channels), entry.channels, entry.kind
+            )
+
+    def _prepare(self, depsgraph: bpy.types.Depsgraph) -> Job:
+        scene = depsgraph.scene_eval
+        if scene.render.use_multiview:
+            raise SceneError("Stereoscopy is not supported: switch it off in the output properties")
+        self.update_stats("", "Exporting the scene")
+        size = frame_size(scene.render)
+        exported, report = snapshot(depsgraph, self.camera_override)
+        view_layer = depsgraph.view_layer_eval
+        properties = scene.photon_stream
+        return Job(
+            scene=exported,
+            settings=settings_from(scene, size, border_region(scene.render, size)),
+            report=report,
+            passes=passes_of(view_layer),
+            scene_name=scene.name,
+            layer_name=view_layer.name,
+            report_path=bpy.path.abspath(properties.report_path)
+            or os.environ.get(REPORT_VARIABLE, ""),
+        )
+
+    def _run(self, job: Job) -> None:
+        if SESSION.snapshot_path is not None:
+            job.scene.save(SESSION.snapshot_path)
+            return
+        # Before begin_result, which makes room for the passes known by then.
+        for entry in job.passes:
+            count = len(entry.channels)
+            self.add_pass(entry.name, count, entry.channels, layer=job.layer_name)
+        # Blender clips this size to the border.
+        result = self.begin_result(
+            0, 0, job.settings.width, job.settings.height, layer=job.layer_name
+        )
+        finished = False
+        try:
+            finished = self._render_into(result, job)
+        finally:
+            # A cancelled render keeps the passes done, as with Cycles; a failed one shows nothing.
+            kept = finished or SESSION.cancelled
+            if not kept:
+                clear_images(result.layers[0])
+                self.update_result(result)
+            self.end_result(result, cancel=not kept)
+
+    def _render_into(self, result: bpy.types.RenderResult, job: Job) -> bool:
+        """Return whether the picture is done; False if cancelled."""
+        phase, since = "", time.perf_counter()
+        events = SESSION.renderer.render(job.scene, job.settings)
+        try:
+            for progress in events:
+                now = time.perf_counter()
+                if progress.phase != phase:
+                    if phase:
+                        SESSION.spend(phase, now - since)
+                    phase, since = progress.phase, now
+                if self.test_break() or SESSION.cancel.is_set():
+                    SESSION.cancelled = True
+                    return False
+                job.warnings += progress.warnings
+                if progress.images is not None:
+                    write_images(result.layers[0], job.passes, progress.images)
+                    self.update_result(result)
+                self._show(progress, now)
+                if progress.done:
+                    SESSION.spend(phase, now - since)
+                    SESSION.info = dict(progress.info)
+                    return True
+        finally:
+            events.close()  # what stops the renderer, however this loop was left
+        raise RenderError("The renderer stopped without a picture")
+
+    def _show(self, progress: Progress, now: float) -> None:
+        if SESSION.listener is not None:
+            SESSION.listener(progress)
+            return
+        self.update_progress(progress.passes_done / max(1, progress.passes))
+        if bpy.app.background and not progress.done:
+            if now - self._status_time < BACKGROUND_STATUS_INTERVAL:
+                return
+            self._status_time = now
+        self.update_stats("", status_text(progress))
+
+    def _publish(self, job: Job) -> None:
+        """Hand out the scene report: panel, console, file."""
+        report = job.report.with_warnings(job.warnings)
+        self._report = self._report.joined(report)
+        SESSION.reports[job.scene_name] = self._report
+        redraw_properties()
+        for warning in report.warnings:
+            self.report({"WARNING"}, f"Photon Stream: {warning}")
+        if bpy.app.background:
+            for line in report.lines():
+                print(f"Photon Stream: {line}", flush=True)
+        if job.report_path:
+            try:
+                Path(job.report_path).write_text(self._report.as_json(), encoding="utf-8")
+            except OSError as error:
+                raise RenderError(f"Report File: {error}") from error
+
+    @contextlib.contextmanager
+    def _reported(self) -> Iterator[None]:
+        """Turn whatever is raised into an error that Blender shows.
+
+        `report` stops operators and scripts and keeps the picture from being saved, `error_set`
+        shows up in the render window; an exception of ours alone would do neither.
+        """
+        try:
+            yield
+        except PhotonStreamError as error:
+            self._fail(str(error))
+        except Exception as error:
+            LOG.exception("Photon Stream failed")
+            self._fail(f"{type(error).__name__}: {error} (a bug; the console has the details)")
+
+    def _fail(self, text: str) -> None:
+        SESSION.error = SESSION.error or text
+        self.error_set(text)
+        self.report({"ERROR"}, f"Photon Stream: {text}")
+
+
+def border_region(render: bpy.types.RenderSettings, size: tuple[int, int]) -> Region | None:
+    """Return the pixels of the render border, None without one.
+
+    Blender multiplies in float32 and cuts the fraction off; so does this, to the pixel.
+    """
+    if not render.use_border:
+        return None
+    width, height = np.float32(size[0]), np.float32(size[1])
+    x0, x1 = (int(np.float32(x) * width) for x in (render.border_min_x, render.border_max_x))
+    y0, y1 = (int(np.float32(y) * height) for y in (render.border_min_y, render.border_max_y))
+    return x0, y0, x1, y1
+
+
+def write_images(layer: bpy.types.RenderLayer, passes: list[Pass], images: Images) -> None:
+    """Copy the renderer's images into the passes of a result's layer."""
+    for entry in passes:
+        target = layer.passes.find_by_name(entry.name, "")
+        flat = np.ascontiguousarray(images[entry.name], np.float32).reshape(-1)
+        target.rect.foreach_set(flat)
+
+
+def clear_images(layer: bpy.types.RenderLayer) -> None:
+    """Blank a result's layer: what a failed render leaves must not pass for a picture."""
+    for target in layer.passes:
+        target.rect.foreach_set(np.zeros(len(target.rect) * target.channels, np.float32))
+
+
+def redraw_properties() -> None:
+    """Show what changed in the engine's panels."""
+    for manager in bpy.data.window_managers:
+        for window in manager.windows:
+            for area in window.screen.areas:
+                if area.type == "PROPERTIES":
+                    area.tag_redraw()

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The evaluated Blender scene as a Scene of the renderer, and a report of what got lost."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ...photon.scene import Light, Scene
+from .camera import export_camera
+from .geometry import Geometry
+from .lights import export_light
+from .materials import MaterialTable
+from .report import Entry, Notes, Report
+from .world import export_world, note_scene
+
+__all__ = ["Entry", "Report", "snapshot"]
+
+
+def snapshot(
+    depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None = None
+) -> tuple[Scene, Report]:
+    """Copy the evaluated scene out of Blender; nothing of the result refers to Blender's memory.
+
+    `camera` replaces the scene's. Raises SceneError if the scene cannot be rendered at all.
+    """
+    notes = Notes()
+    scene = depsgraph.scene_eval
+    view_layer = depsgraph.view_layer_eval
+    exported_camera = export_camera(camera or scene.camera, depsgraph, notes)
+    note_scene(scene, view_layer, notes)
+    materials = MaterialTable(notes, view_layer.material_override)
+    geometry = Geometry()
+    lights: list[Light] = []
+    # Render depsgraphs hold no hidden objects, the viewport's do.
+    viewport = depsgraph.mode == "VIEWPORT"
+    for instance in depsgraph.object_instances:  # its items do not outlive an iteration
+        obj = instance.object
+        if not instance.show_self or (viewport and obj.hide_render):
+            continue
+        matrix = np.array(instance.matrix_world, np.float64)
+        if obj.type == "LIGHT":
+            light = export_light(obj, matrix, notes)
+            if light is not None:
+                lights.append(light)
+        else:
+            geometry.add(obj, matrix, materials, notes)
+    world = getattr(view_layer, "world_override", None) or scene.world
+    background = export_world(world, notes)
+    if not lights:
+        notes.approximated(f"Scene '{scene.name}'", "No light", "no point or spot light is on")
+    if not geometry.surfaces:
+        notes.approximated(f"Scene '{scene.name}'", "No mesh", "nothing but the background is seen")
+    exported = Scene(
+        camera=exported_camera,
+        lights=tuple(lights),
+        materials=tuple(materials.materials),
+        surfaces=tuple(geometry.surfaces),
+        background=background,
+        **geometry.arrays(),
+    )
+    exported.check()
+    return exported, notes.finish()

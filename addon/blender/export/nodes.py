@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Walk shader node trees: follow links through reroutes and groups, read constants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from .report import Notes
+
+Colour = tuple[float, float, float]
+# The group nodes that were entered on the way to a node, outermost first.
+Scope = tuple[bpy.types.Node, ...]
+
+# Nodes that change a colour in a way that is not worked out: their Color input stands for it.
+ADJUSTMENTS = {"HUE_SAT", "BRIGHTCONTRAST", "GAMMA", "CURVE_RGB"}
+# Averaging reads every pixel; 4k x 4k takes about half a second and is the most worth waiting for.
+MOST_PIXELS = 4096 * 4096
+# A tree deeper than this is taken for a loop.
+DEPTH = 64
+
+
+@dataclass
+class Graph:
+    """A node tree together with the name and the notes of who owns it."""
+
+    tree: bpy.types.NodeTree
+    owner: str  # "Material 'Glass'"
+    notes: Notes
+    averages: dict[str, Colour | None] = field(default_factory=dict)  # by image name
+
+    def output(self, kind: str) -> bpy.types.Node | None:
+        """Return the active output node of the tree that serves Cycles."""
+        outputs = [
+            node
+            for node in self.tree.nodes
+            if node.type == kind and getattr(node, "target", "ALL") in ("ALL", "CYCLES")
+        ]
+        active = [node for node in outputs if node.is_active_output]
+        return (active or outputs or [None])[0]
+
+    def surface(self, kind: str) -> tuple[bpy.types.Node | None, Scope]:
+        """Return the shader node that is linked to the output's Surface."""
+        output = self.output(kind)
+        if output is None:
+            return None, ()
+        node, _, scope = source(output.inputs["Surface"], ())
+        return node, scope
+
+
+def source(
+    socket: bpy.types.NodeSocket, scope: Scope
+) -> tuple[bpy.types.Node | None, bpy.types.NodeSocket, Scope]:
+    """Follow an input to what feeds it.
+
+    Returns (node, its output socket, scope); node is None if nothing does, and the socket is then
+    the unlinked input, maybe a group's, whose default value counts.
+    """
+    for _ in range(DEPTH):
+        link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
+        if link is None:
+            return None, socket, scope
+        node, output = link.from_node, link.from_socket
+        if node.mute:
+            inner = next((i for i in node.internal_links if i.to_socket == output), None)
+            if inner is None:
+                return None, output, scope
+            socket = inner.from_socket
+        elif node.type == "REROUTE":
+            socket = node.inputs[0]
+        elif node.type == "GROUP" and node.node_tree:
+            inside = _group_output(node.node_tree, output.identifier)
+            if inside is None:
+                return None, output, scope
+            socket, scope = inside, (*scope, node)
+        elif node.type == "GROUP_INPUT" and scope:
+            outside = _by_identifier(scope[-1].inputs, output.identifier)
+            if outside is None:
+                return None, output, scope[:-1]
+            socket, scope = outside, scope[:-1]
+        else:
+            return node, output, scope
+    return None, socket, scope
+
+
+def colour_of(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> Colour:
+    """Return the constant colour of an input; what is no constant is approximated, and noted."""
+    node, end, scope = source(socket, scope)
+    if node is None:
+        return _as_colour(getattr(end, "default_value", 0.0))
+    if node.type in ("RGB", "VALUE"):
+        return _as_colour(end.default_value)
+    found = _upstream_average(graph, node, scope)
+    if found is None:
+        colour, what = _as_colour(socket.default_value), "the input's own value"
+    else:
+        colour, what = found
+    graph.notes.approximated(
+        graph.owner, f"{socket.name} from '{node.name}'", f"{what} {colour_text(colour)} is used"
+    )
+    return colour
+
+
+def value_of(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> float:
+    """Return the constant number of an input; what is no constant is approximated, and noted."""
+    node, end, scope = source(socket, scope)
+    if node is None:
+        return _as_value(getattr(end, "default_value", 0.0))
+    if node.type in ("RGB", "VALUE"):
+        return _as_value(end.default_value)
+    if node.type == "FRESNEL":
+        ior = value_of(graph, node.inputs["IOR"], scope)
+        value, what = normal_reflectance(ior), "the reflectance seen head-on,"
+    else:
+        found = _upstream_average(graph, node, scope)
+        if found is None:
+            value, what = _as_value(socket.default_value), "the input's own value"
+        else:
+            value, what = _as_value(found[0]), found[1]
+    graph.notes.approximated(
+        graph.owner, f"{socket.name} from '{node.name}'", f"{what} {value:.4g} is used"
+    )
+    return value
+
+
+def linked(node: bpy.types.Node, name: str) -> bool:
+    """Whether the input of that name exists and has a link."""
+    socket = node.inputs.get(name)
+    return socket is not None and socket.is_linked
+
+
+def normal_reflectance(ior: float) -> float:
+    """Return a dielectric's reflectance at normal incidence (Fresnel)."""
+    return ((ior - 1.0) / (ior + 1.0)) ** 2 if ior > 0.0 else 1.0
+
+
+def colour_text(colour: Colour) -> str:
+    return "(" + ", ".join(f"{channel:.4g}" for channel in colour) + ")"
+
+
+def _upstream_average(
+    graph: Graph, node: bpy.types.Node, scope: Scope
+) -> tuple[Colour, str] | None:
+    """Return the mean colour of the image behind `node`, through colour adjustments."""
+    for _ in range(DEPTH):
+        if node.type in ("TEX_IMAGE", "TEX_ENVIRONMENT"):
+            image = node.image
+            colour = image_average(graph, image) if image else None
+            return None if colour is None else (colour, f"the mean of image '{image.name}'")
+        if node.type not in ADJUSTMENTS:
+            return None
+        following, _, scope = source(node.inputs["Color"], scope)
+        if following is None:
+            return None
+        node = following
+    return None
+
+
+def image_average(graph: Graph, image: bpy.types.Image) -> Colour | None:
+    """Return the linear mean colour of an image, None if it is missing or very large."""
+    if image.name not in graph.averages:
+        graph.averages[image.name] = _read_average(image)
+    return graph.averages[image.name]
+
+
+def _read_average(image: bpy.types.Image) -> Colour | None:
+    width, height = image.size
+    if not 0 < width * height <= MOST_PIXELS:
+        return None
+    pixels = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(pixels)
+    pixels = pixels.reshape(-1, image.channels)
+    # Blender hands out the bytes of 8-bit images as they are stored, so decode before averaging.
+    if not image.is_float and image.colorspace_settings.name == "sRGB":
+        pixels = np.where(pixels <= 0.04045, pixels / 12.92, ((pixels + 0.055) / 1.055) ** 2.4)
+    mean = pixels.mean(axis=0, dtype=np.float64)
+    return _as_colour(mean if len(mean) >= 3 else mean[0])
+
+
+def _group_output(tree: bpy.types.NodeTree, identifier: str) -> bpy.types.NodeSocket | None:
+    outputs = [node for node in tree.nodes if node.type == "GROUP_OUTPUT"]
+    active = [node for node in outputs if node.is_active_output]
+    for node in active or outputs:
+        return _by_identifier(node.inputs, identifier)
+    return None
+
+
+def _by_identifier(sockets: bpy.types.NodeInputs, identifier: str) -> bpy.types.NodeSocket | None:
+    return next((socket for socket in sockets if socket.identifier == identifier), None)
+
+
+def _as_colour(value: object) -> Colour:
+    if isinstance(value, (int, float)):
+        return float(value), float(value), float(value)
+    r, g, b = (float(channel) for channel in list(value)[:3])  # type: ignore[call-overload]
+    return r, g, b
+
+
+def _as_value(value: object) -> float:
+    """A number, or a colour's luminance, which is how Blender converts one into the other."""
+    if isinstance(value, (int, float)):
+        return float(value)
+    r, g, b = _as_colour(value)
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b

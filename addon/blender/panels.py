@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The engine's panels in the properties editor, and Blender's own that serve it too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+
+from .engine import COMPONENTS, PhotonStreamEngine
+from .session import SESSION
+
+ENGINE = PhotonStreamEngine.bl_idname
+MOST_ENTRIES = 50  # a longer report is for the JSON file
+ICONS = {"exact": "CHECKMARK", "approximated": "INFO", "ignored": "CANCEL"}
+
+# Panels of every engine that show what this one does not do.
+EXCLUDED = {
+    "DATA_PT_camera_stereoscopy",
+    "DATA_PT_light",
+    "DATA_PT_preview",
+    "DATA_PT_spot",
+    "MATERIAL_PT_freestyle_line",
+    "NODE_DATA_PT_light",
+    "RENDER_PT_freestyle",
+    "RENDER_PT_gpencil",
+    "RENDER_PT_grease_pencil_render",
+    # Blender would put this above the engine's own; there is one below them instead.
+    "RENDER_PT_simplify",
+    "RENDER_PT_simplify_render",
+    "RENDER_PT_simplify_viewport",
+    "RENDER_PT_stereoscopy",
+    "VIEWLAYER_PT_filter",
+    "VIEWLAYER_PT_layer_passes",
+}
+# Panels of other engines that serve this one as they are.
+INCLUDED = {
+    "EEVEE_MATERIAL_PT_context_material",
+    "EEVEE_MATERIAL_PT_surface",
+    "EEVEE_WORLD_PT_surface",
+    "VIEWLAYER_PT_override",
+}
+
+
+class _Panel:
+    layout: bpy.types.UILayout
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    COMPAT_ENGINES = {ENGINE}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine in cls.COMPAT_ENGINES
+
+    def split_layout(self) -> bpy.types.UILayout:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        return layout
+
+
+class RENDER_PT_photon_stream_sampling(_Panel, bpy.types.Panel):
+    bl_label = "Sampling"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.split_layout()
+        settings = context.scene.photon_stream
+        col = layout.column(align=True)
+        col.prop(settings, "passes")
+        col.prop(settings, "time_limit")
+        row = layout.row(align=True)
+        row.prop(settings, "seed")
+        row.prop(settings, "use_animated_seed", text="", icon="TIME")
+
+
+class RENDER_PT_photon_stream_photons(_Panel, bpy.types.Panel):
+    bl_label = "Photons"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.split_layout()
+        settings = context.scene.photon_stream
+        layout.prop(settings, "photons")
+        heading = layout.column(align=True, heading="Custom Radius")
+        row = heading.row(align=True)
+        row.prop(settings, "use_radius", text="")
+        sub = row.row()
+        sub.active = settings.use_radius
+        sub.prop(settings, "radius", text="")
+        layout.prop(settings, "radius_shrink")
+        layout.prop(settings, "filter")
+        layout.prop(settings, "boundary_correction")
+
+
+class RENDER_PT_photon_stream_light_paths(_Panel, bpy.types.Panel):
+    bl_label = "Light Paths"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.split_layout()
+        settings = context.scene.photon_stream
+        col = layout.column(align=True)
+        col.prop(settings, "photon_bounces")
+        col.prop(settings, "mirror_depth")
+        col = layout.column()
+        col.prop(settings, "ambient")
+        col.prop(settings, "direct_by_photons")
+
+
+class RENDER_PT_photon_stream_film(_Panel, bpy.types.Panel):
+    bl_label = "Film"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.split_layout().prop(context.scene.render, "film_transparent", text="Transparent")
+
+
+class RENDER_PT_photon_stream_performance(_Panel, bpy.types.Panel):
+    bl_label = "Performance"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.split_layout()
+        settings = context.scene.photon_stream
+        col = layout.column()
+        col.prop(settings, "layer")
+        col.prop(settings, "device_index")
+        col = layout.column()
+        col.prop(settings, "estimator")
+        sub = col.column()
+        sub.active = settings.estimator != "GATHER"
+        sub.prop(settings, "splat_shape")
+        device = SESSION.info.get("device")  # of the last render
+        if device:
+            layout.label(text=str(device), icon="INFO")
+
+
+class RENDER_PT_photon_stream_simplify(_Panel, bpy.types.Panel):
+    bl_label = "Simplify"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.render, "use_simplify", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.split_layout()
+        render = context.scene.render
+        layout.active = render.use_simplify
+        col = layout.column(align=True)
+        col.prop(render, "simplify_subdivision_render", text="Max Subdivision")
+        col.prop(render, "simplify_child_particles_render", text="Max Child Particles")
+
+
+class RENDER_PT_photon_stream_report(_Panel, bpy.types.Panel):
+    bl_label = "Scene Report"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.split_layout()
+        report = SESSION.reports.get(context.scene.name)
+        layout.prop(context.scene.photon_stream, "report_path")
+        if report is None:
+            layout.label(text="Render once to see what the scene uses", icon="INFO")
+            return
+        layout.label(text=report.summary)
+        col = layout.column(align=True)
+        for warning in report.warnings:
+            col.label(text=warning, icon="ERROR")
+        shown = [*report.of("ignored"), *report.of("approximated")]
+        for entry in shown[:MOST_ENTRIES]:
+            col.label(text=f"{entry.object}: {entry.feature}", icon=ICONS[entry.status])
+            if entry.detail:
+                col.label(text=entry.detail, icon="BLANK1")
+        if len(shown) > MOST_ENTRIES:
+            col.label(text=f"and {len(shown) - MOST_ENTRIES} more")
+
+
+class VIEWLAYER_PT_photon_stream_passes(_Panel, bpy.types.Panel):
+    bl_label = "Passes"
+    bl_context = "view_layer"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.split_layout()
+        view_layer = context.view_layer
+        col = layout.column(heading="Data", align=True)
+        col.prop(view_layer, "use_pass_z", text="Depth")
+        col.prop(view_layer, "use_pass_normal")
+        col = layout.column(heading="Light", align=True)
+        for flag in COMPONENTS:
+            col.prop(view_layer.photon_stream, flag)
+
+
+class DATA_PT_photon_stream_light(_Panel, bpy.types.Panel):
+    bl_label = "Light"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.light is not None and super().poll(context)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        light = context.light
+        layout.row().prop(light, "type", expand=True)
+        layout.use_property_split = True
+        if light.type not in {"POINT", "SPOT"}:
+            layout.label(text="Photon Stream renders point and spot lights", icon="ERROR")
+        col = layout.column()
+        if hasattr(light, "use_temperature"):  # Blender 4.5 on
+            row = col.column(align=True, heading="Temperature").row(align=True)
+            row.prop(light, "use_temperature", text="")
+            sub = row.row()
+            sub.active = light.use_temperature
+            sub.prop(light, "temperature", text="")
+        col.prop(light, "color")
+        col = layout.column()
+        col.prop(light, "energy")
+        for name in ("exposure", "normalize"):
+            if hasattr(light, name):
+                col.prop(light, name)
+        if light.type in {"POINT", "SPOT"}:
+            layout.prop(light, "shadow_soft_size", text="Radius")
+
+
+class DATA_PT_photon_stream_spot(_Panel, bpy.types.Panel):
+    bl_label = "Beam Shape"
+    bl_context = "data"
+    bl_parent_id = "DATA_PT_photon_stream_light"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        light = context.light
+        return light is not None and light.type == "SPOT" and super().poll(context)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.split_layout()
+        light = context.light
+        layout.prop(light, "spot_size", text="Angle")
+        layout.prop(light, "spot_blend", text="Blend", slider=True)
+        layout.prop(light, "show_cone")
+
+
+CLASSES = (
+    RENDER_PT_photon_stream_sampling,
+    RENDER_PT_photon_stream_photons,
+    RENDER_PT_photon_stream_light_paths,
+    RENDER_PT_photon_stream_film,
+    RENDER_PT_photon_stream_performance,
+    RENDER_PT_photon_stream_simplify,
+    RENDER_PT_photon_stream_report,
+    VIEWLAYER_PT_photon_stream_passes,
+    DATA_PT_photon_stream_light,
+    DATA_PT_photon_stream_spot,
+)
+
+
+def shared_panels() -> Iterator[Any]:
+    """Yield Blender's panels that are of use to this engine."""
+    waiting = list(bpy.types.Panel.__subclasses__())
+    while waiting:
+        panel = waiting.pop()
+        waiting += panel.__subclasses__()
+        name, engines = panel.__name__, getattr(panel, "COMPAT_ENGINES", ())
+        freestyle = name.startswith("VIEWLAYER_PT_freestyle")
+        general = "BLENDER_RENDER" in engines and name not in EXCLUDED and not freestyle
+        if general or (name in INCLUDED and engines):
+            yield panel
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    for panel in shared_panels():
+        panel.COMPAT_ENGINES.add(ENGINE)
+
+
+def unregister() -> None:
+    for panel in shared_panels():
+        panel.COMPAT_ENGINES.discard(ENGINE)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render settings as Blender properties, and the one mapping from them to Settings."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from ..photon.settings import Region, Settings
+
+DEFAULTS = Settings()
+
+# The numbers are what .blend files store: never renumber, only add.
+ESTIMATORS = (
+    ("AUTO", "Automatic", "Gather, which was the faster one wherever it was measured", 0),
+    ("SPLAT", "Splat", "Draw each photon as a small disc over the visible points", 1),
+    ("GATHER", "Gather", "Let each visible point look for the photons around it", 2),
+)
+LAYERS = (
+    ("AUTO", "Automatic", "Choose the faster one for this device", 0),
+    ("FRAGMENT", "Fragment", "Kernels run as fragment programs; works with any OpenGL 3.3", 1),
+    ("COMPUTE", "Compute", "Kernels run as compute programs; needs OpenGL 4.3", 2),
+)
+FILTERS = (
+    ("CONSTANT", "Constant", "All photons within the radius count the same", 0),
+    ("CONE", "Cone", "Photons count less in proportion to their distance", 1),
+    ("GAUSSIAN", "Gaussian", "Photons count less along a bell curve", 2),
+    ("EPANECHNIKOV", "Epanechnikov", "Photons count less with the square of their distance", 3),
+)
+SPLAT_SHAPES = (
+    ("TRIANGLE", "Triangle", "One triangle around the disc", 0),
+    ("QUAD", "Quad", "Two triangles around the disc", 1),
+    ("POINT", "Point", "A point sprite around the disc", 2),
+)
+
+
+class PhotonStreamSettings(bpy.types.PropertyGroup):
+    """Settings of a scene, at `scene.photon_stream`."""
+
+    passes: IntProperty(
+        name="Passes",
+        description="Number of passes; each adds one eye ray a pixel and new photons",
+        min=1,
+        soft_max=4096,
+        max=1 << 24,
+        default=DEFAULTS.passes,
+    )
+    time_limit: FloatProperty(
+        name="Time Limit",
+        description="Finish after this time, even with passes left; 0 renders all passes",
+        min=0.0,
+        default=DEFAULTS.time_limit,
+        step=100.0,
+        unit="TIME_ABSOLUTE",
+    )
+    seed: IntProperty(
+        name="Seed",
+        description="Another seed gives another noise pattern; the same one the same picture",
+        min=0,
+        default=DEFAULTS.seed,
+    )
+    use_animated_seed: BoolProperty(
+        name="Use Animated Seed",
+        description="Use another seed on every frame, so that the noise of an animation moves",
+        default=False,
+    )
+    photons: IntProperty(
+        name="Photons",
+        description="Photons that all lights together emit in a pass",
+        min=0,
+        soft_min=1024,
+        soft_max=1 << 22,
+        max=1 << 24,
+        default=DEFAULTS.photons,
+    )
+    use_radius: BoolProperty(
+        name="Custom Radius",
+        description="Set the radius by hand; otherwise it follows from the photons' density",
+        default=False,
+    )
+    radius: FloatProperty(
+        name="Radius",
+        description=(
+            "Distance up to which photons of the first pass count for a point: smaller is sharper "
+            "and noisier"
+        ),
+        subtype="DISTANCE",
+        min=0.0,
+        soft_min=0.001,
+        soft_max=10.0,
+        precision=4,
+        default=0.1,
+    )
+    radius_shrink: FloatProperty(
+        name="Radius Decay",
+        description=(
+            "How slowly the radius shrinks from pass to pass: 1 keeps it, less removes the blur "
+            "sooner and leaves more noise"
+        ),
+        subtype="FACTOR",
+        min=0.01,
+        max=1.0,
+        default=DEFAULTS.radius_shrink,
+    )
+    filter: EnumProperty(
+        name="Filter",
+        description="How a photon's weight falls off with its distance",
+        items=FILTERS,
+        default=DEFAULTS.filter.upper(),
+    )
+    photon_bounces: IntProperty(
+        name="Photon Bounces",
+        description="Most times that a photon is scattered; few paths get this far",
+        min=1,
+        soft_max=128,
+        max=1024,
+        default=DEFAULTS.photon_bounces,
+    )
+    mirror_depth: IntProperty(
+        name="Mirror Depth",
+        description="Most reflections that are followed from the camera; 0 turns mirrors off",
+        min=0,
+        soft_max=64,
+        max=1024,
+        default=DEFAULTS.mirror_depth,
+    )
+    ambient: BoolProperty(
+        name="Ambient Light",
+        description="Add the world's colour to every surface, unshadowed",
+        default=DEFAULTS.ambient,
+    )
+    boundary_correction: BoolProperty(
+        name="Boundary Correction",
+        description="Correct the dark seams that density estimation leaves at edges and corners",
+        default=DEFAULTS.boundary_correction,
+    )
+    direct_by_photons: BoolProperty(
+        name="Direct Light by Photons",
+        description="Estimate direct light from photons too, instead of shadow rays: much noisier",
+        default=DEFAULTS.direct_by_photons,
+    )
+    estimator: EnumProperty(
+        name="Estimator",
+        description="How photons are summed up; the picture is the same, the time is not",
+        items=ESTIMATORS,
+        default=DEFAULTS.estimator.upper(),
+    )
+    splat_shape: EnumProperty(
+        name="Splat Shape",
+        description="What is drawn for a photon by the Splat estimator",
+        items=SPLAT_SHAPES,
+        default=DEFAULTS.splat_shape.upper(),
+    )
+    layer: EnumProperty(
+        name="Kernels",
+        description="How the GPU runs the kernels; the picture is the same, the time is not",
+        items=LAYERS,
+        default=DEFAULTS.layer.upper(),
+    )
+    device_index: IntProperty(
+        name="Device",
+        description="Number of the OpenGL device, for machines with several",
+        min=0,
+        soft_max=7,
+        max=255,
+        default=DEFAULTS.device_index,
+    )
+    report_path: StringProperty(
+        name="Report File",
+        description="Where the scene report is written as JSON after a render; empty for nowhere",
+        subtype="FILE_PATH",
+    )
+
+
+class PhotonStreamViewLayer(bpy.types.PropertyGroup):
+    """Passes of a view layer besides Blender's own, at `view_layer.photon_stream`."""
+
+    use_pass_direct: BoolProperty(
+        name="Direct", description="Light that comes straight from the lights", default=True
+    )
+    use_pass_indirect: BoolProperty(
+        name="Indirect", description="Light that was scattered before, from photons", default=True
+    )
+    use_pass_mirror: BoolProperty(
+        name="Mirror", description="What mirrors and glossy surfaces reflect", default=True
+    )
+    use_pass_background: BoolProperty(
+        name="Background", description="The world where no surface is in front", default=True
+    )
+
+
+CLASSES = (PhotonStreamSettings, PhotonStreamViewLayer)
+
+
+def settings_from(
+    scene: bpy.types.Scene, size: tuple[int, int], region: Region | None = None
+) -> Settings:
+    """Return the renderer's settings for a frame of `size` pixels."""
+    p = scene.photon_stream
+    seed = p.seed + scene.frame_current if p.use_animated_seed else p.seed
+    return Settings(
+        width=size[0],
+        height=size[1],
+        region=region,
+        passes=p.passes,
+        photons=p.photons,
+        radius=p.radius if p.use_radius else 0.0,
+        radius_shrink=p.radius_shrink,
+        seed=seed % (1 << 32),
+        estimator=p.estimator.lower(),
+        layer=p.layer.lower(),
+        filter=p.filter.lower(),
+        splat_shape=p.splat_shape.lower(),
+        photon_bounces=p.photon_bounces,
+        mirror_depth=p.mirror_depth,
+        ambient=p.ambient,
+        boundary_correction=p.boundary_correction,
+        direct_by_photons=p.direct_by_photons,
+        transparent=scene.render.film_transparent,
+        device_index=p.device_index,
+        time_limit=p.time_limit,
+    )
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.photon_stream = bpy.props.PointerProperty(type=PhotonStreamSettings)
+    bpy.types.ViewLayer.photon_stream = bpy.props.PointerProperty(type=PhotonStreamViewLayer)
+
+
+def unregister() -> None:
+    del bpy.types.ViewLayer.photon_stream
+    del bpy.types.Scene.photon_stream
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

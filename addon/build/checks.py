@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`build.py test`: every check, one after the other, and a table of how they went."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import time
+from pathlib import Path
+
+from .environment import CARGO_TOML, PYTHON, ROOT, ensure, rust_env
+from .process import apt, first_line, run, say
+
+
+def test(args: argparse.Namespace) -> int:
+    """Run all checks, also after one that failed; 1 if any did, 0 otherwise.
+
+    A check whose tool is optional and absent is named in the table with what installs it.
+    """
+    ensure("run", "native", "blender", "dev")
+    env = dict(rust_env() or os.environ, PYO3_PYTHON=str(PYTHON))
+    module: list[str | Path] = [PYTHON, "-m"]
+    manifest: list[str | Path] = ["--manifest-path", CARGO_TOML]
+    glslang = "" if shutil.which("glslangValidator") else apt("glslang-tools")
+    absent = {"fmt": "rustup component add rustfmt", "clippy": "rustup component add clippy"}
+    for tool in absent:
+        if first_line("cargo", tool, "--version", env=env):
+            absent[tool] = ""
+    lint = ["--release", "--all-targets", "--all-features", "--", "-D", "warnings"]
+    steps: list[tuple[str, list[str | Path], str]] = [
+        ("formatting", [*module, "ruff", "format", "--check", "."], ""),
+        ("lint", [*module, "ruff", "check", "."], ""),
+        ("types", [*module, "mypy"], ""),
+        ("shaders offline", [*module, "addon.photon.check_shaders"], glslang),
+        ("native formatting", ["cargo", "fmt", "--check", *manifest], absent["fmt"]),
+        ("native lint", ["cargo", "clippy", *manifest, *lint], absent["clippy"]),
+        ("native tests", ["cargo", "test", "--release", *manifest], ""),
+        ("tests", [*module, "pytest", *args.pytest], ""),
+    ]
+    table, failed = [], False
+    for name, command, fix in steps:
+        start, result = time.monotonic(), f"absent: {fix}"
+        if not fix:
+            say(f"\n== {name}")
+            code = run(command, env, ROOT)
+            failed |= code != 0
+            result = "passed" if code == 0 else f"FAILED ({code})"
+        table.append(f"{time.monotonic() - start:7.1f} s  {name:18} {result}")
+    print("\n" + "\n".join(table), flush=True)
+    return int(failed)

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render a saved scene snapshot without Blender: `python -m addon.photon.command SCENE.npz`."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, get_args
+
+from .console import ProgressLine
+from .errors import PhotonStreamError
+from .picture_file import check_writable, write_picture
+from .process import Progress
+from .renderer import Renderer, open_device
+from .scene import Scene
+from .settings import Estimator, Layer, Settings
+
+# Command line options that set a field of Settings, with its type.
+SETTING_OPTIONS: dict[str, Any] = {
+    "width": int,
+    "height": int,
+    "seed": int,
+    "passes": int,
+    "photons": int,
+    "radius": float,
+    "estimator": get_args(Estimator),
+    "layer": get_args(Layer),
+}
+
+
+def add_setting_options(parser: argparse.ArgumentParser) -> None:
+    """Add one option a setting; those not given stay None."""
+    for name, kind in SETTING_OPTIONS.items():
+        if isinstance(kind, tuple):
+            parser.add_argument(f"--{name}", choices=kind)
+        else:
+            parser.add_argument(f"--{name}", type=kind, metavar="N")
+
+
+def given_settings(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The settings that the command line gave."""
+    values = {name: getattr(arguments, name) for name in SETTING_OPTIONS}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Exit status: 0 with a picture; 1 with an error and no picture; 130 when interrupted."""
+    parser = argparse.ArgumentParser(prog="build.py render", description=__doc__)
+    parser.add_argument("scene", type=Path)
+    parser.add_argument("-o", "--output", type=Path)
+    add_setting_options(parser)
+    arguments = parser.parse_args(argv)
+    output = arguments.output or Path(arguments.scene.stem + ".png")
+    try:
+        _render(arguments.scene, output, given_settings(arguments))
+    except PhotonStreamError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("interrupted: no picture written", file=sys.stderr)
+        return 130
+    return 0
+
+
+def _proportioned(scene: Scene, given: dict[str, Any]) -> dict[str, Any]:
+    """The settings with the side that was not given after the camera's window."""
+    left, right, bottom, top = scene.camera.window
+    aspect = (right - left) / (top - bottom)
+    size = dict(given)
+    if "width" not in given:
+        size["width"] = max(1, round(given.get("height", Settings.height) * aspect))
+    if "height" not in given:
+        size["height"] = max(1, round(size["width"] / aspect))
+    return size
+
+
+def _render(path: Path, output: Path, given: dict[str, Any]) -> None:
+    check_writable(output)
+    Settings(**given).check()
+    start = time.perf_counter()
+    scene = Scene.load(path)
+    settings = Settings(**_proportioned(scene, given))
+    settings.check()
+    loaded = time.perf_counter()
+    device = open_device(settings)
+    opened = time.perf_counter()
+    renderer = Renderer(scene, settings, device)
+    for warning in renderer.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    line = ProgressLine() if sys.stderr.isatty() else None
+    progress = Progress("Rendering", 0, settings.passes, 0, 0.0, math.inf)
+    try:
+        for done in range(1, settings.passes + 1):
+            renderer.render_pass()
+            elapsed = time.perf_counter() - start
+            progress = replace(
+                progress,
+                passes_done=done,
+                photons=done * renderer.info()["photons_a_pass"],
+                elapsed=elapsed,
+                remaining=(time.perf_counter() - opened) / done * (settings.passes - done),
+            )
+            if line:
+                line.show(progress)
+            if 0 < settings.time_limit < elapsed:
+                break
+    finally:
+        if line:
+            line.clear()
+    rendered = time.perf_counter()
+    write_picture(output, renderer.images(), renderer.info())
+    end = time.perf_counter()
+    phases = {"load": loaded - start, "device": opened - loaded} | renderer.seconds
+    phases["save"] = end - rendered
+    print(f"wrote {output} in {end - start:.2f} s")
+    print("  " + ", ".join(f"{name} {seconds:.3f} s" for name, seconds in phases.items()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from ..streams import Kernel, Table, Uniform
+from .records import COVERAGE, FACING, HIT, PLACE
+
+
+class Coverage(Kernel):
+    """Estimate the share of the filter that lies on each visible point's own surface."""
+
+    stem = "coverage"
+    records = (HIT,)
+    inputs = {"place": PLACE, "facing": FACING}
+    outputs = {"coverage": COVERAGE}
+    uniforms = {
+        "seed": Uniform("uint"),
+        "pass_index": Uniform("uint"),
+        "depth": Uniform("int"),
+        "radius": Uniform("float"),
+        "frame_size": Uniform("ivec2"),
+        "region_origin": Uniform("ivec2"),
+    }
+    tables = {
+        "bvh_nodes": Table(),
+        "bvh_corners": Table(),
+        "bvh_normals": Table(),
+        "materials": Table(),
+    }

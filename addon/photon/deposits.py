@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a pass's photons landed: a dense list, gathered bounce by bounce.
+
+On the host for devices whose compute programs are software; else it never leaves the device.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ..streams import Device, Scan, Stream
+from ..streams.compute import Program
+from .geometry import TABLE_WIDTH, upload_table
+
+
+class Deposits(Protocol):
+    """A list of deposits: place (position, surface + 1) and deposit (flux, packed normal)."""
+
+    dropped: int  # deposits that were not finite, over all passes
+
+    def clear(self) -> None:
+        """Begin a pass."""
+
+    def append(self, place: Stream, deposit: Stream, landed: int) -> None:
+        """Add the `landed` elements of the streams that are not zero, in order."""
+
+    def tables(self) -> tuple[int, moderngl.Texture, moderngl.Texture]:
+        """How many there are, and their textures (tables)."""
+
+    def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """All of them as (P, 4) arrays on the host."""
+
+    def release(self) -> None:
+        """Free what is on the device."""
+
+
+class HostDeposits:
+    """Deposits in numpy arrays."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._parts: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
+        self._uploaded: tuple[moderngl.Texture, ...] = ()
+        self.dropped = 0
+
+    def clear(self) -> None:
+        """Begin a pass."""
+        self._parts = []
+        self.release()
+
+    def append(self, place: Stream, deposit: Stream, landed: int) -> None:
+        """Download the streams and keep what landed."""
+        places, deposits = (x.download().reshape(-1, 4) for x in (place, deposit))
+        there = np.flatnonzero(places[:, 3])
+        places, deposits = places[there], deposits[there]
+        # One that is not finite would poison its neighbours.
+        finite = np.isfinite(places).all(axis=1) & np.isfinite(deposits).all(axis=1)
+        if not finite.all():
+            self.dropped += int(np.count_nonzero(~finite))
+            places, deposits = places[finite], deposits[finite]
+        self._parts.append((places, deposits))
+
+    def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """All deposits as (P, 4) arrays."""
+        if not self._parts:
+            none = np.zeros((0, 4), np.float32)
+            return none, none
+        if len(self._parts) > 1:
+            places, deposits = zip(*self._parts, strict=True)
+            self._parts = [(np.concatenate(places), np.concatenate(deposits))]
+        return self._parts[0]
+
+    def tables(self) -> tuple[int, moderngl.Texture, moderngl.Texture]:
+        """Upload the deposits, once a pass."""
+        place, deposit = self.arrays()
+        if not self._uploaded:
+            self._uploaded = tuple(upload_table(self._device, x) for x in (place, deposit))
+        return len(place), self._uploaded[0], self._uploaded[1]
+
+    def release(self) -> None:
+        """Free the uploaded tables."""
+        for texture in self._uploaded:
+            texture.release()
+        self._uploaded = ()
+
+
+class DeviceDeposits:
+    """Deposits in textures that grow; compute programs append to them."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._scan = Scan(device)
+        self._flags_program = Program(device, "compact_flags")
+        self._move = Program(device, "compact_move")
+        self._flags: moderngl.Buffer | None = None
+        self._textures = self._allocate(1)
+        self._count = 0
+        self.dropped = 0
+
+    def clear(self) -> None:
+        """Begin a pass."""
+        self._count = 0
+
+    def append(self, place: Stream, deposit: Stream, landed: int) -> None:
+        """Compact the streams onto the end of the list."""
+        elements = place.size[0] * place.size[1]
+        if self._flags is None or self._flags.size < 4 * (elements + 1):
+            if self._flags:
+                self._flags.release()
+            self._flags = self._device.ctx.buffer(reserve=4 * (elements + 1))
+        self._grow(self._count + landed)
+        streams = {"place": place.texture, "deposit": deposit.texture}
+        self._flags_program.run(elements + 1, [self._flags], streams)
+        self._scan.run(self._flags, elements + 1)
+        self._move.run(elements, [self._flags], streams, self._textures, {"base": self._count})
+        kept = self._device.read_uint(self._flags, elements)
+        self.dropped += landed - kept
+        self._count += kept
+
+    def tables(self) -> tuple[int, moderngl.Texture, moderngl.Texture]:
+        """The list as it is on the device."""
+        return self._count, *self._textures
+
+    def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Download the list."""
+        place, deposit = (
+            np.frombuffer(texture.read(), np.float32).reshape(-1, 4)[: self._count]
+            for texture in self._textures
+        )
+        return place, deposit
+
+    def release(self) -> None:
+        """Free textures, buffers and programs."""
+        for texture in self._textures:
+            self._device.forget(texture)
+        for item in (*self._textures, self._flags, self._scan, self._flags_program, self._move):
+            if item:
+                item.release()
+
+    def _allocate(self, rows: int) -> tuple[moderngl.Texture, moderngl.Texture]:
+        ctx = self._device.ctx
+        place, deposit = (ctx.texture((TABLE_WIDTH, rows), 4, dtype="f4") for _ in range(2))
+        return place, deposit
+
+    def _grow(self, wanted: int) -> None:
+        rows = self._textures[0].height
+        if wanted <= rows * TABLE_WIDTH:
+            return
+        device, old = self._device, self._textures
+        self._textures = self._allocate(max(-(-wanted // TABLE_WIDTH), 2 * rows))
+        if self._count:
+            for source, target in zip(old, self._textures, strict=True):
+                device.ctx.copy_framebuffer(
+                    device.framebuffer([target]), device.framebuffer([source])
+                )
+        for texture in old:
+            device.forget(texture)
+            texture.release()

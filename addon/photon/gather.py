@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from ..streams import Kernel, Table, Uniform
+from .records import FACING, IRRADIANCE, PLACE
+
+
+class Gather(Kernel):
+    """Sum the photons around each visible point from a sorted grid (Jensen 2001, sec. 7)."""
+
+    stem = "gather"
+    inputs = {"place": PLACE, "facing": FACING}
+    outputs = {"irradiance": IRRADIANCE}
+    uniforms = {
+        "radius": Uniform("float"),
+        "grid_origin": Uniform("vec3"),
+        "cell_size": Uniform("float"),
+        "grid_cells": Uniform("ivec3"),
+    }
+    tables = {
+        "photon_place": Table(),
+        "photon_deposit": Table(),
+        "cell_start": Table("usampler2D"),
+    }

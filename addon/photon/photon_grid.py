@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The photon map as a grid: photons sorted by cell, ready for Gather."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import moderngl
+import numpy as np
+import photon_stream_native as native
+
+from ..streams import Device, Program, Scan, Stream
+from ..streams.device import Layer
+from .deposits import Deposits, HostDeposits
+from .gather import Gather
+from .geometry import TABLE_WIDTH, upload_table
+
+MAX_CELLS = 1 << 22  # 16 MB of cell starts; a smaller radius then shares cells
+MAX_RANKED = 8192  # photons in a cell that the device still ranks
+
+
+class PhotonGrid:
+    """Sorts a pass's photons into cells and sums those around each visible point."""
+
+    def __init__(
+        self, device: Device, layer: Layer, defines: Mapping[str, int | float], extent: Any
+    ) -> None:
+        """`extent` (3,): half the scene's size along each axis [scene units]."""
+        self._device = device
+        self._extent = np.asarray(extent, np.float64)
+        self.kernel = Gather(device, layer, defines)
+        self._device_sort: _DeviceSort | None = None
+        self._tables: dict[str, moderngl.Texture] = {}
+        self._uniforms: dict[str, Any] = {}
+
+    def prepare(self, deposits: Deposits, radius: float) -> None:
+        """Build the grid for a pass's deposits and a radius [scene units]."""
+        self._forget()
+        cell = float(np.float32(_cell_size(2 * self._extent, radius)))
+        cells = tuple(int(n) for n in np.floor(2 * self._extent / cell) + 1)
+        grid = {
+            "grid_origin": tuple(float(np.float32(-x)) for x in self._extent),
+            "cell_size": cell,
+            "grid_cells": cells,
+        }
+        self._uniforms = grid | {"radius": radius}
+        if isinstance(deposits, HostDeposits):
+            self._tables = _sort_on_host(self._device, deposits, grid)
+        else:
+            self._device_sort = self._device_sort or _DeviceSort(self._device)
+            self._tables = self._device_sort.run(deposits, grid)
+
+    def estimate(self, place: Stream, facing: Stream, irradiance: Stream) -> None:
+        """Write the irradiance at each visible point."""
+        if not self._tables:
+            irradiance.clear()
+            return
+        streams = {"place": place, "facing": facing, "irradiance": irradiance}
+        self.kernel.run(streams, self._tables, self._uniforms)
+
+    def _forget(self) -> None:
+        for texture in self._tables.values():
+            texture.release()
+        self._tables = {}
+
+    def release(self) -> None:
+        """Free textures and programs."""
+        self._forget()
+        self.kernel.release()
+        if self._device_sort:
+            self._device_sort.release()
+
+
+def _sort_on_host(
+    device: Device, deposits: Deposits, grid: Mapping[str, Any]
+) -> dict[str, moderngl.Texture]:
+    """The gather's tables, by the native core's stable counting sort; none without deposits."""
+    place, deposit = deposits.arrays()
+    if len(place) == 0:
+        return {}
+    origin = np.array(grid["grid_origin"], np.float32)
+    start, order = native.sort_photons(place, origin, grid["cell_size"], grid["grid_cells"])
+    return {
+        "photon_place": upload_table(device, place[order]),
+        "photon_deposit": upload_table(device, deposit[order]),
+        "cell_start": upload_table(device, start),
+    }
+
+
+class _DeviceSort:
+    """The gather's tables, by compute programs: the same order as the native core's."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._count, self._scatter, self._rank, self._starts = (
+            Program(device, f"grid_{step}") for step in ("count", "scatter", "rank", "starts")
+        )
+        self._scan, self._zero = Scan(device), Program(device, "fill_zero")
+        self._fullest = device.ctx.buffer(reserve=4)
+        self._buffers: dict[str, moderngl.Buffer] = {}
+
+    def run(self, deposits: Deposits, grid: Mapping[str, Any]) -> dict[str, moderngl.Texture]:
+        count, place, deposit = deposits.tables()
+        if count == 0:
+            return {}
+        ctx, cells = self._device.ctx, int(np.prod(grid["grid_cells"]))
+        counts = self._buffer("counts", cells + 1)
+        starts = self._buffer("starts", cells + 1)
+        listed = self._buffer("listed", count)
+        self._zero.run(cells + 1, [counts])
+        self._zero.run(1, [self._fullest])
+        self._count.run(count, [counts, self._fullest], {"place": place}, uniforms=grid)
+        fullest = self._device.read_uint(self._fullest)
+        if fullest > MAX_RANKED:
+            # Ranking costs the square of a cell's photons: a crowded focus goes to the host.
+            return _sort_on_host(self._device, deposits, grid)
+        ctx.copy_buffer(starts, counts, 4 * (cells + 1))
+        self._scan.run(starts, cells + 1)
+        self._scatter.run(count, [counts, starts, listed], {"place": place}, uniforms=grid)
+        rows = -(-count // TABLE_WIDTH)
+        tables = {
+            name: ctx.texture((TABLE_WIDTH, rows), 4, dtype="f4")
+            for name in ("photon_place", "photon_deposit")
+        }
+        self._rank.run(
+            count,
+            [starts, listed],
+            {"place": place, "deposit": deposit},
+            [*tables.values()],
+            grid,
+        )
+        start_rows = -(-(cells + 1) // TABLE_WIDTH)
+        tables["cell_start"] = ctx.texture((TABLE_WIDTH, start_rows), 1, dtype="u4")
+        self._starts.run(cells + 1, [starts], images=[tables["cell_start"]])
+        return tables
+
+    def _buffer(self, name: str, count: int) -> moderngl.Buffer:
+        if name not in self._buffers or self._buffers[name].size < 4 * count:
+            if name in self._buffers:
+                self._buffers[name].release()
+            self._buffers[name] = self._device.ctx.buffer(reserve=4 * count)
+        return self._buffers[name]
+
+    def release(self) -> None:
+        programs = (self._count, self._scatter, self._rank, self._starts, self._scan, self._zero)
+        for program in programs:
+            program.release()
+        for buffer in (self._fullest, *self._buffers.values()):
+            buffer.release()
+
+
+def _cell_size(extent: Any, radius: float) -> float:
+    """A cell's edge: the radius, or larger where that makes too many."""
+    cell = max(radius, float(extent.max()) * 1e-6, 1e-30)
+    while np.prod(np.floor(extent / cell) + 1) > MAX_CELLS:
+        cell *= 1.26  # two in volume for three steps
+    return cell

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From the film's means to the images that Blender names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .film import Images
+
+FILM_IMAGES = (
+    "direct",
+    "indirect",
+    "mirror",
+    "mirror_indirect",
+    "background",
+    "normal",
+    "combined",
+)
+LEAST_COVERAGE = 0.02  # a mean below it is noise: dividing by it would make fireflies
+
+
+def picture_of(means: Images) -> dict[str, NDArray[np.float32]]:
+    """The images by Blender's names, float32, row 0 at the bottom.
+
+    Combined (h, w, 4) premultiplied RGBA; Direct, Indirect, Mirror, Background, Normal (h, w, 3).
+    Combined is the sum of the four light passes.
+    """
+    mirror = means["mirror"]
+    parts = {
+        "Direct": means["direct"][..., :3],
+        "Indirect": _uncovered(means["indirect"], means["direct"][..., 3:]),
+        "Mirror": mirror[..., :3] + _uncovered(means["mirror_indirect"], mirror[..., 3:]),
+        "Background": means["background"][..., :3],
+    }
+    alpha = np.clip(means["background"][..., 3:], 0.0, 1.0)
+    images = {"Combined": np.concatenate([sum(parts.values()), alpha], axis=-1), **parts}
+    images["Normal"] = means["normal"][..., :3]
+    return {name: np.ascontiguousarray(image, np.float32) for name, image in images.items()}
+
+
+def _uncovered(indirect: NDArray[np.float64], weight: Any) -> NDArray[np.float64]:
+    """Mean indirect light over mean coverage (its alpha, of `weight`): without boundary bias."""
+    coverage = np.maximum(indirect[..., 3:], LEAST_COVERAGE * weight)
+    return np.divide(
+        indirect[..., :3] * weight,
+        coverage,
+        where=coverage > 0,
+        out=np.zeros_like(indirect[..., :3]),
+    )

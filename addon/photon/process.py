@@ -1,0 +1,281 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The renderer as a process of its own, seen from the one that wants a picture.
+
+A driver that crashes takes down the child and nothing else. Messages go through pipes
+(`messages.py`), scene and images through files in shared memory. `worker.py` is the other end.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import queue
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Generator
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import errors
+from .errors import PhotonStreamError, RenderError
+from .messages import Message, receive, send
+from .scene import Scene
+from .settings import Settings
+
+Images = dict[str, NDArray[np.float32]]
+
+TICK = 0.05  # [s] between looks at a render under way
+SHARED_MEMORY = "/dev/shm"
+IMAGE_BYTES = 80  # a pixel: twenty floats over all images
+CANCEL_GRACE = 0.08  # [s] for the child to end its pass; then it is killed
+PREVIEW_SHARE = 0.1  # of the time may go into previews
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What the renderer says about a render under way.
+
+    `images`, when there is a new picture: {"Combined": (h, w, 4) premultiplied RGBA,
+    "Direct"/"Indirect"/"Mirror"/"Background"/"Normal": (h, w, 3), "Depth": (h, w, 1)} float32,
+    row 0 at the bottom, of the rendered region.
+    """
+
+    phase: str  # e.g. "Starting", "Rendering"
+    passes_done: int
+    passes: int
+    photons: int  # emitted so far
+    elapsed: float  # [s]
+    remaining: float  # [s], inf while unknown
+    warnings: tuple[str, ...] = ()  # said once, on the first event that knows them
+    images: Images | None = None
+    done: bool = False
+    info: dict[str, Any] = field(default_factory=dict)  # Renderer.info() once known
+
+
+class RendererProcess:
+    """A warm child process that renders; started at the first render, ended by `close`."""
+
+    def __init__(self, python: str | None = None) -> None:
+        """`python`: the child's interpreter; default $PHOTON_STREAM_PYTHON or sys.executable."""
+        self._python = python or os.environ.get("PHOTON_STREAM_PYTHON") or sys.executable
+        self._child: subprocess.Popen[bytes] | None = None
+        self._folder: Path | None = None
+        self._lifeline = -1
+        self._inbox: queue.Queue[Message | None] = queue.Queue()
+
+    @property
+    def pid(self) -> int | None:
+        """The child's process number while it runs."""
+        return self._child.pid if self._child and self._child.poll() is None else None
+
+    def render(
+        self, scene: Scene, settings: Settings, previews: bool = True
+    ) -> Generator[Progress, None, None]:
+        """Yield a Progress at least every 0.1 s; the last has done=True and images.
+
+        Closing the iterator cancels the render within 0.2 s. Raises what the renderer raised
+        (SceneError, SettingsError, DeviceError), or RenderError when the child died.
+        """
+        settings.check()
+        start = time.monotonic()
+        progress = Progress("Starting", 0, settings.passes, 0, 0.0, math.inf)
+        yield progress
+        rendering = True
+        try:
+            folder = self._start(_shared_bytes(scene, settings))
+            try:
+                scene.save(folder / "scene.npz")
+            except OSError as error:
+                raise RenderError(f"cannot hand the scene to the renderer: {error}") from error
+            self._send({"type": "render", "settings": asdict(settings)})
+            next_preview = 0.5
+            while rendering:
+                elapsed = time.monotonic() - start
+                try:
+                    message = self._inbox.get(timeout=TICK)
+                except queue.Empty:
+                    progress = replace(progress, elapsed=elapsed, images=None, warnings=())
+                    yield progress
+                    continue
+                if message is None:
+                    raise RenderError(self._epitaph())
+                if message["type"] == "error":
+                    rendering = False
+                    raise _as_error(message)
+                progress = _as_progress(message, folder, elapsed)
+                rendering = not progress.done
+                if previews and rendering and progress.passes_done and elapsed > next_preview:
+                    next_preview = elapsed + max(0.5, PREVIEW_SHARE * elapsed)
+                    self._send({"type": "preview"})
+                yield progress
+        except (GeneratorExit, KeyboardInterrupt):
+            if rendering:
+                self._cancel()
+            raise
+        except PhotonStreamError:
+            if self.pid is None:
+                self.close()
+            raise
+
+    def close(self) -> None:
+        """End the child and free what it shared."""
+        if self._child:
+            for pipe in (self._child.stdin, self._child.stdout):
+                try:
+                    if pipe:
+                        pipe.close()
+                except OSError:
+                    pass  # a pipe to a dead child
+            try:
+                self._child.wait(CANCEL_GRACE)
+            except subprocess.TimeoutExpired:
+                self._child.kill()
+                self._child.wait()
+            self._child = None
+        if self._lifeline >= 0:
+            os.close(self._lifeline)
+            self._lifeline = -1
+        if self._folder:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            self._folder = None
+
+    def _start(self, shared_bytes: int) -> Path:
+        """Start the child if it does not run; its folder, in shared memory if that has room."""
+        shared = _shared_memory(shared_bytes)
+        fits = self._folder and (shared or self._folder.parent != Path(SHARED_MEMORY))
+        if self.pid is not None and self._folder and fits:
+            return self._folder
+        self.close()
+        self._folder = Path(tempfile.mkdtemp(prefix="photon_stream_", dir=shared))
+        package = Path(__file__).resolve().parents[1]
+        # Our own packages come along only if the child is the same Python.
+        path = [str(package.parent)] + ([*sys.path] if self._python == sys.executable else [])
+        code = (
+            f"import sys; sys.path[:1] = {path!r}\n"
+            f"from importlib import import_module\n"
+            f"import_module({package.name + '.photon.worker'!r})"
+        )
+        # Its other end closes with this process, however that ends (worker.py, _watch).
+        lifeline, self._lifeline = os.pipe() if os.name == "posix" else (-1, -1)
+        code += f".main({str(self._folder)!r}, {lifeline})"
+        try:
+            with open(self._folder / "log", "wb") as log:
+                self._child = subprocess.Popen(
+                    [self._python, "-c", code],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=log,
+                    pass_fds=(lifeline,) if lifeline >= 0 else (),
+                )
+        except OSError as error:
+            raise RenderError(f"cannot start the renderer with {self._python}: {error}") from error
+        finally:
+            if lifeline >= 0:
+                os.close(lifeline)
+        self._inbox = queue.Queue()
+        threading.Thread(
+            target=_deliver, args=(self._child.stdout, self._inbox), daemon=True
+        ).start()
+        return self._folder
+
+    def _send(self, message: Message) -> None:
+        assert self._child
+        try:
+            send(self._child.stdin, message)  # type: ignore[arg-type]  # a pipe of bytes
+        except OSError:
+            raise RenderError(self._epitaph()) from None
+
+    def _cancel(self) -> None:
+        """Ask the child to stop; a pass that takes longer than the grace period dies with it."""
+        if self._child is None:  # interrupted before it began
+            self.close()
+            return
+        deadline = time.monotonic() + CANCEL_GRACE
+        try:
+            self._send({"type": "cancel"})
+            while time.monotonic() < deadline:
+                message = self._inbox.get(timeout=max(0.0, deadline - time.monotonic()))
+                if message is None:
+                    break
+                if message["type"] == "cancelled":
+                    return
+        except (queue.Empty, PhotonStreamError):
+            pass
+        self._child.kill()
+        self.close()
+
+    def _epitaph(self) -> str:
+        """Why the child died, as far as it can be known."""
+        assert self._child and self._folder
+        try:
+            code: int | None = self._child.wait(1.0)
+        except subprocess.TimeoutExpired:
+            code = None
+        log = (self._folder / "log").read_text(errors="replace").strip().splitlines()
+        ended = f"by signal {-code}" if code is not None and code < 0 else f"with code {code}"
+        return f"the renderer process ended {ended}" + (f": {log[-1]}" if log else "")
+
+
+def _shared_bytes(scene: Scene, settings: Settings) -> int:
+    """What a render puts into its folder: the scene, and the images twice while they change."""
+    arrays = sum(value.nbytes for value in vars(scene).values() if isinstance(value, np.ndarray))
+    return arrays + 2 * IMAGE_BYTES * settings.width * settings.height
+
+
+def _shared_memory(needed: int) -> str | None:
+    """The folder of shared memory if it has room to spare, else None: the usual temporary one."""
+    if not os.access(SHARED_MEMORY, os.W_OK):
+        return None
+    return SHARED_MEMORY if shutil.disk_usage(SHARED_MEMORY).free > 2 * needed else None
+
+
+def _deliver(pipe: Any, inbox: queue.Queue[Message | None]) -> None:
+    """Move messages from the pipe to the inbox; None when the child is gone."""
+    while True:
+        try:
+            message = receive(pipe)
+        except (OSError, ValueError):
+            message = None
+        inbox.put(message)
+        if message is None:
+            return
+
+
+def _as_error(message: Message) -> PhotonStreamError:
+    kind = getattr(errors, message["kind"], RenderError)
+    return kind(message["text"])
+
+
+def _as_progress(message: Message, folder: Path, elapsed: float) -> Progress:
+    done = message["type"] == "done"
+    passes, passes_done = message["passes"], message["passes_done"]
+    per_pass = message["render_seconds"] / passes_done if passes_done else math.inf
+    return Progress(
+        "Rendering" if passes_done else "Preparing",
+        passes_done,
+        passes,
+        message["photons"],
+        elapsed,
+        0.0 if done else per_pass * (passes - passes_done),
+        tuple(message.get("warnings", ())),
+        _read_images(folder, message["images"]) if "images" in message else None,
+        done,
+        message["info"],
+    )
+
+
+def _read_images(folder: Path, layout: list[Any]) -> Images:
+    """Copy the images out of shared memory: the child may overwrite them at the next preview."""
+    with open(folder / "images", "rb") as file:
+        return {
+            name: np.fromfile(file, np.float32, math.prod(shape)).reshape(shape)
+            for name, shape in layout
+        }

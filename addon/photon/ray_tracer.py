@@ -1,0 +1,359 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The eye pass: EyeRays -> Tracer -> Direct, estimate -> Mirror while any ray is alive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..streams import Device, Kernel, PingPong, Record, Stream
+from ..streams.device import Layer
+from .combine import CombineAll, CombineMirror, CombinePrimary
+from .coverage import Coverage
+from .direct import Direct
+from .eye_rays import EyeRays
+from .geometry import Frame, Tables
+from .lit import Lit
+from .mirror import Mirror
+from .needs import SceneNeeds
+from .records import (
+    COVERAGE,
+    FACING,
+    HIT,
+    IRRADIANCE,
+    PLACE,
+    RADIANCE,
+    RAY_DIRECTION,
+    RAY_ORIGIN,
+    SHADING,
+    THROUGHPUT,
+)
+from .scene import Scene
+from .settings import Settings, filter_define
+from .splat import View
+from .tracer import Tracer
+from .visible_points import VisiblePoints
+
+# Estimates the irradiance at (place, facing) into the last stream; the view only for points that
+# the camera sees directly.
+Estimate = Callable[[Stream, Stream, Stream, View | None], None]
+
+COVERAGE_PROBES = 4  # a pass; a point inside its surface needs none, one at an edge many
+_FAR = 1.0e37  # clip distances beyond float32's use
+
+
+@dataclass
+class _Buffers:
+    """Streams of the region's size, made when first asked for: a scene uses few of them."""
+
+    device: Device
+    size: tuple[int, int]
+    made: dict[str, Stream | PingPong] = field(default_factory=dict)
+
+    def one(self, name: str, record: Record) -> Stream:
+        if name not in self.made:
+            self.made[name] = Stream(self.device, record, self.size)
+            self.made[name].clear()  # type: ignore[union-attr]
+        return self.made[name]  # type: ignore[return-value]
+
+    def two(self, name: str, record: Record) -> PingPong:
+        if name not in self.made:
+            self.made[name] = PingPong(self.device, record, self.size)
+        return self.made[name]  # type: ignore[return-value]
+
+
+class RayTracer:
+    """Traces a pass's eye rays over a region of the frame into images."""
+
+    def __init__(
+        self,
+        device: Device,
+        layer: Layer,
+        tables: Tables,
+        frame: Frame,
+        scene: Scene,
+        settings: Settings,
+        needs: SceneNeeds,
+    ) -> None:
+        self._tables, self._scene, self._settings, self._needs = tables, scene, settings, needs
+        x0, y0, x1, y1 = settings.frame_region
+        self._buffers = _Buffers(device, (x1 - x0, y1 - y0))
+        self._camera = _camera_in_scene_units(scene, frame)
+        kinds: list[type[Kernel]] = [EyeRays, CombinePrimary, CombineAll]
+        if needs.surfaces:
+            kinds += [Tracer, VisiblePoints]
+        if needs.lights:
+            kinds += [Direct, Lit]
+        if needs.mirror:
+            kinds += [Mirror, CombineMirror]
+        self.kernels: dict[type[Kernel], Kernel] = {kind: kind(device, layer) for kind in kinds}
+        self._any_hit = Tracer(device, layer, {"ANY_HIT": 1}) if needs.lights else None
+        if needs.photons and settings.boundary_correction:
+            defines = filter_define(settings) | {"PROBES": COVERAGE_PROBES}
+            self.kernels[Coverage] = Coverage(device, layer, defines)
+        ones = np.ones((y1 - y0, x1 - x0, 4), np.float32)
+        self._unit = Stream(device, THROUGHPUT, self._buffers.size)
+        self._unit_coverage = Stream(device, COVERAGE, self._buffers.size)
+        for stream in (self._unit, self._unit_coverage):
+            stream.upload(ones)
+        ambient = scene.background if settings.ambient else (0.0, 0.0, 0.0)
+        self._world = {"ambient": ambient, "background": scene.background}
+
+    def trace(self, index: int, estimate: Estimate | None, radius: float) -> dict[str, Stream]:
+        """Pass `index`'s images by name: direct, indirect, mirror, mirror_indirect, background,
+        normal, combined. `radius` [scene units] is what `estimate` uses."""
+        one, two = self._buffers.one, self._buffers.two
+        origin, direction = two("origin", RAY_ORIGIN), two("direction", RAY_DIRECTION)
+        hit, facing = one("hit", HIT), one("facing", FACING)
+        place, shading = one("place", PLACE), one("shading", SHADING)
+        view = self._send_eye_rays(index, origin.front, direction.front)
+        self._meet_surfaces(origin.front, direction.front)
+        direct = self._direct(index, 0, direction.front)
+        irradiance = one("irradiance", IRRADIANCE)
+        coverage = self._coverage(index, 0, radius)
+        if estimate:
+            estimate(place, facing, irradiance, view)
+        images = {
+            name: one(f"{name}_seen", RADIANCE)
+            for name in ("direct", "indirect", "background", "normal")
+        }
+        self._run(
+            CombinePrimary,
+            {"hit": hit, "place": place, "facing": facing, "shading": shading}
+            | {"direct": direct, "irradiance": irradiance, "coverage": coverage}
+            | {f"{name}_seen": stream for name, stream in images.items()},
+            self._world
+            | {
+                "background_alpha": 0.0 if self._settings.transparent else 1.0,
+                "eye": tuple(map(float, self._camera["matrix"][:3, 3])),
+                "view_axis": tuple(map(float, -self._camera["matrix"][:3, 2])),
+            },
+        )
+        images["mirror"] = images["mirror_indirect"] = one("no_mirror", RADIANCE)
+        if self._needs.mirror:
+            images["mirror"], images["mirror_indirect"] = self._mirror_images(
+                index, estimate, radius
+            )
+        images["combined"] = one("combined", RADIANCE)
+        parts = ("direct", "indirect", "mirror", "mirror_indirect", "background")
+        self._run(
+            CombineAll,
+            {f"{name}_seen": images[name] for name in parts} | {"combined": images["combined"]},
+        )
+        return images
+
+    def _send_eye_rays(self, index: int, origin: Stream, direction: Stream) -> View:
+        settings = self._settings
+        x0, y0, x1, y1 = settings.frame_region
+        camera, jitter = self._camera, pixel_jitter(settings.seed, index)
+        left, right, bottom, top = camera["window"]
+        self._run(
+            EyeRays,
+            {"origin": origin, "direction": direction},
+            {
+                "camera": _column_major(camera["matrix"]),
+                "window": camera["window"],
+                "clip": camera["clip"],
+                "orthographic": camera["orthographic"],
+                "frame_size": (settings.width, settings.height),
+                "region_origin": (x0, y0),
+                "jitter": jitter,
+            },
+        )
+        # A pixel's centre on the screen is where its jittered ray went.
+        u0, v0 = x0 + jitter[0] - 0.5, y0 + jitter[1] - 0.5
+        du, dv = (right - left) / settings.width, (top - bottom) / settings.height
+        return View(
+            _column_major(np.linalg.inv(camera["matrix"])),
+            (
+                left + u0 * du,
+                left + (u0 + x1 - x0) * du,
+                bottom + v0 * dv,
+                bottom + (v0 + y1 - y0) * dv,
+            ),
+            camera["orthographic"],
+        )
+
+    def _meet_surfaces(self, origin: Stream, direction: Stream) -> None:
+        """Trace rays and find their visible points."""
+        one = self._buffers.one
+        hit = one("hit", HIT)
+        if not self._needs.surfaces:
+            return  # the streams were made clear: no hits, no places
+        self._run(Tracer, {"origin": origin, "direction": direction, "hit": hit})
+        self._run(
+            VisiblePoints,
+            {
+                "direction": direction,
+                "hit": hit,
+                "place": one("place", PLACE),
+                "facing": one("facing", FACING),
+                "shading": one("shading", SHADING),
+            },
+        )
+
+    def _direct(self, index: int, depth: int, direction: Stream) -> Stream:
+        """Direct light at the visible points: one shadow ray a light."""
+        one = self._buffers.one
+        total = self._buffers.two("direct", RADIANCE)
+        total.front.clear()
+        for light in self._needs.lights:
+            assert self._any_hit
+            shadow_origin = one("shadow_origin", RAY_ORIGIN)
+            shadow_direction = one("shadow_direction", RAY_DIRECTION)
+            unshadowed, hit = one("unshadowed", RADIANCE), one("shadow_hit", HIT)
+            self._run(
+                Direct,
+                {
+                    "place": one("place", PLACE),
+                    "facing": one("facing", FACING),
+                    "shading": one("shading", SHADING),
+                    "direction": direction,
+                    "shadow_origin": shadow_origin,
+                    "shadow_direction": shadow_direction,
+                    "unshadowed": unshadowed,
+                },
+                self._draw(index, depth) | {"light_index": light},
+            )
+            self._any_hit.run(
+                {"origin": shadow_origin, "direction": shadow_direction, "hit": hit},
+                self._tables.of(self._any_hit),
+            )
+            self._run(
+                Lit,
+                {"sum": total.front, "unshadowed": unshadowed, "hit": hit, "total": total.back},
+            )
+            total.swap()
+        return total.front
+
+    def _coverage(self, index: int, depth: int, radius: float) -> Stream:
+        """The share of the filter on each visible point's own surface."""
+        if Coverage not in self.kernels:
+            return self._unit_coverage
+        coverage = self._buffers.one("coverage", COVERAGE)
+        self._run(
+            Coverage,
+            {
+                "place": self._buffers.one("place", PLACE),
+                "facing": self._buffers.one("facing", FACING),
+                "coverage": coverage,
+            },
+            self._draw(index, depth) | {"radius": radius},
+        )
+        return coverage
+
+    def _mirror_images(
+        self, index: int, estimate: Estimate | None, radius: float
+    ) -> tuple[Stream, Stream]:
+        """Follow secondary rays up to the depth limit, while any is alive."""
+        one, two = self._buffers.one, self._buffers.two
+        origin, direction = two("origin", RAY_ORIGIN), two("direction", RAY_DIRECTION)
+        throughput = two("throughput", THROUGHPUT)
+        image, indirect = two("mirror", RADIANCE), two("mirror_indirect", RADIANCE)
+        image.front.clear()
+        indirect.front.clear()
+        carried = self._unit
+        for depth in range(self._needs.mirror_depth):
+            alive = self._run(
+                Mirror,
+                {
+                    "place": one("place", PLACE),
+                    "facing": one("facing", FACING),
+                    "shading": one("shading", SHADING),
+                    "direction": direction.front,
+                    "throughput": carried,
+                    "next_origin": origin.back,
+                    "next_direction": direction.back,
+                    "next_throughput": throughput.back,
+                },
+                self._draw(index, depth),
+                count=True,
+            )
+            if alive == 0:
+                break
+            for pair in (origin, direction, throughput):
+                pair.swap()
+            carried = throughput.front
+            self._meet_surfaces(origin.front, direction.front)
+            irradiance = one("irradiance", IRRADIANCE)
+            direct = self._direct(index, depth + 1, direction.front)
+            coverage = self._coverage(index, depth + 1, radius)
+            if estimate:
+                estimate(one("place", PLACE), one("facing", FACING), irradiance, None)
+            self._run(
+                CombineMirror,
+                {
+                    "sum": image.front,
+                    "indirect_sum": indirect.front,
+                    "hit": one("hit", HIT),
+                    "facing": one("facing", FACING),
+                    "direct": direct,
+                    "irradiance": irradiance,
+                    "coverage": coverage,
+                    "throughput": carried,
+                    "total": image.back,
+                    "indirect_total": indirect.back,
+                },
+                self._world,
+            )
+            image.swap()
+            indirect.swap()
+        return image.front, indirect.front
+
+    def _draw(self, index: int, depth: int) -> dict[str, Any]:
+        """What random numbers of a pixel depend on."""
+        return {
+            "seed": self._settings.seed,
+            "pass_index": index,
+            "depth": depth,
+            "frame_size": (self._settings.width, self._settings.height),
+            "region_origin": self._settings.frame_region[:2],
+        }
+
+    def _run(
+        self,
+        kind: type[Kernel],
+        streams: Mapping[str, Stream],
+        uniforms: Mapping[str, Any] | None = None,
+        count: bool = False,
+    ) -> int:
+        kernel = self.kernels[kind]
+        return kernel.run(streams, self._tables.of(kernel), uniforms, count)
+
+    def release(self) -> None:
+        """Free streams and programs."""
+        streams = (*self._buffers.made.values(), self._unit, self._unit_coverage)
+        for item in (*streams, *self.kernels.values()):
+            item.release()
+        if self._any_hit:
+            self._any_hit.release()
+
+
+def pixel_jitter(seed: int, index: int) -> tuple[float, float]:
+    """Where in its pixel each eye ray of a pass goes: the R2 sequence (Roberts 2018), shifted by
+    the seed."""
+    start = np.random.Generator(np.random.Philox(seed)).random(2)
+    step = np.array([0.7548776662466927, 0.5698402909980532])
+    x, y = (start + index * step) % 1.0
+    return float(x), float(y)
+
+
+def _camera_in_scene_units(scene: Scene, frame: Frame) -> dict[str, Any]:
+    camera = scene.camera
+    matrix = np.array(camera.matrix, np.float64)
+    matrix[:3, 3] = frame.points(matrix[:3, 3])
+    orthographic = camera.kind == "ORTHO"
+    unit = frame.scale if orthographic else 1.0
+    return {
+        "matrix": matrix,
+        "window": tuple(edge / unit for edge in camera.window),
+        "clip": tuple(min(c / frame.scale, _FAR) for c in (camera.clip_start, camera.clip_end)),
+        "orthographic": orthographic,
+    }
+
+
+def _column_major(matrix: Any) -> tuple[float, ...]:
+    return tuple(map(float, matrix.T.ravel()))

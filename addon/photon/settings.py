@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every choice that a render takes besides its scene."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from .errors import SettingsError
+
+Estimator = Literal["auto", "splat", "gather"]
+Layer = Literal["auto", "fragment", "compute"]
+Filter = Literal["constant", "cone", "gaussian", "epanechnikov"]
+SplatShape = Literal["triangle", "quad", "point"]
+Region = tuple[int, int, int, int]
+
+
+def filter_define(settings: Settings) -> dict[str, int | float]:
+    """The define that builds a kernel for the settings' filter."""
+    return {f"FILTER_{settings.filter.upper()}": 1}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """A render's settings; `check` states their ranges.
+
+    The picture depends on every field but `layer`, `estimator` and `splat_shape`, which choose
+    among ways to compute the same one.
+    """
+
+    width: int = 512  # [px] of the whole frame
+    height: int = 512
+    region: Region | None = None  # (x0, y0, x1, y1) [px] rendered, from the bottom left
+    passes: int = 16
+    first_pass: int = 0  # passes are independent: ranges can be rendered apart and merged
+    photons: int = 262144  # emitted a pass, all lights together
+    radius: float = 0.0  # [m] of the first pass; 0: from the photons' density
+    radius_shrink: float = 2.0 / 3.0  # alpha of Knaus & Zwicker 2011; 1 keeps the radius
+    seed: int = 0
+    estimator: Estimator = "auto"
+    layer: Layer = "auto"
+    filter: Filter = "epanechnikov"
+    splat_shape: SplatShape = "quad"
+    photon_bounces: int = 64  # scattering events a photon path may have
+    mirror_depth: int = 8  # secondary rays a chain may have
+    ambient: bool = False  # add the paper's ambient term, k_d times the world's radiance
+    boundary_correction: bool = True  # divide by the share of the disc that lies on the surface
+    direct_by_photons: bool = False  # store first hits too and trace no shadow rays
+    transparent: bool = False  # the world leaves alpha 0
+    device_index: int = 0  # which EGL device
+    time_limit: float = 0.0  # [s]; 0: none
+
+    def check(self) -> None:
+        """Raise SettingsError naming the first field that is out of its range."""
+        for name, low, high in (
+            ("width", 1, 16384),
+            ("height", 1, 16384),
+            ("passes", 1, 1 << 24),
+            ("first_pass", 0, 1 << 24),
+            ("photons", 0, 1 << 24),
+            ("radius", 0.0, math.inf),
+            ("radius_shrink", 0.01, 1.0),
+            ("seed", 0, (1 << 32) - 1),
+            ("photon_bounces", 1, 1024),
+            ("mirror_depth", 0, 1024),
+            ("device_index", 0, 255),
+            ("time_limit", 0.0, math.inf),
+        ):
+            value = getattr(self, name)
+            if not low <= value <= high:  # also refuses NaN
+                raise SettingsError(f"{name} = {value} is outside [{low}, {high}]")
+            if isinstance(low, int) and not isinstance(value, int):
+                raise SettingsError(f"{name} = {value!r} is not a whole number")
+        for name, kind in (
+            ("estimator", Estimator),
+            ("layer", Layer),
+            ("filter", Filter),
+            ("splat_shape", SplatShape),
+        ):
+            if getattr(self, name) not in get_args(kind):
+                raise SettingsError(
+                    f"{name} = {getattr(self, name)!r} is none of {', '.join(get_args(kind))}"
+                )
+        x0, y0, x1, y1 = self.frame_region
+        if not (0 <= x0 < x1 <= self.width and 0 <= y0 < y1 <= self.height):
+            raise SettingsError(
+                f"region = {self.region} is empty or outside {self.width}x{self.height}"
+            )
+
+    @property
+    def frame_region(self) -> Region:
+        """The rendered pixels (x0, y0, x1, y1)."""
+        return self.region or (0, 0, self.width, self.height)

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Splat: indirect light by rasterising photons (Marino & Abbate, Splatting)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+
+from ..streams import Device, Stream
+from ..streams.source import expand
+from .deposits import Deposits
+from .settings import SplatShape
+
+_UNIFORMS = """
+uniform sampler2D photon_place;
+uniform sampler2D photon_deposit;
+uniform sampler2D point_place;
+uniform sampler2D point_facing;
+uniform mat4 world_to_camera;
+uniform vec4 window;
+uniform vec2 viewport;
+uniform float radius;
+uniform float pixels_above;
+uniform float pixels_up_to;
+uniform bool orthographic;
+"""
+_VERTICES = {"triangle": 3, "quad": 4, "point": 1}
+_MODES = {
+    "triangle": moderngl.TRIANGLES,
+    "quad": moderngl.TRIANGLE_STRIP,
+    "point": moderngl.POINTS,
+}
+_UNLIMITED = 1.0e30
+
+
+def splat_sources(version: int, shape: str, defines: Mapping[str, int | float]) -> tuple[Any, Any]:
+    """The expanded vertex and fragment programs of a splat shape."""
+    lines = [f"#define {name} {value}" for name, value in defines.items()]
+    header = "\n".join(
+        [f"#version {version} core", f"#define SHAPE_{shape.upper()} 1", *lines, _UNIFORMS]
+    )
+    return (
+        expand("kernels/splat.glsl", header + "#define STAGE_VERTEX 1"),
+        expand("kernels/splat.glsl", header + "#define STAGE_FRAGMENT 1"),
+    )
+
+
+class _Shape:
+    """One splat shape's program."""
+
+    def __init__(self, device: Device, shape: str, defines: Mapping[str, int | float]) -> None:
+        self.shape = shape
+        vertex, fragment = splat_sources(device.glsl_version, shape, defines)
+        try:
+            self.program = device.ctx.program(
+                vertex_shader=vertex.text, fragment_shader=fragment.text
+            )
+        except moderngl.Error as error:
+            failed = vertex if "vertex_shader" in str(error) else fragment
+            raise device.refusal("Splat", failed, error) from None
+        self.array = device.ctx.vertex_array(self.program, [])
+        for unit, name in enumerate(
+            ("photon_place", "photon_deposit", "point_place", "point_facing")
+        ):
+            self.program[name] = unit
+
+    def draw(self, count: int, uniforms: Mapping[str, Any]) -> None:
+        for name, value in uniforms.items():
+            if self.program.get(name, None) is not None:
+                self.program[name] = value
+        self.array.render(_MODES[self.shape], vertices=_VERTICES[self.shape], instances=count)
+
+    def release(self) -> None:
+        self.array.release()
+        self.program.release()
+
+
+@dataclass(frozen=True)
+class View:
+    """How visible points project to the screen: what eye_rays.glsl inverted."""
+
+    world_to_camera: tuple[float, ...]  # column-major, scene units
+    window: tuple[float, float, float, float]  # (left, right, bottom, top) of the streams' pixels
+    orthographic: bool
+
+
+class Splat:
+    """Adds each photon to the visible points around it by blending one splat a photon.
+
+    Reaches only points that the camera sees directly; those seen in mirrors need Gather.
+    """
+
+    def __init__(
+        self, device: Device, shape: SplatShape, defines: Mapping[str, int | float]
+    ) -> None:
+        self._device = device
+        self._shape = _Shape(device, shape, defines)
+        # Points larger than the device draws become quads.
+        self._large = _Shape(device, "quad", defines) if shape == "point" else None
+        self._photons: list[moderngl.Texture] = []
+        self._count, self._radius = 0, 0.0
+        self.launches = 0
+
+    def prepare(self, deposits: Deposits, radius: float) -> None:
+        """Take a pass's deposits and the radius [scene units]."""
+        self._count, *self._photons = deposits.tables()
+        self._radius = radius
+
+    def estimate(self, place: Stream, facing: Stream, irradiance: Stream, view: View) -> None:
+        """Write the irradiance at each visible point."""
+        framebuffer = self._device.framebuffer([irradiance.texture])
+        framebuffer.use()
+        framebuffer.clear()
+        self.launches += 1
+        if self._count == 0:
+            return
+        for unit, texture in enumerate((*self._photons, place.texture, facing.texture)):
+            texture.use(location=unit)
+        limit = self._device.point_size_limit if self._large else _UNLIMITED
+        uniforms = {
+            "world_to_camera": view.world_to_camera,
+            "window": view.window,
+            "viewport": tuple(map(float, irradiance.size)),
+            "radius": self._radius,
+            "orthographic": view.orthographic,
+            "pixels_above": 0.0,
+            "pixels_up_to": limit,
+        }
+        ctx = self._device.ctx
+        ctx.enable(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
+        ctx.blend_func = moderngl.ONE, moderngl.ONE
+        self._shape.draw(self._count, uniforms)
+        if self._large:
+            above = {"pixels_above": limit, "pixels_up_to": _UNLIMITED}
+            self._large.draw(self._count, uniforms | above)
+        ctx.disable(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
+
+    def release(self) -> None:
+        """Free the programs."""
+        self._shape.release()
+        if self._large:
+            self._large.release()

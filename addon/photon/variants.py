@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every program that the renderer can build, for offline checks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import get_args
+
+from ..streams import Kernel
+from ..streams.source import Source
+from .combine import CombineAll, CombineMirror, CombinePrimary
+from .coverage import Coverage
+from .direct import Direct
+from .eye_rays import EyeRays
+from .film import Accumulate, AccumulateVariance
+from .gather import Gather
+from .generator import Generator
+from .lit import Lit
+from .mirror import Mirror
+from .projector import Projector
+from .reflector import Reflector
+from .settings import Filter, SplatShape
+from .splat import splat_sources
+from .tracer import Tracer
+from .visible_points import VisiblePoints
+
+PLAIN: tuple[type[Kernel], ...] = (
+    Generator,
+    EyeRays,
+    Tracer,
+    Reflector,
+    Projector,
+    VisiblePoints,
+    Direct,
+    Lit,
+    Mirror,
+    CombinePrimary,
+    CombineMirror,
+    CombineAll,
+    Accumulate,
+    AccumulateVariance,
+)
+COMPUTE = (
+    "scan_blocks",
+    "scan_add",
+    "compact_flags",
+    "compact_move",
+    "grid_count",
+    "grid_scatter",
+    "grid_rank",
+    "grid_starts",
+    "fill_zero",
+)
+
+
+def kernels() -> Iterator[tuple[type[Kernel], dict[str, int | float]]]:
+    """Each kernel with each of its defines."""
+    for kernel in PLAIN:
+        yield kernel, {}
+    yield Tracer, {"ANY_HIT": 1}
+    for name in get_args(Filter):
+        yield Gather, {f"FILTER_{name.upper()}": 1}
+        yield Coverage, {f"FILTER_{name.upper()}": 1, "PROBES": 1}
+
+
+def splats(version: int) -> Iterator[tuple[str, Source, Source]]:
+    """Each splat program as (name, vertex source, fragment source)."""
+    for shape in get_args(SplatShape):
+        for name in get_args(Filter):
+            defines = {f"FILTER_{name.upper()}": 1}
+            yield f"splat {shape} {name}", *splat_sources(version, shape, defines)

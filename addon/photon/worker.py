@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The renderer process: renders what `process.py` asks for, until its input ends."""
+
+from __future__ import annotations
+
+import os
+import queue
+import select
+import shutil
+import signal
+import sys
+import threading
+import time
+import traceback
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from ..streams import Device
+from .errors import PhotonStreamError, RenderError
+from .messages import Message, receive, send
+from .renderer import Renderer, open_device
+from .scene import Scene
+from .settings import Settings
+
+WATCH_INTERVAL = 0.5  # [s]
+
+
+def main(folder: str, lifeline: int) -> None:
+    """Serve requests from standard input; scene and images are files in `folder`.
+
+    `lifeline`: a descriptor that reads end-of-file when the parent is gone, or -1.
+    """
+    if lifeline >= 0:
+        _watch(folder, lifeline)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what Ctrl-C means
+    # The pipe is ours alone: whatever a driver prints goes to the log.
+    out = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    inbox: queue.Queue[Message | None] = queue.Queue()
+    threading.Thread(target=_listen, args=(sys.stdin.buffer, inbox), daemon=True).start()
+    worker = _Worker(Path(folder), out, inbox)
+    while (message := inbox.get()) is not None:
+        if message["type"] == "render":
+            worker.answer(message)
+        elif message["type"] == "cancel":  # the render was over before the word arrived
+            send(out, {"type": "cancelled"})
+
+
+def _watch(folder: str, lifeline: int) -> None:
+    """Leave a process behind that ends the renderer when its parent dies, and clears up.
+
+    No thread of ours could: a long OpenGL call holds the interpreter. Before OpenGL and threads,
+    which a fork would not survive.
+    """
+    renderer = os.getpid()
+    if os.fork():
+        os.close(lifeline)
+        return
+    for descriptor in (0, 1, 2):  # else the parent would wait for ours to close
+        os.close(descriptor)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        while not select.select([lifeline], [], [], WATCH_INTERVAL)[0]:
+            if os.getppid() != renderer:  # it has ended by itself
+                os._exit(0)
+        if os.getppid() == renderer:
+            os.kill(renderer, signal.SIGKILL)
+        shutil.rmtree(folder, ignore_errors=True)
+    finally:
+        os._exit(0)
+
+
+def _listen(pipe: BinaryIO, inbox: queue.Queue[Message | None]) -> None:
+    while True:
+        message = receive(pipe)
+        inbox.put(message)
+        if message is None:
+            # The parent is gone: a pass under way must not outlive it for long.
+            time.sleep(1.0)
+            os._exit(0)
+
+
+class _Worker:
+    """Renders with a device that stays open between renders."""
+
+    def __init__(self, folder: Path, out: BinaryIO, inbox: queue.Queue[Message | None]) -> None:
+        self._folder, self._out, self._inbox = folder, out, inbox
+        self._device: Device | None = None
+        self._device_index = -1
+
+    def answer(self, request: Message) -> None:
+        """Render one picture, or say why not."""
+        try:
+            settings = _settings(request["settings"])
+            renderer = Renderer(
+                Scene.load(self._folder / "scene.npz"), settings, self._open(settings)
+            )
+            try:
+                self._render(renderer)
+            finally:
+                renderer.release()
+        except Exception as error:
+            # It may be lost, or hold a half-built renderer's streams: the next opens another.
+            self._forget_device()
+            kind: type[Exception] = RenderError
+            text = f"internal error: {type(error).__name__}: {error}"
+            if isinstance(error, PhotonStreamError):
+                kind, text = type(error), str(error)
+            elif isinstance(error, (MemoryError, OSError)):
+                text = f"out of memory or shared memory: {error}"
+            else:
+                traceback.print_exc()
+            send(self._out, {"type": "error", "kind": kind.__name__, "text": text})
+
+    def _open(self, settings: Settings) -> Device:
+        if self._device is None or self._device_index != settings.device_index:
+            self._forget_device()
+            self._device = open_device(settings)
+            self._device_index = settings.device_index
+        return self._device
+
+    def _forget_device(self) -> None:
+        """Close the device, and with it whatever a failed render left on it."""
+        if self._device:
+            self._device.release()
+            self._device = None
+
+    def _render(self, renderer: Renderer) -> None:
+        settings, start = renderer.settings, time.monotonic()
+        self._report(renderer, "progress", start, {"warnings": renderer.warnings})
+        for _ in range(settings.passes):
+            renderer.render_pass()
+            extra: dict[str, Any] = {}
+            while not self._inbox.empty():
+                message = self._inbox.get()
+                if message is None:
+                    return
+                if message["type"] == "cancel":
+                    send(self._out, {"type": "cancelled"})
+                    return
+                extra = {"images": self._share(renderer)}  # the parent asked for a preview
+            self._report(renderer, "progress", start, extra)
+            if 0 < settings.time_limit < time.monotonic() - start:
+                break
+        self._report(renderer, "done", start, {"images": self._share(renderer)})
+
+    def _report(self, renderer: Renderer, kind: str, start: float, extra: Message) -> None:
+        info = renderer.info()
+        send(
+            self._out,
+            {
+                "type": kind,
+                "passes_done": info["passes"],
+                "passes": renderer.settings.passes,
+                "photons": info["passes"] * info["photons_a_pass"],
+                "render_seconds": time.monotonic() - start,
+                "info": info,
+            }
+            | extra,
+        )
+
+    def _share(self, renderer: Renderer) -> list[Any]:
+        """Write the images to shared memory; their layout."""
+        images = renderer.images()
+        # In one step: the parent may be reading the last preview.
+        with open(self._folder / "images.part", "wb") as file:
+            for image in images.values():
+                image.tofile(file)
+        os.replace(self._folder / "images.part", self._folder / "images")
+        return [[name, image.shape] for name, image in images.items()]
+
+
+def _settings(values: Message) -> Settings:
+    region = values["region"]
+    return Settings(**(values | {"region": tuple(region) if region else None}))

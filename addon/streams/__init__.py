@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A stream programming framework over OpenGL (Marino & Abbate, sec. 3). Knows no rendering.
+
+A `Stream` is a fixed-size 2D array of records; a `Kernel` is a GLSL function that runs once an
+element, reads streams and writes up to four. How that happens is the physical layer's business.
+"""
+
+from .compute import Program, Scan
+from .device import Device
+from .kernel import Kernel, Table, Uniform
+from .source import StreamError
+from .stream import PingPong, Record, Stream
+
+__all__ = [
+    "Device",
+    "Kernel",
+    "PingPong",
+    "Program",
+    "Record",
+    "Scan",
+    "Stream",
+    "StreamError",
+    "Table",
+    "Uniform",
+]

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Compute programs over buffers, and the parallel prefix sum that sorting and compacting need.
+
+For what a stream kernel cannot say: writing to a computed place. Only on devices with compute
+programs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import moderngl
+
+from .device import Device
+from .source import Source, expand
+
+GROUP = 256  # threads a work group
+SCAN_BLOCK = 1024  # elements that one work group of scan.glsl sums
+_GROUPS_A_ROW = 32768  # OpenGL guarantees 65535 groups a dimension
+
+
+def compute_source(stem: str, version: int = 430) -> Source:
+    """The expanded text of `glsl/kernels/<stem>.glsl`, which declares its own bindings."""
+    header = f"#version {max(version, 430)} core\nlayout(local_size_x = {GROUP}) in;\n"
+    header += f"""uniform int count;
+int thread() {{
+    int group = int(gl_WorkGroupID.y) * {_GROUPS_A_ROW} + int(gl_WorkGroupID.x);
+    return group * {GROUP} + int(gl_LocalInvocationID.x);
+}}
+int group() {{ return int(gl_WorkGroupID.y) * {_GROUPS_A_ROW} + int(gl_WorkGroupID.x); }}"""
+    return expand(f"kernels/{stem}.glsl", header)
+
+
+class Program:
+    """A compute program that runs one thread an element: `thread()` below `count`."""
+
+    def __init__(self, device: Device, stem: str) -> None:
+        self._device, self.stem = device, stem
+        source = compute_source(stem, device.glsl_version)
+        try:
+            self._program = device.ctx.compute_shader(source.text)
+        except moderngl.Error as error:
+            raise device.refusal(stem, source, error) from None
+
+    def run(
+        self,
+        count: int,
+        buffers: Sequence[moderngl.Buffer] = (),
+        textures: Mapping[str, moderngl.Texture] | None = None,
+        images: Sequence[moderngl.Texture] = (),
+        uniforms: Mapping[str, Any] | None = None,
+        groups: int | None = None,
+    ) -> None:
+        """Run `count` threads; storage buffers and written images bind in order from 0."""
+        for binding, buffer in enumerate(buffers):
+            buffer.bind_to_storage_buffer(binding)
+        for unit, (name, texture) in enumerate((textures or {}).items()):
+            texture.use(location=unit)
+            self._program[name].value = unit
+        for unit, image in enumerate(images):
+            image.bind_to_image(unit, read=False, write=True)
+        for name, value in (uniforms or {}).items():
+            self._program[name].value = value
+        self._program["count"].value = count
+        groups = groups if groups is not None else -(-count // GROUP)
+        rows = -(-groups // _GROUPS_A_ROW)
+        self._program.run(min(groups, _GROUPS_A_ROW), rows)
+        self._device.ctx.memory_barrier()
+
+    def release(self) -> None:
+        """Free the program."""
+        self._program.release()
+
+
+class Scan:
+    """Exclusive prefix sums of uint32 buffers, in place (Blelloch 1990, by blocks)."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._blocks = Program(device, "scan_blocks")
+        self._add = Program(device, "scan_add")
+        self._sums: dict[int, moderngl.Buffer] = {}  # block sums by level; they grow
+
+    def run(self, buffer: moderngl.Buffer, count: int, level: int = 0) -> None:
+        """Replace the first `count` numbers by the sums of those before them."""
+        blocks = -(-count // SCAN_BLOCK)
+        sums = self._sums.get(level)
+        if sums is None or sums.size < 4 * blocks:
+            if sums is not None:
+                sums.release()
+            sums = self._sums[level] = self._device.ctx.buffer(reserve=4 * blocks)
+        self._blocks.run(count, [buffer, sums], groups=blocks)
+        if blocks > 1:
+            self.run(sums, blocks, level + 1)
+            self._add.run(count, [buffer, sums])
+
+    def release(self) -> None:
+        """Free buffers and programs."""
+        for buffer in self._sums.values():
+            buffer.release()
+        self._blocks.release()
+        self._add.release()

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Device: an OpenGL context without a window, and what it can do."""
+
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import sys
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import moderngl
+
+from .source import Source, StreamError
+
+Layer = Literal["fragment", "compute"]
+
+_SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
+_CACHED_FRAMEBUFFERS = 128
+_VERSIONS = (450, 430, 410, 330)  # compute programs from 430; macOS ends at 410
+
+# KHR_debug (glext.h)
+_DEBUG_OUTPUT, _DEBUG_OUTPUT_SYNCHRONOUS = 0x92E0, 0x8242
+_DEBUG_TYPE_ERROR = 0x824C
+_DebugCallback = ctypes.CFUNCTYPE(
+    None,
+    ctypes.c_uint,
+    ctypes.c_uint,
+    ctypes.c_uint,
+    ctypes.c_uint,
+    ctypes.c_int,
+    ctypes.c_char_p,
+    ctypes.c_void_p,
+)
+
+
+class Device:
+    """Opens an OpenGL context and owns it; it belongs to the thread that made it.
+
+    `index` chooses among EGL devices. Raises StreamError if there is no OpenGL 3.3.
+    """
+
+    def __init__(self, index: int = 0) -> None:
+        arguments: dict[str, Any] = {"standalone": True}
+        if sys.platform.startswith("linux"):
+            arguments |= {"backend": "egl", "device_index": index}
+        self.ctx: moderngl.Context = _newest_context(index, arguments)
+        info = self.ctx.info
+        self.name = str(info["GL_RENDERER"])
+        self.version = str(info["GL_VERSION"])
+        self.glsl_version = min(self.ctx.version_code, 450)
+        self.is_software = any(word in self.name.lower() for word in _SOFTWARE)
+        self.prefers_native = self.is_software  # to sort and compact on the host
+        self.has_compute = self.ctx.version_code >= 430
+        self.texture_limit = min(int(info.get("GL_MAX_TEXTURE_SIZE", 4096)), 16384)
+        self.point_size_limit = float(info["GL_POINT_SIZE_RANGE"][1])
+        # moderngl goes back to the framebuffer last used whenever it makes an object: that must
+        # never be one already released.
+        self._rest = self.ctx.framebuffer([self.ctx.texture((1, 1), 4)])
+        # moderngl frees no queries, so all kernels share one.
+        self.samples_passed = self.ctx.query(samples=True)
+        self.errors: list[str] = []
+        self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
+        self._staging = self.ctx.buffer(reserve=4)
+        self._callback = self._listen()
+
+    def choose_layer(self, wanted: str) -> Layer:
+        """The physical layer for `wanted` = "auto", "fragment" or "compute".
+
+        Measured: on software OpenGL fragment programs are the faster, on GPUs compute programs.
+        """
+        if wanted == "compute" and not self.has_compute:
+            raise StreamError(f"{self.name} has no compute programs (OpenGL {self.version})")
+        if wanted == "auto":
+            return "compute" if self.has_compute and not self.is_software else "fragment"
+        return "compute" if wanted == "compute" else "fragment"
+
+    def framebuffer(self, textures: Sequence[moderngl.Texture]) -> moderngl.Framebuffer:
+        """A framebuffer that draws into `textures`; made once for each combination."""
+        key = tuple(texture.glo for texture in textures)
+        if key not in self._framebuffers:
+            if len(self._framebuffers) >= _CACHED_FRAMEBUFFERS:
+                self._release_framebuffers()
+            self._framebuffers[key] = self.ctx.framebuffer(color_attachments=list(textures))
+        return self._framebuffers[key]
+
+    def forget(self, texture: moderngl.Texture) -> None:
+        """Drop the framebuffers that draw into a texture about to be released."""
+        self._rest.use()
+        for key in [key for key in self._framebuffers if texture.glo in key]:
+            self._framebuffers.pop(key).release()
+
+    def read_uint(self, buffer: moderngl.Buffer, index: int = 0) -> int:
+        """One number of a uint32 buffer (waits for the device).
+
+        By way of a buffer of its own: one that has been mapped stays in host memory, and atomics
+        across the bus took an H200 1 ms where they take microseconds.
+        """
+        self.ctx.copy_buffer(self._staging, buffer, 4, read_offset=4 * index)
+        return int.from_bytes(self._staging.read(), sys.byteorder)
+
+    def refusal(self, who: str, source: Source, error: Exception) -> StreamError:
+        """The error for a program that the driver refused, with files and lines; forgets what
+        KHR_debug repeated of it."""
+        self.errors.clear()
+        return StreamError(f"{who}: {source.explain(str(error))}")
+
+    def check(self) -> None:
+        """Raise StreamError if OpenGL has reported an error since the last call."""
+        code = self.ctx.error
+        if code != "GL_NO_ERROR":
+            self.errors.append(code)
+        if self.errors:
+            text = "; ".join(self.errors)
+            self.errors.clear()
+            raise StreamError(f"{self.name}: {text}")
+
+    def release(self) -> None:
+        """Free the context and all that lives in it."""
+        self._release_framebuffers()
+        self.ctx.release()
+
+    def _release_framebuffers(self) -> None:
+        self._rest.use()
+        for framebuffer in self._framebuffers.values():
+            framebuffer.release()
+        self._framebuffers.clear()
+
+    def _listen(self) -> Any:
+        """Collect KHR_debug errors; moderngl has no call for it, so through the EGL loader."""
+        egl = ctypes.util.find_library("EGL")
+        if egl is None or not sys.platform.startswith("linux"):
+            return None
+        find = ctypes.CDLL(egl).eglGetProcAddress
+        find.restype, find.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
+        address, enable_address = find(b"glDebugMessageCallback"), find(b"glEnable")
+        if not address or not enable_address or self.ctx.version_code < 430:
+            return None
+
+        def listen(
+            _source: int, kind: int, _id: int, _severity: int, _n: int, text: bytes, _user: int
+        ) -> None:
+            if kind == _DEBUG_TYPE_ERROR:
+                self.errors.append(text.decode(errors="replace"))
+
+        callback = _DebugCallback(listen)
+        enable = ctypes.CFUNCTYPE(None, ctypes.c_uint)(enable_address)
+        enable(_DEBUG_OUTPUT)
+        enable(_DEBUG_OUTPUT_SYNCHRONOUS)
+        ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address)(
+            ctypes.cast(callback, ctypes.c_void_p), None
+        )
+        return callback  # must live as long as the context
+
+
+def _newest_context(index: int, arguments: dict[str, Any]) -> moderngl.Context:
+    """Ask for the newest OpenGL that we use: some drivers give exactly what is asked for."""
+    for version in _VERSIONS:
+        try:
+            return moderngl.create_context(require=version, **arguments)
+        except Exception as error:  # glcontext raises bare Exception
+            reason = error
+    raise StreamError(
+        f"no OpenGL 3.3 context on device {index}: {reason}. "
+        "Install a graphics driver (on Debian: libegl1 and libgl1-mesa-dri)"
+    ) from reason

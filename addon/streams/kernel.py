@@ -1,0 +1,275 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Kernel: a GLSL function run once for each element of its output streams."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import moderngl
+
+from .device import Device, Layer
+from .source import Source, StreamError, expand, read
+from .stream import Record, Stream
+
+GROUP = (8, 8)  # compute work group; 64 threads suit every GPU's warp or wave size
+_MAX_OUTPUTS = 4  # what OpenGL 3.3 guarantees in practice for float MRT
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A value that is the same for every element."""
+
+    kind: str  # GLSL type
+
+
+@dataclass(frozen=True)
+class Table:
+    """A texture that an element may read anywhere, such as the BVH."""
+
+    kind: str = "sampler2D"
+
+
+class Kernel:
+    """Runs `glsl/kernels/<stem>.glsl` over streams; subclasses only declare.
+
+    The GLSL file defines `void kernel()` against generated functions: `load_<input>()`,
+    `store_<output>(record)`, `skip()` (the element becomes zero and does not count as alive),
+    `element()` and `element_index()`. Structure is a `#define` from `defines`.
+    Raises StreamError at construction if the declaration and the file don't match.
+    """
+
+    stem: ClassVar[str]
+    inputs: ClassVar[Mapping[str, Record]] = {}
+    outputs: ClassVar[Mapping[str, Record]] = {}
+    uniforms: ClassVar[Mapping[str, Uniform]] = {}
+    tables: ClassVar[Mapping[str, Table]] = {}
+    records: ClassVar[tuple[Record, ...]] = ()  # structs besides those of the ports
+
+    def __init__(
+        self, device: Device, layer: Layer, defines: Mapping[str, int | float] | None = None
+    ) -> None:
+        self.device, self.layer, self.launches = device, layer, 0
+        source = self.source(layer, device.glsl_version, defines or {})
+        self._skips = "skip()" in source.text.split("void kernel()", 1)[1]
+        ctx = device.ctx
+        try:
+            if layer == "compute":
+                self._compute = ctx.compute_shader(source.text)
+                self._program: Any = self._compute
+                self._alive = ctx.buffer(bytes(4))
+                self._alive_before = 0
+            else:
+                self._program = ctx.program(
+                    vertex_shader=_FULL_SCREEN_TRIANGLE.format(version=device.glsl_version),
+                    fragment_shader=source.text,
+                )
+                self._quad = ctx.vertex_array(self._program, [])
+        except moderngl.Error as error:
+            raise device.refusal(type(self).__name__, source, error) from None
+        for unit, name in enumerate((*self.inputs, *self.tables)):
+            self._set(_sampler(name, self.inputs), unit)
+        device.check()
+
+    @classmethod
+    def source(cls, layer: Layer, version: int, defines: Mapping[str, int | float]) -> Source:
+        """The whole program text for a layer; checks the declaration against the file."""
+        path = f"kernels/{cls.stem}.glsl"
+        cls._check_declaration(path)
+        return expand(path, cls._header(layer, version, defines))
+
+    def run(
+        self,
+        streams: Mapping[str, Stream],
+        tables: Mapping[str, Any] | None = None,
+        uniforms: Mapping[str, Any] | None = None,
+        count: bool = False,
+    ) -> int:
+        """Run once over all elements of the outputs.
+
+        `streams` binds every input and output port, `tables` every table to a texture, and
+        `uniforms` every uniform. With `count`, returns how many elements were not skipped
+        (waits for the device); else 0. Raises StreamError for a wrong port, record or size.
+        """
+        tables, uniforms = tables or {}, uniforms or {}
+        size = self._check_bindings(streams, tables, uniforms)
+        textures = [streams[name].texture for name in self.inputs]
+        for unit, texture in enumerate([*textures, *(tables[name] for name in self.tables)]):
+            texture.use(location=unit)
+        for name, value in uniforms.items():
+            self._set(name, value)
+        self._set("stream_size", size)
+        self.launches += 1
+        targets = [streams[name].texture for name in self.outputs]
+        if self.layer == "compute":
+            return self._dispatch(targets, size, count)
+        return self._draw(targets, count)
+
+    def release(self) -> None:
+        """Free the program."""
+        if self.layer == "compute":
+            self._alive.release()
+        else:
+            self._quad.release()
+        self._program.release()
+
+    def _dispatch(self, targets: list[moderngl.Texture], size: tuple[int, int], count: bool) -> int:
+        for unit, texture in enumerate(targets):
+            texture.bind_to_image(unit, read=False, write=True)
+        self._set("count_alive", count)
+        self._alive.bind_to_storage_buffer(0)
+        groups = [-(-n // g) for n, g in zip(size, GROUP, strict=True)]
+        self._compute.run(*groups)
+        self.device.ctx.memory_barrier()
+        if not count:
+            return 0
+        # The counter only grows (modulo 2^32): the host never writes to it.
+        total = self.device.read_uint(self._alive)
+        alive, self._alive_before = (total - self._alive_before) % (1 << 32), total
+        return alive
+
+    def _draw(self, targets: list[moderngl.Texture], count: bool) -> int:
+        framebuffer = self.device.framebuffer(targets)
+        framebuffer.use()
+        if self._skips:
+            framebuffer.clear()
+        if not count:
+            self._quad.render(moderngl.TRIANGLES, vertices=3)
+            return 0
+        with self.device.samples_passed as query:
+            self._quad.render(moderngl.TRIANGLES, vertices=3)
+        return int(query.samples)
+
+    def _set(self, name: str, value: Any) -> None:
+        member = self._program.get(name, None)
+        if member is not None:  # the compiler may have removed what a #define made unused
+            member.value = value
+
+    def _check_bindings(
+        self,
+        streams: Mapping[str, Stream],
+        tables: Mapping[str, Any],
+        uniforms: Mapping[str, Any],
+    ) -> tuple[int, int]:
+        who = type(self).__name__
+        ports = {**self.inputs, **self.outputs}
+        for what, given, wanted in (
+            ("stream", streams, ports),
+            ("table", tables, self.tables),
+            ("uniform", uniforms, self.uniforms),
+        ):
+            if given.keys() != wanted.keys():
+                odd = sorted(given.keys() ^ wanted.keys())
+                raise StreamError(f"{who}: {what}s {odd} are bound or declared, but not both")
+        size = streams[next(iter(self.outputs))].size
+        for name, record in ports.items():
+            stream = streams[name]
+            if stream.record.name != record.name:
+                raise StreamError(
+                    f"{who}: port {name!r} is a stream of {record.name}, got {stream.record.name}"
+                )
+            if stream.size != size:
+                raise StreamError(f"{who}: port {name!r} is {stream.size}, others are {size}")
+        written = {id(streams[name]): name for name in self.outputs}
+        if len(written) < len(self.outputs):
+            raise StreamError(f"{who}: one stream is bound to two outputs of {[*self.outputs]}")
+        for name in self.inputs:
+            if id(streams[name]) in written:
+                other = written[id(streams[name])]
+                raise StreamError(f"{who}: input {name!r} and output {other!r} are one stream")
+        return size
+
+    @classmethod
+    def _check_declaration(cls, path: str) -> None:
+        text = re.sub(r"//.*", "", read(path, cls.__name__))
+        if "void kernel()" not in text:
+            raise StreamError(f"{cls.__name__}: {path} defines no `void kernel()`")
+        if not 1 <= len(cls.outputs) <= _MAX_OUTPUTS:
+            raise StreamError(f"{cls.__name__}: {len(cls.outputs)} outputs, 1 to 4 are possible")
+        for kind, verb, ports in (("input", "load", cls.inputs), ("output", "store", cls.outputs)):
+            used = set(re.findall(rf"\b{verb}_(\w+)\s*\(", text))
+            for name in ports.keys() - used:
+                raise StreamError(
+                    f'{cls.__name__}: {kind} "{name}" has no {verb}_{name}() in {path}'
+                )
+            for name in used - ports.keys():
+                raise StreamError(
+                    f'{path}: {verb}_{name}() has no {kind} "{name}" in {cls.__name__}'
+                )
+
+    @classmethod
+    def _header(cls, layer: Layer, version: int, defines: Mapping[str, int | float]) -> str:
+        compute = layer == "compute"
+        ports = (*cls.inputs.values(), *cls.outputs.values())
+        records = {record.name: record for record in (*ports, *cls.records)}
+        lines = [f"#version {max(version, 430) if compute else version} core"]
+        lines += [f"#define {name} {value}" for name, value in defines.items()]
+        lines.append("#if __VERSION__ < 400\n#define precise\n#endif")
+        lines += [record.glsl() for record in records.values()]
+        lines.append("uniform ivec2 stream_size;")
+        lines += [f"uniform {u.kind} {name};" for name, u in cls.uniforms.items()]
+        lines += [f"uniform {t.kind} {name};" for name, t in cls.tables.items()]
+        lines.append(_COMPUTE_PRELUDE if compute else _FRAGMENT_PRELUDE)
+        lines.append("int element_index() { return element().y * stream_size.x + element().x; }")
+        for name, record in cls.inputs.items():
+            lines.append(f"uniform sampler2D input_{name};")
+            lines.append(
+                f"{record.name} load_{name}() "
+                f"{{ return unpack_{record.name}(texelFetch(input_{name}, element(), 0)); }}"
+            )
+        for slot, (name, record) in enumerate(cls.outputs.items()):
+            if compute:
+                lines.append(
+                    f"layout(rgba32f, binding = {slot}) writeonly uniform image2D output_{name};"
+                )
+                write = f"imageStore(output_{name}, element(), pack_{record.name}(record))"
+            else:
+                lines.append(f"layout(location = {slot}) out vec4 output_{name};")
+                write = f"output_{name} = pack_{record.name}(record)"
+            lines.append(f"void store_{name}({record.name} record) {{ {write}; }}")
+        if compute:
+            zeros = " ".join(
+                f"imageStore(output_{name}, element(), vec4(0.0));" for name in cls.outputs
+            )
+            lines.append(f"#define skip() {{ skipped = true; {zeros} return; }}")
+            lines.append(_COMPUTE_MAIN)
+        else:
+            lines.append("#define skip() { discard; return; }")
+            lines.append("void kernel();\nvoid main() { kernel(); }")
+        return "\n".join(lines)
+
+
+def _sampler(name: str, inputs: Mapping[str, Record]) -> str:
+    return f"input_{name}" if name in inputs else name
+
+
+_FULL_SCREEN_TRIANGLE = """#version {version} core
+void main() {{
+    vec2 corner = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2);
+    gl_Position = vec4(corner * 2.0 - 1.0, 0.0, 1.0);
+}}
+"""
+
+_FRAGMENT_PRELUDE = "ivec2 element() { return ivec2(gl_FragCoord.xy); }"
+
+_COMPUTE_PRELUDE = f"""layout(local_size_x = {GROUP[0]}, local_size_y = {GROUP[1]}) in;
+layout(std430, binding = 0) buffer Alive {{ uint alive; }};
+uniform bool count_alive;
+shared uint group_alive;
+bool skipped = false;
+ivec2 element() {{ return ivec2(gl_GlobalInvocationID.xy); }}"""
+
+# One atomic a work group: a quarter million on one address took 2 ms on an H200.
+_COMPUTE_MAIN = """void kernel();
+void main() {
+    bool inside = all(lessThan(element(), stream_size));
+    if (inside) kernel();
+    if (!count_alive) return;
+    if (gl_LocalInvocationIndex == 0u) group_alive = 0u;
+    barrier();
+    if (inside && !skipped) atomicAdd(group_alive, 1u);
+    barrier();
+    if (gl_LocalInvocationIndex == 0u && group_alive > 0u) atomicAdd(alive, group_alive);
+}"""

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""GLSL sources: rooted, nested includes, each once; driver messages mapped back to files."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+_INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
+# Mesa "0:31(5): error", glslang "ERROR: 0:31: ...", NVIDIA "0(31) : error"
+_PLACE = re.compile(r"\b0:(\d+)\b(?:\(\d+\))?|\b0\((\d+)\)")
+
+
+class StreamError(Exception):
+    """A stream program that cannot be built or run; the text names both sides."""
+
+
+@lru_cache(maxsize=1)
+def glsl_root() -> Path:
+    """The folder of the GLSL files: inside the package when installed, else beside it."""
+    package = Path(__file__).resolve().parents[1]
+    for root in (package / "glsl", package.parent / "glsl"):
+        if root.is_dir():
+            return root
+    raise StreamError(f"no glsl folder in {package} or beside it: the installation is incomplete")
+
+
+def read(path: str, asked_by: str) -> str:
+    """The text of a file below the GLSL root; StreamError if it is not there."""
+    root = glsl_root().resolve()
+    file = (root / path).resolve()
+    if not file.is_relative_to(root) or not file.is_file():
+        raise StreamError(f"{asked_by}: no file {path!r} in {root}")
+    return file.read_text(encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class Source:
+    """An expanded program text, and where each of its lines comes from.
+
+    No `#line` in the text: Mesa forgets its source number in some messages.
+    """
+
+    text: str
+    places: tuple[str, ...]  # "lib/ray.glsl:31" for each line of text
+
+    def explain(self, log: str) -> str:
+        """The driver's message with files and their lines."""
+
+        def name(match: re.Match[str]) -> str:
+            line = int(match[1] or match[2]) - 1
+            return self.places[line] if 0 <= line < len(self.places) else match[0]
+
+        return _PLACE.sub(name, log)
+
+
+def expand(path: str, header: str) -> Source:
+    """`header` followed by the file `path` (below the GLSL root) with its includes in place.
+
+    Raises StreamError naming the including file and line for a file that is not there.
+    """
+    lines = header.splitlines()
+    places = [f"{path} (header, line {at})" for at in range(1, len(lines) + 1)]
+    _append(path, path, set(), lines, places)
+    return Source("\n".join(lines) + "\n", tuple(places))
+
+
+def _append(path: str, asked_by: str, seen: set[str], lines: list[str], places: list[str]) -> None:
+    if path in seen:
+        return  # a file is included once, so nothing needs guards and a cycle ends
+    seen.add(path)
+    for at, line in enumerate(read(path, asked_by).splitlines(), 1):
+        include = _INCLUDE.match(line)
+        if include:
+            _append(include[1], f"{path}:{at}", seen, lines, places)
+        else:
+            lines.append(line)
+            places.append(f"{path}:{at}")

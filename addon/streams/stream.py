@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Record: the layout of one element. Stream: an array of them in a texture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from .device import Device
+from .source import StreamError
+
+_SIZES = {"float": 1, "vec2": 2, "vec3": 3, "vec4": 4}
+_CHANNELS = "xyzw"
+
+
+@dataclass(frozen=True)
+class Record:
+    """Names up to four float32 channels: {"position": "vec3", "surface": "float"}.
+
+    A record of all zeros means "no element" in every record: that is what a skipped element
+    leaves behind.
+    """
+
+    name: str
+    fields: Mapping[str, str]
+
+    def __post_init__(self) -> None:
+        unknown = [kind for kind in self.fields.values() if kind not in _SIZES]
+        if unknown:
+            raise StreamError(f"record {self.name}: no field type {unknown[0]!r}")
+        if sum(_SIZES[kind] for kind in self.fields.values()) > 4:
+            raise StreamError(f"record {self.name}: more than four channels")
+
+    def glsl(self) -> str:
+        """The struct and its conversions from and to a texel."""
+        members, reads, at = [], [], 0
+        for name, kind in self.fields.items():
+            members.append(f"{kind} {name};")
+            reads.append(f"texel.{_CHANNELS[at : at + _SIZES[kind]]}")
+            at += _SIZES[kind]
+        writes = [f"record.{name}" for name in self.fields] + ["0.0"] * (4 - at)
+        return (
+            f"struct {self.name} {{ {' '.join(members)} }};\n"
+            f"{self.name} unpack_{self.name}(vec4 texel) "
+            f"{{ return {self.name}({', '.join(reads)}); }}\n"
+            f"vec4 pack_{self.name}({self.name} record) "
+            f"{{ return vec4({', '.join(writes)}); }}\n"
+        )
+
+
+class Stream:
+    """A `size` = (width, height) array of `record`s, float32 RGBA, on `device`."""
+
+    def __init__(self, device: Device, record: Record, size: tuple[int, int]) -> None:
+        limit = device.texture_limit
+        if not (0 < size[0] <= limit and 0 < size[1] <= limit):
+            raise StreamError(f"stream of {record.name}: size {size} is outside 1..{limit}")
+        self.device, self.record, self.size = device, record, size
+        self.texture: moderngl.Texture = device.ctx.texture(size, 4, dtype="f4")
+        self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+
+    def clear(self) -> None:
+        """Set every element to zero: "no element"."""
+        self.device.framebuffer([self.texture]).clear()
+
+    def upload(self, data: NDArray[np.float32]) -> None:
+        """Fill from float32 (height, width, 4)."""
+        expected = (self.size[1], self.size[0], 4)
+        if data.shape != expected or data.dtype != np.float32:
+            raise StreamError(
+                f"stream of {self.record.name}: expected float32{expected}, "
+                f"got {data.dtype}{data.shape}"
+            )
+        self.texture.write(np.ascontiguousarray(data))
+
+    def download(self) -> NDArray[np.float32]:
+        """The elements as float32 (height, width, 4)."""
+        data = np.empty((self.size[1], self.size[0], 4), np.float32)
+        self.texture.read_into(data)
+        return data
+
+    def release(self) -> None:
+        """Free the texture."""
+        self.device.forget(self.texture)
+        self.texture.release()
+
+
+class PingPong:
+    """Two streams that change places: `front` is read, `back` written, then `swap`."""
+
+    def __init__(self, device: Device, record: Record, size: tuple[int, int]) -> None:
+        self.front = Stream(device, record, size)
+        self.back = Stream(device, record, size)
+
+    def swap(self) -> None:
+        """What was written becomes what is read."""
+        self.front, self.back = self.back, self.front
+
+    def release(self) -> None:
+        """Free both."""
+        self.front.release()
+        self.back.release()

@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one door to Photon Stream: render, test, package, doctor.
+
+Needs nothing but Python: what a command needs besides is installed into .venv beside this file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+from addon.build import checks, doctor, package
+from addon.build.environment import PYTHON, ROOT, ensure
+from addon.build.process import Failure, run, say
+
+COMMAND = ROOT / "addon" / "blender" / "command.py"
+RENDER_OPTIONS: dict[str, dict[str, Any]] = {
+    "output": {"type": Path, "metavar": "FILE", "help": ".png, or .exr with every pass in float"},
+    "frame": {"type": int, "metavar": "N", "help": "frame of the animation"},
+    "width": {"type": int, "metavar": "N", "help": "of the picture [px]"},
+    "height": {"type": int, "metavar": "N", "help": "of the picture [px]"},
+    "seed": {"type": int, "metavar": "N", "help": "of the random numbers"},
+    "passes": {"type": int, "metavar": "N", "help": "to average"},
+    "photons": {"type": int, "metavar": "N", "help": "emitted in each pass"},
+    "radius": {"type": float, "metavar": "R", "help": "of density estimation; 0: automatic"},
+    "estimator": {"choices": ("auto", "splat", "gather"), "help": "sums photons up"},
+    "layer": {"choices": ("auto", "fragment", "compute"), "help": "runs the kernels"},
+    "report": {"type": Path, "metavar": "FILE", "help": "what was approximated or left out, JSON"},
+}
+
+
+def render(args: argparse.Namespace) -> int:
+    """Hand the file to the add-on's command line, under the interpreter that it needs."""
+    file: Path = args.file
+    if not file.is_file():
+        raise Failure(f"{file}: no such file")
+    snapshot = file.suffix.lower() == ".npz"
+    if not snapshot and file.suffix.lower() != ".blend":
+        raise Failure(f"{file}: neither a .blend file nor an .npz scene snapshot")
+    for name in ("blender", "frame", "report"):
+        if snapshot and getattr(args, name) is not None:
+            raise Failure(f"--{name} is for .blend files; {file} is a scene snapshot")
+    args.output = args.output or Path(f"{file.stem}.png")
+    options = [str(file.resolve())]
+    for name in RENDER_OPTIONS:
+        value = getattr(args, name)
+        if value is not None:
+            options += [f"--{name}", str(value.resolve() if isinstance(value, Path) else value)]
+    if snapshot:
+        ensure("run", "native")
+        return run([PYTHON, "-m", "addon.photon.command", *options], cwd=ROOT)
+    if args.blender:
+        blender = shutil.which(args.blender)
+        if blender is None:
+            raise Failure(f"--blender {args.blender}: no such program")
+        # The renderer is a process of its own and runs under our interpreter, not Blender's.
+        ensure("run", "native")
+        background = [blender, "-b", "--factory-startup", "--python-exit-code", "1"]
+        env = os.environ | {"PHOTON_STREAM_PYTHON": str(PYTHON)}
+        return run([*background, "--python", COMMAND, "--", *options], env)
+    ensure("run", "native", "blender")
+    return run([PYTHON, COMMAND, *options])
+
+
+def measure(bench: str, options: list[Any]) -> int:
+    """Run a benchmark of tests/bench; the chart needs bpy for its peer."""
+    ensure("run", "native", *(["blender"] if bench == "chart" else []))
+    return run([PYTHON, "-m", f"tests.bench.{bench}", *options], cwd=ROOT)
+
+
+def main(argv: list[str]) -> int:
+    """Parse the command line and do as it says; what follows `--` is pytest's or the bench's."""
+    ours, theirs = argv, []
+    if "--" in argv:
+        ours, theirs = argv[: argv.index("--")], argv[argv.index("--") + 1 :]
+    parser = argparse.ArgumentParser(prog="build.py", description=__doc__)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    sub = commands.add_parser("render", help="render a .blend file or an .npz scene snapshot")
+    sub.set_defaults(do=render)
+    sub.add_argument("file", type=Path)
+    for name, kind in RENDER_OPTIONS.items():
+        flags = ["-o", "--output"] if name == "output" else [f"--{name}"]
+        sub.add_argument(*flags, **kind)
+    sub.add_argument("--blender", metavar="PATH", help="render inside this installed Blender")
+    sub = commands.add_parser("test", help="run every check; arguments after -- go to pytest")
+    sub.set_defaults(do=checks.test, pytest=theirs)
+    sub = commands.add_parser("chart", help="error against seconds, beside Cycles, as HTML")
+    sub.set_defaults(
+        do=lambda args: measure("chart", [*["--quick"] * args.quick, "-o", args.output])
+    )
+    sub.add_argument("--quick", action="store_true", help="fewer efforts, one seed")
+    sub.add_argument("-o", "--output", type=Path, default=Path("chart"), metavar="FOLDER")
+    sub = commands.add_parser("bench", help="time one pass of a snapshot for each way to render it")
+    sub.set_defaults(do=lambda args: measure("frame", [args.file.resolve(), *theirs]))
+    sub.add_argument("file", type=Path, help=".npz; arguments after -- go to tests/bench/frame.py")
+    sub = commands.add_parser("package", help="write the extension for Blender into dist/")
+    sub.set_defaults(do=package.package)
+    sub = commands.add_parser("doctor", help="say what is here, what is missing, how to get it")
+    sub.set_defaults(do=doctor.doctor)
+    args = parser.parse_args(ours)
+    if theirs and ours[0] not in ("test", "bench"):
+        parser.error(f"unexpected arguments: {' '.join(theirs)}")
+    try:
+        return int(args.do(args))
+    except Failure as error:
+        say(f"build.py: {error}")
+        return 1
+    except KeyboardInterrupt:
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Add what a chain's secondary ray sees to the mirror image, indirect light apart. Their alphas sum
+// up the chain's weight without and with the coverage, which correct the indirect part's boundaries.
+#include "lib/records.glsl"
+#include "lib/material.glsl"
+
+void kernel() {
+    Radiance sum = load_sum();
+    Radiance indirect_sum = load_indirect_sum();
+    vec3 throughput = load_throughput().throughput;
+    vec3 seen = background, indirect = vec3(0.0);
+    float weight = 0.0, coverage = load_coverage().share;
+    if (is_hit(load_hit())) {
+        vec3 diffuse = material_at(load_facing().material).diffuse;
+        weight = mean(throughput * diffuse);
+        seen = load_direct().radiance;
+        indirect = diffuse / PI * load_irradiance().irradiance + diffuse * ambient * coverage;
+    }
+    store_total(Radiance(sum.radiance + throughput * seen, sum.alpha + weight));
+    store_indirect_total(
+        Radiance(indirect_sum.radiance + throughput * indirect, indirect_sum.alpha + weight * coverage));
+}

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Append the flagged deposits to the photon map, in order.
+#include "lib/table.glsl"
+layout(std430, binding = 0) readonly buffer Offsets { uint offsets[]; };
+layout(rgba32f, binding = 0) writeonly uniform image2D kept_place;
+layout(rgba32f, binding = 1) writeonly uniform image2D kept_deposit;
+uniform sampler2D place;
+uniform sampler2D deposit;
+uniform int base;
+
+void main() {
+    int i = thread();
+    if (i >= count || offsets[i] == offsets[i + 1]) return;
+    int width = textureSize(place, 0).x;
+    ivec2 to = table_texel(base + int(offsets[i]));
+    imageStore(kept_place, to, texelFetch(place, ivec2(i % width, i / width), 0));
+    imageStore(kept_deposit, to, texelFetch(deposit, ivec2(i % width, i / width), 0));
+}

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The share of the filter that lies on the visible point's own surface: 1 inside, 1/2 at an edge,
+// 1/4 in a corner. Dividing by its mean over passes removes the boundary bias, and, since the filter
+// is integrated over the surface as it is, that of creases and curvature too.
+//
+// Each probe samples the filter on the tangent plane and looks for the surface above and below.
+#include "lib/rng.glsl"
+#include "lib/pixel.glsl"
+#include "lib/sampling.glsl"
+#include "lib/bvh.glsl"
+#include "lib/surface.glsl"
+#include "lib/density.glsl"
+#include "lib/material.glsl"
+
+const int MOST_LAYERS = 4;  // other surfaces that a probe may pass through
+
+// Filter mass at a point of the surface over that of the sampled point of the plane, or 0.
+float probe(Place place, vec3 normal, vec2 u, float r2) {
+    float d2 = sample_filter(u.x) * r2;
+    float height = sqrt(d2) + SURFACE_OFFSET;  // within 45 degrees a surface strays no further
+    vec3 in_plane = frame_about(normal) * vec3(cos(2.0 * PI * u.y), sin(2.0 * PI * u.y), 0.0);
+    vec3 origin = place.position + in_plane * sqrt(d2) + normal * height;
+    float left = 2.0 * height;
+    int source = -1;
+    for (int layer = 0; layer < MOST_LAYERS; layer++) {
+        RayHit found = trace(origin, -normal, left, source);
+        if (found.triangle < 0) return 0.0;
+        Surface surface = surface_at(Hit(found.t, float(found.triangle) + 1.0, found.u, found.v), -normal);
+        float cosine = dot(surface.geometric, normal);
+        if (surface.surface + 1.0 == place.surface && cosine >= SAME_ORIENTATION) {
+            vec3 offset = surface.position - place.position;
+            float at = dot(offset, offset);
+            return at > r2 ? 0.0 : eval_filter(at, r2) / (max(eval_filter(d2, r2), 1.0e-30) * cosine);
+        }
+        origin -= normal * found.t;
+        left -= found.t;
+        source = found.triangle;
+    }
+    return 0.0;
+}
+
+void kernel() {
+    Place place = load_place();
+    if (place.surface == 0.0) skip();
+    Facing facing = load_facing();
+    if (largest(material_at(facing.material).diffuse) <= 0.0) skip();
+    vec3 normal = facing.normal;
+    // One sequence over all passes: the mean's error falls with the number of probes, not its root.
+    vec2 start = random4(seed, 0u, uint(pixel(element())), DIMENSION_COVERAGE + uint(depth)).xy;
+    float covered = 0.0;
+    for (int i = 0; i < PROBES; i++) {
+        vec2 u = r2_sequence(start, pass_index * uint(PROBES) + uint(i));
+        covered += probe(place, normal, u, radius * radius);
+    }
+    store_coverage(Coverage(covered / float(PROBES)));
+}

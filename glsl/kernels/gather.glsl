@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Sum the photons around each visible point from a grid of sorted photons.
+#include "lib/table.glsl"
+#include "lib/density.glsl"
+
+uint cell_begin(int cell) { return texelFetch(cell_start, table_texel(cell), 0).x; }
+
+void kernel() {
+    Place place = load_place();
+    if (place.surface == 0.0) skip();
+    vec3 normal = load_facing().normal;
+    float r2 = radius * radius;
+    // The margin covers the rounding of photons to cells.
+    vec3 reach = vec3(radius * 1.00001 + 1.0e-7);
+    ivec3 low = ivec3(floor((place.position - reach - grid_origin) / cell_size));
+    ivec3 high = ivec3(floor((place.position + reach - grid_origin) / cell_size));
+    if (any(greaterThanEqual(low, grid_cells)) || any(lessThan(high, ivec3(0)))) skip();
+    low = max(low, ivec3(0));
+    high = min(high, grid_cells - 1);
+    vec3 irradiance = vec3(0.0);
+    for (int z = low.z; z <= high.z; z++) {
+        for (int y = low.y; y <= high.y; y++) {
+            int row = (z * grid_cells.y + y) * grid_cells.x;
+            int end = int(cell_begin(row + high.x + 1));
+            for (int i = int(cell_begin(row + low.x)); i < end; i++) {
+                ivec2 at = table_texel(i);
+                vec4 photon = texelFetch(photon_place, at, 0);
+                vec3 offset = photon.xyz - place.position;
+                if (dot(offset, offset) > r2) continue;
+                vec4 flux = texelFetch(photon_deposit, at, 0);
+                irradiance += photon_irradiance(photon, flux, place.position, place.surface, normal, r2);
+            }
+        }
+    }
+    store_irradiance(Irradiance(irradiance, 1.0));
+}

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Closest hit or any hit of a ray in the triangles, by a BVH2 with both children's boxes in a node
+// (native/src/bvh.rs writes these arrays). Uses the tables bvh_nodes and bvh_corners.
+#include "lib/table.glsl"
+#include "lib/constants.glsl"
+
+const int BVH_STACK = 64;  // the native build keeps every tree shallower
+// Ize 2013, "Robust BVH Ray Traversal": 1 + 2 gamma(3) makes the slab test conservative.
+const float SLAB_ROUNDING = 1.0000004;
+
+struct RayHit { float t; int triangle; float u; float v; };  // triangle -1: a miss
+
+// Everything about a ray that the triangle test reuses.
+struct ShearedRay { vec3 origin; int axis; vec3 shear; };
+
+// The components of v with the ray's dominant axis last.
+vec3 permute(vec3 v, int axis) { return axis == 0 ? v.yzx : (axis == 1 ? v.zxy : v.xyz); }
+
+ShearedRay shear_ray(vec3 origin, vec3 direction) {
+    vec3 a = abs(direction);
+    int axis = a.x > a.y ? (a.x > a.z ? 0 : 2) : (a.y > a.z ? 1 : 2);
+    vec3 d = permute(direction, axis);
+    return ShearedRay(origin, axis, vec3(d.x / d.z, d.y / d.z, 1.0 / d.z));
+}
+
+// Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection". An edge function of exactly
+// zero counts as inside for both neighbours, so no ray slips between them; `precise` forbids the
+// fused multiply-adds that would let neighbours disagree about their common edge.
+bool hit_triangle_at(ShearedRay ray, int index, float t_max, out vec3 tuv) {
+    vec3 a = permute(texelFetch(bvh_corners, table_texel(3 * index), 0).xyz - ray.origin, ray.axis);
+    vec3 b = permute(texelFetch(bvh_corners, table_texel(3 * index + 1), 0).xyz - ray.origin, ray.axis);
+    vec3 c = permute(texelFetch(bvh_corners, table_texel(3 * index + 2), 0).xyz - ray.origin, ray.axis);
+    precise vec2 a2 = a.xy - ray.shear.xy * a.z;
+    precise vec2 b2 = b.xy - ray.shear.xy * b.z;
+    precise vec2 c2 = c.xy - ray.shear.xy * c.z;
+    precise float u = c2.x * b2.y - c2.y * b2.x;
+    precise float v = a2.x * c2.y - a2.y * c2.x;
+    precise float w = b2.x * a2.y - b2.y * a2.x;
+    tuv = vec3(0.0);
+    if (min(u, min(v, w)) < 0.0 && max(u, max(v, w)) > 0.0) return false;
+    float det = u + v + w;
+    if (det == 0.0) return false;
+    float t = (u * a.z + v * b.z + w * c.z) * ray.shear.z / det;
+    tuv = vec3(t, v / det, w / det);  // weights of the second and third corner
+    return t > 0.0 && t < t_max;
+}
+
+// Distance at which the ray enters the box, or T_MAX if it misses it before t_max.
+// The box is grown by `pad`: (low - pad) - origin = low - (origin + pad).
+float enter_box(vec3 low, vec3 high, vec3 origin, float pad, vec3 inverse, float t_max) {
+    vec3 t0 = (low - (origin + pad)) * inverse, t1 = (high - (origin - pad)) * inverse;
+    vec3 near = min(t0, t1), far = max(t0, t1);
+    float enter = max(max(near.x, near.y), max(near.z, 0.0));
+    float leave = min(min(far.x, far.y), min(far.z, t_max)) * SLAB_ROUNDING;
+    return enter <= leave ? enter : T_MAX;
+}
+
+// 1 / d without infinities, which would meet zeros and make NaN.
+float safe_inverse(float d) { return 1.0 / (abs(d) < 1.0e-20 ? (d < 0.0 ? -1.0e-20 : 1.0e-20) : d); }
+
+// The nearest hit with 0 < t < t_max, not on triangle `source`; with ANY_HIT, some hit.
+// A ray that is not finite or has no direction misses.
+RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
+    RayHit best = RayHit(t_max, -1, 0.0, 0.0);
+    float length2 = dot(direction, direction);
+    float finite = dot(origin, vec3(1.0)) + length2;
+    if (!(length2 > 0.0) || isnan(finite) || isinf(finite)) return best;
+    ShearedRay ray = shear_ray(origin, direction);
+    vec3 inverse = vec3(safe_inverse(direction.x), safe_inverse(direction.y), safe_inverse(direction.z));
+    // The triangle test rounds relative to the origin's distance; a box must not be stricter.
+    vec3 reach = abs(origin);
+    float pad = 6.0e-7 + 1.2e-7 * max(reach.x, max(reach.y, reach.z));
+    int stack[BVH_STACK];
+    float entry[BVH_STACK];
+    int depth = 0;
+    int node = 0;
+    while (true) {
+        vec4 l0 = texelFetch(bvh_nodes, table_texel(4 * node), 0);
+        vec4 l1 = texelFetch(bvh_nodes, table_texel(4 * node + 1), 0);
+        vec4 r0 = texelFetch(bvh_nodes, table_texel(4 * node + 2), 0);
+        vec4 r1 = texelFetch(bvh_nodes, table_texel(4 * node + 3), 0);
+        float left_t = enter_box(l0.xyz, l1.xyz, origin, pad, inverse, best.t);
+        float right_t = enter_box(r0.xyz, r1.xyz, origin, pad, inverse, best.t);
+        int left_count = int(l1.w), right_count = int(r1.w);
+        int first = 0, count = 0;
+        // Leaves at once, left before right; inner children are kept for later.
+        for (int side = 0; side < 2; side++) {
+            bool is_left = side == 0;
+            float t = is_left ? left_t : right_t;
+            count = is_left ? left_count : right_count;
+            if (count == 0 || t >= T_MAX) continue;
+            first = int(is_left ? l0.w : r0.w);
+            for (int i = first; i < first + count; i++) {
+                vec3 tuv;
+                if (i != source && hit_triangle_at(ray, i, best.t, tuv)) {
+                    best = RayHit(tuv.x, i, tuv.y, tuv.z);
+#ifdef ANY_HIT
+                    return best;
+#endif
+                }
+            }
+        }
+        bool go_left = left_count == 0 && left_t < T_MAX && left_t <= best.t && l0.w >= 0.0;
+        bool go_right = right_count == 0 && right_t < T_MAX && right_t <= best.t && r0.w >= 0.0;
+        if (go_left && go_right) {
+            bool left_first = left_t <= right_t;
+            if (depth < BVH_STACK) {
+                stack[depth] = int(left_first ? r0.w : l0.w);
+                entry[depth] = left_first ? right_t : left_t;
+                depth++;
+            }
+            node = int(left_first ? l0.w : r0.w);
+        } else if (go_left) {
+            node = int(l0.w);
+        } else if (go_right) {
+            node = int(r0.w);
+        } else {
+            do {
+                if (depth == 0) return best;
+                depth--;
+            } while (entry[depth] > best.t);
+            node = stack[depth];
+        }
+    }
+    return best;
+}

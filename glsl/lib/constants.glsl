@@ -1,0 +1,6 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+const float PI = 3.14159265358979;
+// Scenes are scaled into [-1, 1]^3. A point computed from its triangle's corners is off by 2 to 3
+// ulp(1) = 3e-7 at most, so this lifts it off its surface and passes no wall thicker than itself.
+const float SURFACE_OFFSET = 1.0e-6;
+const float T_MAX = 3.0e38;

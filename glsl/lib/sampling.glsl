@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "lib/constants.glsl"
+
+// An orthonormal frame whose third column is the unit vector n.
+// Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
+mat3 frame_about(vec3 n) {
+    float s = n.z >= 0.0 ? 1.0 : -1.0;
+    float a = -1.0 / (s + n.z);
+    float b = n.x * n.y * a;
+    return mat3(vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3(b, s + n.y * n.y * a, -n.y), n);
+}
+
+// The unit direction at 1 - cos(theta) = v and azimuth phi about +Z; keeps its precision as v -> 0.
+vec3 direction_from_versine(float v, float phi) {
+    float sine = sqrt(max(0.0, v * (2.0 - v)));
+    return vec3(sine * cos(phi), sine * sin(phi), 1.0 - v);
+}
+
+// Uniform on the unit disc; pdf 1 / PI.
+vec2 sample_disc(vec2 u) {
+    float r = sqrt(u.x), phi = 2.0 * PI * u.y;
+    return r * vec2(cos(phi), sin(phi));
+}
+
+// Density cos(theta) / PI about +Z (Malley's method).
+vec3 sample_cosine_hemisphere(vec2 u) {
+    vec2 d = sample_disc(u);
+    return vec3(d, sqrt(max(0.0, 1.0 - dot(d, d))));
+}
+
+float pdf_cosine_hemisphere(float cosine) { return max(0.0, cosine) / PI; }
+
+// Density (n + 1) / (2 PI) cos^n(alpha) about +Z.
+vec3 sample_phong_lobe(float exponent, vec2 u) {
+    // 1 - u^(1/(n+1)) through expm1-like care is not needed: n <= 1e6 keeps 1 - cos above 1e-9
+    float cosine = pow(1.0 - u.x, 1.0 / (exponent + 1.0));
+    return direction_from_versine(1.0 - cosine, 2.0 * PI * u.y);
+}
+
+float pdf_phong_lobe(float exponent, float cosine) {
+    return (exponent + 1.0) / (2.0 * PI) * pow(max(0.0, cosine), exponent);
+}

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Native core of Photon Stream; the docstrings are in the module."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+MAX_DEPTH: int
+MAX_LEAF: int
+
+def build_bvh(
+    vertices: NDArray[np.float32], triangles: NDArray[np.int32]
+) -> tuple[NDArray[np.float32], NDArray[np.int32], int, int]: ...
+def trace(
+    nodes: NDArray[np.float32],
+    corners: NDArray[np.float32],
+    origins: NDArray[np.float32],
+    directions: NDArray[np.float32],
+    t_max: NDArray[np.float32],
+    skip: NDArray[np.int32],
+) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]: ...
+def occluded(
+    nodes: NDArray[np.float32],
+    corners: NDArray[np.float32],
+    origins: NDArray[np.float32],
+    directions: NDArray[np.float32],
+    t_max: NDArray[np.float32],
+    skip: NDArray[np.int32],
+) -> NDArray[np.bool_]: ...
+def trace_brute_force(
+    corners: NDArray[np.float32],
+    origins: NDArray[np.float32],
+    directions: NDArray[np.float32],
+    t_max: NDArray[np.float32],
+    skip: NDArray[np.int32],
+) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]: ...
+def sort_photons(
+    positions: NDArray[np.float32],
+    origin: NDArray[np.floating] | Sequence[float],
+    cell_size: float,
+    cells: tuple[int, int, int],
+) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]: ...

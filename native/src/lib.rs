@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Native core of Photon Stream: pure functions over arrays.
+//!
+//! [`bvh::build`] writes the node array that the GLSL kernels traverse, [`trace`] traverses the
+//! same array on the CPU, and [`photons::sort`] puts photons into the cells of a grid. Python
+//! sees them through the module `python` (cargo feature `python`).
+
+mod bounds;
+pub mod brute_force;
+pub mod bvh;
+pub mod photons;
+#[cfg(feature = "python")]
+mod python;
+pub mod trace;
+pub mod watertight;
+
+use std::fmt;
+
+/// Input that does not make sense; the text names the array, the index and the value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InvalidInput(pub String);
+
+impl fmt::Display for InvalidInput {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for InvalidInput {}

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! The Python module: numpy arrays in, numpy arrays out.
+//!
+//! Every function checks its arrays, releases the GIL while it works and turns a panic, which
+//! would be a bug here, into a RuntimeError.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use numpy::{
+    AllowTypeChange, Element, PyArray1, PyArray2, PyArrayLike1, PyArrayMethods, PyReadonlyArrayDyn,
+    PyUntypedArray, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::trace::{Rays, Tree, Triangle};
+use crate::{InvalidInput, brute_force, bvh, photons};
+
+type F32Array<'py> = Bound<'py, PyArray1<f32>>;
+type I32Array<'py> = Bound<'py, PyArray1<i32>>;
+type U32Array<'py> = Bound<'py, PyArray1<u32>>;
+type F64Array<'py> = Bound<'py, PyArray1<f64>>;
+
+impl From<InvalidInput> for PyErr {
+    fn from(error: InvalidInput) -> PyErr {
+        PyValueError::new_err(error.0)
+    }
+}
+
+/// Native core of Photon Stream: BVH build, CPU ray tracing and photon sorting.
+#[pymodule]
+fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("MAX_DEPTH", bvh::MAX_DEPTH)?;
+    module.add("MAX_LEAF", bvh::MAX_LEAF)?;
+    module.add_function(wrap_pyfunction!(build_bvh, module)?)?;
+    module.add_function(wrap_pyfunction!(trace, module)?)?;
+    module.add_function(wrap_pyfunction!(occluded, module)?)?;
+    module.add_function(wrap_pyfunction!(trace_brute_force, module)?)?;
+    module.add_function(wrap_pyfunction!(sort_photons, module)?)
+}
+
+/// Build a BVH over triangles, the same on any number of threads.
+///
+/// Takes vertices float32[V, 3] and triangles int32[T, 3], indices into vertices.
+///
+/// Returns (nodes float32[N, 16], order int32[K], skipped_not_finite, skipped_degenerate).
+/// A node is four RGBA32F texels: left.min.xyz, left_ref | left.max.xyz, left_count |
+/// right.min.xyz, right_ref | right.max.xyz, right_count. References and counts are float values.
+/// count == 0: ref is the index of an inner node, behind this one. count > 0: a leaf of the
+/// triangles order[ref : ref + count], at most MAX_LEAF. Node 0 is the root and always there. A
+/// missing child, which only the root can have, has min 3e38, max -3e38, ref -1 and count 0. No
+/// path holds more than MAX_DEPTH nodes, so a traversal needs a stack of MAX_DEPTH entries.
+///
+/// order lists the kept triangles in leaf order. Left out, and counted, are triangles with a
+/// coordinate that is not finite or beyond 1e30, and triangles of exactly zero area.
+///
+/// Raises ValueError for an index outside [0, V) and for 2^24 or more triangles.
+#[pyfunction]
+fn build_bvh<'py>(
+    py: Python<'py>,
+    vertices: &Bound<'py, PyAny>,
+    triangles: &Bound<'py, PyAny>,
+) -> PyResult<(Bound<'py, PyArray2<f32>>, I32Array<'py>, usize, usize)> {
+    let vertices = array::<f32>(vertices, "vertices", &[None, Some(3)])?;
+    let triangles = array::<i32>(triangles, "triangles", &[None, Some(3)])?;
+    let (vertices, triangles) = (rows::<f32, 3>(&vertices)?, rows::<i32, 3>(&triangles)?);
+    let tree = run(py, || bvh::build(vertices, triangles))?;
+    let order = tree.order.into_iter().map(|index| index as i32).collect();
+    let rows = tree.nodes.len() / bvh::NODE_FLOATS;
+    let nodes = PyArray1::from_vec(py, tree.nodes).reshape([rows, bvh::NODE_FLOATS])?;
+    Ok((nodes, PyArray1::from_vec(py, order), tree.skipped_not_finite, tree.skipped_degenerate))
+}
+
+/// Find the closest hit of each ray, watertight (Woop, Benthin & Wald 2013).
+///
+/// Takes nodes as from build_bvh; corners float32[K, 3, 3], the triangles' vertices in leaf
+/// order, i.e. vertices[triangles[order]]; origins and directions float32[R, 3]; t_max
+/// float32[R]; skip int32[R], the leaf position of a triangle to pass through, or -1.
+///
+/// Returns (t float32[R], triangle int32[R], u float32[R], v float32[R]): the hit lies at
+/// origin + t * direction = (1 - u - v) * v0 + u * v1 + v * v2 with 0 < t < t_max, and triangle is
+/// a position in leaf order. Of hits at one distance the smallest position wins. A miss is t = inf,
+/// triangle = -1, u = v = 0. Rays with NaN, infinite or zero directions (largest component outside
+/// [1e-18, 1e18]), or origins beyond 1e30, miss.
+///
+/// Raises ValueError for nodes that do not describe a tree over corners, a skip outside [-1, K)
+/// and arrays that do not fit together.
+#[pyfunction]
+#[allow(clippy::type_complexity, clippy::too_many_arguments)]
+fn trace<'py>(
+    py: Python<'py>,
+    nodes: &Bound<'py, PyAny>,
+    corners: &Bound<'py, PyAny>,
+    origins: &Bound<'py, PyAny>,
+    directions: &Bound<'py, PyAny>,
+    t_max: &Bound<'py, PyAny>,
+    skip: &Bound<'py, PyAny>,
+) -> PyResult<(F32Array<'py>, I32Array<'py>, F32Array<'py>, F32Array<'py>)> {
+    let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
+    let corners = array::<f32>(corners, "corners", &[None, Some(3), Some(3)])?;
+    let rays = RayArrays::new(origins, directions, t_max, skip)?;
+    let (nodes, corners, rays) = (nodes.as_slice()?, triangles(&corners)?, rays.view()?);
+    let hits = run(py, || {
+        rays.check(corners.len())?;
+        Ok(Tree::new(nodes, corners)?.trace(&rays))
+    })?;
+    let column = |get: &dyn Fn(&crate::watertight::Hit) -> f32, miss: f32| {
+        PyArray1::from_iter(py, hits.iter().map(|hit| hit.as_ref().map_or(miss, |(_, hit)| get(hit))))
+    };
+    let position = PyArray1::from_iter(py, hits.iter().map(|hit| hit.map_or(-1, |(position, _)| position)));
+    Ok((column(&|hit| hit.t, f32::INFINITY), position, column(&|hit| hit.u, 0.0), column(&|hit| hit.v, 0.0)))
+}
+
+/// Tell which rays hit anything in 0 < t < t_max. Arguments and errors as for trace.
+///
+/// Returns bool[R].
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+fn occluded<'py>(
+    py: Python<'py>,
+    nodes: &Bound<'py, PyAny>,
+    corners: &Bound<'py, PyAny>,
+    origins: &Bound<'py, PyAny>,
+    directions: &Bound<'py, PyAny>,
+    t_max: &Bound<'py, PyAny>,
+    skip: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArray1<bool>>> {
+    let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
+    let corners = array::<f32>(corners, "corners", &[None, Some(3), Some(3)])?;
+    let rays = RayArrays::new(origins, directions, t_max, skip)?;
+    let (nodes, corners, rays) = (nodes.as_slice()?, triangles(&corners)?, rays.view()?);
+    let found = run(py, || {
+        rays.check(corners.len())?;
+        Ok(Tree::new(nodes, corners)?.occluded(&rays))
+    })?;
+    Ok(PyArray1::from_vec(py, found))
+}
+
+/// Find the closest hit of each ray by testing every triangle in float64: an oracle for tests.
+///
+/// Arguments and errors as for trace, without nodes. Returns (t float64[R], triangle int32[R],
+/// u float64[R], v float64[R]). Independent of trace's algorithm, and not watertight.
+#[pyfunction]
+#[allow(clippy::type_complexity)]
+fn trace_brute_force<'py>(
+    py: Python<'py>,
+    corners: &Bound<'py, PyAny>,
+    origins: &Bound<'py, PyAny>,
+    directions: &Bound<'py, PyAny>,
+    t_max: &Bound<'py, PyAny>,
+    skip: &Bound<'py, PyAny>,
+) -> PyResult<(F64Array<'py>, I32Array<'py>, F64Array<'py>, F64Array<'py>)> {
+    let corners = array::<f32>(corners, "corners", &[None, Some(3), Some(3)])?;
+    let rays = RayArrays::new(origins, directions, t_max, skip)?;
+    let (corners, rays) = (triangles(&corners)?, rays.view()?);
+    let hits = run(py, || {
+        rays.check(corners.len())?;
+        Ok(brute_force::trace(corners, &rays))
+    })?;
+    let column = |get: &dyn Fn(&brute_force::Hit64) -> f64, miss: f64| {
+        PyArray1::from_iter(py, hits.iter().map(|hit| hit.as_ref().map_or(miss, get)))
+    };
+    let position = PyArray1::from_iter(py, hits.iter().map(|hit| hit.map_or(-1, |hit| hit.0)));
+    Ok((column(&|hit| hit.1, f64::INFINITY), position, column(&|hit| hit.2, 0.0), column(&|hit| hit.3, 0.0)))
+}
+
+/// Sort photons by grid cell, stably.
+///
+/// Takes positions float32[P, 3 or 4], of which a fourth column is ignored; origin, three
+/// numbers; cell_size > 0, in the same unit; cells (nx, ny, nz), at most 2^27 in all. A photon's
+/// cell is floor((p - origin) / cell_size) in float32, clamped to the grid, and numbered x fastest.
+///
+/// Returns (cell_start uint32[nx * ny * nz + 1], order uint32[P]): the photons of cell c are
+/// order[cell_start[c] : cell_start[c + 1]], in ascending order.
+///
+/// Raises ValueError for a position that is not finite and for a grid that makes no sense.
+#[pyfunction]
+fn sort_photons<'py>(
+    py: Python<'py>,
+    positions: &Bound<'py, PyAny>,
+    origin: PyArrayLike1<'py, f32, AllowTypeChange>,
+    cell_size: f32,
+    cells: (i64, i64, i64),
+) -> PyResult<(U32Array<'py>, U32Array<'py>)> {
+    let positions = array::<f32>(positions, "positions", &[None, None])?;
+    let stride = positions.shape()[1];
+    if stride != 3 && stride != 4 {
+        return Err(PyValueError::new_err(format!("positions: expected 3 or 4 columns, got {stride}")));
+    }
+    let origin: [f32; 3] = origin
+        .as_slice()
+        .ok()
+        .and_then(|origin| origin.try_into().ok())
+        .ok_or_else(|| PyValueError::new_err("origin: expected three contiguous numbers"))?;
+    let mut grid = photons::Grid { origin, cell_size, cells: [0; 3] };
+    for (k, n) in [cells.0, cells.1, cells.2].into_iter().enumerate() {
+        grid.cells[k] = usize::try_from(n)
+            .map_err(|_| PyValueError::new_err(format!("cells[{k}] = {n} is not positive")))?;
+    }
+    let positions = positions.as_slice()?;
+    let (cell_start, order) = run(py, || photons::sort(positions, stride, &grid))?;
+    Ok((PyArray1::from_vec(py, cell_start), PyArray1::from_vec(py, order)))
+}
+
+/// Do work without the GIL; a panic becomes a RuntimeError.
+fn run<T: Send>(py: Python, work: impl FnOnce() -> Result<T, InvalidInput> + Send) -> PyResult<T> {
+    match py.detach(|| catch_unwind(AssertUnwindSafe(work))) {
+        Ok(result) => Ok(result?),
+        Err(panic) => {
+            let text = panic.downcast_ref::<String>().map(String::as_str);
+            let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("unknown");
+            Err(PyRuntimeError::new_err(format!("photon_stream_native failed: {text}")))
+        }
+    }
+}
+
+/// A C-contiguous array of one type and shape (None: any number of rows), or an error naming it.
+fn array<'py, T: Element>(
+    object: &Bound<'py, PyAny>,
+    name: &str,
+    shape: &[Option<usize>],
+) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    let dtype = numpy::dtype::<T>(object.py());
+    let Ok(untyped) = object.cast::<PyUntypedArray>() else {
+        let kind = object.get_type().name()?;
+        return Err(PyTypeError::new_err(format!("{name}: expected a numpy array of {dtype}, got {kind}")));
+    };
+    let fits = untyped.ndim() == shape.len()
+        && untyped.shape().iter().zip(shape).all(|(have, want)| want.is_none_or(|want| want == *have));
+    if !fits {
+        let want: Vec<_> = shape.iter().map(|n| n.map_or("any".to_string(), |n| n.to_string())).collect();
+        return Err(PyValueError::new_err(format!(
+            "{name}: expected shape [{}], got {:?}",
+            want.join(", "),
+            untyped.shape()
+        )));
+    }
+    let Ok(array) = object.extract::<PyReadonlyArrayDyn<T>>() else {
+        return Err(PyTypeError::new_err(format!("{name}: expected {dtype}, got {}", untyped.dtype())));
+    };
+    if !array.is_c_contiguous() {
+        return Err(PyValueError::new_err(format!("{name}: expected a C-contiguous array")));
+    }
+    Ok(array)
+}
+
+fn rows<'a, T: Element, const N: usize>(array: &'a PyReadonlyArrayDyn<T>) -> PyResult<&'a [[T; N]]> {
+    Ok(array.as_slice()?.as_chunks::<N>().0)
+}
+
+fn triangles<'a>(array: &'a PyReadonlyArrayDyn<f32>) -> PyResult<&'a [Triangle]> {
+    Ok(rows::<f32, 3>(array)?.as_chunks::<3>().0)
+}
+
+struct RayArrays<'py> {
+    origins: PyReadonlyArrayDyn<'py, f32>,
+    directions: PyReadonlyArrayDyn<'py, f32>,
+    t_max: PyReadonlyArrayDyn<'py, f32>,
+    skip: PyReadonlyArrayDyn<'py, i32>,
+}
+
+impl<'py> RayArrays<'py> {
+    fn new(
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        t_max: &Bound<'py, PyAny>,
+        skip: &Bound<'py, PyAny>,
+    ) -> PyResult<Self> {
+        Ok(RayArrays {
+            origins: array(origins, "origins", &[None, Some(3)])?,
+            directions: array(directions, "directions", &[None, Some(3)])?,
+            t_max: array(t_max, "t_max", &[None])?,
+            skip: array(skip, "skip", &[None])?,
+        })
+    }
+
+    fn view(&self) -> PyResult<Rays<'_>> {
+        Ok(Rays {
+            origins: rows(&self.origins)?,
+            directions: rows(&self.directions)?,
+            t_max: self.t_max.as_slice()?,
+            skip: self.skip.as_slice()?,
+        })
+    }
+}

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Ray/triangle and ray/box tests that let no ray slip between triangles that share an edge
+//! (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection", JCGT 2(1)).
+
+use crate::bvh::MAX_COORDINATE;
+
+/// The largest component of a direction must lie within [1 / LIMIT, LIMIT].
+pub const DIRECTION_LIMIT: f32 = 1e18;
+
+/// Projected area (doubled) over squared extent below which a triangle is worked out in float64;
+/// errors of u and v then stay below about 1e-5 above it.
+const NEEDLE: f32 = 1.0 / 64.0;
+
+/// Half a unit in the last place of 1.
+const HALF_ULP: f32 = f32::EPSILON / 2.0;
+
+/// Where a ray meets a triangle: `(1 - u - v) * v0 + u * v1 + v * v2`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Distance in lengths of the direction, > 0.
+    pub t: f32,
+    pub u: f32,
+    pub v: f32,
+}
+
+/// A ray in the frame of the triangle test: the axis `axes[2]` is the one along which the
+/// direction is largest, and a shear takes the direction to that axis.
+#[derive(Debug, Clone, Copy)]
+pub struct Ray {
+    origin: [f32; 3],
+    direction: [f32; 3],
+    axes: [usize; 3],
+    shear: [f32; 3],
+}
+
+impl Ray {
+    /// None if the ray is of no use: its origin is not finite or beyond [`MAX_COORDINATE`], or its
+    /// direction is zero, not finite or outside [`DIRECTION_LIMIT`].
+    pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Option<Ray> {
+        let largest = direction.iter().fold(0.0, |m: f32, d| m.max(d.abs()));
+        let usable = (1.0 / DIRECTION_LIMIT..=DIRECTION_LIMIT).contains(&largest)
+            && direction.iter().all(|d| d.is_finite())
+            && origin.iter().all(|o| o.abs() <= MAX_COORDINATE);
+        if !usable {
+            return None;
+        }
+        let kz = (0..3).find(|&k| direction[k].abs() == largest)?;
+        // The paper swaps kx and ky when direction[kz] < 0, to keep the winding for culling.
+        // Nothing is culled here.
+        let axes = [(kz + 1) % 3, (kz + 2) % 3, kz];
+        let d = axes.map(|k| direction[k]);
+        let shear = [d[0] / d[2], d[1] / d[2], 1.0 / d[2]];
+        Some(Ray { origin, direction, axes, shear })
+    }
+
+    pub fn origin(&self) -> [f32; 3] {
+        self.origin
+    }
+
+    pub fn direction(&self) -> [f32; 3] {
+        self.direction
+    }
+
+    #[inline]
+    fn to_local(self, point: &[f32; 3]) -> [f32; 3] {
+        let [x, y, z] = self.axes.map(|k| point[k] - self.origin[k]);
+        [x - self.shear[0] * z, y - self.shear[1] * z, self.shear[2] * z]
+    }
+
+    /// The hit with one triangle, whichever side faces the ray; None if it misses, lies behind
+    /// the origin or is seen edge-on.
+    ///
+    /// The sign of a float32 edge function is right unless the function is 0, because rounding is
+    /// monotonic: x > y implies fl(x) >= fl(y). (A fused multiply-add would break this.) So
+    /// both triangles at an edge agree on which side the ray passes, and where the function is 0,
+    /// float64 decides, in which the products are exact.
+    #[inline]
+    pub fn intersect(&self, corners: &[[f32; 3]; 3]) -> Option<Hit> {
+        let [a, b, c] = [&corners[0], &corners[1], &corners[2]].map(|p| self.to_local(p));
+        let u = c[0] * b[1] - c[1] * b[0];
+        let v = a[0] * c[1] - a[1] * c[0];
+        let w = b[0] * a[1] - b[1] * a[0];
+        if u == 0.0 || v == 0.0 || w == 0.0 {
+            return intersect_exactly(&a, &b, &c);
+        }
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return None;
+        }
+        let det = u + v + w;
+        // On a needle, or a triangle at a grazing angle, the products cancel and t, u and v drown in
+        // their rounding, which is up to 2^-24 * extent^2. Outside the range, products have
+        // underflowed or overflowed.
+        let extent = [a, b, c].iter().fold(0.0, |m: f32, p| m.max(p[0].abs()).max(p[1].abs()));
+        let size = det.abs();
+        if size < extent * extent * NEEDLE || !(1e-30..=1e30).contains(&size) {
+            return intersect_exactly(&a, &b, &c);
+        }
+        let scale = 1.0 / det;
+        let t = u * scale * a[2] + v * scale * b[2] + w * scale * c[2];
+        (t > 0.0).then_some(Hit { t, u: v * scale, v: w * scale })
+    }
+}
+
+/// The test of [`Ray::intersect`] on local corners, in float64.
+#[cold]
+fn intersect_exactly(a: &[f32; 3], b: &[f32; 3], c: &[f32; 3]) -> Option<Hit> {
+    let [a, b, c] = [a, b, c].map(|p| p.map(f64::from));
+    let u = c[0] * b[1] - c[1] * b[0];
+    let v = a[0] * c[1] - a[1] * c[0];
+    let w = b[0] * a[1] - b[1] * a[0];
+    if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+        return None;
+    }
+    let det = u + v + w;
+    if det == 0.0 {
+        return None;
+    }
+    let t = ((u * a[2] + v * b[2] + w * c[2]) / det) as f32;
+    (t > 0.0).then_some(Hit { t, u: (v / det) as f32, v: (w / det) as f32 })
+}
+
+/// A pair of boxes, one row an axis: min of the left, min of the right, max of the left, max of
+/// the right. Four lanes for one vector instruction.
+pub type BoxPair = [[f32; 4]; 3];
+
+/// A ray's constants for the box test, which finds every box that holds a triangle which
+/// [`Ray::intersect`] hits.
+#[derive(Debug, Clone, Copy)]
+pub struct Slabs {
+    /// The origin as the planes of a [`BoxPair`] see it: shifted so that boxes grow by `pad`.
+    origin: BoxPair,
+    reciprocal: [f32; 3],
+}
+
+impl Slabs {
+    /// `min` and `max` bound the scene.
+    pub fn new(ray: &Ray, min: &[f32; 3], max: &[f32; 3]) -> Slabs {
+        // Translating and shearing a corner moves it by up to 5 half ulps of its distance along
+        // its own axis plus that along the main axis (eps in Woop et al.'s traversal); twice the
+        // largest distance bounds the sum.
+        let mut reach = 0.0f32;
+        for k in 0..3 {
+            reach = reach.max((min[k] - ray.origin[k]).abs()).max((max[k] - ray.origin[k]).abs());
+        }
+        let grow = 10.0 * HALF_ULP * reach;
+        // An axis along which the ray hardly moves: it moves by less than `grow` within the
+        // scene, and a finite reciprocal makes no NaN (0 * inf).
+        let least = ray.direction[ray.axes[2]].abs() * 1e-18;
+        Slabs {
+            origin: ray.origin.map(|o| {
+                // The second term makes the shift survive the rounding of the shifted origin.
+                let pad = grow + 2.0 * HALF_ULP * o.abs();
+                [o + pad, o + pad, o - pad, o - pad]
+            }),
+            reciprocal: ray.direction.map(|d| 1.0 / if d.abs() > least { d } else { least }),
+        }
+    }
+
+    /// Where the ray enters the left and the right box (at least 0), or infinity for a box that
+    /// it misses or enters beyond `t_max`.
+    #[inline]
+    pub fn enter(&self, boxes: &BoxPair, t_max: f32) -> (f32, f32) {
+        // Covers the rounding of the products below and of the distance to a triangle inside, so
+        // that of two triangles at equal distance neither is lost to the order of traversal.
+        const SLACK: f32 = 16.0 * HALF_ULP;
+        let mut near = [0.0f32; 2];
+        let mut far = [f32::INFINITY; 2];
+        for ((bounds, origin), reciprocal) in boxes.iter().zip(&self.origin).zip(&self.reciprocal) {
+            let planes: [f32; 4] = std::array::from_fn(|lane| (bounds[lane] - origin[lane]) * reciprocal);
+            for side in 0..2 {
+                let (a, b) = (planes[side], planes[side + 2]);
+                let (a, b) = (if a < b { a } else { b }, if a < b { b } else { a });
+                near[side] = if a > near[side] { a } else { near[side] };
+                far[side] = if b < far[side] { b } else { far[side] };
+            }
+        }
+        let clip = |near: f32, far: f32| {
+            let near = near * (1.0 - SLACK);
+            if near <= far * (1.0 + SLACK) && near <= t_max { near } else { f32::INFINITY }
+        };
+        (clip(near[0], far[0]), clip(near[1], far[1]))
+    }
+}

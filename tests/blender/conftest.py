@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An empty Blender scene for every test, and a way to see what the exporter makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import bpy
+import pytest
+
+import addon
+from addon.blender.export import Report, snapshot
+from addon.photon.scene import Scene
+
+Export = Callable[[], tuple[Scene, Report]]
+
+
+class SnapshotEngine(bpy.types.RenderEngine):
+    """Exports what a render would export, from a render's dependency graph, and stops there."""
+
+    bl_idname = "SNAPSHOT_TEST"
+    bl_label = "Snapshot"
+    found: list[tuple[Scene, Report] | Exception] = []
+
+    def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
+        try:
+            self.found.append(snapshot(depsgraph))
+        except Exception as error:
+            self.found.append(error)
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        pass
+
+
+@pytest.fixture(scope="session", autouse=True)
+def registered() -> Iterator[None]:
+    """The add-on; an engine that stays registered crashes bpy at exit."""
+    addon.register()
+    bpy.utils.register_class(SnapshotEngine)
+    yield
+    bpy.utils.unregister_class(SnapshotEngine)
+    addon.unregister()
+
+
+@pytest.fixture(autouse=True)
+def scene() -> bpy.types.Scene:
+    """An empty scene, 64 x 32 pixels, with a camera ten metres up that looks down."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 64, 32
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location = (0.0, 0.0, 10.0)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    return scene
+
+
+@pytest.fixture
+def export(scene: bpy.types.Scene) -> Export:
+    """Return the exported scene and report, or raise what the exporter raised."""
+
+    def run() -> tuple[Scene, Report]:
+        scene.render.engine = SnapshotEngine.bl_idname
+        SnapshotEngine.found.clear()
+        bpy.ops.render.render()
+        (found,) = SnapshotEngine.found
+        if isinstance(found, Exception):
+            raise found
+        return found
+
+    return run

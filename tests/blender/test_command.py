@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line renders, and fails without leaving a picture."""
+
+from __future__ import annotations
+
+import os
+import pty
+import select
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import pytest
+
+import addon
+from addon.blender import command
+from addon.photon.scene import Scene
+
+from .build import add_light, add_mesh
+
+pytestmark = pytest.mark.blender
+
+COMMAND = Path(command.__file__)
+QUICK = ("--width", "16", "--height", "8", "--passes", "1", "--photons", "256")
+
+
+@pytest.fixture
+def blend(scene, tmp_path) -> Path:
+    """A saved scene; after the test the add-on, which the command takes away, is back."""
+    add_mesh("Floor")
+    add_light("Spot", "SPOT", location=(0, 0, 5))
+    path = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    yield path
+    if not hasattr(bpy.types.Scene, "photon_stream"):
+        addon.register()
+
+
+def leftovers(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()} - {"scene.blend"}
+
+
+@pytest.mark.parametrize("suffix", ["png", "exr"])
+def test_writes_a_picture(blend, tmp_path, capsys, suffix) -> None:
+    output = tmp_path / f"out.{suffix}"
+    assert command.main([str(blend), "-o", str(output), *QUICK]) == 0
+    assert leftovers(tmp_path) == {output.name}
+    image = bpy.data.images.load(str(output))
+    if suffix == "png":
+        assert tuple(image.size) == (16, 8)
+    said = capsys.readouterr().out
+    assert f"Wrote {output}" in said and "Opening" in said and "Saving" in said
+
+
+def test_writes_a_snapshot(blend, tmp_path) -> None:
+    output = tmp_path / "scene.npz"
+    assert command.main([str(blend), "-o", str(output)]) == 0
+    assert Scene.load(output).surfaces == ("Floor",)
+    assert leftovers(tmp_path) == {"scene.npz"}
+
+
+def test_writes_a_report(blend, tmp_path) -> None:
+    report = tmp_path / "report.json"
+    options = [str(blend), "-o", str(tmp_path / "out.png"), "--report", str(report), *QUICK]
+    assert command.main(options) == 0
+    assert '"entries"' in report.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["-o", "missing/out.png"], "cannot be written"),
+        (["-o", "out.jpg"], "must end in"),
+        (["-o", "out.png", "--report", "missing/report.json"], "cannot be written"),
+        (["-o", "out.png", "--passes", "0"], "Passes = 0 is outside"),
+        (["-o", "out.png", "--width", "0", "--height", "5"], "outside"),
+        (["-o", "out.png", "--radius", "-1"], "Radius = -1.0 is outside"),
+        (["-o", "out.png", "--engine", "NONE"], "no such render engine"),
+    ],
+)
+def test_bad_options_are_said_at_once(blend, tmp_path, monkeypatch, capsys, options, said) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert command.main([str(blend), *options]) == 1
+    assert said in capsys.readouterr().err
+    assert leftovers(tmp_path) == set()
+
+
+@pytest.mark.parametrize(
+    ("content", "said"), [(b"no blend", "not a .blend file"), (None, "No such file")]
+)
+def test_bad_files_are_named(scene, blend, tmp_path, capsys, content, said) -> None:
+    path = tmp_path / "scene.blend"
+    path.unlink()
+    if content:
+        path.write_bytes(content)
+    assert command.main([str(path), "-o", str(tmp_path / "out.png")]) == 1
+    error = capsys.readouterr().err
+    assert said in error and str(path) in error
+    assert leftovers(tmp_path) == set()
+
+
+def test_truncated_file_is_an_error(blend, tmp_path, capsys) -> None:
+    blend.write_bytes(b"BLENDER-v500")
+    assert command.main([str(blend), "-o", str(tmp_path / "out.png")]) == 1
+    assert str(blend) in capsys.readouterr().err
+
+
+def test_scene_without_camera(blend, scene, tmp_path, capsys) -> None:
+    scene.camera = None
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    assert command.main([str(blend), "-o", str(tmp_path / "out.png")]) == 1
+    assert "no camera" in capsys.readouterr().err
+    assert "out.png" not in leftovers(tmp_path)
+
+
+def test_size_keeps_proportions(scene) -> None:
+    scene.render.resolution_x, scene.render.resolution_y = 200, 100
+    command.resize(scene.render, 50, None)
+    assert (scene.render.resolution_x, scene.render.resolution_y) == (50, 25)
+    command.resize(scene.render, None, 10)
+    assert (scene.render.resolution_x, scene.render.resolution_y) == (20, 10)
+
+
+def test_default_output_is_named_after_the_file() -> None:
+    assert command.parse(["folder/scene.blend"]).output == Path("scene.png")
+
+
+def test_interrupt_leaves_nothing(blend, tmp_path) -> None:
+    output = tmp_path / "out.png"
+    arguments = [str(blend), "-o", str(output), "--passes", "1000000", "--width", "32"]
+    terminal, end = pty.openpty()  # on a terminal there is a progress bar to wait for
+    process = subprocess.Popen(
+        [sys.executable, str(COMMAND), *arguments], stdout=subprocess.DEVNULL, stderr=end
+    )
+    os.close(end)
+    try:
+        said = b""
+        deadline = time.monotonic() + 60.0
+        while b"Pass " not in said:
+            assert time.monotonic() < deadline and process.poll() is None, said
+            if select.select([terminal], [], [], 1.0)[0]:
+                said += os.read(terminal, 4096)
+        assert b"[" in said and b"photons" in said
+        start = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 130
+        assert time.monotonic() - start < 2.0
+    finally:
+        process.kill()
+        process.wait()
+        os.close(terminal)
+    assert leftovers(tmp_path) == set()

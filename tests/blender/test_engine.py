@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render engine in Blender, with the real renderer behind it."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+import OpenEXR
+import pytest
+from numpy.typing import NDArray
+
+from addon.blender import engine
+from addon.blender.export import Report
+from addon.blender.session import SESSION
+from addon.photon import console
+from addon.photon.process import Progress
+
+from .build import add_light, add_mesh, add_node, finish, new_material, shader_material
+
+pytestmark = pytest.mark.blender
+
+COMPONENTS = ("Direct", "Indirect", "Mirror", "Background")
+
+
+@pytest.fixture
+def room(scene) -> bpy.types.Scene:
+    """A floor, a wall, a mirror and a spotlight before a grey world; 32 x 32 pixels."""
+    grey = shader_material("ShaderNodeBsdfDiffuse", "Grey", Color=(0.7, 0.6, 0.5, 1))
+    mirror = shader_material("ShaderNodeBsdfGlossy", "Mirror", Roughness=0.0)
+    add_mesh("Floor", scale=(3, 3, 1)).data.materials.append(grey)
+    add_mesh(
+        "Wall", location=(-3, 0, 3), rotation_euler=(0, math.pi / 2, 0), scale=(3, 3, 1)
+    ).data.materials.append(grey)
+    add_mesh("Mirror", location=(1.5, 0, 1), rotation_euler=(0.3, -0.3, 0)).data.materials.append(
+        mirror
+    )
+    add_light("Spot", "SPOT", energy=500.0, location=(0, 0, 6), spot_size=1.8)
+    world = scene.world = bpy.data.worlds.new("World")
+    if bpy.app.version < (5, 0):
+        world.use_nodes = True
+    world.node_tree.nodes.clear()
+    world.node_tree.nodes.new("ShaderNodeOutputWorld")
+    background = add_node(world.node_tree, "ShaderNodeBackground", Color=(0.1, 0.2, 0.3, 1))
+    finish(world.node_tree, background)
+    scene.render.engine = "PHOTON_STREAM"
+    scene.render.resolution_x = scene.render.resolution_y = 32
+    scene.photon_stream.passes, scene.photon_stream.photons = 2, 4096
+    view_layer = scene.view_layers[0]
+    view_layer.use_pass_z = view_layer.use_pass_normal = True
+    return scene
+
+
+def render_exr(scene: bpy.types.Scene, path: Path) -> dict[str, NDArray[np.float32]]:
+    """Render; return every pass by name, row 0 at the top."""
+    image = scene.render.image_settings
+    if hasattr(image, "media_type"):
+        image.media_type = "MULTI_LAYER_IMAGE"
+    image.file_format, image.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    bpy.ops.render.render()
+    bpy.data.images["Render Result"].save_render(str(path), scene=scene)
+    passes: dict[str, dict[str, NDArray[np.float32]]] = {}
+    for part in OpenEXR.File(str(path), separate_channels=True).parts:
+        for name, channel in part.channels.items():
+            layer, entry, component = name.rsplit(".", 2)
+            key = entry if layer == "ViewLayer" else f"{layer}.{entry}"
+            passes.setdefault(key, {})[component] = channel.pixels
+    order = "RGBAXYZV"
+    return {
+        name: np.stack([found[key] for key in sorted(found, key=order.index)], axis=-1)
+        for name, found in passes.items()
+    }
+
+
+def test_components_sum_to_combined(room, tmp_path) -> None:
+    passes = render_exr(room, tmp_path / "a.exr")
+    assert set(passes) == {"Combined", "Depth", "Normal", *COMPONENTS}
+    total = sum(passes[name] for name in COMPONENTS)
+    np.testing.assert_allclose(total, passes["Combined"][..., :3], rtol=1e-5, atol=1e-6)
+    for name in COMPONENTS:
+        assert passes[name].max() > 0.0, name
+        assert np.isfinite(passes[name]).all(), name
+    assert (passes["Combined"][..., 3] == 1.0).all()
+    assert passes["Depth"].min() == pytest.approx(10.0, abs=3.0)
+
+
+def test_same_seed_same_bits(room, tmp_path) -> None:
+    first, second = (render_exr(room, tmp_path / name) for name in ("a.exr", "b.exr"))
+    for name in first:
+        np.testing.assert_array_equal(first[name], second[name])
+    room.photon_stream.seed = 1
+    third = render_exr(room, tmp_path / "c.exr")
+    assert (third["Indirect"] != first["Indirect"]).any()
+
+
+def test_transparent_film(room, tmp_path) -> None:
+    room.render.film_transparent = True
+    room.camera.data.lens = 15.0
+    alpha = render_exr(room, tmp_path / "a.exr")["Combined"][..., 3]
+    assert alpha.min() == 0.0 and alpha.max() == 1.0
+
+
+@pytest.mark.parametrize("crop", [False, True])
+def test_border_is_that_part_of_the_picture(room, tmp_path, crop) -> None:
+    room.photon_stream.use_radius = True  # the automatic one may look at the region
+    room.photon_stream.radius = 0.5
+    whole = render_exr(room, tmp_path / "whole.exr")
+    room.render.use_border, room.render.use_crop_to_border = True, crop
+    room.render.border_min_x, room.render.border_max_x = 0.25, 0.8
+    room.render.border_min_y, room.render.border_max_y = 0.4, 0.9
+    x0, y0, x1, y1 = engine.border_region(room.render, (32, 32))
+    rows, columns = slice(32 - y1, 32 - y0), slice(x0, x1)
+    part = render_exr(room, tmp_path / "part.exr")
+    for name in ("Combined", "Direct", "Depth"):
+        found = part[name] if crop else part[name][rows, columns]
+        np.testing.assert_allclose(found, whole[name][rows, columns], rtol=1e-5, atol=1e-6)
+    if not crop:
+        assert part["Combined"][0, 0, 3] == 0.0
+
+
+def test_awkward_borders_fit(room) -> None:
+    room.photon_stream.passes, room.photon_stream.photons = 1, 0
+    random = np.random.default_rng(1)
+    for _ in range(8):
+        room.render.use_border = True
+        room.render.resolution_x, room.render.resolution_y = random.integers(40, 90, 2).tolist()
+        (x0, x1), (y0, y1) = np.sort(random.random((2, 2)) * 0.8, axis=1)
+        room.render.border_min_x, room.render.border_max_x = x0, x1 + 0.2
+        room.render.border_min_y, room.render.border_max_y = y0, y1 + 0.2
+        bpy.ops.render.render()  # raises if a picture does not fit into Blender's
+        assert SESSION.error == ""
+
+
+def test_each_view_layer(room, tmp_path) -> None:
+    second = room.view_layers.new("Second")
+    second.material_override = shader_material("ShaderNodeBsdfDiffuse", "Clay")
+    passes = render_exr(room, tmp_path / "a.exr")
+    assert passes["Combined"].max() > 0.0 and passes["Second.Combined"].max() > 0.0
+    assert (passes["Combined"] != passes["Second.Combined"]).any()
+
+
+def test_animation_keeps_the_renderer_warm(room, tmp_path) -> None:
+    room.render.filepath = str(tmp_path / "frame_")
+    room.frame_start, room.frame_end = 1, 2
+    bpy.ops.render.render()
+    pid = SESSION.renderer.pid
+    bpy.ops.render.render(animation=True)
+    assert SESSION.renderer.pid == pid
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_cancel(room, monkeypatch) -> None:
+    room.photon_stream.passes = 100000
+    cancelled_at = []
+
+    def cancel(progress: Progress) -> None:
+        if progress.passes_done:
+            cancelled_at.append(time.monotonic())
+            SESSION.cancel.set()
+
+    monkeypatch.setattr(SESSION, "listener", cancel)
+    try:
+        bpy.ops.render.render()
+    finally:
+        SESSION.cancel.clear()
+    assert SESSION.cancelled and SESSION.error == ""
+    assert time.monotonic() - cancelled_at[0] < 0.4  # 0.2 s, and what Blender does afterwards
+
+
+def test_killed_renderer_is_an_error_and_the_next_render_works(room, monkeypatch, tmp_path) -> None:
+    room.photon_stream.passes = 100000
+    room.render.filepath = str(tmp_path / "picture.png")
+
+    def kill(progress: Progress) -> None:
+        if progress.passes_done and SESSION.renderer.pid:
+            os.kill(SESSION.renderer.pid, signal.SIGKILL)
+
+    monkeypatch.setattr(SESSION, "listener", kill)
+    with pytest.raises(RuntimeError, match="renderer process ended"):
+        bpy.ops.render.render(write_still=True)
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr(SESSION, "listener", None)
+    room.photon_stream.passes = 1
+    bpy.ops.render.render(write_still=True)
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize("where", ["snapshot", "settings_from", "write_images"])
+def test_a_bug_is_an_error_and_no_picture(room, monkeypatch, tmp_path, where, caplog) -> None:
+    def broken(*_: object) -> None:
+        raise ValueError("seven")
+
+    monkeypatch.setattr(engine, where, broken)
+    room.render.filepath = str(tmp_path / "picture.png")
+    with pytest.raises(RuntimeError, match="seven"):
+        bpy.ops.render.render(write_still=True)
+    assert not list(tmp_path.iterdir())
+    assert "Traceback" in caplog.text
+
+
+def test_bad_scene_is_an_error(room) -> None:
+    room.camera.data.type = "PANO"
+    with pytest.raises(RuntimeError, match="PANO"):
+        bpy.ops.render.render()
+
+
+def test_stereoscopy_is_refused(room) -> None:
+    room.render.use_multiview = True
+    with pytest.raises(RuntimeError, match="Stereoscopy"):
+        bpy.ops.render.render()
+
+
+def test_report_reaches_panel_and_file(room, tmp_path) -> None:
+    add_light("Sun", "SUN")
+    path = tmp_path / "report.json"
+    room.photon_stream.report_path = str(path)
+    bpy.ops.render.render()
+    report = SESSION.reports["Scene"]
+    assert isinstance(report, Report)
+    assert path.read_text(encoding="utf-8") == report.as_json()
+    assert any(entry.object == "Light 'Sun'" for entry in report.of("ignored"))
+
+
+def test_unwritable_report_is_an_error(room, tmp_path) -> None:
+    room.photon_stream.report_path = str(tmp_path / "missing" / "report.json")
+    with pytest.raises(RuntimeError, match="Report File"):
+        bpy.ops.render.render()
+
+
+@pytest.mark.parametrize("what", ["light", "mesh"])
+def test_missing_things_are_a_word_not_an_error(room, what) -> None:
+    for obj in list(room.objects):
+        if obj.type == what.upper():
+            bpy.data.objects.remove(obj)
+    bpy.ops.render.render()
+    assert any(e.feature == f"No {what}" for e in SESSION.reports["Scene"].of("approximated"))
+
+
+def test_compositor_offers_the_passes(room) -> None:
+    if bpy.app.version >= (5, 0):
+        tree = room.compositing_node_group = bpy.data.node_groups.new("C", "CompositorNodeTree")
+    else:
+        room.use_nodes = True
+        tree = room.node_tree
+    layers = tree.nodes.new("CompositorNodeRLayers")
+    layers.scene = room
+    room.view_layers[0].photon_stream.use_pass_mirror = False
+    room.view_layers.update()
+    room.view_layers[0].update_render_passes()
+    offered = {socket.name for socket in layers.outputs if socket.enabled}
+    assert {"Image", "Depth", "Normal", "Direct", "Indirect", "Background"} <= offered
+    assert "Mirror" not in offered
+
+
+def test_noisy_material_names_do_not_matter(room) -> None:
+    new_material("Ünïcödé 'quoted'\n")
+    bpy.ops.render.render()
+
+
+def test_status_line() -> None:
+    progress = Progress("Rendering", 3, 16, 786432, 1.0, 75.5)
+    assert console.status_text(progress) == "Pass 3/16 | 786 k photons | Remaining 01:15.50"
+    assert console.status_text(Progress("Starting", 0, 16, 0, 0.0, math.inf)) == "Starting"
+    assert console.count_text(999) == "999"
+    assert console.clock_text(3661.234) == "01:01:01.23"

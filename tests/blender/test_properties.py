@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's properties and the renderer's settings say the same."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import get_args
+
+import pytest
+
+from addon.blender import properties
+from addon.blender.properties import settings_from
+from addon.photon.settings import Estimator, Filter, Layer, Settings, SplatShape
+
+pytestmark = pytest.mark.blender
+
+# Set by the frame, the region and the film, or of no use in Blender.
+NOT_PROPERTIES = {"width", "height", "region", "first_pass", "transparent"}
+
+
+def test_defaults_agree(scene) -> None:
+    settings, default = settings_from(scene, (512, 512)), Settings()
+    for field in fields(Settings):  # Blender keeps numbers as float32
+        expected = getattr(default, field.name)
+        if isinstance(expected, float):
+            expected = pytest.approx(expected, rel=1e-7)
+        assert getattr(settings, field.name) == expected
+
+
+def test_every_setting_has_a_property(scene) -> None:
+    names = {field.name for field in fields(Settings)} - NOT_PROPERTIES
+    assert names <= set(scene.photon_stream.bl_rna.properties.keys())
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("passes", 7),
+        ("photons", 1000),
+        ("radius_shrink", 0.5),
+        ("seed", 3),
+        ("estimator", "SPLAT"),
+        ("layer", "COMPUTE"),
+        ("filter", "CONE"),
+        ("splat_shape", "POINT"),
+        ("photon_bounces", 5),
+        ("mirror_depth", 3),
+        ("ambient", True),
+        ("boundary_correction", False),
+        ("direct_by_photons", True),
+        ("device_index", 1),
+        ("time_limit", 2.5),
+    ],
+)
+def test_each_property_arrives(scene, name, value) -> None:
+    setattr(scene.photon_stream, name, value)
+    settings = settings_from(scene, (512, 512))
+    expected = value.lower() if isinstance(value, str) else value
+    assert getattr(settings, name) == expected
+    settings.check()
+
+
+def test_radius_needs_its_switch(scene) -> None:
+    scene.photon_stream.radius = 0.25
+    assert settings_from(scene, (8, 8)).radius == 0.0
+    scene.photon_stream.use_radius = True
+    assert settings_from(scene, (8, 8)).radius == 0.25
+
+
+def test_animated_seed(scene) -> None:
+    scene.photon_stream.use_animated_seed = True
+    seeds = set()
+    for frame in (1, 2):
+        scene.frame_set(frame)
+        seeds.add(settings_from(scene, (8, 8)).seed)
+    assert len(seeds) == 2
+
+
+@pytest.mark.parametrize(
+    ("items", "kind"),
+    [
+        (properties.ESTIMATORS, Estimator),
+        (properties.LAYERS, Layer),
+        (properties.FILTERS, Filter),
+        (properties.SPLAT_SHAPES, SplatShape),
+    ],
+)
+def test_enum_items_are_the_settings(items, kind) -> None:
+    assert tuple(item[0].lower() for item in items) == get_args(kind)
+    assert [item[3] for item in items] == list(range(len(items)))
+
+
+def test_ranges_agree(scene) -> None:
+    known = scene.photon_stream.bl_rna.properties
+    for name in ("passes", "photons", "photon_bounces", "mirror_depth", "device_index"):
+        for value in (known[name].hard_min, known[name].hard_max):
+            Settings(**{name: value}).check()

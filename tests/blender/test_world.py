@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The world is a constant background."""
+
+from __future__ import annotations
+
+import bpy
+import pytest
+
+from .build import add_node, finish
+
+pytestmark = pytest.mark.blender
+
+
+def new_world(scene: bpy.types.Scene) -> bpy.types.NodeTree:
+    """Give the scene a world whose node tree holds nothing but an output."""
+    world = scene.world = bpy.data.worlds.new("World")
+    if bpy.app.version < (5, 0):
+        world.use_nodes = True
+    world.node_tree.nodes.clear()
+    world.node_tree.nodes.new("ShaderNodeOutputWorld")
+    return world.node_tree
+
+
+def test_no_world_is_black(export) -> None:
+    assert export()[0].background == (0.0, 0.0, 0.0)
+
+
+def test_colour_times_strength(scene, export) -> None:
+    tree = new_world(scene)
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=(0.1, 0.2, 0.4, 1), Strength=2.0))
+    exported, report = export()
+    assert exported.background == pytest.approx((0.2, 0.4, 0.8))
+    assert [e.feature for e in report.of("approximated") if "World" in e.object] == ["World light"]
+
+
+def test_black_world_is_exact(scene, export) -> None:
+    tree = new_world(scene)
+    finish(tree, add_node(tree, "ShaderNodeBackground", Strength=0.0))
+    assert not [e for e in export()[1].of("approximated") if "World" in e.object]
+
+
+def test_camera_ray_switch(scene, export) -> None:
+    tree = new_world(scene)
+    mix = tree.nodes.new("ShaderNodeMixShader")
+    for index, level in ((1, 0.1), (2, 0.6)):
+        shader = add_node(tree, "ShaderNodeBackground", Color=(level, level, level, 1))
+        tree.links.new(shader.outputs[0], mix.inputs[index])
+    path = tree.nodes.new("ShaderNodeLightPath")
+    tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
+    finish(tree, mix)
+    exported, report = export()
+    assert exported.background == pytest.approx((0.6,) * 3)
+    assert "Light Path" in [e.feature for e in report.of("approximated")]
+
+
+def test_sky_texture_is_named(scene, export) -> None:
+    tree = new_world(scene)
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=sky.outputs[0]))
+    entries = [e for e in export()[1].of("approximated") if "Color from" in e.feature]
+    assert len(entries) == 1
+
+
+def test_scene_wide_features_are_named(scene, export) -> None:
+    scene.render.use_motion_blur = True
+    assert "Motion Blur" in [e.feature for e in export()[1].of("ignored")]

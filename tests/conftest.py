@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fixtures that every test shares."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from addon.streams import Device
+
+
+@pytest.fixture(scope="session")
+def shared_device() -> Iterator[Device]:
+    """One OpenGL context for all tests: making one costs more than most tests."""
+    device = Device()
+    yield device
+    device.release()
+
+
+@pytest.fixture
+def device(shared_device: Device) -> Iterator[Device]:
+    """The shared device; a test that leaves an OpenGL error behind fails."""
+    yield shared_device
+    shared_device.check()

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.photon.geometry import upload_table
+from addon.streams import Device, Kernel, Stream
+from tests.unit.glsl_files import copy_root
+
+
+@pytest.fixture(autouse=True)
+def _kernels_of_tests(
+    tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The real GLSL, and beside it the kernels that these tests have in `glsl`."""
+    copy_root(tmp_path_factory.mktemp("glsl"), Path(__file__).parent / "glsl", monkeypatch)
+
+
+@pytest.fixture(params=["fragment", "compute"])
+def layer(request: pytest.FixtureRequest, device: Device) -> str:
+    """Each physical layer that the device has."""
+    if request.param == "compute" and not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    return request.param
+
+
+class Bench:
+    """Runs kernels on arrays: (n, 4) inputs by port, (n, 4) outputs by port."""
+
+    WIDTH = 1024
+
+    def __init__(self, device: Device, layer: Any) -> None:
+        self.device, self.layer = device, layer
+
+    def run(
+        self,
+        kind: type[Kernel],
+        inputs: dict[str, NDArray[Any]],
+        uniforms: dict[str, Any] | None = None,
+        tables: dict[str, NDArray[Any]] | None = None,
+        defines: dict[str, int | float] | None = None,
+        count: int = 0,
+    ) -> dict[str, NDArray[np.float32]]:
+        """The outputs, and under "alive" how many elements were not skipped.
+
+        `count`: the number of elements, for kernels without inputs.
+        """
+        count = count or len(next(iter(inputs.values())))
+        size = (self.WIDTH, -(-count // self.WIDTH))
+        kernel = kind(self.device, self.layer, defines)
+        ports = {**kind.inputs, **kind.outputs}
+        streams = {name: Stream(self.device, record, size) for name, record in ports.items()}
+        for name, data in inputs.items():
+            texels = np.zeros((size[0] * size[1], 4), np.float32)
+            texels[:count] = data
+            streams[name].upload(texels.reshape(size[1], size[0], 4))
+        textures = {name: upload_table(self.device, data) for name, data in (tables or {}).items()}
+        alive = kernel.run(streams, textures, uniforms, count=True)
+        result: dict[str, Any] = {
+            name: streams[name].download().reshape(-1, 4)[:count] for name in kind.outputs
+        }
+        for item in (*streams.values(), *textures.values(), kernel):
+            item.release()
+        return result | {"alive": alive}
+
+
+@pytest.fixture
+def bench(device: Device, layer: str) -> Bench:
+    """On each layer."""
+    return Bench(device, layer)
+
+
+@pytest.fixture
+def one_bench(device: Device) -> Bench:
+    """On the fragment layer: for mathematics that does not depend on it."""
+    return Bench(device, "fragment")

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A sample for each pair of uniform numbers. SAMPLE: 0 cosine, 1 Phong lobe, 2 disc, 3 spot.
+#include "lib/sampling.glsl"
+#include "lib/light.glsl"
+
+void kernel() {
+    vec2 u = load_uniform_numbers().value.xy;
+    vec3 value;
+#if SAMPLE == 0
+    value = sample_cosine_hemisphere(u);
+#elif SAMPLE == 1
+    value = sample_phong_lobe(exponent, u);
+#elif SAMPLE == 2
+    value = vec3(sample_disc(u), 0.0);
+#else
+    value = vec3(sample_spot(light_at(0), u.x), 0.0, 0.0);
+#endif
+    store_value(Value(vec4(value, 1.0)));
+}

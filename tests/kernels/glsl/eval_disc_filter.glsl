@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "lib/density.glsl"
+
+void kernel() {
+    float d = load_distance().value.x;
+    store_value(Value(vec4(eval_filter(d * d, radius * radius))));
+}

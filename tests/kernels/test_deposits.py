@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Deposits and their grid: on the host and on the device, the same to the bit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.photon import photon_grid
+from addon.photon.deposits import Deposits, DeviceDeposits, HostDeposits
+from addon.photon.records import DEPOSIT, PLACE
+from addon.photon.renderer import Renderer
+from addon.photon.settings import Settings
+from addon.streams import Device, Stream
+from tests.measure import render
+from tests.scenes import cornell
+
+SIZE = (64, 48)
+
+
+@pytest.fixture(autouse=True)
+def _compute(device: Device) -> None:
+    if not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+
+
+@pytest.fixture(params=[HostDeposits, DeviceDeposits])
+def deposits(request: pytest.FixtureRequest, device: Device) -> Any:
+    made = request.param(device)
+    yield made
+    made.release()
+
+
+def landed(seed: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """A bounce's streams: about a third of the elements holds a deposit."""
+    rng = np.random.default_rng(seed)
+    place, deposit = rng.uniform(-1, 1, (2, SIZE[1], SIZE[0], 4)).astype(np.float32)
+    place[..., 3] = np.where(rng.random(place.shape[:2]) < 0.3, 2.0, 0.0)
+    for array in (place, deposit):
+        array[place[..., 3] == 0] = 0.0
+    return place, deposit
+
+
+def streams(device: Device, *arrays: NDArray[np.float32]) -> list[Stream]:
+    made = [Stream(device, record, SIZE) for record in (PLACE, DEPOSIT)]
+    for stream, array in zip(made, arrays, strict=True):
+        stream.upload(array)
+    return made
+
+
+def listed(deposits: Deposits) -> NDArray[np.float32]:
+    """The list as (P, 8)."""
+    count, *textures = deposits.tables()
+    columns = [np.frombuffer(t.read(), np.float32).reshape(-1, 4)[:count] for t in textures]
+    return np.concatenate(columns, axis=1)
+
+
+def expected(*bounces: tuple[NDArray[np.float32], NDArray[np.float32]]) -> NDArray[np.float32]:
+    rows = np.concatenate([np.concatenate(b, axis=2).reshape(-1, 8) for b in bounces])
+    return rows[rows[:, 3] != 0]
+
+
+def test_dense_and_in_order(device: Device, deposits: Any) -> None:
+    bounces = [landed(seed) for seed in range(12)]  # more than a row of the table
+    for _ in range(2):  # the second pass starts afresh
+        deposits.clear()
+        for bounce in bounces:
+            deposits.append(*streams(device, *bounce), int(np.count_nonzero(bounce[0][..., 3])))
+        rows = expected(*bounces)
+        assert len(rows) > 2 * 4096
+        assert np.array_equal(listed(deposits), rows)
+        assert deposits.dropped == 0
+
+
+def test_nothing_landed(deposits: Any) -> None:
+    deposits.clear()
+    assert deposits.tables()[0] == 0
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("channel", [0, 2, 3, 4, 6, 7])
+def test_not_finite_is_dropped_and_counted(
+    device: Device, deposits: Any, channel: int, value: float
+) -> None:
+    """Its neighbours stay as they are."""
+    place, deposit = landed(0)
+    rows = expected((place, deposit))
+    y, x = np.argwhere(place[..., 3] != 0)[100]
+    (place, deposit)[channel // 4][y, x, channel % 4] = value
+    deposits.clear()
+    deposits.append(*streams(device, place, deposit), int(np.count_nonzero(place[..., 3])))
+    assert deposits.dropped == 1
+    assert np.array_equal(listed(deposits), np.delete(rows, 100, axis=0))
+    deposits.clear()
+    assert deposits.dropped == 1  # over all passes
+
+
+@pytest.mark.parametrize("kind", [HostDeposits, DeviceDeposits])
+@pytest.mark.parametrize("estimator", ["gather", "splat"])
+def test_poison_does_not_spread(
+    device: Device, monkeypatch: pytest.MonkeyPatch, kind: Any, estimator: str
+) -> None:
+    """A render with a NaN photon is the render without that photon, bit for bit."""
+    monkeypatch.setattr(device, "prefers_native", kind is HostDeposits)
+    append, pictures = kind.append, []
+    for poison in (np.nan, 0.0):
+
+        def spoil(
+            self: Any, place: Stream, deposit: Stream, count: int, by: float = poison
+        ) -> None:
+            places, fluxes = place.download(), deposit.download()
+            y, x = np.argwhere(places[..., 3] != 0)[10]
+            if np.isnan(by):
+                fluxes[y, x, 1] = by
+                deposit.upload(fluxes)
+            else:
+                places[y, x] = fluxes[y, x] = 0.0
+                place.upload(places)
+                deposit.upload(fluxes)
+                count -= 1
+            append(self, place, deposit, count)
+
+        monkeypatch.setattr(kind, "append", spoil)
+        settings = Settings(
+            width=32,
+            height=32,
+            photons=5000,
+            layer="compute",
+            estimator=estimator,
+            photon_bounces=2,
+        )
+        renderer = Renderer(cornell(), settings, device)
+        renderer.render_pass()
+        pictures.append(renderer.images()["Combined"])
+        dropped = renderer.info()["dropped_photons"]
+        assert dropped == (2 if np.isnan(poison) else 0)  # one in each bounce
+        renderer.release()
+    assert np.isfinite(pictures[0]).all() and pictures[0].any()
+    assert pictures[0].tobytes() == pictures[1].tobytes()
+
+
+# The grid.
+
+
+def count_host_sorts(monkeypatch: pytest.MonkeyPatch, max_ranked: int) -> list[int]:
+    """Set the limit; the list grows with each of the device's grids that the host had to sort."""
+    monkeypatch.setattr(photon_grid, "MAX_RANKED", max_ranked)
+    counts: list[int] = []
+    arrays = DeviceDeposits.arrays  # the host has no other way to them
+
+    def spy(self: DeviceDeposits) -> Any:
+        counts.append(self.tables()[0])
+        return arrays(self)
+
+    monkeypatch.setattr(DeviceDeposits, "arrays", spy)
+    return counts
+
+
+@pytest.mark.parametrize("max_ranked", [photon_grid.MAX_RANKED, 3])
+@pytest.mark.parametrize("radius", [0.01, 0.2, 5.0])
+def test_device_sort_equals_native_sort(
+    device: Device, monkeypatch: pytest.MonkeyPatch, max_ranked: int, radius: float
+) -> None:
+    """The same cells in the same order; crowded ones too, which go by way of the host."""
+    by_host = count_host_sorts(monkeypatch, max_ranked)
+    bounces = [landed(seed) for seed in range(6)]
+    tables: list[list[NDArray[np.float32]]] = []
+    for kind in (HostDeposits, DeviceDeposits):
+        deposits = kind(device)
+        for bounce in bounces:
+            deposits.append(*streams(device, *bounce), int(np.count_nonzero(bounce[0][..., 3])))
+        grid = photon_grid.PhotonGrid(device, "compute", {"FILTER_CONE": 1}, (1.0, 1.0, 1.0))
+        grid.prepare(deposits, radius)
+        count = deposits.tables()[0]
+        places, fluxes = (
+            np.frombuffer(grid._tables[name].read(), np.float32).reshape(-1, 4)[:count]
+            for name in ("photon_place", "photon_deposit")
+        )
+        cells = int(np.prod(grid._uniforms["grid_cells"]))
+        starts = np.frombuffer(grid._tables["cell_start"].read(), np.uint32)[: cells + 1]
+        assert starts[0] == 0 and starts[-1] == count
+        tables.append([places, fluxes, starts])
+        grid.release()
+        deposits.release()
+    for host, on_device in zip(*tables, strict=True):
+        assert host.tobytes() == on_device.tobytes()
+    assert len(by_host) == (max_ranked == 3 and radius == 5.0)  # one cell holds them all
+
+
+@pytest.mark.parametrize("max_ranked", [photon_grid.MAX_RANKED, 3])
+@pytest.mark.parametrize("radius", [0.0, 5.0])
+def test_pictures_are_bit_equal(
+    device: Device, monkeypatch: pytest.MonkeyPatch, max_ranked: int, radius: float
+) -> None:
+    """Whoever keeps the photons: the host or the device."""
+    by_host = count_host_sorts(monkeypatch, max_ranked)
+    pictures = []
+    for native in (True, False):
+        monkeypatch.setattr(device, "prefers_native", native)
+        pictures.append(render(device, cornell(True), layer="compute", radius=radius, passes=2))
+    for name in pictures[0]:
+        assert pictures[0][name].tobytes() == pictures[1][name].tobytes(), name
+    assert pictures[0]["Indirect"].mean() > 0
+    assert not by_host or max_ranked == 3
+    assert by_host or max_ranked != 3 or radius != 5.0

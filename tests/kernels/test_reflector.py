@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reflector and Projector on a single triangle."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.photon.geometry import material_table
+from addon.photon.projector import Projector
+from addon.photon.reflector import Reflector
+from addon.photon.scene import MIRROR, Material
+from tests.kernels.conftest import Bench
+from tests.kernels.statistics import excess
+
+COUNT = 100_000
+INCOMING = np.array([0.6, 0.0, -0.8])
+FLUX = np.array([2.0, 1.0, 0.5])
+SURFACE = 5
+
+
+def tables(material: Material) -> dict[str, NDArray[np.float32]]:
+    """A triangle in z = 0 that wears the second of two materials."""
+    corners = np.zeros((1, 3, 4), np.float32)
+    corners[0, :, :2] = [(-0.5, -0.5), (0.5, -0.5), (0.0, 0.5)]
+    corners[0, :2, 3] = 1, SURFACE
+    normals = np.zeros((1, 3, 4), np.float32)
+    normals[..., 2] = 1.0
+    black = Material("black", (0.0, 0.0, 0.0))
+    return {
+        "bvh_corners": corners,
+        "bvh_normals": normals,
+        "materials": material_table((black, material)),
+    }
+
+
+def incoming(direction: Any = INCOMING) -> dict[str, NDArray[np.float32]]:
+    """Photons that all meet the triangle's centroid; every tenth misses."""
+    flux = np.concatenate([np.tile(FLUX, (COUNT, 1)), np.arange(COUNT)[:, None]], 1)
+    hit = np.tile([0.7, 1.0, 1 / 3, 1 / 3], (COUNT, 1))
+    hit[::10] = 0.0
+    return {
+        "direction": np.tile([*direction, 3e38], (COUNT, 1)).astype(np.float32),
+        "hit": hit.astype(np.float32),
+        "flux": flux.astype(np.float32),
+    }
+
+
+def reflect(bench: Bench, material: Material, bounce: int = 0, **kwargs: Any) -> dict[str, Any]:
+    values = {"seed": 1, "pass_index": 2, "bounce": bounce}
+    return bench.run(Reflector, incoming(**kwargs), values, tables(material))
+
+
+MATERIALS = [
+    Material("grey", (0.5, 0.5, 0.5)),
+    Material("red", (0.8, 0.2, 0.05)),
+    Material("white", (1.0, 1.0, 1.0)),
+    Material("mirror", (0.0, 0.0, 0.0), (0.9, 0.6, 0.3)),
+    Material("both", (0.3, 0.1, 0.5), (0.2, 0.6, 0.1)),
+    Material("lobe", (0.2, 0.2, 0.2), (0.5, 0.4, 0.3), 200.0),
+]
+
+
+@pytest.mark.parametrize("material", MATERIALS, ids=lambda m: m.name)
+def test_energy_in_expectation(bench: Bench, material: Material) -> None:
+    """Mean outgoing flux = albedo x incoming flux, in each channel."""
+    result = reflect(bench, material)
+    flux = result["next_flux"][:, :3].astype(np.float64)
+    albedo = np.add(material.diffuse, material.specular)
+    hits = COUNT * 0.9
+    mean = flux.sum(axis=0) / hits
+    error = np.sqrt(np.maximum((flux**2).sum(axis=0) / hits - mean**2, 0) / hits)
+    expected = albedo * FLUX
+    if np.isfinite(material.exponent):  # the lobe's weight (n + 2) / (n + 1) cos: nearly k_s here
+        assert (mean <= expected + 4 * error).all()
+        below = np.array(material.specular) * FLUX * 0.21  # 1 - cos 37 deg = 0.2
+        assert (mean >= expected - below - 4 * error).all()
+    else:
+        assert (np.abs(mean - expected) <= 4 * error + 1e-6).all()
+    survivors = result["alive"] / hits
+    chance = float(albedo.mean())
+    assert abs(survivors - chance) <= 4 * math.sqrt(chance * (1 - chance) / hits) + 1e-3 * (
+        material.name == "lobe"
+    )
+
+
+def test_lobe_at_normal_incidence_reflects_k_s(bench: Bench) -> None:
+    """There nothing of the lobe is lost below the surface: exactly k_s."""
+    material = Material("lobe", (0.0, 0.0, 0.0), (0.6, 0.4, 0.2), 20.0)
+    flux = reflect(bench, material, direction=(0, 0, -1))["next_flux"][:, :3].astype(np.float64)
+    hits = COUNT * 0.9
+    mean = flux.sum(axis=0) / hits
+    error = flux.std(axis=0) / math.sqrt(hits)
+    assert (np.abs(mean - np.multiply(material.specular, FLUX)) <= 4 * error).all()
+
+
+def test_colour_bleeds(bench: Bench) -> None:
+    """A photon takes the surface's colour, k / mean(k), and keeps its number."""
+    red = MATERIALS[1]
+    result = reflect(bench, red)
+    alive = result["next_flux"].any(axis=1)
+    expected = FLUX * red.diffuse / np.mean(red.diffuse)
+    assert alive.any() and np.allclose(result["next_flux"][alive, :3], expected, rtol=1e-5)
+    assert np.array_equal(result["next_flux"][alive, 3], np.flatnonzero(alive))
+
+
+def test_black_kills_all(bench: Bench) -> None:
+    result = reflect(bench, Material("black", (0.0, 0.0, 0.0)))
+    assert result["alive"] == 0
+    assert not any(result[name].any() for name in result if name != "alive")
+
+
+def test_misses_are_dead(bench: Bench) -> None:
+    result = reflect(bench, MATERIALS[2])  # albedo 1: all others live
+    alive = result["next_flux"].any(axis=1)
+    assert not alive[::10].any() and alive.sum() == result["alive"] == COUNT * 0.9
+    assert np.array_equal(result["next_direction"].any(axis=1), alive)
+
+
+def test_diffuse_directions(bench: Bench) -> None:
+    """Cosine-distributed about the normal on the side the photon came from, whatever its way."""
+    for direction in (INCOMING, -INCOMING):
+        result = reflect(bench, MATERIALS[2], direction=direction)
+        alive = result["next_flux"].any(axis=1)
+        outgoing = result["next_direction"][alive, :3].astype(np.float64)
+        cosine = outgoing[:, 2] * -np.sign(direction[2])
+        assert cosine.min() > 0
+        counts = np.histogram(cosine**2, 50, (0, 1 + 1e-6))[0]
+        assert excess(counts, np.full(50, alive.sum() / 50)) < 1
+        azimuth = np.histogram(np.arctan2(outgoing[:, 1], outgoing[:, 0]), 50, (-np.pi, np.pi))[0]
+        assert excess(azimuth, np.full(50, alive.sum() / 50)) < 1
+        origin = result["next_origin"][alive]
+        assert (origin[:, 2] * -np.sign(direction[2]) > 0).all()  # lifted to that side
+        assert np.abs(origin[:, :3] - [0, -1 / 6, 0]).max() < 3e-6
+        assert (origin[:, 3] == 0).all()
+
+
+def test_mirror_directions(bench: Bench) -> None:
+    result = reflect(bench, Material("mirror", (0.0,) * 3, (1.0,) * 3, MIRROR))
+    alive = result["next_flux"].any(axis=1)
+    outgoing = result["next_direction"][alive]
+    assert np.allclose(outgoing[:, :3], INCOMING * [1, 1, -1], atol=1e-6)
+    assert (outgoing[:, 3] > 1e38).all()
+
+
+def test_bounces_draw_other_numbers(bench: Bench) -> None:
+    first, second = (reflect(bench, MATERIALS[0], bounce)["next_direction"] for bounce in (0, 1))
+    both = first.any(axis=1) & second.any(axis=1)
+    assert abs(both.sum() / (COUNT * 0.9) - 0.25) < 0.01  # 0.5 x 0.5
+    assert (first[both] == second[both]).all(axis=1).mean() < 1e-3
+
+
+# Projector.
+
+
+def project(bench: Bench, material: Material) -> dict[str, Any]:
+    return bench.run(Projector, incoming(), tables=tables(material))
+
+
+@pytest.mark.parametrize("diffuse", [(0.5, 0.5, 0.5), (0.0, 0.0, 1e-3)])
+def test_deposits_on_diffuse_surfaces(bench: Bench, diffuse: Any) -> None:
+    result = project(bench, Material("some", diffuse, (0.3, 0.3, 0.3)))
+    there = result["place"][:, 3] != 0
+    assert not there[::10].any() and there.sum() == result["alive"] == COUNT * 0.9
+    assert np.allclose(result["place"][there, :3], [0, -1 / 6, 0], atol=1e-6)
+    assert (result["place"][there, 3] == SURFACE + 1).all()
+    assert np.array_equal(result["deposit"][there, :3], np.tile(np.float32(FLUX), (there.sum(), 1)))
+    assert not result["place"][~there].any() and not result["deposit"][~there].any()
+
+
+@pytest.mark.parametrize("specular", [0.0, 0.9])
+def test_no_deposit_elsewhere(bench: Bench, specular: float) -> None:
+    result = project(bench, Material("chrome", (0.0, 0.0, 0.0), (specular,) * 3))
+    assert result["alive"] == 0 and not result["place"].any() and not result["deposit"].any()

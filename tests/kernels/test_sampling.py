@@ -1,0 +1,275 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Each sampler against its density, filters and BRDF against their integrals."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.photon.geometry import Frame, light_table, material_table, solid_angles
+from addon.photon.scene import Light, Material
+from addon.streams import Table, Uniform
+from tests.kernels.conftest import Bench
+from tests.kernels.statistics import excess
+from tests.unit.glsl_files import VALUE, declare
+
+COUNT = 1 << 18
+COSINE, PHONG, DISC, SPOT = range(4)
+SHARED: dict[str, Any] = {
+    "uniforms": {"exponent": Uniform("float")},
+    "tables": {"lights": Table()},
+}
+DRAW = declare("draw_sample", {"value": VALUE}, inputs={"uniform_numbers": VALUE}, **SHARED)
+DENSITY = declare("eval_density", {"value": VALUE}, inputs={"at": VALUE}, **SHARED)
+HERE = Frame(np.zeros(3), 1.0)
+SOME_LIGHT = Light("light", "POINT", (0, 0, 0), (1, 1, 1))
+RINGS, SECTORS = 40, 16
+
+
+def texels(*columns: Any) -> NDArray[np.float32]:
+    """(n, 4) from up to four columns."""
+    made = np.zeros((len(columns[0]), 4), np.float32)
+    for at, column in enumerate(columns):
+        made[:, at] = column
+    return made
+
+
+def draw(
+    bench: Bench, kind: int, exponent: float = 1.0, light: Light = SOME_LIGHT
+) -> NDArray[np.float64]:
+    """COUNT samples of uniform numbers of 24 bits, as random4 gives them."""
+    bits = np.random.default_rng(11).integers(0, 1 << 24, (COUNT, 4))
+    u = (bits / (1 << 24)).astype(np.float32)
+    result = bench.run(
+        DRAW,
+        {"uniform_numbers": u},
+        {"exponent": exponent},
+        {"lights": light_table((light,), HERE)},
+        {"SAMPLE": kind},
+    )
+    value = result["value"].astype(np.float64)
+    assert np.isfinite(value).all() and (value[:, 3] == 1.0).all()
+    return value
+
+
+def masses(
+    bench: Bench, kind: int, edges: Any, exponent: float = 1.0, light: Light = SOME_LIGHT
+) -> NDArray[np.float64]:
+    """Integral of the density [1/sr] over rings between versines (1 - cos)."""
+    fine = 64
+    steps = edges[:-1, None] + (np.arange(fine) + 0.5) / fine * np.diff(edges)[:, None]
+    at = steps.ravel() if kind == SPOT else 1.0 - steps.ravel()
+    density = bench.run(
+        DENSITY,
+        {"at": texels(at)},
+        {"exponent": exponent},
+        {"lights": light_table((light,), HERE)},
+        {"SAMPLE": kind},
+    )["value"][:, 0].astype(np.float64)
+    return 2 * np.pi * density.reshape(steps.shape).mean(axis=1) * np.diff(edges)
+
+
+def rings_and_sectors(directions: NDArray[Any], edges: Any) -> NDArray[np.float64]:
+    """Counts by versine and azimuth; what lies beyond the last edge, in the last ring."""
+    sine2 = directions[:, 0] ** 2 + directions[:, 1] ** 2
+    cosine = directions[:, 2]
+    # 1 - cos without cancellation, above the horizon; the sampled z is float32.
+    versine = np.where(cosine > 0, sine2 / (1 + np.abs(cosine)), 1 - cosine)
+    azimuth = np.arctan2(directions[:, 1], directions[:, 0])
+    versine = np.minimum(versine, edges[-1] * (1 - 1e-12))
+    bins = [edges, np.linspace(-np.pi, np.pi, SECTORS + 1)]
+    return np.histogram2d(versine, azimuth, bins)[0]
+
+
+def assert_rings(counts: NDArray[np.float64], mass: NDArray[np.float64]) -> None:
+    """Rings have their mass, sectors are alike, and the two are independent."""
+    assert excess(counts.sum(axis=1), mass * COUNT) < 1
+    assert excess(counts.sum(axis=0), np.full(SECTORS, COUNT / SECTORS)) < 1
+    assert excess(counts, np.repeat(mass[:, None] / SECTORS, SECTORS, 1) * COUNT) < 1
+
+
+def test_cosine_hemisphere(one_bench: Bench) -> None:
+    directions = draw(one_bench, COSINE)
+    assert np.abs(np.linalg.norm(directions[:, :3], axis=1) - 1).max() < 1e-6
+    assert directions[:, 2].min() >= 0
+    edges = np.linspace(0, 1, RINGS + 1)
+    mass = masses(one_bench, COSINE, edges)
+    assert mass.sum() == pytest.approx(1, abs=1e-3)
+    assert_rings(rings_and_sectors(directions, edges), mass / mass.sum())
+    assert np.allclose(mass, np.diff(1 - (1 - edges) ** 2), rtol=1e-3)  # integral of cos / pi
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 10.0, 1000.0])
+def test_phong_lobe(one_bench: Bench, exponent: float) -> None:
+    directions = draw(one_bench, PHONG, exponent)
+    assert np.abs(np.linalg.norm(directions[:, :3], axis=1) - 1).max() < 1e-6
+    assert directions[:, 2].min() >= 0
+    # Out to where 1e-5 of the lobe is left; that goes to the last ring.
+    reach = 1 - 1e-5 ** (1 / (exponent + 1))
+    edges = np.linspace(0, reach, RINGS + 1)
+    mass = masses(one_bench, PHONG, edges, exponent)
+    assert mass.sum() == pytest.approx(1 - 1e-5, abs=1e-3)
+    exact = (1 - edges[:-1]) ** (exponent + 1) - (1 - edges[1:]) ** (exponent + 1)
+    assert np.allclose(mass, exact, rtol=3e-3, atol=1e-7)
+    assert_rings(rings_and_sectors(directions, edges), mass / mass.sum())
+
+
+def test_disc(one_bench: Bench) -> None:
+    x, y, *_ = draw(one_bench, DISC).T
+    assert (x * x + y * y).max() <= 1 + 1e-6
+    bins = [np.linspace(0, 1, RINGS + 1), np.linspace(-np.pi, np.pi, SECTORS + 1)]
+    counts = np.histogram2d(np.minimum(x * x + y * y, 1), np.arctan2(y, x), bins)[0]
+    assert excess(counts, np.full(counts.shape, COUNT / counts.size)) < 1
+
+
+SPOTS = [
+    pytest.param(
+        Light("spot", "SPOT", (0, 0, 0), (1, 1, 1), spot_size=math.radians(size), spot_blend=blend),
+        id=f"{size} deg, blend {blend}",
+    )
+    for size in (1, 70, 180)
+    for blend in (0.0, 0.15, 1.0)
+]
+
+
+@pytest.mark.parametrize("light", [*SPOTS, pytest.param(SOME_LIGHT, id="point")])
+def test_spot(one_bench: Bench, light: Light) -> None:
+    outer, inner = solid_angles(light)
+    versine = draw(one_bench, SPOT, light=light)[:, 0]
+    assert versine.min() >= 0 and versine.max() <= outer * (1 + 1e-6)
+    edges = np.linspace(0, outer, 101)
+    mass = masses(one_bench, SPOT, edges, light=light)
+    assert mass.sum() == pytest.approx(1, abs=1e-3)
+    counts = np.histogram(np.minimum(versine, outer * (1 - 1e-12)), edges)[0]
+    assert excess(counts, mass / mass.sum() * COUNT) < 1
+    # The spot's profile over its own integral.
+    middle = (edges[:-1] + edges[1:]) / 2
+    t = np.clip((outer - middle) / max(outer - inner, 1e-30), 0, 1)
+    profile = np.where(middle <= inner, 1.0, t * t * (3 - 2 * t))
+    assert np.allclose(mass * 100, profile / (inner + outer) * 2 * outer, atol=0.02)
+
+
+def test_spot_grows_with_u(one_bench: Bench) -> None:
+    """Stratified numbers stay stratified: the sampler is monotone."""
+    for light in (SPOTS[1].values[0], SPOTS[5].values[0], SOME_LIGHT):
+        u = texels(np.linspace(0, 1, 10001)[:-1])
+        result = one_bench.run(
+            DRAW,
+            {"uniform_numbers": u},
+            {"exponent": 1.0},
+            {"lights": light_table((light,), HERE)},
+            {"SAMPLE": SPOT},
+        )
+        versine = result["value"][:, 0].astype(np.float64)
+        assert np.diff(versine).min() >= -1e-6 * versine.max()
+
+
+# Directions in one float.
+
+PACK = declare("pack_and_unpack", {"value": VALUE}, inputs={"direction": VALUE})
+
+
+def test_packed_directions(bench: Bench) -> None:
+    rng = np.random.default_rng(4)
+    directions = rng.normal(size=(COUNT, 3))
+    axes = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)], float)
+    axes = axes[np.any(axes != 0, axis=1)]
+    directions[: len(axes)] = axes
+    directions[100:200] = axes[0] * [1, 1, 1e-7]  # close to the fold of the octahedron
+    directions[200:300, 2] = 0.0
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    value = bench.run(PACK, {"direction": texels(*directions.T)})["value"].astype(np.float64)
+    code, back = value[:, 3], value[:, :3]
+    assert np.array_equal(code, np.round(code)) and code.min() >= 0 and code.max() < 1 << 24
+    assert np.abs(np.linalg.norm(back, axis=1) - 1).max() < 1e-6
+    sine = np.linalg.norm(np.cross(directions, back), axis=1)
+    angle = np.arctan2(sine, (directions * back).sum(axis=1))
+    assert np.degrees(angle).max() < 0.1
+
+
+# Density filters.
+
+FILTER = declare(
+    "eval_disc_filter",
+    {"value": VALUE},
+    inputs={"distance": VALUE},
+    uniforms={"radius": Uniform("float")},
+)
+
+
+@pytest.mark.parametrize("radius", [1e-3, 0.3, 1.0])
+@pytest.mark.parametrize("name", ["constant", "cone", "gaussian", "epanechnikov"])
+def test_filter_integrates_to_one(one_bench: Bench, name: str, radius: float) -> None:
+    n = 100_000
+    distance = (np.arange(n) + 0.5) / n * radius
+    value = one_bench.run(
+        FILTER,
+        {"distance": texels(distance)},
+        {"radius": radius},
+        defines={f"FILTER_{name.upper()}": 1},
+    )["value"][:, 0].astype(np.float64)
+    assert value.min() >= 0
+    assert (2 * np.pi * distance * value).mean() * radius == pytest.approx(1, abs=1e-4)
+    assert np.diff(value).max() <= 1e-6 * value.max()  # never more weight farther away
+    if name in ("cone", "epanechnikov"):
+        assert value[-1] < 1e-4 * value[0]
+
+
+# The BRDF.
+
+BRDF = declare(
+    "eval_material",
+    {"value": VALUE},
+    inputs={"towards_light": VALUE, "towards_viewer": VALUE},
+    tables={"materials": Table()},
+)
+K_D, K_S = (0.2, 0.4, 0.0), (0.5, 0.1, 0.3)
+
+
+def brdf(bench: Bench, exponent: float, light: Any, viewer: Any) -> NDArray[np.float64]:
+    table = material_table((Material("m", K_D, K_S, exponent),))
+    inputs = {"towards_light": texels(*light.T), "towards_viewer": texels(*viewer.T)}
+    return bench.run(BRDF, inputs, tables={"materials": table})["value"][:, :3].astype(np.float64)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 10.0, 1000.0, np.inf])
+def test_brdf_is_reciprocal(one_bench: Bench, exponent: float) -> None:
+    rng = np.random.default_rng(6)
+    a, b = rng.normal(size=(2, 100_000, 3))
+    b[::2] = a[::2] * [-1, -1, 1] + 0.05 * b[::2]  # half of the pairs in the lobe
+    for v in (a, b):
+        v /= np.linalg.norm(v, axis=1, keepdims=True)
+        v[:, 2] = np.abs(v[:, 2])
+    forth, back = brdf(one_bench, exponent, a, b), brdf(one_bench, exponent, b, a)
+    assert forth.min() >= 0 and np.allclose(forth, back, rtol=1e-3, atol=1e-6)
+    assert (forth >= np.array(K_D) / np.pi * (1 - 1e-5)).all()
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 10.0, 1000.0, np.inf])
+@pytest.mark.parametrize("angle", [0, 30, 60, 85])
+def test_brdf_never_reflects_more_than_its_share(
+    one_bench: Bench, exponent: float, angle: float
+) -> None:
+    """Albedo by quadrature over the hemisphere; at normal incidence it is k_d + k_s exactly."""
+    n = 700
+    cosine = (np.arange(n) + 0.5) / n
+    if exponent == 1000.0:
+        cosine = 1 - (1 - cosine) ** 2 if angle == 0 else cosine
+    weight = np.gradient(cosine) if exponent == 1000.0 and angle == 0 else np.full(n, 1 / n)
+    azimuth = (np.arange(n) + 0.5) / n * 2 * np.pi
+    z, phi = (x.ravel() for x in np.meshgrid(cosine, azimuth, indexing="ij"))
+    sine = np.sqrt(1 - z * z)
+    viewer = np.stack([sine * np.cos(phi), sine * np.sin(phi), z], -1)
+    light = np.array([math.sin(math.radians(angle)), 0, math.cos(math.radians(angle))])
+    value = brdf(one_bench, exponent, np.broadcast_to(light, viewer.shape), viewer)
+    weights = np.repeat(weight, n) * (2 * np.pi / n) * z
+    albedo = (value * weights[:, None]).sum(axis=0)
+    limit = np.add(K_D, K_S if np.isfinite(exponent) else 0.0)
+    assert (albedo <= limit * 1.005).all()
+    assert (albedo >= np.array(K_D) * 0.995).all()
+    if angle == 0:
+        assert np.allclose(albedo, limit, rtol=5e-3)

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tracer against the native core, which another program wrote and other tests check."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import photon_stream_native as native
+import pytest
+from numpy.typing import NDArray
+
+from addon.photon.tracer import Tracer
+from tests.kernels.conftest import Bench
+from tests.scenes import icosphere
+
+T_MAX = 3.0e38  # glsl/lib/constants.glsl
+
+
+class Mesh:
+    """Triangles with their BVH, and rays."""
+
+    def __init__(self, vertices: Any, triangles: Any) -> None:
+        vertices, triangles = np.float32(vertices), np.int32(triangles)
+        self.nodes, order, *_ = native.build_bvh(vertices, triangles)
+        self.corners: NDArray[np.float32] = vertices[triangles[order]]
+        texels = np.zeros((*self.corners.shape[:2], 4), np.float32)
+        texels[..., :3] = self.corners
+        self.tables = {"bvh_nodes": self.nodes, "bvh_corners": texels}
+
+    def trace(self, bench: Bench, rays: Any, any_hit: bool = False) -> NDArray[np.float32]:
+        """Hits (n, 4): t, triangle + 1, u, v."""
+        origins, directions, t_max, skip = rays
+        result = bench.run(
+            Tracer,
+            {
+                "origin": np.concatenate([origins, skip[:, None]], 1),
+                "direction": np.concatenate([directions, t_max[:, None]], 1),
+            },
+            tables=self.tables,
+            defines={"ANY_HIT": 1} if any_hit else {},
+        )
+        assert result["alive"] == np.count_nonzero(result["hit"][:, 1])
+        return result["hit"]
+
+
+def soup(count: int = 3000) -> Mesh:
+    """Triangles of many sizes, all over the place."""
+    rng = np.random.default_rng(8)
+    size = 10 ** rng.uniform(-3, -0.3, (count, 1, 1))
+    vertices = rng.uniform(-0.8, 0.8, (count, 1, 3)) + size * rng.uniform(-1, 1, (count, 3, 3))
+    return Mesh(np.clip(vertices, -1, 1).reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+
+
+def rays(count: int, t_max: float = T_MAX) -> tuple[Any, ...]:
+    """Random rays within the cube."""
+    rng = np.random.default_rng(9)
+    origins = rng.uniform(-1, 1, (count, 3)).astype(np.float32)
+    directions = rng.normal(size=(count, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    directions[: count // 10] = np.eye(3)[rng.integers(0, 3, count // 10)]  # along the axes
+    skip = np.full(count, -1, np.int32)
+    return origins, directions.astype(np.float32), np.full(count, t_max, np.float32), skip
+
+
+def test_soup_equals_native(bench: Bench) -> None:
+    mesh, some = soup(), rays(200_000)
+    hit = mesh.trace(bench, some)
+    t, triangle, u, v = native.trace(mesh.nodes, mesh.corners, *some)
+    assert 0.3 < (triangle >= 0).mean() < 0.99
+    same = hit[:, 1] == triangle + 1
+    close = np.isclose(hit[:, 0], np.where(triangle < 0, 0, t), rtol=1e-4, atol=1e-6)
+    assert (same & close).mean() >= 0.999
+    # Where another triangle was found, it is another one at the same distance.
+    both = (hit[:, 1] > 0) & (triangle >= 0)
+    assert np.isclose(hit[both, 0], t[both], rtol=1e-3, atol=1e-5).mean() >= 0.9999
+    assert np.allclose(hit[same & both, 2], u[same & both], atol=2e-3)
+    assert np.allclose(hit[same & both, 3], v[same & both], atol=2e-3)
+    assert not hit[hit[:, 1] == 0].any()
+
+
+@pytest.mark.parametrize("t_max", [0.2, T_MAX])
+def test_any_hit_equals_native(bench: Bench, t_max: float) -> None:
+    mesh, some = soup(), rays(200_000, t_max)
+    hit = mesh.trace(bench, some, any_hit=True)
+    occluded = native.occluded(mesh.nodes, mesh.corners, *some)
+    assert 0.1 < occluded.mean() < 0.99
+    assert ((hit[:, 1] > 0) == occluded).mean() >= 0.9999
+    assert (hit[:, 0] < t_max).all()
+
+
+def test_reach_and_source(bench: Bench) -> None:
+    """The hit itself is beyond t_max, and a ray does not see the triangle it left."""
+    mesh, (origins, directions, t_max, skip) = soup(), rays(50_000)
+    _, triangle, *_ = native.trace(mesh.nodes, mesh.corners, origins, directions, t_max, skip)
+    found = triangle >= 0
+    first = (origins[found], directions[found], t_max[found], skip[found])
+    hit = mesh.trace(bench, first)
+    short = mesh.trace(bench, (*first[:2], hit[:, 0], first[3]))
+    assert (short[:, 1] == 0).mean() == 1.0
+    source = (hit[:, 1] - 1).astype(np.int32)
+    behind = mesh.trace(bench, (*first[:3], source))
+    there = behind[:, 1] > 0
+    assert there.any() and (behind[there, 1] != hit[there, 1]).all()
+    assert (behind[there, 0] >= hit[there, 0]).all()
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3])
+def test_no_ray_leaves_a_closed_mesh(bench: Bench, scale: float) -> None:
+    """A million random rays from inside; scale 1e-3: a small object in a scene of size one."""
+    vertices, triangles = icosphere(4)
+    mesh = Mesh(vertices * scale, triangles)
+    origins, directions, t_max, skip = rays(1_000_000)
+    origins = origins * np.float32(0.55 * scale)  # the corners of the cube are inside
+    hit = mesh.trace(bench, (origins, directions, t_max, skip))
+    assert np.count_nonzero(hit[:, 1] == 0) == 0
+    t, triangle, *_ = native.trace(mesh.nodes, mesh.corners, origins, directions, t_max, skip)
+    assert (triangle >= 0).all()
+    same = (hit[:, 1] == triangle + 1) & np.isclose(hit[:, 0], t, rtol=1e-4)
+    assert same.mean() >= 0.999
+
+
+def test_rays_at_edges_and_corners(bench: Bench) -> None:
+    """Where triangles meet, one of them is hit."""
+    vertices, triangles = icosphere(3)
+    mesh = Mesh(vertices, triangles)
+    a, b = mesh.corners[:, 0], mesh.corners[:, 1]
+    rng = np.random.default_rng(2)
+    count = 100_000
+    pick, share = rng.integers(0, len(a), count), rng.random((count, 1))
+    share[: count // 5] = 0.0
+    targets = a[pick] * (1 - share) + b[pick] * share
+    origins = rng.uniform(-0.4, 0.4, (count, 3)).astype(np.float32)
+    directions = targets - origins
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    full, none = np.full(count, T_MAX, np.float32), np.full(count, -1, np.int32)
+    hit = mesh.trace(bench, (origins, np.float32(directions), full, none))
+    assert np.count_nonzero(hit[:, 1] == 0) == 0
+
+
+USELESS = [
+    ("origin", np.nan),
+    ("origin", np.inf),
+    ("origin", -np.inf),
+    ("direction", np.nan),
+    ("direction", np.inf),
+    ("direction", -np.inf),
+    ("t_max", np.nan),
+    ("t_max", 0.0),
+    ("t_max", -1.0),
+]
+
+
+@pytest.mark.parametrize("any_hit", [False, True])
+def test_useless_rays_miss(bench: Bench, any_hit: bool) -> None:
+    vertices, triangles = icosphere(2)
+    mesh = Mesh(vertices, triangles)
+    some = rays(3 * len(USELESS) + 2)
+    origins, directions, t_max, _ = some
+    origins *= np.float32(0.1)
+    assert (mesh.trace(bench, some, any_hit)[:, 1] > 0).all()
+    for row, (what, value) in enumerate(USELESS):
+        for axis in range(3):
+            at = 3 * row + axis
+            if what == "t_max":
+                t_max[at] = value
+            else:
+                {"origin": origins, "direction": directions}[what][at, axis] = value
+    directions[-2:] = 0.0
+    assert not mesh.trace(bench, some, any_hit).any()
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_next_to_nothing(bench: Bench, count: int) -> None:
+    mesh = Mesh([(-1, -1, 0), (1, -1, 0), (0, 1, 0)], np.array([[0, 1, 2]])[:count])
+    origins = np.float32([[0, 0, 1], [0, 0, 1], [5, 5, 1]])
+    directions = np.float32([[0, 0, -1], [0, 0, 1], [0, 0, -1]])
+    full, none = np.full(3, T_MAX, np.float32), np.full(3, -1, np.int32)
+    hit = mesh.trace(bench, (origins, directions, full, none))
+    assert hit[:, 1].tolist() == [count, 0, 0]
+    if count:
+        assert hit[0].tolist() == [1.0, 1.0, 0.25, 0.5]

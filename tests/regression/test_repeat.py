@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The same seed gives the same bits; parts of a render are the whole's."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.photon.film import merged
+from addon.photon.picture import picture_of
+from addon.photon.renderer import Renderer
+from addon.photon.settings import Settings
+from addon.streams import Device
+from tests.measure import render
+from tests.scenes import cornell
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+PASSES = 5
+CHOICES = {"width": 48, "height": 40, "passes": PASSES, "photons": 20000, "radius_shrink": 2 / 3}
+PARTS = ("Direct", "Indirect", "Mirror", "Background", "Combined")
+WAYS = [("fragment", "splat"), ("fragment", "gather"), ("compute", "gather")]
+
+Images = dict[str, Any]
+
+
+def picture(device: Device, **settings: Any) -> Images:
+    """A scene with everything in it: a coloured room, a mirror sphere, broad lobes."""
+    return render(device, cornell(mirror=True, lobe=True), **CHOICES | settings)
+
+
+def film_means(device: Device, **settings: Any) -> Images:
+    """What the film of that picture holds, in float64."""
+    renderer = Renderer(cornell(mirror=True, lobe=True), Settings(**CHOICES | settings), device)
+    try:
+        for _ in range(renderer.settings.passes):
+            renderer.render_pass()
+        return renderer.film.means()
+    finally:
+        renderer.release()
+
+
+def digest(images: Images) -> str:
+    """A hash of every bit of every pass."""
+    found = hashlib.sha256()
+    for name in sorted(images):
+        found.update(name.encode() + images[name].tobytes())
+    return found.hexdigest()
+
+
+@pytest.mark.parametrize(("layer", "estimator"), WAYS)
+def test_two_renders_of_a_seed_are_equal(device: Device, layer: str, estimator: str) -> None:
+    first, second = (picture(device, layer=layer, estimator=estimator) for _ in range(2))
+    for name in first:
+        np.testing.assert_array_equal(first[name], second[name], err_msg=name)
+    assert max(first[name].max() for name in ("Indirect", "Mirror")) > 0
+
+
+@pytest.mark.parametrize(("layer", "estimator"), WAYS)
+def test_two_processes_render_a_seed_equally(device: Device, layer: str, estimator: str) -> None:
+    code = (
+        "from addon.streams import Device\n"
+        "from tests.regression.test_repeat import digest, picture\n"
+        f"print(digest(picture(Device(), layer={layer!r}, estimator={estimator!r})))"
+    )
+    # A hash seed of its own: an order that comes from a set or dict must not show.
+    environment = os.environ | {"PYTHONHASHSEED": "12345"}
+    other = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=REPOSITORY,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert other.returncode == 0, other.stderr
+    assert other.stdout.split()[-1] == digest(picture(device, layer=layer, estimator=estimator))
+
+
+@pytest.mark.parametrize(("layer", "estimator"), WAYS)
+@pytest.mark.parametrize(
+    "region", [(7, 5, 30, 33), (0, 0, 1, 1), (47, 39, 48, 40), (0, 11, 48, 12)]
+)
+def test_a_border_render_is_the_crop_of_the_whole(
+    device: Device, layer: str, estimator: str, region: tuple[int, int, int, int]
+) -> None:
+    ways = {"layer": layer, "estimator": estimator, "passes": 2}
+    whole = picture(device, **ways)
+    part = picture(device, region=region, **ways)
+    x0, y0, x1, y1 = region
+    for name, image in part.items():
+        np.testing.assert_array_equal(image, whole[name][y0:y1, x0:x1], err_msg=name)
+
+
+def test_seeds_differ(device: Device) -> None:
+    first, second = (picture(device, seed=seed) for seed in (1, 2))
+    for name in ("Direct", "Indirect", "Mirror"):
+        assert (first[name] != second[name]).any(), name
+    # Yet they are pictures of the same scene.
+    assert first["Combined"].mean() == pytest.approx(second["Combined"].mean(), rel=0.05)
+
+
+@pytest.mark.parametrize("split", [1, 3])
+def test_ranges_of_passes_merge_to_the_whole(device: Device, split: int) -> None:
+    """What films hold are means over passes, so they merge; the picture is made of the whole."""
+    whole = film_means(device)
+    first = film_means(device, passes=split)
+    second = film_means(device, first_pass=split, passes=PASSES - split)
+    both = merged([(split, first), (PASSES - split, second)])
+    for name in whole:
+        np.testing.assert_allclose(both[name], whole[name], rtol=1e-6, atol=0, err_msg=name)
+    pictures = picture_of(both), picture_of(whole)
+    for name in pictures[0]:
+        np.testing.assert_allclose(*(p[name] for p in pictures), rtol=1e-5, err_msg=name)
+
+
+def test_passes_differ(device: Device) -> None:
+    """Passes that repeated each other's random numbers would pass every test above."""
+    first, second = (picture(device, passes=1, first_pass=i) for i in (0, 1))
+    for name in ("Indirect", "Mirror"):
+        assert (first[name] != second[name]).mean() > 0.2, name
+
+
+def test_settings_hold_a_whole_seed(device: Device) -> None:
+    """All 32 bits of the seed count."""
+    low, high = (digest(picture(device, passes=1, seed=seed)) for seed in (1, 1 + (1 << 31)))
+    assert low != high
+    Settings(seed=(1 << 32) - 1).check()

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Small scenes in plain numpy, for tests that need no Blender."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from addon.photon.scene import Camera, Light, Material, Scene
+
+GREY = Material("grey", (0.5, 0.5, 0.5))
+
+
+def camera(
+    eye: Sequence[float],
+    target: Sequence[float],
+    fov: float = 60.0,
+    aspect: float = 1.0,
+    **kwargs: Any,
+) -> Camera:
+    """A perspective camera; `fov` [deg] is the whole vertical angle."""
+    back = np.subtract(eye, target).astype(float)
+    back /= np.linalg.norm(back)
+    up = (0.0, 0.0, 1.0) if abs(back[2]) < 0.99 else (0.0, 1.0, 0.0)
+    right = np.cross(up, back)
+    right /= np.linalg.norm(right)
+    matrix = np.eye(4)
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = right, np.cross(back, right), back
+    matrix[:3, 3] = eye
+    half = np.tan(np.radians(fov) / 2)
+    return Camera("PERSP", matrix, (-half * aspect, half * aspect, -half, half), **kwargs)
+
+
+@dataclass
+class Builder:
+    """Collects triangle meshes into a Scene."""
+
+    vertices: list[Any] = field(default_factory=list)
+    triangles: list[Any] = field(default_factory=list)
+    normals: list[Any] = field(default_factory=list)
+    material: list[Any] = field(default_factory=list)
+    surface: list[Any] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    count: int = 0
+
+    def add(
+        self, vertices: Any, triangles: Any, material: int = 0, name: str = "", normals: Any = None
+    ) -> Builder:
+        """Add one object; `normals` (V, 3) makes it smooth."""
+        vertices, triangles = np.asarray(vertices, float), np.asarray(triangles, np.int32)
+        self.vertices.append(vertices)
+        self.triangles.append(triangles + self.count)
+        self.count += len(vertices)
+        corners = vertices[triangles]
+        if normals is None:
+            flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            with np.errstate(invalid="ignore"):
+                flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+            self.normals.append(np.repeat(flat[:, None], 3, axis=1))
+        else:
+            self.normals.append(np.asarray(normals)[triangles])
+        self.material.append(np.full(len(triangles), material))
+        self.surface.append(np.full(len(triangles), len(self.names)))
+        self.names.append(name or f"object{len(self.names)}")
+        return self
+
+    def quad(self, a: Any, b: Any, c: Any, d: Any, material: int = 0, name: str = "") -> Builder:
+        return self.add([a, b, c, d], [[0, 1, 2], [0, 2, 3]], material, name)
+
+    def box(
+        self, low: Any, high: Any, material: int = 0, name: str = "", skip: str = ""
+    ) -> Builder:
+        """An axis-aligned box with outward normals; `skip` leaves out faces, e.g. "-y"."""
+        (x0, y0, z0), (x1, y1, z1) = low, high
+        faces = {
+            "-x": [(x0, y0, z0), (x0, y0, z1), (x0, y1, z1), (x0, y1, z0)],
+            "+x": [(x1, y0, z0), (x1, y1, z0), (x1, y1, z1), (x1, y0, z1)],
+            "-y": [(x0, y0, z0), (x1, y0, z0), (x1, y0, z1), (x0, y0, z1)],
+            "+y": [(x0, y1, z0), (x0, y1, z1), (x1, y1, z1), (x1, y1, z0)],
+            "-z": [(x0, y0, z0), (x0, y1, z0), (x1, y1, z0), (x1, y0, z0)],
+            "+z": [(x0, y0, z1), (x1, y0, z1), (x1, y1, z1), (x0, y1, z1)],
+        }
+        kept = [corners for side, corners in faces.items() if side not in skip.split()]
+        vertices = np.array(kept).reshape(-1, 3)
+        quads = np.arange(len(vertices)).reshape(-1, 4)
+        return self.add(
+            vertices, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]), material, name
+        )
+
+    def sphere(
+        self,
+        centre: Any,
+        radius: float,
+        material: int = 0,
+        name: str = "",
+        subdivisions: int = 4,
+        smooth: bool = True,
+    ) -> Builder:
+        vertices, triangles = icosphere(subdivisions)
+        return self.add(
+            vertices * radius + centre, triangles, material, name, vertices if smooth else None
+        )
+
+    def scene(
+        self,
+        view: Camera,
+        lights: Sequence[Light] = (),
+        materials: Sequence[Material] = (GREY,),
+        **kwargs: Any,
+    ) -> Scene:
+        """The collected triangles as a Scene."""
+
+        def joined(parts: list[Any], shape: tuple[int, ...], dtype: Any) -> Any:
+            return np.concatenate(parts).astype(dtype) if parts else np.zeros(shape, dtype)
+
+        return Scene(
+            camera=view,
+            lights=tuple(lights),
+            materials=tuple(materials),
+            vertices=joined(self.vertices, (0, 3), np.float64),
+            triangles=joined(self.triangles, (0, 3), np.int32),
+            corner_normals=joined(self.normals, (0, 3, 3), np.float32),
+            material=joined(self.material, (0,), np.int32),
+            surface=joined(self.surface, (0,), np.int32),
+            surfaces=tuple(self.names),
+            **kwargs,
+        )
+
+
+def icosphere(subdivisions: int) -> tuple[Any, Any]:
+    """Unit vertices (V, 3) and outward triangles (20 * 4^n, 3)."""
+    g = (1 + 5**0.5) / 2
+    vertices = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g)]
+    vertices += [(0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
+    points = np.array(vertices) / np.linalg.norm(vertices[0])
+    faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4)]
+    faces += [(11, 10, 2), (10, 7, 6), (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8)]
+    faces += [(3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)]
+    triangles = np.array(faces)
+    for _ in range(subdivisions):
+        edges = np.sort(
+            np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]),
+            axis=1,
+        )
+        unique, inverse = np.unique(edges, axis=0, return_inverse=True)
+        middle = points[unique].sum(axis=1)
+        middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+        ab, bc, ca = inverse.reshape(3, -1) + len(points)
+        a, b, c = triangles.T
+        triangles = np.concatenate(
+            [np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+        )
+        points = np.concatenate([points, middle])
+    return points, triangles
+
+
+def cornell(mirror: bool = False, lobe: bool = False) -> Scene:
+    """A small Cornell box: coloured walls, a box and a sphere, one spotlight."""
+    white = Material("white", (0.7, 0.7, 0.7))
+    if lobe:
+        white = Material("white", (0.2, 0.2, 0.2), (0.1, 0.1, 0.1), 10.0)
+    red, green = Material("red", (0.6, 0.1, 0.1)), Material("green", (0.1, 0.6, 0.1))
+    chrome = Material("chrome", (0.0, 0.0, 0.0), (0.9, 0.9, 0.9))
+    b = Builder()
+    room = [
+        (0, 0, 0),
+        (10, 0, 0),
+        (10, 10, 0),
+        (0, 10, 0),
+        (0, 0, 10),
+        (10, 0, 10),
+        (10, 10, 10),
+        (0, 10, 10),
+    ]
+    p = [np.array(v, float) for v in room]
+    b.quad(p[0], p[1], p[2], p[3], 0, "floor").quad(p[4], p[7], p[6], p[5], 0, "ceiling")
+    b.quad(p[2], p[6], p[7], p[3], 0, "back").quad(p[0], p[3], p[7], p[4], 1, "left").quad(
+        p[1], p[5], p[6], p[2], 2, "right"
+    )
+    b.box((1.5, 5.5, -0.01), (4.5, 8.0, 5.5), 0, "box")
+    b.sphere((7.0, 4.0, 1.7), 1.7, 3 if mirror else 0, "sphere")
+    light = Light("spot", "SPOT", (5, 5, 9.9), (3000, 3000, 3000), spot_size=2.0944, spot_blend=0.5)
+    return b.scene(camera((5, -13, 5), (5, 0, 5), 42), [light], [white, red, green, chrome])
+
+
+__all__ = ["GREY", "Builder", "camera", "cornell", "icosphere", "replace"]

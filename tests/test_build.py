@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""build.py's own promises: pins, messages, exit codes, versions, the scenes' sizes."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+SCENES = ("cornell_box", "cornell_classic", "cornell_mirror")
+
+
+def build(*arguments: str | Path, **keywords: object) -> subprocess.CompletedProcess[str]:
+    """Run build.py to its end."""
+    command = [sys.executable, str(ROOT / "build.py"), *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, **keywords)  # type: ignore[call-overload]
+
+
+def run_python(code: str) -> subprocess.CompletedProcess[str]:
+    """Run a snippet in the repository, in an interpreter that has imported nothing."""
+    command = [sys.executable, "-S", "-c", code]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60)
+
+
+def test_build_needs_the_standard_library_only() -> None:
+    code = "import sys, build; print(*{name.partition('.')[0] for name in sys.modules})"
+    modules = set(run_python(code).stdout.split())
+    assert "build" in modules
+    assert modules - set(sys.stdlib_module_names) <= {"build", "addon", "__main__"}
+
+
+def test_build_parses_under_old_pythons() -> None:
+    """An old Python must get as far as the message that names the right one."""
+    import ast
+
+    for path in (
+        ROOT / "build.py",
+        ROOT / "addon" / "__init__.py",
+        *(ROOT / "addon" / "build").glob("*.py"),
+    ):
+        ast.parse(path.read_text(), feature_version=(3, 8))
+
+
+def test_build_is_short() -> None:
+    assert len((ROOT / "build.py").read_text().splitlines()) < 300
+
+
+@pytest.mark.parametrize(
+    ("version", "bpy", "accepted"),
+    [
+        ((3, 10), True, False),
+        ((3, 11), True, True),
+        ((3, 12), True, False),
+        ((3, 12), False, True),  # a snapshot needs no bpy
+        ((3, 13), True, True),
+        ((3, 14), True, False),
+    ],
+)
+def test_python_version(
+    monkeypatch: pytest.MonkeyPatch, version: tuple[int, int], bpy: bool, accepted: bool
+) -> None:
+    monkeypatch.syspath_prepend(ROOT)
+    from addon.build import environment
+    from addon.build.process import Failure
+
+    monkeypatch.setattr(environment, "THIS_PYTHON", f"{version[0]}.{version[1]}")
+    monkeypatch.setattr(environment.sys, "version_info", (*version, 0, "final", 0))
+    if accepted:
+        environment.check_python(bpy)
+    else:
+        with pytest.raises(Failure, match=r"Python 3\.11 \(bpy 5\..*Python 3\.13 \(bpy 5\."):
+            environment.check_python(bpy)
+
+
+def test_versions_are_one() -> None:
+    version = PYPROJECT["project"]["version"]
+    manifest = tomllib.loads((ROOT / "addon" / "blender_manifest.toml").read_text())
+    assert manifest["version"] == version
+    cargo = tomllib.loads((ROOT / "native" / "Cargo.toml").read_text())
+    assert cargo["package"]["version"] == version
+
+
+def test_pins_are_exact() -> None:
+    for pins in PYPROJECT["project"]["optional-dependencies"].values():
+        for pin in pins:
+            assert re.fullmatch(r"[\w-]+==[\d.]+(; python_version [=<>]+ '3\.\d+')?", pin), pin
+
+
+def test_the_renderer_needs_no_bpy() -> None:
+    groups = PYPROJECT["project"]["optional-dependencies"]
+    assert not any("bpy" in pin for group in ("run", "native", "rust") for pin in groups[group])
+
+
+def test_scenes_are_small_and_old_blenders_read_them() -> None:
+    files = [ROOT / "blend_scenes" / f"{name}.blend" for name in SCENES]
+    assert sum(file.stat().st_size for file in (ROOT / "blend_scenes").glob("*.blend")) < 1 << 20
+    for file in files:
+        assert file.read_bytes()[:4] == b"\x28\xb5\x2f\xfd", "not compressed"
+    if zstd := shutil.which("zstd"):
+        for file in files:
+            opened = subprocess.run([zstd, "-dcq", file], capture_output=True, check=False).stdout
+            assert opened.startswith(b"BLENDER-v402"), "saved by a Blender that is not 4.2"
+
+
+def test_license_is_whole() -> None:
+    text = (ROOT / "LICENSE").read_text()
+    assert "GNU GENERAL PUBLIC LICENSE" in text and "Version 3, 29 June 2007" in text
+    assert "END OF TERMS AND CONDITIONS" in text
+
+
+def test_missing_file(tmp_path: Path) -> None:
+    done = build("render", "nowhere.blend", cwd=tmp_path)
+    assert done.returncode == 1
+    assert done.stderr == "build.py: nowhere.blend: no such file\n"
+
+
+def test_file_of_another_kind(tmp_path: Path) -> None:
+    (tmp_path / "scene.obj").touch()
+    done = build("render", "scene.obj", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "neither a .blend file nor an .npz scene snapshot" in done.stderr
+
+
+@pytest.mark.parametrize("option", [("--frame", "2"), ("--blender", "x"), ("--report", "x.json")])
+def test_options_that_a_snapshot_has_no_use_for(tmp_path: Path, option: tuple[str, str]) -> None:
+    (tmp_path / "scene.npz").touch()
+    done = build("render", "scene.npz", *option, cwd=tmp_path)
+    assert done.returncode == 1
+    assert option[0] in done.stderr
+
+
+def test_blender_that_is_not_there(tmp_path: Path) -> None:
+    done = build(
+        "render", ROOT / "blend_scenes" / "cornell_box.blend", "--blender", "nowhere", cwd=tmp_path
+    )
+    assert done.returncode == 1
+    assert "no such program" in done.stderr
+
+
+def test_unknown_arguments_are_refused() -> None:
+    assert build("render", "x.blend", "--sharpness", "3").returncode == 2
+    assert build("doctor", "--", "x").returncode == 2
+    assert build().returncode == 2
+
+
+def test_doctor_names_what_it_looked_for() -> None:
+    done = build("doctor")
+    assert done.returncode in (0, 1)
+    for item in ("Python", "OpenGL device", "Rust", "git", "glslangValidator", "Blender"):
+        assert re.search(f"^{item} ", done.stdout, re.M), done.stdout
+
+
+def test_doctor_works_before_anything_is_installed(tmp_path: Path) -> None:
+    for name in ("build.py", "pyproject.toml", "native/Cargo.toml"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    (tmp_path / "addon").mkdir()
+    shutil.copy(ROOT / "addon" / "__init__.py", tmp_path / "addon")
+    shutil.copytree(ROOT / "addon" / "build", tmp_path / "addon" / "build")
+    command = [sys.executable, "-S", str(tmp_path / "build.py"), "doctor"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert "unknown until the packages are installed" in done.stdout
+    assert done.stderr == ""
+    assert not (tmp_path / ".venv").exists()
+
+
+def stamped() -> bool:
+    """Whether build.py has set this environment up, so that it has nothing to install."""
+    stamps = ROOT / ".venv" / "photon_stream.json"
+    return stamps.exists() and "blender" in json.loads(stamps.read_text())
+
+
+@pytest.mark.blender
+@pytest.mark.skipif(not stamped(), reason="build.py has not set up .venv for bpy")
+@pytest.mark.parametrize("content", [b"", b"just a text", b"BLENDER-v500 and then nothing"])
+def test_what_is_no_blend_file(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "text.blend").write_bytes(content)
+    done = build("render", "text.blend", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "text.blend" in done.stderr and "Traceback" not in done.stderr
+    assert os.listdir(tmp_path) == ["text.blend"]
+
+
+@pytest.mark.skipif(not stamped(), reason="build.py has not set up .venv")
+def test_what_is_no_snapshot(tmp_path: Path) -> None:
+    (tmp_path / "text.npz").write_text("just a text")
+    done = build("render", "text.npz", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "text.npz" in done.stderr and "Traceback" not in done.stderr
+    assert os.listdir(tmp_path) == ["text.npz"]

@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from addon.streams import Device
+from tests.unit.glsl_files import use_root
+
+
+@pytest.fixture
+def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty GLSL root."""
+    (tmp_path / "glsl").mkdir()
+    return use_root(tmp_path / "glsl", monkeypatch)
+
+
+@pytest.fixture(params=["fragment", "compute"])
+def layer(request: pytest.FixtureRequest, device: Device) -> str:
+    """Each physical layer that the device has."""
+    if request.param == "compute" and not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    return request.param

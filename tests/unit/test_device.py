@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Device: errors reported by OpenGL, layers, devices that are not there."""
+
+from __future__ import annotations
+
+import moderngl
+import pytest
+
+from addon.photon.errors import DeviceError
+from addon.photon.renderer import open_device
+from addon.photon.settings import Settings
+from addon.streams import Device, StreamError
+
+
+def test_driver_errors_reach_check(device: Device) -> None:
+    device.ctx.enable_direct(0xFFFF)  # no such capability
+    if device.version.startswith(("4.3", "4.4", "4.5", "4.6")):
+        assert device.errors and "GL_INVALID_ENUM" in device.errors[0]  # KHR_debug's own words
+    with pytest.raises(StreamError, match="GL_INVALID_ENUM") as raised:
+        device.check()
+    assert device.name in str(raised.value)
+    device.check()  # told once
+
+
+def test_errors_in_order(device: Device) -> None:
+    device.ctx.enable_direct(0xFFFF)
+    device.ctx.disable_direct(0xFFFE)
+    assert len(device.errors) == 2
+    with pytest.raises(StreamError):
+        device.check()
+
+
+def test_layers(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(device, "has_compute", True)
+    monkeypatch.setattr(device, "is_software", True)
+    assert device.choose_layer("auto") == "fragment"
+    monkeypatch.setattr(device, "is_software", False)
+    assert device.choose_layer("auto") == "compute"
+    assert device.choose_layer("fragment") == "fragment"
+    assert device.choose_layer("compute") == "compute"
+    monkeypatch.setattr(device, "has_compute", False)
+    assert device.choose_layer("auto") == "fragment"
+    with pytest.raises(StreamError, match="has no compute programs"):
+        device.choose_layer("compute")
+
+
+def test_no_such_device() -> None:
+    with pytest.raises(DeviceError, match=r"no OpenGL 3\.3 context on device 200.*libegl1"):
+        open_device(Settings(device_index=200))
+
+
+def test_framebuffers_of_released_textures_are_forgotten(device: Device) -> None:
+    """A released texture's number is given to the next one: its framebuffer must not be."""
+    for _ in range(3):
+        texture = device.ctx.texture((4, 4), 4, dtype="f4")
+        framebuffer = device.framebuffer([texture])
+        assert device.framebuffer([texture]) is framebuffer
+        framebuffer.clear(1.0, 2.0, 3.0, 4.0)
+        assert isinstance(framebuffer, moderngl.Framebuffer)
+        device.forget(texture)
+        texture.release()
+        assert not any(key == (texture.glo,) for key in device._framebuffers)

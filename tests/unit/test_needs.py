@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""SceneNeeds: what a scene has no use for is neither compiled nor run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.photon.renderer import Renderer
+from addon.photon.scene import Material, Scene
+from addon.photon.settings import Settings
+from addon.streams import Device, Kernel
+from tests.scenes import Builder, cornell
+
+PHOTONS = {"generator", "projector", "reflector", "coverage"}
+DIRECT = {"direct", "lit"}
+MIRROR = {"mirror", "combine_mirror"}
+ALWAYS = {"eye_rays", "combine_primary", "combine_all"}
+PASSES = 2
+
+
+@pytest.fixture
+def compiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
+    """The stems of the kernels built in a test, with their defines."""
+    built: list[str] = []
+    build = Kernel.__init__
+
+    def record(self: Kernel, device: Device, layer: Any, defines: Any = None) -> None:
+        built.append(" ".join([self.stem, *(defines or {})]))
+        build(self, device, layer, defines)
+
+    monkeypatch.setattr(Kernel, "__init__", record)
+    yield built
+
+
+def run(device: Device, scene: Scene, **settings: Any) -> tuple[dict[str, int], dict[str, Any]]:
+    """Launches that were not zero, and the images."""
+    settings = {"width": 16, "height": 16, "photons": 2000, "passes": PASSES} | settings
+    renderer = Renderer(scene, Settings(**settings), device)
+    for _ in range(PASSES):
+        renderer.render_pass()
+    launches, images = renderer.launches(), renderer.images()
+    renderer.release()
+    assert all(np.isfinite(image).all() for image in images.values())
+    return {name: count for name, count in launches.items() if count}, images
+
+
+def stems(compiled: list[str]) -> set[str]:
+    return {name.split()[0] for name in compiled} - {"film", "film_variance"}
+
+
+def test_everything(device: Device, compiled: list[str]) -> None:
+    """The measure for the others: a scene that needs it all."""
+    launches, images = run(device, cornell(True))
+    kernels = ALWAYS | PHOTONS | DIRECT | MIRROR | {"tracer", "visible_points", "gather"}
+    assert launches.keys() == kernels == stems(compiled)
+    assert "tracer ANY_HIT" in compiled
+    assert launches["eye_rays"] == launches["combine_primary"] == launches["generator"] == PASSES
+    assert launches["gather"] == launches["direct"] == launches["visible_points"]
+    assert all(images[name].mean() > 0 for name in ("Direct", "Indirect", "Mirror"))
+
+
+def test_no_mirror(device: Device, compiled: list[str]) -> None:
+    launches, images = run(device, cornell())
+    assert not MIRROR & (launches.keys() | stems(compiled))
+    assert launches["direct"] == launches["lit"] == launches["gather"] == PASSES
+    assert not images["Mirror"].any() and images["Indirect"].mean() > 0
+
+
+def test_mirror_that_no_triangle_wears(device: Device, compiled: list[str]) -> None:
+    """Materials without triangles make no work."""
+    scene = cornell()
+    assert any(max(m.specular) > 0 for m in scene.materials)
+    run(device, scene)
+    assert not MIRROR & stems(compiled)
+
+
+def test_mirror_depth_zero(device: Device, compiled: list[str]) -> None:
+    run(device, cornell(True), mirror_depth=0)
+    assert not MIRROR & stems(compiled)
+
+
+def test_mirror_out_of_sight(device: Device) -> None:
+    """No secondary ray alive: one look a pass, and no more."""
+    scene = cornell(True)
+    matrix = scene.camera.matrix.copy()
+    matrix[:3, :3] = np.diag([-1.0, -1.0, 1.0]) @ matrix[:3, :3]  # the camera turns its back
+    launches, _ = run(device, replace(scene, camera=replace(scene.camera, matrix=matrix)))
+    assert launches["mirror"] == PASSES and "combine_mirror" not in launches
+    assert launches["visible_points"] == PASSES
+
+
+def test_mirror_chain_ends_with_its_rays(device: Device) -> None:
+    """A single mirror: its ray, then one look that finds nobody alive, however deep one may go."""
+    mirror = Material("mirror", (0.0, 0.0, 0.0), (0.9, 0.9, 0.9))
+    plate = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
+    scene = cornell()
+    view = replace(scene.camera, matrix=np.eye(4) + np.outer([0, 0, 1, 0], [0, 0, 0, 2.0]))
+    launches, images = run(
+        device,
+        plate.scene(view, materials=[mirror], background=(1.0, 1.0, 1.0)),
+        mirror_depth=1000,
+    )
+    assert launches["mirror"] == 2 * PASSES and launches["combine_mirror"] == PASSES
+    assert images["Mirror"].max() == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize("lights", ["none", "no power", "dark cone"])
+def test_no_light(device: Device, compiled: list[str], lights: str) -> None:
+    scene = cornell(True)
+    off = replace(scene.lights[0], power=(0.0, 0.0, 0.0))
+    shut = replace(scene.lights[0], spot_size=0.0)
+    kinds = {"none": (), "no power": (off, off), "dark cone": (shut,)}
+    launches, images = run(device, replace(scene, lights=kinds[lights], background=(0.5,) * 3))
+    assert not (PHOTONS | DIRECT | {"gather"}) & (launches.keys() | stems(compiled))
+    assert "tracer ANY_HIT" not in compiled
+    assert not images["Direct"].any() and not images["Indirect"].any()
+    assert images["Mirror"].max() > 0  # the background in the chrome sphere
+
+
+def test_one_light_of_two_is_off(device: Device) -> None:
+    scene = cornell()
+    off = replace(scene.lights[0], power=(0.0, 0.0, 0.0))
+    launches, _ = run(device, replace(scene, lights=(off, scene.lights[0])))
+    assert launches["direct"] == launches["lit"] == PASSES
+
+
+def test_black_scene(device: Device, compiled: list[str]) -> None:
+    scene = cornell(True)
+    black = tuple(
+        replace(m, diffuse=(0.0, 0.0, 0.0), specular=(0.0, 0.0, 0.0)) for m in scene.materials
+    )
+    launches, images = run(device, replace(scene, materials=black))
+    assert stems(compiled) == launches.keys() == ALWAYS | {"tracer", "visible_points"}
+    assert launches["tracer"] == PASSES  # eye rays only
+    assert not images["Combined"][..., :3].any()
+
+
+def test_mirrors_only(device: Device, compiled: list[str]) -> None:
+    """Mirrors show no point light, and no photon ever stays on them."""
+    scene = cornell(True)
+    chrome = tuple(
+        replace(m, diffuse=(0.0, 0.0, 0.0), specular=(0.9, 0.9, 0.9)) for m in scene.materials
+    )
+    run(device, replace(scene, materials=chrome))
+    assert not (PHOTONS | DIRECT) & stems(compiled) and stems(compiled) >= MIRROR
+
+
+def test_no_photons(device: Device, compiled: list[str]) -> None:
+    launches, images = run(device, cornell(True), photons=0)
+    assert not (PHOTONS | {"gather"}) & (launches.keys() | stems(compiled))
+    assert images["Direct"].mean() > 0 and not images["Indirect"].any()
+
+
+def test_photons_carry_direct_light(device: Device, compiled: list[str]) -> None:
+    launches, images = run(device, cornell(), direct_by_photons=True)
+    assert not DIRECT & stems(compiled) and "tracer ANY_HIT" not in compiled
+    assert not images["Direct"].any() and images["Indirect"].mean() > 0
+    assert launches["projector"] == launches["reflector"]
+
+
+def test_empty_scene(device: Device, compiled: list[str]) -> None:
+    scene = Builder().scene(cornell().camera, cornell().lights, background=(0.1, 0.2, 0.3))
+    launches, images = run(device, scene)
+    assert stems(compiled) == launches.keys() == ALWAYS
+    expected = np.float32([0.1, 0.2, 0.3])
+    assert np.allclose(images["Combined"], [*expected, 1.0], rtol=1e-6)
+    assert np.array_equal(images["Combined"][..., :3], images["Background"])
+    assert (images["Depth"] >= 1e9).all() and not images["Normal"].any()
+
+
+def test_empty_scene_transparent(device: Device) -> None:
+    scene = Builder().scene(cornell().camera, background=(0.1, 0.2, 0.3))
+    _, images = run(device, scene, transparent=True)
+    assert not images["Combined"].any()
+
+
+@pytest.mark.parametrize("mirror", [False, True])
+def test_splat_builds_a_grid_only_for_mirrors(
+    device: Device, compiled: list[str], mirror: bool
+) -> None:
+    launches, _ = run(device, cornell(mirror), estimator="splat")
+    assert launches["splat"] == PASSES
+    assert ("gather" in launches) == mirror
+    assert any(name.startswith("gather") for name in compiled) == mirror
+
+
+def test_photons_end_with_the_last_one_alive(device: Device) -> None:
+    """A convex scene under the sky: every photon bounces once and is gone."""
+    plate = Builder().quad((-50, -50, 0), (50, -50, 0), (50, 50, 0), (-50, 50, 0))
+    scene = plate.scene(cornell().camera, cornell().lights)
+    launches, _ = run(device, scene, photon_bounces=1000)
+    assert launches["reflector"] == 2 * PASSES

@@ -1,0 +1,319 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Scene: checks and snapshots."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.photon.errors import SceneError
+from addon.photon.scene import MIRROR, Camera, Light, Material, Scene
+from tests.scenes import cornell
+
+ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")
+
+
+def test_fits() -> None:
+    cornell(True).check()
+    Scene(camera=cornell().camera).check()  # nothing in it: nothing wrong with it
+
+
+@pytest.mark.parametrize(
+    ("name", "index", "value", "limit"),
+    [
+        ("triangles", (3, 1), -1, "vertices"),
+        ("triangles", (0, 2), 10**6, "vertices"),
+        ("material", (5,), 4, "materials"),
+        ("material", (0,), -2, "materials"),
+        ("surface", (7,), 99, "surfaces"),
+        ("surface", (7,), -1, "surfaces"),
+    ],
+)
+def test_index_out_of_range(name: str, index: tuple[int, ...], value: int, limit: str) -> None:
+    scene = cornell()
+    array = getattr(scene, name).copy()
+    array[index] = value
+    count = len(getattr(scene, limit))
+    where = ", ".join(map(str, index))
+    with pytest.raises(
+        SceneError, match=rf"scene\.{name}\[{where}\] = {value} is outside \[0, {count}\)"
+    ):
+        replace(scene, **{name: array}).check()
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+def test_wrong_type(name: str) -> None:
+    scene = cornell()
+    array = getattr(scene, name)
+    other = np.int64 if array.dtype.kind == "i" else np.float16
+    with pytest.raises(SceneError, match=rf"scene\.{name}: expected {array.dtype}\["):
+        replace(scene, **{name: array.astype(other)}).check()
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+def test_wrong_shape(name: str) -> None:
+    scene = cornell()
+    array = getattr(scene, name)
+    other = array[:, :2].copy() if array.ndim == 2 else array[:-1]
+    with pytest.raises(SceneError, match=rf"scene\.{name}: expected .*, got {array.dtype}\["):
+        replace(scene, **{name: other}).check()
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        {"matrix": np.eye(3)},
+        {"matrix": np.full((4, 4), np.nan)},
+        {"window": (1.0, -1.0, -1.0, 1.0)},
+        {"window": (-1.0, 1.0, 0.0, 0.0)},
+        {"window": (-1.0, np.inf, -1.0, 1.0)},
+    ],
+)
+def test_camera(camera: dict[str, Any]) -> None:
+    scene = cornell()
+    with pytest.raises(SceneError, match=rf"scene\.camera\.{next(iter(camera))}"):
+        replace(scene, camera=replace(scene.camera, **camera)).check()
+
+
+@pytest.mark.parametrize(
+    "light",
+    [
+        {"power": (np.nan, 1.0, 1.0)},  # renders black without a word
+        {"power": (np.inf, 1.0, 1.0)},  # NaN pixels
+        {"power": (-1.0, 5.0, 5.0)},  # negative pixels
+        {"position": (np.nan, 0.0, 0.0)},  # NaN pixels
+        {"direction": (0.0, 0.0, 0.0)},  # NaN pixels
+        {"radius": -1.0},
+        {"spot_size": np.nan},
+        {"spot_size": 10.0},
+        {"spot_blend": 5.0},
+        {"kind": "AREA"},  # is taken for a spotlight
+    ],
+)
+def test_light(light: dict[str, Any]) -> None:
+    scene = cornell()
+    with pytest.raises(SceneError, match=r"light.*spot"):
+        replace(scene, lights=(replace(scene.lights[0], **light),)).check()
+
+
+@pytest.mark.parametrize(
+    "material",
+    [
+        {"diffuse": (np.nan, 0.5, 0.5)},  # ValueError in the automatic radius
+        {"specular": (np.inf, 0.5, 0.5)},  # NaN pixels
+        {"exponent": -3.0},  # is taken for a mirror
+        {"exponent": np.nan},  # is taken for a mirror
+    ],
+)
+def test_material(material: dict[str, Any]) -> None:
+    scene = cornell()
+    with pytest.raises(SceneError, match=r"material.*white"):
+        broken = replace(scene.materials[0], **material)
+        replace(scene, materials=(broken, *scene.materials[1:])).check()
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        {"kind": "PANO"},
+        {"clip_start": np.nan},
+        {"clip_end": np.nan},
+        {"matrix": np.zeros((4, 4))},  # numpy.linalg.LinAlgError in the ray tracer
+    ],
+)
+def test_rest_of_the_camera(camera: dict[str, Any]) -> None:
+    scene = cornell()
+    with pytest.raises(SceneError, match=r"camera"):
+        replace(scene, camera=replace(scene.camera, **camera)).check()
+
+
+def test_background() -> None:
+    with pytest.raises(SceneError, match=r"scene\.background"):
+        replace(cornell(), background=(np.nan, 0.0, 0.0)).check()
+
+
+# Snapshots.
+
+
+def awkward() -> Scene:
+    """A scene with the values that text formats lose."""
+    scene = cornell(True, lobe=True)
+    third = 1.0 / 3.0
+    vertices = scene.vertices.copy()
+    vertices[0] = (np.nan, -0.0, 5e-324)
+    return replace(
+        scene,
+        camera=Camera("ORTHO", np.eye(4) * third, (-third, third, -0.1, 1e-300), 1e-30, np.inf),
+        lights=(
+            Light(
+                'Lämpchen "1"\n', "SPOT", (third, -0.0, 1e300), (0.1, 0.2, 0.3), spot_blend=third
+            ),
+            Light("", "POINT", (0.0, 0.0, 0.0), (1e-9, 0.0, 0.0), radius=third),
+        ),
+        materials=(
+            *scene.materials,
+            Material("mirror", (0.0, 0.0, 0.0), (third, third, third), MIRROR),
+            Material("lobe", exponent=12.345678901234567),
+        ),
+        vertices=vertices,
+        surfaces=(*scene.surfaces, "床 \u0000 floor"),
+        background=(third, 0.0, 1e-20),
+    )
+
+
+def test_what_is_saved_is_loaded_to_the_bit(tmp_path: Path) -> None:
+    scene = awkward()
+    scene.save(tmp_path / "scene.npz")
+    again = Scene.load(tmp_path / "scene.npz")
+    for field in fields(Scene):
+        before, after = getattr(scene, field.name), getattr(again, field.name)
+        if isinstance(before, np.ndarray):
+            assert (before.dtype, before.shape) == (after.dtype, after.shape), field.name
+            assert before.tobytes() == after.tobytes(), field.name
+        elif field.name == "camera":
+            assert before.matrix.tobytes() == after.matrix.tobytes()
+            assert replace(before, matrix=0) == replace(after, matrix=0)
+        else:
+            assert before == after, field.name
+    assert again.camera.clip_end == np.inf and again.materials[-2].exponent == MIRROR
+    assert np.signbit(again.lights[0].position[1])
+    again.save(tmp_path / "again.npz")
+    third = Scene.load(tmp_path / "again.npz")
+    assert third.vertices.tobytes() == scene.vertices.tobytes()
+
+
+def test_a_name_without_npz_is_kept(tmp_path: Path) -> None:
+    cornell().save(tmp_path / "scene")
+    assert [file.name for file in tmp_path.iterdir()] == ["scene"]
+    Scene.load(str(tmp_path / "scene")).check()
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """A good snapshot."""
+    cornell().save(tmp_path / "scene.npz")
+    return tmp_path / "scene.npz"
+
+
+def refused(file: Path, why: str = "") -> None:
+    """Loading names the file."""
+    with pytest.raises(SceneError, match=rf"{file.name}: .*{why}"):
+        Scene.load(file)
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_a_refused_file_is_closed(file: Path) -> None:
+    """Else Windows would not let the user replace it."""
+    if not Path("/proc/self/fd").is_dir():
+        pytest.skip("no /proc")
+    file.write_bytes(file.read_bytes()[:5000])
+    with pytest.raises(SceneError) as raised:
+        Scene.load(file)
+    links = [os.readlink(link) for link in Path("/proc/self/fd").iterdir() if link.exists()]
+    assert raised.value and str(file) not in links
+
+
+def test_missing_file(tmp_path: Path) -> None:
+    refused(tmp_path / "none.npz", "no such file")
+
+
+def test_folder(tmp_path: Path) -> None:
+    refused(tmp_path, "not a Photon Stream scene snapshot")
+
+
+LEFT_OPEN = pytest.mark.filterwarnings("ignore::ResourceWarning")  # test_a_refused_file_is_closed
+
+
+@LEFT_OPEN
+@pytest.mark.parametrize("text", ["hello\n", "PK\x03\x04", "{}", "\x93NUMPY"])
+def test_other_files(file: Path, text: str) -> None:
+    file.write_text(text, encoding="latin-1")
+    refused(file, "not a Photon Stream scene snapshot")
+
+
+@LEFT_OPEN
+def test_empty_file(file: Path) -> None:
+    file.write_bytes(b"")
+    refused(file, "not a Photon Stream scene snapshot")
+
+
+@LEFT_OPEN
+@pytest.mark.parametrize("share", [0.0001, 0.1, 0.5, 0.9, 0.999])
+def test_truncated(file: Path, share: float) -> None:
+    data = file.read_bytes()
+    file.write_bytes(data[: max(1, int(len(data) * share))])
+    refused(file, "not a Photon Stream scene snapshot")
+
+
+def test_flipped_bit(file: Path) -> None:
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 1
+    file.write_bytes(bytes(data))
+    refused(file, "not a Photon Stream scene snapshot")
+
+
+def edit(file: Path, change: Callable[[dict[str, Any], dict[str, Any]], None]) -> None:
+    """Rewrite a snapshot with its arrays and header changed."""
+    with np.load(file) as data:
+        arrays = dict(data)
+    header = json.loads(str(arrays.pop("header")))
+    change(arrays, header)
+    np.savez(file, header=np.array(json.dumps(header)), **arrays)
+
+
+@pytest.mark.parametrize("version", [0, 2, "1", None])
+def test_other_version(file: Path, version: Any) -> None:
+    edit(file, lambda _, header: header.update(version=version))
+    refused(file, rf"snapshot version {version}, this Photon Stream reads 1")
+
+
+@pytest.mark.parametrize("name", [*ARRAYS, "header"])
+def test_missing_array(file: Path, name: str) -> None:
+    with np.load(file) as data:
+        arrays = {key: value for key, value in data.items() if key != name}
+    np.savez(file, **arrays)
+    refused(file, name)
+
+
+@pytest.mark.parametrize("name", ["version", "camera", "lights", "materials", "surfaces"])
+def test_missing_entry(file: Path, name: str) -> None:
+    edit(file, lambda _, header: header.pop(name))
+    refused(file, name)
+
+
+def test_unknown_entry(file: Path) -> None:
+    edit(file, lambda _, header: header["lights"][0].update(colour=(1, 1, 1)))
+    refused(file, "colour")
+
+
+def test_pickled_array(file: Path) -> None:
+    """Nobody's code runs when a snapshot is loaded."""
+    edit(file, lambda arrays, _: arrays.update(vertices=np.array([{}], object)))
+    refused(file, "allow_pickle")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        pytest.param(lambda a, h: a.update(vertices=np.array(3.0)), id="number for an array"),
+        pytest.param(lambda a, h: h.update(lights=[5]), id="number for a light"),
+        pytest.param(lambda a, h: h["camera"].update(window=[0, 1, 2]), id="three edges"),
+        pytest.param(lambda a, h: h["camera"].update(window=["a"] * 4), id="text for edges"),
+        pytest.param(lambda a, h: h["camera"].update(matrix=[["a"] * 4] * 4), id="text matrix"),
+    ],
+)
+def test_malformed_inside(file: Path, change: Callable[..., None]) -> None:
+    edit(file, change)
+    refused(file)
+
+
+def test_bad_index_names_the_file(file: Path) -> None:
+    edit(file, lambda arrays, _: arrays["triangles"].__setitem__((0, 0), -1))
+    refused(file, r"triangles\[0, 0\] = -1")
