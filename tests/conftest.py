@@ -21,5 +21,6 @@ def shared_device() -> Iterator[Device]:
 @pytest.fixture
 def device(shared_device: Device) -> Iterator[Device]:
     """The shared device; a test that leaves an OpenGL error behind fails."""
+    shared_device.use()
     yield shared_device
     shared_device.check()

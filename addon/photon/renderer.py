@@ -53,6 +53,7 @@ class Renderer:
         scene, self.warnings = _conserving(scene)
         self.scene, self.settings, self.device = scene, settings, device
         self.seconds: dict[str, float] = {}
+        device.use()
         self.layer = device.choose_layer(settings.layer)
         self.estimator = "none"
         with _Timed(self.seconds, "bvh"):
@@ -101,6 +102,7 @@ class Renderer:
     def render_pass(self) -> None:
         """Add the next pass to the film."""
         index = self.settings.first_pass + self.film.passes
+        self.device.use()
         try:
             radius = self.radius(index) / self.frame.scale
             if self.photon_mapper:
@@ -117,6 +119,7 @@ class Renderer:
 
     def images(self) -> dict[str, NDArray[np.float32]]:
         """The picture so far; see `picture_of`. Depth (h, w, 1) [m] is of the first pass."""
+        self.device.use()
         return picture_of(self.film.means()) | {"Depth": self._depth}
 
     def info(self) -> dict[str, Any]:
@@ -152,6 +155,7 @@ class Renderer:
 
     def release(self) -> None:
         """Free everything on the device but the device."""
+        self.device.use()
         parts = (
             self.ray_tracer,
             self.film,

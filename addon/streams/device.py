@@ -34,8 +34,13 @@ _DebugCallback = ctypes.CFUNCTYPE(
 )
 
 
+_listening: list[Any] = []  # callbacks of contexts not yet released: a driver calls them to the end
+
+
 class Device:
     """Opens an OpenGL context and owns it; it belongs to the thread that made it.
+
+    Where a process has several, `use` says whose turn it is.
 
     `index` chooses among EGL devices. Raises StreamError if there is no OpenGL 3.3.
     """
@@ -44,7 +49,7 @@ class Device:
         arguments: dict[str, Any] = {"standalone": True}
         if sys.platform.startswith("linux"):
             arguments |= {"backend": "egl", "device_index": index}
-        self.ctx: moderngl.Context = _newest_context(index, arguments)
+        self.ctx: Any = _newest_context(index, arguments)
         info = self.ctx.info
         self.name = str(info["GL_RENDERER"])
         self.version = str(info["GL_VERSION"])
@@ -62,7 +67,12 @@ class Device:
         self.errors: list[str] = []
         self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
         self._staging = self.ctx.buffer(reserve=4)
+        self._set_callback: Any = None
         self._callback = self._listen()
+
+    def use(self) -> None:
+        """Make this device's context the thread's current one: OpenGL calls go there."""
+        self.ctx.__enter__()
 
     def choose_layer(self, wanted: str) -> Layer:
         """The physical layer for `wanted` = "auto", "fragment" or "compute".
@@ -117,7 +127,11 @@ class Device:
 
     def release(self) -> None:
         """Free the context and all that lives in it."""
+        self.use()
         self._release_framebuffers()
+        if self._callback:
+            self._set_callback(None, None)
+            _listening.remove(self._callback)
         self.ctx.release()
 
     def _release_framebuffers(self) -> None:
@@ -147,10 +161,10 @@ class Device:
         enable = ctypes.CFUNCTYPE(None, ctypes.c_uint)(enable_address)
         enable(_DEBUG_OUTPUT)
         enable(_DEBUG_OUTPUT_SYNCHRONOUS)
-        ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address)(
-            ctypes.cast(callback, ctypes.c_void_p), None
-        )
-        return callback  # must live as long as the context
+        self._set_callback = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address)
+        self._set_callback(ctypes.cast(callback, ctypes.c_void_p), None)
+        _listening.append(callback)
+        return callback
 
 
 def _newest_context(index: int, arguments: dict[str, Any]) -> moderngl.Context:

@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
+import gc
+
 import moderngl
+import numpy as np
 import pytest
 
 from addon.photon.errors import DeviceError
-from addon.photon.renderer import open_device
+from addon.photon.renderer import Renderer, open_device
 from addon.photon.settings import Settings
 from addon.streams import Device, StreamError
+from tests.scenes import cornell
 
 
 def test_driver_errors_reach_check(device: Device) -> None:
@@ -60,3 +64,24 @@ def test_framebuffers_of_released_textures_are_forgotten(device: Device) -> None
         device.forget(texture)
         texture.release()
         assert not any(key == (texture.glo,) for key in device._framebuffers)
+
+
+def test_two_devices_in_one_process(device: Device) -> None:
+    """Each keeps its own objects and errors, whichever was opened or closed last."""
+    renderer = Renderer(cornell(), Settings(width=16, height=16, photons=256), device)
+    renderer.render_pass()
+    expected = renderer.images()["Combined"]
+    other = Device()
+    other.ctx.enable_direct(0xFFFF)
+    np.testing.assert_array_equal(renderer.images()["Combined"], expected)
+    assert len(other.errors) == 1
+    other.release()
+    del other
+    gc.collect()
+    device.use()
+    device.ctx.enable_direct(0xFFFF)  # no callback of the other's is called
+    assert len(device.errors) == 1
+    with pytest.raises(StreamError):
+        device.check()
+    np.testing.assert_array_equal(renderer.images()["Combined"], expected)
+    renderer.release()
