@@ -147,7 +147,9 @@ def upload_table(device: Device, data: NDArray[Any]) -> moderngl.Texture:
     padded = np.zeros((rows * TABLE_WIDTH, texels.shape[1]), texels.dtype)
     padded[: len(texels)] = texels
     kind = "f4" if data.dtype == np.float32 else "u4"
-    texture = device.ctx.texture((TABLE_WIDTH, rows), texels.shape[1], padded, dtype=kind)
+    texture: moderngl.Texture = device.ctx.texture(
+        (TABLE_WIDTH, rows), texels.shape[1], padded, dtype=kind
+    )
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture
 
