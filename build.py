@@ -29,7 +29,7 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
     "photons": {"type": int, "metavar": "N", "help": "emitted in each pass"},
     "radius": {"type": float, "metavar": "R", "help": "of density estimation; 0: automatic"},
     "estimator": {"choices": ("auto", "splat", "gather"), "help": "sums photons up"},
-    "layer": {"choices": ("auto", "fragment", "compute"), "help": "runs the kernels"},
+    "layer": {"choices": ("auto", "fragment", "compute", "native"), "help": "runs the kernels"},
     "report": {"type": Path, "metavar": "FILE", "help": "what was approximated or left out, JSON"},
 }
 

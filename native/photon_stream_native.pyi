@@ -10,6 +10,44 @@ __version__: str
 MAX_DEPTH: int
 MAX_LEAF: int
 
+class Tracer:
+    def __init__(self, nodes: NDArray[np.float32], corners: NDArray[np.float32]) -> None: ...
+    def trace(
+        self, origin: NDArray[np.float32], direction: NDArray[np.float32], any_hit: bool
+    ) -> NDArray[np.float32]: ...
+    def coverage(
+        self,
+        place: NDArray[np.float32],
+        facing: NDArray[np.float32],
+        diffuse: NDArray[np.bool_],
+        *,
+        radius: float,
+        filter: str,
+        probes: int,
+        seed: int,
+        pass_index: int,
+        depth: int,
+        frame_size: tuple[int, int],
+        region_origin: tuple[int, int],
+    ) -> NDArray[np.float32]: ...
+
+class PhotonMap:
+    def __init__(
+        self,
+        place: NDArray[np.float32],
+        deposit: NDArray[np.float32],
+        origin: Sequence[float],
+        cell_size: float,
+        cells: tuple[int, int, int],
+    ) -> None: ...
+    def gather(
+        self,
+        place: NDArray[np.float32],
+        facing: NDArray[np.float32],
+        radius: float,
+        filter: str,
+    ) -> NDArray[np.float32]: ...
+
 def build_bvh(
     vertices: NDArray[np.float32], triangles: NDArray[np.int32]
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], int, int]: ...

@@ -17,9 +17,15 @@ ESTIMATORS = (
     ("GATHER", "Gather", "Let each visible point look for the photons around it", 2),
 )
 LAYERS = (
-    ("AUTO", "Automatic", "Choose the faster one for this device", 0),
+    (
+        "AUTO",
+        "Automatic",
+        "Compute on GPUs, fragment on old ones, native where there is none",
+        0,
+    ),
     ("FRAGMENT", "Fragment", "Kernels run as fragment programs; works with any OpenGL 3.3", 1),
     ("COMPUTE", "Compute", "Kernels run as compute programs; needs OpenGL 4.3", 2),
+    ("NATIVE", "Native", "The processor traces and gathers; the rest is fragment programs", 3),
 )
 FILTERS = (
     ("CONSTANT", "Constant", "All photons within the radius count the same", 0),

@@ -10,11 +10,13 @@ import moderngl
 import numpy as np
 import photon_stream_native as native
 
-from ..streams import Device, Program, Scan, Stream
+from ..streams import Device, Kernel, Program, Scan, Stream
 from ..streams.device import Layer
 from .deposits import Deposits, HostDeposits
 from .gather import Gather
 from .geometry import TABLE_WIDTH, upload_table
+from .native_kernels import NativeGather
+from .settings import Settings, filter_define
 
 MAX_CELLS = 1 << 22  # 16 MB of cell starts; a smaller radius then shares cells
 MAX_RANKED = 8192  # photons in a cell that the device still ranks
@@ -24,12 +26,17 @@ class PhotonGrid:
     """Sorts a pass's photons into cells and sums those around each visible point."""
 
     def __init__(
-        self, device: Device, layer: Layer, defines: Mapping[str, int | float], extent: Any
+        self, device: Device, layer: Layer, settings: Settings, extent: Any, on_host: bool
     ) -> None:
-        """`extent` (3,): half the scene's size along each axis [scene units]."""
+        """`extent` (3,): half the scene's size along each axis [scene units]; `on_host`: the
+        native core sorts and gathers."""
         self._device = device
         self._extent = np.asarray(extent, np.float64)
-        self.kernel = Gather(device, layer, defines)
+        self.kernel: Kernel = (
+            NativeGather(device, settings.filter)
+            if on_host
+            else Gather(device, layer, filter_define(settings))
+        )
         self._device_sort: _DeviceSort | None = None
         self._tables: dict[str, moderngl.Texture] = {}
         self._uniforms: dict[str, Any] = {}
@@ -44,6 +51,9 @@ class PhotonGrid:
             "cell_size": cell,
             "grid_cells": cells,
         }
+        if isinstance(self.kernel, NativeGather):
+            self.kernel.sort(deposits, grid, radius)
+            return
         self._uniforms = grid | {"radius": radius}
         if isinstance(deposits, HostDeposits):
             self._tables = _sort_on_host(self._device, deposits, grid)
@@ -53,7 +63,7 @@ class PhotonGrid:
 
     def estimate(self, place: Stream, facing: Stream, irradiance: Stream) -> None:
         """Write the irradiance at each visible point."""
-        if not self._tables:
+        if not self._tables and isinstance(self.kernel, Gather):
             irradiance.clear()
             return
         streams = {"place": place, "facing": facing, "irradiance": irradiance}

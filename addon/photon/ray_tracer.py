@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import photon_stream_native as native
 
 from ..streams import Device, Kernel, PingPong, Record, Stream
 from ..streams.device import Layer
@@ -18,6 +19,7 @@ from .eye_rays import EyeRays
 from .geometry import Frame, Tables
 from .lit import Lit
 from .mirror import Mirror
+from .native_kernels import NativeCoverage, NativeTracer
 from .needs import SceneNeeds
 from .records import (
     COVERAGE,
@@ -77,23 +79,38 @@ class RayTracer:
         scene: Scene,
         settings: Settings,
         needs: SceneNeeds,
+        triangles: native.Tracer | None,
     ) -> None:
+        """`triangles`: what the native core traces, if it shall."""
         self._tables, self._scene, self._settings, self._needs = tables, scene, settings, needs
         x0, y0, x1, y1 = settings.frame_region
         self._buffers = _Buffers(device, (x1 - x0, y1 - y0))
         self._camera = _camera_in_scene_units(scene, frame)
         kinds: list[type[Kernel]] = [EyeRays, CombinePrimary, CombineAll]
         if needs.surfaces:
-            kinds += [Tracer, VisiblePoints]
+            kinds += [VisiblePoints] if triangles else [Tracer, VisiblePoints]
         if needs.lights:
             kinds += [Direct, Lit]
         if needs.mirror:
             kinds += [Mirror, CombineMirror]
         self.kernels: dict[type[Kernel], Kernel] = {kind: kind(device, layer) for kind in kinds}
-        self._any_hit = Tracer(device, layer, {"ANY_HIT": 1}) if needs.lights else None
+        self._any_hit: Kernel | None = None
+        if needs.lights:
+            self._any_hit = (
+                NativeTracer(device, triangles, any_hit=True)
+                if triangles
+                else Tracer(device, layer, {"ANY_HIT": 1})
+            )
+        if triangles:
+            self.kernels[Tracer] = NativeTracer(device, triangles)
         if needs.photons and settings.boundary_correction:
-            defines = filter_define(settings) | {"PROBES": COVERAGE_PROBES}
-            self.kernels[Coverage] = Coverage(device, layer, defines)
+            if triangles:
+                self.kernels[Coverage] = NativeCoverage(
+                    device, triangles, scene.materials, settings.filter, COVERAGE_PROBES
+                )
+            else:
+                defines = filter_define(settings) | {"PROBES": COVERAGE_PROBES}
+                self.kernels[Coverage] = Coverage(device, layer, defines)
         ones = np.ones((y1 - y0, x1 - x0, 4), np.float32)
         self._unit = Stream(device, THROUGHPUT, self._buffers.size)
         self._unit_coverage = Stream(device, COVERAGE, self._buffers.size)

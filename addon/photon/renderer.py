@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..streams import Device, Stream, StreamError
+from ..streams.device import Layer
 from .errors import DeviceError
 from .film import Film
 from .geometry import Frame, Mesh, Tables, frame_of
+from .native_kernels import triangles_of
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
 from .photon_mapper import PhotonMapper
@@ -34,7 +36,7 @@ def open_device(settings: Settings) -> Device:
     """The OpenGL device that the settings ask for; DeviceError says what is missing."""
     try:
         device = Device(settings.device_index)
-        device.choose_layer(settings.layer)
+        _choose_layer(settings, device)
     except StreamError as error:
         raise DeviceError(str(error)) from error
     return device
@@ -54,36 +56,39 @@ class Renderer:
         self.scene, self.settings, self.device = scene, settings, device
         self.seconds: dict[str, float] = {}
         device.use()
-        self.layer = device.choose_layer(settings.layer)
+        self.layer = _choose_layer(settings, device)
+        layer: Layer = "compute" if self.layer == "compute" else "fragment"
         self.estimator = "none"
         with _Timed(self.seconds, "bvh"):
             self.frame: Frame = frame_of(scene)
             mesh = Mesh.build(scene, self.frame)
+            triangles = triangles_of(mesh) if self.layer == "native" else None
         self.triangles = len(mesh.corners)
         self.needs = SceneNeeds.of(scene, settings, mesh)
         self.warnings += _warnings(scene, mesh, self.needs)
         self._automatic_radius = _automatic_radius(settings, mesh)
-        defines = filter_define(settings)
         with _Timed(self.seconds, "programs"):
             try:
                 self._tables = Tables(device, scene, self.frame, mesh)
                 self.ray_tracer = RayTracer(
-                    device, self.layer, self._tables, self.frame, scene, settings, self.needs
+                    device, layer, self._tables, self.frame, scene, settings, self.needs, triangles
                 )
                 x0, y0, x1, y1 = settings.frame_region
-                self.film = Film(device, self.layer, (x1 - x0, y1 - y0), FILM_IMAGES)
+                self.film = Film(device, layer, (x1 - x0, y1 - y0), FILM_IMAGES)
                 self.photon_mapper = self.splat = self.grid = None
                 if self.needs.photons:
                     self.photon_mapper = PhotonMapper(
-                        device, self.layer, self._tables, settings, self.needs
+                        device, layer, self._tables, settings, self.needs, triangles
                     )
                     self.estimator = (
                         "gather" if settings.estimator == "auto" else settings.estimator
                     )
                     if self.estimator == "splat":
-                        self.splat = Splat(device, settings.splat_shape, defines)
+                        self.splat = Splat(device, settings.splat_shape, filter_define(settings))
                     if self.estimator == "gather" or self.needs.mirror:
-                        self.grid = PhotonGrid(device, self.layer, defines, mesh.extent)
+                        self.grid = PhotonGrid(
+                            device, layer, settings, mesh.extent, triangles is not None
+                        )
             except StreamError as error:
                 raise DeviceError(str(error)) from error
         # Nothing seen, until the first pass.
@@ -191,6 +196,17 @@ class Renderer:
         """Depth along the view axis [m] of one pass: a mean over passes would mix objects."""
         depth = normal.download()[..., 3:] * np.float32(self.frame.scale)
         return np.where(depth > 0, depth, np.float32(NO_DEPTH))
+
+
+def _choose_layer(settings: Settings, device: Device) -> str:
+    """What runs the kernels: "fragment", "compute", or "native".
+
+    Native is fragment programs, and the native core for the kernels that trace and gather.
+    Measured: on software OpenGL that takes a third of the time of fragment programs alone.
+    """
+    if settings.layer == "native" or (settings.layer == "auto" and device.is_software):
+        return "native"
+    return device.choose_layer(settings.layer)
 
 
 class _Timed:

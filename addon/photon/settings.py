@@ -10,7 +10,7 @@ from typing import Literal, get_args
 from .errors import SettingsError
 
 Estimator = Literal["auto", "splat", "gather"]
-Layer = Literal["auto", "fragment", "compute"]
+Layer = Literal["auto", "fragment", "compute", "native"]
 Filter = Literal["constant", "cone", "gaussian", "epanechnikov"]
 SplatShape = Literal["triangle", "quad", "point"]
 Region = tuple[int, int, int, int]

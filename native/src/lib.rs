@@ -8,11 +8,16 @@
 mod bounds;
 pub mod brute_force;
 pub mod bvh;
+pub mod coverage;
+pub mod density;
+mod lanes;
 pub mod photons;
 #[cfg(feature = "python")]
 mod python;
+pub mod random;
 pub mod trace;
 pub mod watertight;
+mod wide;
 
 use std::fmt;
 

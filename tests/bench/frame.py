@@ -74,7 +74,7 @@ def main() -> None:
     }
     device = open_device(Settings())
     print(f"{device.name}, OpenGL {device.version}; {arguments.scene}, {base}")
-    layers = ("fragment", "compute") if device.has_compute else ("fragment",)
+    layers = ["fragment", *["compute"] * device.has_compute, *["native"] * device.is_software]
     for layer in layers:
         ways: list[tuple[str, str]] = [("gather", "quad")]
         if arguments.splats:

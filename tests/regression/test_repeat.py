@@ -25,7 +25,13 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 PASSES = 5
 CHOICES = {"width": 48, "height": 40, "passes": PASSES, "photons": 20000, "radius_shrink": 2 / 3}
 PARTS = ("Direct", "Indirect", "Mirror", "Background", "Combined")
-WAYS = [("fragment", "splat"), ("fragment", "gather"), ("compute", "gather")]
+WAYS = [
+    ("native", "gather"),
+    ("native", "splat"),
+    ("fragment", "splat"),
+    ("fragment", "gather"),
+    ("compute", "gather"),
+]
 
 Images = dict[str, Any]
 

@@ -29,7 +29,7 @@ RANGES: list[tuple[str, Any, Any, tuple[Any, ...]]] = [
 ]
 CHOICES: dict[str, tuple[str, ...]] = {
     "estimator": ("auto", "splat", "gather"),
-    "layer": ("auto", "fragment", "compute"),
+    "layer": ("auto", "fragment", "compute", "native"),
     "filter": ("constant", "cone", "gaussian", "epanechnikov"),
     "splat_shape": ("triangle", "quad", "point"),
 }

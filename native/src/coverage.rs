@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! The share of the filter on each visible point's own surface, as glsl/kernels/coverage.glsl.
+
+use rayon::prelude::*;
+
+use crate::density::{Filter, SAME_ORIENTATION};
+use crate::lanes::{Lanes, widest};
+use crate::random::{r2_sequence, random4};
+use crate::trace::Tree;
+use crate::watertight::Ray;
+use crate::wide::Stack;
+
+const DIMENSION_COVERAGE: u32 = 0x1800; // as in glsl/lib/rng.glsl
+const SURFACE_OFFSET: f32 = 1.0e-6; // as in glsl/lib/constants.glsl
+const MOST_LAYERS: usize = 4; // other surfaces that a probe may pass through
+const POINTS_A_TASK: usize = 128;
+
+/// What the probes of a pass depend on.
+#[derive(Debug, Clone, Copy)]
+pub struct Probes {
+    /// Probes of a point.
+    pub count: u32,
+    pub radius: f32,
+    pub filter: Filter,
+    pub seed: u32,
+    pub pass_index: u32,
+    pub depth: u32,
+    /// Pixels a row of the region whose points are given, and of the frame.
+    pub region_width: usize,
+    pub frame_width: usize,
+    /// Where the region begins in the frame.
+    pub region_origin: [usize; 2],
+}
+
+impl Probes {
+    /// A pixel's number in the whole frame.
+    fn pixel(&self, index: usize) -> u32 {
+        let (x, y) = (index % self.region_width, index / self.region_width);
+        ((y + self.region_origin[1]) * self.frame_width + x + self.region_origin[0]) as u32
+    }
+}
+
+/// Where a point's surface is probed, and with what it is compared.
+struct Point {
+    position: [f32; 3],
+    normal: [f32; 3],
+    surface: f32,
+}
+
+/// Write the covered share into the first channel of `out`. `places` are positions and surfaces
+/// (0: no point), `facings` normals and materials; a material is probed if `diffuse` says so.
+/// `corners` are the triangles in leaf order, whose second corner's fourth number is the surface.
+#[allow(clippy::too_many_arguments)]
+pub fn coverage(
+    tree: &Tree,
+    corners: &[[[f32; 4]; 3]],
+    diffuse: &[bool],
+    places: &[[f32; 4]],
+    facings: &[[f32; 4]],
+    probes: &Probes,
+    out: &mut [[f32; 4]],
+) {
+    out.par_chunks_mut(POINTS_A_TASK)
+        .zip(places.par_chunks(POINTS_A_TASK))
+        .zip(facings.par_chunks(POINTS_A_TASK))
+        .enumerate()
+        .for_each(|(chunk, ((out, places), facings))| {
+            let first = chunk * POINTS_A_TASK;
+            chunk_of(tree, corners, diffuse, places, facings, probes, first, out);
+        });
+}
+
+widest! {
+    #[allow(clippy::too_many_arguments)]
+    fn chunk_of<L>(
+        tree: &Tree,
+        corners: &[[[f32; 4]; 3]],
+        diffuse: &[bool],
+        places: &[[f32; 4]],
+        facings: &[[f32; 4]],
+        probes: &Probes,
+        first: usize,
+        out: &mut [[f32; 4]],
+    ) {
+        let mut stack = Stack::new();
+        for (i, (&[x, y, z, surface], &[nx, ny, nz, material])) in places.iter().zip(facings).enumerate() {
+            out[i] = [0.0; 4];
+            if surface == 0.0 || !diffuse.get(material as usize).is_some_and(|&diffuse| diffuse) {
+                continue;
+            }
+            let point = Point { position: [x, y, z], normal: [nx, ny, nz], surface };
+            let numbers =
+                random4(probes.seed, 0, probes.pixel(first + i), DIMENSION_COVERAGE.wrapping_add(probes.depth));
+            let mut covered = 0.0;
+            for probe in 0..probes.count {
+                let number = probes.pass_index.wrapping_mul(probes.count).wrapping_add(probe);
+                let u = r2_sequence([numbers[0], numbers[1]], number);
+                covered += probe_surface::<L>(tree, corners, &point, u, probes, &mut stack);
+            }
+            out[i][0] = covered / probes.count as f32;
+        }
+    }
+}
+
+/// Filter mass at a point of the surface over that of the sampled point of the plane, or 0.
+#[inline(always)]
+fn probe_surface<L: Lanes>(
+    tree: &Tree,
+    corners: &[[[f32; 4]; 3]],
+    point: &Point,
+    u: [f32; 2],
+    probes: &Probes,
+    stack: &mut Stack,
+) -> f32 {
+    let (r2, normal) = (probes.radius * probes.radius, point.normal);
+    let x2 = probes.filter.sample(u[0]);
+    let distance = (x2 * r2).sqrt();
+    let height = distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
+    let (tangent, bitangent) = frame_about(normal);
+    let (sin, cos) = (2.0 * std::f32::consts::PI * u[1]).sin_cos();
+    let mut origin: [f32; 3] = std::array::from_fn(|k| {
+        point.position[k] + (cos * tangent[k] + sin * bitangent[k]) * distance + normal[k] * height
+    });
+    let (mut left, mut source) = (2.0 * height, -1);
+    for _ in 0..MOST_LAYERS {
+        let Some(ray) = Ray::new(origin, normal.map(|n| -n)) else { return 0.0 };
+        let Some((position, hit)) = tree.closest::<L>(&ray, left, source, stack) else { return 0.0 };
+        let [a, b, c] = &corners[position as usize];
+        let cosine = dot(normal_of(a, b, c), normal).abs(); // the geometric normal on the ray's side
+        if b[3] + 1.0 == point.surface && cosine >= SAME_ORIENTATION {
+            let weight = 1.0 - hit.u - hit.v;
+            let offset: [f32; 3] =
+                std::array::from_fn(|k| weight * a[k] + hit.u * b[k] + hit.v * c[k] - point.position[k]);
+            let at = dot(offset, offset);
+            return if at > r2 {
+                0.0
+            } else {
+                probes.filter.shape(at / r2) / (probes.filter.shape(x2).max(1.0e-30) * cosine)
+            };
+        }
+        for k in 0..3 {
+            origin[k] -= normal[k] * hit.t;
+        }
+        left -= hit.t;
+        source = position;
+    }
+    0.0
+}
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The unit normal of a triangle. Scaled up before the cross product: a tiny triangle's area would
+/// underflow.
+fn normal_of(a: &[f32; 4], b: &[f32; 4], c: &[f32; 4]) -> [f32; 3] {
+    let ab: [f32; 3] = std::array::from_fn(|k| b[k] - a[k]);
+    let ac: [f32; 3] = std::array::from_fn(|k| c[k] - a[k]);
+    let scale = 1.0 / ab.iter().chain(&ac).fold(0.0, |m: f32, x| m.max(x.abs()));
+    let (ab, ac) = (ab.map(|x| x * scale), ac.map(|x| x * scale));
+    let n: [f32; 3] = std::array::from_fn(|k| {
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        ab[i] * ac[j] - ab[j] * ac[i]
+    });
+    let length = dot(n, n).sqrt();
+    n.map(|x| x / length)
+}
+
+/// Two unit vectors orthogonal to the unit vector n and each other (Duff et al. 2017).
+fn frame_about(n: [f32; 3]) -> ([f32; 3], [f32; 3]) {
+    let s = if n[2] >= 0.0 { 1.0 } else { -1.0 };
+    let a = -1.0 / (s + n[2]);
+    let b = n[0] * n[1] * a;
+    ([1.0 + s * n[0] * n[0] * a, s * b, -s * n[0]], [b, s + n[1] * n[1] * a, -n[1]])
+}
