@@ -20,16 +20,31 @@ class Tracer:
         place: NDArray[np.float32],
         facing: NDArray[np.float32],
         diffuse: NDArray[np.bool_],
+        radii: RadiusField,
         *,
-        radius: float,
+        shrink: float,
         filter: str,
         probes: int,
+        first_probe: int,
         seed: int,
-        pass_index: int,
         depth: int,
         frame_size: tuple[int, int],
         region_origin: tuple[int, int],
     ) -> NDArray[np.float32]: ...
+
+class RadiusField:
+    def __init__(
+        self,
+        place: NDArray[np.float32],
+        origin: Sequence[float],
+        cell_size: float,
+        cells: tuple[int, ...],
+        wanted: float,
+        least: NDArray[np.float32],
+        most: float,
+    ) -> None: ...
+    def at(self, position: NDArray[np.float32]) -> NDArray[np.float32]: ...
+    def corners(self) -> NDArray[np.float32]: ...
 
 class PhotonMap:
     def __init__(
@@ -44,7 +59,8 @@ class PhotonMap:
         self,
         place: NDArray[np.float32],
         facing: NDArray[np.float32],
-        radius: float,
+        radii: RadiusField,
+        shrink: float,
         filter: str,
     ) -> NDArray[np.float32]: ...
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ..streams import Kernel, Table, Uniform
+from . import radius_field
 from .records import FACING, IRRADIANCE, PLACE
 
 
@@ -10,13 +11,12 @@ class Gather(Kernel):
     inputs = {"place": PLACE, "facing": FACING}
     outputs = {"irradiance": IRRADIANCE}
     uniforms = {
-        "radius": Uniform("float"),
         "grid_origin": Uniform("vec3"),
         "cell_size": Uniform("float"),
         "grid_cells": Uniform("ivec3"),
-    }
+    } | radius_field.UNIFORMS
     tables = {
         "photon_place": Table(),
         "photon_deposit": Table(),
         "cell_start": Table("usampler2D"),
-    }
+    } | radius_field.TABLES

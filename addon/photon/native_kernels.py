@@ -19,8 +19,12 @@ from .coverage import Coverage
 from .deposits import Deposits
 from .gather import Gather
 from .geometry import Mesh
+from .radius_field import TABLES, UNIFORMS
 from .scene import Material
 from .tracer import Tracer
+
+Arrays = Mapping[str, NDArray[Any]]
+Values = Mapping[str, Any]
 
 
 class NativeTracer(HostKernel):
@@ -34,7 +38,7 @@ class NativeTracer(HostKernel):
         super().__init__(device)
         self._triangles, self._any_hit = triangles, any_hit
 
-    def compute(self, inputs: Mapping[str, NDArray[Any]], uniforms: Mapping[str, Any]) -> Any:
+    def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """Hits of the rays."""
         return self._triangles.trace(inputs["origin"], inputs["direction"], self._any_hit)
 
@@ -46,6 +50,16 @@ class NativeCoverage(HostKernel):
     inputs = Coverage.inputs
     outputs = Coverage.outputs
     uniforms = Coverage.uniforms
+    tables = TABLES
+    _OWN = (
+        "shrink",
+        "probes",
+        "first_probe",
+        "seed",
+        "depth",
+        "frame_size",
+        "region_origin",
+    )
 
     def __init__(
         self,
@@ -53,21 +67,20 @@ class NativeCoverage(HostKernel):
         triangles: native.Tracer,
         materials: tuple[Material, ...],
         filter_name: str,
-        probes: int,
     ) -> None:
         super().__init__(device)
-        self._triangles, self._filter, self._probes = triangles, filter_name, probes
+        self._triangles, self._filter = triangles, filter_name
         self._diffuse = np.array([max(material.diffuse) > 0 for material in materials], bool)
 
-    def compute(self, inputs: Mapping[str, NDArray[Any]], uniforms: Mapping[str, Any]) -> Any:
+    def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """The shares."""
         return self._triangles.coverage(
             inputs["place"],
             inputs["facing"],
             self._diffuse,
+            tables["radii"],
             filter=self._filter,
-            probes=self._probes,
-            **uniforms,
+            **{name: uniforms[name] for name in self._OWN},
         )
 
 
@@ -77,26 +90,28 @@ class NativeGather(HostKernel):
     stem = Gather.stem
     inputs = Gather.inputs
     outputs = Gather.outputs
+    uniforms = UNIFORMS
+    tables = TABLES
 
     def __init__(self, device: Device, filter_name: str) -> None:
         super().__init__(device)
         self._filter = filter_name
         self._map: native.PhotonMap | None = None
-        self._radius = 0.0
 
-    def sort(self, deposits: Deposits, grid: Mapping[str, Any], radius: float) -> None:
+    def sort(self, deposits: Deposits, grid: Values) -> None:
         """Take a pass's deposits into the grid's cells."""
         place, deposit = deposits.arrays()
-        self._radius = radius
         self._map = native.PhotonMap(
             place, deposit, grid["grid_origin"], grid["cell_size"], grid["grid_cells"]
         )
 
-    def compute(self, inputs: Mapping[str, NDArray[Any]], uniforms: Mapping[str, Any]) -> Any:
+    def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """Irradiances; none before any photon was sorted."""
         if self._map is None:
             return np.zeros_like(inputs["place"])
-        return self._map.gather(inputs["place"], inputs["facing"], self._radius, self._filter)
+        return self._map.gather(
+            inputs["place"], inputs["facing"], tables["radii"], uniforms["shrink"], self._filter
+        )
 
 
 def triangles_of(mesh: Mesh) -> native.Tracer:

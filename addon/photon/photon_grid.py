@@ -16,6 +16,7 @@ from .deposits import Deposits, HostDeposits
 from .gather import Gather
 from .geometry import TABLE_WIDTH, upload_table
 from .native_kernels import NativeGather
+from .radius_field import Radii
 from .settings import Settings, filter_define
 
 MAX_CELLS = 1 << 22  # 16 MB of cell starts; a smaller radius then shares cells
@@ -40,11 +41,13 @@ class PhotonGrid:
         self._device_sort: _DeviceSort | None = None
         self._tables: dict[str, moderngl.Texture] = {}
         self._uniforms: dict[str, Any] = {}
+        self._radii: dict[str, Any] = {}
 
-    def prepare(self, deposits: Deposits, radius: float) -> None:
-        """Build the grid for a pass's deposits and a radius [scene units]."""
+    def prepare(self, deposits: Deposits, radii: Radii) -> None:
+        """Build the grid for a pass's deposits and radii."""
         self._forget()
-        cell = float(np.float32(_cell_size(2 * self._extent, radius)))
+        self._radii = radii.tables(self.kernel)
+        cell = float(np.float32(_cell_size(2 * self._extent, radii.typical)))
         cells = tuple(int(n) for n in np.floor(2 * self._extent / cell) + 1)
         grid = {
             "grid_origin": tuple(float(np.float32(-x)) for x in self._extent),
@@ -52,9 +55,10 @@ class PhotonGrid:
             "grid_cells": cells,
         }
         if isinstance(self.kernel, NativeGather):
-            self.kernel.sort(deposits, grid, radius)
+            self._uniforms = radii.uniforms
+            self.kernel.sort(deposits, grid)
             return
-        self._uniforms = grid | {"radius": radius}
+        self._uniforms = radii.uniforms | grid
         if isinstance(deposits, HostDeposits):
             self._tables = _sort_on_host(self._device, deposits, grid)
         else:
@@ -67,7 +71,7 @@ class PhotonGrid:
             irradiance.clear()
             return
         streams = {"place": place, "facing": facing, "irradiance": irradiance}
-        self.kernel.run(streams, self._tables, self._uniforms)
+        self.kernel.run(streams, self._tables | self._radii, self._uniforms)
 
     def _forget(self) -> None:
         for texture in self._tables.values():

@@ -79,11 +79,13 @@ class PhotonMapper:
             Reflector(device, layer),
         )
 
-    def trace(self, index: int, light_count: int) -> Deposits:
-        """Trace pass `index`; the deposits are in order of bounce and photon."""
+    def trace(self, index: int, light_count: int, photons: int | None = None) -> Deposits:
+        """Trace pass `index` (of `photons`, or as many as the settings say); the deposits are in
+        order of bounce and photon."""
+        photons = self._settings.photons if photons is None else photons
         generator, tracer, projector, reflector = self.kernels
         settings, draw = self._settings, {"seed": self._settings.seed, "pass_index": index}
-        paths = self._paths_of(-(-settings.photons // STREAM_WIDTH))
+        paths = self._paths_of(-(-photons // STREAM_WIDTH))
         generator.run(
             {
                 "origin": paths.origin.front,
@@ -91,7 +93,7 @@ class PhotonMapper:
                 "flux": paths.flux.front,
             },
             self._tables.of(generator),
-            draw | {"photons": settings.photons, "light_count": light_count},
+            draw | {"photons": photons, "light_count": light_count},
         )
         self.deposits.clear()
         for bounce in range(self._needs.photon_bounces + 1):

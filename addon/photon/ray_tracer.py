@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import photon_stream_native as native
+from numpy.typing import NDArray
 
 from ..streams import Device, Kernel, PingPong, Record, Stream
 from ..streams.device import Layer
@@ -21,6 +22,7 @@ from .lit import Lit
 from .mirror import Mirror
 from .native_kernels import NativeCoverage, NativeTracer
 from .needs import SceneNeeds
+from .radius_field import Radii
 from .records import (
     COVERAGE,
     FACING,
@@ -43,7 +45,6 @@ from .visible_points import VisiblePoints
 # the camera sees directly.
 Estimate = Callable[[Stream, Stream, Stream, View | None], None]
 
-COVERAGE_PROBES = 4  # a pass; a point inside its surface needs none, one at an edge many
 _FAR = 1.0e37  # clip distances beyond float32's use
 
 
@@ -106,11 +107,10 @@ class RayTracer:
         if needs.photons and settings.boundary_correction:
             if triangles:
                 self.kernels[Coverage] = NativeCoverage(
-                    device, triangles, scene.materials, settings.filter, COVERAGE_PROBES
+                    device, triangles, scene.materials, settings.filter
                 )
             else:
-                defines = filter_define(settings) | {"PROBES": COVERAGE_PROBES}
-                self.kernels[Coverage] = Coverage(device, layer, defines)
+                self.kernels[Coverage] = Coverage(device, layer, filter_define(settings))
         ones = np.ones((y1 - y0, x1 - x0, 4), np.float32)
         self._unit = Stream(device, THROUGHPUT, self._buffers.size)
         self._unit_coverage = Stream(device, COVERAGE, self._buffers.size)
@@ -119,9 +119,9 @@ class RayTracer:
         ambient = scene.background if settings.ambient else (0.0, 0.0, 0.0)
         self._world = {"ambient": ambient, "background": scene.background}
 
-    def trace(self, index: int, estimate: Estimate | None, radius: float) -> dict[str, Stream]:
+    def trace(self, index: int, estimate: Estimate | None, radii: Radii) -> dict[str, Stream]:
         """Pass `index`'s images by name: direct, indirect, mirror, mirror_indirect, background,
-        normal, combined. `radius` [scene units] is what `estimate` uses."""
+        normal, combined. `radii` are what `estimate` uses."""
         one, two = self._buffers.one, self._buffers.two
         origin, direction = two("origin", RAY_ORIGIN), two("direction", RAY_DIRECTION)
         hit, facing = one("hit", HIT), one("facing", FACING)
@@ -130,7 +130,7 @@ class RayTracer:
         self._meet_surfaces(origin.front, direction.front)
         direct = self._direct(index, 0, direction.front)
         irradiance = one("irradiance", IRRADIANCE)
-        coverage = self._coverage(index, 0, radius)
+        coverage = self._coverage(index, 0, radii)
         if estimate:
             estimate(place, facing, irradiance, view)
         images = {
@@ -152,7 +152,7 @@ class RayTracer:
         images["mirror"] = images["mirror_indirect"] = one("no_mirror", RADIANCE)
         if self._needs.mirror:
             images["mirror"], images["mirror_indirect"] = self._mirror_images(
-                index, estimate, radius
+                index, estimate, radii
             )
         images["combined"] = one("combined", RADIANCE)
         parts = ("direct", "indirect", "mirror", "mirror_indirect", "background")
@@ -161,6 +161,15 @@ class RayTracer:
             {f"{name}_seen": images[name] for name in parts} | {"combined": images["combined"]},
         )
         return images
+
+    def footprint(self, positions: NDArray[Any]) -> NDArray[Any]:
+        """How wide a pixel is at positions (n, 3) that the camera may see [scene units]."""
+        left, right, _, _ = self._camera["window"]
+        pixel = (right - left) / self._settings.width
+        if self._camera["orthographic"]:
+            return np.full(len(positions), pixel)
+        distance = np.linalg.norm(positions - self._camera["matrix"][:3, 3], axis=1)
+        return np.asarray(pixel * distance)
 
     def _send_eye_rays(self, index: int, origin: Stream, direction: Stream) -> View:
         settings = self._settings
@@ -246,24 +255,25 @@ class RayTracer:
             total.swap()
         return total.front
 
-    def _coverage(self, index: int, depth: int, radius: float) -> Stream:
+    def _coverage(self, index: int, depth: int, radii: Radii) -> Stream:
         """The share of the filter on each visible point's own surface."""
         if Coverage not in self.kernels:
             return self._unit_coverage
         coverage = self._buffers.one("coverage", COVERAGE)
-        self._run(
-            Coverage,
+        kernel = self.kernels[Coverage]
+        kernel.run(
             {
                 "place": self._buffers.one("place", PLACE),
                 "facing": self._buffers.one("facing", FACING),
                 "coverage": coverage,
             },
-            self._draw(index, depth) | {"radius": radius},
+            self._tables.of(kernel) | radii.tables(kernel),
+            self._pixels(depth) | radii.uniforms | probes_of(index),
         )
         return coverage
 
     def _mirror_images(
-        self, index: int, estimate: Estimate | None, radius: float
+        self, index: int, estimate: Estimate | None, radii: Radii
     ) -> tuple[Stream, Stream]:
         """Follow secondary rays up to the depth limit, while any is alive."""
         one, two = self._buffers.one, self._buffers.two
@@ -297,7 +307,7 @@ class RayTracer:
             self._meet_surfaces(origin.front, direction.front)
             irradiance = one("irradiance", IRRADIANCE)
             direct = self._direct(index, depth + 1, direction.front)
-            coverage = self._coverage(index, depth + 1, radius)
+            coverage = self._coverage(index, depth + 1, radii)
             if estimate:
                 estimate(one("place", PLACE), one("facing", FACING), irradiance, None)
             self._run(
@@ -322,9 +332,12 @@ class RayTracer:
 
     def _draw(self, index: int, depth: int) -> dict[str, Any]:
         """What random numbers of a pixel depend on."""
+        return self._pixels(depth) | {"pass_index": index}
+
+    def _pixels(self, depth: int) -> dict[str, Any]:
+        """What they depend on whatever the pass."""
         return {
             "seed": self._settings.seed,
-            "pass_index": index,
             "depth": depth,
             "frame_size": (self._settings.width, self._settings.height),
             "region_origin": self._settings.frame_region[:2],
@@ -347,6 +360,18 @@ class RayTracer:
             item.release()
         if self._any_hit:
             self._any_hit.release()
+
+
+def probes_of(index: int) -> dict[str, int]:
+    """How many coverage probes pass `index` sends from a point, and how many were sent before.
+
+    More at first: the quotient of few probes is off at edges. Measured on cornell_classic, one
+    pass: relMSE 0.05 with 4 of them, 0.013 with 8; after 16 passes it makes no difference.
+    """
+    counts = (16, 8)
+    if index < len(counts):
+        return {"probes": counts[index], "first_probe": sum(counts[:index])}
+    return {"probes": 4, "first_probe": sum(counts) + 4 * (index - len(counts))}
 
 
 def pixel_jitter(seed: int, index: int) -> tuple[float, float]:

@@ -21,15 +21,26 @@ from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
 from .photon_mapper import PhotonMapper
 from .picture import FILM_IMAGES, picture_of
+from .radius_field import Radii, RadiusField, shrink_of
 from .ray_tracer import RayTracer
 from .scene import Scene
 from .settings import Settings, filter_define
 from .splat import Splat, View
 
 NO_DEPTH = 1.0e10  # Blender's depth where nothing is seen
-# The automatic radius's aim in the first pass. Measured on cornell_classic and cornell_mirror: 24
-# has twice the error after 16 passes, 150 two thirds of it but takes half as long again.
-PHOTONS_PER_DISC = 64.0
+PILOT_PASS = 0xFFFFFFFF  # no pass has this number: the radii don't depend on what they are used for
+PILOT_PHOTONS = 1 << 17
+WIDEST_RADIUS = 2.0  # no radius is larger, in radii that even light would have
+
+
+def photons_per_disc(photons: int) -> float:
+    """How many photons of a first pass a disc shall hold.
+
+    The error after n passes of P photons depends on radius and n P alone, and radii shrink with
+    (n P)^(-1/6); so P photons a pass want P^(2/3) a disc. Measured on cornell_classic: 150 is best
+    of 64, 150 and 384 at P = 16384, 384 at 65536. More than 400 cost more time than they save.
+    """
+    return float(min(max(150.0 * (photons / 16384) ** (2 / 3), 16.0), 400.0))
 
 
 def open_device(settings: Settings) -> Device:
@@ -66,7 +77,6 @@ class Renderer:
         self.triangles = len(mesh.corners)
         self.needs = SceneNeeds.of(scene, settings, mesh)
         self.warnings += _warnings(scene, mesh, self.needs)
-        self._automatic_radius = _automatic_radius(settings, mesh)
         with _Timed(self.seconds, "programs"):
             try:
                 self._tables = Tables(device, scene, self.frame, mesh)
@@ -89,32 +99,31 @@ class Renderer:
                         self.grid = PhotonGrid(
                             device, layer, settings, mesh.extent, triangles is not None
                         )
+                with _Timed(self.seconds, "radius"):
+                    self._radius_field = self._find_radii(mesh)
             except StreamError as error:
                 raise DeviceError(str(error)) from error
         # Nothing seen, until the first pass.
         self._depth = np.full((y1 - y0, x1 - x0, 1), NO_DEPTH, np.float32)
 
     def radius(self, index: int) -> float:
-        """The gather radius of pass `index` [m].
-
-        Knaus & Zwicker 2011, eq. 15, in closed form: r_i^2 = r_1^2 prod (k + alpha) / (k + 1).
-        """
-        first = self.settings.radius or self._automatic_radius * self.frame.scale
-        alpha, i = self.settings.radius_shrink, index + 1
-        log_area = math.lgamma(i + alpha) - math.lgamma(1 + alpha) - math.lgamma(i + 1)
-        return first * math.exp(log_area / 2)
+        """The gather radius of pass `index`, typical of where photons fall [m]."""
+        if not self.photon_mapper:
+            return 0.0
+        shrink = shrink_of(self.settings.radius_shrink, index)
+        return self._radius_field.of_pass(shrink).typical * self.frame.scale
 
     def render_pass(self) -> None:
         """Add the next pass to the film."""
         index = self.settings.first_pass + self.film.passes
         self.device.use()
         try:
-            radius = self.radius(index) / self.frame.scale
+            radii = self._radius_field.of_pass(shrink_of(self.settings.radius_shrink, index))
             if self.photon_mapper:
-                self._trace_photons(index, radius)
+                self._trace_photons(index, radii)
             with _Timed(self.seconds, "eye"):
                 estimate = self._estimate if self.photon_mapper else None
-                images = self.ray_tracer.trace(index, estimate, radius)
+                images = self.ray_tracer.trace(index, estimate, radii)
                 if self.film.passes == 0:
                     self._depth = self._depth_seen(images["normal"])
                 self.film.add(images)
@@ -162,6 +171,7 @@ class Renderer:
         """Free everything on the device but the device."""
         self.device.use()
         parts = (
+            self._radius_field,
             self.ray_tracer,
             self.film,
             self.photon_mapper,
@@ -173,14 +183,33 @@ class Renderer:
             if part:
                 part.release()
 
-    def _trace_photons(self, index: int, radius: float) -> None:
+    def _find_radii(self, mesh: Mesh) -> RadiusField:
+        """The user's radius everywhere, or radii after a pilot pass of photons."""
+        if self.settings.radius or not self.photon_mapper:
+            return RadiusField.even(self.device, (self.settings.radius or 1.0) / self.frame.scale)
+        photons = min(self.settings.photons, PILOT_PHOTONS)
+        deposits = self.photon_mapper.trace(PILOT_PASS, len(self.scene.lights), photons)
+        place, _ = deposits.arrays()
+        self.photon_mapper.unfinished = deposits.dropped = 0
+        wanted = photons_per_disc(self.settings.photons) * photons / self.settings.photons
+        even = math.sqrt(wanted * (mesh.area or 1.0) / (math.pi * max(len(place), 1)))
+        return RadiusField(
+            self.device,
+            mesh.extent,
+            place,
+            wanted,
+            self.ray_tracer.footprint,
+            most=min(WIDEST_RADIUS * even, 2.0),
+        )
+
+    def _trace_photons(self, index: int, radii: Radii) -> None:
         assert self.photon_mapper
         with _Timed(self.seconds, "photons"):
             deposits = self.photon_mapper.trace(index, len(self.scene.lights))
         with _Timed(self.seconds, "photon map"):
             for estimator in (self.splat, self.grid):
                 if estimator:
-                    estimator.prepare(deposits, radius)
+                    estimator.prepare(deposits, radii)
 
     def _estimate(
         self, place: Stream, facing: Stream, irradiance: Stream, view: View | None
@@ -232,16 +261,6 @@ def _conserving(scene: Scene) -> tuple[Scene, tuple[str, ...]]:
         if new is not old
     )
     return replace(scene, materials=materials), warnings
-
-
-def _automatic_radius(settings: Settings, mesh: Mesh) -> float:
-    """A first radius [scene units] that holds about PHOTONS_PER_DISC photons.
-
-    From the diffuse area and the expected number of deposits, albedo / (1 - albedo) a photon.
-    """
-    albedo = min(max(mesh.albedo, 0.05), 0.9)
-    expected = max(settings.photons, 1) * albedo / (1.0 - albedo)
-    return math.sqrt(PHOTONS_PER_DISC * (mesh.area or 1.0) / (math.pi * expected))
 
 
 def _warnings(scene: Scene, mesh: Mesh, needs: SceneNeeds) -> tuple[str, ...]:

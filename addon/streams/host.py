@@ -25,8 +25,13 @@ class HostKernel(Kernel):
         self.device, self.launches = device, 0
 
     @abstractmethod
-    def compute(self, inputs: Mapping[str, NDArray[Any]], uniforms: Mapping[str, Any]) -> Any:
-        """The one output from the inputs, float32 (h, w, 4) each."""
+    def compute(
+        self,
+        inputs: Mapping[str, NDArray[Any]],
+        tables: Mapping[str, Any],
+        uniforms: Mapping[str, Any],
+    ) -> Any:
+        """The one output from the inputs, float32 (h, w, 4); tables are what the host reads."""
 
     def run(
         self,
@@ -36,10 +41,11 @@ class HostKernel(Kernel):
         count: bool = False,
     ) -> int:
         """As Kernel.run; `count` counts the elements that are not zero."""
-        uniforms = uniforms or {}
-        self._check_bindings(streams, tables or {}, uniforms)
+        tables, uniforms = tables or {}, uniforms or {}
+        self._check_bindings(streams, tables, uniforms)
         self.launches += 1
-        output = self.compute({name: streams[name].download() for name in self.inputs}, uniforms)
+        inputs = {name: streams[name].download() for name in self.inputs}
+        output = self.compute(inputs, tables, uniforms)
         (name,) = self.outputs
         streams[name].upload(output)
         return int(output.any(axis=-1).sum()) if count else 0

@@ -10,6 +10,7 @@
 #include "lib/bvh.glsl"
 #include "lib/surface.glsl"
 #include "lib/density.glsl"
+#include "lib/radius.glsl"
 #include "lib/material.glsl"
 
 const int MOST_LAYERS = 4;  // other surfaces that a probe may pass through
@@ -47,10 +48,11 @@ void kernel() {
     vec3 normal = facing.normal;
     // One sequence over all passes: the mean's error falls with the number of probes, not its root.
     vec2 start = random4(seed, 0u, uint(pixel(element())), DIMENSION_COVERAGE + uint(depth)).xy;
+    float radius = radius_at(place.position);
     float covered = 0.0;
-    for (int i = 0; i < PROBES; i++) {
-        vec2 u = r2_sequence(start, pass_index * uint(PROBES) + uint(i));
+    for (int i = 0; i < probes; i++) {
+        vec2 u = r2_sequence(start, first_probe + uint(i));
         covered += probe(place, normal, u, radius * radius);
     }
-    store_coverage(Coverage(covered / float(PROBES)));
+    store_coverage(Coverage(covered / float(probes)));
 }

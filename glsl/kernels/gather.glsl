@@ -2,6 +2,7 @@
 // Sum the photons around each visible point from a grid of sorted photons.
 #include "lib/table.glsl"
 #include "lib/density.glsl"
+#include "lib/radius.glsl"
 
 uint cell_begin(int cell) { return texelFetch(cell_start, table_texel(cell), 0).x; }
 
@@ -9,6 +10,7 @@ void kernel() {
     Place place = load_place();
     if (place.surface == 0.0) skip();
     vec3 normal = load_facing().normal;
+    float radius = radius_at(place.position);
     float r2 = radius * radius;
     // The margin covers the rounding of photons to cells.
     vec3 reach = vec3(radius * 1.00001 + 1.0e-7);

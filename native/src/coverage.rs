@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::density::{Filter, SAME_ORIENTATION};
 use crate::lanes::{Lanes, widest};
+use crate::radius::RadiusField;
 use crate::random::{r2_sequence, random4};
 use crate::trace::Tree;
 use crate::watertight::Ray;
@@ -20,10 +21,12 @@ const POINTS_A_TASK: usize = 128;
 pub struct Probes {
     /// Probes of a point.
     pub count: u32,
-    pub radius: f32,
+    /// Of the radii.
+    pub shrink: f32,
     pub filter: Filter,
     pub seed: u32,
-    pub pass_index: u32,
+    /// Probes that earlier passes sent.
+    pub first: u32,
     pub depth: u32,
     /// Pixels a row of the region whose points are given, and of the frame.
     pub region_width: usize,
@@ -45,6 +48,7 @@ struct Point {
     position: [f32; 3],
     normal: [f32; 3],
     surface: f32,
+    radius: f32,
 }
 
 /// Write the covered share into the first channel of `out`. `places` are positions and surfaces
@@ -55,6 +59,7 @@ pub fn coverage(
     tree: &Tree,
     corners: &[[[f32; 4]; 3]],
     diffuse: &[bool],
+    radii: &RadiusField,
     places: &[[f32; 4]],
     facings: &[[f32; 4]],
     probes: &Probes,
@@ -66,7 +71,7 @@ pub fn coverage(
         .enumerate()
         .for_each(|(chunk, ((out, places), facings))| {
             let first = chunk * POINTS_A_TASK;
-            chunk_of(tree, corners, diffuse, places, facings, probes, first, out);
+            chunk_of(tree, corners, diffuse, radii, places, facings, probes, first, out);
         });
 }
 
@@ -76,6 +81,7 @@ widest! {
         tree: &Tree,
         corners: &[[[f32; 4]; 3]],
         diffuse: &[bool],
+        radii: &RadiusField,
         places: &[[f32; 4]],
         facings: &[[f32; 4]],
         probes: &Probes,
@@ -88,12 +94,13 @@ widest! {
             if surface == 0.0 || !diffuse.get(material as usize).is_some_and(|&diffuse| diffuse) {
                 continue;
             }
-            let point = Point { position: [x, y, z], normal: [nx, ny, nz], surface };
+            let radius = radii.at([x, y, z]) * probes.shrink;
+            let point = Point { position: [x, y, z], normal: [nx, ny, nz], surface, radius };
             let numbers =
                 random4(probes.seed, 0, probes.pixel(first + i), DIMENSION_COVERAGE.wrapping_add(probes.depth));
             let mut covered = 0.0;
             for probe in 0..probes.count {
-                let number = probes.pass_index.wrapping_mul(probes.count).wrapping_add(probe);
+                let number = probes.first.wrapping_add(probe);
                 let u = r2_sequence([numbers[0], numbers[1]], number);
                 covered += probe_surface::<L>(tree, corners, &point, u, probes, &mut stack);
             }
@@ -112,7 +119,7 @@ fn probe_surface<L: Lanes>(
     probes: &Probes,
     stack: &mut Stack,
 ) -> f32 {
-    let (r2, normal) = (probes.radius * probes.radius, point.normal);
+    let (r2, normal) = (point.radius * point.radius, point.normal);
     let x2 = probes.filter.sample(u[0]);
     let distance = (x2 * r2).sqrt();
     let height = distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further

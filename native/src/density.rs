@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::InvalidInput;
 use crate::lanes::{COUNTING, Lanes, Row, WIDTH, widest};
 use crate::photons::{self, Grid};
+use crate::radius::RadiusField;
 
 /// Photons of a surface that bends away by more than 45 degrees say nothing about a point.
 #[allow(clippy::approx_constant)] // the very number that the GLSL has
@@ -128,12 +129,14 @@ impl PhotonMap {
     }
 
     /// The irradiance at visible points: rgb and 1; zeros where there is none (glsl/kernels/gather.glsl).
-    /// `places` are positions and surfaces (0: no point), `facings` normals.
+    /// `places` are positions and surfaces (0: no point), `facings` normals; a point's radius is what
+    /// `radii` says, times `shrink`.
     pub fn gather(
         &self,
         places: &[[f32; 4]],
         facings: &[[f32; 4]],
-        radius: f32,
+        radii: &RadiusField,
+        shrink: f32,
         filter: Filter,
         out: &mut [[f32; 4]],
     ) {
@@ -141,7 +144,7 @@ impl PhotonMap {
             .zip(places.par_chunks(POINTS_A_TASK))
             .zip(facings.par_chunks(POINTS_A_TASK))
             .for_each(|((out, places), facings)| {
-                gather_chunk(self, places, facings, radius, filter, out);
+                gather_chunk(self, places, facings, radii, shrink, filter, out);
             });
     }
 
@@ -168,16 +171,17 @@ widest! {
         map: &PhotonMap,
         places: &[[f32; 4]],
         facings: &[[f32; 4]],
-        radius: f32,
+        radii: &RadiusField,
+        shrink: f32,
         filter: Filter,
         out: &mut [[f32; 4]],
     ) {
-        let r2 = radius * radius;
-        let peak = filter.peak(r2);
         let cells = map.grid.cells;
-        let (square, inverse) = (L::splat(r2), L::splat(1.0 / r2));
         for ((&[x, y, z, surface], facing), out) in places.iter().zip(facings).zip(out) {
             *out = [0.0; 4];
+            let radius = radii.at([x, y, z]) * shrink;
+            let r2 = radius * radius;
+            let (peak, square, inverse) = (filter.peak(r2), L::splat(r2), L::splat(1.0 / r2));
             let ranges = (map.reach(x, 0, radius), map.reach(y, 1, radius), map.reach(z, 2, radius));
             let (Some(in_x), Some(in_y), Some(in_z)) = ranges else { continue };
             if surface == 0.0 {

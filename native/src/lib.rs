@@ -14,6 +14,7 @@ mod lanes;
 pub mod photons;
 #[cfg(feature = "python")]
 mod python;
+pub mod radius;
 pub mod random;
 pub mod trace;
 pub mod watertight;

@@ -14,6 +14,7 @@ use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::density::{self, Filter};
+use crate::radius;
 use crate::trace::{Rays, Tree, Triangle};
 use crate::{InvalidInput, brute_force, bvh, coverage, photons};
 
@@ -38,6 +39,7 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
     module.add("MAX_LEAF", bvh::MAX_LEAF)?;
     module.add_class::<Tracer>()?;
     module.add_class::<PhotonMap>()?;
+    module.add_class::<RadiusField>()?;
     module.add_function(wrap_pyfunction!(build_bvh, module)?)?;
     module.add_function(wrap_pyfunction!(trace, module)?)?;
     module.add_function(wrap_pyfunction!(occluded, module)?)?;
@@ -222,23 +224,24 @@ impl Tracer {
     /// Estimate the share of a filter that lies on each visible point's own surface.
     ///
     /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
-    /// (normal, material); diffuse bool[M], which materials are of interest; radius and filter
-    /// (constant, cone, gaussian, epanechnikov); probes a point and pass; what random numbers
-    /// depend on: seed, pass_index, depth, and of a pixel frame_size and region_origin (x, y).
+    /// (normal, material); diffuse bool[M], which materials are of interest; radii, of which each is
+    /// multiplied by shrink; filter (constant, cone, gaussian, epanechnikov); probes a point, and how many were sent before;
+    /// what random numbers depend on: seed, depth, and of a pixel frame_size and region_origin (x, y).
     /// Returns float32[H, W, 4] with the share in the first channel.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (place, facing, diffuse, *, radius, filter, probes, seed, pass_index, depth, frame_size, region_origin))]
+    #[pyo3(signature = (place, facing, diffuse, radii, *, shrink, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
     fn coverage<'py>(
         &self,
         py: Python<'py>,
         place: &Bound<'py, PyAny>,
         facing: &Bound<'py, PyAny>,
         diffuse: &Bound<'py, PyAny>,
-        radius: f32,
+        radii: &RadiusField,
+        shrink: f32,
         filter: &str,
         probes: u32,
+        first_probe: u32,
         seed: u32,
-        pass_index: u32,
         depth: u32,
         frame_size: (usize, usize),
         region_origin: (usize, usize),
@@ -247,10 +250,10 @@ impl Tracer {
         let diffuse = array::<bool>(diffuse, "diffuse", &[None])?;
         let probes = coverage::Probes {
             count: probes,
-            radius,
+            shrink,
             filter: Filter::named(filter)?,
+            first: first_probe,
             seed,
-            pass_index,
             depth,
             region_width: place.shape()[1],
             frame_width: frame_size.0,
@@ -259,7 +262,7 @@ impl Tracer {
         new_stream(py, &place, |out| {
             let (place, facing, diffuse) = (rows(&place)?, rows(&facing)?, diffuse.as_slice()?);
             run(py, || {
-                coverage::coverage(&self.tree, &self.corners, diffuse, place, facing, &probes, out);
+                coverage::coverage(&self.tree, &self.corners, diffuse, &radii.0, place, facing, &probes, out);
                 Ok(())
             })
         })
@@ -295,14 +298,15 @@ impl PhotonMap {
     /// Sum the photons around each visible point.
     ///
     /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
-    /// (normal, unused); radius and filter (constant, cone, gaussian, epanechnikov). Returns
+    /// (normal, unused); radii, of which each is multiplied by shrink; filter (constant, cone, gaussian, epanechnikov). Returns
     /// float32[H, W, 4]: irradiance in three channels and 1; zeros where no photon can be.
     fn gather<'py>(
         &self,
         py: Python<'py>,
         place: &Bound<'py, PyAny>,
         facing: &Bound<'py, PyAny>,
-        radius: f32,
+        radii: &RadiusField,
+        shrink: f32,
         filter: &str,
     ) -> PyResult<Stream<'py>> {
         let [place, facing] = streams([("place", place), ("facing", facing)])?;
@@ -310,10 +314,54 @@ impl PhotonMap {
         new_stream(py, &place, |out| {
             let (place, facing) = (rows(&place)?, rows(&facing)?);
             run(py, || {
-                self.0.gather(place, facing, radius, filter, out);
+                self.0.gather(place, facing, &radii.0, shrink, filter, out);
                 Ok(())
             })
         })
+    }
+}
+
+/// The gather radius of the first pass at every place.
+///
+/// RadiusField(place, origin, cell_size, cells, wanted, least, most): place float32[P, 4], where
+/// photons of a pass fall; the grid as for sort_photons; each radius is that of a disc that would
+/// hold about `wanted` of them, at least least float32[(nx + 1) * (ny + 1) * (nz + 1)] (a node, x
+/// fastest) and else at most `most`, and changes by less than half the way moved.
+#[pyclass(frozen, module = "photon_stream_native")]
+struct RadiusField(radius::RadiusField);
+
+#[pymethods]
+impl RadiusField {
+    #[new]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        py: Python,
+        place: &Bound<PyAny>,
+        origin: [f32; 3],
+        cell_size: f32,
+        cells: [usize; 3],
+        wanted: f32,
+        least: &Bound<PyAny>,
+        most: f32,
+    ) -> PyResult<RadiusField> {
+        let place = array::<f32>(place, "place", &[None, Some(4)])?;
+        let least = array::<f32>(least, "least", &[None])?;
+        let (place, least) = (rows(&place)?, least.as_slice()?);
+        let grid = photons::Grid { origin, cell_size, cells };
+        Ok(RadiusField(run(py, || radius::RadiusField::new(place, grid, wanted, least, most))?))
+    }
+
+    /// The radii float32[P] at positions float32[P, 4], whose fourth numbers are ignored.
+    fn at<'py>(&self, py: Python<'py>, position: &Bound<'py, PyAny>) -> PyResult<F32Array<'py>> {
+        let position = array::<f32>(position, "position", &[None, Some(4)])?;
+        let radii = rows::<f32, 4>(&position)?.iter().map(|&[x, y, z, _]| self.0.at([x, y, z]));
+        Ok(PyArray1::from_iter(py, radii))
+    }
+
+    /// The radii at each cell's corners, float32[cells, 8], as glsl/lib/radius.glsl reads them.
+    fn corners<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let corners = self.0.corners();
+        PyArray1::from_slice(py, corners.as_flattened()).reshape([corners.len(), 8])
     }
 }
 

@@ -104,6 +104,12 @@ def test_ports_are_checked(device: Device) -> None:
     stream.release()
 
 
+def even(radius: float) -> Any:
+    """One radius everywhere."""
+    none, least = np.zeros((0, 4), np.float32), np.full(8, radius, np.float32)
+    return native.RadiusField(none, (-1.0, -1.0, -1.0), 2.0, (1, 1, 1), 1.0, least, radius)
+
+
 class TestBindings:
     """What the native classes refuse."""
 
@@ -131,9 +137,10 @@ class TestBindings:
         grid: tuple[Any, ...] = ((-1.0, -1.0, -1.0), 0.5, (4, 4, 4))
         points = np.ones((1, 2, 4), np.float32)
         photons = native.PhotonMap(place, deposit, *grid)
-        assert photons.gather(points, points, 0.1, "cone").shape == (1, 2, 4)
+        radii = even(0.1)
+        assert photons.gather(points, points, radii, 1.0, "cone").shape == (1, 2, 4)
         with pytest.raises(ValueError, match='filter = "box" is none of'):
-            photons.gather(points, points, 0.1, "box")
+            photons.gather(points, points, radii, 1.0, "box")
         with pytest.raises(ValueError, match="deposits has 4 rows, but places has 5"):
             native.PhotonMap(place, deposit[:4], *grid)
         place[3, 1] = np.nan
@@ -152,11 +159,12 @@ class TestBindings:
         points[0, 3, 0] = np.nan
         facing = np.array([[[0, 0, 1, 0]] * 4], np.float32)
         peak = 1 / (np.pi * 0.1**2)
-        sums = photons.gather(points, facing, 0.1, "constant")[0]
+        radii = even(0.2)
+        sums = photons.gather(points, facing, radii, 0.5, "constant")[0]
         np.testing.assert_allclose(sums[0, :3], 2 * peak * np.array([1, 2, 3]), rtol=1e-5)
         np.testing.assert_allclose(sums[1, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
         assert not sums[2:].any()
-        assert not photons.gather(points, -facing, 0.1, "constant")[..., :3].any()
+        assert not photons.gather(points, -facing, radii, 0.5, "constant")[..., :3].any()
 
 
 def test_host_and_glsl_draw_the_same_numbers(device: Device) -> None:
