@@ -9,9 +9,10 @@ from .compute import Program, Scan
 from .device import Device
 from .kernel import Kernel, Table, Uniform
 from .source import StreamError
-from .stream import PingPong, Record, Stream
+from .stream import TEXEL, PingPong, Record, Stream
 
 __all__ = [
+    "TEXEL",
     "Device",
     "Kernel",
     "PingPong",

@@ -73,6 +73,6 @@ void main() {
     vec4 place = texelFetch(point_place, at, 0);
     vec3 normal = texelFetch(point_facing, at, 0).xyz;
     if (place.w == 0.0) discard;
-    irradiance = vec4(photon_irradiance(photon, flux, place.xyz, place.w, normal, radius * radius), 1.0);
+    irradiance = photon_irradiance(photon, flux, place.xyz, place.w, normal, radius * radius);
 }
 #endif
