@@ -26,6 +26,7 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
     "height": {"type": int, "metavar": "N", "help": "of the picture [px]"},
     "seed": {"type": int, "metavar": "N", "help": "of the random numbers"},
     "passes": {"type": int, "metavar": "N", "help": "to average"},
+    "noise-threshold": {"type": float, "metavar": "X", "help": "stop at this relative error"},
     "photons": {"type": int, "metavar": "N", "help": "emitted in each pass"},
     "radius": {"type": float, "metavar": "R", "help": "of density estimation; 0: automatic"},
     "estimator": {"choices": ("auto", "splat", "gather"), "help": "sums photons up"},
@@ -48,7 +49,7 @@ def render(args: argparse.Namespace) -> int:
     args.output = args.output or Path(f"{file.stem}.png")
     options = [str(file.resolve())]
     for name in RENDER_OPTIONS:
-        value = getattr(args, name)
+        value = getattr(args, name.replace("-", "_"))
         if value is not None:
             options += [f"--{name}", str(value.resolve() if isinstance(value, Path) else value)]
     if snapshot:

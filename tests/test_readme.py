@@ -42,7 +42,7 @@ def test_options_exist() -> None:
         path.read_text(encoding="utf-8")
         for path in (ROOT / "build.py", ROOT / "tests/bench/frame.py")
     )
-    shown = set(re.findall(r"--([a-z]+)\b", README))
+    shown = set(re.findall(r"--([a-z]+(?:-[a-z]+)*)\b", README))
     missing = [x for x in shown if f'"{x}"' not in build and f'"--{x}"' not in build]
     assert shown and missing == []
 

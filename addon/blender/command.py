@@ -63,6 +63,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     add("--height", type=int, help="pixels; the width follows unless given")
     add("--seed", type=int)
     add("--passes", type=int)
+    add("--noise-threshold", type=float, help="relative error to stop at; 0: none")
     add("--photons", type=int, help="photons a pass")
     add("--radius", type=float, help="first radius in metres; 0: automatic")
     add("--estimator", choices=get_args(Estimator))
@@ -195,6 +196,9 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     for name in ("seed", "passes", "photons"):
         if getattr(options, name) is not None:
             assign(settings, name, getattr(options, name))
+    if options.noise_threshold is not None:
+        settings.use_noise_threshold = options.noise_threshold != 0.0
+        assign(settings, "noise_threshold", options.noise_threshold)
     if options.radius is not None:
         settings.use_radius = options.radius != 0.0
         assign(settings, "radius", options.radius)
@@ -207,6 +211,7 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     if options.output.suffix.lower() == ".exr":
         for view_layer in scene.view_layers:
             view_layer.use_pass_z = view_layer.use_pass_normal = True
+            view_layer.photon_stream.use_pass_error = True
 
 
 def resize(render: bpy.types.RenderSettings, width: int | None, height: int | None) -> None:

@@ -43,6 +43,8 @@ class Pass:
 COMBINED = Pass("Combined", "RGBA", "COLOR")
 DEPTH = Pass("Depth", "Z", "VALUE")
 NORMAL = Pass("Normal", "XYZ", "VECTOR")
+ERROR = Pass("Error", "X", "VALUE")
+METADATA = ("version", "device", "seed", "passes", "photons", "radius", "error", "noise", "bias")
 COMPONENTS = {
     "use_pass_direct": Pass("Direct", "RGB", "COLOR"),
     "use_pass_indirect": Pass("Indirect", "RGB", "COLOR"),
@@ -59,7 +61,8 @@ def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
     if view_layer.use_pass_normal:
         passes.append(NORMAL)
     own = view_layer.photon_stream
-    return passes + [entry for flag, entry in COMPONENTS.items() if getattr(own, flag)]
+    passes += [entry for flag, entry in COMPONENTS.items() if getattr(own, flag)]
+    return [*passes, ERROR] if own.use_pass_error else passes
 
 
 @dataclass
@@ -188,6 +191,9 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
                 if progress.done:
                     SESSION.spend(phase, now - since)
                     SESSION.info = dict(progress.info)
+                    for name in METADATA:  # into the files that Blender writes
+                        field_name = f"photon_stream.{job.layer_name}.{name}"
+                        result.stamp_data_add_field(field_name, str(progress.info[name]))
                     return True
         finally:
             events.close()  # what stops the renderer, however this loop was left

@@ -44,12 +44,39 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
     """Settings of a scene, at `scene.photon_stream`."""
 
     passes: IntProperty(
-        name="Passes",
-        description="Number of passes; each adds one eye ray a pixel and new photons",
+        name="Max Passes",
+        description="Most passes; each adds one eye ray a pixel and new photons",
         min=1,
         soft_max=4096,
         max=1 << 24,
         default=DEFAULTS.passes,
+    )
+    use_noise_threshold: BoolProperty(
+        name="Noise Threshold",
+        description="Finish when the picture's estimated error is small enough",
+        default=False,
+    )
+    noise_threshold: FloatProperty(
+        name="Noise Threshold",
+        description=(
+            "Estimated error, of noise and of the radius together, at which to finish: root mean "
+            "square over the pixels, relative to their brightness"
+        ),
+        min=0.0,
+        soft_min=0.001,
+        soft_max=0.2,
+        max=1.0,
+        default=0.01,
+        precision=4,
+        step=0.1,
+    )
+    min_passes: IntProperty(
+        name="Min Passes",
+        description="Passes before the Noise Threshold may finish the render",
+        min=4,
+        soft_max=4096,
+        max=1 << 24,
+        default=DEFAULTS.min_passes,
     )
     time_limit: FloatProperty(
         name="Time Limit",
@@ -193,6 +220,11 @@ class PhotonStreamViewLayer(bpy.types.PropertyGroup):
     use_pass_background: BoolProperty(
         name="Background", description="The world where no surface is in front", default=True
     )
+    use_pass_error: BoolProperty(
+        name="Error",
+        description="Estimated error of each pixel, of noise and of the radius together",
+        default=True,
+    )
 
 
 CLASSES = (PhotonStreamSettings, PhotonStreamViewLayer)
@@ -209,6 +241,8 @@ def settings_from(
         height=size[1],
         region=region,
         passes=p.passes,
+        noise_threshold=p.noise_threshold if p.use_noise_threshold else 0.0,
+        min_passes=p.min_passes,
         photons=p.photons,
         radius=p.radius if p.use_radius else 0.0,
         radius_shrink=p.radius_shrink,

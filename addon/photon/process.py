@@ -34,7 +34,7 @@ Images = dict[str, NDArray[np.float32]]
 
 TICK = 0.05  # [s] between looks at a render under way
 SHARED_MEMORY = "/dev/shm"
-IMAGE_BYTES = 80  # a pixel: twenty floats over all images
+IMAGE_BYTES = 84  # a pixel: 21 floats over all images
 CANCEL_GRACE = 0.08  # [s] for the child to end its pass; then it is killed
 PREVIEW_SHARE = 0.1  # of the time may go into previews
 
@@ -44,8 +44,8 @@ class Progress:
     """What the renderer says about a render under way.
 
     `images`, when there is a new picture: {"Combined": (h, w, 4) premultiplied RGBA,
-    "Direct"/"Indirect"/"Mirror"/"Background"/"Normal": (h, w, 3), "Depth": (h, w, 1)} float32,
-    row 0 at the bottom, of the rendered region.
+    "Direct"/"Indirect"/"Mirror"/"Background"/"Normal": (h, w, 3), "Depth"/"Error": (h, w, 1)}
+    float32, row 0 at the bottom, of the rendered region.
     """
 
     phase: str  # e.g. "Starting", "Rendering"
@@ -58,6 +58,12 @@ class Progress:
     images: Images | None = None
     done: bool = False
     info: dict[str, Any] = field(default_factory=dict)  # Renderer.info() once known
+
+    @property
+    def error(self) -> tuple[float, float, float] | None:
+        """The error last known, with its noise and its bias: relative; None while unknown."""
+        error, noise, bias = (self.info.get(x, math.inf) for x in ("error", "noise", "bias"))
+        return (error, noise, bias) if math.isfinite(error) else None
 
 
 class RendererProcess:
@@ -264,7 +270,7 @@ def _as_progress(message: Message, folder: Path, elapsed: float) -> Progress:
         passes,
         message["photons"],
         elapsed,
-        0.0 if done else per_pass * (passes - passes_done),
+        0.0 if done else per_pass * max(0, message["expected"] - passes_done),
         tuple(message.get("warnings", ())),
         _read_images(folder, message["images"]) if "images" in message else None,
         done,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..streams import Device, Kernel, PingPong, Record, Stream
 from ..streams.device import Layer
+from .blur import Blur
 from .combine import CombineAll, CombineMirror, CombinePrimary
 from .coverage import Coverage
 from .direct import Direct
@@ -24,6 +25,7 @@ from .native_kernels import NativeCoverage, NativeTracer
 from .needs import SceneNeeds
 from .radius_field import Radii
 from .records import (
+    BLUR,
     COVERAGE,
     FACING,
     HIT,
@@ -94,6 +96,8 @@ class RayTracer:
             kinds += [Direct, Lit]
         if needs.mirror:
             kinds += [Mirror, CombineMirror]
+        if needs.photons:
+            kinds.append(Blur)
         self.kernels: dict[type[Kernel], Kernel] = {kind: kind(device, layer) for kind in kinds}
         self._any_hit: Kernel | None = None
         if needs.lights:
@@ -121,7 +125,7 @@ class RayTracer:
 
     def trace(self, index: int, estimate: Estimate | None, radii: Radii) -> dict[str, Stream]:
         """Pass `index`'s images by name: direct, indirect, mirror, mirror_indirect, background,
-        normal, combined. `radii` are what `estimate` uses."""
+        normal, blur, combined. `radii` are what `estimate` uses."""
         one, two = self._buffers.one, self._buffers.two
         origin, direction = two("origin", RAY_ORIGIN), two("direction", RAY_DIRECTION)
         hit, facing = one("hit", HIT), one("facing", FACING)
@@ -149,13 +153,16 @@ class RayTracer:
                 "view_axis": tuple(map(float, -self._camera["matrix"][:3, 2])),
             },
         )
+        two("blur", BLUR).front.clear()
+        self._add_blur(irradiance, coverage, self._unit)
         images["mirror"] = images["mirror_indirect"] = one("no_mirror", RADIANCE)
         if self._needs.mirror:
             images["mirror"], images["mirror_indirect"] = self._mirror_images(
                 index, estimate, radii
             )
         images["combined"] = one("combined", RADIANCE)
-        parts = ("direct", "indirect", "mirror", "mirror_indirect", "background")
+        images["blur"] = two("blur", BLUR).front
+        parts = ("direct", "indirect", "mirror", "mirror_indirect", "background", "blur")
         self._run(
             CombineAll,
             {f"{name}_seen": images[name] for name in parts} | {"combined": images["combined"]},
@@ -328,7 +335,26 @@ class RayTracer:
             )
             image.swap()
             indirect.swap()
+            self._add_blur(irradiance, coverage, carried)
         return image.front, indirect.front
+
+    def _add_blur(self, irradiance: Stream, coverage: Stream, throughput: Stream) -> None:
+        """Add what the estimate at the visible points tells about its own bias."""
+        if Blur not in self.kernels:
+            return
+        blur = self._buffers.two("blur", BLUR)
+        self._run(
+            Blur,
+            {
+                "sum": blur.front,
+                "facing": self._buffers.one("facing", FACING),
+                "irradiance": irradiance,
+                "coverage": coverage,
+                "throughput": throughput,
+                "total": blur.back,
+            },
+        )
+        blur.swap()
 
     def _draw(self, index: int, depth: int) -> dict[str, Any]:
         """What random numbers of a pixel depend on."""

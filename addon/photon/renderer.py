@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..streams import Device, Stream, StreamError
 from ..streams.device import Layer
+from .error import Error, error_of
 from .errors import DeviceError
 from .film import Film
 from .geometry import Frame, Mesh, Tables, frame_of
@@ -26,6 +27,7 @@ from .ray_tracer import RayTracer
 from .scene import Scene
 from .settings import Settings, filter_define
 from .splat import Splat, View
+from .version import VERSION
 
 NO_DEPTH = 1.0e10  # Blender's depth where nothing is seen
 PILOT_PASS = 0xFFFFFFFF  # no pass has this number: the radii don't depend on what they are used for
@@ -84,7 +86,8 @@ class Renderer:
                     device, layer, self._tables, self.frame, scene, settings, self.needs, triangles
                 )
                 x0, y0, x1, y1 = settings.frame_region
-                self.film = Film(device, layer, (x1 - x0, y1 - y0), FILM_IMAGES)
+                names = (*FILM_IMAGES, "blur") if self.needs.photons else FILM_IMAGES
+                self.film = Film(device, layer, (x1 - x0, y1 - y0), names)
                 self.photon_mapper = self.splat = self.grid = None
                 if self.needs.photons:
                     self.photon_mapper = PhotonMapper(
@@ -105,6 +108,7 @@ class Renderer:
                 raise DeviceError(str(error)) from error
         # Nothing seen, until the first pass.
         self._depth = np.full((y1 - y0, x1 - x0, 1), NO_DEPTH, np.float32)
+        self._error: tuple[int, Error] | None = None  # after so many passes
 
     def radius(self, index: int) -> float:
         """The gather radius of pass `index`, typical of where photons fall [m]."""
@@ -132,22 +136,36 @@ class Renderer:
             raise DeviceError(str(error)) from error
 
     def images(self) -> dict[str, NDArray[np.float32]]:
-        """The picture so far; see `picture_of`. Depth (h, w, 1) [m] is of the first pass."""
-        self.device.use()
-        return picture_of(self.film.means()) | {"Depth": self._depth}
+        """The picture so far; see `picture_of`. Depth (h, w, 1) [m] is of the first pass, Error
+        (h, w, 1) [W/(m^2 sr)] is `Error.image`."""
+        return self._look() | {"Depth": self._depth, "Error": self.error().image}
+
+    def error(self) -> Error:
+        """How far the picture so far is from the converged one."""
+        if self._error is None or self._error[0] != self.film.passes:
+            self._look()
+        assert self._error
+        return self._error[1]
 
     def info(self) -> dict[str, Any]:
-        """What the picture was made with, for metadata and reports."""
+        """What the picture was made with, for metadata and reports; the error is the last known."""
+        error = self._error[1] if self._error else None
+        photons = self.settings.photons if self.photon_mapper else 0
         return {
+            "version": VERSION,
             "device": self.device.name,
             "driver": self.device.version,
             "layer": self.layer,
             "estimator": self.estimator,
             "triangles": self.triangles,
-            "photons_a_pass": self.settings.photons if self.photon_mapper else 0,
+            "photons": photons * self.film.passes,
+            "photons_a_pass": photons,
             "radius": self.radius(0),
             "seed": self.settings.seed,
             "passes": self.film.passes,
+            "error": error.total if error else math.inf,
+            "noise": error.noise if error else math.inf,
+            "bias": error.bias if error else math.inf,
             "unfinished_photons": self.photon_mapper.unfinished if self.photon_mapper else 0,
             "dropped_photons": self.photon_mapper.deposits.dropped if self.photon_mapper else 0,
             "seconds": {name: round(value, 4) for name, value in self.seconds.items()},
@@ -201,6 +219,14 @@ class Renderer:
             self.ray_tracer.footprint,
             most=min(WIDEST_RADIUS * even, 2.0),
         )
+
+    def _look(self) -> dict[str, NDArray[np.float32]]:
+        """Make picture and error of what the film holds."""
+        self.device.use()
+        exposure = self.film.exposure()
+        images = picture_of(exposure.means)
+        self._error = self.film.passes, error_of(exposure, images["Combined"])
+        return images
 
     def _trace_photons(self, index: int, radii: Radii) -> None:
         assert self.photon_mapper

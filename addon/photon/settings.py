@@ -50,6 +50,8 @@ class Settings:
     transparent: bool = False  # the world leaves alpha 0
     device_index: int = 0  # which EGL device
     time_limit: float = 0.0  # [s]; 0: none
+    noise_threshold: float = 0.0  # relative error, noise and bias, that ends the render; 0: none
+    min_passes: int = 8  # before noise_threshold may; the error is first known after four
 
     def check(self) -> None:
         """Raise SettingsError naming the first field that is out of its range."""
@@ -66,6 +68,8 @@ class Settings:
             ("mirror_depth", 0, 1024),
             ("device_index", 0, 255),
             ("time_limit", 0.0, math.inf),
+            ("noise_threshold", 0.0, math.inf),
+            ("min_passes", 4, 1 << 24),
         ):
             value = getattr(self, name)
             if not low <= value <= high:  # also refuses NaN

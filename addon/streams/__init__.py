@@ -10,9 +10,10 @@ from .device import Device
 from .host import HostKernel
 from .kernel import Kernel, Table, Uniform
 from .source import StreamError
-from .stream import PingPong, Record, Stream
+from .stream import TEXEL, PingPong, Record, Stream
 
 __all__ = [
+    "TEXEL",
     "Device",
     "HostKernel",
     "Kernel",

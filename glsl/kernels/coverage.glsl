@@ -3,7 +3,9 @@
 // 1/4 in a corner. Dividing by its mean over passes removes the boundary bias, and, since the filter
 // is integrated over the surface as it is, that of creases and curvature too.
 //
-// Each probe samples the filter on the tangent plane and looks for the surface above and below.
+// Each probe samples the filter on the tangent plane and looks for the surface above and below. The
+// inner filter's share comes from the same probes, weighted by inner over outer filter: it is the
+// quotient of the mean inner mass found on the surface and the mean inner mass on the plane.
 #include "lib/rng.glsl"
 #include "lib/pixel.glsl"
 #include "lib/sampling.glsl"
@@ -15,9 +17,12 @@
 
 const int MOST_LAYERS = 4;  // other surfaces that a probe may pass through
 
-// Filter mass at a point of the surface over that of the sampled point of the plane, or 0.
-float probe(Place place, vec3 normal, vec2 u, float r2) {
+// Filter mass, and inner filter mass, at a point of the surface over the filter mass of the sampled point
+// of the plane, or 0; then the inner one's on the plane.
+vec3 probe(Place place, vec3 normal, vec2 u, float r2) {
     float d2 = sample_filter(u.x) * r2;
+    float mass = max(eval_filter(d2, r2), 1.0e-30);
+    vec3 none = vec3(0.0, 0.0, eval_inner_filter(d2, r2) / mass);
     float height = sqrt(d2) + SURFACE_OFFSET;  // within 45 degrees a surface strays no further
     vec3 in_plane = frame_about(normal) * vec3(cos(2.0 * PI * u.y), sin(2.0 * PI * u.y), 0.0);
     vec3 origin = place.position + in_plane * sqrt(d2) + normal * height;
@@ -25,19 +30,20 @@ float probe(Place place, vec3 normal, vec2 u, float r2) {
     int source = -1;
     for (int layer = 0; layer < MOST_LAYERS; layer++) {
         RayHit found = trace(origin, -normal, left, source);
-        if (found.triangle < 0) return 0.0;
+        if (found.triangle < 0) return none;
         Surface surface = surface_at(Hit(found.t, float(found.triangle) + 1.0, found.u, found.v), -normal);
         float cosine = dot(surface.geometric, normal);
         if (surface.surface + 1.0 == place.surface && cosine >= SAME_ORIENTATION) {
             vec3 offset = surface.position - place.position;
             float at = dot(offset, offset);
-            return at > r2 ? 0.0 : eval_filter(at, r2) / (max(eval_filter(d2, r2), 1.0e-30) * cosine);
+            if (at > r2) return none;
+            return vec3(vec2(eval_filter(at, r2), eval_inner_filter(at, r2)) / (mass * cosine), none.z);
         }
         origin -= normal * found.t;
         left -= found.t;
         source = found.triangle;
     }
-    return 0.0;
+    return none;
 }
 
 void kernel() {
@@ -49,10 +55,11 @@ void kernel() {
     // One sequence over all passes: the mean's error falls with the number of probes, not its root.
     vec2 start = random4(seed, 0u, uint(pixel(element())), DIMENSION_COVERAGE + uint(depth)).xy;
     float radius = radius_at(place.position);
-    float covered = 0.0;
+    vec3 covered = vec3(0.0);
     for (int i = 0; i < probes; i++) {
         vec2 u = r2_sequence(start, first_probe + uint(i));
         covered += probe(place, normal, u, radius * radius);
     }
-    store_coverage(Coverage(covered / float(probes)));
+    covered /= float(probes);
+    store_coverage(Coverage(covered.x, covered.y, covered.z));
 }

@@ -19,7 +19,7 @@ void kernel() {
     if (any(greaterThanEqual(low, grid_cells)) || any(lessThan(high, ivec3(0)))) skip();
     low = max(low, ivec3(0));
     high = min(high, grid_cells - 1);
-    vec3 irradiance = vec3(0.0);
+    vec4 irradiance = vec4(0.0);
     for (int z = low.z; z <= high.z; z++) {
         for (int y = low.y; y <= high.y; y++) {
             int row = (z * grid_cells.y + y) * grid_cells.x;
@@ -34,5 +34,5 @@ void kernel() {
             }
         }
     }
-    store_irradiance(Irradiance(irradiance, 1.0));
+    store_irradiance(Irradiance(irradiance.rgb, irradiance.a));
 }

@@ -77,6 +77,6 @@ void main() {
     vec3 normal = texelFetch(point_facing, at, 0).xyz;
     if (place.w == 0.0) discard;
     float radius = radius_at(place.xyz);
-    irradiance = vec4(photon_irradiance(photon, flux, place.xyz, place.w, normal, radius * radius), 1.0);
+    irradiance = photon_irradiance(photon, flux, place.xyz, place.w, normal, radius * radius);
 }
 #endif

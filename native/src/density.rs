@@ -12,6 +12,8 @@ use crate::radius::RadiusField;
 #[allow(clippy::approx_constant)] // the very number that the GLSL has
 pub(crate) const SAME_ORIENTATION: f32 = 0.7071;
 const GAUSSIAN_BETA: f32 = 2.0;
+/// Area of the inner disc over the disc's.
+const INNER_AREA: f32 = 0.5;
 const PI: f32 = std::f32::consts::PI;
 const POINTS_A_TASK: usize = 256;
 
@@ -58,6 +60,12 @@ impl Filter {
             Filter::Gaussian => (-GAUSSIAN_BETA * x2).exp(),
             Filter::Epanechnikov => (1.0 - x2).max(0.0),
         }
+    }
+
+    /// The filter at x2, and the one of the inner disc, both over the filter's peak.
+    pub(crate) fn shape_and_inner(self, x2: f32) -> [f32; 2] {
+        let inner = if x2 > INNER_AREA { 0.0 } else { self.shape(x2 / INNER_AREA) / INNER_AREA };
+        [self.shape(x2), inner]
     }
 
     #[inline(always)]
@@ -128,7 +136,8 @@ impl PhotonMap {
         Ok(PhotonMap { grid, cell_start, columns })
     }
 
-    /// The irradiance at visible points: rgb and 1; zeros where there is none (glsl/kernels/gather.glsl).
+    /// The irradiance at visible points, and the channels' mean within the inner radius; zeros where
+    /// there is none (glsl/kernels/gather.glsl).
     /// `places` are positions and surfaces (0: no point), `facings` normals; a point's radius is what
     /// `radii` says, times `shrink`.
     pub fn gather(
@@ -190,6 +199,7 @@ widest! {
             let position = [L::splat(x), L::splat(y), L::splat(z)];
             let normal = [L::splat(facing[0]), L::splat(facing[1]), L::splat(facing[2])];
             let (mut red, mut green, mut blue) = (L::splat(0.0), L::splat(0.0), L::splat(0.0));
+            let mut inner = L::splat(0.0);
             for row_z in in_z.0..=in_z.1 {
                 for row_y in in_y.0..=in_y.1 {
                     let row = (row_z * cells[1] + row_y) * cells[0];
@@ -210,14 +220,21 @@ widest! {
                             + map.column::<L>(6, at) * normal[2];
                         let same = map.column::<L>(3, at).equal(L::splat(surface))
                             & L::splat(SAME_ORIENTATION).less_equal(cosine);
-                        let weight = filter.shapes(d2 * inverse).keep(near & same);
-                        red = red + map.column::<L>(7, at) * weight;
-                        green = green + map.column::<L>(8, at) * weight;
-                        blue = blue + map.column::<L>(9, at) * weight;
+                        let x2 = d2 * inverse;
+                        let weight = filter.shapes(x2).keep(near & same);
+                        let flux =
+                            [map.column::<L>(7, at), map.column::<L>(8, at), map.column::<L>(9, at)];
+                        red = red + flux[0] * weight;
+                        green = green + flux[1] * weight;
+                        blue = blue + flux[2] * weight;
+                        let inside = near & same & x2.less_equal(L::splat(INNER_AREA));
+                        let weight = filter.shapes(x2 * L::splat(1.0 / INNER_AREA)).keep(inside);
+                        inner = inner + (flux[0] + flux[1] + flux[2]) * weight;
                     }
                 }
             }
-            *out = [red.sum() * peak, green.sum() * peak, blue.sum() * peak, 1.0];
+            let inner = inner.sum() * (peak / INNER_AREA / 3.0);
+            *out = [red.sum() * peak, green.sum() * peak, blue.sum() * peak, inner];
         }
     }
 }

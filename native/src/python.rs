@@ -227,7 +227,7 @@ impl Tracer {
     /// (normal, material); diffuse bool[M], which materials are of interest; radii, of which each is
     /// multiplied by shrink; filter (constant, cone, gaussian, epanechnikov); probes a point, and how many were sent before;
     /// what random numbers depend on: seed, depth, and of a pixel frame_size and region_origin (x, y).
-    /// Returns float32[H, W, 4] with the share in the first channel.
+    /// Returns float32[H, W, 4]: the share; the inner filter's mass on the surface, and on the plane.
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (place, facing, diffuse, radii, *, shrink, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
     fn coverage<'py>(
@@ -299,7 +299,8 @@ impl PhotonMap {
     ///
     /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
     /// (normal, unused); radii, of which each is multiplied by shrink; filter (constant, cone, gaussian, epanechnikov). Returns
-    /// float32[H, W, 4]: irradiance in three channels and 1; zeros where no photon can be.
+    /// float32[H, W, 4]: irradiance in three channels, and their mean within the inner radius; zeros
+    /// where no photon can be.
     fn gather<'py>(
         &self,
         py: Python<'py>,

@@ -79,7 +79,7 @@ def render_exr(scene: bpy.types.Scene, path: Path) -> dict[str, NDArray[np.float
 
 def test_components_sum_to_combined(room, tmp_path) -> None:
     passes = render_exr(room, tmp_path / "a.exr")
-    assert set(passes) == {"Combined", "Depth", "Normal", *COMPONENTS}
+    assert set(passes) == {"Combined", "Depth", "Normal", "Error", *COMPONENTS}
     total = sum(passes[name] for name in COMPONENTS)
     np.testing.assert_allclose(total, passes["Combined"][..., :3], rtol=1e-5, atol=1e-6)
     for name in COMPONENTS:

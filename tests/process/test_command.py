@@ -90,8 +90,10 @@ def test_odd_sizes(scene: Path, width: int, height: int) -> None:
     size = ("--width", width, "--height", height)
     assert call(scene, "-o", picture, *QUICK, *size).returncode == 0
     channels, _ = read_exr(picture)
-    for pixels in channels.values():
-        assert pixels.shape == (height, width) and np.isfinite(pixels).all()
+    for name, pixels in channels.items():
+        assert pixels.shape == (height, width)
+        # Two passes cannot tell their error.
+        assert np.isinf(pixels).all() if "Error" in name else np.isfinite(pixels).all()
     assert channels["ViewLayer.Direct.G"].mean() > 0
 
 

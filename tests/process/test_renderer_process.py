@@ -75,7 +75,7 @@ def test_progress(process: RendererProcess) -> None:
     assert shapes == {
         "Combined": (16, 24, 4),
         **dict.fromkeys(("Direct", "Indirect", "Mirror", "Background", "Normal"), (16, 24, 3)),
-        "Depth": (16, 24, 1),
+        **dict.fromkeys(("Depth", "Error"), (16, 24, 1)),
     }
     assert all(image.dtype == np.float32 for image in last.images.values())
     for name in ("passes_done", "photons", "elapsed"):

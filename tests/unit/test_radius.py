@@ -19,7 +19,8 @@ from tests.scenes import Builder, camera, cornell
 
 def radii(device: Device, scene: Any, positions: Any, **settings: Any) -> Any:
     """Radii of the first pass [m] at positions (n, 3) [m]."""
-    renderer = Renderer(scene, Settings(width=64, height=64, **settings), device)
+    settings = {"width": 512, "height": 512} | settings
+    renderer = Renderer(scene, Settings(**settings), device)
     at = np.zeros((len(positions), 4), np.float32)
     at[:, :3] = renderer.frame.points(positions)
     found = renderer._radius_field.native.at(at) * renderer.frame.scale
@@ -53,9 +54,8 @@ def test_grow_with_the_scene(device: Device, scale: float) -> None:
             for light in scene.lights
         ),
     )
-    np.testing.assert_allclose(
-        radii(device, scaled, places * scale, photons=20000), small * scale, rtol=1e-3
-    )
+    large = radii(device, scaled, places * scale, photons=20000)
+    np.testing.assert_allclose(large, small * scale, rtol=1e-3)
 
 
 def test_small_where_photons_are_dense(device: Device) -> None:
@@ -70,20 +70,13 @@ def test_small_where_photons_are_dense(device: Device) -> None:
 
 def test_never_less_than_a_pixel(device: Device) -> None:
     """Many photons, few pixels: a disc is as wide as a pixel where it is seen."""
-    scene = cornell()
-    renderer = Renderer(scene, Settings(width=4, height=4, photons=200000), device)
+    scene, place = cornell(), np.array([[5.0, 5.0, 0.0]])
+    fine, coarse = (
+        radii(device, scene, place, photons=200000, width=n, height=n)[0] for n in (512, 4)
+    )
     left, right, _, _ = scene.camera.window
-    distance = np.linalg.norm(np.array((5.0, 5.0, 0.0)) - np.array(scene.camera.matrix)[:3, 3])
-    renderer.release()
-    pixel = distance * (right - left) / 4
-    found = radii(device, scene, np.array([[5.0, 5.0, 0.0]]), photons=200000)
-    few = Settings(width=4, height=4, photons=200000)
-    renderer = Renderer(scene, few, device)
-    at = np.zeros((1, 4), np.float32)
-    at[0, :3] = renderer.frame.points((5.0, 5.0, 0.0))
-    coarse = renderer._radius_field.native.at(at)[0] * renderer.frame.scale
-    renderer.release()
-    assert found[0] < coarse and coarse == pytest.approx(pixel, rel=0.25)
+    distance = np.linalg.norm(place[0] - np.array(scene.camera.matrix)[:3, 3])
+    assert fine < 0.5 * coarse and coarse == pytest.approx(distance * (right - left) / 4, rel=0.25)
 
 
 def test_custom_radius_is_even(device: Device) -> None:
