@@ -13,6 +13,7 @@ import numpy as np
 from addon.photon.scene import Camera, Light, Material, Scene
 
 GREY = Material("grey", (0.5, 0.5, 0.5))
+DIM = Material("dim", (1e-3,) * 3)  # hardly reflects: what falls on it at first is all there is
 UNIT_INTENSITY = 4 * math.pi  # [W]: I = 1 W/sr
 
 
@@ -221,6 +222,7 @@ def cornell(mirror: bool = False, lobe: bool = False) -> Scene:
 
 
 __all__ = [
+    "DIM",
     "GREY",
     "UNIT_INTENSITY",
     "Builder",

@@ -52,7 +52,7 @@ class Row:
 
 def _text(value: float, unit: str) -> str:
     if unit == "%":
-        return f"{100 * value:.2g} %"
+        return f"{100 * value:.2g} %" if abs(value) < 0.995 else f"{100 * value:.0f} %"
     return f"{value:.0f}" if value == int(min(abs(value), 1e6)) else f"{value:.2g}{unit}"
 
 
