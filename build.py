@@ -90,6 +90,7 @@ def main(argv: list[str]) -> int:
     sub.add_argument("--blender", metavar="PATH", help="render inside this installed Blender")
     sub = commands.add_parser("test", help="run every check; arguments after -- go to pytest")
     sub.set_defaults(do=checks.test, pytest=theirs)
+    sub.add_argument("--stability", action="store_true", help="only the stability table's tests")
     sub = commands.add_parser("chart", help="error against seconds, beside Cycles, as HTML")
     sub.set_defaults(
         do=lambda args: measure("chart", [*["--quick"] * args.quick, "-o", args.output])

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,6 +13,8 @@ import numpy as np
 from addon.photon.scene import Camera, Light, Material, Scene
 
 GREY = Material("grey", (0.5, 0.5, 0.5))
+DIM = Material("dim", (1e-3,) * 3)  # hardly reflects: what falls on it at first is all there is
+UNIT_INTENSITY = 4 * math.pi  # [W]: I = 1 W/sr
 
 
 def camera(
@@ -157,6 +160,38 @@ def icosphere(subdivisions: int) -> tuple[Any, Any]:
     return points, triangles
 
 
+def closed_sphere(diffuse: float, specular: float = 0.0) -> Scene:
+    """A closed unit sphere with a point light of I = 1 W/sr at its centre, seen from inside."""
+    material = Material("wall", (diffuse,) * 3, (specular,) * 3)
+    light = Light("light", "POINT", (0, 0, 0), (UNIT_INTENSITY,) * 3)
+    view = camera((0, 0.6, 0), (0.3, -1, 0.2), 80)
+    return Builder().sphere((0, 0, 0), 1.0, subdivisions=5).scene(view, [light], [material])
+
+
+def orthographic(centre: Any, right: Any, up: Any, size: float) -> Camera:
+    """Looks against right x up at a square window `size` wide."""
+    matrix = np.eye(4)
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = (
+        right,
+        up,
+        np.cross(right, up),
+        centre,
+    )
+    return Camera("ORTHO", matrix, (-size / 2, size / 2, -size / 2, size / 2))
+
+
+def lit_plate() -> tuple[Scene, float]:
+    """A plate [-1, 1]^2 at z = 0 under uniform irradiance, and that irradiance [W/m^2]."""
+    distance, half_angle = 2000.0, math.atan(1.6 / 2000.0)
+    power = 4 * math.pi * distance**2  # E = I / d^2 = 1
+    light = Light(
+        "far", "SPOT", (0, 0, distance), (power,) * 3, spot_size=2 * half_angle, spot_blend=0.0
+    )
+    view = orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 2.0)
+    plate = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
+    return plate.scene(view, [light], [Material("white", (0.5,) * 3)]), 1.0
+
+
 def cornell(mirror: bool = False, lobe: bool = False) -> Scene:
     """A small Cornell box: coloured walls, a box and a sphere, one spotlight."""
     white = Material("white", (0.7, 0.7, 0.7))
@@ -246,4 +281,17 @@ def random_room(seed: int) -> Scene:
     return built.scene(view, lights, [*walls, *things], background=background)
 
 
-__all__ = ["GREY", "Builder", "camera", "cornell", "icosphere", "random_room", "replace"]
+__all__ = [
+    "DIM",
+    "GREY",
+    "UNIT_INTENSITY",
+    "Builder",
+    "camera",
+    "closed_sphere",
+    "cornell",
+    "icosphere",
+    "lit_plate",
+    "orthographic",
+    "random_room",
+    "replace",
+]

@@ -16,34 +16,39 @@
 #include "lib/material.glsl"
 
 const int MOST_LAYERS = 4;  // other surfaces that a probe may pass through
+const float FLAT = 0.02;    // slope up to which a surface is taken for the point's own at once
 
 // Filter mass, and inner filter mass, at a point of the surface over the filter mass of the sampled point
-// of the plane, or 0; then the inner one's on the plane.
+// of the plane, or 0; then the inner one's on the plane. Of several layers the one nearest to the plane
+// counts: in a fold of less than 45 degrees the first one met is the back of its other side.
 vec3 probe(Place place, vec3 normal, vec2 u, float r2) {
     float d2 = sample_filter(u.x) * r2;
     float mass = max(eval_filter(d2, r2), 1.0e-30);
-    vec3 none = vec3(0.0, 0.0, eval_inner_filter(d2, r2) / mass);
     float height = sqrt(d2) + SURFACE_OFFSET;  // within 45 degrees a surface strays no further
     vec3 in_plane = frame_about(normal) * vec3(cos(2.0 * PI * u.y), sin(2.0 * PI * u.y), 0.0);
     vec3 origin = place.position + in_plane * sqrt(d2) + normal * height;
-    float left = 2.0 * height;
+    float left = 2.0 * height, above = height;
+    vec2 found_mass = vec2(0.0);
     int source = -1;
     for (int layer = 0; layer < MOST_LAYERS; layer++) {
         RayHit found = trace(origin, -normal, left, source);
-        if (found.triangle < 0) return none;
+        if (found.triangle < 0) break;
         Surface surface = surface_at(Hit(found.t, float(found.triangle) + 1.0, found.u, found.v), -normal);
-        float cosine = dot(surface.geometric, normal);
-        if (surface.surface + 1.0 == place.surface && cosine >= SAME_ORIENTATION) {
+        above -= found.t;
+        left -= found.t;
+        if (surface.surface + 1.0 == place.surface && same_orientation(pack_direction(surface.geometric), normal)) {
             vec3 offset = surface.position - place.position;
             float at = dot(offset, offset);
-            if (at > r2) return none;
-            return vec3(vec2(eval_filter(at, r2), eval_inner_filter(at, r2)) / (mass * cosine), none.z);
+            found_mass = at > r2
+                ? vec2(0.0)
+                : vec2(eval_filter(at, r2), eval_inner_filter(at, r2)) / (mass * dot(surface.geometric, normal));
+            if (above <= FLAT * height) break;
+            left = 2.0 * above;  // as far below the plane as this one is above it
         }
         origin -= normal * found.t;
-        left -= found.t;
         source = found.triangle;
     }
-    return none;
+    return vec3(found_mass, eval_inner_filter(d2, r2) / mass);
 }
 
 void kernel() {

@@ -43,6 +43,12 @@ float sample_filter(float u) {
 #endif
 }
 
+// Whether photons that fell on a surface of this normal count for a visible point of that one. Asked of
+// the normal as photons carry it, packed, so that the photons and the coverage agree at 45 degrees too.
+bool same_orientation(float packed_normal, vec3 normal) {
+    return dot(unpack_direction(packed_normal), normal) >= SAME_ORIENTATION;
+}
+
 // Irradiance that a photon adds at a visible point: zero beyond the radius, from another surface,
 // from the other side of a thin wall, or from round a corner. In alpha the mean of what its channels
 // add within the inner radius.
@@ -50,6 +56,6 @@ vec4 photon_irradiance(vec4 photon, vec4 flux, vec3 position, float surface, vec
     vec3 offset = photon.xyz - position;
     float d2 = dot(offset, offset);
     if (d2 > r2 || photon.w != surface) return vec4(0.0);
-    if (dot(unpack_direction(flux.w), normal) < SAME_ORIENTATION) return vec4(0.0);
+    if (!same_orientation(flux.w, normal)) return vec4(0.0);
     return vec4(flux.rgb * eval_filter(d2, r2), dot(flux.rgb, vec3(1.0 / 3.0)) * eval_inner_filter(d2, r2));
 }

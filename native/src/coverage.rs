@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::density::{Filter, SAME_ORIENTATION};
+use crate::density::{Filter, SAME_ORIENTATION, pack_direction, unpack_direction};
 use crate::lanes::{Lanes, widest};
 use crate::radius::RadiusField;
 use crate::random::{r2_sequence, random4};
@@ -14,6 +14,7 @@ use crate::wide::Stack;
 const DIMENSION_COVERAGE: u32 = 0x1800; // as in glsl/lib/rng.glsl
 const SURFACE_OFFSET: f32 = 1.0e-6; // as in glsl/lib/constants.glsl
 const MOST_LAYERS: usize = 4; // other surfaces that a probe may pass through
+const FLAT: f32 = 0.02; // slope up to which a surface is taken for the point's own at once
 const POINTS_A_TASK: usize = 128;
 
 /// What the probes of a pass depend on.
@@ -51,7 +52,9 @@ struct Point {
     radius: f32,
 }
 
-/// Write the covered share into the first channel of `out`. `places` are positions and surfaces
+/// Write the covered share into `out`, then the inner filter's mass on the surface and on the plane.
+///
+/// `places` are positions and surfaces
 /// (0: no point), `facings` normals and materials; a material is probed if `diffuse` says so.
 /// `corners` are the triangles in leaf order, whose second corner's fourth number is the surface.
 #[allow(clippy::too_many_arguments)]
@@ -98,18 +101,21 @@ widest! {
             let point = Point { position: [x, y, z], normal: [nx, ny, nz], surface, radius };
             let numbers =
                 random4(probes.seed, 0, probes.pixel(first + i), DIMENSION_COVERAGE.wrapping_add(probes.depth));
-            let mut covered = 0.0;
+            let mut covered = [0.0; 3];
             for probe in 0..probes.count {
                 let number = probes.first.wrapping_add(probe);
                 let u = r2_sequence([numbers[0], numbers[1]], number);
-                covered += probe_surface::<L>(tree, corners, &point, u, probes, &mut stack);
+                let probed = probe_surface::<L>(tree, corners, &point, u, probes, &mut stack);
+                covered = std::array::from_fn(|k| covered[k] + probed[k]);
             }
-            out[i][0] = covered / probes.count as f32;
+            let [share, inner, plane] = covered.map(|sum| sum / probes.count as f32);
+            out[i] = [share, inner, plane, 0.0];
         }
     }
 }
 
-/// Filter mass at a point of the surface over that of the sampled point of the plane, or 0.
+/// Filter mass, and inner filter mass, at a point of the surface over the filter mass of the sampled
+/// point of the plane, or 0; then the inner one's on the plane.
 #[inline(always)]
 fn probe_surface<L: Lanes>(
     tree: &Tree,
@@ -118,9 +124,11 @@ fn probe_surface<L: Lanes>(
     u: [f32; 2],
     probes: &Probes,
     stack: &mut Stack,
-) -> f32 {
+) -> [f32; 3] {
     let (r2, normal) = (point.radius * point.radius, point.normal);
     let x2 = probes.filter.sample(u[0]);
+    let [mass, inner_mass] = probes.filter.shape_and_inner(x2);
+    let mass = mass.max(1.0e-30);
     let distance = (x2 * r2).sqrt();
     let height = distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
     let (tangent, bitangent) = frame_about(normal);
@@ -128,30 +136,39 @@ fn probe_surface<L: Lanes>(
     let mut origin: [f32; 3] = std::array::from_fn(|k| {
         point.position[k] + (cos * tangent[k] + sin * bitangent[k]) * distance + normal[k] * height
     });
-    let (mut left, mut source) = (2.0 * height, -1);
+    let (mut left, mut above, mut source) = (2.0 * height, height, -1);
+    let mut found = [0.0; 2];
     for _ in 0..MOST_LAYERS {
-        let Some(ray) = Ray::new(origin, normal.map(|n| -n)) else { return 0.0 };
-        let Some((position, hit)) = tree.closest::<L>(&ray, left, source, stack) else { return 0.0 };
+        let Some(ray) = Ray::new(origin, normal.map(|n| -n)) else { break };
+        let Some((position, hit)) = tree.closest::<L>(&ray, left, source, stack) else { break };
         let [a, b, c] = &corners[position as usize];
-        let cosine = dot(normal_of(a, b, c), normal).abs(); // the geometric normal on the ray's side
-        if b[3] + 1.0 == point.surface && cosine >= SAME_ORIENTATION {
+        let geometric = normal_of(a, b, c);
+        let side = if dot(geometric, normal) < 0.0 { -1.0 } else { 1.0 }; // the one the ray came from
+        let geometric = geometric.map(|n| n * side);
+        above -= hit.t;
+        left -= hit.t;
+        // Asked of the normal as photons carry it, so that they and the coverage agree at 45 degrees.
+        let carried = unpack_direction(pack_direction(geometric));
+        if b[3] + 1.0 == point.surface && dot(carried, normal) >= SAME_ORIENTATION {
             let weight = 1.0 - hit.u - hit.v;
             let offset: [f32; 3] =
                 std::array::from_fn(|k| weight * a[k] + hit.u * b[k] + hit.v * c[k] - point.position[k]);
             let at = dot(offset, offset);
-            return if at > r2 {
-                0.0
-            } else {
-                probes.filter.shape(at / r2) / (probes.filter.shape(x2).max(1.0e-30) * cosine)
-            };
+            let on_surface = if at > r2 { [0.0; 2] } else { probes.filter.shape_and_inner(at / r2) };
+            found = on_surface.map(|x| x / (mass * dot(geometric, normal)));
+            // Of several layers the one nearest to the plane counts: in a fold of less than 45
+            // degrees the first one met is the back of its other side.
+            if above <= FLAT * height {
+                break;
+            }
+            left = 2.0 * above; // as far below the plane as this one is above it
         }
         for k in 0..3 {
             origin[k] -= normal[k] * hit.t;
         }
-        left -= hit.t;
         source = position;
     }
-    0.0
+    [found[0], found[1], inner_mass / mass]
 }
 
 fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {

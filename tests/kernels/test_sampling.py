@@ -136,6 +136,7 @@ SPOTS = [
 ]
 
 
+@pytest.mark.stability(32)
 @pytest.mark.parametrize("light", [*SPOTS, pytest.param(SOME_LIGHT, id="point")])
 def test_spot(one_bench: Bench, light: Light) -> None:
     outer, inner = solid_angles(light)

@@ -84,6 +84,7 @@ def test_picture_is_named_after_the_scene(scene: Path) -> None:
     assert result.returncode == 0 and files(scene.parent) == ["scene.npz", "scene.png"]
 
 
+@pytest.mark.stability(55)
 @pytest.mark.parametrize(("width", "height"), [(1, 1), (4001, 3)])
 def test_odd_sizes(scene: Path, width: int, height: int) -> None:
     picture = scene.with_name("out.exr")
