@@ -19,6 +19,7 @@ class Tracer:
         self,
         place: NDArray[np.float32],
         facing: NDArray[np.float32],
+        shading: NDArray[np.float32],
         diffuse: NDArray[np.bool_],
         radii: RadiusField,
         *,

@@ -64,7 +64,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     add("--seed", type=int)
     add("--passes", type=int)
     add("--noise-threshold", type=float, help="relative error to stop at; 0: none")
-    add("--photons", type=int, help="photons a pass")
+    add("--photons", type=int, help="photons a pass; else as many as pixels")
     add("--radius", type=float, help="first radius in metres; 0: automatic")
     add("--estimator", choices=get_args(Estimator))
     add("--layer", choices=get_args(Layer))
@@ -193,12 +193,15 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
         raise SettingsError(f"--engine {options.engine}: no such render engine here") from error
     if options.frame is not None:
         scene.frame_set(options.frame)
-    for name in ("seed", "passes", "photons"):
+    for name in ("seed", "passes"):
         if getattr(options, name) is not None:
             assign(settings, name, getattr(options, name))
     if options.noise_threshold is not None:
         settings.use_noise_threshold = options.noise_threshold != 0.0
         assign(settings, "noise_threshold", options.noise_threshold)
+    if options.photons is not None:
+        settings.use_photons = True
+        assign(settings, "photons", options.photons)
     if options.radius is not None:
         settings.use_radius = options.radius != 0.0
         assign(settings, "radius", options.radius)

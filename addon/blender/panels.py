@@ -90,13 +90,12 @@ class RENDER_PT_photon_stream_photons(_Panel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.split_layout()
         settings = context.scene.photon_stream
-        layout.prop(settings, "photons")
-        heading = layout.column(align=True, heading="Custom Radius")
-        row = heading.row(align=True)
-        row.prop(settings, "use_radius", text="")
-        sub = row.row()
-        sub.active = settings.use_radius
-        sub.prop(settings, "radius", text="")
+        for title, name in (("Custom Photons", "photons"), ("Custom Radius", "radius")):
+            row = layout.column(align=True, heading=title).row(align=True)
+            row.prop(settings, f"use_{name}", text="")
+            sub = row.row()
+            sub.active = getattr(settings, f"use_{name}")
+            sub.prop(settings, name, text="")
         layout.prop(settings, "radius_shrink")
         layout.prop(settings, "filter")
         layout.prop(settings, "boundary_correction")

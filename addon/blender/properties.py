@@ -97,6 +97,11 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
         description="Use another seed on every frame, so that the noise of an animation moves",
         default=False,
     )
+    use_photons: BoolProperty(
+        name="Custom Photons",
+        description="Set the photons of a pass by hand; otherwise there are as many as pixels",
+        default=False,
+    )
     photons: IntProperty(
         name="Photons",
         description="Photons that all lights together emit in a pass",
@@ -104,7 +109,7 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
         soft_min=1024,
         soft_max=1 << 22,
         max=1 << 24,
-        default=DEFAULTS.photons,
+        default=1 << 18,
     )
     use_radius: BoolProperty(
         name="Custom Radius",
@@ -243,7 +248,7 @@ def settings_from(
         passes=p.passes,
         noise_threshold=p.noise_threshold if p.use_noise_threshold else 0.0,
         min_passes=p.min_passes,
-        photons=p.photons,
+        photons=p.photons if p.use_photons else None,
         radius=p.radius if p.use_radius else 0.0,
         radius_shrink=p.radius_shrink,
         seed=seed % (1 << 32),

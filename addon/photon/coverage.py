@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ..streams import Kernel, Table, Uniform
 from . import radius_field
-from .records import COVERAGE, FACING, HIT, PLACE
+from .records import COVERAGE, FACING, HIT, PLACE, SHADING
 
 
 class Coverage(Kernel):
@@ -9,7 +9,7 @@ class Coverage(Kernel):
 
     stem = "coverage"
     records = (HIT,)
-    inputs = {"place": PLACE, "facing": FACING}
+    inputs = {"place": PLACE, "facing": FACING, "shading": SHADING}
     outputs = {"coverage": COVERAGE}
     uniforms = {
         "seed": Uniform("uint"),

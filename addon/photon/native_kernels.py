@@ -77,6 +77,7 @@ class NativeCoverage(HostKernel):
         return self._triangles.coverage(
             inputs["place"],
             inputs["facing"],
+            inputs["shading"],
             self._diffuse,
             tables["radii"],
             filter=self._filter,

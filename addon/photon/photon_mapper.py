@@ -82,7 +82,7 @@ class PhotonMapper:
     def trace(self, index: int, light_count: int, photons: int | None = None) -> Deposits:
         """Trace pass `index` (of `photons`, or as many as the settings say); the deposits are in
         order of bounce and photon."""
-        photons = self._settings.photons if photons is None else photons
+        photons = self._settings.photons_a_pass if photons is None else photons
         generator, tracer, projector, reflector = self.kernels
         settings, draw = self._settings, {"seed": self._settings.seed, "pass_index": index}
         paths = self._paths_of(-(-photons // STREAM_WIDTH))

@@ -150,7 +150,7 @@ class Renderer:
     def info(self) -> dict[str, Any]:
         """What the picture was made with, for metadata and reports; the error is the last known."""
         error = self._error[1] if self._error else None
-        photons = self.settings.photons if self.photon_mapper else 0
+        photons = self.settings.photons_a_pass if self.photon_mapper else 0
         return {
             "version": VERSION,
             "device": self.device.name,
@@ -205,11 +205,12 @@ class Renderer:
         """The user's radius everywhere, or radii after a pilot pass of photons."""
         if self.settings.radius or not self.photon_mapper:
             return RadiusField.even(self.device, (self.settings.radius or 1.0) / self.frame.scale)
-        photons = min(self.settings.photons, PILOT_PHOTONS)
+        photons_a_pass = self.settings.photons_a_pass
+        photons = min(photons_a_pass, PILOT_PHOTONS)
         deposits = self.photon_mapper.trace(PILOT_PASS, len(self.scene.lights), photons)
         place, _ = deposits.arrays()
         self.photon_mapper.unfinished = deposits.dropped = 0
-        wanted = photons_per_disc(self.settings.photons) * photons / self.settings.photons
+        wanted = photons_per_disc(photons_a_pass) * photons / photons_a_pass
         even = math.sqrt(wanted * (mesh.area or 1.0) / (math.pi * max(len(place), 1)))
         return RadiusField(
             self.device,

@@ -44,18 +44,27 @@ impl Probes {
     }
 }
 
+/// Visible points as streams: positions and surfaces (0: no point), normals and materials, and
+/// something unused and the position of the triangle in leaf order.
+#[derive(Clone, Copy)]
+pub struct Points<'a> {
+    pub places: &'a [[f32; 4]],
+    pub facings: &'a [[f32; 4]],
+    pub shadings: &'a [[f32; 4]],
+}
+
 /// Where a point's surface is probed, and with what it is compared.
 struct Point {
     position: [f32; 3],
     normal: [f32; 3],
     surface: f32,
     radius: f32,
+    triangle: usize,
 }
 
 /// Write the covered share into `out`, then the inner filter's mass on the surface and on the plane.
 ///
-/// `places` are positions and surfaces
-/// (0: no point), `facings` normals and materials; a material is probed if `diffuse` says so.
+/// A material is probed if `diffuse` says so.
 /// `corners` are the triangles in leaf order, whose second corner's fourth number is the surface.
 #[allow(clippy::too_many_arguments)]
 pub fn coverage(
@@ -63,19 +72,13 @@ pub fn coverage(
     corners: &[[[f32; 4]; 3]],
     diffuse: &[bool],
     radii: &RadiusField,
-    places: &[[f32; 4]],
-    facings: &[[f32; 4]],
+    points: &Points,
     probes: &Probes,
     out: &mut [[f32; 4]],
 ) {
-    out.par_chunks_mut(POINTS_A_TASK)
-        .zip(places.par_chunks(POINTS_A_TASK))
-        .zip(facings.par_chunks(POINTS_A_TASK))
-        .enumerate()
-        .for_each(|(chunk, ((out, places), facings))| {
-            let first = chunk * POINTS_A_TASK;
-            chunk_of(tree, corners, diffuse, radii, places, facings, probes, first, out);
-        });
+    out.par_chunks_mut(POINTS_A_TASK).enumerate().for_each(|(chunk, out)| {
+        chunk_of(tree, corners, diffuse, radii, points, probes, chunk * POINTS_A_TASK, out);
+    });
 }
 
 widest! {
@@ -85,22 +88,24 @@ widest! {
         corners: &[[[f32; 4]; 3]],
         diffuse: &[bool],
         radii: &RadiusField,
-        places: &[[f32; 4]],
-        facings: &[[f32; 4]],
+        points: &Points,
         probes: &Probes,
         first: usize,
         out: &mut [[f32; 4]],
     ) {
         let mut stack = Stack::new();
-        for (i, (&[x, y, z, surface], &[nx, ny, nz, material])) in places.iter().zip(facings).enumerate() {
-            out[i] = [0.0; 4];
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = [0.0; 4];
+            let at = first + i;
+            let [x, y, z, surface] = points.places[at];
+            let [nx, ny, nz, material] = points.facings[at];
             if surface == 0.0 || !diffuse.get(material as usize).is_some_and(|&diffuse| diffuse) {
                 continue;
             }
             let radius = radii.at([x, y, z]) * probes.shrink;
-            let point = Point { position: [x, y, z], normal: [nx, ny, nz], surface, radius };
+            let point = Point { position: [x, y, z], normal: [nx, ny, nz], surface, radius, triangle: points.shadings[at][3] as usize };
             let numbers =
-                random4(probes.seed, 0, probes.pixel(first + i), DIMENSION_COVERAGE.wrapping_add(probes.depth));
+                random4(probes.seed, 0, probes.pixel(at), DIMENSION_COVERAGE.wrapping_add(probes.depth));
             let mut covered = [0.0; 3];
             for probe in 0..probes.count {
                 let number = probes.first.wrapping_add(probe);
@@ -109,7 +114,7 @@ widest! {
                 covered = std::array::from_fn(|k| covered[k] + probed[k]);
             }
             let [share, inner, plane] = covered.map(|sum| sum / probes.count as f32);
-            out[i] = [share, inner, plane, 0.0];
+            *out = [share, inner, plane, 0.0];
         }
     }
 }
@@ -133,9 +138,12 @@ fn probe_surface<L: Lanes>(
     let height = distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
     let (tangent, bitangent) = frame_about(normal);
     let (sin, cos) = (2.0 * std::f32::consts::PI * u[1]).sin_cos();
-    let mut origin: [f32; 3] = std::array::from_fn(|k| {
-        point.position[k] + (cos * tangent[k] + sin * bitangent[k]) * distance + normal[k] * height
-    });
+    let on_plane: [f32; 3] =
+        std::array::from_fn(|k| point.position[k] + (cos * tangent[k] + sin * bitangent[k]) * distance);
+    if corners.get(point.triangle).is_some_and(|triangle| is_inside(triangle, on_plane, normal)) {
+        return [1.0, inner_mass / mass, inner_mass / mass];
+    }
+    let mut origin: [f32; 3] = std::array::from_fn(|k| on_plane[k] + normal[k] * height);
     let (mut left, mut above, mut source) = (2.0 * height, height, -1);
     let mut found = [0.0; 2];
     for _ in 0..MOST_LAYERS {
@@ -171,6 +179,18 @@ fn probe_surface<L: Lanes>(
     [found[0], found[1], inner_mass / mass]
 }
 
+/// Whether a point of a triangle's plane lies inside it: most probes end on the point's own, and need
+/// no ray.
+fn is_inside(triangle: &[[f32; 4]; 3], point: [f32; 3], normal: [f32; 3]) -> bool {
+    let [a, b, c] = triangle.map(|p| -> [f32; 3] { std::array::from_fn(|k| p[k] - point[k]) });
+    let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| dot(cross(p, q), normal));
+    sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0)
+}
+
+fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
 fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -182,10 +202,7 @@ fn normal_of(a: &[f32; 4], b: &[f32; 4], c: &[f32; 4]) -> [f32; 3] {
     let ac: [f32; 3] = std::array::from_fn(|k| c[k] - a[k]);
     let scale = 1.0 / ab.iter().chain(&ac).fold(0.0, |m: f32, x| m.max(x.abs()));
     let (ab, ac) = (ab.map(|x| x * scale), ac.map(|x| x * scale));
-    let n: [f32; 3] = std::array::from_fn(|k| {
-        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        ab[i] * ac[j] - ab[j] * ac[i]
-    });
+    let n = cross(ab, ac);
     let length = dot(n, n).sqrt();
     n.map(|x| x / length)
 }

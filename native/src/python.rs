@@ -224,17 +224,18 @@ impl Tracer {
     /// Estimate the share of a filter that lies on each visible point's own surface.
     ///
     /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
-    /// (normal, material); diffuse bool[M], which materials are of interest; radii, of which each is
+    /// (normal, material), shading (unused, leaf position of the triangle); diffuse bool[M], which materials are of interest; radii, of which each is
     /// multiplied by shrink; filter (constant, cone, gaussian, epanechnikov); probes a point, and how many were sent before;
     /// what random numbers depend on: seed, depth, and of a pixel frame_size and region_origin (x, y).
     /// Returns float32[H, W, 4]: the share; the inner filter's mass on the surface, and on the plane.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (place, facing, diffuse, radii, *, shrink, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
+    #[pyo3(signature = (place, facing, shading, diffuse, radii, *, shrink, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
     fn coverage<'py>(
         &self,
         py: Python<'py>,
         place: &Bound<'py, PyAny>,
         facing: &Bound<'py, PyAny>,
+        shading: &Bound<'py, PyAny>,
         diffuse: &Bound<'py, PyAny>,
         radii: &RadiusField,
         shrink: f32,
@@ -246,7 +247,7 @@ impl Tracer {
         frame_size: (usize, usize),
         region_origin: (usize, usize),
     ) -> PyResult<Stream<'py>> {
-        let [place, facing] = streams([("place", place), ("facing", facing)])?;
+        let [place, facing, shading] = streams([("place", place), ("facing", facing), ("shading", shading)])?;
         let diffuse = array::<bool>(diffuse, "diffuse", &[None])?;
         let probes = coverage::Probes {
             count: probes,
@@ -260,9 +261,14 @@ impl Tracer {
             region_origin: [region_origin.0, region_origin.1],
         };
         new_stream(py, &place, |out| {
-            let (place, facing, diffuse) = (rows(&place)?, rows(&facing)?, diffuse.as_slice()?);
+            let points = coverage::Points {
+                places: rows(&place)?,
+                facings: rows(&facing)?,
+                shadings: rows(&shading)?,
+            };
+            let diffuse = diffuse.as_slice()?;
             run(py, || {
-                coverage::coverage(&self.tree, &self.corners, diffuse, &radii.0, place, facing, &probes, out);
+                coverage::coverage(&self.tree, &self.corners, diffuse, &radii.0, &points, &probes, out);
                 Ok(())
             })
         })

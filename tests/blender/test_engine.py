@@ -51,6 +51,7 @@ def room(scene) -> bpy.types.Scene:
     scene.render.engine = "PHOTON_STREAM"
     scene.render.resolution_x = scene.render.resolution_y = 32
     scene.photon_stream.passes, scene.photon_stream.photons = 2, 4096
+    scene.photon_stream.use_photons = True
     view_layer = scene.view_layers[0]
     view_layer.use_pass_z = view_layer.use_pass_normal = True
     return scene
@@ -125,6 +126,7 @@ def test_border_is_that_part_of_the_picture(room, tmp_path, crop) -> None:
 
 def test_awkward_borders_fit(room) -> None:
     room.photon_stream.passes, room.photon_stream.photons = 1, 0
+    room.photon_stream.use_photons = True
     random = np.random.default_rng(1)
     for _ in range(8):
         room.render.use_border = True

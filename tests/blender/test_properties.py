@@ -36,7 +36,6 @@ def test_every_setting_has_a_property(scene) -> None:
     ("name", "value"),
     [
         ("passes", 7),
-        ("photons", 1000),
         ("radius_shrink", 0.5),
         ("seed", 3),
         ("estimator", "SPLAT"),
@@ -66,6 +65,13 @@ def test_radius_needs_its_switch(scene) -> None:
     assert settings_from(scene, (8, 8)).radius == 0.0
     scene.photon_stream.use_radius = True
     assert settings_from(scene, (8, 8)).radius == 0.25
+
+
+def test_photons_need_their_switch(scene) -> None:
+    scene.photon_stream.photons = 1000
+    assert settings_from(scene, (8, 8)).photons is None
+    scene.photon_stream.use_photons = True
+    assert settings_from(scene, (8, 8)).photons == 1000
 
 
 def test_noise_threshold_needs_its_switch(scene) -> None:

@@ -90,3 +90,10 @@ def test_region_outside_the_frame(region: tuple[int, int, int, int]) -> None:
 def test_whole_numbers(name: str) -> None:
     with pytest.raises(SettingsError, match=name):
         Settings(**{name: 10.5}).check()
+
+
+@pytest.mark.parametrize(("size", "photons"), [(16, 4096), (512, 262144), (4096, 1 << 22)])
+def test_as_many_photons_as_pixels(size: int, photons: int) -> None:
+    assert Settings(width=size, height=size).photons_a_pass == photons
+    assert Settings(width=size, height=size, photons=7).photons_a_pass == 7
+    assert Settings(photons=0).photons_a_pass == 0
