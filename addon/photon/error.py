@@ -58,16 +58,14 @@ def error_of(exposure: Exposure, combined: Floats) -> Error:
     noises = np.einsum("ijk,ijk->ij", squares, scale) / 3
     noise = _mean(noises)
     batches = exposure.squares[min(exposure.squares)].batches
-    relative = _pooled(noises, _reach(POOLED / max(1, batches - 1)))
+    relative = _pooled(noises, _reach(POOLED / max(1, batches - 1)), noise)
     bias = 0.0
     if "blur" in exposure.means:
         change, colour = _change(exposure, variance[..., 3])
         changes = change * np.einsum("ijk,ijk->ij", np.square(colour), scale) / 3
         # Of the change's mean square, its own variance is no bias: it can leave less than nothing.
         bias = max(0.0, EXTRAPOLATION**2 * _mean(changes))
-        shape = np.maximum(0.0, _pooled(changes, max(1, max(changes.shape) // 64)))
-        if bias > 0:  # the pixels' bias adds up to the picture's
-            relative = relative + shape * np.float32(bias / _mean(shape))
+        relative = relative + _pooled(changes, max(1, max(changes.shape) // 64), bias)
     image = np.sqrt(relative) * np.maximum(value.mean(axis=-1), floor)
     return Error(math.sqrt(noise), math.sqrt(bias), image[..., None].astype(np.float32))
 
@@ -102,8 +100,11 @@ def _reach(pixels: float) -> int:
     return max(0, math.ceil((math.sqrt(pixels) - 1) / 2))
 
 
-def _pooled(image: Floats, reach: int) -> Floats:
-    """The mean over the square of `reach` pixels around each pixel, as much of it as there is."""
+def _pooled(image: Floats, reach: int, mean: float) -> Floats:
+    """The mean over the square of `reach` pixels around each pixel, as much of it as there is,
+    where it is positive; scaled so that its mean over the picture is `mean`."""
+    if mean <= 0:
+        return np.zeros_like(image)
     for axis in (0, 1) if reach else ():
         n = image.shape[axis]
         sums = np.concatenate(
@@ -112,4 +113,5 @@ def _pooled(image: Floats, reach: int) -> Floats:
         low, high = np.maximum(0, np.arange(n) - reach), np.minimum(n, np.arange(n) + reach + 1)
         counts = np.expand_dims(high - low, 1 - axis)
         image = ((sums.take(high, axis) - sums.take(low, axis)) / counts).astype(np.float32)
-    return image
+    image = np.maximum(image, np.float32(0.0))
+    return image * np.float32(mean / (_mean(image) or 1.0))
