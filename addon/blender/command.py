@@ -27,8 +27,9 @@ if not __package__:  # run by its path, as `blender --python` does
 import bpy
 
 from .. import register, unregister
-from ..photon.console import ProgressLine
+from ..photon.console import ProgressLine, error_text
 from ..photon.errors import PhotonStreamError, RenderError, SceneError, SettingsError
+from ..photon.process import last_error
 from ..photon.settings import Estimator, Layer
 from .engine import PhotonStreamEngine
 from .session import SESSION
@@ -134,7 +135,10 @@ def render(options: argparse.Namespace, output: Path, temporary: Path) -> str:
         seconds["Other"] = max(0.0, rendered - start - sum(seconds.values()))
         seconds["Saving"] = time.perf_counter() - rendered
         within = SESSION.info.get("seconds", {})  # the renderer's own account
-        return _times(seconds) + (f"\n  of which {_times(within)}" if within else "")
+        text = _times(seconds) + (f"\n  of which {_times(within)}" if within else "")
+        known = last_error(SESSION.info)
+        passes = f"{SESSION.info.get('passes')} passes"
+        return f"{passes}, {error_text(*known)}\n{text}" if known else text
     finally:
         unregister()
 

@@ -168,6 +168,9 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
                 clear_images(result.layers[0])
                 self.update_result(result)
             self.end_result(result, cancel=not kept)
+        for name in METADATA if finished else ():  # into the files that Blender writes
+            label = f"photon_stream.{job.layer_name}.{name}"
+            self.get_result().stamp_data_add_field(label, str(SESSION.info[name]))
 
     def _render_into(self, result: bpy.types.RenderResult, job: Job) -> bool:
         """Return whether the picture is done; False if cancelled."""
@@ -191,9 +194,6 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
                 if progress.done:
                     SESSION.spend(phase, now - since)
                     SESSION.info = dict(progress.info)
-                    for name in METADATA:  # into the files that Blender writes
-                        field_name = f"photon_stream.{job.layer_name}.{name}"
-                        result.stamp_data_add_field(field_name, str(progress.info[name]))
                     return True
         finally:
             events.close()  # what stops the renderer, however this loop was left

@@ -14,7 +14,7 @@ from typing import Any, get_args
 from .console import ProgressLine, error_text
 from .errors import PhotonStreamError
 from .picture_file import check_writable, write_picture
-from .process import Progress
+from .process import Progress, last_error
 from .renderer import Renderer, open_device
 from .scene import Scene
 from .settings import Estimator, Layer, Settings
@@ -124,7 +124,7 @@ def _render(path: Path, output: Path, given: dict[str, Any]) -> None:
     phases = {"load": loaded - start, "device": opened - loaded} | renderer.seconds
     phases["save"] = end - rendered
     print(f"wrote {output} in {end - start:.2f} s")
-    if known := replace(progress, info=renderer.info()).error:
+    if known := last_error(renderer.info()):
         print(f"  {renderer.film.passes} passes, {error_text(*known)}")
     print("  " + ", ".join(f"{name} {seconds:.3f} s" for name, seconds in phases.items()))
 

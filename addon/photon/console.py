@@ -7,7 +7,7 @@ import math
 import shutil
 import sys
 
-from .process import Progress
+from .process import Progress, last_error
 
 
 class ProgressLine:
@@ -37,8 +37,8 @@ def status_text(progress: Progress) -> str:
             f"Pass {progress.passes_done}/{progress.passes}",
             f"{count_text(progress.photons)} photons",
         ]
-        if progress.error:
-            parts.append(error_text(*progress.error))
+        if known := last_error(progress.info):
+            parts.append(error_text(*known))
         if math.isfinite(progress.remaining) and not progress.done:
             parts.append(f"Remaining {clock_text(progress.remaining)}")
     return " | ".join(parts)

@@ -16,7 +16,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -59,11 +59,11 @@ class Progress:
     done: bool = False
     info: dict[str, Any] = field(default_factory=dict)  # Renderer.info() once known
 
-    @property
-    def error(self) -> tuple[float, float, float] | None:
-        """The error last known, with its noise and its bias: relative; None while unknown."""
-        error, noise, bias = (self.info.get(x, math.inf) for x in ("error", "noise", "bias"))
-        return (error, noise, bias) if math.isfinite(error) else None
+
+def last_error(info: Mapping[str, Any]) -> tuple[float, float, float] | None:
+    """The error of Renderer.info(), its noise and its bias: relative; None while unknown."""
+    error, noise, bias = (info.get(name, math.inf) for name in ("error", "noise", "bias"))
+    return (error, noise, bias) if math.isfinite(error) else None
 
 
 class RendererProcess:
