@@ -53,7 +53,7 @@ class Row:
 def _text(value: float, unit: str) -> str:
     if unit == "%":
         return f"{100 * value:.2g} %" if abs(value) < 0.995 else f"{100 * value:.0f} %"
-    return f"{value:.0f}" if value == int(min(abs(value), 1e6)) else f"{value:.2g}{unit}"
+    return f"{value:.0f}" if value.is_integer() and abs(value) < 1e6 else f"{value:.2g}{unit}"
 
 
 class Table:
