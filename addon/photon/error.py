@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .film import Exposure
-from .picture import LEAST_COVERAGE
+from .picture import LEAST_COVERAGE, mirror_images
 
 Floats = NDArray[np.float32]
 
 INNER_AREA = 0.5  # as in density.glsl: area of the inner disc over the disc's
 # The bias over the change from the inner radius to the radius. If bias goes with r^p, it is
 # 1 / (1 - INNER_AREA^(p / 2)): p = 2 where irradiance is smooth; p = 3/2 and 1/2, as root mean
-# square, where it has creases and steps. Pictures of rooms fit 1.17 (tests/regression/test_error.py).
+# square, where it has creases and steps. Rooms fit 1.17 (tests/regression/test_error.py).
 EXTRAPOLATION = 3.0
 # Where less of the disc than this lies on the surface, the coverage's own noise hides the change.
 # Measured, the bias there is as large as elsewhere: such pixels take the mean of the others, if
@@ -82,15 +82,16 @@ def _change(exposure: Exposure, variance: Floats) -> tuple[Floats, Floats, Float
     """The squared change of indirect light from the inner radius to the radius (h, w), less what of
     it is noise; the light's colour (h, w, 3), of mean one; the share of the disc on the surface."""
     means = {name: image.astype(np.float32) for name, image in exposure.means.items()}
-    weight = means["direct"][..., 3] + means["mirror"][..., 3]
-    covered = means["indirect"][..., 3] + means["mirror_indirect"][..., 3]
+    mirror, mirror_indirect = mirror_images(means)
+    weight = means["direct"][..., 3] + mirror[..., 3]
+    covered = means["indirect"][..., 3] + mirror_indirect[..., 3]
     on_surface = _over(covered, weight)
     share = np.maximum(on_surface, LEAST_COVERAGE)
     inner, inner_covered, plane = np.moveaxis(means["blur"][..., :3], -1, 0)
     # What is nearer is no less covered, and no filter here weighs it more than twice as much.
     inner_share = np.clip(_over(inner_covered, plane), share, share / INNER_AREA)
     change = (means["combined"][..., 3] + inner) / share - inner / inner_share
-    light = means["indirect"][..., :3] + means["mirror_indirect"][..., :3]
+    light = means["indirect"][..., :3] + mirror_indirect[..., :3]
     colour = _over(light, light.mean(axis=-1, keepdims=True))
     return np.square(change) - variance / np.square(share), colour, on_surface
 

@@ -87,7 +87,7 @@ class Film:
     """
 
     def __init__(
-        self, device: Device, layer: Layer, size: tuple[int, int], names: tuple[str, ...]
+        self, device: Device, layer: Layer, size: tuple[int, int], names: Sequence[str]
     ) -> None:
         self.passes = 0
         self._kernel = Accumulate(device, layer)

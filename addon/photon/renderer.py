@@ -21,7 +21,7 @@ from .native_kernels import triangles_of
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
 from .photon_mapper import PhotonMapper
-from .picture import FILM_IMAGES, picture_of
+from .picture import FILM_IMAGES, MIRROR_IMAGES, picture_of
 from .radius_field import Radii, RadiusField, shrink_of
 from .ray_tracer import RayTracer
 from .scene import Scene
@@ -86,7 +86,9 @@ class Renderer:
                     device, layer, self._tables, self.frame, scene, settings, self.needs, triangles
                 )
                 x0, y0, x1, y1 = settings.frame_region
-                names = (*FILM_IMAGES, "blur") if self.needs.photons else FILM_IMAGES
+                names = list(FILM_IMAGES)
+                names += MIRROR_IMAGES if self.needs.mirror else ()
+                names += ["blur"] if self.needs.photons else ()
                 self.film = Film(device, layer, (x1 - x0, y1 - y0), names)
                 self.photon_mapper = self.splat = self.grid = None
                 if self.needs.photons:
