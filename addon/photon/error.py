@@ -18,7 +18,7 @@ Floats = NDArray[np.float32]
 INNER_AREA = 0.5  # as in density.glsl: area of the inner disc over the disc's
 # The bias over the change from the inner radius to the radius. If bias goes with r^p, it is
 # 1 / (1 - INNER_AREA^(p / 2)): p = 2 where irradiance is smooth; p = 3/2 and 1/2, as root mean
-# square, where it has creases and steps. Rooms fit 1.17 (tests/regression/test_error.py).
+# square, where it has creases and steps. Rooms fit p = 1.17, see tests/regression/test_error.py.
 EXTRAPOLATION = 3.0
 # Where less of the disc than this lies on the surface, the coverage's own noise hides the change.
 # Measured, the bias there is as large as elsewhere: such pixels take the mean of the others, if
