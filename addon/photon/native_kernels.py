@@ -20,6 +20,7 @@ from .deposits import Deposits
 from .gather import Gather
 from .geometry import Mesh
 from .radius_field import TABLES, UNIFORMS
+from .records import FACING, PLACE
 from .scene import Material
 from .tracer import Tracer
 
@@ -89,7 +90,7 @@ class NativeGather(HostKernel):
     """Gather from photons that the native core has sorted."""
 
     stem = Gather.stem
-    inputs = Gather.inputs
+    inputs = {"place": PLACE, "facing": FACING}
     outputs = Gather.outputs
     uniforms = UNIFORMS
     tables = TABLES

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Sum the photons around each visible point from a grid of sorted photons.
+// Add to each visible point's sum the photons around it, of a range of a grid of sorted photons.
 #include "lib/table.glsl"
 #include "lib/density.glsl"
 #include "lib/radius.glsl"
@@ -23,8 +23,8 @@ void kernel() {
     for (int z = low.z; z <= high.z; z++) {
         for (int y = low.y; y <= high.y; y++) {
             int row = (z * grid_cells.y + y) * grid_cells.x;
-            int end = int(cell_begin(row + high.x + 1));
-            for (int i = int(cell_begin(row + low.x)); i < end; i++) {
+            int end = min(int(cell_begin(row + high.x + 1)), photon_range.y);
+            for (int i = max(int(cell_begin(row + low.x)), photon_range.x); i < end; i++) {
                 ivec2 at = table_texel(i);
                 vec4 photon = texelFetch(photon_place, at, 0);
                 vec3 offset = photon.xyz - place.position;
@@ -34,5 +34,6 @@ void kernel() {
             }
         }
     }
-    store_irradiance(Irradiance(irradiance.rgb, irradiance.a));
+    Irradiance sum = load_sum();
+    store_irradiance(Irradiance(sum.irradiance + irradiance.rgb, sum.inner + irradiance.a));
 }
