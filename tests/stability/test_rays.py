@@ -20,7 +20,7 @@ from addon.photon.tracer import Tracer
 from addon.streams import Device
 from tests.flip import mean_flip
 from tests.kernels.conftest import Bench
-from tests.measure import fallen, render, render_clean, rendered
+from tests.measure import fallen, not_finite, render, render_clean, rendered
 from tests.scenes import GREY, Builder, camera, cornell, icosphere, orthographic, replace
 from tests.stability.table import Measured
 
@@ -273,8 +273,7 @@ def test_non_manifold(device: Device, measured: Measured) -> None:
     )
     images = render_clean(device, scene, passes=2)
     assert images["Direct"].max() > 0 and images["Indirect"].max() > 0
-    bad = sum(np.count_nonzero(~np.isfinite(x)) for x in images.values())
-    assert measured("values that are not finite", bad) == 0
+    assert measured("values that are not finite", not_finite(images)) == 0
 
 
 @pytest.mark.stability(24)
