@@ -36,7 +36,7 @@ def open_sphere(albedo: float) -> tuple[Scene, float]:
 
 
 @pytest.mark.parametrize(("albedo", "bounces"), [(0.7, 64), (1.0, 5)])
-def test_case_5_energy_ledger(device: Device, albedo: float, bounces: int, photons: int) -> None:
+def test_case_5_energy_ledger(device: Device, albedo: float, bounces: int) -> None:
     """Emitted = absorbed + escaped + cut off, each by its closed form, 0.5 % of what is emitted.
 
     Wherever light leaves a sphere's wall, it falls evenly on the whole: each bounce loses the
