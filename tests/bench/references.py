@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Make the chart's references, two independent halves a scene, in blend_scenes/references.
+
+    .venv/bin/python -m tests.bench.references [scene ...] [--seconds N]
+
+Each half is a mean of pictures that several renderers made with seeds which the chart does not use.
+A renderer's weight is the inverse of its variance; but Photon Stream, whose estimate is consistent
+and not unbiased, gets a quarter, so that no contender is compared with itself alone and little of
+our bias gets into the references. Whether the renderers agree is measured without their noise, as
+the mean of (s_A - t_A)(s_B - t_B) for renderers s and t, and written into the file with the rest.
+
+`--seconds` is the wall time of each picture: 60 took an hour on two busy cores. Needs what
+`build.py chart` installs. Without Blender, `--snapshots FOLDER` reads the scenes from .npz files
+there and leaves Cycles out; with MITSUBA_VARIANT=cuda_ad_rgb Mitsuba renders on a GPU.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .chart.measure import mean_of
+from .chart.scenes import SCENES, SIZE, Reference, blend_file, write_reference
+from .chart.worker import EngineError, Worker
+
+SEEDS = {"A": 7001, "B": 7002}
+BIASED, BIASED_SHARE = "photon_stream/photons", 0.25
+_PATHS = (("mitsuba", "path"), ("cycles", "path"), ("photon_stream", "photons"))
+# Path tracers find no caustic of a delta light, and few ways through a door ajar.
+SOURCES = dict.fromkeys(SCENES, _PATHS) | {
+    "mirror_caustic": (("light_tracer", "light"), ("photon_stream", "photons")),
+    "caustic_in_mirror": (("light_tracer", "light"), ("photon_stream", "photons")),
+    "door_ajar": (("light_tracer", "light"), ("mitsuba", "path"), ("photon_stream", "photons")),
+}
+
+Halves = dict[str, Any]  # "A" and "B" to pictures (h, w, 3)
+
+
+def main() -> None:
+    """Make the references of the scenes named on the command line, or all."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scene", nargs="*", choices=[[], *SCENES], help="default: all")
+    parser.add_argument("--seconds", type=float, default=60.0, help="of each picture")
+    parser.add_argument("--snapshots", type=Path, help="folder with SCENE.npz: no Blender needed")
+    args = parser.parse_args()
+    for name in args.scene or SCENES:
+        with tempfile.TemporaryDirectory() as folder:
+            make(name, args.seconds, args.snapshots, Path(folder))
+
+
+def make(name: str, seconds: float, snapshots: Path | None, folder: Path) -> None:
+    """Render a scene's two halves with each of its sources, mix, write."""
+    sources = [s for s in SOURCES[name] if not (snapshots and s[0] == "cycles")]
+    snapshot = (snapshots or folder) / f"{name}.npz"
+    if not snapshots:  # Cycles exports the scene that the others read
+        exporter = Worker("cycles")
+        exporter.load(snapshot, blend_file(name), SIZE)
+        exporter.close()
+    pictures, notes = {}, []
+    for module, method in sources:
+        worker = Worker(module)
+        try:
+            about = worker.load(snapshot, blend_file(name), SIZE)["about"]
+            found, effort = {}, 0.0
+            for half, seed in SEEDS.items():
+                for step in worker.climb(method, seed, seconds, folder):
+                    if "file" in step:
+                        found[half], effort = np.load(step["file"]).astype(float), step["effort"]
+        except EngineError as error:
+            raise SystemExit(f"{name}: {module}: {error}") from None
+        finally:
+            worker.close()
+        pictures[f"{module}/{method}"] = found
+        notes.append(f"{about}, {method}, effort {effort:g}")
+    reference, words = mix(pictures)
+    notes = [f"{name}.blend, {SIZE}x{SIZE}, halves A and B", *notes, *words]
+    path = write_reference(name, Reference(reference["A"], reference["B"], "; ".join(notes)))
+    print(f"{path} ({path.stat().st_size // 1000} kB)")
+    print("\n".join(f"  {note}" for note in notes), flush=True)
+
+
+def mix(pictures: dict[str, Halves]) -> tuple[Halves, list[str]]:
+    """The halves' weighted means, and what there is to say about the sources."""
+    truth = np.mean([(p["A"] + p["B"]) / 2 for p in pictures.values()], axis=0)
+    floor = np.maximum(truth, truth.mean())
+    variances = {
+        name: float((((p["A"] - p["B"]) / floor) ** 2).mean() / 2) for name, p in pictures.items()
+    }
+    weights = shares(variances)
+    words = [
+        f"{name}: weight {weights[name]:.2f}, variance of a half {variances[name]:.1e}"
+        for name in pictures
+    ]
+    for (s, p), (t, q) in itertools.combinations(pictures.items(), 2):
+        apart = ((p["A"] - q["A"]) * (p["B"] - q["B"]) / floor**2).mean(axis=2)
+        found = mean_of(apart)
+        ratio = (p["A"] + p["B"]).mean() / (q["A"] + q["B"]).mean() - 1
+        words.append(
+            f"{s} and {t} differ by relMSE {found.value:.1e} +- {found.deviation:.1e}, "
+            f"their means by {ratio:+.2%}"
+        )
+    mixed = {half: sum(weights[n] * p[half] for n, p in pictures.items()) for half in SEEDS}
+    noise = float((((mixed["A"] - mixed["B"]) / floor) ** 2).mean() / 2)
+    return mixed, [*words, f"variance of a half of the mixture {noise:.1e}"]
+
+
+def shares(variances: dict[str, float]) -> dict[str, float]:
+    """Weights of sum 1: BIASED_SHARE for the biased source, inverse variances for the others."""
+    inverse = {name: 1 / value for name, value in variances.items() if name != BIASED}
+    left = 1 - BIASED_SHARE * (BIASED in variances)
+    weights = {name: left * weight / sum(inverse.values()) for name, weight in inverse.items()}
+    return weights | ({BIASED: BIASED_SHARE} if BIASED in variances else {})
+
+
+if __name__ == "__main__":
+    main()
