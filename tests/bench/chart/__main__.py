@@ -21,6 +21,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -269,6 +270,7 @@ def main() -> None:
         machine(),
         *run.about.values(),
         *(f"{module} is not here: {why}" for module, why in run.absent.items()),
+        *["flip-evaluator is not here: no HDR-FLIP"] * (find_spec("flip_evaluator") is None),
         f"{SIZE}x{SIZE}; {spent:.1f} minutes; {'quick' if arguments.quick else 'full'} run",
         f"others on this machine took {others:.0%} of its processor time meanwhile"
         + ("; SECONDS ARE PROCESSOR TIME DIVIDED BY CORES" if arguments.busy else "")

@@ -71,9 +71,11 @@ def mean_of(errors: Any, mask: Any = None) -> Error:
 
 
 def flip_map(image: Any, reference: Any) -> Any:
-    """(h, w): HDR-FLIP; needs the package flip-evaluator."""
-    import flip_evaluator
-
+    """(h, w): HDR-FLIP; NaN without the package flip-evaluator."""
+    try:
+        import flip_evaluator
+    except ImportError:
+        return np.full(np.shape(image)[:2], np.nan)
     # FLIP wants no negative values; row 0 at the top or the bottom is the same to it.
     pictures = [np.ascontiguousarray(np.maximum(p, 0), np.float32) for p in (reference, image)]
     found, _, _ = flip_evaluator.evaluate(

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -24,25 +25,31 @@ from ..spot import spot_profile
 from .steps import Budget, Seconds, Step, doubling, now
 
 METHODS = {"Mitsuba path": "path", "Mitsuba ptracer": "ptracer"}
+OLDEST_LLVM = 16
 PROFILE = 1024  # texels a side of a spotlight's texture
 BOUNCES = 64
 LAUNCH = 16  # samples a pixel in one launch
 
 
 def choose_variant() -> str:
-    """LLVM, or the one that MITSUBA_VARIANT names, else the scalar mode that needs nothing."""
-    wanted = os.environ.get("MITSUBA_VARIANT")
-    for variant in [wanted] if wanted else ["llvm_ad_rgb", "scalar_rgb"]:
-        try:
-            mi.set_variant(variant)
-            if not variant.startswith("scalar"):
-                dr.eval(mi.Float(0) + 1)  # fails where libLLVM is missing
-                register_phong()
-            return variant
-        except (ImportError, RuntimeError, AttributeError):
-            if variant in (wanted, "scalar_rgb"):
-                raise
-    raise AssertionError
+    """The one that MITSUBA_VARIANT names; LLVM where there is one; the scalar mode elsewhere."""
+    llvm = os.environ.setdefault("DRJIT_LIBLLVM_PATH", newest_llvm())
+    variant = os.environ.get("MITSUBA_VARIANT", "llvm_ad_rgb" if llvm else "scalar_rgb")
+    mi.set_variant(variant)
+    if not variant.startswith("scalar"):
+        register_phong()
+    return variant
+
+
+def newest_llvm() -> str:
+    """The path of the newest libLLVM that Dr.Jit can use, or nothing: older ones abort it."""
+    found = {}
+    for folder in ("/usr/lib", "/usr/lib64", "/usr/local/lib"):
+        for path in Path(folder).glob("**/libLLVM*.so*"):
+            version = re.search(r"libLLVM(?:-|\.so\.)(\d+)", path.name)
+            if version and int(version[1]) >= OLDEST_LLVM:
+                found[int(version[1])] = str(path)
+    return found[max(found)] if found else ""
 
 
 class Engine:
@@ -51,6 +58,8 @@ class Engine:
     def __init__(self) -> None:
         self.variant = choose_variant()
         self.about = f"Mitsuba {mi.__version__}, {self.variant}"
+        if self.variant == "scalar_rgb":
+            self.about += " (about five times slower than with libLLVM 16 or newer: libllvm19)"
 
     def load(self, snapshot: Path, blend: Path, size: int) -> None:
         """Convert the snapshot; compiles nothing yet."""
@@ -171,6 +180,8 @@ def to_bsdf(material: Material) -> dict[str, Any]:
     diffuse, specular = list(material.diffuse), list(material.specular)
     if max(specular) <= 0:
         bsdf: dict[str, Any] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": diffuse}}
+    elif math.isfinite(material.exponent) and mi.variant().startswith("scalar"):
+        raise ValueError("its scalar mode has no Phong lobe of ours")
     elif math.isfinite(material.exponent):
         bsdf = {
             "type": "phong_lobe",
