@@ -16,6 +16,7 @@ from mathutils import Matrix, Vector
 HALF = 5.0
 HEIGHT = 10.0
 SUNK = 0.01
+CREASE = math.radians(50)
 
 
 class PhotonStreamStub(bpy.types.RenderEngine):
@@ -183,23 +184,53 @@ def block(name: str, mat, low, high, at=(0, 0, 0), turn: float = 0.0) -> bpy.typ
     return obj
 
 
-def lathe(name: str, mat, profile: Sequence, at=(0, 0, 0), segments: int = 40, smooth: bool = True):
-    """A profile of (radius, height), from its lower end up, turned about z; closed at radius 0."""
-    corners, rings = [], []
-    for radius, z in profile:
-        count = segments if radius > 0 else 1
-        angles = [2 * math.pi * i / segments for i in range(count)]
-        rings.append(range(len(corners), len(corners) + count))
-        corners += [(radius * math.cos(a), radius * math.sin(a), z) for a in angles]
-    faces = []
-    for lower, upper in itertools.pairwise(rings):
-        for i in range(segments):
-            a, b = lower[i % len(lower)], lower[(i + 1) % len(lower)]
-            c, d = upper[(i + 1) % len(upper)], upper[i % len(upper)]
-            faces.append(tuple(dict.fromkeys((a, b, c, d))))
-    obj = mesh_object(name, [mat], corners, faces, smooth=smooth)
+def lathe(name: str, mat, profile: Sequence, at=(0, 0, 0), segments: int = 40):
+    """A profile of (radius, height), from its lower end up, turned about z; closed at radius 0.
+
+    Corners of the profile sharper than CREASE stay sharp; between them it is a smooth curve, fine
+    enough that shading normals differ little from the faces' own.
+    """
+    corners, faces = [], []
+    for run in smooth_runs(profile):
+        rings = []
+        for radius, z in run:
+            count = segments if radius > 0 else 1
+            angles = [2 * math.pi * i / segments for i in range(count)]
+            rings.append(range(len(corners), len(corners) + count))
+            corners += [(radius * math.cos(a), radius * math.sin(a), z) for a in angles]
+        for lower, upper in itertools.pairwise(rings):
+            for i in range(segments):
+                a, b = lower[i % len(lower)], lower[(i + 1) % len(lower)]
+                c, d = upper[(i + 1) % len(upper)], upper[i % len(upper)]
+                faces.append(tuple(dict.fromkeys((a, b, c, d))))
+    obj = mesh_object(name, [mat], corners, faces, smooth=True)
     obj.location = at
     return obj
+
+
+def smooth_runs(profile: Sequence, steps: int = 3) -> list[list[tuple[float, float]]]:
+    """The profile cut at its creases; each piece a Catmull-Rom spline, or just two points."""
+    points = [Vector(p) for p in profile]
+    cuts = [0]
+    for i in range(1, len(points) - 1):
+        if (points[i] - points[i - 1]).angle(points[i + 1] - points[i]) > CREASE:
+            cuts.append(i)
+    runs = []
+    for first, last in itertools.pairwise([*cuts, len(points) - 1]):
+        run = points[first : last + 1]
+        if len(run) == 2:
+            runs.append([tuple(p) for p in run])
+            continue
+        ends = [2 * run[0] - run[1], *run, 2 * run[-1] - run[-2]]
+        fine = []
+        for a, b, c, d in zip(ends, ends[1:], ends[2:], ends[3:], strict=False):
+            for t in (i / steps for i in range(steps)):
+                fine.append(
+                    (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2
+                     + (3 * b - a - 3 * c + d) * t**3) / 2
+                )  # fmt: skip
+        runs.append([tuple(p) for p in [*fine, run[-1]]])
+    return runs
 
 
 def sheet(

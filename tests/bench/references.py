@@ -10,8 +10,15 @@ our bias gets into the references. Whether the renderers agree is measured witho
 the mean of (s_A - t_A)(s_B - t_B) for renderers s and t, and written into the file with the rest.
 
 `--seconds` is the wall time of each picture: 60 took an hour on two busy cores. Needs what
-`build.py chart` installs. Without Blender, `--snapshots FOLDER` reads the scenes from .npz files
-there and leaves Cycles out; with MITSUBA_VARIANT=cuda_ad_rgb Mitsuba renders on a GPU.
+`build.py chart` installs.
+
+The pictures can be made elsewhere: `--pictures FOLDER` keeps them there, and takes those that are
+there already. On a machine with a GPU, Mitsuba and Dr.Jit, but without Blender and OpenGL,
+
+    MITSUBA_VARIANT=cuda_ad_rgb python -m tests.bench.references --only mitsuba light_tracer
+        --snapshots FOLDER_OF_NPZ --pictures FOLDER
+
+makes those two engines' pictures, and mixes nothing.
 """
 
 from __future__ import annotations
@@ -43,40 +50,62 @@ Halves = dict[str, Any]  # "A" and "B" to pictures (h, w, 3)
 
 def main() -> None:
     """Make the references of the scenes named on the command line, or all."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("scene", nargs="*", choices=[[], *SCENES], help="default: all")
     parser.add_argument("--seconds", type=float, default=60.0, help="of each picture")
-    parser.add_argument("--snapshots", type=Path, help="folder with SCENE.npz: no Blender needed")
+    parser.add_argument("--snapshots", type=Path, help="folder of SCENE.npz: no Blender needed")
+    parser.add_argument("--pictures", type=Path, help="folder of the engines' pictures")
+    parser.add_argument("--only", nargs="+", help="make these engines' pictures and mix nothing")
     args = parser.parse_args()
-    for name in args.scene or SCENES:
-        with tempfile.TemporaryDirectory() as folder:
-            make(name, args.seconds, args.snapshots, Path(folder))
+    with tempfile.TemporaryDirectory() as folder:
+        pictures = args.pictures or Path(folder)
+        pictures.mkdir(parents=True, exist_ok=True)
+        for name in args.scene or SCENES:
+            for source in SOURCES[name]:
+                path = picture_file(pictures, name, source)
+                if not path.exists() and (not args.only or source[0] in args.only):
+                    render(name, source, args.seconds, args.snapshots or Path(folder), path)
+            if not args.only:
+                make(name, pictures)
 
 
-def make(name: str, seconds: float, snapshots: Path | None, folder: Path) -> None:
-    """Render a scene's two halves with each of its sources, mix, write."""
-    sources = [s for s in SOURCES[name] if not (snapshots and s[0] == "cycles")]
-    snapshot = (snapshots or folder) / f"{name}.npz"
-    if not snapshots:  # Cycles exports the scene that the others read
-        exporter = Worker("cycles")
-        exporter.load(snapshot, blend_file(name), SIZE)
-        exporter.close()
-    pictures, notes = {}, []
-    for module, method in sources:
-        worker = Worker(module)
-        try:
-            about = worker.load(snapshot, blend_file(name), SIZE)["about"]
-            found, effort = {}, 0.0
-            for half, seed in SEEDS.items():
-                for step in worker.climb(method, seed, seconds, folder):
-                    if "file" in step:
-                        found[half], effort = np.load(step["file"]).astype(float), step["effort"]
-        except EngineError as error:
-            raise SystemExit(f"{name}: {module}: {error}") from None
-        finally:
+def picture_file(folder: Path, name: str, source: tuple[str, str]) -> Path:
+    return folder / f"{name}-{'-'.join(source)}.npz"
+
+
+def render(name: str, source: tuple[str, str], seconds: float, snapshots: Path, path: Path) -> None:
+    """Render a scene's two halves with one engine into an .npz file."""
+    snapshot, (module, method) = snapshots / f"{name}.npz", source
+    found: dict[str, Any] = {}
+    worker: Worker | None = None
+    try:
+        if not snapshot.exists():  # Cycles exports the scene that the others read
+            worker = Worker("cycles")
+            worker.load(snapshot, blend_file(name), SIZE)
             worker.close()
-        pictures[f"{module}/{method}"] = found
-        notes.append(f"{about}, {method}, effort {effort:g}")
+        worker = Worker(module)
+        found["about"] = worker.load(snapshot, blend_file(name), SIZE)["about"]
+        for half, seed in SEEDS.items():
+            for step in worker.climb(method, seed, seconds, path.parent):
+                if "file" in step:
+                    found[half], found["effort"] = np.load(step["file"]), step["effort"]
+                    Path(step["file"]).unlink()
+    except EngineError as error:
+        raise SystemExit(f"{name}: {module}: {error}") from None
+    finally:
+        if worker:
+            worker.close()
+    np.savez(path, **found)
+    print(f"{path}: effort {found['effort']:g}", flush=True)
+
+
+def make(name: str, folder: Path) -> None:
+    """Mix a scene's pictures into its reference and write it."""
+    pictures, notes = {}, []
+    for source in SOURCES[name]:
+        with np.load(picture_file(folder, name, source)) as data:
+            pictures["/".join(source)] = {half: data[half].astype(float) for half in SEEDS}
+            notes.append(f"{data['about']}, {source[1]}, effort {float(data['effort']):g}")
     reference, words = mix(pictures)
     notes = [f"{name}.blend, {SIZE}x{SIZE}, halves A and B", *notes, *words]
     path = write_reference(name, Reference(reference["A"], reference["B"], "; ".join(notes)))

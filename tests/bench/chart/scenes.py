@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenEXR
 
 BLEND_SCENES = Path(__file__).resolve().parents[3] / "blend_scenes"
 SIZE = 256  # [px] of the square pictures
@@ -59,6 +58,8 @@ def reference_file(name: str) -> Path:
 
 def read_reference(name: str) -> Reference:
     """Both halves of a scene's reference, row 0 at the bottom."""
+    import OpenEXR
+
     file = OpenEXR.File(str(reference_file(name)), separate_channels=True)
     channels = file.channels()
     a, b = (
@@ -70,6 +71,8 @@ def read_reference(name: str) -> Reference:
 
 def write_reference(name: str, reference: Reference) -> Path:
     """In half precision: 1e-7 of relMSE."""
+    import OpenEXR
+
     channels = {
         f"{half}.{c}": np.ascontiguousarray(image[::-1, :, i].astype(np.float16))
         for half, image in (("A", reference.a), ("B", reference.b))
