@@ -26,7 +26,7 @@ from .chart.measure import (
 from .chart.results import SceneResult, equal_error, equal_time, verdicts
 from .chart.scenes import SCENES, SIZE, Reference, blend_file, read_reference, reference_file
 from .chart.spot import spot_profile
-from .chart.svg import figure
+from .chart.svg import figure, spread
 
 H = W = 128
 
@@ -165,6 +165,11 @@ def test_the_page_is_whole() -> None:
                                          "photons 1.00 s (100%)")  # fmt: skip
     assert verdicts([scene])[1].endswith("at least 1 times sooner, wanted 10: open; where our time "
                                          "goes: photons 1.00 s (100%)")  # fmt: skip
+
+
+def test_names_beside_curves_do_not_overlap() -> None:
+    assert spread([10, 12, 60], 100) == [10, 25, 60]
+    assert spread([90, 95, 99], 100) == [70, 85, 100]
 
 
 def test_a_figure_without_points() -> None:

@@ -54,19 +54,16 @@ def figure(title: str, unit: str, curves: Mapping[str, Curve]) -> str:
         f'<text x="{LEFT}" y="20" font-size="14">{escape(title)}</text>',
         *_grid(across, up),
     ]
-    ends: list[float] = []
     order = sorted(shown.items(), key=lambda item: up(item[1][-1][1]))
-    for name, curve in order:
+    heights = spread([up(curve[-1][1]) + 4 for _, curve in order], HEIGHT - 4)
+    for (name, curve), height in zip(order, heights, strict=True):
         colour = COLOURS.get(name, "#555555")
         places = [(across(x), up(y)) for x, y in curve]
         line = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
         parts.append(f'<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="2"/>')
         parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="{colour}"/>' for x, y in places]
-        # The name stands at its curve's end, or as much below as the names above need.
-        at = max([places[-1][1] + 4, *[y + 15 for y in ends[-1:]]])
-        ends.append(at)
         parts.append(
-            f'<text x="{WIDTH - RIGHT + 10}" y="{at:.1f}" fill="{colour}">{escape(name)}</text>'
+            f'<text x="{WIDTH - RIGHT + 10}" y="{height:.1f}" fill="{colour}">{escape(name)}</text>'
         )
     middle = (TOP + HEIGHT - BOTTOM) / 2
     parts.append(
@@ -76,6 +73,16 @@ def figure(title: str, unit: str, curves: Mapping[str, Curve]) -> str:
         f"{escape(unit)}</text></svg>"
     )
     return "".join(parts)
+
+
+def spread(heights: Sequence[float], lowest: float, apart: float = 15.0) -> list[float]:
+    """Heights from the top down, moved as little as keeps them apart and above the lowest."""
+    moved: list[float] = []
+    for height in heights:
+        moved.append(max([height, *[above + apart for above in moved[-1:]]]))
+    for i in reversed(range(len(moved))):
+        moved[i] = min(moved[i], lowest - apart * (len(moved) - 1 - i))
+    return moved
 
 
 def _grid(across: Axis, up: Axis) -> list[str]:

@@ -29,6 +29,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[3]
 PATIENCE = 180.0  # [s] after which an engine that loads in silence is given up
 
+MERCY = 20.0  # [s] beyond twice its budget, after which a climbing engine is given up
+
 
 class EngineError(Exception):
     """The engine refused the scene, failed or fell silent."""
@@ -61,7 +63,7 @@ class Worker:
     ) -> Iterator[dict[str, Any]]:
         """Yield the answers to a climb; the last one has "done"."""
         self._send({"climb": method, "seed": seed, "budget": budget, "folder": str(folder)})
-        end = time.monotonic() + 2 * budget + 10
+        end = time.monotonic() + 2 * budget + MERCY
         while True:
             answer = self._receive(end - time.monotonic())
             yield answer

@@ -25,7 +25,6 @@ METHODS = {"LuxCore path": "path", "LuxCore PhotonGI": "photongi"}
 ROWS, COLUMNS = 4096, 8  # of a spotlight's map: angle from the axis by angle about it
 BOUNCES = 64
 EPSILON = {"min": 1e-5, "max": 1e-4}
-PHOTONS = 20_000  # of PhotonGI a second of the budget: a tenth to a quarter of it
 FIRST = 0.25  # [s] until the first picture; then twice as long each time
 
 _SETTINGS: dict[str, dict[str, Any]] = {
@@ -34,6 +33,7 @@ _SETTINGS: dict[str, dict[str, Any]] = {
         "renderengine.type": "PATHCPU",
         "sampler.type": "SOBOL",
         "path.photongi.indirect.enabled": True,
+        "path.photongi.photon.maxcount": 2_000_000,  # the least it traces; 20 million by default
         "path.photongi.photon.maxdepth": BOUNCES,
         "path.photongi.caustic.updatespp": 8,  # BlendLuxCore's default
     },
@@ -57,20 +57,18 @@ class Engine:
         self.overhead = min(self._start_up() for _ in range(3))
 
     def climb(self, method: str, seed: int, budget: Budget, **more: Any) -> Iterator[Step]:
-        """Pictures after FIRST, 2 FIRST, 4 FIRST, ... seconds of rendering.
+        """Pictures after FIRST, twice as long, four times ... of rendering; at least one.
 
         The seconds are wall time since the session's start less that of one that renders nothing;
         a photon map that is made first is in them.
         """
-        # PhotonGI's default of 20 million photons takes minutes.
-        photons = {"path.photongi.photon.maxcount": max(50_000, int(PHOTONS * budget.left))}
-        session = self._session(method, seed, photons | more)
+        session = self._session(method, seed, more)
         film, pixels = session.GetFilm(), np.zeros((self.size, self.size, 3), np.float32)
         begun = now() + self.overhead
         session.Start()
-        due = FIRST
+        due = max(FIRST, 1.1 * (now() - begun).wall)  # photon maps are made before Start returns
         try:
-            while not session.HasDone() and budget.left > 0:
+            while not session.HasDone():
                 if (now() - begun).wall < due:
                     time.sleep(0.02)
                     continue
@@ -81,12 +79,12 @@ class Engine:
                 passes = session.GetStats().Get("stats.renderengine.pass").GetFloat()
                 if passes > 0:
                     yield Step(passes, seconds, pixels.astype(np.float64))
+                    if not budget.fits():
+                        return
                 while due <= seconds.wall:
                     due *= 2
                 session.Resume()
                 begun += now() - stop
-                if not budget.fits():
-                    return
         finally:
             session.Stop()
 
