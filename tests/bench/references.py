@@ -3,11 +3,11 @@
 
     .venv/bin/python -m tests.bench.references [scene ...] [--seconds N]
 
-Each half is a mean of pictures that several renderers made with seeds which the chart does not use.
-A renderer's weight is the inverse of its variance; but Photon Stream, whose estimate is consistent
-and not unbiased, gets a quarter, so that no contender is compared with itself alone and little of
-our bias gets into the references. Whether the renderers agree is measured without their noise, as
-the mean of (s_A - t_A)(s_B - t_B) for renderers s and t, and written into the file with the rest.
+Each half is a mean of pictures that several renderers made with seeds which the chart does not use,
+weighted by the inverse of their variances; so no contender is compared with itself alone. Photon
+Stream, whose estimate is consistent and not unbiased, is no part of them: its pictures are made to
+see that it converges to the same. Whether renderers agree is measured without their noise, as the
+mean of (s_A - t_A)(s_B - t_B) for renderers s and t, and written into the file with the rest.
 
 `--seconds` is the wall time of each picture: 60 took an hour on two busy cores. Needs what
 `build.py chart` installs.
@@ -36,11 +36,15 @@ from .chart.scenes import SCENES, SIZE, Reference, blend_file, write_reference
 from .chart.worker import EngineError, Worker
 
 SEEDS = {"A": 7001, "B": 7002}
-BIASED, BIASED_SHARE = "photon_stream/photons", 0.25
+CHECK = "photon_stream/photons"  # is compared with the others and not mixed in
 _PATHS = (("mitsuba", "path"), ("cycles", "path"), ("photon_stream", "photons"))
 # Path tracers find no caustic of a delta light, and few ways through a door ajar.
 SOURCES = dict.fromkeys(SCENES, _PATHS) | {
-    "mirror_caustic": (("light_tracer", "light"), ("photon_stream", "photons")),
+    "mirror_caustic": (
+        ("light_tracer", "light"),
+        ("mitsuba", "ptracer"),
+        ("photon_stream", "photons"),
+    ),
     "caustic_in_mirror": (("light_tracer", "light"), ("photon_stream", "photons")),
     "door_ajar": (("light_tracer", "light"), ("mitsuba", "path"), ("photon_stream", "photons")),
 }
@@ -139,11 +143,9 @@ def mix(pictures: dict[str, Halves]) -> tuple[Halves, list[str]]:
 
 
 def shares(variances: dict[str, float]) -> dict[str, float]:
-    """Weights of sum 1: BIASED_SHARE for the biased source, inverse variances for the others."""
-    inverse = {name: 1 / value for name, value in variances.items() if name != BIASED}
-    left = 1 - BIASED_SHARE * (BIASED in variances)
-    weights = {name: left * weight / sum(inverse.values()) for name, weight in inverse.items()}
-    return weights | ({BIASED: BIASED_SHARE} if BIASED in variances else {})
+    """Weights of sum 1: inverse variances, and nothing for CHECK."""
+    inverse = {name: 0.0 if name == CHECK else 1 / value for name, value in variances.items()}
+    return {name: weight / sum(inverse.values()) for name, weight in inverse.items()}
 
 
 if __name__ == "__main__":

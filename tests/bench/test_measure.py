@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,7 @@ from .chart.results import SceneResult, equal_error, equal_time, verdicts
 from .chart.scenes import SCENES, SIZE, Reference, blend_file, read_reference, reference_file
 from .chart.spot import spot_profile
 from .chart.svg import figure, spread
+from .references import CHECK, mix
 
 H = W = 128
 
@@ -129,6 +131,24 @@ def test_the_edge_band() -> None:
     expected = np.zeros((size, size), bool)
     expected[:, size // 2 - 4 : size // 2 + 4] = True
     assert (band == expected).all()
+
+
+def test_mixing_references() -> None:
+    """By inverse variance; agreement is measured without noise; ours is compared, not mixed in."""
+    random = np.random.default_rng(3)
+    truth = np.ones((H, W, 3))
+    noise = {"one": 0.1, "two": 0.2, CHECK: 0.05}
+    pictures = {
+        name: {half: truth + sigma * random.standard_normal(truth.shape) for half in "AB"}
+        for name, sigma in noise.items()
+    }
+    pictures[CHECK] = {half: picture + 0.1 for half, picture in pictures[CHECK].items()}
+    mixed, words = mix(pictures)
+    assert mixed["A"].mean() == pytest.approx(1, abs=2e-3)
+    assert mixed["A"].std() == pytest.approx(math.sqrt(0.8**2 * 0.01 + 0.2**2 * 0.04), rel=0.02)
+    assert words[0].startswith("one: weight 0.8") and words[2].startswith(f"{CHECK}: weight 0.00")
+    apart = re.search(f"one and {CHECK} differ by relMSE ([^ ]*)", words[4])
+    assert apart and float(apart[1]) == pytest.approx(0.01 / (1 + 0.1 / 3) ** 2, rel=0.1)
 
 
 def test_spotlight_profile() -> None:
