@@ -78,6 +78,20 @@ def ensure(*groups: str) -> None:
         STAMPS.write_text(json.dumps(stamps | {"core": core}))
 
 
+def ensure_where_possible(group: str) -> None:
+    """Install a group's packages one by one, without dependencies; name those that cannot be."""
+    stamps, pins = make_venv(), pinned()[group]
+    if stamps.get(group) == digest(*pins):
+        return
+    say(f"Installing what there is of {group} ({', '.join(pins)})")
+    quiet: list[str | Path] = [PYTHON, "-m", "pip", "--disable-pip-version-check", "install"]
+    absent = [pin for pin in pins if run([*quiet, "--no-deps", pin]) != 0]
+    if absent:
+        say(f"Going on without {', '.join(absent)}")
+    else:
+        STAMPS.write_text(json.dumps(stamps | {group: digest(*pins)}))
+
+
 def make_venv() -> dict[str, str]:
     """Make .venv unless this Python has made it, and return what it is stamped to hold."""
     config = VENV / "pyvenv.cfg"

@@ -61,19 +61,24 @@ def _png(combined: NDArray[np.float32]) -> bytes:
         np.divide(rgba[..., :3], alpha, where=alpha > 0, out=np.zeros_like(rgba[..., :3])), 0, 1
     )
     encoded = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
-    pixels = (np.concatenate([encoded, alpha], -1) * 255.0 + 0.5).astype(np.uint8)
-    height, width = pixels.shape[:2]
-    rows = np.zeros((height, 1 + width * 4), np.uint8)  # each row begins with its filter: none
-    rows[:, 1:] = pixels.reshape(height, -1)
+    return encode_png((np.concatenate([encoded, alpha], -1) * 255.0 + 0.5).astype(np.uint8))
 
-    def chunk(kind: bytes, data: bytes) -> bytes:
+
+def encode_png(pixels: NDArray[np.uint8]) -> bytes:
+    """A PNG file of (h, w, 3) or (h, w, 4) sRGB bytes, row 0 at the top."""
+    height, width, channels = pixels.shape
+    rows = np.zeros((height, 1 + width * channels), np.uint8)  # a row's first byte: no filter
+    rows[:, 1:] = pixels.reshape(height, -1)
+    kind = {3: 2, 4: 6}[channels]
+
+    def chunk(name: bytes, data: bytes) -> bytes:
         return (
-            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+            struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
         )
 
     return (
         b"\x89PNG\r\n\x1a\n"
-        + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 6, 0, 0, 0))
+        + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, kind, 0, 0, 0))
         + chunk(b"IDAT", zlib.compress(rows.tobytes(), 6))
         + chunk(b"IEND", b"")
     )

@@ -62,7 +62,14 @@ def block_means(image: Any) -> Floats:
 
 
 def smooth_blocks(images: dict[str, Any], camera: Camera, margin: int) -> Mask:
-    """Blocks of one surface without silhouettes or creases, `margin` pixels around included.
+    """Blocks without discontinuities, `margin` pixels around included."""
+    edge = grown(discontinuities(images, camera), margin)
+    h, w = edge.shape
+    return ~edge.reshape(h // BLOCK, BLOCK, w // BLOCK, BLOCK).any(axis=(1, 3))
+
+
+def discontinuities(images: dict[str, Any], camera: Camera) -> Mask:
+    """Pixels at silhouettes or creases.
 
     From the passes Depth and Normal of a perspective camera. Cosines below BENT mark creases,
     neighbours off the tangent plane silhouettes, and so do normals that passes disagree about.
@@ -88,8 +95,7 @@ def smooth_blocks(images: dict[str, Any], camera: Camera, margin: int) -> Mask:
         broken = bent | (off > OFF_PLANE * np.minimum(pixel[first], pixel[second]))
         edge[first] |= broken
         edge[second] |= broken
-    edge = _grown(edge, margin)
-    return ~edge.reshape(h // BLOCK, BLOCK, w // BLOCK, BLOCK).any(axis=(1, 3))
+    return edge
 
 
 def _pairs(axis: int) -> tuple[Any, Any]:
@@ -99,15 +105,15 @@ def _pairs(axis: int) -> tuple[Any, Any]:
     return np.s_[:, :-1], np.s_[:, 1:]
 
 
-def _grown(mask: Mask, pixels: int) -> Mask:
+def grown(mask: Mask, pixels: int) -> Mask:
     """The pixels within a square of `pixels` around those of the mask."""
     for axis in (0, 1):
-        grown = mask.copy()
+        wider = mask.copy()
         for shift in range(1, pixels + 1):
             low, high = (np.s_[:-shift], np.s_[shift:])
             if axis == 1:
                 low, high = (np.s_[:, :-shift], np.s_[:, shift:])
-            grown[low] |= mask[high]
-            grown[high] |= mask[low]
-        mask = grown
+            wider[low] |= mask[high]
+            wider[high] |= mask[low]
+        mask = wider
     return mask

@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the scenes of make_scenes.py are made of: materials, meshes, lights, camera."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+
+import bpy
+
+# isort: split
+import bmesh  # these two can be imported only after bpy
+from mathutils import Matrix, Vector
+
+HALF = 5.0
+HEIGHT = 10.0
+SUNK = 0.01
+CREASE = math.radians(50)
+
+
+class PhotonStreamStub(bpy.types.RenderEngine):
+    """Let files be saved with our engine's name; Blender refuses names that are not registered."""
+
+    bl_idname = "PHOTON_STREAM"
+    bl_label = "Photon Stream"
+
+
+def empty_scene() -> bpy.types.Scene:
+    """Start a file: our engine, 512x512, black world, and Cycles set up as a fair reference."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.context.preferences.filepaths.save_version = 0  # no .blend1 beside the files
+    scene = bpy.context.scene
+    scene.render.engine = PhotonStreamStub.bl_idname
+    scene.render.resolution_x = scene.render.resolution_y = 512
+    scene.render.resolution_percentage = 100
+    scene.view_settings.view_transform = "Standard"
+    scene.world = bpy.data.worlds.new("Black")
+    scene.world.color = (0, 0, 0)
+    scene.world.use_nodes = True
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0, 0, 0, 1)
+
+    # Without these Cycles clamps, blurs and cuts off light paths, and is no reference.
+    cycles = scene.cycles
+    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = 64
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
+    cycles.blur_glossy = 0
+    cycles.use_denoising = False
+    return scene
+
+
+def material(name: str, diffuse=None, glossy=None, roughness: float = 0.0) -> bpy.types.Material:
+    """A Diffuse BSDF, a Glossy BSDF, or their sum."""
+    mat = bpy.data.materials.new(name)
+    mat.use_nodes = True
+    nodes, links = mat.node_tree.nodes, mat.node_tree.links
+    nodes.clear()
+    closures = []
+    if diffuse is not None:
+        node = nodes.new("ShaderNodeBsdfDiffuse")
+        node.inputs["Color"].default_value = (*diffuse, 1)
+        closures.append(node)
+    if glossy is not None:
+        node = nodes.new("ShaderNodeBsdfAnisotropic")  # what the menu calls Glossy BSDF
+        node.distribution = "GGX"
+        node.inputs["Color"].default_value = (*glossy, 1)
+        node.inputs["Roughness"].default_value = roughness
+        closures.append(node)
+    surface = closures[0]
+    if len(closures) == 2:
+        surface = nodes.new("ShaderNodeAddShader")
+        links.new(closures[0].outputs[0], surface.inputs[0])
+        links.new(closures[1].outputs[0], surface.inputs[1])
+    output = nodes.new("ShaderNodeOutputMaterial")
+    links.new(surface.outputs[0], output.inputs["Surface"])
+    for column, node in enumerate((*closures, surface, output)):
+        node.location = (250 * column, 0)
+    mat.diffuse_color = (*(diffuse or glossy), 1)  # the solid viewport's colour
+    return mat
+
+
+def add_object(name: str, data: bpy.types.ID | None) -> bpy.types.Object:
+    obj = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(obj)
+    return obj
+
+
+def room(white, left, right) -> bpy.types.Object:
+    """Floor, ceiling, back, left and right wall with normals inward; the front is open."""
+    corners = [(x, y, z) for z in (0, HEIGHT) for y in (-HALF, HALF) for x in (-HALF, HALF)]
+    floor, ceiling, back = (0, 1, 3, 2), (4, 6, 7, 5), (2, 3, 7, 6)
+    left_wall, right_wall = (0, 2, 6, 4), (1, 5, 7, 3)
+    mesh = bpy.data.meshes.new("Room")
+    mesh.from_pydata(corners, [], [floor, ceiling, back, left_wall, right_wall])
+    for mat in (white, left, right):
+        mesh.materials.append(mat)
+    mesh.polygons.foreach_set("material_index", (0, 0, 0, 1, 2))
+    assert not mesh.validate()
+    return add_object("Room", mesh)
+
+
+def box(name: str, mat, size, centre, turn: float) -> bpy.types.Object:
+    """A box on the floor at centre (x, y), turned about z [degrees]; it has no bottom face."""
+    x, y, top = size[0] / 2, size[1] / 2, size[2]
+    corners = [(a, b, c) for c in (-SUNK, top) for b in (-y, y) for a in (-x, x)]
+    faces = [(4, 5, 7, 6), (0, 1, 5, 4), (1, 3, 7, 5), (3, 2, 6, 7), (2, 0, 4, 6)]
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(corners, [], faces)
+    mesh.materials.append(mat)
+    assert not mesh.validate()
+    obj = add_object(name, mesh)
+    obj.location = (*centre, 0)
+    obj.rotation_euler = (0, 0, math.radians(turn))
+    return obj
+
+
+def sphere(name: str, mat, radius: float, centre, subdivisions: int) -> bpy.types.Object:
+    """A smooth-shaded icosphere."""
+    mesh = bpy.data.meshes.new(name)
+    work = bmesh.new()
+    bmesh.ops.create_icosphere(work, subdivisions=subdivisions, radius=radius)
+    work.to_mesh(mesh)
+    work.free()
+    mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
+    mesh.materials.append(mat)
+    obj = add_object(name, mesh)
+    obj.location = centre
+    obj.cycles.shadow_terminator_geometry_offset = 0  # moves shadows; physics does not
+    return obj
+
+
+def mesh_object(
+    name: str, mats: Sequence, corners: Sequence, faces: Sequence, which=None, smooth: bool = False
+) -> bpy.types.Object:
+    """An object of faces over corners; `which` material each has (default: the first)."""
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(corners, [], faces)
+    for mat in mats:
+        mesh.materials.append(mat)
+    if which:
+        mesh.polygons.foreach_set("material_index", which)
+    mesh.polygons.foreach_set("use_smooth", [smooth] * len(mesh.polygons))
+    assert not mesh.validate()
+    obj = add_object(name, mesh)
+    obj.cycles.shadow_terminator_geometry_offset = 0
+    return obj
+
+
+def closed_room(low, high, floor, ceiling, walls: Sequence, name: str = "Room") -> bpy.types.Object:
+    """The six sides of a room between two corners, normals inward.
+
+    `walls`: left, right, front (of smaller y), back; None leaves one out.
+    """
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 2, 6, 4), (1, 5, 7, 3), (0, 4, 5, 1), (2, 3, 7, 6)]
+    sides = [(f, m) for f, m in zip(faces, [floor, ceiling, *walls], strict=True) if m]
+    mats = [mat for _, mat in sides]
+    return mesh_object(name, mats, corners_of(low, high), [f for f, _ in sides], range(len(mats)))
+
+
+def wall_with_doorway(name: str, mat, y: float, x: Sequence, z: Sequence) -> bpy.types.Object:
+    """A wall in the plane y. x: left, doorway's left and right, right; z: 0, doorway's top, top."""
+    corners = [(a, y, b) for b in z for a in x]
+    return mesh_object(
+        name, [mat], corners, [(0, 1, 5, 9, 8, 4), (2, 3, 7, 11, 10, 6), (5, 6, 10, 9)]
+    )
+
+
+def corners_of(low, high) -> list[tuple[float, float, float]]:
+    """The eight corners of a box; x runs fastest, then y."""
+    return [
+        (x, y, z) for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])
+    ]
+
+
+def block(name: str, mat, low, high, at=(0, 0, 0), turn: float = 0.0) -> bpy.types.Object:
+    """A closed box between two corners, then turned about z [degrees] and moved."""
+    corners = [
+        (x, y, z) for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])
+    ]
+    faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3)]
+    obj = mesh_object(name, [mat], corners, faces)
+    obj.location = at
+    obj.rotation_euler = (0, 0, math.radians(turn))
+    return obj
+
+
+def lathe(name: str, mat, profile: Sequence, at=(0, 0, 0), segments: int = 40):
+    """A profile of (radius, height), from its lower end up, turned about z; closed at radius 0.
+
+    Corners of the profile sharper than CREASE stay sharp; between them it is a smooth curve, fine
+    enough that shading normals differ little from the faces' own.
+    """
+    corners, faces = [], []
+    for run in smooth_runs(profile):
+        rings = []
+        for radius, z in run:
+            count = segments if radius > 0 else 1
+            angles = [2 * math.pi * i / segments for i in range(count)]
+            rings.append(range(len(corners), len(corners) + count))
+            corners += [(radius * math.cos(a), radius * math.sin(a), z) for a in angles]
+        for lower, upper in itertools.pairwise(rings):
+            for i in range(segments):
+                a, b = lower[i % len(lower)], lower[(i + 1) % len(lower)]
+                c, d = upper[(i + 1) % len(upper)], upper[i % len(upper)]
+                faces.append(tuple(dict.fromkeys((a, b, c, d))))
+    obj = mesh_object(name, [mat], corners, faces, smooth=True)
+    obj.location = at
+    return obj
+
+
+def smooth_runs(profile: Sequence, steps: int = 3) -> list[list[tuple[float, float]]]:
+    """The profile cut at its creases; each piece a Catmull-Rom spline, or just two points."""
+    points = [Vector(p) for p in profile]
+    cuts = [0]
+    for i in range(1, len(points) - 1):
+        if (points[i] - points[i - 1]).angle(points[i + 1] - points[i]) > CREASE:
+            cuts.append(i)
+    runs = []
+    for first, last in itertools.pairwise([*cuts, len(points) - 1]):
+        run = points[first : last + 1]
+        if len(run) == 2:
+            runs.append([tuple(p) for p in run])
+            continue
+        ends = [2 * run[0] - run[1], *run, 2 * run[-1] - run[-2]]
+        fine = []
+        for a, b, c, d in zip(ends, ends[1:], ends[2:], ends[3:], strict=False):
+            for t in (i / steps for i in range(steps)):
+                fine.append(
+                    (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2
+                     + (3 * b - a - 3 * c + d) * t**3) / 2
+                )  # fmt: skip
+        runs.append([tuple(p) for p in [*fine, run[-1]]])
+    return runs
+
+
+def sheet(
+    name: str, mat, radius: float, height: Callable[[float, float], float], at, rings: int = 20
+) -> bpy.types.Object:
+    """A smooth-shaded round sheet of the height that is a function of local (x, y), facing up."""
+    corners, before = [(0.0, 0.0, height(0.0, 0.0))], [0]
+    faces = []
+    segments = 4 * rings
+    for ring in range(1, rings + 1):
+        first = len(corners)
+        for i in range(segments):
+            angle, r = 2 * math.pi * i / segments, radius * ring / rings
+            x, y = r * math.cos(angle), r * math.sin(angle)
+            corners.append((x, y, height(x, y)))
+        now = list(range(first, first + segments))
+        for i in range(segments):
+            after = (i + 1) % segments
+            old = (before[i], before[after]) if ring > 1 else (before[0],)
+            faces.append((*old[:1], now[i], now[after], *old[1:]))
+        before = now
+    obj = mesh_object(name, [mat], corners, faces, smooth=True)
+    obj.location = at
+    return obj
+
+
+def point_light(power: float, location, colour=(1, 1, 1)) -> bpy.types.Object:
+    """A delta point light of `power` [W]."""
+    light = bpy.data.lights.new("Point", "POINT")
+    light.energy, light.color, light.shadow_soft_size = power, colour, 0
+    obj = add_object("Point", light)
+    obj.location = location
+    return obj
+
+
+def spotlight(
+    power: float, location, target, cone: float, blend: float, colour=(1, 1, 1)
+) -> bpy.types.Object:
+    """A delta spotlight of `power` [W], aimed at `target`, `cone` [degrees] from edge to edge."""
+    light = bpy.data.lights.new("Spotlight", "SPOT")
+    light.energy, light.color = power, colour
+    light.spot_size = math.radians(cone)
+    light.spot_blend = blend
+    light.shadow_soft_size = 0
+    obj = add_object("Spotlight", light)
+    obj.location = location
+    obj.rotation_euler = (Vector(target) - Vector(location)).to_track_quat("-Z", "Y").to_euler()
+    return obj
+
+
+def camera(location=(0, -18.6, HEIGHT / 2), target=None, lens: float = 50) -> bpy.types.Object:
+    """Look at the target; by default along y through a Cornell box's open front."""
+    data = bpy.data.cameras.new("Camera")
+    data.lens, data.sensor_width = lens, 36
+    obj = add_object("Camera", data)
+    turn = Matrix.Rotation(math.pi / 2, 4, "X")
+    if target is not None:
+        turn = (Vector(target) - Vector(location)).to_track_quat("-Z", "Y").to_matrix().to_4x4()
+    obj.matrix_world = Matrix.Translation(location) @ turn
+    bpy.context.scene.camera = obj
+    return obj

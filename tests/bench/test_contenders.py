@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The converters to other renderers keep units: a lamp over a plane against the closed form."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from addon.photon.scene import Camera, Light, Material, Scene
+
+from .chart.spot import spot_profile
+from .chart.worker import EngineError, Worker
+
+SIZE = 64
+ENGINES = [("mitsuba", "path"), ("luxcore", "path"), ("light_tracer", "light")]
+PACKAGES = {"mitsuba": "mitsuba", "luxcore": "pyluxcore", "light_tracer": "mitsuba"}
+CAMERA = np.array([[1, 0, 0, 0.5], [0, 1, 0, -0.3], [0, 0, 1, 4.0], [0, 0, 0, 1]])
+SPOT = Light(
+    "Spot", "SPOT", (0.7, 0.2, 2.5), (300.0, 200.0, 100.0), (-0.6, 0.0, -0.8), 0.0, 1.6, 0.4
+)
+POINT = Light("Point", "POINT", (-0.7, 0.4, 2.0), (30.0, 60.0, 90.0))
+
+
+def plane(light: Light, material: Material) -> Scene:
+    """A square of 20 m in z = 0 under a light, seen from 4 m above."""
+    corners = np.array([[-10, -10, 0], [10, -10, 0], [10, 10, 0], [-10, 10, 0]], float)
+    normals = np.tile(np.array([0, 0, 1], np.float32), (2, 3, 1))
+    return Scene(
+        Camera("PERSP", CAMERA, (-0.4, 0.4, -0.4, 0.4), 0.1, 100.0),
+        (light,),
+        (material,),
+        corners,
+        np.array([[0, 1, 2], [0, 2, 3]], np.int32),
+        normals,
+        np.zeros(2, np.int32),
+        np.zeros(2, np.int32),
+        ("Plane",),
+    )
+
+
+def floor_points(fine: int) -> np.ndarray:
+    """(fine, fine, 3): what the centres of so many pixels a side see."""
+    x = ((np.arange(fine) + 0.5) / fine * 2 - 1) * 0.4 * 4.0
+    return np.stack([*np.meshgrid(x + 0.5, x - 0.3), np.zeros((fine, fine))], -1)
+
+
+def radiance(light: Light, material: Material) -> np.ndarray:
+    """(4 SIZE, 4 SIZE, 3): k_d / pi * I cos / d^2."""
+    away = floor_points(4 * SIZE) - np.array(light.position)
+    distance = np.linalg.norm(away, axis=-1)
+    intensity = np.ones_like(distance)
+    if light.kind == "SPOT":
+        angle = np.arccos(away @ np.array(light.direction) / distance)
+        intensity = spot_profile(angle, light.spot_size, light.spot_blend)
+    irradiance = intensity * -away[..., 2] / distance**3
+    power = np.array(light.power) / (4 * np.pi)
+    return np.array(material.diffuse) / np.pi * power * irradiance[..., None]
+
+
+def blocks(image: np.ndarray) -> np.ndarray:
+    """(8, 8, 3): means."""
+    side = len(image) // 8
+    return image.reshape(8, side, 8, side, 3).mean((1, 3))
+
+
+def rendered(module: str, method: str, scene: Scene, folder: Path) -> np.ndarray:
+    if find_spec(PACKAGES[module]) is None:
+        pytest.skip(f"{PACKAGES[module]} is not installed; `python build.py chart` does it")
+    scene.save(folder / "scene.npz")
+    worker = Worker(module)
+    try:
+        worker.load(folder / "scene.npz", folder / "none.blend", SIZE)
+        steps = [s for s in worker.climb(method, 1, 6.0, folder) if "file" in s]
+        return np.load(steps[-1]["file"])
+    finally:
+        worker.close()
+
+
+@pytest.mark.parametrize("light", [SPOT, POINT], ids=["spot", "point"])
+@pytest.mark.parametrize(("module", "method"), ENGINES)
+def test_a_lamp_over_a_plane(module: str, method: str, light: Light, tmp_path: Path) -> None:
+    material = Material("Paint", (0.8, 0.5, 0.2))
+    found = rendered(module, method, plane(light, material), tmp_path)
+    mine, expected = blocks(found), blocks(radiance(light, material))
+    bright = expected > 0.1 * expected.max()
+    # Light tracing sprinkles: its blocks still have a percent of noise.
+    limit = 0.04 if method == "light" else 0.01
+    np.testing.assert_allclose(mine[bright], expected[bright], rtol=limit)
+    np.testing.assert_allclose(mine.mean((0, 1)), expected.mean((0, 1)), rtol=3e-3)
+
+
+def test_a_phong_lobe(tmp_path: Path) -> None:
+    """Mitsuba's is ours: Lafortune & Willems' closed form."""
+    material = Material("Gloss", (0.1, 0.2, 0.3), (0.3, 0.2, 0.1), 20.0)
+    found = rendered("mitsuba", "path", plane(POINT, material), tmp_path)
+    points = floor_points(4 * SIZE)
+    to_light, to_eye = np.array(POINT.position) - points, CAMERA[:3, 3] - points
+    distance = np.linalg.norm(to_light, axis=-1, keepdims=True)
+    cosine = ((to_light * (-1, -1, 1)) * to_eye).sum(-1, keepdims=True) / (
+        distance * np.linalg.norm(to_eye, axis=-1, keepdims=True)
+    )
+    lobe = np.array(material.specular) * 22 / (2 * np.pi) * np.maximum(cosine, 0) ** 20
+    irradiance = np.array(POINT.power) / (4 * np.pi) * to_light[..., 2:] / distance**3
+    mine, expected = blocks(found), blocks(radiance(POINT, material) + lobe * irradiance)
+    np.testing.assert_allclose(mine, expected, rtol=0.02)
+    np.testing.assert_allclose(mine.mean((0, 1)), expected.mean((0, 1)), rtol=3e-3)
+
+
+def test_luxcore_refuses_phong_lobes(tmp_path: Path) -> None:
+    material = Material("Gloss", (0.1, 0.2, 0.3), (0.3, 0.2, 0.1), 20.0)
+    if find_spec("pyluxcore") is None:
+        pytest.skip("pyluxcore is not installed; `python build.py chart` does it")
+    with pytest.raises(EngineError, match="'Gloss' is neither diffuse nor a mirror"):
+        rendered("luxcore", "path", plane(POINT, material), tmp_path)
+
+
+def test_an_engine_that_is_not_there_says_so(tmp_path: Path) -> None:
+    worker = Worker("povray")
+    with pytest.raises(EngineError, match="No module named"):
+        worker.load(tmp_path / "scene.npz", tmp_path / "scene.blend", SIZE)
+    worker.close()
