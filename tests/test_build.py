@@ -95,6 +95,32 @@ def test_pins_are_exact() -> None:
             assert re.fullmatch(r"[\w-]+==[\d.]+(; python_version [=<>]+ '3\.\d+')?", pin), pin
 
 
+@pytest.mark.parametrize("broken", ["", "pyluxcore"])
+def test_peers_are_installed_where_they_can_be(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    broken: str,
+) -> None:
+    """One that cannot be installed is named, the others are, and the next call tries again."""
+    monkeypatch.syspath_prepend(ROOT)
+    from addon.build import environment
+
+    asked: list[str] = []
+
+    def pip(command: list[object]) -> int:
+        asked.append(str(command[-1]))
+        return int(bool(broken) and broken in asked[-1])
+
+    monkeypatch.setattr(environment, "run", pip)
+    monkeypatch.setattr(environment, "make_venv", dict)
+    monkeypatch.setattr(environment, "STAMPS", tmp_path / "stamps.json")
+    environment.ensure_where_possible("chart")
+    assert asked == PYPROJECT["project"]["optional-dependencies"]["chart"]
+    assert (tmp_path / "stamps.json").exists() == (not broken)
+    assert ("Going on without pyluxcore" in capsys.readouterr().err) == bool(broken)
+
+
 def test_the_renderer_needs_no_bpy() -> None:
     groups = PYPROJECT["project"]["optional-dependencies"]
     assert not any("bpy" in pin for group in ("run", "native", "rust") for pin in groups[group])

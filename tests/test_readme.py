@@ -40,7 +40,11 @@ def test_options_exist() -> None:
     """Every option that the README shows for `build.py` is one."""
     build = "".join(
         path.read_text(encoding="utf-8")
-        for path in (ROOT / "build.py", ROOT / "tests/bench/frame.py")
+        for path in (
+            ROOT / "build.py",
+            ROOT / "tests/bench/frame.py",
+            ROOT / "tests/bench/chart/__main__.py",
+        )
     )
     shown = set(re.findall(r"--([a-z]+(?:-[a-z]+)*)\b", README))
     missing = [x for x in shown if f'"{x}"' not in build and f'"--{x}"' not in build]
