@@ -4,10 +4,10 @@
     .venv/bin/python -m tests.bench.references [scene ...] [--seconds N]
 
 Each half is a mean of pictures that several renderers made with seeds which the chart does not use,
-weighted by the inverse of their variances; so no contender is compared with itself alone. Photon
-Stream, whose estimate is consistent and not unbiased, is no part of them: its pictures are made to
-see that it converges to the same. Whether renderers agree is measured without their noise, as the
-mean of (s_A - t_A)(s_B - t_B) for renderers s and t, and written into the file with the rest.
+weighted by the inverse of their variances but by 0.9 at most; so no contender is compared with
+itself alone. Photon Stream, whose estimate is consistent and not unbiased, is no part of them: its
+pictures are made to see that it converges to the same. Whether renderers agree is measured without
+their noise, as the mean of (s_A - t_A)(s_B - t_B) for renderers s and t, and written into the file.
 
 `--seconds` is the wall time of each picture: 60 took an hour on two busy cores. Needs what
 `build.py chart` installs.
@@ -36,6 +36,7 @@ from .chart.scenes import SCENES, SIZE, Reference, blend_file, write_reference
 from .chart.worker import EngineError, Worker
 
 SEEDS = {"A": 7001, "B": 7002}
+MOST = 0.9  # a renderer's weight, where there are others
 CHECK = "photon_stream/photons"  # is compared with the others and not mixed in
 _PATHS = (("mitsuba", "path"), ("cycles", "path"), ("photon_stream", "photons"))
 # Path tracers find no caustic of a delta light, and few ways through a door ajar.
@@ -143,9 +144,14 @@ def mix(pictures: dict[str, Halves]) -> tuple[Halves, list[str]]:
 
 
 def shares(variances: dict[str, float]) -> dict[str, float]:
-    """Weights of sum 1: inverse variances, and nothing for CHECK."""
-    inverse = {name: 0.0 if name == CHECK else 1 / value for name, value in variances.items()}
-    return {name: weight / sum(inverse.values()) for name, weight in inverse.items()}
+    """Weights of sum 1: inverse variances, MOST at most if there are others; nothing for CHECK."""
+    inverse = {name: 1 / value for name, value in variances.items() if name != CHECK}
+    heaviest = max(inverse, key=lambda name: inverse[name])
+    rest = sum(inverse.values()) - inverse[heaviest]
+    if rest > 0:
+        inverse[heaviest] = min(inverse[heaviest], rest * MOST / (1 - MOST))
+    total = sum(inverse.values())
+    return {name: inverse.get(name, 0.0) / total for name in variances}
 
 
 if __name__ == "__main__":

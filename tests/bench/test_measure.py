@@ -28,7 +28,7 @@ from .chart.results import SceneResult, equal_error, equal_time, verdicts
 from .chart.scenes import SCENES, SIZE, Reference, blend_file, read_reference, reference_file
 from .chart.spot import spot_profile
 from .chart.svg import figure, spread
-from .references import CHECK, mix
+from .references import CHECK, mix, shares
 
 H = W = 128
 
@@ -149,6 +149,14 @@ def test_mixing_references() -> None:
     assert words[0].startswith("one: weight 0.8") and words[2].startswith(f"{CHECK}: weight 0.00")
     apart = re.search(f"one and {CHECK} differ by relMSE ([^ ]*)", words[4])
     assert apart and float(apart[1]) == pytest.approx(0.01 / (1 + 0.1 / 3) ** 2, rel=0.1)
+
+
+def test_no_renderer_makes_a_reference_alone() -> None:
+    """Where there is another, and ours does not count."""
+    assert shares({"one": 1e-9, "two": 1.0, CHECK: 1e-9}) == pytest.approx(
+        {"one": 0.9, "two": 0.1, CHECK: 0.0}
+    )
+    assert shares({"one": 0.5, CHECK: 0.1}) == {"one": 1.0, CHECK: 0.0}
 
 
 def test_spotlight_profile() -> None:
