@@ -55,8 +55,9 @@ def error_of(exposure: Exposure, combined: Floats) -> Error:
     variance = exposure.variance_of_mean()
     if variance is None:
         return Error(math.inf, math.inf, np.full((*combined.shape[:2], 1), np.inf, np.float32))
-    value, raw = combined[..., :3], exposure.means["combined"][..., :3].astype(np.float32)
-    floor = np.float32(value.mean(dtype=np.float64) or 1.0)
+    # Float64: squares of a very dim picture's reciprocals are beyond float32.
+    value, raw = combined[..., :3].astype(np.float64), exposure.means["combined"][..., :3]
+    floor = value.mean() or 1.0
     scale = np.square(np.reciprocal(np.maximum(value, floor)))
     # The picture divides indirect light by the coverage; so are its deviations divided.
     squares = np.square(_over(value, raw)) * variance[..., :3]

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -76,11 +77,12 @@ class PhotonGrid:
             self.kernel.sort(deposits, grid)
             return
         self._uniforms = radii.uniforms | grid
+        span = math.ceil(2 * radii.largest / cell) + 2
         if isinstance(deposits, HostDeposits):
-            self._sorted = _sort_on_host(self._device, deposits, grid)
+            self._sorted = _sort_on_host(self._device, deposits, grid, span)
         else:
             self._device_sort = self._device_sort or _DeviceSort(self._device)
-            self._sorted = self._device_sort.run(deposits, grid)
+            self._sorted = self._device_sort.run(deposits, grid, span)
 
     def estimate(self, place: Stream, facing: Stream, irradiance: Stream) -> None:
         """Write the irradiance at each visible point."""
@@ -121,8 +123,10 @@ class PhotonGrid:
             self._device_sort.release()
 
 
-def _sort_on_host(device: Device, deposits: Deposits, grid: Mapping[str, Any]) -> _Sorted:
-    """Sort by the native core's stable counting sort."""
+def _sort_on_host(
+    device: Device, deposits: Deposits, grid: Mapping[str, Any], span: int
+) -> _Sorted:
+    """Sort by the native core's stable counting sort; a disc spans `span` cells at most."""
     place, deposit = deposits.arrays()
     if len(place) == 0:
         return _NOTHING
@@ -133,13 +137,13 @@ def _sort_on_host(device: Device, deposits: Deposits, grid: Mapping[str, Any]) -
         "photon_deposit": upload_table(device, deposit[order]),
         "cell_start": upload_table(device, start),
     }
-    return _Sorted(tables, len(place), _photons_a_launch(start))
+    return _Sorted(tables, len(place), _photons_a_launch(start, span))
 
 
-def _photons_a_launch(start: NDArray[np.uint32]) -> int:
-    """All, unless a point might meet too many: in four by four rows of four cells at most."""
+def _photons_a_launch(start: NDArray[np.uint32], span: int) -> int:
+    """All, unless a point might meet too many: in `span` by `span` rows of `span` cells at most."""
     count = int(start[-1])
-    most = 16 * int((start[4:] - start[:-4]).max()) if len(start) > 4 else count
+    most = span**2 * int((start[span:] - start[:-span]).max()) if len(start) > span else count
     return MAX_ADDED if min(most, count) > 2 * MAX_ADDED else count
 
 
@@ -155,7 +159,7 @@ class _DeviceSort:
         self._fullest = device.ctx.buffer(reserve=4)
         self._buffers: dict[str, moderngl.Buffer] = {}
 
-    def run(self, deposits: Deposits, grid: Mapping[str, Any]) -> _Sorted:
+    def run(self, deposits: Deposits, grid: Mapping[str, Any], span: int) -> _Sorted:
         count, place, deposit = deposits.tables()
         if count == 0:
             return _NOTHING
@@ -169,7 +173,7 @@ class _DeviceSort:
         fullest = self._device.read_uint(self._fullest)
         if fullest > MAX_RANKED:
             # Ranking costs the square of a cell's photons: a crowded focus goes to the host.
-            return _sort_on_host(self._device, deposits, grid)
+            return _sort_on_host(self._device, deposits, grid, span)
         ctx.copy_buffer(starts, counts, 4 * (cells + 1))
         self._scan.run(starts, cells + 1)
         self._scatter.run(count, [counts, starts, listed], {"place": place}, uniforms=grid)

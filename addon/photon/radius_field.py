@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from ..streams import Device, HostKernel, Kernel, Table, Uniform
 from .geometry import upload_table
 
-MOST_CELLS = 64  # along the scene's longest axis
+MOST_CELLS = 64  # along the longest axis
+OUTSIDE = 0.005  # of the photons may lie beyond the grid, on either side of each axis
+WIDEST = 2.0  # no radius is larger, in radii that even light would have
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
 UNIFORMS = {
     "field_origin": Uniform("vec3"),
@@ -29,28 +31,35 @@ class RadiusField:
     """Radii of the first pass [scene units]; those of later passes are `shrink` times as large.
 
     A radius of its own for every place: about `wanted` photons fall into a disc, be it in a caustic
-    or in the dark, and none is smaller than a pixel sees. So no scene needs a radius set by hand,
-    whatever its scale and whatever the camera sees of it.
+    or in the dark, and none of the first pass is smaller than a pixel sees. So no radius has to be
+    set by hand, whatever a scene's scale and however much of it is dark.
     """
 
     def __init__(
         self,
         device: Device,
-        extent: NDArray[Any],
         place: NDArray[np.float32],
         wanted: float,
+        area: float,
         footprint: Any,
-        most: float,
     ) -> None:
-        """`extent` (3,): half the scene's size; `place` (P, 4): where a pass's photons fell;
-        `footprint`: a pixel's size at positions (n, 3); `most`: no radius is larger."""
-        extent = np.asarray(extent, np.float64)
-        cell = max(2 * float(extent.max()) / MOST_CELLS, 1e-6)
-        cells = np.maximum(np.ceil(2 * extent / cell), 1).astype(int)
-        axes = [-extent[k] + cell * np.arange(cells[k] + 1) for k in range(3)]
+        """`place` (P, 4): where a pass's photons fell; `area`: of the surfaces they may fall on;
+        `footprint`: a pixel's size at positions (n, 3)."""
+        # The grid lies over most photons: a far ground must not coarsen a lit room on it.
+        low, high = np.zeros((2, 3))
+        if len(place):
+            low, high = np.quantile(place[:, :3].astype(np.float64), [OUTSIDE, 1 - OUTSIDE], axis=0)
+        size = high - low
+        cell = max(float(size.max()) / (MOST_CELLS - 2), 1e-6)
+        cells = np.ceil(size / cell).astype(int) + 2
+        origin = (low + high) / 2 - cell * cells / 2
+        box = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
+        even = math.sqrt(wanted * (min(area, box) or 1.0) / (math.pi * max(len(place), 1)))
+        most = min(WIDEST * even, 2.0)
+        axes = [origin[k] + cell * np.arange(cells[k] + 1) for k in range(3)]
         z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
         least = footprint(np.stack([x, y, z], axis=-1).reshape(-1, 3)).astype(np.float32)
-        self._take(device, extent, place, cell, cells, wanted, least, most)
+        self._take(device, origin, place, cell, cells, wanted, least, most)
 
     @classmethod
     def even(cls, device: Device, radius: float) -> RadiusField:
@@ -58,14 +67,14 @@ class RadiusField:
         field = cls.__new__(cls)
         none = np.zeros((0, 4), np.float32)
         least = np.full(8, radius, np.float32)
-        field._take(device, np.ones(3), none, 2.0, np.ones(3, int), 1.0, least, radius)
+        field._take(device, -np.ones(3), none, 2.0, np.ones(3, int), 1.0, least, radius)
         field.is_even = True
         return field
 
     def _take(
         self,
         device: Device,
-        extent: NDArray[Any],
+        corner: NDArray[Any],
         place: NDArray[np.float32],
         cell: float,
         cells: NDArray[Any],
@@ -73,7 +82,7 @@ class RadiusField:
         least: NDArray[np.float32],
         most: float,
     ) -> None:
-        origin = tuple(float(np.float32(-x)) for x in extent)
+        origin = tuple(float(np.float32(x)) for x in corner)
         count = tuple(map(int, cells))
         self.native = native.RadiusField(place, origin, cell, count, wanted, least, most)
         corners = self.native.corners()
@@ -82,6 +91,7 @@ class RadiusField:
         # Half of the photons lie where radii are smaller.
         radii = self.native.at(place) if len(place) else corners
         self.typical = float(np.median(radii))
+        self.largest = float(corners.max())
         self._uniforms = {"field_origin": origin, "field_cell": cell, "field_cells": count}
 
     def of_pass(self, shrink: float) -> Radii:
@@ -105,6 +115,11 @@ class Radii:
     def typical(self) -> float:
         """The median over the photons [scene units]."""
         return self.field.typical * self.shrink
+
+    @property
+    def largest(self) -> float:
+        """Of all [scene units]."""
+        return self.field.largest * self.shrink
 
     def tables(self, kernel: Kernel) -> dict[str, Any]:
         """TABLES, for a GLSL or a native kernel."""

@@ -32,7 +32,6 @@ from .version import VERSION
 NO_DEPTH = 1.0e10  # Blender's depth where nothing is seen
 PILOT_PASS = 0xFFFFFFFF  # no pass has this number: the radii don't depend on what they are used for
 PILOT_PHOTONS = 1 << 17
-WIDEST_RADIUS = 2.0  # no radius is larger, in radii that even light would have
 
 
 def photons_per_disc(photons: int) -> float:
@@ -213,15 +212,7 @@ class Renderer:
         place, _ = deposits.arrays()
         self.photon_mapper.unfinished = deposits.dropped = 0
         wanted = photons_per_disc(photons_a_pass) * photons / photons_a_pass
-        even = math.sqrt(wanted * (mesh.area or 1.0) / (math.pi * max(len(place), 1)))
-        return RadiusField(
-            self.device,
-            mesh.extent,
-            place,
-            wanted,
-            self.ray_tracer.footprint,
-            most=min(WIDEST_RADIUS * even, 2.0),
-        )
+        return RadiusField(self.device, place, wanted, mesh.area, self.ray_tracer.footprint)
 
     def _look(self) -> dict[str, NDArray[np.float32]]:
         """Make picture and error of what the film holds."""

@@ -63,7 +63,7 @@ class Settings:
             ("passes", 1, 1 << 24),
             ("first_pass", 0, 1 << 24),
             ("photons", 0, 1 << 24),
-            ("radius", 0.0, math.inf),
+            ("radius", 0.0, 1e18),
             ("radius_shrink", 0.01, 1.0),
             ("seed", 0, (1 << 32) - 1),
             ("photon_bounces", 1, 1024),

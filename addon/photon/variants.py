@@ -62,7 +62,12 @@ def kernels() -> Iterator[tuple[type[Kernel], dict[str, int | float]]]:
     yield Tracer, {"ANY_HIT": 1}
     for name in get_args(Filter):
         yield Gather, {f"FILTER_{name.upper()}": 1}
-        yield Coverage, {f"FILTER_{name.upper()}": 1, "PROBES": 1}
+        yield (
+            Coverage,
+            {
+                f"FILTER_{name.upper()}": 1,
+            },
+        )
 
 
 def splats(version: int) -> Iterator[tuple[str, Source, Source]]:

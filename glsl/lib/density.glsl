@@ -5,7 +5,7 @@
 
 // Photons of a surface that bends away by more than 45 degrees say nothing about this point.
 const float SAME_ORIENTATION = 0.7071;
-const float INNER_AREA = 0.5;  // of the disc's; picture.py extrapolates with it
+const float INNER_AREA = 0.5;  // of the disc's; error.py extrapolates with it
 const float GAUSSIAN_BETA = 2.0;  // standard deviation r / 2
 
 // Filter of radius^2 r2 at distance^2 d2 [1 / area]; integrates to one over the disc.

@@ -4,8 +4,8 @@
 use crate::InvalidInput;
 use crate::photons::Grid;
 
-/// How much a radius may change a step along an axis, in steps: a photon's splat of twice its
-/// radius then reaches every point whose own radius reaches the photon (see [`RadiusField::new`]).
+/// How much a radius may change a step along an axis, in steps: a photon's splat of 1.78 times its
+/// radius (splat.glsl) then reaches every point whose own radius reaches the photon (see [`RadiusField::new`]).
 const STEEPEST: f32 = 0.25;
 
 /// Radii at the nodes of a grid, between which they are interpolated.
@@ -16,7 +16,8 @@ pub struct RadiusField {
 }
 
 impl RadiusField {
-    /// The radii of discs that hold about `wanted` photons, if photons fell as they do at `places`.
+    /// The radii of discs that hold about `wanted` photons, if photons fell as they do at `places`; those
+    /// beyond the grid don't count, and radii there are those at its border.
     /// At each node no less than `least`, and no more than `most` unless `least` is.
     ///
     /// The count in a box of half size h about a node stands for a plane's, (2 h)^2 times the
@@ -35,6 +36,11 @@ impl RadiusField {
     ) -> Result<RadiusField, InvalidInput> {
         let [nx, ny, nz] = grid.cells;
         let cell_count = grid.check()?;
+        for (name, value) in [("wanted", wanted), ("most", most)] {
+            if !value.is_finite() {
+                return Err(InvalidInput(format!("{name} = {value} is not finite")));
+            }
+        }
         let nodes = [nx + 1, ny + 1, nz + 1];
         if least.len() != nodes.iter().product::<usize>() {
             return Err(InvalidInput(format!(
@@ -47,7 +53,12 @@ impl RadiusField {
             if let Some(k) = place[..3].iter().position(|x| !x.is_finite()) {
                 return Err(InvalidInput(format!("place[{row}, {k}] = {} is not finite", place[k])));
             }
-            counts[grid.cell(place) as usize] += 1;
+            let inside = |k: usize| {
+                (0.0..=grid.cells[k] as f32).contains(&((place[k] - grid.origin[k]) / grid.cell_size))
+            };
+            if (0..3).all(inside) {
+                counts[grid.cell(place) as usize] += 1;
+            }
         }
         // Photons in the cells below each node, along all axes.
         let node = |x: usize, y: usize, z: usize| (z * nodes[1] + y) * nodes[0] + x;
@@ -79,7 +90,10 @@ impl RadiusField {
                                 - at(high[1], low[2])
                         };
                         let count = (count(high[0]) - count(low[0])) as f32;
-                        if count >= needed || half as f32 * grid.cell_size >= most {
+                        if count >= needed
+                            || half as f32 * grid.cell_size >= most
+                            || half >= nx.max(ny).max(nz)
+                        {
                             break count;
                         }
                         half *= 2;

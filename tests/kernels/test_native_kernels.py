@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any, get_args
 
 import numpy as np
 import photon_stream_native as native
 import pytest
 
-from addon.photon.geometry import Mesh, frame_of, material_table, upload_table
+from addon.photon.geometry import Mesh, frame_of, upload_table
 from addon.photon.native_kernels import NativeTracer, triangles_of
 from addon.photon.records import HIT, RAY_DIRECTION, RAY_ORIGIN
 from addon.photon.renderer import Renderer
@@ -169,7 +168,7 @@ class TestBindings:
 
 def test_host_and_glsl_draw_the_same_numbers(device: Device) -> None:
     """Coverage of a plate's edge depends on every probe: equal means equal numbers."""
-    scene = replace(cornell(), lights=cornell().lights)
+    scene = cornell()
     pictures = []
     for layer in ("fragment", "native"):
         renderer = Renderer(
@@ -181,7 +180,7 @@ def test_host_and_glsl_draw_the_same_numbers(device: Device) -> None:
         pictures.append(renderer.film.means()["indirect"][..., 3])
         renderer.release()
     glsl, ours = pictures
-    assert material_table(scene.materials).size and (glsl > 0).mean() > 0.5
+    assert (glsl > 0).mean() > 0.5
     partial = (glsl > 0.01) & (glsl < 0.65)
     assert partial.sum() > 50
     # A probe that grazes an edge may fall to either side.

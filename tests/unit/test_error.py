@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -153,3 +154,18 @@ def test_edges_take_the_bias_of_the_even_surface() -> None:
     assert error(wanted).bias == pytest.approx(0.01 * EXTRAPOLATION, rel=1e-3)
     nothing_but_edges = exposure(0.0, 0.1, 0.5)
     assert error(nothing_but_edges).bias == pytest.approx(0.1 * EXTRAPOLATION, rel=1e-3)
+
+
+@pytest.mark.filterwarnings("error")
+def test_dim_pictures(device: Device) -> None:
+    """Squares of a very dim picture's reciprocals are beyond float32."""
+    scene = cornell()
+    lights = tuple(replace(light, power=(1e-17,) * 3) for light in scene.lights)
+    renderer = Renderer(
+        replace(scene, lights=lights), Settings(width=16, height=16, photons=500), device
+    )
+    for _ in range(6):
+        renderer.render_pass()
+    images, error = renderer.images(), renderer.error()
+    renderer.release()
+    assert np.isfinite(error.total) and np.isfinite(images["Error"]).all()

@@ -79,6 +79,47 @@ def test_never_less_than_a_pixel(device: Device) -> None:
     assert fine < 0.5 * coarse and coarse == pytest.approx(distance * (right - left) / 4, rel=0.25)
 
 
+@pytest.mark.parametrize("half", [100.0, 1e3, 1e5])
+def test_a_far_ground_changes_little(device: Device, half: float) -> None:
+    """The radii are the lit room's, however far the ground goes on that it stands on."""
+    room = cornell()
+    ground = [
+        [-half, -half, -0.02],
+        [half, -half, -0.02],
+        [half, half, -0.02],
+        [-half, half, -0.02],
+    ]
+    first, count = len(room.vertices), 2
+    scene = replace(
+        room,
+        vertices=np.concatenate([room.vertices, ground]),
+        triangles=np.concatenate(
+            [room.triangles, np.array([[0, 1, 2], [0, 2, 3]], np.int32) + first]
+        ),
+        corner_normals=np.concatenate(
+            [room.corner_normals, np.tile(np.float32([0, 0, 1]), (count, 3, 1))]
+        ),
+        material=np.concatenate([room.material, np.zeros(count, np.int32)]),
+        surface=np.concatenate([room.surface, np.full(count, len(room.surfaces), np.int32)]),
+        surfaces=(*room.surfaces, "ground"),
+    )
+    places = np.array([[5, 5, 0], [2, 9.9, 5]], float)
+    with_ground = radii(device, scene, places, photons=30000)
+    alone = radii(device, room, places, photons=30000)
+    np.testing.assert_allclose(with_ground, alone, rtol=0.6)
+    settings: dict[str, Any] = {"width": 24, "height": 24, "photons": 30000, "passes": 4}
+    a, b = (render(device, x, **settings)["Indirect"].mean() for x in (scene, room))
+    assert a / b == pytest.approx(1.04, abs=0.12)  # the ground throws some light back
+
+
+def test_radii_that_no_photon_bounds(device: Device) -> None:
+    """A radius far beyond any scene, and a scene far below any radius, end."""
+    for scene, radius in ((cornell(), 1e18), (replace(cornell(), lights=()), 0.0)):
+        tiny = replace(scene, vertices=scene.vertices * (1e-22 if not scene.lights else 1.0))
+        images = render(device, tiny, width=8, height=8, photons=100, radius=radius)
+        assert np.isfinite(images["Combined"]).all()
+
+
 def test_custom_radius_is_even(device: Device) -> None:
     places = np.random.default_rng(0).uniform(0, 10, (50, 3))
     np.testing.assert_allclose(radii(device, cornell(), places, radius=0.7), 0.7, rtol=1e-5)
@@ -89,14 +130,16 @@ def test_photons_a_disc_grow_with_the_pass() -> None:
     assert photons_per_disc(1) == 16 and photons_per_disc(1 << 24) == 400
 
 
-@pytest.mark.parametrize("estimator", ["splat", "gather"])
-def test_splats_reach_as_far_as_radii(device: Device, estimator: str) -> None:
-    """Where the radius changes from point to point, splat and gather still sum the same pairs."""
-    settings: dict[str, Any] = {"width": 64, "height": 64, "photons": 4000, "layer": "fragment"}
-    one = render(device, cornell(), estimator="gather", **settings)["Indirect"]
-    other = render(device, cornell(), estimator=estimator, **settings)["Indirect"]
+@pytest.mark.parametrize(("estimator", "layer"), [("splat", "fragment"), ("gather", "native")])
+def test_every_way_sums_within_the_same_radii(device: Device, estimator: str, layer: str) -> None:
+    """Where the radius changes from point to point, all still sum the same pairs."""
+    settings: dict[str, Any] = {"width": 64, "height": 64, "photons": 4000}
+    one = render(device, cornell(), estimator="gather", layer="fragment", **settings)["Indirect"]
+    other = render(device, cornell(), estimator=estimator, layer=layer, **settings)["Indirect"]
     assert one.mean() > 0
-    np.testing.assert_allclose(other, one, rtol=1e-3, atol=1e-4 * one.max())
+    # One photon's path in thousands may turn at an edge by rounding; all else is equal.
+    differences = np.abs(other - one) / np.maximum(one, one.mean())
+    assert np.median(differences) < 1e-5 and np.quantile(differences, 0.8) < 1e-3
 
 
 def test_passes_apart_have_the_same_radii(device: Device) -> None:
