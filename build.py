@@ -26,10 +26,11 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
     "height": {"type": int, "metavar": "N", "help": "of the picture [px]"},
     "seed": {"type": int, "metavar": "N", "help": "of the random numbers"},
     "passes": {"type": int, "metavar": "N", "help": "to average"},
-    "photons": {"type": int, "metavar": "N", "help": "emitted in each pass"},
+    "noise-threshold": {"type": float, "metavar": "X", "help": "stop at this relative error"},
+    "photons": {"type": int, "metavar": "N", "help": "a pass, else as many as pixels"},
     "radius": {"type": float, "metavar": "R", "help": "of density estimation; 0: automatic"},
     "estimator": {"choices": ("auto", "splat", "gather"), "help": "sums photons up"},
-    "layer": {"choices": ("auto", "fragment", "compute"), "help": "runs the kernels"},
+    "layer": {"choices": ("auto", "fragment", "compute", "native"), "help": "runs the kernels"},
     "report": {"type": Path, "metavar": "FILE", "help": "what was approximated or left out, JSON"},
 }
 
@@ -48,7 +49,7 @@ def render(args: argparse.Namespace) -> int:
     args.output = args.output or Path(f"{file.stem}.png")
     options = [str(file.resolve())]
     for name in RENDER_OPTIONS:
-        value = getattr(args, name)
+        value = getattr(args, name.replace("-", "_"))
         if value is not None:
             options += [f"--{name}", str(value.resolve() if isinstance(value, Path) else value)]
     if snapshot:
@@ -91,6 +92,7 @@ def main(argv: list[str]) -> int:
     sub.add_argument("--blender", metavar="PATH", help="render inside this installed Blender")
     sub = commands.add_parser("test", help="run every check; arguments after -- go to pytest")
     sub.set_defaults(do=checks.test, pytest=theirs)
+    sub.add_argument("--stability", action="store_true", help="only the stability table's tests")
     sub = commands.add_parser("chart", help="error against seconds, beside other renderers")
     sub.set_defaults(
         do=lambda args: measure("chart", [*["--quick"] * args.quick, "-o", args.output, *theirs])

@@ -10,6 +10,61 @@ __version__: str
 MAX_DEPTH: int
 MAX_LEAF: int
 
+class Tracer:
+    def __init__(self, nodes: NDArray[np.float32], corners: NDArray[np.float32]) -> None: ...
+    def trace(
+        self, origin: NDArray[np.float32], direction: NDArray[np.float32], any_hit: bool
+    ) -> NDArray[np.float32]: ...
+    def coverage(
+        self,
+        place: NDArray[np.float32],
+        facing: NDArray[np.float32],
+        shading: NDArray[np.float32],
+        diffuse: NDArray[np.bool_],
+        radii: RadiusField,
+        *,
+        shrink: float,
+        filter: str,
+        probes: int,
+        first_probe: int,
+        seed: int,
+        depth: int,
+        frame_size: tuple[int, int],
+        region_origin: tuple[int, int],
+    ) -> NDArray[np.float32]: ...
+
+class RadiusField:
+    def __init__(
+        self,
+        place: NDArray[np.float32],
+        origin: Sequence[float],
+        cell_size: float,
+        cells: tuple[int, ...],
+        wanted: float,
+        least: NDArray[np.float32],
+        most: float,
+    ) -> None: ...
+    def at(self, position: NDArray[np.float32]) -> NDArray[np.float32]: ...
+    def corners(self) -> NDArray[np.float32]: ...
+
+class PhotonMap:
+    def __init__(
+        self,
+        place: NDArray[np.float32],
+        deposit: NDArray[np.float32],
+        origin: Sequence[float],
+        cell_size: float,
+        cells: tuple[int, int, int],
+    ) -> None: ...
+    def gather(
+        self,
+        place: NDArray[np.float32],
+        facing: NDArray[np.float32],
+        radii: RadiusField,
+        shrink: float,
+        filter: str,
+    ) -> NDArray[np.float32]: ...
+
 def build_bvh(
     vertices: NDArray[np.float32], triangles: NDArray[np.int32]
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], int, int]: ...

@@ -9,6 +9,17 @@ import pytest
 
 from addon.streams import Device
 
+# The plugin of the stability table: its hooks and fixtures count as this file's.
+from tests.stability.table import (  # noqa: F401
+    measured,
+    pytest_addoption,
+    pytest_collection_modifyitems,
+    pytest_configure,
+    pytest_runtest_makereport,
+    pytest_terminal_summary,
+    thorough,
+)
+
 
 @pytest.fixture(scope="session")
 def shared_device() -> Iterator[Device]:

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -19,8 +20,9 @@ SEEDS = 16
 T_95 = 2.131
 
 
-def render(device: Device, scene: Scene, **settings: Any) -> dict[str, Any]:
-    """The images of a scene as Renderer.images() names them."""
+@contextmanager
+def rendered(device: Device, scene: Scene, **settings: Any) -> Iterator[Renderer]:
+    """A renderer that has rendered its passes; released in the end."""
     settings = {
         "width": 32,
         "height": 32,
@@ -32,9 +34,40 @@ def render(device: Device, scene: Scene, **settings: Any) -> dict[str, Any]:
     try:
         for _ in range(renderer.settings.passes):
             renderer.render_pass()
-        return renderer.images()
+        yield renderer
     finally:
         renderer.release()
+
+
+def render(device: Device, scene: Scene, **settings: Any) -> dict[str, Any]:
+    """The images of a scene as Renderer.images() names them."""
+    with rendered(device, scene, **settings) as renderer:
+        return renderer.images()
+
+
+def not_finite(images: dict[str, Any]) -> int:
+    """How many values are not finite; the error is infinite before four passes, and may be."""
+    bad = sum(np.count_nonzero(~np.isfinite(x)) for name, x in images.items() if name != "Error")
+    return int(bad + np.count_nonzero(np.isnan(images["Error"])))
+
+
+def render_clean(device: Device, scene: Scene, **settings: Any) -> dict[str, Any]:
+    """The same, and every value of them finite and none of the light negative."""
+    images = render(device, scene, **settings)
+    device.check()
+    assert not_finite(images) == 0 and (images["Error"] >= 0).all()
+    assert all(images[name].min() >= 0 for name in ("Combined", "Direct", "Indirect", "Mirror"))
+    return images
+
+
+def fallen(renderer: Renderer) -> Any:
+    """The flux [W] that a renderer's last pass deposited on each surface, (surfaces, 3)."""
+    assert renderer.photon_mapper
+    place, deposit = renderer.photon_mapper.deposits.arrays()
+    surface = place[:, 3].astype(int) - 1
+    count = len(renderer.scene.surfaces)
+    flux = [np.bincount(surface, deposit[:, channel], count) for channel in range(3)]
+    return np.stack(flux, -1) * renderer.frame.scale**2
 
 
 def over_seeds(
@@ -55,4 +88,13 @@ def relative_bound(values: Any, reference: Any) -> float:
     return float(((error + T_95 * standard_error) / np.abs(reference)).max())
 
 
-__all__ = ["SEEDS", "over_seeds", "relative_bound", "render", "replace"]
+__all__ = [
+    "SEEDS",
+    "fallen",
+    "over_seeds",
+    "relative_bound",
+    "render",
+    "render_clean",
+    "rendered",
+    "replace",
+]

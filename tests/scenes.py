@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,6 +13,8 @@ import numpy as np
 from addon.photon.scene import Camera, Light, Material, Scene
 
 GREY = Material("grey", (0.5, 0.5, 0.5))
+DIM = Material("dim", (1e-3,) * 3)  # hardly reflects: what falls on it at first is all there is
+UNIT_INTENSITY = 4 * math.pi  # [W]: I = 1 W/sr
 
 
 def camera(
@@ -157,6 +160,38 @@ def icosphere(subdivisions: int) -> tuple[Any, Any]:
     return points, triangles
 
 
+def closed_sphere(diffuse: float, specular: float = 0.0) -> Scene:
+    """A closed unit sphere with a point light of I = 1 W/sr at its centre, seen from inside."""
+    material = Material("wall", (diffuse,) * 3, (specular,) * 3)
+    light = Light("light", "POINT", (0, 0, 0), (UNIT_INTENSITY,) * 3)
+    view = camera((0, 0.6, 0), (0.3, -1, 0.2), 80)
+    return Builder().sphere((0, 0, 0), 1.0, subdivisions=5).scene(view, [light], [material])
+
+
+def orthographic(centre: Any, right: Any, up: Any, size: float) -> Camera:
+    """Looks against right x up at a square window `size` wide."""
+    matrix = np.eye(4)
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = (
+        right,
+        up,
+        np.cross(right, up),
+        centre,
+    )
+    return Camera("ORTHO", matrix, (-size / 2, size / 2, -size / 2, size / 2))
+
+
+def lit_plate() -> tuple[Scene, float]:
+    """A plate [-1, 1]^2 at z = 0 under uniform irradiance, and that irradiance [W/m^2]."""
+    distance, half_angle = 2000.0, math.atan(1.6 / 2000.0)
+    power = 4 * math.pi * distance**2  # E = I / d^2 = 1
+    light = Light(
+        "far", "SPOT", (0, 0, distance), (power,) * 3, spot_size=2 * half_angle, spot_blend=0.0
+    )
+    view = orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 2.0)
+    plate = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
+    return plate.scene(view, [light], [Material("white", (0.5,) * 3)]), 1.0
+
+
 def cornell(mirror: bool = False, lobe: bool = False) -> Scene:
     """A small Cornell box: coloured walls, a box and a sphere, one spotlight."""
     white = Material("white", (0.7, 0.7, 0.7))
@@ -186,4 +221,77 @@ def cornell(mirror: bool = False, lobe: bool = False) -> Scene:
     return b.scene(camera((5, -13, 5), (5, 0, 5), 42), [light], [white, red, green, chrome])
 
 
-__all__ = ["GREY", "Builder", "camera", "cornell", "icosphere", "replace"]
+def random_room(seed: int) -> Scene:
+    """A room of 8 x 8 x 6 with three to six boxes and spheres and one to three lights, by chance.
+
+    Half of the rooms are open to the sky or to one side; of the things in them some are mirrors and
+    some wear a Phong lobe.
+    """
+    rng = np.random.default_rng(seed)
+
+    def colour(low: float, high: float) -> tuple[float, ...]:
+        return tuple(rng.uniform(low, high, 3).round(3).tolist())
+
+    walls = [Material(f"wall{i}", colour(0.1, 0.8)) for i in range(3)]
+    things = []
+    for i in range(int(rng.integers(3, 7))):
+        kind = rng.choice(["diffuse", "mirror", "lobe"], p=[0.6, 0.2, 0.2])
+        diffuse = colour(0.1, 0.8)
+        if kind == "mirror":
+            things.append(Material(f"mirror{i}", (0.0, 0.0, 0.0), colour(0.6, 0.9)))
+        elif kind == "lobe":
+            half = tuple(0.5 * x for x in diffuse)
+            things.append(Material(f"lobe{i}", half, colour(0.1, 0.4), float(rng.uniform(3, 60))))
+        else:
+            things.append(Material(f"diffuse{i}", diffuse))
+    built = Builder()
+    side = rng.choice(["", "+z", "+x", "+y"], p=[0.5, 0.2, 0.15, 0.15])
+    room = [f for f in ("-z", "+z", "-x", "+x", "+y") if f != side]  # the camera looks in from -y
+    faces = ("-x", "+x", "-y", "+y", "-z", "+z")
+    for face in room:
+        others = " ".join(f for f in faces if f != face)
+        material = {"-x": 1, "+x": 2}.get(face, 0)
+        built.box((-4, -4, 0), (4, 4, 6), material, f"wall {face}", skip=others)
+    for i, thing in enumerate(things):
+        at, size = rng.uniform((-3, -2.5), (3, 3)), rng.uniform(0.4, 1.3)
+        if rng.random() < 0.5:
+            height = rng.uniform(0.5, 3.0)
+            low, high = (*(at - size), 0.0), (*(at + size), height)
+            built.box(low, high, 3 + i, f"box {thing.name}", skip="-z")
+        else:
+            centre = (*at, rng.uniform(size, 5.9 - size))
+            built.sphere(centre, size, 3 + i, f"ball {thing.name}", subdivisions=3)
+    lights = []
+    for i in range(int(rng.integers(1, 4))):
+        power = tuple(float(x) for x in rng.uniform(200, 1000) * rng.uniform(0.7, 1.0, 3))
+        position = (*rng.uniform((-3.5, -3.5), (3.5, 3.5)), rng.uniform(4.5, 5.9))
+        if rng.random() < 0.6:
+            to = np.array((*rng.uniform((-3, -3), (3, 3)), 0.0)) - position
+            direction = tuple(to / np.linalg.norm(to))
+            size, blend = rng.uniform(0.6, 2.4), rng.uniform(0.0, 1.0)
+            lights.append(
+                Light(
+                    f"spot{i}", "SPOT", position, power, direction, spot_size=size, spot_blend=blend
+                )
+            )
+        else:
+            lights.append(Light(f"point{i}", "POINT", position, power))
+    background = colour(0.0, 0.3) if side else (0.0, 0.0, 0.0)
+    view = camera((rng.uniform(-2, 2), -10.5, rng.uniform(2, 4)), (0, 0, 2.8), 44)
+    return built.scene(view, lights, [*walls, *things], background=background)
+
+
+__all__ = [
+    "DIM",
+    "GREY",
+    "UNIT_INTENSITY",
+    "Builder",
+    "camera",
+    "closed_sphere",
+    "cornell",
+    "icosphere",
+    "lit_plate",
+    "orthographic",
+    "random_room",
+    "replace",
+]

@@ -46,7 +46,7 @@ def test_options_exist() -> None:
             ROOT / "tests/bench/chart/__main__.py",
         )
     )
-    shown = set(re.findall(r"--([a-z]+)\b", README))
+    shown = set(re.findall(r"--([a-z]+(?:-[a-z]+)*)\b", README))
     missing = [x for x in shown if f'"{x}"' not in build and f'"--{x}"' not in build]
     assert shown and missing == []
 

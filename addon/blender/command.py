@@ -27,8 +27,9 @@ if not __package__:  # run by its path, as `blender --python` does
 import bpy
 
 from .. import register, unregister
-from ..photon.console import ProgressLine
+from ..photon.console import ProgressLine, error_text
 from ..photon.errors import PhotonStreamError, RenderError, SceneError, SettingsError
+from ..photon.process import last_error
 from ..photon.settings import Estimator, Layer
 from .engine import PhotonStreamEngine
 from .session import SESSION
@@ -63,7 +64,8 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     add("--height", type=int, help="pixels; the width follows unless given")
     add("--seed", type=int)
     add("--passes", type=int)
-    add("--photons", type=int, help="photons a pass")
+    add("--noise-threshold", type=float, help="relative error to stop at; 0: none")
+    add("--photons", type=int, help="photons a pass; else as many as pixels")
     add("--radius", type=float, help="first radius in metres; 0: automatic")
     add("--estimator", choices=get_args(Estimator))
     add("--layer", choices=get_args(Layer))
@@ -133,7 +135,10 @@ def render(options: argparse.Namespace, output: Path, temporary: Path) -> str:
         seconds["Other"] = max(0.0, rendered - start - sum(seconds.values()))
         seconds["Saving"] = time.perf_counter() - rendered
         within = SESSION.info.get("seconds", {})  # the renderer's own account
-        return _times(seconds) + (f"\n  of which {_times(within)}" if within else "")
+        text = _times(seconds) + (f"\n  of which {_times(within)}" if within else "")
+        known = last_error(SESSION.info)
+        passes = f"{SESSION.info.get('passes')} passes"
+        return f"{passes}, {error_text(*known)}\n{text}" if known else text
     finally:
         unregister()
 
@@ -192,9 +197,15 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
         raise SettingsError(f"--engine {options.engine}: no such render engine here") from error
     if options.frame is not None:
         scene.frame_set(options.frame)
-    for name in ("seed", "passes", "photons"):
+    for name in ("seed", "passes"):
         if getattr(options, name) is not None:
             assign(settings, name, getattr(options, name))
+    if options.noise_threshold is not None:
+        settings.use_noise_threshold = options.noise_threshold != 0.0
+        assign(settings, "noise_threshold", options.noise_threshold)
+    if options.photons is not None:
+        settings.use_photons = True
+        assign(settings, "photons", options.photons)
     if options.radius is not None:
         settings.use_radius = options.radius != 0.0
         assign(settings, "radius", options.radius)
@@ -207,6 +218,7 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     if options.output.suffix.lower() == ".exr":
         for view_layer in scene.view_layers:
             view_layer.use_pass_z = view_layer.use_pass_normal = True
+            view_layer.photon_stream.use_pass_error = True
 
 
 def resize(render: bpy.types.RenderSettings, width: int | None, height: int | None) -> None:

@@ -43,6 +43,8 @@ class Pass:
 COMBINED = Pass("Combined", "RGBA", "COLOR")
 DEPTH = Pass("Depth", "Z", "VALUE")
 NORMAL = Pass("Normal", "XYZ", "VECTOR")
+ERROR = Pass("Error", "X", "VALUE")
+METADATA = ("version", "device", "seed", "passes", "photons", "radius", "error", "noise", "bias")
 COMPONENTS = {
     "use_pass_direct": Pass("Direct", "RGB", "COLOR"),
     "use_pass_indirect": Pass("Indirect", "RGB", "COLOR"),
@@ -59,7 +61,8 @@ def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
     if view_layer.use_pass_normal:
         passes.append(NORMAL)
     own = view_layer.photon_stream
-    return passes + [entry for flag, entry in COMPONENTS.items() if getattr(own, flag)]
+    passes += [entry for flag, entry in COMPONENTS.items() if getattr(own, flag)]
+    return [*passes, ERROR] if own.use_pass_error else passes
 
 
 @dataclass
@@ -165,6 +168,9 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
                 clear_images(result.layers[0])
                 self.update_result(result)
             self.end_result(result, cancel=not kept)
+        for name in METADATA if finished else ():  # into the files that Blender writes
+            label = f"photon_stream.{job.layer_name}.{name}"
+            self.get_result().stamp_data_add_field(label, str(SESSION.info[name]))
 
     def _render_into(self, result: bpy.types.RenderResult, job: Job) -> bool:
         """Return whether the picture is done; False if cancelled."""

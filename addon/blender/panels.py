@@ -67,8 +67,17 @@ class RENDER_PT_photon_stream_sampling(_Panel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.split_layout()
         settings = context.scene.photon_stream
+        heading = layout.column(align=True, heading="Noise Threshold")
+        row = heading.row(align=True)
+        row.prop(settings, "use_noise_threshold", text="")
+        sub = row.row()
+        sub.active = settings.use_noise_threshold
+        sub.prop(settings, "noise_threshold", text="")
         col = layout.column(align=True)
         col.prop(settings, "passes")
+        sub = col.column(align=True)
+        sub.active = settings.use_noise_threshold
+        sub.prop(settings, "min_passes")
         col.prop(settings, "time_limit")
         row = layout.row(align=True)
         row.prop(settings, "seed")
@@ -81,13 +90,12 @@ class RENDER_PT_photon_stream_photons(_Panel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.split_layout()
         settings = context.scene.photon_stream
-        layout.prop(settings, "photons")
-        heading = layout.column(align=True, heading="Custom Radius")
-        row = heading.row(align=True)
-        row.prop(settings, "use_radius", text="")
-        sub = row.row()
-        sub.active = settings.use_radius
-        sub.prop(settings, "radius", text="")
+        for title, name in (("Custom Photons", "photons"), ("Custom Radius", "radius")):
+            row = layout.column(align=True, heading=title).row(align=True)
+            row.prop(settings, f"use_{name}", text="")
+            sub = row.row()
+            sub.active = getattr(settings, f"use_{name}")
+            sub.prop(settings, name, text="")
         layout.prop(settings, "radius_shrink")
         layout.prop(settings, "filter")
         layout.prop(settings, "boundary_correction")
@@ -186,6 +194,7 @@ class VIEWLAYER_PT_photon_stream_passes(_Panel, bpy.types.Panel):
         col = layout.column(heading="Data", align=True)
         col.prop(view_layer, "use_pass_z", text="Depth")
         col.prop(view_layer, "use_pass_normal")
+        col.prop(view_layer.photon_stream, "use_pass_error")
         col = layout.column(heading="Light", align=True)
         for flag in COMPONENTS:
             col.prop(view_layer.photon_stream, flag)

@@ -17,9 +17,15 @@ ESTIMATORS = (
     ("GATHER", "Gather", "Let each visible point look for the photons around it", 2),
 )
 LAYERS = (
-    ("AUTO", "Automatic", "Choose the faster one for this device", 0),
+    (
+        "AUTO",
+        "Automatic",
+        "Compute on GPUs, fragment on old ones, native where there is none",
+        0,
+    ),
     ("FRAGMENT", "Fragment", "Kernels run as fragment programs; works with any OpenGL 3.3", 1),
     ("COMPUTE", "Compute", "Kernels run as compute programs; needs OpenGL 4.3", 2),
+    ("NATIVE", "Native", "The processor traces and gathers; the rest is fragment programs", 3),
 )
 FILTERS = (
     ("CONSTANT", "Constant", "All photons within the radius count the same", 0),
@@ -38,12 +44,39 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
     """Settings of a scene, at `scene.photon_stream`."""
 
     passes: IntProperty(
-        name="Passes",
-        description="Number of passes; each adds one eye ray a pixel and new photons",
+        name="Max Passes",
+        description="Most passes; each adds one eye ray a pixel and new photons",
         min=1,
         soft_max=4096,
         max=1 << 24,
         default=DEFAULTS.passes,
+    )
+    use_noise_threshold: BoolProperty(
+        name="Noise Threshold",
+        description="Finish when the picture's estimated error is small enough",
+        default=False,
+    )
+    noise_threshold: FloatProperty(
+        name="Noise Threshold",
+        description=(
+            "Estimated error, of noise and of the radius together, at which to finish: root mean "
+            "square over the pixels, relative to their brightness"
+        ),
+        min=0.0,
+        soft_min=0.001,
+        soft_max=0.2,
+        max=1.0,
+        default=0.01,
+        precision=4,
+        step=0.1,
+    )
+    min_passes: IntProperty(
+        name="Min Passes",
+        description="Passes before the Noise Threshold may finish the render",
+        min=4,
+        soft_max=4096,
+        max=1 << 24,
+        default=DEFAULTS.min_passes,
     )
     time_limit: FloatProperty(
         name="Time Limit",
@@ -64,6 +97,11 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
         description="Use another seed on every frame, so that the noise of an animation moves",
         default=False,
     )
+    use_photons: BoolProperty(
+        name="Custom Photons",
+        description="Set the photons of a pass by hand; otherwise there are as many as pixels",
+        default=False,
+    )
     photons: IntProperty(
         name="Photons",
         description="Photons that all lights together emit in a pass",
@@ -71,7 +109,7 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
         soft_min=1024,
         soft_max=1 << 22,
         max=1 << 24,
-        default=DEFAULTS.photons,
+        default=1 << 18,
     )
     use_radius: BoolProperty(
         name="Custom Radius",
@@ -187,6 +225,11 @@ class PhotonStreamViewLayer(bpy.types.PropertyGroup):
     use_pass_background: BoolProperty(
         name="Background", description="The world where no surface is in front", default=True
     )
+    use_pass_error: BoolProperty(
+        name="Error",
+        description="Estimated error of each pixel, of noise and of the radius together",
+        default=True,
+    )
 
 
 CLASSES = (PhotonStreamSettings, PhotonStreamViewLayer)
@@ -203,7 +246,9 @@ def settings_from(
         height=size[1],
         region=region,
         passes=p.passes,
-        photons=p.photons,
+        noise_threshold=p.noise_threshold if p.use_noise_threshold else 0.0,
+        min_passes=p.min_passes,
+        photons=p.photons if p.use_photons else None,
         radius=p.radius if p.use_radius else 0.0,
         radius_shrink=p.radius_shrink,
         seed=seed % (1 << 32),

@@ -17,10 +17,13 @@ def test(args: argparse.Namespace) -> int:
     """Run all checks, also after one that failed; 1 if any did, 0 otherwise.
 
     A check whose tool is optional and absent is named in the table with what installs it.
+    With --stability, only the tests of the stability table, which then print it.
     """
     ensure("run", "native", "blender", "dev")
     env = dict(rust_env() or os.environ, PYO3_PYTHON=str(PYTHON))
     module: list[str | Path] = [PYTHON, "-m"]
+    if args.stability:
+        return run([*module, "pytest", "--stability", *args.pytest], env, ROOT)
     manifest: list[str | Path] = ["--manifest-path", CARGO_TOML]
     glslang = "" if shutil.which("glslangValidator") else apt("glslang-tools")
     absent = {"fmt": "rustup component add rustfmt", "clippy": "rustup component add clippy"}

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ..streams import Kernel, Table, Uniform
-from .records import COVERAGE, FACING, HIT, IRRADIANCE, PLACE, RADIANCE, SHADING, THROUGHPUT
+from .records import BLUR, COVERAGE, FACING, HIT, IRRADIANCE, PLACE, RADIANCE, SHADING, THROUGHPUT
 
 
 class CombinePrimary(Kernel):
@@ -61,5 +61,6 @@ class CombineAll(Kernel):
         "mirror_seen": RADIANCE,
         "mirror_indirect_seen": RADIANCE,
         "background_seen": RADIANCE,
+        "blur_seen": BLUR,
     }
     outputs = {"combined": RADIANCE}

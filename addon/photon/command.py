@@ -11,13 +11,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
-from .console import ProgressLine
+from .console import ProgressLine, error_text
 from .errors import PhotonStreamError
 from .picture_file import check_writable, write_picture
-from .process import Progress
+from .process import Progress, last_error
 from .renderer import Renderer, open_device
 from .scene import Scene
 from .settings import Estimator, Layer, Settings
+from .stops import Stops
 
 # Command line options that set a field of Settings, with its type.
 SETTING_OPTIONS: dict[str, Any] = {
@@ -25,6 +26,7 @@ SETTING_OPTIONS: dict[str, Any] = {
     "height": int,
     "seed": int,
     "passes": int,
+    "noise-threshold": float,
     "photons": int,
     "radius": float,
     "estimator": get_args(Estimator),
@@ -43,7 +45,8 @@ def add_setting_options(parser: argparse.ArgumentParser) -> None:
 
 def given_settings(arguments: argparse.Namespace) -> dict[str, Any]:
     """The settings that the command line gave."""
-    values = {name: getattr(arguments, name) for name in SETTING_OPTIONS}
+    fields = [name.replace("-", "_") for name in SETTING_OPTIONS]
+    values = {name: getattr(arguments, name) for name in fields}
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -94,29 +97,35 @@ def _render(path: Path, output: Path, given: dict[str, Any]) -> None:
     line = ProgressLine() if sys.stderr.isatty() else None
     progress = Progress("Rendering", 0, settings.passes, 0, 0.0, math.inf)
     try:
-        for done in range(1, settings.passes + 1):
+        stops, reached = Stops(settings), ""
+        while not reached:
             renderer.render_pass()
+            done = renderer.film.passes
             elapsed = time.perf_counter() - start
+            reached = stops.reached(done, elapsed, lambda: renderer.error().total)
+            info = renderer.info()
             progress = replace(
                 progress,
                 passes_done=done,
-                photons=done * renderer.info()["photons_a_pass"],
+                photons=info["photons"],
                 elapsed=elapsed,
-                remaining=(time.perf_counter() - opened) / done * (settings.passes - done),
+                remaining=(time.perf_counter() - opened) / done * max(0, stops.expected - done),
+                info=info,
             )
             if line:
                 line.show(progress)
-            if 0 < settings.time_limit < elapsed:
-                break
     finally:
         if line:
             line.clear()
     rendered = time.perf_counter()
-    write_picture(output, renderer.images(), renderer.info())
+    images = renderer.images()
+    write_picture(output, images, renderer.info())
     end = time.perf_counter()
     phases = {"load": loaded - start, "device": opened - loaded} | renderer.seconds
     phases["save"] = end - rendered
     print(f"wrote {output} in {end - start:.2f} s")
+    if known := last_error(renderer.info()):
+        print(f"  {renderer.film.passes} passes, {error_text(*known)}")
     print("  " + ", ".join(f"{name} {seconds:.3f} s" for name, seconds in phases.items()))
 
 

@@ -7,7 +7,7 @@ import math
 import shutil
 import sys
 
-from .process import Progress
+from .process import Progress, last_error
 
 
 class ProgressLine:
@@ -37,9 +37,19 @@ def status_text(progress: Progress) -> str:
             f"Pass {progress.passes_done}/{progress.passes}",
             f"{count_text(progress.photons)} photons",
         ]
+        if known := last_error(progress.info):
+            parts.append(error_text(*known))
         if math.isfinite(progress.remaining) and not progress.done:
             parts.append(f"Remaining {clock_text(progress.remaining)}")
     return " | ".join(parts)
+
+
+def error_text(error: float, noise: float, bias: float) -> str:
+    """Return e.g. 'Error 1.3 % (noise 1.1 %, bias 0.62 %)'."""
+    total, *parts = (
+        f"{100 * x:.2g} %" if x < 1 else f"{100 * x:.0f} %" for x in (error, noise, bias)
+    )
+    return f"Error {total} (noise {parts[0]}, bias {parts[1]})"
 
 
 def count_text(count: int) -> str:

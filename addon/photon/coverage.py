@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ..streams import Kernel, Table, Uniform
-from .records import COVERAGE, FACING, HIT, PLACE
+from . import radius_field
+from .records import COVERAGE, FACING, HIT, PLACE, SHADING
 
 
 class Coverage(Kernel):
@@ -8,19 +9,19 @@ class Coverage(Kernel):
 
     stem = "coverage"
     records = (HIT,)
-    inputs = {"place": PLACE, "facing": FACING}
+    inputs = {"place": PLACE, "facing": FACING, "shading": SHADING}
     outputs = {"coverage": COVERAGE}
     uniforms = {
         "seed": Uniform("uint"),
-        "pass_index": Uniform("uint"),
+        "probes": Uniform("int"),
+        "first_probe": Uniform("uint"),
         "depth": Uniform("int"),
-        "radius": Uniform("float"),
         "frame_size": Uniform("ivec2"),
         "region_origin": Uniform("ivec2"),
-    }
+    } | radius_field.UNIFORMS
     tables = {
         "bvh_nodes": Table(),
         "bvh_corners": Table(),
         "bvh_normals": Table(),
         "materials": Table(),
-    }
+    } | radius_field.TABLES

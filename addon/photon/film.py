@@ -3,33 +3,81 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..streams import Device, Kernel, PingPong, Stream, Uniform
+from ..streams import TEXEL, Device, Kernel, PingPong, Stream, Uniform
 from ..streams.device import Layer
 from .records import RADIANCE, SUM
 
 Images = dict[str, NDArray[np.float64]]
+
+PAIR, FOUR = 2, 4  # passes in a batch, see film_batches.glsl
+# Batches of four tell the variance better (tests/regression/test_error.py), once there are enough.
+PASSES_FOR_FOURS = 16
 
 
 class Accumulate(Kernel):
     """Add a pass to an image's compensated sum."""
 
     stem = "film"
-    inputs = {"value": RADIANCE, "sum": SUM, "low": SUM}
+    inputs = {"value": TEXEL, "sum": SUM, "low": SUM}
     outputs = {"next_sum": SUM, "next_low": SUM}
 
 
-class AccumulateVariance(Kernel):
-    """Add a pass to an image's sum of squared differences."""
+class AccumulateBatches(Kernel):
+    """Add a pass to an image's sums of squared differences between batches of passes."""
 
-    stem = "film_variance"
-    inputs = {"value": RADIANCE, "sum": SUM, "squares": SUM}
-    outputs = {"next_squares": SUM}
+    stem = "film_batches"
+    inputs = {
+        "value": RADIANCE,
+        "sum": SUM,
+        "pair": SUM,
+        "four": SUM,
+        "pair_squares": SUM,
+        "four_squares": SUM,
+    }
+    outputs = {
+        "next_pair": SUM,
+        "next_four": SUM,
+        "next_pair_squares": SUM,
+        "next_four_squares": SUM,
+    }
     uniforms = {"passes_before": Uniform("int")}
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Squared differences of the means of batches of passes from the mean of all batches."""
+
+    batches: int
+    total: NDArray[np.float32]  # (h, w, 4), of "combined"
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """What a film holds: the images' means over passes, and what tells their variance."""
+
+    passes: int
+    means: Images  # (h, w, 4) each, row 0 at the bottom
+    squares: Mapping[int, Squares]  # by the number of passes in a batch
+
+    def variance_of_mean(self) -> NDArray[np.float32] | None:
+        """Variance of the combined image's mean, (h, w, 4); None before four passes.
+
+        Batch means of randomised quasi-Monte Carlo (Owen 2013, sec. 17.3): its bias is what batches
+        of twice the length would still cancel.
+        """
+        length = FOUR if self.passes >= PASSES_FOR_FOURS else PAIR
+        squares = self.squares[length]
+        n = squares.batches
+        if n < 2:
+            return None
+        # Of the mean of n batches; the passes after the last whole one add to the mean, too.
+        return squares.total * np.float32(length / ((n - 1) * self.passes))
 
 
 class Film:
@@ -39,30 +87,26 @@ class Film:
     """
 
     def __init__(
-        self, device: Device, layer: Layer, size: tuple[int, int], names: tuple[str, ...]
+        self, device: Device, layer: Layer, size: tuple[int, int], names: Sequence[str]
     ) -> None:
         self.passes = 0
         self._kernel = Accumulate(device, layer)
-        self._variance_kernel = AccumulateVariance(device, layer)
+        self._batch_kernel = AccumulateBatches(device, layer)
         self._sums = {name: PingPong(device, SUM, size) for name in names}
         self._lows = {name: PingPong(device, SUM, size) for name in names}
-        self._squares = PingPong(device, SUM, size)
-        for pair in (*self._sums.values(), *self._lows.values(), self._squares):
+        ports = ("pair", "four", "pair_squares", "four_squares")
+        self._batches = {port: PingPong(device, SUM, size) for port in ports}
+        for pair in (*self._sums.values(), *self._lows.values(), *self._batches.values()):
             pair.front.clear()
 
     def add(self, images: dict[str, Stream]) -> None:
-        """Add one pass's images (RADIANCE streams by name; "combined" has its variance kept)."""
-        squares = self._squares
-        self._variance_kernel.run(
-            {
-                "value": images["combined"],
-                "sum": self._sums["combined"].front,
-                "squares": squares.front,
-                "next_squares": squares.back,
-            },
+        """Add one pass's images (streams by name; "combined" has its variance kept)."""
+        fronts = {port: pair.front for port, pair in self._batches.items()}
+        backs = {f"next_{port}": pair.back for port, pair in self._batches.items()}
+        self._batch_kernel.run(
+            {"value": images["combined"], "sum": self._sums["combined"].front} | fronts | backs,
             uniforms={"passes_before": self.passes},
         )
-        squares.swap()
         for name, sums in self._sums.items():
             lows = self._lows[name]
             self._kernel.run(
@@ -74,8 +118,8 @@ class Film:
                     "next_low": lows.back,
                 }
             )
-            sums.swap()
-            lows.swap()
+        for pair in (*self._sums.values(), *self._lows.values(), *self._batches.values()):
+            pair.swap()
         self.passes += 1
 
     def means(self) -> Images:
@@ -87,30 +131,43 @@ class Film:
             for name, sums in self._sums.items()
         }
 
-    def variance_of_mean(self) -> NDArray[np.float64]:
-        """Variance of the combined image's mean, float64 (h, w, 4); inf before two passes."""
-        if self.passes < 2:
-            return np.full(self._squares.front.download().shape, np.inf)
-        squares = self._squares.front.download().astype(np.float64)
-        return squares / (self.passes - 1) / self.passes
+    def exposure(self) -> Exposure:
+        """All that the film holds."""
+        squares = {
+            length: Squares(self.passes // length, self._batches[port].front.download())
+            for length, port in ((PAIR, "pair_squares"), (FOUR, "four_squares"))
+        }
+        return Exposure(self.passes, self.means(), squares)
 
     def release(self) -> None:
         """Free the streams and programs."""
-        for pair in (*self._sums.values(), *self._lows.values(), self._squares):
+        for pair in (*self._sums.values(), *self._lows.values(), *self._batches.values()):
             pair.release()
         self._kernel.release()
-        self._variance_kernel.release()
+        self._batch_kernel.release()
 
 
-def merged(parts: Sequence[tuple[int, Images]]) -> Images:
-    """The means of all passes from (passes, Film.means()) of separate ranges.
+def merged(parts: Sequence[Exposure]) -> Exposure:
+    """The exposure of all passes from those of separate ranges.
 
-    Merge means, then make the picture: `picture_of` divides by the coverage, and quotients of
+    Merge exposures, then make the picture: `picture_of` divides by the coverage, and quotients of
     parts do not average to the quotient of the whole.
     """
-    passes = sum(count for count, _ in parts)
-    names = parts[0][1]
-    weights = [count / passes for count, _ in parts]
-    return {
-        name: np.tensordot(weights, [means[name] for _, means in parts], axes=1) for name in names
+    passes = sum(part.passes for part in parts)
+    weights = [part.passes / passes for part in parts]
+    means = {
+        name: np.tensordot(weights, [part.means[name] for part in parts], axes=1)
+        for name in parts[0].means
     }
+    squares = {}
+    for length in parts[0].squares:
+        batches = [part.squares[length].batches for part in parts]
+        centre = np.tensordot(
+            np.array(batches) / max(1, sum(batches)), [p.means["combined"] for p in parts], axes=1
+        )
+        total = sum(  # Chan, Golub & LeVeque 1983
+            part.squares[length].total + n * (part.means["combined"] - centre) ** 2
+            for n, part in zip(batches, parts, strict=True)
+        )
+        squares[length] = Squares(sum(batches), np.asarray(total, np.float32))
+    return Exposure(passes, means, squares)

@@ -1,22 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ..streams import Kernel, Table, Uniform
+from . import radius_field
 from .records import FACING, IRRADIANCE, PLACE
 
 
 class Gather(Kernel):
-    """Sum the photons around each visible point from a sorted grid (Jensen 2001, sec. 7)."""
+    """Add the photons around each visible point from a sorted grid (Jensen 2001, sec. 7)."""
 
     stem = "gather"
-    inputs = {"place": PLACE, "facing": FACING}
+    inputs = {"place": PLACE, "facing": FACING, "sum": IRRADIANCE}
     outputs = {"irradiance": IRRADIANCE}
     uniforms = {
-        "radius": Uniform("float"),
         "grid_origin": Uniform("vec3"),
         "cell_size": Uniform("float"),
         "grid_cells": Uniform("ivec3"),
-    }
+        "photon_range": Uniform("ivec2"),  # the sorted photons to add: first, and one past the last
+    } | radius_field.UNIFORMS
     tables = {
         "photon_place": Table(),
         "photon_deposit": Table(),
         "cell_start": Table("usampler2D"),
-    }
+    } | radius_field.TABLES

@@ -55,7 +55,6 @@ class Mesh:
     corners: NDArray[np.float32]  # (T, 3, 4): position; material, surface, unused in w
     normals: NDArray[np.float32]  # (T, 3, 4): shading normal
     area: float  # of diffuse triangles [scene units^2]
-    albedo: float  # mean k_d + k_s over the surface
     extent: NDArray[np.float32]  # (3,) largest |x|, |y|, |z| of the corners
     not_finite: int
     degenerate: int
@@ -82,14 +81,12 @@ class Mesh:
         areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]).astype(np.float64), axis=1) / 2
         material = scene.material[order]
         diffuse = np.array([max(m.diffuse) > 0 for m in scene.materials], bool)
-        albedo = np.array([np.mean(m.diffuse) + np.mean(m.specular) for m in scene.materials])
         some = len(order) > 0
         return Mesh(
             nodes,
             corners,
             normals,
             area=float(areas[diffuse[material]].sum()),
-            albedo=float((areas * albedo[material]).sum() / areas.sum()) if some else 0.0,
             extent=np.abs(corners[..., :3]).max(axis=(0, 1)) if some else np.zeros(3, np.float32),
             not_finite=int(not_finite),
             degenerate=int(degenerate),

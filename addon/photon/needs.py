@@ -38,7 +38,7 @@ class SceneNeeds:
             surfaces=surfaces,
             lights=emitting if (diffuse or lobes) and not settings.direct_by_photons else (),
             hidden_highlights=bool(emitting) and lobes and settings.direct_by_photons,
-            photons=bool(emitting) and diffuse and settings.photons > 0,
+            photons=bool(emitting) and diffuse and settings.photons_a_pass > 0,
             mirror=specular and settings.mirror_depth > 0,
             mirror_depth=settings.mirror_depth,
             photon_bounces=settings.photon_bounces,

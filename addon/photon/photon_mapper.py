@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import numpy as np
+import photon_stream_native as native
 
 from ..streams import Device, PingPong, Stream
 from ..streams.device import Layer
 from .deposits import Deposits, DeviceDeposits, HostDeposits
 from .generator import Generator
 from .geometry import Tables
+from .native_kernels import NativeTracer
 from .needs import SceneNeeds
 from .projector import Projector
 from .records import DEPOSIT, FLUX, HIT, PLACE, RAY_DIRECTION, RAY_ORIGIN
@@ -54,8 +56,15 @@ class PhotonMapper:
     """Traces a pass's photons and collects where they land on diffuse surfaces."""
 
     def __init__(
-        self, device: Device, layer: Layer, tables: Tables, settings: Settings, needs: SceneNeeds
+        self,
+        device: Device,
+        layer: Layer,
+        tables: Tables,
+        settings: Settings,
+        needs: SceneNeeds,
+        triangles: native.Tracer | None,
     ) -> None:
+        """`triangles`: what the native core traces, if it shall."""
         self._device, self._tables = device, tables
         self._settings, self._needs = settings, needs
         # Software OpenGL computes where the native core does, and the host is faster at lists.
@@ -65,16 +74,18 @@ class PhotonMapper:
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
         self.kernels = (
             Generator(device, layer),
-            Tracer(device, layer),
+            NativeTracer(device, triangles) if triangles else Tracer(device, layer),
             Projector(device, layer),
             Reflector(device, layer),
         )
 
-    def trace(self, index: int, light_count: int) -> Deposits:
-        """Trace pass `index`; the deposits are in order of bounce and photon."""
+    def trace(self, index: int, light_count: int, photons: int | None = None) -> Deposits:
+        """Trace pass `index` (of `photons`, or as many as the settings say); the deposits are in
+        order of bounce and photon."""
+        photons = self._settings.photons_a_pass if photons is None else photons
         generator, tracer, projector, reflector = self.kernels
         settings, draw = self._settings, {"seed": self._settings.seed, "pass_index": index}
-        paths = self._paths_of(-(-settings.photons // STREAM_WIDTH))
+        paths = self._paths_of(-(-photons // STREAM_WIDTH))
         generator.run(
             {
                 "origin": paths.origin.front,
@@ -82,7 +93,7 @@ class PhotonMapper:
                 "flux": paths.flux.front,
             },
             self._tables.of(generator),
-            draw | {"photons": settings.photons, "light_count": light_count},
+            draw | {"photons": photons, "light_count": light_count},
         )
         self.deposits.clear()
         for bounce in range(self._needs.photon_bounces + 1):

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,15 +11,8 @@ from numpy.typing import NDArray
 
 from .film import Images
 
-FILM_IMAGES = (
-    "direct",
-    "indirect",
-    "mirror",
-    "mirror_indirect",
-    "background",
-    "normal",
-    "combined",
-)
+FILM_IMAGES = ("direct", "indirect", "background", "normal", "combined")
+MIRROR_IMAGES = ("mirror", "mirror_indirect")  # only of scenes with mirrors or lobes
 LEAST_COVERAGE = 0.02  # a mean below it is noise: dividing by it would make fireflies
 
 
@@ -28,17 +22,23 @@ def picture_of(means: Images) -> dict[str, NDArray[np.float32]]:
     Combined (h, w, 4) premultiplied RGBA; Direct, Indirect, Mirror, Background, Normal (h, w, 3).
     Combined is the sum of the four light passes.
     """
-    mirror = means["mirror"]
+    mirror, mirror_indirect = mirror_images(means)
     parts = {
         "Direct": means["direct"][..., :3],
         "Indirect": _uncovered(means["indirect"], means["direct"][..., 3:]),
-        "Mirror": mirror[..., :3] + _uncovered(means["mirror_indirect"], mirror[..., 3:]),
+        "Mirror": mirror[..., :3] + _uncovered(mirror_indirect, mirror[..., 3:]),
         "Background": means["background"][..., :3],
     }
     alpha = np.clip(means["background"][..., 3:], 0.0, 1.0)
     images = {"Combined": np.concatenate([sum(parts.values()), alpha], axis=-1), **parts}
     images["Normal"] = means["normal"][..., :3]
     return {name: np.ascontiguousarray(image, np.float32) for name, image in images.items()}
+
+
+def mirror_images(means: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """MIRROR_IMAGES; zeros for a scene without mirrors."""
+    none = np.zeros_like(means["direct"])
+    return means.get("mirror", none), means.get("mirror_indirect", none)
 
 
 def _uncovered(indirect: NDArray[np.float64], weight: Any) -> NDArray[np.float64]:

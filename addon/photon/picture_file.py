@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .errors import RenderError
 
 LAYER = "ViewLayer"  # Blender's default view layer, so that readers find the same channel names
-_CHANNELS = {"Normal": "XYZ", "Depth": "Z"}
+_CHANNELS = {"Normal": "XYZ", "Depth": "Z", "Error": "X"}
 
 
 def check_writable(path: Path) -> None:

@@ -16,7 +16,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -34,7 +34,7 @@ Images = dict[str, NDArray[np.float32]]
 
 TICK = 0.05  # [s] between looks at a render under way
 SHARED_MEMORY = "/dev/shm"
-IMAGE_BYTES = 80  # a pixel: twenty floats over all images
+IMAGE_BYTES = 84  # a pixel: 21 floats over all images
 CANCEL_GRACE = 0.08  # [s] for the child to end its pass; then it is killed
 PREVIEW_SHARE = 0.1  # of the time may go into previews
 
@@ -44,8 +44,8 @@ class Progress:
     """What the renderer says about a render under way.
 
     `images`, when there is a new picture: {"Combined": (h, w, 4) premultiplied RGBA,
-    "Direct"/"Indirect"/"Mirror"/"Background"/"Normal": (h, w, 3), "Depth": (h, w, 1)} float32,
-    row 0 at the bottom, of the rendered region.
+    "Direct"/"Indirect"/"Mirror"/"Background"/"Normal": (h, w, 3), "Depth"/"Error": (h, w, 1)}
+    float32, row 0 at the bottom, of the rendered region.
     """
 
     phase: str  # e.g. "Starting", "Rendering"
@@ -58,6 +58,12 @@ class Progress:
     images: Images | None = None
     done: bool = False
     info: dict[str, Any] = field(default_factory=dict)  # Renderer.info() once known
+
+
+def last_error(info: Mapping[str, Any]) -> tuple[float, float, float] | None:
+    """The error of Renderer.info(), its noise and its bias: relative; None while unknown."""
+    error, noise, bias = (info.get(name, math.inf) for name in ("error", "noise", "bias"))
+    return (error, noise, bias) if math.isfinite(error) else None
 
 
 class RendererProcess:
@@ -264,7 +270,7 @@ def _as_progress(message: Message, folder: Path, elapsed: float) -> Progress:
         passes,
         message["photons"],
         elapsed,
-        0.0 if done else per_pass * (passes - passes_done),
+        0.0 if done else per_pass * max(0, message["expected"] - passes_done),
         tuple(message.get("warnings", ())),
         _read_images(folder, message["images"]) if "images" in message else None,
         done,

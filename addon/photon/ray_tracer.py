@@ -8,9 +8,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import photon_stream_native as native
+from numpy.typing import NDArray
 
 from ..streams import Device, Kernel, PingPong, Record, Stream
 from ..streams.device import Layer
+from .blur import Blur
 from .combine import CombineAll, CombineMirror, CombinePrimary
 from .coverage import Coverage
 from .direct import Direct
@@ -18,8 +21,11 @@ from .eye_rays import EyeRays
 from .geometry import Frame, Tables
 from .lit import Lit
 from .mirror import Mirror
+from .native_kernels import NativeCoverage, NativeTracer
 from .needs import SceneNeeds
+from .radius_field import Radii
 from .records import (
+    BLUR,
     COVERAGE,
     FACING,
     HIT,
@@ -41,7 +47,6 @@ from .visible_points import VisiblePoints
 # the camera sees directly.
 Estimate = Callable[[Stream, Stream, Stream, View | None], None]
 
-COVERAGE_PROBES = 4  # a pass; a point inside its surface needs none, one at an edge many
 _FAR = 1.0e37  # clip distances beyond float32's use
 
 
@@ -77,23 +82,39 @@ class RayTracer:
         scene: Scene,
         settings: Settings,
         needs: SceneNeeds,
+        triangles: native.Tracer | None,
     ) -> None:
+        """`triangles`: what the native core traces, if it shall."""
         self._tables, self._scene, self._settings, self._needs = tables, scene, settings, needs
         x0, y0, x1, y1 = settings.frame_region
         self._buffers = _Buffers(device, (x1 - x0, y1 - y0))
         self._camera = _camera_in_scene_units(scene, frame)
         kinds: list[type[Kernel]] = [EyeRays, CombinePrimary, CombineAll]
         if needs.surfaces:
-            kinds += [Tracer, VisiblePoints]
+            kinds += [VisiblePoints] if triangles else [Tracer, VisiblePoints]
         if needs.lights:
             kinds += [Direct, Lit]
         if needs.mirror:
             kinds += [Mirror, CombineMirror]
+        if needs.photons:
+            kinds.append(Blur)
         self.kernels: dict[type[Kernel], Kernel] = {kind: kind(device, layer) for kind in kinds}
-        self._any_hit = Tracer(device, layer, {"ANY_HIT": 1}) if needs.lights else None
+        self._any_hit: Kernel | None = None
+        if needs.lights:
+            self._any_hit = (
+                NativeTracer(device, triangles, any_hit=True)
+                if triangles
+                else Tracer(device, layer, {"ANY_HIT": 1})
+            )
+        if triangles:
+            self.kernels[Tracer] = NativeTracer(device, triangles)
         if needs.photons and settings.boundary_correction:
-            defines = filter_define(settings) | {"PROBES": COVERAGE_PROBES}
-            self.kernels[Coverage] = Coverage(device, layer, defines)
+            if triangles:
+                self.kernels[Coverage] = NativeCoverage(
+                    device, triangles, scene.materials, settings.filter
+                )
+            else:
+                self.kernels[Coverage] = Coverage(device, layer, filter_define(settings))
         ones = np.ones((y1 - y0, x1 - x0, 4), np.float32)
         self._unit = Stream(device, THROUGHPUT, self._buffers.size)
         self._unit_coverage = Stream(device, COVERAGE, self._buffers.size)
@@ -102,9 +123,9 @@ class RayTracer:
         ambient = scene.background if settings.ambient else (0.0, 0.0, 0.0)
         self._world = {"ambient": ambient, "background": scene.background}
 
-    def trace(self, index: int, estimate: Estimate | None, radius: float) -> dict[str, Stream]:
+    def trace(self, index: int, estimate: Estimate | None, radii: Radii) -> dict[str, Stream]:
         """Pass `index`'s images by name: direct, indirect, mirror, mirror_indirect, background,
-        normal, combined. `radius` [scene units] is what `estimate` uses."""
+        normal, blur, combined. `radii` are what `estimate` uses."""
         one, two = self._buffers.one, self._buffers.two
         origin, direction = two("origin", RAY_ORIGIN), two("direction", RAY_DIRECTION)
         hit, facing = one("hit", HIT), one("facing", FACING)
@@ -113,7 +134,7 @@ class RayTracer:
         self._meet_surfaces(origin.front, direction.front)
         direct = self._direct(index, 0, direction.front)
         irradiance = one("irradiance", IRRADIANCE)
-        coverage = self._coverage(index, 0, radius)
+        coverage = self._coverage(index, 0, radii)
         if estimate:
             estimate(place, facing, irradiance, view)
         images = {
@@ -132,18 +153,30 @@ class RayTracer:
                 "view_axis": tuple(map(float, -self._camera["matrix"][:3, 2])),
             },
         )
+        two("blur", BLUR).front.clear()
+        self._add_blur(irradiance, coverage, self._unit)
         images["mirror"] = images["mirror_indirect"] = one("no_mirror", RADIANCE)
         if self._needs.mirror:
             images["mirror"], images["mirror_indirect"] = self._mirror_images(
-                index, estimate, radius
+                index, estimate, radii
             )
         images["combined"] = one("combined", RADIANCE)
-        parts = ("direct", "indirect", "mirror", "mirror_indirect", "background")
+        images["blur"] = two("blur", BLUR).front
+        parts = ("direct", "indirect", "mirror", "mirror_indirect", "background", "blur")
         self._run(
             CombineAll,
             {f"{name}_seen": images[name] for name in parts} | {"combined": images["combined"]},
         )
         return images
+
+    def footprint(self, positions: NDArray[Any]) -> NDArray[Any]:
+        """How wide a pixel is at positions (n, 3) that the camera may see [scene units]."""
+        left, right, _, _ = self._camera["window"]
+        pixel = (right - left) / self._settings.width
+        if self._camera["orthographic"]:
+            return np.full(len(positions), pixel)
+        distance = np.linalg.norm(positions - self._camera["matrix"][:3, 3], axis=1)
+        return np.asarray(pixel * distance)
 
     def _send_eye_rays(self, index: int, origin: Stream, direction: Stream) -> View:
         settings = self._settings
@@ -229,24 +262,26 @@ class RayTracer:
             total.swap()
         return total.front
 
-    def _coverage(self, index: int, depth: int, radius: float) -> Stream:
+    def _coverage(self, index: int, depth: int, radii: Radii) -> Stream:
         """The share of the filter on each visible point's own surface."""
         if Coverage not in self.kernels:
             return self._unit_coverage
         coverage = self._buffers.one("coverage", COVERAGE)
-        self._run(
-            Coverage,
+        kernel = self.kernels[Coverage]
+        kernel.run(
             {
                 "place": self._buffers.one("place", PLACE),
                 "facing": self._buffers.one("facing", FACING),
+                "shading": self._buffers.one("shading", SHADING),
                 "coverage": coverage,
             },
-            self._draw(index, depth) | {"radius": radius},
+            self._tables.of(kernel) | radii.tables(kernel),
+            self._pixels(depth) | radii.uniforms | probes_of(index),
         )
         return coverage
 
     def _mirror_images(
-        self, index: int, estimate: Estimate | None, radius: float
+        self, index: int, estimate: Estimate | None, radii: Radii
     ) -> tuple[Stream, Stream]:
         """Follow secondary rays up to the depth limit, while any is alive."""
         one, two = self._buffers.one, self._buffers.two
@@ -280,7 +315,7 @@ class RayTracer:
             self._meet_surfaces(origin.front, direction.front)
             irradiance = one("irradiance", IRRADIANCE)
             direct = self._direct(index, depth + 1, direction.front)
-            coverage = self._coverage(index, depth + 1, radius)
+            coverage = self._coverage(index, depth + 1, radii)
             if estimate:
                 estimate(one("place", PLACE), one("facing", FACING), irradiance, None)
             self._run(
@@ -301,13 +336,35 @@ class RayTracer:
             )
             image.swap()
             indirect.swap()
+            self._add_blur(irradiance, coverage, carried)
         return image.front, indirect.front
+
+    def _add_blur(self, irradiance: Stream, coverage: Stream, throughput: Stream) -> None:
+        """Add what the estimate at the visible points tells about its own bias."""
+        if Blur not in self.kernels:
+            return
+        blur = self._buffers.two("blur", BLUR)
+        self._run(
+            Blur,
+            {
+                "sum": blur.front,
+                "facing": self._buffers.one("facing", FACING),
+                "irradiance": irradiance,
+                "coverage": coverage,
+                "throughput": throughput,
+                "total": blur.back,
+            },
+        )
+        blur.swap()
 
     def _draw(self, index: int, depth: int) -> dict[str, Any]:
         """What random numbers of a pixel depend on."""
+        return self._pixels(depth) | {"pass_index": index}
+
+    def _pixels(self, depth: int) -> dict[str, Any]:
+        """What they depend on whatever the pass."""
         return {
             "seed": self._settings.seed,
-            "pass_index": index,
             "depth": depth,
             "frame_size": (self._settings.width, self._settings.height),
             "region_origin": self._settings.frame_region[:2],
@@ -330,6 +387,16 @@ class RayTracer:
             item.release()
         if self._any_hit:
             self._any_hit.release()
+
+
+def probes_of(index: int) -> dict[str, int]:
+    """How many coverage probes pass `index` sends from a point, and how many were sent before.
+
+    More at first: the quotient of few probes is off at edges. Measured on cornell_classic: after
+    one pass relMSE 0.05 with 4 of them, 0.016 with 8, 0.015 with 16.
+    """
+    first = 8 * min(index, 3)
+    return {"probes": 8 if index < 3 else 4, "first_probe": first + 4 * max(index - 3, 0)}
 
 
 def pixel_jitter(seed: int, index: int) -> tuple[float, float]:

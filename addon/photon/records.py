@@ -15,6 +15,14 @@ FACING = Record("Facing", {"normal": "vec3", "material": "float"})  # unit, on t
 SHADING = Record("Shading", {"normal": "vec3", "triangle": "float"})  # unit
 THROUGHPUT = Record("Throughput", {"throughput": "vec3"})  # of a chain of mirrors
 RADIANCE = Record("Radiance", {"radiance": "vec3", "alpha": "float"})  # [W/(m^2 sr)]
-IRRADIANCE = Record("Irradiance", {"irradiance": "vec3", "count": "float"})  # [W/m^2]
-COVERAGE = Record("Coverage", {"share": "float"})  # of the filter on its own surface
+# [W/m^2]; `inner` is the channels' mean within the inner radius (density.glsl)
+IRRADIANCE = Record("Irradiance", {"irradiance": "vec3", "inner": "float"})
+# Share of the filter on its own surface; mass of the inner one there, and on the whole plane (1 in
+# the mean): the former divided by the latter is the inner one's share.
+COVERAGE = Record("Coverage", {"share": "float", "inner": "float", "plane": "float"})
+# Indirect light within the inner radius, and what the radius adds to it: means of the channels
+# [W/(m^2 sr)], uncorrected. Coverage's inner and plane, weighted as the light is.
+BLUR = Record(
+    "Blur", {"inner": "float", "inner_share": "float", "plane": "float", "difference": "float"}
+)
 SUM = Record("Sum", {"value": "vec4"})

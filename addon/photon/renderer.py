@@ -12,29 +12,43 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..streams import Device, Stream, StreamError
+from ..streams.device import Layer
+from .error import Error, error_of
 from .errors import DeviceError
 from .film import Film
 from .geometry import Frame, Mesh, Tables, frame_of
+from .native_kernels import triangles_of
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
 from .photon_mapper import PhotonMapper
-from .picture import FILM_IMAGES, picture_of
+from .picture import FILM_IMAGES, MIRROR_IMAGES, picture_of
+from .radius_field import Radii, RadiusField, shrink_of
 from .ray_tracer import RayTracer
 from .scene import Scene
 from .settings import Settings, filter_define
 from .splat import Splat, View
+from .version import VERSION
 
 NO_DEPTH = 1.0e10  # Blender's depth where nothing is seen
-# The automatic radius's aim in the first pass. Measured on cornell_classic and cornell_mirror: 24
-# has twice the error after 16 passes, 150 two thirds of it but takes half as long again.
-PHOTONS_PER_DISC = 64.0
+PILOT_PASS = 0xFFFFFFFF  # no pass has this number: the radii don't depend on what they are used for
+PILOT_PHOTONS = 1 << 17
+
+
+def photons_per_disc(photons: int) -> float:
+    """How many photons of a first pass a disc shall hold.
+
+    The error after n passes of P photons depends on radius and n P alone, and radii shrink with
+    (n P)^(-1/6); so P photons a pass want P^(2/3) a disc. Measured on cornell_classic: 150 is best
+    of 64, 150 and 384 at P = 16384, 384 at 65536. More than 400 cost more time than they save.
+    """
+    return float(min(max(150.0 * (photons / 16384) ** (2 / 3), 16.0), 400.0))
 
 
 def open_device(settings: Settings) -> Device:
     """The OpenGL device that the settings ask for; DeviceError says what is missing."""
     try:
         device = Device(settings.device_index)
-        device.choose_layer(settings.layer)
+        _choose_layer(settings, device)
     except StreamError as error:
         raise DeviceError(str(error)) from error
     return device
@@ -54,62 +68,67 @@ class Renderer:
         self.scene, self.settings, self.device = scene, settings, device
         self.seconds: dict[str, float] = {}
         device.use()
-        self.layer = device.choose_layer(settings.layer)
+        self.layer = _choose_layer(settings, device)
+        layer: Layer = "compute" if self.layer == "compute" else "fragment"
         self.estimator = "none"
         with _Timed(self.seconds, "bvh"):
             self.frame: Frame = frame_of(scene)
             mesh = Mesh.build(scene, self.frame)
+            triangles = triangles_of(mesh) if self.layer == "native" else None
         self.triangles = len(mesh.corners)
         self.needs = SceneNeeds.of(scene, settings, mesh)
         self.warnings += _warnings(scene, mesh, self.needs)
-        self._automatic_radius = _automatic_radius(settings, mesh)
-        defines = filter_define(settings)
         with _Timed(self.seconds, "programs"):
             try:
                 self._tables = Tables(device, scene, self.frame, mesh)
                 self.ray_tracer = RayTracer(
-                    device, self.layer, self._tables, self.frame, scene, settings, self.needs
+                    device, layer, self._tables, self.frame, scene, settings, self.needs, triangles
                 )
                 x0, y0, x1, y1 = settings.frame_region
-                self.film = Film(device, self.layer, (x1 - x0, y1 - y0), FILM_IMAGES)
+                names = list(FILM_IMAGES)
+                names += MIRROR_IMAGES if self.needs.mirror else ()
+                names += ["blur"] if self.needs.photons else ()
+                self.film = Film(device, layer, (x1 - x0, y1 - y0), names)
                 self.photon_mapper = self.splat = self.grid = None
                 if self.needs.photons:
                     self.photon_mapper = PhotonMapper(
-                        device, self.layer, self._tables, settings, self.needs
+                        device, layer, self._tables, settings, self.needs, triangles
                     )
                     self.estimator = (
                         "gather" if settings.estimator == "auto" else settings.estimator
                     )
                     if self.estimator == "splat":
-                        self.splat = Splat(device, settings.splat_shape, defines)
+                        self.splat = Splat(device, settings.splat_shape, filter_define(settings))
                     if self.estimator == "gather" or self.needs.mirror:
-                        self.grid = PhotonGrid(device, self.layer, defines, mesh.extent)
+                        self.grid = PhotonGrid(
+                            device, layer, settings, mesh.extent, triangles is not None
+                        )
+                with _Timed(self.seconds, "radius"):
+                    self._radius_field = self._find_radii(mesh)
             except StreamError as error:
                 raise DeviceError(str(error)) from error
         # Nothing seen, until the first pass.
         self._depth = np.full((y1 - y0, x1 - x0, 1), NO_DEPTH, np.float32)
+        self._error: tuple[int, Error] | None = None  # after so many passes
 
     def radius(self, index: int) -> float:
-        """The gather radius of pass `index` [m].
-
-        Knaus & Zwicker 2011, eq. 15, in closed form: r_i^2 = r_1^2 prod (k + alpha) / (k + 1).
-        """
-        first = self.settings.radius or self._automatic_radius * self.frame.scale
-        alpha, i = self.settings.radius_shrink, index + 1
-        log_area = math.lgamma(i + alpha) - math.lgamma(1 + alpha) - math.lgamma(i + 1)
-        return first * math.exp(log_area / 2)
+        """The gather radius of pass `index`, typical of where photons fall [m]."""
+        if not self.photon_mapper:
+            return 0.0
+        shrink = shrink_of(self.settings.radius_shrink, index)
+        return self._radius_field.of_pass(shrink).typical * self.frame.scale
 
     def render_pass(self) -> None:
         """Add the next pass to the film."""
         index = self.settings.first_pass + self.film.passes
         self.device.use()
         try:
-            radius = self.radius(index) / self.frame.scale
+            radii = self._radius_field.of_pass(shrink_of(self.settings.radius_shrink, index))
             if self.photon_mapper:
-                self._trace_photons(index, radius)
+                self._trace_photons(index, radii)
             with _Timed(self.seconds, "eye"):
                 estimate = self._estimate if self.photon_mapper else None
-                images = self.ray_tracer.trace(index, estimate, radius)
+                images = self.ray_tracer.trace(index, estimate, radii)
                 if self.film.passes == 0:
                     self._depth = self._depth_seen(images["normal"])
                 self.film.add(images)
@@ -118,22 +137,36 @@ class Renderer:
             raise DeviceError(str(error)) from error
 
     def images(self) -> dict[str, NDArray[np.float32]]:
-        """The picture so far; see `picture_of`. Depth (h, w, 1) [m] is of the first pass."""
-        self.device.use()
-        return picture_of(self.film.means()) | {"Depth": self._depth}
+        """The picture so far; see `picture_of`. Depth (h, w, 1) [m] is of the first pass, Error
+        (h, w, 1) [W/(m^2 sr)] is `Error.image`."""
+        return self._look() | {"Depth": self._depth, "Error": self.error().image}
+
+    def error(self) -> Error:
+        """How far the picture so far is from the converged one."""
+        if self._error is None or self._error[0] != self.film.passes:
+            self._look()
+        assert self._error
+        return self._error[1]
 
     def info(self) -> dict[str, Any]:
-        """What the picture was made with, for metadata and reports."""
+        """What the picture was made with, for metadata and reports; the error is the last known."""
+        error = self._error[1] if self._error else None
+        photons = self.settings.photons_a_pass if self.photon_mapper else 0
         return {
+            "version": VERSION,
             "device": self.device.name,
             "driver": self.device.version,
             "layer": self.layer,
             "estimator": self.estimator,
             "triangles": self.triangles,
-            "photons_a_pass": self.settings.photons if self.photon_mapper else 0,
+            "photons": photons * self.film.passes,
+            "photons_a_pass": photons,
             "radius": self.radius(0),
             "seed": self.settings.seed,
             "passes": self.film.passes,
+            "error": error.total if error else math.inf,
+            "noise": error.noise if error else math.inf,
+            "bias": error.bias if error else math.inf,
             "unfinished_photons": self.photon_mapper.unfinished if self.photon_mapper else 0,
             "dropped_photons": self.photon_mapper.deposits.dropped if self.photon_mapper else 0,
             "seconds": {name: round(value, 4) for name, value in self.seconds.items()},
@@ -157,6 +190,7 @@ class Renderer:
         """Free everything on the device but the device."""
         self.device.use()
         parts = (
+            self._radius_field,
             self.ray_tracer,
             self.film,
             self.photon_mapper,
@@ -168,14 +202,34 @@ class Renderer:
             if part:
                 part.release()
 
-    def _trace_photons(self, index: int, radius: float) -> None:
+    def _find_radii(self, mesh: Mesh) -> RadiusField:
+        """The user's radius everywhere, or radii after a pilot pass of photons."""
+        if self.settings.radius or not self.photon_mapper:
+            return RadiusField.even(self.device, (self.settings.radius or 1.0) / self.frame.scale)
+        photons_a_pass = self.settings.photons_a_pass
+        photons = min(photons_a_pass, PILOT_PHOTONS)
+        deposits = self.photon_mapper.trace(PILOT_PASS, len(self.scene.lights), photons)
+        place, _ = deposits.arrays()
+        self.photon_mapper.unfinished = deposits.dropped = 0
+        wanted = photons_per_disc(photons_a_pass) * photons / photons_a_pass
+        return RadiusField(self.device, place, wanted, mesh.area, self.ray_tracer.footprint)
+
+    def _look(self) -> dict[str, NDArray[np.float32]]:
+        """Make picture and error of what the film holds."""
+        self.device.use()
+        exposure = self.film.exposure()
+        images = picture_of(exposure.means)
+        self._error = self.film.passes, error_of(exposure, images["Combined"])
+        return images
+
+    def _trace_photons(self, index: int, radii: Radii) -> None:
         assert self.photon_mapper
         with _Timed(self.seconds, "photons"):
             deposits = self.photon_mapper.trace(index, len(self.scene.lights))
         with _Timed(self.seconds, "photon map"):
             for estimator in (self.splat, self.grid):
                 if estimator:
-                    estimator.prepare(deposits, radius)
+                    estimator.prepare(deposits, radii)
 
     def _estimate(
         self, place: Stream, facing: Stream, irradiance: Stream, view: View | None
@@ -191,6 +245,17 @@ class Renderer:
         """Depth along the view axis [m] of one pass: a mean over passes would mix objects."""
         depth = normal.download()[..., 3:] * np.float32(self.frame.scale)
         return np.where(depth > 0, depth, np.float32(NO_DEPTH))
+
+
+def _choose_layer(settings: Settings, device: Device) -> str:
+    """What runs the kernels: "fragment", "compute", or "native".
+
+    Native is fragment programs, and the native core for the kernels that trace and gather.
+    Measured: on software OpenGL that takes a third of the time of fragment programs alone.
+    """
+    if settings.layer == "native" or (settings.layer == "auto" and device.is_software):
+        return "native"
+    return device.choose_layer(settings.layer)
 
 
 class _Timed:
@@ -216,16 +281,6 @@ def _conserving(scene: Scene) -> tuple[Scene, tuple[str, ...]]:
         if new is not old
     )
     return replace(scene, materials=materials), warnings
-
-
-def _automatic_radius(settings: Settings, mesh: Mesh) -> float:
-    """A first radius [scene units] that holds about PHOTONS_PER_DISC photons.
-
-    From the diffuse area and the expected number of deposits, albedo / (1 - albedo) a photon.
-    """
-    albedo = min(max(mesh.albedo, 0.05), 0.9)
-    expected = max(settings.photons, 1) * albedo / (1.0 - albedo)
-    return math.sqrt(PHOTONS_PER_DISC * (mesh.area or 1.0) / (math.pi * expected))
 
 
 def _warnings(scene: Scene, mesh: Mesh, needs: SceneNeeds) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ import moderngl
 from ..streams import Device, Stream
 from ..streams.source import expand
 from .deposits import Deposits
+from .radius_field import TABLES, UNIFORMS, Radii
 from .settings import SplatShape
 
 _UNIFORMS = """
@@ -22,11 +23,11 @@ uniform sampler2D point_facing;
 uniform mat4 world_to_camera;
 uniform vec4 window;
 uniform vec2 viewport;
-uniform float radius;
+uniform bool field_is_even;
 uniform float pixels_above;
 uniform float pixels_up_to;
 uniform bool orthographic;
-"""
+""" + "".join(f"uniform {item.kind} {name};\n" for name, item in (UNIFORMS | TABLES).items())
 _VERTICES = {"triangle": 3, "quad": 4, "point": 1}
 _MODES = {
     "triangle": moderngl.TRIANGLES,
@@ -63,7 +64,7 @@ class _Shape:
             raise device.refusal("Splat", failed, error) from None
         self.array = device.ctx.vertex_array(self.program, [])
         for unit, name in enumerate(
-            ("photon_place", "photon_deposit", "point_place", "point_facing")
+            ("photon_place", "photon_deposit", "point_place", "point_facing", "radii")
         ):
             self.program[name] = unit
 
@@ -101,13 +102,14 @@ class Splat:
         # Points larger than the device draws become quads.
         self._large = _Shape(device, "quad", defines) if shape == "point" else None
         self._photons: list[moderngl.Texture] = []
-        self._count, self._radius = 0, 0.0
+        self._count = 0
+        self._radii: Radii | None = None
         self.launches = 0
 
-    def prepare(self, deposits: Deposits, radius: float) -> None:
-        """Take a pass's deposits and the radius [scene units]."""
+    def prepare(self, deposits: Deposits, radii: Radii) -> None:
+        """Take a pass's deposits and radii."""
         self._count, *self._photons = deposits.tables()
-        self._radius = radius
+        self._radii = radii
 
     def estimate(self, place: Stream, facing: Stream, irradiance: Stream, view: View) -> None:
         """Write the irradiance at each visible point."""
@@ -115,20 +117,21 @@ class Splat:
         framebuffer.use()
         framebuffer.clear()
         self.launches += 1
-        if self._count == 0:
+        if self._count == 0 or self._radii is None:
             return
-        for unit, texture in enumerate((*self._photons, place.texture, facing.texture)):
+        textures = (*self._photons, place.texture, facing.texture, self._radii.field.table)
+        for unit, texture in enumerate(textures):
             texture.use(location=unit)
         limit = self._device.point_size_limit if self._large else _UNLIMITED
         uniforms = {
             "world_to_camera": view.world_to_camera,
             "window": view.window,
             "viewport": tuple(map(float, irradiance.size)),
-            "radius": self._radius,
+            "field_is_even": self._radii.field.is_even,
             "orthographic": view.orthographic,
             "pixels_above": 0.0,
             "pixels_up_to": limit,
-        }
+        } | self._radii.uniforms
         ctx = self._device.ctx
         ctx.enable(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
         ctx.blend_func = moderngl.ONE, moderngl.ONE

@@ -8,11 +8,12 @@ from typing import get_args
 
 from ..streams import Kernel
 from ..streams.source import Source
+from .blur import Blur
 from .combine import CombineAll, CombineMirror, CombinePrimary
 from .coverage import Coverage
 from .direct import Direct
 from .eye_rays import EyeRays
-from .film import Accumulate, AccumulateVariance
+from .film import Accumulate, AccumulateBatches
 from .gather import Gather
 from .generator import Generator
 from .lit import Lit
@@ -34,11 +35,12 @@ PLAIN: tuple[type[Kernel], ...] = (
     Direct,
     Lit,
     Mirror,
+    Blur,
     CombinePrimary,
     CombineMirror,
     CombineAll,
     Accumulate,
-    AccumulateVariance,
+    AccumulateBatches,
 )
 COMPUTE = (
     "scan_blocks",
@@ -60,7 +62,12 @@ def kernels() -> Iterator[tuple[type[Kernel], dict[str, int | float]]]:
     yield Tracer, {"ANY_HIT": 1}
     for name in get_args(Filter):
         yield Gather, {f"FILTER_{name.upper()}": 1}
-        yield Coverage, {f"FILTER_{name.upper()}": 1, "PROBES": 1}
+        yield (
+            Coverage,
+            {
+                f"FILTER_{name.upper()}": 1,
+            },
+        )
 
 
 def splats(version: int) -> Iterator[tuple[str, Source, Source]]:

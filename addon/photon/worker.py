@@ -21,6 +21,7 @@ from .messages import Message, receive, send
 from .renderer import Renderer, open_device
 from .scene import Scene
 from .settings import Settings
+from .stops import Stops
 
 WATCH_INTERVAL = 0.5  # [s]
 
@@ -126,10 +127,13 @@ class _Worker:
             self._device = None
 
     def _render(self, renderer: Renderer) -> None:
-        settings, start = renderer.settings, time.monotonic()
-        self._report(renderer, "progress", start, {"warnings": renderer.warnings})
-        for _ in range(settings.passes):
+        start, stops, reached = time.monotonic(), Stops(renderer.settings), ""
+        self._report(renderer, "progress", start, stops, {"warnings": renderer.warnings})
+        while not reached:
             renderer.render_pass()
+            reached = stops.reached(
+                renderer.film.passes, time.monotonic() - start, lambda: renderer.error().total
+            )
             extra: dict[str, Any] = {}
             while not self._inbox.empty():
                 message = self._inbox.get()
@@ -139,12 +143,12 @@ class _Worker:
                     send(self._out, {"type": "cancelled"})
                     return
                 extra = {"images": self._share(renderer)}  # the parent asked for a preview
-            self._report(renderer, "progress", start, extra)
-            if 0 < settings.time_limit < time.monotonic() - start:
-                break
-        self._report(renderer, "done", start, {"images": self._share(renderer)})
+            self._report(renderer, "progress", start, stops, extra)
+        self._report(renderer, "done", start, stops, {"images": self._share(renderer)})
 
-    def _report(self, renderer: Renderer, kind: str, start: float, extra: Message) -> None:
+    def _report(
+        self, renderer: Renderer, kind: str, start: float, stops: Stops, extra: Message
+    ) -> None:
         info = renderer.info()
         send(
             self._out,
@@ -152,7 +156,8 @@ class _Worker:
                 "type": kind,
                 "passes_done": info["passes"],
                 "passes": renderer.settings.passes,
-                "photons": info["passes"] * info["photons_a_pass"],
+                "expected": stops.expected,
+                "photons": info["photons"],
                 "render_seconds": time.monotonic() - start,
                 "info": info,
             }

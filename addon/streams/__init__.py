@@ -7,12 +7,15 @@ element, reads streams and writes up to four. How that happens is the physical l
 
 from .compute import Program, Scan
 from .device import Device
+from .host import HostKernel
 from .kernel import Kernel, Table, Uniform
 from .source import StreamError
-from .stream import PingPong, Record, Stream
+from .stream import TEXEL, PingPong, Record, Stream
 
 __all__ = [
+    "TEXEL",
     "Device",
+    "HostKernel",
     "Kernel",
     "PingPong",
     "Program",

@@ -13,7 +13,7 @@ import moderngl
 
 from .source import Source, StreamError
 
-Layer = Literal["fragment", "compute"]
+Layer = Literal["fragment", "compute"]  # how OpenGL runs a kernel
 
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
 _CACHED_FRAMEBUFFERS = 128

@@ -12,7 +12,7 @@ import moderngl
 
 from .device import Device, Layer
 from .source import Source, StreamError, expand, read
-from .stream import Record, Stream
+from .stream import TEXEL, Record, Stream
 
 GROUP = (8, 8)  # compute work group; 64 threads suit every GPU's warp or wave size
 _MAX_OUTPUTS = 4  # what OpenGL 3.3 guarantees in practice for float MRT
@@ -166,7 +166,7 @@ class Kernel:
         size = streams[next(iter(self.outputs))].size
         for name, record in ports.items():
             stream = streams[name]
-            if stream.record.name != record.name:
+            if record is not TEXEL and stream.record.name != record.name:
                 raise StreamError(
                     f"{who}: port {name!r} is a stream of {record.name}, got {stream.record.name}"
                 )

@@ -52,6 +52,10 @@ class Record:
         )
 
 
+# A port of this record takes streams of any: the element as four plain numbers.
+TEXEL = Record("Texel", {"texel": "vec4"})
+
+
 class Stream:
     """A `size` = (width, height) array of `record`s, float32 RGBA, on `device`."""
 

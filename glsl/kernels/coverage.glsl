@@ -3,40 +3,63 @@
 // 1/4 in a corner. Dividing by its mean over passes removes the boundary bias, and, since the filter
 // is integrated over the surface as it is, that of creases and curvature too.
 //
-// Each probe samples the filter on the tangent plane and looks for the surface above and below.
+// Each probe samples the filter on the tangent plane and looks for the surface above and below. The
+// inner filter's share comes from the same probes, weighted by inner over outer filter: it is the
+// quotient of the mean inner mass found on the surface and the mean inner mass on the plane.
 #include "lib/rng.glsl"
 #include "lib/pixel.glsl"
 #include "lib/sampling.glsl"
 #include "lib/bvh.glsl"
 #include "lib/surface.glsl"
 #include "lib/density.glsl"
+#include "lib/radius.glsl"
 #include "lib/material.glsl"
 
 const int MOST_LAYERS = 4;  // other surfaces that a probe may pass through
+const float FLAT = 0.02;    // slope up to which a surface is taken for the point's own at once
 
-// Filter mass at a point of the surface over that of the sampled point of the plane, or 0.
-float probe(Place place, vec3 normal, vec2 u, float r2) {
+// Whether a point of a triangle's plane lies inside it: most probes end on the point's own, and need no ray.
+bool inside_triangle(int triangle, vec3 point, vec3 normal) {
+    vec3 a = texelFetch(bvh_corners, table_texel(3 * triangle), 0).xyz - point;
+    vec3 b = texelFetch(bvh_corners, table_texel(3 * triangle + 1), 0).xyz - point;
+    vec3 c = texelFetch(bvh_corners, table_texel(3 * triangle + 2), 0).xyz - point;
+    vec3 sides = vec3(dot(cross(a, b), normal), dot(cross(b, c), normal), dot(cross(c, a), normal));
+    return all(greaterThan(sides, vec3(0.0))) || all(lessThan(sides, vec3(0.0)));
+}
+
+// Filter mass, and inner filter mass, at a point of the surface over the filter mass of the sampled point
+// of the plane, or 0; then the inner one's on the plane. Of several layers the one nearest to the plane
+// counts: in a fold of less than 45 degrees the first one met is the back of its other side.
+vec3 probe(Place place, int triangle, vec3 normal, vec2 u, float r2) {
     float d2 = sample_filter(u.x) * r2;
+    float mass = max(eval_filter(d2, r2), 1.0e-30);
     float height = sqrt(d2) + SURFACE_OFFSET;  // within 45 degrees a surface strays no further
     vec3 in_plane = frame_about(normal) * vec3(cos(2.0 * PI * u.y), sin(2.0 * PI * u.y), 0.0);
     vec3 origin = place.position + in_plane * sqrt(d2) + normal * height;
-    float left = 2.0 * height;
+    float left = 2.0 * height, above = height;
+    float inner_mass = eval_inner_filter(d2, r2) / mass;
+    if (inside_triangle(triangle, place.position + in_plane * sqrt(d2), normal)) return vec3(1.0, inner_mass, inner_mass);
+    vec2 found_mass = vec2(0.0);
     int source = -1;
     for (int layer = 0; layer < MOST_LAYERS; layer++) {
         RayHit found = trace(origin, -normal, left, source);
-        if (found.triangle < 0) return 0.0;
+        if (found.triangle < 0) break;
         Surface surface = surface_at(Hit(found.t, float(found.triangle) + 1.0, found.u, found.v), -normal);
-        float cosine = dot(surface.geometric, normal);
-        if (surface.surface + 1.0 == place.surface && cosine >= SAME_ORIENTATION) {
+        above -= found.t;
+        left -= found.t;
+        if (surface.surface + 1.0 == place.surface && same_orientation(pack_direction(surface.geometric), normal)) {
             vec3 offset = surface.position - place.position;
             float at = dot(offset, offset);
-            return at > r2 ? 0.0 : eval_filter(at, r2) / (max(eval_filter(d2, r2), 1.0e-30) * cosine);
+            found_mass = at > r2
+                ? vec2(0.0)
+                : vec2(eval_filter(at, r2), eval_inner_filter(at, r2)) / (mass * dot(surface.geometric, normal));
+            if (above <= FLAT * height) break;
+            left = 2.0 * above;  // as far below the plane as this one is above it
         }
         origin -= normal * found.t;
-        left -= found.t;
         source = found.triangle;
     }
-    return 0.0;
+    return vec3(found_mass, inner_mass);
 }
 
 void kernel() {
@@ -45,12 +68,15 @@ void kernel() {
     Facing facing = load_facing();
     if (largest(material_at(facing.material).diffuse) <= 0.0) skip();
     vec3 normal = facing.normal;
+    int triangle = int(load_shading().triangle);
     // One sequence over all passes: the mean's error falls with the number of probes, not its root.
     vec2 start = random4(seed, 0u, uint(pixel(element())), DIMENSION_COVERAGE + uint(depth)).xy;
-    float covered = 0.0;
-    for (int i = 0; i < PROBES; i++) {
-        vec2 u = r2_sequence(start, pass_index * uint(PROBES) + uint(i));
-        covered += probe(place, normal, u, radius * radius);
+    float radius = radius_at(place.position);
+    vec3 covered = vec3(0.0);
+    for (int i = 0; i < probes; i++) {
+        vec2 u = r2_sequence(start, first_probe + uint(i));
+        covered += probe(place, triangle, normal, u, radius * radius);
     }
-    store_coverage(Coverage(covered / float(PROBES)));
+    covered /= float(probes);
+    store_coverage(Coverage(covered.x, covered.y, covered.z));
 }

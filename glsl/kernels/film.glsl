@@ -12,10 +12,9 @@ vec4 sum_error(vec4 a, vec4 b) {
 }
 
 void kernel() {
-    Radiance value = load_value();
     Sum sum = load_sum();
     Sum low = load_low();
-    precise vec4 x = vec4(value.radiance, value.alpha);
+    precise vec4 x = load_value().texel;
     precise vec4 addend = x + low.value;
     precise vec4 total = sum.value + addend;
     store_next_sum(Sum(total));

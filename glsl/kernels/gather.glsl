@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Sum the photons around each visible point from a grid of sorted photons.
+// Add to each visible point's sum the photons around it, of a range of a grid of sorted photons.
 #include "lib/table.glsl"
 #include "lib/density.glsl"
+#include "lib/radius.glsl"
 
 uint cell_begin(int cell) { return texelFetch(cell_start, table_texel(cell), 0).x; }
 
@@ -9,6 +10,7 @@ void kernel() {
     Place place = load_place();
     if (place.surface == 0.0) skip();
     vec3 normal = load_facing().normal;
+    float radius = radius_at(place.position);
     float r2 = radius * radius;
     // The margin covers the rounding of photons to cells.
     vec3 reach = vec3(radius * 1.00001 + 1.0e-7);
@@ -17,12 +19,12 @@ void kernel() {
     if (any(greaterThanEqual(low, grid_cells)) || any(lessThan(high, ivec3(0)))) skip();
     low = max(low, ivec3(0));
     high = min(high, grid_cells - 1);
-    vec3 irradiance = vec3(0.0);
+    vec4 irradiance = vec4(0.0);
     for (int z = low.z; z <= high.z; z++) {
         for (int y = low.y; y <= high.y; y++) {
             int row = (z * grid_cells.y + y) * grid_cells.x;
-            int end = int(cell_begin(row + high.x + 1));
-            for (int i = int(cell_begin(row + low.x)); i < end; i++) {
+            int end = min(int(cell_begin(row + high.x + 1)), photon_range.y);
+            for (int i = max(int(cell_begin(row + low.x)), photon_range.x); i < end; i++) {
                 ivec2 at = table_texel(i);
                 vec4 photon = texelFetch(photon_place, at, 0);
                 vec3 offset = photon.xyz - place.position;
@@ -32,5 +34,6 @@ void kernel() {
             }
         }
     }
-    store_irradiance(Irradiance(irradiance, 1.0));
+    Irradiance sum = load_sum();
+    store_irradiance(Irradiance(sum.irradiance + irradiance.rgb, sum.inner + irradiance.a));
 }

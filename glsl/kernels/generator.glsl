@@ -29,7 +29,8 @@ void kernel() {
     vec3 lift = vec3(disc, sqrt(max(0.0, 1.0 - dot(disc, disc)))) * light.radius;
     vec3 emitted = light.power * (spot_solid_angle(light) / (4.0 * PI));
 
-    store_origin(RayOrigin(light.position + frame_about(direction) * lift, -1.0));
+    // Lifted off a surface that the light may lie in, as all rays are that leave one.
+    store_origin(RayOrigin(light.position + frame_about(direction) * lift + direction * SURFACE_OFFSET, -1.0));
     store_direction(RayDirection(direction, T_MAX));
     store_flux(Flux(emitted / (float(photons) * light.chosen), float(photon)));
 }

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Rasterise each photon's disc of influence and add its irradiance to the visible points under it
-// (Marino & Abbate, Splatting). The footprint bounds the whole sphere of radius r about the photon,
-// so that splats and gather sum the same pairs on curved surfaces too.
+// (Marino & Abbate, Splatting). The footprint bounds the whole sphere about the photon in which visible
+// points may reach it, so that splats and gather sum the same pairs on curved surfaces too.
 #include "lib/table.glsl"
 #include "lib/density.glsl"
+#include "lib/radius.glsl"
 
 #ifdef STAGE_VERTEX
+// Radii change slowly: a visible point that reaches a photon has at most 1.77 times the photon's radius.
+const float WIDEST = 1.78;
 flat out vec4 photon;
 flat out vec4 flux;
 
@@ -24,7 +27,7 @@ void main() {
     flux = texelFetch(photon_deposit, at, 0);
     vec3 centre = (world_to_camera * vec4(photon.xyz, 1.0)).xyz;
     float depth = -centre.z;
-    float reach = radius * 1.0001;
+    float reach = radius_at(photon.xyz) * (field_is_even ? 1.0001 : WIDEST);
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // outside: clipped away
     if (depth < -reach) return;
     vec2 low, high;  // bounds on the image plane, in window units
@@ -73,6 +76,7 @@ void main() {
     vec4 place = texelFetch(point_place, at, 0);
     vec3 normal = texelFetch(point_facing, at, 0).xyz;
     if (place.w == 0.0) discard;
-    irradiance = vec4(photon_irradiance(photon, flux, place.xyz, place.w, normal, radius * radius), 1.0);
+    float radius = radius_at(place.xyz);
+    irradiance = photon_irradiance(photon, flux, place.xyz, place.w, normal, radius * radius);
 }
 #endif

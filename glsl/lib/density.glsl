@@ -5,6 +5,7 @@
 
 // Photons of a surface that bends away by more than 45 degrees say nothing about this point.
 const float SAME_ORIENTATION = 0.7071;
+const float INNER_AREA = 0.5;  // of the disc's; error.py extrapolates with it
 const float GAUSSIAN_BETA = 2.0;  // standard deviation r / 2
 
 // Filter of radius^2 r2 at distance^2 d2 [1 / area]; integrates to one over the disc.
@@ -21,6 +22,13 @@ float eval_filter(float d2, float r2) {
 #endif
 }
 
+// The same filter of radius^2 INNER_AREA * r2. What an estimate changes by from one radius to the other
+// tells its bias, which goes with the radius^2 where irradiance is smooth (Silverman 1986, sec. 4.3).
+float eval_inner_filter(float d2, float r2) {
+    float inner = INNER_AREA * r2;
+    return d2 > inner ? 0.0 : eval_filter(d2, inner);
+}
+
 // Distance^2 / radius^2 in [0, 1] distributed as the filter's mass over the disc.
 float sample_filter(float u) {
 #if defined(FILTER_CONSTANT)
@@ -35,12 +43,19 @@ float sample_filter(float u) {
 #endif
 }
 
+// Whether photons that fell on a surface of this normal count for a visible point of that one. Asked of
+// the normal as photons carry it, packed, so that the photons and the coverage agree at 45 degrees too.
+bool same_orientation(float packed_normal, vec3 normal) {
+    return dot(unpack_direction(packed_normal), normal) >= SAME_ORIENTATION;
+}
+
 // Irradiance that a photon adds at a visible point: zero beyond the radius, from another surface,
-// from the other side of a thin wall, or from round a corner.
-vec3 photon_irradiance(vec4 photon, vec4 flux, vec3 position, float surface, vec3 normal, float r2) {
+// from the other side of a thin wall, or from round a corner. In alpha the mean of what its channels
+// add within the inner radius.
+vec4 photon_irradiance(vec4 photon, vec4 flux, vec3 position, float surface, vec3 normal, float r2) {
     vec3 offset = photon.xyz - position;
     float d2 = dot(offset, offset);
-    if (d2 > r2 || photon.w != surface) return vec3(0.0);
-    if (dot(unpack_direction(flux.w), normal) < SAME_ORIENTATION) return vec3(0.0);
-    return flux.rgb * eval_filter(d2, r2);
+    if (d2 > r2 || photon.w != surface) return vec4(0.0);
+    if (!same_orientation(flux.w, normal)) return vec4(0.0);
+    return vec4(flux.rgb * eval_filter(d2, r2), dot(flux.rgb, vec3(1.0 / 3.0)) * eval_inner_filter(d2, r2));
 }

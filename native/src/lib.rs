@@ -1,18 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Native core of Photon Stream: pure functions over arrays.
 //!
-//! [`bvh::build`] writes the node array that the GLSL kernels traverse, [`trace`] traverses the
-//! same array on the CPU, and [`photons::sort`] puts photons into the cells of a grid. Python
-//! sees them through the module `python` (cargo feature `python`).
+//! [`bvh::build`] writes the node array that the GLSL kernels traverse, [`photons::sort`] puts photons
+//! into the cells of a grid, and [`radius`] says how far a place looks for them. Where OpenGL is
+//! software, [`trace`], [`coverage`] and [`density`] take the place of GLSL kernels. Python sees them
+//! through the module `python` (cargo feature `python`).
 
 mod bounds;
 pub mod brute_force;
 pub mod bvh;
+pub mod coverage;
+pub mod density;
+mod lanes;
 pub mod photons;
 #[cfg(feature = "python")]
 mod python;
+pub mod radius;
+pub mod random;
 pub mod trace;
 pub mod watertight;
+mod wide;
 
 use std::fmt;
 

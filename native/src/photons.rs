@@ -24,7 +24,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    fn check(&self) -> Result<usize, InvalidInput> {
+    pub(crate) fn check(&self) -> Result<usize, InvalidInput> {
         if let Some(k) = self.origin.iter().position(|x| !x.is_finite()) {
             return Err(InvalidInput(format!("origin[{k}] = {} is not finite", self.origin[k])));
         }
@@ -43,7 +43,7 @@ impl Grid {
     /// The cell of a finite position: floor((p - origin) / cell_size) in float32, clamped to the
     /// grid.
     #[inline]
-    fn cell(&self, position: &[f32]) -> u32 {
+    pub(crate) fn cell(&self, position: &[f32]) -> u32 {
         let [x, y, z] = [0, 1, 2].map(|k| {
             // The cast truncates, saturates, and equals floor once negative values are clamped.
             let i = ((position[k] - self.origin[k]) / self.cell_size) as i32;

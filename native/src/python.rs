@@ -7,14 +7,18 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use numpy::{
-    AllowTypeChange, Element, PyArray1, PyArray2, PyArrayLike1, PyArrayMethods, PyReadonlyArrayDyn,
+    AllowTypeChange, Element, PyArray1, PyArray2, PyArray3, PyArrayLike1, PyArrayMethods, PyReadonlyArrayDyn,
     PyUntypedArray, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
+use crate::density::{self, Filter};
+use crate::radius;
 use crate::trace::{Rays, Tree, Triangle};
-use crate::{InvalidInput, brute_force, bvh, photons};
+use crate::{InvalidInput, brute_force, bvh, coverage, photons};
+
+type Stream<'py> = Bound<'py, PyArray3<f32>>;
 
 type F32Array<'py> = Bound<'py, PyArray1<f32>>;
 type I32Array<'py> = Bound<'py, PyArray1<i32>>;
@@ -33,6 +37,9 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("MAX_DEPTH", bvh::MAX_DEPTH)?;
     module.add("MAX_LEAF", bvh::MAX_LEAF)?;
+    module.add_class::<Tracer>()?;
+    module.add_class::<PhotonMap>()?;
+    module.add_class::<RadiusField>()?;
     module.add_function(wrap_pyfunction!(build_bvh, module)?)?;
     module.add_function(wrap_pyfunction!(trace, module)?)?;
     module.add_function(wrap_pyfunction!(occluded, module)?)?;
@@ -165,6 +172,206 @@ fn trace_brute_force<'py>(
     Ok((column(&|hit| hit.1, f64::INFINITY), position, column(&|hit| hit.2, 0.0), column(&|hit| hit.3, 0.0)))
 }
 
+/// Traces the rays of streams through a scene's triangles.
+///
+/// Tracer(nodes, corners): nodes as from build_bvh; corners float32[K, 3, 4], the triangles in leaf
+/// order, whose fourth numbers are material, surface and nothing. Raises ValueError as trace does.
+#[pyclass(frozen, module = "photon_stream_native")]
+struct Tracer {
+    tree: Tree,
+    corners: Vec<[[f32; 4]; 3]>,
+}
+
+#[pymethods]
+impl Tracer {
+    #[new]
+    fn new(py: Python, nodes: &Bound<PyAny>, corners: &Bound<PyAny>) -> PyResult<Tracer> {
+        let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
+        let corners = array::<f32>(corners, "corners", &[None, Some(3), Some(4)])?;
+        let nodes = nodes.as_slice()?;
+        let corners = rows::<f32, 4>(&corners)?.as_chunks::<3>().0.to_vec();
+        run(py, || {
+            let points: Vec<Triangle> = corners.iter().map(|t| t.map(|[x, y, z, _]| [x, y, z])).collect();
+            Ok(Tracer { tree: Tree::new(nodes, &points)?, corners })
+        })
+    }
+
+    /// Find each ray's closest hit, or with any_hit some hit.
+    ///
+    /// Takes streams float32[H, W, 4]: origin (position, leaf position of a triangle to pass
+    /// through or -1) and direction (vector, how far it goes). Returns hits float32[H, W, 4]: t,
+    /// leaf position + 1, u, v; zeros for a miss.
+    fn trace<'py>(
+        &self,
+        py: Python<'py>,
+        origin: &Bound<'py, PyAny>,
+        direction: &Bound<'py, PyAny>,
+        any_hit: bool,
+    ) -> PyResult<Stream<'py>> {
+        let [origin, direction] = streams([("origin", origin), ("direction", direction)])?;
+        new_stream(py, &origin, |out| {
+            let (origin, direction) = (rows(&origin)?, rows(&direction)?);
+            run(py, || {
+                self.tree.trace_records(origin, direction, any_hit, out, |hit| match hit {
+                    Some((position, hit)) => [hit.t, (position + 1) as f32, hit.u, hit.v],
+                    None => [0.0; 4],
+                });
+                Ok(())
+            })
+        })
+    }
+
+    /// Estimate the share of a filter that lies on each visible point's own surface.
+    ///
+    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
+    /// (normal, material), shading (unused, leaf position of the triangle); diffuse bool[M], which materials are of interest; radii, of which each is
+    /// multiplied by shrink; filter (constant, cone, gaussian, epanechnikov); probes a point, and how many were sent before;
+    /// what random numbers depend on: seed, depth, and of a pixel frame_size and region_origin (x, y).
+    /// Returns float32[H, W, 4]: the share; the inner filter's mass on the surface, and on the plane.
+    #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (place, facing, shading, diffuse, radii, *, shrink, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
+    fn coverage<'py>(
+        &self,
+        py: Python<'py>,
+        place: &Bound<'py, PyAny>,
+        facing: &Bound<'py, PyAny>,
+        shading: &Bound<'py, PyAny>,
+        diffuse: &Bound<'py, PyAny>,
+        radii: &RadiusField,
+        shrink: f32,
+        filter: &str,
+        probes: u32,
+        first_probe: u32,
+        seed: u32,
+        depth: u32,
+        frame_size: (usize, usize),
+        region_origin: (usize, usize),
+    ) -> PyResult<Stream<'py>> {
+        let [place, facing, shading] = streams([("place", place), ("facing", facing), ("shading", shading)])?;
+        let diffuse = array::<bool>(diffuse, "diffuse", &[None])?;
+        let probes = coverage::Probes {
+            count: probes,
+            shrink,
+            filter: Filter::named(filter)?,
+            first: first_probe,
+            seed,
+            depth,
+            region_width: place.shape()[1],
+            frame_width: frame_size.0,
+            region_origin: [region_origin.0, region_origin.1],
+        };
+        new_stream(py, &place, |out| {
+            let points = coverage::Points {
+                places: rows(&place)?,
+                facings: rows(&facing)?,
+                shadings: rows(&shading)?,
+            };
+            let diffuse = diffuse.as_slice()?;
+            run(py, || {
+                coverage::coverage(&self.tree, &self.corners, diffuse, &radii.0, &points, &probes, out);
+                Ok(())
+            })
+        })
+    }
+}
+
+/// A pass's photons in the cells of a grid, for gathering.
+///
+/// PhotonMap(place, deposit, origin, cell_size, cells): place float32[P, 4] (position, surface + 1),
+/// deposit float32[P, 4] (flux, packed normal); the grid as for sort_photons, which says what is
+/// refused.
+#[pyclass(frozen, module = "photon_stream_native")]
+struct PhotonMap(density::PhotonMap);
+
+#[pymethods]
+impl PhotonMap {
+    #[new]
+    fn new(
+        py: Python,
+        place: &Bound<PyAny>,
+        deposit: &Bound<PyAny>,
+        origin: [f32; 3],
+        cell_size: f32,
+        cells: [usize; 3],
+    ) -> PyResult<PhotonMap> {
+        let place = array::<f32>(place, "place", &[None, Some(4)])?;
+        let deposit = array::<f32>(deposit, "deposit", &[None, Some(4)])?;
+        let (place, deposit) = (rows(&place)?, rows(&deposit)?);
+        let grid = photons::Grid { origin, cell_size, cells };
+        Ok(PhotonMap(run(py, || density::PhotonMap::new(place, deposit, grid))?))
+    }
+
+    /// Sum the photons around each visible point.
+    ///
+    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
+    /// (normal, unused); radii, of which each is multiplied by shrink; filter (constant, cone, gaussian, epanechnikov). Returns
+    /// float32[H, W, 4]: irradiance in three channels, and their mean within the inner radius; zeros
+    /// where no photon can be.
+    fn gather<'py>(
+        &self,
+        py: Python<'py>,
+        place: &Bound<'py, PyAny>,
+        facing: &Bound<'py, PyAny>,
+        radii: &RadiusField,
+        shrink: f32,
+        filter: &str,
+    ) -> PyResult<Stream<'py>> {
+        let [place, facing] = streams([("place", place), ("facing", facing)])?;
+        let filter = Filter::named(filter)?;
+        new_stream(py, &place, |out| {
+            let (place, facing) = (rows(&place)?, rows(&facing)?);
+            run(py, || {
+                self.0.gather(place, facing, &radii.0, shrink, filter, out);
+                Ok(())
+            })
+        })
+    }
+}
+
+/// The gather radius of the first pass at every place.
+///
+/// RadiusField(place, origin, cell_size, cells, wanted, least, most): place float32[P, 4], where
+/// photons of a pass fall; the grid as for sort_photons; each radius is that of a disc that would
+/// hold about `wanted` of them, at least least float32[(nx + 1) * (ny + 1) * (nz + 1)] (a node, x
+/// fastest) and else at most `most`, and changes by less than half the way moved.
+#[pyclass(frozen, module = "photon_stream_native")]
+struct RadiusField(radius::RadiusField);
+
+#[pymethods]
+impl RadiusField {
+    #[new]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        py: Python,
+        place: &Bound<PyAny>,
+        origin: [f32; 3],
+        cell_size: f32,
+        cells: [usize; 3],
+        wanted: f32,
+        least: &Bound<PyAny>,
+        most: f32,
+    ) -> PyResult<RadiusField> {
+        let place = array::<f32>(place, "place", &[None, Some(4)])?;
+        let least = array::<f32>(least, "least", &[None])?;
+        let (place, least) = (rows(&place)?, least.as_slice()?);
+        let grid = photons::Grid { origin, cell_size, cells };
+        Ok(RadiusField(run(py, || radius::RadiusField::new(place, grid, wanted, least, most))?))
+    }
+
+    /// The radii float32[P] at positions float32[P, 4], whose fourth numbers are ignored.
+    fn at<'py>(&self, py: Python<'py>, position: &Bound<'py, PyAny>) -> PyResult<F32Array<'py>> {
+        let position = array::<f32>(position, "position", &[None, Some(4)])?;
+        let radii = rows::<f32, 4>(&position)?.iter().map(|&[x, y, z, _]| self.0.at([x, y, z]));
+        Ok(PyArray1::from_iter(py, radii))
+    }
+
+    /// The radii at each cell's corners, float32[cells, 8], as glsl/lib/radius.glsl reads them.
+    fn corners<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let corners = self.0.corners();
+        PyArray1::from_slice(py, corners.as_flattened()).reshape([corners.len(), 8])
+    }
+}
+
 /// Sort photons by grid cell, stably.
 ///
 /// Takes positions float32[P, 3 or 4], of which a fourth column is ignored; origin, three
@@ -213,6 +420,38 @@ fn run<T: Send>(py: Python, work: impl FnOnce() -> Result<T, InvalidInput> + Sen
             Err(PyRuntimeError::new_err(format!("photon_stream_native failed: {text}")))
         }
     }
+}
+
+/// Streams float32[H, W, 4] of one size.
+fn streams<'py, const N: usize>(
+    objects: [(&str, &Bound<'py, PyAny>); N],
+) -> PyResult<[PyReadonlyArrayDyn<'py, f32>; N]> {
+    let mut found: Vec<PyReadonlyArrayDyn<f32>> = Vec::with_capacity(N);
+    for (name, object) in objects {
+        let stream = array::<f32>(object, name, &[None, None, Some(4)])?;
+        if let Some(first) = found.first().filter(|first| first.shape() != stream.shape()) {
+            return Err(PyValueError::new_err(format!(
+                "{name} has shape {:?}, but {} has {:?}",
+                stream.shape(),
+                objects[0].0,
+                first.shape()
+            )));
+        }
+        found.push(stream);
+    }
+    Ok(found.try_into().expect("as many as were asked for"))
+}
+
+/// A stream of another's size, filled by `fill`.
+fn new_stream<'py>(
+    py: Python<'py>,
+    like: &PyReadonlyArrayDyn<'py, f32>,
+    fill: impl FnOnce(&mut [[f32; 4]]) -> PyResult<()>,
+) -> PyResult<Stream<'py>> {
+    let (height, width) = (like.shape()[0], like.shape()[1]);
+    let mut out = vec![[0.0; 4]; height * width];
+    fill(&mut out)?;
+    PyArray1::from_vec(py, out.into_flattened()).reshape([height, width, 4])
 }
 
 /// A C-contiguous array of one type and shape (None: any number of rows), or an error naming it.

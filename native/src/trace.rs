@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//! Traces rays through the node array of [`crate::bvh::build`], as the GLSL does.
+//! Traces rays through the tree of [`crate::bvh::build`], as the GLSL does.
 
 use rayon::prelude::*;
 
 use crate::InvalidInput;
+use crate::bounds::Bounds;
 use crate::bvh::{MAX_DEPTH, NODE_FLOATS};
-use crate::watertight::{BoxPair, Hit, Ray, Slabs};
-
-/// Entries on the traversal stack; at most one is pushed a level.
-pub const STACK: usize = 64;
+use crate::lanes::{Lanes, widest};
+use crate::watertight::{Hit, Ray};
+use crate::wide::{Child, Stack, Wide};
 
 const RAYS_A_TASK: usize = 512;
 
@@ -67,36 +67,20 @@ impl Rays<'_> {
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Child {
-    /// First triangle of a leaf, or a node.
-    reference: u32,
-    /// Triangles of a leaf; 0 for an inner node.
-    count: u32,
+/// A tree for tracing, from a node array that has been checked: every reference is in range, and
+/// a traversal ends.
+pub struct Tree {
+    wide: Wide,
+    triangles: usize,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Node {
-    boxes: BoxPair,
-    children: [Child; 2],
-}
-
-/// A node array that has been checked: every reference is in range, and a traversal ends and
-/// needs no more than [`STACK`] entries.
-pub struct Tree<'a> {
-    nodes: Vec<Node>,
-    corners: &'a [Triangle],
-    min: [f32; 3],
-    max: [f32; 3],
-}
-
-impl<'a> Tree<'a> {
+impl Tree {
     /// Read `nodes` as laid out by [`crate::bvh::build`]; `corners` are the triangles in leaf order.
     ///
     /// # Errors
     /// No node; a reference or count that is out of range or not an integer; an inner node that
     /// does not follow its parent or has two; more than [`MAX_DEPTH`] levels.
-    pub fn new(nodes: &[f32], corners: &'a [Triangle]) -> Result<Tree<'a>, InvalidInput> {
+    pub fn new(nodes: &[f32], corners: &[Triangle]) -> Result<Tree, InvalidInput> {
         let (nodes, rest) = nodes.as_chunks::<NODE_FLOATS>();
         if nodes.is_empty() || !rest.is_empty() {
             return Err(InvalidInput(format!("nodes: expected rows of {NODE_FLOATS} floats, at least one")));
@@ -104,99 +88,54 @@ impl<'a> Tree<'a> {
         // Of a node that has a parent, or is the root; else 0.
         let mut depths = vec![0u32; nodes.len()];
         depths[0] = 1;
-        let mut parsed = Vec::with_capacity(nodes.len());
+        let mut binary = Vec::with_capacity(nodes.len());
         for (row, node) in nodes.iter().enumerate() {
-            let mut boxes = [0, 1, 2].map(|k| [node[k], node[k + 8], node[k + 4], node[k + 12]]);
-            let mut children = [Child { reference: 0, count: 0 }; 2];
-            for (side, child) in children.iter_mut().enumerate() {
-                let at = 8 * side;
+            let mut children = Vec::with_capacity(2);
+            for at in [0, 8] {
                 let (reference, count) = (node[at + 3], node[at + 7]);
                 if (reference, count) == (-1.0, 0.0) {
-                    // A point at infinity, which no ray enters.
-                    for axis in &mut boxes {
-                        (axis[side], axis[side + 2]) = (f32::INFINITY, f32::INFINITY);
-                    }
-                    continue;
+                    continue; // a missing child
                 }
-                *child = read_child(reference, count, nodes.len(), corners.len())
+                let (reference, count) = read_child(reference, count, nodes.len(), corners.len())
                     .ok_or_else(|| bad_child(row, at, node))?;
-                if child.count == 0 {
+                if count == 0 {
                     // Nodes that follow their only parent form a tree: a traversal ends.
                     let depth = depths[row] + 1;
-                    let inner = child.reference as usize;
-                    if inner <= row || depths[inner] > 0 || depth > MAX_DEPTH {
+                    if reference <= row || depths[reference] > 0 || depth > MAX_DEPTH {
                         return Err(bad_child(row, at, node));
                     }
-                    depths[inner] = depth;
+                    depths[reference] = depth;
                 }
+                let corner = |k: usize| [node[at + k], node[at + k + 1], node[at + k + 2], 0.0];
+                children.push(Child {
+                    bounds: Bounds { min: corner(0), max: corner(4) },
+                    node: (count == 0).then_some(reference),
+                    first: reference,
+                    count,
+                });
             }
-            parsed.push(Node { boxes, children });
+            binary.push(children);
         }
-        let root = parsed[0];
-        let mut tree = Tree { nodes: parsed, corners, min: [0.0; 3], max: [0.0; 3] };
-        for (k, [left_min, right_min, left_max, right_max]) in root.boxes.into_iter().enumerate() {
-            // 0 instead of a missing child's infinity: any finite bounds do if both are missing,
-            // and larger bounds do no harm.
-            let finite = |bound: f32| if bound.is_finite() { bound } else { 0.0 };
-            tree.min[k] = finite(left_min).min(finite(right_min));
-            tree.max[k] = finite(left_max).max(finite(right_max));
-        }
-        Ok(tree)
+        Ok(Tree { wide: Wide::new(&binary, corners), triangles: corners.len() })
     }
 
-    /// Calls `visit(triangle, hit, limit)` for the triangles that a ray may hit before `limit`,
-    /// roughly near ones first; `visit` returns the new limit, or None to stop.
-    #[inline]
-    fn traverse(
-        &self,
-        ray: &Ray,
-        t_max: f32,
-        skip: i32,
-        mut visit: impl FnMut(i32, Hit, f32) -> Option<f32>,
-    ) {
-        let slabs = Slabs::new(ray, &self.min, &self.max);
-        let mut limit = t_max;
-        let mut stack = [(Child { reference: 0, count: 0 }, 0.0f32); STACK];
-        let mut size = 1;
-        while size > 0 {
-            size -= 1;
-            let (Child { reference, count }, t) = stack[size];
-            if t > limit {
-                continue;
-            }
-            if count > 0 {
-                for position in reference..reference + count {
-                    if position as i32 == skip {
-                        continue;
-                    }
-                    if let Some(hit) = ray.intersect(&self.corners[position as usize]) {
-                        match visit(position as i32, hit, limit) {
-                            Some(new_limit) => limit = new_limit,
-                            None => return,
-                        }
-                    }
-                }
-                continue;
-            }
-            let node = &self.nodes[reference as usize];
-            let [mut near, mut far] = node.children;
-            let (mut near_t, mut far_t) = slabs.enter(&node.boxes, limit);
-            if far_t < near_t {
-                (near, far, near_t, far_t) = (far, near, far_t, near_t);
-            }
-            // Written whether or not it is entered: which one is, no processor can predict.
-            stack[size] = (far, far_t);
-            size += usize::from(far_t < f32::INFINITY);
-            stack[size] = (near, near_t);
-            size += usize::from(near_t < f32::INFINITY);
-        }
+    /// How many triangles it holds.
+    pub fn triangles(&self) -> usize {
+        self.triangles
     }
 
     /// The closest hit of a ray: the triangle's position in leaf order and where it is hit. Of
     /// triangles at the same distance, the one of the smallest position.
-    pub fn closest(&self, ray: &Ray, t_max: f32, skip: i32) -> Option<(i32, Hit)> {
+    #[inline(always)]
+    pub(crate) fn closest<L: Lanes>(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        skip: i32,
+        stack: &mut Stack,
+    ) -> Option<(i32, Hit)> {
         let mut best: Option<(i32, Hit)> = None;
-        self.traverse(ray, t_max, skip, |position, hit, limit| {
+        self.wide.traverse::<L>(ray, t_max, skip, stack, |position, hit, limit| {
             let closer = match best {
                 None => hit.t < limit,
                 Some((other, _)) => hit.t < limit || (hit.t == limit && position < other),
@@ -209,36 +148,104 @@ impl<'a> Tree<'a> {
         best
     }
 
-    /// Whether a ray hits anything.
-    pub fn is_occluded(&self, ray: &Ray, t_max: f32, skip: i32) -> bool {
-        let mut occluded = false;
-        self.traverse(ray, t_max, skip, |_, hit, limit| {
-            occluded = hit.t < limit;
-            (!occluded).then_some(limit)
+    /// Some hit of a ray.
+    #[inline(always)]
+    pub(crate) fn any<L: Lanes>(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        skip: i32,
+        stack: &mut Stack,
+    ) -> Option<(i32, Hit)> {
+        let mut found = None;
+        self.wide.traverse::<L>(ray, t_max, skip, stack, |position, hit, limit| {
+            found = (hit.t < limit).then_some((position, hit));
+            found.is_none().then_some(limit)
         });
-        occluded
+        found
     }
 
-    /// [`Tree::closest`] of many rays. The caller has checked them.
+    /// The closest hits of rays. The caller has checked them.
     pub fn trace(&self, rays: &Rays) -> Vec<Option<(i32, Hit)>> {
-        rays.map(None, |ray, t_max, skip| self.closest(ray, t_max, skip).map(Some))
+        self.hits(rays, false)
     }
 
-    /// [`Tree::is_occluded`] of many rays. The caller has checked them.
+    /// Whether rays hit anything. The caller has checked them.
     pub fn occluded(&self, rays: &Rays) -> Vec<bool> {
-        rays.map(false, |ray, t_max, skip| Some(self.is_occluded(ray, t_max, skip)))
+        self.hits(rays, true).iter().map(Option::is_some).collect()
+    }
+
+    fn hits(&self, rays: &Rays, any: bool) -> Vec<Option<(i32, Hit)>> {
+        let join = |[x, y, z]: [f32; 3], w: f32| [x, y, z, w];
+        let origins: Vec<_> = rays.origins.iter().zip(rays.skip).map(|(&o, &s)| join(o, s as f32)).collect();
+        let directions: Vec<_> = rays.directions.iter().zip(rays.t_max).map(|(&d, &t)| join(d, t)).collect();
+        let mut hits = vec![None; origins.len()];
+        self.trace_records(&origins, &directions, any, &mut hits, |hit| hit);
+        hits
+    }
+
+    /// Trace rays laid out as the renderer's streams: origins and the position of a triangle that
+    /// each passes through, or -1; directions and how far each goes. `any` stops at some hit.
+    pub fn trace_records<T: Send>(
+        &self,
+        origins: &[[f32; 4]],
+        directions: &[[f32; 4]],
+        any: bool,
+        out: &mut [T],
+        convert: impl Fn(Option<(i32, Hit)>) -> T + Sync,
+    ) {
+        out.par_chunks_mut(RAYS_A_TASK)
+            .zip(origins.par_chunks(RAYS_A_TASK))
+            .zip(directions.par_chunks(RAYS_A_TASK))
+            .for_each(|((out, origins), directions)| {
+                let mut hits = [None; RAYS_A_TASK];
+                let found = &mut hits[..out.len()];
+                trace_chunk(self, origins, directions, any, found);
+                for (out, hit) in out.iter_mut().zip(&*found) {
+                    *out = convert(*hit);
+                }
+            });
     }
 }
 
-fn read_child(reference: f32, count: f32, node_count: usize, triangle_count: usize) -> Option<Child> {
+widest! {
+    fn trace_chunk<L>(
+        tree: &Tree,
+        origins: &[[f32; 4]],
+        directions: &[[f32; 4]],
+        any: bool,
+        hits: &mut [Option<(i32, Hit)>],
+    ) {
+        let mut stack = Stack::new();
+        for ((&[ox, oy, oz, skip], &[dx, dy, dz, t_max]), hit) in origins.iter().zip(directions).zip(hits) {
+            *hit = None;
+            // False for NaN.
+            if t_max > 0.0
+                && let Some(ray) = Ray::new([ox, oy, oz], [dx, dy, dz])
+            {
+                *hit = if any {
+                    tree.any::<L>(&ray, t_max, skip as i32, &mut stack)
+                } else {
+                    tree.closest::<L>(&ray, t_max, skip as i32, &mut stack)
+                };
+            }
+        }
+    }
+}
+
+fn read_child(
+    reference: f32,
+    count: f32,
+    node_count: usize,
+    triangle_count: usize,
+) -> Option<(usize, usize)> {
     let integer = |x: f32| (x.fract() == 0.0 && x.abs() < 16_777_216.0).then_some(x as i64);
     let (reference, count) = (integer(reference)?, integer(count)?);
-    let child = Child { reference: reference as u32, count: count as u32 };
     let in_range = match count {
         0 => reference < node_count as i64,
         _ => count > 0 && reference + count <= triangle_count as i64,
     };
-    (reference >= 0 && in_range).then_some(child)
+    (reference >= 0 && in_range).then_some((reference as usize, count as usize))
 }
 
 fn bad_child(row: usize, column: usize, node: &[f32; NODE_FLOATS]) -> InvalidInput {

@@ -2,14 +2,16 @@
 //! Ray/triangle and ray/box tests that let no ray slip between triangles that share an edge
 //! (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection", JCGT 2(1)).
 
+use crate::bounds::Bounds;
 use crate::bvh::MAX_COORDINATE;
+use crate::lanes::{Lanes, Row};
 
 /// The largest component of a direction must lie within [1 / LIMIT, LIMIT].
 pub const DIRECTION_LIMIT: f32 = 1e18;
 
 /// Projected area (doubled) over squared extent below which a triangle is worked out in float64;
 /// errors of u and v then stay below about 1e-5 above it.
-const NEEDLE: f32 = 1.0 / 64.0;
+pub(crate) const NEEDLE: f32 = 1.0 / 64.0;
 
 /// Half a unit in the last place of 1.
 const HALF_ULP: f32 = f32::EPSILON / 2.0;
@@ -59,6 +61,15 @@ impl Ray {
 
     pub fn direction(&self) -> [f32; 3] {
         self.direction
+    }
+
+    /// Its axes, the one along which the direction is largest last.
+    pub(crate) fn axes(&self) -> [usize; 3] {
+        self.axes
+    }
+
+    pub(crate) fn shear(&self) -> [f32; 3] {
+        self.shear
     }
 
     #[inline]
@@ -119,65 +130,63 @@ fn intersect_exactly(a: &[f32; 3], b: &[f32; 3], c: &[f32; 3]) -> Option<Hit> {
     (t > 0.0).then_some(Hit { t, u: (v / det) as f32, v: (w / det) as f32 })
 }
 
-/// A pair of boxes, one row an axis: min of the left, min of the right, max of the left, max of
-/// the right. Four lanes for one vector instruction.
-pub type BoxPair = [[f32; 4]; 3];
-
 /// A ray's constants for the box test, which finds every box that holds a triangle which
 /// [`Ray::intersect`] hits.
-#[derive(Debug, Clone, Copy)]
-pub struct Slabs {
-    /// The origin as the planes of a [`BoxPair`] see it: shifted so that boxes grow by `pad`.
-    origin: BoxPair,
-    reciprocal: [f32; 3],
+pub(crate) struct Slabs<L> {
+    /// The origin as a box's near and far planes see it: shifted so that boxes grow.
+    near_origin: [L; 3],
+    far_origin: [L; 3],
+    reciprocal: [L; 3],
+    /// Whether the ray goes up the axis: the near plane is then the lower one.
+    upward: [bool; 3],
 }
 
-impl Slabs {
-    /// `min` and `max` bound the scene.
-    pub fn new(ray: &Ray, min: &[f32; 3], max: &[f32; 3]) -> Slabs {
+impl<L: Lanes> Slabs<L> {
+    /// `bounds` hold the scene.
+    #[inline(always)]
+    pub(crate) fn new(ray: &Ray, bounds: &Bounds) -> Self {
         // Translating and shearing a corner moves it by up to 5 half ulps of its distance along
         // its own axis plus that along the main axis (eps in Woop et al.'s traversal); twice the
         // largest distance bounds the sum.
         let mut reach = 0.0f32;
         for k in 0..3 {
-            reach = reach.max((min[k] - ray.origin[k]).abs()).max((max[k] - ray.origin[k]).abs());
+            reach =
+                reach.max((bounds.min[k] - ray.origin[k]).abs()).max((bounds.max[k] - ray.origin[k]).abs());
         }
         let grow = 10.0 * HALF_ULP * reach;
         // An axis along which the ray hardly moves: it moves by less than `grow` within the
         // scene, and a finite reciprocal makes no NaN (0 * inf).
         let least = ray.direction[ray.axes[2]].abs() * 1e-18;
+        // The second term makes the shift survive the rounding of the shifted origin.
+        let pad = ray.origin.map(|o| grow + 2.0 * HALF_ULP * o.abs());
+        let reciprocal = ray.direction.map(|d| 1.0 / if d.abs() > least { d } else { least });
+        let upward = reciprocal.map(|r| r > 0.0);
+        let shifted = |k: usize, up: bool| ray.origin[k] + if up { pad[k] } else { -pad[k] };
+        let near: [f32; 3] = std::array::from_fn(|k| shifted(k, upward[k]));
+        let far: [f32; 3] = std::array::from_fn(|k| shifted(k, !upward[k]));
         Slabs {
-            origin: ray.origin.map(|o| {
-                // The second term makes the shift survive the rounding of the shifted origin.
-                let pad = grow + 2.0 * HALF_ULP * o.abs();
-                [o + pad, o + pad, o - pad, o - pad]
-            }),
-            reciprocal: ray.direction.map(|d| 1.0 / if d.abs() > least { d } else { least }),
+            near_origin: [L::splat(near[0]), L::splat(near[1]), L::splat(near[2])],
+            far_origin: [L::splat(far[0]), L::splat(far[1]), L::splat(far[2])],
+            reciprocal: [L::splat(reciprocal[0]), L::splat(reciprocal[1]), L::splat(reciprocal[2])],
+            upward,
         }
     }
 
-    /// Where the ray enters the left and the right box (at least 0), or infinity for a box that
-    /// it misses or enters beyond `t_max`.
-    #[inline]
-    pub fn enter(&self, boxes: &BoxPair, t_max: f32) -> (f32, f32) {
+    /// Where the ray enters the boxes (at least 0), and which of them it does before `t_max`.
+    #[inline(always)]
+    pub(crate) fn enter(&self, min: &[Row; 3], max: &[Row; 3], t_max: f32) -> (L, L::Mask) {
         // Covers the rounding of the products below and of the distance to a triangle inside, so
         // that of two triangles at equal distance neither is lost to the order of traversal.
         const SLACK: f32 = 16.0 * HALF_ULP;
-        let mut near = [0.0f32; 2];
-        let mut far = [f32::INFINITY; 2];
-        for ((bounds, origin), reciprocal) in boxes.iter().zip(&self.origin).zip(&self.reciprocal) {
-            let planes: [f32; 4] = std::array::from_fn(|lane| (bounds[lane] - origin[lane]) * reciprocal);
-            for side in 0..2 {
-                let (a, b) = (planes[side], planes[side + 2]);
-                let (a, b) = (if a < b { a } else { b }, if a < b { b } else { a });
-                near[side] = if a > near[side] { a } else { near[side] };
-                far[side] = if b < far[side] { b } else { far[side] };
-            }
+        let mut near = L::splat(0.0);
+        let mut far = L::splat(f32::INFINITY);
+        for k in 0..3 {
+            let (a, b) = if self.upward[k] { (&min[k], &max[k]) } else { (&max[k], &min[k]) };
+            near = ((L::load(a) - self.near_origin[k]) * self.reciprocal[k]).max(near);
+            far = ((L::load(b) - self.far_origin[k]) * self.reciprocal[k]).min(far);
         }
-        let clip = |near: f32, far: f32| {
-            let near = near * (1.0 - SLACK);
-            if near <= far * (1.0 + SLACK) && near <= t_max { near } else { f32::INFINITY }
-        };
-        (clip(near[0], far[0]), clip(near[1], far[1]))
+        let near = near * L::splat(1.0 - SLACK);
+        let entered = near.less_equal(far * L::splat(1.0 + SLACK)) & near.less_equal(L::splat(t_max));
+        (near, entered)
     }
 }

@@ -16,7 +16,7 @@ from typing import Any, get_args
 from addon.photon.renderer import Renderer, open_device
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings, SplatShape
-from addon.streams import Device, Kernel
+from addon.streams import Device, HostKernel, Kernel
 
 
 def time_passes(scene: Scene, settings: Settings, device: Device) -> tuple[float, Renderer]:
@@ -37,21 +37,25 @@ def time_passes(scene: Scene, settings: Settings, device: Device) -> tuple[float
 def time_kernels(renderer: Renderer) -> dict[str, tuple[float, int]]:
     """(seconds, launches) of each kernel in one pass, the device waited for after each."""
     spent: dict[str, list[float]] = defaultdict(list)
-    run = Kernel.run
+    runs = {kind: kind.run for kind in (Kernel, HostKernel)}
 
     def timed(kernel: Kernel, *args: Any, **kwargs: Any) -> int:
         kernel.device.ctx.finish()
         start = time.perf_counter()
-        result = run(kernel, *args, **kwargs)
+        result = runs[HostKernel if isinstance(kernel, HostKernel) else Kernel](
+            kernel, *args, **kwargs
+        )
         kernel.device.ctx.finish()
         spent[kernel.stem].append(time.perf_counter() - start)
         return result
 
-    Kernel.run = timed  # type: ignore[method-assign]
     try:
+        for kind in runs:
+            kind.run = timed  # type: ignore[method-assign]
         renderer.render_pass()
     finally:
-        Kernel.run = run  # type: ignore[method-assign]
+        for kind, run in runs.items():
+            kind.run = run  # type: ignore[method-assign]
     return {stem: (sum(times), len(times)) for stem, times in spent.items()}
 
 
@@ -74,7 +78,7 @@ def main() -> None:
     }
     device = open_device(Settings())
     print(f"{device.name}, OpenGL {device.version}; {arguments.scene}, {base}")
-    layers = ("fragment", "compute") if device.has_compute else ("fragment",)
+    layers = ["fragment", *["compute"] * device.has_compute, *["native"] * device.is_software]
     for layer in layers:
         ways: list[tuple[str, str]] = [("gather", "quad")]
         if arguments.splats:

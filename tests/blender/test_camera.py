@@ -94,6 +94,7 @@ def test_depth_of_field_is_reported(scene, export) -> None:
     assert any(entry.feature == "Depth of Field" for entry in export()[1].of("ignored"))
 
 
+@pytest.mark.stability(38)
 def test_no_camera(scene) -> None:
     scene.camera = None
     with pytest.raises(SceneError, match="Scene 'Scene' has no camera"):

@@ -108,6 +108,7 @@ def test_truncated_file_is_an_error(blend, tmp_path, capsys) -> None:
     assert str(blend) in capsys.readouterr().err
 
 
+@pytest.mark.stability(38)
 def test_scene_without_camera(blend, scene, tmp_path, capsys) -> None:
     scene.camera = None
     bpy.ops.wm.save_as_mainfile(filepath=str(blend))

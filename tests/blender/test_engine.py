@@ -7,6 +7,7 @@ import math
 import os
 import signal
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -51,6 +52,7 @@ def room(scene) -> bpy.types.Scene:
     scene.render.engine = "PHOTON_STREAM"
     scene.render.resolution_x = scene.render.resolution_y = 32
     scene.photon_stream.passes, scene.photon_stream.photons = 2, 4096
+    scene.photon_stream.use_photons = True
     view_layer = scene.view_layers[0]
     view_layer.use_pass_z = view_layer.use_pass_normal = True
     return scene
@@ -79,7 +81,7 @@ def render_exr(scene: bpy.types.Scene, path: Path) -> dict[str, NDArray[np.float
 
 def test_components_sum_to_combined(room, tmp_path) -> None:
     passes = render_exr(room, tmp_path / "a.exr")
-    assert set(passes) == {"Combined", "Depth", "Normal", *COMPONENTS}
+    assert set(passes) == {"Combined", "Depth", "Normal", "Error", *COMPONENTS}
     total = sum(passes[name] for name in COMPONENTS)
     np.testing.assert_allclose(total, passes["Combined"][..., :3], rtol=1e-5, atol=1e-6)
     for name in COMPONENTS:
@@ -87,6 +89,32 @@ def test_components_sum_to_combined(room, tmp_path) -> None:
         assert np.isfinite(passes[name]).all(), name
     assert (passes["Combined"][..., 3] == 1.0).all()
     assert passes["Depth"].min() == pytest.approx(10.0, abs=3.0)
+
+
+def test_noise_threshold_ends_the_render(room, tmp_path) -> None:
+    room.photon_stream.passes = 1000
+    room.photon_stream.use_noise_threshold = True
+    room.photon_stream.noise_threshold = 0.2
+    error = render_exr(room, tmp_path / "a.exr")["Error"]
+    assert 8 <= SESSION.info["passes"] < 1000 and 0 < SESSION.info["error"] <= 0.2
+    assert error.shape == (32, 32, 1) and np.isfinite(error).all() and error.max() > 0
+    passes = SESSION.info["passes"]
+    bpy.ops.render.render()
+    assert SESSION.info["passes"] == passes
+
+
+def test_metadata(room, tmp_path) -> None:
+    """A file says what it was made with, and how good it is."""
+    room.photon_stream.passes, room.photon_stream.seed = 4, 7
+    render_exr(room, tmp_path / "a.exr")
+    with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
+        header = dict(file.header())
+    found = {name: header[f"photon_stream.ViewLayer.{name}"] for name in engine.METADATA}
+    assert (found["seed"], found["passes"], found["photons"]) == ("7", "4", "16384")
+    error, noise, bias = (float(found[name]) for name in ("error", "noise", "bias"))
+    assert 0 < error < 1 and error == pytest.approx(math.hypot(noise, bias))
+    assert found["device"] == SESSION.info["device"] and float(found["radius"]) > 0
+    assert found["version"].count(".") == 2
 
 
 def test_same_seed_same_bits(room, tmp_path) -> None:
@@ -125,6 +153,7 @@ def test_border_is_that_part_of_the_picture(room, tmp_path, crop) -> None:
 
 def test_awkward_borders_fit(room) -> None:
     room.photon_stream.passes, room.photon_stream.photons = 1, 0
+    room.photon_stream.use_photons = True
     random = np.random.default_rng(1)
     for _ in range(8):
         room.render.use_border = True
@@ -265,6 +294,11 @@ def test_noisy_material_names_do_not_matter(room) -> None:
 def test_status_line() -> None:
     progress = Progress("Rendering", 3, 16, 786432, 1.0, 75.5)
     assert console.status_text(progress) == "Pass 3/16 | 786 k photons | Remaining 01:15.50"
+    known = {"error": 0.0131, "noise": 0.0115, "bias": 0.00621}
+    told = console.status_text(replace(progress, info=known))
+    assert " photons | Error 1.3 % (noise 1.1 %, bias 0.62 %) | Remaining " in told
+    unknown = dict.fromkeys(known, math.inf)
+    assert console.status_text(replace(progress, info=unknown)) == console.status_text(progress)
     assert console.status_text(Progress("Starting", 0, 16, 0, 0.0, math.inf)) == "Starting"
     assert console.count_text(999) == "999"
     assert console.clock_text(3661.234) == "01:01:01.23"

@@ -270,6 +270,7 @@ def test_without_nodes_the_viewport_colour_counts(convert) -> None:
     assert len(features(report, status)) == 1
 
 
+@pytest.mark.stability(29)
 @pytest.mark.parametrize(("value", "expected"), [(1.5, 1.0), (-0.25, 0.0), (math.nan, 0.0)])
 def test_impossible_colours_are_clamped_and_named(convert, value, expected) -> None:
     material, tree = new_material("Paint")

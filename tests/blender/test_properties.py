@@ -36,7 +36,6 @@ def test_every_setting_has_a_property(scene) -> None:
     ("name", "value"),
     [
         ("passes", 7),
-        ("photons", 1000),
         ("radius_shrink", 0.5),
         ("seed", 3),
         ("estimator", "SPLAT"),
@@ -50,6 +49,7 @@ def test_every_setting_has_a_property(scene) -> None:
         ("direct_by_photons", True),
         ("device_index", 1),
         ("time_limit", 2.5),
+        ("min_passes", 12),
     ],
 )
 def test_each_property_arrives(scene, name, value) -> None:
@@ -65,6 +65,20 @@ def test_radius_needs_its_switch(scene) -> None:
     assert settings_from(scene, (8, 8)).radius == 0.0
     scene.photon_stream.use_radius = True
     assert settings_from(scene, (8, 8)).radius == 0.25
+
+
+def test_photons_need_their_switch(scene) -> None:
+    scene.photon_stream.photons = 1000
+    assert settings_from(scene, (8, 8)).photons is None
+    scene.photon_stream.use_photons = True
+    assert settings_from(scene, (8, 8)).photons == 1000
+
+
+def test_noise_threshold_needs_its_switch(scene) -> None:
+    scene.photon_stream.noise_threshold = 0.5
+    assert settings_from(scene, (8, 8)).noise_threshold == 0.0
+    scene.photon_stream.use_noise_threshold = True
+    assert settings_from(scene, (8, 8)).noise_threshold == 0.5
 
 
 def test_animated_seed(scene) -> None:
@@ -92,6 +106,13 @@ def test_enum_items_are_the_settings(items, kind) -> None:
 
 def test_ranges_agree(scene) -> None:
     known = scene.photon_stream.bl_rna.properties
-    for name in ("passes", "photons", "photon_bounces", "mirror_depth", "device_index"):
+    for name in (
+        "passes",
+        "min_passes",
+        "photons",
+        "photon_bounces",
+        "mirror_depth",
+        "device_index",
+    ):
         for value in (known[name].hard_min, known[name].hard_max):
             Settings(**{name: value}).check()

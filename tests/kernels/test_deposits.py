@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from addon.photon import photon_grid
 from addon.photon.deposits import Deposits, DeviceDeposits, HostDeposits
+from addon.photon.radius_field import RadiusField
 from addon.photon.records import DEPOSIT, PLACE
 from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings
 from addon.streams import Device, Stream
 from tests.measure import render
 from tests.scenes import cornell
+from tests.stability.table import Measured
 
 SIZE = (64, 48)
 
@@ -80,6 +82,7 @@ def test_nothing_landed(deposits: Any) -> None:
     assert deposits.tables()[0] == 0
 
 
+@pytest.mark.stability(47)
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("channel", [0, 2, 3, 4, 6, 7])
 def test_not_finite_is_dropped_and_counted(
@@ -98,10 +101,11 @@ def test_not_finite_is_dropped_and_counted(
     assert deposits.dropped == 1  # over all passes
 
 
+@pytest.mark.stability(47)
 @pytest.mark.parametrize("kind", [HostDeposits, DeviceDeposits])
 @pytest.mark.parametrize("estimator", ["gather", "splat"])
 def test_poison_does_not_spread(
-    device: Device, monkeypatch: pytest.MonkeyPatch, kind: Any, estimator: str
+    device: Device, monkeypatch: pytest.MonkeyPatch, kind: Any, estimator: str, measured: Measured
 ) -> None:
     """A render with a NaN photon is the render without that photon, bit for bit."""
     monkeypatch.setattr(device, "prefers_native", kind is HostDeposits)
@@ -139,7 +143,8 @@ def test_poison_does_not_spread(
         assert dropped == (2 if np.isnan(poison) else 0)  # one in each bounce
         renderer.release()
     assert np.isfinite(pictures[0]).all() and pictures[0].any()
-    assert pictures[0].tobytes() == pictures[1].tobytes()
+    spread = np.count_nonzero(pictures[0] != pictures[1])
+    assert measured("pixel values that the poison changes", spread) == 0
 
 
 # The grid.
@@ -172,15 +177,15 @@ def test_device_sort_equals_native_sort(
         deposits = kind(device)
         for bounce in bounces:
             deposits.append(*streams(device, *bounce), int(np.count_nonzero(bounce[0][..., 3])))
-        grid = photon_grid.PhotonGrid(device, "compute", {"FILTER_CONE": 1}, (1.0, 1.0, 1.0))
-        grid.prepare(deposits, radius)
+        grid = photon_grid.PhotonGrid(device, "compute", Settings(), (1.0, 1.0, 1.0), on_host=False)
+        grid.prepare(deposits, RadiusField.even(device, radius).of_pass(1.0))
         count = deposits.tables()[0]
         places, fluxes = (
-            np.frombuffer(grid._tables[name].read(), np.float32).reshape(-1, 4)[:count]
+            np.frombuffer(grid._sorted.tables[name].read(), np.float32).reshape(-1, 4)[:count]
             for name in ("photon_place", "photon_deposit")
         )
         cells = int(np.prod(grid._uniforms["grid_cells"]))
-        starts = np.frombuffer(grid._tables["cell_start"].read(), np.uint32)[: cells + 1]
+        starts = np.frombuffer(grid._sorted.tables["cell_start"].read(), np.uint32)[: cells + 1]
         assert starts[0] == 0 and starts[-1] == count
         tables.append([places, fluxes, starts])
         grid.release()
@@ -204,5 +209,6 @@ def test_pictures_are_bit_equal(
     for name in pictures[0]:
         assert pictures[0][name].tobytes() == pictures[1][name].tobytes(), name
     assert pictures[0]["Indirect"].mean() > 0
-    assert not by_host or max_ranked == 3
-    assert by_host or max_ranked != 3 or radius != 5.0
+    pilot = radius == 0.0  # the radii's photons are read once
+    assert len(by_host) == pilot or max_ranked == 3
+    assert len(by_host) > pilot or max_ranked != 3 or radius != 5.0

@@ -18,7 +18,7 @@ from tests.kernels.statistics import excess
 from tests.unit.glsl_files import VALUE, declare
 
 COUNT = 1 << 18
-COSINE, PHONG, DISC, SPOT = range(4)
+COSINE, PHONG, DISC, SPOT, MASS = range(5)
 SHARED: dict[str, Any] = {
     "uniforms": {"exponent": Uniform("float")},
     "tables": {"lights": Table()},
@@ -136,6 +136,7 @@ SPOTS = [
 ]
 
 
+@pytest.mark.stability(32)
 @pytest.mark.parametrize("light", [*SPOTS, pytest.param(SOME_LIGHT, id="point")])
 def test_spot(one_bench: Bench, light: Light) -> None:
     outer, inner = solid_angles(light)
@@ -217,6 +218,29 @@ def test_filter_integrates_to_one(one_bench: Bench, name: str, radius: float) ->
     assert np.diff(value).max() <= 1e-6 * value.max()  # never more weight farther away
     if name in ("cone", "epanechnikov"):
         assert value[-1] < 1e-4 * value[0]
+
+
+@pytest.mark.parametrize("name", ["constant", "cone", "gaussian", "epanechnikov"])
+def test_filter_is_sampled_as_it_weighs(one_bench: Bench, name: str) -> None:
+    """Coverage's probes: (distance / radius)^2 falls as the filter's mass does over the disc."""
+    define = {f"FILTER_{name.upper()}": 1}
+    numbers = np.random.default_rng(12).integers(0, 1 << 24, (COUNT, 4)) / (1 << 24)
+    drawn = one_bench.run(
+        DRAW,
+        {"uniform_numbers": numbers.astype(np.float32)},
+        {"exponent": 1.0},
+        {"lights": light_table((SOME_LIGHT,), HERE)},
+        {"SAMPLE": MASS, **define},
+    )["value"][:, 0]
+    rings, fine = 50, 200
+    squares = (np.arange(rings * fine) + 0.5) / (rings * fine)
+    weight = one_bench.run(
+        FILTER, {"distance": texels(np.sqrt(squares))}, {"radius": 1.0}, defines=define
+    )["value"][:, 0]
+    # dA = pi d(x^2): the mass of a ring between equal steps of x^2.
+    mass = np.pi * weight.astype(np.float64).reshape(rings, fine).mean(axis=1) / rings
+    counts = np.histogram(drawn, bins=rings, range=(0.0, 1.0))[0]
+    assert counts.sum() == COUNT and excess(counts, mass / mass.sum() * COUNT) < 1
 
 
 # The BRDF.

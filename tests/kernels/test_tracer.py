@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from addon.photon.tracer import Tracer
 from tests.kernels.conftest import Bench
 from tests.scenes import icosphere
+from tests.stability.table import Measured
 
 T_MAX = 3.0e38  # glsl/lib/constants.glsl
 
@@ -105,28 +106,30 @@ def test_reach_and_source(bench: Bench) -> None:
     assert (behind[there, 0] >= hit[there, 0]).all()
 
 
+@pytest.mark.stability(16)
 @pytest.mark.parametrize("scale", [1.0, 1e-3])
-def test_no_ray_leaves_a_closed_mesh(bench: Bench, scale: float) -> None:
+def test_no_ray_leaves_a_closed_mesh(bench: Bench, scale: float, measured: Measured) -> None:
     """A million random rays from inside; scale 1e-3: a small object in a scene of size one."""
     vertices, triangles = icosphere(4)
     mesh = Mesh(vertices * scale, triangles)
     origins, directions, t_max, skip = rays(1_000_000)
     origins = origins * np.float32(0.55 * scale)  # the corners of the cube are inside
     hit = mesh.trace(bench, (origins, directions, t_max, skip))
-    assert np.count_nonzero(hit[:, 1] == 0) == 0
+    assert measured("on the device, of 4e6", np.count_nonzero(hit[:, 1] == 0)) == 0
     t, triangle, *_ = native.trace(mesh.nodes, mesh.corners, origins, directions, t_max, skip)
     assert (triangle >= 0).all()
     same = (hit[:, 1] == triangle + 1) & np.isclose(hit[:, 0], t, rtol=1e-4)
     assert same.mean() >= 0.999
 
 
-def test_rays_at_edges_and_corners(bench: Bench) -> None:
+@pytest.mark.stability(15)
+def test_rays_at_edges_and_corners(bench: Bench, measured: Measured, thorough: bool) -> None:
     """Where triangles meet, one of them is hit."""
     vertices, triangles = icosphere(3)
     mesh = Mesh(vertices, triangles)
     a, b = mesh.corners[:, 0], mesh.corners[:, 1]
     rng = np.random.default_rng(2)
-    count = 100_000
+    count = 2_000_000 if thorough else 100_000
     pick, share = rng.integers(0, len(a), count), rng.random((count, 1))
     share[: count // 5] = 0.0
     targets = a[pick] * (1 - share) + b[pick] * share
@@ -135,7 +138,7 @@ def test_rays_at_edges_and_corners(bench: Bench) -> None:
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     full, none = np.full(count, T_MAX, np.float32), np.full(count, -1, np.int32)
     hit = mesh.trace(bench, (origins, np.float32(directions), full, none))
-    assert np.count_nonzero(hit[:, 1] == 0) == 0
+    assert measured(f"on the device, of {2 * count:.0e}", np.count_nonzero(hit[:, 1] == 0)) == 0
 
 
 USELESS = [
@@ -151,8 +154,9 @@ USELESS = [
 ]
 
 
+@pytest.mark.stability(26)
 @pytest.mark.parametrize("any_hit", [False, True])
-def test_useless_rays_miss(bench: Bench, any_hit: bool) -> None:
+def test_useless_rays_miss(bench: Bench, any_hit: bool, measured: Measured) -> None:
     vertices, triangles = icosphere(2)
     mesh = Mesh(vertices, triangles)
     some = rays(3 * len(USELESS) + 2)
@@ -167,9 +171,11 @@ def test_useless_rays_miss(bench: Bench, any_hit: bool) -> None:
             else:
                 {"origin": origins, "direction": directions}[what][at, axis] = value
     directions[-2:] = 0.0
-    assert not mesh.trace(bench, some, any_hit).any()
+    hit = mesh.trace(bench, some, any_hit)
+    assert measured(f"hits of {len(hit)} such rays", np.count_nonzero(hit.any(axis=1))) == 0
 
 
+@pytest.mark.stability(18)
 @pytest.mark.parametrize("count", [0, 1])
 def test_next_to_nothing(bench: Bench, count: int) -> None:
     mesh = Mesh([(-1, -1, 0), (1, -1, 0), (0, 1, 0)], np.array([[0, 1, 2]])[:count])

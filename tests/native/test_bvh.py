@@ -45,6 +45,7 @@ def test_layout() -> None:
     assert (seen == 1).all()
 
 
+@pytest.mark.stability(18)
 @pytest.mark.parametrize("count", [0, 1])
 def test_missing_children(count: int) -> None:
     nodes, order, *_ = native.build_bvh(VERTICES, TRIANGLES[:count])
@@ -55,6 +56,7 @@ def test_missing_children(count: int) -> None:
     assert (nodes[0, :8] == np.array(expected, np.float32)).all()
 
 
+@pytest.mark.stability(19)
 def test_bad_triangles_are_skipped_and_counted() -> None:
     huge = np.array([[np.nan, 0, 0], [np.inf, 0, 0], [1e31, 0, 0]], np.float32)
     vertices = np.concatenate([VERTICES, huge])
@@ -74,6 +76,7 @@ def test_deterministic() -> None:
         assert again.tobytes() == nodes.tobytes() and (order_again == order).all()
 
 
+@pytest.mark.stability(21)
 @pytest.mark.parametrize("value", [-1, 4, 2**31 - 1])
 def test_bad_index(value: int) -> None:
     triangles = TRIANGLES.copy()

@@ -78,6 +78,7 @@ def test_t_max_and_skip(case: Case) -> None:
     assert (other[hit] != triangle[hit]).all() and (behind >= t).all()
 
 
+@pytest.mark.stability(26)
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_useless_rays_miss(case: Case, bad: float) -> None:
     case.directions[0, 1] = case.origins[1, 2] = bad
@@ -87,6 +88,7 @@ def test_useless_rays_miss(case: Case, bad: float) -> None:
     assert (native.trace_brute_force(case.corners, *case.rays())[1][:4] == -1).all()
 
 
+@pytest.mark.stability(18)
 def test_nothing_to_trace() -> None:
     nodes, *_ = native.build_bvh(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32))
     case = Case(triangles=1, rays=3)

@@ -11,52 +11,32 @@ import numpy as np
 import pytest
 
 from addon.photon.ray_tracer import pixel_jitter
-from addon.photon.scene import Camera, Light, Material, Scene
+from addon.photon.scene import Light, Material
 from addon.streams import Device
 from tests.measure import over_seeds, relative_bound, render
-from tests.scenes import Builder, camera
-
-UNIT_INTENSITY = 4 * math.pi  # [W]: I = 1 W/sr
-
-
-def sphere(diffuse: float, specular: float = 0.0) -> Scene:
-    """A closed unit sphere with a point light of I = 1 W/sr at its centre, seen from inside."""
-    material = Material("wall", (diffuse,) * 3, (specular,) * 3)
-    light = Light("light", "POINT", (0, 0, 0), (UNIT_INTENSITY,) * 3)
-    view = camera((0, 0.6, 0), (0.3, -1, 0.2), 80)
-    return Builder().sphere((0, 0, 0), 1.0, subdivisions=5).scene(view, [light], [material])
+from tests.scenes import UNIT_INTENSITY, Builder, closed_sphere, lit_plate, orthographic
+from tests.stability.table import Measured
 
 
-def orthographic(centre: Any, right: Any, up: Any, size: float) -> Camera:
-    """Looks against right x up at a square window `size` wide."""
-    matrix = np.eye(4)
-    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = (
-        right,
-        up,
-        np.cross(right, up),
-        centre,
-    )
-    return Camera("ORTHO", matrix, (-size / 2, size / 2, -size / 2, size / 2))
-
-
-def test_case_1_closed_sphere(device: Device) -> None:
+@pytest.mark.stability(1)
+def test_case_1_closed_sphere(device: Device, measured: Measured) -> None:
     """L = rho / pi (E_direct + E_indirect) everywhere, 0.5 %."""
     values = over_seeds(
         device,
-        sphere(0.5),
+        closed_sphere(0.5),
         lambda im: [im["Direct"].mean(), im["Indirect"].mean()],
         radius=0.1,
         photons=150000,
     )
     expected = 0.5 / math.pi  # E_direct = 1; E_indirect = rho / (1 - rho) = 1
-    assert relative_bound(values, [expected, expected]) <= 0.005
+    assert measured("bias", relative_bound(values, [expected, expected]), "%") <= 0.005
 
 
 def test_case_2_mirror_and_diffuse_ledger(device: Device) -> None:
     """k_d = 0.25 and k_s = 0.5: E = 1 / (1 - 0.75), L = k_d E / pi / (1 - k_s), 0.5 %."""
     values = over_seeds(
         device,
-        sphere(0.25, 0.5),
+        closed_sphere(0.25, 0.5),
         lambda im: im["Combined"][..., :3].mean(),
         radius=0.1,
         mirror_depth=40,
@@ -69,8 +49,9 @@ def test_case_2_mirror_and_diffuse_ledger(device: Device) -> None:
     ("radius", "photons", "passes"),
     [(0.02, 250000, 1), (0.1, 150000, 1), (0.5, 100000, 1), (0.5, 8000, 16)],
 )
+@pytest.mark.stability(9)
 def test_case_3_any_radius_on_a_sphere(
-    device: Device, radius: float, photons: int, passes: int
+    device: Device, measured: Measured, radius: float, photons: int, passes: int
 ) -> None:
     """A cap of chord r has area pi r^2: a constant kernel is unbiased at every r, 0.5 %.
 
@@ -78,7 +59,7 @@ def test_case_3_any_radius_on_a_sphere(
     """
     values = over_seeds(
         device,
-        sphere(0.5),
+        closed_sphere(0.5),
         lambda im: im["Indirect"].mean(),
         radius=radius,
         filter="constant",
@@ -88,19 +69,8 @@ def test_case_3_any_radius_on_a_sphere(
         width=64,
         height=64,
     )
-    assert relative_bound(values, 0.5 / math.pi) <= 0.005
-
-
-def lit_plate() -> tuple[Scene, float]:
-    """A plate [-1, 1]^2 at z = 0 under uniform irradiance, and that irradiance [W/m^2]."""
-    distance, half_angle = 2000.0, math.atan(1.6 / 2000.0)
-    power = 4 * math.pi * distance**2  # E = I / d^2 = 1
-    light = Light(
-        "far", "SPOT", (0, 0, distance), (power,) * 3, spot_size=2 * half_angle, spot_blend=0.0
-    )
-    view = orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 2.0)
-    plate = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
-    return plate.scene(view, [light], [Material("white", (0.5,) * 3)]), 1.0
+    bound = relative_bound(values, 0.5 / math.pi)
+    assert measured("bias at radii of 0.02 to 0.5 of the sphere's", bound, "%") <= 0.005
 
 
 def disc_share(x: Any, y: Any, radius: float) -> Any:
@@ -147,8 +117,9 @@ def test_case_4_uncorrected_edge_bias(device: Device) -> None:
     assert relative_bound(values, np.append(edge, corner)) <= 0.01
 
 
+@pytest.mark.stability(4, 5)
 @pytest.mark.parametrize("kernel", ["constant", "epanechnikov"])
-def test_case_4_corrected(device: Device, kernel: str) -> None:
+def test_case_4_corrected(device: Device, measured: Measured, kernel: str) -> None:
     """The corrected estimator shows the truth: 2 % in the edge's band, 3 % in the corner."""
     scene, irradiance = lit_plate()
     radius, n = 0.25, 64
@@ -176,8 +147,9 @@ def test_case_4_corrected(device: Device, kernel: str) -> None:
         width=n,
         height=n,
     )
-    assert relative_bound(values[:, :2], [1.0, 1.0]) <= 0.02
-    assert relative_bound(values[:, 2:], [1.0, 1.0]) <= 0.03
+    edge, corner = (relative_bound(part, [1.0, 1.0]) for part in (values[:, :2], values[:, 2:]))
+    assert measured("edge", edge, "%", row=4) <= 0.02
+    assert measured("corner", corner, "%", row=5) <= 0.03
 
 
 def test_corrected_silhouettes(device: Device) -> None:
@@ -199,7 +171,8 @@ def test_corrected_silhouettes(device: Device) -> None:
     assert relative_bound(values, 0.25 * 0.5 / math.pi * irradiance) <= 0.03
 
 
-def test_case_7_closed_cube(device: Device) -> None:
+@pytest.mark.stability(3)
+def test_case_7_closed_cube(device: Device, measured: Measured) -> None:
     """Mean indirect irradiance of a closed diffuse cube: Phi rho / (A (1 - rho)), 1 %."""
     rho = 0.6
     light = Light("light", "POINT", (0, 0, 0), (UNIT_INTENSITY,) * 3)
@@ -216,10 +189,11 @@ def test_case_7_closed_cube(device: Device) -> None:
         height=64,
     )
     expected = UNIT_INTENSITY * rho / (24 * (1 - rho))
-    assert relative_bound(values, rho / math.pi * expected) <= 0.01
+    assert measured("bias", relative_bound(values, rho / math.pi * expected), "%") <= 0.01
 
 
-def test_case_8_facing_mirrors(device: Device) -> None:
+@pytest.mark.stability(27)
+def test_case_8_facing_mirrors(device: Device, measured: Measured) -> None:
     """Between parallel mirrors every chain adds the geometric series k_s / (1 - k_s), 1 %."""
     k_s = 0.6
     walls = Builder()
@@ -230,13 +204,14 @@ def test_case_8_facing_mirrors(device: Device) -> None:
     scene = walls.scene(view, [light], [Material("mirror", (0.3,) * 3, (k_s,) * 3)])
     images = render(device, scene, photons=0, mirror_depth=200, passes=64)
     ratio = images["Mirror"] / images["Direct"]
-    assert abs(ratio.mean() / (k_s / (1 - k_s)) - 1) <= 0.01
+    assert measured("series", abs(ratio.mean() / (k_s / (1 - k_s)) - 1), "%") <= 0.01
     capped = render(device, scene, photons=0, mirror_depth=1)
     assert np.allclose(capped["Mirror"] / capped["Direct"], k_s, rtol=1e-4)
 
 
+@pytest.mark.stability(33)
 @pytest.mark.parametrize("blend", [0.0, 0.4, 1.0])
-def test_case_9_spot_over_a_plane(device: Device, blend: float) -> None:
+def test_case_9_spot_over_a_plane(device: Device, measured: Measured, blend: float) -> None:
     """Every pixel away from the cone's edge has the profile's radiance, 0.5 %."""
     size, power, height, n = math.radians(70), 100.0, 2.0, 64
     light = Light("spot", "SPOT", (0, 0, height), (power,) * 3, spot_size=size, spot_blend=blend)
@@ -254,5 +229,6 @@ def test_case_9_spot_over_a_plane(device: Device, blend: float) -> None:
     away = np.abs(cosine - edge) > 0.01
     assert np.abs(image - expected)[away].max() <= 0.005 * expected.max()
     bright = away & (t > 0.05)
-    assert (np.abs(image / np.where(bright, expected, 1) - 1)[bright]).max() <= 0.005
+    error = np.abs(image / np.where(bright, expected, 1) - 1)[bright].max()
+    assert measured("worst pixel", error, "%") <= 0.005
     assert image[away & (cosine < edge)].max() == 0

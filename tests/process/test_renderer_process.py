@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import subprocess
@@ -17,7 +18,7 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import DeviceError, RenderError, SceneError, SettingsError
-from addon.photon.process import Progress, RendererProcess
+from addon.photon.process import Progress, RendererProcess, last_error
 from addon.photon.settings import Settings
 from tests.scenes import cornell
 
@@ -75,7 +76,7 @@ def test_progress(process: RendererProcess) -> None:
     assert shapes == {
         "Combined": (16, 24, 4),
         **dict.fromkeys(("Direct", "Indirect", "Mirror", "Background", "Normal"), (16, 24, 3)),
-        "Depth": (16, 24, 1),
+        **dict.fromkeys(("Depth", "Error"), (16, 24, 1)),
     }
     assert all(image.dtype == np.float32 for image in last.images.values())
     for name in ("passes_done", "photons", "elapsed"):
@@ -146,6 +147,22 @@ def test_time_limit(process: RendererProcess) -> None:
     last = finish(process, replace(LONG, time_limit=0.3))
     assert 0 < last.passes_done < LONG.passes and last.remaining == 0.0
     assert last.info["passes"] == last.passes_done
+
+
+def test_noise_threshold(process: RendererProcess) -> None:
+    """The number of passes is the picture's, however the time went."""
+    settings = replace(LONG, noise_threshold=0.06)
+    *_, first = process.render(cornell(), settings)
+    events = list(process.render(cornell(), settings, previews=False))
+    last = events[-1]
+    assert 8 < last.passes_done == first.passes_done < 1000
+    assert last.info["error"] <= 0.06 and last_error(last.info) == last_error(first.info)
+    assert first.images and last.images
+    for name, image in first.images.items():
+        assert image.tobytes() == last.images[name].tobytes()
+    known = [event.info["error"] for event in events if event.info]
+    assert known[0] == math.inf and known[-1] == last.info["error"]
+    assert all(event.remaining < 1000 for event in events[-3:])  # not of all passes
 
 
 def test_warnings_come_once(process: RendererProcess) -> None:

@@ -14,6 +14,7 @@ from addon.photon.scene import Material, Scene
 from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.scenes import cornell
+from tests.stability.table import Measured
 
 PARTS = ("Direct", "Indirect", "Mirror")
 
@@ -26,7 +27,7 @@ def render(device: Device, scene: Scene, **settings: Any) -> tuple[dict[str, Any
         renderer.render_pass()
     images = renderer.images()
     renderer.release()
-    assert all(np.isfinite(image).all() for image in images.values())
+    assert all(np.isfinite(image).all() for name, image in images.items() if name != "Error")
     assert images["Combined"].min() >= 0
     return images, renderer.warnings
 
@@ -50,16 +51,23 @@ def same(a: dict[str, Any], b: dict[str, Any]) -> bool:
     return all(a[name].tobytes() == b[name].tobytes() for name in a)
 
 
+def differing(a: dict[str, Any], b: dict[str, Any]) -> int:
+    """The number of pixel values that are not equal to the bit."""
+    return sum(np.count_nonzero(a[name] != b[name]) for name in a)
+
+
 def test_good_scene_has_no_warnings(device: Device) -> None:
     assert render(device, cornell(True))[1] == ()
 
 
-def test_no_light(device: Device) -> None:
+@pytest.mark.stability(35)
+def test_no_light(device: Device, measured: Measured) -> None:
     images, warnings = render(device, replace(cornell(), lights=()))
     assert warnings == ("the scene has no spotlight or point light",)
-    assert not images["Combined"][..., :3].any()
+    assert measured("light in the picture", images["Combined"][..., :3].max()) == 0
 
 
+@pytest.mark.stability(35)
 def test_zero_power(device: Device) -> None:
     scene = cornell()
     off = replace(scene.lights[0], name="off", power=(0.0, 0.0, 0.0))
@@ -72,6 +80,7 @@ def test_zero_power(device: Device) -> None:
     assert same(both, render(device, scene)[0])
 
 
+@pytest.mark.stability(19)
 @pytest.mark.parametrize(
     "value",
     [
@@ -81,15 +90,17 @@ def test_zero_power(device: Device) -> None:
         1e200,
     ],
 )
-def test_vertex_that_is_no_place(device: Device, value: float) -> None:
+def test_vertex_that_is_no_place(device: Device, value: float, measured: Measured) -> None:
     """The triangle is skipped and counted, the rest identical."""
     scene = cornell(True)
     broken = with_triangle(scene, [(1, 1, 1), (2, value, 1), (1, 2, 2)])
     images, warnings = render(device, broken)
     assert warnings == ("1 triangles with NaN or infinite vertices were skipped",)
-    assert same(images, render(device, scene)[0])
+    good, _ = render(device, scene)
+    assert measured("pixels that differ", differing(images, good)) == 0
 
 
+@pytest.mark.stability(18)
 @pytest.mark.parametrize(
     "corners",
     [
@@ -99,13 +110,15 @@ def test_vertex_that_is_no_place(device: Device, value: float) -> None:
     ],
     ids=["point", "two corners", "line"],
 )
-def test_zero_area(device: Device, corners: Any) -> None:
+def test_zero_area(device: Device, corners: Any, measured: Measured) -> None:
     scene = cornell(True)
     images, warnings = render(device, with_triangle(scene, corners))
     assert warnings == ("1 triangles of zero area were skipped",)
-    assert same(images, render(device, scene)[0])
+    good, _ = render(device, scene)
+    assert measured("pixels that differ", differing(images, good)) == 0
 
 
+@pytest.mark.stability(18, 19)
 def test_nothing_but_bad_triangles(device: Device) -> None:
     scene = replace(cornell(), vertices=np.full_like(cornell().vertices, np.nan))
     images, warnings = render(device, replace(scene, background=(0.5, 0.5, 0.5)))
@@ -149,10 +162,11 @@ def test_a_million_metres_away(device: Device, offset: Any) -> None:
         assert np.abs(x - y).max() <= 0.02 * x.max(), part
 
 
+@pytest.mark.stability(29)
 @pytest.mark.parametrize(
     ("diffuse", "specular"), [((1.5,) * 3, (0.0,) * 3), ((0.8,) * 3, (0.8,) * 3)]
 )
-def test_albedo_above_one(device: Device, diffuse: Any, specular: Any) -> None:
+def test_albedo_above_one(device: Device, diffuse: Any, specular: Any, measured: Measured) -> None:
     """Scaled down to k_d + k_s = 1, with a warning."""
     scene = cornell()
 
@@ -166,8 +180,11 @@ def test_albedo_above_one(device: Device, diffuse: Any, specular: Any) -> None:
     good, _ = render(device, painted(diffuse / total, specular / total))
     for part in PARTS:
         assert np.allclose(images[part], good[part], rtol=1e-4, atol=1e-6)
+    most = abs(images["Combined"] / np.maximum(good["Combined"], 1e-6) - 1).max()
+    assert measured("differs from the clamped one by", most, "%") <= 1e-3
 
 
+@pytest.mark.stability(56)
 @pytest.mark.parametrize("radius", [1e-9, 1e9])
 def test_radius_at_its_ends(device: Device, radius: float) -> None:
     for estimator in ("gather", "splat"):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.film import Film
+from addon.photon.film import Film, merged
 from addon.photon.records import RADIANCE
 from addon.streams import Device, Stream
 
@@ -57,26 +57,77 @@ def test_small_among_large(device: Device, layer: Any) -> None:
     film.release()
 
 
+def batch_variance(data: NDArray[Any], length: int) -> NDArray[np.float64]:
+    """Variance of the mean, from the means of batches."""
+    whole = len(data) // length * length
+    batches = data[:whole].astype(np.float64).reshape(-1, length, *data.shape[1:]).mean(axis=1)
+    return batches.var(axis=0, ddof=1) * length / len(data)
+
+
+@pytest.mark.parametrize("passes", [4, 5, 15, 16, 19, PASSES])
 @pytest.mark.parametrize(("offset", "spread"), [(0.0, 1.0), (1.0, 1e-2), (1e4, 0.5)])
 def test_variance(
-    device: Device, layer: Any, noise: NDArray[np.float64], offset: float, spread: float
+    device: Device,
+    layer: Any,
+    noise: NDArray[np.float64],
+    offset: float,
+    spread: float,
+    passes: int,
 ) -> None:
-    data = (offset + spread * noise).astype(np.float32)
+    data = (offset + spread * noise[:passes]).astype(np.float32)
     film = fill(device, layer, data, ("combined",))
-    expected = data.astype(np.float64).var(axis=0, ddof=1) / PASSES
-    assert np.allclose(film.variance_of_mean(), expected, rtol=2e-3)
+    expected = batch_variance(data, 2 if passes < 16 else 4)
+    assert np.allclose(
+        film.exposure().variance_of_mean(), expected, rtol=5e-3, atol=1e-2 * expected.mean()
+    )
     film.release()
+
+
+def test_variance_of_low_discrepancy(device: Device, layer: Any) -> None:
+    """Passes that err in opposite directions: single ones would tell several times the variance."""
+    step = np.arange(64) * 0.7548776662466927
+    data = np.zeros((64, SIZE[1], SIZE[0], 4), np.float32)
+    data += ((step[:, None] + np.linspace(0, 1, SIZE[0])) % 1.0 < 0.3)[:, None, :, None]
+    film = fill(device, layer, data, ("combined",))
+    variance = film.exposure().variance_of_mean()
+    assert variance is not None
+    single = data.astype(float).var(axis=0, ddof=1).mean() / 64
+    error = ((data.mean(axis=0) - 0.3) ** 2).mean()
+    assert error < 0.2 * single and error < variance.mean() < 0.4 * single
+    film.release()
+
+
+@pytest.mark.parametrize("split", [1, 8, 16, 50])
+def test_merged_variance(
+    device: Device, layer: Any, noise: NDArray[np.float64], split: int
+) -> None:
+    """Of two ranges of passes, as if they had been one: the same batches, if it is cut at one."""
+    data = (3.0 + noise[:100]).astype(np.float32)
+    films = [fill(device, layer, x, ("combined",)) for x in (data[:split], data[split:], data)]
+    *parts, whole = (film.exposure() for film in films)
+    both = merged(parts)
+    assert both.passes == 100
+    assert np.allclose(both.means["combined"], whole.means["combined"])
+    found, expected = both.variance_of_mean(), whole.variance_of_mean()
+    assert found is not None and expected is not None
+    if split % 4 == 0:
+        assert np.allclose(found, expected, rtol=1e-3)
+    assert found.mean() == pytest.approx(expected.mean(), rel=0.05)
+    for film in films:
+        film.release()
 
 
 def test_few_passes(device: Device, layer: Any) -> None:
-    data = np.stack([np.full((SIZE[1], SIZE[0], 4), v, np.float32) for v in (3.0, 5.0)])
+    data = np.stack([np.full((SIZE[1], SIZE[0], 4), v, np.float32) for v in (3.0, 5.0, 1.0, 1.0)])
     film = Film(device, layer, SIZE, ("combined",))
-    assert not film.means()["combined"].any() and np.isinf(film.variance_of_mean()).all()
+    assert not film.means()["combined"].any() and film.exposure().variance_of_mean() is None
     film.release()
-    film = fill(device, layer, data[:1], ("combined",))
-    assert (film.means()["combined"] == 3.0).all() and np.isinf(film.variance_of_mean()).all()
-    film.release()
+    for passes, mean in ((1, 3.0), (2, 4.0), (3, 3.0)):
+        film = fill(device, layer, data[:passes], ("combined",))
+        assert (film.means()["combined"] == mean).all()
+        assert film.exposure().variance_of_mean() is None
+        film.release()
     film = fill(device, layer, data, ("combined",))
-    assert (film.means()["combined"] == 4.0).all()
-    assert np.allclose(film.variance_of_mean(), 1.0)  # (1 + 1) / (2 - 1) / 2
+    variance = film.exposure().variance_of_mean()
+    assert variance is not None and np.allclose(variance, 2.25)  # (1.5^2 + 1.5^2) / (2 - 1) / 2
     film.release()

@@ -25,6 +25,7 @@ def test_fits() -> None:
     Scene(camera=cornell().camera).check()  # nothing in it: nothing wrong with it
 
 
+@pytest.mark.stability(21)
 @pytest.mark.parametrize(
     ("name", "index", "value", "limit"),
     [

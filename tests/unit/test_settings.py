@@ -26,10 +26,12 @@ RANGES: list[tuple[str, Any, Any, tuple[Any, ...]]] = [
     ("mirror_depth", 0, 1024, (-1, 1025)),
     ("device_index", 0, 255, (-1, 256)),
     ("time_limit", 0.0, 1e9, (-0.1,)),
+    ("noise_threshold", 0.0, 1e9, (-0.1,)),
+    ("min_passes", 4, 1 << 24, (3, (1 << 24) + 1)),
 ]
 CHOICES: dict[str, tuple[str, ...]] = {
     "estimator": ("auto", "splat", "gather"),
-    "layer": ("auto", "fragment", "compute"),
+    "layer": ("auto", "fragment", "compute", "native"),
     "filter": ("constant", "cone", "gaussian", "epanechnikov"),
     "splat_shape": ("triangle", "quad", "point"),
 }
@@ -88,3 +90,10 @@ def test_region_outside_the_frame(region: tuple[int, int, int, int]) -> None:
 def test_whole_numbers(name: str) -> None:
     with pytest.raises(SettingsError, match=name):
         Settings(**{name: 10.5}).check()
+
+
+@pytest.mark.parametrize(("size", "photons"), [(16, 4096), (512, 262144), (4096, 1 << 22)])
+def test_as_many_photons_as_pixels(size: int, photons: int) -> None:
+    assert Settings(width=size, height=size).photons_a_pass == photons
+    assert Settings(width=size, height=size, photons=7).photons_a_pass == 7
+    assert Settings(photons=0).photons_a_pass == 0

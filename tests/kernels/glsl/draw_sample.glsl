@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A sample for each pair of uniform numbers. SAMPLE: 0 cosine, 1 Phong lobe, 2 disc, 3 spot.
+// A sample for each pair of uniform numbers. SAMPLE: 0 cosine, 1 Phong lobe, 2 disc, 3 spot, 4 filter.
 #include "lib/sampling.glsl"
 #include "lib/light.glsl"
+#include "lib/density.glsl"
 
 void kernel() {
     vec2 u = load_uniform_numbers().value.xy;
@@ -12,6 +13,8 @@ void kernel() {
     value = sample_phong_lobe(exponent, u);
 #elif SAMPLE == 2
     value = vec3(sample_disc(u), 0.0);
+#elif SAMPLE == 4
+    value = vec3(sample_filter(u.x), 0.0, 0.0);
 #else
     value = vec3(sample_spot(light_at(0), u.x), 0.0, 0.0);
 #endif

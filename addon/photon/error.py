@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far the picture is from the one that it converges to, as its own passes tell."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .film import Exposure
+from .picture import LEAST_COVERAGE, mirror_images
+
+Floats = NDArray[np.float32]
+
+INNER_AREA = 0.5  # as in density.glsl: area of the inner disc over the disc's
+# The bias over the change from the inner radius to the radius. If bias goes with r^p, it is
+# 1 / (1 - INNER_AREA^(p / 2)): p = 2 where irradiance is smooth; p = 3/2 and 1/2, as root mean
+# square, where it has creases and steps. Rooms fit p = 1.17, see tests/regression/test_error.py.
+EXTRAPOLATION = 3.0
+# Where less of the disc than this lies on the surface, the coverage's own noise hides the change.
+# Measured, the bias there is as large as elsewhere: such pixels take the mean of the others, if
+# those are at least LEAST_EVEN of all.
+EVEN = 0.98
+LEAST_EVEN = 0.1
+# A pixel's own variance is known to 1 / sqrt(2 (batches - 1)): pooled over as many neighbours as
+# make up for few batches.
+POOLED = 16
+
+
+@dataclass(frozen=True)
+class Error:
+    """Root mean square errors of a picture; infinite while unknown, before four passes.
+
+    Relative: each pixel's and channel's error over the larger of its value and the picture's mean,
+    the root of the mean of squares (relMSE's root).
+    """
+
+    noise: float  # from the variance between passes
+    bias: float  # from the radius
+    # (h, w, 1) [W/(m^2 sr)], both together: over the larger of the pixel's and the picture's mean
+    # brightness, its root mean square over the pixels is `total`.
+    image: Floats
+
+    @property
+    def total(self) -> float:
+        """Noise and bias together."""
+        return math.hypot(self.noise, self.bias)
+
+
+def error_of(exposure: Exposure, combined: Floats) -> Error:
+    """The error of the picture `combined` (h, w, 3 or more) that was made of `exposure`."""
+    variance = exposure.variance_of_mean()
+    if variance is None:
+        return Error(math.inf, math.inf, np.full((*combined.shape[:2], 1), np.inf, np.float32))
+    # Float64: squares of a very dim picture's reciprocals are beyond float32.
+    value, raw = combined[..., :3].astype(np.float64), exposure.means["combined"][..., :3]
+    floor = value.mean() or 1.0
+    scale = np.square(np.reciprocal(np.maximum(value, floor)))
+    # The picture divides indirect light by the coverage; so are its deviations divided.
+    squares = np.square(_over(value, raw)) * variance[..., :3]
+    noises = np.einsum("ijk,ijk->ij", squares, scale) / 3
+    noise = _mean(noises)
+    batches = exposure.squares[min(exposure.squares)].batches
+    relative = _pooled(noises, _reach(POOLED / max(1, batches - 1)), noise)
+    bias = 0.0
+    if "blur" in exposure.means:
+        change, colour, share = _change(exposure, variance[..., 3])
+        changes = change * np.einsum("ijk,ijk->ij", np.square(colour), scale) / 3
+        lit, even = share > 0, share >= EVEN
+        if even.sum() > LEAST_EVEN * lit.sum():
+            changes[lit & ~even] = changes[even].mean()
+        # Of the change's mean square, its own variance is no bias: it can leave less than nothing.
+        bias = max(0.0, EXTRAPOLATION**2 * _mean(changes))
+        relative = relative + _pooled(changes, max(1, max(changes.shape) // 64), bias)
+    image = np.sqrt(relative) * np.maximum(value.mean(axis=-1), floor)
+    return Error(math.sqrt(noise), math.sqrt(bias), image[..., None].astype(np.float32))
+
+
+def _change(exposure: Exposure, variance: Floats) -> tuple[Floats, Floats, Floats]:
+    """The squared change of indirect light from the inner radius to the radius (h, w), less what of
+    it is noise; the light's colour (h, w, 3), of mean one; the share of the disc on the surface."""
+    means = {name: image.astype(np.float32) for name, image in exposure.means.items()}
+    mirror, mirror_indirect = mirror_images(means)
+    weight = means["direct"][..., 3] + mirror[..., 3]
+    covered = means["indirect"][..., 3] + mirror_indirect[..., 3]
+    on_surface = _over(covered, weight)
+    share = np.maximum(on_surface, LEAST_COVERAGE)
+    inner, inner_covered, plane = np.moveaxis(means["blur"][..., :3], -1, 0)
+    # What is nearer is no less covered, and no filter here weighs it more than twice as much.
+    inner_share = np.clip(_over(inner_covered, plane), share, share / INNER_AREA)
+    change = (means["combined"][..., 3] + inner) / share - inner / inner_share
+    light = means["indirect"][..., :3] + mirror_indirect[..., :3]
+    colour = _over(light, light.mean(axis=-1, keepdims=True))
+    return np.square(change) - variance / np.square(share), colour, on_surface
+
+
+def _over(a: Any, b: Any) -> Any:
+    """a / b, or zero where b is."""
+    return np.divide(a, b, where=b > 0, out=np.zeros(np.broadcast_shapes(a.shape, b.shape), "f4"))
+
+
+def _mean(image: Floats) -> float:
+    return float(image.mean(dtype=np.float64))
+
+
+def _reach(pixels: float) -> int:
+    """The smallest k with (2 k + 1)^2 >= pixels."""
+    return max(0, math.ceil((math.sqrt(pixels) - 1) / 2))
+
+
+def _pooled(image: Floats, reach: int, mean: float) -> Floats:
+    """The mean over the square of `reach` pixels around each pixel, as much of it as there is,
+    where it is positive; scaled so that its mean over the picture is `mean`."""
+    if mean <= 0:
+        return np.zeros_like(image)
+    for axis in (0, 1) if reach else ():
+        n = image.shape[axis]
+        sums = np.concatenate(
+            [np.zeros_like(image.take([0], axis), float), image.cumsum(axis, dtype=float)], axis
+        )
+        low, high = np.maximum(0, np.arange(n) - reach), np.minimum(n, np.arange(n) + reach + 1)
+        counts = np.expand_dims(high - low, 1 - axis)
+        image = ((sums.take(high, axis) - sums.take(low, axis)) / counts).astype(np.float32)
+    image = np.maximum(image, np.float32(0.0))
+    return image * np.float32(mean / (_mean(image) or 1.0))

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The gather radius at every place, from how dense a pass's photons are there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import photon_stream_native as native
+from numpy.typing import NDArray
+
+from ..streams import Device, HostKernel, Kernel, Table, Uniform
+from .geometry import upload_table
+
+MOST_CELLS = 64  # along the longest axis
+OUTSIDE = 0.005  # of the photons may lie beyond the grid, on either side of each axis
+WIDEST = 2.0  # no radius is larger, in radii that even light would have
+# What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
+UNIFORMS = {
+    "field_origin": Uniform("vec3"),
+    "field_cell": Uniform("float"),
+    "field_cells": Uniform("ivec3"),
+    "shrink": Uniform("float"),
+}
+TABLES = {"radii": Table()}
+
+
+class RadiusField:
+    """Radii of the first pass [scene units]; those of later passes are `shrink` times as large.
+
+    A radius of its own for every place: about `wanted` photons fall into a disc, be it in a caustic
+    or in the dark, and none of the first pass is smaller than a pixel sees. So no radius has to be
+    set by hand, whatever a scene's scale and however much of it is dark.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        place: NDArray[np.float32],
+        wanted: float,
+        area: float,
+        footprint: Any,
+    ) -> None:
+        """`place` (P, 4): where a pass's photons fell; `area`: of the surfaces they may fall on;
+        `footprint`: a pixel's size at positions (n, 3)."""
+        # The grid lies over most photons: a far ground must not coarsen a lit room on it.
+        low, high = np.zeros((2, 3))
+        if len(place):
+            low, high = np.quantile(place[:, :3].astype(np.float64), [OUTSIDE, 1 - OUTSIDE], axis=0)
+        size = high - low
+        cell = max(float(size.max()) / (MOST_CELLS - 2), 1e-6)
+        cells = np.ceil(size / cell).astype(int) + 2
+        origin = (low + high) / 2 - cell * cells / 2
+        box = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
+        even = math.sqrt(wanted * (min(area, box) or 1.0) / (math.pi * max(len(place), 1)))
+        most = min(WIDEST * even, 2.0)
+        axes = [origin[k] + cell * np.arange(cells[k] + 1) for k in range(3)]
+        z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
+        least = footprint(np.stack([x, y, z], axis=-1).reshape(-1, 3)).astype(np.float32)
+        self._take(device, origin, place, cell, cells, wanted, least, most)
+
+    @classmethod
+    def even(cls, device: Device, radius: float) -> RadiusField:
+        """One radius everywhere."""
+        field = cls.__new__(cls)
+        none = np.zeros((0, 4), np.float32)
+        least = np.full(8, radius, np.float32)
+        field._take(device, -np.ones(3), none, 2.0, np.ones(3, int), 1.0, least, radius)
+        field.is_even = True
+        return field
+
+    def _take(
+        self,
+        device: Device,
+        corner: NDArray[Any],
+        place: NDArray[np.float32],
+        cell: float,
+        cells: NDArray[Any],
+        wanted: float,
+        least: NDArray[np.float32],
+        most: float,
+    ) -> None:
+        origin = tuple(float(np.float32(x)) for x in corner)
+        count = tuple(map(int, cells))
+        self.native = native.RadiusField(place, origin, cell, count, wanted, least, most)
+        corners = self.native.corners()
+        self.table = upload_table(device, corners)
+        self.is_even = False
+        # Half of the photons lie where radii are smaller.
+        radii = self.native.at(place) if len(place) else corners
+        self.typical = float(np.median(radii))
+        self.largest = float(corners.max())
+        self._uniforms = {"field_origin": origin, "field_cell": cell, "field_cells": count}
+
+    def of_pass(self, shrink: float) -> Radii:
+        """The radii of a pass whose radii are `shrink` times the first pass's."""
+        return Radii(self, shrink, self._uniforms | {"shrink": shrink})
+
+    def release(self) -> None:
+        """Free the table."""
+        self.table.release()
+
+
+@dataclass(frozen=True)
+class Radii:
+    """A pass's radii, as kernels take them."""
+
+    field: RadiusField
+    shrink: float
+    uniforms: dict[str, Any]  # of UNIFORMS
+
+    @property
+    def typical(self) -> float:
+        """The median over the photons [scene units]."""
+        return self.field.typical * self.shrink
+
+    @property
+    def largest(self) -> float:
+        """Of all [scene units]."""
+        return self.field.largest * self.shrink
+
+    def tables(self, kernel: Kernel) -> dict[str, Any]:
+        """TABLES, for a GLSL or a native kernel."""
+        on_host = isinstance(kernel, HostKernel)
+        return {"radii": self.field.native if on_host else self.field.table}
+
+
+def shrink_of(alpha: float, index: int) -> float:
+    """The radius of pass `index` over that of pass 0.
+
+    Knaus & Zwicker 2011, eq. 15, in closed form: r_i^2 = r_1^2 prod (k + alpha) / (k + 1).
+    """
+    i = index + 1
+    return math.exp((math.lgamma(i + alpha) - math.lgamma(1 + alpha) - math.lgamma(i + 1)) / 2)

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""HostKernel: a kernel whose elements the host computes."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+from numpy.typing import NDArray
+
+from .device import Device
+from .kernel import Kernel
+from .stream import Stream
+
+
+class HostKernel(Kernel):
+    """A kernel without GLSL: its inputs come to the host, its output goes back.
+
+    For software OpenGL, where both are copies within the same memory. Ports and uniforms are
+    declared and checked as every kernel's.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self.device, self.launches = device, 0
+
+    @abstractmethod
+    def compute(
+        self,
+        inputs: Mapping[str, NDArray[Any]],
+        tables: Mapping[str, Any],
+        uniforms: Mapping[str, Any],
+    ) -> Any:
+        """The one output from the inputs, float32 (h, w, 4); tables are what the host reads."""
+
+    def run(
+        self,
+        streams: Mapping[str, Stream],
+        tables: Mapping[str, Any] | None = None,
+        uniforms: Mapping[str, Any] | None = None,
+        count: bool = False,
+    ) -> int:
+        """As Kernel.run; `count` counts the elements that are not zero."""
+        tables, uniforms = tables or {}, uniforms or {}
+        self._check_bindings(streams, tables, uniforms)
+        self.launches += 1
+        inputs = {name: streams[name].download() for name in self.inputs}
+        output = self.compute(inputs, tables, uniforms)
+        (name,) = self.outputs
+        streams[name].upload(output)
+        return int(output.any(axis=-1).sum()) if count else 0
+
+    def release(self) -> None:
+        """Nothing is held on the device."""

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! The share of the filter on each visible point's own surface, as glsl/kernels/coverage.glsl.
+
+use rayon::prelude::*;
+
+use crate::density::{Filter, SAME_ORIENTATION, pack_direction, unpack_direction};
+use crate::lanes::{Lanes, widest};
+use crate::radius::RadiusField;
+use crate::random::{r2_sequence, random4};
+use crate::trace::Tree;
+use crate::watertight::Ray;
+use crate::wide::Stack;
+
+const DIMENSION_COVERAGE: u32 = 0x1800; // as in glsl/lib/rng.glsl
+const SURFACE_OFFSET: f32 = 1.0e-6; // as in glsl/lib/constants.glsl
+const MOST_LAYERS: usize = 4; // other surfaces that a probe may pass through
+const FLAT: f32 = 0.02; // slope up to which a surface is taken for the point's own at once
+const POINTS_A_TASK: usize = 128;
+
+/// What the probes of a pass depend on.
+#[derive(Debug, Clone, Copy)]
+pub struct Probes {
+    /// Probes of a point.
+    pub count: u32,
+    /// Of the radii.
+    pub shrink: f32,
+    pub filter: Filter,
+    pub seed: u32,
+    /// Probes that earlier passes sent.
+    pub first: u32,
+    pub depth: u32,
+    /// Pixels a row of the region whose points are given, and of the frame.
+    pub region_width: usize,
+    pub frame_width: usize,
+    /// Where the region begins in the frame.
+    pub region_origin: [usize; 2],
+}
+
+impl Probes {
+    /// A pixel's number in the whole frame.
+    fn pixel(&self, index: usize) -> u32 {
+        let (x, y) = (index % self.region_width, index / self.region_width);
+        ((y + self.region_origin[1]) * self.frame_width + x + self.region_origin[0]) as u32
+    }
+}
+
+/// Visible points as streams: positions and surfaces (0: no point), normals and materials, and
+/// something unused and the position of the triangle in leaf order.
+#[derive(Clone, Copy)]
+pub struct Points<'a> {
+    pub places: &'a [[f32; 4]],
+    pub facings: &'a [[f32; 4]],
+    pub shadings: &'a [[f32; 4]],
+}
+
+/// Where a point's surface is probed, and with what it is compared.
+struct Point {
+    position: [f32; 3],
+    normal: [f32; 3],
+    surface: f32,
+    radius: f32,
+    triangle: usize,
+}
+
+/// Write the covered share into `out`, then the inner filter's mass on the surface and on the plane.
+///
+/// A material is probed if `diffuse` says so.
+/// `corners` are the triangles in leaf order, whose second corner's fourth number is the surface.
+#[allow(clippy::too_many_arguments)]
+pub fn coverage(
+    tree: &Tree,
+    corners: &[[[f32; 4]; 3]],
+    diffuse: &[bool],
+    radii: &RadiusField,
+    points: &Points,
+    probes: &Probes,
+    out: &mut [[f32; 4]],
+) {
+    out.par_chunks_mut(POINTS_A_TASK).enumerate().for_each(|(chunk, out)| {
+        chunk_of(tree, corners, diffuse, radii, points, probes, chunk * POINTS_A_TASK, out);
+    });
+}
+
+widest! {
+    #[allow(clippy::too_many_arguments)]
+    fn chunk_of<L>(
+        tree: &Tree,
+        corners: &[[[f32; 4]; 3]],
+        diffuse: &[bool],
+        radii: &RadiusField,
+        points: &Points,
+        probes: &Probes,
+        first: usize,
+        out: &mut [[f32; 4]],
+    ) {
+        let mut stack = Stack::new();
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = [0.0; 4];
+            let at = first + i;
+            let [x, y, z, surface] = points.places[at];
+            let [nx, ny, nz, material] = points.facings[at];
+            if surface == 0.0 || !diffuse.get(material as usize).is_some_and(|&diffuse| diffuse) {
+                continue;
+            }
+            let radius = radii.at([x, y, z]) * probes.shrink;
+            let point = Point { position: [x, y, z], normal: [nx, ny, nz], surface, radius, triangle: points.shadings[at][3] as usize };
+            let numbers =
+                random4(probes.seed, 0, probes.pixel(at), DIMENSION_COVERAGE.wrapping_add(probes.depth));
+            let mut covered = [0.0; 3];
+            for probe in 0..probes.count {
+                let number = probes.first.wrapping_add(probe);
+                let u = r2_sequence([numbers[0], numbers[1]], number);
+                let probed = probe_surface::<L>(tree, corners, &point, u, probes, &mut stack);
+                covered = std::array::from_fn(|k| covered[k] + probed[k]);
+            }
+            let [share, inner, plane] = covered.map(|sum| sum / probes.count as f32);
+            *out = [share, inner, plane, 0.0];
+        }
+    }
+}
+
+/// Filter mass, and inner filter mass, at a point of the surface over the filter mass of the sampled
+/// point of the plane, or 0; then the inner one's on the plane.
+#[inline(always)]
+fn probe_surface<L: Lanes>(
+    tree: &Tree,
+    corners: &[[[f32; 4]; 3]],
+    point: &Point,
+    u: [f32; 2],
+    probes: &Probes,
+    stack: &mut Stack,
+) -> [f32; 3] {
+    let (r2, normal) = (point.radius * point.radius, point.normal);
+    let x2 = probes.filter.sample(u[0]);
+    let [mass, inner_mass] = probes.filter.shape_and_inner(x2);
+    let mass = mass.max(1.0e-30);
+    let distance = (x2 * r2).sqrt();
+    let height = distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
+    let (tangent, bitangent) = frame_about(normal);
+    let (sin, cos) = (2.0 * std::f32::consts::PI * u[1]).sin_cos();
+    let on_plane: [f32; 3] =
+        std::array::from_fn(|k| point.position[k] + (cos * tangent[k] + sin * bitangent[k]) * distance);
+    if corners.get(point.triangle).is_some_and(|triangle| is_inside(triangle, on_plane, normal)) {
+        return [1.0, inner_mass / mass, inner_mass / mass];
+    }
+    let mut origin: [f32; 3] = std::array::from_fn(|k| on_plane[k] + normal[k] * height);
+    let (mut left, mut above, mut source) = (2.0 * height, height, -1);
+    let mut found = [0.0; 2];
+    for _ in 0..MOST_LAYERS {
+        let Some(ray) = Ray::new(origin, normal.map(|n| -n)) else { break };
+        let Some((position, hit)) = tree.closest::<L>(&ray, left, source, stack) else { break };
+        let [a, b, c] = &corners[position as usize];
+        let geometric = normal_of(a, b, c);
+        let side = if dot(geometric, normal) < 0.0 { -1.0 } else { 1.0 }; // the one the ray came from
+        let geometric = geometric.map(|n| n * side);
+        above -= hit.t;
+        left -= hit.t;
+        // Asked of the normal as photons carry it, so that they and the coverage agree at 45 degrees.
+        let carried = unpack_direction(pack_direction(geometric));
+        if b[3] + 1.0 == point.surface && dot(carried, normal) >= SAME_ORIENTATION {
+            let weight = 1.0 - hit.u - hit.v;
+            let offset: [f32; 3] =
+                std::array::from_fn(|k| weight * a[k] + hit.u * b[k] + hit.v * c[k] - point.position[k]);
+            let at = dot(offset, offset);
+            let on_surface = if at > r2 { [0.0; 2] } else { probes.filter.shape_and_inner(at / r2) };
+            found = on_surface.map(|x| x / (mass * dot(geometric, normal)));
+            // Of several layers the one nearest to the plane counts: in a fold of less than 45
+            // degrees the first one met is the back of its other side.
+            if above <= FLAT * height {
+                break;
+            }
+            left = 2.0 * above; // as far below the plane as this one is above it
+        }
+        for k in 0..3 {
+            origin[k] -= normal[k] * hit.t;
+        }
+        source = position;
+    }
+    [found[0], found[1], inner_mass / mass]
+}
+
+/// Whether a point of a triangle's plane lies inside it: most probes end on the point's own, and need
+/// no ray.
+fn is_inside(triangle: &[[f32; 4]; 3], point: [f32; 3], normal: [f32; 3]) -> bool {
+    let [a, b, c] = triangle.map(|p| -> [f32; 3] { std::array::from_fn(|k| p[k] - point[k]) });
+    let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| dot(cross(p, q), normal));
+    sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0)
+}
+
+fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The unit normal of a triangle. Scaled up before the cross product: a tiny triangle's area would
+/// underflow.
+fn normal_of(a: &[f32; 4], b: &[f32; 4], c: &[f32; 4]) -> [f32; 3] {
+    let ab: [f32; 3] = std::array::from_fn(|k| b[k] - a[k]);
+    let ac: [f32; 3] = std::array::from_fn(|k| c[k] - a[k]);
+    let scale = 1.0 / ab.iter().chain(&ac).fold(0.0, |m: f32, x| m.max(x.abs()));
+    let (ab, ac) = (ab.map(|x| x * scale), ac.map(|x| x * scale));
+    let n = cross(ab, ac);
+    let length = dot(n, n).sqrt();
+    n.map(|x| x / length)
+}
+
+/// Two unit vectors orthogonal to the unit vector n and each other (Duff et al. 2017).
+fn frame_about(n: [f32; 3]) -> ([f32; 3], [f32; 3]) {
+    let s = if n[2] >= 0.0 { 1.0 } else { -1.0 };
+    let a = -1.0 / (s + n[2]);
+    let b = n[0] * n[1] * a;
+    ([1.0 + s * n[0] * n[0] * a, s * b, -s * n[0]], [b, s + n[1] * n[1] * a, -n[1]])
+}

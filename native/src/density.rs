@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Density estimation as in glsl/lib/density.glsl: filters, the photon map, gathering.
+
+use rayon::prelude::*;
+
+use crate::InvalidInput;
+use crate::lanes::{COUNTING, Lanes, Row, WIDTH, widest};
+use crate::photons::{self, Grid};
+use crate::radius::RadiusField;
+
+/// Photons of a surface that bends away by more than 45 degrees say nothing about a point.
+#[allow(clippy::approx_constant)] // the very number that the GLSL has
+pub(crate) const SAME_ORIENTATION: f32 = 0.7071;
+const GAUSSIAN_BETA: f32 = 2.0;
+/// Area of the inner disc over the disc's.
+const INNER_AREA: f32 = 0.5;
+const PI: f32 = std::f32::consts::PI;
+const POINTS_A_TASK: usize = 256;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Filter {
+    Constant,
+    Cone,
+    Gaussian,
+    Epanechnikov,
+}
+
+impl Filter {
+    /// # Errors
+    /// A name that is none of the four.
+    pub fn named(name: &str) -> Result<Filter, InvalidInput> {
+        match name {
+            "constant" => Ok(Filter::Constant),
+            "cone" => Ok(Filter::Cone),
+            "gaussian" => Ok(Filter::Gaussian),
+            "epanechnikov" => Ok(Filter::Epanechnikov),
+            _ => Err(InvalidInput(format!(
+                "filter = {name:?} is none of constant, cone, gaussian, epanechnikov"
+            ))),
+        }
+    }
+
+    /// The filter of radius^2 `r2` at the middle of its disc [1 / area].
+    pub(crate) fn peak(self, r2: f32) -> f32 {
+        let gaussian = GAUSSIAN_BETA / (1.0 - (-GAUSSIAN_BETA).exp());
+        let scale = match self {
+            Filter::Constant => 1.0,
+            Filter::Cone => 3.0,
+            Filter::Gaussian => gaussian,
+            Filter::Epanechnikov => 2.0,
+        };
+        scale / (PI * r2)
+    }
+
+    /// The filter at (distance / radius)^2 = x2 <= 1, over its peak.
+    pub(crate) fn shape(self, x2: f32) -> f32 {
+        match self {
+            Filter::Constant => 1.0,
+            Filter::Cone => (1.0 - x2.sqrt()).max(0.0),
+            Filter::Gaussian => (-GAUSSIAN_BETA * x2).exp(),
+            Filter::Epanechnikov => (1.0 - x2).max(0.0),
+        }
+    }
+
+    /// The filter at x2, and the one of the inner disc, both over the filter's peak.
+    pub(crate) fn shape_and_inner(self, x2: f32) -> [f32; 2] {
+        let inner = if x2 > INNER_AREA { 0.0 } else { self.shape(x2 / INNER_AREA) / INNER_AREA };
+        [self.shape(x2), inner]
+    }
+
+    #[inline(always)]
+    fn shapes<L: Lanes>(self, x2: L) -> L {
+        match self {
+            Filter::Constant => L::splat(1.0),
+            Filter::Cone => (L::splat(1.0) - x2.sqrt()).max(L::splat(0.0)),
+            Filter::Gaussian => L::load(&Row(x2.store().0.map(|x2| self.shape(x2)))),
+            Filter::Epanechnikov => (L::splat(1.0) - x2).max(L::splat(0.0)),
+        }
+    }
+
+    /// (distance / radius)^2 in [0, 1] distributed as the filter's mass over the disc.
+    pub(crate) fn sample(self, u: f32) -> f32 {
+        match self {
+            Filter::Constant => u,
+            Filter::Cone => (0.5 - ((1.0 - 2.0 * u).asin() / 3.0).sin()).powi(2),
+            Filter::Gaussian => -(1.0 - u * (1.0 - (-GAUSSIAN_BETA).exp())).ln() / GAUSSIAN_BETA,
+            Filter::Epanechnikov => 1.0 - (1.0 - u).sqrt(),
+        }
+    }
+}
+
+/// A unit vector in one float (glsl/lib/packing.glsl).
+pub(crate) fn pack_direction(n: [f32; 3]) -> f32 {
+    let length = n[0].abs() + n[1].abs() + n[2].abs();
+    let [x, y, z] = n.map(|x| x / length);
+    let [x, y] = if z >= 0.0 { [x, y] } else { folded([x, y]) };
+    let [x, y] = [x, y].map(|e| ((e * 0.5 + 0.5) * 4095.0 + 0.5).floor());
+    x * 4096.0 + y
+}
+
+/// The other half of the octahedron.
+fn folded(e: [f32; 2]) -> [f32; 2] {
+    let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
+    [(1.0 - e[1].abs()) * sign(e[0]), (1.0 - e[0].abs()) * sign(e[1])]
+}
+
+/// The unit vector of [`pack_direction`].
+pub(crate) fn unpack_direction(code: f32) -> [f32; 3] {
+    let x = (code / 4096.0).floor();
+    let e = [x, code - x * 4096.0].map(|q| q / 4095.0 * 2.0 - 1.0);
+    let z = 1.0 - e[0].abs() - e[1].abs();
+    let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
+    let [x, y] = if z < 0.0 { [(1.0 - e[1].abs()) * sign(e[0]), (1.0 - e[0].abs()) * sign(e[1])] } else { e };
+    let length = (x * x + y * y + z * z).sqrt();
+    [x / length, y / length, z / length]
+}
+
+/// A pass's photons, sorted into the cells of a grid, a column a quantity.
+pub struct PhotonMap {
+    grid: Grid,
+    cell_start: Vec<u32>,
+    /// x, y, z, surface, normal's x, y, z, flux in three channels; each with WIDTH floats to spare.
+    columns: [Vec<f32>; 10],
+}
+
+impl PhotonMap {
+    /// `places` are positions and surfaces, `deposits` fluxes and packed normals.
+    ///
+    /// # Errors
+    /// As [`photons::sort`]; arrays of different lengths.
+    pub fn new(places: &[[f32; 4]], deposits: &[[f32; 4]], grid: Grid) -> Result<PhotonMap, InvalidInput> {
+        if places.len() != deposits.len() {
+            return Err(InvalidInput(format!(
+                "deposits has {} rows, but places has {}",
+                deposits.len(),
+                places.len()
+            )));
+        }
+        let (cell_start, order) = photons::sort(places.as_flattened(), 4, &grid)?;
+        let mut columns: [Vec<f32>; 10] = std::array::from_fn(|_| vec![0.0; order.len() + WIDTH]);
+        columns.par_iter_mut().enumerate().for_each(|(column, values)| {
+            for (value, &photon) in values.iter_mut().zip(&order) {
+                let (place, deposit) = (&places[photon as usize], &deposits[photon as usize]);
+                *value = match column {
+                    0..4 => place[column],
+                    4..7 => unpack_direction(deposit[3])[column - 4],
+                    _ => deposit[column - 7],
+                };
+            }
+        });
+        Ok(PhotonMap { grid, cell_start, columns })
+    }
+
+    /// The irradiance at visible points, and the channels' mean within the inner radius; zeros where
+    /// there is none (glsl/kernels/gather.glsl).
+    /// `places` are positions and surfaces (0: no point), `facings` normals; a point's radius is what
+    /// `radii` says, times `shrink`.
+    pub fn gather(
+        &self,
+        places: &[[f32; 4]],
+        facings: &[[f32; 4]],
+        radii: &RadiusField,
+        shrink: f32,
+        filter: Filter,
+        out: &mut [[f32; 4]],
+    ) {
+        out.par_chunks_mut(POINTS_A_TASK)
+            .zip(places.par_chunks(POINTS_A_TASK))
+            .zip(facings.par_chunks(POINTS_A_TASK))
+            .for_each(|((out, places), facings)| {
+                gather_chunk(self, places, facings, radii, shrink, filter, out);
+            });
+    }
+
+    /// Eight photons' entries of a column, from `at`.
+    #[inline(always)]
+    fn column<L: Lanes>(&self, column: usize, at: usize) -> L {
+        L::load_slice(self.columns[column][at..at + WIDTH].try_into().expect("WIDTH to spare"))
+    }
+
+    /// The first and last cell along an axis that `radius` around a position may touch.
+    fn reach(&self, position: f32, axis: usize, radius: f32) -> Option<(usize, usize)> {
+        // The margin covers the rounding of photons to cells.
+        let reach = radius * 1.00001 + 1.0e-7;
+        let cell = |x: f32| ((x - self.grid.origin[axis]) / self.grid.cell_size).floor();
+        let (low, high) = (cell(position - reach), cell(position + reach));
+        let last = self.grid.cells[axis] - 1;
+        // False for NaN.
+        (low <= last as f32 && high >= 0.0).then(|| (low.max(0.0) as usize, (high as usize).min(last)))
+    }
+}
+
+widest! {
+    fn gather_chunk<L>(
+        map: &PhotonMap,
+        places: &[[f32; 4]],
+        facings: &[[f32; 4]],
+        radii: &RadiusField,
+        shrink: f32,
+        filter: Filter,
+        out: &mut [[f32; 4]],
+    ) {
+        let cells = map.grid.cells;
+        for ((&[x, y, z, surface], facing), out) in places.iter().zip(facings).zip(out) {
+            *out = [0.0; 4];
+            let radius = radii.at([x, y, z]) * shrink;
+            let r2 = radius * radius;
+            let (peak, square, inverse) = (filter.peak(r2), L::splat(r2), L::splat(1.0 / r2));
+            let ranges = (map.reach(x, 0, radius), map.reach(y, 1, radius), map.reach(z, 2, radius));
+            let (Some(in_x), Some(in_y), Some(in_z)) = ranges else { continue };
+            if surface == 0.0 {
+                continue;
+            }
+            let position = [L::splat(x), L::splat(y), L::splat(z)];
+            let normal = [L::splat(facing[0]), L::splat(facing[1]), L::splat(facing[2])];
+            let (mut red, mut green, mut blue) = (L::splat(0.0), L::splat(0.0), L::splat(0.0));
+            let mut inner = L::splat(0.0);
+            for row_z in in_z.0..=in_z.1 {
+                for row_y in in_y.0..=in_y.1 {
+                    let row = (row_z * cells[1] + row_y) * cells[0];
+                    let begin = map.cell_start[row + in_x.0] as usize;
+                    let end = map.cell_start[row + in_x.1 + 1] as usize;
+                    for at in (begin..end).step_by(WIDTH) {
+                        let dx = map.column::<L>(0, at) - position[0];
+                        let dy = map.column::<L>(1, at) - position[1];
+                        let dz = map.column::<L>(2, at) - position[2];
+                        let d2 = dx * dx + dy * dy + dz * dz;
+                        let there = L::load(&COUNTING).less(L::splat((end - at) as f32));
+                        let near = d2.less_equal(square) & there;
+                        if L::bits(near) == 0 {
+                            continue;
+                        }
+                        let cosine = map.column::<L>(4, at) * normal[0]
+                            + map.column::<L>(5, at) * normal[1]
+                            + map.column::<L>(6, at) * normal[2];
+                        let same = map.column::<L>(3, at).equal(L::splat(surface))
+                            & L::splat(SAME_ORIENTATION).less_equal(cosine);
+                        let x2 = d2 * inverse;
+                        let weight = filter.shapes(x2).keep(near & same);
+                        let flux =
+                            [map.column::<L>(7, at), map.column::<L>(8, at), map.column::<L>(9, at)];
+                        red = red + flux[0] * weight;
+                        green = green + flux[1] * weight;
+                        blue = blue + flux[2] * weight;
+                        let inside = near & same & x2.less_equal(L::splat(INNER_AREA));
+                        let weight = filter.shapes(x2 * L::splat(1.0 / INNER_AREA)).keep(inside);
+                        inner = inner + (flux[0] + flux[1] + flux[2]) * weight;
+                    }
+                }
+            }
+            let inner = inner.sum() * (peak / INNER_AREA / 3.0);
+            *out = [red.sum() * peak, green.sum() * peak, blue.sum() * peak, inner];
+        }
+    }
+}

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! A BVH of eight children a node and eight triangles a leaf: one vector instruction a step.
+//!
+//! Made from the binary tree by taking the largest inner child apart until there are eight
+//! (Wald, Benthin & Boulos 2008, "Getting Rid of Packets"; Ernst & Greiner 2008).
+
+use crate::bounds::Bounds;
+use crate::lanes::{Lanes, Row, WIDTH};
+use crate::trace::Triangle;
+use crate::watertight::{Hit, NEEDLE, Ray, Slabs};
+
+/// A leaf's reference has this bit; the rest is the number of its first block.
+const LEAF: u32 = 1 << 31;
+/// More than a path of the deepest tree can push.
+const STACK: usize = 512;
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    min: [Row; 3],
+    max: [Row; 3],
+    child: [u32; WIDTH],
+}
+
+/// Up to eight triangles, by corner and axis.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    corner: [[Row; 3]; 3],
+    position: [i32; WIDTH],
+    /// 1 in the lanes that hold a triangle, 0 in the others.
+    used: Row,
+    /// The leaf has another block behind this one.
+    more: bool,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Wide {
+    nodes: Vec<Node>,
+    blocks: Vec<Block>,
+    bounds: Bounds,
+}
+
+/// A child in the binary tree: an inner node of it, or the triangles first .. first + count.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Child {
+    pub(crate) bounds: Bounds,
+    pub(crate) node: Option<usize>,
+    pub(crate) first: usize,
+    pub(crate) count: usize,
+}
+
+/// Where a ray is going in a tree, kept from ray to ray: clearing it for each would take longer
+/// than many rays do.
+pub(crate) struct Stack([(u32, f32); STACK]);
+
+impl Stack {
+    pub(crate) fn new() -> Stack {
+        Stack([(0, 0.0); STACK])
+    }
+}
+
+impl Wide {
+    /// From a checked binary tree: the children of each of its nodes, nodes after their parents,
+    /// of at most 62 levels.
+    pub(crate) fn new(binary: &[Vec<Child>], corners: &[Triangle]) -> Wide {
+        // The triangles below each node, where they are a run of the leaf order.
+        let mut runs: Vec<Option<(usize, usize)>> = vec![None; binary.len()];
+        for (row, children) in binary.iter().enumerate().rev() {
+            let parts: Vec<_> =
+                children.iter().map(|c| c.node.map_or(Some((c.first, c.count)), |n| runs[n])).collect();
+            runs[row] = match parts[..] {
+                [Some((first, count))] => Some((first, count)),
+                [Some(a), Some(b)] if a.0 + a.1 == b.0 => Some((a.0, a.1 + b.1)),
+                _ => None,
+            };
+        }
+        let bounds = binary[0].iter().fold(Bounds::EMPTY, |b, child| b.union(&child.bounds));
+        let mut wide = Wide { nodes: Vec::new(), blocks: Vec::new(), bounds };
+        wide.collapse(binary, &runs, 0, corners);
+        wide
+    }
+
+    fn collapse(
+        &mut self,
+        binary: &[Vec<Child>],
+        runs: &[Option<(usize, usize)>],
+        row: usize,
+        corners: &[Triangle],
+    ) -> u32 {
+        // A subtree that fits a leaf becomes one.
+        let as_leaf = |mut child: Child| {
+            if let Some((first, count)) = child.node.and_then(|node| runs[node]).filter(|run| run.1 <= WIDTH)
+            {
+                child = Child { node: None, first, count, ..child };
+            }
+            child
+        };
+        let mut children: Vec<Child> = binary[row].iter().copied().map(as_leaf).collect();
+        while children.len() < WIDTH {
+            let inner = (0..children.len()).filter(|&i| children[i].node.is_some());
+            let area = |i: &usize| children[*i].bounds.half_area();
+            let Some(largest) = inner.max_by(|a, b| area(a).total_cmp(&area(b))) else { break };
+            let taken = children.remove(largest);
+            let node = taken.node.expect("inner nodes were chosen from");
+            children.splice(largest..largest, binary[node].iter().copied().map(as_leaf));
+        }
+        let index = self.nodes.len();
+        // An empty lane's box is inside out: no ray enters it.
+        let empty = Node {
+            min: [Row([f32::INFINITY; WIDTH]); 3],
+            max: [Row([f32::NEG_INFINITY; WIDTH]); 3],
+            child: [0; WIDTH],
+        };
+        self.nodes.push(empty);
+        for (lane, child) in children.iter().enumerate() {
+            let reference = match child.node {
+                Some(node) => self.collapse(binary, runs, node, corners),
+                None => self.leaf(child.first, child.count, corners),
+            };
+            let node = &mut self.nodes[index];
+            for axis in 0..3 {
+                node.min[axis].0[lane] = child.bounds.min[axis];
+                node.max[axis].0[lane] = child.bounds.max[axis];
+            }
+            node.child[lane] = reference;
+        }
+        index as u32
+    }
+
+    fn leaf(&mut self, first: usize, count: usize, corners: &[Triangle]) -> u32 {
+        let reference = self.blocks.len() as u32 | LEAF;
+        let last = first + count;
+        for begin in (first..last).step_by(WIDTH) {
+            let end = last.min(begin + WIDTH);
+            let mut block = Block {
+                corner: [[Row([0.0; WIDTH]); 3]; 3],
+                position: [-1; WIDTH],
+                used: Row(std::array::from_fn(|lane| f32::from(u8::from(begin + lane < end)))),
+                more: end < last,
+            };
+            for (lane, position) in (begin..end).enumerate() {
+                block.position[lane] = position as i32;
+                for (corner, point) in corners[position].iter().enumerate() {
+                    for (axis, &x) in point.iter().enumerate() {
+                        block.corner[corner][axis].0[lane] = x;
+                    }
+                }
+            }
+            self.blocks.push(block);
+        }
+        reference
+    }
+
+    /// Calls `visit(triangle, hit, limit)` for the triangles that a ray may hit before `limit`,
+    /// roughly near ones first; `visit` returns the new limit, or None to stop.
+    #[inline(always)]
+    pub(crate) fn traverse<L: Lanes>(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        skip: i32,
+        stack: &mut Stack,
+        mut visit: impl FnMut(i32, Hit, f32) -> Option<f32>,
+    ) {
+        let slabs = Slabs::<L>::new(ray, &self.bounds);
+        let sheared = Sheared::<L>::new(ray);
+        let stack = &mut stack.0;
+        let mut limit = t_max;
+        stack[0] = (0, 0.0);
+        let mut size = 1;
+        while size > 0 {
+            size -= 1;
+            let (reference, t) = stack[size];
+            if t > limit {
+                continue;
+            }
+            if reference & LEAF == 0 {
+                let node = &self.nodes[reference as usize];
+                let (entry, entered) = slabs.enter(&node.min, &node.max, limit);
+                let (entry, mut entered) = (entry.store().0, L::bits(entered));
+                let bottom = size;
+                while entered != 0 {
+                    let lane = entered.trailing_zeros() as usize;
+                    entered &= entered - 1;
+                    // Insertion sort: the nearest on top.
+                    let mut at = size;
+                    while at > bottom && stack[at - 1].1 < entry[lane] {
+                        stack[at] = stack[at - 1];
+                        at -= 1;
+                    }
+                    stack[at] = (node.child[lane], entry[lane]);
+                    size += 1;
+                }
+                continue;
+            }
+            for block in &self.blocks[(reference & !LEAF) as usize..] {
+                let (mut found, row) = sheared.intersect(block);
+                while found != 0 {
+                    let lane = found.trailing_zeros() as usize;
+                    found &= found - 1;
+                    let position = block.position[lane];
+                    if position == skip {
+                        continue;
+                    }
+                    let hit = if row.exact >> lane & 1 == 1 {
+                        let corner = |c: usize| [0, 1, 2].map(|axis| block.corner[c][axis].0[lane]);
+                        ray.intersect(&[corner(0), corner(1), corner(2)])
+                    } else {
+                        Some(Hit { t: row.t.0[lane], u: row.u.0[lane], v: row.v.0[lane] })
+                    };
+                    if let Some(hit) = hit {
+                        match visit(position, hit, limit) {
+                            Some(new_limit) => limit = new_limit,
+                            None => return,
+                        }
+                    }
+                }
+                if !block.more {
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// The hits of a block; where a bit of `exact` is set, [`Ray::intersect`] has to decide.
+struct Hits {
+    t: Row,
+    u: Row,
+    v: Row,
+    exact: u32,
+}
+
+/// A ray's constants of [`Ray::intersect`].
+struct Sheared<L> {
+    origin: [L; 3],
+    axes: [usize; 3],
+    shear: [L; 3],
+}
+
+impl<L: Lanes> Sheared<L> {
+    #[inline(always)]
+    fn new(ray: &Ray) -> Self {
+        let (axes, origin, shear) = (ray.axes(), ray.origin(), ray.shear());
+        Sheared {
+            origin: [L::splat(origin[axes[0]]), L::splat(origin[axes[1]]), L::splat(origin[axes[2]])],
+            axes,
+            shear: [L::splat(shear[0]), L::splat(shear[1]), L::splat(shear[2])],
+        }
+    }
+
+    #[inline(always)]
+    fn to_local(&self, corner: &[Row; 3]) -> [L; 3] {
+        let x = L::load(&corner[self.axes[0]]) - self.origin[0];
+        let y = L::load(&corner[self.axes[1]]) - self.origin[1];
+        let z = L::load(&corner[self.axes[2]]) - self.origin[2];
+        [x - self.shear[0] * z, y - self.shear[1] * z, self.shear[2] * z]
+    }
+
+    /// [`Ray::intersect`] for all triangles of a block, operation by operation; the lanes that may
+    /// be hit, and how.
+    #[inline(always)]
+    fn intersect(&self, block: &Block) -> (u32, Hits) {
+        let a = self.to_local(&block.corner[0]);
+        let b = self.to_local(&block.corner[1]);
+        let c = self.to_local(&block.corner[2]);
+        let u = c[0] * b[1] - c[1] * b[0];
+        let v = a[0] * c[1] - a[1] * c[0];
+        let w = b[0] * a[1] - b[1] * a[0];
+        let zero = L::splat(0.0);
+        let on_edge = u.equal(zero) | v.equal(zero) | w.equal(zero);
+        let below = u.less(zero) | v.less(zero) | w.less(zero);
+        let above = zero.less(u) | zero.less(v) | zero.less(w);
+        let inside = (on_edge | !(below & above)) & zero.less(L::load(&block.used));
+        if L::bits(inside) == 0 {
+            let none = Row([0.0; WIDTH]);
+            return (0, Hits { t: none, u: none, v: none, exact: 0 });
+        }
+        let det = u + v + w;
+        let extent = a[0].abs().max(a[1].abs()).max(b[0].abs()).max(b[1].abs());
+        let extent = extent.max(c[0].abs()).max(c[1].abs());
+        let size = det.abs();
+        let sound = (extent * extent * L::splat(NEEDLE)).less_equal(size)
+            & L::splat(1e-30).less_equal(size)
+            & size.less_equal(L::splat(1e30));
+        let exact = on_edge | !sound;
+        let scale = L::splat(1.0) / det;
+        let t = u * scale * a[2] + v * scale * b[2] + w * scale * c[2];
+        let found = inside & (exact | zero.less(t));
+        let hits =
+            Hits { t: t.store(), u: (v * scale).store(), v: (w * scale).store(), exact: L::bits(exact) };
+        (L::bits(found), hits)
+    }
+}

@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The kernels that the native core runs give what the GLSL ones give."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+import numpy as np
+import photon_stream_native as native
+import pytest
+
+from addon.photon.geometry import Mesh, frame_of, upload_table
+from addon.photon.native_kernels import NativeTracer, triangles_of
+from addon.photon.records import HIT, RAY_DIRECTION, RAY_ORIGIN
+from addon.photon.renderer import Renderer
+from addon.photon.settings import Filter, Settings
+from addon.photon.tracer import Tracer
+from addon.streams import Device, Stream, StreamError
+from tests.measure import render
+from tests.scenes import cornell
+
+SIZE = (256, 128)
+SCENE = cornell(mirror=True, lobe=True)
+
+
+def rays(seed: int = 3) -> tuple[Any, Any]:
+    """Rays of every sort: a tenth goes nowhere, a tenth is short, some pass a triangle by."""
+    rng = np.random.default_rng(seed)
+    origin = rng.uniform(-0.9, 0.9, (SIZE[1], SIZE[0], 4)).astype(np.float32)
+    origin[..., 3] = np.where(rng.random(origin.shape[:2]) < 0.5, -1, rng.integers(0, 50))
+    direction = rng.normal(size=origin.shape).astype(np.float32)
+    direction[..., :3] /= np.linalg.norm(direction[..., :3], axis=-1, keepdims=True)
+    direction[..., 3] = np.where(rng.random(origin.shape[:2]) < 0.1, 0.3, 3e38)
+    direction[rng.random(origin.shape[:2]) < 0.1] = 0.0
+    return origin, direction
+
+
+@pytest.mark.parametrize("any_hit", [False, True])
+def test_tracer(device: Device, any_hit: bool) -> None:
+    mesh = Mesh.build(SCENE, frame_of(SCENE))
+    streams = {
+        name: Stream(device, record, SIZE)
+        for name, record in (("origin", RAY_ORIGIN), ("direction", RAY_DIRECTION), ("hit", HIT))
+    }
+    origin, direction = rays()
+    streams["origin"].upload(origin)
+    streams["direction"].upload(direction)
+    tables = {
+        "bvh_nodes": upload_table(device, mesh.nodes),
+        "bvh_corners": upload_table(device, mesh.corners),
+    }
+    kernels = (
+        Tracer(device, "fragment", {"ANY_HIT": 1} if any_hit else {}),
+        NativeTracer(device, triangles_of(mesh), any_hit),
+    )
+    found, counts = [], []
+    for kernel, bound in zip(kernels, (tables, {}), strict=True):
+        counts.append(kernel.run(streams, bound, count=True))
+        found.append(streams["hit"].download())
+        kernel.release()
+    glsl, ours = found
+    hit = glsl[..., 1] > 0
+    assert 0.5 < hit.mean() < 1 and counts[0] == hit.sum()
+    if any_hit:
+        # Which one is found first is the tree's business; whether one is found is not.
+        assert (hit == (ours[..., 1] > 0)).mean() > 1 - 1e-4
+        return
+    same = glsl[..., 1] == ours[..., 1]
+    assert same.mean() > 1 - 1e-3  # where two triangles meet, either may be hit
+    np.testing.assert_allclose(ours[same], glsl[same], rtol=2e-4, atol=2e-6)
+    assert abs(counts[0] - counts[1]) < 1e-4 * hit.size
+
+
+@pytest.mark.parametrize("name", get_args(Filter))
+def test_gather_and_coverage(device: Device, name: str) -> None:
+    """A picture's indirect light, to rounding, and where coverage is less than one."""
+    settings: dict[str, Any] = {"width": 64, "height": 64, "filter": name, "radius": 0.8}
+    glsl, ours = (
+        render(device, SCENE, layer=layer, passes=2, **settings) for layer in ("fragment", "native")
+    )
+    for image in ("Direct", "Indirect", "Mirror"):
+        a, b = glsl[image], ours[image]
+        assert a.mean() > 0
+        # A photon that meets an edge, or lies within rounding of the radius, may count in one.
+        differ = np.abs(a - b) > 1e-3 * np.maximum(a, a.mean())
+        assert differ.mean() < (0.02 if name in ("constant", "gaussian") else 0.005), image
+        assert abs(b.mean() / a.mean() - 1) < 1e-3, image
+
+
+def test_layer_is_named(device: Device) -> None:
+    for layer in ("auto", "native", "fragment"):
+        renderer = Renderer(cornell(), Settings(width=8, height=8, photons=8, layer=layer), device)  # type: ignore[arg-type]
+        native_expected = layer == "native" or (layer == "auto" and device.is_software)
+        assert (renderer.info()["layer"] == "native") == native_expected
+        renderer.release()
+
+
+def test_ports_are_checked(device: Device) -> None:
+    kernel = NativeTracer(device, triangles_of(Mesh.build(SCENE, frame_of(SCENE))))
+    stream = Stream(device, RAY_ORIGIN, SIZE)
+    with pytest.raises(StreamError, match=r"NativeTracer: streams \['direction', 'hit'\]"):
+        kernel.run({"origin": stream})
+    stream.release()
+
+
+def even(radius: float) -> Any:
+    """One radius everywhere."""
+    none, least = np.zeros((0, 4), np.float32), np.full(8, radius, np.float32)
+    return native.RadiusField(none, (-1.0, -1.0, -1.0), 2.0, (1, 1, 1), 1.0, least, radius)
+
+
+class TestBindings:
+    """What the native classes refuse."""
+
+    def tracer(self) -> Any:
+        return triangles_of(Mesh.build(SCENE, frame_of(SCENE)))
+
+    def test_shapes(self) -> None:
+        tracer, (origin, direction) = self.tracer(), rays()
+        with pytest.raises(ValueError, match=r"direction has shape .* but origin has"):
+            tracer.trace(origin, direction[:-1].copy(), False)
+        with pytest.raises(ValueError, match=r"origin: expected shape \[any, any, 4\]"):
+            tracer.trace(origin[0], direction, False)
+        with pytest.raises(TypeError, match="origin: expected float32"):
+            tracer.trace(origin.astype(float), direction, False)
+        with pytest.raises(ValueError, match="nodes"):
+            native.Tracer(np.zeros((0, 16), np.float32), np.zeros((0, 3, 4), np.float32))
+
+    def test_not_finite_rays_miss(self) -> None:
+        origin, direction = rays()
+        origin[0], direction[1], direction[2, :, 3] = np.nan, np.inf, np.nan
+        assert not self.tracer().trace(origin, direction, False)[:3].any()
+
+    def test_photon_map(self) -> None:
+        place, deposit = np.zeros((2, 5, 4), np.float32)
+        grid: tuple[Any, ...] = ((-1.0, -1.0, -1.0), 0.5, (4, 4, 4))
+        points = np.ones((1, 2, 4), np.float32)
+        photons = native.PhotonMap(place, deposit, *grid)
+        radii = even(0.1)
+        assert photons.gather(points, points, radii, 1.0, "cone").shape == (1, 2, 4)
+        with pytest.raises(ValueError, match='filter = "box" is none of'):
+            photons.gather(points, points, radii, 1.0, "box")
+        with pytest.raises(ValueError, match="deposits has 4 rows, but places has 5"):
+            native.PhotonMap(place, deposit[:4], *grid)
+        place[3, 1] = np.nan
+        with pytest.raises(ValueError, match=r"positions\[3, 1\] = NaN is not finite"):
+            native.PhotonMap(place, deposit, *grid)
+
+    def test_gather_sums_by_hand(self) -> None:
+        """Photons within the radius, of the surface and of its side; NaN points gather nothing."""
+        up = 4095 * 0.5 + 0.5
+        code = np.floor(up) * 4096 + np.floor(up)  # octahedral (0, 0, 1)
+        place = np.array([[0, 0, 0, 1], [0.05, 0, 0, 1], [0.2, 0, 0, 1], [0, 0, 0, 2]], np.float32)
+        deposit = np.array([[1, 2, 3, code]] * 4, np.float32)
+        photons = native.PhotonMap(place, deposit, (-1.0, -1.0, -1.0), 0.1, (20, 20, 20))
+        points = np.zeros((1, 4, 4), np.float32)
+        points[0, :, 3] = 1, 2, 0, 1
+        points[0, 3, 0] = np.nan
+        facing = np.array([[[0, 0, 1, 0]] * 4], np.float32)
+        peak = 1 / (np.pi * 0.1**2)
+        radii = even(0.2)
+        sums = photons.gather(points, facing, radii, 0.5, "constant")[0]
+        np.testing.assert_allclose(sums[0, :3], 2 * peak * np.array([1, 2, 3]), rtol=1e-5)
+        np.testing.assert_allclose(sums[1, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
+        assert not sums[2:].any()
+        assert not photons.gather(points, -facing, radii, 0.5, "constant")[..., :3].any()
+
+
+def test_host_and_glsl_draw_the_same_numbers(device: Device) -> None:
+    """Coverage of a plate's edge depends on every probe: equal means equal numbers."""
+    scene = cornell()
+    pictures = []
+    for layer in ("fragment", "native"):
+        renderer = Renderer(
+            scene,
+            Settings(width=48, height=48, photons=64, seed=9, layer=layer),  # type: ignore[arg-type]
+            device,
+        )
+        renderer.render_pass()
+        pictures.append(renderer.film.means()["indirect"][..., 3])
+        renderer.release()
+    glsl, ours = pictures
+    assert (glsl > 0).mean() > 0.5
+    partial = (glsl > 0.01) & (glsl < 0.65)
+    assert partial.sum() > 50
+    # A probe that grazes an edge may fall to either side.
+    assert (np.abs(glsl - ours) > 1e-4).mean() < 0.01

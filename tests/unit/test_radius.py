@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The radii: as many photons in a disc everywhere, at every scale, and never less than a pixel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.photon.radius_field import shrink_of
+from addon.photon.renderer import Renderer, photons_per_disc
+from addon.photon.settings import Settings
+from addon.streams import Device
+from tests.measure import render
+from tests.scenes import Builder, camera, cornell
+
+
+def radii(device: Device, scene: Any, positions: Any, **settings: Any) -> Any:
+    """Radii of the first pass [m] at positions (n, 3) [m]."""
+    settings = {"width": 512, "height": 512} | settings
+    renderer = Renderer(scene, Settings(**settings), device)
+    at = np.zeros((len(positions), 4), np.float32)
+    at[:, :3] = renderer.frame.points(positions)
+    found = renderer._radius_field.native.at(at) * renderer.frame.scale
+    renderer.release()
+    return found
+
+
+def test_shrinks_as_published() -> None:
+    """Against the recursion of Knaus & Zwicker 2011, eq. 15, term by term."""
+    square = 1.0
+    for i in range(1, 2000):
+        assert shrink_of(2 / 3, i - 1) == pytest.approx(square**0.5, rel=1e-9)
+        square *= (i + 2 / 3) / (i + 1)
+    assert shrink_of(1.0, 100) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])
+def test_grow_with_the_scene(device: Device, scale: float) -> None:
+    """The same photons in a room of another size: radii of another size."""
+    places = np.array([[5, 5, 0], [2, 9.9, 5], [9, 2, 0]], float)
+    small = radii(device, cornell(), places, photons=20000)
+    scene = cornell()
+    matrix = np.array(scene.camera.matrix, float)
+    matrix[:3, 3] *= scale
+    scaled = replace(
+        scene,
+        vertices=scene.vertices * scale,
+        camera=replace(scene.camera, matrix=matrix),
+        lights=tuple(
+            replace(light, position=tuple(np.multiply(light.position, scale)))
+            for light in scene.lights
+        ),
+    )
+    large = radii(device, scaled, places * scale, photons=20000)
+    np.testing.assert_allclose(large, small * scale, rtol=1e-3)
+
+
+def test_small_where_photons_are_dense(device: Device) -> None:
+    """A lit corner of a large scene: the disc holds what was asked for, near and far."""
+    floor = Builder().quad((-40, -40, 0), (40, -40, 0), (40, 40, 0), (-40, 40, 0))
+    floor.quad((-1, -1, 2), (-1, 1, 2), (1, 1, 2), (1, -1, 2))  # throws light back around it
+    light = replace(cornell().lights[0], position=(0.0, 0.0, 1.0), spot_size=2.0)
+    scene = floor.scene(camera((0, -30, 20), (0, 0, 0), 60), [light])
+    near, far = radii(device, scene, np.array([[0, 0, 0], [30, 30, 0]], float), photons=200000)
+    assert near < 0.5 and far > 4 * near
+
+
+def test_never_less_than_a_pixel(device: Device) -> None:
+    """Many photons, few pixels: a disc is as wide as a pixel where it is seen."""
+    scene, place = cornell(), np.array([[5.0, 5.0, 0.0]])
+    fine, coarse = (
+        radii(device, scene, place, photons=200000, width=n, height=n)[0] for n in (512, 4)
+    )
+    left, right, _, _ = scene.camera.window
+    distance = np.linalg.norm(place[0] - np.array(scene.camera.matrix)[:3, 3])
+    assert fine < 0.5 * coarse and coarse == pytest.approx(distance * (right - left) / 4, rel=0.25)
+
+
+@pytest.mark.parametrize("half", [100.0, 1e3, 1e5])
+def test_a_far_ground_changes_little(device: Device, half: float) -> None:
+    """The radii are the lit room's, however far the ground goes on that it stands on."""
+    room = cornell()
+    ground = [
+        [-half, -half, -0.02],
+        [half, -half, -0.02],
+        [half, half, -0.02],
+        [-half, half, -0.02],
+    ]
+    first, count = len(room.vertices), 2
+    scene = replace(
+        room,
+        vertices=np.concatenate([room.vertices, ground]),
+        triangles=np.concatenate(
+            [room.triangles, np.array([[0, 1, 2], [0, 2, 3]], np.int32) + first]
+        ),
+        corner_normals=np.concatenate(
+            [room.corner_normals, np.tile(np.float32([0, 0, 1]), (count, 3, 1))]
+        ),
+        material=np.concatenate([room.material, np.zeros(count, np.int32)]),
+        surface=np.concatenate([room.surface, np.full(count, len(room.surfaces), np.int32)]),
+        surfaces=(*room.surfaces, "ground"),
+    )
+    places = np.array([[5, 5, 0], [2, 9.9, 5]], float)
+    with_ground = radii(device, scene, places, photons=30000)
+    alone = radii(device, room, places, photons=30000)
+    np.testing.assert_allclose(with_ground, alone, rtol=0.6)
+    settings: dict[str, Any] = {"width": 24, "height": 24, "photons": 30000, "passes": 4}
+    a, b = (render(device, x, **settings)["Indirect"].mean() for x in (scene, room))
+    assert a / b == pytest.approx(1.04, abs=0.12)  # the ground throws some light back
+
+
+def test_radii_that_no_photon_bounds(device: Device) -> None:
+    """A radius far beyond any scene, and a scene far below any radius, end."""
+    for scene, radius in ((cornell(), 1e18), (replace(cornell(), lights=()), 0.0)):
+        tiny = replace(scene, vertices=scene.vertices * (1e-22 if not scene.lights else 1.0))
+        images = render(device, tiny, width=8, height=8, photons=100, radius=radius)
+        assert np.isfinite(images["Combined"]).all()
+
+
+def test_custom_radius_is_even(device: Device) -> None:
+    places = np.random.default_rng(0).uniform(0, 10, (50, 3))
+    np.testing.assert_allclose(radii(device, cornell(), places, radius=0.7), 0.7, rtol=1e-5)
+
+
+def test_photons_a_disc_grow_with_the_pass() -> None:
+    assert photons_per_disc(16384) == pytest.approx(150)
+    assert photons_per_disc(1) == 16 and photons_per_disc(1 << 24) == 400
+
+
+@pytest.mark.parametrize(("estimator", "layer"), [("splat", "fragment"), ("gather", "native")])
+def test_every_way_sums_within_the_same_radii(device: Device, estimator: str, layer: str) -> None:
+    """Where the radius changes from point to point, all still sum the same pairs."""
+    settings: dict[str, Any] = {"width": 64, "height": 64, "photons": 4000}
+    one = render(device, cornell(), estimator="gather", layer="fragment", **settings)["Indirect"]
+    other = render(device, cornell(), estimator=estimator, layer=layer, **settings)["Indirect"]
+    assert one.mean() > 0
+    # One photon's path in thousands may turn at an edge by rounding; all else is equal.
+    differences = np.abs(other - one) / np.maximum(one, one.mean())
+    assert np.median(differences) < 1e-5 and np.quantile(differences, 0.8) < 1e-3
+
+
+def test_passes_apart_have_the_same_radii(device: Device) -> None:
+    """Radii depend on the settings, not on which pass is rendered."""
+    whole, part = (
+        Renderer(cornell(), Settings(width=8, height=8, photons=3000, first_pass=first), device)
+        for first in (0, 7)
+    )
+    assert whole.radius(7) == part.radius(7) < whole.radius(0)
+    for renderer in (whole, part):
+        renderer.release()
