@@ -4,7 +4,8 @@
 Renders the scenes of blend_scenes at a ladder of efforts with Photon Stream, Cycles, Cycles with
 OpenImageDenoise, Mitsuba's path and particle tracer, LuxCore's path tracer and its PhotonGI, one
 after the other in one run, each engine in a process of its own with all cores. Writes chart.html
-(self-contained, with what is and what is not in the seconds), chart.json and an SVG a scene.
+(self-contained, with what is and what is not in the seconds), chart.json, chart.md (a table for the
+README) and an SVG a scene.
 
 A contender climbs until its next rung would exceed its share of the time that is left of MINUTES.
 On a machine that others use, `--busy` takes processor time divided by cores for seconds: about
@@ -32,7 +33,16 @@ from tests.regression.blocks import discontinuities, grown
 
 from .measure import Point, flip_map, mean_of, squared_errors
 from .page import curves_figure, page
-from .results import SceneResult, Table, equal_error, equal_time, verdicts, where_time_goes
+from .results import (
+    OURS,
+    SceneResult,
+    Table,
+    equal_error,
+    equal_time,
+    summary,
+    verdicts,
+    where_time_goes,
+)
 from .scenes import SCENES, SIZE, Reference, blend_file, read_reference, reference_file
 from .worker import EngineError, Worker
 
@@ -93,7 +103,7 @@ class Run:
                 continue
             points, pictures = self._climb(contender, methods[contender], budget, reference, band)
             result.curves[contender], result.pictures[contender] = points, pictures
-            if contender == "Photon Stream":
+            if contender == OURS:
                 result.where = self._where
             if not points:
                 result.refused[contender] = self._why or f"no picture within {budget:.0f} s"
@@ -214,9 +224,12 @@ def machine() -> str:
 
 
 def write(folder: Path, head: Sequence[str], scenes: Sequence[SceneResult]) -> None:
-    """chart.html, chart.json and the SVGs."""
+    """chart.html, chart.json, chart.md and the SVGs."""
     promises = verdicts(list(scenes))
     (folder / "chart.html").write_text(page(head, promises, scenes), encoding="utf-8")
+    lines = "\n".join(f"- {line}" for line in [*head, *promises])
+    table = summary(list(scenes), sorted(CONTENDERS, key=lambda name: name != OURS))
+    (folder / "chart.md").write_text(f"{table}\n{lines}\n", encoding="utf-8")
     data: dict[str, Any] = {"run": list(head), "promises": promises, "scenes": {}}
     for scene in scenes:
         (folder / f"{scene.name}.svg").write_text(curves_figure(scene), encoding="utf-8")
