@@ -18,6 +18,8 @@ import argparse
 import json
 import os
 import platform
+import signal
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -116,20 +118,24 @@ class Run:
         if module in self.absent:
             return self.absent[module]
         known = module in self.about
-        try:
-            worker = self._workers.get(module)
-            if not worker:
-                worker = self._workers[module] = Worker(module)
-            answer = worker.load(self._snapshot(name), blend_file(name), SIZE)
-            self.about[module] = answer["about"]
-            return dict(answer["methods"])
-        except EngineError as error:
-            if not known and not str(error).startswith("ValueError"):
-                self.absent[module] = f"it does not start here: {error}"
-                print(f"{module}: {error}", flush=True)
-            if not str(error).startswith("ValueError"):
+        for last in (not known, True):  # one that has worked before gets a second process
+            try:
+                if module not in self._workers:
+                    self._workers[module] = Worker(module)
+                answer = self._workers[module].load(self._snapshot(name), blend_file(name), SIZE)
+                self.about[module] = answer["about"]
+                return dict(answer["methods"])
+            except EngineError as error:
+                why = str(error)
+                if why.startswith("ValueError: "):
+                    return why.removeprefix("ValueError: ")
+                print(f"{module}: {why}", flush=True)
                 self._drop(module)
-            return str(error).removeprefix("ValueError: ")
+                if last:
+                    break
+        if not known:
+            self.absent[module] = f"it does not start here: {why}"
+        return why
 
     def _climb(
         self, contender: str, method: str, budget: float, reference: Reference, band: Any
@@ -263,6 +269,7 @@ def main() -> None:
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
     names = [n for n in arguments.scene or SCENES if reference_file(n).exists()]
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the engines' processes end
     begun, load = time.monotonic(), Load()
     results: list[SceneResult] = []
     with tempfile.TemporaryDirectory() as folder:
