@@ -24,7 +24,7 @@ from .chart.measure import (
     slope,
     squared_errors,
 )
-from .chart.results import SceneResult, equal_error, equal_time, verdicts
+from .chart.results import SceneResult, equal_error, equal_time, summary, verdicts
 from .chart.scenes import SCENES, SIZE, Reference, blend_file, read_reference, reference_file
 from .chart.spot import spot_profile
 from .chart.svg import figure, spread
@@ -187,6 +187,10 @@ def test_the_page_is_whole() -> None:
     _, rows = equal_error(scene)
     assert rows[1][3] == "10 (10x)"  # 1e-2
     assert rows[1][5] == "> 10 (>1x)"  # 1e-3
+    names = ["Photon Stream", "Cycles", "LuxCore path"]
+    assert (
+        summary([scene], names).splitlines()[-1] == "| cornell_classic | 1 / 10 | 10 / > 10 | - |"
+    )
     titles, rows = equal_time(scene)
     assert titles[0] == "after 10 s" and [row[0] for row in rows] == ["Photon Stream", "Cycles"]
     assert verdicts([scene])[0].endswith("10 times sooner, wanted 20: missed; where our time goes: "

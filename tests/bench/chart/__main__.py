@@ -4,7 +4,8 @@
 Renders the scenes of blend_scenes at a ladder of efforts with Photon Stream, Cycles, Cycles with
 OpenImageDenoise, Mitsuba's path and particle tracer, LuxCore's path tracer and its PhotonGI, one
 after the other in one run, each engine in a process of its own with all cores. Writes chart.html
-(self-contained, with what is and what is not in the seconds), chart.json and an SVG a scene.
+(self-contained, with what is and what is not in the seconds), chart.json, chart.md (a table for the
+README) and an SVG a scene.
 
 A contender climbs until its next rung would exceed its share of the time that is left of MINUTES.
 On a machine that others use, `--busy` takes processor time divided by cores for seconds: about
@@ -17,6 +18,8 @@ import argparse
 import json
 import os
 import platform
+import signal
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -32,7 +35,16 @@ from tests.regression.blocks import discontinuities, grown
 
 from .measure import Point, flip_map, mean_of, squared_errors
 from .page import curves_figure, page
-from .results import SceneResult, Table, equal_error, equal_time, verdicts, where_time_goes
+from .results import (
+    OURS,
+    SceneResult,
+    Table,
+    equal_error,
+    equal_time,
+    summary,
+    verdicts,
+    where_time_goes,
+)
 from .scenes import SCENES, SIZE, Reference, blend_file, read_reference, reference_file
 from .worker import EngineError, Worker
 
@@ -93,7 +105,7 @@ class Run:
                 continue
             points, pictures = self._climb(contender, methods[contender], budget, reference, band)
             result.curves[contender], result.pictures[contender] = points, pictures
-            if contender == "Photon Stream":
+            if contender == OURS:
                 result.where = self._where
             if not points:
                 result.refused[contender] = self._why or f"no picture within {budget:.0f} s"
@@ -106,20 +118,24 @@ class Run:
         if module in self.absent:
             return self.absent[module]
         known = module in self.about
-        try:
-            worker = self._workers.get(module)
-            if not worker:
-                worker = self._workers[module] = Worker(module)
-            answer = worker.load(self._snapshot(name), blend_file(name), SIZE)
-            self.about[module] = answer["about"]
-            return dict(answer["methods"])
-        except EngineError as error:
-            if not known and not str(error).startswith("ValueError"):
-                self.absent[module] = f"it does not start here: {error}"
-                print(f"{module}: {error}", flush=True)
-            if not str(error).startswith("ValueError"):
+        for last in (not known, True):  # one that has worked before gets a second process
+            try:
+                if module not in self._workers:
+                    self._workers[module] = Worker(module)
+                answer = self._workers[module].load(self._snapshot(name), blend_file(name), SIZE)
+                self.about[module] = answer["about"]
+                return dict(answer["methods"])
+            except EngineError as error:
+                why = str(error)
+                if why.startswith("ValueError: "):
+                    return why.removeprefix("ValueError: ")
+                print(f"{module}: {why}", flush=True)
                 self._drop(module)
-            return str(error).removeprefix("ValueError: ")
+                if last:
+                    break
+        if not known:
+            self.absent[module] = f"it does not start here: {why}"
+        return why
 
     def _climb(
         self, contender: str, method: str, budget: float, reference: Reference, band: Any
@@ -214,9 +230,12 @@ def machine() -> str:
 
 
 def write(folder: Path, head: Sequence[str], scenes: Sequence[SceneResult]) -> None:
-    """chart.html, chart.json and the SVGs."""
+    """chart.html, chart.json, chart.md and the SVGs."""
     promises = verdicts(list(scenes))
     (folder / "chart.html").write_text(page(head, promises, scenes), encoding="utf-8")
+    lines = "\n".join(f"- {line}" for line in [*head, *promises])
+    table = summary(list(scenes), sorted(CONTENDERS, key=lambda name: name != OURS))
+    (folder / "chart.md").write_text(f"{table}\n{lines}\n", encoding="utf-8")
     data: dict[str, Any] = {"run": list(head), "promises": promises, "scenes": {}}
     for scene in scenes:
         (folder / f"{scene.name}.svg").write_text(curves_figure(scene), encoding="utf-8")
@@ -250,6 +269,7 @@ def main() -> None:
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
     names = [n for n in arguments.scene or SCENES if reference_file(n).exists()]
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the engines' processes end
     begun, load = time.monotonic(), Load()
     results: list[SceneResult] = []
     with tempfile.TemporaryDirectory() as folder:

@@ -87,6 +87,27 @@ def equal_time(scene: SceneResult) -> Table:
     return titles, rows
 
 
+def summary(scenes: list[SceneResult], contenders: list[str]) -> str:
+    """A Markdown table: each contender's seconds to relMSE 1e-2 and 1e-3 in each scene."""
+    lines = [
+        f"| seconds to relMSE 1e-2 / 1e-3 | {' | '.join(contenders)} |",
+        "|---" * (len(contenders) + 1) + "|",
+    ]
+    for scene in scenes:
+        cells = []
+        for name in contenders:
+            points = scene.curves.get(name, [])
+            times = [seconds_to(points, target) for target in (1e-2, 1e-3)]
+            last = f"> {points[-1].seconds:.2g}" if points else ""
+            cells.append(
+                " / ".join(f"{t:.2g}" if math.isfinite(t) else last for t in times)
+                if points
+                else "-"
+            )
+        lines.append(f"| {scene.name} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
 def where_time_goes(scene: SceneResult) -> str:
     """Our passes' seconds by phase."""
     total = sum(scene.where.values())
