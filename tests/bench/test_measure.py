@@ -20,6 +20,7 @@ from .chart.measure import (
     efficiency,
     error_at,
     mean_of,
+    seconds_by_slope,
     seconds_to,
     slope,
     squared_errors,
@@ -112,6 +113,13 @@ def test_slope_and_efficiency() -> None:
     assert math.isnan(slope(points[:2]))
 
 
+def test_extrapolation_by_slope() -> None:
+    points = curve((1, 0.1), (4, 0.025), (16, 0.00625))
+    assert seconds_by_slope(points, 0.001) == pytest.approx(100)
+    assert seconds_by_slope(curve((1, 0.1), (4, 0.099), (16, 0.098)), 0.01) == math.inf
+    assert seconds_by_slope(points[:2], 0.001) == math.inf
+
+
 def test_what_is_below_the_references_noise_is_left_out() -> None:
     lost = Point(64, 64, *[Error(1e-6, 1e-5)] * 3, *[0.1] * 3)
     points = curve((1, 0.1), (4, 0.025), (16, 0.00625))
@@ -175,7 +183,7 @@ def test_the_page_is_whole() -> None:
     scene = SceneResult("cornell_classic", "made up", picture)
     scene.curves = {
         "Photon Stream": curve((0.1, 0.1), (1, 0.01), (10, 0.001)),
-        "Cycles": curve((1, 0.1), (10, 0.01)),
+        "Cycles": curve((1, 0.1), (3.1623, 0.031623), (10, 0.01)),
         "LuxCore path": [],
     }
     scene.pictures = {name: [picture] * len(p) for name, p in scene.curves.items()}
@@ -186,17 +194,19 @@ def test_the_page_is_whole() -> None:
     assert "no picture in time" in html and 'src="http' not in html
     _, rows = equal_error(scene)
     assert rows[1][3] == "10 (10x)"  # 1e-2
-    assert rows[1][5] == "> 10 (>1x)"  # 1e-3
+    assert rows[1][5] == ">10 (>1x), ~100 (~10x)"  # 1e-3
+    assert rows[2][1] == "no picture in time"
     names = ["Photon Stream", "Cycles", "LuxCore path"]
     assert (
-        summary([scene], names).splitlines()[-1] == "| cornell_classic | 1 / 10 | 10 / > 10 | - |"
+        summary([scene], names).splitlines()[-1] == "| cornell_classic | 1 / 10 | 10 / ~100 | - |"
     )
     titles, rows = equal_time(scene)
     assert titles[0] == "after 10 s" and [row[0] for row in rows] == ["Photon Stream", "Cycles"]
-    assert verdicts([scene])[0].endswith("10 times sooner, wanted 20: missed; where our time goes: "
-                                         "photons 1.00 s (100%)")  # fmt: skip
-    assert verdicts([scene])[1].endswith("at least 1 times sooner, wanted 10: open; where our time "
-                                         "goes: photons 1.00 s (100%)")  # fmt: skip
+    first, second = verdicts([scene])
+    assert first.endswith("10 times sooner, wanted 20: missed; where our time goes: "
+                          "photons 1.00 s (100%)")  # fmt: skip
+    assert second.endswith("more than 1 times sooner, wanted 10; by Cycles' slope in 100 s, "
+                           "10 times: met by that")  # fmt: skip
 
 
 def test_names_beside_curves_do_not_overlap() -> None:

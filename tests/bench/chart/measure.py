@@ -14,6 +14,7 @@ import numpy as np
 from .scenes import Reference
 
 BLOCK = 16  # [px]: errors farther apart than this count as independent
+STALLED = -0.4  # slope: noise alone would give -1
 RESOLVED = 2.0  # standard errors above zero from which on an error counts as measured
 
 
@@ -95,6 +96,16 @@ def seconds_to(points: Sequence[Point], target: float) -> float:
     if ordered and ordered[0].error.value <= target:
         return ordered[0].seconds
     return math.inf
+
+
+def seconds_by_slope(points: Sequence[Point], target: float) -> float:
+    """Seconds at which a curve would reach an error it has not, by its last three points' slope;
+    inf where it has levelled off, which is what STALLED calls it."""
+    ordered = _measured(points)
+    exponent = slope(ordered[-3:])
+    if not ordered or not exponent < STALLED or ordered[-1].error.value <= target:
+        return math.inf
+    return float(ordered[-1].seconds * (target / ordered[-1].error.value) ** (1 / exponent))
 
 
 def error_at(points: Sequence[Point], seconds: float) -> float:

@@ -52,7 +52,8 @@ standard errors are left out of curves, slopes and ratios.</li>
 sees them (not in mirrors); the interior is the rest.</li>
 <li>Slope: fitted exponent of relMSE against seconds. 1/(MSE t): of the last point.</li>
 <li>In brackets: how many times as long as ours. "&gt;" means not reached within the budget, after
-so many seconds.</li>
+so many seconds; "~" what the slope of the last three points leads to, where it has not levelled
+off.</li>
 </ul>
 """
 

@@ -7,7 +7,14 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from .measure import Point, efficiency, error_at, seconds_to, slope
+from .measure import (
+    Point,
+    efficiency,
+    error_at,
+    seconds_by_slope,
+    seconds_to,
+    slope,
+)
 
 TARGETS = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3)
 OURS = "Photon Stream"
@@ -52,19 +59,27 @@ def equal_error(scene: SceneResult) -> Table:
     for name, points in scene.curves.items():
         cells = []
         for target in TARGETS:
-            own = seconds_to(points, target)
-            mine = ours[target]
-            if math.isfinite(own):
-                ratio = f" ({own / mine:.2g}x)" if name != OURS and math.isfinite(mine) else ""
-                cells.append(_number(own) + ratio)
-            elif points:
-                last = points[-1].seconds
-                ratio = f" (>{last / mine:.2g}x)" if name != OURS and math.isfinite(mine) else ""
-                cells.append(f"> {_number(last)}{ratio}")
-            else:
-                cells.append("no picture in time")
+            cells.append(_reached(points, target, ours[target] if name != OURS else math.inf))
         rows.append([name, *cells, _number(slope(points)), _number(efficiency(points))])
     return titles, rows
+
+
+def _reached(points: list[Point], target: float, ours: float) -> str:
+    """Seconds to an error, in brackets how many times ours; `>` where it was not reached, then
+    `~` what the curve's slope leads to."""
+    if not points:
+        return "no picture in time"
+
+    def told(sign: str, seconds: float) -> str:
+        ratio = f" ({sign}{_number(seconds / ours, 2)}x)" if math.isfinite(ours) else ""
+        return f"{sign}{_number(seconds)}{ratio}"
+
+    own = seconds_to(points, target)
+    if math.isfinite(own):
+        return told("", own)
+    later = seconds_by_slope(points, target)
+    guess = f", {told('~', later)}" if math.isfinite(later) else ""
+    return told(">", points[-1].seconds) + guess
 
 
 def equal_time(scene: SceneResult) -> Table:
@@ -88,7 +103,7 @@ def equal_time(scene: SceneResult) -> Table:
 
 
 def summary(scenes: list[SceneResult], contenders: list[str]) -> str:
-    """A Markdown table: each contender's seconds to relMSE 1e-2 and 1e-3 in each scene."""
+    """A Markdown table: each contender's seconds to relMSE 1e-2 and 1e-3; ~ by its slope."""
     lines = [
         f"| seconds to relMSE 1e-2 / 1e-3 | {' | '.join(contenders)} |",
         "|---" * (len(contenders) + 1) + "|",
@@ -97,15 +112,18 @@ def summary(scenes: list[SceneResult], contenders: list[str]) -> str:
         cells = []
         for name in contenders:
             points = scene.curves.get(name, [])
-            times = [seconds_to(points, target) for target in (1e-2, 1e-3)]
-            last = f"> {points[-1].seconds:.2g}" if points else ""
-            cells.append(
-                " / ".join(f"{t:.2g}" if math.isfinite(t) else last for t in times)
-                if points
-                else "-"
-            )
+            cells.append(" / ".join(_short(points, t) for t in (1e-2, 1e-3)) if points else "-")
         lines.append(f"| {scene.name} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
+
+
+def _short(points: list[Point], target: float) -> str:
+    own, later = seconds_to(points, target), seconds_by_slope(points, target)
+    if math.isfinite(own):
+        return _number(own, 2)
+    if math.isfinite(later):
+        return f"~{_number(later, 2)}"
+    return "never" if math.isfinite(slope(points)) else f"> {_number(points[-1].seconds, 2)}"
 
 
 def where_time_goes(scene: SceneResult) -> str:
@@ -137,21 +155,33 @@ def verdicts(scenes: list[SceneResult]) -> list[str]:
 def _verdict(scene: SceneResult, target: float, wanted: float) -> str:
     mine = seconds_to(scene.curves.get(OURS, []), target)
     points = scene.curves.get("Cycles", [])
-    theirs, bound = seconds_to(points, target), ""
-    if not math.isfinite(theirs) and points:
-        theirs, bound = points[-1].seconds, "at least "
-    if not math.isfinite(mine):
-        return (
-            f"{scene.name}: relMSE {target:g} not reached by ours; where: {where_time_goes(scene)}"
-        )
-    ratio = theirs / mine
-    state = "met" if ratio >= wanted else ("open" if bound else "missed")
-    where = "" if state == "met" else f"; where our time goes: {where_time_goes(scene)}"
-    return (
-        f"{scene.name}: relMSE {target:g} in {_number(mine)} s, Cycles {bound}{_number(theirs)} s: "
-        f"{bound}{ratio:.2g} times sooner, wanted {wanted}: {state}{where}"
+    where = f"; where our time goes: {where_time_goes(scene)}"
+    if not math.isfinite(mine) or not points:
+        found = {
+            name: seconds_by_slope(scene.curves.get(name, []), target) for name in (OURS, "Cycles")
+        }
+        later = ", ".join(f"{name} {_number(seconds)} s" for name, seconds in found.items())
+        return f"{scene.name}: relMSE {target:g} not reached by ours (by slope: {later}){where}"
+    theirs, sign = seconds_to(points, target), ""
+    if not math.isfinite(theirs):
+        theirs, sign = points[-1].seconds, "more than "
+    told = (
+        f"{scene.name}: relMSE {target:g} in {_number(mine)} s, Cycles in {sign}"
+        f"{_number(theirs)} s: {sign}{_number(theirs / mine, 2)} times sooner, wanted {wanted}"
     )
+    if theirs / mine >= wanted:
+        return f"{told}: met"
+    later = seconds_by_slope(points, target) if sign else math.inf
+    if not math.isfinite(later):
+        return f"{told}: {'open' if sign else 'missed'}{where}"
+    state = "met" if later / mine >= wanted else "missed"
+    ratio = _number(later / mine, 2)
+    told += f"; by Cycles' slope in {_number(later)} s, {ratio} times: {state} by that"
+    return told if state == "met" else f"{told}{where}"
 
 
-def _number(value: float) -> str:
-    return "-" if math.isnan(value) else "never" if math.isinf(value) else f"{value:.3g}"
+def _number(value: float, digits: int = 3) -> str:
+    """Rounded to significant digits."""
+    if math.isfinite(value):
+        return f"{float(f'{value:.{digits}g}'):g}"
+    return "-" if math.isnan(value) else "never"

@@ -57,7 +57,7 @@ class Engine:
         self.overhead = min(self._start_up() for _ in range(3))
 
     def climb(self, method: str, seed: int, budget: Budget, **more: Any) -> Iterator[Step]:
-        """Pictures after FIRST, twice as long, four times ... of rendering; at least one.
+        """Pictures after FIRST of rendering, then twice as long, ...; at least one.
 
         The seconds are wall time since the session's start less that of one that renders nothing;
         a photon map that is made first is in them.
@@ -66,7 +66,9 @@ class Engine:
         film, pixels = session.GetFilm(), np.zeros((self.size, self.size, 3), np.float32)
         begun = now() + self.overhead
         session.Start()
-        due = max(FIRST, 1.1 * (now() - begun).wall)  # photon maps are made before Start returns
+        budget.begin()  # photon maps are made before Start returns
+        lap = FIRST
+        due = (now() - begun).wall + lap
         try:
             while not session.HasDone():
                 if (now() - begun).wall < due:
@@ -81,8 +83,8 @@ class Engine:
                     yield Step(passes, seconds, pixels.astype(np.float64))
                     if not budget.fits():
                         return
-                while due <= seconds.wall:
-                    due *= 2
+                    lap *= 2
+                due = seconds.wall + lap
                 session.Resume()
                 begun += now() - stop
         finally:

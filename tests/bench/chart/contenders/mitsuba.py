@@ -69,16 +69,18 @@ class Engine:
     def climb(self, method: str, seed: int, budget: Budget) -> Iterator[Step]:
         """Pictures of 1, 2, 4, ... samples a pixel; the seconds are those of rendering alone.
 
-        Launches have 1 or LAUNCH samples, each compiled before its first is timed.
+        Launches have 1 or LAUNCH samples; both are compiled before any is timed.
         """
         integrator = mi.load_dict({"type": method, "max_depth": BOUNCES + 1})
+        for samples in (1, LAUNCH):
+            if (method, samples) not in self._warm:
+                self._render(integrator, samples, 0)
+                self._warm.add((method, samples))
+        budget.begin()
         total, done, seconds = None, 0, Seconds()
         for effort in doubling():
             while done < effort:
                 samples = 1 if done < LAUNCH else LAUNCH
-                if (method, samples) not in self._warm:
-                    self._render(integrator, samples, 0)
-                    self._warm.add((method, samples))
                 start = now()
                 image = self._render(integrator, samples, seed * 1_000_003 + done)
                 seconds += now() - start

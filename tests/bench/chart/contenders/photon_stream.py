@@ -49,6 +49,7 @@ class Engine:
         """
         settings = Settings(width=self.size, height=self.size, seed=seed)
         renderer = Renderer(self.scene, settings, self.device)
+        budget.begin()
         before, seconds, done = dict(renderer.seconds), Seconds(), 0
         try:
             for effort in doubling():

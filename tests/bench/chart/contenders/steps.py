@@ -46,6 +46,10 @@ class Budget:
         """[s]"""
         return self._end - time.perf_counter()
 
+    def begin(self) -> None:
+        """Count the first rung from here: what came before happens once."""
+        self._rung = time.perf_counter()
+
     def fits(self, times: float = 2.0) -> bool:
         """Whether the time since the last call, so many times, is left."""
         last, self._rung = self._rung, time.perf_counter()
