@@ -200,15 +200,11 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     for name in ("seed", "passes"):
         if getattr(options, name) is not None:
             assign(settings, name, getattr(options, name))
-    if options.noise_threshold is not None:
-        settings.use_noise_threshold = options.noise_threshold != 0.0
-        assign(settings, "noise_threshold", options.noise_threshold)
-    if options.photons is not None:
-        settings.use_photons = True
-        assign(settings, "photons", options.photons)
-    if options.radius is not None:
-        settings.use_radius = options.radius != 0.0
-        assign(settings, "radius", options.radius)
+    for name, off in (("noise_threshold", 0.0), ("photons", None), ("radius", 0.0)):
+        value = getattr(options, name)
+        if value is not None:
+            setattr(settings, f"use_{name}", value != off)
+            assign(settings, name, value)
     for name in ("estimator", "layer"):
         if getattr(options, name) is not None:
             setattr(settings, name, getattr(options, name).upper())

@@ -67,12 +67,7 @@ class RENDER_PT_photon_stream_sampling(_Panel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.split_layout()
         settings = context.scene.photon_stream
-        heading = layout.column(align=True, heading="Noise Threshold")
-        row = heading.row(align=True)
-        row.prop(settings, "use_noise_threshold", text="")
-        sub = row.row()
-        sub.active = settings.use_noise_threshold
-        sub.prop(settings, "noise_threshold", text="")
+        switched(layout, settings, "noise_threshold", "Noise Threshold")
         col = layout.column(align=True)
         col.prop(settings, "passes")
         sub = col.column(align=True)
@@ -90,12 +85,8 @@ class RENDER_PT_photon_stream_photons(_Panel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.split_layout()
         settings = context.scene.photon_stream
-        for title, name in (("Custom Photons", "photons"), ("Custom Radius", "radius")):
-            row = layout.column(align=True, heading=title).row(align=True)
-            row.prop(settings, f"use_{name}", text="")
-            sub = row.row()
-            sub.active = getattr(settings, f"use_{name}")
-            sub.prop(settings, name, text="")
+        switched(layout, settings, "photons", "Custom Photons")
+        switched(layout, settings, "radius", "Custom Radius")
         layout.prop(settings, "radius_shrink")
         layout.prop(settings, "filter")
         layout.prop(settings, "boundary_correction")
@@ -262,6 +253,15 @@ CLASSES = (
     DATA_PT_photon_stream_light,
     DATA_PT_photon_stream_spot,
 )
+
+
+def switched(layout: bpy.types.UILayout, settings: Any, name: str, title: str) -> None:
+    """Draw the property `name` behind the checkbox `use_<name>`, as Blender's panels do."""
+    row = layout.column(align=True, heading=title).row(align=True)
+    row.prop(settings, f"use_{name}", text="")
+    sub = row.row()
+    sub.active = getattr(settings, f"use_{name}")
+    sub.prop(settings, name, text="")
 
 
 def shared_panels() -> Iterator[Any]:

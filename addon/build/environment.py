@@ -84,8 +84,12 @@ def ensure_where_possible(group: str) -> None:
     if stamps.get(group) == digest(*pins):
         return
     say(f"Installing what there is of {group} ({', '.join(pins)})")
-    quiet: list[str | Path] = [PYTHON, "-m", "pip", "--disable-pip-version-check", "install"]
-    absent = [pin for pin in pins if run([*quiet, "--no-deps", pin]) != 0]
+    absent = []
+    for pin in pins:
+        try:
+            pip("install", "--no-deps", pin)
+        except Failure:
+            absent.append(pin)
     if absent:
         say(f"Going on without {', '.join(absent)}")
     else:

@@ -14,7 +14,8 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ..streams import Device, HostKernel
+from ..streams import Device, HostKernel, Kernel
+from ..streams.device import Layer
 from .coverage import Coverage
 from .deposits import Deposits
 from .gather import Gather
@@ -114,6 +115,15 @@ class NativeGather(HostKernel):
         return self._map.gather(
             inputs["place"], inputs["facing"], tables["radii"], uniforms["shrink"], self._filter
         )
+
+
+def tracer_for(
+    device: Device, layer: Layer, triangles: native.Tracer | None, any_hit: bool = False
+) -> Kernel:
+    """A tracer of these triangles by the native core, or if there are none by GLSL."""
+    if triangles:
+        return NativeTracer(device, triangles, any_hit)
+    return Tracer(device, layer, {"ANY_HIT": 1} if any_hit else None)
 
 
 def triangles_of(mesh: Mesh) -> native.Tracer:

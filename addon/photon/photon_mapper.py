@@ -11,13 +11,12 @@ from ..streams.device import Layer
 from .deposits import Deposits, DeviceDeposits, HostDeposits
 from .generator import Generator
 from .geometry import Tables
-from .native_kernels import NativeTracer
+from .native_kernels import tracer_for
 from .needs import SceneNeeds
 from .projector import Projector
 from .records import DEPOSIT, FLUX, HIT, PLACE, RAY_DIRECTION, RAY_ORIGIN
 from .reflector import Reflector
 from .settings import Settings
-from .tracer import Tracer
 
 STREAM_WIDTH = 1024  # photons a row
 
@@ -74,7 +73,7 @@ class PhotonMapper:
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
         self.kernels = (
             Generator(device, layer),
-            NativeTracer(device, triangles) if triangles else Tracer(device, layer),
+            tracer_for(device, layer, triangles),
             Projector(device, layer),
             Reflector(device, layer),
         )

@@ -21,7 +21,7 @@ from .eye_rays import EyeRays
 from .geometry import Frame, Tables
 from .lit import Lit
 from .mirror import Mirror
-from .native_kernels import NativeCoverage, NativeTracer
+from .native_kernels import NativeCoverage, tracer_for
 from .needs import SceneNeeds
 from .radius_field import Radii
 from .records import (
@@ -91,7 +91,7 @@ class RayTracer:
         self._camera = _camera_in_scene_units(scene, frame)
         kinds: list[type[Kernel]] = [EyeRays, CombinePrimary, CombineAll]
         if needs.surfaces:
-            kinds += [VisiblePoints] if triangles else [Tracer, VisiblePoints]
+            kinds.append(VisiblePoints)
         if needs.lights:
             kinds += [Direct, Lit]
         if needs.mirror:
@@ -99,15 +99,11 @@ class RayTracer:
         if needs.photons:
             kinds.append(Blur)
         self.kernels: dict[type[Kernel], Kernel] = {kind: kind(device, layer) for kind in kinds}
+        if needs.surfaces:
+            self.kernels[Tracer] = tracer_for(device, layer, triangles)
         self._any_hit: Kernel | None = None
         if needs.lights:
-            self._any_hit = (
-                NativeTracer(device, triangles, any_hit=True)
-                if triangles
-                else Tracer(device, layer, {"ANY_HIT": 1})
-            )
-        if triangles:
-            self.kernels[Tracer] = NativeTracer(device, triangles)
+            self._any_hit = tracer_for(device, layer, triangles, any_hit=True)
         if needs.photons and settings.boundary_correction:
             if triangles:
                 self.kernels[Coverage] = NativeCoverage(

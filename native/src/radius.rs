@@ -30,18 +30,17 @@ pub struct RadiusField {
 }
 
 impl RadiusField {
-    /// The radii of discs that hold about `wanted` photons, if photons fell as they do at `places`; those
-    /// beyond the grid don't count, and radii there are those at its border.
-    /// At each node no less than `least`, and no more than `most` unless `least` is.
+    /// The radii of discs that hold about `wanted` photons, if photons fell as they do at `places`;
+    /// those beyond the grid don't count, and radii there are those at its border. At each node no
+    /// less than `least`, and no more than `most` unless `least` is.
     ///
     /// The count in a box of half size h about a node stands for a plane's, (2 h)^2 times the
     /// photons a unit area. Where the closest photons are denser or less dense than those in the
     /// box, light is uneven and a disc blurs it: by a share that goes with the radius squared. Noise
     /// goes with 1 / (photons in the disc), and the radius is the one of least mean square error.
     ///
-    /// Radii are then lowered until no step along an axis changes them by more than
-    /// a quarter of it: |r(x) - r(y)| <= sqrt(3) / 4 |x - y|, so that r(y) <= 1.77 r(x) wherever
-    /// |x - y| <= r(y).
+    /// Radii are then lowered until no step along an axis changes them by more than a quarter of it:
+    /// |r(x) - r(y)| <= sqrt(3) / 4 |x - y|, so that r(y) <= 1.77 r(x) wherever |x - y| <= r(y).
     ///
     /// # Errors
     /// As [`crate::photons::sort`]; `least` not one number a node.
@@ -73,7 +72,7 @@ impl RadiusField {
         };
         let below = sums(places, &fine)?;
         let [fx, fy, fz] = fine.cells;
-        let sum = |x: usize, y: usize, z: usize| below[(z * (fy + 1) + y) * (fx + 1) + x] as f32;
+        let sum = |x: usize, y: usize, z: usize| i64::from(below[(z * (fy + 1) + y) * (fx + 1) + x]);
         // Photons in the box of half size `half` about a node, in fine cells.
         let count = |at: [usize; 3], half: usize| {
             let low = at.map(|i| i.saturating_sub(half));
@@ -83,7 +82,7 @@ impl RadiusField {
                     - sum(x, low[1], high[2])
                     - sum(x, high[1], low[2])
             };
-            slab(high[0]) - slab(low[0])
+            (slab(high[0]) - slab(low[0])) as f32 // a sum of floats would round beyond 2^24
         };
         let needed = wanted * BOX;
         let node = |x: usize, y: usize, z: usize| (z * nodes[1] + y) * nodes[0] + x;
