@@ -134,10 +134,10 @@ class DeviceDeposits:
         return place, deposit
 
     def release(self) -> None:
-        """Free textures, buffers and programs."""
+        """Free textures and buffers."""
         for texture in self._textures:
             self._device.forget(texture)
-        for item in (*self._textures, self._flags, self._scan, self._flags_program, self._move):
+        for item in (*self._textures, self._flags, self._scan):
             if item:
                 item.release()
 

@@ -152,7 +152,7 @@ class PhotonMapper:
         return self._paths[rows]
 
     def release(self) -> None:
-        """Free streams and programs."""
+        """Free streams and kernels."""
         for paths in self._paths.values():
             paths.release()
         for kernel in self.kernels:
