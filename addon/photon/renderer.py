@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from ..streams import Device, Stream, StreamError
 from ..streams.device import Layer
+from .deposits import Deposits
 from .error import Error, error_of
 from .errors import DeviceError
 from .film import Film
-from .geometry import Frame, Mesh, Tables, frame_of
-from .native_kernels import triangles_of
+from .geometry import Mesh
+from .kept import Kept
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
 from .photon_mapper import PhotonMapper
@@ -61,7 +62,10 @@ class Renderer:
     SettingsError for what it cannot render, DeviceError when OpenGL fails.
     """
 
-    def __init__(self, scene: Scene, settings: Settings, device: Device) -> None:
+    def __init__(
+        self, scene: Scene, settings: Settings, device: Device, kept: Kept | None = None
+    ) -> None:
+        """`kept`: where renders one after the other find what has not changed between them."""
         scene.check()
         settings.check()
         scene, self.warnings = _conserving(scene)
@@ -71,18 +75,18 @@ class Renderer:
         self.layer = _choose_layer(settings, device)
         layer: Layer = "compute" if self.layer == "compute" else "fragment"
         self.estimator = "none"
+        self._kept = kept or Kept(device, budget=0)
+        self._own = None if kept else self._kept
         with _Timed(self.seconds, "bvh"):
-            self.frame: Frame = frame_of(scene)
-            mesh = Mesh.build(scene, self.frame)
-            triangles = triangles_of(mesh) if self.layer == "native" else None
+            stage = self._kept.stage(scene, self.layer)
+            self.frame, mesh, triangles = stage.frame, stage.mesh, stage.triangles
         self.triangles = len(mesh.corners)
         self.needs = SceneNeeds.of(scene, settings, mesh)
         self.warnings += _warnings(scene, mesh, self.needs)
         with _Timed(self.seconds, "programs"):
             try:
-                self._tables = Tables(device, scene, self.frame, mesh)
                 self.ray_tracer = RayTracer(
-                    device, layer, self._tables, self.frame, scene, settings, self.needs, triangles
+                    device, layer, stage.tables, self.frame, scene, settings, self.needs, triangles
                 )
                 x0, y0, x1, y1 = settings.frame_region
                 names = list(FILM_IMAGES)
@@ -92,7 +96,7 @@ class Renderer:
                 self.photon_mapper = self.splat = self.grid = None
                 if self.needs.photons:
                     self.photon_mapper = PhotonMapper(
-                        device, layer, self._tables, settings, self.needs, triangles
+                        device, layer, stage.tables, settings, self.needs, triangles
                     )
                     self.estimator = (
                         "gather" if settings.estimator == "auto" else settings.estimator
@@ -187,7 +191,7 @@ class Renderer:
         return counts
 
     def release(self) -> None:
-        """Free everything on the device but the device."""
+        """Free everything on the device but the device, and what is kept for the next renderer."""
         self.device.use()
         parts = (
             self._radius_field,
@@ -196,7 +200,7 @@ class Renderer:
             self.photon_mapper,
             self.splat,
             self.grid,
-            self._tables,
+            self._own,
         )
         for part in parts:
             if part:
@@ -208,7 +212,7 @@ class Renderer:
             return RadiusField.even(self.device, (self.settings.radius or 1.0) / self.frame.scale)
         photons_a_pass = self.settings.photons_a_pass
         photons = min(photons_a_pass, PILOT_PHOTONS)
-        deposits = self.photon_mapper.trace(PILOT_PASS, len(self.scene.lights), photons)
+        deposits = self._traced(PILOT_PASS, photons)
         place, _ = deposits.arrays()
         self.photon_mapper.unfinished = deposits.dropped = 0
         wanted = photons_per_disc(photons_a_pass) * photons / photons_a_pass
@@ -222,10 +226,15 @@ class Renderer:
         self._error = self.film.passes, error_of(exposure, images["Combined"])
         return images
 
-    def _trace_photons(self, index: int, radii: Radii) -> None:
+    def _traced(self, index: int, photons: int) -> Deposits:
+        """A pass's photons, kept from the last render or traced."""
         assert self.photon_mapper
+        lights = len(self.scene.lights)
+        return self._kept.trace(self.photon_mapper, self.settings, index, lights, photons)
+
+    def _trace_photons(self, index: int, radii: Radii) -> None:
         with _Timed(self.seconds, "photons"):
-            deposits = self.photon_mapper.trace(index, len(self.scene.lights))
+            deposits = self._traced(index, self.settings.photons_a_pass)
         with _Timed(self.seconds, "photon map"):
             for estimator in (self.splat, self.grid):
                 if estimator:
