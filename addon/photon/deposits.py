@@ -93,7 +93,10 @@ class HostDeposits:
         """Download the streams and keep what landed."""
         places, deposits = (x.download().reshape(-1, 4) for x in (place, deposit))
         there = np.flatnonzero(places[:, 3])
-        places, deposits = places[there], deposits[there]
+        self.extend(places[there], deposits[there])
+
+    def extend(self, places: NDArray[np.float32], deposits: NDArray[np.float32]) -> None:
+        """Add (P, 4) places and deposits."""
         # One that is not finite would poison its neighbours.
         finite = np.isfinite(places).all(axis=1) & np.isfinite(deposits).all(axis=1)
         if not finite.all():

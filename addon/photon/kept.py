@@ -26,7 +26,7 @@ VIEW = ("camera", "background")  # what of a scene eye rays alone meet
 
 
 class Mapper(Protocol):
-    """What traces photons: a PhotonMapper."""
+    """What traces photons: a PhotonMapper or a NativePhotonMapper."""
 
     unfinished: int
 
@@ -34,7 +34,7 @@ class Mapper(Protocol):
     def deposits(self) -> Deposits:
         """Where the photons of the last pass landed."""
 
-    def trace(self, index: int, light_count: int, photons: int | None = None) -> Deposits:
+    def trace(self, index: int, photons: int | None = None) -> Deposits:
         """Trace a pass."""
 
 
@@ -91,7 +91,7 @@ class Kept:
         return self._stage
 
     def trace(
-        self, mapper: Mapper, settings: Settings, index: int, light_count: int, photons: int
+        self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
     ) -> Deposits:
         """`mapper.trace` on the stage, or what it gave when it last did that.
 
@@ -113,7 +113,7 @@ class Kept:
             mapper.deposits.dropped += kept.dropped
             return mapper.deposits
         unfinished, dropped = mapper.unfinished, mapper.deposits.dropped
-        deposits = mapper.trace(index, light_count, photons)
+        deposits = mapper.trace(index, photons)
         if self.photon_bytes + DEPOSIT_BYTES * deposits.count < self._budget:
             copy = deposits.copy()
             self._passes[index] = _Pass(

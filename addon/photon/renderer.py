@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from ..streams import Device, Stream, StreamError
 from ..streams.device import Layer
-from .deposits import Deposits
 from .error import Error, error_of
 from .errors import DeviceError
 from .film import Film
@@ -21,7 +20,7 @@ from .geometry import Mesh
 from .kept import Kept
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
-from .photon_mapper import PhotonMapper
+from .photon_mapper import NativePhotonMapper, PhotonMapper
 from .picture import FILM_IMAGES, MIRROR_IMAGES, picture_of
 from .radius_field import Radii, RadiusField, shrink_of
 from .ray_tracer import RayTracer
@@ -93,11 +92,17 @@ class Renderer:
                 names += MIRROR_IMAGES if self.needs.mirror else ()
                 names += ["blur"] if self.needs.photons else ()
                 self.film = Film(device, layer, (x1 - x0, y1 - y0), names)
-                self.photon_mapper = self.splat = self.grid = None
+                self.photon_mapper: PhotonMapper | NativePhotonMapper | None = None
+                self.splat = self.grid = None
                 if self.needs.photons:
-                    self.photon_mapper = PhotonMapper(
-                        device, layer, stage.tables, settings, self.needs, triangles
-                    )
+                    if triangles:
+                        self.photon_mapper = NativePhotonMapper(
+                            device, scene, self.frame, mesh, settings, self.needs, triangles
+                        )
+                    else:
+                        self.photon_mapper = PhotonMapper(
+                            device, layer, stage.tables, settings, self.needs, len(scene.lights)
+                        )
                     self.estimator = (
                         "gather" if settings.estimator == "auto" else settings.estimator
                     )
@@ -178,12 +183,12 @@ class Renderer:
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        kernels = [*self.ray_tracer.kernels.values()]
-        if self.photon_mapper:
-            kernels += self.photon_mapper.kernels
         counts: dict[str, int] = {}
-        for kernel in kernels:
+        for kernel in self.ray_tracer.kernels.values():
             counts[kernel.stem] = counts.get(kernel.stem, 0) + kernel.launches
+        if self.photon_mapper:
+            for stem, count in self.photon_mapper.launches().items():
+                counts[stem] = counts.get(stem, 0) + count
         if self.grid:
             counts["gather"] = self.grid.kernel.launches
         if self.splat:
@@ -212,7 +217,7 @@ class Renderer:
             return RadiusField.even(self.device, (self.settings.radius or 1.0) / self.frame.scale)
         photons_a_pass = self.settings.photons_a_pass
         photons = min(photons_a_pass, PILOT_PHOTONS)
-        deposits = self._traced(PILOT_PASS, photons)
+        deposits = self._kept.trace(self.photon_mapper, self.settings, PILOT_PASS, photons)
         place, _ = deposits.arrays()
         self.photon_mapper.unfinished = deposits.dropped = 0
         wanted = photons_per_disc(photons_a_pass) * photons / photons_a_pass
@@ -226,15 +231,10 @@ class Renderer:
         self._error = self.film.passes, error_of(exposure, images["Combined"])
         return images
 
-    def _traced(self, index: int, photons: int) -> Deposits:
-        """A pass's photons, kept from the last render or traced."""
-        assert self.photon_mapper
-        lights = len(self.scene.lights)
-        return self._kept.trace(self.photon_mapper, self.settings, index, lights, photons)
-
     def _trace_photons(self, index: int, radii: Radii) -> None:
+        assert self.photon_mapper
         with _Timed(self.seconds, "photons"):
-            deposits = self._traced(index, self.settings.photons_a_pass)
+            deposits = self._kept.trace(self.photon_mapper, self.settings, index)
         with _Timed(self.seconds, "photon map"):
             for estimator in (self.splat, self.grid):
                 if estimator:
