@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether the renderer's own choice of layer and estimator is the fastest: a grid of renders."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, get_args
+
+import numpy as np
+
+from addon.photon.geometry import frame_of
+from addon.photon.renderer import photons_per_disc
+from addon.photon.scene import Scene
+from addon.photon.settings import Settings, SplatShape
+from addon.streams import Device
+
+from .passes import Clock, Predictor, Way, time_way, ways_of
+from .report import Report, duration
+
+COMBINATIONS = 32
+LOSS = 0.10  # what the renderer may lose by its choice
+RADII = (0.0, 0.02, 0.1)  # of half the scene; 0: automatic
+PHOTONS = {False: (4096, 65536, 262144, 1048576), True: (4096, 16384, 65536)}  # on software OpenGL
+SIZES = {False: (128, 256, 512, 1024), True: (64, 128, 256)}  # [px] a side
+_SLICE = 0.25  # [s] of passes that a way gets
+_LONGEST = {False: 5.0, True: 5.0}  # [s] a pass that is still begun
+_TWICE = 0.05  # losses above are measured again
+
+
+@dataclass(frozen=True)
+class Combination:
+    """A picture to render."""
+
+    scene: str
+    photons: int
+    radius: float  # of half the scene; 0: automatic
+    size: int  # [px] a side
+
+    @property
+    def work(self) -> float:
+        """About in proportion to a pass's time: photons, pixels, and pairs of them."""
+        disc = photons_per_disc(self.photons)
+        if self.radius:
+            disc = self.photons * self.radius**2 * math.pi / 24  # over the walls of a cube
+        return 64.0 * self.photons + self.size**2 * (64.0 + disc)
+
+
+@dataclass
+class Choice:
+    """What each way took for a combination."""
+
+    combination: Combination
+    chosen: Way
+    seconds: dict[Way, float] = field(default_factory=dict)
+    skipped: list[Way] = field(default_factory=list)
+
+    @property
+    def best(self) -> Way:
+        """The fastest."""
+        return min(self.seconds, key=lambda way: self.seconds[way])
+
+    @property
+    def loss(self) -> float:
+        """How much longer the renderer's own choice takes, of the fastest's time."""
+        return self.seconds[self.chosen] / self.seconds[self.best] - 1.0
+
+
+def grid(scenes: Sequence[str], software: bool, count: int) -> list[Combination]:
+    """So many combinations drawn from all, the same each time; the shortest first."""
+    every = [
+        Combination(*each)
+        for each in itertools.product(scenes, PHOTONS[software], RADII, SIZES[software])
+    ]
+    drawn = np.random.default_rng(1).permutation(len(every))[:count]
+    return sorted((every[i] for i in drawn), key=lambda each: each.work)
+
+
+def measure_choices(
+    report: Report,
+    device: Device,
+    scenes: Mapping[str, Scene],
+    clock: Clock,
+    count: int = COMBINATIONS,
+    shapes: tuple[str, ...] = ("quad",),
+) -> None:
+    """Render the grid with every layer and estimator that the device has."""
+    combinations = grid([*scenes], device.is_software, count)
+    table = report.table(
+        f"Whether `auto` is the fastest: {len(combinations)} combinations",
+        "scene, photons, radius, size", "fastest", "pass", "auto chooses", "pass", "loss",
+    )  # fmt: skip
+    predictor, choices = Predictor(), []
+    for number, each in enumerate(combinations):
+        if clock.left <= 0:
+            table.note(f"{len(combinations) - number} combinations not measured: no time left")
+            break
+        choice = _measure(each, scenes[each.scene], device, predictor, clock, shapes)
+        choices.append(choice)
+        radius = f"{each.radius:g}" if each.radius else "automatic"
+        table.add(
+            f"{each.scene}, {each.photons}, {radius}, {each.size}x{each.size}",
+            choice.best,
+            duration(choice.seconds[choice.best]),
+            choice.chosen,
+            duration(choice.seconds[choice.chosen]),
+            f"{choice.loss:.0%}",
+        )
+        if choice.skipped:
+            ways = ", ".join(map(str, choice.skipped))
+            table.note(f"not measured there, predicted to take too long: {ways}")
+        report.data["choices"] = [choice_data(each) for each in choices]
+    for line in verdict(choices):
+        table.note(line)
+    table.note("radius: of half the scene's largest extent; splat shapes: " + ", ".join(shapes))
+
+
+def verdict(choices: Sequence[Choice]) -> list[str]:
+    """Whether the choice is never much slower than the best by hand."""
+    if not choices:
+        return []
+    worst = max(choices, key=lambda choice: choice.loss)
+    slow = [choice for choice in choices if choice.loss > LOSS]
+    wins = sum(choice.chosen == choice.best for choice in choices)
+    each = worst.combination
+    return [
+        f"`auto` takes the fastest way in {wins} of {len(choices)} combinations and is more than"
+        f" {LOSS:.0%} slower in {len(slow)}; worst: {worst.loss:.0%} ({each.scene},"
+        f" {each.photons} photons, radius {each.radius:g}, {each.size} px: {worst.chosen} instead"
+        f" of {worst.best})"
+    ]
+
+
+def choice_data(choice: Choice) -> dict[str, Any]:
+    """A choice as JSON."""
+    return vars(choice.combination) | {
+        "seconds": {str(way): seconds for way, seconds in choice.seconds.items()},
+        "skipped": [str(way) for way in choice.skipped],
+        "chosen": str(choice.chosen),
+        "best": str(choice.best),
+        "loss": choice.loss,
+    }
+
+
+def _measure(
+    each: Combination,
+    scene: Scene,
+    device: Device,
+    predictor: Predictor,
+    clock: Clock,
+    shapes: tuple[str, ...],
+) -> Choice:
+    settings = Settings(
+        width=each.size,
+        height=each.size,
+        photons=each.photons,
+        radius=each.radius * frame_of(scene).scale,
+    )
+    timing = time_way(scene, settings, device, _SLICE)
+    choice = Choice(each, timing.way, {timing.way: timing.seconds})
+    predictor.learn(timing.way, each.work, timing.seconds)
+    longest = min(_LONGEST[device.is_software], max(clock.left / 4, 0.0))
+    for way in ways_of(device, shapes):
+        if way in choice.seconds:
+            continue
+        if predictor.seconds(way, each.work) > longest:
+            choice.skipped.append(way)
+            continue
+        least = min(choice.seconds.values())
+        timing = time_way(scene, way.of(settings), device, min(_SLICE, 8 * least))
+        choice.seconds.setdefault(timing.way, timing.seconds)
+        predictor.learn(way, each.work, timing.seconds)
+    if choice.loss > _TWICE:  # by chance? The shorter of two counts
+        for way in (choice.chosen, choice.best):
+            again = time_way(scene, way.of(settings), device, 2 * _SLICE)
+            choice.seconds[way] = min(choice.seconds[way], again.seconds)
+    return choice
+
+
+ALL_SHAPES: tuple[str, ...] = get_args(SplatShape)
