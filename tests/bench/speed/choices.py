@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, get_args
@@ -69,13 +70,21 @@ class Choice:
 
 
 def grid(scenes: Sequence[str], software: bool, count: int) -> list[Combination]:
-    """So many combinations drawn from all, the same each time; the shortest first."""
-    every = [
-        Combination(*each)
-        for each in itertools.product(scenes, PHOTONS[software], RADII, SIZES[software])
-    ]
-    drawn = np.random.default_rng(1).permutation(len(every))[:count]
-    return sorted((every[i] for i in drawn), key=lambda each: each.work)
+    """So many combinations, the same each time; the shortest first.
+
+    Each is drawn among those whose scene, photons, radius and size were drawn least before.
+    """
+    lists = (scenes, PHOTONS[software], RADII, SIZES[software])
+    every = [Combination(*each) for each in itertools.product(*lists)]
+    left = [every[i] for i in np.random.default_rng(0).permutation(len(every))]
+    used: Counter[tuple[str, Any]] = Counter()
+    drawn: list[Combination] = []
+    for _ in range(min(count, len(every))):
+        each = min(left, key=lambda each: sum(used[value] for value in vars(each).items()))
+        left.remove(each)
+        used.update(vars(each).items())
+        drawn.append(each)
+    return sorted(drawn, key=lambda each: each.work)
 
 
 def measure_choices(
