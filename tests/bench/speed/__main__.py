@@ -4,14 +4,18 @@
 Measures the machine's own ceiling, every layer and estimator on the first scene kernel by kernel,
 the renderer's own choice on all scenes, the paper's tables on cornell_box, and a grid of
 combinations that shows whether `auto` chooses the fastest way. Prints tables, and writes bench.md,
-bench.json and bench.svg. `--machine`, `--ways`, `--paper`, `--choices` measure these alone. Needs
-no Blender for snapshots (.npz), and takes a folder of them.
+bench.json and bench.svg. `--machine`, `--ways`, `--scenes`, `--paper`, `--choices` measure these
+alone. Needs no Blender for snapshots (.npz), and takes a folder of them.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 import time
+import traceback
+from collections.abc import Callable
 from pathlib import Path
 
 from addon.photon.renderer import open_device
@@ -29,9 +33,8 @@ from .snapshots import load_scenes
 MINUTES = 5.5
 # (px a side, photons) unless the user says; on software OpenGL
 SIZES = {False: (512, 262144), True: (256, 65536)}
-PARTS = ("machine", "ways", "paper", "choices")
 # Of what is left of the time when a part begins, if another follows
-SHARES = {"machine": 0.25, "ways": 0.4, "paper": 0.35, "choices": 1.0}
+SHARES = {"machine": 0.2, "ways": 0.3, "scenes": 0.15, "paper": 0.35, "choices": 1.0}
 PAPER_SCENE = "cornell_box"
 
 
@@ -47,6 +50,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--radius", type=float, default=0.0, help="0: automatic")
     parser.add_argument("--machine", action="store_true", help="its ceiling")
     parser.add_argument("--ways", action="store_true", help="each layer, estimator and kernel")
+    parser.add_argument("--scenes", action="store_true", help="every scene, chosen by itself")
     parser.add_argument("--paper", action="store_true", help="the paper's tables")
     parser.add_argument("--choices", action="store_true", help="is `auto` the fastest?")
     parser.add_argument("--combinations", type=int, default=COMBINATIONS, help="of --choices")
@@ -54,14 +58,16 @@ def parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def main() -> None:
-    """Measure, print and write."""
+def main() -> int:
+    """Measure, print and write; 1 if a part failed."""
     arguments = parse()
     begun, clock = time.monotonic(), Clock(60 * arguments.minutes)
     scenes, exports, refused = load_scenes(arguments.scene)
     device = open_device(Settings())
     timer, report = Timer(device), Report(arguments.output)
     report.say(f"{processor()}; {describe(device)}; {time.strftime('%Y-%m-%d')}")
+    if os.getloadavg()[0] > 0.5:
+        report.say(f"OTHERS USE THIS MACHINE: load average {os.getloadavg()[0]:.1f} at the start")
     for line in refused:
         report.say(line)
     for name, seconds in exports.items():
@@ -77,29 +83,36 @@ def main() -> None:
         photons=arguments.photons or photons,
         radius=arguments.radius,
     )
-    wanted = [part for part in PARTS if getattr(arguments, part)] or [*PARTS]
+    shapes = ALL_SHAPES if arguments.shapes else ("quad",)
+    measures: dict[str, Callable[[Clock], None]] = {
+        "machine": lambda _: measure_machine(report, timer, scenes[first], settings),
+        "ways": lambda own: measure_ways(report, timer, first, scenes[first], settings, own),
+        "scenes": lambda own: measure_scenes(report, timer, scenes, settings, own),
+        "paper": lambda own: measure_paper(report, timer, scenes[PAPER_SCENE], own),
+        "choices": lambda own: measure_choices(
+            report, device, scenes, own, arguments.combinations, shapes
+        ),
+    }
+    wanted = [part for part in measures if getattr(arguments, part)] or [*measures]
+    if "paper" in wanted and PAPER_SCENE not in scenes:
+        report.say(f"the paper's tables need {PAPER_SCENE}")
+        wanted.remove("paper")
+    failed = False
     for part in wanted:
-        last = part == wanted[-1]
-        own = clock if last else clock.part(SHARES[part])
-        if part == "machine":
-            measure_machine(report, timer, scenes[first], settings)
-        elif part == "ways":
-            measure_ways(report, timer, first, scenes[first], settings, own.part(0.75))
-            measure_scenes(report, timer, scenes, settings, own)
-        elif part == "paper" and PAPER_SCENE in scenes:
-            measure_paper(report, timer, scenes[PAPER_SCENE], own)
-        elif part == "paper":
-            report.say(f"the paper's tables need {PAPER_SCENE}")
-        else:
-            shapes = ALL_SHAPES if arguments.shapes else ("quad",)
-            measure_choices(report, device, scenes, own, arguments.combinations, shapes)
+        try:
+            measures[part](clock if part == wanted[-1] else clock.part(SHARES[part]))
+        except Exception as error:  # the other parts are worth their time all the same
+            traceback.print_exc()
+            report.say(f"{part} FAILED: {type(error).__name__}: {error}")
+            failed = True
         report.write()
     print("\n" + "\n\n".join(table.text() for table in report.tables) + "\n")
     report.say(f"{time.monotonic() - begun:.0f} s in all")
     report.write()
     device.release()
     print(f"Wrote {arguments.output / 'bench.md'}, bench.json, bench.svg")
+    return int(failed)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -27,7 +27,8 @@ RADII = (0.0, 0.02, 0.1)  # of half the scene; 0: automatic
 PHOTONS = {False: (4096, 65536, 262144, 1048576), True: (4096, 16384, 65536)}  # on software OpenGL
 SIZES = {False: (128, 256, 512, 1024), True: (64, 128, 256)}  # [px] a side
 _SLICE = 0.25  # [s] of passes that a way gets
-_LONGEST = {False: 5.0, True: 5.0}  # [s] a pass that is still begun
+# A pass that would take longer [s], and so many times what another way took, is not begun.
+_LONGEST, _HOPELESS = 4.0, 5.0
 _TWICE = 0.05  # losses above are measured again
 
 
@@ -39,6 +40,11 @@ class Combination:
     photons: int
     radius: float  # of half the scene; 0: automatic
     size: int  # [px] a side
+
+    def kind(self, way: Way) -> tuple[Way, str, bool]:
+        """Renders of a kind take as long as their work says: scenes differ in their mirrors, and
+        automatic radii in their largest, which splats pay for."""
+        return way, self.scene, self.radius == 0
 
     @property
     def work(self) -> float:
@@ -103,10 +109,12 @@ def measure_choices(
     )  # fmt: skip
     predictor, choices = Predictor(), []
     for number, each in enumerate(combinations):
-        if clock.left <= 0:
+        ways = ways_of(device, shapes)
+        needed = 3 * sum(predictor.seconds(each.kind(way), each.work) for way in ways)
+        if clock.left <= 0 or clock.left < min(needed, 2 * _LONGEST * len(ways)):
             table.note(f"{len(combinations) - number} combinations not measured: no time left")
             break
-        choice = _measure(each, scenes[each.scene], device, predictor, clock, shapes)
+        choice = _measure(each, scenes[each.scene], device, predictor, ways)
         choices.append(choice)
         radius = f"{each.radius:g}" if each.radius else "automatic"
         table.add(
@@ -118,8 +126,8 @@ def measure_choices(
             f"{choice.loss:.0%}",
         )
         if choice.skipped:
-            ways = ", ".join(map(str, choice.skipped))
-            table.note(f"not measured there, predicted to take too long: {ways}")
+            skipped = ", ".join(map(str, choice.skipped))
+            table.note(f"row {number + 1} without {skipped}: predicted to take too long")
         report.data["choices"] = [choice_data(each) for each in choices]
     for line in verdict(choices):
         table.note(line)
@@ -158,8 +166,7 @@ def _measure(
     scene: Scene,
     device: Device,
     predictor: Predictor,
-    clock: Clock,
-    shapes: tuple[str, ...],
+    ways: Sequence[Way],
 ) -> Choice:
     settings = Settings(
         width=each.size,
@@ -169,18 +176,17 @@ def _measure(
     )
     timing = time_way(scene, settings, device, _SLICE)
     choice = Choice(each, timing.way, {timing.way: timing.seconds})
-    predictor.learn(timing.way, each.work, timing.seconds)
-    longest = min(_LONGEST[device.is_software], max(clock.left / 4, 0.0))
-    for way in ways_of(device, shapes):
+    predictor.learn(each.kind(timing.way), each.work, timing.seconds)
+    for way in ways:
         if way in choice.seconds:
             continue
-        if predictor.seconds(way, each.work) > longest:
+        least = min(choice.seconds.values())
+        if predictor.seconds(each.kind(way), each.work) > max(_LONGEST, _HOPELESS * least):
             choice.skipped.append(way)
             continue
-        least = min(choice.seconds.values())
         timing = time_way(scene, way.of(settings), device, min(_SLICE, 8 * least))
         choice.seconds.setdefault(timing.way, timing.seconds)
-        predictor.learn(way, each.work, timing.seconds)
+        predictor.learn(each.kind(way), each.work, timing.seconds)
     if choice.loss > _TWICE:  # by chance? The shorter of two counts
         for way in (choice.chosen, choice.best):
             again = time_way(scene, way.of(settings), device, 2 * _SLICE)

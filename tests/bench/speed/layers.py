@@ -29,8 +29,9 @@ def measure_machine(report: Report, timer: Timer, scene: Scene, settings: Settin
         data[f"copy, {name} [B/s]"] = speed
     for threads in sorted({1, machine.CORES}):
         speed = machine.host_copy(threads)
-        table.add(f"copy, host, {threads} threads", amount(speed, "B/s"))
-        data[f"copy, host, {threads} threads [B/s]"] = speed
+        name = f"copy, host, {threads} thread{'s'[: threads > 1]}"
+        table.add(name, amount(speed, "B/s"))
+        data[f"{name} [B/s]"] = speed
     for name, each in (("the scene", scene), ("a bumpy sphere", machine.bumpy_sphere())):
         seconds, mesh = machine.build_bvh(each)
         what = f"{name}, {len(mesh.corners)} triangles"

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import statistics
 import time
+from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from typing import Any, get_args
 
@@ -64,26 +65,25 @@ class Way:
 
 def ways_of(device: Device, shapes: tuple[str, ...] = get_args(SplatShape)) -> list[Way]:
     """Every way that a device has, the fast ones first."""
-    layers = ["fragment", *["compute"] * device.has_compute, *["native"] * device.is_software]
-    found = []
-    for layer in reversed(layers):
-        found += [Way(layer, "gather"), *(Way(layer, "splat", shape) for shape in shapes)]
-    return found
+    layers = [*["compute"] * device.has_compute, "fragment"]
+    layers.insert(0 if device.is_software else len(layers), "native")
+    gathers = [Way(layer, "gather") for layer in layers]
+    return gathers + [Way(layer, "splat", shape) for layer in layers for shape in shapes]
 
 
 class Predictor:
-    """Guesses how long a pass takes from passes of the same way: too long rather than too short."""
+    """Guesses how long a pass takes from those of its kind: too long rather than too short."""
 
     def __init__(self) -> None:
-        self._known: dict[Way, list[tuple[float, float]]] = {}
+        self._known: dict[Hashable, list[tuple[float, float]]] = {}
 
-    def learn(self, way: Way, work: float, seconds: float) -> None:
+    def learn(self, kind: Hashable, work: float, seconds: float) -> None:
         """A pass of so much work took so long."""
-        self._known.setdefault(way, []).append((work, seconds))
+        self._known.setdefault(kind, []).append((work, seconds))
 
-    def seconds(self, way: Way, work: float) -> float:
+    def seconds(self, kind: Hashable, work: float) -> float:
         """As the most similar pass known, in proportion if this one is larger; 0 if none is."""
-        known = self._known.get(way, [])
+        known = self._known.get(kind, [])
         if not known:
             return 0.0
         nearest, seconds = min(known, key=lambda item: abs(math.log(item[0] / work)))

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 import subprocess
 import sys
 import tempfile
@@ -13,7 +12,7 @@ from pathlib import Path
 
 from addon.photon.scene import Scene
 
-EXPORT = Path(__file__).resolve().parents[3] / "addon" / "blender" / "command.py"
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def load_scenes(files: Iterable[Path]) -> tuple[dict[str, Scene], dict[str, float], list[str]]:
@@ -37,15 +36,27 @@ def load_scenes(files: Iterable[Path]) -> tuple[dict[str, Scene], dict[str, floa
 
 
 def export(blend: Path) -> tuple[Scene, float]:
-    """A .blend's scene, and [s] of exporting it, in a process of its own: bpy and OpenGL apart."""
+    """A .blend's scene, and [s] of exporting it, in a process of its own: bpy and OpenGL apart.
+
+    Raises RuntimeError with the last line of what that process said when it failed.
+    """
     with tempfile.TemporaryDirectory() as folder:
         snapshot = Path(folder) / "scene.npz"
-        command = [sys.executable, str(EXPORT), str(blend.resolve()), "-o", str(snapshot)]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-        return Scene.load(snapshot), exporting(done.stdout)
+        command = [sys.executable, "-c", _EXPORT, str(blend.resolve()), str(snapshot)]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise RuntimeError(f"{blend}: {done.stderr.strip().splitlines()[-1:]}")
+        return Scene.load(snapshot), float(done.stdout.split("exported in")[1].split()[0])
 
 
-def exporting(text: str) -> float:
-    """[s] that the command line says it spent on exporting."""
-    found = re.search(r"Exporting ([\d.]+) s", text)
-    return float(found[1]) if found else float("nan")
+_EXPORT = """
+import sys, time, bpy
+from pathlib import Path
+from addon.blender.export import snapshot
+bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
+depsgraph = bpy.context.evaluated_depsgraph_get()
+start = time.perf_counter()
+scene, _ = snapshot(depsgraph)
+print("exported in", time.perf_counter() - start)
+scene.save(Path(sys.argv[2]))
+"""
