@@ -25,7 +25,7 @@ from .speed import choices, layers, machine, paper
 from .speed.choices import Choice, Combination, grid, verdict
 from .speed.counts import count_pairs, count_work
 from .speed.launches import EYE, PHOTON_MAP, PHOTONS, Timer, Watch, kernel_classes
-from .speed.passes import Clock, Predictor, Way, rates_of, time_way, ways_of
+from .speed.passes import Clock, Predictor, Way, compare, rates_of, time_way, ways_of
 from .speed.report import Report, Table, amount, bar_chart, digits, duration, without_nan
 from .speed.snapshots import load_scenes
 
@@ -187,6 +187,12 @@ def test_a_way_is_what_the_renderer_takes(device: Device) -> None:
     assert timing.splats > 0 and timing.watch and timing.watch.of("splat").launches == 2
 
 
+def test_ways_that_take_turns(device: Device) -> None:
+    ways = [Way("fragment", "gather"), Way("native", "splat", "quad")]
+    medians = compare(cornell(), SMALL, device, ways, 0.0)
+    assert len(medians) == 2 and min(medians) > 0
+
+
 def test_rates(device: Device) -> None:
     """Counted work over the seconds of what did it."""
     way = Way("fragment", "gather")
@@ -341,6 +347,8 @@ def test_choices_from_end_to_end(
 ) -> None:
     """All ways are measured, and `auto` is one of them."""
     monkeypatch.setattr(choices, "_SLICE", 0.0)
+    monkeypatch.setattr(choices, "_TWICE", -1.0)  # the comparison, too
+    monkeypatch.setattr(choices, "_AGAIN", 0.0)
     monkeypatch.setattr(choices, "SIZES", {False: (16,), True: (16,)})
     report = Report(tmp_path)
     choices.measure_choices(report, device, {"room": cornell()}, Clock(100.0), 1)

@@ -18,18 +18,19 @@ from addon.photon.scene import Scene
 from addon.photon.settings import Settings, SplatShape
 from addon.streams import Device
 
-from .passes import Clock, Predictor, Way, time_way, ways_of
+from .passes import Clock, Predictor, Way, compare, time_way, ways_of
 from .report import Report, duration
 
 COMBINATIONS = 32
 LOSS = 0.10  # what the renderer may lose by its choice
 RADII = (0.0, 0.02, 0.1)  # of half the scene; 0: automatic
-PHOTONS = {False: (4096, 65536, 262144, 1048576), True: (4096, 16384, 65536)}  # on software OpenGL
-SIZES = {False: (128, 256, 512, 1024), True: (64, 128, 256)}  # [px] a side
+PHOTONS = {False: (4096, 65536, 524288), True: (4096, 16384, 65536)}  # on software OpenGL
+SIZES = {False: (128, 512, 1024), True: (64, 128, 256)}  # [px] a side
 _SLICE = 0.25  # [s] of passes that a way gets
 # A pass that would take longer [s], and so many times what another way took, is not begun.
 _LONGEST, _HOPELESS = 4.0, 5.0
-_TWICE = 0.05  # losses above are measured again
+# Losses above are measured again, with so many [s] of passes that take turns.
+_TWICE, _AGAIN = 0.05, 1.0
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ def measure_choices(
         ways = ways_of(device, shapes)
         needed = 3 * sum(predictor.seconds(each.kind(way), each.work) for way in ways)
         if clock.left <= 0 or clock.left < min(needed, 2 * _LONGEST * len(ways)):
-            table.note(f"{len(combinations) - number} combinations not measured: no time left")
+            table.note(f"the last {len(combinations) - number} not measured: no time left")
             break
         choice = _measure(each, scenes[each.scene], device, predictor, ways)
         choices.append(choice)
@@ -187,10 +188,10 @@ def _measure(
         timing = time_way(scene, way.of(settings), device, min(_SLICE, 8 * least))
         choice.seconds.setdefault(timing.way, timing.seconds)
         predictor.learn(each.kind(way), each.work, timing.seconds)
-    if choice.loss > _TWICE:  # by chance? The shorter of two counts
-        for way in (choice.chosen, choice.best):
-            again = time_way(scene, way.of(settings), device, 2 * _SLICE)
-            choice.seconds[way] = min(choice.seconds[way], again.seconds)
+    if choice.loss > _TWICE:  # by chance?
+        pair = (choice.chosen, choice.best)
+        again = compare(scene, settings, device, pair, _AGAIN)
+        choice.seconds |= dict(zip(pair, again, strict=True))
     return choice
 
 

@@ -21,7 +21,7 @@ from .report import Report, duration
 
 ROOM = 10.0  # [m] the paper's unit is a tenth of the room
 SHARE_OF_SPLATS = (0.70, 0.75)  # of the photons, by the paper
-_SLICE = {True: 0.1, False: 0.3}  # [s] of passes that a cell's splat shape gets; on software OpenGL
+_SLICE = {True: 0.1, False: 0.2}  # [s] of passes that a cell's splat shape gets; on software OpenGL
 
 
 class Cell(NamedTuple):

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, get_args
 
@@ -51,7 +51,9 @@ class Way:
 
     def of(self, settings: Settings) -> Settings:
         """The settings that render in this way."""
-        choice: dict[str, Any] = {"layer": self.layer, "estimator": self.estimator}
+        choice: dict[str, Any] = {"layer": self.layer}
+        if self.estimator != "none":  # as a renderer without photons says
+            choice["estimator"] = self.estimator
         if self.shape:
             choice["splat_shape"] = self.shape
         return replace(settings, **choice)
@@ -146,6 +148,25 @@ def time_way(
         )
     finally:
         renderer.release()
+
+
+def compare(
+    scene: Scene, settings: Settings, device: Device, ways: Sequence[Way], seconds: float
+) -> list[float]:
+    """Medians of ways whose passes take turns: what else the machine does meets all alike."""
+    renderers = [Renderer(scene, steady(way.of(settings)), device) for way in ways]
+    times: list[list[float]] = [[] for _ in ways]
+    begun = time.perf_counter()
+    try:
+        for renderer in renderers:
+            _pass(renderer)
+        while not times[0] or time.perf_counter() - begun < seconds:
+            for renderer, own in zip(renderers, times, strict=True):
+                own.append(_pass(renderer))
+    finally:
+        for renderer in renderers:
+            renderer.release()
+    return [statistics.median(own) for own in times]
 
 
 def _pass(renderer: Renderer) -> float:
