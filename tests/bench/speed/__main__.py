@@ -66,8 +66,7 @@ def main() -> int:
     device = open_device(Settings())
     timer, report = Timer(device), Report(arguments.output)
     report.say(f"{processor()}; {describe(device)}; {time.strftime('%Y-%m-%d')}")
-    if os.getloadavg()[0] > 0.5:
-        report.say(f"OTHERS USE THIS MACHINE: load average {os.getloadavg()[0]:.1f} at the start")
+    report.say(f"load average at the start, by other work: {os.getloadavg()[0]:.1f}")
     for line in refused:
         report.say(line)
     for name, seconds in exports.items():

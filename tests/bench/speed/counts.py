@@ -133,17 +133,17 @@ class _Counter:
         return run
 
     def _take_radii(self, function: Any) -> Any:
-        def run(grid: Any, deposits: Any, radii: Radii) -> None:
+        def run(grid: Any, deposits: Any, radii: Radii, *args: Any) -> None:
             self._radii = radii
-            function(grid, deposits, radii)
+            function(grid, deposits, radii, *args)
 
         return run
 
     def _count_pairs(self, function: Any) -> Any:
-        def run(grid: Any, place: Any, facing: Any, irradiance: Any) -> None:
+        def run(grid: Any, place: Any, facing: Any, *args: Any) -> None:
             assert self._radii
             points = place.download(), facing.download()
             self.work.pairs.append(count_pairs(*points, *self._photons, self._radii))
-            function(grid, place, facing, irradiance)
+            function(grid, place, facing, *args)
 
         return run

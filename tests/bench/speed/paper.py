@@ -102,7 +102,7 @@ def measure_paper(report: Report, timer: Timer, scene: Scene, clock: Clock) -> N
             timing = time_way(scene, way.of(settings), device, _SLICE[device.is_software], timer)
             assert timing.watch
             seconds[shape], splats = timing.seconds, timing.splats
-            parts[shape] = timing.phases["photons"], timing.watch.of("splat").seconds
+            parts[shape] = timing.phases.get("photons", math.nan), timing.watch.of("splat").seconds
             predictor.learn(way, cell.work, seconds[shape])
         best = min(seconds, key=lambda shape: seconds[shape]) if seconds else ""
         known = KNOWN.get(cell, Seconds(math.nan))
