@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's two tables (Marino & Abbate, Tables 1 and 2): the same cells, our seconds.
 
-The same scene and the same method: light by photons alone, a fixed radius, splats.
+The same scene and the same method: light by photons alone, a fixed radius, splats; and beside it
+what the renderer would choose today, to gather.
 """
 
 from __future__ import annotations
@@ -67,6 +68,10 @@ def cells() -> list[Cell]:
     return sorted(every, key=lambda cell: (cell != every[0], cell not in KNOWN, cell.work))
 
 
+def _ratio(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.3g}"
+
+
 def _work(cell: Cell) -> float:
     return cell.work
 
@@ -76,10 +81,11 @@ def measure_paper(report: Report, timer: Timer, scene: Scene, clock: Clock) -> N
     device = timer.device
     width = 2 * frame_of(scene).scale
     shapes = get_args(SplatShape)
+    gather = Way("auto", "gather")
     table = report.table(
         "The paper's tables: seconds a frame",
         "photons, radius, size", *shapes, "tracing", "splatting", "splats a photon",
-        "paper", "tracing", "splatting", "paper / ours",
+        "paper", "tracing", "splatting", "paper / splats", "gather", "paper / gather",
     )  # fmt: skip
     left_out: list[float] = []  # [s] guessed
     predictor, results = Predictor(), report.data.setdefault("paper", [])
@@ -93,20 +99,25 @@ def measure_paper(report: Report, timer: Timer, scene: Scene, clock: Clock) -> N
         )
         seconds: dict[str, float] = {}
         parts: dict[str, tuple[float, float]] = {}
-        splats = math.nan
-        for shape in shapes:
-            way = Way("auto", "splat", shape)
+        splats = gathered = math.nan
+        for way in (gather, *(Way("auto", "splat", shape) for shape in shapes)):
             guess = 3 * predictor.seconds(way, cell.work)
             if guess > clock.left:
                 continue
             timing = time_way(scene, way.of(settings), device, _SLICE[device.is_software], timer)
             assert timing.watch
-            seconds[shape], splats = timing.seconds, timing.splats
-            parts[shape] = timing.phases.get("photons", math.nan), timing.watch.of("splat").seconds
-            predictor.learn(way, cell.work, seconds[shape])
+            predictor.learn(way, cell.work, timing.seconds)
+            if way == gather:
+                gathered = timing.seconds
+                continue
+            seconds[way.shape], splats = timing.seconds, timing.splats
+            parts[way.shape] = (
+                timing.phases.get("photons", math.nan),
+                timing.watch.of("splat").seconds,
+            )
         best = min(seconds, key=lambda shape: seconds[shape]) if seconds else ""
         known = KNOWN.get(cell, Seconds(math.nan))
-        ratio = known.total / seconds[best] if seconds else math.nan
+        ratios = [known.total / seconds[best] if seconds else math.nan, known.total / gathered]
         tracing, splatting = parts.get(best, (math.nan, math.nan))
         table.add(
             f"{cell.photons}, {cell.radius:g}, {cell.size}x{cell.size}",
@@ -114,12 +125,15 @@ def measure_paper(report: Report, timer: Timer, scene: Scene, clock: Clock) -> N
             *map(duration, (tracing, splatting)),
             f"{splats / cell.photons:.0%}" if seconds else "-",
             *map(duration, (known.total, known.tracing, known.splatting)),
-            "-" if math.isnan(ratio) else f"{ratio:.1f}",
+            _ratio(ratios[0]),
+            duration(gathered),
+            _ratio(ratios[1]),
         )
         results.append(
             cell._asdict()
             | {"seconds": seconds, "tracing": tracing, "splatting": splatting}
-            | {"splats": splats, "paper": vars(known), "paper over ours": ratio}
+            | {"splats": splats, "gather": gathered, "paper": vars(known)}
+            | {"paper over splats and gather": ratios}
         )
         if not seconds:
             ways = [Way("auto", "splat", shape) for shape in shapes]
