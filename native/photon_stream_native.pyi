@@ -49,15 +49,21 @@ class RadiusField:
     def __init__(
         self,
         place: NDArray[np.float32],
-        origin: Sequence[float],
+        deposit: NDArray[np.float32],
+        low: Sequence[float],
+        high: Sequence[float],
         cell_size: float,
-        cells: tuple[int, ...],
-        wanted: float,
-        least: NDArray[np.float32],
+        *,
+        photons: float,
         most: float,
+        pixel: float,
+        eye: Sequence[float] | None,
     ) -> None: ...
-    def at(self, position: NDArray[np.float32]) -> NDArray[np.float32]: ...
-    def corners(self) -> NDArray[np.float32]: ...
+    def at(
+        self, place: NDArray[np.float32], deposit: NDArray[np.float32]
+    ) -> NDArray[np.float32]: ...
+    def largest(self) -> float: ...
+    def table(self) -> NDArray[np.float32]: ...
 
 class PhotonMap:
     def __init__(

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,12 +19,7 @@ MOST_CELLS = 64  # along the longest axis
 OUTSIDE = 0.005  # of the photons may lie beyond the grid, on either side of each axis
 WIDEST = 2.0  # no radius is larger, in radii that even light would have
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
-UNIFORMS = {
-    "field_origin": Uniform("vec3"),
-    "field_cell": Uniform("float"),
-    "field_cells": Uniform("ivec3"),
-    "shrink": Uniform("float"),
-}
+UNIFORMS = {"shrink": Uniform("float")}
 TABLES = {"radii": Table()}
 
 
@@ -32,71 +28,63 @@ class RadiusField:
 
     A radius of its own for every place: about `wanted` photons fall into a disc, be it in a caustic
     or in the dark, and none of the first pass is smaller than a pixel sees. So no radius has to be
-    set by hand, whatever a scene's scale and however much of it is dark.
+    set by hand, whatever a scene's scale and however much of it is dark. Surfaces are told apart by
+    the axis nearest to their normal: the light on one side of a wall says nothing about the other.
     """
 
     def __init__(
         self,
         device: Device,
         place: NDArray[np.float32],
+        deposit: NDArray[np.float32],
         wanted: float,
         area: float,
-        footprint: Any,
+        pixel: float,
+        eye: Sequence[float] | None,
     ) -> None:
-        """`place` (P, 4): where a pass's photons fell; `area`: of the surfaces they may fall on;
-        `footprint`: a pixel's size at positions (n, 3)."""
+        """`place`, `deposit` (P, 4): a pass's photons; `area`: of the surfaces they may fall on;
+        `pixel`: its width at distance 1 from the eye, or everywhere."""
         # The grid lies over most photons: a far ground must not coarsen a lit room on it.
         low, high = np.zeros((2, 3))
         if len(place):
-            low, high = np.quantile(place[:, :3].astype(np.float64), [OUTSIDE, 1 - OUTSIDE], axis=0)
+            low, high = np.quantile(place[:, :3], [OUTSIDE, 1 - OUTSIDE], axis=0)
         size = high - low
         cell = max(float(size.max()) / (MOST_CELLS - 2), 1e-6)
-        cells = np.ceil(size / cell).astype(int) + 2
-        origin = (low + high) / 2 - cell * cells / 2
         box = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
         even = math.sqrt(wanted * (min(area, box) or 1.0) / (math.pi * max(len(place), 1)))
-        most = min(WIDEST * even, 2.0)
-        axes = [origin[k] + cell * np.arange(cells[k] + 1) for k in range(3)]
-        z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
-        least = footprint(np.stack([x, y, z], axis=-1).reshape(-1, 3)).astype(np.float32)
-        self._take(device, origin, place, cell, cells, wanted, least, most)
+        self.native = native.RadiusField(
+            place,
+            deposit,
+            low.tolist(),
+            high.tolist(),
+            cell,
+            photons=wanted,
+            most=min(WIDEST * even, 2.0),
+            pixel=pixel,
+            eye=eye,
+        )
+        # Half of the photons lie where radii are smaller.
+        radii = self.native.at(place, deposit) if len(place) else self.native.largest()
+        self._finish(device, float(np.median(radii)), is_even=False)
 
     @classmethod
     def even(cls, device: Device, radius: float) -> RadiusField:
         """One radius everywhere."""
         field = cls.__new__(cls)
-        none = np.zeros((0, 4), np.float32)
-        least = np.full(8, radius, np.float32)
-        field._take(device, -np.ones(3), none, 2.0, np.ones(3, int), 1.0, least, radius)
-        field.is_even = True
+        none, zero = np.zeros((0, 4), np.float32), (0.0, 0.0, 0.0)
+        field.native = native.RadiusField(
+            none, none, zero, zero, 1.0, photons=1.0, most=radius, pixel=radius, eye=None
+        )
+        field._finish(device, radius, is_even=True)
         return field
 
-    def _take(
-        self,
-        device: Device,
-        corner: NDArray[Any],
-        place: NDArray[np.float32],
-        cell: float,
-        cells: NDArray[Any],
-        wanted: float,
-        least: NDArray[np.float32],
-        most: float,
-    ) -> None:
-        origin = tuple(float(np.float32(x)) for x in corner)
-        count = tuple(map(int, cells))
-        self.native = native.RadiusField(place, origin, cell, count, wanted, least, most)
-        corners = self.native.corners()
-        self.table = upload_table(device, corners)
-        self.is_even = False
-        # Half of the photons lie where radii are smaller.
-        radii = self.native.at(place) if len(place) else corners
-        self.typical = float(np.median(radii))
-        self.largest = float(corners.max())
-        self._uniforms = {"field_origin": origin, "field_cell": cell, "field_cells": count}
+    def _finish(self, device: Device, typical: float, is_even: bool) -> None:
+        self.table = upload_table(device, self.native.table())
+        self.typical, self.largest, self.is_even = typical, self.native.largest(), is_even
 
     def of_pass(self, shrink: float) -> Radii:
         """The radii of a pass whose radii are `shrink` times the first pass's."""
-        return Radii(self, shrink, self._uniforms | {"shrink": shrink})
+        return Radii(self, shrink, {"shrink": shrink})
 
     def release(self) -> None:
         """Free the table."""

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import photon_stream_native as native
-from numpy.typing import NDArray
 
 from ..streams import Device, Kernel, PingPong, Record, Stream
 from ..streams.device import Layer
@@ -165,14 +164,11 @@ class RayTracer:
         )
         return images
 
-    def footprint(self, positions: NDArray[Any]) -> NDArray[Any]:
-        """How wide a pixel is at positions (n, 3) that the camera may see [scene units]."""
+    def footprint(self) -> tuple[float, list[float] | None]:
+        """How wide a pixel is at distance 1 from the eye, or everywhere and None [scene units]."""
         left, right, _, _ = self._camera["window"]
-        pixel = (right - left) / self._settings.width
-        if self._camera["orthographic"]:
-            return np.full(len(positions), pixel)
-        distance = np.linalg.norm(positions - self._camera["matrix"][:3, 3], axis=1)
-        return np.asarray(pixel * distance)
+        eye = None if self._camera["orthographic"] else self._camera["matrix"][:3, 3].tolist()
+        return (right - left) / self._settings.width, eye
 
     def _send_eye_rays(self, index: int, origin: Stream, direction: Stream) -> View:
         settings = self._settings

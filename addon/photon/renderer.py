@@ -218,10 +218,11 @@ class Renderer:
         photons_a_pass = self.settings.photons_a_pass
         photons = min(photons_a_pass, PILOT_PHOTONS)
         deposits = self._kept.trace(self.photon_mapper, self.settings, PILOT_PASS, photons)
-        place, _ = deposits.arrays()
+        place, deposit = deposits.arrays()
         self.photon_mapper.unfinished = deposits.dropped = 0
         wanted = photons_per_disc(photons_a_pass) * photons / photons_a_pass
-        return RadiusField(self.device, place, wanted, mesh.area, self.ray_tracer.footprint)
+        pixel, eye = self.ray_tracer.footprint()
+        return RadiusField(self.device, place, deposit, wanted, mesh.area, pixel, eye)
 
     def _look(self) -> dict[str, NDArray[np.float32]]:
         """Make picture and error of what the film holds."""

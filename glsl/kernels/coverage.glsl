@@ -71,7 +71,7 @@ void kernel() {
     int triangle = int(load_shading().triangle);
     // One sequence over all passes: the mean's error falls with the number of probes, not its root.
     vec2 start = random4(seed, 0u, uint(pixel(element())), DIMENSION_COVERAGE + uint(depth)).xy;
-    float radius = radius_at(place.position);
+    float radius = radius_at(place.position, normal);
     vec3 covered = vec3(0.0);
     for (int i = 0; i < probes; i++) {
         vec2 u = r2_sequence(start, first_probe + uint(i));

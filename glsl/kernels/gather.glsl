@@ -10,7 +10,7 @@ void kernel() {
     Place place = load_place();
     if (place.surface == 0.0) skip();
     vec3 normal = load_facing().normal;
-    float radius = radius_at(place.position);
+    float radius = radius_at(place.position, normal);
     float r2 = radius * radius;
     // The margin covers the rounding of photons to cells.
     vec3 reach = vec3(radius * 1.00001 + 1.0e-7);

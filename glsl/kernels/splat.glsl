@@ -7,7 +7,8 @@
 #include "lib/radius.glsl"
 
 #ifdef STAGE_VERTEX
-// Radii change slowly: a visible point that reaches a photon has at most 1.77 times the photon's radius.
+// Radii change slowly: a visible point that reaches a photon has at most 1.77 times the radius that its
+// side has at the photon.
 const float WIDEST = 1.78;
 flat out vec4 photon;
 flat out vec4 flux;
@@ -27,7 +28,7 @@ void main() {
     flux = texelFetch(photon_deposit, at, 0);
     vec3 centre = (world_to_camera * vec4(photon.xyz, 1.0)).xyz;
     float depth = -centre.z;
-    float reach = radius_at(photon.xyz) * (field_is_even ? 1.0001 : WIDEST);
+    float reach = largest_radius_at(photon.xyz, unpack_direction(flux.w)) * (field_is_even ? 1.0001 : WIDEST);
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // outside: clipped away
     if (depth < -reach) return;
     vec2 low, high;  // bounds on the image plane, in window units
@@ -76,7 +77,7 @@ void main() {
     vec4 place = texelFetch(point_place, at, 0);
     vec3 normal = texelFetch(point_facing, at, 0).xyz;
     if (place.w == 0.0) discard;
-    float radius = radius_at(place.xyz);
+    float radius = radius_at(place.xyz, normal);
     irradiance = photon_irradiance(photon, flux, place.xyz, place.w, normal, radius * radius);
 }
 #endif

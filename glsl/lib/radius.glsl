@@ -1,14 +1,38 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The gather radius at every place: addon/photon/radius_field.py. Uses the table radii, eight floats a
-// cell: its corners, x fastest, then y, then z.
+// The gather radius at every place of a surface: native/src/radius.rs. Uses the table radii: for each
+// side two texels, origin and the texel where its cells begin, cells and their size; then for each cell
+// two: its corners, x fastest, then y, then z.
 #include "lib/table.glsl"
 
-float radius_at(vec3 position) {
-    vec3 at = clamp((position - field_origin) / field_cell, vec3(0.0), vec3(field_cells));
-    ivec3 cell = min(ivec3(at), field_cells - 1);
+const int SIDES = 6;
+
+// Surfaces are told apart by the axis nearest to their normal: +x, -x, +y, -y, +z, -z.
+int side_of(vec3 normal) {
+    vec3 a = abs(normal);
+    int axis = a.x >= a.y && a.x >= a.z ? 0 : (a.y >= a.z ? 1 : 2);
+    return 2 * axis + (normal[axis] < 0.0 ? 1 : 0);
+}
+
+float radius_on(int side, vec3 position) {
+    vec4 origin = texelFetch(radii, ivec2(2 * side, 0), 0), extent = texelFetch(radii, ivec2(2 * side + 1, 0), 0);
+    vec3 at = clamp((position - origin.xyz) / extent.w, vec3(0.0), extent.xyz);
+    ivec3 cells = ivec3(extent.xyz), cell = min(ivec3(at), cells - 1);
     vec3 share = at - vec3(cell);
-    int first = 2 * ((cell.z * field_cells.y + cell.y) * field_cells.x + cell.x);
+    int first = int(origin.w) + 2 * ((cell.z * cells.y + cell.y) * cells.x + cell.x);
     vec4 z = mix(texelFetch(radii, table_texel(first), 0), texelFetch(radii, table_texel(first + 1), 0), share.z);
     vec2 y = mix(z.xy, z.zw, share.y);
     return mix(y.x, y.y, share.x) * shrink;
+}
+
+float radius_at(vec3 position, vec3 normal) { return radius_on(side_of(normal), position); }
+
+// The largest radius at a position of any surface within 45 degrees of a normal: its nearest axis lies
+// within 45 + 54.8 degrees.
+float largest_radius_at(vec3 position, vec3 normal) {
+    float radius = 0.0;
+    for (int side = 0; side < SIDES; side++) {
+        float cosine = normal[side / 2] * (side % 2 == 0 ? 1.0 : -1.0);
+        if (cosine > -0.18) radius = max(radius, radius_on(side, position));
+    }
+    return radius;
 }

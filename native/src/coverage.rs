@@ -101,7 +101,7 @@ widest! {
             if surface == 0.0 || !diffuse.get(material as usize).is_some_and(|&diffuse| diffuse) {
                 continue;
             }
-            let radius = radii.at([x, y, z]) * probes.shrink;
+            let radius = radii.at([x, y, z], [nx, ny, nz]) * probes.shrink;
             let point = Point { position: [x, y, z], normal: [nx, ny, nz], surface, radius, triangle: points.shadings[at][3] as usize };
             let numbers =
                 random4(probes.seed, 0, probes.pixel(at), DIMENSION_COVERAGE.wrapping_add(probes.depth));

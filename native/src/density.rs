@@ -15,6 +15,7 @@ const GAUSSIAN_BETA: f32 = 2.0;
 /// Area of the inner disc over the disc's.
 const INNER_AREA: f32 = 0.5;
 const PI: f32 = std::f32::consts::PI;
+const BLOCK: usize = 1024; // photons
 const POINTS_A_TASK: usize = 256;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -203,7 +204,7 @@ widest! {
         let cells = map.grid.cells;
         for ((&[x, y, z, surface], facing), out) in places.iter().zip(facings).zip(out) {
             *out = [0.0; 4];
-            let radius = radii.at([x, y, z]) * shrink;
+            let radius = radii.at([x, y, z], [facing[0], facing[1], facing[2]]) * shrink;
             let r2 = radius * radius;
             let (peak, square, inverse) = (filter.peak(r2), L::splat(r2), L::splat(1.0 / r2));
             let ranges = (map.reach(x, 0, radius), map.reach(y, 1, radius), map.reach(z, 2, radius));
@@ -213,38 +214,44 @@ widest! {
             }
             let position = [L::splat(x), L::splat(y), L::splat(z)];
             let normal = [L::splat(facing[0]), L::splat(facing[1]), L::splat(facing[2])];
-            let (mut red, mut green, mut blue) = (L::splat(0.0), L::splat(0.0), L::splat(0.0));
-            let mut inner = L::splat(0.0);
+            let none = L::splat(0.0);
+            let (mut red, mut green, mut blue, mut inner) = (none, none, none, none);
             for row_z in in_z.0..=in_z.1 {
                 for row_y in in_y.0..=in_y.1 {
                     let row = (row_z * cells[1] + row_y) * cells[0];
                     let begin = map.cell_start[row + in_x.0] as usize;
                     let end = map.cell_start[row + in_x.1 + 1] as usize;
-                    for at in (begin..end).step_by(WIDTH) {
-                        let dx = map.column::<L>(0, at) - position[0];
-                        let dy = map.column::<L>(1, at) - position[1];
-                        let dz = map.column::<L>(2, at) - position[2];
-                        let d2 = dx * dx + dy * dy + dz * dz;
-                        let there = L::load(&COUNTING).less(L::splat((end - at) as f32));
-                        let near = d2.less_equal(square) & there;
-                        if L::bits(near) == 0 {
-                            continue;
+                    // Sums of sums: millions of equal numbers, added up one by one, are all rounded to
+                    // the same side.
+                    for block in (begin..end).step_by(BLOCK) {
+                        let (mut r, mut g, mut b, mut i) = (none, none, none, none);
+                        for at in (block..end.min(block + BLOCK)).step_by(WIDTH) {
+                            let dx = map.column::<L>(0, at) - position[0];
+                            let dy = map.column::<L>(1, at) - position[1];
+                            let dz = map.column::<L>(2, at) - position[2];
+                            let d2 = dx * dx + dy * dy + dz * dz;
+                            let there = L::load(&COUNTING).less(L::splat((end - at) as f32));
+                            let near = d2.less_equal(square) & there;
+                            if L::bits(near) == 0 {
+                                continue;
+                            }
+                            let cosine = map.column::<L>(4, at) * normal[0]
+                                + map.column::<L>(5, at) * normal[1]
+                                + map.column::<L>(6, at) * normal[2];
+                            let same = map.column::<L>(3, at).equal(L::splat(surface))
+                                & L::splat(SAME_ORIENTATION).less_equal(cosine);
+                            let x2 = d2 * inverse;
+                            let weight = filter.shapes(x2).keep(near & same);
+                            let flux =
+                                [map.column::<L>(7, at), map.column::<L>(8, at), map.column::<L>(9, at)];
+                            r = r + flux[0] * weight;
+                            g = g + flux[1] * weight;
+                            b = b + flux[2] * weight;
+                            let inside = near & same & x2.less_equal(L::splat(INNER_AREA));
+                            let weight = filter.shapes(x2 * L::splat(1.0 / INNER_AREA)).keep(inside);
+                            i = i + (flux[0] + flux[1] + flux[2]) * weight;
                         }
-                        let cosine = map.column::<L>(4, at) * normal[0]
-                            + map.column::<L>(5, at) * normal[1]
-                            + map.column::<L>(6, at) * normal[2];
-                        let same = map.column::<L>(3, at).equal(L::splat(surface))
-                            & L::splat(SAME_ORIENTATION).less_equal(cosine);
-                        let x2 = d2 * inverse;
-                        let weight = filter.shapes(x2).keep(near & same);
-                        let flux =
-                            [map.column::<L>(7, at), map.column::<L>(8, at), map.column::<L>(9, at)];
-                        red = red + flux[0] * weight;
-                        green = green + flux[1] * weight;
-                        blue = blue + flux[2] * weight;
-                        let inside = near & same & x2.less_equal(L::splat(INNER_AREA));
-                        let weight = filter.shapes(x2 * L::splat(1.0 / INNER_AREA)).keep(inside);
-                        inner = inner + (flux[0] + flux[1] + flux[2]) * weight;
+                        (red, green, blue, inner) = (red + r, green + g, blue + b, inner + i);
                     }
                 }
             }

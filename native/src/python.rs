@@ -257,11 +257,7 @@ impl Tracer {
         };
         let emission = paths::Emission { photons, seed, pass_index, bounces, first_hits };
         let landed = run(py, || Ok(paths::trace_photons(&scene, &emission)))?;
-        let array = |rows: Vec<[f32; 4]>| {
-            let shape = [rows.len(), 4];
-            PyArray1::from_vec(py, rows.into_flattened()).reshape(shape)
-        };
-        Ok((array(landed.places)?, array(landed.deposits)?, landed.unfinished))
+        Ok((new_rows(py, landed.places)?, new_rows(py, landed.deposits)?, landed.unfinished))
     }
 
     /// Estimate the share of a filter that lies on each visible point's own surface.
@@ -371,12 +367,13 @@ impl PhotonMap {
     }
 }
 
-/// The gather radius of the first pass at every place.
+/// The gather radius of the first pass at every place of a surface.
 ///
-/// RadiusField(place, origin, cell_size, cells, wanted, least, most): place float32[P, 4], where
-/// photons of a pass fall; the grid as for sort_photons; each radius is that of a disc that would
-/// hold about `wanted` of them, at least least float32[(nx + 1) * (ny + 1) * (nz + 1)] (a node, x
-/// fastest) and else at most `most`, and changes by less than half the way moved.
+/// RadiusField(place, deposit, low, high, cell_size, *, photons, most, pixel, eye): place
+/// float32[P, 4], where photons of a pass fall, of which those outside low to high don't count;
+/// deposit float32[P, 4], whose fourth numbers are the surfaces' packed normals. Each radius is that
+/// of a disc that would hold about `photons` of them; at most `most`, and at least `pixel` times the
+/// distance from eye (None: times 1). It changes by less than half the way moved.
 #[pyclass(frozen, module = "photon_stream_native")]
 struct RadiusField(radius::RadiusField);
 
@@ -384,34 +381,50 @@ struct RadiusField(radius::RadiusField);
 impl RadiusField {
     #[new]
     #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (place, deposit, low, high, cell_size, *, photons, most, pixel, eye))]
     fn new(
         py: Python,
         place: &Bound<PyAny>,
-        origin: [f32; 3],
+        deposit: &Bound<PyAny>,
+        low: [f32; 3],
+        high: [f32; 3],
         cell_size: f32,
-        cells: [usize; 3],
-        wanted: f32,
-        least: &Bound<PyAny>,
+        photons: f32,
         most: f32,
+        pixel: f32,
+        eye: Option<[f32; 3]>,
     ) -> PyResult<RadiusField> {
         let place = array::<f32>(place, "place", &[None, Some(4)])?;
-        let least = array::<f32>(least, "least", &[None])?;
-        let (place, least) = (rows(&place)?, least.as_slice()?);
-        let grid = photons::Grid { origin, cell_size, cells };
-        Ok(RadiusField(run(py, || radius::RadiusField::new(place, grid, wanted, least, most))?))
+        let deposit = array::<f32>(deposit, "deposit", &[None, Some(4)])?;
+        let (place, deposit) = (rows(&place)?, rows(&deposit)?);
+        let wanted = radius::Wanted { photons, most, pixel, eye };
+        let field = run(py, || radius::RadiusField::new(place, deposit, low, high, cell_size, &wanted))?;
+        Ok(RadiusField(field))
     }
 
-    /// The radii float32[P] at positions float32[P, 4], whose fourth numbers are ignored.
-    fn at<'py>(&self, py: Python<'py>, position: &Bound<'py, PyAny>) -> PyResult<F32Array<'py>> {
-        let position = array::<f32>(position, "position", &[None, Some(4)])?;
-        let radii = rows::<f32, 4>(&position)?.iter().map(|&[x, y, z, _]| self.0.at([x, y, z]));
+    /// The radii float32[P] at place float32[P, 4], whose fourth numbers are ignored, on surfaces whose
+    /// packed normals are the fourth numbers of deposit float32[P, 4].
+    fn at<'py>(
+        &self,
+        py: Python<'py>,
+        place: &Bound<'py, PyAny>,
+        deposit: &Bound<'py, PyAny>,
+    ) -> PyResult<F32Array<'py>> {
+        let place = array::<f32>(place, "place", &[None, Some(4)])?;
+        let deposit = array::<f32>(deposit, "deposit", &[None, Some(4)])?;
+        let both = rows::<f32, 4>(&place)?.iter().zip(rows::<f32, 4>(&deposit)?);
+        let radii = both.map(|(&[x, y, z, _], d)| self.0.at([x, y, z], density::unpack_direction(d[3])));
         Ok(PyArray1::from_iter(py, radii))
     }
 
-    /// The radii at each cell's corners, float32[cells, 8], as glsl/lib/radius.glsl reads them.
-    fn corners<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let corners = self.0.corners();
-        PyArray1::from_slice(py, corners.as_flattened()).reshape([corners.len(), 8])
+    /// The largest radius.
+    fn largest(&self) -> f32 {
+        self.0.largest()
+    }
+
+    /// What glsl/lib/radius.glsl reads, float32[texels, 4].
+    fn table<'py>(&self, py: Python<'py>) -> PyResult<Rows<'py>> {
+        new_rows(py, self.0.table())
     }
 }
 
@@ -483,6 +496,12 @@ fn streams<'py, const N: usize>(
         found.push(stream);
     }
     Ok(found.try_into().expect("as many as were asked for"))
+}
+
+/// An array of four columns.
+fn new_rows(py: Python, rows: Vec<[f32; 4]>) -> PyResult<Rows> {
+    let shape = [rows.len(), 4];
+    PyArray1::from_vec(py, rows.into_flattened()).reshape(shape)
 }
 
 /// A stream of another's size, filled by `fill`.

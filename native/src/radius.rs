@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//! The gather radius of the first pass at every place: where photons are dense it is small.
+//! The gather radius of the first pass at every place of a surface: where photons are dense it is small.
 
 use rayon::prelude::*;
 
 use crate::InvalidInput;
+use crate::density::unpack_direction;
 use crate::photons::Grid;
+use crate::vector::dot;
 
 /// How much a radius may change a step along an axis, in steps: a photon's splat of 1.78 times its
 /// radius (splat.glsl) then reaches every point whose own radius reaches the photon (see [`RadiusField::new`]).
@@ -17,22 +19,57 @@ const BOX: f32 = 4.0 / std::f32::consts::PI;
 /// As many photons tell a density to a seventh.
 const TELLING: f32 = 50.0;
 /// After about so many passes shall noise and blur be equal, where light is more uneven than UNEVEN,
-/// a square. Measured on scenes of blend_scenes at 16 passes: relMSE falls by 42 % (mirror_caustic),
-/// 26 % (door_ajar) and 13 % (many_lights), and stays where light is even.
+/// a square. Measured on scenes of blend_scenes at 16 passes, against 0.2: relMSE falls by 40 %
+/// (door_ajar), 27 % (mirror_caustic) and 15 % (caustic_in_mirror), and rises by 22 % where light is
+/// even (cornell_classic), since at borders a box holds fewer photons however even they are.
 const PASSES: f32 = 16.0;
-const UNEVEN: f32 = 0.2;
+const UNEVEN: f32 = 0.05;
 
-/// Radii at the nodes of a grid, between which they are interpolated.
-pub struct RadiusField {
+/// Surfaces are told apart by the axis, of these six, that is nearest to their normal: +x, -x, +y, -y,
+/// +z, -z. The light on one side of a wall says nothing about the other.
+const SIDES: usize = 6;
+/// A photon counts for the axes to which its normal has at least this cosine: all photons of a plane
+/// count for the plane's nearest axis, to which it has 0.577 or more.
+const FACING: f32 = 0.5;
+
+/// How radii are to be.
+#[derive(Debug, Clone, Copy)]
+pub struct Wanted {
+    /// Photons in a disc, about.
+    pub photons: f32,
+    /// No radius is larger, unless a pixel is.
+    pub most: f32,
+    /// A pixel's width, at distance 1 of `eye` if there is one, else everywhere: no radius is smaller.
+    pub pixel: f32,
+    pub eye: Option<[f32; 3]>,
+}
+
+impl Wanted {
+    fn least(&self, position: [f32; 3]) -> f32 {
+        let distance = self.eye.map_or(1.0, |eye| {
+            let away: [f32; 3] = std::array::from_fn(|k| position[k] - eye[k]);
+            dot(away, away).sqrt()
+        });
+        self.pixel * distance
+    }
+}
+
+/// Radii of one side's surfaces at the nodes of a grid that lies over their photons.
+struct Side {
     grid: Grid,
     /// Of each cell, x fastest: its corners' radii, x fastest, then y, then z.
     corners: Vec<[f32; 8]>,
 }
 
+/// Radii, interpolated between the nodes of a grid for each side.
+pub struct RadiusField {
+    sides: [Side; SIDES],
+}
+
 impl RadiusField {
-    /// The radii of discs that hold about `wanted` photons, if photons fell as they do at `places`;
-    /// those beyond the grid don't count, and radii there are those at its border. At each node no
-    /// less than `least`, and no more than `most` unless `least` is.
+    /// The radii of discs that hold about as many photons as `wanted`, if photons fell as they do at
+    /// `places`, on surfaces whose packed normals are the fourth numbers of `deposits`. Photons outside
+    /// `low` to `high` don't count. Beyond a side's photons, radii are those at their border.
     ///
     /// The count in a box of half size h about a node stands for a plane's, (2 h)^2 times the
     /// photons a unit area. Where the closest photons are denser or less dense than those in the
@@ -40,37 +77,129 @@ impl RadiusField {
     /// goes with 1 / (photons in the disc), and the radius is the one of least mean square error.
     ///
     /// Radii are then lowered until no step along an axis changes them by more than a quarter of it:
-    /// |r(x) - r(y)| <= sqrt(3) / 4 |x - y|, so that r(y) <= 1.77 r(x) wherever |x - y| <= r(y).
+    /// |r(x) - r(y)| <= sqrt(3) / 4 |x - y|, so that on one side r(y) <= 1.77 r(x) wherever
+    /// |x - y| <= r(y).
     ///
     /// # Errors
-    /// As [`crate::photons::sort`]; `least` not one number a node.
+    /// A place or a bound that is not finite, a cell size that is not positive, too many cells; arrays
+    /// of different lengths.
     pub fn new(
         places: &[[f32; 4]],
-        grid: Grid,
-        wanted: f32,
-        least: &[f32],
-        most: f32,
+        deposits: &[[f32; 4]],
+        low: [f32; 3],
+        high: [f32; 3],
+        cell_size: f32,
+        wanted: &Wanted,
     ) -> Result<RadiusField, InvalidInput> {
-        let [nx, ny, nz] = grid.cells;
-        let cell_count = grid.check()?;
-        for (name, value) in [("wanted", wanted), ("most", most)] {
-            if !value.is_finite() {
-                return Err(InvalidInput(format!("{name} = {value} is not finite")));
-            }
-        }
-        let nodes = [nx + 1, ny + 1, nz + 1];
-        if least.len() != nodes.iter().product::<usize>() {
+        if places.len() != deposits.len() {
             return Err(InvalidInput(format!(
-                "least has {} numbers, the grid has {nodes:?} nodes",
-                least.len()
+                "deposits has {} rows, but places has {}",
+                deposits.len(),
+                places.len()
             )));
         }
+        let numbers = [wanted.photons, wanted.most, wanted.pixel];
+        if let Some(value) = numbers.iter().chain(&low).chain(&high).find(|value| !value.is_finite()) {
+            return Err(InvalidInput(format!("{value} is not finite")));
+        }
+        if let Some(row) = places.iter().position(|place| !place[..3].iter().all(|x| x.is_finite())) {
+            return Err(InvalidInput(format!("place[{row}] = {:?} is not finite", &places[row][..3])));
+        }
+        let sides: Vec<Side> = (0..SIDES)
+            .into_par_iter()
+            .map(|side| {
+                let sign = if side % 2 == 0 { 1.0 } else { -1.0 };
+                let facing = |deposit: &[f32; 4]| sign * unpack_direction(deposit[3])[side / 2] >= FACING;
+                let inside = |place: &[f32; 4]| (0..3).all(|k| (low[k]..=high[k]).contains(&place[k]));
+                let counting = places.iter().zip(deposits).filter(|(p, d)| inside(p) && facing(d));
+                let places: Vec<[f32; 4]> = counting.map(|(&place, _)| place).collect();
+                Side::new(&places, low, cell_size, wanted)
+            })
+            .collect::<Result<_, _>>()?;
+        let sides = sides.try_into().unwrap_or_else(|_| unreachable!("as many as there are sides"));
+        Ok(RadiusField { sides })
+    }
+
+    /// The radius at a position of a surface (glsl/lib/radius.glsl).
+    #[inline]
+    pub fn at(&self, position: [f32; 3], normal: [f32; 3]) -> f32 {
+        let Side { grid, corners } = &self.sides[side_of(normal)];
+        let mut cell = [0; 3];
+        let mut share = [0.0; 3];
+        for k in 0..3 {
+            let at = (position[k] - grid.origin[k]) / grid.cell_size;
+            let at = at.max(0.0).min(grid.cells[k] as f32); // a NaN becomes 0
+            cell[k] = (at as usize).min(grid.cells[k] - 1);
+            share[k] = at - cell[k] as f32;
+        }
+        let corners = &corners[(cell[2] * grid.cells[1] + cell[1]) * grid.cells[0] + cell[0]];
+        let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
+        let z: [f32; 4] = std::array::from_fn(|i| mix(corners[i], corners[i + 4], share[2]));
+        mix(mix(z[0], z[2], share[1]), mix(z[1], z[3], share[1]), share[0])
+    }
+
+    /// The largest radius.
+    pub fn largest(&self) -> f32 {
+        let corners = self.sides.iter().flat_map(|side| side.corners.as_flattened());
+        corners.fold(0.0, |most, &radius| most.max(radius))
+    }
+
+    /// What glsl/lib/radius.glsl reads: for each side two texels, origin and the texel where its cells
+    /// begin, cells and their size; then the cells, two texels each.
+    pub fn table(&self) -> Vec<[f32; 4]> {
+        let mut first = 2 * SIDES;
+        let mut table = Vec::new();
+        for Side { grid, corners } in &self.sides {
+            let ([x, y, z], [nx, ny, nz]) = (grid.origin, grid.cells.map(|n| n as f32));
+            table.extend([[x, y, z, first as f32], [nx, ny, nz, grid.cell_size]]);
+            first += 2 * corners.len();
+        }
+        for side in &self.sides {
+            table.extend(side.corners.as_flattened().as_chunks::<4>().0);
+        }
+        table
+    }
+}
+
+/// Which of the [`SIDES`] a normal belongs to.
+fn side_of(normal: [f32; 3]) -> usize {
+    let [x, y, z] = normal.map(f32::abs);
+    let axis = if x >= y && x >= z {
+        0
+    } else if y >= z {
+        1
+    } else {
+        2
+    };
+    2 * axis + usize::from(normal[axis] < 0.0)
+}
+
+impl Side {
+    /// From its photons; `somewhere` is where it lies if it has none.
+    fn new(
+        places: &[[f32; 4]],
+        somewhere: [f32; 3],
+        cell_size: f32,
+        wanted: &Wanted,
+    ) -> Result<Side, InvalidInput> {
+        let bound = |k: usize, of: fn(f32, f32) -> f32| {
+            places.iter().map(|place| place[k]).reduce(of).unwrap_or(somewhere[k])
+        };
+        let (low, high): ([f32; 3], [f32; 3]) =
+            (std::array::from_fn(|k| bound(k, f32::min)), std::array::from_fn(|k| bound(k, f32::max)));
+        // A cell to spare on both sides, also after rounding.
+        let cells: [usize; 3] = std::array::from_fn(|k| ((high[k] - low[k]) / cell_size).ceil() as usize + 2);
+        let origin = std::array::from_fn(|k| (low[k] + high[k] - cell_size * cells[k] as f32) / 2.0);
+        let grid = Grid { origin, cell_size, cells };
+        let cell_count = grid.check()?;
+        let [nx, ny, nz] = cells;
+        let nodes = cells.map(|n| n + 1);
         let fine = Grid {
             origin: grid.origin,
             cell_size: grid.cell_size / FINE as f32,
             cells: grid.cells.map(|n| n * FINE),
         };
-        let below = sums(places, &fine)?;
+        let below = sums(places, &fine);
         let [fx, fy, fz] = fine.cells;
         let sum = |x: usize, y: usize, z: usize| i64::from(below[(z * (fy + 1) + y) * (fx + 1) + x]);
         // Photons in the box of half size `half` about a node, in fine cells.
@@ -84,11 +213,13 @@ impl RadiusField {
             };
             (slab(high[0]) - slab(low[0])) as f32 // a sum of floats would round beyond 2^24
         };
-        let needed = wanted * BOX;
+        let needed = wanted.photons * BOX;
         let node = |x: usize, y: usize, z: usize| (z * nodes[1] + y) * nodes[0] + x;
-        let mut radii = vec![0.0f32; least.len()];
+        let mut radii = vec![0.0f32; nodes.iter().product()];
         radii.par_iter_mut().enumerate().for_each(|(i, radius)| {
-            let at = [i % nodes[0], i / nodes[0] % nodes[1], i / (nodes[0] * nodes[1])].map(|n| n * FINE);
+            let at = [i % nodes[0], i / nodes[0] % nodes[1], i / (nodes[0] * nodes[1])];
+            let least = wanted.least(std::array::from_fn(|k| origin[k] + cell_size * at[k] as f32));
+            let at = at.map(|n| n * FINE);
             let (mut half, mut inner) = (1, None);
             let found = loop {
                 let found = count(at, half);
@@ -96,7 +227,7 @@ impl RadiusField {
                     inner = Some((half, found));
                 }
                 let size = half as f32 * fine.cell_size;
-                if found >= needed || size >= most || half >= fx.max(fy).max(fz) {
+                if found >= needed || size >= wanted.most || half >= fx.max(fy).max(fz) {
                     break found;
                 }
                 half *= 2;
@@ -117,9 +248,9 @@ impl RadiusField {
                     best = best.min(balanced.powf(1.0 / 6.0));
                 }
             }
-            *radius = best.min(most).max(least[i]);
+            *radius = best.min(wanted.most).max(least);
         });
-        flatten(&mut radii, nodes, STEEPEST * grid.cell_size);
+        flatten(&mut radii, nodes, STEEPEST * cell_size);
         let mut corners = Vec::with_capacity(cell_count);
         for z in 0..nz {
             for y in 0..ny {
@@ -130,45 +261,16 @@ impl RadiusField {
                 }
             }
         }
-        Ok(RadiusField { grid, corners })
-    }
-
-    /// The radius at a position (glsl/lib/radius.glsl).
-    #[inline]
-    pub fn at(&self, position: [f32; 3]) -> f32 {
-        let mut cell = [0; 3];
-        let mut share = [0.0; 3];
-        for k in 0..3 {
-            let at = (position[k] - self.grid.origin[k]) / self.grid.cell_size;
-            let at = at.max(0.0).min(self.grid.cells[k] as f32); // a NaN becomes 0
-            cell[k] = (at as usize).min(self.grid.cells[k] - 1);
-            share[k] = at - cell[k] as f32;
-        }
-        let corners = &self.corners[(cell[2] * self.grid.cells[1] + cell[1]) * self.grid.cells[0] + cell[0]];
-        let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
-        let z: [f32; 4] = std::array::from_fn(|i| mix(corners[i], corners[i + 4], share[2]));
-        mix(mix(z[0], z[2], share[1]), mix(z[1], z[3], share[1]), share[0])
-    }
-
-    /// What the GLSL reads: eight floats a cell.
-    pub fn corners(&self) -> &[[f32; 8]] {
-        &self.corners
+        Ok(Side { grid, corners })
     }
 }
 
-/// Photons in the fine cells below each of their corners, along all axes.
-fn sums(places: &[[f32; 4]], grid: &Grid) -> Result<Vec<u32>, InvalidInput> {
+/// Photons in the cells below each of their corners, along all axes.
+fn sums(places: &[[f32; 4]], grid: &Grid) -> Vec<u32> {
     let [nx, ny, nz] = grid.cells;
-    let mut counts = vec![0u32; grid.check()?];
-    for (row, place) in places.iter().enumerate() {
-        if let Some(k) = place[..3].iter().position(|x| !x.is_finite()) {
-            return Err(InvalidInput(format!("place[{row}, {k}] = {} is not finite", place[k])));
-        }
-        let inside =
-            |k: usize| (0.0..=grid.cells[k] as f32).contains(&((place[k] - grid.origin[k]) / grid.cell_size));
-        if (0..3).all(inside) {
-            counts[grid.cell(place) as usize] += 1;
-        }
+    let mut counts = vec![0u32; nx * ny * nz];
+    for place in places {
+        counts[grid.cell(place) as usize] += 1;
     }
     let corner = |x: usize, y: usize, z: usize| (z * (ny + 1) + y) * (nx + 1) + x;
     let mut below = vec![0u32; corner(nx, ny, nz) + 1];
@@ -183,7 +285,7 @@ fn sums(places: &[[f32; 4]], grid: &Grid) -> Result<Vec<u32>, InvalidInput> {
             }
         }
     }
-    Ok(below)
+    below
 }
 
 /// Lower radii until none exceeds a neighbour's by more than `step`: one sweep up and one down
@@ -210,9 +312,15 @@ fn flatten(radii: &mut [f32], nodes: [usize; 3], step: f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::density::pack_direction;
 
-    fn grid() -> Grid {
-        Grid { origin: [-1.0; 3], cell_size: 0.125, cells: [16; 3] }
+    const UP: [f32; 3] = [0.0, 0.0, 1.0];
+
+    /// Photons on surfaces that face up.
+    fn field(places: &[[f32; 4]], photons: f32, pixel: f32, most: f32) -> RadiusField {
+        let deposits = vec![[1.0, 1.0, 1.0, pack_direction(UP)]; places.len()];
+        let wanted = Wanted { photons, most, pixel, eye: None };
+        RadiusField::new(places, &deposits, [-1.0; 3], [1.0; 3], 0.125, &wanted).unwrap()
     }
 
     /// A plane of even photons: every radius holds the number wanted.
@@ -221,34 +329,54 @@ mod tests {
         let places: Vec<[f32; 4]> = (0..256 * 256)
             .map(|i| [(i % 256) as f32 / 128.0 - 0.996, (i / 256) as f32 / 128.0 - 0.996, 0.0, 1.0])
             .collect();
-        let field = RadiusField::new(&places, grid(), 300.0, &[0.0; 17 * 17 * 17], 1.0).unwrap();
+        let field = field(&places, 300.0, 0.0, 1.0);
         let expected = (300.0 / (std::f32::consts::PI * 128.0 * 128.0)).sqrt();
-        assert!((field.at([0.1, 0.2, 0.0]) / expected - 1.0).abs() < 0.02, "{}", field.at([0.1, 0.2, 0.0]));
+        let found = field.at([0.1, 0.2, 0.0], UP);
+        assert!((found / expected - 1.0).abs() < 0.02, "{found}");
+        assert_eq!(field.at([0.1, 0.2, 0.0], [0.0, 0.0, -1.0]), 1.0, "no photon on its other side");
+        assert_eq!(field.largest(), 1.0);
     }
 
-    /// Nowhere does the radius change faster than half the way moved; `least` and `most` hold.
+    /// Nowhere does the radius change faster than half the way moved; `pixel` and `most` hold.
     #[test]
     fn changes_slowly_within_its_bounds() {
-        let places: Vec<[f32; 4]> = (0..4000).map(|i| [0.5 + 1e-5 * i as f32, 0.3, -0.4, 1.0]).collect();
-        let field = RadiusField::new(&places, grid(), 50.0, &[0.01; 17 * 17 * 17], 0.6).unwrap();
-        let mut last = field.at([-1.0, 0.3, -0.4]);
+        let mut places: Vec<[f32; 4]> = (0..4000).map(|i| [0.5 + 1e-5 * i as f32, 0.3, -0.4, 1.0]).collect();
+        places.push([-1.0, 0.3, -0.4, 1.0]);
+        let field = field(&places, 50.0, 0.01, 0.6);
+        let mut last = field.at([-1.0, 0.3, -0.4], UP);
         let (mut smallest, mut largest) = (last, last);
         for i in 1..2000 {
-            let radius = field.at([-1.0 + 0.001 * i as f32, 0.3, -0.4]);
+            let radius = field.at([-1.0 + 0.001 * i as f32, 0.3, -0.4], UP);
             assert!((radius - last).abs() <= 0.0005, "{last} {radius}");
             (smallest, largest, last) = (smallest.min(radius), largest.max(radius), radius);
         }
         assert!((0.01..0.05).contains(&smallest) && (0.25..0.6).contains(&largest), "{smallest} {largest}");
-        assert!(field.at([f32::NAN; 3]).is_finite() && field.at([1e9; 3]).is_finite());
+        assert!(field.at([f32::NAN; 3], [f32::NAN; 3]).is_finite() && field.at([1e9; 3], UP).is_finite());
+    }
+
+    /// The table holds what `at` reads.
+    #[test]
+    fn table() {
+        let field = field(&[[0.5, 0.3, -0.4, 1.0]; 100], 50.0, 0.01, 0.6);
+        let table = field.table();
+        let [x, y, z, first] = table[2 * 4];
+        let [nx, .., size] = table[2 * 4 + 1];
+        assert_eq!((size, nx), (0.125, 2.0));
+        assert_eq!(field.at([x, y, z], UP), table[first as usize][0]);
+        assert_eq!(field.at([x + size, y, z], UP), table[first as usize][1]);
     }
 
     #[test]
     fn bad_input() {
-        assert!(
-            RadiusField::new(&[[f32::NAN, 0.0, 0.0, 1.0]], grid(), 1.0, &[0.0; 17 * 17 * 17], 1.0).is_err()
-        );
-        assert!(RadiusField::new(&[], grid(), 1.0, &[0.0; 3], 1.0).is_err());
-        let none = RadiusField::new(&[], grid(), 1.0, &[0.0; 17 * 17 * 17], 0.7).unwrap();
-        assert_eq!(none.at([0.0; 3]), 0.7);
+        let none = [0.0; 4];
+        let new = |places: &[[f32; 4]], deposits: &[[f32; 4]], cell: f32, most: f32| {
+            let wanted = Wanted { photons: 1.0, most, pixel: 0.0, eye: None };
+            RadiusField::new(places, deposits, [-1.0; 3], [1.0; 3], cell, &wanted)
+        };
+        assert!(new(&[[f32::NAN, 0.0, 0.0, 1.0]], &[none], 0.1, 1.0).is_err());
+        assert!(new(&[none], &[], 0.1, 1.0).is_err());
+        assert!(new(&[none], &[none], 0.0, 1.0).is_err());
+        assert!(new(&[none], &[none], 0.1, f32::NAN).is_err());
+        assert_eq!(field(&[], 1.0, 0.0, 0.7).at([0.0; 3], UP), 0.7);
     }
 }

@@ -154,8 +154,9 @@ def test_ports_are_checked(device: Device) -> None:
 
 def even(radius: float) -> Any:
     """One radius everywhere."""
-    none, least = np.zeros((0, 4), np.float32), np.full(8, radius, np.float32)
-    return native.RadiusField(none, (-1.0, -1.0, -1.0), 2.0, (1, 1, 1), 1.0, least, radius)
+    none, zero = np.zeros((0, 4), np.float32), (0.0, 0.0, 0.0)
+    size: Any = {"photons": 1.0, "most": radius, "pixel": radius, "eye": None}
+    return native.RadiusField(none, none, zero, zero, 1.0, **size)
 
 
 class TestBindings:
