@@ -181,9 +181,12 @@ def upload_table(device: Device, data: NDArray[Any]) -> moderngl.Texture:
 class Tables:
     """The scene's textures on a device."""
 
-    def __init__(self, device: Device, scene: Scene, frame: Frame, mesh: Mesh) -> None:
-        self.textures = {
-            "bvh_nodes": upload_table(device, mesh.nodes),
+    def __init__(
+        self, device: Device, scene: Scene, frame: Frame, mesh: Mesh, on_host: bool = False
+    ) -> None:
+        """`on_host`: the native core traces, so no kernel reads the tree."""
+        self.textures = {} if on_host else {"bvh_nodes": upload_table(device, mesh.nodes)}
+        self.textures |= {
             "bvh_corners": upload_table(device, mesh.corners),
             "bvh_normals": upload_table(device, mesh.normals),
             "materials": upload_table(device, material_table(scene.materials)),

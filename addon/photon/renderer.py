@@ -80,7 +80,7 @@ class Renderer:
         self.warnings += _warnings(scene, mesh, self.needs)
         with _Timed(self.seconds, "programs"):
             try:
-                self._tables = Tables(device, scene, self.frame, mesh)
+                self._tables = Tables(device, scene, self.frame, mesh, triangles is not None)
                 self.ray_tracer = RayTracer(
                     device, layer, self._tables, self.frame, scene, settings, self.needs, triangles
                 )
