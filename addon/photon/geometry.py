@@ -166,7 +166,7 @@ def upload_table(device: Device, data: NDArray[Any]) -> moderngl.Texture:
             f"({TABLE_WIDTH * device.texture_limit} at most)"
         )
     kind = "f4" if data.dtype == np.float32 else "u4"
-    texture: moderngl.Texture = device.ctx.texture((TABLE_WIDTH, rows), texels.shape[1], dtype=kind)
+    texture: moderngl.Texture = device.texture((TABLE_WIDTH, rows), texels.shape[1], kind)
     whole = len(texels) // TABLE_WIDTH
     if whole:
         texture.write(texels[: whole * TABLE_WIDTH], viewport=(0, 0, TABLE_WIDTH, whole))
@@ -174,7 +174,6 @@ def upload_table(device: Device, data: NDArray[Any]) -> moderngl.Texture:
         rest = np.zeros((TABLE_WIDTH, texels.shape[1]), texels.dtype)
         rest[: len(texels) - whole * TABLE_WIDTH] = texels[whole * TABLE_WIDTH :]
         texture.write(rest, viewport=(0, whole, TABLE_WIDTH, 1))
-    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture
 
 

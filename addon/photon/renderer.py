@@ -17,6 +17,7 @@ from .error import Error, error_of
 from .errors import DeviceError
 from .film import Film
 from .geometry import Frame, Mesh, Tables, frame_of
+from .memory import Budget
 from .native_kernels import triangles_of
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
@@ -71,6 +72,7 @@ class Renderer:
         self.layer = _choose_layer(settings, device)
         layer: Layer = "compute" if self.layer == "compute" else "fragment"
         self.estimator = "none"
+        self._budget = Budget(scene, settings, device, self.layer)
         with _Timed(self.seconds, "bvh"):
             self.frame: Frame = frame_of(scene)
             mesh = Mesh.build(scene, self.frame)
@@ -210,6 +212,7 @@ class Renderer:
         photons = min(photons_a_pass, PILOT_PHOTONS)
         deposits = self.photon_mapper.trace(PILOT_PASS, len(self.scene.lights), photons)
         place, _ = deposits.arrays()
+        self._budget.check(len(place) / photons)
         self.photon_mapper.unfinished = deposits.dropped = 0
         wanted = photons_per_disc(photons_a_pass) * photons / photons_a_pass
         return RadiusField(self.device, place, wanted, mesh.area, self.ray_tracer.footprint)
