@@ -171,8 +171,8 @@ class RayTracer:
         pixel = (right - left) / self._settings.width
         if self._camera["orthographic"]:
             return np.full(len(positions), pixel)
-        distance = np.linalg.norm(positions - self._camera["matrix"][:3, 3], axis=1)
-        return np.asarray(pixel * distance)
+        offset = positions - self._camera["matrix"][:3, 3]
+        return np.asarray(pixel * np.sqrt(np.einsum("ij,ij->i", offset, offset)))
 
     def _send_eye_rays(self, index: int, origin: Stream, direction: Stream) -> View:
         settings = self._settings
