@@ -72,7 +72,7 @@ class Renderer:
         self.layer = _choose_layer(settings, device)
         layer: Layer = "compute" if self.layer == "compute" else "fragment"
         self.estimator = "none"
-        self._budget = Budget(scene, settings, device, self.layer)
+        self.budget = Budget(scene, settings, device, self.layer)
         with _Timed(self.seconds, "bvh"):
             self.frame: Frame = frame_of(scene)
             mesh = Mesh.build(scene, self.frame)
@@ -212,7 +212,7 @@ class Renderer:
         photons = min(photons_a_pass, PILOT_PHOTONS)
         deposits = self.photon_mapper.trace(PILOT_PASS, len(self.scene.lights), photons)
         place, _ = deposits.arrays()
-        self._budget.check(len(place) / photons)
+        self.budget.check(len(place) / photons)
         self.photon_mapper.unfinished = deposits.dropped = 0
         wanted = photons_per_disc(photons_a_pass) * photons / photons_a_pass
         return RadiusField(self.device, place, wanted, mesh.area, self.ray_tracer.footprint)
