@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import multiprocessing
-import resource
 import sys
 import time
 from collections.abc import Callable
@@ -39,7 +38,7 @@ def measure(number: str, size: int, layer: str) -> tuple[int, list[float], list[
         side = round(size**0.5)
         settings = replace(settings, width=side, height=side)
     device = open_device(settings)
-    before = resident()
+    before = resident("VmRSS")
 
     def timed(work: Callable[[], None]) -> tuple[float, float]:
         clock, processor = time.perf_counter(), time.process_time()
@@ -52,15 +51,19 @@ def measure(number: str, size: int, layer: str) -> tuple[int, list[float], list[
     (renderer,) = made
     passes = [timed(renderer.render_pass) for _ in range(1 + settings.passes)][1:]
     renderer.images()
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    taken = resident("VmHWM") - before
     fastest = [min(spent) for spent in zip(*passes, strict=True)]
-    return size, [*start, *fastest], [renderer.budget.needed(), peak - before]
+    return size, [*start, *fastest], [renderer.budget.needed(), taken]
 
 
-def resident() -> int:
-    """This process's resident memory [bytes]; 0 if unknown."""
-    file = Path("/proc/self/statm")
-    return resource.getpagesize() * int(file.read_text().split()[1]) if file.exists() else 0
+def resident(field: str) -> int:
+    """This process's resident memory now, VmRSS, or at most, VmHWM [bytes]; 0 if unknown.
+
+    Not getrusage's: that begins with what the parent had.
+    """
+    file = Path("/proc/self/status")
+    lines = file.read_text().splitlines() if file.exists() else []
+    return sum(1024 * int(line.split()[1]) for line in lines if line.startswith(f"{field}:"))
 
 
 def main() -> None:

@@ -24,21 +24,22 @@ ROOT = Path(__file__).parents[2]
 SMALL = Settings(width=24, height=16, photons=1000, passes=1)
 
 MEASURE = """
-import resource, sys
+import sys
 from addon.photon.memory import Budget
 from addon.photon.renderer import Renderer, open_device
 from addon.photon.settings import Settings
+from tests.bench.scale import resident
 from tests.scenes import cornell, hills
 layer, size, photons, quads = sys.argv[1], *map(int, sys.argv[2:])
 settings = Settings(width=size, height=size, photons=photons, layer=layer, passes=1)
 scene = hills(quads) if quads else cornell(True)
 device = open_device(settings)
 budget = Budget(scene, settings, device, layer)
-before = 4096 * int(open("/proc/self/statm").read().split()[1])
+before = resident("VmRSS")
 renderer = Renderer(scene, settings, device)
 renderer.render_pass()
 renderer.images()
-used = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+used = resident("VmHWM") - before
 assert renderer.photon_mapper
 places, _ = renderer.photon_mapper.deposits.arrays()
 print(used, budget.needed(), budget.needed(len(places) / photons))
