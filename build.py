@@ -27,7 +27,7 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
     "seed": {"type": int, "metavar": "N", "help": "of the random numbers"},
     "passes": {"type": int, "metavar": "N", "help": "to average"},
     "noise-threshold": {"type": float, "metavar": "X", "help": "stop at this relative error"},
-    "photons": {"type": int, "metavar": "N", "help": "a pass, else as many as pixels"},
+    "photons": {"type": int, "metavar": "N", "help": "a pass, else two a pixel"},
     "radius": {"type": float, "metavar": "R", "help": "of density estimation; 0: automatic"},
     "estimator": {"choices": ("auto", "splat", "gather"), "help": "sums photons up"},
     "layer": {"choices": ("auto", "fragment", "compute", "native"), "help": "runs the kernels"},

@@ -15,6 +15,18 @@ class Tracer:
     def trace(
         self, origin: NDArray[np.float32], direction: NDArray[np.float32], any_hit: bool
     ) -> NDArray[np.float32]: ...
+    def photons(
+        self,
+        normals: NDArray[np.float32],
+        materials: NDArray[np.float32],
+        lights: NDArray[np.float32],
+        *,
+        seed: int,
+        pass_index: int,
+        photons: int,
+        bounces: int,
+        first_hits: bool,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], int]: ...
     def coverage(
         self,
         place: NDArray[np.float32],

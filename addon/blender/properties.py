@@ -99,7 +99,7 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
     )
     use_photons: BoolProperty(
         name="Custom Photons",
-        description="Set the photons of a pass by hand; otherwise there are as many as pixels",
+        description="Set the photons of a pass by hand; otherwise there are two for each pixel",
         default=False,
     )
     photons: IntProperty(

@@ -6,7 +6,8 @@ On the host for devices whose compute programs are software; else it never leave
 
 from __future__ import annotations
 
-from typing import Protocol
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import moderngl
 import numpy as np
@@ -16,11 +17,36 @@ from ..streams import Device, Scan, Stream
 from ..streams.compute import Program
 from .geometry import TABLE_WIDTH, upload_table
 
+DEPOSIT_BYTES = 32  # two texels
+
+
+@dataclass(frozen=True)
+class Copy:
+    """A pass's deposits, to be pasted later: where they were, on the host or on the device."""
+
+    count: int
+    parts: tuple[Any, ...]  # place and deposit: arrays (count, 4), or buffers of whole table rows
+
+    @property
+    def bytes(self) -> int:
+        """What it takes."""
+        return sum(x.size if isinstance(x, moderngl.Buffer) else x.nbytes for x in self.parts)
+
+    def release(self) -> None:
+        """Free what is on the device."""
+        for part in self.parts:
+            if isinstance(part, moderngl.Buffer):
+                part.release()
+
 
 class Deposits(Protocol):
     """A list of deposits: place (position, surface + 1) and deposit (flux, packed normal)."""
 
     dropped: int  # deposits that were not finite, over all passes
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
 
     def clear(self) -> None:
         """Begin a pass."""
@@ -33,6 +59,12 @@ class Deposits(Protocol):
 
     def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """All of them as (P, 4) arrays on the host."""
+
+    def copy(self) -> Copy:
+        """All of them, beyond the pass; the caller releases them."""
+
+    def paste(self, copy: Copy) -> None:
+        """Begin a pass with copied ones, of this device and kind of list."""
 
     def release(self) -> None:
         """Free what is on the device."""
@@ -47,6 +79,11 @@ class HostDeposits:
         self._uploaded: tuple[moderngl.Texture, ...] = ()
         self.dropped = 0
 
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return sum(len(place) for place, _ in self._parts)
+
     def clear(self) -> None:
         """Begin a pass."""
         self._parts = []
@@ -56,7 +93,10 @@ class HostDeposits:
         """Download the streams and keep what landed."""
         places, deposits = (x.download().reshape(-1, 4) for x in (place, deposit))
         there = np.flatnonzero(places[:, 3])
-        places, deposits = places[there], deposits[there]
+        self.extend(places[there], deposits[there])
+
+    def extend(self, places: NDArray[np.float32], deposits: NDArray[np.float32]) -> None:
+        """Add (P, 4) places and deposits."""
         # One that is not finite would poison its neighbours.
         finite = np.isfinite(places).all(axis=1) & np.isfinite(deposits).all(axis=1)
         if not finite.all():
@@ -73,6 +113,16 @@ class HostDeposits:
             places, deposits = zip(*self._parts, strict=True)
             self._parts = [(np.concatenate(places), np.concatenate(deposits))]
         return self._parts[0]
+
+    def copy(self) -> Copy:
+        """The arrays themselves: nobody writes to them."""
+        return Copy(self.count, self.arrays())
+
+    def paste(self, copy: Copy) -> None:
+        """Take the arrays."""
+        self.clear()
+        place, deposit = copy.parts
+        self._parts = [(place, deposit)]
 
     def tables(self) -> tuple[int, moderngl.Texture, moderngl.Texture]:
         """Upload the deposits, once a pass."""
@@ -98,12 +148,12 @@ class DeviceDeposits:
         self._move = Program(device, "compact_move")
         self._flags: moderngl.Buffer | None = None
         self._textures = self._allocate(1)
-        self._count = 0
+        self.count = 0
         self.dropped = 0
 
     def clear(self) -> None:
         """Begin a pass."""
-        self._count = 0
+        self.count = 0
 
     def append(self, place: Stream, deposit: Stream, landed: int) -> None:
         """Compact the streams onto the end of the list."""
@@ -112,32 +162,52 @@ class DeviceDeposits:
             if self._flags:
                 self._flags.release()
             self._flags = self._device.ctx.buffer(reserve=4 * (elements + 1))
-        self._grow(self._count + landed)
+        self._grow(self.count + landed)
         streams = {"place": place.texture, "deposit": deposit.texture}
         self._flags_program.run(elements + 1, [self._flags], streams)
         self._scan.run(self._flags, elements + 1)
-        self._move.run(elements, [self._flags], streams, self._textures, {"base": self._count})
+        self._move.run(elements, [self._flags], streams, self._textures, {"base": self.count})
         kept = self._device.read_uint(self._flags, elements)
         self.dropped += landed - kept
-        self._count += kept
+        self.count += kept
 
     def tables(self) -> tuple[int, moderngl.Texture, moderngl.Texture]:
         """The list as it is on the device."""
-        return self._count, *self._textures
+        return self.count, *self._textures
 
     def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Download the list."""
         place, deposit = (
-            np.frombuffer(texture.read(), np.float32).reshape(-1, 4)[: self._count]
+            np.frombuffer(texture.read(), np.float32).reshape(-1, 4)[: self.count]
             for texture in self._textures
         )
         return place, deposit
 
+    def copy(self) -> Copy:
+        """The used rows of the textures, by a copy within the device: bits, not colours."""
+        rows = -(-self.count // TABLE_WIDTH)
+        parts = []
+        for texture in self._textures if rows else ():
+            buffer = self._device.ctx.buffer(reserve=16 * TABLE_WIDTH * rows)
+            source = self._device.framebuffer([texture])
+            source.read_into(buffer, (TABLE_WIDTH, rows), components=4, dtype="f4")
+            parts.append(buffer)
+        return Copy(self.count, tuple(parts))
+
+    def paste(self, copy: Copy) -> None:
+        """The same copy the other way."""
+        self.count = 0
+        self._grow(copy.count)
+        rows = -(-copy.count // TABLE_WIDTH)
+        for texture, buffer in zip(self._textures, copy.parts, strict=False):
+            texture.write(buffer, viewport=(0, 0, TABLE_WIDTH, rows))
+        self.count = copy.count
+
     def release(self) -> None:
-        """Free textures, buffers and programs."""
+        """Free textures and buffers."""
         for texture in self._textures:
             self._device.forget(texture)
-        for item in (*self._textures, self._flags, self._scan, self._flags_program, self._move):
+        for item in (*self._textures, self._flags, self._scan):
             if item:
                 item.release()
 
@@ -151,7 +221,7 @@ class DeviceDeposits:
             return
         device, old = self._device, self._textures
         self._textures = self._allocate(max(-(-wanted // TABLE_WIDTH), 2 * rows))
-        if self._count:
+        if self.count:
             for source, target in zip(old, self._textures, strict=True):
                 device.ctx.copy_framebuffer(
                     device.framebuffer([target]), device.framebuffer([source])

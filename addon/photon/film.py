@@ -140,7 +140,7 @@ class Film:
         return Exposure(self.passes, self.means(), squares)
 
     def release(self) -> None:
-        """Free the streams and programs."""
+        """Free streams and kernels."""
         for pair in (*self._sums.values(), *self._lows.values(), *self._batches.values()):
             pair.release()
         self._kernel.release()

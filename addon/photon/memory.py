@@ -30,7 +30,7 @@ PICTURE = 500 + 4 * 84
 PATHS = 2 * 9 * TEXEL
 RESIDENT_PATHS = 9 * TEXEL + 4  # on a GPU with compute programs: no smaller ones, but a flag
 DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
-LISTED = 112  # bytes a deposit, in lists and sorted
+LISTED = 136  # bytes a deposit, in lists and sorted
 SORTED = 2 * TEXEL + 4  # in the tables that Gather reads
 RESIDENT_LISTED = 4 * TEXEL  # in textures that double when they are full
 SPLATS = 512  # software OpenGL's vertices
@@ -101,11 +101,13 @@ class Budget:
         native, software = self._layer == "native", self._device.is_software
         photons = settings.photons_a_pass if self._has_photons else 0
         landed = self._deposits(deposits) * photons
-        if self._resident:
+        if native:
+            photon_bytes = 0.0, LISTED * landed
+        elif self._resident:
             photon_bytes = RESIDENT_PATHS * photons + (RESIDENT_LISTED + SORTED) * landed, 0.0
         else:
             listed = DOWNLOADED * photons + LISTED * landed
-            photon_bytes = PATHS * photons + (0 if native else SORTED) * landed, listed
+            photon_bytes = PATHS * photons + SORTED * landed, listed
         if settings.estimator == "splat":
             photon_bytes = photon_bytes[0] + (SPLATS if software else 0) * landed, photon_bytes[1]
         tables = 0 if software else NATIVE_TABLES if native else TABLES
@@ -142,10 +144,11 @@ class Budget:
         return (x1 - x0) * (y1 - y0)
 
     def _deposits(self, known: float | None) -> float:
-        """How often a photon lands; before it is known, as if all surfaces were the brightest."""
+        """How often a photon lands; before it is known, as if all walls were the brightest."""
         if known is not None:
             return known
-        albedo = max((np.mean(np.add(m.diffuse, m.specular)) for m in self._materials), default=0)
+        diffuse = [m for m in self._materials if max(m.diffuse) > 0]
+        albedo = max((np.mean(np.add(m.diffuse, m.specular)) for m in diffuse), default=0.0)
         bounces = self._settings.photon_bounces
         several = float(np.sum(albedo ** np.arange(1, bounces + 1)))
         return min(several, MOST_GUESSED) + float(self._settings.direct_by_photons)
@@ -160,7 +163,7 @@ class Budget:
             raise pixels.refusal(f"{size}, the most that {name} holds")
         most = limit * TABLE_WIDTH
         landed = self._deposits(deposits) * photons.count
-        if photons.count > limit * STREAM_WIDTH or (self._layer != "native" and landed > most):
+        if self._layer != "native" and (photons.count > limit * STREAM_WIDTH or landed > most):
             raise photons.refusal(f"{photons.count} photons a pass are more than {name} holds")
         if triangles.count > min(MOST_TRIANGLES, most // 4):
             raise triangles.refusal(f"{triangles.count} triangles are more than {name} holds")

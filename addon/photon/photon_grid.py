@@ -114,7 +114,7 @@ class PhotonGrid:
         self._sorted = _NOTHING
 
     def release(self) -> None:
-        """Free textures and programs."""
+        """Free textures and the kernel."""
         self._forget()
         for pair in self._sums.values():
             pair.release()
@@ -202,11 +202,8 @@ class _DeviceSort:
         return self._buffers[name]
 
     def release(self) -> None:
-        programs = (self._count, self._scatter, self._rank, self._starts, self._scan, self._zero)
-        for program in programs:
-            program.release()
-        for buffer in (self._fullest, *self._buffers.values()):
-            buffer.release()
+        for item in (self._scan, self._fullest, *self._buffers.values()):
+            item.release()
 
 
 def _cell_size(extent: Any, radius: float) -> float:

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The photon pass: Generator -> (Tracer -> Projector -> Reflector)* -> deposits."""
+"""The photon pass: Generator -> (Tracer -> Projector -> Reflector)* -> deposits.
+
+`PhotonMapper` runs it kernel by kernel, `NativePhotonMapper` natively in one call.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +13,14 @@ from ..streams import Device, PingPong, Stream
 from ..streams.device import Layer
 from .deposits import Deposits, DeviceDeposits, HostDeposits
 from .generator import Generator
-from .geometry import Tables
-from .native_kernels import tracer_for
+from .geometry import Frame, Mesh, Tables, light_table, material_table
 from .needs import SceneNeeds
 from .projector import Projector
 from .records import DEPOSIT, FLUX, HIT, PLACE, RAY_DIRECTION, RAY_ORIGIN
 from .reflector import Reflector
+from .scene import Scene
 from .settings import Settings
+from .tracer import Tracer
 
 STREAM_WIDTH = 1024  # photons a row
 
@@ -61,28 +65,27 @@ class PhotonMapper:
         tables: Tables,
         settings: Settings,
         needs: SceneNeeds,
-        triangles: native.Tracer | None,
+        light_count: int,
     ) -> None:
-        """`triangles`: what the native core traces, if it shall."""
         self._device, self._tables = device, tables
-        self._settings, self._needs = settings, needs
+        self._settings, self._needs, self._light_count = settings, needs, light_count
         # Software OpenGL computes where the native core does, and the host is faster at lists.
         self._resident = layer == "compute" and not device.prefers_native
         self._paths: dict[int, _Paths] = {}  # by rows
         self.deposits: Deposits = DeviceDeposits(device) if self._resident else HostDeposits(device)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
-        self.kernels = (
+        self._kernels = (
             Generator(device, layer),
-            tracer_for(device, layer, triangles),
+            Tracer(device, layer),
             Projector(device, layer),
             Reflector(device, layer),
         )
 
-    def trace(self, index: int, light_count: int, photons: int | None = None) -> Deposits:
+    def trace(self, index: int, photons: int | None = None) -> Deposits:
         """Trace pass `index` (of `photons`, or as many as the settings say); the deposits are in
         order of bounce and photon."""
         photons = self._settings.photons_a_pass if photons is None else photons
-        generator, tracer, projector, reflector = self.kernels
+        generator, tracer, projector, reflector = self._kernels
         settings, draw = self._settings, {"seed": self._settings.seed, "pass_index": index}
         paths = self._paths_of(-(-photons // STREAM_WIDTH))
         generator.run(
@@ -92,7 +95,7 @@ class PhotonMapper:
                 "flux": paths.flux.front,
             },
             self._tables.of(generator),
-            draw | {"photons": photons, "light_count": light_count},
+            draw | {"photons": photons, "light_count": self._light_count},
         )
         self.deposits.clear()
         for bounce in range(self._needs.photon_bounces + 1):
@@ -131,6 +134,10 @@ class PhotonMapper:
             paths = self._compacted(paths, alive)
         return self.deposits
 
+    def launches(self) -> dict[str, int]:
+        """How often each kernel has run."""
+        return {kernel.stem: kernel.launches for kernel in self._kernels}
+
     def _compacted(self, paths: _Paths, alive: int) -> _Paths:
         """The photons in streams of half the size or less, if they fit.
 
@@ -152,9 +159,58 @@ class PhotonMapper:
         return self._paths[rows]
 
     def release(self) -> None:
-        """Free streams and programs."""
+        """Free streams and kernels."""
         for paths in self._paths.values():
             paths.release()
-        for kernel in self.kernels:
+        for kernel in self._kernels:
             kernel.release()
+        self.deposits.release()
+
+
+class NativePhotonMapper:
+    """What PhotonMapper does, by the native core: the same photons to rounding."""
+
+    def __init__(
+        self,
+        device: Device,
+        scene: Scene,
+        frame: Frame,
+        mesh: Mesh,
+        settings: Settings,
+        needs: SceneNeeds,
+        triangles: native.Tracer,
+    ) -> None:
+        """`triangles`: those of `mesh`."""
+        self._settings, self._needs, self._triangles = settings, needs, triangles
+        self._tables = (
+            mesh.normals,
+            material_table(scene.materials),
+            light_table(scene.lights, frame),
+        )
+        self._launches = 0
+        self.deposits = HostDeposits(device)
+        self.unfinished = 0  # photons that the bounce limit cut off, over all passes
+
+    def trace(self, index: int, photons: int | None = None) -> Deposits:
+        """As PhotonMapper.trace."""
+        self._launches += 1
+        self.deposits.clear()
+        place, deposit, unfinished = self._triangles.photons(
+            *self._tables,
+            seed=self._settings.seed,
+            pass_index=index,
+            photons=self._settings.photons_a_pass if photons is None else photons,
+            bounces=self._needs.photon_bounces,
+            first_hits=self._settings.direct_by_photons,
+        )
+        self.deposits.extend(place, deposit)
+        self.unfinished += unfinished
+        return self.deposits
+
+    def launches(self) -> dict[str, int]:
+        """How many passes were traced."""
+        return {"photons": self._launches}
+
+    def release(self) -> None:
+        """Free what is on the device."""
         self.deposits.release()

@@ -377,7 +377,7 @@ class RayTracer:
         return kernel.run(streams, self._tables.of(kernel), uniforms, count)
 
     def release(self) -> None:
-        """Free streams and programs."""
+        """Free streams and kernels."""
         streams = (*self._buffers.made.values(), self._unit, self._unit_coverage)
         for item in (*streams, *self.kernels.values()):
             item.release()

@@ -16,12 +16,12 @@ from ..streams.device import Layer
 from .error import Error, error_of
 from .errors import DeviceError
 from .film import Film
-from .geometry import Frame, Mesh, Tables, frame_of
+from .geometry import Mesh
+from .kept import Kept
 from .memory import Budget
-from .native_kernels import triangles_of
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
-from .photon_mapper import PhotonMapper
+from .photon_mapper import NativePhotonMapper, PhotonMapper
 from .picture import FILM_IMAGES, MIRROR_IMAGES, picture_of
 from .radius_field import Radii, RadiusField, shrink_of
 from .ray_tracer import RayTracer
@@ -62,7 +62,10 @@ class Renderer:
     SettingsError for what it cannot render, DeviceError when OpenGL fails.
     """
 
-    def __init__(self, scene: Scene, settings: Settings, device: Device) -> None:
+    def __init__(
+        self, scene: Scene, settings: Settings, device: Device, kept: Kept | None = None
+    ) -> None:
+        """`kept`: where renders one after the other find what has not changed between them."""
         scene.check()
         settings.check()
         scene, self.warnings = _conserving(scene)
@@ -73,29 +76,35 @@ class Renderer:
         layer: Layer = "compute" if self.layer == "compute" else "fragment"
         self.estimator = "none"
         self.budget = Budget(scene, settings, device, self.layer)
+        self._kept = kept or Kept(device, budget=0)
+        self._own = None if kept else self._kept
         with _Timed(self.seconds, "bvh"):
-            self.frame: Frame = frame_of(scene)
-            mesh = Mesh.build(scene, self.frame)
-            triangles = triangles_of(mesh) if self.layer == "native" else None
+            stage = self._kept.stage(scene, self.layer)
+            self.frame, mesh, triangles = stage.frame, stage.mesh, stage.triangles
         self.triangles = len(mesh.corners)
         self.needs = SceneNeeds.of(scene, settings, mesh)
         self.warnings += _warnings(scene, mesh, self.needs)
         with _Timed(self.seconds, "programs"):
             try:
-                self._tables = Tables(device, scene, self.frame, mesh, triangles is not None)
                 self.ray_tracer = RayTracer(
-                    device, layer, self._tables, self.frame, scene, settings, self.needs, triangles
+                    device, layer, stage.tables, self.frame, scene, settings, self.needs, triangles
                 )
                 x0, y0, x1, y1 = settings.frame_region
                 names = list(FILM_IMAGES)
                 names += MIRROR_IMAGES if self.needs.mirror else ()
                 names += ["blur"] if self.needs.photons else ()
                 self.film = Film(device, layer, (x1 - x0, y1 - y0), names)
-                self.photon_mapper = self.splat = self.grid = None
+                self.photon_mapper: PhotonMapper | NativePhotonMapper | None = None
+                self.splat = self.grid = None
                 if self.needs.photons:
-                    self.photon_mapper = PhotonMapper(
-                        device, layer, self._tables, settings, self.needs, triangles
-                    )
+                    if triangles:
+                        self.photon_mapper = NativePhotonMapper(
+                            device, scene, self.frame, mesh, settings, self.needs, triangles
+                        )
+                    else:
+                        self.photon_mapper = PhotonMapper(
+                            device, layer, stage.tables, settings, self.needs, len(scene.lights)
+                        )
                     self.estimator = (
                         "gather" if settings.estimator == "auto" else settings.estimator
                     )
@@ -176,12 +185,12 @@ class Renderer:
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        kernels = [*self.ray_tracer.kernels.values()]
-        if self.photon_mapper:
-            kernels += self.photon_mapper.kernels
         counts: dict[str, int] = {}
-        for kernel in kernels:
+        for kernel in self.ray_tracer.kernels.values():
             counts[kernel.stem] = counts.get(kernel.stem, 0) + kernel.launches
+        if self.photon_mapper:
+            for stem, count in self.photon_mapper.launches().items():
+                counts[stem] = counts.get(stem, 0) + count
         if self.grid:
             counts["gather"] = self.grid.kernel.launches
         if self.splat:
@@ -189,7 +198,7 @@ class Renderer:
         return counts
 
     def release(self) -> None:
-        """Free everything on the device but the device."""
+        """Free everything on the device but the device, and what is kept for the next renderer."""
         self.device.use()
         parts = (
             self._radius_field,
@@ -198,7 +207,7 @@ class Renderer:
             self.photon_mapper,
             self.splat,
             self.grid,
-            self._tables,
+            self._own,
         )
         for part in parts:
             if part:
@@ -210,7 +219,7 @@ class Renderer:
             return RadiusField.even(self.device, (self.settings.radius or 1.0) / self.frame.scale)
         photons_a_pass = self.settings.photons_a_pass
         photons = min(photons_a_pass, PILOT_PHOTONS)
-        deposits = self.photon_mapper.trace(PILOT_PASS, len(self.scene.lights), photons)
+        deposits = self._kept.trace(self.photon_mapper, self.settings, PILOT_PASS, photons)
         place, _ = deposits.arrays()
         self.budget.check(len(place) / photons)
         self.photon_mapper.unfinished = deposits.dropped = 0
@@ -228,7 +237,7 @@ class Renderer:
     def _trace_photons(self, index: int, radii: Radii) -> None:
         assert self.photon_mapper
         with _Timed(self.seconds, "photons"):
-            deposits = self.photon_mapper.trace(index, len(self.scene.lights))
+            deposits = self._kept.trace(self.photon_mapper, self.settings, index)
         with _Timed(self.seconds, "photon map"):
             for estimator in (self.splat, self.grid):
                 if estimator:

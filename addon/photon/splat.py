@@ -56,9 +56,7 @@ class _Shape:
         self.shape = shape
         vertex, fragment = splat_sources(device.glsl_version, shape, defines)
         try:
-            self.program = device.ctx.program(
-                vertex_shader=vertex.text, fragment_shader=fragment.text
-            )
+            self.program = device.program(vertex.text, fragment.text)
         except moderngl.Error as error:
             failed = vertex if "vertex_shader" in str(error) else fragment
             raise device.refusal("Splat", failed, error) from None
@@ -76,7 +74,6 @@ class _Shape:
 
     def release(self) -> None:
         self.array.release()
-        self.program.release()
 
 
 @dataclass(frozen=True)
@@ -142,7 +139,7 @@ class Splat:
         ctx.disable(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
 
     def release(self) -> None:
-        """Free the programs."""
+        """Free what is its own; the programs are the device's."""
         self._shape.release()
         if self._large:
             self._large.release()

@@ -17,6 +17,7 @@ from typing import Any, BinaryIO
 
 from ..streams import Device
 from .errors import PhotonStreamError, RenderError
+from .kept import Kept
 from .messages import Message, receive, send
 from .renderer import Renderer, open_device
 from .scene import Scene
@@ -82,20 +83,20 @@ def _listen(pipe: BinaryIO, inbox: queue.Queue[Message | None]) -> None:
 
 
 class _Worker:
-    """Renders with a device that stays open between renders."""
+    """Renders with a device that stays open between renders, and what they have in common."""
 
     def __init__(self, folder: Path, out: BinaryIO, inbox: queue.Queue[Message | None]) -> None:
         self._folder, self._out, self._inbox = folder, out, inbox
         self._device: Device | None = None
+        self._kept: Kept | None = None  # on the device
         self._device_index = -1
 
     def answer(self, request: Message) -> None:
         """Render one picture, or say why not."""
         try:
             settings = _settings(request["settings"])
-            renderer = Renderer(
-                Scene.load(self._folder / "scene.npz"), settings, self._open(settings)
-            )
+            scene, device = Scene.load(self._folder / "scene.npz"), self._open(settings)
+            renderer = Renderer(scene, settings, device, self._kept)
             try:
                 self._render(renderer)
             finally:
@@ -118,13 +119,14 @@ class _Worker:
             self._forget_device()
             self._device = open_device(settings)
             self._device_index = settings.device_index
+            self._kept = Kept(self._device)
         return self._device
 
     def _forget_device(self) -> None:
         """Close the device, and with it whatever a failed render left on it."""
         if self._device:
             self._device.release()
-            self._device = None
+            self._device = self._kept = None
 
     def _render(self, renderer: Renderer) -> None:
         start, stops, reached = time.monotonic(), Stops(renderer.settings), ""

@@ -39,7 +39,7 @@ class Program:
         self._device, self.stem = device, stem
         source = compute_source(stem, device.glsl_version)
         try:
-            self._program = device.ctx.compute_shader(source.text)
+            self._program = device.program(source.text)
         except moderngl.Error as error:
             raise device.refusal(stem, source, error) from None
 
@@ -52,7 +52,10 @@ class Program:
         uniforms: Mapping[str, Any] | None = None,
         groups: int | None = None,
     ) -> None:
-        """Run `count` threads; storage buffers and written images bind in order from 0."""
+        """Run `count` threads; storage buffers and written images bind in order from 0.
+
+        Every texture and uniform of the program has to be given: it is shared.
+        """
         for binding, buffer in enumerate(buffers):
             buffer.bind_to_storage_buffer(binding)
         for unit, (name, texture) in enumerate((textures or {}).items()):
@@ -67,10 +70,6 @@ class Program:
         rows = -(-groups // _GROUPS_A_ROW)
         self._program.run(min(groups, _GROUPS_A_ROW), rows)
         self._device.ctx.memory_barrier()
-
-    def release(self) -> None:
-        """Free the program."""
-        self._program.release()
 
 
 class Scan:
@@ -96,8 +95,6 @@ class Scan:
             self._add.run(count, [buffer, sums])
 
     def release(self) -> None:
-        """Free buffers and programs."""
+        """Free the buffers."""
         for buffer in self._sums.values():
             buffer.release()
-        self._blocks.release()
-        self._add.release()

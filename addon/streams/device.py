@@ -68,6 +68,7 @@ class Device:
         self.samples_passed = self.ctx.query(samples=True)
         self.errors: list[str] = []
         self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
+        self._programs: dict[tuple[str, ...], Any] = {}  # by their shaders' texts
         self._staging = self.ctx.buffer(reserve=4)
         self._set_callback: Any = None
         self._callback = self._listen()
@@ -86,6 +87,22 @@ class Device:
         if wanted == "auto":
             return "compute" if self.has_compute and not self.is_software else "fragment"
         return "compute" if wanted == "compute" else "fragment"
+
+    def program(self, *shaders: str) -> Any:
+        """The program of a vertex and a fragment shader, or of a compute shader; raises
+        moderngl.Error with the driver's words.
+
+        Compiled once, shared by all that ask for it, and freed with the device. Its uniforms are
+        shared, too: whoever runs it sets them all before.
+        """
+        if shaders not in self._programs:
+            ctx = self.ctx
+            self._programs[shaders] = (
+                ctx.compute_shader(*shaders)
+                if len(shaders) == 1
+                else ctx.program(vertex_shader=shaders[0], fragment_shader=shaders[1])
+            )
+        return self._programs[shaders]
 
     def framebuffer(self, textures: Sequence[moderngl.Texture]) -> moderngl.Framebuffer:
         """A framebuffer that draws into `textures`; made once for each combination."""
@@ -153,6 +170,8 @@ class Device:
         """Free the context and all that lives in it."""
         self.use()
         self._release_framebuffers()
+        for program in self._programs.values():
+            program.release()
         if self._callback:
             self._set_callback(None, None)
             _listening.remove(self._callback)

@@ -54,21 +54,17 @@ class Kernel:
         self.device, self.layer, self.launches = device, layer, 0
         source = self.source(layer, device.glsl_version, defines or {})
         self._skips = "skip()" in source.text.split("void kernel()", 1)[1]
-        ctx = device.ctx
+        compute = layer == "compute"
+        corners = _FULL_SCREEN_TRIANGLE.format(version=device.glsl_version)
         try:
-            if layer == "compute":
-                self._compute = ctx.compute_shader(source.text)
-                self._program: Any = self._compute
-                self._alive = ctx.buffer(bytes(4))
-                self._alive_before = 0
-            else:
-                self._program = ctx.program(
-                    vertex_shader=_FULL_SCREEN_TRIANGLE.format(version=device.glsl_version),
-                    fragment_shader=source.text,
-                )
-                self._quad = ctx.vertex_array(self._program, [])
+            self._program = device.program(*(() if compute else (corners,)), source.text)
         except moderngl.Error as error:
             raise device.refusal(type(self).__name__, source, error) from None
+        if compute:
+            self._alive = device.ctx.buffer(bytes(4))
+            self._alive_before = 0
+        else:
+            self._quad = device.ctx.vertex_array(self._program, [])
         for unit, name in enumerate((*self.inputs, *self.tables)):
             self._set(_sampler(name, self.inputs), unit)
         device.check()
@@ -108,12 +104,11 @@ class Kernel:
         return self._draw(targets, count)
 
     def release(self) -> None:
-        """Free the program."""
+        """Free what is its own; the program is the device's."""
         if self.layer == "compute":
             self._alive.release()
         else:
             self._quad.release()
-        self._program.release()
 
     def _dispatch(self, targets: list[moderngl.Texture], size: tuple[int, int], count: bool) -> int:
         for unit, texture in enumerate(targets):
@@ -121,7 +116,7 @@ class Kernel:
         self._set("count_alive", count)
         self._alive.bind_to_storage_buffer(0)
         groups = [-(-n // g) for n, g in zip(size, GROUP, strict=True)]
-        self._compute.run(*groups)
+        self._program.run(*groups)
         self.device.ctx.memory_barrier()
         if not count:
             return 0

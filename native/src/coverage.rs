@@ -6,13 +6,12 @@ use rayon::prelude::*;
 use crate::density::{Filter, SAME_ORIENTATION, pack_direction, unpack_direction};
 use crate::lanes::{Lanes, widest};
 use crate::radius::RadiusField;
-use crate::random::{r2_sequence, random4};
-use crate::trace::Tree;
+use crate::random::{DIMENSION_COVERAGE, r2_sequence, random4};
+use crate::trace::{SURFACE_OFFSET, Tree};
+use crate::vector::{cross, dot, frame_about, normal_of, point_in, sin_cos_of_turns};
 use crate::watertight::Ray;
 use crate::wide::Stack;
 
-const DIMENSION_COVERAGE: u32 = 0x1800; // as in glsl/lib/rng.glsl
-const SURFACE_OFFSET: f32 = 1.0e-6; // as in glsl/lib/constants.glsl
 const MOST_LAYERS: usize = 4; // other surfaces that a probe may pass through
 const FLAT: f32 = 0.02; // slope up to which a surface is taken for the point's own at once
 const POINTS_A_TASK: usize = 128;
@@ -137,7 +136,7 @@ fn probe_surface<L: Lanes>(
     let distance = (x2 * r2).sqrt();
     let height = distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
     let (tangent, bitangent) = frame_about(normal);
-    let (sin, cos) = (2.0 * std::f32::consts::PI * u[1]).sin_cos();
+    let (sin, cos) = sin_cos_of_turns(u[1]);
     let on_plane: [f32; 3] =
         std::array::from_fn(|k| point.position[k] + (cos * tangent[k] + sin * bitangent[k]) * distance);
     if corners.get(point.triangle).is_some_and(|triangle| is_inside(triangle, on_plane, normal)) {
@@ -149,18 +148,17 @@ fn probe_surface<L: Lanes>(
     for _ in 0..MOST_LAYERS {
         let Some(ray) = Ray::new(origin, normal.map(|n| -n)) else { break };
         let Some((position, hit)) = tree.closest::<L>(&ray, left, source, stack) else { break };
-        let [a, b, c] = &corners[position as usize];
-        let geometric = normal_of(a, b, c);
+        let triangle = &corners[position as usize];
+        let geometric = normal_of(triangle);
         let side = if dot(geometric, normal) < 0.0 { -1.0 } else { 1.0 }; // the one the ray came from
         let geometric = geometric.map(|n| n * side);
         above -= hit.t;
         left -= hit.t;
         // Asked of the normal as photons carry it, so that they and the coverage agree at 45 degrees.
         let carried = unpack_direction(pack_direction(geometric));
-        if b[3] + 1.0 == point.surface && dot(carried, normal) >= SAME_ORIENTATION {
-            let weight = 1.0 - hit.u - hit.v;
-            let offset: [f32; 3] =
-                std::array::from_fn(|k| weight * a[k] + hit.u * b[k] + hit.v * c[k] - point.position[k]);
+        if triangle[1][3] + 1.0 == point.surface && dot(carried, normal) >= SAME_ORIENTATION {
+            let met = point_in(triangle, hit.u, hit.v);
+            let offset: [f32; 3] = std::array::from_fn(|k| met[k] - point.position[k]);
             let at = dot(offset, offset);
             let on_surface = if at > r2 { [0.0; 2] } else { probes.filter.shape_and_inner(at / r2) };
             found = on_surface.map(|x| x / (mass * dot(geometric, normal)));
@@ -185,32 +183,4 @@ fn is_inside(triangle: &[[f32; 4]; 3], point: [f32; 3], normal: [f32; 3]) -> boo
     let [a, b, c] = triangle.map(|p| -> [f32; 3] { std::array::from_fn(|k| p[k] - point[k]) });
     let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| dot(cross(p, q), normal));
     sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0)
-}
-
-fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// The unit normal of a triangle. Scaled up before the cross product: a tiny triangle's area would
-/// underflow.
-fn normal_of(a: &[f32; 4], b: &[f32; 4], c: &[f32; 4]) -> [f32; 3] {
-    let ab: [f32; 3] = std::array::from_fn(|k| b[k] - a[k]);
-    let ac: [f32; 3] = std::array::from_fn(|k| c[k] - a[k]);
-    let scale = 1.0 / ab.iter().chain(&ac).fold(0.0, |m: f32, x| m.max(x.abs()));
-    let (ab, ac) = (ab.map(|x| x * scale), ac.map(|x| x * scale));
-    let n = cross(ab, ac);
-    let length = dot(n, n).sqrt();
-    n.map(|x| x / length)
-}
-
-/// Two unit vectors orthogonal to the unit vector n and each other (Duff et al. 2017).
-fn frame_about(n: [f32; 3]) -> ([f32; 3], [f32; 3]) {
-    let s = if n[2] >= 0.0 { 1.0 } else { -1.0 };
-    let a = -1.0 / (s + n[2]);
-    let b = n[0] * n[1] * a;
-    ([1.0 + s * n[0] * n[0] * a, s * b, -s * n[0]], [b, s + n[1] * n[1] * a, -n[1]])
 }

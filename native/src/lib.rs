@@ -3,8 +3,8 @@
 //!
 //! [`bvh::build`] writes the node array that the GLSL kernels traverse, [`photons::sort`] puts photons
 //! into the cells of a grid, and [`radius`] says how far a place looks for them. Where OpenGL is
-//! software, [`trace`], [`coverage`] and [`density`] take the place of GLSL kernels. Python sees them
-//! through the module `python` (cargo feature `python`).
+//! software, [`trace`], [`paths`], [`coverage`] and [`density`] take the place of GLSL kernels. Python
+//! sees them through the module `python` (cargo feature `python`).
 
 mod bounds;
 pub mod brute_force;
@@ -12,12 +12,14 @@ pub mod bvh;
 pub mod coverage;
 pub mod density;
 mod lanes;
+pub mod paths;
 pub mod photons;
 #[cfg(feature = "python")]
 mod python;
 pub mod radius;
 pub mod random;
 pub mod trace;
+mod vector;
 pub mod watertight;
 mod wide;
 

@@ -16,9 +16,10 @@ use pyo3::prelude::*;
 use crate::density::{self, Filter};
 use crate::radius;
 use crate::trace::{Rays, Tree, Triangle};
-use crate::{InvalidInput, brute_force, bvh, coverage, photons};
+use crate::{InvalidInput, brute_force, bvh, coverage, paths, photons};
 
 type Stream<'py> = Bound<'py, PyArray3<f32>>;
+type Rows<'py> = Bound<'py, PyArray2<f32>>;
 
 type F32Array<'py> = Bound<'py, PyArray1<f32>>;
 type I32Array<'py> = Bound<'py, PyArray1<i32>>;
@@ -219,6 +220,48 @@ impl Tracer {
                 Ok(())
             })
         })
+    }
+
+    /// Trace a pass's photons: Generator, then Tracer, Projector and Reflector while any is alive.
+    ///
+    /// Takes the tables of the scene: normals float32[K, 3, 4] at the triangles' corners, materials
+    /// float32[M, 2, 4] and lights float32[L, 4, 4] as glsl/lib/material.glsl and light.glsl read
+    /// them; what random numbers depend on: seed, pass_index; how many photons; how often each may
+    /// bounce; and whether first hits are stored, too. A photon on a material that is not there ends.
+    ///
+    /// Returns (place float32[P, 4], deposit float32[P, 4], unfinished): position and surface + 1,
+    /// flux and packed normal, in order of bounce and photon; and how many the last bounce cut off.
+    #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (normals, materials, lights, *, seed, pass_index, photons, bounces, first_hits))]
+    fn photons<'py>(
+        &self,
+        py: Python<'py>,
+        normals: &Bound<'py, PyAny>,
+        materials: &Bound<'py, PyAny>,
+        lights: &Bound<'py, PyAny>,
+        seed: u32,
+        pass_index: u32,
+        photons: u32,
+        bounces: u32,
+        first_hits: bool,
+    ) -> PyResult<(Rows<'py>, Rows<'py>, usize)> {
+        let normals = array::<f32>(normals, "normals", &[Some(self.corners.len()), Some(3), Some(4)])?;
+        let materials = array::<f32>(materials, "materials", &[None, Some(2), Some(4)])?;
+        let lights = array::<f32>(lights, "lights", &[None, Some(4), Some(4)])?;
+        let scene = paths::Scene {
+            tree: &self.tree,
+            corners: &self.corners,
+            normals: rows::<f32, 4>(&normals)?.as_chunks().0,
+            materials: rows::<f32, 4>(&materials)?.as_chunks().0,
+            lights: rows::<f32, 4>(&lights)?.as_chunks().0,
+        };
+        let emission = paths::Emission { photons, seed, pass_index, bounces, first_hits };
+        let landed = run(py, || Ok(paths::trace_photons(&scene, &emission)))?;
+        let array = |rows: Vec<[f32; 4]>| {
+            let shape = [rows.len(), 4];
+            PyArray1::from_vec(py, rows.into_flattened()).reshape(shape)
+        };
+        Ok((array(landed.places)?, array(landed.deposits)?, landed.unfinished))
     }
 
     /// Estimate the share of a filter that lies on each visible point's own surface.

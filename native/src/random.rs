@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! The random numbers of glsl/lib/rng.glsl, bit for bit.
 
+// Where each kernel's dimensions begin; a path's bounce or depth is added.
+pub(crate) const DIMENSION_LIGHT: u32 = 0;
+pub(crate) const DIMENSION_LIGHT_POINT: u32 = 1;
+pub(crate) const DIMENSION_REFLECT: u32 = 0x100;
+pub(crate) const DIMENSION_COVERAGE: u32 = 0x1800;
+
 /// Jarzynski & Olano 2020, "Hash Functions for GPU Rendering", pcg4d.
 fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     let mut v = v.map(|x| x.wrapping_mul(1664525).wrapping_add(1013904223));

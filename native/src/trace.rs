@@ -13,6 +13,9 @@ use crate::wide::{Child, Stack, Wide};
 
 const RAYS_A_TASK: usize = 512;
 
+/// How far rays are lifted off a surface that they leave (glsl/lib/constants.glsl).
+pub(crate) const SURFACE_OFFSET: f32 = 1.0e-6;
+
 pub type Triangle = [[f32; 3]; 3];
 
 /// Rays as parallel arrays of one length.

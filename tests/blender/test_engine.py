@@ -183,6 +183,30 @@ def test_animation_keeps_the_renderer_warm(room, tmp_path) -> None:
     assert len(list(tmp_path.iterdir())) == 2
 
 
+def test_animation_traces_photons_for_what_changed(room, tmp_path) -> None:
+    """The camera moves in all frames, in the last one the floor, too."""
+    room.photon_stream.photons = 100_000
+    floor = bpy.data.objects["Floor"]
+    room.camera.keyframe_insert("location", frame=1)
+    room.camera.location.x = 1.0
+    room.camera.keyframe_insert("location", frame=4)
+    floor.keyframe_insert("location", frame=3)
+    floor.location.z = -0.1
+    floor.keyframe_insert("location", frame=4)
+    seconds = []
+    for frame in range(1, 5):
+        room.frame_set(frame)
+        warm = render_exr(room, tmp_path / "warm.exr")
+        seconds.append(SESSION.info["seconds"]["photons"])
+    first, *still, last = seconds
+    print(f"photons took {seconds} s")
+    assert max(still) < 0.1 * min(first, last)
+    SESSION.close()
+    fresh = render_exr(room, tmp_path / "fresh.exr")
+    for name in fresh:
+        np.testing.assert_array_equal(warm[name], fresh[name])
+
+
 def test_cancel(room, monkeypatch) -> None:
     room.photon_stream.passes = 100000
     cancelled_at = []

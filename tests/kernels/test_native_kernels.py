@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, get_args
 
 import numpy as np
 import photon_stream_native as native
 import pytest
 
-from addon.photon.geometry import Mesh, frame_of, upload_table
+from addon.photon.geometry import Mesh, frame_of, light_table, material_table, upload_table
 from addon.photon.native_kernels import NativeTracer, triangles_of
 from addon.photon.records import HIT, RAY_DIRECTION, RAY_ORIGIN
 from addon.photon.renderer import Renderer
@@ -69,6 +70,54 @@ def test_tracer(device: Device, any_hit: bool) -> None:
     assert same.mean() > 1 - 1e-3  # where two triangles meet, either may be hit
     np.testing.assert_allclose(ours[same], glsl[same], rtol=2e-4, atol=2e-6)
     assert abs(counts[0] - counts[1]) < 1e-4 * hit.size
+
+
+class TestPhotons:
+    """What Generator, Tracer, Projector and Reflector do in turns, in one call."""
+
+    SETTINGS = Settings(width=8, height=8, photons=3000, seed=5)
+
+    def deposits(self, device: Device, layer: str, **settings: Any) -> tuple[Any, Any, int]:
+        renderer = Renderer(SCENE, replace(self.SETTINGS, layer=layer, **settings), device)  # type: ignore[arg-type]
+        assert renderer.photon_mapper
+        place, deposit = (x.copy() for x in renderer.photon_mapper.trace(3).arrays())
+        unfinished = renderer.photon_mapper.unfinished
+        renderer.release()
+        return place, deposit, unfinished
+
+    @pytest.mark.parametrize("first_hits", [False, True])
+    def test_same_photons_as_the_kernels(self, device: Device, first_hits: bool) -> None:
+        found = [
+            self.deposits(device, layer, direct_by_photons=first_hits, photon_bounces=4)
+            for layer in ("fragment", "native")
+        ]
+        counts = [len(place) for place, _, _ in found]
+        assert min(counts) > 800 and abs(counts[0] - counts[1]) <= 2
+        assert found[0][2] == pytest.approx(found[1][2], abs=2)
+        for (place, deposit, _), (others, their_deposit, _) in (found, found[::-1]):
+            near = np.array([((others[:, :3] - p[:3]) ** 2).sum(axis=1).argmin() for p in place])
+            same = np.isclose(others[near], place, atol=1e-4).all(axis=1)
+            same &= np.isclose(their_deposit[near, :3], deposit[:, :3], rtol=1e-3).all(axis=1)
+            # Rounding turns a path at an edge.
+            assert same.mean() > 0.998
+
+    def test_order_is_that_of_bounces_and_photons(self, device: Device) -> None:
+        """So fewer bounces are the first photons of more, and fewer threads change nothing."""
+        first, _, _ = self.deposits(device, "native", direct_by_photons=True, photon_bounces=1)
+        place, _, _ = self.deposits(device, "native", direct_by_photons=True)
+        assert 2000 < len(first) < len(place)
+        np.testing.assert_array_equal(place[: len(first)], first)
+
+    def test_bad_tables(self) -> None:
+        mesh = Mesh.build(SCENE, frame_of(SCENE))
+        tracer, lights = triangles_of(mesh), light_table(SCENE.lights, frame_of(SCENE))
+        draw: Any = {"seed": 1, "pass_index": 0, "photons": 100, "bounces": 3, "first_hits": True}
+        materials = material_table(SCENE.materials)
+        with pytest.raises(ValueError, match="normals: expected shape"):
+            tracer.photons(mesh.normals[:-1].copy(), materials, lights, **draw)
+        none, _, unfinished = tracer.photons(mesh.normals, materials[:0].copy(), lights, **draw)
+        assert len(none) == unfinished == 0
+        assert len(tracer.photons(mesh.normals, materials, lights[:0].copy(), **draw)[0]) == 0
 
 
 @pytest.mark.parametrize("name", get_args(Filter))

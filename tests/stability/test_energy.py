@@ -132,7 +132,8 @@ def test_closed_box_of_albedo_one(device: Device, measured: Measured) -> None:
         [Light("l", "POINT", (0, 0, 0), (1.0,) * 3)],
         [Material("white", (1.0,) * 3)],
     )
-    with rendered(device, scene, photons=5000, photon_bounces=200, passes=2) as renderer:
+    settings: Any = {"photons": 5000, "photon_bounces": 200, "passes": 2, "layer": "fragment"}
+    with rendered(device, scene, **settings) as renderer:
         share = renderer.info()["unfinished_photons"] / (2 * 5000)
         assert renderer.launches()["reflector"] == (2 + 1) * 201  # and the radii's
         assert not_finite(renderer.images()) == 0

@@ -142,7 +142,8 @@ def test_sides_of_textures(device: Device, monkeypatch: pytest.MonkeyPatch) -> N
     with pytest.raises(SettingsError, match="300x8 pixels are more than 200 a side"):
         Renderer(cornell(), replace(SMALL, width=300, height=8), device)
     with pytest.raises(SettingsError, match=r"204801 photons a pass are more than .* lower the ph"):
-        Renderer(cornell(), replace(SMALL, photons=200 * 1024 + 1), device)
+        settings = replace(SMALL, photons=200 * 1024 + 1, layer="fragment")
+        Renderer(cornell(), settings, device)
     monkeypatch.setattr(device, "texture_limit", 25)
     with pytest.raises(SceneError, match=r"30000 triangles are more than .* fewer triangles"):
         Renderer(many(30000), SMALL, device)

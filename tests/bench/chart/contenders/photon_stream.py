@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -43,14 +44,14 @@ class Engine:
             renderer.release()
 
     def climb(self, method: str, seed: int, budget: Budget) -> Iterator[Step]:
-        """Pictures of 1, 2, 4, ... passes; the seconds are those of the passes.
-
-        `where` holds these seconds by phase: the passes alone, not the BVH and the programs.
-        """
+        """Pictures of 1, 2, 4, ... passes; the seconds are those of the passes and of the photons
+        that tell the radii: not the BVH and the programs. `where` holds them by phase."""
         settings = Settings(width=self.size, height=self.size, seed=seed)
         renderer = Renderer(self.scene, settings, self.device)
         budget.begin()
-        before, seconds, done = dict(renderer.seconds), Seconds(), 0
+        radius = renderer.seconds["radius"]
+        before = renderer.seconds | {"radius": 0.0}
+        seconds, done = Seconds(radius, radius * (os.cpu_count() or 1)), 0
         try:
             for effort in doubling():
                 while done < effort:

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What outlives a render: the scene as it is set up on the device, and where its photons landed.
+
+The paper's future work: while nothing but the camera moves, photons are not traced again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+import photon_stream_native as native
+
+from ..streams import Device
+from .deposits import DEPOSIT_BYTES, Copy, Deposits
+from .geometry import Frame, Mesh, Tables, frame_of
+from .native_kernels import triangles_of
+from .scene import Scene
+from .settings import Settings
+
+# [bytes] of deposits that are kept: of the memory that Blender asks for at least, 8 GB,
+# a quarter; of a GPU's as much as one of 4 GB can spare. OpenGL has no call that tells.
+HOST_BUDGET, DEVICE_BUDGET = 2 << 30, 1 << 30
+VIEW = ("camera", "background")  # what of a scene eye rays alone meet
+
+
+class Mapper(Protocol):
+    """What traces photons: a PhotonMapper or a NativePhotonMapper."""
+
+    unfinished: int
+
+    @property
+    def deposits(self) -> Deposits:
+        """Where the photons of the last pass landed."""
+
+    def trace(self, index: int, photons: int | None = None) -> Deposits:
+        """Trace a pass."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A scene without its VIEW, set up on a device for a layer."""
+
+    scene: Scene
+    layer: str
+    frame: Frame
+    mesh: Mesh
+    triangles: native.Tracer | None  # what the native core traces, if it shall
+    tables: Tables
+
+    @staticmethod
+    def build(device: Device, scene: Scene, layer: str) -> Stage:
+        """Build the BVH and upload the tables; SceneError if that is impossible."""
+        frame = frame_of(scene)
+        mesh = Mesh.build(scene, frame)
+        triangles = triangles_of(mesh) if layer == "native" else None
+        tables = Tables(device, scene, frame, mesh, on_host=triangles is not None)
+        return Stage(scene, layer, frame, mesh, triangles, tables)
+
+
+class _Pass(NamedTuple):
+    deposits: Copy
+    unfinished: int
+    dropped: int
+
+
+class Kept:
+    """Keeps one scene's stage and photons on a device, for one renderer at a time.
+
+    Whatever is taken from here is, bit for bit, what would be made anew. Scenes are values: one
+    whose arrays are changed in place is taken for what it was.
+    """
+
+    def __init__(self, device: Device, budget: int | None = None) -> None:
+        """`budget` [bytes] of deposits; by itself HOST_BUDGET or DEVICE_BUDGET."""
+        self._device = device
+        by_itself = HOST_BUDGET if device.is_software else DEVICE_BUDGET
+        self._budget = by_itself if budget is None else budget
+        self._stage: Stage | None = None
+        self._source: tuple[Any, ...] = ()  # what photons depend on besides the stage
+        self._passes: dict[int, _Pass] = {}  # by their numbers
+        self.photon_bytes = 0  # that the deposits of these take
+
+    def stage(self, scene: Scene, layer: str) -> Stage:
+        """The scene's stage: the one that is there, if nothing but the view has changed."""
+        there = self._stage
+        if there is None or there.layer != layer or not same_but_view(there.scene, scene):
+            self.release()  # first: there may not be room for both
+            self._stage = Stage.build(self._device, scene, layer)
+        assert self._stage
+        return self._stage
+
+    def trace(
+        self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
+    ) -> Deposits:
+        """`mapper.trace` on the stage, or what it gave when it last did that.
+
+        Passes are kept until the budget is spent, and the first ones stay: if later ones took their
+        place, a render that goes through all in order would find none.
+        """
+        source = (
+            settings.seed,
+            settings.photons_a_pass,
+            settings.photon_bounces,
+            settings.direct_by_photons,
+        )
+        if source != self._source:
+            self._forget_photons()
+            self._source = source
+        if kept := self._passes.get(index):
+            mapper.deposits.paste(kept.deposits)
+            mapper.unfinished += kept.unfinished
+            mapper.deposits.dropped += kept.dropped
+            return mapper.deposits
+        unfinished, dropped = mapper.unfinished, mapper.deposits.dropped
+        deposits = mapper.trace(index, photons)
+        if self.photon_bytes + DEPOSIT_BYTES * deposits.count < self._budget:
+            copy = deposits.copy()
+            self._passes[index] = _Pass(
+                copy, mapper.unfinished - unfinished, deposits.dropped - dropped
+            )
+            self.photon_bytes += copy.bytes
+        return deposits
+
+    def release(self) -> None:
+        """Forget everything, and free it on the device."""
+        self._device.use()
+        self._forget_photons()
+        if self._stage:
+            self._stage.tables.release()
+        self._stage = None
+
+    def _forget_photons(self) -> None:
+        for kept in self._passes.values():
+            kept.deposits.release()
+        self._passes.clear()
+        self.photon_bytes = 0
+
+
+def same_but_view(one: Scene, other: Scene) -> bool:
+    """Whether two scenes are equal to the bit, but for their VIEW."""
+    names = [field.name for field in fields(Scene) if field.name not in VIEW]
+    return all(_same(getattr(one, name), getattr(other, name)) for name in names)
+
+
+def _same(one: Any, other: Any) -> bool:
+    if not isinstance(one, np.ndarray):
+        return repr(one) == repr(other)  # `==` takes -0.0 for 0.0, and NaN for something else
+    bits = f"u{one.itemsize}"
+    return (
+        one.shape == other.shape
+        and one.dtype == other.dtype
+        and np.array_equal(one.view(bits), other.view(bits))
+    )

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! A pass's photons from the lights to where they end: what generator.glsl, tracer.glsl,
+//! projector.glsl and reflector.glsl do in turns, with the same random numbers.
+
+use std::f32::consts::PI;
+
+use rayon::prelude::*;
+
+use crate::density::pack_direction;
+use crate::lanes::widest;
+use crate::random::{DIMENSION_LIGHT, DIMENSION_LIGHT_POINT, DIMENSION_REFLECT, random4};
+use crate::trace::{SURFACE_OFFSET, Tree};
+use crate::vector::{dot, from_frame, normal_of, point_in, sin_cos_of_turns};
+use crate::watertight::{Hit, Ray};
+use crate::wide::Stack;
+
+const T_MAX: f32 = 3.0e38; // as in glsl/lib/constants.glsl
+const PHOTONS_A_TASK: usize = 1024;
+
+type Vector = [f32; 3];
+
+/// What photons meet, laid out as the GLSL's tables.
+#[derive(Clone, Copy)]
+pub struct Scene<'a> {
+    pub tree: &'a Tree,
+    /// Of the triangles in leaf order; the fourth numbers are material, surface and nothing.
+    pub corners: &'a [[[f32; 4]; 3]],
+    /// At the corners; the fourth numbers mean nothing.
+    pub normals: &'a [[[f32; 4]; 3]],
+    /// k_d, exponent of the Phong lobe (< 0: a mirror) | k_s, nothing. A photon on a material that
+    /// is not here ends.
+    pub materials: &'a [[[f32; 4]; 2]],
+    /// As glsl/lib/light.glsl has them.
+    pub lights: &'a [[[f32; 4]; 4]],
+}
+
+/// Which photons.
+#[derive(Debug, Clone, Copy)]
+pub struct Emission {
+    pub photons: u32,
+    pub seed: u32,
+    pub pass_index: u32,
+    /// Reflections of a photon at most.
+    pub bounces: u32,
+    /// Whether photons are stored where they land first, too.
+    pub first_hits: bool,
+}
+
+/// Where photons landed on diffuse surfaces, in order of bounce and photon.
+#[derive(Default)]
+pub struct Landed {
+    /// Positions, and surfaces plus one.
+    pub places: Vec<[f32; 4]>,
+    /// Fluxes, and packed normals.
+    pub deposits: Vec<[f32; 4]>,
+    /// How many of `places` each bounce ends at.
+    ends: Vec<usize>,
+    /// Photons that the limit of bounces cut off.
+    pub unfinished: usize,
+}
+
+#[derive(Clone, Copy)]
+struct Photon {
+    origin: Vector,
+    source: i32,
+    direction: Vector,
+    flux: Vector,
+    number: u32,
+}
+
+/// Trace photons until all are absorbed, have left, or have bounced as often as they may.
+pub fn trace_photons(scene: &Scene, emission: &Emission) -> Landed {
+    let chunks = (emission.photons as usize).div_ceil(PHOTONS_A_TASK);
+    let parts: Vec<Landed> = (0..chunks)
+        .into_par_iter()
+        .map(|chunk| {
+            let first = (chunk * PHOTONS_A_TASK) as u32;
+            let count = (emission.photons - first).min(PHOTONS_A_TASK as u32);
+            let mut landed = Landed::default();
+            trace_chunk(scene, emission, first, count, &mut landed);
+            landed
+        })
+        .collect();
+    let mut all = Landed::default();
+    let total = parts.iter().map(|part| part.places.len()).sum();
+    all.places.reserve_exact(total);
+    all.deposits.reserve_exact(total);
+    for bounce in 0..parts.iter().map(|part| part.ends.len()).max().unwrap_or(0) {
+        for part in parts.iter().filter(|part| bounce < part.ends.len()) {
+            let first = if bounce > 0 { part.ends[bounce - 1] } else { 0 };
+            all.places.extend_from_slice(&part.places[first..part.ends[bounce]]);
+            all.deposits.extend_from_slice(&part.deposits[first..part.ends[bounce]]);
+        }
+        all.ends.push(all.places.len());
+    }
+    all.unfinished = parts.iter().map(|part| part.unfinished).sum();
+    all
+}
+
+widest! {
+    fn trace_chunk<L>(scene: &Scene, emission: &Emission, first: u32, count: u32, landed: &mut Landed) {
+        let mut stack = Stack::new();
+        let mut paths = Vec::with_capacity(count as usize);
+        for number in first..first + count {
+            paths.extend(generate(scene, emission, number));
+        }
+        for bounce in 0..=emission.bounces {
+            let mut alive = 0;
+            for at in 0..paths.len() {
+                let photon: Photon = paths[at];
+                let Some(ray) = Ray::new(photon.origin, photon.direction) else { continue };
+                let Some((position, hit)) = scene.tree.closest::<L>(&ray, T_MAX, photon.source, &mut stack)
+                else {
+                    continue;
+                };
+                let Some(surface) = Surface::at(scene, position, hit, photon.direction) else { continue };
+                if (bounce > 0 || emission.first_hits) && largest(surface.diffuse) > 0.0 {
+                    let ([x, y, z], [r, g, b]) = (surface.position, photon.flux);
+                    landed.places.push([x, y, z, surface.surface + 1.0]);
+                    landed.deposits.push([r, g, b, pack_direction(surface.geometric)]);
+                }
+                if let Some(next) = reflect(emission, bounce, &photon, &surface, position) {
+                    paths[alive] = next;
+                    alive += 1;
+                }
+            }
+            paths.truncate(alive);
+            landed.ends.push(landed.places.len());
+            if paths.is_empty() {
+                break;
+            }
+        }
+        landed.unfinished = paths.len();
+    }
+}
+
+/// generator.glsl
+fn generate(scene: &Scene, emission: &Emission, number: u32) -> Option<Photon> {
+    let draw = |element, dimension| random4(emission.seed, emission.pass_index, element, dimension);
+    let shift = draw(u32::MAX, DIMENSION_LIGHT);
+    let u = draw(number, DIMENSION_LIGHT);
+    let share = (number as f32 + shift[0]) / emission.photons as f32;
+    let (mut low, mut high) = (0, scene.lights.len().checked_sub(1)?);
+    while low < high {
+        let middle = (low + high) / 2;
+        if share < scene.lights[middle][3][1] { high = middle } else { low = middle + 1 }
+    }
+    let [[x, y, z, radius], [ax, ay, az, outer], [r, g, b, inner], [chosen, ..]] = scene.lights[low];
+    if chosen <= 0.0 {
+        return None;
+    }
+    let versine = sample_spot(inner, outer, u[0]);
+    let direction = from_frame([ax, ay, az], direction_from_versine(versine, u[1]));
+    let v = draw(number, DIMENSION_LIGHT_POINT);
+    let disc = sample_disc([v[0], v[1]]);
+    let lift = [disc[0], disc[1], (1.0 - disc[0] * disc[0] - disc[1] * disc[1]).max(0.0).sqrt()];
+    let lift = from_frame(direction, lift.map(|x| x * radius));
+    let emitted = PI * (inner + outer) / (4.0 * PI) / (emission.photons as f32 * chosen);
+    let position = [x, y, z];
+    Some(Photon {
+        origin: std::array::from_fn(|k| position[k] + lift[k] + direction[k] * SURFACE_OFFSET),
+        source: -1,
+        direction,
+        flux: [r, g, b].map(|power| power * emitted),
+        number,
+    })
+}
+
+/// Where a photon meets a triangle (glsl/lib/surface.glsl and material.glsl).
+struct Surface {
+    position: Vector,
+    geometric: Vector,
+    shading: Vector,
+    surface: f32,
+    diffuse: Vector,
+    specular: Vector,
+    exponent: f32,
+}
+
+impl Surface {
+    fn at(scene: &Scene, position: i32, hit: Hit, direction: Vector) -> Option<Surface> {
+        let triangle = &scene.corners[position as usize];
+        let material = triangle[0][3];
+        let [[dr, dg, db, exponent], [sr, sg, sb, _]] = *scene.materials.get(material as usize)?;
+        let geometric = normal_of(triangle);
+        let geometric = if dot(geometric, direction) > 0.0 { geometric.map(|n| -n) } else { geometric };
+        let shading = point_in(&scene.normals[position as usize], hit.u, hit.v);
+        let length2 = dot(shading, shading);
+        let shading = if length2 > 1.0e-12 { shading.map(|n| n / length2.sqrt()) } else { geometric };
+        let shading = if dot(shading, geometric) < 0.0 { shading.map(|n| -n) } else { shading };
+        Some(Surface {
+            position: point_in(triangle, hit.u, hit.v),
+            geometric,
+            shading,
+            surface: triangle[1][3],
+            diffuse: [dr, dg, db],
+            specular: [sr, sg, sb],
+            exponent,
+        })
+    }
+}
+
+/// reflector.glsl: None if the photon is absorbed.
+fn reflect(
+    emission: &Emission,
+    bounce: u32,
+    photon: &Photon,
+    surface: &Surface,
+    position: i32,
+) -> Option<Photon> {
+    let dimension = DIMENSION_REFLECT + bounce;
+    let u = random4(emission.seed, emission.pass_index, photon.number, dimension);
+    let (diffuse, specular) = (mean(surface.diffuse), mean(surface.specular));
+    let (outgoing, weight) = if u[0] < diffuse {
+        let disc = sample_disc([u[1], u[2]]);
+        let up = (1.0 - disc[0] * disc[0] - disc[1] * disc[1]).max(0.0).sqrt();
+        (from_frame(surface.geometric, [disc[0], disc[1], up]), surface.diffuse.map(|k| k / diffuse))
+    } else if u[0] < diffuse + specular {
+        let (incoming, normal) = (photon.direction, surface.shading);
+        let along = 2.0 * dot(incoming, normal);
+        let mirrored: Vector = std::array::from_fn(|k| incoming[k] - along * normal[k]);
+        let weight = surface.specular.map(|k| k / specular);
+        if surface.exponent < 0.0 {
+            (mirrored, weight)
+        } else {
+            let cosine = (1.0 - u[1]).powf(1.0 / (surface.exponent + 1.0));
+            let outgoing = from_frame(mirrored, direction_from_versine(1.0 - cosine, u[2]));
+            let lobe = (surface.exponent + 2.0) / (surface.exponent + 1.0);
+            let lobe = lobe * dot(outgoing, normal).max(0.0);
+            (outgoing, weight.map(|w| w * lobe))
+        }
+    } else {
+        return None;
+    };
+    let flux: Vector = std::array::from_fn(|k| photon.flux[k] * weight[k]);
+    if dot(outgoing, surface.geometric) <= 0.0 || largest(flux) <= 0.0 {
+        return None;
+    }
+    let far = surface.position.iter().fold(1.0, |m: f32, x| m.max(x.abs()));
+    let lift = SURFACE_OFFSET * far;
+    Some(Photon {
+        origin: std::array::from_fn(|k| surface.position[k] + surface.geometric[k] * lift),
+        source: position,
+        direction: outgoing,
+        flux,
+        number: photon.number,
+    })
+}
+
+/// 1 - cos of the angle to a spotlight's axis (glsl/lib/light.glsl).
+fn sample_spot(inner: f32, outer: f32, u: f32) -> f32 {
+    let fading = outer - inner;
+    let x = u * (inner + 0.5 * fading);
+    if x < inner {
+        return x;
+    }
+    let rest = (1.0 - (x - inner) / (0.5 * fading)).clamp(0.0, 1.0);
+    let mut t = (0.5 * rest).cbrt();
+    for _ in 0..6 {
+        let slope = t * t * (6.0 - 4.0 * t);
+        if slope > 0.0 {
+            t = (t - (t * t * t * (2.0 - t) - rest) / slope).clamp(0.0, 1.0);
+        }
+    }
+    outer - t * fading
+}
+
+fn direction_from_versine(v: f32, turns: f32) -> Vector {
+    let sine = (v * (2.0 - v)).max(0.0).sqrt();
+    let (sin, cos) = sin_cos_of_turns(turns);
+    [sine * cos, sine * sin, 1.0 - v]
+}
+
+fn sample_disc(u: [f32; 2]) -> [f32; 2] {
+    let (sin, cos) = sin_cos_of_turns(u[1]);
+    [cos, sin].map(|x| x * u[0].sqrt())
+}
+
+fn mean(v: Vector) -> f32 {
+    (v[0] + v[1] + v[2]) * (1.0 / 3.0)
+}
+
+fn largest(v: Vector) -> f32 {
+    v[0].max(v[1].max(v[2]))
+}

@@ -1,0 +1,367 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Kept: only what changed is made again, and the picture is a fresh render's to the bit."""
+
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import moderngl
+import numpy as np
+import pytest
+
+from addon.photon import kept as kept_module
+from addon.photon.deposits import DEPOSIT_BYTES, HostDeposits
+from addon.photon.kept import Kept, Stage, same_but_view
+from addon.photon.renderer import Renderer
+from addon.photon.scene import Light, Material, Scene
+from addon.photon.settings import Settings
+from addon.streams import Device
+from tests.scenes import cornell
+
+SETTINGS = Settings(width=16, height=12, passes=2, photons=1500, photon_bounces=3)
+PILOT = 1  # pass of photons, which finds the radii
+ALL = SETTINGS.passes + PILOT
+WAYS = [
+    ("native", "gather", True),
+    ("fragment", "splat", True),
+    ("compute", "gather", False),  # as on a GPU: the deposits stay on the device
+    ("compute", "splat", False),
+]
+
+
+class Frame(NamedTuple):
+    """What a render gave."""
+
+    traced: int  # passes of photons
+    images: dict[str, bytes]
+    info: dict[str, Any]  # but the time
+
+
+def render(
+    device: Device, scene: Scene, settings: Settings = SETTINGS, kept: Kept | None = None
+) -> Frame:
+    renderer = Renderer(scene, settings, device, kept)
+    try:
+        for _ in range(settings.passes):
+            renderer.render_pass()
+        images = {name: image.tobytes() for name, image in renderer.images().items()}
+        info = {name: value for name, value in renderer.info().items() if name != "seconds"}
+        # A pass begins with the one or the other, kernel by kernel or natively.
+        launches = renderer.launches()
+        traced = launches.get("generator", 0) + launches.get("photons", 0)
+        return Frame(traced, images, info)
+    finally:
+        renderer.release()
+
+
+@pytest.fixture
+def kept(device: Device) -> Iterator[Kept]:
+    made = Kept(device)
+    yield made
+    made.release()
+
+
+def moved(scene: Scene, by: float) -> Scene:
+    """The camera goes along the room."""
+    matrix = scene.camera.matrix.copy()
+    matrix[0, 3] += by
+    return replace(scene, camera=replace(scene.camera, matrix=matrix))
+
+
+def relit(scene: Scene, **changes: Any) -> Scene:
+    """The light is another."""
+    return replace(scene, lights=(replace(scene.lights[0], **changes),))
+
+
+def repainted(scene: Scene, **changes: Any) -> Scene:
+    """The first material is another."""
+    return replace(scene, materials=(replace(scene.materials[0], **changes), *scene.materials[1:]))
+
+
+def pushed(scene: Scene, by: float) -> Scene:
+    """The last object, the sphere, lies elsewhere."""
+    vertices = scene.vertices.copy()
+    vertices[np.unique(scene.triangles[scene.surface == scene.surface.max()])] += (0.0, by, 0.0)
+    return replace(scene, vertices=vertices)
+
+
+def tilted(scene: Scene, by: float) -> Scene:
+    """The shading normals are others."""
+    normals = scene.corner_normals + np.float32([by, 0.0, 0.0])
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    return replace(scene, corner_normals=normals)
+
+
+SceneStep = tuple[str, Callable[[Scene], Scene], bool]  # what changes, and whether photons do
+SCENE_STEPS: list[SceneStep] = [
+    ("nothing", lambda s: s, False),
+    ("camera", lambda s: moved(s, 0.7), False),
+    ("lens", lambda s: replace(s, camera=replace(s.camera, window=(-0.5, 0.4, -0.3, 0.3))), False),
+    ("background", lambda s: replace(s, background=(0.1, 0.2, 0.3)), False),
+    ("light's place", lambda s: relit(s, position=(4.0, 5.0, 9.9)), True),
+    ("camera again", lambda s: moved(s, -0.2), False),
+    ("light's power", lambda s: relit(s, power=(3000.0, 2000.0, 3000.0)), True),
+    ("light's cone", lambda s: relit(s, spot_size=1.5), True),
+    ("object", lambda s: pushed(s, 0.5), True),
+    ("camera once more", lambda s: moved(s, 0.3), False),
+    ("material", lambda s: repainted(s, diffuse=(0.5, 0.6, 0.7)), True),
+    ("gloss", lambda s: repainted(s, specular=(0.2, 0.2, 0.2), exponent=30.0), True),
+    ("normals", lambda s: tilted(s, 0.3), True),
+    ("assignment", lambda s: replace(s, material=s.material[::-1].copy()), True),
+    ("nothing more", lambda s: s, False),
+]
+SETTING_STEPS: list[tuple[dict[str, Any], int]] = [  # changes, and passes of photons they take
+    ({"width": 12, "height": 16}, 0),
+    ({"region": (2, 3, 7, 9)}, 0),
+    ({"radius": 0.5}, 0),
+    ({"radius_shrink": 1.0, "filter": "cone", "boundary_correction": False}, 0),
+    ({"mirror_depth": 1, "ambient": True, "transparent": True}, 0),
+    ({"passes": 4}, 2),
+    ({"first_pass": 3}, 1),
+    ({"seed": 1}, ALL),
+    ({"photons": 3000}, ALL),
+    ({"photons": None}, ALL),
+    ({"photons": None, "width": 80, "height": 60}, ALL),  # more pixels, so more photons
+    ({"photons": None, "width": 60, "height": 80}, 0),
+    ({"photon_bounces": 1}, ALL),
+    ({"direct_by_photons": True}, ALL),
+    ({}, ALL),
+]
+
+
+@pytest.mark.parametrize(("layer", "estimator", "on_host"), WAYS)
+def test_scene_changes(
+    device: Device,
+    kept: Kept,
+    monkeypatch: pytest.MonkeyPatch,
+    layer: Any,
+    estimator: Any,
+    on_host: bool,
+) -> None:
+    """One change after the other: photons are traced for those that they meet, and no others."""
+    if layer == "compute" and not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    monkeypatch.setattr(device, "prefers_native", on_host)
+    settings = replace(SETTINGS, layer=layer, estimator=estimator)
+    scene = cornell(mirror=True)
+    assert render(device, scene, settings, kept).traced == ALL
+    pictures = [b""]
+    for name, change, retraced in SCENE_STEPS:
+        scene = change(scene)
+        frame, fresh = render(device, scene, settings, kept), render(device, scene, settings)
+        assert frame.traced == (ALL if retraced else 0), name
+        assert fresh.traced == ALL
+        assert frame.images == fresh.images, name
+        assert frame.info == fresh.info and frame.info["unfinished_photons"] > 0, name
+        assert (frame.images["Combined"] == pictures[-1]) == (name == "nothing more"), name
+        pictures.append(frame.images["Combined"])
+
+
+@pytest.mark.parametrize("on_host", [True, False])
+def test_settings_changes(
+    device: Device, kept: Kept, monkeypatch: pytest.MonkeyPatch, on_host: bool
+) -> None:
+    if not on_host and not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    monkeypatch.setattr(device, "prefers_native", on_host)
+    base = SETTINGS if on_host else replace(SETTINGS, layer="compute")
+    scene = cornell(mirror=True, lobe=True)
+    render(device, scene, base, kept)
+    for changes, traced in SETTING_STEPS:
+        settings = replace(base, **changes)
+        frame, fresh = render(device, scene, settings, kept), render(device, scene, settings)
+        assert frame.traced == traced, changes
+        assert frame.images == fresh.images and frame.info == fresh.info, changes
+
+
+def test_layers_keep_their_own(device: Device, kept: Kept) -> None:
+    """On GPUs their photons differ by rounding."""
+    for layer in ("native", "fragment", "native"):
+        settings = replace(SETTINGS, layer=layer)  # type: ignore[arg-type]
+        frame = render(device, cornell(), settings, kept)
+        assert frame.traced == ALL
+        assert frame.images == render(device, cornell(), settings).images
+
+
+def test_animation_traces_photons_once(device: Device, kept: Kept) -> None:
+    """24 frames with a still light; then the light moves."""
+    settings = replace(SETTINGS, layer="fragment")
+    launches: list[dict[str, int]] = []
+    for frame in range(25):
+        scene = moved(cornell(), 0.05 * frame)
+        renderer = Renderer(
+            scene if frame < 24 else relit(scene, radius=0.1), settings, device, kept
+        )
+        for _ in range(settings.passes):
+            renderer.render_pass()
+        launches.append(renderer.launches())
+        renderer.release()
+    for stem in ("generator", "projector", "reflector"):
+        assert launches[0][stem] == launches[24][stem] > 0
+        assert [counts[stem] for counts in launches[1:24]] == [0] * 23
+    assert launches[0]["generator"] == ALL
+    # Eye rays are traced in every frame.
+    assert all(counts["tracer"] == settings.passes for counts in launches[1:24])
+
+
+def test_dropped_photons_are_counted_again(
+    device: Device, kept: Kept, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Deposits that are not finite fall out once, and show in each render's account."""
+    append = HostDeposits.append
+
+    def spoil(self: HostDeposits, place: Any, deposit: Any, landed: int) -> None:
+        fluxes = deposit.download()
+        y, x = np.argwhere(place.download()[..., 3] != 0)[10]
+        fluxes[y, x, 1] = np.nan
+        deposit.upload(fluxes)
+        append(self, place, deposit, landed)
+
+    settings = replace(SETTINGS, layer="fragment")
+    monkeypatch.setattr(HostDeposits, "append", spoil)
+    frames = [render(device, moved(cornell(), x), settings, kept) for x in (0.0, 0.0, 1.0)]
+    assert [frame.traced for frame in frames] == [ALL, 0, 0]
+    dropped = {frame.info["dropped_photons"] for frame in frames}
+    assert len(dropped) == 1 and dropped.pop() >= SETTINGS.passes
+
+
+# Memory.
+
+
+def test_budget(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What goes beyond it is traced again: never less, never other pictures."""
+    everything, none = Kept(device), Kept(device, budget=0)
+    scene = cornell()
+    fresh = render(device, scene, kept=everything)
+    whole = everything.photon_bytes
+    sizes = [kept.deposits.bytes for kept in everything._passes.values()]
+    assert whole == sum(sizes) and all(size % DEPOSIT_BYTES == 0 for size in sizes)
+    some = Kept(device, budget=sizes[0] + sizes[1] + sizes[2] // 2)
+    for kept, expected in ((everything, [0, 0]), (some, [ALL, 1]), (none, [ALL, ALL])):
+        frames = [render(device, scene, kept=kept) for _ in range(2)]
+        assert [frame.traced for frame in frames] == expected
+        assert all(frame.images == fresh.images for frame in frames)
+    assert (some.photon_bytes, none.photon_bytes) == (sizes[0] + sizes[1], 0)
+    for kept in (everything, some, none):
+        kept.release()
+        assert kept.photon_bytes == 0
+
+
+def living(device: Device) -> dict[str, int]:
+    """How many objects of each kind OpenGL holds for the device."""
+    ctx, library = device.ctx, ctypes.util.find_library("EGL")
+    find = ctypes.CDLL(library).eglGetProcAddress
+    find.restype, find.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
+    texture, buffer = ctx.texture((1, 1), 4), ctx.buffer(reserve=4)
+    framebuffer = ctx.framebuffer([texture])
+    program = ctx.program(vertex_shader="#version 330 core\nvoid main() { gl_Position = vec4(0); }")
+    made = {
+        "VertexArray": ctx.vertex_array(program, []),
+        "Program": program,
+        "Framebuffer": framebuffer,
+        "Texture": texture,
+        "Buffer": buffer,
+    }
+    counts = {}
+    for kind, item in made.items():
+        lives = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(find(f"glIs{kind}".encode()))
+        counts[kind] = sum(lives(name) for name in range(1, item.glo + 1))
+    for item in made.values():
+        item.release()
+    return counts
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks OpenGL through EGL")
+@pytest.mark.parametrize("change", [moved, lambda s, x: relit(s, radius=x)], ids=["eye", "light"])
+@pytest.mark.parametrize(("layer", "estimator", "on_host"), WAYS)
+def test_animations_hold_no_more_from_frame_to_frame(
+    device: Device,
+    kept: Kept,
+    monkeypatch: pytest.MonkeyPatch,
+    change: Any,
+    layer: Any,
+    estimator: Any,
+    on_host: bool,
+) -> None:
+    if layer == "compute" and not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    monkeypatch.setattr(device, "prefers_native", on_host)
+    settings = replace(SETTINGS, layer=layer, estimator=estimator)
+    before = living(device)
+    counts, sizes = [], []
+    for frame in range(6):
+        render(device, change(cornell(mirror=True), 0.02 * frame), settings, kept)
+        device._release_framebuffers()  # a cache with a limit of its own
+        counts.append(living(device))
+        sizes.append(kept.photon_bytes)
+    print(f"OpenGL holds {counts[0]}, {sizes[0]} bytes of deposits")
+    assert counts[1:] == [counts[0]] * 5
+    tables = 4 if layer == "native" else 5  # the stage's, with the tree
+    assert counts[0]["Texture"] - before["Texture"] == tables
+    assert max(sizes) <= 1.1 * sizes[0]
+    kept.release()
+    after = living(device)
+    assert after | {"Program": 0} == before | {"Program": 0}
+
+
+def test_what_was_kept_goes_before_the_next_is_built(
+    device: Device, kept: Kept, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    build, seen = Stage.build, []
+
+    def spy(device: Device, scene: Scene, layer: str) -> Stage:
+        seen.append([isinstance(t.mglo, moderngl.InvalidObject) for t in textures])
+        assert kept.photon_bytes == 0
+        made = build(device, scene, layer)
+        textures[:] = made.tables.textures.values()
+        return made
+
+    textures: list[moderngl.Texture] = []
+    monkeypatch.setattr(kept_module.Stage, "build", staticmethod(spy))
+    for scene in (cornell(), relit(cornell(), radius=0.1)):
+        render(device, scene, kept=kept)
+        assert kept.photon_bytes > 0
+    assert seen[0] == [] and seen[1] and all(seen[1])
+
+
+# What is equal.
+
+
+def test_same_but_view() -> None:
+    scene = cornell()
+    other = cornell()
+    assert same_but_view(scene, other)
+    for name, change, retraced in SCENE_STEPS:
+        assert same_but_view(scene, change(other)) != retraced, name
+    nan = scene.vertices.copy()
+    nan[0] = np.nan
+    assert same_but_view(replace(scene, vertices=nan), replace(scene, vertices=nan.copy()))
+    assert not same_but_view(replace(scene, vertices=nan), scene)
+    assert not same_but_view(scene, replace(scene, surfaces=(*scene.surfaces, "more")))
+    assert not same_but_view(scene, replace(scene, lights=()))
+    assert not same_but_view(scene, replace(scene, triangles=scene.triangles[:-1]))
+
+
+@pytest.mark.parametrize("where", ["light", "material", "vertex"])
+def test_zeros_have_signs(where: str) -> None:
+    """-0.0 == 0.0, but a frame about an axis (0, 0, -0.0) is another."""
+
+    def scene(zero: float) -> Scene:
+        signed = dict.fromkeys(("light", "material", "vertex"), 0.0) | {where: zero}
+        made = cornell()
+        vertices = made.vertices.copy()
+        vertices[0] = signed["vertex"]
+        light = Light("l", "SPOT", (0, 0, 0), (1, 1, 1), (1.0, 0.0, signed["light"]))
+        material = Material("m", (0.5, signed["material"], 0.5))
+        return replace(
+            made, vertices=vertices, lights=(light,), materials=(material, *made.materials)
+        )
+
+    assert scene(0.0).lights == scene(-0.0).lights and scene(0.0).materials == scene(-0.0).materials
+    assert same_but_view(scene(-0.0), scene(-0.0))
+    assert not same_but_view(scene(0.0), scene(-0.0))
