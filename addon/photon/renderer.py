@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..streams import Device, Stream, StreamError
 from ..streams.device import Layer
 from .error import Error, error_of
-from .errors import DeviceError
+from .errors import DeviceError, PhotonStreamError
 from .film import Film
 from .geometry import Mesh
 from .kept import Kept
@@ -75,9 +75,13 @@ class Renderer:
         self.layer = _choose_layer(settings, device)
         layer: Layer = "compute" if self.layer == "compute" else "fragment"
         self.estimator = "none"
-        self.budget = Budget(scene, settings, device, self.layer)
         self._kept = kept or Kept(device, budget=0)
         self._own = None if kept else self._kept
+        try:
+            self.budget = Budget(scene, settings, device, self.layer)
+        except PhotonStreamError:
+            self._kept.release()  # there may be room without it
+            self.budget = Budget(scene, settings, device, self.layer)
         with _Timed(self.seconds, "bvh"):
             stage = self._kept.stage(scene, self.layer)
             self.frame, mesh, triangles = stage.frame, stage.mesh, stage.triangles

@@ -13,6 +13,7 @@ import pytest
 
 from addon.photon import memory
 from addon.photon.errors import SceneError, SettingsError
+from addon.photon.kept import Kept
 from addon.photon.memory import Budget
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
@@ -125,6 +126,19 @@ def test_region_counts(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(SettingsError, match="67108864 pixels: lower .* or render a border region"):
         Renderer(cornell(), settings, device)
     Renderer(cornell(), replace(settings, region=(4000, 4000, 4064, 4064)), device).release()
+
+
+def test_what_was_kept_makes_room(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = Kept(device)
+    Renderer(cornell(), SMALL, device, kept).release()
+    assert kept.photon_bytes > 0
+    monkeypatch.setattr(
+        memory, "free_host_memory", lambda: 10_000 if kept.photon_bytes else 400_000_000
+    )
+    renderer = Renderer(cornell(), replace(SMALL, radius=1.0), device, kept)
+    assert kept.photon_bytes == 0
+    renderer.release()
+    kept.release()
 
 
 def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
