@@ -68,12 +68,28 @@ def render(args: argparse.Namespace) -> int:
     return run([PYTHON, COMMAND, *options])
 
 
-def measure(bench: str, options: list[Any]) -> int:
-    """Run a benchmark of tests/bench; the chart needs bpy, and takes its other peers if it can."""
-    ensure("run", "native", *(["blender"] if bench == "chart" else []))
-    if bench == "chart":
-        ensure_where_possible("chart")
-    return run([PYTHON, "-m", f"tests.bench.{bench}", *options], cwd=ROOT)
+def measure(bench: str, options: list[Any], blender: bool) -> int:
+    """Run a benchmark of tests/bench, beside those of its peers that can be installed."""
+    ensure("run", "native", *["blender"] * blender)
+    ensure_where_possible(bench)
+    module = {"bench": "speed"}.get(bench, bench)
+    return run([PYTHON, "-m", f"tests.bench.{module}", *options], cwd=ROOT)
+
+
+def chart(args: argparse.Namespace) -> int:
+    """Error against seconds."""
+    options = [*["--quick"] * args.quick, "-o", args.output, *args.theirs]
+    return measure("chart", options, blender=True)
+
+
+def bench(args: argparse.Namespace) -> int:
+    """Seconds alone."""
+    files = args.file or sorted((ROOT / "blend_scenes").glob("*.blend"))
+    for file in files:
+        if not file.exists():
+            raise Failure(f"{file}: no such file")
+    options = [*(file.resolve() for file in files), "-o", args.output.resolve(), *args.theirs]
+    return measure("bench", options, any(file.suffix.lower() == ".blend" for file in files))
 
 
 def main(argv: list[str]) -> int:
@@ -94,14 +110,19 @@ def main(argv: list[str]) -> int:
     sub.set_defaults(do=checks.test, pytest=theirs)
     sub.add_argument("--stability", action="store_true", help="only the stability table's tests")
     sub = commands.add_parser("chart", help="error against seconds, beside other renderers")
-    sub.set_defaults(
-        do=lambda args: measure("chart", [*["--quick"] * args.quick, "-o", args.output, *theirs])
-    )
+    sub.set_defaults(do=chart, theirs=theirs)
     sub.add_argument("--quick", action="store_true", help="ten minutes instead of eighty")
     sub.add_argument("-o", "--output", type=Path, default=Path("chart"), metavar="FOLDER")
-    sub = commands.add_parser("bench", help="time one pass of a snapshot for each way to render it")
-    sub.set_defaults(do=lambda args: measure("frame", [args.file.resolve(), *theirs]))
-    sub.add_argument("file", type=Path, help=".npz; arguments after -- go to tests/bench/frame.py")
+    sub = commands.add_parser("bench", help="seconds of each kernel, layer, estimator, and choice")
+    sub.set_defaults(do=bench, theirs=theirs)
+    sub.add_argument(
+        "file",
+        type=Path,
+        nargs="*",
+        help=".npz, folder of them, or .blend; default: those of blend_scenes; arguments after --"
+        " go to tests/bench/speed",
+    )
+    sub.add_argument("-o", "--output", type=Path, default=Path("bench"), metavar="FOLDER")
     sub = commands.add_parser("package", help="write the extension for Blender into dist/")
     sub.set_defaults(do=package.package)
     sub = commands.add_parser("doctor", help="say what is here, what is missing, how to get it")

@@ -149,6 +149,12 @@ def test_missing_file(tmp_path: Path) -> None:
     assert done.stderr == "build.py: nowhere.blend: no such file\n"
 
 
+def test_missing_snapshot_to_time(tmp_path: Path) -> None:
+    done = build("bench", "nowhere.npz", cwd=tmp_path)
+    assert done.returncode == 1
+    assert done.stderr == "build.py: nowhere.npz: no such file\n"
+
+
 def test_file_of_another_kind(tmp_path: Path) -> None:
     (tmp_path / "scene.obj").touch()
     done = build("render", "scene.obj", cwd=tmp_path)

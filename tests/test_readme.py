@@ -42,7 +42,7 @@ def test_options_exist() -> None:
         path.read_text(encoding="utf-8")
         for path in (
             ROOT / "build.py",
-            ROOT / "tests/bench/frame.py",
+            ROOT / "tests/bench/speed/__main__.py",
             ROOT / "tests/bench/chart/__main__.py",
         )
     )

@@ -18,6 +18,7 @@ from ..streams.compute import Program
 from .geometry import TABLE_WIDTH, upload_table
 
 DEPOSIT_BYTES = 32  # two texels
+MOST_APPENDS = 1025  # a pass: one a bounce, and the first hits
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,8 @@ class Deposits(Protocol):
     def clear(self) -> None:
         """Begin a pass."""
 
-    def append(self, place: Stream, deposit: Stream, landed: int) -> None:
-        """Add the `landed` elements of the streams that are not zero, in order."""
+    def append(self, place: Stream, deposit: Stream, at_most: int) -> None:
+        """Add the elements of the streams that are not zero, `at_most` so many, in order."""
 
     def tables(self) -> tuple[int, moderngl.Texture, moderngl.Texture]:
         """How many there are, and their textures (tables)."""
@@ -89,7 +90,7 @@ class HostDeposits:
         self._parts = []
         self.release()
 
-    def append(self, place: Stream, deposit: Stream, landed: int) -> None:
+    def append(self, place: Stream, deposit: Stream, at_most: int) -> None:
         """Download the streams and keep what landed."""
         places, deposits = (x.download().reshape(-1, 4) for x in (place, deposit))
         there = np.flatnonzero(places[:, 3])
@@ -139,7 +140,11 @@ class HostDeposits:
 
 
 class DeviceDeposits:
-    """Deposits in textures that grow; compute programs append to them."""
+    """Deposits in textures that grow; compute programs append to them.
+
+    How many there are is on the device too, and asked for when it must be known: waiting for it at
+    each bounce left an H200 idle for a third of a pass.
+    """
 
     def __init__(self, device: Device) -> None:
         self._device = device
@@ -148,28 +153,53 @@ class DeviceDeposits:
         self._move = Program(device, "compact_move")
         self._flags: moderngl.Buffer | None = None
         self._textures = self._allocate(1)
-        self.count = 0
-        self.dropped = 0
+        self._ends = device.ctx.buffer(bytes(4 * MOST_APPENDS))
+        self._counter = device.ctx.buffer(bytes(4))  # of the dropped; only grows (modulo 2^32)
+        self._counted = self._dropped = 0
+        self._appends = 0  # of this pass
+        self._at_most = 0  # as many deposits may there be
+        self._known = True  # whether there are exactly so many
+
+    @property
+    def count(self) -> int:
+        """How many there are (waits for the device)."""
+        self._ask()
+        return self._at_most
+
+    @property
+    def dropped(self) -> int:
+        """Deposits that were not finite, over all passes (waits for the device)."""
+        self._ask()
+        return self._dropped
+
+    @dropped.setter
+    def dropped(self, number: int) -> None:
+        self._ask()
+        self._dropped = number
 
     def clear(self) -> None:
         """Begin a pass."""
-        self.count = 0
+        self._appends, self._at_most, self._known = 0, 0, True
 
-    def append(self, place: Stream, deposit: Stream, landed: int) -> None:
+    def append(self, place: Stream, deposit: Stream, at_most: int) -> None:
         """Compact the streams onto the end of the list."""
         elements = place.size[0] * place.size[1]
         if self._flags is None or self._flags.size < 4 * (elements + 1):
             if self._flags:
                 self._flags.release()
             self._flags = self._device.ctx.buffer(reserve=4 * (elements + 1))
-        self._grow(self.count + landed)
+        if self._at_most + at_most > self._textures[0].height * TABLE_WIDTH:
+            self._grow(self.count + at_most)
         streams = {"place": place.texture, "deposit": deposit.texture}
-        self._flags_program.run(elements + 1, [self._flags], streams)
+        self._flags_program.run(elements + 1, [self._flags, self._counter], streams)
         self._scan.run(self._flags, elements + 1)
-        self._move.run(elements, [self._flags], streams, self._textures, {"base": self.count})
-        kept = self._device.read_uint(self._flags, elements)
-        self.dropped += landed - kept
-        self.count += kept
+        buffers, number = [self._flags, self._ends], {"append": self._appends}
+        self._move.run(elements, buffers, streams, self._textures, number)
+        self._appends, self._at_most, self._known = (
+            self._appends + 1,
+            self._at_most + at_most,
+            False,
+        )
 
     def tables(self) -> tuple[int, moderngl.Texture, moderngl.Texture]:
         """The list as it is on the device."""
@@ -196,20 +226,28 @@ class DeviceDeposits:
 
     def paste(self, copy: Copy) -> None:
         """The same copy the other way."""
-        self.count = 0
+        self.clear()
         self._grow(copy.count)
         rows = -(-copy.count // TABLE_WIDTH)
         for texture, buffer in zip(self._textures, copy.parts, strict=False):
             texture.write(buffer, viewport=(0, 0, TABLE_WIDTH, rows))
-        self.count = copy.count
+        self._at_most = copy.count
 
     def release(self) -> None:
         """Free textures and buffers."""
         for texture in self._textures:
             self._device.forget(texture)
-        for item in (*self._textures, self._flags, self._scan):
+        for item in (*self._textures, self._flags, self._ends, self._counter, self._scan):
             if item:
                 item.release()
+
+    def _ask(self) -> None:
+        if self._known:
+            return
+        self._at_most, self._known = self._device.read_uint(self._ends, self._appends - 1), True
+        counted = self._device.read_uint(self._counter)
+        self._dropped += (counted - self._counted) % (1 << 32)
+        self._counted = counted
 
     def _allocate(self, rows: int) -> tuple[moderngl.Texture, moderngl.Texture]:
         place, deposit = (self._device.texture((TABLE_WIDTH, rows), 4) for _ in range(2))
@@ -221,7 +259,7 @@ class DeviceDeposits:
             return
         device, old = self._device, self._textures
         self._textures = self._allocate(max(-(-wanted // TABLE_WIDTH), 2 * rows))
-        if self.count:
+        if self._at_most:
             for source, target in zip(old, self._textures, strict=True):
                 device.ctx.copy_framebuffer(
                     device.framebuffer([target]), device.framebuffer([source])

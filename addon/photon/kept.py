@@ -19,9 +19,9 @@ from .native_kernels import triangles_of
 from .scene import Scene
 from .settings import Settings
 
-# [bytes] of deposits that are kept: of the memory that Blender asks for at least, 8 GB,
-# a quarter; of a GPU's as much as one of 4 GB can spare. OpenGL has no call that tells.
-HOST_BUDGET, DEVICE_BUDGET = 2 << 30, 1 << 30
+# [bytes] of deposits that are kept: an eighth of the memory that Blender asks for at least, and as
+# much as a GPU of 4 GB can spare. OpenGL has no call that tells.
+BUDGET = 1 << 30
 VIEW = ("camera", "background")  # what of a scene eye rays alone meet
 
 
@@ -72,11 +72,9 @@ class Kept:
     whose arrays are changed in place is taken for what it was.
     """
 
-    def __init__(self, device: Device, budget: int | None = None) -> None:
-        """`budget` [bytes] of deposits; by itself HOST_BUDGET or DEVICE_BUDGET."""
-        self._device = device
-        by_itself = HOST_BUDGET if device.is_software else DEVICE_BUDGET
-        self._budget = by_itself if budget is None else budget
+    def __init__(self, device: Device, budget: int = BUDGET) -> None:
+        """`budget` [bytes] of deposits."""
+        self._device, self._budget = device, budget
         self._stage: Stage | None = None
         self._source: tuple[Any, ...] = ()  # what photons depend on besides the stage
         self._passes: dict[int, _Pass] = {}  # by their numbers

@@ -28,7 +28,7 @@ GRID_CELLS = 64 << 20  # the photon grid's, on a GPU: photon_grid.MAX_CELLS in t
 PICTURE = 500 + 4 * 84
 # A photon's: nine textures of paths, and all that have half the size of another (photon_mapper.py).
 PATHS = 2 * 9 * TEXEL
-RESIDENT_PATHS = 9 * TEXEL + 4  # on a GPU with compute programs: no smaller ones, but a flag
+RESIDENT_PATHS = PATHS + 8 + 4 * TEXEL  # on a GPU with compute programs: flags, room in the list
 DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
 LISTED = 136  # bytes a deposit, in lists and sorted
 SORTED = 2 * TEXEL + 4  # in the tables that Gather reads

@@ -6,10 +6,12 @@
 
 from __future__ import annotations
 
+import moderngl
 import numpy as np
 import photon_stream_native as native
 
-from ..streams import Device, PingPong, Stream
+from ..streams import Device, PingPong, Scan, Stream
+from ..streams.compute import Program
 from ..streams.device import Layer
 from .deposits import Deposits, DeviceDeposits, HostDeposits
 from .generator import Generator
@@ -23,6 +25,11 @@ from .settings import Settings
 from .tracer import Tracer
 
 STREAM_WIDTH = 1024  # photons a row
+# A GPU waits while the host asks it how many photons are alive, and a launch costs more than dead
+# photons do unless there are many. A pass's photons on an H200, asked at each bounce and left in
+# place -> so: 8.5 -> 5.5 ms (2 million of them, cornell_classic), 3.0 -> 2.5 ms (262144).
+BOUNCES_A_LOOK = 4
+ROWS_WORTH_A_MOVE = 256
 
 
 class _Paths:
@@ -42,7 +49,7 @@ class _Paths:
         """What a bounce renews."""
         return self.origin, self.direction, self.flux
 
-    def take(self, others: _Paths) -> None:
+    def take_on_host(self, others: _Paths) -> None:
         """Fill the fronts with the photons that are alive in the others' fronts, in order."""
         alive = np.flatnonzero(others.direction.front.download().reshape(-1, 4)[:, :3].any(axis=1))
         for mine, theirs in zip(self.pairs(), others.pairs(), strict=True):
@@ -53,6 +60,40 @@ class _Paths:
     def release(self) -> None:
         for item in (*self.pairs(), self.hit, self.place, self.deposit):
             item.release()
+
+
+class _Compaction:
+    """`_Paths.take_on_host`, on the device."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._scan = Scan(device)
+        self._flags, self._move = (Program(device, f"paths_{name}") for name in ("flags", "move"))
+        self._buffer: moderngl.Buffer | None = None
+
+    def take(self, mine: _Paths, others: _Paths) -> None:
+        names = ("origin", "direction", "flux")
+        source = {
+            name: pair.front.texture for name, pair in zip(names, others.pairs(), strict=True)
+        }
+        elements = others.rows * STREAM_WIDTH
+        if self._buffer is None or self._buffer.size < 4 * (elements + 1):
+            self.release_buffer()
+            self._buffer = self._device.ctx.buffer(reserve=4 * (elements + 1))
+        self._flags.run(elements + 1, [self._buffer], {"direction": source["direction"]})
+        self._scan.run(self._buffer, elements + 1)
+        targets = [pair.front for pair in mine.pairs()]
+        for target in targets:
+            target.clear()
+        self._move.run(elements, [self._buffer], source, [target.texture for target in targets])
+
+    def release_buffer(self) -> None:
+        if self._buffer:
+            self._buffer.release()
+
+    def release(self) -> None:
+        self.release_buffer()
+        self._scan.release()
 
 
 class PhotonMapper:
@@ -71,6 +112,7 @@ class PhotonMapper:
         self._settings, self._needs, self._light_count = settings, needs, light_count
         # Software OpenGL computes where the native core does, and the host is faster at lists.
         self._resident = layer == "compute" and not device.prefers_native
+        self._compaction = _Compaction(device) if self._resident else None
         self._paths: dict[int, _Paths] = {}  # by rows
         self.deposits: Deposits = DeviceDeposits(device) if self._resident else HostDeposits(device)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
@@ -98,7 +140,9 @@ class PhotonMapper:
             draw | {"photons": photons, "light_count": self._light_count},
         )
         self.deposits.clear()
-        for bounce in range(self._needs.photon_bounces + 1):
+        last, alive = self._needs.photon_bounces, photons
+        bounces_a_look = BOUNCES_A_LOOK if self._resident else 1
+        for bounce in range(last + 1):
             direction = paths.direction.front
             tracer.run(
                 {"origin": paths.origin.front, "direction": direction, "hit": paths.hit},
@@ -106,14 +150,13 @@ class PhotonMapper:
             )
             incoming = {"direction": direction, "hit": paths.hit, "flux": paths.flux.front}
             if bounce > 0 or settings.direct_by_photons:
-                landed = projector.run(
+                projector.run(
                     incoming | {"place": paths.place, "deposit": paths.deposit},
                     self._tables.of(projector),
-                    count=True,
                 )
-                if landed:
-                    self.deposits.append(paths.place, paths.deposit, landed)
-            alive = reflector.run(
+                self.deposits.append(paths.place, paths.deposit, alive)
+            look = bounce == last or bounce % bounces_a_look == bounces_a_look - 1
+            counted = reflector.run(
                 incoming
                 | {
                     "next_origin": paths.origin.back,
@@ -122,16 +165,19 @@ class PhotonMapper:
                 },
                 self._tables.of(reflector),
                 draw | {"bounce": bounce},
-                count=True,
+                count=look,
             )
+            if look:
+                alive = counted
             if alive == 0:
                 break
-            if bounce == self._needs.photon_bounces:
+            if bounce == last:
                 self.unfinished += alive
                 break
             for pair in paths.pairs():
                 pair.swap()
-            paths = self._compacted(paths, alive)
+            if look:
+                paths = self._compacted(paths, alive)
         return self.deposits
 
     def launches(self) -> dict[str, int]:
@@ -139,7 +185,7 @@ class PhotonMapper:
         return {kernel.stem: kernel.launches for kernel in self._kernels}
 
     def _compacted(self, paths: _Paths, alive: int) -> _Paths:
-        """The photons in streams of half the size or less, if they fit.
+        """The photons in streams of half the size or less, if they fit and that is worth it.
 
         On software OpenGL a dead photon costs as much as its SIMD neighbours' longest path:
         without this, the photons of a pass took 1.4 times as long (cornell_classic, cornell_box).
@@ -147,10 +193,13 @@ class PhotonMapper:
         rows = paths.rows
         while rows > 1 and alive <= STREAM_WIDTH * (rows // 2):
             rows //= 2
-        if self._resident or rows == paths.rows:
+        if paths.rows - rows < (ROWS_WORTH_A_MOVE if self._resident else 1):
             return paths
         smaller = self._paths_of(rows)
-        smaller.take(paths)
+        if self._compaction:
+            self._compaction.take(smaller, paths)
+        else:
+            smaller.take_on_host(paths)
         return smaller
 
     def _paths_of(self, rows: int) -> _Paths:
@@ -164,6 +213,8 @@ class PhotonMapper:
             paths.release()
         for kernel in self._kernels:
             kernel.release()
+        if self._compaction:
+            self._compaction.release()
         self.deposits.release()
 
 

@@ -47,6 +47,8 @@ COMPUTE = (
     "scan_add",
     "compact_flags",
     "compact_move",
+    "paths_flags",
+    "paths_move",
     "grid_count",
     "grid_scatter",
     "grid_rank",

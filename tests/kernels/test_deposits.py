@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon import photon_grid
+from addon.photon import photon_grid, photon_mapper
 from addon.photon.deposits import Deposits, DeviceDeposits, HostDeposits
 from addon.photon.radius_field import RadiusField
 from addon.photon.records import DEPOSIT, PLACE
@@ -200,12 +200,14 @@ def test_device_sort_equals_native_sort(
 def test_pictures_are_bit_equal(
     device: Device, monkeypatch: pytest.MonkeyPatch, max_ranked: int, radius: float
 ) -> None:
-    """Whoever keeps the photons: the host or the device."""
+    """Whoever keeps the photons and moves those alive together: the host or the device."""
+    settings: dict[str, Any] = {"layer": "compute", "radius": radius, "passes": 2, "photons": 20000}
+    monkeypatch.setattr(photon_mapper, "ROWS_WORTH_A_MOVE", 1)
     by_host = count_host_sorts(monkeypatch, max_ranked)
     pictures = []
     for native in (True, False):
         monkeypatch.setattr(device, "prefers_native", native)
-        pictures.append(render(device, cornell(True), layer="compute", radius=radius, passes=2))
+        pictures.append(render(device, cornell(True), **settings))
     for name in pictures[0]:
         assert pictures[0][name].tobytes() == pictures[1][name].tobytes(), name
     assert pictures[0]["Indirect"].mean() > 0

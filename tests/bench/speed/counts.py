@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How much a pass does, whoever does it: rays, and photon-pixel pairs. Counted, not timed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import photon_stream_native as native
+from numpy.typing import NDArray
+
+from addon.photon.photon_grid import PhotonGrid
+from addon.photon.photon_mapper import PhotonMapper
+from addon.photon.radius_field import Radii
+from addon.photon.renderer import Renderer
+from addon.photon.scene import Scene
+from addon.photon.settings import Settings
+from addon.photon.tracer import Tracer
+from addon.streams import Device
+
+from .launches import EYE, PHOTONS, kernel_classes, replaced
+
+_CELLS = 64  # along the longest axis of the grid that pairs are counted with
+
+
+@dataclass
+class Work:
+    """What one pass of a scene asks for."""
+
+    photons: int  # emitted
+    deposits: int = 0  # landed where they count: as many splats
+    rays: dict[str, int] = field(default_factory=lambda: {PHOTONS: 0, EYE: 0})  # shadow rays: eye
+    pairs: list[int] = field(default_factory=list)  # of the camera's points, then each mirror's
+
+    @property
+    def splat_pairs(self) -> int:
+        """Those that splatting can reach."""
+        return self.pairs[0] if self.pairs else 0
+
+    @property
+    def gather_pairs(self) -> int:
+        """All of them."""
+        return sum(self.pairs)
+
+
+def count_work(scene: Scene, settings: Settings, device: Device) -> Work:
+    """Count the first pass of the settings, by GLSL kernels and the gather: every way does the
+    same."""
+    layer = device.choose_layer("auto")
+    renderer = Renderer(scene, replace(settings, layer=layer, estimator="gather"), device)
+    counter = _Counter(Work(settings.photons_a_pass))
+    try:
+        with counter.counting():
+            renderer.render_pass()
+    finally:
+        renderer.release()
+    return counter.work
+
+
+def count_pairs(
+    place: NDArray[np.float32],
+    facing: NDArray[np.float32],
+    photons: NDArray[np.float32],
+    deposits: NDArray[np.float32],
+    radii: Radii,
+) -> int:
+    """Pairs of a visible point (place, facing: (h, w, 4)) and a photon (P, 4) that adds to it:
+    within the point's radius, on its surface, and facing as it does.
+
+    A gather by a constant filter of photons of flux 1 gives each point's count over pi r^2.
+    """
+    if len(photons) == 0:
+        return 0
+    unit = deposits.copy()
+    unit[:, :3] = 1.0
+    low, high = photons[:, :3].min(axis=0), photons[:, :3].max(axis=0)
+    cell = max(float((high - low).max()) / _CELLS, radii.largest / 4, 1e-6)
+    cells = tuple(int(n) + 1 for n in (high - low) / cell)
+    sums = native.PhotonMap(photons, unit, tuple(map(float, low)), cell, cells).gather(
+        place, facing, radii.field.native, radii.shrink, "constant"
+    )
+    radius = radii.field.native.at(place.reshape(-1, 4)).astype(np.float64) * radii.shrink
+    return int(np.rint(sums[..., 0].ravel() * (math.pi * radius**2)).sum())
+
+
+class _Counter:
+    """Looks into the streams of a pass under way."""
+
+    def __init__(self, work: Work) -> None:
+        self.work = work
+        self._part = EYE
+        self._photons: tuple[Any, Any] = np.zeros((2, 0, 4), np.float32)  # type: ignore[assignment]
+        self._radii: Radii | None = None
+
+    @contextmanager
+    def counting(self) -> Iterator[None]:
+        """Count what renders within."""
+        patches: dict[tuple[Any, str], Callable[[Any], Any]] = {
+            (kind, "run"): self._count_rays for kind in kernel_classes()
+        }
+        patches |= {
+            (PhotonMapper, "trace"): self._take_photons,
+            (PhotonGrid, "prepare"): self._take_radii,
+            (PhotonGrid, "estimate"): self._count_pairs,
+        }
+        with replaced(patches):
+            yield
+
+    def _count_rays(self, function: Any) -> Any:
+        def run(kernel: Any, streams: Any, *args: Any, **kwargs: Any) -> Any:
+            if kernel.stem == Tracer.stem:
+                rays = streams["direction"].download()[..., :3].any(axis=-1)
+                self.work.rays[self._part] += int(rays.sum())
+            return function(kernel, streams, *args, **kwargs)
+
+        return run
+
+    def _take_photons(self, function: Any) -> Any:
+        def run(*args: Any, **kwargs: Any) -> Any:
+            self._part = PHOTONS
+            try:
+                deposits = function(*args, **kwargs)
+            finally:
+                self._part = EYE
+            self._photons = deposits.arrays()
+            self.work.deposits = len(self._photons[0])
+            return deposits
+
+        return run
+
+    def _take_radii(self, function: Any) -> Any:
+        def run(grid: Any, deposits: Any, radii: Radii, *args: Any) -> None:
+            self._radii = radii
+            function(grid, deposits, radii, *args)
+
+        return run
+
+    def _count_pairs(self, function: Any) -> Any:
+        def run(grid: Any, place: Any, facing: Any, *args: Any) -> None:
+            assert self._radii
+            points = place.download(), facing.download()
+            self.work.pairs.append(count_pairs(*points, *self._photons, self._radii))
+            function(grid, place, facing, *args)
+
+        return run

@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Time the passes of a scene for one way to render it."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, get_args
+
+from addon.photon.renderer import Renderer
+from addon.photon.scene import Scene
+from addon.photon.settings import Settings, SplatShape
+from addon.streams import Device
+
+from .counts import Work
+from .launches import EYE, LONGEST_QUERY, PHOTONS, Timer, Watch
+
+MOST_PASSES = 15
+WATCHED = 2  # the pass whose kernels are timed, and whose work is counted
+
+
+class Clock:
+    """What is left of a run's time."""
+
+    def __init__(self, seconds: float) -> None:
+        self._end = time.monotonic() + seconds
+
+    @property
+    def left(self) -> float:
+        """[s]; below zero once it is over."""
+        return self._end - time.monotonic()
+
+    def part(self, share: float) -> Clock:
+        """A clock for a share of what is left."""
+        return Clock(max(self.left, 0.0) * share)
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way to render: the picture is the same."""
+
+    layer: str
+    estimator: str
+    shape: str = ""  # of a splat
+
+    def __str__(self) -> str:
+        return " ".join(filter(None, (self.layer, self.estimator, self.shape)))
+
+    def of(self, settings: Settings) -> Settings:
+        """The settings that render in this way."""
+        choice: dict[str, Any] = {"layer": self.layer}
+        if self.estimator != "none":  # as a renderer without photons says
+            choice["estimator"] = self.estimator
+        if self.shape:
+            choice["splat_shape"] = self.shape
+        return replace(settings, **choice)
+
+    @staticmethod
+    def taken(renderer: Renderer) -> Way:
+        """The way that a renderer has taken, chosen by itself or not."""
+        shape = renderer.settings.splat_shape if renderer.estimator == "splat" else ""
+        return Way(renderer.layer, renderer.estimator, shape)
+
+
+def ways_of(device: Device, shapes: tuple[str, ...] = get_args(SplatShape)) -> list[Way]:
+    """Every way that a device has, the fast ones first."""
+    layers = [*["compute"] * device.has_compute, "fragment"]
+    layers.insert(0 if device.is_software else len(layers), "native")
+    gathers = [Way(layer, "gather") for layer in layers]
+    return gathers + [Way(layer, "splat", shape) for layer in layers for shape in shapes]
+
+
+class Predictor:
+    """Guesses how long a pass takes from those of its kind: too long rather than too short."""
+
+    def __init__(self) -> None:
+        self._known: dict[Hashable, list[tuple[float, float]]] = {}
+
+    def learn(self, kind: Hashable, work: float, seconds: float) -> None:
+        """A pass of so much work took so long."""
+        self._known.setdefault(kind, []).append((work, seconds))
+
+    def seconds(self, kind: Hashable, work: float) -> float:
+        """As the most similar pass known, in proportion if this one is larger; 0 if none is."""
+        known = self._known.get(kind, [])
+        if not known:
+            return 0.0
+        nearest, seconds = min(known, key=lambda item: abs(math.log(item[0] / work)))
+        return seconds * max(1.0, work / nearest)
+
+
+@dataclass
+class Timing:
+    """What passes of one way took."""
+
+    way: Way
+    seconds: float  # median of a pass
+    spread: tuple[float, float]  # least and most
+    passes: int
+    start: float  # [s] building the renderer and its first pass
+    phases: dict[str, float] = field(default_factory=dict)  # [s] a pass, as the renderer tells
+    watch: Watch | None = None  # of pass WATCHED
+    splats: int = 0  # photons that landed where they count, in the last pass
+
+
+def steady(settings: Settings) -> Settings:
+    """The same for any number of passes, each as long as the first."""
+    return replace(settings, radius_shrink=1.0, passes=1 << 20)
+
+
+def time_way(
+    scene: Scene,
+    settings: Settings,
+    device: Device,
+    seconds: float,
+    timer: Timer | None = None,
+) -> Timing:
+    """Time passes until `seconds` are over, one at least, after one to warm up.
+
+    With a timer, pass WATCHED is not among them: its kernels are.
+    """
+    before = time.perf_counter()
+    renderer = Renderer(scene, steady(settings), device)
+    try:
+        renderer.render_pass()
+        device.ctx.finish()
+        start = time.perf_counter() - before
+        renderer.seconds.clear()
+        times: list[float] = []
+        watch = None
+        while not times or (len(times) < MOST_PASSES and sum(times) + times[-1] < seconds):
+            times.append(_pass(renderer))
+            if timer and renderer.film.passes == WATCHED:
+                watch = _watched_pass(renderer, timer, times[-1])
+        mapper = renderer.photon_mapper
+        return Timing(
+            Way.taken(renderer),
+            statistics.median(times),
+            (min(times), max(times)),
+            len(times),
+            start,
+            {name: spent / len(times) for name, spent in renderer.seconds.items()},
+            watch,
+            len(mapper.deposits.arrays()[0]) if mapper else 0,
+        )
+    finally:
+        renderer.release()
+
+
+def compare(
+    scene: Scene, settings: Settings, device: Device, ways: Sequence[Way], seconds: float
+) -> list[float]:
+    """Medians of ways whose passes take turns: what else the machine does meets all alike."""
+    renderers = [Renderer(scene, steady(way.of(settings)), device) for way in ways]
+    times: list[list[float]] = [[] for _ in ways]
+    begun = time.perf_counter()
+    try:
+        for renderer in renderers:
+            _pass(renderer)
+        while not times[0] or time.perf_counter() - begun < seconds:
+            for renderer, own in zip(renderers, times, strict=True):
+                own.append(_pass(renderer))
+    finally:
+        for renderer in renderers:
+            renderer.release()
+    return [statistics.median(own) for own in times]
+
+
+def _pass(renderer: Renderer) -> float:
+    """Seconds of the next pass."""
+    before = time.perf_counter()
+    renderer.render_pass()
+    renderer.device.ctx.finish()
+    return time.perf_counter() - before
+
+
+def _watched_pass(renderer: Renderer, timer: Timer, expected: float) -> Watch:
+    """The kernels of the next pass, which is not among those that the renderer tells of."""
+    watch = Watch(timer, waits=renderer.device.is_software or expected > LONGEST_QUERY)
+    told = dict(renderer.seconds)
+    with watch.watching():
+        watch.wall = _pass(renderer)
+    renderer.seconds.clear()
+    renderer.seconds.update(told)
+    return watch
+
+
+@dataclass(frozen=True)
+class Rates:
+    """What a way does in a second; NaN where it has no kernel for that alone."""
+
+    paths: float  # photons, from light to end, a second of the photon pass
+    photon_rays: float  # a second of the kernel that traces
+    eye_rays: float  # of eye, mirror and shadow rays
+    pairs: float  # a photon and a visible point that it adds to, a second of the estimator
+    overhead: float  # [s] a pass that no kernel runs
+
+
+def rates_of(timing: Timing, work: Work) -> Rates:
+    """A timing's rates; `timing.watch` must be there."""
+    watch = timing.watch
+    assert watch
+    splats = timing.way.estimator == "splat"
+    estimator = watch.of("splat" if splats else "gather", EYE).seconds
+    pairs = work.splat_pairs if splats else work.gather_pairs
+    # A watch that waits makes passes longer; its own wall time is what its kernels are part of.
+    wall = watch.wall if watch.waits else timing.seconds
+    return Rates(
+        _ratio(work.photons, timing.phases.get("photons", 0.0)),
+        _ratio(work.rays[PHOTONS], watch.of("tracer", PHOTONS).seconds),
+        _ratio(work.rays[EYE], watch.of("tracer", EYE).seconds),
+        _ratio(pairs, estimator),
+        max(0.0, wall - watch.seconds),
+    )
+
+
+def _ratio(count: float, seconds: float) -> float:
+    return count / seconds if seconds > 0 else math.nan
