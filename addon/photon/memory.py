@@ -2,7 +2,8 @@
 """What memory a render will take, told before any of it is taken.
 
 The bytes below were measured as peak resident sizes, or counted (tests/unit/test_memory.py holds
-them to both). They are upper ends: a render takes half of its estimate or more.
+them to both). They are upper ends: a render takes half of its estimate or more, once it is known
+how often photons land. What kept.py keeps beside has a limit of its own, and makes room.
 """
 
 from __future__ import annotations
