@@ -221,6 +221,25 @@ def cornell(mirror: bool = False, lobe: bool = False) -> Scene:
     return b.scene(camera((5, -13, 5), (5, 0, 5), 42), [light], [white, red, green, chrome])
 
 
+def hills(quads: int) -> Scene:
+    """A rough ground of `quads` by `quads` smooth quads, and a wall, under a spotlight."""
+    x, y = np.meshgrid(*[np.linspace(-2, 2, quads + 1)] * 2)
+    rough = np.random.default_rng(quads).random(x.shape) / quads
+    ground = np.stack([x, y, 0.15 * np.sin(5 * x) * np.cos(4 * y) + rough], -1).reshape(-1, 3)
+    at = np.arange(len(ground)).reshape(x.shape)
+    a, b, c, d = (at[i : i - 1 or None, j : j - 1 or None].ravel() for i, j in _CORNERS)
+    triangles = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    up = np.zeros_like(ground)
+    up[:, 2] = 1.0
+    wall = [(-2, 2, -1), (2, 2, -1), (2, 2, 3), (-2, 2, 3)]
+    light = Light("spot", "SPOT", (0, 0, 4), (500, 500, 500), spot_size=1.2)
+    built = Builder().add(ground, triangles, 0, "ground", up).quad(*wall, name="wall")
+    return built.scene(camera((0, -5, 3), (0, 0, 0)), [light])
+
+
+_CORNERS = ((0, 0), (0, 1), (1, 1), (1, 0))
+
+
 def random_room(seed: int) -> Scene:
     """A room of 8 x 8 x 6 with three to six boxes and spheres and one to three lights, by chance.
 
@@ -289,6 +308,7 @@ __all__ = [
     "camera",
     "closed_sphere",
     "cornell",
+    "hills",
     "icosphere",
     "lit_plate",
     "orthographic",

@@ -250,8 +250,7 @@ class DeviceDeposits:
         self._counted = counted
 
     def _allocate(self, rows: int) -> tuple[moderngl.Texture, moderngl.Texture]:
-        ctx = self._device.ctx
-        place, deposit = (ctx.texture((TABLE_WIDTH, rows), 4, dtype="f4") for _ in range(2))
+        place, deposit = (self._device.texture((TABLE_WIDTH, rows), 4) for _ in range(2))
         return place, deposit
 
     def _grow(self, wanted: int) -> None:

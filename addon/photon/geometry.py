@@ -22,6 +22,7 @@ from .errors import SceneError
 from .scene import Light, Material, Scene
 
 TABLE_WIDTH = 4096  # glsl/lib/table.glsl
+AREAS_AT_ONCE = 1 << 15
 POINT_VERSINE = 2.0  # 1 - cos of a "cone" that holds every direction
 
 
@@ -39,8 +40,11 @@ class Frame:
 
 def frame_of(scene: Scene) -> Frame:
     """The scene units of the finite vertices that triangles use."""
-    used = scene.vertices[np.unique(scene.triangles)]
-    used = used[(np.abs(used) < 1e30).all(axis=1)]  # also drops NaN
+    is_used = np.zeros(len(scene.vertices), bool)
+    is_used[scene.triangles] = True
+    used = scene.vertices if is_used.all() else scene.vertices[is_used]
+    if len(used) and not _greatest(used) < 1e30:  # or NaN
+        used = used[(np.abs(used) < 1e30).all(axis=1)]
     if len(used) == 0:
         return Frame(np.zeros(3), 1.0)
     low, high = used.min(axis=0), used.max(axis=0)
@@ -62,35 +66,55 @@ class Mesh:
     @staticmethod
     def build(scene: Scene, frame: Frame) -> Mesh:
         """Build the BVH natively; SceneError if it refuses the triangles."""
+        vertices = np.zeros((len(scene.vertices), 4), np.float32)
         with np.errstate(over="ignore"):  # beyond float32 is infinite, and skipped as such
-            vertices = frame.points(scene.vertices).astype(np.float32)
+            vertices[:, :3] = frame.points(scene.vertices)
         try:
             nodes, order, not_finite, degenerate = native.build_bvh(
-                vertices, np.ascontiguousarray(scene.triangles)
+                np.ascontiguousarray(vertices[:, :3]), np.ascontiguousarray(scene.triangles)
             )
         except ValueError as error:
             raise SceneError(f"scene geometry: {error}") from error
-        corners = np.zeros((len(order), 3, 4), np.float32)
-        corners[..., :3] = vertices[scene.triangles[order]]
-        corners[:, 0, 3] = scene.material[order]
+        corners = np.take(vertices, np.take(scene.triangles, order, axis=0), axis=0)
+        material = scene.material[order]
+        corners[:, 0, 3] = material
         corners[:, 1, 3] = scene.surface[order]
         normals = np.zeros((len(order), 3, 4), np.float32)
+        normals[..., :3] = np.take(scene.corner_normals, order, axis=0)
         # A normal that is not finite reads as none: the kernel then takes the triangle's own.
-        normals[..., :3] = np.nan_to_num(scene.corner_normals[order], posinf=0.0, neginf=0.0)
-        edges = corners[:, 1:, :3] - corners[:, :1, :3]
-        areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]).astype(np.float64), axis=1) / 2
-        material = scene.material[order]
+        if not np.isfinite(normals.sum()):
+            np.nan_to_num(normals, copy=False, posinf=0.0, neginf=0.0)
         diffuse = np.array([max(m.diffuse) > 0 for m in scene.materials], bool)
-        some = len(order) > 0
+        extent = [_greatest(corners[..., k]) for k in range(3)] if len(order) else [0.0] * 3
         return Mesh(
             nodes,
             corners,
             normals,
-            area=float(areas[diffuse[material]].sum()),
-            extent=np.abs(corners[..., :3]).max(axis=(0, 1)) if some else np.zeros(3, np.float32),
+            area=float(_areas(corners).sum(where=diffuse[material])),
+            extent=np.array(extent, np.float32),
             not_finite=int(not_finite),
             degenerate=int(degenerate),
         )
+
+
+def _areas(corners: NDArray[np.float32]) -> NDArray[np.float64]:
+    """The areas of triangles (T, 3, 3 or more); by pieces that fit the processor's cache."""
+    areas = np.empty(len(corners))
+    for at in range(0, len(corners), AREAS_AT_ONCE):
+        piece = corners[at : at + AREAS_AT_ONCE]
+        x, y, z = np.moveaxis(piece[:, 1:, :3] - piece[:, :1, :3], -1, 0)
+        cross = (
+            y[:, 0] * z[:, 1] - z[:, 0] * y[:, 1],
+            z[:, 0] * x[:, 1] - x[:, 0] * z[:, 1],
+            x[:, 0] * y[:, 1] - y[:, 0] * x[:, 1],
+        )
+        areas[at : at + AREAS_AT_ONCE] = np.sqrt(sum(np.square(a, dtype=float) for a in cross)) / 2
+    return areas
+
+
+def _greatest(values: NDArray[Any]) -> float:
+    """The largest magnitude; NaN if there is one."""
+    return float(max(values.max(), -values.min()))
 
 
 def solid_angles(light: Light) -> tuple[float, float]:
@@ -141,22 +165,27 @@ def upload_table(device: Device, data: NDArray[Any]) -> moderngl.Texture:
             f"{len(texels)} table entries do not fit a texture of {device.name} "
             f"({TABLE_WIDTH * device.texture_limit} at most)"
         )
-    padded = np.zeros((rows * TABLE_WIDTH, texels.shape[1]), texels.dtype)
-    padded[: len(texels)] = texels
     kind = "f4" if data.dtype == np.float32 else "u4"
-    texture: moderngl.Texture = device.ctx.texture(
-        (TABLE_WIDTH, rows), texels.shape[1], padded, dtype=kind
-    )
-    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    texture: moderngl.Texture = device.texture((TABLE_WIDTH, rows), texels.shape[1], kind)
+    whole = len(texels) // TABLE_WIDTH
+    if whole:
+        texture.write(texels[: whole * TABLE_WIDTH], viewport=(0, 0, TABLE_WIDTH, whole))
+    if whole < rows:
+        rest = np.zeros((TABLE_WIDTH, texels.shape[1]), texels.dtype)
+        rest[: len(texels) - whole * TABLE_WIDTH] = texels[whole * TABLE_WIDTH :]
+        texture.write(rest, viewport=(0, whole, TABLE_WIDTH, 1))
     return texture
 
 
 class Tables:
     """The scene's textures on a device."""
 
-    def __init__(self, device: Device, scene: Scene, frame: Frame, mesh: Mesh) -> None:
-        self.textures = {
-            "bvh_nodes": upload_table(device, mesh.nodes),
+    def __init__(
+        self, device: Device, scene: Scene, frame: Frame, mesh: Mesh, on_host: bool = False
+    ) -> None:
+        """`on_host`: the native core traces, so no kernel reads the tree."""
+        self.textures = {} if on_host else {"bvh_nodes": upload_table(device, mesh.nodes)}
+        self.textures |= {
             "bvh_corners": upload_table(device, mesh.corners),
             "bvh_normals": upload_table(device, mesh.normals),
             "materials": upload_table(device, material_table(scene.materials)),

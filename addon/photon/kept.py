@@ -55,7 +55,8 @@ class Stage:
         frame = frame_of(scene)
         mesh = Mesh.build(scene, frame)
         triangles = triangles_of(mesh) if layer == "native" else None
-        return Stage(scene, layer, frame, mesh, triangles, Tables(device, scene, frame, mesh))
+        tables = Tables(device, scene, frame, mesh, on_host=triangles is not None)
+        return Stage(scene, layer, frame, mesh, triangles, tables)
 
 
 class _Pass(NamedTuple):

@@ -179,7 +179,7 @@ class _DeviceSort:
         self._scatter.run(count, [counts, starts, listed], {"place": place}, uniforms=grid)
         rows = -(-count // TABLE_WIDTH)
         tables = {
-            name: ctx.texture((TABLE_WIDTH, rows), 4, dtype="f4")
+            name: self._device.texture((TABLE_WIDTH, rows), 4)
             for name in ("photon_place", "photon_deposit")
         }
         self._rank.run(
@@ -190,7 +190,7 @@ class _DeviceSort:
             grid,
         )
         start_rows = -(-(cells + 1) // TABLE_WIDTH)
-        tables["cell_start"] = ctx.texture((TABLE_WIDTH, start_rows), 1, dtype="u4")
+        tables["cell_start"] = self._device.texture((TABLE_WIDTH, start_rows), 1, "u4")
         self._starts.run(cells + 1, [starts], images=[tables["cell_start"]])
         return _Sorted(tables, count, count)  # a GPU ends no loop early
 

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from ..streams import Device, Stream, StreamError
 from ..streams.device import Layer
 from .error import Error, error_of
-from .errors import DeviceError
+from .errors import DeviceError, PhotonStreamError
 from .film import Film
 from .geometry import Mesh
 from .kept import Kept
+from .memory import Budget
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
 from .photon_mapper import NativePhotonMapper, PhotonMapper
@@ -76,6 +77,11 @@ class Renderer:
         self.estimator = "none"
         self._kept = kept or Kept(device, budget=0)
         self._own = None if kept else self._kept
+        try:
+            self.budget = Budget(scene, settings, device, self.layer)
+        except PhotonStreamError:
+            self._kept.release()  # there may be room without it
+            self.budget = Budget(scene, settings, device, self.layer)
         with _Timed(self.seconds, "bvh"):
             stage = self._kept.stage(scene, self.layer)
             self.frame, mesh, triangles = stage.frame, stage.mesh, stage.triangles
@@ -219,6 +225,7 @@ class Renderer:
         photons = min(photons_a_pass, PILOT_PHOTONS)
         deposits = self._kept.trace(self.photon_mapper, self.settings, PILOT_PASS, photons)
         place, deposit = deposits.arrays()
+        self.budget.check(len(place) / photons)
         self.photon_mapper.unfinished = deposits.dropped = 0
         wanted = photons_per_disc(photons_a_pass) * photons / photons_a_pass
         pixel, eye = self.ray_tracer.footprint()

@@ -19,6 +19,8 @@ _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
 _CACHED_FRAMEBUFFERS = 128
 _VERSIONS = (450, 430, 410, 330)  # compute programs from 430; macOS ends at 410
 
+# GL_NVX_gpu_memory_info and GL_ATI_meminfo: the first of up to four numbers [kB]
+_FREE_MEMORY = {"GL_NVX_gpu_memory_info": 0x9049, "GL_ATI_meminfo": 0x87FC}
 # KHR_debug (glext.h)
 _DEBUG_OUTPUT, _DEBUG_OUTPUT_SYNCHRONOUS = 0x92E0, 0x8242
 _DEBUG_TYPE_ERROR = 0x824C
@@ -126,6 +128,28 @@ class Device:
         self.ctx.copy_buffer(self._staging, buffer, 4, read_offset=4 * index)
         return int.from_bytes(self._staging.read(), sys.byteorder)
 
+    def texture(self, size: tuple[int, int], channels: int, dtype: str = "f4") -> Any:
+        """A texture read texel by texel; StreamError if the device has no room for it."""
+        texture = self.ctx.texture(size, channels, dtype=dtype)
+        code = self.ctx.error
+        if code != "GL_NO_ERROR":
+            said = "; ".join(self.errors) or code
+            self.errors.clear()
+            texture.release()
+            raise StreamError(f"{self.name} has no room for {size[0]}x{size[1]} texels ({said})")
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return texture
+
+    def free_memory(self) -> int | None:
+        """What the GPU has left [bytes]; None where the driver does not tell."""
+        address = _find_function("glGetIntegerv")
+        for extension, number in _FREE_MEMORY.items():
+            if address and extension in self.ctx.extensions:
+                values = (ctypes.c_int * 4)()
+                ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.c_void_p)(address)(number, values)
+                return 1024 * values[0] or None
+        return None
+
     def refusal(self, who: str, source: Source, error: Exception) -> StreamError:
         """The error for a program that the driver refused, with files and lines; forgets what
         KHR_debug repeated of it."""
@@ -161,12 +185,7 @@ class Device:
 
     def _listen(self) -> Any:
         """Collect KHR_debug errors; moderngl has no call for it, so through the EGL loader."""
-        egl = ctypes.util.find_library("EGL")
-        if egl is None or not sys.platform.startswith("linux"):
-            return None
-        find = ctypes.CDLL(egl).eglGetProcAddress
-        find.restype, find.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
-        address, enable_address = find(b"glDebugMessageCallback"), find(b"glEnable")
+        address, enable_address = map(_find_function, ("glDebugMessageCallback", "glEnable"))
         if not address or not enable_address or self.ctx.version_code < 430:
             return None
 
@@ -184,6 +203,17 @@ class Device:
         self._set_callback(ctypes.cast(callback, ctypes.c_void_p), None)
         _listening.append(callback)
         return callback
+
+
+def _find_function(name: str) -> int | None:
+    """The address of an OpenGL function that moderngl does not call."""
+    egl = ctypes.util.find_library("EGL")
+    if egl is None or not sys.platform.startswith("linux"):
+        return None
+    find = ctypes.CDLL(egl).eglGetProcAddress
+    find.restype, find.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
+    address: int | None = find(name.encode())
+    return address
 
 
 def _newest_context(index: int, arguments: dict[str, Any]) -> moderngl.Context:

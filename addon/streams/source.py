@@ -29,11 +29,19 @@ def glsl_root() -> Path:
 
 def read(path: str, asked_by: str) -> str:
     """The text of a file below the GLSL root; StreamError if it is not there."""
-    root = glsl_root().resolve()
+    try:
+        return _file(glsl_root(), path).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise StreamError(f"{asked_by}: no file {path!r} in {glsl_root()}") from None
+
+
+@lru_cache(maxsize=256)
+def _file(root: Path, path: str) -> Path:
+    """A file below a root; kept, for a render reads most files several times."""
     file = (root / path).resolve()
-    if not file.is_relative_to(root) or not file.is_file():
-        raise StreamError(f"{asked_by}: no file {path!r} in {root}")
-    return file.read_text(encoding="utf-8")
+    if not file.is_relative_to(root.resolve()) or not file.is_file():
+        raise FileNotFoundError
+    return file
 
 
 @dataclass(frozen=True)

@@ -64,8 +64,7 @@ class Stream:
         if not (0 < size[0] <= limit and 0 < size[1] <= limit):
             raise StreamError(f"stream of {record.name}: size {size} is outside 1..{limit}")
         self.device, self.record, self.size = device, record, size
-        self.texture: moderngl.Texture = device.ctx.texture(size, 4, dtype="f4")
-        self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.texture: moderngl.Texture = device.texture(size, 4)
 
     def clear(self) -> None:
         """Set every element to zero: "no element"."""

@@ -89,6 +89,23 @@ def test_smooth_and_flat_normals(export) -> None:
     np.testing.assert_allclose(scene.corner_normals, expected, atol=1e-4)
 
 
+@pytest.mark.parametrize(("smooth", "domain"), [(0, "FACE"), (6, "POINT"), (3, "CORNER")])
+def test_attributes_say_what_loop_triangles_say(export, smooth, domain) -> None:
+    """Vertices, normals and material of each triangle, as Blender names them one by one."""
+    mesh = add_mesh("Cube", CUBE).data
+    for name in "ABC":
+        mesh.materials.append(shader_material("ShaderNodeBsdfDiffuse", name))
+    mesh.polygons.foreach_set("use_smooth", [index < smooth for index in range(6)])
+    mesh.polygons.foreach_set("material_index", [0, 1, 2, 2, 1, 0])
+    scene = export()[0]
+    assert mesh.normals_domain == domain
+    mesh.calc_loop_triangles()
+    assert [list(t) for t in scene.triangles] == [list(t.vertices) for t in mesh.loop_triangles]
+    assert list(scene.material) == [t.material_index for t in mesh.loop_triangles]
+    normals = [[mesh.corner_normals[i].vector for i in t.loops] for t in mesh.loop_triangles]
+    np.testing.assert_allclose(scene.corner_normals, normals, atol=1e-6)
+
+
 def test_flattened_object_has_finite_normals(export) -> None:
     add_mesh("Plane", scale=(1, 1, 0))
     normals = export()[0].corner_normals

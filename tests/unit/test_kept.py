@@ -301,7 +301,8 @@ def test_animations_hold_no_more_from_frame_to_frame(
         sizes.append(kept.photon_bytes)
     print(f"OpenGL holds {counts[0]}, {sizes[0]} bytes of deposits")
     assert counts[1:] == [counts[0]] * 5
-    assert counts[0]["Texture"] - before["Texture"] == 5  # the stage's tables
+    tables = 4 if layer == "native" else 5  # the stage's, with the tree
+    assert counts[0]["Texture"] - before["Texture"] == tables
     assert max(sizes) <= 1.1 * sizes[0]
     kept.release()
     after = living(device)
@@ -325,7 +326,7 @@ def test_what_was_kept_goes_before_the_next_is_built(
     for scene in (cornell(), relit(cornell(), radius=0.1)):
         render(device, scene, kept=kept)
         assert kept.photon_bytes > 0
-    assert seen == [[], [True] * 5]
+    assert seen[0] == [] and seen[1] and all(seen[1])
 
 
 # What is equal.

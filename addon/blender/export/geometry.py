@@ -39,7 +39,8 @@ class LocalMesh:
 
     vertices: NDArray[np.float32]  # (V, 3) [m]
     triangles: NDArray[np.int32]  # (T, 3)
-    corner_normals: NDArray[np.float32]  # (T, 3, 3)
+    normals: NDArray[np.float32]  # (N, 3)
+    corners: NDArray[np.int32]  # (T, 3) indices into normals
     slot: NDArray[np.int32]  # (T,) material slot
 
 
@@ -111,25 +112,37 @@ class Geometry:
 
 
 def local_mesh(mesh: bpy.types.Mesh) -> LocalMesh:
-    """Copy a mesh out of Blender."""
+    """Copy a mesh out of Blender.
+
+    By its attributes, which are plain arrays: what Blender computes for each element on the way,
+    such as a triangle's vertices or material, takes a hundred times as long.
+    """
     mesh.calc_loop_triangles()
-    vertices = np.empty(len(mesh.vertices) * 3, np.float32)
-    mesh.vertices.foreach_get("co", vertices)
     count = len(mesh.loop_triangles)
-    triangles = np.empty(count * 3, np.int32)
-    mesh.loop_triangles.foreach_get("vertices", triangles)
-    loops = np.empty(count * 3, np.int32)
-    mesh.loop_triangles.foreach_get("loops", loops)
-    slot = np.empty(count, np.int32)
-    mesh.loop_triangles.foreach_get("material_index", slot)
-    normals = np.empty(len(mesh.loops) * 3, np.float32)
-    if count:
-        mesh.corner_normals.foreach_get("vector", normals)
+    if not count:
+        none = np.zeros((0, 3), np.int32)
+        return LocalMesh(
+            np.zeros((0, 3), np.float32), none, np.zeros((0, 3), np.float32), none, none
+        )
+    loops = _read(mesh.loop_triangles, "loops", 3 * count, np.int32)
+    faces = _read(mesh.loop_triangle_polygons, "value", count, np.int32)
+    vertex_of = _read(mesh.attributes[".corner_vert"].data, "value", len(mesh.loops), np.int32)
+    triangles = vertex_of[loops].reshape(-1, 3)
+    loops = loops.reshape(-1, 3)
+    # Where all corners of a vertex or a face share a normal, that is a sixth of the normals.
+    normals, corners = {
+        "POINT": (mesh.vertex_normals, triangles),
+        "FACE": (mesh.polygon_normals, np.repeat(faces[:, None], 3, axis=1)),
+    }.get(mesh.normals_domain, (mesh.corner_normals, loops))
+    slots = mesh.attributes.get("material_index")
     return LocalMesh(
-        vertices.reshape(-1, 3),
-        triangles.reshape(-1, 3),
-        normals.reshape(-1, 3)[loops].reshape(-1, 3, 3),
-        slot,
+        _read(mesh.attributes["position"].data, "vector", 3 * len(mesh.vertices)).reshape(-1, 3),
+        triangles,
+        _read(normals, "vector", 3 * len(normals)).reshape(-1, 3),
+        corners,
+        _read(slots.data, "value", len(mesh.polygons), np.int32)[faces]
+        if slots
+        else np.zeros(count, np.int32),
     )
 
 
@@ -154,16 +167,16 @@ def placed(
         )
     )
     # Objects of millimetres or kilometres would under- or overflow in float32 before normalising.
-    normals = mesh.corner_normals.astype(np.float64) @ (-cofactor if mirrored else cofactor).T
-    lengths = np.linalg.norm(normals, axis=-1, keepdims=True)
+    normals = mesh.normals.astype(np.float64) @ (-cofactor if mirrored else cofactor).T
+    lengths = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
     normals = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0)
-    triangles = mesh.triangles
+    triangles, corners = mesh.triangles, mesh.corners
     if mirrored:
-        triangles, normals = triangles[:, ::-1], normals[:, ::-1]
+        triangles, corners = triangles[:, ::-1], corners[:, ::-1]
     return (
         vertices,
         np.ascontiguousarray(triangles),
-        np.ascontiguousarray(normals, np.float32),
+        np.take(normals.astype(np.float32), corners, axis=0),
     )
 
 
@@ -194,5 +207,14 @@ def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
             notes.ignored(name, "Particles", f"'{system.name}' is not rendered")
 
 
+def _read(items: Any, name: str, count: int, dtype: Any = np.float32) -> NDArray[Any]:
+    """Return `count` numbers: what the items of a Blender collection call `name`."""
+    values = np.empty(count, dtype)
+    items.foreach_get(name, values)
+    return values
+
+
 def _joined(parts: list[Any], shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:
+    if len(parts) == 1:
+        return np.asarray(parts[0])
     return np.concatenate(parts).astype(dtype, copy=False) if parts else np.zeros(shape, dtype)

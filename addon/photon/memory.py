@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What memory a render will take, told before any of it is taken.
+
+The bytes below were measured as peak resident sizes, or counted (tests/unit/test_memory.py holds
+them to both). They are upper ends: a render takes half of its estimate or more, once it is known
+how often photons land. What kept.py keeps beside has a limit of its own, and makes room.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..streams import Device
+from .errors import PhotonStreamError, SceneError, SettingsError
+from .geometry import TABLE_WIDTH
+from .photon_mapper import STREAM_WIDTH
+from .scene import Scene
+from .settings import Settings
+
+TEXEL = 16  # [bytes]
+FIXED = 96 << 20  # programs, the pilot pass, a grid of the smallest
+GRID_CELLS = 64 << 20  # the photon grid's, on a GPU: photon_grid.MAX_CELLS in three buffers
+# A pixel's on the host: means and errors in float64 while a picture is made of the film; and the
+# images twice in shared memory and twice in the process that asked for them.
+PICTURE = 500 + 4 * 84
+# A photon's: nine textures of paths, and all that have half the size of another (photon_mapper.py).
+PATHS = 2 * 9 * TEXEL
+RESIDENT_PATHS = PATHS + 8 + 4 * TEXEL  # on a GPU with compute programs: flags, room in the list
+DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
+LISTED = 136  # bytes a deposit, in lists and sorted
+SORTED = 2 * TEXEL + 4  # in the tables that Gather reads
+RESIDENT_LISTED = 4 * TEXEL  # in textures that double when they are full
+SPLATS = 512  # software OpenGL's vertices
+MOST_GUESSED = 4.0  # deposits a photon, before any was traced
+# A triangle's while its tree is built, on a soup of them; a grid of them takes four fifths.
+BUILD, NATIVE_BUILD = 340, 520
+TABLES, NATIVE_TABLES = 10 * TEXEL, 6 * TEXEL  # corners, normals and at worst a node
+MOST_TRIANGLES = (1 << 24) - 1  # float32 numbers them
+
+_ADVICE = {
+    "pixels": "lower the resolution or render a border region",
+    "photons": "lower the photons a pass and render more passes",
+    "triangles": "give the scene fewer triangles",
+}
+
+
+@dataclass(frozen=True)
+class Part:
+    """What one number of a render takes [bytes]."""
+
+    name: str  # of _ADVICE
+    count: int
+    device: float  # in the GPU's memory, or what textures take where OpenGL is software
+    host: float
+
+    def refusal(self, text: str) -> PhotonStreamError:
+        """The error that names what to lower."""
+        kind = SceneError if self.name == "triangles" else SettingsError
+        return kind(f"{text}: {_ADVICE[self.name]}")
+
+
+class Budget:
+    """A render's memory and what there is of it, looked up once, before anything is taken."""
+
+    def __init__(self, scene: Scene, settings: Settings, device: Device, layer: str) -> None:
+        """`layer`: "fragment", "compute" or "native". Raises as `check`."""
+        self._settings, self._layer, self._device = settings, layer, device
+        self._triangles, self._has_lights = len(scene.triangles), bool(scene.lights)
+        used = np.bincount(scene.material, minlength=len(scene.materials))
+        self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
+        self._resident = layer == "compute" and not device.prefers_native
+        self.free_host = free_host_memory()
+        self.free_device = None if device.is_software else device.free_memory()
+        self.check()
+
+    def check(self, deposits: float | None = None) -> None:
+        """Raise SettingsError or SceneError, naming what to lower, for what is too large here.
+
+        `deposits` a photon are known once some have been traced.
+        """
+        self._check_textures(deposits)
+        parts, name = self.parts(deposits), self._device.name
+        if self._device.is_software:
+            sizes = {part: part.device + part.host for part in parts}
+            _compare("memory", self.free_host, sizes, FIXED)
+        else:
+            _compare("memory", self.free_host, {part: part.host for part in parts}, FIXED)
+            sizes = {part: part.device for part in parts}
+            _compare(f"memory on {name}", self.free_device, sizes, FIXED + GRID_CELLS)
+
+    def needed(self, deposits: float | None = None) -> int:
+        """All of it, wherever [bytes]."""
+        return FIXED + int(sum(part.device + part.host for part in self.parts(deposits)))
+
+    def parts(self, deposits: float | None = None) -> tuple[Part, ...]:
+        """What pixels, photons and triangles take."""
+        settings, count = self._settings, self._pixels
+        native, software = self._layer == "native", self._device.is_software
+        photons = settings.photons_a_pass if self._has_photons else 0
+        landed = self._deposits(deposits) * photons
+        if native:
+            photon_bytes = 0.0, LISTED * landed
+        elif self._resident:
+            photon_bytes = RESIDENT_PATHS * photons + (RESIDENT_LISTED + SORTED) * landed, 0.0
+        else:
+            listed = DOWNLOADED * photons + LISTED * landed
+            photon_bytes = PATHS * photons + SORTED * landed, listed
+        if settings.estimator == "splat":
+            photon_bytes = photon_bytes[0] + (SPLATS if software else 0) * landed, photon_bytes[1]
+        tables = 0 if software else NATIVE_TABLES if native else TABLES
+        build = NATIVE_BUILD if native else BUILD
+        return (
+            Part("pixels", count, TEXEL * self.pixel_textures * count, PICTURE * count),
+            Part("photons", photons, *photon_bytes),
+            Part("triangles", self._triangles, tables * self._triangles, build * self._triangles),
+        )
+
+    @property
+    def pixel_textures(self) -> int:
+        """How many textures of the picture's size there are: ray_tracer.py's and film.py's."""
+        settings, native = self._settings, self._layer == "native"
+        mirror = settings.mirror_depth > 0 and any(max(m.specular) > 0 for m in self._materials)
+        count = 21 + 28
+        if self._has_lights and not settings.direct_by_photons:
+            count += 4  # shadow rays
+        if mirror:
+            count += 6 + 8
+        if self._has_photons:
+            count += 4 + settings.boundary_correction  # blur and coverage
+            if not native and (mirror or settings.estimator != "splat"):
+                count += 2  # sums of Gather's launches
+        return count
+
+    @property
+    def _has_photons(self) -> bool:
+        return self._has_lights and self._triangles > 0 and self._settings.photons_a_pass > 0
+
+    @property
+    def _pixels(self) -> int:
+        x0, y0, x1, y1 = self._settings.frame_region
+        return (x1 - x0) * (y1 - y0)
+
+    def _deposits(self, known: float | None) -> float:
+        """How often a photon lands; before it is known, as if all walls were the brightest."""
+        if known is not None:
+            return known
+        diffuse = [m for m in self._materials if max(m.diffuse) > 0]
+        albedo = max((np.mean(np.add(m.diffuse, m.specular)) for m in diffuse), default=0.0)
+        bounces = self._settings.photon_bounces
+        several = float(np.sum(albedo ** np.arange(1, bounces + 1)))
+        return min(several, MOST_GUESSED) + float(self._settings.direct_by_photons)
+
+    def _check_textures(self, deposits: float | None) -> None:
+        """What no memory helps: the sides of textures."""
+        limit, name = self._device.texture_limit, self._device.name
+        x0, y0, x1, y1 = self._settings.frame_region
+        pixels, photons, triangles = self.parts(deposits)
+        if max(x1 - x0, y1 - y0) > limit:
+            size = f"{x1 - x0}x{y1 - y0} pixels are more than {limit} a side"
+            raise pixels.refusal(f"{size}, the most that {name} holds")
+        most = limit * TABLE_WIDTH
+        landed = self._deposits(deposits) * photons.count
+        if self._layer != "native" and (photons.count > limit * STREAM_WIDTH or landed > most):
+            raise photons.refusal(f"{photons.count} photons a pass are more than {name} holds")
+        if triangles.count > min(MOST_TRIANGLES, most // 4):
+            raise triangles.refusal(f"{triangles.count} triangles are more than {name} holds")
+
+
+def free_host_memory() -> int | None:
+    """What the machine has left [bytes], or its control group if that is less; None: unknown."""
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        fields = dict(line.split(":") for line in lines)
+        free = 1024 * int(fields["MemAvailable"].split()[0])
+    except (OSError, KeyError, ValueError):
+        return None
+    group = Path("/sys/fs/cgroup")
+    try:
+        stat = dict(line.split() for line in (group / "memory.stat").read_text().splitlines())
+        limit, used = (int((group / f"memory.{x}").read_text()) for x in ("max", "current"))
+        return min(free, limit - used + int(stat["inactive_file"]))  # files make room
+    except (OSError, KeyError, ValueError):  # no group, or "max": no limit
+        return free
+
+
+def _compare(what: str, free: int | None, sizes: Mapping[Part, float], fixed: int) -> None:
+    """Raise the error of the largest part if all of them are more than what is free."""
+    needed = fixed + sum(sizes.values())
+    if free is None or needed <= free:
+        return
+    part = max(sizes, key=lambda part: sizes[part])
+    raise part.refusal(
+        f"the render needs about {_size(needed)} of {what} and {_size(free)} are free; "
+        f"{_size(sizes[part])} of it are for {part.count} {part.name}"
+    )
+
+
+def _size(count: float) -> str:
+    return f"{count / 1e9:.3g} GB"

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The estimate of memory: not below what is used, and an error before, not a crash after."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from addon.photon import memory
+from addon.photon.errors import SceneError, SettingsError
+from addon.photon.kept import Kept
+from addon.photon.memory import Budget
+from addon.photon.renderer import Renderer
+from addon.photon.scene import Scene
+from addon.photon.settings import Settings
+from addon.streams import Device, Stream, StreamError
+from tests.scenes import cornell
+
+ROOT = Path(__file__).parents[2]
+SMALL = Settings(width=24, height=16, photons=1000, passes=1)
+
+MEASURE = """
+import sys
+from addon.photon.memory import Budget
+from addon.photon.renderer import Renderer, open_device
+from addon.photon.settings import Settings
+from tests.bench.scale import resident
+from tests.scenes import cornell, hills
+layer, size, photons, quads = sys.argv[1], *map(int, sys.argv[2:])
+settings = Settings(width=size, height=size, photons=photons, layer=layer, passes=1)
+scene = hills(quads) if quads else cornell(True)
+device = open_device(settings)
+budget = Budget(scene, settings, device, layer)
+before = resident("VmRSS")
+renderer = Renderer(scene, settings, device)
+renderer.render_pass()
+renderer.images()
+used = resident("VmHWM") - before
+assert renderer.photon_mapper
+places, _ = renderer.photon_mapper.deposits.arrays()
+print(used, budget.needed(), budget.needed(len(places) / photons))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+@pytest.mark.parametrize("layer", ["native", "fragment"])
+@pytest.mark.parametrize(
+    ("size", "photons", "quads"), [(768, 4096, 0), (64, 600_000, 0), (64, 4096, 400)]
+)
+def test_estimate_is_what_is_used(
+    device: Device, layer: str, size: int, photons: int, quads: int
+) -> None:
+    """On software OpenGL, where textures are resident memory: no less, and not far above."""
+    if not device.is_software:
+        pytest.skip("textures are the GPU's")
+    command = [sys.executable, "-c", MEASURE, layer, *map(str, (size, photons, quads))]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    used, guessed, known = map(int, result.stdout.split())
+    print(f"used {used / 1e6:.0f} MB, estimated {guessed / 1e6:.0f}, then {known / 1e6:.0f}")
+    assert used <= known <= 2 * used
+    assert used <= guessed <= 4 * used
+
+
+@pytest.mark.parametrize("mirror", [False, True])
+@pytest.mark.parametrize(
+    "settings",
+    [{}, {"layer": "fragment"}, {"estimator": "splat", "layer": "fragment"}, {"photons": 0}],
+    ids=str,
+)
+def test_textures_are_counted(
+    device: Device, monkeypatch: pytest.MonkeyPatch, mirror: bool, settings: dict[str, Any]
+) -> None:
+    made = []
+    init = Stream.__init__
+
+    def counted(stream: Stream, *args: Any) -> None:
+        init(stream, *args)
+        made.append(stream.size)
+
+    monkeypatch.setattr(Stream, "__init__", counted)
+    renderer = Renderer(cornell(mirror), replace(SMALL, **settings), device)
+    renderer.render_pass()
+    budget = Budget(renderer.scene, renderer.settings, device, renderer.layer)
+    renderer.release()
+    assert made.count((24, 16)) == budget.pixel_textures
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "match"),
+    [
+        (
+            {"width": 4096, "height": 2048},
+            SettingsError,
+            "for 8388608 pixels: lower the resolution",
+        ),
+        ({"photons": 1 << 24}, SettingsError, "for 16777216 photons: lower the photons a pass"),
+        ({}, SceneError, "for 5142 triangles: give the scene fewer"),
+    ],
+    ids=["pixels", "photons", "triangles"],
+)
+def test_too_large(
+    device: Device,
+    monkeypatch: pytest.MonkeyPatch,
+    settings: dict[str, Any],
+    error: type[Exception],
+    match: str,
+) -> None:
+    """Refused before anything is taken, with what is needed, what there is and what to lower."""
+    free = memory.FIXED + (1_000_000 if not settings else 900_000_000)
+    monkeypatch.setattr(memory, "free_host_memory", lambda: free)
+    monkeypatch.setattr(Device, "texture", None)
+    needs = r"needs about [\d.]+ GB of memory and [\d.]+ GB are free; [\d.]+ GB of it are "
+    with pytest.raises(error, match=needs + match):
+        Renderer(cornell(), replace(SMALL, **settings), device)
+
+
+def test_region_counts(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A part of a picture that would be too large as a whole is rendered."""
+    monkeypatch.setattr(memory, "free_host_memory", lambda: 400_000_000)
+    settings = replace(SMALL, width=8192, height=8192)
+    with pytest.raises(SettingsError, match="67108864 pixels: lower .* or render a border region"):
+        Renderer(cornell(), settings, device)
+    Renderer(cornell(), replace(settings, region=(4000, 4000, 4064, 4064)), device).release()
+
+
+def test_what_was_kept_makes_room(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = Kept(device)
+    Renderer(cornell(), SMALL, device, kept).release()
+    assert kept.photon_bytes > 0
+    monkeypatch.setattr(
+        memory, "free_host_memory", lambda: 10_000 if kept.photon_bytes else 400_000_000
+    )
+    renderer = Renderer(cornell(), replace(SMALL, radius=1.0), device, kept)
+    assert kept.photon_bytes == 0
+    renderer.release()
+    kept.release()
+
+
+def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the pilot pass tells is looked at, too."""
+    settings = replace(SMALL, photons=1 << 20)
+    monkeypatch.setattr(memory, "MOST_GUESSED", 0.0)
+    guess = Budget(cornell(), settings, device, "native").needed()
+    monkeypatch.setattr(memory, "free_host_memory", lambda: guess)
+    with pytest.raises(SettingsError, match="for 1048576 photons: lower the photons a pass"):
+        Renderer(cornell(), settings, device)
+
+
+def test_sides_of_textures(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(device, "texture_limit", 200)
+    with pytest.raises(SettingsError, match="300x8 pixels are more than 200 a side"):
+        Renderer(cornell(), replace(SMALL, width=300, height=8), device)
+    with pytest.raises(SettingsError, match=r"204801 photons a pass are more than .* lower the ph"):
+        settings = replace(SMALL, photons=200 * 1024 + 1, layer="fragment")
+        Renderer(cornell(), settings, device)
+    monkeypatch.setattr(device, "texture_limit", 25)
+    with pytest.raises(SceneError, match=r"30000 triangles are more than .* fewer triangles"):
+        Renderer(many(30000), SMALL, device)
+
+
+def test_memory_of_a_gpu(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Textures count there, and what the host holds here."""
+    monkeypatch.setattr(device, "is_software", False)
+    monkeypatch.setattr(device, "prefers_native", False)
+    settings = replace(SMALL, width=1024, height=1024)
+    free = 1_000_000_000
+    monkeypatch.setattr(device, "free_memory", lambda: free, raising=False)
+    with pytest.raises(SettingsError, match=r"of memory on .* and 1 GB are free; .* pixels"):
+        Budget(cornell(), settings, device, "compute")
+    free = 1_500_000_000
+    assert Budget(cornell(), settings, device, "compute").needed() > free
+    monkeypatch.setattr(memory, "free_host_memory", lambda: 500_000_000)
+    with pytest.raises(SettingsError, match="of memory and 0.5 GB are free"):
+        Budget(cornell(), settings, device, "compute")
+    free = None  # a driver that does not tell
+    monkeypatch.setattr(memory, "free_host_memory", lambda: None)
+    Budget(cornell(), replace(settings, width=16384), device, "compute")
+
+
+def test_texture_without_room(device: Device) -> None:
+    """What the driver refuses is an error that says so; llvmpipe holds 1 to 2 GB a texture."""
+    if not device.is_software:
+        pytest.skip("a GPU may have room")
+    with pytest.raises(StreamError, match="has no room for 16384x16384 texels .*OUT_OF_MEMORY"):
+        device.texture((16384, 16384), 4)
+    device.check()
+
+
+def test_free_memory(device: Device) -> None:
+    free = memory.free_host_memory()
+    if sys.platform == "linux":
+        assert free and 1 << 20 < free < 1 << 50
+    free = device.free_memory()
+    assert free is None or 1 << 20 < free < 1 << 50
+
+
+def test_free_memory_of_a_driver_that_tells(
+    device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The call works: another number that is known here stands in for it."""
+    extension, texture_size = sorted(device.ctx.extensions)[0], 0x0D33
+    monkeypatch.setattr("addon.streams.device._FREE_MEMORY", {extension: texture_size})
+    assert device.free_memory() == 1024 * device.ctx.info["GL_MAX_TEXTURE_SIZE"]
+
+
+def many(count: int) -> Scene:
+    """A scene's first triangle, so many times."""
+    scene = cornell()
+    arrays = ("triangles", "corner_normals", "material", "surface")
+    return replace(scene, **{name: getattr(scene, name)[[0] * count] for name in arrays})
