@@ -17,7 +17,7 @@ from .geometry import upload_table
 
 MOST_CELLS = 64  # along the longest axis
 OUTSIDE = 0.005  # of the photons may lie beyond the grid, on either side of each axis
-WIDEST = 2.0  # no radius is larger, in radii that even light would have
+WIDEST = 1.4  # no radius is larger, in radii that even light would have
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
 UNIFORMS = {"shrink": Uniform("float")}
 TABLES = {"radii": Table()}
@@ -63,9 +63,7 @@ class RadiusField:
             pixel=pixel,
             eye=eye,
         )
-        # Half of the photons lie where radii are smaller.
-        radii = self.native.at(place, deposit) if len(place) else self.native.largest()
-        self._finish(device, float(np.median(radii)), is_even=False)
+        self._finish(device, is_even=False)
 
     @classmethod
     def even(cls, device: Device, radius: float) -> RadiusField:
@@ -75,12 +73,13 @@ class RadiusField:
         field.native = native.RadiusField(
             none, none, zero, zero, 1.0, photons=1.0, most=radius, pixel=radius, eye=None
         )
-        field._finish(device, radius, is_even=True)
+        field._finish(device, is_even=True)
         return field
 
-    def _finish(self, device: Device, typical: float, is_even: bool) -> None:
+    def _finish(self, device: Device, is_even: bool) -> None:
         self.table = upload_table(device, self.native.table())
-        self.typical, self.largest, self.is_even = typical, self.native.largest(), is_even
+        self.typical, self.largest = self.native.typical(), self.native.largest()
+        self.is_even = is_even
 
     def of_pass(self, shrink: float) -> Radii:
         """The radii of a pass whose radii are `shrink` times the first pass's."""

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The gather radius at every place of a surface: native/src/radius.rs. Uses the table radii: for each
-// side two texels, origin and the texel where its cells begin, cells and their size; then for each cell
-// two: its corners, x fastest, then y, then z.
+// side two texels, its grid's origin and which number of the table its first node is, cells and their
+// size; then the nodes, x fastest, four a texel.
 #include "lib/table.glsl"
 
 const int SIDES = 6;
@@ -13,15 +13,22 @@ int side_of(vec3 normal) {
     return 2 * axis + (normal[axis] < 0.0 ? 1 : 0);
 }
 
+float node_radius(int at) { return texelFetch(radii, table_texel(at >> 2), 0)[at & 3]; }
+
 float radius_on(int side, vec3 position) {
     vec4 origin = texelFetch(radii, ivec2(2 * side, 0), 0), extent = texelFetch(radii, ivec2(2 * side + 1, 0), 0);
     vec3 at = clamp((position - origin.xyz) / extent.w, vec3(0.0), extent.xyz);
     ivec3 cells = ivec3(extent.xyz), cell = min(ivec3(at), cells - 1);
     vec3 share = at - vec3(cell);
-    int first = int(origin.w) + 2 * ((cell.z * cells.y + cell.y) * cells.x + cell.x);
-    vec4 z = mix(texelFetch(radii, table_texel(first), 0), texelFetch(radii, table_texel(first + 1), 0), share.z);
-    vec2 y = mix(z.xy, z.zw, share.y);
-    return mix(y.x, y.y, share.x) * shrink;
+    int row = cells.x + 1, layer = row * (cells.y + 1);
+    int first = int(origin.w) + cell.z * layer + cell.y * row + cell.x;
+    vec4 x;
+    for (int i = 0; i < 4; i++) {
+        int at = first + (i & 1) * row + (i >> 1) * layer;
+        x[i] = mix(node_radius(at), node_radius(at + 1), share.x);
+    }
+    vec2 y = mix(x.xz, x.yw, share.y);
+    return mix(y.x, y.y, share.z) * shrink;
 }
 
 float radius_at(vec3 position, vec3 normal) { return radius_on(side_of(normal), position); }

@@ -40,15 +40,21 @@ impl Grid {
         })
     }
 
-    /// The cell of a finite position: floor((p - origin) / cell_size) in float32, clamped to the
-    /// grid.
+    /// The cell of a finite position along each axis: floor((p - origin) / cell_size) in float32,
+    /// clamped to the grid.
     #[inline]
-    pub(crate) fn cell(&self, position: &[f32]) -> u32 {
-        let [x, y, z] = [0, 1, 2].map(|k| {
+    pub(crate) fn cell_of(&self, position: &[f32]) -> [u32; 3] {
+        [0, 1, 2].map(|k| {
             // The cast truncates, saturates, and equals floor once negative values are clamped.
             let i = ((position[k] - self.origin[k]) / self.cell_size) as i32;
             (i.max(0) as u32).min(self.cells[k] as u32 - 1)
-        });
+        })
+    }
+
+    /// Its number.
+    #[inline]
+    pub(crate) fn cell(&self, position: &[f32]) -> u32 {
+        let [x, y, z] = self.cell_of(position);
         (z * self.cells[1] as u32 + y) * self.cells[0] as u32 + x
     }
 }

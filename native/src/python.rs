@@ -402,19 +402,24 @@ impl RadiusField {
         Ok(RadiusField(field))
     }
 
-    /// The radii float32[P] at place float32[P, 4], whose fourth numbers are ignored, on surfaces whose
-    /// packed normals are the fourth numbers of deposit float32[P, 4].
+    /// The radii float32[P] at place float32[P, 4] of surfaces with the normals facing float32[P, 4];
+    /// the fourth numbers are ignored.
     fn at<'py>(
         &self,
         py: Python<'py>,
         place: &Bound<'py, PyAny>,
-        deposit: &Bound<'py, PyAny>,
+        facing: &Bound<'py, PyAny>,
     ) -> PyResult<F32Array<'py>> {
         let place = array::<f32>(place, "place", &[None, Some(4)])?;
-        let deposit = array::<f32>(deposit, "deposit", &[None, Some(4)])?;
-        let both = rows::<f32, 4>(&place)?.iter().zip(rows::<f32, 4>(&deposit)?);
-        let radii = both.map(|(&[x, y, z, _], d)| self.0.at([x, y, z], density::unpack_direction(d[3])));
+        let facing = array::<f32>(facing, "facing", &[None, Some(4)])?;
+        let both = rows::<f32, 4>(&place)?.iter().zip(rows::<f32, 4>(&facing)?);
+        let radii = both.map(|(&[x, y, z, _], &[nx, ny, nz, _])| self.0.at([x, y, z], [nx, ny, nz]));
         Ok(PyArray1::from_iter(py, radii))
+    }
+
+    /// The median of the radii at the photons.
+    fn typical(&self) -> f32 {
+        self.0.typical()
     }
 
     /// The largest radius.

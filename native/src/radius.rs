@@ -57,13 +57,14 @@ impl Wanted {
 /// Radii of one side's surfaces at the nodes of a grid that lies over their photons.
 struct Side {
     grid: Grid,
-    /// Of each cell, x fastest: its corners' radii, x fastest, then y, then z.
-    corners: Vec<[f32; 8]>,
+    /// At the corners of the cells, x fastest.
+    nodes: Vec<f32>,
 }
 
 /// Radii, interpolated between the nodes of a grid for each side.
 pub struct RadiusField {
     sides: [Side; SIDES],
+    typical: f32,
 }
 
 impl RadiusField {
@@ -105,25 +106,39 @@ impl RadiusField {
         if let Some(row) = places.iter().position(|place| !place[..3].iter().all(|x| x.is_finite())) {
             return Err(InvalidInput(format!("place[{row}] = {:?} is not finite", &places[row][..3])));
         }
+        let normals: Vec<[f32; 3]> = deposits.iter().map(|deposit| unpack_direction(deposit[3])).collect();
         let sides: Vec<Side> = (0..SIDES)
             .into_par_iter()
             .map(|side| {
                 let sign = if side % 2 == 0 { 1.0 } else { -1.0 };
-                let facing = |deposit: &[f32; 4]| sign * unpack_direction(deposit[3])[side / 2] >= FACING;
+                let facing = |normal: &[f32; 3]| sign * normal[side / 2] >= FACING;
                 let inside = |place: &[f32; 4]| (0..3).all(|k| (low[k]..=high[k]).contains(&place[k]));
-                let counting = places.iter().zip(deposits).filter(|(p, d)| inside(p) && facing(d));
+                let counting = places.iter().zip(&normals).filter(|(p, n)| facing(n) && inside(p));
                 let places: Vec<[f32; 4]> = counting.map(|(&place, _)| place).collect();
                 Side::new(&places, low, cell_size, wanted)
             })
             .collect::<Result<_, _>>()?;
         let sides = sides.try_into().unwrap_or_else(|_| unreachable!("as many as there are sides"));
-        Ok(RadiusField { sides })
+        let mut field = RadiusField { sides, typical: 0.0 };
+        field.typical = field.largest();
+        if !places.is_empty() {
+            let at = |(p, &n): (&[f32; 4], &[f32; 3])| field.at([p[0], p[1], p[2]], n);
+            let mut radii: Vec<f32> = places.par_iter().zip(&normals).map(at).collect();
+            let middle = radii.len() / 2;
+            field.typical = *radii.select_nth_unstable_by(middle, f32::total_cmp).1;
+        }
+        Ok(field)
+    }
+
+    /// The median at the photons: half of them lie where radii are smaller.
+    pub fn typical(&self) -> f32 {
+        self.typical
     }
 
     /// The radius at a position of a surface (glsl/lib/radius.glsl).
     #[inline]
     pub fn at(&self, position: [f32; 3], normal: [f32; 3]) -> f32 {
-        let Side { grid, corners } = &self.sides[side_of(normal)];
+        let Side { grid, nodes } = &self.sides[side_of(normal)];
         let mut cell = [0; 3];
         let mut share = [0.0; 3];
         for k in 0..3 {
@@ -132,32 +147,33 @@ impl RadiusField {
             cell[k] = (at as usize).min(grid.cells[k] - 1);
             share[k] = at - cell[k] as f32;
         }
-        let corners = &corners[(cell[2] * grid.cells[1] + cell[1]) * grid.cells[0] + cell[0]];
+        let row = grid.cells[0] + 1;
+        let layer = row * (grid.cells[1] + 1);
+        let first = cell[2] * layer + cell[1] * row + cell[0];
         let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
-        let z: [f32; 4] = std::array::from_fn(|i| mix(corners[i], corners[i + 4], share[2]));
-        mix(mix(z[0], z[2], share[1]), mix(z[1], z[3], share[1]), share[0])
+        let along_x = |at: usize| mix(nodes[at], nodes[at + 1], share[0]);
+        let along_y = |at: usize| mix(along_x(at), along_x(at + row), share[1]);
+        mix(along_y(first), along_y(first + layer), share[2])
     }
 
     /// The largest radius.
     pub fn largest(&self) -> f32 {
-        let corners = self.sides.iter().flat_map(|side| side.corners.as_flattened());
-        corners.fold(0.0, |most, &radius| most.max(radius))
+        self.sides.iter().flat_map(|side| &side.nodes).fold(0.0, |most, &radius| most.max(radius))
     }
 
-    /// What glsl/lib/radius.glsl reads: for each side two texels, origin and the texel where its cells
-    /// begin, cells and their size; then the cells, two texels each.
+    /// What glsl/lib/radius.glsl reads: for each side eight numbers, its grid's origin and which number
+    /// here its first node is, cells and their size; then the nodes. Padded to texels of four.
     pub fn table(&self) -> Vec<[f32; 4]> {
-        let mut first = 2 * SIDES;
+        let mut first = 8 * SIDES;
         let mut table = Vec::new();
-        for Side { grid, corners } in &self.sides {
+        for Side { grid, nodes } in &self.sides {
             let ([x, y, z], [nx, ny, nz]) = (grid.origin, grid.cells.map(|n| n as f32));
-            table.extend([[x, y, z, first as f32], [nx, ny, nz, grid.cell_size]]);
-            first += 2 * corners.len();
+            table.extend([x, y, z, first as f32, nx, ny, nz, grid.cell_size]);
+            first += nodes.len();
         }
-        for side in &self.sides {
-            table.extend(side.corners.as_flattened().as_chunks::<4>().0);
-        }
-        table
+        self.sides.iter().for_each(|side| table.extend(&side.nodes));
+        table.resize(table.len().next_multiple_of(4), 0.0);
+        table.as_chunks().0.to_vec()
     }
 }
 
@@ -191,8 +207,7 @@ impl Side {
         let cells: [usize; 3] = std::array::from_fn(|k| ((high[k] - low[k]) / cell_size).ceil() as usize + 2);
         let origin = std::array::from_fn(|k| (low[k] + high[k] - cell_size * cells[k] as f32) / 2.0);
         let grid = Grid { origin, cell_size, cells };
-        let cell_count = grid.check()?;
-        let [nx, ny, nz] = cells;
+        grid.check()?;
         let nodes = cells.map(|n| n + 1);
         let fine = Grid {
             origin: grid.origin,
@@ -214,12 +229,15 @@ impl Side {
             (slab(high[0]) - slab(low[0])) as f32 // a sum of floats would round beyond 2^24
         };
         let needed = wanted.photons * BOX;
-        let node = |x: usize, y: usize, z: usize| (z * nodes[1] + y) * nodes[0] + x;
         let mut radii = vec![0.0f32; nodes.iter().product()];
-        radii.par_iter_mut().enumerate().for_each(|(i, radius)| {
-            let at = [i % nodes[0], i / nodes[0] % nodes[1], i / (nodes[0] * nodes[1])];
+        let radius_at = |at: [usize; 3]| {
             let least = wanted.least(std::array::from_fn(|k| origin[k] + cell_size * at[k] as f32));
             let at = at.map(|n| n * FINE);
+            if count(at, 2 * FINE) == 0.0 {
+                // Far from this side's surfaces, as most nodes are, or in the dark: as large as the next
+                // ones allow.
+                return wanted.most.max(least);
+            }
             let (mut half, mut inner) = (1, None);
             let found = loop {
                 let found = count(at, half);
@@ -248,40 +266,33 @@ impl Side {
                     best = best.min(balanced.powf(1.0 / 6.0));
                 }
             }
-            *radius = best.min(wanted.most).max(least);
+            best.min(wanted.most).max(least)
+        };
+        radii.par_chunks_mut(nodes[0]).enumerate().for_each(|(row, radii)| {
+            let (y, z) = (row % nodes[1], row / nodes[1]);
+            radii.iter_mut().enumerate().for_each(|(x, radius)| *radius = radius_at([x, y, z]));
         });
         flatten(&mut radii, nodes, STEEPEST * cell_size);
-        let mut corners = Vec::with_capacity(cell_count);
-        for z in 0..nz {
-            for y in 0..ny {
-                for x in 0..nx {
-                    corners.push(std::array::from_fn(|i| {
-                        radii[node(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))]
-                    }));
-                }
-            }
-        }
-        Ok(Side { grid, corners })
+        Ok(Side { grid, nodes: radii })
     }
 }
 
 /// Photons in the cells below each of their corners, along all axes.
 fn sums(places: &[[f32; 4]], grid: &Grid) -> Vec<u32> {
     let [nx, ny, nz] = grid.cells;
-    let mut counts = vec![0u32; nx * ny * nz];
+    let (row, layer) = (nx + 1, (nx + 1) * (ny + 1));
+    let mut below = vec![0u32; layer * (nz + 1)];
     for place in places {
-        counts[grid.cell(place) as usize] += 1;
+        let [x, y, z] = grid.cell_of(place).map(|i| i as usize + 1);
+        below[z * layer + y * row + x] += 1;
     }
-    let corner = |x: usize, y: usize, z: usize| (z * (ny + 1) + y) * (nx + 1) + x;
-    let mut below = vec![0u32; corner(nx, ny, nz) + 1];
-    for z in 0..nz {
-        for y in 0..ny {
-            let mut row = 0;
-            for x in 0..nx {
-                row += counts[(z * ny + y) * nx + x];
-                below[corner(x + 1, y + 1, z + 1)] =
-                    row + below[corner(x + 1, y, z + 1)] + below[corner(x + 1, y + 1, z)]
-                        - below[corner(x + 1, y, z)];
+    for z in 1..=nz {
+        for y in 1..=ny {
+            let mut along_x = 0;
+            for x in 1..=nx {
+                let at = z * layer + y * row + x;
+                along_x += below[at];
+                below[at] = along_x + below[at - layer] + below[at - row] - below[at - layer - row];
             }
         }
     }
@@ -290,20 +301,38 @@ fn sums(places: &[[f32; 4]], grid: &Grid) -> Vec<u32> {
 
 /// Lower radii until none exceeds a neighbour's by more than `step`: one sweep up and one down
 /// suffice, since what a node may have falls off along any path of axis-parallel steps.
-fn flatten(radii: &mut [f32], nodes: [usize; 3], step: f32) {
-    let strides = [1, nodes[0], nodes[0] * nodes[1]];
-    let place = |i: usize| [i % nodes[0], i / nodes[0] % nodes[1], i / strides[2]];
-    for i in 0..radii.len() {
-        for (k, at) in place(i).into_iter().enumerate() {
-            if at > 0 {
-                radii[i] = radii[i].min(radii[i - strides[k]] + step);
+fn flatten(radii: &mut [f32], [nx, ny, nz]: [usize; 3], step: f32) {
+    let (row, layer) = (nx, nx * ny);
+    let mut lower = |at: usize, neighbour: usize| radii[at] = radii[at].min(radii[neighbour] + step);
+    for z in 0..nz {
+        for y in 0..ny {
+            for x in 0..nx {
+                let at = z * layer + y * row + x;
+                if x > 0 {
+                    lower(at, at - 1);
+                }
+                if y > 0 {
+                    lower(at, at - row);
+                }
+                if z > 0 {
+                    lower(at, at - layer);
+                }
             }
         }
     }
-    for i in (0..radii.len()).rev() {
-        for (k, at) in place(i).into_iter().enumerate() {
-            if at + 1 < nodes[k] {
-                radii[i] = radii[i].min(radii[i + strides[k]] + step);
+    for z in (0..nz).rev() {
+        for y in (0..ny).rev() {
+            for x in (0..nx).rev() {
+                let at = z * layer + y * row + x;
+                if x + 1 < nx {
+                    lower(at, at + 1);
+                }
+                if y + 1 < ny {
+                    lower(at, at + row);
+                }
+                if z + 1 < nz {
+                    lower(at, at + layer);
+                }
             }
         }
     }
@@ -362,8 +391,9 @@ mod tests {
         let [x, y, z, first] = table[2 * 4];
         let [nx, .., size] = table[2 * 4 + 1];
         assert_eq!((size, nx), (0.125, 2.0));
-        assert_eq!(field.at([x, y, z], UP), table[first as usize][0]);
-        assert_eq!(field.at([x + size, y, z], UP), table[first as usize][1]);
+        let first = first as usize;
+        assert_eq!(field.at([x, y, z], UP), table.as_flattened()[first]);
+        assert_eq!(field.at([x + size, y, z], UP), table.as_flattened()[first + 1]);
     }
 
     #[test]

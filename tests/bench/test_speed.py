@@ -87,7 +87,7 @@ def test_pairs_as_by_brute_force(
     photons, deposits = renderer.photon_mapper.deposits.arrays()
     field = renderer._radius_field.native
     expected = [
-        brute_force(*points, photons, deposits, field.at(points[0].reshape(-1, 4)))
+        brute_force(*points, photons, deposits, field.at(*(x.reshape(-1, 4) for x in points)))
         for points in seen.points
     ]
     renderer.release()

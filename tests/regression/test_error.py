@@ -27,6 +27,8 @@ from tests.scenes import random_room
 from .make_room_references import FILE, ROOMS, SIZE
 
 LOW, HIGH = 0.7, 1.5  # estimated over true
+# Before as many passes as the default of min_passes the coverage's noise passes for blur.
+HIGH_AT_FIRST = 2.0
 PASSES = (4, 8, 16, 64)
 SEEDS = (1, 2)
 MORE_SEEDS = (3, 4, 5, 6)  # up to MORE_PASSES
@@ -128,7 +130,11 @@ def test_random_rooms(rooms: dict[int, list[Any]], passes: int, record_property:
         found = over_seeds([looks[passes] for looks in seeds if passes in looks])
         report(f"room {room}", passes, *found, record_property)
         ratios.append(found[-1])
-    assert len(ratios) == 10 and min(ratios) >= LOW and max(ratios) <= HIGH
+    assert (
+        len(ratios) == 10
+        and min(ratios) >= LOW
+        and max(ratios) <= (HIGH if passes >= 8 else HIGH_AT_FIRST)
+    )
 
 
 @pytest.mark.slow

@@ -83,7 +83,8 @@ def count_pairs(
     sums = native.PhotonMap(photons, unit, tuple(map(float, low)), cell, cells).gather(
         place, facing, radii.field.native, radii.shrink, "constant"
     )
-    radius = radii.field.native.at(place.reshape(-1, 4)).astype(np.float64) * radii.shrink
+    at = radii.field.native.at(place.reshape(-1, 4), facing.reshape(-1, 4))
+    radius = at.astype(np.float64) * radii.shrink
     return int(np.rint(sums[..., 0].ravel() * (math.pi * radius**2)).sum())
 
 
