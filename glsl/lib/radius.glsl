@@ -4,14 +4,7 @@
 // size; then the nodes, x fastest, four a texel.
 #include "lib/table.glsl"
 
-const int SIDES = 6;
-
-// Surfaces are told apart by the axis nearest to their normal: +x, -x, +y, -y, +z, -z.
-int side_of(vec3 normal) {
-    vec3 a = abs(normal);
-    int axis = a.x >= a.y && a.x >= a.z ? 0 : (a.y >= a.z ? 1 : 2);
-    return 2 * axis + (normal[axis] < 0.0 ? 1 : 0);
-}
+const float FACING = 0.5;
 
 float node_radius(int at) { return texelFetch(radii, table_texel(at >> 2), 0)[at & 3]; }
 
@@ -31,15 +24,26 @@ float radius_on(int side, vec3 position) {
     return mix(y.x, y.y, share.z) * shrink;
 }
 
-float radius_at(vec3 position, vec3 normal) { return radius_on(side_of(normal), position); }
+// Sides are +x, -x, +y, -y, +z, -z.
+int side_of(int axis, vec3 normal) { return 2 * axis + (normal[axis] < 0.0 ? 1 : 0); }
 
-// The largest radius at a position of any surface within 45 degrees of a normal: its nearest axis lies
-// within 45 + 54.8 degrees.
+// The smallest of the sides that a surface counts for.
+float radius_at(vec3 position, vec3 normal) {
+    float radius = 1.0e30;
+    for (int axis = 0; axis < 3; axis++) {
+        if (abs(normal[axis]) >= FACING) radius = min(radius, radius_on(side_of(axis, normal), position));
+    }
+    return radius;
+}
+
+// No less than radius_at there of any surface within 45 degrees of a normal. Within 15 degrees of an axis
+// all of these count for its side; else each counts for one that is within 45 + 54.8 degrees.
 float largest_radius_at(vec3 position, vec3 normal) {
     float radius = 0.0;
-    for (int side = 0; side < SIDES; side++) {
-        float cosine = normal[side / 2] * (side % 2 == 0 ? 1.0 : -1.0);
-        if (cosine > -0.18) radius = max(radius, radius_on(side, position));
+    for (int axis = 0; axis < 3; axis++) {
+        if (abs(normal[axis]) >= 0.966) return radius_on(side_of(axis, normal), position);
+        radius = max(radius, radius_on(side_of(axis, normal), position));
+        if (abs(normal[axis]) < 0.18) radius = max(radius, radius_on(side_of(axis, -normal), position));
     }
     return radius;
 }

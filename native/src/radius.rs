@@ -25,11 +25,11 @@ const TELLING: f32 = 50.0;
 const PASSES: f32 = 16.0;
 const UNEVEN: f32 = 0.05;
 
-/// Surfaces are told apart by the axis, of these six, that is nearest to their normal: +x, -x, +y, -y,
-/// +z, -z. The light on one side of a wall says nothing about the other.
+/// Surfaces are told apart by the axes that they face: +x, -x, +y, -y, +z, -z. The light on one side of
+/// a wall says nothing about the other.
 const SIDES: usize = 6;
-/// A photon counts for the axes to which its normal has at least this cosine: all photons of a plane
-/// count for the plane's nearest axis, to which it has 0.577 or more.
+/// Surfaces and photons count for the axes to which their normal has at least this cosine: one to three
+/// of them, since to the nearest it has 0.577 or more.
 const FACING: f32 = 0.5;
 
 /// How radii are to be.
@@ -135,25 +135,18 @@ impl RadiusField {
         self.typical
     }
 
-    /// The radius at a position of a surface (glsl/lib/radius.glsl).
+    /// The radius at a position of a surface (glsl/lib/radius.glsl): the smallest of the sides that it
+    /// counts for.
     #[inline]
     pub fn at(&self, position: [f32; 3], normal: [f32; 3]) -> f32 {
-        let Side { grid, nodes } = &self.sides[side_of(normal)];
-        let mut cell = [0; 3];
-        let mut share = [0.0; 3];
-        for k in 0..3 {
-            let at = (position[k] - grid.origin[k]) / grid.cell_size;
-            let at = at.max(0.0).min(grid.cells[k] as f32); // a NaN becomes 0
-            cell[k] = (at as usize).min(grid.cells[k] - 1);
-            share[k] = at - cell[k] as f32;
+        let mut radius = f32::INFINITY;
+        for (axis, cosine) in normal.into_iter().enumerate() {
+            if cosine.abs() >= FACING {
+                let side = &self.sides[2 * axis + usize::from(cosine < 0.0)];
+                radius = radius.min(side.at(position));
+            }
         }
-        let row = grid.cells[0] + 1;
-        let layer = row * (grid.cells[1] + 1);
-        let first = cell[2] * layer + cell[1] * row + cell[0];
-        let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
-        let along_x = |at: usize| mix(nodes[at], nodes[at + 1], share[0]);
-        let along_y = |at: usize| mix(along_x(at), along_x(at + row), share[1]);
-        mix(along_y(first), along_y(first + layer), share[2])
+        if radius.is_finite() { radius } else { self.typical } // no normal
     }
 
     /// The largest radius.
@@ -175,19 +168,6 @@ impl RadiusField {
         table.resize(table.len().next_multiple_of(4), 0.0);
         table.as_chunks().0.to_vec()
     }
-}
-
-/// Which of the [`SIDES`] a normal belongs to.
-fn side_of(normal: [f32; 3]) -> usize {
-    let [x, y, z] = normal.map(f32::abs);
-    let axis = if x >= y && x >= z {
-        0
-    } else if y >= z {
-        1
-    } else {
-        2
-    };
-    2 * axis + usize::from(normal[axis] < 0.0)
 }
 
 impl Side {
@@ -274,6 +254,27 @@ impl Side {
         });
         flatten(&mut radii, nodes, STEEPEST * cell_size);
         Ok(Side { grid, nodes: radii })
+    }
+
+    /// The radius at a position.
+    #[inline]
+    fn at(&self, position: [f32; 3]) -> f32 {
+        let Side { grid, nodes } = self;
+        let mut cell = [0; 3];
+        let mut share = [0.0; 3];
+        for k in 0..3 {
+            let at = (position[k] - grid.origin[k]) / grid.cell_size;
+            let at = at.max(0.0).min(grid.cells[k] as f32); // a NaN becomes 0
+            cell[k] = (at as usize).min(grid.cells[k] - 1);
+            share[k] = at - cell[k] as f32;
+        }
+        let row = grid.cells[0] + 1;
+        let layer = row * (grid.cells[1] + 1);
+        let first = cell[2] * layer + cell[1] * row + cell[0];
+        let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
+        let along_x = |at: usize| mix(nodes[at], nodes[at + 1], share[0]);
+        let along_y = |at: usize| mix(along_x(at), along_x(at + row), share[1]);
+        mix(along_y(first), along_y(first + layer), share[2])
     }
 }
 

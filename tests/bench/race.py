@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Seconds to equal error on a GPU: `python -m tests.bench.race SCENE.npz [--size N]`.
+
+Photon Stream against Mitsuba's path tracer (cuda_ad_rgb) on one machine without Blender. The
+reference is Mitsuba's own, in two halves of many samples and other seeds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from .chart.contenders.steps import Budget, Step
+from .chart.measure import Point, mean_of, squared_errors
+from .chart.results import seconds_by_slope, seconds_to
+from .chart.scenes import Reference
+
+TARGETS = (1e-2, 1e-3)
+REFERENCE_SEEDS = (1001, 2001)
+
+
+def climbed(steps: Iterator[Step], reference: Reference) -> list[Point]:
+    """A curve of whole pictures."""
+    nan = float("nan")
+    points = []
+    for step in steps:
+        error = mean_of(squared_errors(step.image, reference))
+        points.append(Point(step.effort, step.seconds.wall, error, error, error, nan, nan, nan))
+        print(f"    {step.effort:6} {step.seconds.wall:9.4f} s  {error.value:.3e}", flush=True)
+    return points
+
+
+def main() -> None:
+    """Print both curves and the ratios."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("scene", type=Path, help=".npz")
+    parser.add_argument("--size", type=int, default=512, help="[px] a side")
+    parser.add_argument("--seconds", type=float, default=20.0, help="of each half and contender")
+    arguments = parser.parse_args()
+    os.environ.setdefault("MITSUBA_VARIANT", "cuda_ad_rgb")
+    from .chart.contenders import mitsuba, photon_stream
+
+    engines = (mitsuba.Engine(), photon_stream.Engine())
+    for engine in engines:
+        engine.load(arguments.scene, arguments.scene, arguments.size)
+        print(engine.about)
+    theirs, ours = engines
+    halves = []
+    for seed in REFERENCE_SEEDS:
+        *_, last = theirs.climb("path", seed, Budget(arguments.seconds))
+        halves.append(np.asarray(last.image, np.float64))
+        print(f"reference: {last.effort} samples a pixel in {last.seconds.wall:.1f} s", flush=True)
+    reference = Reference(halves[0], halves[1], "Mitsuba path")
+    print("  Mitsuba path")
+    path = climbed(theirs.climb("path", 1, Budget(arguments.seconds)), reference)
+    print("  Photon Stream")
+    photons = climbed(ours.climb("photons", 1, Budget(arguments.seconds)), reference)
+    for target in TARGETS:
+        found = [
+            min(seconds_to(points, target), seconds_by_slope(points, target))
+            for points in (path, photons)
+        ]
+        print(
+            f"relMSE {target:g}: Mitsuba {found[0]:.4g} s, ours {found[1]:.4g} s: "
+            f"{found[0] / found[1]:.3g} times sooner"
+        )
+
+
+if __name__ == "__main__":
+    main()
