@@ -22,7 +22,7 @@ from .scene import Scene
 from .settings import Settings
 
 TEXEL = 16  # [bytes]
-FIXED = 96 << 20  # programs, the pilot pass, a grid of the smallest
+FIXED = 80 << 20  # programs, the pilot pass, a grid of the smallest
 GRID_CELLS = 64 << 20  # the photon grid's, on a GPU: photon_grid.MAX_CELLS in three buffers
 # A pixel's on the host: means and errors in float64 while a picture is made of the film; and the
 # images twice in shared memory and twice in the process that asked for them.

@@ -292,11 +292,12 @@ def test_animations_hold_no_more_from_frame_to_frame(
         pytest.skip(f"{device.name} has no compute programs")
     monkeypatch.setattr(device, "prefers_native", on_host)
     settings = replace(SETTINGS, layer=layer, estimator=estimator)
+    device._release_framebuffers()  # a cache with a limit of its own
     before = living(device)
     counts, sizes = [], []
     for frame in range(6):
         render(device, change(cornell(mirror=True), 0.02 * frame), settings, kept)
-        device._release_framebuffers()  # a cache with a limit of its own
+        device._release_framebuffers()
         counts.append(living(device))
         sizes.append(kept.photon_bytes)
     print(f"OpenGL holds {counts[0]}, {sizes[0]} bytes of deposits")

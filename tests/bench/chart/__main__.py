@@ -48,7 +48,7 @@ from .results import (
 from .scenes import SCENES, SIZE, Reference, blend_file, read_reference, reference_file
 from .worker import EngineError, Worker
 
-MINUTES = {True: 9.3, False: 45.0}  # of the whole run, quick or not; quick promises ten
+MINUTES = {True: 9.3, False: 40.0}  # of the whole run, quick or not; quick promises ten
 # Cycles is first: it exports the scene for the others.
 CONTENDERS = {
     "Cycles": "cycles",
