@@ -131,6 +131,7 @@ class Budget:
             count += 6 + 8
         if self._has_photons:
             count += 4 + settings.boundary_correction  # blur and coverage
+            count += settings.estimator == "splat"  # reach
             if not native and (mirror or settings.estimator != "splat"):
                 count += 2  # sums of Gather's launches
         return count

@@ -113,7 +113,9 @@ class Renderer:
                         "gather" if settings.estimator == "auto" else settings.estimator
                     )
                     if self.estimator == "splat":
-                        self.splat = Splat(device, settings.splat_shape, filter_define(settings))
+                        self.splat = Splat(
+                            device, layer, settings.splat_shape, filter_define(settings)
+                        )
                     if self.estimator == "gather" or self.needs.mirror:
                         self.grid = PhotonGrid(
                             device, layer, settings, mesh.extent, triangles is not None

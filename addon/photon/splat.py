@@ -10,9 +10,12 @@ from typing import Any
 import moderngl
 
 from ..streams import Device, Stream
+from ..streams.device import Layer
 from ..streams.source import expand
 from .deposits import Deposits
 from .radius_field import TABLES, UNIFORMS, Radii
+from .reach import Reach
+from .records import REACH
 from .settings import SplatShape
 
 _UNIFORMS = """
@@ -20,6 +23,8 @@ uniform sampler2D photon_place;
 uniform sampler2D photon_deposit;
 uniform sampler2D point_place;
 uniform sampler2D point_facing;
+uniform sampler2D point_reach;
+uniform int first_photon;
 uniform mat4 world_to_camera;
 uniform vec4 window;
 uniform vec2 viewport;
@@ -35,6 +40,9 @@ _MODES = {
     "point": moderngl.POINTS,
 }
 _UNLIMITED = 1.0e30
+# A draw that takes ten seconds is ended by an H200's driver, and buffers lose what was written to
+# them; half a million large splats at once took twelve.
+MOST_SPLATS = 1 << 14
 
 
 def splat_sources(version: int, shape: str, defines: Mapping[str, int | float]) -> tuple[Any, Any]:
@@ -62,7 +70,14 @@ class _Shape:
             raise device.refusal("Splat", failed, error) from None
         self.array = device.ctx.vertex_array(self.program, [])
         for unit, name in enumerate(
-            ("photon_place", "photon_deposit", "point_place", "point_facing", "radii")
+            (
+                "photon_place",
+                "photon_deposit",
+                "point_place",
+                "point_facing",
+                "point_reach",
+                "radii",
+            )
         ):
             self.program[name] = unit
 
@@ -70,7 +85,10 @@ class _Shape:
         for name, value in uniforms.items():
             if self.program.get(name, None) is not None:
                 self.program[name] = value
-        self.array.render(_MODES[self.shape], vertices=_VERTICES[self.shape], instances=count)
+        mode, vertices = _MODES[self.shape], _VERTICES[self.shape]
+        for first in range(0, count, MOST_SPLATS):
+            self.program["first_photon"] = first
+            self.array.render(mode, vertices=vertices, instances=min(MOST_SPLATS, count - first))
 
     def release(self) -> None:
         self.array.release()
@@ -92,9 +110,11 @@ class Splat:
     """
 
     def __init__(
-        self, device: Device, shape: SplatShape, defines: Mapping[str, int | float]
+        self, device: Device, layer: Layer, shape: SplatShape, defines: Mapping[str, int | float]
     ) -> None:
         self._device = device
+        self._reach = Reach(device, layer)
+        self._reaches: Stream | None = None
         self._shape = _Shape(device, shape, defines)
         # Points larger than the device draws become quads.
         self._large = _Shape(device, "quad", defines) if shape == "point" else None
@@ -111,12 +131,24 @@ class Splat:
     def estimate(self, place: Stream, facing: Stream, irradiance: Stream, view: View) -> None:
         """Write the irradiance at each visible point."""
         framebuffer = self._device.framebuffer([irradiance.texture])
-        framebuffer.use()
         framebuffer.clear()
         self.launches += 1
         if self._count == 0 or self._radii is None:
             return
-        textures = (*self._photons, place.texture, facing.texture, self._radii.field.table)
+        if self._reaches is None or self._reaches.size != place.size:
+            self._release_reaches()
+            self._reaches = Stream(self._device, REACH, place.size)
+        self._reach.run(
+            {"place": place, "facing": facing, "reach": self._reaches},
+            self._radii.tables(self._reach),
+            self._radii.uniforms,
+        )
+        framebuffer.use()
+        textures = (
+            *self._photons,
+            *(stream.texture for stream in (place, facing, self._reaches)),
+            self._radii.field.table,
+        )
         for unit, texture in enumerate(textures):
             texture.use(location=unit)
         limit = self._device.point_size_limit if self._large else _UNLIMITED
@@ -140,6 +172,12 @@ class Splat:
 
     def release(self) -> None:
         """Free what is its own; the programs are the device's."""
+        self._release_reaches()
+        self._reach.release()
         self._shape.release()
         if self._large:
             self._large.release()
+
+    def _release_reaches(self) -> None:
+        if self._reaches:
+            self._reaches.release()

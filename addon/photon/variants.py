@@ -19,6 +19,7 @@ from .generator import Generator
 from .lit import Lit
 from .mirror import Mirror
 from .projector import Projector
+from .reach import Reach
 from .reflector import Reflector
 from .settings import Filter, SplatShape
 from .splat import splat_sources
@@ -41,6 +42,7 @@ PLAIN: tuple[type[Kernel], ...] = (
     CombineAll,
     Accumulate,
     AccumulateBatches,
+    Reach,
 )
 COMPUTE = (
     "scan_blocks",

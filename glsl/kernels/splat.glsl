@@ -23,7 +23,7 @@ vec2 footprint_corner(int vertex) {
 }
 
 void main() {
-    ivec2 at = table_texel(gl_InstanceID);
+    ivec2 at = table_texel(first_photon + gl_InstanceID);
     photon = texelFetch(photon_place, at, 0);
     flux = texelFetch(photon_deposit, at, 0);
     vec3 centre = (world_to_camera * vec4(photon.xyz, 1.0)).xyz;
@@ -77,7 +77,7 @@ void main() {
     vec4 place = texelFetch(point_place, at, 0);
     vec3 normal = texelFetch(point_facing, at, 0).xyz;
     if (place.w == 0.0) discard;
-    float radius = radius_at(place.xyz, normal);
+    float radius = texelFetch(point_reach, at, 0).x;
     irradiance = photon_irradiance(photon, flux, place.xyz, place.w, normal, radius * radius);
 }
 #endif
