@@ -111,7 +111,7 @@ def main(argv: list[str]) -> int:
     sub.add_argument("--stability", action="store_true", help="only the stability table's tests")
     sub = commands.add_parser("chart", help="error against seconds, beside other renderers")
     sub.set_defaults(do=chart, theirs=theirs)
-    sub.add_argument("--quick", action="store_true", help="ten minutes instead of eighty")
+    sub.add_argument("--quick", action="store_true", help="ten minutes instead of forty")
     sub.add_argument("-o", "--output", type=Path, default=Path("chart"), metavar="FOLDER")
     sub = commands.add_parser("bench", help="seconds of each kernel, layer, estimator, and choice")
     sub.set_defaults(do=bench, theirs=theirs)

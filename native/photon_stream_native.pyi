@@ -55,6 +55,7 @@ class RadiusField:
         cell_size: float,
         *,
         photons: float,
+        times: float,
         most: float,
         pixel: float,
         eye: Sequence[float] | None,

@@ -258,7 +258,8 @@ class DeviceDeposits:
         if wanted <= rows * TABLE_WIDTH:
             return
         device, old = self._device, self._textures
-        self._textures = self._allocate(max(-(-wanted // TABLE_WIDTH), 2 * rows))
+        needed, limit = -(-wanted // TABLE_WIDTH), device.texture_limit
+        self._textures = self._allocate(max(needed, min(2 * rows, limit)))
         if self._at_most:
             for source, target in zip(old, self._textures, strict=True):
                 device.ctx.copy_framebuffer(

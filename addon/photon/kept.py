@@ -79,6 +79,7 @@ class Kept:
         self._source: tuple[Any, ...] = ()  # what photons depend on besides the stage
         self._passes: dict[int, _Pass] = {}  # by their numbers
         self.photon_bytes = 0  # that the deposits of these take
+        self._spare = self._budget
 
     def stage(self, scene: Scene, layer: str) -> Stage:
         """The scene's stage: the one that is there, if nothing but the view has changed."""
@@ -88,6 +89,17 @@ class Kept:
             self._stage = Stage.build(self._device, scene, layer)
         assert self._stage
         return self._stage
+
+    def leave_room(self, spare: int | None) -> None:
+        """Keep no more than `spare` [bytes] besides what is kept; None: as the budget says."""
+        self._spare = self._budget if spare is None else self.photon_bytes + spare
+
+    def forget_photons(self) -> None:
+        """Make room."""
+        for kept in self._passes.values():
+            kept.deposits.release()
+        self._passes.clear()
+        self.photon_bytes = 0
 
     def trace(
         self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
@@ -104,7 +116,7 @@ class Kept:
             settings.direct_by_photons,
         )
         if source != self._source:
-            self._forget_photons()
+            self.forget_photons()
             self._source = source
         if kept := self._passes.get(index):
             mapper.deposits.paste(kept.deposits)
@@ -113,7 +125,7 @@ class Kept:
             return mapper.deposits
         unfinished, dropped = mapper.unfinished, mapper.deposits.dropped
         deposits = mapper.trace(index, photons)
-        if self.photon_bytes + DEPOSIT_BYTES * deposits.count < self._budget:
+        if self.photon_bytes + DEPOSIT_BYTES * deposits.count < min(self._budget, self._spare):
             copy = deposits.copy()
             self._passes[index] = _Pass(
                 copy, mapper.unfinished - unfinished, deposits.dropped - dropped
@@ -124,16 +136,10 @@ class Kept:
     def release(self) -> None:
         """Forget everything, and free it on the device."""
         self._device.use()
-        self._forget_photons()
+        self.forget_photons()
         if self._stage:
             self._stage.tables.release()
         self._stage = None
-
-    def _forget_photons(self) -> None:
-        for kept in self._passes.values():
-            kept.deposits.release()
-        self._passes.clear()
-        self.photon_bytes = 0
 
 
 def same_but_view(one: Scene, other: Scene) -> bool:

@@ -33,7 +33,7 @@ RESIDENT_PATHS = PATHS + 8 + 4 * TEXEL  # on a GPU with compute programs: flags,
 DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
 LISTED = 136  # bytes a deposit, in lists and sorted
 SORTED = 2 * TEXEL + 4  # in the tables that Gather reads
-RESIDENT_LISTED = 4 * TEXEL  # in textures that double when they are full
+RESIDENT_LISTED = 6 * TEXEL  # in textures that double when they are full, copied to others
 SPLATS = 512  # software OpenGL's vertices
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 # A triangle's while its tree is built, on a soup of them; a grid of them takes four fifths.
@@ -91,6 +91,16 @@ class Budget:
             _compare("memory", self.free_host, {part: part.host for part in parts}, FIXED)
             sizes = {part: part.device for part in parts}
             _compare(f"memory on {name}", self.free_device, sizes, FIXED + GRID_CELLS)
+
+    def spare(self, deposits: float) -> int | None:
+        """What a render leaves of where its deposits are [bytes]; None: unknown."""
+        if self._device.is_software:
+            return None if self.free_host is None else self.free_host - self.needed(deposits)
+        if self.free_device is None:
+            return None
+        return int(
+            self.free_device - FIXED - GRID_CELLS - sum(p.device for p in self.parts(deposits))
+        )
 
     def needed(self, deposits: float | None = None) -> int:
         """All of it, wherever [bytes]."""

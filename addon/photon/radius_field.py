@@ -29,7 +29,7 @@ class RadiusField:
     A radius of its own for every place: about `wanted` photons fall into a disc, be it in a caustic
     or in the dark, and none of the first pass is smaller than a pixel sees. So no radius has to be
     set by hand, whatever a scene's scale and however much of it is dark. Surfaces are told apart by
-    the axis nearest to their normal: the light on one side of a wall says nothing about the other.
+    the axes that they face: the light on one side of a wall says nothing about the other.
     """
 
     def __init__(
@@ -38,11 +38,13 @@ class RadiusField:
         place: NDArray[np.float32],
         deposit: NDArray[np.float32],
         wanted: float,
+        times: float,
         area: float,
         pixel: float,
         eye: Sequence[float] | None,
     ) -> None:
-        """`place`, `deposit` (P, 4): a pass's photons; `area`: of the surfaces they may fall on;
+        """`place`, `deposit` (P, 4): photons, of which a disc shall hold `wanted`, and a pass has
+        `times` so many; `area`: of the surfaces they may fall on;
         `pixel`: its width at distance 1 from the eye, or everywhere."""
         # The grid lies over most photons: a far ground must not coarsen a lit room on it.
         low, high = np.zeros((2, 3))
@@ -59,6 +61,7 @@ class RadiusField:
             high.tolist(),
             cell,
             photons=wanted,
+            times=times,
             most=min(WIDEST * even, 2.0),
             pixel=pixel,
             eye=eye,
@@ -71,7 +74,7 @@ class RadiusField:
         field = cls.__new__(cls)
         none, zero = np.zeros((0, 4), np.float32), (0.0, 0.0, 0.0)
         field.native = native.RadiusField(
-            none, none, zero, zero, 1.0, photons=1.0, most=radius, pixel=radius, eye=None
+            none, none, zero, zero, 1.0, photons=1.0, times=1.0, most=radius, pixel=radius, eye=None
         )
         field._finish(device, is_even=True)
         return field

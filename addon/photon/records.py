@@ -17,9 +17,9 @@ THROUGHPUT = Record("Throughput", {"throughput": "vec3"})  # of a chain of mirro
 RADIANCE = Record("Radiance", {"radiance": "vec3", "alpha": "float"})  # [W/(m^2 sr)]
 # [W/m^2]; `inner` is the channels' mean within the inner radius (density.glsl)
 IRRADIANCE = Record("Irradiance", {"irradiance": "vec3", "inner": "float"})
+REACH = Record("Reach", {"radius": "float"})  # [scene units]
 # Share of the filter on its own surface; mass of the inner one there, and on the whole plane (1 in
 # the mean): the former divided by the latter is the inner one's share.
-REACH = Record("Reach", {"radius": "float"})  # [scene units]
 COVERAGE = Record("Coverage", {"share": "float", "inner": "float", "plane": "float"})
 # Indirect light within the inner radius, and what the radius adds to it: means of the channels
 # [W/(m^2 sr)], uncorrected. Coverage's inner and plane, weighted as the light is.

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +76,7 @@ class Renderer:
         layer: Layer = "compute" if self.layer == "compute" else "fragment"
         self.estimator = "none"
         self._kept = kept or Kept(device, budget=0)
-        self._own = None if kept else self._kept
+        self._parts: list[_Part] = [self._kept] if kept is None else []  # to release
         try:
             self.budget = Budget(scene, settings, device, self.layer)
         except PhotonStreamError:
@@ -93,11 +93,13 @@ class Renderer:
                 self.ray_tracer = RayTracer(
                     device, layer, stage.tables, self.frame, scene, settings, self.needs, triangles
                 )
+                self._parts.append(self.ray_tracer)
                 x0, y0, x1, y1 = settings.frame_region
                 names = list(FILM_IMAGES)
                 names += MIRROR_IMAGES if self.needs.mirror else ()
                 names += ["blur"] if self.needs.photons else ()
                 self.film = Film(device, layer, (x1 - x0, y1 - y0), names)
+                self._parts.append(self.film)
                 self.photon_mapper: PhotonMapper | NativePhotonMapper | None = None
                 self.splat = self.grid = None
                 if self.needs.photons:
@@ -109,6 +111,7 @@ class Renderer:
                         self.photon_mapper = PhotonMapper(
                             device, layer, stage.tables, settings, self.needs, len(scene.lights)
                         )
+                    self._parts.append(self.photon_mapper)
                     self.estimator = (
                         "gather" if settings.estimator == "auto" else settings.estimator
                     )
@@ -116,14 +119,21 @@ class Renderer:
                         self.splat = Splat(
                             device, layer, settings.splat_shape, filter_define(settings)
                         )
+                        self._parts.append(self.splat)
                     if self.estimator == "gather" or self.needs.mirror:
                         self.grid = PhotonGrid(
                             device, layer, settings, mesh.extent, triangles is not None
                         )
+                        self._parts.append(self.grid)
                 with _Timed(self.seconds, "radius"):
                     self._radius_field = self._find_radii(mesh)
+                self._parts.append(self._radius_field)
             except StreamError as error:
+                self.release()
                 raise DeviceError(str(error)) from error
+            except PhotonStreamError:
+                self.release()
+                raise
         # Nothing seen, until the first pass.
         self._depth = np.full((y1 - y0, x1 - x0, 1), NO_DEPTH, np.float32)
         self._error: tuple[int, Error] | None = None  # after so many passes
@@ -200,24 +210,14 @@ class Renderer:
         if self.grid:
             counts["gather"] = self.grid.kernel.launches
         if self.splat:
-            counts["splat"] = self.splat.launches
+            counts |= self.splat.launches()
         return counts
 
     def release(self) -> None:
         """Free everything on the device but the device, and what is kept for the next renderer."""
         self.device.use()
-        parts = (
-            self._radius_field,
-            self.ray_tracer,
-            self.film,
-            self.photon_mapper,
-            self.splat,
-            self.grid,
-            self._own,
-        )
-        for part in parts:
-            if part:
-                part.release()
+        for part in self._parts:
+            part.release()
 
     def _find_radii(self, mesh: Mesh) -> RadiusField:
         """The user's radius everywhere, or radii after a pilot pass of photons."""
@@ -227,11 +227,19 @@ class Renderer:
         photons = min(photons_a_pass, PILOT_PHOTONS)
         deposits = self._kept.trace(self.photon_mapper, self.settings, PILOT_PASS, photons)
         place, deposit = deposits.arrays()
-        self.budget.check(len(place) / photons)
+        landed = len(place) / photons
+        try:
+            self.budget.check(landed)
+        except PhotonStreamError:
+            self._kept.forget_photons()  # there may be room without them
+            self.budget = Budget(self.scene, self.settings, self.device, self.layer)
+            self.budget.check(landed)
+        self._kept.leave_room(self.budget.spare(landed))
         self.photon_mapper.unfinished = deposits.dropped = 0
-        wanted = photons_per_disc(photons_a_pass) * photons / photons_a_pass
+        times = photons_a_pass / photons
+        wanted = photons_per_disc(photons_a_pass) / times
         pixel, eye = self.ray_tracer.footprint()
-        return RadiusField(self.device, place, deposit, wanted, mesh.area, pixel, eye)
+        return RadiusField(self.device, place, deposit, wanted, times, mesh.area, pixel, eye)
 
     def _look(self) -> dict[str, NDArray[np.float32]]:
         """Make picture and error of what the film holds."""
@@ -276,6 +284,10 @@ def _choose_layer(settings: Settings, device: Device) -> str:
     if settings.layer == "native" or (settings.layer == "auto" and device.is_software):
         return "native"
     return device.choose_layer(settings.layer)
+
+
+class _Part(Protocol):
+    def release(self) -> None: ...
 
 
 class _Timed:

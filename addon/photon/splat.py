@@ -121,7 +121,7 @@ class Splat:
         self._photons: list[moderngl.Texture] = []
         self._count = 0
         self._radii: Radii | None = None
-        self.launches = 0
+        self._launches = 0
 
     def prepare(self, deposits: Deposits, radii: Radii) -> None:
         """Take a pass's deposits and radii."""
@@ -130,10 +130,9 @@ class Splat:
 
     def estimate(self, place: Stream, facing: Stream, irradiance: Stream, view: View) -> None:
         """Write the irradiance at each visible point."""
-        framebuffer = self._device.framebuffer([irradiance.texture])
-        framebuffer.clear()
-        self.launches += 1
+        self._launches += 1
         if self._count == 0 or self._radii is None:
+            irradiance.clear()
             return
         if self._reaches is None or self._reaches.size != place.size:
             self._release_reaches()
@@ -143,7 +142,9 @@ class Splat:
             self._radii.tables(self._reach),
             self._radii.uniforms,
         )
+        framebuffer = self._device.framebuffer([irradiance.texture])
         framebuffer.use()
+        framebuffer.clear()
         textures = (
             *self._photons,
             *(stream.texture for stream in (place, facing, self._reaches)),
@@ -169,6 +170,10 @@ class Splat:
             above = {"pixels_above": limit, "pixels_up_to": _UNLIMITED}
             self._large.draw(self._count, uniforms | above)
         ctx.disable(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
+
+    def launches(self) -> dict[str, int]:
+        """How often each kernel has run."""
+        return {"splat": self._launches, self._reach.stem: self._reach.launches}
 
     def release(self) -> None:
         """Free what is its own; the programs are the device's."""

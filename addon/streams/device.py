@@ -109,7 +109,8 @@ class Device:
         key = tuple(texture.glo for texture in textures)
         if key not in self._framebuffers:
             if len(self._framebuffers) >= _CACHED_FRAMEBUFFERS:
-                self._release_framebuffers()
+                self._rest.use()
+                self._framebuffers.pop(next(iter(self._framebuffers))).release()  # the oldest
             self._framebuffers[key] = self.ctx.framebuffer(color_attachments=list(textures))
         return self._framebuffers[key]
 
@@ -145,9 +146,9 @@ class Device:
         address = _find_function("glGetIntegerv")
         for extension, number in _FREE_MEMORY.items():
             if address and extension in self.ctx.extensions:
-                values = (ctypes.c_int * 4)()
+                values = (ctypes.c_int * 4)(-1)  # which stays, if the driver does not know either
                 ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.c_void_p)(address)(number, values)
-                return 1024 * values[0] or None
+                return 1024 * values[0] if values[0] >= 0 else None
         return None
 
     def refusal(self, who: str, source: Source, error: Exception) -> StreamError:

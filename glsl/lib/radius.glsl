@@ -6,7 +6,14 @@
 
 const float FACING = 0.5;
 
-float node_radius(int at) { return texelFetch(radii, table_texel(at >> 2), 0)[at & 3]; }
+// No component is chosen by a variable index: a GPU's compiler would keep such vectors in memory.
+float node_radius(int at) {
+    vec4 four = texelFetch(radii, table_texel(at >> 2), 0);
+    vec2 two = (at & 2) == 0 ? four.xy : four.zw;
+    return (at & 1) == 0 ? two.x : two.y;
+}
+
+float radius_along_x(int at, float share) { return mix(node_radius(at), node_radius(at + 1), share); }
 
 float radius_on(int side, vec3 position) {
     vec4 origin = texelFetch(radii, ivec2(2 * side, 0), 0), extent = texelFetch(radii, ivec2(2 * side + 1, 0), 0);
@@ -15,35 +22,37 @@ float radius_on(int side, vec3 position) {
     vec3 share = at - vec3(cell);
     int row = cells.x + 1, layer = row * (cells.y + 1);
     int first = int(origin.w) + cell.z * layer + cell.y * row + cell.x;
-    vec4 x;
-    for (int i = 0; i < 4; i++) {
-        int at = first + (i & 1) * row + (i >> 1) * layer;
-        x[i] = mix(node_radius(at), node_radius(at + 1), share.x);
-    }
-    vec2 y = mix(x.xz, x.yw, share.y);
-    return mix(y.x, y.y, share.z) * shrink;
+    float near = mix(radius_along_x(first, share.x), radius_along_x(first + row, share.x), share.y);
+    first += layer;
+    float far = mix(radius_along_x(first, share.x), radius_along_x(first + row, share.x), share.y);
+    return mix(near, far, share.z) * shrink;
 }
 
-// Sides are +x, -x, +y, -y, +z, -z.
-int side_of(int axis, vec3 normal) { return 2 * axis + (normal[axis] < 0.0 ? 1 : 0); }
+// Sides are +x, -x, +y, -y, +z, -z; a surface counts for those to whose axis its normal has FACING.
+float radius_facing(int axis, float cosine, vec3 position) {
+    return !(abs(cosine) >= FACING) ? 1.0e30 : radius_on(2 * axis + (cosine < 0.0 ? 1 : 0), position);
+}
 
-// The smallest of the sides that a surface counts for.
+// The smallest of the sides that a surface counts for; 0 for what is no normal.
 float radius_at(vec3 position, vec3 normal) {
-    float radius = 1.0e30;
-    for (int axis = 0; axis < 3; axis++) {
-        if (abs(normal[axis]) >= FACING) radius = min(radius, radius_on(side_of(axis, normal), position));
-    }
-    return radius;
+    float x = radius_facing(0, normal.x, position), y = radius_facing(1, normal.y, position);
+    float radius = min(min(x, y), radius_facing(2, normal.z, position));
+    return radius < 1.0e30 ? radius : 0.0;
+}
+
+// The largest of an axis' sides that a surface within 45 degrees of a normal may count for.
+float largest_radius_facing(int axis, float cosine, vec3 position) {
+    int side = 2 * axis + (cosine < 0.0 ? 1 : 0);
+    float radius = radius_on(side, position);
+    return abs(cosine) < 0.18 ? max(radius, radius_on(side ^ 1, position)) : radius;
 }
 
 // No less than radius_at there of any surface within 45 degrees of a normal. Within 15 degrees of an axis
 // all of these count for its side; else each counts for one that is within 45 + 54.8 degrees.
 float largest_radius_at(vec3 position, vec3 normal) {
-    float radius = 0.0;
-    for (int axis = 0; axis < 3; axis++) {
-        if (abs(normal[axis]) >= 0.966) return radius_on(side_of(axis, normal), position);
-        radius = max(radius, radius_on(side_of(axis, normal), position));
-        if (abs(normal[axis]) < 0.18) radius = max(radius, radius_on(side_of(axis, -normal), position));
-    }
-    return radius;
+    if (abs(normal.x) >= 0.966) return radius_on(normal.x < 0.0 ? 1 : 0, position);
+    if (abs(normal.y) >= 0.966) return radius_on(normal.y < 0.0 ? 3 : 2, position);
+    if (abs(normal.z) >= 0.966) return radius_on(normal.z < 0.0 ? 5 : 4, position);
+    float x = largest_radius_facing(0, normal.x, position), y = largest_radius_facing(1, normal.y, position);
+    return max(max(x, y), largest_radius_facing(2, normal.z, position));
 }

@@ -369,10 +369,10 @@ impl PhotonMap {
 
 /// The gather radius of the first pass at every place of a surface.
 ///
-/// RadiusField(place, deposit, low, high, cell_size, *, photons, most, pixel, eye): place
-/// float32[P, 4], where photons of a pass fall, of which those outside low to high don't count;
+/// RadiusField(place, deposit, low, high, cell_size, *, photons, times, most, pixel, eye): place
+/// float32[P, 4], where photons fall, of which those outside low to high don't count;
 /// deposit float32[P, 4], whose fourth numbers are the surfaces' packed normals. Each radius is that
-/// of a disc that would hold about `photons` of them; at most `most`, and at least `pixel` times the
+/// of a disc that would hold about `photons` of them, of which a pass has `times` so many; at most `most`, and at least `pixel` times the
 /// distance from eye (None: times 1). It changes by less than half the way moved.
 #[pyclass(frozen, module = "photon_stream_native")]
 struct RadiusField(radius::RadiusField);
@@ -381,7 +381,7 @@ struct RadiusField(radius::RadiusField);
 impl RadiusField {
     #[new]
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (place, deposit, low, high, cell_size, *, photons, most, pixel, eye))]
+    #[pyo3(signature = (place, deposit, low, high, cell_size, *, photons, times, most, pixel, eye))]
     fn new(
         py: Python,
         place: &Bound<PyAny>,
@@ -390,6 +390,7 @@ impl RadiusField {
         high: [f32; 3],
         cell_size: f32,
         photons: f32,
+        times: f32,
         most: f32,
         pixel: f32,
         eye: Option<[f32; 3]>,
@@ -397,7 +398,7 @@ impl RadiusField {
         let place = array::<f32>(place, "place", &[None, Some(4)])?;
         let deposit = array::<f32>(deposit, "deposit", &[None, Some(4)])?;
         let (place, deposit) = (rows(&place)?, rows(&deposit)?);
-        let wanted = radius::Wanted { photons, most, pixel, eye };
+        let wanted = radius::Wanted { photons, times, most, pixel, eye };
         let field = run(py, || radius::RadiusField::new(place, deposit, low, high, cell_size, &wanted))?;
         Ok(RadiusField(field))
     }

@@ -159,6 +159,7 @@ def test_host_kernels_are_watched(device: Device) -> None:
         renderer.render_pass()
     renderer.release()
     assert watch.of("tracer", EYE).launches == 2 and watch.of("tracer", EYE).seconds > 0
+    assert watch.of("on the host", PHOTONS).launches == 1
     assert watch.of("on the host", PHOTON_MAP).launches == 1  # the native core's sort
 
 

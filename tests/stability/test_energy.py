@@ -124,7 +124,12 @@ def test_thin_wall(device: Device, measured: Measured) -> None:
 
 
 @pytest.mark.stability(28)
-def test_closed_box_of_albedo_one(device: Device, measured: Measured) -> None:
+@pytest.mark.parametrize(
+    ("layer", "kernel", "a_pass"), [("fragment", "reflector", 201), ("native", "photons", 1)]
+)
+def test_closed_box_of_albedo_one(
+    device: Device, measured: Measured, layer: str, kernel: str, a_pass: int
+) -> None:
     """Every photon is cut off, and counted: what it carried is known."""
     box = Builder().box((-1, -1, -1), (1, 1, 1))
     scene = box.scene(
@@ -132,10 +137,10 @@ def test_closed_box_of_albedo_one(device: Device, measured: Measured) -> None:
         [Light("l", "POINT", (0, 0, 0), (1.0,) * 3)],
         [Material("white", (1.0,) * 3)],
     )
-    settings: Any = {"photons": 5000, "photon_bounces": 200, "passes": 2, "layer": "fragment"}
+    settings: Any = {"photons": 5000, "photon_bounces": 200, "passes": 2, "layer": layer}
     with rendered(device, scene, **settings) as renderer:
         share = renderer.info()["unfinished_photons"] / (2 * 5000)
-        assert renderer.launches()["reflector"] == (2 + 1) * 201  # and the radii's
+        assert renderer.launches()[kernel] == (2 + 1) * a_pass  # and the radii's
         assert not_finite(renderer.images()) == 0
     assert measured("photons cut off and counted", share, "%") == 1.0
 

@@ -154,9 +154,13 @@ def test_every_way_sums_within_the_same_radii(device: Device, estimator: str, la
     one = render(device, cornell(), estimator="gather", layer="fragment", **settings)["Indirect"]
     other = render(device, cornell(), estimator=estimator, layer=layer, **settings)["Indirect"]
     assert one.mean() > 0
-    # One photon's path in thousands may turn at an edge by rounding; all else is equal.
     differences = np.abs(other - one) / np.maximum(one, one.mean())
-    assert np.median(differences) < 1e-5 and np.quantile(differences, 0.7) < 1e-3
+    if estimator == "splat":  # of the very same photons
+        assert differences.max() < 1e-4
+    else:
+        # A native photon's path in thousands turns at an edge by rounding, and a disc holds sixty
+        # photons: a pixel in four or so knows of one.
+        assert np.median(differences) < 1e-5 and np.quantile(differences, 0.7) < 1e-3
 
 
 def test_passes_apart_have_the_same_radii(device: Device) -> None:

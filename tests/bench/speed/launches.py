@@ -13,7 +13,7 @@ from typing import Any
 import moderngl
 
 from addon.photon.photon_grid import PhotonGrid
-from addon.photon.photon_mapper import PhotonMapper
+from addon.photon.photon_mapper import NativePhotonMapper, PhotonMapper
 from addon.photon.splat import Splat
 from addon.streams import Device, HostKernel, Kernel, Program, Stream
 
@@ -88,6 +88,7 @@ class Watch:
         }
         parts = {
             (PhotonMapper, "trace"): self._as_part(PHOTONS),
+            (NativePhotonMapper, "trace"): self._as_part(PHOTONS),
             (PhotonGrid, "prepare"): self._as_part(PHOTON_MAP),
             (Splat, "prepare"): self._as_part(PHOTON_MAP),
             (Splat, "estimate"): self._named(lambda _: "splat"),

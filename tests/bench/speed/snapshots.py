@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
+from addon.photon.errors import PhotonStreamError
 from addon.photon.scene import Scene
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -26,12 +27,18 @@ def load_scenes(files: Iterable[Path]) -> tuple[dict[str, Scene], dict[str, floa
             refused.append(f"{given}: no such snapshot")
             continue
         for file in found:
-            if file.suffix.lower() != ".blend":
-                scenes[file.stem] = Scene.load(file)
-            elif find_spec("bpy") is None:
+            if file.stem in scenes:
+                refused.append(f"{file}: another scene has its name")
+            elif file.suffix.lower() == ".blend" and find_spec("bpy") is None:
                 refused.append(f"{file}: bpy is not here to open it")
             else:
-                scenes[file.stem], exports[file.stem] = export(file)
+                try:
+                    if file.suffix.lower() == ".blend":
+                        scenes[file.stem], exports[file.stem] = export(file)
+                    else:
+                        scenes[file.stem] = Scene.load(file)
+                except (PhotonStreamError, RuntimeError) as error:
+                    refused.append(str(error))
     return scenes, exports, refused
 
 
@@ -45,7 +52,8 @@ def export(blend: Path) -> tuple[Scene, float]:
         command = [sys.executable, "-c", _EXPORT, str(blend.resolve()), str(snapshot)]
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
         if done.returncode:
-            raise RuntimeError(f"{blend}: {done.stderr.strip().splitlines()[-1:]}")
+            last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+            raise RuntimeError(f"{blend}: {last}")
         return Scene.load(snapshot), float(done.stdout.split("exported in")[1].split()[0])
 
 
