@@ -244,8 +244,8 @@ impl Side {
                 // Continuous: a photon more or less must not change the picture.
                 let square = uneven * uneven - 1.0 / inner_found - 1.0 / found - UNEVEN;
                 if square > 0.0 {
-                    let density = wanted.times * inner_found
-                        / (4.0 * (inner_half as f32 * fine.cell_size).powi(2));
+                    let density =
+                        wanted.times * inner_found / (4.0 * (inner_half as f32 * fine.cell_size).powi(2));
                     let balanced = size.powi(4) / (2.0 * square * std::f32::consts::PI * density * PASSES);
                     best = best.min(balanced.powf(1.0 / 6.0));
                 }
