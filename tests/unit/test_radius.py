@@ -158,8 +158,8 @@ def test_every_way_sums_within_the_same_radii(device: Device, estimator: str, la
     if estimator == "splat":  # of the very same photons
         assert differences.max() < 1e-4
     else:
-        # A native photon's path in thousands turns at an edge by rounding: a pixel in four or so knows
-        # of one among its sixty photons, and radii, of one among the hundreds that tell them.
+        # A native photon's path in thousands turns at an edge by rounding: a pixel in four or so
+        # knows of one among its sixty photons, and radii, of one among the hundreds they go by.
         assert np.median(differences) < 1e-3 and np.quantile(differences, 0.7) < 5e-3
 
 
