@@ -13,8 +13,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..streams import Device, Scan, Stream
-from ..streams.compute import Program
+from ..streams import Compaction, Device, Stream
 from .geometry import TABLE_WIDTH, upload_table
 
 DEPOSIT_BYTES = 32  # two texels
@@ -143,15 +142,12 @@ class DeviceDeposits:
     """Deposits in textures that grow; compute programs append to them.
 
     How many there are is on the device too, and asked for when it must be known: waiting for it at
-    each bounce left an H200 idle for a third of a pass.
+    each bounce left an H200 idle for a third of the time that a pass's photons took.
     """
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._scan = Scan(device)
-        self._flags_program = Program(device, "compact_flags")
-        self._move = Program(device, "compact_move")
-        self._flags: moderngl.Buffer | None = None
+        self._compaction = Compaction(device, "compact")
         self._textures = self._allocate(1)
         self._ends = device.ctx.buffer(bytes(4 * MOST_APPENDS))
         self._counter = device.ctx.buffer(bytes(4))  # of the dropped; only grows (modulo 2^32)
@@ -184,17 +180,12 @@ class DeviceDeposits:
     def append(self, place: Stream, deposit: Stream, at_most: int) -> None:
         """Compact the streams onto the end of the list."""
         elements = place.size[0] * place.size[1]
-        if self._flags is None or self._flags.size < 4 * (elements + 1):
-            if self._flags:
-                self._flags.release()
-            self._flags = self._device.ctx.buffer(reserve=4 * (elements + 1))
         if self._at_most + at_most > self._textures[0].height * TABLE_WIDTH:
             self._grow(self.count + at_most)
         streams = {"place": place.texture, "deposit": deposit.texture}
-        self._flags_program.run(elements + 1, [self._flags, self._counter], streams)
-        self._scan.run(self._flags, elements + 1)
-        buffers, number = [self._flags, self._ends], {"append": self._appends}
-        self._move.run(elements, buffers, streams, self._textures, number)
+        self._compaction.choose(elements, streams, [self._counter])
+        number = {"append": self._appends}
+        self._compaction.move(elements, streams, self._textures, [self._ends], number)
         self._appends, self._at_most, self._known = (
             self._appends + 1,
             self._at_most + at_most,
@@ -237,9 +228,8 @@ class DeviceDeposits:
         """Free textures and buffers."""
         for texture in self._textures:
             self._device.forget(texture)
-        for item in (*self._textures, self._flags, self._ends, self._counter, self._scan):
-            if item:
-                item.release()
+        for item in (*self._textures, self._ends, self._counter, self._compaction):
+            item.release()
 
     def _ask(self) -> None:
         if self._known:

@@ -20,7 +20,7 @@ from .scene import Scene
 from .settings import Settings
 
 # [bytes] of deposits that are kept: an eighth of the memory that Blender asks for at least, and as
-# much as a GPU of 4 GB can spare. OpenGL has no call that tells.
+# much as a GPU of 4 GB can spare; less where a render leaves less (`leave_room`).
 BUDGET = 1 << 30
 VIEW = ("camera", "background")  # what of a scene eye rays alone meet
 
@@ -36,6 +36,12 @@ class Mapper(Protocol):
 
     def trace(self, index: int, photons: int | None = None) -> Deposits:
         """Trace a pass."""
+
+    def launches(self) -> dict[str, int]:
+        """How often each kernel has run."""
+
+    def release(self) -> None:
+        """Free what is on the device."""
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,7 @@ class Budget:
         self._triangles, self._has_lights = len(scene.triangles), bool(scene.lights)
         used = np.bincount(scene.material, minlength=len(scene.materials))
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
-        self._resident = layer == "compute" and not device.prefers_native
+        self._resident = device.keeps_lists(layer)
         self.free_host = free_host_memory()
         self.free_device = None if device.is_software else device.free_memory()
         self.check()

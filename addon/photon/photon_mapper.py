@@ -6,12 +6,10 @@
 
 from __future__ import annotations
 
-import moderngl
 import numpy as np
 import photon_stream_native as native
 
-from ..streams import Device, PingPong, Scan, Stream
-from ..streams.compute import Program
+from ..streams import Compaction, Device, PingPong, Stream
 from ..streams.device import Layer
 from .deposits import Deposits, DeviceDeposits, HostDeposits
 from .generator import Generator
@@ -57,43 +55,20 @@ class _Paths:
             texels[: len(alive)] = theirs.front.download().reshape(-1, 4)[alive]
             mine.front.upload(texels.reshape(self.rows, STREAM_WIDTH, 4))
 
+    def take_on_device(self, others: _Paths, compaction: Compaction) -> None:
+        """As take_on_host."""
+        elements = others.rows * STREAM_WIDTH
+        fronts = [pair.front.texture for pair in others.pairs()]
+        textures = dict(zip(("origin", "direction", "flux"), fronts, strict=True))
+        compaction.choose(elements, {"direction": textures["direction"]})
+        targets = [pair.front for pair in self.pairs()]
+        for target in targets:
+            target.clear()
+        compaction.move(elements, textures, [target.texture for target in targets])
+
     def release(self) -> None:
         for item in (*self.pairs(), self.hit, self.place, self.deposit):
             item.release()
-
-
-class _Compaction:
-    """`_Paths.take_on_host`, on the device."""
-
-    def __init__(self, device: Device) -> None:
-        self._device = device
-        self._scan = Scan(device)
-        self._flags, self._move = (Program(device, f"paths_{name}") for name in ("flags", "move"))
-        self._buffer: moderngl.Buffer | None = None
-
-    def take(self, mine: _Paths, others: _Paths) -> None:
-        names = ("origin", "direction", "flux")
-        source = {
-            name: pair.front.texture for name, pair in zip(names, others.pairs(), strict=True)
-        }
-        elements = others.rows * STREAM_WIDTH
-        if self._buffer is None or self._buffer.size < 4 * (elements + 1):
-            self.release_buffer()
-            self._buffer = self._device.ctx.buffer(reserve=4 * (elements + 1))
-        self._flags.run(elements + 1, [self._buffer], {"direction": source["direction"]})
-        self._scan.run(self._buffer, elements + 1)
-        targets = [pair.front for pair in mine.pairs()]
-        for target in targets:
-            target.clear()
-        self._move.run(elements, [self._buffer], source, [target.texture for target in targets])
-
-    def release_buffer(self) -> None:
-        if self._buffer:
-            self._buffer.release()
-
-    def release(self) -> None:
-        self.release_buffer()
-        self._scan.release()
 
 
 class PhotonMapper:
@@ -110,11 +85,10 @@ class PhotonMapper:
     ) -> None:
         self._device, self._tables = device, tables
         self._settings, self._needs, self._light_count = settings, needs, light_count
-        # Software OpenGL computes where the native core does, and the host is faster at lists.
-        self._resident = layer == "compute" and not device.prefers_native
-        self._compaction = _Compaction(device) if self._resident else None
+        on_device = device.keeps_lists(layer)
+        self._compaction = Compaction(device, "paths") if on_device else None
         self._paths: dict[int, _Paths] = {}  # by rows
-        self.deposits: Deposits = DeviceDeposits(device) if self._resident else HostDeposits(device)
+        self.deposits: Deposits = DeviceDeposits(device) if on_device else HostDeposits(device)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
         self._kernels = (
             Generator(device, layer),
@@ -141,7 +115,7 @@ class PhotonMapper:
         )
         self.deposits.clear()
         last, alive = self._needs.photon_bounces, photons
-        bounces_a_look = BOUNCES_A_LOOK if self._resident else 1
+        bounces_a_look = BOUNCES_A_LOOK if self._compaction else 1
         for bounce in range(last + 1):
             direction = paths.direction.front
             tracer.run(
@@ -193,11 +167,11 @@ class PhotonMapper:
         rows = paths.rows
         while rows > 1 and alive <= STREAM_WIDTH * (rows // 2):
             rows //= 2
-        if paths.rows - rows < (ROWS_WORTH_A_MOVE if self._resident else 1):
+        if paths.rows - rows < (ROWS_WORTH_A_MOVE if self._compaction else 1):
             return paths
         smaller = self._paths_of(rows)
         if self._compaction:
-            self._compaction.take(smaller, paths)
+            smaller.take_on_device(paths, self._compaction)
         else:
             smaller.take_on_host(paths)
         return smaller

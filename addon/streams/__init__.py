@@ -5,7 +5,7 @@ A `Stream` is a fixed-size 2D array of records; a `Kernel` is a GLSL function th
 element, reads streams and writes up to four. How that happens is the physical layer's business.
 """
 
-from .compute import Program, Scan
+from .compute import Compaction, Program, Scan
 from .device import Device
 from .host import HostKernel
 from .kernel import Kernel, Table, Uniform
@@ -14,6 +14,7 @@ from .stream import TEXEL, PingPong, Record, Stream
 
 __all__ = [
     "TEXEL",
+    "Compaction",
     "Device",
     "HostKernel",
     "Kernel",

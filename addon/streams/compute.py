@@ -98,3 +98,47 @@ class Scan:
         """Free the buffers."""
         for buffer in self._sums.values():
             buffer.release()
+
+
+class Compaction:
+    """Moves chosen elements to the front, in order: `<stem>_flags.glsl` writes a one for each, and
+    `<stem>_move.glsl` gets how many there are before each."""
+
+    def __init__(self, device: Device, stem: str) -> None:
+        self._device = device
+        self._flags, self._move = (Program(device, f"{stem}_{step}") for step in ("flags", "move"))
+        self._scan = Scan(device)
+        self._offsets: moderngl.Buffer | None = None
+
+    def choose(
+        self,
+        elements: int,
+        textures: Mapping[str, moderngl.Texture],
+        buffers: Sequence[moderngl.Buffer] = (),
+    ) -> None:
+        """Flag the elements and sum the flags up; `buffers` bind from 1."""
+        count = elements + 1  # the one past the last ends up as the total
+        if self._offsets is None or self._offsets.size < 4 * count:
+            if self._offsets:
+                self._offsets.release()
+            self._offsets = self._device.ctx.buffer(reserve=4 * count)
+        self._flags.run(count, [self._offsets, *buffers], textures)
+        self._scan.run(self._offsets, count)
+
+    def move(
+        self,
+        elements: int,
+        textures: Mapping[str, moderngl.Texture],
+        images: Sequence[moderngl.Texture],
+        buffers: Sequence[moderngl.Buffer] = (),
+        uniforms: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Write the chosen ones of as many elements; `buffers` bind from 1."""
+        assert self._offsets
+        self._move.run(elements, [self._offsets, *buffers], textures, images, uniforms)
+
+    def release(self) -> None:
+        """Free the buffers."""
+        self._scan.release()
+        if self._offsets:
+            self._offsets.release()

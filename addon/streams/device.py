@@ -88,6 +88,13 @@ class Device:
             return "compute" if self.has_compute and not self.is_software else "fragment"
         return "compute" if wanted == "compute" else "fragment"
 
+    def keeps_lists(self, layer: str) -> bool:
+        """Whether lists are sorted and compacted on the device.
+
+        Software OpenGL computes where the native core does, and the host is faster at lists.
+        """
+        return layer == "compute" and not self.prefers_native
+
     def program(self, *shaders: str) -> Any:
         """The program of a vertex and a fragment shader, or of a compute shader; raises
         moderngl.Error with the driver's words.

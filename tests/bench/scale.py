@@ -15,10 +15,10 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 from addon.photon.renderer import Renderer, open_device
 from addon.photon.settings import Settings
+from tests.bench.host import resident
 from tests.scenes import cornell, hills
 
 BASE = Settings(width=256, height=256, photons=1 << 16, passes=3)
@@ -54,16 +54,6 @@ def measure(number: str, size: int, layer: str) -> tuple[int, list[float], list[
     taken = resident("VmHWM") - before
     fastest = [min(spent) for spent in zip(*passes, strict=True)]
     return size, [*start, *fastest], [renderer.budget.needed(), taken]
-
-
-def resident(field: str) -> int:
-    """This process's resident memory now, VmRSS, or at most, VmHWM [bytes]; 0 if unknown.
-
-    Not getrusage's: that begins with what the parent had.
-    """
-    file = Path("/proc/self/status")
-    lines = file.read_text().splitlines() if file.exists() else []
-    return sum(1024 * int(line.split()[1]) for line in lines if line.startswith(f"{field}:"))
 
 
 def main() -> None:

@@ -29,7 +29,7 @@ import sys
 from addon.photon.memory import Budget
 from addon.photon.renderer import Renderer, open_device
 from addon.photon.settings import Settings
-from tests.bench.scale import resident
+from tests.bench.host import resident
 from tests.scenes import cornell, hills
 layer, size, photons, quads = sys.argv[1], *map(int, sys.argv[2:])
 settings = Settings(width=size, height=size, photons=photons, layer=layer, passes=1)

@@ -17,7 +17,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import platform
 import signal
 import sys
 import tempfile
@@ -33,6 +32,7 @@ import numpy as np
 from addon.photon.scene import Scene
 from tests.regression.blocks import discontinuities, grown
 
+from ..host import CORES, processor
 from .measure import Point, flip_map, mean_of, squared_errors
 from .page import curves_figure, page
 from .results import (
@@ -63,7 +63,6 @@ SHARES = {"Cycles": 3.0, "Photon Stream": 2.0}  # of the time; whoever is not he
 BAND = 3  # [px] around discontinuities
 FLIPS = {True: 3, False: 8}  # a curve's last points, at which FLIP is measured
 SEED = 1
-CORES = os.cpu_count() or 1
 
 
 class Run:
@@ -218,17 +217,6 @@ class Load:
 _TICKS = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 
 
-def machine() -> str:
-    """Processor, cores, date."""
-    model = platform.machine()
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        model = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        pass
-    return f"{model}, {CORES} cores, {time.strftime('%Y-%m-%d')}"
-
-
 def write(folder: Path, head: Sequence[str], scenes: Sequence[SceneResult]) -> None:
     """chart.html, chart.json, chart.md and the SVGs."""
     promises = verdicts(list(scenes))
@@ -287,7 +275,7 @@ def main() -> None:
     spent = (time.monotonic() - begun) / 60
     others = load.others()
     head = [
-        machine(),
+        f"{processor()}, {time.strftime('%Y-%m-%d')}",
         *run.about.values(),
         *(f"{module} is not here: {why}" for module, why in run.absent.items()),
         *["flip-evaluator is not here: no HDR-FLIP"] * (find_spec("flip_evaluator") is None),

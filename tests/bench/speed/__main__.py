@@ -21,10 +21,11 @@ from pathlib import Path
 from addon.photon.renderer import open_device
 from addon.photon.settings import Settings
 
+from ..host import processor
 from .choices import ALL_SHAPES, COMBINATIONS, measure_choices
 from .launches import Timer
 from .layers import measure_machine, measure_scenes, measure_ways
-from .machine import describe, processor
+from .machine import describe
 from .paper import measure_paper
 from .passes import Clock
 from .report import Report, duration

@@ -11,6 +11,7 @@ from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from addon.streams import Device
 
+from ..host import CORES
 from . import machine
 from .counts import Work, count_work
 from .launches import EYE, PHOTONS, Timer
@@ -27,7 +28,7 @@ def measure_machine(report: Report, timer: Timer, scene: Scene, settings: Settin
     for name, speed in machine.device_copies(timer).items():
         table.add(f"copy, {name}", amount(speed, "B/s"))
         data[f"copy, {name} [B/s]"] = speed
-    for threads in sorted({1, machine.CORES}):
+    for threads in sorted({1, CORES}):
         speed = machine.host_copy(threads)
         name = f"copy, host, {threads} thread{'s'[: threads > 1]}"
         table.add(name, amount(speed, "B/s"))

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import os
-import resource
 import statistics
 import subprocess
 import sys
@@ -27,10 +25,10 @@ from addon.photon.scene import Camera, Material, Scene
 from addon.photon.settings import Settings
 from addon.streams import TEXEL, Device, Stream
 
+from ..host import CORES, resident
 from .launches import Timer
 
 ROOT = Path(__file__).resolve().parents[3]
-CORES = os.cpu_count() or 1
 RAYS = 1 << 20
 _REPEATS = 5
 _FAR = 1.0e30
@@ -202,30 +200,11 @@ def _render(snapshot: str, values: dict[str, Any]) -> None:
     """Print the peak of this process's memory before and after a pass."""
     settings = Settings(**values)
     device, scene = open_device(settings), Scene.load(Path(snapshot))
-    before = _peak()
+    before = resident("VmHWM")
     renderer = Renderer(scene, settings, device)
     renderer.render_pass()
     renderer.images()
-    print(before, _peak())
-
-
-def _peak() -> int:
-    """[B] of this process; what getrusage says includes that of the one that started it."""
-    try:
-        status = Path("/proc/self/status").read_text()
-        return 1024 * int(status.split("VmHWM:")[1].split()[0])
-    except (OSError, IndexError):
-        return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-
-
-def processor() -> str:
-    """Model and cores."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        model = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        model = os.uname().machine
-    return f"{model}, {CORES} cores"
+    print(before, resident("VmHWM"))
 
 
 def describe(device: Device) -> str:
