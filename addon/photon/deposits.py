@@ -43,6 +43,7 @@ class Deposits(Protocol):
     """A list of deposits: place (position, surface + 1) and deposit (flux, packed normal)."""
 
     dropped: int  # deposits that were not finite, over all passes
+    held: Any  # what they are of, as their user says; None since they last changed
 
     @property
     def count(self) -> int:
@@ -78,6 +79,7 @@ class HostDeposits:
         self._parts: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
         self._uploaded: tuple[moderngl.Texture, ...] = ()
         self.dropped = 0
+        self.held: Any = None
 
     @property
     def count(self) -> int:
@@ -86,7 +88,7 @@ class HostDeposits:
 
     def clear(self) -> None:
         """Begin a pass."""
-        self._parts = []
+        self._parts, self.held = [], None
         self.release()
 
     def append(self, place: Stream, deposit: Stream, at_most: int) -> None:
@@ -155,6 +157,7 @@ class DeviceDeposits:
         self._appends = 0  # of this pass
         self._at_most = 0  # as many deposits may there be
         self._known = True  # whether there are exactly so many
+        self.held: Any = None
 
     @property
     def count(self) -> int:
@@ -175,7 +178,7 @@ class DeviceDeposits:
 
     def clear(self) -> None:
         """Begin a pass."""
-        self._appends, self._at_most, self._known = 0, 0, True
+        self._appends, self._at_most, self._known, self.held = 0, 0, True, None
 
     def append(self, place: Stream, deposit: Stream, at_most: int) -> None:
         """Compact the streams onto the end of the list."""

@@ -65,6 +65,13 @@ class Stage:
         return Stage(scene, layer, frame, mesh, triangles, tables)
 
 
+class _Key(NamedTuple):
+    """What a pass's photons depend on besides the stage and the source."""
+
+    index: int
+    photons: int
+
+
 class _Pass(NamedTuple):
     deposits: Copy
     unfinished: int
@@ -83,7 +90,7 @@ class Kept:
         self._device, self._budget = device, budget
         self._stage: Stage | None = None
         self._source: tuple[Any, ...] = ()  # what photons depend on besides the stage
-        self._passes: dict[int, _Pass] = {}  # by their numbers
+        self._passes: dict[_Key, _Pass] = {}
         self.photon_bytes = 0  # that the deposits of these take
         self._spare = self._budget
 
@@ -110,7 +117,8 @@ class Kept:
     def trace(
         self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
     ) -> Deposits:
-        """`mapper.trace` on the stage, or what it gave when it last did that.
+        """`mapper.trace` on the stage, or what it gave when it last did that: a pass that the mapper's
+        deposits hold still, or one that is kept.
 
         Passes are kept until the budget is spent, and the first ones stay: if later ones took their
         place, a render that goes through all in order would find none.
@@ -124,19 +132,25 @@ class Kept:
         if source != self._source:
             self.forget_photons()
             self._source = source
-        if kept := self._passes.get(index):
-            mapper.deposits.paste(kept.deposits)
-            mapper.unfinished += kept.unfinished
-            mapper.deposits.dropped += kept.dropped
-            return mapper.deposits
-        unfinished, dropped = mapper.unfinished, mapper.deposits.dropped
-        deposits = mapper.trace(index, photons)
-        if self.photon_bytes + DEPOSIT_BYTES * deposits.count < min(self._budget, self._spare):
-            copy = deposits.copy()
-            self._passes[index] = _Pass(
-                copy, mapper.unfinished - unfinished, deposits.dropped - dropped
-            )
-            self.photon_bytes += copy.bytes
+        key = _Key(index, settings.photons_a_pass if photons is None else photons)
+        deposits = mapper.deposits
+        if deposits.held and deposits.held[0] == key:
+            _, unfinished, dropped = deposits.held
+        elif kept := self._passes.get(key):
+            deposits.paste(kept.deposits)
+            unfinished, dropped = kept.unfinished, kept.dropped
+        else:
+            before = mapper.unfinished, deposits.dropped
+            mapper.trace(*key)
+            unfinished, dropped = mapper.unfinished - before[0], deposits.dropped - before[1]
+            mapper.unfinished, deposits.dropped = before
+            if self.photon_bytes + DEPOSIT_BYTES * deposits.count < min(self._budget, self._spare):
+                copy = deposits.copy()
+                self._passes[key] = _Pass(copy, unfinished, dropped)
+                self.photon_bytes += copy.bytes
+        deposits.held = key, unfinished, dropped
+        mapper.unfinished += unfinished
+        deposits.dropped += dropped
         return deposits
 
     def release(self) -> None:

@@ -22,7 +22,6 @@ DIRECT = {"direct", "lit"}
 MIRROR = {"mirror", "combine_mirror"}
 ALWAYS = {"eye_rays", "combine_primary", "combine_all"}
 PASSES = 2
-PILOT = 1  # pass of photons, which finds the radii
 
 
 @pytest.fixture
@@ -71,7 +70,7 @@ def test_everything(device: Device, compiled: list[str]) -> None:
     assert launches.keys() == kernels == stems(compiled)
     assert "tracer ANY_HIT" in compiled
     assert launches["eye_rays"] == launches["combine_primary"] == PASSES
-    assert launches["generator"] == PASSES + PILOT
+    assert launches["generator"] == PASSES
     assert launches["gather"] == launches["direct"] == launches["visible_points"]
     assert all(images[name].mean() > 0 for name in ("Direct", "Indirect", "Mirror"))
 
@@ -210,4 +209,4 @@ def test_photons_end_with_the_last_one_alive(device: Device) -> None:
     plate = Builder().quad((-50, -50, 0), (50, -50, 0), (50, 50, 0), (-50, 50, 0))
     scene = plate.scene(cornell().camera, cornell().lights)
     launches, _ = run(device, scene, photon_bounces=1000)
-    assert launches["reflector"] == 2 * (PASSES + PILOT)
+    assert launches["reflector"] == 2 * (PASSES)
