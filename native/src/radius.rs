@@ -201,29 +201,30 @@ impl Side {
         let [fx, fy, fz] = fine.cells;
         let sum = |x: usize, y: usize, z: usize| i64::from(below[(z * (fy + 1) + y) * (fx + 1) + x]);
         // Photons in the box of half size `half` about a node, in fine cells.
-        let count = |at: [usize; 3], half: usize| {
-            let low = at.map(|i| i.saturating_sub(half));
-            let high = [(at[0] + half).min(fx), (at[1] + half).min(fy), (at[2] + half).min(fz)];
+        let photons_about = |node: [usize; 3], half: [usize; 3]| {
+            let low: [usize; 3] = std::array::from_fn(|k| (FINE * node[k]).saturating_sub(half[k]));
+            let high: [usize; 3] = std::array::from_fn(|k| (FINE * node[k] + half[k]).min(fine.cells[k]));
             let slab = |x: usize| {
                 sum(x, high[1], high[2]) + sum(x, low[1], low[2])
                     - sum(x, low[1], high[2])
                     - sum(x, high[1], low[2])
             };
-            (slab(high[0]) - slab(low[0])) as f32 // a sum of floats would round beyond 2^24
+            slab(high[0]) - slab(low[0])
         };
+        let place_of = |node: [usize; 3]| -> [f32; 3] {
+            std::array::from_fn(|k| origin[k] + cell_size * node[k] as f32)
+        };
+        // Far from this side's surfaces, as most nodes are, or in the dark: as large as the next ones allow.
+        let far = |place: [f32; 3]| wanted.most.max(wanted.least(place));
         let needed = wanted.photons * BOX;
         let mut radii = vec![0.0f32; nodes.iter().product()];
-        let radius_at = |at: [usize; 3]| {
-            let least = wanted.least(std::array::from_fn(|k| origin[k] + cell_size * at[k] as f32));
-            let at = at.map(|n| n * FINE);
-            if count(at, 2 * FINE) == 0.0 {
-                // Far from this side's surfaces, as most nodes are, or in the dark: as large as the next
-                // ones allow.
-                return wanted.most.max(least);
+        let radius_at = |node: [usize; 3]| {
+            if photons_about(node, [2 * FINE; 3]) == 0 {
+                return far(place_of(node));
             }
             let (mut half, mut inner) = (1, None);
             let found = loop {
-                let found = count(at, half);
+                let found = photons_about(node, [half; 3]) as f32; // a sum of floats would round beyond 2^24
                 if inner.is_none() && found >= TELLING {
                     inner = Some((half, found));
                 }
@@ -250,10 +251,14 @@ impl Side {
                     best = best.min(balanced.powf(1.0 / 6.0));
                 }
             }
-            best.min(wanted.most).max(least)
+            best.min(wanted.most).max(wanted.least(place_of(node)))
         };
         radii.par_chunks_mut(nodes[0]).enumerate().for_each(|(row, radii)| {
             let (y, z) = (row % nodes[1], row / nodes[1]);
+            if photons_about([0, y, z], [fx, 2 * FINE, 2 * FINE]) == 0 {
+                radii.iter_mut().enumerate().for_each(|(x, radius)| *radius = far(place_of([x, y, z])));
+                return;
+            }
             radii.iter_mut().enumerate().for_each(|(x, radius)| *radius = radius_at([x, y, z]));
         });
         flatten(&mut radii, nodes, STEEPEST * cell_size);
@@ -287,17 +292,27 @@ fn sums(places: &[[f32; 4]], grid: &Grid) -> Vec<u32> {
     let [nx, ny, nz] = grid.cells;
     let (row, layer) = (nx + 1, (nx + 1) * (ny + 1));
     let mut below = vec![0u32; layer * (nz + 1)];
+    let mut is_empty = vec![true; (ny + 1) * (nz + 1)]; // by rows, as most are
     for place in places {
         let [x, y, z] = grid.cell_of(place).map(|i| i as usize + 1);
         below[z * layer + y * row + x] += 1;
+        is_empty[z * (ny + 1) + y] = false;
     }
     for z in 1..=nz {
         for y in 1..=ny {
-            let mut along_x = 0;
-            for x in 1..=nx {
-                let at = z * layer + y * row + x;
-                along_x += below[at];
-                below[at] = along_x + below[at - layer] + below[at - row] - below[at - layer - row];
+            let (before, from) = below.split_at_mut(z * layer + y * row);
+            let own = &mut from[..row];
+            if !is_empty[z * (ny + 1) + y] {
+                own.iter_mut().fold(0, |sum, count| {
+                    *count += sum;
+                    *count
+                });
+            }
+            let at = before.len();
+            let [behind, under, both] =
+                [at - row, at - layer, at - layer - row].map(|at| &before[at..at + row]);
+            for (x, own) in own.iter_mut().enumerate() {
+                *own = own.wrapping_add(behind[x]).wrapping_add(under[x]).wrapping_sub(both[x]);
             }
         }
     }
@@ -307,39 +322,43 @@ fn sums(places: &[[f32; 4]], grid: &Grid) -> Vec<u32> {
 /// Lower radii until none exceeds a neighbour's by more than `step`: one sweep up and one down
 /// suffice, since what a node may have falls off along any path of axis-parallel steps.
 fn flatten(radii: &mut [f32], [nx, ny, nz]: [usize; 3], step: f32) {
-    let (row, layer) = (nx, nx * ny);
-    let mut lower = |at: usize, neighbour: usize| radii[at] = radii[at].min(radii[neighbour] + step);
-    for z in 0..nz {
-        for y in 0..ny {
-            for x in 0..nx {
-                let at = z * layer + y * row + x;
-                if x > 0 {
-                    lower(at, at - 1);
-                }
-                if y > 0 {
-                    lower(at, at - row);
-                }
-                if z > 0 {
-                    lower(at, at - layer);
-                }
+    let rows = ny * nz;
+    for row in 0..rows {
+        let (before, from) = radii.split_at_mut(row * nx);
+        let own = &mut from[..nx];
+        if row % ny > 0 {
+            lower(own, &before[(row - 1) * nx..], step);
+        }
+        if row >= ny {
+            lower(own, &before[(row - ny) * nx..], step);
+        }
+        if own.windows(2).any(|pair| pair[1] > pair[0] + step) {
+            for x in 1..nx {
+                own[x] = own[x].min(own[x - 1] + step);
             }
         }
     }
-    for z in (0..nz).rev() {
-        for y in (0..ny).rev() {
-            for x in (0..nx).rev() {
-                let at = z * layer + y * row + x;
-                if x + 1 < nx {
-                    lower(at, at + 1);
-                }
-                if y + 1 < ny {
-                    lower(at, at + row);
-                }
-                if z + 1 < nz {
-                    lower(at, at + layer);
-                }
+    for row in (0..rows).rev() {
+        let (until, after) = radii.split_at_mut((row + 1) * nx);
+        let own = &mut until[row * nx..];
+        if row % ny + 1 < ny {
+            lower(own, after, step);
+        }
+        if row + ny < rows {
+            lower(own, &after[(ny - 1) * nx..], step);
+        }
+        if own.windows(2).any(|pair| pair[0] > pair[1] + step) {
+            for x in (1..nx).rev() {
+                own[x - 1] = own[x - 1].min(own[x] + step);
             }
         }
+    }
+}
+
+/// Lower a row's radii to its neighbour's and a step.
+fn lower(row: &mut [f32], neighbour: &[f32], step: f32) {
+    for (radius, neighbour) in row.iter_mut().zip(neighbour) {
+        *radius = radius.min(neighbour + step);
     }
 }
 
