@@ -31,14 +31,14 @@ bool inside_triangle(int triangle, vec3 point, vec3 normal) {
 // of the plane, or 0; then the inner one's on the plane. Of several layers the one nearest to the plane
 // counts: in a fold of less than 45 degrees the first one met is the back of its other side.
 vec3 probe(Place place, int triangle, vec3 normal, vec2 u, float r2) {
-    float d2 = sample_filter(u.x) * r2;
-    float mass = max(eval_filter(d2, r2), 1.0e-30);
-    float height = sqrt(d2) + SURFACE_OFFSET;  // within 45 degrees a surface strays no further
+    float x2 = sample_filter(u.x), away = sqrt(x2 * r2);
+    float mass = max(filter_shape(x2), 1.0e-30);
+    float height = away + SURFACE_OFFSET;  // within 45 degrees a surface strays no further
     vec3 in_plane = frame_about(normal) * vec3(cos(2.0 * PI * u.y), sin(2.0 * PI * u.y), 0.0);
-    vec3 origin = place.position + in_plane * sqrt(d2) + normal * height;
+    vec3 origin = place.position + in_plane * away + normal * height;
     float left = 2.0 * height, above = height;
-    float inner_mass = eval_inner_filter(d2, r2) / mass;
-    if (inside_triangle(triangle, place.position + in_plane * sqrt(d2), normal)) return vec3(1.0, inner_mass, inner_mass);
+    float inner_mass = inner_filter_shape(x2) / mass;
+    if (inside_triangle(triangle, place.position + in_plane * away, normal)) return vec3(1.0, inner_mass, inner_mass);
     vec2 found_mass = vec2(0.0);
     int source = -1;
     for (int layer = 0; layer < MOST_LAYERS; layer++) {
@@ -49,10 +49,10 @@ vec3 probe(Place place, int triangle, vec3 normal, vec2 u, float r2) {
         left -= found.t;
         if (surface.surface + 1.0 == place.surface && same_orientation(pack_direction(surface.geometric), normal)) {
             vec3 offset = surface.position - place.position;
-            float at = dot(offset, offset);
-            found_mass = at > r2
+            float at = dot(offset, offset) / r2;
+            found_mass = at > 1.0
                 ? vec2(0.0)
-                : vec2(eval_filter(at, r2), eval_inner_filter(at, r2)) / (mass * dot(surface.geometric, normal));
+                : vec2(filter_shape(at), inner_filter_shape(at)) / (mass * dot(surface.geometric, normal));
             if (above <= FLAT * height) break;
             left = 2.0 * above;  // as far below the plane as this one is above it
         }

@@ -11,7 +11,7 @@ void kernel() {
     if (place.surface == 0.0) skip();
     vec3 normal = load_facing().normal;
     float radius = radius_at(place.position, normal);
-    float r2 = radius * radius;
+    float inverse_r2 = 1.0 / (radius * radius);
     // The margin covers the rounding of photons to cells.
     vec3 reach = vec3(radius * 1.00001 + 1.0e-7);
     ivec3 low = ivec3(floor((place.position - reach - grid_origin) / cell_size));
@@ -28,12 +28,13 @@ void kernel() {
                 ivec2 at = table_texel(i);
                 vec4 photon = texelFetch(photon_place, at, 0);
                 vec3 offset = photon.xyz - place.position;
-                if (dot(offset, offset) > r2) continue;
+                if (dot(offset, offset) * inverse_r2 > 1.0) continue;
                 vec4 flux = texelFetch(photon_deposit, at, 0);
-                irradiance += photon_irradiance(photon, flux, place.position, place.surface, normal, r2);
+                irradiance += photon_share(photon, flux, place.position, place.surface, normal, inverse_r2);
             }
         }
     }
+    irradiance *= filter_peak(radius * radius);
     Irradiance sum = load_sum();
     store_irradiance(Irradiance(sum.irradiance + irradiance.rgb, sum.inner + irradiance.a));
 }

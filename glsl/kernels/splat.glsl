@@ -78,6 +78,7 @@ void main() {
     vec3 normal = texelFetch(point_facing, at, 0).xyz;
     if (place.w == 0.0) discard;
     float radius = texelFetch(point_reach, at, 0).x;
-    irradiance = photon_irradiance(photon, flux, place.xyz, place.w, normal, radius * radius);
+    float r2 = radius * radius;
+    irradiance = filter_peak(r2) * photon_share(photon, flux, place.xyz, place.w, normal, 1.0 / r2);
 }
 #endif

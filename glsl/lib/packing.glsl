@@ -9,10 +9,13 @@ float pack_direction(vec3 n) {
     return q.x * 4096.0 + q.y;
 }
 
-vec3 unpack_direction(float code) {
+// A vector along it, no shorter than 0.57.
+vec3 unpack_along(float code) {
     float x = floor(code / 4096.0);
     vec2 e = vec2(x, code - x * 4096.0) / 4095.0 * 2.0 - 1.0;
     vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
     if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
-    return normalize(n);
+    return n;
 }
+
+vec3 unpack_direction(float code) { return normalize(unpack_along(code)); }

@@ -3,5 +3,5 @@
 
 void kernel() {
     float d = load_distance().value.x;
-    store_value(Value(vec4(eval_filter(d * d, radius * radius))));
+    store_value(Value(vec4(filter_peak(radius * radius) * filter_shape(d * d / (radius * radius)))));
 }
