@@ -14,7 +14,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..streams.compute import compute_source
-from ..streams.source import Source
+from ..streams.kernel import GROUPS
+from ..streams.source import Source, read
 from . import variants
 
 FRAGMENT_VERSION, COMPUTE_VERSION = 330, 450
@@ -26,7 +27,10 @@ def programs() -> Iterator[tuple[str, str, Source]]:
     for kernel, defines in variants.kernels():
         name = " ".join([kernel.stem, *defines])
         yield name, "frag", kernel.source("fragment", FRAGMENT_VERSION, defines)
-        yield name, "comp", kernel.source("compute", COMPUTE_VERSION, defines)
+        for lanes in (
+            GROUPS if "sum_over_lanes" in read(f"kernels/{kernel.stem}.glsl", name) else (1,)
+        ):
+            yield name, "comp", kernel.source("compute", COMPUTE_VERSION, defines, lanes)
     for name, vertex, fragment in variants.splats(FRAGMENT_VERSION):
         yield name, "vert", vertex
         yield name, "frag", fragment

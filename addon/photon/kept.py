@@ -68,7 +68,7 @@ class Stage:
 class _Key(NamedTuple):
     """What a pass's photons depend on besides the stage and the source."""
 
-    index: int
+    number: int
     photons: int
 
 
@@ -117,8 +117,8 @@ class Kept:
     def trace(
         self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
     ) -> Deposits:
-        """`mapper.trace` on the stage, or what it gave when it last did that: a pass that the mapper's
-        deposits hold still, or one that is kept.
+        """`mapper.trace` on the stage, or what it gave when it last did that: a pass that the
+        mapper's deposits hold still, or one that is kept.
 
         Passes are kept until the budget is spent, and the first ones stay: if later ones took their
         place, a render that goes through all in order would find none.

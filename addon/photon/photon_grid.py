@@ -12,7 +12,7 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ..streams import Device, Kernel, PingPong, Program, Scan, Stream
+from ..streams import Device, PingPong, Program, Scan, Stream
 from ..streams.device import Layer
 from .deposits import Deposits, HostDeposits
 from .gather import Gather
@@ -24,6 +24,13 @@ from .settings import Settings, filter_define
 
 MAX_CELLS = 1 << 22  # 16 MB of cell starts; a smaller radius then shares cells
 MAX_RANKED = 8192  # photons in a cell that the device still ranks
+# Invocations of a GPU that share a visible point. Where neighbours see the same photons, one a
+# point reads least, but fills an H200 only with a million of them; after a bounce off a glossy
+# surface, few points are left, none beside its like. Gather on it with 1 / 8 / 32 lanes: 7.3 / 10 /
+# 17 ms at 1920x1080, 1.6 / 1.05 / 1.7 ms at 512x512 (cornell_classic); a glossy chain 1.9 / 1.1 /
+# 1.1 ms (cornell_box), of the paper's heaviest cell 35 / 18 / 13 and 16 / 3.3 / 1.3 ms a bounce.
+LANES, LANES_OF_CHAINS = 8, 32
+POINTS_THAT_FILL = 1 << 20
 # Photons that a launch may add to a point where they crowd. Mesa's llvmpipe ends all loops of a
 # program after 65535 steps in sum, without a word; SIMD neighbours' steps add up.
 MAX_ADDED = 1 << 14
@@ -48,23 +55,20 @@ class PhotonGrid:
     ) -> None:
         """`extent` (3,): half the scene's size along each axis [scene units]; `on_host`: the
         native core sorts and gathers."""
-        self._device = device
+        self._device, self._layer, self._defines = device, layer, filter_define(settings)
         self._extent = np.asarray(extent, np.float64)
-        self.kernel: Kernel = (
-            NativeGather(device, settings.filter)
-            if on_host
-            else Gather(device, layer, filter_define(settings))
-        )
+        self._native = NativeGather(device, settings.filter) if on_host else None
+        self._kernels: dict[int, Gather] = {}  # by their lanes
         self._device_sort: _DeviceSort | None = None
         self._sorted = _NOTHING
         self._uniforms: dict[str, Any] = {}
-        self._radii: dict[str, Any] = {}
+        self._radii: Radii | None = None
         self._sums: dict[tuple[int, int], PingPong] = {}  # by size
 
     def prepare(self, deposits: Deposits, radii: Radii) -> None:
         """Build the grid for a pass's deposits and radii."""
         self._forget()
-        self._radii = radii.tables(self.kernel)
+        self._radii = radii
         cell = float(np.float32(_cell_size(2 * self._extent, radii.typical)))
         cells = tuple(int(n) for n in np.floor(2 * self._extent / cell) + 1)
         grid = {
@@ -72,9 +76,9 @@ class PhotonGrid:
             "cell_size": cell,
             "grid_cells": cells,
         }
-        if isinstance(self.kernel, NativeGather):
+        if self._native:
             self._uniforms = radii.uniforms
-            self.kernel.sort(deposits, grid)
+            self._native.sort(deposits, grid)
             return
         self._uniforms = radii.uniforms | grid
         span = math.ceil(2 * radii.largest / cell) + 2
@@ -84,11 +88,15 @@ class PhotonGrid:
             self._device_sort = self._device_sort or _DeviceSort(self._device)
             self._sorted = self._device_sort.run(deposits, grid, span)
 
-    def estimate(self, place: Stream, facing: Stream, irradiance: Stream) -> None:
-        """Write the irradiance at each visible point."""
+    def estimate(
+        self, place: Stream, facing: Stream, irradiance: Stream, in_chain: bool = False
+    ) -> None:
+        """Write the irradiance at each visible point; `in_chain`: of secondary rays."""
         ports = {"place": place, "facing": facing}
-        if isinstance(self.kernel, NativeGather):
-            self.kernel.run(ports | {"irradiance": irradiance}, self._radii, self._uniforms)
+        assert self._radii
+        if self._native:
+            ports |= {"irradiance": irradiance}
+            self._native.run(ports, self._radii.tables(self._native), self._uniforms)
             return
         tables, count, launch = self._sorted
         if count == 0:
@@ -98,15 +106,34 @@ class PhotonGrid:
             self._sums[irradiance.size] = PingPong(self._device, IRRADIANCE, irradiance.size)
         sums = self._sums[irradiance.size]
         sums.front.clear()
+        kernel = self._kernel(self._lanes(irradiance.size, in_chain))
         for first in range(0, count, launch):
             end = first + launch
             target = irradiance if end >= count else sums.back
-            self.kernel.run(
+            kernel.run(
                 ports | {"sum": sums.front, "irradiance": target},
-                tables | self._radii,
+                tables | self._radii.tables(kernel),
                 self._uniforms | {"photon_range": (first, end)},
             )
             sums.swap()
+
+    @property
+    def launches(self) -> int:
+        """How often gathering has run."""
+        kernels = [self._native] if self._native else self._kernels.values()
+        return sum(kernel.launches for kernel in kernels)
+
+    def _lanes(self, size: tuple[int, int], in_chain: bool) -> int:
+        if not self._device.keeps_lists(self._layer):
+            return 1  # software: a lane is no processor of its own
+        if in_chain:
+            return LANES_OF_CHAINS
+        return 1 if size[0] * size[1] >= POINTS_THAT_FILL else LANES
+
+    def _kernel(self, lanes: int) -> Gather:
+        if lanes not in self._kernels:
+            self._kernels[lanes] = Gather(self._device, self._layer, self._defines, lanes)
+        return self._kernels[lanes]
 
     def _forget(self) -> None:
         for texture in self._sorted.tables.values():
@@ -118,7 +145,8 @@ class PhotonGrid:
         self._forget()
         for pair in self._sums.values():
             pair.release()
-        self.kernel.release()
+        for kernel in self._kernels.values():
+            kernel.release()
         if self._device_sort:
             self._device_sort.release()
 

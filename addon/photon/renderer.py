@@ -31,8 +31,8 @@ from .splat import Splat, View
 from .version import VERSION
 
 NO_DEPTH = 1.0e10  # Blender's depth where nothing is seen
-# Photons of pass 0 that tell the radii, whichever passes are rendered. Where pass 0 has no more, they
-# are its own: 28 of the 190 ms to the first picture (cornell_classic, 256x256, 2 cores).
+# Photons of pass 0 that tell the radii, whichever passes are rendered. Where pass 0 has no more,
+# they are its own: 28 of the 190 ms to the first picture (cornell_classic, 256x256, 2 cores).
 PILOT_PHOTONS = 1 << 17
 
 
@@ -209,7 +209,7 @@ class Renderer:
             for stem, count in self.photon_mapper.launches().items():
                 counts[stem] = counts.get(stem, 0) + count
         if self.grid:
-            counts["gather"] = self.grid.kernel.launches
+            counts["gather"] = self.grid.launches
         if self.splat:
             counts |= self.splat.launches()
         return counts
@@ -267,7 +267,7 @@ class Renderer:
             self.splat.estimate(place, facing, irradiance, view)
         else:
             assert self.grid
-            self.grid.estimate(place, facing, irradiance)
+            self.grid.estimate(place, facing, irradiance, in_chain=view is None)
 
     def _depth_seen(self, normal: Stream) -> NDArray[np.float32]:
         """Depth along the view axis [m] of one pass: a mean over passes would mix objects."""

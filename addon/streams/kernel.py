@@ -14,7 +14,9 @@ from .device import Device, Layer
 from .source import Source, StreamError, expand, read
 from .stream import TEXEL, Record, Stream
 
-GROUP = (8, 8)  # compute work group; 64 threads suit every GPU's warp or wave size
+# Elements of a compute work group, by the invocations that share each: 64 in all suit every GPU's
+# warp or wave size.
+GROUPS = {1: (8, 8), 8: (4, 2), 32: (2, 1)}
 _MAX_OUTPUTS = 4  # what OpenGL 3.3 guarantees in practice for float MRT
 
 
@@ -38,6 +40,9 @@ class Kernel:
     The GLSL file defines `void kernel()` against generated functions: `load_<input>()`,
     `store_<output>(record)`, `skip()` (the element becomes zero and does not count as alive),
     `element()` and `element_index()`. Structure is a `#define` from `defines`.
+
+    In compute programs several `lanes` may share each element: all run `kernel()`, which takes
+    every LANES-th step of its loop from `lane()`, and never skips before `sum_over_lanes(vec4)`.
     Raises StreamError at construction if the declaration and the file don't match.
     """
 
@@ -49,10 +54,15 @@ class Kernel:
     records: ClassVar[tuple[Record, ...]] = ()  # structs besides those of the ports
 
     def __init__(
-        self, device: Device, layer: Layer, defines: Mapping[str, int | float] | None = None
+        self,
+        device: Device,
+        layer: Layer,
+        defines: Mapping[str, int | float] | None = None,
+        lanes: int = 1,
     ) -> None:
         self.device, self.layer, self.launches = device, layer, 0
-        source = self.source(layer, device.glsl_version, defines or {})
+        self._group = GROUPS[lanes]
+        source = self.source(layer, device.glsl_version, defines or {}, lanes)
         self._skips = "skip()" in source.text.split("void kernel()", 1)[1]
         compute = layer == "compute"
         corners = _FULL_SCREEN_TRIANGLE.format(version=device.glsl_version)
@@ -70,11 +80,13 @@ class Kernel:
         device.check()
 
     @classmethod
-    def source(cls, layer: Layer, version: int, defines: Mapping[str, int | float]) -> Source:
+    def source(
+        cls, layer: Layer, version: int, defines: Mapping[str, int | float], lanes: int = 1
+    ) -> Source:
         """The whole program text for a layer; checks the declaration against the file."""
         path = f"kernels/{cls.stem}.glsl"
         cls._check_declaration(path)
-        return expand(path, cls._header(layer, version, defines))
+        return expand(path, cls._header(layer, version, defines, lanes))
 
     def run(
         self,
@@ -115,7 +127,7 @@ class Kernel:
             texture.bind_to_image(unit, read=False, write=True)
         self._set("count_alive", count)
         self._alive.bind_to_storage_buffer(0)
-        groups = [-(-n // g) for n, g in zip(size, GROUP, strict=True)]
+        groups = [-(-n // g) for n, g in zip(size, self._group, strict=True)]
         self._program.run(*groups)
         self.device.ctx.memory_barrier()
         if not count:
@@ -195,7 +207,9 @@ class Kernel:
                 )
 
     @classmethod
-    def _header(cls, layer: Layer, version: int, defines: Mapping[str, int | float]) -> str:
+    def _header(
+        cls, layer: Layer, version: int, defines: Mapping[str, int | float], lanes: int
+    ) -> str:
         compute = layer == "compute"
         ports = (*cls.inputs.values(), *cls.outputs.values())
         records = {record.name: record for record in (*ports, *cls.records)}
@@ -206,7 +220,12 @@ class Kernel:
         lines.append("uniform ivec2 stream_size;")
         lines += [f"uniform {u.kind} {name};" for name, u in cls.uniforms.items()]
         lines += [f"uniform {t.kind} {name};" for name, t in cls.tables.items()]
-        lines.append(_COMPUTE_PRELUDE if compute else _FRAGMENT_PRELUDE)
+        lines.append(f"#define LANES {lanes}")
+        if compute:
+            lines.append(_compute_prelude(lanes))
+        else:
+            lines.append("ivec2 element() { return ivec2(gl_FragCoord.xy); }")
+        lines.append(_LANES if lanes > 1 else _ONE_LANE)
         lines.append("int element_index() { return element().y * stream_size.x + element().x; }")
         for name, record in cls.inputs.items():
             lines.append(f"uniform sampler2D input_{name};")
@@ -220,6 +239,7 @@ class Kernel:
                     f"layout(rgba32f, binding = {slot}) writeonly uniform image2D output_{name};"
                 )
                 write = f"imageStore(output_{name}, element(), pack_{record.name}(record))"
+                write = f"if (lane() == 0) {write}" if lanes > 1 else write
             else:
                 lines.append(f"layout(location = {slot}) out vec4 output_{name};")
                 write = f"output_{name} = pack_{record.name}(record)"
@@ -247,20 +267,43 @@ void main() {{
 }}
 """
 
-_FRAGMENT_PRELUDE = "ivec2 element() { return ivec2(gl_FragCoord.xy); }"
 
-_COMPUTE_PRELUDE = f"""layout(local_size_x = {GROUP[0]}, local_size_y = {GROUP[1]}) in;
+def _compute_prelude(lanes: int) -> str:
+    x, y = GROUPS[lanes]
+    return f"""layout(local_size_x = {x * y * lanes}) in;
 layout(std430, binding = 0) buffer Alive {{ uint alive; }};
 uniform bool count_alive;
 shared uint group_alive;
 bool skipped = false;
-ivec2 element() {{ return ivec2(gl_GlobalInvocationID.xy); }}"""
+ivec2 own_element() {{
+    int number = int(gl_LocalInvocationIndex) / LANES;
+    return ivec2(gl_WorkGroupID.xy) * ivec2({x}, {y}) + ivec2(number % {x}, number / {x});
+}}
+// Within the stream, for lanes beyond it help to sum.
+ivec2 element() {{ return min(own_element(), stream_size - 1); }}"""
+
+
+_ONE_LANE = """int lane() { return 0; }
+vec4 sum_over_lanes(vec4 own) { return own; }"""
+
+_LANES = """shared vec4 lane_parts[gl_WorkGroupSize.x];
+int lane() { return int(gl_LocalInvocationIndex) % LANES; }
+vec4 sum_over_lanes(vec4 own) {
+    lane_parts[gl_LocalInvocationIndex] = own;
+    barrier();
+    vec4 sum = vec4(0.0);
+    int first = int(gl_LocalInvocationIndex) - lane();
+    for (int i = first; i < first + LANES; i++) sum += lane_parts[i];
+    barrier();
+    return sum;
+}"""
 
 # One atomic a work group: a quarter million on one address took 2 ms on an H200.
 _COMPUTE_MAIN = """void kernel();
 void main() {
-    bool inside = all(lessThan(element(), stream_size));
-    if (inside) kernel();
+    bool inside = all(lessThan(own_element(), stream_size));
+    if (inside || LANES > 1) kernel();
+    inside = inside && lane() == 0;
     if (!count_alive) return;
     if (gl_LocalInvocationIndex == 0u) group_alive = 0u;
     barrier();

@@ -6,25 +6,22 @@
 
 uint cell_begin(int cell) { return texelFetch(cell_start, table_texel(cell), 0).x; }
 
-void kernel() {
-    Place place = load_place();
-    if (place.surface == 0.0) skip();
-    vec3 normal = load_facing().normal;
-    float radius = radius_at(place.position, normal);
+// The sum over photons within the radius, or the share of it that this lane adds up.
+vec4 sum_about(Place place, vec3 normal, float radius) {
     float inverse_r2 = 1.0 / (radius * radius);
     // The margin covers the rounding of photons to cells.
     vec3 reach = vec3(radius * 1.00001 + 1.0e-7);
     ivec3 low = ivec3(floor((place.position - reach - grid_origin) / cell_size));
     ivec3 high = ivec3(floor((place.position + reach - grid_origin) / cell_size));
-    if (any(greaterThanEqual(low, grid_cells)) || any(lessThan(high, ivec3(0)))) skip();
     low = max(low, ivec3(0));
     high = min(high, grid_cells - 1);
     vec4 irradiance = vec4(0.0);
     for (int z = low.z; z <= high.z; z++) {
         for (int y = low.y; y <= high.y; y++) {
             int row = (z * grid_cells.y + y) * grid_cells.x;
+            if (low.x > high.x) continue;
             int end = min(int(cell_begin(row + high.x + 1)), photon_range.y);
-            for (int i = max(int(cell_begin(row + low.x)), photon_range.x); i < end; i++) {
+            for (int i = max(int(cell_begin(row + low.x)), photon_range.x) + lane(); i < end; i += LANES) {
                 ivec2 at = table_texel(i);
                 vec4 photon = texelFetch(photon_place, at, 0);
                 vec3 offset = photon.xyz - place.position;
@@ -34,7 +31,16 @@ void kernel() {
             }
         }
     }
-    irradiance *= filter_peak(radius * radius);
+    return irradiance * filter_peak(radius * radius);
+}
+
+void kernel() {
+    Place place = load_place();
+    vec3 normal = load_facing().normal;
+    float radius = radius_at(place.position, normal);
+    vec4 irradiance = vec4(0.0);
+    if (place.surface != 0.0 && radius > 0.0) irradiance = sum_about(place, normal, radius);
+    irradiance = sum_over_lanes(irradiance);
     Irradiance sum = load_sum();
     store_irradiance(Irradiance(sum.irradiance + irradiance.rgb, sum.inner + irradiance.a));
 }

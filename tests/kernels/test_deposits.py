@@ -203,6 +203,8 @@ def test_pictures_are_bit_equal(
     """Whoever keeps the photons and moves those alive together: the host or the device."""
     settings: dict[str, Any] = {"layer": "compute", "radius": radius, "passes": 2, "photons": 20000}
     monkeypatch.setattr(photon_mapper, "ROWS_WORTH_A_MOVE", 1)
+    monkeypatch.setattr(photon_grid, "LANES", 1)  # lanes add up in another order
+    monkeypatch.setattr(photon_grid, "LANES_OF_CHAINS", 1)
     by_host = count_host_sorts(monkeypatch, max_ranked)
     pictures = []
     for native in (True, False):
@@ -214,3 +216,16 @@ def test_pictures_are_bit_equal(
     pilot = radius == 0.0  # the radii's photons are read once
     assert len(by_host) == pilot or max_ranked == 3
     assert len(by_host) > pilot or max_ranked != 3 or radius != 5.0
+
+
+def test_lanes_gather_the_same(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Several invocations a visible point, as on GPUs, of eye rays and chains: to rounding."""
+    monkeypatch.setattr(device, "prefers_native", False)
+    pictures = []
+    for lanes in ((1, 1), (8, 32)):
+        monkeypatch.setattr(photon_grid, "LANES", lanes[0])
+        monkeypatch.setattr(photon_grid, "LANES_OF_CHAINS", lanes[1])
+        pictures.append(render(device, cornell(True), layer="compute", passes=1, photons=20000))
+    one, several = (picture["Combined"] for picture in pictures)
+    assert np.abs(one - several).max() <= 1e-5 * one.max()
+    assert (one != several).any() and pictures[1]["Mirror"].any()

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import addon.streams.kernel as kernel_module
 from addon.streams import Device, Kernel, PingPong, Record, Stream, StreamError, Table, Uniform
 from tests.unit.glsl_files import VALUE, declare, write
 
@@ -241,6 +242,27 @@ def test_defines_choose_structure(device: Device, layer: str, root: Path) -> Non
     for factor in (3, 0.5):
         probe(device, layer, {"FACTOR": factor}).run({"a": a, "b": b})
         assert np.array_equal(b.download(), factor * a.download())
+
+
+@pytest.mark.parametrize("lanes", kernel_module.GROUPS)
+@pytest.mark.parametrize("size", [(3, 2), (9, 17)])
+def test_lanes_share_an_element(
+    device: Device, root: Path, lanes: int, size: tuple[int, int]
+) -> None:
+    """Each takes its part of a loop; the element is written and counted once."""
+    if not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    write(
+        root,
+        "kernels/probe.glsl",
+        "void kernel() { vec4 sum = vec4(0.0), own = load_a().value;"
+        " for (int i = lane(); i < 50; i += LANES) sum += float(i) * own;"
+        " store_b(Value(sum_over_lanes(sum))); }",
+    )
+    kernel = declare("probe", inputs=IN, outputs=OUT)(device, "compute", lanes=lanes)
+    a, b = stream(device, *size), Stream(device, VALUE, size)
+    assert kernel.run({"a": a, "b": b}, count=True) == size[0] * size[1]
+    assert np.array_equal(b.download(), 1225 * a.download())
 
 
 def test_ping_pong_loop(device: Device, layer: str, root: Path) -> None:
