@@ -46,7 +46,7 @@ def render(device: Device, scene: Scene, **settings: Any) -> dict[str, Any]:
 
 
 def not_finite(images: dict[str, Any]) -> int:
-    """How many values are not finite; the error is infinite before four passes, and may be."""
+    """How many values are not finite; the error is infinite before eight passes, and may be."""
     bad = sum(np.count_nonzero(~np.isfinite(x)) for name, x in images.items() if name != "Error")
     return int(bad + np.count_nonzero(np.isnan(images["Error"])))
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from ..photon.settings import Region, Settings
+from ..photon.settings import FEWEST_PASSES, Region, Settings
 
 DEFAULTS = Settings()
 
@@ -73,7 +73,7 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
     min_passes: IntProperty(
         name="Min Passes",
         description="Passes before the Noise Threshold may finish the render",
-        min=4,
+        min=FEWEST_PASSES,
         soft_max=4096,
         max=1 << 24,
         default=DEFAULTS.min_passes,

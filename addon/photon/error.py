@@ -32,7 +32,7 @@ POOLED = 16
 
 @dataclass(frozen=True)
 class Error:
-    """Root mean square errors of a picture; infinite while unknown, before four passes.
+    """Root mean square errors of a picture; infinite while unknown, before eight passes.
 
     Relative: each pixel's and channel's error over the larger of its value and the picture's mean,
     the root of the mean of squares (relMSE's root).

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..streams import TEXEL, Device, Kernel, PingPong, Stream, Uniform
 from ..streams.device import Layer
 from .records import RADIANCE, SUM
+from .settings import FEWEST_PASSES
 
 Images = dict[str, NDArray[np.float64]]
 
@@ -66,7 +67,7 @@ class Exposure:
     squares: Mapping[int, Squares]  # by the number of passes in a batch
 
     def variance_of_mean(self) -> NDArray[np.float32] | None:
-        """Variance of the combined image's mean, (h, w, 4); None before four passes.
+        """Variance of the combined image's mean, (h, w, 4); None before FEWEST_PASSES.
 
         Batch means of randomised quasi-Monte Carlo (Owen 2013, sec. 17.3): its bias is what batches
         of twice the length would still cancel.
@@ -74,7 +75,7 @@ class Exposure:
         length = FOUR if self.passes >= PASSES_FOR_FOURS else PAIR
         squares = self.squares[length]
         n = squares.batches
-        if n < 2:
+        if self.passes < FEWEST_PASSES or n < 2:
             return None
         # Of the mean of n batches; the passes after the last whole one add to the mean, too.
         return squares.total * np.float32(length / ((n - 1) * self.passes))

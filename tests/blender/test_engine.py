@@ -105,12 +105,12 @@ def test_noise_threshold_ends_the_render(room, tmp_path) -> None:
 
 def test_metadata(room, tmp_path) -> None:
     """A file says what it was made with, and how good it is."""
-    room.photon_stream.passes, room.photon_stream.seed = 4, 7
+    room.photon_stream.passes, room.photon_stream.seed = 8, 7
     render_exr(room, tmp_path / "a.exr")
     with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
         header = dict(file.header())
     found = {name: header[f"photon_stream.ViewLayer.{name}"] for name in engine.METADATA}
-    assert (found["seed"], found["passes"], found["photons"]) == ("7", "4", "16384")
+    assert (found["seed"], found["passes"], found["photons"]) == ("7", "8", "32768")
     error, noise, bias = (float(found[name]) for name in ("error", "noise", "bias"))
     assert 0 < error < 1 and error == pytest.approx(math.hypot(noise, bias))
     assert found["device"] == SESSION.info["device"] and float(found["radius"]) > 0

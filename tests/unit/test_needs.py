@@ -30,9 +30,11 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     built: list[str] = []
     build = Kernel.__init__
 
-    def record(self: Kernel, device: Device, layer: Any, defines: Any = None) -> None:
+    def record(
+        self: Kernel, device: Device, layer: Any, defines: Any = None, lanes: int = 1
+    ) -> None:
         built.append(" ".join([self.stem, *(defines or {})]))
-        build(self, device, layer, defines)
+        build(self, device, layer, defines, lanes)
 
     monkeypatch.setattr(Kernel, "__init__", record)
     yield built

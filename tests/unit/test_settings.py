@@ -27,7 +27,7 @@ RANGES: list[tuple[str, Any, Any, tuple[Any, ...]]] = [
     ("device_index", 0, 255, (-1, 256)),
     ("time_limit", 0.0, 1e9, (-0.1,)),
     ("noise_threshold", 0.0, 1e9, (-0.1,)),
-    ("min_passes", 4, 1 << 24, (3, (1 << 24) + 1)),
+    ("min_passes", 8, 1 << 24, (7, (1 << 24) + 1)),
 ]
 CHOICES: dict[str, tuple[str, ...]] = {
     "estimator": ("auto", "splat", "gather"),
