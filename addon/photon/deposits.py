@@ -186,7 +186,7 @@ class DeviceDeposits:
         if self._at_most + at_most > self._textures[0].height * TABLE_WIDTH:
             self._grow(self.count + at_most)
         streams = {"place": place.texture, "deposit": deposit.texture}
-        self._compaction.choose(elements, streams, [self._counter])
+        self._compaction.count(elements, streams, [self._counter])
         number = {"append": self._appends}
         self._compaction.move(elements, streams, self._textures, [self._ends], number)
         self._appends, self._at_most, self._known = (

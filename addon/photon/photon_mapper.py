@@ -60,7 +60,7 @@ class _Paths:
         elements = others.rows * STREAM_WIDTH
         fronts = [pair.front.texture for pair in others.pairs()]
         textures = dict(zip(("origin", "direction", "flux"), fronts, strict=True))
-        compaction.choose(elements, {"direction": textures["direction"]})
+        compaction.count(elements, {"direction": textures["direction"]})
         targets = [pair.front for pair in self.pairs()]
         for target in targets:
             target.clear()

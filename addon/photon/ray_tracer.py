@@ -88,6 +88,7 @@ class RayTracer:
         x0, y0, x1, y1 = settings.frame_region
         self._buffers = _Buffers(device, (x1 - x0, y1 - y0))
         self._camera = _camera_in_scene_units(scene, frame)
+        self._world_to_camera = _column_major(np.linalg.inv(self._camera["matrix"]))
         kinds: list[type[Kernel]] = [EyeRays, CombinePrimary, CombineAll]
         if needs.surfaces:
             kinds.append(VisiblePoints)
@@ -192,7 +193,7 @@ class RayTracer:
         u0, v0 = x0 + jitter[0] - 0.5, y0 + jitter[1] - 0.5
         du, dv = (right - left) / settings.width, (top - bottom) / settings.height
         return View(
-            _column_major(np.linalg.inv(camera["matrix"])),
+            self._world_to_camera,
             (
                 left + u0 * du,
                 left + (u0 + x1 - x0) * du,

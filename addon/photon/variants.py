@@ -47,9 +47,9 @@ PLAIN: tuple[type[Kernel], ...] = (
 COMPUTE = (
     "scan_blocks",
     "scan_add",
-    "compact_flags",
+    "compact_count",
     "compact_move",
-    "paths_flags",
+    "paths_count",
     "paths_move",
     "grid_count",
     "grid_scatter",

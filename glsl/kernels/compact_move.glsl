@@ -1,21 +1,26 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Append the flagged deposits to the photon map, in order, and say where the next append begins.
+// Append the deposits worth keeping to the photon map, in order, and say where the next append begins.
 #include "lib/table.glsl"
-layout(std430, binding = 0) readonly buffer Offsets { uint offsets[]; };
+#include "lib/compaction.glsl"
+#include "lib/landed.glsl"
 layout(std430, binding = 1) buffer Ends { uint ends[]; };  // of each append of a pass
 layout(rgba32f, binding = 0) writeonly uniform image2D kept_place;
 layout(rgba32f, binding = 1) writeonly uniform image2D kept_deposit;
-uniform sampler2D place;
-uniform sampler2D deposit;
 uniform int append;
 
 void main() {
-    int i = thread();
-    uint base = append == 0 ? 0u : ends[append - 1];
-    if (i == 0) ends[append] = base + offsets[count];
-    if (i >= count || offsets[i] == offsets[i + 1]) return;
-    int width = textureSize(place, 0).x;
-    ivec2 to = table_texel(int(base + offsets[i]));
-    imageStore(kept_place, to, texelFetch(place, ivec2(i % width, i / width), 0));
-    imageStore(kept_deposit, to, texelFetch(deposit, ivec2(i % width, i / width), 0));
+    uint to = kept_before_block() + (append == 0 ? 0u : ends[append - 1]);
+    uint kept = 0u;
+    for (int i = first_element(); i < first_element() + PER_THREAD; i++) kept += is_kept(i) ? 1u : 0u;
+    uint up_to_here = sum_up_to_here(kept);
+    if (gl_LocalInvocationID.x == 0u && (group() + 1) * 256 * PER_THREAD >= count && group() * 256 * PER_THREAD < count) {
+        ends[append] = to + sum_of_group();
+    }
+    to += up_to_here - kept;
+    for (int i = first_element(); i < first_element() + PER_THREAD; i++) {
+        if (!is_kept(i)) continue;
+        imageStore(kept_place, table_texel(int(to)), texelFetch(place, texel_of(i), 0));
+        imageStore(kept_deposit, table_texel(int(to)), texelFetch(deposit, texel_of(i), 0));
+        to++;
+    }
 }

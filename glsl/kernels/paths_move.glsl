@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Move the flagged photons to the front of streams of the same width, in order.
-layout(std430, binding = 0) readonly buffer Offsets { uint offsets[]; };
+// Move the photons that are alive to the front of streams of the same width, in order.
+#include "lib/compaction.glsl"
+#include "lib/under_way.glsl"
 layout(rgba32f, binding = 0) writeonly uniform image2D kept_origin;
 layout(rgba32f, binding = 1) writeonly uniform image2D kept_direction;
 layout(rgba32f, binding = 2) writeonly uniform image2D kept_flux;
 uniform sampler2D origin;
-uniform sampler2D direction;
 uniform sampler2D flux;
 
 void main() {
-    int i = thread();
-    if (i >= count || offsets[i] == offsets[i + 1]) return;
-    int width = textureSize(origin, 0).x, j = int(offsets[i]);
-    ivec2 from = ivec2(i % width, i / width), to = ivec2(j % width, j / width);
-    imageStore(kept_origin, to, texelFetch(origin, from, 0));
-    imageStore(kept_direction, to, texelFetch(direction, from, 0));
-    imageStore(kept_flux, to, texelFetch(flux, from, 0));
+    uint kept = 0u, before = kept_before_block();
+    for (int i = first_element(); i < first_element() + PER_THREAD; i++) kept += is_alive(i) ? 1u : 0u;
+    int to = int(before + sum_up_to_here(kept) - kept);
+    for (int i = first_element(); i < first_element() + PER_THREAD; i++) {
+        if (!is_alive(i)) continue;
+        ivec2 from = texel_of(i), there = texel_of(to);
+        imageStore(kept_origin, there, texelFetch(origin, from, 0));
+        imageStore(kept_direction, there, texelFetch(direction, from, 0));
+        imageStore(kept_flux, there, texelFetch(flux, from, 0));
+        to++;
+    }
 }
