@@ -13,8 +13,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..streams import Compaction, Device, Stream
-from .geometry import TABLE_WIDTH, upload_table
+from ..streams import TABLE_WIDTH, Compaction, Device, Stream
+from .geometry import upload_table
 
 DEPOSIT_BYTES = 32  # two texels
 MOST_APPENDS = 1025  # a pass: one a bounce, and the first hits

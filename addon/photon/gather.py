@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ..streams import Kernel, Table, Uniform
+from ..streams import Items, Kernel, Uniform
 from . import radius_field
 from .records import FACING, IRRADIANCE, PLACE
 
@@ -17,7 +17,8 @@ class Gather(Kernel):
         "photon_range": Uniform("ivec2"),  # the sorted photons to add: first, and one past the last
     } | radius_field.UNIFORMS
     tables = {
-        "photon_place": Table(),
-        "photon_deposit": Table(),
-        "cell_start": Table("usampler2D"),
-    } | radius_field.TABLES
+        "photon_place": Items(),
+        "photon_deposit": Items(),
+        "cell_start": Items("uint"),
+        **radius_field.TABLES,
+    }

@@ -17,11 +17,10 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ..streams import Device
+from ..streams import TABLE_WIDTH, Device
 from .errors import SceneError
 from .scene import Light, Material, Scene
 
-TABLE_WIDTH = 4096  # glsl/lib/table.glsl
 AREAS_AT_ONCE = 1 << 15
 POINT_VERSINE = 2.0  # 1 - cos of a "cone" that holds every direction
 

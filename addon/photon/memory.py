@@ -14,16 +14,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ..streams import Device
+from ..streams import TABLE_WIDTH, Device
 from .errors import PhotonStreamError, SceneError, SettingsError
-from .geometry import TABLE_WIDTH
 from .photon_mapper import STREAM_WIDTH
 from .scene import Scene
 from .settings import Settings
 
 TEXEL = 16  # [bytes]
 FIXED = 80 << 20  # programs, the pilot pass, a grid of the smallest
-GRID_CELLS = 64 << 20  # the photon grid's, on a GPU: photon_grid.MAX_CELLS in three buffers
+GRID_CELLS = 40 << 20  # the photon grid's, on a GPU: photon_grid.MAX_CELLS in two buffers
 # A pixel's on the host: means and errors in float64 while a picture is made of the film; and the
 # images twice in shared memory and twice in the process that asked for them.
 PICTURE = 500 + 4 * 84
@@ -32,7 +31,7 @@ PATHS = 2 * 9 * TEXEL
 RESIDENT_PATHS = PATHS + 8 + 4 * TEXEL  # on a GPU with compute programs: flags, room in the list
 DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
 LISTED = 136  # bytes a deposit, in lists and sorted
-SORTED = 2 * TEXEL + 4  # in the tables that Gather reads
+SORTED = 9 * (2 * TEXEL + 4) // 8  # in the lists that Gather reads
 RESIDENT_LISTED = 6 * TEXEL  # in textures that double when they are full, copied to others
 SPLATS = 512  # software OpenGL's vertices
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
@@ -166,7 +165,7 @@ class Budget:
         return min(several, MOST_GUESSED) + float(self._settings.direct_by_photons)
 
     def _check_textures(self, deposits: float | None) -> None:
-        """What no memory helps: the sides of textures."""
+        """What no memory helps: the sides of textures, and the size of buffers."""
         limit, name = self._device.texture_limit, self._device.name
         x0, y0, x1, y1 = self._settings.frame_region
         pixels, photons, triangles = self.parts(deposits)
@@ -175,9 +174,11 @@ class Budget:
             raise pixels.refusal(f"{size}, the most that {name} holds")
         most = limit * TABLE_WIDTH
         landed = self._deposits(deposits) * photons.count
+        if self._layer == "compute" and deposits is not None:
+            most = min(most, self._device.buffer_limit // TEXEL)  # the lists that Gather reads
         if self._layer != "native" and (photons.count > limit * STREAM_WIDTH or landed > most):
             raise photons.refusal(f"{photons.count} photons a pass are more than {name} holds")
-        if triangles.count > min(MOST_TRIANGLES, most // 4):
+        if triangles.count > min(MOST_TRIANGLES, limit * TABLE_WIDTH // 4):
             raise triangles.refusal(f"{triangles.count} triangles are more than {name} holds")
 
 

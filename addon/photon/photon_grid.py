@@ -16,7 +16,7 @@ from ..streams import Device, PingPong, Program, Scan, Stream
 from ..streams.device import Layer
 from .deposits import Deposits, HostDeposits
 from .gather import Gather
-from .geometry import TABLE_WIDTH, upload_table
+from .geometry import upload_table
 from .native_kernels import NativeGather
 from .radius_field import Radii
 from .records import IRRADIANCE
@@ -39,9 +39,10 @@ MAX_ADDED = 1 << 14
 class _Sorted(NamedTuple):
     """Photons in order of their cells."""
 
-    tables: dict[str, moderngl.Texture]  # the gather's
+    lists: dict[str, Any]  # the gather's
     photons: int
     launch: int  # photons that a launch may look at
+    own: tuple[Any, ...] = ()  # of the lists, what ends with the pass
 
 
 _NOTHING = _Sorted({}, 0, 0)
@@ -83,7 +84,7 @@ class PhotonGrid:
         self._uniforms = radii.uniforms | grid
         span = math.ceil(2 * radii.largest / cell) + 2
         if isinstance(deposits, HostDeposits):
-            self._sorted = _sort_on_host(self._device, deposits, grid, span)
+            self._sorted = _sort_on_host(self._device, self._layer, deposits, grid, span)
         else:
             self._device_sort = self._device_sort or _DeviceSort(self._device)
             self._sorted = self._device_sort.run(deposits, grid, span)
@@ -98,7 +99,7 @@ class PhotonGrid:
             ports |= {"irradiance": irradiance}
             self._native.run(ports, self._radii.tables(self._native), self._uniforms)
             return
-        tables, count, launch = self._sorted
+        lists, count, launch, _ = self._sorted
         if count == 0:
             irradiance.clear()
             return
@@ -112,7 +113,7 @@ class PhotonGrid:
             target = irradiance if end >= count else sums.back
             kernel.run(
                 ports | {"sum": sums.front, "irradiance": target},
-                tables | self._radii.tables(kernel),
+                lists | self._radii.tables(kernel),
                 self._uniforms | {"photon_range": (first, end)},
             )
             sums.swap()
@@ -136,8 +137,8 @@ class PhotonGrid:
         return self._kernels[lanes]
 
     def _forget(self) -> None:
-        for texture in self._sorted.tables.values():
-            texture.release()
+        for item in self._sorted.own:
+            item.release()
         self._sorted = _NOTHING
 
     def release(self) -> None:
@@ -152,7 +153,7 @@ class PhotonGrid:
 
 
 def _sort_on_host(
-    device: Device, deposits: Deposits, grid: Mapping[str, Any], span: int
+    device: Device, layer: Layer, deposits: Deposits, grid: Mapping[str, Any], span: int
 ) -> _Sorted:
     """Sort by the native core's stable counting sort; a disc spans `span` cells at most."""
     place, deposit = deposits.arrays()
@@ -160,12 +161,12 @@ def _sort_on_host(
         return _NOTHING
     origin = np.array(grid["grid_origin"], np.float32)
     start, order = native.sort_photons(place, origin, grid["cell_size"], grid["grid_cells"])
-    tables = {
-        "photon_place": upload_table(device, place[order]),
-        "photon_deposit": upload_table(device, deposit[order]),
-        "cell_start": upload_table(device, start),
+    data = {"photon_place": place[order], "photon_deposit": deposit[order], "cell_start": start}
+    lists = {
+        name: device.ctx.buffer(values) if layer == "compute" else upload_table(device, values)
+        for name, values in data.items()
     }
-    return _Sorted(tables, len(place), _photons_a_launch(start, span))
+    return _Sorted(lists, len(place), _photons_a_launch(start, span), tuple(lists.values()))
 
 
 def _photons_a_launch(start: NDArray[np.uint32], span: int) -> int:
@@ -176,12 +177,12 @@ def _photons_a_launch(start: NDArray[np.uint32], span: int) -> int:
 
 
 class _DeviceSort:
-    """The gather's tables, by compute programs: the same order as the native core's."""
+    """The gather's lists, by compute programs: the same order as the native core's."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._count, self._scatter, self._rank, self._starts = (
-            Program(device, f"grid_{step}") for step in ("count", "scatter", "rank", "starts")
+        self._count, self._scatter, self._rank = (
+            Program(device, f"grid_{step}") for step in ("count", "scatter", "rank")
         )
         self._scan, self._zero = Scan(device), Program(device, "fill_zero")
         self._fullest = device.ctx.buffer(reserve=4)
@@ -201,32 +202,22 @@ class _DeviceSort:
         fullest = self._device.read_uint(self._fullest)
         if fullest > MAX_RANKED:
             # Ranking costs the square of a cell's photons: a crowded focus goes to the host.
-            return _sort_on_host(self._device, deposits, grid, span)
+            return _sort_on_host(self._device, "compute", deposits, grid, span)
         ctx.copy_buffer(starts, counts, 4 * (cells + 1))
         self._scan.run(starts, cells + 1)
         self._scatter.run(count, [counts, starts, listed], {"place": place}, uniforms=grid)
-        rows = -(-count // TABLE_WIDTH)
-        tables = {
-            name: self._device.texture((TABLE_WIDTH, rows), 4)
-            for name in ("photon_place", "photon_deposit")
-        }
-        self._rank.run(
-            count,
-            [starts, listed],
-            {"place": place, "deposit": deposit},
-            [*tables.values()],
-            grid,
-        )
-        start_rows = -(-(cells + 1) // TABLE_WIDTH)
-        tables["cell_start"] = self._device.texture((TABLE_WIDTH, start_rows), 1, "u4")
-        self._starts.run(cells + 1, [starts], images=[tables["cell_start"]])
-        return _Sorted(tables, count, count)  # a GPU ends no loop early
+        places, fluxes = (self._buffer(name, 4 * count) for name in ("places", "deposits"))
+        textures = {"place": place, "deposit": deposit}
+        self._rank.run(count, [starts, listed, places, fluxes], textures, uniforms=grid)
+        lists = {"photon_place": places, "photon_deposit": fluxes, "cell_start": starts}
+        return _Sorted(lists, count, count)  # a GPU ends no loop early
 
     def _buffer(self, name: str, count: int) -> moderngl.Buffer:
+        """A buffer of `count` numbers at least, kept from pass to pass."""
         if name not in self._buffers or self._buffers[name].size < 4 * count:
             if name in self._buffers:
                 self._buffers[name].release()
-            self._buffers[name] = self._device.ctx.buffer(reserve=4 * count)
+            self._buffers[name] = self._device.ctx.buffer(reserve=4 * (count + count // 8))
         return self._buffers[name]
 
     def release(self) -> None:

@@ -54,7 +54,6 @@ COMPUTE = (
     "grid_count",
     "grid_scatter",
     "grid_rank",
-    "grid_starts",
     "fill_zero",
 )
 

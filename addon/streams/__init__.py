@@ -8,15 +8,17 @@ element, reads streams and writes up to four. How that happens is the physical l
 from .compute import Compaction, Program, Scan
 from .device import Device
 from .host import HostKernel
-from .kernel import Kernel, Table, Uniform
+from .kernel import TABLE_WIDTH, Items, Kernel, Table, Uniform
 from .source import StreamError
 from .stream import TEXEL, PingPong, Record, Stream
 
 __all__ = [
+    "TABLE_WIDTH",
     "TEXEL",
     "Compaction",
     "Device",
     "HostKernel",
+    "Items",
     "Kernel",
     "PingPong",
     "Program",

@@ -60,6 +60,8 @@ class Device:
         self.prefers_native = self.is_software  # to sort and compact on the host
         self.has_compute = self.ctx.version_code >= 430
         self.texture_limit = min(int(info.get("GL_MAX_TEXTURE_SIZE", 4096)), 16384)
+        # [bytes] that a program reads of one; 2^27 is the least that compute programs come with
+        self.buffer_limit = int(info.get("GL_MAX_SHADER_STORAGE_BLOCK_SIZE", 1 << 27))
         self.point_size_limit = float(info["GL_POINT_SIZE_RANGE"][1])
         # moderngl goes back to the framebuffer last used whenever it makes an object: that must
         # never be one already released.

@@ -17,6 +17,8 @@ from .stream import TEXEL, Record, Stream
 # Elements of a compute work group, by the invocations that share each: 64 in all suit every GPU's
 # warp or wave size.
 GROUPS = {1: (8, 8), 8: (4, 2), 32: (2, 1)}
+TABLE_WIDTH = 4096  # texels; glsl/lib/table.glsl
+FIRST_LIST = 1  # storage buffer binding; 0 counts who is alive
 _MAX_OUTPUTS = 4  # what OpenGL 3.3 guarantees in practice for float MRT
 
 
@@ -32,6 +34,14 @@ class Table:
     """A texture that an element may read anywhere, such as the BVH."""
 
     kind: str = "sampler2D"
+
+
+@dataclass(frozen=True)
+class Items:
+    """A list that an element may read anywhere, as `<name>(i)`: a storage buffer in compute
+    programs, which a GPU reads faster, else a texture TABLE_WIDTH texels wide."""
+
+    kind: str = "vec4"  # or uint
 
 
 class Kernel:
@@ -50,7 +60,7 @@ class Kernel:
     inputs: ClassVar[Mapping[str, Record]] = {}
     outputs: ClassVar[Mapping[str, Record]] = {}
     uniforms: ClassVar[Mapping[str, Uniform]] = {}
-    tables: ClassVar[Mapping[str, Table]] = {}
+    tables: ClassVar[Mapping[str, Table | Items]] = {}
     records: ClassVar[tuple[Record, ...]] = ()  # structs besides those of the ports
 
     def __init__(
@@ -75,8 +85,13 @@ class Kernel:
             self._alive_before = 0
         else:
             self._quad = device.ctx.vertex_array(self._program, [])
-        for unit, name in enumerate((*self.inputs, *self.tables)):
-            self._set(_sampler(name, self.inputs), unit)
+        lists = [name for name, table in self.tables.items() if isinstance(table, Items)]
+        self._buffers = lists if compute else []
+        self._textures = [name for name in self.tables if name not in self._buffers]
+        samplers = [f"input_{name}" for name in self.inputs]
+        samplers += [f"{name}_table" if name in lists else name for name in self._textures]
+        for unit, name in enumerate(samplers):
+            self._set(name, unit)
         device.check()
 
     @classmethod
@@ -97,15 +112,18 @@ class Kernel:
     ) -> int:
         """Run once over all elements of the outputs.
 
-        `streams` binds every input and output port, `tables` every table to a texture, and
-        `uniforms` every uniform. With `count`, returns how many elements were not skipped
-        (waits for the device); else 0. Raises StreamError for a wrong port, record or size.
+        `streams` binds every input and output port, `tables` every table to a texture, or in
+        compute programs every list to a buffer, and `uniforms` every uniform. With `count`,
+        returns how many elements were not skipped (waits for the device); else 0. Raises
+        StreamError for a wrong port, record or size.
         """
         tables, uniforms = tables or {}, uniforms or {}
         size = self._check_bindings(streams, tables, uniforms)
         textures = [streams[name].texture for name in self.inputs]
-        for unit, texture in enumerate([*textures, *(tables[name] for name in self.tables)]):
+        for unit, texture in enumerate([*textures, *(tables[name] for name in self._textures)]):
             texture.use(location=unit)
+        for binding, name in enumerate(self._buffers, FIRST_LIST):
+            tables[name].bind_to_storage_buffer(binding)
         for name, value in uniforms.items():
             self._set(name, value)
         self._set("stream_size", size)
@@ -219,7 +237,14 @@ class Kernel:
         lines += [record.glsl() for record in records.values()]
         lines.append("uniform ivec2 stream_size;")
         lines += [f"uniform {u.kind} {name};" for name, u in cls.uniforms.items()]
-        lines += [f"uniform {t.kind} {name};" for name, t in cls.tables.items()]
+        lines += [
+            f"uniform {t.kind} {name};" for name, t in cls.tables.items() if isinstance(t, Table)
+        ]
+        lists = [(name, t.kind) for name, t in cls.tables.items() if isinstance(t, Items)]
+        for binding, (name, kind) in enumerate(lists, FIRST_LIST):
+            lines += (
+                _list_in_buffer(name, kind, binding) if compute else _list_in_texture(name, kind)
+            )
         lines.append(f"#define LANES {lanes}")
         if compute:
             lines.append(_compute_prelude(lanes))
@@ -256,8 +281,21 @@ class Kernel:
         return "\n".join(lines)
 
 
-def _sampler(name: str, inputs: Mapping[str, Record]) -> str:
-    return f"input_{name}" if name in inputs else name
+def _list_in_buffer(name: str, kind: str, binding: int) -> list[str]:
+    return [
+        f"layout(std430, binding = {binding}) readonly buffer {name}_list",
+        f"{{ {kind} {name}_items[]; }};",
+        f"{kind} {name}(int i) {{ return {name}_items[i]; }}",
+    ]
+
+
+def _list_in_texture(name: str, kind: str) -> list[str]:
+    sampler, part = ("usampler2D", ".x") if kind == "uint" else ("sampler2D", "")
+    at = f"ivec2(i % {TABLE_WIDTH}, i / {TABLE_WIDTH})"
+    return [
+        f"uniform {sampler} {name}_table;",
+        f"{kind} {name}(int i) {{ return texelFetch({name}_table, {at}, 0){part}; }}",
+    ]
 
 
 _FULL_SCREEN_TRIANGLE = """#version {version} core

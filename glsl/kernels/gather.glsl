@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Add to each visible point's sum the photons around it, of a range of a grid of sorted photons.
-#include "lib/table.glsl"
 #include "lib/density.glsl"
 #include "lib/radius.glsl"
-
-uint cell_begin(int cell) { return texelFetch(cell_start, table_texel(cell), 0).x; }
 
 // The sum over photons within the radius, or the share of it that this lane adds up.
 vec4 sum_about(Place place, vec3 normal, float radius) {
@@ -20,14 +17,12 @@ vec4 sum_about(Place place, vec3 normal, float radius) {
         for (int y = low.y; y <= high.y; y++) {
             int row = (z * grid_cells.y + y) * grid_cells.x;
             if (low.x > high.x) continue;
-            int end = min(int(cell_begin(row + high.x + 1)), photon_range.y);
-            for (int i = max(int(cell_begin(row + low.x)), photon_range.x) + lane(); i < end; i += LANES) {
-                ivec2 at = table_texel(i);
-                vec4 photon = texelFetch(photon_place, at, 0);
+            int end = min(int(cell_start(row + high.x + 1)), photon_range.y);
+            for (int i = max(int(cell_start(row + low.x)), photon_range.x) + lane(); i < end; i += LANES) {
+                vec4 photon = photon_place(i);
                 vec3 offset = photon.xyz - place.position;
                 if (dot(offset, offset) * inverse_r2 > 1.0) continue;
-                vec4 flux = texelFetch(photon_deposit, at, 0);
-                irradiance += photon_share(photon, flux, place.position, place.surface, normal, inverse_r2);
+                irradiance += photon_share(photon, photon_deposit(i), place.position, place.surface, normal, inverse_r2);
             }
         }
     }

@@ -5,8 +5,8 @@
 #include "lib/grid.glsl"
 layout(std430, binding = 0) readonly buffer Starts { uint starts[]; };
 layout(std430, binding = 1) readonly buffer Listed { uint listed[]; };
-layout(rgba32f, binding = 0) writeonly uniform image2D sorted_place;
-layout(rgba32f, binding = 1) writeonly uniform image2D sorted_deposit;
+layout(std430, binding = 2) writeonly buffer Places { vec4 sorted_place[]; };
+layout(std430, binding = 3) writeonly buffer Deposits { vec4 sorted_deposit[]; };
 uniform sampler2D place;
 uniform sampler2D deposit;
 
@@ -17,7 +17,6 @@ void main() {
     int cell = cell_of(p.xyz);
     uint start = starts[cell], end = starts[cell + 1], rank = 0u;
     for (uint j = start; j < end; j++) rank += listed[j] < uint(i) ? 1u : 0u;
-    ivec2 to = table_texel(int(start + rank));
-    imageStore(sorted_place, to, p);
-    imageStore(sorted_deposit, to, texelFetch(deposit, table_texel(i), 0));
+    sorted_place[start + rank] = p;
+    sorted_deposit[start + rank] = texelFetch(deposit, table_texel(i), 0);
 }

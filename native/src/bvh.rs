@@ -10,7 +10,7 @@ use crate::bounds::Bounds;
 /// Float32 holds every integer below 2^24, and the nodes store references as float32.
 pub const MAX_TRIANGLES: usize = (1 << 24) - 1;
 /// Most inner nodes on a path from the root; a traversal pushes at most one entry a level.
-pub const MAX_DEPTH: u32 = 32;
+pub const MAX_DEPTH: u32 = 62;
 pub const MAX_LEAF: usize = 4;
 /// Larger coordinates are taken for garbage: their squares would overflow in the shaders.
 pub const MAX_COORDINATE: f32 = 1e30;

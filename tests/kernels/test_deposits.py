@@ -181,11 +181,11 @@ def test_device_sort_equals_native_sort(
         grid.prepare(deposits, RadiusField.even(device, radius).of_pass(1.0))
         count = deposits.tables()[0]
         places, fluxes = (
-            np.frombuffer(grid._sorted.tables[name].read(), np.float32).reshape(-1, 4)[:count]
+            np.frombuffer(grid._sorted.lists[name].read(), np.float32).reshape(-1, 4)[:count]
             for name in ("photon_place", "photon_deposit")
         )
         cells = int(np.prod(grid._uniforms["grid_cells"]))
-        starts = np.frombuffer(grid._sorted.tables["cell_start"].read(), np.uint32)[: cells + 1]
+        starts = np.frombuffer(grid._sorted.lists["cell_start"].read(), np.uint32)[: cells + 1]
         assert starts[0] == 0 and starts[-1] == count
         tables.append([places, fluxes, starts])
         grid.release()

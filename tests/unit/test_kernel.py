@@ -12,7 +12,18 @@ import numpy as np
 import pytest
 
 import addon.streams.kernel as kernel_module
-from addon.streams import Device, Kernel, PingPong, Record, Stream, StreamError, Table, Uniform
+from addon.photon.geometry import upload_table
+from addon.streams import (
+    Device,
+    Items,
+    Kernel,
+    PingPong,
+    Record,
+    Stream,
+    StreamError,
+    Table,
+    Uniform,
+)
 from tests.unit.glsl_files import VALUE, declare, write
 
 OTHER = Record("Other", {"x": "float"})
@@ -263,6 +274,27 @@ def test_lanes_share_an_element(
     a, b = stream(device, *size), Stream(device, VALUE, size)
     assert kernel.run({"a": a, "b": b}, count=True) == size[0] * size[1]
     assert np.array_equal(b.download(), 1225 * a.download())
+
+
+@pytest.mark.parametrize("kind", ["vec4", "uint"])
+def test_lists(device: Device, layer: str, root: Path, kind: str) -> None:
+    """Read by number: a buffer in compute programs, else a texture, of several rows here."""
+    write(
+        root,
+        "kernels/probe.glsl",
+        "void kernel() { int i = 4095 + element_index();"
+        " store_b(Value(load_a().value * 0.0 + vec4(numbers(i)))); }",
+    )
+    kernel = declare("probe", inputs=IN, outputs=OUT, tables={"numbers": Items(kind)})(
+        device, layer
+    )
+    count = 4 * 4101 if kind == "vec4" else 4101
+    numbers = np.arange(count, dtype="f4" if kind == "vec4" else "u4").reshape(4101, -1)
+    table = device.ctx.buffer(numbers) if layer == "compute" else upload_table(device, numbers)
+    b = Stream(device, VALUE, (3, 2))
+    kernel.run({"a": stream(device), "b": b}, {"numbers": table})
+    assert np.array_equal(b.download().reshape(6, 4), np.broadcast_to(numbers[4095:], (6, 4)))
+    table.release()
 
 
 def test_ping_pong_loop(device: Device, layer: str, root: Path) -> None:

@@ -163,6 +163,14 @@ def test_sides_of_textures(device: Device, monkeypatch: pytest.MonkeyPatch) -> N
         Renderer(many(30000), SMALL, device)
 
 
+def test_size_of_buffers(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The lists that compute programs read, once it is known how many photons land."""
+    monkeypatch.setattr(device, "buffer_limit", 16 * 5000)
+    with pytest.raises(SettingsError, match="20000 photons a pass are more than .* lower the ph"):
+        Renderer(cornell(), replace(SMALL, photons=20000, layer="compute"), device)
+    Renderer(cornell(), replace(SMALL, photons=20000, layer="fragment"), device).release()
+
+
 def test_memory_of_a_gpu(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Textures count there, and what the host holds here."""
     monkeypatch.setattr(device, "is_software", False)
