@@ -151,8 +151,8 @@ class DeviceDeposits:
         self._device = device
         self._compaction = Compaction(device, "compact")
         self._textures = self._allocate(1)
-        self._ends = device.ctx.buffer(bytes(4 * MOST_APPENDS))
-        self._counter = device.ctx.buffer(bytes(4))  # of the dropped; only grows (modulo 2^32)
+        # How many were dropped, which only grows (modulo 2^32), and where each append ends.
+        self._counts = device.ctx.buffer(bytes(4 + 4 * MOST_APPENDS))
         self._counted = self._dropped = 0
         self._appends = 0  # of this pass
         self._at_most = 0  # as many deposits may there be
@@ -186,9 +186,9 @@ class DeviceDeposits:
         if self._at_most + at_most > self._textures[0].height * TABLE_WIDTH:
             self._grow(self.count + at_most)
         streams = {"place": place.texture, "deposit": deposit.texture}
-        self._compaction.count(elements, streams, [self._counter])
+        self._compaction.count(elements, streams, [self._counts])
         number = {"append": self._appends}
-        self._compaction.move(elements, streams, self._textures, [self._ends], number)
+        self._compaction.move(elements, streams, self._textures, [self._counts], number)
         self._appends, self._at_most, self._known = (
             self._appends + 1,
             self._at_most + at_most,
@@ -231,14 +231,14 @@ class DeviceDeposits:
         """Free textures and buffers."""
         for texture in self._textures:
             self._device.forget(texture)
-        for item in (*self._textures, self._ends, self._counter, self._compaction):
+        for item in (*self._textures, self._counts, self._compaction):
             item.release()
 
     def _ask(self) -> None:
         if self._known:
             return
-        self._at_most, self._known = self._device.read_uint(self._ends, self._appends - 1), True
-        counted = self._device.read_uint(self._counter)
+        counted, *_, self._at_most = self._device.read_uints(self._counts, 1 + self._appends)
+        self._known = True
         self._dropped += (counted - self._counted) % (1 << 32)
         self._counted = counted
 

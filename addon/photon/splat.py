@@ -68,7 +68,7 @@ class _Shape:
         except moderngl.Error as error:
             failed = vertex if "vertex_shader" in str(error) else fragment
             raise device.refusal("Splat", failed, error) from None
-        self.array = device.ctx.vertex_array(self.program, [])
+        self.array = device.ctx.vertex_array(self.program.program, [])
         for unit, name in enumerate(
             (
                 "photon_place",
@@ -79,15 +79,14 @@ class _Shape:
                 "radii",
             )
         ):
-            self.program[name] = unit
+            self.program.set(name, unit)
 
     def draw(self, count: int, uniforms: Mapping[str, Any]) -> None:
         for name, value in uniforms.items():
-            if self.program.get(name, None) is not None:
-                self.program[name] = value
+            self.program.set(name, value)
         mode, vertices = _MODES[self.shape], _VERTICES[self.shape]
         for first in range(0, count, MOST_SPLATS):
-            self.program["first_photon"] = first
+            self.program.set("first_photon", first)
             self.array.render(mode, vertices=vertices, instances=min(MOST_SPLATS, count - first))
 
     def release(self) -> None:

@@ -60,15 +60,15 @@ class Program:
             buffer.bind_to_storage_buffer(binding)
         for unit, (name, texture) in enumerate((textures or {}).items()):
             texture.use(location=unit)
-            self._program[name].value = unit
+            self._program.set(name, unit)
         for unit, image in enumerate(images):
             image.bind_to_image(unit, read=False, write=True)
         for name, value in (uniforms or {}).items():
-            self._program[name].value = value
-        self._program["count"].value = count
+            self._program.set(name, value)
+        self._program.set("count", count)
         groups = groups if groups is not None else -(-count // GROUP)
         rows = -(-groups // _GROUPS_A_ROW)
-        self._program.run(min(groups, _GROUPS_A_ROW), rows)
+        self._program.program.run(min(groups, _GROUPS_A_ROW), rows)
         self._device.ctx.memory_barrier()
 
 

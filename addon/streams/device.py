@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import ctypes
 import ctypes.util
+import marshal
+import struct
 import sys
 from collections.abc import Sequence
 from typing import Any, Literal
@@ -39,6 +41,27 @@ _DebugCallback = ctypes.CFUNCTYPE(
 _listening: list[Any] = []  # callbacks of contexts not yet released: a driver calls them to the end
 
 
+class Linked:
+    """A program of a device, shared by all that run it, and its uniforms, which are written only
+    where they change: a half of the host's time for a pass's launches went there."""
+
+    def __init__(self, program: Any) -> None:
+        self.program = program
+        # A compiler may have removed what a #define made unused.
+        self._members = {name: program[name] for name in program}
+        self._values: dict[str, bytes] = {}
+
+    def set(self, name: str, value: Any) -> None:
+        """Set a uniform or a sampler's unit, if the program has it."""
+        member = self._members.get(name)
+        if member is None:
+            return
+        bits = marshal.dumps(value)  # as `==` takes -0.0 for 0.0
+        if self._values.get(name) != bits:
+            member.value = value
+            self._values[name] = bits
+
+
 class Device:
     """Opens an OpenGL context and owns it; it belongs to the thread that made it.
 
@@ -70,7 +93,7 @@ class Device:
         self.samples_passed = self.ctx.query(samples=True)
         self.errors: list[str] = []
         self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
-        self._programs: dict[tuple[str, ...], Any] = {}  # by their shaders' texts
+        self._programs: dict[tuple[str, ...], Linked] = {}  # by their shaders' texts
         self._staging = self.ctx.buffer(reserve=4)
         self._set_callback: Any = None
         self._callback = self._listen()
@@ -97,7 +120,7 @@ class Device:
         """
         return layer == "compute" and not self.prefers_native
 
-    def program(self, *shaders: str) -> Any:
+    def program(self, *shaders: str) -> Linked:
         """The program of a vertex and a fragment shader, or of a compute shader; raises
         moderngl.Error with the driver's words.
 
@@ -106,7 +129,7 @@ class Device:
         """
         if shaders not in self._programs:
             ctx = self.ctx
-            self._programs[shaders] = (
+            self._programs[shaders] = Linked(
                 ctx.compute_shader(*shaders)
                 if len(shaders) == 1
                 else ctx.program(vertex_shader=shaders[0], fragment_shader=shaders[1])
@@ -129,14 +152,21 @@ class Device:
         for key in [key for key in self._framebuffers if texture.glo in key]:
             self._framebuffers.pop(key).release()
 
-    def read_uint(self, buffer: moderngl.Buffer, index: int = 0) -> int:
-        """One number of a uint32 buffer (waits for the device).
+    def read_uint(self, buffer: moderngl.Buffer) -> int:
+        """The first number of a uint32 buffer (waits for the device)."""
+        return self.read_uints(buffer, 1)[0]
+
+    def read_uints(self, buffer: moderngl.Buffer, count: int) -> tuple[int, ...]:
+        """The first numbers of a uint32 buffer (waits for the device).
 
         By way of a buffer of its own: one that has been mapped stays in host memory, and atomics
         across the bus took an H200 1 ms where they take microseconds.
         """
-        self.ctx.copy_buffer(self._staging, buffer, 4, read_offset=4 * index)
-        return int.from_bytes(self._staging.read(), sys.byteorder)
+        if self._staging.size < 4 * count:
+            self._staging.release()
+            self._staging = self.ctx.buffer(reserve=4 * count)
+        self.ctx.copy_buffer(self._staging, buffer, 4 * count)
+        return struct.unpack(f"{count}I", self._staging.read(4 * count))
 
     def texture(self, size: tuple[int, int], channels: int, dtype: str = "f4") -> Any:
         """A texture read texel by texel; StreamError if the device has no room for it."""
@@ -180,8 +210,8 @@ class Device:
         """Free the context and all that lives in it."""
         self.use()
         self._release_framebuffers()
-        for program in self._programs.values():
-            program.release()
+        for linked in self._programs.values():
+            linked.program.release()
         if self._callback:
             self._set_callback(None, None)
             _listening.remove(self._callback)

@@ -19,6 +19,7 @@ from .stream import TEXEL, Record, Stream
 GROUPS = {1: (8, 8), 8: (4, 2), 32: (2, 1)}
 TABLE_WIDTH = 4096  # texels; glsl/lib/table.glsl
 FIRST_LIST = 1  # storage buffer binding; 0 counts who is alive
+_MOST_CHECKED = 64
 _MAX_OUTPUTS = 4  # what OpenGL 3.3 guarantees in practice for float MRT
 
 
@@ -71,6 +72,7 @@ class Kernel:
         lanes: int = 1,
     ) -> None:
         self.device, self.layer, self.launches = device, layer, 0
+        self._checked: dict[Any, tuple[int, int]] = {}  # sizes of streams that fitted
         self._group = GROUPS[lanes]
         source = self.source(layer, device.glsl_version, defines or {}, lanes)
         self._skips = "skip()" in source.text.split("void kernel()", 1)[1]
@@ -84,14 +86,14 @@ class Kernel:
             self._alive = device.ctx.buffer(bytes(4))
             self._alive_before = 0
         else:
-            self._quad = device.ctx.vertex_array(self._program, [])
+            self._quad = device.ctx.vertex_array(self._program.program, [])
         lists = [name for name, table in self.tables.items() if isinstance(table, Items)]
         self._buffers = lists if compute else []
         self._textures = [name for name in self.tables if name not in self._buffers]
         samplers = [f"input_{name}" for name in self.inputs]
         samplers += [f"{name}_table" if name in lists else name for name in self._textures]
         for unit, name in enumerate(samplers):
-            self._set(name, unit)
+            self._program.set(name, unit)
         device.check()
 
     @classmethod
@@ -118,15 +120,21 @@ class Kernel:
         StreamError for a wrong port, record or size.
         """
         tables, uniforms = tables or {}, uniforms or {}
-        size = self._check_bindings(streams, tables, uniforms)
+        names = (*streams.items(), *tables, *uniforms)
+        size = self._checked.get(names)
+        if size is None:
+            size = self._check_bindings(streams, tables, uniforms)
+            if len(self._checked) >= _MOST_CHECKED:
+                self._checked.clear()
+            self._checked[names] = size
         textures = [streams[name].texture for name in self.inputs]
         for unit, texture in enumerate([*textures, *(tables[name] for name in self._textures)]):
             texture.use(location=unit)
         for binding, name in enumerate(self._buffers, FIRST_LIST):
             tables[name].bind_to_storage_buffer(binding)
         for name, value in uniforms.items():
-            self._set(name, value)
-        self._set("stream_size", size)
+            self._program.set(name, value)
+        self._program.set("stream_size", size)
         self.launches += 1
         targets = [streams[name].texture for name in self.outputs]
         if self.layer == "compute":
@@ -143,10 +151,10 @@ class Kernel:
     def _dispatch(self, targets: list[moderngl.Texture], size: tuple[int, int], count: bool) -> int:
         for unit, texture in enumerate(targets):
             texture.bind_to_image(unit, read=False, write=True)
-        self._set("count_alive", count)
+        self._program.set("count_alive", count)
         self._alive.bind_to_storage_buffer(0)
         groups = [-(-n // g) for n, g in zip(size, self._group, strict=True)]
-        self._program.run(*groups)
+        self._program.program.run(*groups)
         self.device.ctx.memory_barrier()
         if not count:
             return 0
@@ -166,11 +174,6 @@ class Kernel:
         with self.device.samples_passed as query:
             self._quad.render(moderngl.TRIANGLES, vertices=3)
         return int(query.samples)
-
-    def _set(self, name: str, value: Any) -> None:
-        member = self._program.get(name, None)
-        if member is not None:  # the compiler may have removed what a #define made unused
-            member.value = value
 
     def _check_bindings(
         self,

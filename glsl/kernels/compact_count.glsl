@@ -2,7 +2,7 @@
 // Count the deposits worth keeping.
 #include "lib/compaction.glsl"
 #include "lib/landed.glsl"
-layout(std430, binding = 1) buffer Dropped { uint dropped; };  // deposits that are not finite; only grows
+layout(std430, binding = 1) buffer Counts { uint dropped; };  // deposits that are not finite; only grows
 
 void main() {
     uint kept = 0u;

@@ -3,7 +3,7 @@
 #include "lib/table.glsl"
 #include "lib/compaction.glsl"
 #include "lib/landed.glsl"
-layout(std430, binding = 1) buffer Ends { uint ends[]; };  // of each append of a pass
+layout(std430, binding = 1) buffer Counts { uint dropped; uint ends[]; };  // of each append of a pass
 layout(rgba32f, binding = 0) writeonly uniform image2D kept_place;
 layout(rgba32f, binding = 1) writeonly uniform image2D kept_deposit;
 uniform int append;

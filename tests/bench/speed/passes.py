@@ -19,9 +19,10 @@ from .counts import Work
 from .launches import EYE, LONGEST_QUERY, PHOTONS, Timer, Watch
 
 MOST_PASSES = 15
-WARM_UP = (
-    0.5  # [s] of passes on a GPU before any is timed: an idle H200 ticks at a quarter of its clock
-)
+# Of passes on a GPU before any is timed: an idle H200 ticks at a quarter of its clock.
+WARM_UP = 0.5  # [s]
+# A render does not wait after each pass: on a GPU so many are timed together, if they are short.
+AT_ONCE, LONG = 8, 0.1  # [s]
 WATCHED = 2  # the pass whose work is counted; all do about the same
 
 
@@ -135,20 +136,24 @@ def time_way(
         while time.perf_counter() < warmed:
             _pass(renderer)
         renderer.seconds.clear()
-        times: list[float] = []
-        watch = None
-        while not times or (len(times) < MOST_PASSES and sum(times) + times[-1] < seconds):
-            times.append(_pass(renderer))
-            if timer and watch is None:
-                watch = _watched_pass(renderer, timer, times[-1])
+        times, passes, watch = [_pass(renderer)], 1, None
+        at_once = 1 if device.is_software else max(1, min(AT_ONCE, int(LONG / times[0])))
+        if at_once > 1:
+            times.clear()
+        while not times or (len(times) < MOST_PASSES and sum(times) * at_once < seconds):
+            times.append(_pass(renderer, at_once))
+            passes += at_once
+        phases = {name: spent / passes for name, spent in renderer.seconds.items()}
+        if timer:
+            watch = _watched_pass(renderer, timer, times[-1])
         mapper = renderer.photon_mapper
         return Timing(
             Way.taken(renderer),
             statistics.median(times),
             (min(times), max(times)),
-            len(times),
+            passes,
             start,
-            {name: spent / len(times) for name, spent in renderer.seconds.items()},
+            phases,
             watch,
             len(mapper.deposits.arrays()[0]) if mapper else 0,
         )
@@ -175,12 +180,13 @@ def compare(
     return [statistics.median(own) for own in times]
 
 
-def _pass(renderer: Renderer) -> float:
-    """Seconds of the next pass."""
+def _pass(renderer: Renderer, count: int = 1) -> float:
+    """Seconds of each of the next passes."""
     before = time.perf_counter()
-    renderer.render_pass()
+    for _ in range(count):
+        renderer.render_pass()
     renderer.device.ctx.finish()
-    return time.perf_counter() - before
+    return (time.perf_counter() - before) / count
 
 
 def _watched_pass(renderer: Renderer, timer: Timer, expected: float) -> Watch:
