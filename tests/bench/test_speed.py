@@ -22,9 +22,9 @@ from tests.scenes import cornell
 
 from .speed import choices, layers, machine, paper
 from .speed.choices import Choice, Combination, grid, verdict
-from .speed.counts import count_pairs, count_work
+from .speed.counts import WATCHED, count_pairs, count_work
 from .speed.launches import EYE, PHOTON_MAP, PHOTONS, Timer, Watch, kernel_classes
-from .speed.passes import Clock, Predictor, Way, compare, rates_of, time_way, ways_of
+from .speed.passes import Clock, Predictor, Way, compare, rates_of, steady, time_way, ways_of
 from .speed.report import Report
 from .speed.snapshots import load_scenes
 
@@ -64,9 +64,9 @@ class Seen:
         self.points: list[Any] = []
         estimate = PhotonGrid.estimate
 
-        def looked_at(grid: Any, place: Any, facing: Any, irradiance: Any) -> None:
+        def looked_at(grid: Any, place: Any, facing: Any, *args: Any, **kwargs: Any) -> None:
             self.points.append((place.download(), facing.download()))
-            estimate(grid, place, facing, irradiance)
+            estimate(grid, place, facing, *args, **kwargs)
 
         monkeypatch.setattr(PhotonGrid, "estimate", looked_at)
 
@@ -77,7 +77,7 @@ def test_pairs_as_by_brute_force(
 ) -> None:
     """At one radius everywhere and at radii by density, in mirrors and out."""
     scene = cornell(mirror=True)
-    settings = replace(SMALL, radius=radius, direct_by_photons=True)
+    settings = replace(SMALL, radius=radius, direct_by_photons=True, first_pass=WATCHED)
     work = count_work(scene, settings, device)
     seen = Seen(monkeypatch)
     layer = device.choose_layer("auto")
@@ -154,6 +154,7 @@ def test_every_launch_is_watched(device: Device, waits: bool, estimator: str) ->
 def test_host_kernels_are_watched(device: Device) -> None:
     settings = replace(SMALL, layer="native")
     renderer = Renderer(cornell(), settings, device)
+    renderer.render_pass()  # its photons were traced for the radii
     watch = Watch(Timer(device), waits=True)
     with watch.watching():
         renderer.render_pass()
@@ -197,7 +198,7 @@ def test_rates(device: Device) -> None:
     """Counted work over the seconds of what did it."""
     way = Way("fragment", "gather")
     timing = time_way(cornell(), way.of(SMALL), device, 0.0, Timer(device))
-    work = count_work(cornell(), layers.watched(SMALL), device)
+    work = count_work(cornell(), steady(SMALL), device)
     rates = rates_of(timing, work)
     assert timing.watch
     gather = timing.watch.of("gather").seconds

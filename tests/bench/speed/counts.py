@@ -24,6 +24,9 @@ from addon.streams import Device
 
 from .launches import EYE, PHOTONS, kernel_classes, replaced
 
+# The pass whose work is counted. All do about the same, but the photons of pass 0 may be traced before
+# it begins, for the radii.
+WATCHED = 2
 _CELLS = 64  # along the longest axis of the grid that pairs are counted with
 
 
@@ -48,8 +51,8 @@ class Work:
 
 
 def count_work(scene: Scene, settings: Settings, device: Device) -> Work:
-    """Count the first pass of the settings, by GLSL kernels and the gather: every way does the
-    same."""
+    """Count the work of pass WATCHED, by GLSL kernels and the gather: every way does the same."""
+    settings = replace(settings, first_pass=WATCHED)
     layer = device.choose_layer("auto")
     renderer = Renderer(scene, replace(settings, layer=layer, estimator="gather"), device)
     counter = _Counter(Work(settings.photons_a_pass))
@@ -141,10 +144,10 @@ class _Counter:
         return run
 
     def _count_pairs(self, function: Any) -> Any:
-        def run(grid: Any, place: Any, facing: Any, *args: Any) -> None:
+        def run(grid: Any, place: Any, facing: Any, *args: Any, **kwargs: Any) -> None:
             assert self._radii
             points = place.download(), facing.download()
             self.work.pairs.append(count_pairs(*points, *self._photons, self._radii))
-            function(grid, place, facing, *args)
+            function(grid, place, facing, *args, **kwargs)
 
         return run

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 from addon.photon.scene import Scene
@@ -15,7 +15,7 @@ from ..host import CORES
 from . import machine
 from .counts import Work, count_work
 from .launches import EYE, PHOTONS, Timer
-from .passes import WATCHED, Clock, Predictor, Timing, rates_of, steady, time_way, ways_of
+from .passes import Clock, Predictor, Timing, rates_of, steady, time_way, ways_of
 from .report import Report, Table, amount, duration
 
 _SLICE = 1.5  # [s] of passes that a way gets
@@ -63,7 +63,7 @@ def measure_ways(
 ) -> None:
     """Every layer and estimator on one scene."""
     device = timer.device
-    work = count_work(scene, watched(settings), device)
+    work = count_work(scene, steady(settings), device)
     picture = f"{name}, {settings.width}x{settings.height}, {settings.photons_a_pass} photons"
     table = _rates_table(report, f"One pass: {picture}")
     kernels: dict[str, Timing] = {}
@@ -102,15 +102,10 @@ def measure_scenes(
         if fair <= 0:
             table.note(f"{name}: not measured, no time left for it")
             continue
-        work = count_work(scene, watched(settings), timer.device)
+        work = count_work(scene, steady(settings), timer.device)
         timing = time_way(scene, settings, timer.device, min(_SLICE, fair / 4), timer)
         _add_rates(table, name, timing, work)
         results[name] = timing_data(timing, work) | {"triangles": len(scene.triangles)}
-
-
-def watched(settings: Settings) -> Settings:
-    """Settings whose first pass is the one that `time_way` watches."""
-    return replace(steady(settings), first_pass=WATCHED)
 
 
 def _rates_table(report: Report, title: str) -> Table:

@@ -23,7 +23,6 @@ MOST_PASSES = 15
 WARM_UP = 0.5  # [s]
 # A render does not wait after each pass: on a GPU so many are timed together, if they are short.
 AT_ONCE, LONG = 8, 0.1  # [s]
-WATCHED = 2  # the pass whose work is counted; all do about the same
 
 
 class Clock:
