@@ -77,7 +77,7 @@ def test_pairs_as_by_brute_force(
 ) -> None:
     """At one radius everywhere and at radii by density, in mirrors and out."""
     scene = cornell(mirror=True)
-    settings = replace(SMALL, radius=radius, direct_by_photons=True, first_pass=WATCHED)
+    settings = replace(steady(SMALL), radius=radius, direct_by_photons=True, first_pass=WATCHED)
     work = count_work(scene, settings, device)
     seen = Seen(monkeypatch)
     layer = device.choose_layer("auto")

@@ -24,8 +24,8 @@ from addon.streams import Device
 
 from .launches import EYE, PHOTONS, kernel_classes, replaced
 
-# The pass whose work is counted. All do about the same, but the photons of pass 0 may be traced before
-# it begins, for the radii.
+# The pass whose work is counted. All do about the same, but the photons of pass 0 may be traced
+# before it begins, for the radii.
 WATCHED = 2
 _CELLS = 64  # along the longest axis of the grid that pairs are counted with
 
