@@ -8,8 +8,6 @@ how often photons land. What kept.py keeps beside has a limit of its own, and ma
 
 from __future__ import annotations
 
-import ctypes
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -213,15 +211,6 @@ def free_host_memory() -> int | None:
         return min(free, limit - used + int(stat["inactive_file"]))  # files make room
     except (OSError, KeyError, ValueError):  # no group, or "max": no limit
         return free
-
-
-def give_back() -> None:
-    """Return to the system what was freed: the C library keeps blocks below 32 MB, such as a
-    strip's textures, and the next render would find that much less."""
-    if sys.platform.startswith("linux"):
-        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc's
-        if trim:
-            trim(0)
 
 
 def _compare(what: str, free: int | None, sizes: Mapping[Part, float], fixed: int) -> None:

@@ -17,7 +17,7 @@ from .error import Error, error_of
 from .errors import DeviceError, PhotonStreamError
 from .geometry import Mesh
 from .kept import Kept, Mapper
-from .memory import Budget, give_back
+from .memory import Budget
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
 from .photon_mapper import NativePhotonMapper, PhotonMapper
@@ -228,7 +228,7 @@ class Renderer:
         self.device.use()
         for part in self._parts:
             part.release()
-        give_back()
+        self.device.trim()
 
     def _find_radii(self, mesh: Mesh) -> RadiusField:
         """The user's radius everywhere, or radii after a pilot pass of photons."""
