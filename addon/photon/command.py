@@ -118,14 +118,15 @@ def _render(path: Path, output: Path, given: dict[str, Any]) -> None:
         if line:
             line.clear()
     rendered = time.perf_counter()
-    images = renderer.images()
-    write_picture(output, images, renderer.info())
+    images, info = renderer.images(), renderer.info()
+    renderer.release()  # makes room
+    write_picture(output, images, info)
     end = time.perf_counter()
     phases = {"load": loaded - start, "device": opened - loaded} | renderer.seconds
     phases["save"] = end - rendered
     print(f"wrote {output} in {end - start:.2f} s")
-    if known := last_error(renderer.info()):
-        print(f"  {renderer.film.passes} passes, {error_text(*known)}")
+    if known := last_error(info):
+        print(f"  {info['passes']} passes, {error_text(*known)}")
     print("  " + ", ".join(f"{name} {seconds:.3f} s" for name, seconds in phases.items()))
 
 

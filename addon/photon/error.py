@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from .film import Exposure
 from .picture import LEAST_COVERAGE, mirror_images
 
-Floats = NDArray[np.float32]
+Floats = NDArray[np.floating[Any]]
 
 INNER_AREA = 0.5  # as in density.glsl: area of the inner disc over the disc's
 # The bias over the change from the inner radius to the radius. If bias goes with r^p, it is
@@ -28,6 +29,7 @@ LEAST_EVEN = 0.1
 # A pixel's own variance is known to 1 / sqrt(2 (batches - 1)): pooled over as many neighbours as
 # make up for few batches.
 POOLED = 16
+BLOCK = 1 << 20  # numbers that are looked at together
 
 
 @dataclass(frozen=True)
@@ -50,33 +52,45 @@ class Error:
         return math.hypot(self.noise, self.bias)
 
 
-def error_of(exposure: Exposure, combined: Floats) -> Error:
-    """The error of the picture `combined` (h, w, 3 or more) that was made of `exposure`."""
-    variance = exposure.variance_of_mean()
-    if variance is None:
-        return Error(math.inf, math.inf, np.full((*combined.shape[:2], 1), np.inf, np.float32))
-    # Float64: squares of a very dim picture's reciprocals are beyond float32.
-    value, raw = combined[..., :3].astype(np.float64), exposure.means["combined"][..., :3]
-    floor = value.mean() or 1.0
-    scale = np.square(np.reciprocal(np.maximum(value, floor)))
-    # The picture divides indirect light by the coverage; so are its deviations divided.
-    squares = np.square(_over(value, raw)) * variance[..., :3]
-    noises = np.einsum("ijk,ijk->ij", squares, scale) / 3
+def error_of(exposures: Iterable[Exposure], combined: Floats) -> Error:
+    """The error of the picture `combined` (h, w, 3 or more) that was made of `exposures`: of the
+    strips of its rows, from the bottom."""
+    height, width = combined.shape[:2]
+    # By rows, so that it is the same for all strips.
+    floor = float(combined[..., :3].sum(axis=(1, 2), dtype=np.float64).sum() / (3 * height * width))
+    floor = floor or 1.0
+    noises, changes = np.zeros((height, width)), np.zeros((height, width))
+    lit, even = np.zeros((height, width), bool), np.zeros((height, width), bool)
+    row = batches = 0
+    for exposure in exposures:
+        variance = exposure.variance_of_mean()
+        if variance is None:
+            return Error(math.inf, math.inf, np.full((height, width, 1), np.inf, np.float32))
+        batches = exposure.squares[min(exposure.squares)].batches
+        rows = slice(row, row := row + len(variance))
+        # Float64: squares of a very dim picture's reciprocals are beyond float32.
+        value = combined[rows, :, :3].astype(np.float64)
+        scale = np.square(np.reciprocal(np.maximum(value, floor)))
+        # The picture divides indirect light by the coverage; so are its deviations divided.
+        squares = np.square(_over(value, exposure.means["combined"][..., :3])) * variance[..., :3]
+        noises[rows] = np.einsum("ijk,ijk->ij", squares, scale) / 3
+        if "blur" in exposure.means:
+            change, colour, share = _change(exposure, variance[..., 3])
+            changes[rows] = change * np.einsum("ijk,ijk->ij", np.square(colour), scale) / 3
+            lit[rows], even[rows] = share > 0, share >= EVEN
     noise = _mean(noises)
-    batches = exposure.squares[min(exposure.squares)].batches
     relative = _pooled(noises, _reach(POOLED / max(1, batches - 1)), noise)
-    bias = 0.0
-    if "blur" in exposure.means:
-        change, colour, share = _change(exposure, variance[..., 3])
-        changes = change * np.einsum("ijk,ijk->ij", np.square(colour), scale) / 3
-        lit, even = share > 0, share >= EVEN
-        if even.sum() > LEAST_EVEN * lit.sum():
-            changes[lit & ~even] = changes[even].mean()
-        # Of the change's mean square, its own variance is no bias: it can leave less than nothing.
-        bias = max(0.0, EXTRAPOLATION**2 * _mean(changes))
-        relative = relative + _pooled(changes, max(1, max(changes.shape) // 64), bias)
-    image = np.sqrt(relative) * np.maximum(value.mean(axis=-1), floor)
-    return Error(math.sqrt(noise), math.sqrt(bias), image[..., None].astype(np.float32))
+    del noises  # makes room
+    if even.sum() > LEAST_EVEN * lit.sum():
+        changes[lit & ~even] = changes[even].mean()
+    # Of the change's mean square, its own variance is no bias: it can leave less than nothing.
+    bias = max(0.0, EXTRAPOLATION**2 * _mean(changes))
+    relative += _pooled(changes, max(1, max(changes.shape) // 64), bias)
+    image = np.empty((height, width, 1), np.float32)
+    for rows in _blocks(combined):
+        brightness = combined[rows, :, :3].astype(np.float64).mean(axis=-1)
+        image[rows, :, 0] = np.sqrt(relative[rows]) * np.maximum(brightness, floor)
+    return Error(math.sqrt(noise), math.sqrt(bias), image)
 
 
 def _change(exposure: Exposure, variance: Floats) -> tuple[Floats, Floats, Floats]:
@@ -115,14 +129,25 @@ def _pooled(image: Floats, reach: int, mean: float) -> Floats:
     """The mean over the square of `reach` pixels around each pixel, as much of it as there is,
     where it is positive; scaled so that its mean over the picture is `mean`."""
     if mean <= 0:
-        return np.zeros_like(image)
-    for axis in (0, 1) if reach else ():
-        n = image.shape[axis]
-        sums = np.concatenate(
-            [np.zeros_like(image.take([0], axis), float), image.cumsum(axis, dtype=float)], axis
-        )
-        low, high = np.maximum(0, np.arange(n) - reach), np.minimum(n, np.arange(n) + reach + 1)
-        counts = np.expand_dims(high - low, 1 - axis)
-        image = ((sums.take(high, axis) - sums.take(low, axis)) / counts).astype(np.float32)
-    image = np.maximum(image, np.float32(0.0))
-    return image * np.float32(mean / (_mean(image) or 1.0))
+        return np.zeros(image.shape, np.float32)
+    image = np.maximum(_box(_box(image, reach).T, reach).T if reach else image, np.float32(0.0))
+    image *= np.float32(mean / (_mean(image) or 1.0))
+    return image
+
+
+def _box(image: Floats, reach: int) -> Floats:
+    """Means along the first axis."""
+    n = len(image)
+    low, high = np.maximum(0, np.arange(n) - reach), np.minimum(n, np.arange(n) + reach + 1)
+    means = np.empty(image.shape, np.float32)
+    for columns in _blocks(image.T):
+        sums = np.zeros((n + 1, image[:, columns].shape[1]))
+        image[:, columns].cumsum(axis=0, dtype=float, out=sums[1:])
+        means[:, columns] = (sums[high] - sums[low]) / (high - low)[:, None]
+    return means
+
+
+def _blocks(image: Any) -> Iterator[slice]:
+    """Some rows after the other: what is made of them is small beside the image."""
+    rows = max(1, BLOCK // image[0].size)
+    return (slice(row, row + rows) for row in range(0, len(image), rows))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..streams import TEXEL, Device, Kernel, PingPong, Stream, Uniform
+from ..streams import TEXEL, Device, Kernel, Stream, Uniform
 from ..streams.device import Layer
 from .records import RADIANCE, SUM
 from .settings import FEWEST_PASSES
@@ -19,6 +19,7 @@ Images = dict[str, NDArray[np.float64]]
 PAIR, FOUR = 2, 4  # passes in a batch, see film_batches.glsl
 # Batches of four tell the variance better (tests/regression/test_error.py), once there are enough.
 PASSES_FOR_FOURS = 16
+SPARE = 4  # streams that a film writes to, in place of those that it has read
 
 
 class Accumulate(Kernel):
@@ -88,62 +89,71 @@ class Film:
     """
 
     def __init__(
-        self, device: Device, layer: Layer, size: tuple[int, int], names: Sequence[str]
+        self,
+        device: Device,
+        layer: Layer,
+        size: tuple[int, int],
+        names: Sequence[str],
+        spare: list[Stream] | None = None,
     ) -> None:
+        """`spare`: streams of SUM, SPARE of them, that films of one size share."""
         self.passes = 0
         self._kernel = Accumulate(device, layer)
         self._batch_kernel = AccumulateBatches(device, layer)
-        self._sums = {name: PingPong(device, SUM, size) for name in names}
-        self._lows = {name: PingPong(device, SUM, size) for name in names}
+        self._sums = {name: Stream(device, SUM, size) for name in names}
+        self._lows = {name: Stream(device, SUM, size) for name in names}
         ports = ("pair", "four", "pair_squares", "four_squares")
-        self._batches = {port: PingPong(device, SUM, size) for port in ports}
-        for pair in (*self._sums.values(), *self._lows.values(), *self._batches.values()):
-            pair.front.clear()
+        self._batches = {port: Stream(device, SUM, size) for port in ports}
+        for stream in (*self._sums.values(), *self._lows.values(), *self._batches.values()):
+            stream.clear()
+        self._own = [] if spare else [Stream(device, SUM, size) for _ in range(SPARE)]
+        self._spare = spare or self._own
 
     def add(self, images: dict[str, Stream]) -> None:
         """Add one pass's images (streams by name; "combined" has its variance kept)."""
-        fronts = {port: pair.front for port, pair in self._batches.items()}
-        backs = {f"next_{port}": pair.back for port, pair in self._batches.items()}
+        spare = self._spare
+        backs = {f"next_{port}": spare[k] for k, port in enumerate(self._batches)}
         self._batch_kernel.run(
-            {"value": images["combined"], "sum": self._sums["combined"].front} | fronts | backs,
+            {"value": images["combined"], "sum": self._sums["combined"]} | self._batches | backs,
             uniforms={"passes_before": self.passes},
         )
-        for name, sums in self._sums.items():
-            lows = self._lows[name]
+        for k, port in enumerate(self._batches):
+            self._batches[port], spare[k] = spare[k], self._batches[port]
+        for name in self._sums:
+            sums, lows = self._sums[name], self._lows[name]
             self._kernel.run(
                 {
                     "value": images[name],
-                    "sum": sums.front,
-                    "low": lows.front,
-                    "next_sum": sums.back,
-                    "next_low": lows.back,
+                    "sum": sums,
+                    "low": lows,
+                    "next_sum": spare[0],
+                    "next_low": spare[1],
                 }
             )
-        for pair in (*self._sums.values(), *self._lows.values(), *self._batches.values()):
-            pair.swap()
+            self._sums[name], self._lows[name], spare[:2] = spare[0], spare[1], [sums, lows]
         self.passes += 1
 
     def means(self) -> Images:
         """The mean of each image so far, float64 (h, w, 4), row 0 at the bottom."""
         count = max(self.passes, 1)
         return {
-            name: (sums.front.download().astype(np.float64) + self._lows[name].front.download())
-            / count
+            name: (sums.download().astype(np.float64) + self._lows[name].download()) / count
             for name, sums in self._sums.items()
         }
 
     def exposure(self) -> Exposure:
         """All that the film holds."""
         squares = {
-            length: Squares(self.passes // length, self._batches[port].front.download())
+            length: Squares(self.passes // length, self._batches[port].download())
             for length, port in ((PAIR, "pair_squares"), (FOUR, "four_squares"))
         }
         return Exposure(self.passes, self.means(), squares)
 
     def release(self) -> None:
         """Free streams and kernels."""
-        for pair in (*self._sums.values(), *self._lows.values(), *self._batches.values()):
-            pair.release()
+        made = (*self._sums.values(), *self._lows.values(), *self._batches.values())
+        for stream in (*made, *self._own):
+            stream.release()
         self._kernel.release()
         self._batch_kernel.release()
 

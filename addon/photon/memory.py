@@ -16,16 +16,19 @@ import numpy as np
 
 from ..streams import TABLE_WIDTH, Device
 from .errors import PhotonStreamError, SceneError, SettingsError
+from .film import SPARE
 from .photon_mapper import STREAM_WIDTH
 from .scene import Scene
 from .settings import Settings
+from .strips import strips_of
 
 TEXEL = 16  # [bytes]
 FIXED = 80 << 20  # programs, the pilot pass, a grid of the smallest
 GRID_CELLS = 40 << 20  # the photon grid's, on a GPU: photon_grid.MAX_CELLS in two buffers
-# A pixel's on the host: means and errors in float64 while a picture is made of the film; and the
-# images twice in shared memory and twice in the process that asked for them.
-PICTURE = 500 + 4 * 84
+# A pixel's on the host: the images and the squared errors of its parts while a picture is made;
+# and the images twice more, the last preview's in shared memory and what was asked for of them.
+PICTURE = 84 + 40 + 2 * 84
+STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 # A photon's: nine textures of paths, and all that have half the size of another (photon_mapper.py).
 PATHS = 2 * 9 * TEXEL
 RESIDENT_PATHS = PATHS + 8 + 4 * TEXEL  # on a GPU with compute programs: flags, room in the list
@@ -71,6 +74,7 @@ class Budget:
         self._triangles, self._has_lights = len(scene.triangles), bool(scene.lights)
         used = np.bincount(scene.material, minlength=len(scene.materials))
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
+        self._strip = strips_of(settings.frame_region, device)[0].size
         self._resident = device.keeps_lists(layer)
         self.free_host = free_host_memory()
         self.free_device = None if device.is_software else device.free_memory()
@@ -122,28 +126,39 @@ class Budget:
             photon_bytes = photon_bytes[0] + (SPLATS if software else 0) * landed, photon_bytes[1]
         tables = 0 if software else NATIVE_TABLES if native else TABLES
         build = NATIVE_BUILD if native else BUILD
+        strip = self._strip[0] * self._strip[1]
+        textures = self.film_textures * count + self.strip_textures * strip
         return (
-            Part("pixels", count, TEXEL * self.pixel_textures * count, PICTURE * count),
+            Part("pixels", count, TEXEL * textures, PICTURE * count + STRIP * strip),
             Part("photons", photons, *photon_bytes),
             Part("triangles", self._triangles, tables * self._triangles, build * self._triangles),
         )
 
     @property
-    def pixel_textures(self) -> int:
-        """How many textures of the picture's size there are: ray_tracer.py's and film.py's."""
+    def film_textures(self) -> int:
+        """How many textures there are for each pixel: a sum and its low part of each of film.py's
+        images, and four of batches."""
+        return 2 * (5 + 2 * self._has_mirrors + self._has_photons) + 4
+
+    @property
+    def strip_textures(self) -> int:
+        """How many there are of a strip's size: ray_tracer.py's and what films write to."""
         settings, native = self._settings, self._layer == "native"
-        mirror = settings.mirror_depth > 0 and any(max(m.specular) > 0 for m in self._materials)
-        count = 21 + 28
+        count = 21 + SPARE
         if self._has_lights and not settings.direct_by_photons:
             count += 4  # shadow rays
-        if mirror:
-            count += 6 + 8
+        if self._has_mirrors:
+            count += 6
         if self._has_photons:
-            count += 4 + settings.boundary_correction  # blur and coverage
+            count += settings.boundary_correction  # coverage
             count += settings.estimator == "splat"  # reach
-            if not native and (mirror or settings.estimator != "splat"):
+            if not native and (self._has_mirrors or settings.estimator != "splat"):
                 count += 2  # sums of Gather's launches
         return count
+
+    @property
+    def _has_mirrors(self) -> bool:
+        return self._settings.mirror_depth > 0 and any(max(m.specular) > 0 for m in self._materials)
 
     @property
     def _has_photons(self) -> bool:
@@ -167,10 +182,10 @@ class Budget:
     def _check_textures(self, deposits: float | None) -> None:
         """What no memory helps: the sides of textures, and the size of buffers."""
         limit, name = self._device.texture_limit, self._device.name
-        x0, y0, x1, y1 = self._settings.frame_region
         pixels, photons, triangles = self.parts(deposits)
-        if max(x1 - x0, y1 - y0) > limit:
-            size = f"{x1 - x0}x{y1 - y0} pixels are more than {limit} a side"
+        if max(self._strip) > limit:
+            width, height = self._strip
+            size = f"{width}x{height} pixels are more than {limit} a side"
             raise pixels.refusal(f"{size}, the most that {name} holds")
         most = limit * TABLE_WIDTH
         landed = self._deposits(deposits) * photons.count

@@ -55,13 +55,20 @@ def write_picture(
 
 def _png(combined: NDArray[np.float32]) -> bytes:
     """RGBA with straight alpha under the sRGB transfer function (Blender's Standard view)."""
-    rgba = np.flipud(combined).astype(np.float64)
+    pixels = np.empty(combined.shape, np.uint8)
+    for row, one in enumerate(combined[::-1]):  # what is made of a row is small beside the picture
+        pixels[row] = _srgb(one.astype(np.float64))
+    return encode_png(pixels)
+
+
+def _srgb(rgba: NDArray[np.float64]) -> NDArray[np.uint8]:
     alpha = np.clip(rgba[..., 3:], 0.0, 1.0)
     linear = np.clip(
         np.divide(rgba[..., :3], alpha, where=alpha > 0, out=np.zeros_like(rgba[..., :3])), 0, 1
     )
     encoded = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return encode_png((np.concatenate([encoded, alpha], -1) * 255.0 + 0.5).astype(np.uint8))
+    srgb: NDArray[np.uint8] = (np.concatenate([encoded, alpha], -1) * 255.0 + 0.5).astype(np.uint8)
+    return srgb
 
 
 def encode_png(pixels: NDArray[np.uint8]) -> bytes:

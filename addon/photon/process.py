@@ -233,7 +233,8 @@ class RendererProcess:
 def _shared_bytes(scene: Scene, settings: Settings) -> int:
     """What a render puts into its folder: the scene, and the images twice while they change."""
     arrays = sum(value.nbytes for value in vars(scene).values() if isinstance(value, np.ndarray))
-    return arrays + 2 * IMAGE_BYTES * settings.width * settings.height
+    x0, y0, x1, y1 = settings.frame_region
+    return arrays + 2 * IMAGE_BYTES * (x1 - x0) * (y1 - y0)
 
 
 def _shared_memory(needed: int) -> str | None:
@@ -279,9 +280,10 @@ def _as_progress(message: Message, folder: Path, elapsed: float) -> Progress:
 
 
 def _read_images(folder: Path, layout: list[Any]) -> Images:
-    """Copy the images out of shared memory: the child may overwrite them at the next preview."""
-    with open(folder / "images", "rb") as file:
-        return {
-            name: np.fromfile(file, np.float32, math.prod(shape)).reshape(shape)
-            for name, shape in layout
-        }
+    """Map the images from shared memory: the child writes the next ones into another file, and
+    these stay until they are let go."""
+    data, at = np.memmap(folder / "images", np.float32, mode="c"), 0
+    images: Images = {}
+    for name, shape in layout:
+        images[name] = np.asarray(data[at : (at := at + math.prod(shape))]).reshape(shape)
+    return images

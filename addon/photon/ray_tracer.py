@@ -37,7 +37,7 @@ from .records import (
     THROUGHPUT,
 )
 from .scene import Scene
-from .settings import Settings, filter_define
+from .settings import Region, Settings, filter_define
 from .splat import View
 from .tracer import Tracer
 from .visible_points import VisiblePoints
@@ -70,7 +70,7 @@ class _Buffers:
 
 
 class RayTracer:
-    """Traces a pass's eye rays over a region of the frame into images."""
+    """Traces a pass's eye rays over regions of the frame, all of one size, into images."""
 
     def __init__(
         self,
@@ -82,10 +82,11 @@ class RayTracer:
         settings: Settings,
         needs: SceneNeeds,
         triangles: native.Tracer | None,
+        region: Region,
     ) -> None:
-        """`triangles`: what the native core traces, if it shall."""
+        """`triangles`: what the native core traces, if it shall; `region`: one of them."""
         self._tables, self._scene, self._settings, self._needs = tables, scene, settings, needs
-        x0, y0, x1, y1 = settings.frame_region
+        self._region = x0, y0, x1, y1 = region
         self._buffers = _Buffers(device, (x1 - x0, y1 - y0))
         self._camera = _camera_in_scene_units(scene, frame)
         self._world_to_camera = _column_major(np.linalg.inv(self._camera["matrix"]))
@@ -119,9 +120,12 @@ class RayTracer:
         ambient = scene.background if settings.ambient else (0.0, 0.0, 0.0)
         self._world = {"ambient": ambient, "background": scene.background}
 
-    def trace(self, index: int, estimate: Estimate | None, radii: Radii) -> dict[str, Stream]:
-        """Pass `index`'s images by name: direct, indirect, mirror, mirror_indirect, background,
-        normal, blur, combined. `radii` are what `estimate` uses."""
+    def trace(
+        self, index: int, region: Region, estimate: Estimate | None, radii: Radii
+    ) -> dict[str, Stream]:
+        """Pass `index`'s images of `region` by name: direct, indirect, mirror, mirror_indirect,
+        background, normal, blur, combined. `radii` are what `estimate` uses."""
+        self._region = region
         one, two = self._buffers.one, self._buffers.two
         origin, direction = two("origin", RAY_ORIGIN), two("direction", RAY_DIRECTION)
         hit, facing = one("hit", HIT), one("facing", FACING)
@@ -173,7 +177,7 @@ class RayTracer:
 
     def _send_eye_rays(self, index: int, origin: Stream, direction: Stream) -> View:
         settings = self._settings
-        x0, y0, x1, y1 = settings.frame_region
+        x0, y0, x1, y1 = self._region
         camera, jitter = self._camera, pixel_jitter(settings.seed, index)
         left, right, bottom, top = camera["window"]
         self._run(
@@ -360,7 +364,7 @@ class RayTracer:
             "seed": self._settings.seed,
             "depth": depth,
             "frame_size": (self._settings.width, self._settings.height),
-            "region_origin": self._settings.frame_region[:2],
+            "region_origin": self._region[:2],
         }
 
     def _run(

@@ -15,7 +15,6 @@ from ..streams import Device, Stream, StreamError
 from ..streams.device import Layer
 from .error import Error, error_of
 from .errors import DeviceError, PhotonStreamError
-from .film import Film
 from .geometry import Mesh
 from .kept import Kept, Mapper
 from .memory import Budget
@@ -28,6 +27,7 @@ from .ray_tracer import RayTracer
 from .scene import Scene
 from .settings import Settings, filter_define
 from .splat import Splat, View
+from .strips import StripFilm, strips_of
 from .version import VERSION
 
 NO_DEPTH = 1.0e10  # Blender's depth where nothing is seen
@@ -91,15 +91,23 @@ class Renderer:
         self.warnings += _warnings(scene, mesh, self.needs)
         with _Timed(self.seconds, "programs"):
             try:
+                strips = strips_of(settings.frame_region, device)
                 self.ray_tracer = RayTracer(
-                    device, layer, stage.tables, self.frame, scene, settings, self.needs, triangles
+                    device,
+                    layer,
+                    stage.tables,
+                    self.frame,
+                    scene,
+                    settings,
+                    self.needs,
+                    triangles,
+                    strips[0].region,
                 )
                 self._parts.append(self.ray_tracer)
-                x0, y0, x1, y1 = settings.frame_region
                 names = list(FILM_IMAGES)
                 names += MIRROR_IMAGES if self.needs.mirror else ()
                 names += ["blur"] if self.needs.photons else ()
-                self.film = Film(device, layer, (x1 - x0, y1 - y0), names)
+                self.film = StripFilm(device, layer, strips, names)
                 self._parts.append(self.film)
                 self.photon_mapper: Mapper | None = None
                 self.splat = self.grid = None
@@ -136,6 +144,7 @@ class Renderer:
                 self.release()
                 raise
         # Nothing seen, until the first pass.
+        x0, y0, x1, y1 = settings.frame_region
         self._depth = np.full((y1 - y0, x1 - x0, 1), NO_DEPTH, np.float32)
         self._error: tuple[int, Error] | None = None  # after so many passes
 
@@ -156,10 +165,11 @@ class Renderer:
                 self._trace_photons(index, radii)
             with _Timed(self.seconds, "eye"):
                 estimate = self._estimate if self.photon_mapper else None
-                images = self.ray_tracer.trace(index, estimate, radii)
-                if self.film.passes == 0:
-                    self._depth = self._depth_seen(images["normal"])
-                self.film.add(images)
+                for number, strip in enumerate(self.film.strips):
+                    images = self.ray_tracer.trace(index, strip.region, estimate, radii)
+                    if self.film.passes == 0:
+                        self._depth[strip.rows] = self._depth_seen(images["normal"])[: strip.height]
+                    self.film.add(number, images)
             self.device.check()
         except StreamError as error:
             raise DeviceError(str(error)) from error
@@ -219,6 +229,7 @@ class Renderer:
         self.device.use()
         for part in self._parts:
             part.release()
+        self.device.trim()
 
     def _find_radii(self, mesh: Mesh) -> RadiusField:
         """The user's radius everywhere, or radii after a pilot pass of photons."""
@@ -245,9 +256,16 @@ class Renderer:
     def _look(self) -> dict[str, NDArray[np.float32]]:
         """Make picture and error of what the film holds."""
         self.device.use()
-        exposure = self.film.exposure()
-        images = picture_of(exposure.means)
-        self._error = self.film.passes, error_of(exposure, images["Combined"])
+        film = self.film
+        # Strip after strip, and each read twice: what is made of them takes more than they do.
+        exposures = film.exposures if len(film.strips) > 1 else [*film.exposures()].__iter__
+        images: dict[str, NDArray[np.float32]] = {}
+        for strip, exposure in zip(film.strips, exposures(), strict=True):
+            for name, image in picture_of(exposure.means).items():
+                if name not in images:
+                    images[name] = np.empty((*self._depth.shape[:2], image.shape[2]), np.float32)
+                images[name][strip.rows] = image
+        self._error = film.passes, error_of(exposures(), images["Combined"])
         return images
 
     def _trace_photons(self, index: int, radii: Radii) -> None:

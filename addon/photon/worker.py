@@ -169,12 +169,13 @@ class _Worker:
     def _share(self, renderer: Renderer) -> list[Any]:
         """Write the images to shared memory; their layout."""
         images = renderer.images()
-        # In one step: the parent may be reading the last preview.
+        layout: list[Any] = [[name, image.shape] for name, image in images.items()]
+        # In one step: the parent has the last preview's file.
         with open(self._folder / "images.part", "wb") as file:
-            for image in images.values():
-                image.tofile(file)
+            for name, _ in layout:
+                images.pop(name).tofile(file)  # makes room for what it wrote
         os.replace(self._folder / "images.part", self._folder / "images")
-        return [[name, image.shape] for name, image in images.items()]
+        return layout
 
 
 def _settings(values: Message) -> Settings:

@@ -190,6 +190,14 @@ class Device:
                 return 1024 * values[0] if values[0] >= 0 else None
         return None
 
+    def trim(self) -> None:
+        """Return to the system what was released: on the host the C library keeps blocks of less
+        than 32 MB for itself, and so most textures of software OpenGL."""
+        if sys.platform.startswith("linux"):
+            trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc's
+            if trim:
+                trim(0)
+
     def refusal(self, who: str, source: Source, error: Exception) -> StreamError:
         """The error for a program that the driver refused, with files and lines; forgets what
         KHR_debug repeated of it."""

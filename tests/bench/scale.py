@@ -22,7 +22,8 @@ from tests.bench.host import resident
 from tests.scenes import cornell, hills
 
 BASE = Settings(width=256, height=256, photons=1 << 16, passes=3)
-NUMBERS = {"triangles": 64, "photons": 4096, "pixels": 4096}  # and where they begin
+# Where they begin and end.
+NUMBERS = {"triangles": (64, 1 << 22), "photons": (4096, 1 << 22), "pixels": (4096, 1 << 24)}
 
 
 def measure(number: str, size: int, layer: str) -> tuple[int, list[float], list[float]]:
@@ -59,7 +60,7 @@ def measure(number: str, size: int, layer: str) -> tuple[int, list[float], list[
 def main() -> None:
     """Print a table for each number."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--most", type=int, default=1 << 22)
+    parser.add_argument("--most", type=int, default=1 << 24)
     parser.add_argument("--layer", default="auto")
     parser.add_argument("--only", choices=NUMBERS)
     arguments = parser.parse_args()
@@ -67,8 +68,8 @@ def main() -> None:
     context = multiprocessing.get_context("spawn")
     for number in [arguments.only] if arguments.only else NUMBERS:
         print(f"{number:>10}  start s    cpu s   pass s    cpu s  GB told    taken  start,   pass")
-        size, last = NUMBERS[number], None
-        while size <= arguments.most:
+        (size, most), last = NUMBERS[number], None
+        while size <= min(most, arguments.most):
             with context.Pool(1) as pool:
                 grown, spent, memory = pool.apply(measure, (number, size, arguments.layer))
             cells = [*spent, *(x / 1e9 for x in memory)]

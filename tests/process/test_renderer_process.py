@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import DeviceError, RenderError, SceneError, SettingsError
-from addon.photon.process import Progress, RendererProcess, last_error
+from addon.photon.process import Progress, RendererProcess, _shared_bytes, last_error
 from addon.photon.settings import Settings
 from tests.scenes import cornell
 
@@ -141,6 +142,29 @@ def test_previews(process: RendererProcess) -> None:
     settings = replace(settings, time_limit=0.8)
     events = list(process.render(cornell(), settings, previews=False))
     assert [event.images is not None for event in events] == [False] * (len(events) - 1) + [True]
+
+
+def test_pictures_stay(process: RendererProcess) -> None:
+    """They are the files that the child wrote, not copies: a later one changes none, nor does the
+    process's end; and they may be written to."""
+    events = process.render(cornell(), replace(SMALL, passes=1 << 20, time_limit=1.6))
+    held = [(e.images, {n: i.copy() for n, i in e.images.items()}) for e in events if e.images]
+    assert len(held) >= 2
+    process.close()
+    for images, copies in held:
+        for name, image in images.items():
+            assert not image.flags.owndata
+            np.testing.assert_array_equal(image, copies[name])
+            image[:] = 1.0
+
+
+def test_border_region_shares_its_own_pixels(process: RendererProcess) -> None:
+    whole = replace(SMALL, width=4096, height=4096)
+    border = replace(whole, region=(100, 100, 124, 116))
+    bytes_of = partial(_shared_bytes, cornell())
+    assert bytes_of(border) == bytes_of(SMALL) < 1e6 < bytes_of(whole)
+    last = finish(process, border)
+    assert last.images is not None and last.images["Combined"].shape == (16, 24, 4)
 
 
 def test_time_limit(process: RendererProcess) -> None:

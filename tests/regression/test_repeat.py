@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from addon.photon import strips
 from addon.photon.film import Exposure, merged
 from addon.photon.picture import picture_of
 from addon.photon.renderer import Renderer
@@ -111,6 +112,38 @@ def test_a_border_render_is_the_crop_of_the_whole(
     for name, image in part.items():
         differ = np.count_nonzero(image != whole[name][y0:y1, x0:x1])
         assert measured("crop's values that differ", differ) == 0, name
+
+
+@pytest.mark.parametrize(("layer", "estimator"), WAYS)
+@pytest.mark.parametrize(
+    ("pixels", "settings"),
+    [
+        (48 * 7, {}),  # six strips of seven rows, the last ones overlapping
+        (48 * 20, {"transparent": True, "ambient": True, "seed": 7}),
+        (1, {"region": (7, 5, 30, 18)}),  # a row each
+        (23 * 4, {"region": (7, 5, 30, 33), "boundary_correction": False}),
+        (48 * 13, {"direct_by_photons": True, "mirror_depth": 2}),
+    ],
+    ids=["even", "transparent", "rows", "border", "by photons"],
+)
+def test_strips_are_the_whole(
+    device: Device,
+    monkeypatch: pytest.MonkeyPatch,
+    layer: str,
+    estimator: str,
+    pixels: int,
+    settings: Images,
+) -> None:
+    """What is rendered strip by strip has the bits of what is rendered at once."""
+    ways = {"layer": layer, "estimator": estimator, "passes": 4} | settings
+    whole = picture(device, **ways)
+    for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
+        monkeypatch.setattr(strips, name, pixels)
+    assert len(strips.strips_of(Settings(**CHOICES | ways).frame_region, device)) > 1
+    part = picture(device, **ways)
+    for name, image in whole.items():
+        np.testing.assert_array_equal(part[name], image, err_msg=name)
+    assert np.isfinite(whole["Error"]).all() and whole["Mirror"].max() > 0
 
 
 def test_seeds_differ(device: Device) -> None:

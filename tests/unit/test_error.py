@@ -44,7 +44,7 @@ def exposure(noise: Any, change: Any = 0.0, coverage: Any = 1.0, passes: int = 6
 
 
 def error(exposure: Exposure) -> Error:
-    return error_of(exposure, picture_of(exposure.means)["Combined"])
+    return error_of([exposure], picture_of(exposure.means)["Combined"])
 
 
 def test_noise() -> None:
