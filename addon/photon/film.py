@@ -158,6 +158,59 @@ class Film:
         self._batch_kernel.release()
 
 
+class HostFilm:
+    """What Film is, in arrays, for software OpenGL, where a stream is read as fast as memory is: a
+    pass of 256x256 adds in 3 ms where Film's kernels take 14 (2 cores)."""
+
+    def __init__(self, size: tuple[int, int], names: Sequence[str]) -> None:
+        shape = (size[1], size[0], 4)
+        self.passes = 0
+        self._sums = {name: np.zeros(shape) for name in names}
+        self._batches, self._squares = (
+            {length: np.zeros(shape, np.float32) for length in (PAIR, FOUR)} for _ in range(2)
+        )
+
+    def add(self, images: dict[str, Stream]) -> None:
+        """As Film.add."""
+        combined = images["combined"].download()
+        for length, batch in self._batches.items():
+            place = self.passes % length
+            if place == 0:
+                batch[:] = 0.0
+            batch += combined
+            if place == length - 1 and self.passes > place:
+                self._end_batch(length, combined)
+        for name, total in self._sums.items():
+            total += combined if name == "combined" else images[name].download()
+        self.passes += 1
+
+    def _end_batch(self, length: int, combined: NDArray[np.float32]) -> None:
+        """As film_batches.glsl."""
+        batches, batch = self.passes // length, self._batches[length]
+        before = self._sums["combined"] + combined
+        before -= batch
+        before /= -batches
+        before += batch
+        np.square(before, out=before)
+        self._squares[length] += before * (batches / (batches + 1) / length**2)
+
+    def means(self) -> Images:
+        """As Film.means."""
+        return {name: total / max(self.passes, 1) for name, total in self._sums.items()}
+
+    def exposure(self) -> Exposure:
+        """As Film.exposure."""
+        squares = {
+            length: Squares(self.passes // length, total.copy())
+            for length, total in self._squares.items()
+        }
+        return Exposure(self.passes, self.means(), squares)
+
+    def release(self) -> None:
+        """As Film.release."""
+        self._sums.clear()
+
+
 def merged(parts: Sequence[Exposure]) -> Exposure:
     """The exposure of all passes from those of separate ranges.
 

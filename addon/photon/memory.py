@@ -137,14 +137,14 @@ class Budget:
     @property
     def film_textures(self) -> int:
         """How many textures there are for each pixel: a sum and its low part of each of film.py's
-        images, and four of batches."""
+        images, and four of batches; natively there are arrays of as many bytes."""
         return 2 * (5 + 2 * self._has_mirrors + self._has_photons) + 4
 
     @property
     def strip_textures(self) -> int:
         """How many there are of a strip's size: ray_tracer.py's and what films write to."""
         settings, native = self._settings, self._layer == "native"
-        count = 21 + SPARE
+        count = 21 + (0 if native else SPARE)
         if self._has_lights and not settings.direct_by_photons:
             count += 4  # shadow rays
         if self._has_mirrors:

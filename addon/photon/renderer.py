@@ -107,7 +107,7 @@ class Renderer:
                 names = list(FILM_IMAGES)
                 names += MIRROR_IMAGES if self.needs.mirror else ()
                 names += ["blur"] if self.needs.photons else ()
-                self.film = StripFilm(device, layer, strips, names)
+                self.film = StripFilm(device, layer, strips, names, on_host=triangles is not None)
                 self._parts.append(self.film)
                 self.photon_mapper: Mapper | None = None
                 self.splat = self.grid = None

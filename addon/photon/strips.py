@@ -10,7 +10,7 @@ import numpy as np
 
 from ..streams import Device, Stream
 from ..streams.device import Layer
-from .film import SPARE, Exposure, Film, Images, Squares
+from .film import SPARE, Exposure, Film, HostFilm, Images, Squares
 from .records import SUM
 from .settings import Region
 
@@ -62,12 +62,20 @@ class StripFilm:
     """A film for each strip of a region, and what they hold together."""
 
     def __init__(
-        self, device: Device, layer: Layer, strips: Sequence[Strip], names: Sequence[str]
+        self,
+        device: Device,
+        layer: Layer,
+        strips: Sequence[Strip],
+        names: Sequence[str],
+        on_host: bool = False,
     ) -> None:
         self.strips = strips
         size = strips[0].size
-        self._spare = [Stream(device, SUM, size) for _ in range(SPARE)]
-        self._films = [Film(device, layer, size, names, self._spare) for _ in strips]
+        self._spare = [] if on_host else [Stream(device, SUM, size) for _ in range(SPARE)]
+        self._films: list[Film | HostFilm] = [
+            HostFilm(size, names) if on_host else Film(device, layer, size, names, self._spare)
+            for _ in strips
+        ]
 
     @property
     def passes(self) -> int:

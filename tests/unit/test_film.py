@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.film import Film, merged
+from addon.photon.film import Film, HostFilm, merged
 from addon.photon.records import RADIANCE
 from addon.streams import Device, Stream
 
@@ -17,9 +17,23 @@ SIZE = (7, 5)
 PASSES = 200
 
 
-def fill(device: Device, layer: Any, data: NDArray[np.float32], names: tuple[str, ...]) -> Film:
+@pytest.fixture(params=["fragment", "compute", "native"])
+def layer(request: pytest.FixtureRequest, device: Device) -> str:
+    """What adds passes up."""
+    if request.param == "compute" and not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    return str(request.param)
+
+
+def film_of(device: Device, layer: Any, names: tuple[str, ...]) -> Film | HostFilm:
+    return HostFilm(SIZE, names) if layer == "native" else Film(device, layer, SIZE, names)
+
+
+def fill(
+    device: Device, layer: Any, data: NDArray[np.float32], names: tuple[str, ...]
+) -> Film | HostFilm:
     """A film of the passes (n, h, w, 4); the second image is the first one's negative."""
-    film = Film(device, layer, SIZE, names)
+    film = film_of(device, layer, names)
     streams = {name: Stream(device, RADIANCE, SIZE) for name in names}
     for one in data:
         for sign, stream in zip((1, -1), streams.values(), strict=False):
@@ -124,7 +138,7 @@ def test_few_passes(device: Device, layer: Any) -> None:
             for v in (3.0, 5.0, 1.0, 1.0, 3.0, 5.0, 1.0, 1.0)
         ]
     )
-    film = Film(device, layer, SIZE, ("combined",))
+    film = film_of(device, layer, ("combined",))
     assert not film.means()["combined"].any() and film.exposure().variance_of_mean() is None
     film.release()
     for passes, mean in ((1, 3.0), (2, 4.0), (3, 3.0), (6, 3.0)):
