@@ -140,7 +140,7 @@ class Budget:
         if mirror:
             count += 6 + 8
         if self._has_photons:
-            count += 4 + settings.boundary_correction  # blur and coverage
+            count += 5 + settings.boundary_correction  # blur, cuts and coverage
             count += settings.estimator == "splat"  # reach
             if not native and (mirror or settings.estimator != "splat"):
                 count += 2  # sums of Gather's launches

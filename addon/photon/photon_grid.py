@@ -84,9 +84,9 @@ class PhotonGrid:
             self._device_sort = self._device_sort or _DeviceSort(self._device)
             self._sorted = self._device_sort.run(deposits, grid, span)
 
-    def estimate(self, place: Stream, facing: Stream, irradiance: Stream) -> None:
+    def estimate(self, place: Stream, facing: Stream, cuts: Stream, irradiance: Stream) -> None:
         """Write the irradiance at each visible point."""
-        ports = {"place": place, "facing": facing}
+        ports = {"place": place, "facing": facing, "cuts": cuts}
         if isinstance(self.kernel, NativeGather):
             self.kernel.run(ports | {"irradiance": irradiance}, self._radii, self._uniforms)
             return

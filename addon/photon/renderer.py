@@ -259,14 +259,14 @@ class Renderer:
                     estimator.prepare(deposits, radii)
 
     def _estimate(
-        self, place: Stream, facing: Stream, irradiance: Stream, view: View | None
+        self, place: Stream, facing: Stream, cuts: Stream, irradiance: Stream, view: View | None
     ) -> None:
         """Splat what the camera sees directly, if asked to; gather the rest."""
         if self.splat and view:
-            self.splat.estimate(place, facing, irradiance, view)
+            self.splat.estimate(place, facing, cuts, irradiance, view)
         else:
             assert self.grid
-            self.grid.estimate(place, facing, irradiance)
+            self.grid.estimate(place, facing, cuts, irradiance)
 
     def _depth_seen(self, normal: Stream) -> NDArray[np.float32]:
         """Depth along the view axis [m] of one pass: a mean over passes would mix objects."""

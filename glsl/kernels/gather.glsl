@@ -2,6 +2,7 @@
 // Add to each visible point's sum the photons around it, of a range of a grid of sorted photons.
 #include "lib/table.glsl"
 #include "lib/density.glsl"
+#include "lib/cuts.glsl"
 #include "lib/radius.glsl"
 
 uint cell_begin(int cell) { return texelFetch(cell_start, table_texel(cell), 0).x; }
@@ -19,6 +20,8 @@ void kernel() {
     if (any(greaterThanEqual(low, grid_cells)) || any(lessThan(high, ivec3(0)))) skip();
     low = max(low, ivec3(0));
     high = min(high, grid_cells - 1);
+    Cuts cuts = load_cuts();
+    vec3 first = cut_in_space(cuts.first, normal), second = cut_in_space(cuts.second, normal);
     vec4 irradiance = vec4(0.0);
     for (int z = low.z; z <= high.z; z++) {
         for (int y = low.y; y <= high.y; y++) {
@@ -28,7 +31,7 @@ void kernel() {
                 ivec2 at = table_texel(i);
                 vec4 photon = texelFetch(photon_place, at, 0);
                 vec3 offset = photon.xyz - place.position;
-                if (dot(offset, offset) > r2) continue;
+                if (dot(offset, offset) > r2 || dot(offset, first) > 1.0 || dot(offset, second) > 1.0) continue;
                 vec4 flux = texelFetch(photon_deposit, at, 0);
                 irradiance += photon_irradiance(photon, flux, place.position, place.surface, normal, r2);
             }

@@ -29,6 +29,19 @@ float eval_inner_filter(float d2, float r2) {
     return d2 > inner ? 0.0 : eval_filter(d2, inner);
 }
 
+// The share of the filter's mass within distance^2 / radius^2 = x2 <= 1.
+float filter_mass(float x2) {
+#if defined(FILTER_CONSTANT)
+    return x2;
+#elif defined(FILTER_CONE)
+    return x2 * (3.0 - 2.0 * sqrt(x2));
+#elif defined(FILTER_GAUSSIAN)
+    return (1.0 - exp(-GAUSSIAN_BETA * x2)) / (1.0 - exp(-GAUSSIAN_BETA));
+#else  // Epanechnikov
+    return x2 * (2.0 - x2);
+#endif
+}
+
 // Distance^2 / radius^2 in [0, 1] distributed as the filter's mass over the disc.
 float sample_filter(float u) {
 #if defined(FILTER_CONSTANT)
