@@ -10,8 +10,8 @@
 // is far above what positions are rounded. The disc reaches under what ends below the upper one hardly
 // farther than light does.
 const vec2 LIFTS = vec2(0.01, 0.1);
-// What a second obstacle stands out from the first cut at least, in radii: more than rounding does where
-// a wall's next triangle goes on along the cut.
+// What a second obstacle stands out from the first cut at least, in radii, unless it is behind the point:
+// more than rounding does where a wall's next triangle goes on along the cut.
 const float MARGIN = 0.02;
 
 struct Disc {
@@ -97,7 +97,7 @@ vec2 nearest_cut(Disc disc, vec2 cut) {
     vec3 reach = disc.radius * sqrt(max(vec3(0.0), 1.0 - normal * normal))
         + abs(normal) * (0.5 * (disc.levels.y - disc.levels.x)) + SURFACE_OFFSET;
     vec3 low = middle - reach, high = middle + reach;
-    float most = 1.0 - MARGIN * disc.radius * length(cut);
+    float most = max(0.0, 1.0 - MARGIN * disc.radius * length(cut));
     vec2 nearest = vec2(0.0);
     float least = disc.radius * disc.radius;
     int stack[BVH_STACK];

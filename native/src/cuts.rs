@@ -16,6 +16,8 @@ const LIFTS: [f32; 2] = [0.01, 0.1];
 const MARGIN: f32 = 0.02;
 /// Directions in which it is asked how far a cut disc reaches.
 const DIRECTIONS: u32 = 32;
+/// Cosine and sine of the turn from one to the next.
+const STEP: [f32; 2] = [0.980_785_3, 0.195_090_32];
 const POINTS_A_TASK: usize = 256;
 
 /// Half planes that end a disc, each a vector in the frame about the normal: what lies beyond has a
@@ -33,11 +35,13 @@ pub(crate) fn reach2([ax, ay, bx, by]: Cuts, radius: f32, [x, y]: [f32; 2]) -> f
 /// The share of a filter's mass within the cuts, and of the inner filter's; `turn`, 0 to 1, moves the
 /// directions that are looked at.
 pub(crate) fn masses(cuts: Cuts, radius: f32, filter: Filter, turn: f32) -> [f32; 2] {
-    let mut sums = [0.0; 2];
-    for i in 0..DIRECTIONS {
-        let (sin, cos) = sin_cos_of_turns((i as f32 + turn) / DIRECTIONS as f32);
-        let masses = filter.masses_within(reach2(cuts, radius, [cos, sin]));
+    let (sin, cos) = sin_cos_of_turns(turn / DIRECTIONS as f32);
+    let (mut direction, mut sums) = ([cos, sin], [0.0; 2]);
+    for _ in 0..DIRECTIONS {
+        let masses = filter.masses_within(reach2(cuts, radius, direction));
         sums = [sums[0] + masses[0], sums[1] + masses[1]];
+        let [x, y] = direction;
+        direction = [x * STEP[0] - y * STEP[1], x * STEP[1] + y * STEP[0]];
     }
     sums.map(|sum| sum / DIRECTIONS as f32)
 }
@@ -97,7 +101,7 @@ widest! {
             if crossing.is_empty() {
                 continue;
             }
-            let disc = Disc { position, normal, surface, radius, levels };
+            let disc = Disc { position, normal, frame: frame_about(normal), surface, radius, levels };
             segments.clear();
             for &(position, heights) in &crossing {
                 disc.add_segments(&corners[position as usize], heights, &mut segments);
@@ -118,6 +122,7 @@ type Segment = [[f32; 2]; 2];
 struct Disc {
     position: [f32; 3],
     normal: [f32; 3],
+    frame: ([f32; 3], [f32; 3]),
     surface: f32,
     radius: f32,
     levels: [f32; 2],
@@ -132,20 +137,24 @@ impl Disc {
         {
             return;
         }
-        let (tangent, bitangent) = frame_about(self.normal);
-        let local = |k: usize| {
-            let offset: [f32; 3] = std::array::from_fn(|axis| triangle[k][axis] - self.position[axis]);
+        let (tangent, bitangent) = self.frame;
+        let local = triangle.map(|corner| {
+            let offset: [f32; 3] = std::array::from_fn(|axis| corner[axis] - self.position[axis]);
             [dot(offset, tangent), dot(offset, bitangent)]
-        };
+        });
         for level in self.levels {
             let above = heights.map(|height| level < height);
             // The corner that is alone on its side.
-            let is_lone = |k: usize| above[k] != above[(k + 1) % 3] && above[k] != above[(k + 2) % 3];
-            let Some(lone) = (0..3).find(|&k| is_lone(k)) else { continue };
-            let [x, y] = local(lone);
+            let lone = match above {
+                [a, b, c] if b == c && a != b => 0,
+                [a, b, c] if a == c && a != b => 1,
+                [a, b, c] if a == b && a != c => 2,
+                _ => continue,
+            };
+            let [x, y] = local[lone];
             segments.push([(lone + 1) % 3, (lone + 2) % 3].map(|other| {
                 let share = (level - heights[lone]) / (heights[other] - heights[lone]);
-                let [to_x, to_y] = local(other);
+                let [to_x, to_y] = local[other];
                 [x + (to_x - x) * share, y + (to_y - y) * share]
             }));
         }
@@ -155,7 +164,7 @@ impl Disc {
     /// there is none within the radius.
     fn cut(&self, segments: &[Segment], first: [f32; 2]) -> [f32; 2] {
         let along = |p: [f32; 2]| p[0] * first[0] + p[1] * first[1];
-        let most = 1.0 - MARGIN * self.radius * along(first).sqrt();
+        let most = (1.0 - MARGIN * self.radius * along(first).sqrt()).max(0.0);
         let (mut nearest, mut least) = ([0.0; 2], self.radius * self.radius);
         for &[p, q] in segments {
             let (mut begin, mut end) = (0.0f32, 1.0f32);

@@ -252,9 +252,7 @@ impl Wide {
         mut visit: impl FnMut(i32, [f32; 3]),
     ) {
         let stack = &mut stack.0;
-        let low = [L::splat(disc.low[0]), L::splat(disc.low[1]), L::splat(disc.low[2])];
-        let high = [L::splat(disc.high[0]), L::splat(disc.high[1]), L::splat(disc.high[2])];
-        let planes = Planes::<L>::new(disc);
+        let (region, planes) = (Region::<L>::new(disc), Planes::<L>::new(disc));
         stack[0].0 = 0;
         let mut size = 1;
         while size > 0 {
@@ -262,13 +260,7 @@ impl Wide {
             let reference = stack[size].0;
             if reference & LEAF == 0 {
                 let node = &self.nodes[reference as usize];
-                let mut inside = L::load(&node.min[0]).less_equal(high[0]);
-                inside = inside & low[0].less_equal(L::load(&node.max[0]));
-                inside = inside & L::load(&node.min[1]).less_equal(high[1]);
-                inside = inside & low[1].less_equal(L::load(&node.max[1]));
-                inside = inside & L::load(&node.min[2]).less_equal(high[2]);
-                inside = inside & low[2].less_equal(L::load(&node.max[2]));
-                let mut inside = L::bits(inside);
+                let mut inside = L::bits(region.overlaps(&node.min, &node.max));
                 while inside != 0 {
                     let lane = inside.trailing_zeros() as usize;
                     inside &= inside - 1;
@@ -278,7 +270,7 @@ impl Wide {
                 continue;
             }
             for block in &self.blocks[(reference & !LEAF) as usize..] {
-                let (mut found, heights) = planes.crossed_by(block);
+                let (mut found, heights) = planes.crossed_by(block, &region);
                 while found != 0 {
                     let lane = found.trailing_zeros() as usize;
                     found &= found - 1;
@@ -289,6 +281,47 @@ impl Wide {
                 }
             }
         }
+    }
+}
+
+/// The box about a lifted disc.
+struct Region<L> {
+    low: [L; 3],
+    high: [L; 3],
+}
+
+impl<L: Lanes> Region<L> {
+    #[inline(always)]
+    fn new(disc: &Lifted) -> Self {
+        let ([x, y, z], [to_x, to_y, to_z]) = (disc.low, disc.high);
+        Region {
+            low: [L::splat(x), L::splat(y), L::splat(z)],
+            high: [L::splat(to_x), L::splat(to_y), L::splat(to_z)],
+        }
+    }
+
+    /// The lanes whose interval along an axis overlaps it.
+    #[inline(always)]
+    fn spans(&self, axis: usize, min: L, max: L) -> L::Mask {
+        min.less_equal(self.high[axis]) & self.low[axis].less_equal(max)
+    }
+
+    /// The lanes whose boxes overlap it.
+    #[inline(always)]
+    fn overlaps(&self, min: &[Row; 3], max: &[Row; 3]) -> L::Mask {
+        let x = self.spans(0, L::load(&min[0]), L::load(&max[0]));
+        let y = self.spans(1, L::load(&min[1]), L::load(&max[1]));
+        let z = self.spans(2, L::load(&min[2]), L::load(&max[2]));
+        x & y & z
+    }
+
+    /// The lanes whose triangles' boxes overlap it along an axis.
+    #[inline(always)]
+    fn meets(&self, axis: usize, block: &Block) -> L::Mask {
+        let a = L::load(&block.corner[0][axis]);
+        let b = L::load(&block.corner[1][axis]);
+        let c = L::load(&block.corner[2][axis]);
+        self.spans(axis, a.min(b).min(c), a.max(b).max(c))
     }
 }
 
@@ -318,15 +351,19 @@ impl<L: Lanes> Planes<L> {
         x + y + z
     }
 
-    /// The lanes whose triangles have corners on both sides of a level, and the corners' heights. (The corners of
-    /// lanes that hold no triangle are one.)
+    /// The lanes whose triangles have corners on both sides of a level and boxes that overlap the region,
+    /// and the corners' heights. (In a lane without a triangle the corners are one point.)
     #[inline(always)]
-    fn crossed_by(&self, block: &Block) -> (u32, [Row; 3]) {
+    fn crossed_by(&self, block: &Block, region: &Region<L>) -> (u32, [Row; 3]) {
+        let there = region.meets(0, block) & region.meets(1, block) & region.meets(2, block);
+        if L::bits(there) == 0 {
+            return (0, [Row([0.0; WIDTH]); 3]);
+        }
         let a = self.height(&block.corner[0]);
         let b = self.height(&block.corner[1]);
         let c = self.height(&block.corner[2]);
-        let low = crosses(self.levels[0], a, b, c);
-        (L::bits(low | crosses(self.levels[1], a, b, c)), [a.store(), b.store(), c.store()])
+        let crossed = crosses(self.levels[0], a, b, c) | crosses(self.levels[1], a, b, c);
+        (L::bits(crossed & there), [a.store(), b.store(), c.store()])
     }
 }
 
