@@ -5,7 +5,7 @@ from .records import COVERAGE, CUTS, FACING, HIT, PLACE, SHADING
 
 
 class Coverage(Kernel):
-    """Estimate the share of the filter that lies on each visible point's own surface, within its cuts."""
+    """Estimate the share of the filter on each visible point's own surface, within its cuts."""
 
     stem = "coverage"
     records = (HIT,)

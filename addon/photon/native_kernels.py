@@ -137,7 +137,9 @@ class NativeGather(HostKernel):
         if self._map is None:
             return np.zeros_like(inputs["place"])
         return self._map.gather(
-            *(inputs[name] for name in self.inputs),
+            inputs["place"],
+            inputs["facing"],
+            inputs["cuts"],
             tables["radii"],
             uniforms["shrink"],
             self._filter,

@@ -44,8 +44,8 @@ from .splat import View
 from .tracer import Tracer
 from .visible_points import VisiblePoints
 
-# Estimates the irradiance at (place, facing), within the cuts, into the last stream; the view only for
-# points that the camera sees directly.
+# Estimates the irradiance at (place, facing), within the cuts, into the last stream; the view only
+# for points that the camera sees directly.
 Estimate = Callable[[Stream, Stream, Stream, Stream, View | None], None]
 
 _FAR = 1.0e37  # clip distances beyond float32's use

@@ -6,9 +6,9 @@
 #include "lib/density.glsl"
 
 // How far above the tangent plane obstacles are looked for, in radii: at two levels, so that neither what
-// is low is missed, such as a rug, nor what ends a little above the floor, such as a door. The lower one
-// is far above what positions are rounded. The disc reaches under what ends below the upper one hardly
-// farther than light does.
+// is low is missed, such as a rug, nor what ends a little above the floor, such as a door; not at once on
+// the plane, where triangles of other surfaces may lie, and cross it by rounding. Measured on the eight
+// scenes of blend_scenes: relMSE is the same with an upper level of 0.1 and of 0.2.
 const vec2 LIFTS = vec2(0.01, 0.1);
 // What a second obstacle stands out from the first cut at least, in radii, unless it is behind the point:
 // more than rounding does where a wall's next triangle goes on along the cut.

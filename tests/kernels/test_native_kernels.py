@@ -214,6 +214,10 @@ class TestBindings:
         np.testing.assert_allclose(sums[0, :3], 2 * peak * np.array([1, 2, 3]), rtol=1e-5)
         np.testing.assert_allclose(sums[1, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
         assert not sums[2:].any()
+        cuts[0, :2] = (25.0, 0.0, 0.0, 0.0), (0.0, 0.0, -30.0, 0.0)  # at x = 0.04, and behind
+        sums = photons.gather(points, facing, cuts, radii, 0.5, "constant")[0]
+        np.testing.assert_allclose(sums[0, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
+        np.testing.assert_allclose(sums[1, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
         assert not photons.gather(points, -facing, cuts, radii, 0.5, "constant")[..., :3].any()
 
 
