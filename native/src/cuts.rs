@@ -12,12 +12,12 @@ use crate::wide::{Lifted, Stack};
 
 /// How far above the tangent plane obstacles are looked for, in radii, and what a second obstacle stands
 /// out from the first cut at least (the reasons are in glsl/lib/obstacles.glsl).
-const LIFTS: [f32; 2] = [0.01, 0.1];
+const LIFTS: [f32; 2] = [0.01, 0.2];
 const MARGIN: f32 = 0.02;
 /// Directions in which it is asked how far a cut disc reaches.
-const DIRECTIONS: u32 = 32;
+const DIRECTIONS: u32 = 16;
 /// Cosine and sine of the turn from one to the next.
-const STEP: [f32; 2] = [0.980_785_3, 0.195_090_32];
+const STEP: [f32; 2] = [0.923_879_5, 0.382_683_43];
 const POINTS_A_TASK: usize = 256;
 
 /// Half planes that end a disc, each a vector in the frame about the normal: what lies beyond has a

@@ -131,14 +131,14 @@ def test_box(bench: Bench) -> None:
 @pytest.mark.parametrize(
     ("low", "high", "cut"),
     [
-        (0.02, 0.8, True),  # a door a little above the floor
-        (0.05, 0.8, False),
+        (0.05, 0.8, True),  # a door a little above the floor
+        (0.08, 0.8, False),
         (-0.01, 0.006, True),  # a rug
         (-0.01, 0.001, False),
     ],
 )
 def test_heights(bench: Bench, low: float, high: float, cut: bool) -> None:
-    """What is looked at lies 0.003 and 0.03 above this disc."""
+    """What is looked at lies 0.003 and 0.06 above this disc."""
     found = cuts_at(bench, floor().box((0.1, -0.5, low), (0.5, 0.5, high)), (0, 0, 0))
     assert_cuts(found, (10, 0) if cut else (0, 0))
 
@@ -164,7 +164,7 @@ def test_no_point(bench: Bench) -> None:
     assert not cuts_at(bench, built, (np.nan, 0, 0), (np.nan, 0, 0)).any()
 
 
-PROBES = 4096
+PROBES, PASSES = 256, 16
 
 
 def weights(name: str, x2: Any) -> Any:
@@ -194,12 +194,9 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     facing = texels(np.broadcast_to(UP, (count, 3)), 0.0)
     shading = texels(np.broadcast_to(UP, (count, 3)), 0.0)
     mesh, radii = mesh_of(plate), even(RADIUS)
-    draw: dict[str, Any] = {"probes": PROBES, "first_probe": 0, "seed": 3, "depth": 0}
+    draw: dict[str, Any] = {"probes": PROBES, "seed": 3, "depth": 0}
     draw |= {"shrink": 1.0, "frame_size": (count, 1), "region_origin": (0, 0)}
     streams = {"place": place, "facing": facing, "shading": shading, "cuts": cuts}
-    ours = triangles_of(mesh).coverage(
-        *(x[None] for x in streams.values()), DIFFUSE, radii, filter=name, **draw
-    )[0]
     tables = {
         "bvh_nodes": mesh.nodes,
         "bvh_corners": mesh.corners,
@@ -208,8 +205,16 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
         "radii": radii.table(),
     }
     defines = {f"FILTER_{name.upper()}": 1}
-    glsl = one_bench.run(Coverage, streams, draw, tables, defines)["coverage"]
-    np.testing.assert_allclose(glsl, ours, atol=2e-3)
+    mean = np.zeros((count, 4))
+    for index in range(PASSES):
+        draw["first_probe"] = index * PROBES
+        ours = triangles_of(mesh).coverage(
+            *(x[None] for x in streams.values()), DIFFUSE, radii, filter=name, **draw
+        )[0]
+        glsl = one_bench.run(Coverage, streams, draw, tables, defines)["coverage"]
+        # A probe at the plate's border may fall to either side.
+        np.testing.assert_allclose(glsl, ours, atol=2.5 / PROBES)
+        mean += ours / PASSES
     side = (np.arange(1200) + 0.5) / 600 - 1
     u, v = np.meshgrid(side, side)
     squares = u * u + v * v
@@ -218,5 +223,5 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
         kept = (u * a + v * b <= 1) & (u * c + v * d <= 1) & (x[at] + u * RADIUS <= 0.9)
         share = (weights(name, squares) * kept).sum() / 600**2
         inner = (2 * weights(name, 2 * squares) * kept).sum() / 600**2
-        assert ours[at, 0] == pytest.approx(share, abs=6e-3)
-        assert ours[at, 1] / ours[at, 2] == pytest.approx(inner, abs=6e-3)
+        assert mean[at, 0] == pytest.approx(share, abs=4e-3)
+        assert mean[at, 1] / mean[at, 2] == pytest.approx(inner, abs=4e-3)

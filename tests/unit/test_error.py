@@ -111,9 +111,15 @@ def test_inner_area_is_the_shaders() -> None:
     assert float(area) == INNER_AREA
 
 
+@pytest.mark.parametrize("corrected", [False, True])
 @pytest.mark.parametrize("estimator", ["splat", "gather"])
-def test_inner_estimate_is_that_of_the_inner_radius(device: Device, estimator: str) -> None:
-    """What a pass carries along is what it would be with the smaller radius, to rounding."""
+def test_inner_estimate_is_that_of_the_inner_radius(
+    device: Device, estimator: str, corrected: bool
+) -> None:
+    """What a pass carries along is what it would be with the smaller radius, to rounding.
+
+    But that cuts are those of the outer one: next to the ball they lie where it is higher.
+    """
 
     def means(radius: float) -> Any:
         settings = Settings(
@@ -123,6 +129,7 @@ def test_inner_estimate_is_that_of_the_inner_radius(device: Device, estimator: s
             radius=radius,
             estimator=estimator,  # type: ignore[arg-type]
             radius_shrink=1.0,
+            boundary_correction=corrected,
         )
         renderer = Renderer(cornell(mirror=True, lobe=True), settings, device)
         try:
@@ -134,7 +141,8 @@ def test_inner_estimate_is_that_of_the_inner_radius(device: Device, estimator: s
     outer, inner = means(1.0), means(math.sqrt(INNER_AREA))
     here, there = (m["combined"][..., 3] + m["blur"][..., 0] for m in (inner, outer))
     # Photons on the rim of the disc may fall on either side of it.
-    np.testing.assert_allclose(outer["blur"][..., 0], here, rtol=1e-3, atol=1e-5 * here.max())
+    same = np.isclose(outer["blur"][..., 0], here, rtol=1e-3, atol=1e-5 * here.max())
+    assert same.all() or (corrected and same.mean() > 0.98)
     assert np.abs(there - here).max() > 0.01 * here.max()
 
 
