@@ -158,9 +158,9 @@ def test_without_photons_there_is_no_bias(device: Device) -> None:
 def test_edges_take_the_bias_of_the_even_surface() -> None:
     """Their own is hidden by the coverage's noise, here a change ten times as large."""
     edge = np.arange(SHAPE[1]) < 10
-    wanted = exposure(0.0, np.where(edge, 0.1, 0.01), np.where(edge, 0.5, 1.0))
+    wanted = exposure(0.0, np.where(edge, 0.1, 0.01), np.where(edge, 0.25, 1.0))
     assert error(wanted).bias == pytest.approx(0.01 * EXTRAPOLATION, rel=1e-3)
-    nothing_but_edges = exposure(0.0, 0.1, 0.5)
+    nothing_but_edges = exposure(0.0, 0.1, 0.25)
     assert error(nothing_but_edges).bias == pytest.approx(0.1 * EXTRAPOLATION, rel=1e-3)
 
 
