@@ -27,11 +27,21 @@ class Tracer:
         bounces: int,
         first_hits: bool,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], int]: ...
+    def cuts(
+        self,
+        place: NDArray[np.float32],
+        facing: NDArray[np.float32],
+        diffuse: NDArray[np.bool_],
+        radii: RadiusField,
+        *,
+        shrink: float,
+    ) -> NDArray[np.float32]: ...
     def coverage(
         self,
         place: NDArray[np.float32],
         facing: NDArray[np.float32],
         shading: NDArray[np.float32],
+        cuts: NDArray[np.float32],
         diffuse: NDArray[np.bool_],
         radii: RadiusField,
         *,
@@ -80,6 +90,7 @@ class PhotonMap:
         self,
         place: NDArray[np.float32],
         facing: NDArray[np.float32],
+        cuts: NDArray[np.float32],
         radii: RadiusField,
         shrink: float,
         filter: str,

@@ -169,7 +169,8 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
     )
     boundary_correction: BoolProperty(
         name="Boundary Correction",
-        description="Correct the dark seams that density estimation leaves at edges and corners",
+        description="Correct the dark seams that density estimation leaves at edges and corners, "
+        "and the light that leaks below what stands on a surface",
         default=DEFAULTS.boundary_correction,
     )
     direct_by_photons: BoolProperty(

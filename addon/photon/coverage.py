@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ..streams import Kernel, Table, Uniform
 from . import radius_field
-from .records import COVERAGE, FACING, HIT, PLACE, SHADING
+from .records import COVERAGE, CUTS, FACING, HIT, PLACE, SHADING
 
 
 class Coverage(Kernel):
-    """Estimate the share of the filter that lies on each visible point's own surface."""
+    """Estimate the share of the filter on each visible point's own surface, within its cuts."""
 
     stem = "coverage"
     records = (HIT,)
-    inputs = {"place": PLACE, "facing": FACING, "shading": SHADING}
+    inputs = {"place": PLACE, "facing": FACING, "shading": SHADING, "cuts": CUTS}
     outputs = {"coverage": COVERAGE}
     uniforms = {
         "seed": Uniform("uint"),

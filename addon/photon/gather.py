@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ..streams import Items, Kernel, Uniform
 from . import radius_field
-from .records import FACING, IRRADIANCE, PLACE
+from .records import CUTS, FACING, IRRADIANCE, PLACE
 
 
 class Gather(Kernel):
     """Add the photons around each visible point from a sorted grid (Jensen 2001, sec. 7)."""
 
     stem = "gather"
-    inputs = {"place": PLACE, "facing": FACING, "sum": IRRADIANCE}
+    inputs = {"place": PLACE, "facing": FACING, "cuts": CUTS, "sum": IRRADIANCE}
     outputs = {"irradiance": IRRADIANCE}
     uniforms = {
         "grid_origin": Uniform("vec3"),

@@ -150,7 +150,7 @@ class Budget:
         if self._has_mirrors:
             count += 6
         if self._has_photons:
-            count += settings.boundary_correction  # coverage
+            count += 1 + settings.boundary_correction  # cuts and coverage
             count += settings.estimator == "splat"  # reach
             if not native and (self._has_mirrors or settings.estimator != "splat"):
                 count += 2  # sums of Gather's launches

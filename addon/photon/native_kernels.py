@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from ..streams import Device, HostKernel, Kernel
 from ..streams.device import Layer
 from .coverage import Coverage
+from .cuts import Cuts
 from .deposits import Deposits
 from .gather import Gather
 from .geometry import Mesh
 from .radius_field import TABLES, UNIFORMS
-from .records import FACING, PLACE
+from .records import CUTS, FACING, PLACE
 from .scene import Material
 from .tracer import Tracer
 
@@ -43,6 +44,28 @@ class NativeTracer(HostKernel):
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """Hits of the rays."""
         return self._triangles.trace(inputs["origin"], inputs["direction"], self._any_hit)
+
+
+class NativeCuts(HostKernel):
+    """Cuts, by the same rule."""
+
+    stem = Cuts.stem
+    inputs = Cuts.inputs
+    outputs = Cuts.outputs
+    uniforms = Cuts.uniforms
+    tables = TABLES
+
+    def __init__(
+        self, device: Device, triangles: native.Tracer, materials: tuple[Material, ...]
+    ) -> None:
+        super().__init__(device)
+        self._triangles, self._diffuse = triangles, _diffuse(materials)
+
+    def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
+        """The half planes."""
+        return self._triangles.cuts(
+            inputs["place"], inputs["facing"], self._diffuse, tables["radii"], **uniforms
+        )
 
 
 class NativeCoverage(HostKernel):
@@ -72,7 +95,7 @@ class NativeCoverage(HostKernel):
     ) -> None:
         super().__init__(device)
         self._triangles, self._filter = triangles, filter_name
-        self._diffuse = np.array([max(material.diffuse) > 0 for material in materials], bool)
+        self._diffuse = _diffuse(materials)
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """The shares."""
@@ -80,6 +103,7 @@ class NativeCoverage(HostKernel):
             inputs["place"],
             inputs["facing"],
             inputs["shading"],
+            inputs["cuts"],
             self._diffuse,
             tables["radii"],
             filter=self._filter,
@@ -91,7 +115,7 @@ class NativeGather(HostKernel):
     """Gather from photons that the native core has sorted."""
 
     stem = Gather.stem
-    inputs = {"place": PLACE, "facing": FACING}
+    inputs = {"place": PLACE, "facing": FACING, "cuts": CUTS}
     outputs = Gather.outputs
     uniforms = UNIFORMS
     tables = TABLES
@@ -113,8 +137,18 @@ class NativeGather(HostKernel):
         if self._map is None:
             return np.zeros_like(inputs["place"])
         return self._map.gather(
-            inputs["place"], inputs["facing"], tables["radii"], uniforms["shrink"], self._filter
+            inputs["place"],
+            inputs["facing"],
+            inputs["cuts"],
+            tables["radii"],
+            uniforms["shrink"],
+            self._filter,
         )
+
+
+def _diffuse(materials: tuple[Material, ...]) -> NDArray[np.bool_]:
+    """Which materials photons land on."""
+    return np.array([max(material.diffuse) > 0 for material in materials], bool)
 
 
 def tracer_for(

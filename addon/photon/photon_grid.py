@@ -90,10 +90,15 @@ class PhotonGrid:
             self._sorted = self._device_sort.run(deposits, grid, span)
 
     def estimate(
-        self, place: Stream, facing: Stream, irradiance: Stream, in_chain: bool = False
+        self,
+        place: Stream,
+        facing: Stream,
+        cuts: Stream,
+        irradiance: Stream,
+        in_chain: bool = False,
     ) -> None:
         """Write the irradiance at each visible point; `in_chain`: of secondary rays."""
-        ports = {"place": place, "facing": facing}
+        ports = {"place": place, "facing": facing, "cuts": cuts}
         assert self._radii
         if self._native:
             ports |= {"irradiance": irradiance}

@@ -15,17 +15,19 @@ from ..streams.device import Layer
 from .blur import Blur
 from .combine import CombineAll, CombineMirror, CombinePrimary
 from .coverage import Coverage
+from .cuts import Cuts
 from .direct import Direct
 from .eye_rays import EyeRays
 from .geometry import Frame, Tables
 from .lit import Lit
 from .mirror import Mirror
-from .native_kernels import NativeCoverage, tracer_for
+from .native_kernels import NativeCoverage, NativeCuts, tracer_for
 from .needs import SceneNeeds
 from .radius_field import Radii
 from .records import (
     BLUR,
     COVERAGE,
+    CUTS,
     FACING,
     HIT,
     IRRADIANCE,
@@ -42,9 +44,9 @@ from .splat import View
 from .tracer import Tracer
 from .visible_points import VisiblePoints
 
-# Estimates the irradiance at (place, facing) into the last stream; the view only for points that
-# the camera sees directly.
-Estimate = Callable[[Stream, Stream, Stream, View | None], None]
+# Estimates the irradiance at (place, facing), within the cuts, into the last stream; the view only
+# for points that the camera sees directly.
+Estimate = Callable[[Stream, Stream, Stream, Stream, View | None], None]
 
 _FAR = 1.0e37  # clip distances beyond float32's use
 
@@ -107,10 +109,12 @@ class RayTracer:
             self._any_hit = tracer_for(device, layer, triangles, any_hit=True)
         if needs.photons and settings.boundary_correction:
             if triangles:
+                self.kernels[Cuts] = NativeCuts(device, triangles, scene.materials)
                 self.kernels[Coverage] = NativeCoverage(
                     device, triangles, scene.materials, settings.filter
                 )
             else:
+                self.kernels[Cuts] = Cuts(device, layer)
                 self.kernels[Coverage] = Coverage(device, layer, filter_define(settings))
         ones = np.ones((y1 - y0, x1 - x0, 4), np.float32)
         self._unit = Stream(device, THROUGHPUT, self._buffers.size)
@@ -134,9 +138,11 @@ class RayTracer:
         self._meet_surfaces(origin.front, direction.front)
         direct = self._direct(index, 0, direction.front)
         irradiance = one("irradiance", IRRADIANCE)
-        coverage = self._coverage(index, 0, radii)
+        coverage = self._unit_coverage
         if estimate:
-            estimate(place, facing, irradiance, view)
+            cuts = self._cuts(radii)
+            coverage = self._coverage(index, 0, cuts, radii)
+            estimate(place, facing, cuts, irradiance, view)
         images = {
             name: one(f"{name}_seen", RADIANCE)
             for name in ("direct", "indirect", "background", "normal")
@@ -259,8 +265,24 @@ class RayTracer:
             total.swap()
         return total.front
 
-    def _coverage(self, index: int, depth: int, radii: Radii) -> Stream:
-        """The share of the filter on each visible point's own surface."""
+    def _cuts(self, radii: Radii) -> Stream:
+        """Where each visible point's disc ends at what stands on its surface."""
+        cuts = self._buffers.one("cuts", CUTS)
+        if Cuts in self.kernels:  # else the stream was made clear: nothing is cut off
+            kernel = self.kernels[Cuts]
+            kernel.run(
+                {
+                    "place": self._buffers.one("place", PLACE),
+                    "facing": self._buffers.one("facing", FACING),
+                    "cuts": cuts,
+                },
+                self._tables.of(kernel) | radii.tables(kernel),
+                radii.uniforms,
+            )
+        return cuts
+
+    def _coverage(self, index: int, depth: int, cuts: Stream, radii: Radii) -> Stream:
+        """The share of the filter on each visible point's own surface and within its cuts."""
         if Coverage not in self.kernels:
             return self._unit_coverage
         coverage = self._buffers.one("coverage", COVERAGE)
@@ -270,6 +292,7 @@ class RayTracer:
                 "place": self._buffers.one("place", PLACE),
                 "facing": self._buffers.one("facing", FACING),
                 "shading": self._buffers.one("shading", SHADING),
+                "cuts": cuts,
                 "coverage": coverage,
             },
             self._tables.of(kernel) | radii.tables(kernel),
@@ -312,9 +335,11 @@ class RayTracer:
             self._meet_surfaces(origin.front, direction.front)
             irradiance = one("irradiance", IRRADIANCE)
             direct = self._direct(index, depth + 1, direction.front)
-            coverage = self._coverage(index, depth + 1, radii)
+            coverage = self._unit_coverage
             if estimate:
-                estimate(one("place", PLACE), one("facing", FACING), irradiance, None)
+                cuts = self._cuts(radii)
+                coverage = self._coverage(index, depth + 1, cuts, radii)
+                estimate(one("place", PLACE), one("facing", FACING), cuts, irradiance, None)
             self._run(
                 CombineMirror,
                 {

@@ -18,6 +18,8 @@ RADIANCE = Record("Radiance", {"radiance": "vec3", "alpha": "float"})  # [W/(m^2
 # [W/m^2]; `inner` is the channels' mean within the inner radius (density.glsl)
 IRRADIANCE = Record("Irradiance", {"irradiance": "vec3", "inner": "float"})
 REACH = Record("Reach", {"radius": "float"})  # [scene units]
+# Half planes that end a visible point's disc (lib/cuts.glsl) [1 / scene units]; zero: no cut
+CUTS = Record("Cuts", {"first": "vec2", "second": "vec2"})
 # Share of the filter on its own surface; mass of the inner one there, and on the whole plane (1 in
 # the mean): the former divided by the latter is the inner one's share.
 COVERAGE = Record("Coverage", {"share": "float", "inner": "float", "plane": "float"})

@@ -278,14 +278,14 @@ class Renderer:
                     estimator.prepare(deposits, radii)
 
     def _estimate(
-        self, place: Stream, facing: Stream, irradiance: Stream, view: View | None
+        self, place: Stream, facing: Stream, cuts: Stream, irradiance: Stream, view: View | None
     ) -> None:
         """Splat what the camera sees directly, if asked to; gather the rest."""
         if self.splat and view:
-            self.splat.estimate(place, facing, irradiance, view)
+            self.splat.estimate(place, facing, cuts, irradiance, view)
         else:
             assert self.grid
-            self.grid.estimate(place, facing, irradiance, in_chain=view is None)
+            self.grid.estimate(place, facing, cuts, irradiance, in_chain=view is None)
 
     def _depth_seen(self, normal: Stream) -> NDArray[np.float32]:
         """Depth along the view axis [m] of one pass: a mean over passes would mix objects."""

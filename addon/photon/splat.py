@@ -24,6 +24,7 @@ uniform sampler2D photon_deposit;
 uniform sampler2D point_place;
 uniform sampler2D point_facing;
 uniform sampler2D point_reach;
+uniform sampler2D point_cuts;
 uniform int first_photon;
 uniform mat4 world_to_camera;
 uniform vec4 window;
@@ -76,6 +77,7 @@ class _Shape:
                 "point_place",
                 "point_facing",
                 "point_reach",
+                "point_cuts",
                 "radii",
             )
         ):
@@ -127,7 +129,9 @@ class Splat:
         self._count, *self._photons = deposits.tables()
         self._radii = radii
 
-    def estimate(self, place: Stream, facing: Stream, irradiance: Stream, view: View) -> None:
+    def estimate(
+        self, place: Stream, facing: Stream, cuts: Stream, irradiance: Stream, view: View
+    ) -> None:
         """Write the irradiance at each visible point."""
         self._launches += 1
         if self._count == 0 or self._radii is None:
@@ -146,7 +150,7 @@ class Splat:
         framebuffer.clear()
         textures = (
             *self._photons,
-            *(stream.texture for stream in (place, facing, self._reaches)),
+            *(stream.texture for stream in (place, facing, self._reaches, cuts)),
             self._radii.field.table,
         )
         for unit, texture in enumerate(textures):

@@ -11,6 +11,7 @@ from ..streams.source import Source
 from .blur import Blur
 from .combine import CombineAll, CombineMirror, CombinePrimary
 from .coverage import Coverage
+from .cuts import Cuts
 from .direct import Direct
 from .eye_rays import EyeRays
 from .film import Accumulate, AccumulateBatches
@@ -36,6 +37,7 @@ PLAIN: tuple[type[Kernel], ...] = (
     Direct,
     Lit,
     Mirror,
+    Cuts,
     Blur,
     CombinePrimary,
     CombineMirror,

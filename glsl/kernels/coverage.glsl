@@ -6,12 +6,16 @@
 // Each probe samples the filter on the tangent plane and looks for the surface above and below. The
 // inner filter's share comes from the same probes, weighted by inner over outer filter: it is the
 // quotient of the mean inner mass found on the surface and the mean inner mass on the plane.
+//
+// Where the disc is cut, probes are sampled within the cuts, and tell what the surface lacks of the mass
+// there, which is known: few probes would miss what narrow strips are left between two obstacles.
 #include "lib/rng.glsl"
 #include "lib/pixel.glsl"
 #include "lib/sampling.glsl"
 #include "lib/bvh.glsl"
 #include "lib/surface.glsl"
 #include "lib/density.glsl"
+#include "lib/cuts.glsl"
 #include "lib/radius.glsl"
 #include "lib/material.glsl"
 
@@ -27,18 +31,22 @@ bool inside_triangle(int triangle, vec3 point, vec3 normal) {
     return all(greaterThan(sides, vec3(0.0))) || all(lessThan(sides, vec3(0.0)));
 }
 
-// Filter mass, and inner filter mass, at a point of the surface over the filter mass of the sampled point
-// of the plane, or 0; then the inner one's on the plane. Of several layers the one nearest to the plane
-// counts: in a fold of less than 45 degrees the first one met is the back of its other side.
-vec3 probe(Place place, int triangle, vec3 normal, vec2 u, float r2) {
-    float x2 = sample_filter(u.x), away = sqrt(x2 * r2);
+// Sample the filter within the cuts. What the surface lacks of the filter's mass there, and of the inner
+// one's, over the density of the sampled point; then the inner one's mass there on the plane. Of several
+// layers the one nearest to the plane counts: in a fold of less than 45 degrees the first one met is the
+// back of its other side.
+vec3 probe(Place place, int triangle, vec3 normal, Cuts cuts, vec2 u, float radius) {
+    float r2 = radius * radius;
+    vec2 direction = direction_at(u.y);
+    float within = filter_mass(cut_reach2(cuts.first, cuts.second, radius, direction));
+    float x2 = sample_filter(u.x * within), away = sqrt(x2 * r2);
     float mass = max(filter_shape(x2), 1.0e-30);
     float height = away + SURFACE_OFFSET;  // within 45 degrees a surface strays no further
-    vec3 in_plane = frame_about(normal) * vec3(cos(2.0 * PI * u.y), sin(2.0 * PI * u.y), 0.0);
-    vec3 origin = place.position + in_plane * away + normal * height;
+    vec3 on_plane = place.position + frame_about(normal) * vec3(direction, 0.0) * away;
+    vec3 origin = on_plane + normal * height;
     float left = 2.0 * height, above = height;
     float inner_mass = inner_filter_shape(x2) / mass;
-    if (inside_triangle(triangle, place.position + in_plane * away, normal)) return vec3(1.0, inner_mass, inner_mass);
+    if (inside_triangle(triangle, on_plane, normal)) return vec3(0.0, 0.0, within * inner_mass);
     vec2 found_mass = vec2(0.0);
     int source = -1;
     for (int layer = 0; layer < MOST_LAYERS; layer++) {
@@ -59,7 +67,7 @@ vec3 probe(Place place, int triangle, vec3 normal, vec2 u, float r2) {
         origin -= normal * found.t;
         source = found.triangle;
     }
-    return vec3(found_mass, inner_mass);
+    return within * vec3(1.0 - found_mass.x, inner_mass - found_mass.y, inner_mass);
 }
 
 void kernel() {
@@ -72,11 +80,17 @@ void kernel() {
     // One sequence over all passes: the mean's error falls with the number of probes, not its root.
     vec2 start = random4(seed, 0u, uint(pixel(element())), DIMENSION_COVERAGE + uint(depth)).xy;
     float radius = radius_at(place.position, normal);
-    vec3 covered = vec3(0.0);
+    Cuts cuts = load_cuts();
+    vec3 missing = vec3(0.0);  // of the filter, of the inner one; and the inner one's mass
     for (int i = 0; i < probes; i++) {
         vec2 u = r2_sequence(start, first_probe + uint(i));
-        covered += probe(place, triangle, normal, u, radius * radius);
+        missing += probe(place, triangle, normal, cuts, u, radius);
     }
-    covered /= float(probes);
-    store_coverage(Coverage(covered.x, covered.y, covered.z));
+    missing /= float(probes);
+    vec3 mass = vec3(1.0, missing.z, missing.z);
+    if (cuts.first != vec2(0.0)) {
+        mass.xy = cut_masses(cuts.first, cuts.second, radius, r2_sequence(start, first_probe).y);
+        mass.z = 1.0;
+    }
+    store_coverage(Coverage(mass.x - missing.x, mass.y - missing.y, mass.z));
 }

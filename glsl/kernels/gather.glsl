@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Add to each visible point's sum the photons around it, of a range of a grid of sorted photons.
 #include "lib/density.glsl"
+#include "lib/cuts.glsl"
 #include "lib/radius.glsl"
 
 // The sum over photons within the radius, or the share of it that this lane adds up.
@@ -12,6 +13,8 @@ vec4 sum_about(Place place, vec3 normal, float radius) {
     ivec3 high = ivec3(floor((place.position + reach - grid_origin) / cell_size));
     low = max(low, ivec3(0));
     high = min(high, grid_cells - 1);
+    Cuts cuts = load_cuts();
+    vec3 first = cut_in_space(cuts.first, normal), second = cut_in_space(cuts.second, normal);
     vec4 irradiance = vec4(0.0);
     for (int z = low.z; z <= high.z; z++) {
         for (int y = low.y; y <= high.y; y++) {
@@ -21,7 +24,8 @@ vec4 sum_about(Place place, vec3 normal, float radius) {
             for (int i = max(int(cell_start(row + low.x)), photon_range.x) + lane(); i < end; i += LANES) {
                 vec4 photon = photon_place(i);
                 vec3 offset = photon.xyz - place.position;
-                if (dot(offset, offset) * inverse_r2 > 1.0) continue;
+                float d2 = dot(offset, offset);
+                if (d2 * inverse_r2 > 1.0 || dot(offset, first) > 1.0 || dot(offset, second) > 1.0) continue;
                 irradiance += photon_share(photon, photon_deposit(i), place.position, place.surface, normal, inverse_r2);
             }
         }

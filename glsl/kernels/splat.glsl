@@ -4,6 +4,7 @@
 // points may reach it, so that splats and gather sum the same pairs on curved surfaces too.
 #include "lib/table.glsl"
 #include "lib/density.glsl"
+#include "lib/cuts.glsl"
 #include "lib/radius.glsl"
 
 #ifdef STAGE_VERTEX
@@ -77,6 +78,9 @@ void main() {
     vec4 place = texelFetch(point_place, at, 0);
     vec3 normal = texelFetch(point_facing, at, 0).xyz;
     if (place.w == 0.0) discard;
+    vec4 cuts = texelFetch(point_cuts, at, 0);
+    vec3 offset = photon.xyz - place.xyz;
+    if (dot(offset, cut_in_space(cuts.xy, normal)) > 1.0 || dot(offset, cut_in_space(cuts.zw, normal)) > 1.0) discard;
     float radius = texelFetch(point_reach, at, 0).x;
     float r2 = radius * radius;
     irradiance = filter_peak(r2) * photon_share(photon, flux, place.xyz, place.w, normal, 1.0 / r2);

@@ -38,6 +38,19 @@ float filter_shape(float x2) {
 // the other tells its bias, which goes with the radius^2 where irradiance is smooth (Silverman 1986, sec. 4.3).
 float inner_filter_shape(float x2) { return x2 > INNER_AREA ? 0.0 : filter_shape(x2 / INNER_AREA) / INNER_AREA; }
 
+// The share of the filter's mass within distance^2 / radius^2 = x2 <= 1.
+float filter_mass(float x2) {
+#if defined(FILTER_CONSTANT)
+    return x2;
+#elif defined(FILTER_CONE)
+    return x2 * (3.0 - 2.0 * sqrt(x2));
+#elif defined(FILTER_GAUSSIAN)
+    return (1.0 - exp(-GAUSSIAN_BETA * x2)) / (1.0 - exp(-GAUSSIAN_BETA));
+#else  // Epanechnikov
+    return x2 * (2.0 - x2);
+#endif
+}
+
 // Distance^2 / radius^2 in [0, 1] distributed as the filter's mass over the disc.
 float sample_filter(float u) {
 #if defined(FILTER_CONSTANT)

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//! The share of the filter on each visible point's own surface, as glsl/kernels/coverage.glsl.
+//! The share of the filter on each visible point's own surface and within its cuts, as glsl/kernels/coverage.glsl.
 
 use rayon::prelude::*;
 
+use crate::cuts::{self, Cuts, reach2};
 use crate::density::{Filter, SAME_ORIENTATION, pack_direction, unpack_direction};
 use crate::lanes::{Lanes, widest};
 use crate::radius::RadiusField;
@@ -43,13 +44,14 @@ impl Probes {
     }
 }
 
-/// Visible points as streams: positions and surfaces (0: no point), normals and materials, and
-/// something unused and the position of the triangle in leaf order.
+/// Visible points as streams: positions and surfaces (0: no point), normals and materials, something
+/// unused and the position of the triangle in leaf order, and the cuts of [`crate::cuts`].
 #[derive(Clone, Copy)]
 pub struct Points<'a> {
     pub places: &'a [[f32; 4]],
     pub facings: &'a [[f32; 4]],
     pub shadings: &'a [[f32; 4]],
+    pub cuts: &'a [[f32; 4]],
 }
 
 /// Where a point's surface is probed, and with what it is compared.
@@ -59,6 +61,7 @@ struct Point {
     surface: f32,
     radius: f32,
     triangle: usize,
+    cuts: Cuts,
 }
 
 /// Write the covered share into `out`, then the inner filter's mass on the surface and on the plane.
@@ -102,24 +105,37 @@ widest! {
                 continue;
             }
             let radius = radii.at([x, y, z], [nx, ny, nz]) * probes.shrink;
-            let point = Point { position: [x, y, z], normal: [nx, ny, nz], surface, radius, triangle: points.shadings[at][3] as usize };
+            let point = Point {
+                position: [x, y, z],
+                normal: [nx, ny, nz],
+                surface,
+                radius,
+                triangle: points.shadings[at][3] as usize,
+                cuts: points.cuts[at],
+            };
             let numbers =
                 random4(probes.seed, 0, probes.pixel(at), DIMENSION_COVERAGE.wrapping_add(probes.depth));
-            let mut covered = [0.0; 3];
+            let start = [numbers[0], numbers[1]];
+            let mut sums = [0.0; 3];
             for probe in 0..probes.count {
-                let number = probes.first.wrapping_add(probe);
-                let u = r2_sequence([numbers[0], numbers[1]], number);
+                let u = r2_sequence(start, probes.first.wrapping_add(probe));
                 let probed = probe_surface::<L>(tree, corners, &point, u, probes, &mut stack);
-                covered = std::array::from_fn(|k| covered[k] + probed[k]);
+                sums = std::array::from_fn(|k| sums[k] + probed[k]);
             }
-            let [share, inner, plane] = covered.map(|sum| sum / probes.count as f32);
-            *out = [share, inner, plane, 0.0];
+            let [missing, inner_missing, plane] = sums.map(|sum| sum / probes.count as f32);
+            *out = if point.cuts == cuts::NONE {
+                [1.0 - missing, plane - inner_missing, plane, 0.0]
+            } else {
+                let turn = r2_sequence(start, probes.first)[1];
+                let [mass, inner] = cuts::masses(point.cuts, radius, probes.filter, turn);
+                [mass - missing, inner - inner_missing, 1.0, 0.0]
+            };
         }
     }
 }
 
-/// Filter mass, and inner filter mass, at a point of the surface over the filter mass of the sampled
-/// point of the plane, or 0; then the inner one's on the plane.
+/// Sample the filter within the cuts. What the surface lacks of the filter's mass there, and of the inner
+/// one's, over the density of the sampled point; then the inner one's mass there on the plane.
 #[inline(always)]
 fn probe_surface<L: Lanes>(
     tree: &Tree,
@@ -130,17 +146,18 @@ fn probe_surface<L: Lanes>(
     stack: &mut Stack,
 ) -> [f32; 3] {
     let (r2, normal) = (point.radius * point.radius, point.normal);
-    let x2 = probes.filter.sample(u[0]);
+    let (sin, cos) = sin_cos_of_turns(u[1]);
+    let [within, _] = probes.filter.masses_within(reach2(point.cuts, point.radius, [cos, sin]));
+    let x2 = probes.filter.sample(u[0] * within);
     let [mass, inner_mass] = probes.filter.shape_and_inner(x2);
     let mass = mass.max(1.0e-30);
     let distance = (x2 * r2).sqrt();
     let height = distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
     let (tangent, bitangent) = frame_about(normal);
-    let (sin, cos) = sin_cos_of_turns(u[1]);
     let on_plane: [f32; 3] =
         std::array::from_fn(|k| point.position[k] + (cos * tangent[k] + sin * bitangent[k]) * distance);
     if corners.get(point.triangle).is_some_and(|triangle| is_inside(triangle, on_plane, normal)) {
-        return [1.0, inner_mass / mass, inner_mass / mass];
+        return [0.0, 0.0, within * inner_mass / mass];
     }
     let mut origin: [f32; 3] = std::array::from_fn(|k| on_plane[k] + normal[k] * height);
     let (mut left, mut above, mut source) = (2.0 * height, height, -1);
@@ -174,7 +191,8 @@ fn probe_surface<L: Lanes>(
         }
         source = position;
     }
-    [found[0], found[1], inner_mass / mass]
+    let inner_mass = inner_mass / mass;
+    [within * (1.0 - found[0]), within * (inner_mass - found[1]), within * inner_mass]
 }
 
 /// Whether a point of a triangle's plane lies inside it: most probes end on the point's own, and need

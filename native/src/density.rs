@@ -4,9 +4,11 @@
 use rayon::prelude::*;
 
 use crate::InvalidInput;
+use crate::cuts::Cuts;
 use crate::lanes::{COUNTING, Lanes, Row, WIDTH, widest};
 use crate::photons::{self, Grid};
 use crate::radius::RadiusField;
+use crate::vector::from_frame;
 
 /// Photons of a surface that bends away by more than 45 degrees say nothing about a point.
 #[allow(clippy::approx_constant)] // the very number that the GLSL has
@@ -61,6 +63,16 @@ impl Filter {
             Filter::Gaussian => (-GAUSSIAN_BETA * x2).exp(),
             Filter::Epanechnikov => (1.0 - x2).max(0.0),
         }
+    }
+
+    /// The share of the filter's mass within (distance / radius)^2 = x2 <= 1, and of the inner one's.
+    pub(crate) fn masses_within(self, x2: f32) -> [f32; 2] {
+        [x2, (x2 / INNER_AREA).min(1.0)].map(|x2| match self {
+            Filter::Constant => x2,
+            Filter::Cone => x2 * (3.0 - 2.0 * x2.sqrt()),
+            Filter::Gaussian => (1.0 - (-GAUSSIAN_BETA * x2).exp()) / (1.0 - (-GAUSSIAN_BETA).exp()),
+            Filter::Epanechnikov => x2 * (2.0 - x2),
+        })
     }
 
     /// The filter at x2, and the one of the inner disc, both over the filter's peak.
@@ -154,12 +166,14 @@ impl PhotonMap {
 
     /// The irradiance at visible points, and the channels' mean within the inner radius; zeros where
     /// there is none (glsl/kernels/gather.glsl).
-    /// `places` are positions and surfaces (0: no point), `facings` normals; a point's radius is what
-    /// `radii` says, times `shrink`.
+    /// `places` are positions and surfaces (0: no point), `facings` normals, `cuts` as
+    /// [`crate::cuts::cuts`] writes them; a point's radius is what `radii` says, times `shrink`.
+    #[allow(clippy::too_many_arguments)]
     pub fn gather(
         &self,
         places: &[[f32; 4]],
         facings: &[[f32; 4]],
+        cuts: &[[f32; 4]],
         radii: &RadiusField,
         shrink: f32,
         filter: Filter,
@@ -168,8 +182,9 @@ impl PhotonMap {
         out.par_chunks_mut(POINTS_A_TASK)
             .zip(places.par_chunks(POINTS_A_TASK))
             .zip(facings.par_chunks(POINTS_A_TASK))
-            .for_each(|((out, places), facings)| {
-                gather_chunk(self, places, facings, radii, shrink, filter, out);
+            .zip(cuts.par_chunks(POINTS_A_TASK))
+            .for_each(|(((out, places), facings), cuts)| {
+                gather_chunk(self, places, facings, cuts, radii, shrink, filter, out);
             });
     }
 
@@ -191,20 +206,30 @@ impl PhotonMap {
     }
 }
 
+/// Both cuts as vectors of the space about a normal.
+#[inline(always)]
+fn directions(normal: [f32; 3], [ax, ay, bx, by]: Cuts) -> [[f32; 3]; 2] {
+    [from_frame(normal, [ax, ay, 0.0]), from_frame(normal, [bx, by, 0.0])]
+}
+
 widest! {
+    #[allow(clippy::too_many_arguments)]
     fn gather_chunk<L>(
         map: &PhotonMap,
         places: &[[f32; 4]],
         facings: &[[f32; 4]],
+        cuts: &[[f32; 4]],
         radii: &RadiusField,
         shrink: f32,
         filter: Filter,
         out: &mut [[f32; 4]],
     ) {
         let cells = map.grid.cells;
-        for ((&[x, y, z, surface], facing), out) in places.iter().zip(facings).zip(out) {
+        let points = places.iter().zip(facings).zip(cuts);
+        for (((&[x, y, z, surface], facing), &cuts), out) in points.zip(out) {
             *out = [0.0; 4];
-            let radius = radii.at([x, y, z], [facing[0], facing[1], facing[2]]) * shrink;
+            let direction = [facing[0], facing[1], facing[2]];
+            let radius = radii.at([x, y, z], direction) * shrink;
             let r2 = radius * radius;
             let (peak, square, inverse) = (filter.peak(r2), L::splat(r2), L::splat(1.0 / r2));
             let ranges = (map.reach(x, 0, radius), map.reach(y, 1, radius), map.reach(z, 2, radius));
@@ -214,7 +239,11 @@ widest! {
             }
             let position = [L::splat(x), L::splat(y), L::splat(z)];
             let normal = [L::splat(facing[0]), L::splat(facing[1]), L::splat(facing[2])];
-            let none = L::splat(0.0);
+            let is_cut = cuts != [0.0; 4];
+            let [a, b] = directions(direction, cuts);
+            let first = [L::splat(a[0]), L::splat(a[1]), L::splat(a[2])];
+            let second = [L::splat(b[0]), L::splat(b[1]), L::splat(b[2])];
+            let (none, one) = (L::splat(0.0), L::splat(1.0));
             let (mut red, mut green, mut blue, mut inner) = (none, none, none, none);
             for row_z in in_z.0..=in_z.1 {
                 for row_y in in_y.0..=in_y.1 {
@@ -231,9 +260,14 @@ widest! {
                             let dz = map.column::<L>(2, at) - position[2];
                             let d2 = dx * dx + dy * dy + dz * dz;
                             let there = L::load(&COUNTING).less(L::splat((end - at) as f32));
-                            let near = d2.less_equal(square) & there;
+                            let mut near = d2.less_equal(square) & there;
                             if L::bits(near) == 0 {
                                 continue;
+                            }
+                            if is_cut {
+                                let beyond = one.less(dx * first[0] + dy * first[1] + dz * first[2])
+                                    | one.less(dx * second[0] + dy * second[1] + dz * second[2]);
+                                near = near & !beyond;
                             }
                             let cosine = map.column::<L>(4, at) * normal[0]
                                 + map.column::<L>(5, at) * normal[1]

@@ -3,13 +3,14 @@
 //!
 //! [`bvh::build`] writes the node array that the GLSL kernels traverse, [`photons::sort`] puts photons
 //! into the cells of a grid, and [`radius`] says how far a place looks for them. Where OpenGL is
-//! software, [`trace`], [`paths`], [`coverage`] and [`density`] take the place of GLSL kernels. Python
+//! software, [`trace`], [`paths`], [`cuts`], [`coverage`] and [`density`] take the place of GLSL kernels. Python
 //! sees them through the module `python` (cargo feature `python`).
 
 mod bounds;
 pub mod brute_force;
 pub mod bvh;
 pub mod coverage;
+pub mod cuts;
 pub mod density;
 mod lanes;
 pub mod paths;

@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use crate::density::{self, Filter};
 use crate::radius;
 use crate::trace::{Rays, Tree, Triangle};
-use crate::{InvalidInput, brute_force, bvh, coverage, paths, photons};
+use crate::{InvalidInput, brute_force, bvh, coverage, cuts, paths, photons};
 
 type Stream<'py> = Bound<'py, PyArray3<f32>>;
 type Rows<'py> = Bound<'py, PyArray2<f32>>;
@@ -260,21 +260,49 @@ impl Tracer {
         Ok((new_rows(py, landed.places)?, new_rows(py, landed.deposits)?, landed.unfinished))
     }
 
-    /// Estimate the share of a filter that lies on each visible point's own surface.
+    /// Find where each visible point's disc ends at what stands on its surface.
     ///
     /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
-    /// (normal, material), shading (unused, leaf position of the triangle); diffuse bool[M], which materials are of interest; radii, of which each is
+    /// (normal, material); diffuse bool[M], which materials are of interest; radii, of which each is
+    /// multiplied by shrink. Returns float32[H, W, 4]: two vectors in the plane of the disc; what has
+    /// a scalar product of more than one with either is cut off. Zeros cut nothing.
+    #[pyo3(signature = (place, facing, diffuse, radii, *, shrink))]
+    fn cuts<'py>(
+        &self,
+        py: Python<'py>,
+        place: &Bound<'py, PyAny>,
+        facing: &Bound<'py, PyAny>,
+        diffuse: &Bound<'py, PyAny>,
+        radii: &RadiusField,
+        shrink: f32,
+    ) -> PyResult<Stream<'py>> {
+        let [place, facing] = streams([("place", place), ("facing", facing)])?;
+        let diffuse = array::<bool>(diffuse, "diffuse", &[None])?;
+        new_stream(py, &place, |out| {
+            let (place, facing, diffuse) = (rows(&place)?, rows(&facing)?, diffuse.as_slice()?);
+            run(py, || {
+                cuts::cuts(&self.tree, &self.corners, diffuse, &radii.0, shrink, place, facing, out);
+                Ok(())
+            })
+        })
+    }
+
+    /// Estimate the share of a filter that lies on each visible point's own surface and is not cut off.
+    ///
+    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
+    /// (normal, material), shading (unused, leaf position of the triangle), cuts; diffuse bool[M], which materials are of interest; radii, of which each is
     /// multiplied by shrink; filter (constant, cone, gaussian, epanechnikov); probes a point, and how many were sent before;
     /// what random numbers depend on: seed, depth, and of a pixel frame_size and region_origin (x, y).
     /// Returns float32[H, W, 4]: the share; the inner filter's mass on the surface, and on the plane.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (place, facing, shading, diffuse, radii, *, shrink, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
+    #[pyo3(signature = (place, facing, shading, cuts, diffuse, radii, *, shrink, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
     fn coverage<'py>(
         &self,
         py: Python<'py>,
         place: &Bound<'py, PyAny>,
         facing: &Bound<'py, PyAny>,
         shading: &Bound<'py, PyAny>,
+        cuts: &Bound<'py, PyAny>,
         diffuse: &Bound<'py, PyAny>,
         radii: &RadiusField,
         shrink: f32,
@@ -286,7 +314,8 @@ impl Tracer {
         frame_size: (usize, usize),
         region_origin: (usize, usize),
     ) -> PyResult<Stream<'py>> {
-        let [place, facing, shading] = streams([("place", place), ("facing", facing), ("shading", shading)])?;
+        let named = [("place", place), ("facing", facing), ("shading", shading), ("cuts", cuts)];
+        let [place, facing, shading, cuts] = streams(named)?;
         let diffuse = array::<bool>(diffuse, "diffuse", &[None])?;
         let probes = coverage::Probes {
             count: probes,
@@ -304,6 +333,7 @@ impl Tracer {
                 places: rows(&place)?,
                 facings: rows(&facing)?,
                 shadings: rows(&shading)?,
+                cuts: rows(&cuts)?,
             };
             let diffuse = diffuse.as_slice()?;
             run(py, || {
@@ -342,25 +372,27 @@ impl PhotonMap {
 
     /// Sum the photons around each visible point.
     ///
-    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
-    /// (normal, unused); radii, of which each is multiplied by shrink; filter (constant, cone, gaussian, epanechnikov). Returns
+    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point), facing
+    /// (normal, unused) and cuts; radii, of which each is multiplied by shrink; filter (constant, cone, gaussian, epanechnikov). Returns
     /// float32[H, W, 4]: irradiance in three channels, and their mean within the inner radius; zeros
     /// where no photon can be.
+    #[allow(clippy::too_many_arguments)]
     fn gather<'py>(
         &self,
         py: Python<'py>,
         place: &Bound<'py, PyAny>,
         facing: &Bound<'py, PyAny>,
+        cuts: &Bound<'py, PyAny>,
         radii: &RadiusField,
         shrink: f32,
         filter: &str,
     ) -> PyResult<Stream<'py>> {
-        let [place, facing] = streams([("place", place), ("facing", facing)])?;
+        let [place, facing, cuts] = streams([("place", place), ("facing", facing), ("cuts", cuts)])?;
         let filter = Filter::named(filter)?;
         new_stream(py, &place, |out| {
-            let (place, facing) = (rows(&place)?, rows(&facing)?);
+            let (place, facing, cuts) = (rows(&place)?, rows(&facing)?, rows(&cuts)?);
             run(py, || {
-                self.0.gather(place, facing, &radii.0, shrink, filter, out);
+                self.0.gather(place, facing, cuts, &radii.0, shrink, filter, out);
                 Ok(())
             })
         })

@@ -9,7 +9,7 @@ use crate::bounds::Bounds;
 use crate::bvh::{MAX_DEPTH, NODE_FLOATS};
 use crate::lanes::{Lanes, widest};
 use crate::watertight::{Hit, Ray};
-use crate::wide::{Child, Stack, Wide};
+use crate::wide::{Child, Lifted, Stack, Wide};
 
 const RAYS_A_TASK: usize = 512;
 
@@ -161,6 +161,18 @@ impl Tree {
             found.is_none().then_some(limit)
         });
         found
+    }
+
+    /// Calls `visit(triangle, its corners' heights)` for the triangles that cross either level of a disc
+    /// and may do so within its box.
+    #[inline(always)]
+    pub(crate) fn crossing<L: Lanes>(
+        &self,
+        disc: &Lifted,
+        stack: &mut Stack,
+        visit: impl FnMut(i32, [f32; 3]),
+    ) {
+        self.wide.crossing::<L>(disc, stack, visit);
     }
 
     /// The closest hits of rays. The caller has checked them.

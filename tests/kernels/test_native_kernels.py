@@ -187,9 +187,9 @@ class TestBindings:
         points = np.ones((1, 2, 4), np.float32)
         photons = native.PhotonMap(place, deposit, *grid)
         radii = even(0.1)
-        assert photons.gather(points, points, radii, 1.0, "cone").shape == (1, 2, 4)
+        assert photons.gather(points, points, points, radii, 1.0, "cone").shape == (1, 2, 4)
         with pytest.raises(ValueError, match='filter = "box" is none of'):
-            photons.gather(points, points, radii, 1.0, "box")
+            photons.gather(points, points, points, radii, 1.0, "box")
         with pytest.raises(ValueError, match="deposits has 4 rows, but places has 5"):
             native.PhotonMap(place, deposit[:4], *grid)
         place[3, 1] = np.nan
@@ -209,11 +209,16 @@ class TestBindings:
         facing = np.array([[[0, 0, 1, 0]] * 4], np.float32)
         peak = 1 / (np.pi * 0.1**2)
         radii = even(0.2)
-        sums = photons.gather(points, facing, radii, 0.5, "constant")[0]
+        cuts = np.zeros_like(points)
+        sums = photons.gather(points, facing, cuts, radii, 0.5, "constant")[0]
         np.testing.assert_allclose(sums[0, :3], 2 * peak * np.array([1, 2, 3]), rtol=1e-5)
         np.testing.assert_allclose(sums[1, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
         assert not sums[2:].any()
-        assert not photons.gather(points, -facing, radii, 0.5, "constant")[..., :3].any()
+        cuts[0, :2] = (25.0, 0.0, 0.0, 0.0), (0.0, 0.0, -30.0, 0.0)  # at x = 0.04, and behind
+        sums = photons.gather(points, facing, cuts, radii, 0.5, "constant")[0]
+        np.testing.assert_allclose(sums[0, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
+        np.testing.assert_allclose(sums[1, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
+        assert not photons.gather(points, -facing, cuts, radii, 0.5, "constant")[..., :3].any()
 
 
 def test_host_and_glsl_draw_the_same_numbers(device: Device) -> None:

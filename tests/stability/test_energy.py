@@ -115,12 +115,10 @@ def test_thin_wall(device: Device, measured: Measured) -> None:
     )
     assert lit.mean() > 0
     assert measured("the wall's dark side", dark.mean() / lit.mean()) <= 1e-4
-    # The floor is one surface on either side, and nothing asks what stands on it.
+    # The floor is one surface on either side: what ends the discs is the wall that stands on it.
     floor = seen(orthographic((0, 0, 0.9), (1, 0, 0), (0, 1, 0), 0.5))
     dark, lit = floor[:, 16:].mean(), floor[:, :16].mean()
-    leak = measured("floor that runs on below it", dark / lit)
-    assert 0.05 < leak < 0.5  # else the next line is not so any more
-    measured.falls_short(f"a floor in one piece leaks {leak:.2g} below the wall within the radius")
+    assert measured("floor that runs on below it", dark / lit) <= 1e-4
 
 
 @pytest.mark.stability(28)

@@ -111,9 +111,15 @@ def test_inner_area_is_the_shaders() -> None:
     assert float(area) == INNER_AREA
 
 
+@pytest.mark.parametrize("corrected", [False, True])
 @pytest.mark.parametrize("estimator", ["splat", "gather"])
-def test_inner_estimate_is_that_of_the_inner_radius(device: Device, estimator: str) -> None:
-    """What a pass carries along is what it would be with the smaller radius, to rounding."""
+def test_inner_estimate_is_that_of_the_inner_radius(
+    device: Device, estimator: str, corrected: bool
+) -> None:
+    """What a pass carries along is what it would be with the smaller radius, to rounding.
+
+    But that cuts are those of the outer one: next to the ball they lie where it is higher.
+    """
 
     def means(radius: float) -> Any:
         settings = Settings(
@@ -123,6 +129,7 @@ def test_inner_estimate_is_that_of_the_inner_radius(device: Device, estimator: s
             radius=radius,
             estimator=estimator,  # type: ignore[arg-type]
             radius_shrink=1.0,
+            boundary_correction=corrected,
         )
         renderer = Renderer(cornell(mirror=True, lobe=True), settings, device)
         try:
@@ -134,7 +141,8 @@ def test_inner_estimate_is_that_of_the_inner_radius(device: Device, estimator: s
     outer, inner = means(1.0), means(math.sqrt(INNER_AREA))
     here, there = (m["combined"][..., 3] + m["blur"][..., 0] for m in (inner, outer))
     # Photons on the rim of the disc may fall on either side of it.
-    np.testing.assert_allclose(outer["blur"][..., 0], here, rtol=1e-3, atol=1e-5 * here.max())
+    same = np.isclose(outer["blur"][..., 0], here, rtol=1e-3, atol=1e-5 * here.max())
+    assert same.all() or (corrected and same.mean() > 0.98)
     assert np.abs(there - here).max() > 0.01 * here.max()
 
 
@@ -150,9 +158,9 @@ def test_without_photons_there_is_no_bias(device: Device) -> None:
 def test_edges_take_the_bias_of_the_even_surface() -> None:
     """Their own is hidden by the coverage's noise, here a change ten times as large."""
     edge = np.arange(SHAPE[1]) < 10
-    wanted = exposure(0.0, np.where(edge, 0.1, 0.01), np.where(edge, 0.5, 1.0))
+    wanted = exposure(0.0, np.where(edge, 0.1, 0.01), np.where(edge, 0.25, 1.0))
     assert error(wanted).bias == pytest.approx(0.01 * EXTRAPOLATION, rel=1e-3)
-    nothing_but_edges = exposure(0.0, 0.1, 0.5)
+    nothing_but_edges = exposure(0.0, 0.1, 0.25)
     assert error(nothing_but_edges).bias == pytest.approx(0.1 * EXTRAPOLATION, rel=1e-3)
 
 

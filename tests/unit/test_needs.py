@@ -17,7 +17,7 @@ from addon.streams import Device, Kernel
 from tests.scenes import Builder, cornell
 from tests.stability.table import Measured
 
-PHOTONS = {"generator", "projector", "reflector", "coverage", "blur"}
+PHOTONS = {"generator", "projector", "reflector", "cuts", "coverage", "blur"}
 DIRECT = {"direct", "lit"}
 MIRROR = {"mirror", "combine_mirror"}
 ALWAYS = {"eye_rays", "combine_primary", "combine_all"}

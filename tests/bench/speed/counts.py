@@ -72,7 +72,7 @@ def count_pairs(
     radii: Radii,
 ) -> int:
     """Pairs of a visible point (place, facing: (h, w, 4)) and a photon (P, 4) that adds to it:
-    within the point's radius, on its surface, and facing as it does.
+    within the point's radius, on its surface, and facing as it does, be it cut off or not.
 
     A gather by a constant filter of photons of flux 1 gives each point's count over pi r^2.
     """
@@ -84,7 +84,7 @@ def count_pairs(
     cell = max(float((high - low).max()) / _CELLS, radii.largest / 4, 1e-6)
     cells = tuple(int(n) + 1 for n in (high - low) / cell)
     sums = native.PhotonMap(photons, unit, tuple(map(float, low)), cell, cells).gather(
-        place, facing, radii.field.native, radii.shrink, "constant"
+        place, facing, np.zeros_like(place), radii.field.native, radii.shrink, "constant"
     )
     at = radii.field.native.at(place.reshape(-1, 4), facing.reshape(-1, 4))
     radius = at.astype(np.float64) * radii.shrink

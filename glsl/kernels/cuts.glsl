@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where each visible point's disc ends at what stands on its surface. Beyond lies the floor under a box,
+// where no photon can land, or the light on the other side of a wall. What is cut off counts neither for
+// the photons nor for the coverage, so that even light stays even, whatever is cut.
+//
+// Two half planes: the first at the nearest point of an obstacle, so that a convex one lies beyond it as a
+// whole, the second at the nearest point of what is left of others, as in corners.
+#include "lib/obstacles.glsl"
+#include "lib/radius.glsl"
+#include "lib/material.glsl"
+
+void kernel() {
+    Place place = load_place();
+    if (place.surface == 0.0) skip();
+    Facing facing = load_facing();
+    if (largest(material_at(facing.material).diffuse) <= 0.0) skip();
+    float radius = radius_at(place.position, facing.normal);
+    if (!(radius > 0.0)) skip();
+    Disc disc = disc_at(place.position, facing.normal, radius, place.surface);
+    vec2 first = nearest_cut(disc, vec2(0.0));
+    if (first == vec2(0.0)) skip();
+    store_cuts(Cuts(first, nearest_cut(disc, first)));
+}

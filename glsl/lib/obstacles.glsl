@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What stands on a visible point's surface, as native/src/cuts.rs finds it, too. Uses the tables bvh_nodes
+// and bvh_corners.
+#include "lib/bvh.glsl"
+#include "lib/sampling.glsl"
+#include "lib/density.glsl"
+
+// How far above the tangent plane obstacles are looked for, in radii: at two levels, so that neither what
+// is low is missed, such as a rug, nor what ends a little above the floor, such as a door; not at once on
+// the plane, where triangles of other surfaces may lie, and cross it by rounding. Measured: an upper level
+// of 0.1 is as good on the scenes of blend_scenes, but in later passes, whose discs are smaller, light
+// leaks under the door of door_ajar again.
+const vec2 LIFTS = vec2(0.01, 0.2);
+// What a second obstacle stands out from the first cut at least, in radii, unless it is behind the point:
+// more than rounding does where a wall's next triangle goes on along the cut.
+const float MARGIN = 0.02;
+
+struct Disc {
+    vec3 position;
+    mat3 frame;  // about the normal
+    float radius;
+    vec2 levels;  // heights above it at which obstacles are looked for
+    float surface;  // number + 1
+};
+
+Disc disc_at(vec3 position, vec3 normal, float radius, float surface) {
+    return Disc(position, frame_about(normal), radius, 4.0 * SURFACE_OFFSET + LIFTS * radius, surface);
+}
+
+// The unit normal of a triangle.
+vec3 triangle_normal(vec3 a, vec3 b, vec3 c) {
+    // Scaled up before the cross product: a tiny triangle's area would underflow.
+    vec3 ab = b - a, ac = c - a;
+    float scale = 1.0 / max(max(max(abs(ab.x), abs(ab.y)), abs(ab.z)), max(max(abs(ac.x), abs(ac.y)), abs(ac.z)));
+    return normalize(cross(ab * scale, ac * scale));
+}
+
+// A triangle about a disc: its corners from the disc's position, and their heights.
+struct Near { vec3 a; vec3 b; vec3 c; vec3 heights; };
+
+Near near_triangle(Disc disc, int triangle) {
+    vec3 a = texelFetch(bvh_corners, table_texel(3 * triangle), 0).xyz - disc.position;
+    vec3 b = texelFetch(bvh_corners, table_texel(3 * triangle + 1), 0).xyz - disc.position;
+    vec3 c = texelFetch(bvh_corners, table_texel(3 * triangle + 2), 0).xyz - disc.position;
+    vec3 normal = disc.frame[2];
+    return Near(a, b, c, vec3(dot(a, normal), dot(b, normal), dot(c, normal)));
+}
+
+bool crosses(Near near, float level) {
+    bvec3 above = greaterThan(near.heights, vec3(level));
+    return any(above) && !all(above);
+}
+
+// Light falls on a triangle of the disc's own surface that bends up slowly as it does on the disc.
+bool bends_slowly(Disc disc, int triangle, Near near) {
+    if (texelFetch(bvh_corners, table_texel(3 * triangle + 1), 0).w + 1.0 != disc.surface) return false;
+    return abs(dot(triangle_normal(near.a, near.b, near.c), disc.frame[2])) >= SAME_ORIENTATION;
+}
+
+// Where a triangle that crosses a level does so, from and to, in the disc's frame.
+vec4 segment_at(Disc disc, Near near, float level) {
+    bvec3 above = greaterThan(near.heights, vec3(level));
+    // The corner that is alone on its side first.
+    if (above.x == above.z) near = Near(near.b, near.c, near.a, near.heights.yzx);
+    else if (above.x == above.y) near = Near(near.c, near.a, near.b, near.heights.zxy);
+    vec2 lone = (near.a * disc.frame).xy;
+    vec2 share = (level - near.heights.x) / (near.heights.yz - near.heights.x);
+    vec2 from = lone + ((near.b * disc.frame).xy - lone) * share.x;
+    return vec4(from, lone + ((near.c * disc.frame).xy - lone) * share.y);
+}
+
+// Move `nearest`, at the square distance `least`, to the nearest point of what a cut leaves of a segment.
+void approach(vec4 segment, vec2 cut, float most, inout vec2 nearest, inout float least) {
+    vec2 from = segment.xy, to = segment.zw;
+    float begin = 0.0, end = 1.0;
+    if (cut != vec2(0.0)) {
+        float at_from = dot(from, cut), at_to = dot(to, cut);
+        if (at_from >= most && at_to >= most) return;
+        float met = (most - at_from) / (at_to - at_from);
+        if (at_from >= most) begin = met;
+        else if (at_to >= most) end = met;
+    }
+    vec2 way = to - from;
+    float foot = min(max(-dot(from, way) / max(dot(way, way), 1.0e-30), begin), end);
+    vec2 at = from + way * foot;
+    float d2 = dot(at, at);
+    if (d2 > 0.0 && d2 < least) {
+        nearest = at;
+        least = d2;
+    }
+}
+
+// The cut at the nearest obstacle on the disc, of those that `cut`, if not zero, leaves; zero if there is none.
+vec2 nearest_cut(Disc disc, vec2 cut) {
+    vec3 normal = disc.frame[2];
+    vec3 middle = disc.position + normal * (0.5 * (disc.levels.x + disc.levels.y));
+    // Grown by what positions are rounded.
+    vec3 reach = disc.radius * sqrt(max(vec3(0.0), 1.0 - normal * normal))
+        + abs(normal) * (0.5 * (disc.levels.y - disc.levels.x)) + SURFACE_OFFSET;
+    vec3 low = middle - reach, high = middle + reach;
+    float most = max(0.0, 1.0 - MARGIN * disc.radius * length(cut));
+    vec2 nearest = vec2(0.0);
+    float least = disc.radius * disc.radius;
+    int stack[BVH_STACK];
+    stack[0] = 0;
+    int depth = 1;
+    while (depth > 0) {
+        int node = stack[--depth];
+        for (int side = 0; side < 2; side++) {
+            vec4 box_low = texelFetch(bvh_nodes, table_texel(4 * node + 2 * side), 0);
+            vec4 box_high = texelFetch(bvh_nodes, table_texel(4 * node + 2 * side + 1), 0);
+            if (any(greaterThan(box_low.xyz, high)) || any(lessThan(box_high.xyz, low))) continue;
+            int first = int(box_low.w), count = int(box_high.w);
+            if (count == 0 && depth < BVH_STACK) stack[depth++] = first;
+            for (int i = first; i < first + count; i++) {
+                Near near = near_triangle(disc, i);
+                bool at_low = crosses(near, disc.levels.x), at_high = crosses(near, disc.levels.y);
+                if (!(at_low || at_high) || bends_slowly(disc, i, near)) continue;
+                if (at_low) approach(segment_at(disc, near, disc.levels.x), cut, most, nearest, least);
+                if (at_high) approach(segment_at(disc, near, disc.levels.y), cut, most, nearest, least);
+            }
+        }
+    }
+    return nearest / least;
+}

@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where discs end at what stands on their surface, and what is left of them."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+import numpy as np
+import photon_stream_native as native
+import pytest
+from numpy.typing import NDArray
+
+from addon.photon.coverage import Coverage
+from addon.photon.cuts import Cuts
+from addon.photon.geometry import Frame, Mesh, material_table
+from addon.photon.native_kernels import triangles_of
+from addon.photon.scene import Material
+from addon.photon.settings import Filter
+from tests.kernels.conftest import Bench
+from tests.scenes import GREY, Builder, cornell
+
+RADIUS = 0.3
+UP = (0.0, 0.0, 1.0)
+BLACK = Material("black", (0.0,) * 3)
+MATERIALS = (GREY, BLACK)
+DIFFUSE = np.array([True, False])
+HERE = Frame(np.zeros(3), 1.0)
+
+
+def even(radius: float) -> Any:
+    """One radius everywhere."""
+    none, zero = np.zeros((0, 4), np.float32), (0.0, 0.0, 0.0)
+    size: Any = {"photons": 1.0, "times": 1.0, "most": radius, "pixel": radius, "eye": None}
+    return native.RadiusField(none, none, zero, zero, 1.0, **size)
+
+
+def mesh_of(built: Builder) -> Mesh:
+    return Mesh.build(built.scene(cornell().camera, materials=MATERIALS), HERE)
+
+
+def texels(points: Any, fourth: Any) -> NDArray[np.float32]:
+    points = np.atleast_2d(np.asarray(points, np.float32))
+    made = np.empty((len(points), 4), np.float32)
+    made[:, :3], made[:, 3] = points, fourth
+    return made
+
+
+def cuts_at(
+    bench: Bench,
+    built: Builder,
+    points: Any,
+    normals: Any = UP,
+    surface: Any = 1.0,
+    material: float = 0.0,
+) -> NDArray[np.float32]:
+    """(n, 4) cuts of discs of RADIUS, which both ways to compute them agree on."""
+    mesh = mesh_of(built)
+    place = texels(points, surface)
+    facing = texels(np.broadcast_to(normals, place[:, :3].shape), material)
+    radii = even(2 * RADIUS)
+    tables = {
+        "bvh_nodes": mesh.nodes,
+        "bvh_corners": mesh.corners,
+        "materials": material_table(MATERIALS),
+        "radii": radii.table(),
+    }
+    glsl = bench.run(Cuts, {"place": place, "facing": facing}, {"shrink": 0.5}, tables)["cuts"]
+    ours = triangles_of(mesh).cuts(place[None], facing[None], DIFFUSE, radii, shrink=0.5)[0]
+    assert (np.abs(glsl - ours) < 1e-3 + 1e-3 * np.abs(ours)).all(axis=1).mean() > 0.998
+    return np.asarray(ours)
+
+
+def floor() -> Builder:
+    return Builder().quad((-0.9, -0.9, 0), (0.9, -0.9, 0), (0.9, 0.9, 0), (-0.9, 0.9, 0))
+
+
+def wall(built: Builder, x: float, low: float = -0.1, high: float = 0.8) -> Builder:
+    """One that faces the x axis."""
+    return built.quad((x, -0.9, low), (x, 0.9, low), (x, 0.9, high), (x, -0.9, high))
+
+
+def assert_cuts(found: Any, first: Any = (0, 0), second: Any = (0, 0)) -> None:
+    np.testing.assert_allclose(found, [[*first, *second]], rtol=1e-4, atol=1e-4)
+
+
+def test_nothing_stands_there(bench: Bench) -> None:
+    assert_cuts(cuts_at(bench, floor(), (0, 0, 0)))
+    assert_cuts(cuts_at(bench, wall(floor(), 0.31), (0, 0, 0)))
+    assert_cuts(cuts_at(bench, wall(floor(), 0.1, low=-0.8, high=-0.1), (0, 0, 0)))
+
+
+def test_wall(bench: Bench) -> None:
+    """A vector towards it, as long as it is near."""
+    assert_cuts(cuts_at(bench, wall(floor(), 0.1), (0, 0, 0)), (10, 0))
+    assert_cuts(cuts_at(bench, wall(floor(), 0.1), (0.25, 0, 0)), (-1 / 0.15, 0))
+
+
+def test_walls_of_many_triangles_cut_once(bench: Bench) -> None:
+    x = 0.1
+    built = floor()
+    for y in np.arange(-0.9, 0.9, 0.01):
+        built.quad((x, y, -0.1), (x, y + 0.01, -0.1), (x, y + 0.01, 0.8), (x, y, 0.8))
+    points = np.random.default_rng(1).uniform((-0.15, -0.5, 0), (0.09, 0.5, 0), (500, 3))
+    found = cuts_at(bench, built, points)
+    np.testing.assert_allclose(found[:, 0] * (x - points[:, 0]), 1.0, rtol=1e-3)
+    assert not found[:, 2:].any()
+
+
+def test_two_walls(bench: Bench) -> None:
+    """The nearer one first: in a corner, and in a gap narrower than any margin."""
+    corner = wall(floor(), 0.1).quad((-0.9, 0.2, 0), (0.9, 0.2, 0), (0.9, 0.2, 1), (-0.9, 0.2, 1))
+    assert_cuts(cuts_at(bench, corner, (0, 0, 0)), (10, 0), (0, 5))
+    for width in (0.3, 0.001):
+        gap = wall(wall(floor(), width / 3), -2 * width / 3)
+        assert_cuts(cuts_at(bench, gap, (0, 0, 0)), (3 / width, 0), (-1.5 / width, 0))
+
+
+def test_box(bench: Bench) -> None:
+    """A convex thing lies beyond its cut as a whole; from its corner, too."""
+    box = floor().box((0.1, 0.1, -0.01), (0.5, 0.5, 0.5))
+    assert_cuts(cuts_at(bench, box, (0, 0, 0)), (5, 5))
+    points = np.random.default_rng(2).uniform((-0.2, -0.2, 0), (0.7, 0.7, 0), (2000, 3))
+    points = points[((points < 0.1) | (points > 0.5))[:, :2].any(axis=1)]
+    found = cuts_at(bench, box, points)
+    assert 0.5 < found.any(axis=1).mean() < 1 and not found[:, 2:].any()
+    for x, y in ((0.1, 0.1), (0.1, 0.5), (0.5, 0.1), (0.5, 0.5)):
+        beyond = ((np.array([x, y]) - points[:, :2]) * found[:, :2]).sum(axis=1)
+        assert (beyond[found.any(axis=1)] > 0.99).all()
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "cut"),
+    [
+        (0.05, 0.8, True),  # a door a little above the floor
+        (0.08, 0.8, False),
+        (-0.01, 0.006, True),  # a rug
+        (-0.01, 0.001, False),
+    ],
+)
+def test_heights(bench: Bench, low: float, high: float, cut: bool) -> None:
+    """What is looked at lies 0.003 and 0.06 above this disc."""
+    found = cuts_at(bench, floor().box((0.1, -0.5, low), (0.5, 0.5, high)), (0, 0, 0))
+    assert_cuts(found, (10, 0) if cut else (0, 0))
+
+
+def test_own_surface(bench: Bench) -> None:
+    """What bends up slowly is no obstacle, what stands up steeply is; another's is in any case."""
+    ball = Builder().sphere((0, 0, 0), 0.8, subdivisions=3)
+    corners = mesh_of(ball).corners[..., :3]
+    points = corners.transpose(0, 2, 1) @ (0.5, 0.3, 0.2)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inwards = -across / np.linalg.norm(across, axis=1, keepdims=True)
+    assert not cuts_at(bench, ball, points, inwards).any()
+    assert cuts_at(bench, ball, points, inwards, surface=2.0)[:, :2].any(axis=1).all()
+    room = Builder().box((-0.9, -0.9, 0), (0.9, 0.9, 0.9))
+    assert_cuts(cuts_at(bench, room, (0.8, 0, 0)), (10, 0))
+
+
+def test_no_point(bench: Bench) -> None:
+    """No surface, a black one, no number."""
+    built = wall(floor(), 0.1)
+    for options in ({"surface": 0.0}, {"material": 1.0}):
+        assert not cuts_at(bench, built, (0, 0, 0), **options).any()
+    assert not cuts_at(bench, built, (np.nan, 0, 0), (np.nan, 0, 0)).any()
+
+
+PROBES, PASSES = 256, 16
+
+
+def weights(name: str, x2: Any) -> Any:
+    """A filter over its mass on a disc of radius 1, at squares of distances."""
+    shape = {
+        "constant": np.ones_like(x2),
+        "cone": 3 * (1 - np.sqrt(x2)),
+        "gaussian": 2 / (1 - np.exp(-2)) * np.exp(-2 * x2),
+        "epanechnikov": 2 * (1 - x2),
+    }[name]
+    return np.where(x2 <= 1, shape, 0.0) / np.pi
+
+
+@pytest.mark.parametrize("name", get_args(Filter))
+def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
+    """The filter's mass on the surface and within the cuts; the inner filter's, too."""
+    rng = np.random.default_rng(5)
+    count = 40
+    cuts = np.zeros((count, 4), np.float32)
+    for pair in (slice(0, 2), slice(2, 4)):
+        angle, away = rng.uniform(0, 2 * np.pi, count), rng.uniform(0.1, 1.2, count) * RADIUS
+        cuts[:, pair] = np.stack([np.cos(angle), np.sin(angle)], 1) / away[:, None]
+    cuts[: count // 4, 2:] = 0.0
+    plate = floor()
+    x = np.where(np.arange(count) % 2 == 0, 0.0, 0.9 - 0.4 * RADIUS)  # on it, and at its edge
+    place = texels(np.stack([x, 0 * x, 0 * x], 1), 1.0)
+    facing = texels(np.broadcast_to(UP, (count, 3)), 0.0)
+    shading = texels(np.broadcast_to(UP, (count, 3)), 0.0)
+    mesh, radii = mesh_of(plate), even(RADIUS)
+    draw: dict[str, Any] = {"probes": PROBES, "seed": 3, "depth": 0}
+    draw |= {"shrink": 1.0, "frame_size": (count, 1), "region_origin": (0, 0)}
+    streams = {"place": place, "facing": facing, "shading": shading, "cuts": cuts}
+    tables = {
+        "bvh_nodes": mesh.nodes,
+        "bvh_corners": mesh.corners,
+        "bvh_normals": mesh.normals,
+        "materials": material_table(MATERIALS),
+        "radii": radii.table(),
+    }
+    defines = {f"FILTER_{name.upper()}": 1}
+    mean = np.zeros((count, 4))
+    for index in range(PASSES):
+        draw["first_probe"] = index * PROBES
+        ours = triangles_of(mesh).coverage(
+            *(x[None] for x in streams.values()), DIFFUSE, radii, filter=name, **draw
+        )[0]
+        glsl = one_bench.run(Coverage, streams, draw, tables, defines)["coverage"]
+        # A probe at the plate's border may fall to either side.
+        np.testing.assert_allclose(glsl, ours, atol=2.5 / PROBES)
+        mean += ours / PASSES
+    side = (np.arange(1200) + 0.5) / 600 - 1
+    u, v = np.meshgrid(side, side)
+    squares = u * u + v * v
+    for at in range(count):
+        a, b, c, d = cuts[at] * RADIUS
+        kept = (u * a + v * b <= 1) & (u * c + v * d <= 1) & (x[at] + u * RADIUS <= 0.9)
+        share = (weights(name, squares) * kept).sum() / 600**2
+        inner = (2 * weights(name, 2 * squares) * kept).sum() / 600**2
+        assert mean[at, 0] == pytest.approx(share, abs=4e-3)
+        assert mean[at, 1] / mean[at, 2] == pytest.approx(inner, abs=4e-3)
