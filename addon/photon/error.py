@@ -104,9 +104,9 @@ def _change(exposure: Exposure, variance: Floats) -> tuple[Floats, Floats, Float
     covered = means["indirect"][..., 3] + mirror_indirect[..., 3]
     on_surface = _over(covered, weight)
     share = np.maximum(on_surface, LEAST_COVERAGE)
-    inner, inner_covered, plane = np.moveaxis(means["blur"][..., :3], -1, 0)
+    inner, inner_covered = np.moveaxis(means["blur"][..., :2], -1, 0)
     # What is nearer is no less covered, and no filter here weighs it more than twice as much.
-    inner_share = np.clip(_over(inner_covered, plane), share, share / INNER_AREA)
+    inner_share = np.clip(_over(inner_covered, weight), share, share / INNER_AREA)
     change = (means["combined"][..., 3] + inner) / share - inner / inner_share
     light = means["indirect"][..., :3] + mirror_indirect[..., :3]
     colour = _over(light, light.mean(axis=-1, keepdims=True))

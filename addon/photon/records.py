@@ -20,12 +20,9 @@ IRRADIANCE = Record("Irradiance", {"irradiance": "vec3", "inner": "float"})
 REACH = Record("Reach", {"radius": "float"})  # [scene units]
 # Half planes that end a visible point's disc (lib/cuts.glsl) [1 / scene units]; zero: no cut
 CUTS = Record("Cuts", {"first": "vec2", "second": "vec2"})
-# Share of the filter on its own surface; mass of the inner one there, and on the whole plane (1 in
-# the mean): the former divided by the latter is the inner one's share.
-COVERAGE = Record("Coverage", {"share": "float", "inner": "float", "plane": "float"})
+# Share of the filter, and of the inner one, on its own surface.
+COVERAGE = Record("Coverage", {"share": "float", "inner": "float"})
 # Indirect light within the inner radius, and what the radius adds to it: means of the channels
-# [W/(m^2 sr)], uncorrected. Coverage's inner and plane, weighted as the light is.
-BLUR = Record(
-    "Blur", {"inner": "float", "inner_share": "float", "plane": "float", "difference": "float"}
-)
+# [W/(m^2 sr)], uncorrected. Coverage's inner share, weighted as the light is.
+BLUR = Record("Blur", {"inner": "float", "inner_share": "float", "difference": "float"})
 SUM = Record("Sum", {"value": "vec4"})

@@ -6,9 +6,7 @@
 void kernel() {
     Blur sum = load_sum();
     Irradiance irradiance = load_irradiance();
-    Coverage coverage = load_coverage();
     float weight = mean(load_throughput().throughput * material_at(load_facing().material).diffuse);
     float inner = weight / PI * irradiance.inner, outer = weight / PI * mean(irradiance.irradiance);
-    store_total(Blur(sum.inner + inner, sum.inner_share + weight * coverage.inner,
-        sum.plane + weight * coverage.plane, sum.difference + outer - inner));
+    store_total(Blur(sum.inner + inner, sum.inner_share + weight * load_coverage().inner, sum.difference + outer - inner));
 }

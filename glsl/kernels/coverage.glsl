@@ -4,8 +4,7 @@
 // is integrated over the surface as it is, that of creases and curvature too.
 //
 // Each probe samples the filter on the tangent plane and looks for the surface above and below. The
-// inner filter's share comes from the same probes, weighted by inner over outer filter: it is the
-// quotient of the mean inner mass found on the surface and the mean inner mass on the plane.
+// inner filter's share comes from the same probes, weighted by inner over outer filter.
 //
 // Where the disc is cut, probes are sampled within the cuts, and tell what the surface lacks of the mass
 // there, which is known: few probes would miss what narrow strips are left between two obstacles.
@@ -22,31 +21,46 @@
 const int MOST_LAYERS = 4;  // other surfaces that a probe may pass through
 const float FLAT = 0.02;    // slope up to which a surface is taken for the point's own at once
 
-// Whether a point of a triangle's plane lies inside it: most probes end on the point's own, and need no ray.
-bool inside_triangle(int triangle, vec3 point, vec3 normal) {
-    vec3 a = texelFetch(bvh_corners, table_texel(3 * triangle), 0).xyz - point;
-    vec3 b = texelFetch(bvh_corners, table_texel(3 * triangle + 1), 0).xyz - point;
-    vec3 c = texelFetch(bvh_corners, table_texel(3 * triangle + 2), 0).xyz - point;
-    vec3 sides = vec3(dot(cross(a, b), normal), dot(cross(b, c), normal), dot(cross(c, a), normal));
-    return all(greaterThan(sides, vec3(0.0))) || all(lessThan(sides, vec3(0.0)));
+// The point's own triangle, on which most probes end: they need no ray. Seen from the point in its plane,
+// the sides with the triangle to their left: at (x, y) it is there that a x + b y + c > 0.
+struct Own { vec3 first; vec3 second; vec3 third; };
+
+vec3 side_of(vec2 p, vec2 q) { return vec3(p.y - q.y, q.x - p.x, p.x * q.y - p.y * q.x); }
+
+Own own_triangle(int triangle, vec3 position, mat3 frame) {
+    vec2 a = ((texelFetch(bvh_corners, table_texel(3 * triangle), 0).xyz - position) * frame).xy;
+    vec2 b = ((texelFetch(bvh_corners, table_texel(3 * triangle + 1), 0).xyz - position) * frame).xy;
+    vec2 c = ((texelFetch(bvh_corners, table_texel(3 * triangle + 2), 0).xyz - position) * frame).xy;
+    Own own = Own(side_of(a, b), side_of(b, c), side_of(c, a));
+    float turn = own.first.z + own.second.z + own.third.z < 0.0 ? -1.0 : 1.0;
+    return Own(turn * own.first, turn * own.second, turn * own.third);
+}
+
+bool holds(Own own, vec2 at) {
+    vec3 p = vec3(at, 1.0);
+    return dot(own.first, p) > 0.0 && dot(own.second, p) > 0.0 && dot(own.third, p) > 0.0;
+}
+
+bool holds_disc(Own own, float radius) {
+    return own.first.z > radius * length(own.first.xy) && own.second.z > radius * length(own.second.xy)
+        && own.third.z > radius * length(own.third.xy);
 }
 
 // Sample the filter within the cuts. What the surface lacks of the filter's mass there, and of the inner
-// one's, over the density of the sampled point; then the inner one's mass there on the plane. Of several
-// layers the one nearest to the plane counts: in a fold of less than 45 degrees the first one met is the
-// back of its other side.
-vec3 probe(Place place, int triangle, vec3 normal, Cuts cuts, vec2 u, float radius) {
+// one's, over the density of the sampled point. Of several layers the one nearest to the plane counts: in a
+// fold of less than 45 degrees the first one met is the back of its other side.
+vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, vec2 u, float radius) {
     float r2 = radius * radius;
+    vec3 normal = frame[2];
     vec2 direction = direction_at(u.y);
     float within = filter_mass(cut_reach2(cuts.first, cuts.second, radius, direction));
     float x2 = sample_filter(u.x * within), away = sqrt(x2 * r2);
+    if (holds(own, direction * away)) return vec2(0.0);
     float mass = max(filter_shape(x2), 1.0e-30);
     float height = away + SURFACE_OFFSET;  // within 45 degrees a surface strays no further
-    vec3 on_plane = place.position + frame_about(normal) * vec3(direction, 0.0) * away;
-    vec3 origin = on_plane + normal * height;
+    vec3 origin = place.position + frame * vec3(direction * away, 0.0) + normal * height;
     float left = 2.0 * height, above = height;
     float inner_mass = inner_filter_shape(x2) / mass;
-    if (inside_triangle(triangle, on_plane, normal)) return vec3(0.0, 0.0, within * inner_mass);
     vec2 found_mass = vec2(0.0);
     int source = -1;
     for (int layer = 0; layer < MOST_LAYERS; layer++) {
@@ -67,7 +81,7 @@ vec3 probe(Place place, int triangle, vec3 normal, Cuts cuts, vec2 u, float radi
         origin -= normal * found.t;
         source = found.triangle;
     }
-    return within * vec3(1.0 - found_mass.x, inner_mass - found_mass.y, inner_mass);
+    return within * (vec2(1.0, inner_mass) - found_mass);
 }
 
 void kernel() {
@@ -81,16 +95,18 @@ void kernel() {
     vec2 start = random4(seed, 0u, uint(pixel(element())), DIMENSION_COVERAGE + uint(depth)).xy;
     float radius = radius_at(place.position, normal);
     Cuts cuts = load_cuts();
-    vec3 missing = vec3(0.0);  // of the filter, of the inner one; and the inner one's mass
-    for (int i = 0; i < probes; i++) {
-        vec2 u = r2_sequence(start, first_probe + uint(i));
-        missing += probe(place, triangle, normal, cuts, u, radius);
+    vec2 missing = vec2(0.0);  // of the filter, of the inner one
+    mat3 frame = frame_about(normal);
+    Own own = own_triangle(triangle, place.position, frame);
+    if (!holds_disc(own, radius)) {
+        for (int i = 0; i < probes; i++) {
+            vec2 u = r2_sequence(start, first_probe + uint(i));
+            missing += probe(place, own, frame, cuts, u, radius) / float(probes);
+        }
     }
-    missing /= float(probes);
-    vec3 mass = vec3(1.0, missing.z, missing.z);
+    vec2 mass = vec2(1.0);
     if (cuts.first != vec2(0.0)) {
-        mass.xy = cut_masses(cuts.first, cuts.second, radius, r2_sequence(start, first_probe).y);
-        mass.z = 1.0;
+        mass = cut_masses(cuts.first, cuts.second, radius, r2_sequence(start, first_probe).y);
     }
-    store_coverage(Coverage(mass.x - missing.x, mass.y - missing.y, mass.z));
+    store_coverage(Coverage(mass.x - missing.x, mass.y - missing.y));
 }

@@ -9,7 +9,7 @@ use crate::lanes::{Lanes, widest};
 use crate::radius::RadiusField;
 use crate::random::{DIMENSION_COVERAGE, r2_sequence, random4};
 use crate::trace::{SURFACE_OFFSET, Tree};
-use crate::vector::{cross, dot, frame_about, normal_of, point_in, sin_cos_of_turns};
+use crate::vector::{dot, frame_about, normal_of, point_in, sin_cos_of_turns};
 use crate::watertight::Ray;
 use crate::wide::Stack;
 
@@ -58,13 +58,14 @@ pub struct Points<'a> {
 struct Point {
     position: [f32; 3],
     normal: [f32; 3],
+    tangent: [f32; 3],
+    bitangent: [f32; 3],
     surface: f32,
     radius: f32,
-    triangle: usize,
     cuts: Cuts,
 }
 
-/// Write the covered share into `out`, then the inner filter's mass on the surface and on the plane.
+/// Write the share of the filter's mass on the surface into `out`, then the inner filter's.
 ///
 /// A material is probed if `diffuse` says so.
 /// `corners` are the triangles in leaf order, whose second corner's fourth number is the surface.
@@ -105,60 +106,58 @@ widest! {
                 continue;
             }
             let radius = radii.at([x, y, z], [nx, ny, nz]) * probes.shrink;
-            let point = Point {
-                position: [x, y, z],
-                normal: [nx, ny, nz],
-                surface,
-                radius,
-                triangle: points.shadings[at][3] as usize,
-                cuts: points.cuts[at],
-            };
+            let normal = [nx, ny, nz];
+            let (tangent, bitangent) = frame_about(normal);
+            let point = Point { position: [x, y, z], normal, tangent, bitangent, surface, radius, cuts: points.cuts[at] };
+            let own = corners.get(points.shadings[at][3] as usize).map_or(Own::NONE, |own| Own::of(own, &point));
             let numbers =
                 random4(probes.seed, 0, probes.pixel(at), DIMENSION_COVERAGE.wrapping_add(probes.depth));
             let start = [numbers[0], numbers[1]];
-            let mut sums = [0.0; 3];
-            for probe in 0..probes.count {
-                let u = r2_sequence(start, probes.first.wrapping_add(probe));
-                let probed = probe_surface::<L>(tree, corners, &point, u, probes, &mut stack);
-                sums = std::array::from_fn(|k| sums[k] + probed[k]);
+            let mut missing = [0.0; 2];
+            if !own.holds_disc(radius) {
+                for probe in 0..probes.count {
+                    let u = r2_sequence(start, probes.first.wrapping_add(probe));
+                    let found = probe_surface::<L>(tree, corners, &point, &own, u, probes, &mut stack);
+                    missing = [missing[0] + found[0], missing[1] + found[1]];
+                }
             }
-            let [missing, inner_missing, plane] = sums.map(|sum| sum / probes.count as f32);
-            *out = if point.cuts == cuts::NONE {
-                [1.0 - missing, plane - inner_missing, plane, 0.0]
+            let mass = if point.cuts == cuts::NONE {
+                [1.0; 2]
             } else {
-                let turn = r2_sequence(start, probes.first)[1];
-                let [mass, inner] = cuts::masses(point.cuts, radius, probes.filter, turn);
-                [mass - missing, inner - inner_missing, 1.0, 0.0]
+                cuts::masses(point.cuts, radius, probes.filter, r2_sequence(start, probes.first)[1])
             };
+            let count = probes.count as f32;
+            *out = [mass[0] - missing[0] / count, mass[1] - missing[1] / count, 0.0, 0.0];
         }
     }
 }
 
 /// Sample the filter within the cuts. What the surface lacks of the filter's mass there, and of the inner
-/// one's, over the density of the sampled point; then the inner one's mass there on the plane.
+/// one's, over the density of the sampled point.
 #[inline(always)]
 fn probe_surface<L: Lanes>(
     tree: &Tree,
     corners: &[[[f32; 4]; 3]],
     point: &Point,
+    own: &Own,
     u: [f32; 2],
     probes: &Probes,
     stack: &mut Stack,
-) -> [f32; 3] {
+) -> [f32; 2] {
     let (r2, normal) = (point.radius * point.radius, point.normal);
     let (sin, cos) = sin_cos_of_turns(u[1]);
     let [within, _] = probes.filter.masses_within(reach2(point.cuts, point.radius, [cos, sin]));
     let x2 = probes.filter.sample(u[0] * within);
+    let distance = (x2 * r2).sqrt();
+    let (x, y) = (cos * distance, sin * distance);
+    if own.holds([x, y]) {
+        return [0.0; 2];
+    }
     let [mass, inner_mass] = probes.filter.shape_and_inner(x2);
     let mass = mass.max(1.0e-30);
-    let distance = (x2 * r2).sqrt();
     let height = distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
-    let (tangent, bitangent) = frame_about(normal);
     let on_plane: [f32; 3] =
-        std::array::from_fn(|k| point.position[k] + (cos * tangent[k] + sin * bitangent[k]) * distance);
-    if corners.get(point.triangle).is_some_and(|triangle| is_inside(triangle, on_plane, normal)) {
-        return [0.0, 0.0, within * inner_mass / mass];
-    }
+        std::array::from_fn(|k| point.position[k] + x * point.tangent[k] + y * point.bitangent[k]);
     let mut origin: [f32; 3] = std::array::from_fn(|k| on_plane[k] + normal[k] * height);
     let (mut left, mut above, mut source) = (2.0 * height, height, -1);
     let mut found = [0.0; 2];
@@ -191,14 +190,35 @@ fn probe_surface<L: Lanes>(
         }
         source = position;
     }
-    let inner_mass = inner_mass / mass;
-    [within * (1.0 - found[0]), within * (inner_mass - found[1]), within * inner_mass]
+    [within * (1.0 - found[0]), within * (inner_mass / mass - found[1])]
 }
 
-/// Whether a point of a triangle's plane lies inside it: most probes end on the point's own, and need
-/// no ray.
-fn is_inside(triangle: &[[f32; 4]; 3], point: [f32; 3], normal: [f32; 3]) -> bool {
-    let [a, b, c] = triangle.map(|p| -> [f32; 3] { std::array::from_fn(|k| p[k] - point[k]) });
-    let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| dot(cross(p, q), normal));
-    sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0)
+/// The point's own triangle, on which most probes end: they need no ray. Seen from the point in its plane,
+/// the sides with the triangle to their left: at (x, y) it is there that a x + b y + c > 0.
+struct Own([[f32; 3]; 3]);
+
+impl Own {
+    const NONE: Own = Own([[0.0, 0.0, -1.0]; 3]);
+
+    #[inline(always)]
+    fn of(corners: &[[f32; 4]; 3], point: &Point) -> Own {
+        let [p, q, r] = corners.map(|corner| {
+            let away: [f32; 3] = std::array::from_fn(|k| corner[k] - point.position[k]);
+            [dot(away, point.tangent), dot(away, point.bitangent)]
+        });
+        let side = |[ax, ay]: [f32; 2], [bx, by]: [f32; 2]| [ay - by, bx - ax, ax * by - ay * bx];
+        let sides = [side(p, q), side(q, r), side(r, p)];
+        let area = sides[0][2] + sides[1][2] + sides[2][2];
+        Own(if area < 0.0 { sides.map(|side| side.map(|x| -x)) } else { sides })
+    }
+
+    #[inline(always)]
+    fn holds(&self, [x, y]: [f32; 2]) -> bool {
+        self.0.iter().all(|[a, b, c]| a * x + b * y + c > 0.0)
+    }
+
+    #[inline(always)]
+    fn holds_disc(&self, radius: f32) -> bool {
+        self.0.iter().all(|[a, b, c]| *c > radius * (a * a + b * b).sqrt())
+    }
 }

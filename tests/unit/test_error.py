@@ -33,7 +33,7 @@ def exposure(noise: Any, change: Any = 0.0, coverage: Any = 1.0, passes: int = 6
     means["combined"][..., :3] = coverage[..., None]
     means["combined"][..., 3] = change * coverage
     means["blur"][..., 0] = (1 - change) * coverage
-    means["blur"][..., 1], means["blur"][..., 2] = coverage, 1.0
+    means["blur"][..., 1] = coverage
     squares = {}
     for length in (2, 4):
         n = passes // length
