@@ -135,7 +135,7 @@ def test_strips_are_the_whole(
     settings: Images,
 ) -> None:
     """What is rendered strip by strip has the bits of what is rendered at once."""
-    ways = {"layer": layer, "estimator": estimator, "passes": 4} | settings
+    ways = {"layer": layer, "estimator": estimator, "passes": 8} | settings
     whole = picture(device, **ways)
     for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
         monkeypatch.setattr(strips, name, pixels)
