@@ -248,7 +248,7 @@ def settings_from(
         region=region,
         passes=p.passes,
         noise_threshold=p.noise_threshold if p.use_noise_threshold else 0.0,
-        min_passes=p.min_passes,
+        min_passes=max(p.min_passes, FEWEST_PASSES),  # older files may have fewer
         photons=p.photons if p.use_photons else None,
         radius=p.radius if p.use_radius else 0.0,
         radius_shrink=p.radius_shrink,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Validate every program offline with glslangValidator: `python -m addon.photon.check_shaders`.
 
-Each kernel is checked for both layers, and with every value of its defines.
+Each kernel is checked for both layers, with every value of its defines and number of lanes.
 """
 
 from __future__ import annotations

@@ -73,7 +73,8 @@ class Exposure:
         Batch means of randomised quasi-Monte Carlo (Owen 2013, sec. 17.3): its bias is what batches
         of twice the length would still cancel.
         """
-        length = FOUR if self.passes >= PASSES_FOR_FOURS else PAIR
+        fours = self.squares[FOUR].batches if self.passes >= PASSES_FOR_FOURS else 0
+        length = FOUR if fours >= 2 else PAIR  # merged films of few passes each may have no fours
         squares = self.squares[length]
         n = squares.batches
         if self.passes < FEWEST_PASSES or n < 2:
@@ -208,7 +209,8 @@ class HostFilm:
 
     def release(self) -> None:
         """As Film.release."""
-        self._sums.clear()
+        for arrays in (self._sums, self._batches, self._squares):
+            arrays.clear()
 
 
 def merged(parts: Sequence[Exposure]) -> Exposure:
@@ -229,8 +231,9 @@ def merged(parts: Sequence[Exposure]) -> Exposure:
         centre = np.tensordot(
             np.array(batches) / max(1, sum(batches)), [p.means["combined"] for p in parts], axes=1
         )
-        total = sum(  # Chan, Golub & LeVeque 1983
-            part.squares[length].total + n * (part.means["combined"] - centre) ** 2
+        total = sum(  # Chan, Golub & LeVeque 1983, where means are of n whole batches
+            part.squares[length].total
+            + (part.passes / length if n else 0) * (part.means["combined"] - centre) ** 2
             for n, part in zip(batches, parts, strict=True)
         )
         squares[length] = Squares(sum(batches), np.asarray(total, np.float32))

@@ -23,7 +23,7 @@ from .settings import Settings
 from .strips import strips_of
 
 TEXEL = 16  # [bytes]
-FIXED = 80 << 20  # programs, the pilot pass, a grid of the smallest
+FIXED = 80 << 20  # programs, the photons that tell the radii, a grid of the smallest
 GRID_CELLS = 40 << 20  # the photon grid's, on a GPU: photon_grid.MAX_CELLS in two buffers
 # A pixel's on the host: the images and the squared errors of its parts while a picture is made;
 # and the images twice more, the last preview's in shared memory and what was asked for of them.
@@ -31,7 +31,7 @@ PICTURE = 84 + 40 + 2 * 84
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 # A photon's: nine textures of paths, and all that have half the size of another (photon_mapper.py).
 PATHS = 2 * 9 * TEXEL
-RESIDENT_PATHS = PATHS + 8 + 4 * TEXEL  # on a GPU with compute programs: flags, room in the list
+RESIDENT_PATHS = PATHS + 4 * TEXEL  # on a GPU with compute programs: room in the list
 DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
 LISTED = 136  # bytes a deposit, in lists and sorted
 SORTED = 9 * (2 * TEXEL + 4) // 8  # in the lists that Gather reads

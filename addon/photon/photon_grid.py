@@ -57,6 +57,8 @@ class PhotonGrid:
         """`extent` (3,): half the scene's size along each axis [scene units]; `on_host`: the
         native core sorts and gathers."""
         self._device, self._layer, self._defines = device, layer, filter_define(settings)
+        # Of the frame, also where a region of it is rendered: sums are to have the same order.
+        self._pixels = settings.width * settings.height
         self._extent = np.asarray(extent, np.float64)
         self._native = NativeGather(device, settings.filter) if on_host else None
         self._kernels: dict[int, Gather] = {}  # by their lanes
@@ -112,7 +114,7 @@ class PhotonGrid:
             self._sums[irradiance.size] = PingPong(self._device, IRRADIANCE, irradiance.size)
         sums = self._sums[irradiance.size]
         sums.front.clear()
-        kernel = self._kernel(self._lanes(irradiance.size, in_chain))
+        kernel = self._kernel(self._lanes(in_chain))
         for first in range(0, count, launch):
             end = first + launch
             target = irradiance if end >= count else sums.back
@@ -129,12 +131,12 @@ class PhotonGrid:
         kernels = [self._native] if self._native else self._kernels.values()
         return sum(kernel.launches for kernel in kernels)
 
-    def _lanes(self, size: tuple[int, int], in_chain: bool) -> int:
+    def _lanes(self, in_chain: bool) -> int:
         if not self._device.keeps_lists(self._layer):
             return 1  # software: a lane is no processor of its own
         if in_chain:
             return LANES_OF_CHAINS
-        return 1 if size[0] * size[1] >= POINTS_THAT_FILL else LANES
+        return 1 if self._pixels >= POINTS_THAT_FILL else LANES
 
     def _kernel(self, lanes: int) -> Gather:
         if lanes not in self._kernels:

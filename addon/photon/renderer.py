@@ -232,7 +232,7 @@ class Renderer:
         self.device.trim()
 
     def _find_radii(self, mesh: Mesh) -> RadiusField:
-        """The user's radius everywhere, or radii after a pilot pass of photons."""
+        """The user's radius everywhere, or radii by where pass 0's photons fall."""
         if self.settings.radius or not self.photon_mapper:
             return RadiusField.even(self.device, (self.settings.radius or 1.0) / self.frame.scale)
         photons_a_pass = self.settings.photons_a_pass
@@ -258,14 +258,14 @@ class Renderer:
         self.device.use()
         film = self.film
         # Strip after strip, and each read twice: what is made of them takes more than they do.
-        exposures = film.exposures if len(film.strips) > 1 else [*film.exposures()].__iter__
+        few = [*film.exposures()] if len(film.strips) == 1 else None
         images: dict[str, NDArray[np.float32]] = {}
-        for strip, exposure in zip(film.strips, exposures(), strict=True):
+        for strip, exposure in zip(film.strips, few or film.exposures(), strict=True):
             for name, image in picture_of(exposure.means).items():
                 if name not in images:
                     images[name] = np.empty((*self._depth.shape[:2], image.shape[2]), np.float32)
                 images[name][strip.rows] = image
-        self._error = film.passes, error_of(exposures(), images["Combined"])
+        self._error = film.passes, error_of(few or film.exposures(), images["Combined"])
         return images
 
     def _trace_photons(self, index: int, radii: Radii) -> None:

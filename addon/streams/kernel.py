@@ -19,7 +19,7 @@ from .stream import TEXEL, Record, Stream
 GROUPS = {1: (8, 8), 8: (4, 2), 32: (2, 1)}
 TABLE_WIDTH = 4096  # texels; glsl/lib/table.glsl
 FIRST_LIST = 1  # storage buffer binding; 0 counts who is alive
-_MOST_CHECKED = 64
+_MOST_CHECKED = 64  # sets of streams that a kernel remembers; a pass has fewer
 _MAX_OUTPUTS = 4  # what OpenGL 3.3 guarantees in practice for float MRT
 
 
@@ -120,7 +120,7 @@ class Kernel:
         StreamError for a wrong port, record or size.
         """
         tables, uniforms = tables or {}, uniforms or {}
-        names = (*streams.items(), *tables, *uniforms)
+        names = (*streams.items(),), (*tables,), (*uniforms,)
         size = self._checked.get(names)
         if size is None:
             size = self._check_bindings(streams, tables, uniforms)
@@ -267,7 +267,7 @@ class Kernel:
                     f"layout(rgba32f, binding = {slot}) writeonly uniform image2D output_{name};"
                 )
                 write = f"imageStore(output_{name}, element(), pack_{record.name}(record))"
-                write = f"if (lane() == 0) {write}" if lanes > 1 else write
+                write = f"if (is_own()) {write}" if lanes > 1 else write
             else:
                 lines.append(f"layout(location = {slot}) out vec4 output_{name};")
                 write = f"output_{name} = pack_{record.name}(record)"
@@ -329,6 +329,7 @@ vec4 sum_over_lanes(vec4 own) { return own; }"""
 
 _LANES = """shared vec4 lane_parts[gl_WorkGroupSize.x];
 int lane() { return int(gl_LocalInvocationIndex) % LANES; }
+bool is_own() { return lane() == 0 && own_element() == element(); }  // to write
 vec4 sum_over_lanes(vec4 own) {
     lane_parts[gl_LocalInvocationIndex] = own;
     barrier();

@@ -109,5 +109,5 @@ RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
             return best;
         }
     }
-    return best;
+    return best;  // never reached, but a compiler may not see that
 }

@@ -14,6 +14,8 @@ use crate::wide::{Lifted, Stack};
 /// out from the first cut at least (the reasons are in glsl/lib/obstacles.glsl).
 const LIFTS: [f32; 2] = [0.01, 0.2];
 const MARGIN: f32 = 0.02;
+/// Triangles about a disc at most: where there are more, it is not cut (see glsl/lib/obstacles.glsl).
+const MOST_LOOKED_AT: u32 = 128;
 /// Directions in which it is asked how far a cut disc reaches.
 const DIRECTIONS: u32 = 16;
 /// Cosine and sine of the turn from one to the next.
@@ -97,8 +99,8 @@ widest! {
             let levels = LIFTS.map(|lift| 4.0 * SURFACE_OFFSET + lift * radius);
             let lifted = Lifted::new(position, normal, levels, radius);
             crossing.clear();
-            tree.crossing::<L>(&lifted, &mut stack, |position, heights| crossing.push((position, heights)));
-            if crossing.is_empty() {
+            let visit = |position, heights| crossing.push((position, heights));
+            if !tree.crossing::<L>(&lifted, &mut stack, MOST_LOOKED_AT, visit) || crossing.is_empty() {
                 continue;
             }
             let disc = Disc { position, normal, frame: frame_about(normal), surface, radius, levels };

@@ -290,10 +290,11 @@ impl Tracer {
     /// Estimate the share of a filter that lies on each visible point's own surface and is not cut off.
     ///
     /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
-    /// (normal, material), shading (unused, leaf position of the triangle), cuts; diffuse bool[M], which materials are of interest; radii, of which each is
-    /// multiplied by shrink; filter (constant, cone, gaussian, epanechnikov); probes a point, and how many were sent before;
-    /// what random numbers depend on: seed, depth, and of a pixel frame_size and region_origin (x, y).
-    /// Returns float32[H, W, 4]: the share; the inner filter's mass on the surface, and on the plane.
+    /// (normal, material), shading (unused, leaf position of the triangle), cuts; diffuse bool[M], which
+    /// materials are of interest; radii, of which each is multiplied by shrink; filter (constant, cone,
+    /// gaussian, epanechnikov); probes a point, and how many were sent before; what random numbers
+    /// depend on: seed, depth, and of a pixel frame_size and region_origin (x, y).
+    /// Returns float32[H, W, 4]: the filter's share, and the inner filter's.
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (place, facing, shading, cuts, diffuse, radii, *, shrink, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
     fn coverage<'py>(

@@ -170,9 +170,10 @@ impl Tree {
         &self,
         disc: &Lifted,
         stack: &mut Stack,
+        most: u32,
         visit: impl FnMut(i32, [f32; 3]),
-    ) {
-        self.wide.crossing::<L>(disc, stack, visit);
+    ) -> bool {
+        self.wide.crossing::<L>(disc, stack, most, visit)
     }
 
     /// The closest hits of rays. The caller has checked them.

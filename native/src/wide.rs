@@ -243,15 +243,18 @@ impl Wide {
     }
 
     /// Calls `visit(triangle, its corners' heights above the position)` for the triangles that cross the
-    /// plane of either level and may do so within the box.
+    /// plane of either level and may do so within the box. False if the boxes of more than `most` triangles
+    /// overlap it, whatever was visited: that is so in any tree of them.
     #[inline(always)]
     pub(crate) fn crossing<L: Lanes>(
         &self,
         disc: &Lifted,
         stack: &mut Stack,
+        most: u32,
         mut visit: impl FnMut(i32, [f32; 3]),
-    ) {
+    ) -> bool {
         let stack = &mut stack.0;
+        let mut looked_at = 0;
         let (region, planes) = (Region::<L>::new(disc), Planes::<L>::new(disc));
         stack[0].0 = 0;
         let mut size = 1;
@@ -270,7 +273,12 @@ impl Wide {
                 continue;
             }
             for block in &self.blocks[(reference & !LEAF) as usize..] {
-                let (mut found, heights) = planes.crossed_by(block, &region);
+                let there = region.meets(block);
+                looked_at += L::bits(there).count_ones();
+                if looked_at > most {
+                    return false;
+                }
+                let (mut found, heights) = planes.crossed_by(block, there);
                 while found != 0 {
                     let lane = found.trailing_zeros() as usize;
                     found &= found - 1;
@@ -281,6 +289,7 @@ impl Wide {
                 }
             }
         }
+        true
     }
 }
 
@@ -315,9 +324,15 @@ impl<L: Lanes> Region<L> {
         x & y & z
     }
 
-    /// The lanes whose triangles' boxes overlap it along an axis.
+    /// The lanes whose triangles' boxes overlap it.
     #[inline(always)]
-    fn meets(&self, axis: usize, block: &Block) -> L::Mask {
+    fn meets(&self, block: &Block) -> L::Mask {
+        let used = L::splat(0.0).less(L::load(&block.used));
+        used & self.meets_along(0, block) & self.meets_along(1, block) & self.meets_along(2, block)
+    }
+
+    #[inline(always)]
+    fn meets_along(&self, axis: usize, block: &Block) -> L::Mask {
         let a = L::load(&block.corner[0][axis]);
         let b = L::load(&block.corner[1][axis]);
         let c = L::load(&block.corner[2][axis]);
@@ -351,11 +366,10 @@ impl<L: Lanes> Planes<L> {
         x + y + z
     }
 
-    /// The lanes whose triangles have corners on both sides of a level and boxes that overlap the region,
-    /// and the corners' heights. (In a lane without a triangle the corners are one point.)
+    /// The lanes of those that are `there` whose triangles have corners on both sides of a level, and the
+    /// corners' heights.
     #[inline(always)]
-    fn crossed_by(&self, block: &Block, region: &Region<L>) -> (u32, [Row; 3]) {
-        let there = region.meets(0, block) & region.meets(1, block) & region.meets(2, block);
+    fn crossed_by(&self, block: &Block, there: L::Mask) -> (u32, [Row; 3]) {
         if L::bits(there) == 0 {
             return (0, [Row([0.0; WIDTH]); 3]);
         }

@@ -60,6 +60,18 @@ def test_each_property_arrives(scene, name, value) -> None:
     settings.check()
 
 
+def test_fewer_min_passes_of_an_older_file(scene) -> None:
+    """A stored value below today's least is not clamped by Blender."""
+    scene.photon_stream.min_passes = 9  # so that it is stored
+    try:
+        stored = scene.bl_system_properties_get()["photon_stream"]
+    except AttributeError:  # before Blender 5.0
+        stored = scene.photon_stream
+    stored["min_passes"] = 4
+    assert scene.photon_stream.min_passes == 4
+    settings_from(scene, (512, 512)).check()
+
+
 def test_radius_needs_its_switch(scene) -> None:
     scene.photon_stream.radius = 0.25
     assert settings_from(scene, (8, 8)).radius == 0.0

@@ -225,3 +225,12 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
         inner = (2 * weights(name, 2 * squares) * kept).sum() / 600**2
         assert mean[at, 0] == pytest.approx(share, abs=4e-3)
         assert mean[at, 1] == pytest.approx(inner, abs=4e-3)
+
+
+@pytest.mark.parametrize(("quads", "is_cut"), [(60, True), (70, False)])
+def test_more_than_can_be_looked_at(bench: Bench, quads: int, is_cut: bool) -> None:
+    """Where triangles crowd, here beside a wall and between the levels, nothing is cut."""
+    built = wall(floor(), 0.1)
+    for x in np.linspace(-0.2, 0.0, quads):
+        built.quad((x, 0, 0.03), (x + 0.01, 0, 0.03), (x + 0.01, 0.01, 0.03), (x, 0.01, 0.03))
+    assert cuts_at(bench, built, (0.0, 0.0, 0.0)).any() == is_cut

@@ -131,6 +131,16 @@ def test_merged_variance(
         film.release()
 
 
+def test_merged_of_few_passes_each(device: Device, noise: NDArray[np.float64]) -> None:
+    """Ranges too short for batches of four still tell the variance, by pairs."""
+    data = (3.0 + noise[:24]).astype(np.float32)
+    films = [fill(device, "native", data[k : k + 3], ("combined",)) for k in range(0, 24, 3)]
+    both = merged([film.exposure() for film in films])
+    found = both.variance_of_mean()
+    assert both.passes == 24 and both.squares[4].batches == 0 and found is not None
+    assert found.mean() == pytest.approx(data.var(axis=0, ddof=1).mean() / 24, rel=0.3)
+
+
 def test_few_passes(device: Device, layer: Any) -> None:
     data = np.stack(
         [

@@ -158,7 +158,7 @@ def test_what_was_kept_makes_room(device: Device, monkeypatch: pytest.MonkeyPatc
 
 
 def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the pilot pass tells is looked at, too."""
+    """What the photons that tell the radii say is looked at, too."""
     settings = replace(SMALL, photons=1 << 20)
     monkeypatch.setattr(memory, "MOST_GUESSED", 0.0)
     guess = Budget(cornell(), settings, device, "native").needed()
