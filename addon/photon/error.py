@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .film import Exposure
+from .blocks import in_blocks
+from .film import Exposure, Images
 from .picture import LEAST_COVERAGE, mirror_images
 
 Floats = NDArray[np.floating[Any]]
@@ -31,7 +32,6 @@ LEAST_EVEN = 0.1
 # A pixel's own variance is known to 1 / sqrt(2 (batches - 1)): pooled over as many neighbours as
 # make up for few batches.
 POOLED = 16
-BLOCK = 1 << 20  # numbers that are looked at together
 
 
 @dataclass(frozen=True)
@@ -61,44 +61,70 @@ def error_of(exposures: Iterable[Exposure], combined: Floats) -> Error:
     # By rows, so that it is the same for all strips.
     floor = float(combined[..., :3].sum(axis=(1, 2), dtype=np.float64).sum() / (3 * height * width))
     floor = floor or 1.0
-    noises, changes = np.zeros((height, width)), np.zeros((height, width))
-    lit, even = np.zeros((height, width), bool), np.zeros((height, width), bool)
+    sums = _Sums(*(np.zeros((height, width), kind) for kind in (float, float, bool, bool)))
+    noises, changes, lit, even = sums
     row = batches = 0
     for exposure in exposures:
         variance = exposure.variance_of_mean()
         if variance is None:
             return Error(math.inf, math.inf, np.full((height, width, 1), np.inf, np.float32))
         batches = exposure.squares[min(exposure.squares)].batches
-        rows = slice(row, row := row + len(variance))
-        # Float64: squares of a very dim picture's reciprocals are beyond float32.
-        value = combined[rows, :, :3].astype(np.float64)
-        scale = np.square(np.reciprocal(np.maximum(value, floor)))
-        # The picture divides indirect light by the coverage; so are its deviations divided.
-        squares = np.square(_over(value, exposure.means["combined"][..., :3])) * variance[..., :3]
-        noises[rows] = np.einsum("ijk,ijk->ij", squares, scale) / 3
-        if "blur" in exposure.means:
-            change, colour, share = _change(exposure, variance[..., 3])
-            changes[rows] = change * np.einsum("ijk,ijk->ij", np.square(colour), scale) / 3
-            lit[rows], even[rows] = share > 0, share >= EVEN
+        _take(exposure, variance, combined, floor, slice(row, row + len(variance)), sums)
+        row += len(variance)
     noise = _mean(noises)
     relative = _pooled(noises, _reach(POOLED / max(1, batches - 1)), noise)
-    del noises  # makes room
+    del noises, sums  # makes room
     if even.sum() > LEAST_EVEN * lit.sum():
         changes[lit & ~even] = changes[even].mean()
     # Of the change's mean square, its own variance is no bias: it can leave less than nothing.
     bias = max(0.0, EXTRAPOLATION**2 * _mean(changes))
     relative += _pooled(changes, max(1, max(changes.shape) // 64), bias)
     image = np.empty((height, width, 1), np.float32)
-    for rows in _blocks(combined):
+
+    def scaled(rows: slice) -> None:
         brightness = combined[rows, :, :3].astype(np.float64).mean(axis=-1)
         image[rows, :, 0] = np.sqrt(relative[rows]) * np.maximum(brightness, floor)
+
+    in_blocks(combined.shape, scaled)
     return Error(math.sqrt(noise), math.sqrt(bias), image)
 
 
-def _change(exposure: Exposure, variance: Floats) -> tuple[Floats, Floats, Floats]:
+class _Sums(NamedTuple):
+    """Of each pixel (h, w): what noise and blur add to the relative square, and whether light falls
+    there, on a disc that is even enough."""
+
+    noises: Floats
+    changes: Floats
+    lit: NDArray[np.bool_]
+    even: NDArray[np.bool_]
+
+
+def _take(
+    exposure: Exposure, variance: Floats, combined: Floats, floor: float, strip: slice, sums: _Sums
+) -> None:
+    """Write a strip's part of the sums."""
+
+    def work(rows: slice) -> None:
+        here = slice(strip.start + rows.start, strip.start + rows.stop)
+        means = {name: mean[rows] for name, mean in exposure.means.items()}
+        # Float64: squares of a very dim picture's reciprocals are beyond float32.
+        value = combined[here, :, :3].astype(np.float64)
+        scale = np.square(np.reciprocal(np.maximum(value, floor)))
+        # The picture divides indirect light by the coverage; so are its deviations divided.
+        squares = np.square(_over(value, means["combined"][..., :3])) * variance[rows, :, :3]
+        sums.noises[here] = np.einsum("ijk,ijk->ij", squares, scale) / 3
+        if "blur" in means:
+            change, colour, share = _change(means, variance[rows, :, 3])
+            sums.changes[here] = change * np.einsum("ijk,ijk->ij", np.square(colour), scale) / 3
+            sums.lit[here], sums.even[here] = share > 0, share >= EVEN
+
+    in_blocks(variance.shape, work)
+
+
+def _change(exact: Images, variance: Floats) -> tuple[Floats, Floats, Floats]:
     """The squared change of indirect light from the inner radius to the radius (h, w), less what of
     it is noise; the light's colour (h, w, 3), of mean one; the share of the disc on the surface."""
-    means = {name: image.astype(np.float32) for name, image in exposure.means.items()}
+    means = {name: image.astype(np.float32) for name, image in exact.items()}
     mirror, mirror_indirect = mirror_images(means)
     weight = means["direct"][..., 3] + mirror[..., 3]
     covered = means["indirect"][..., 3] + mirror_indirect[..., 3]
@@ -142,14 +168,11 @@ def _box(image: Floats, reach: int) -> Floats:
     n = len(image)
     low, high = np.maximum(0, np.arange(n) - reach), np.minimum(n, np.arange(n) + reach + 1)
     means = np.empty(image.shape, np.float32)
-    for columns in _blocks(image.T):
-        sums = np.zeros((n + 1, image[:, columns].shape[1]))
+
+    def work(columns: slice) -> None:
+        sums = np.zeros((n + 1, columns.stop - columns.start))
         image[:, columns].cumsum(axis=0, dtype=float, out=sums[1:])
         means[:, columns] = (sums[high] - sums[low]) / (high - low)[:, None]
+
+    in_blocks(image.T.shape, work)
     return means
-
-
-def _blocks(image: Any) -> Iterator[slice]:
-    """Some rows after the other: what is made of them is small beside the image."""
-    rows = max(1, BLOCK // image[0].size)
-    return (slice(row, row + rows) for row in range(0, len(image), rows))

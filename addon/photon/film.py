@@ -5,12 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..streams import TEXEL, Device, Kernel, Stream, Uniform
 from ..streams.device import Layer
+from .blocks import in_blocks
 from .records import RADIANCE, SUM
 from .settings import FEWEST_PASSES
 
@@ -136,9 +138,8 @@ class Film:
 
     def means(self) -> Images:
         """The mean of each image so far, float64 (h, w, 4), row 0 at the bottom."""
-        count = max(self.passes, 1)
         return {
-            name: (sums.download().astype(np.float64) + self._lows[name].download()) / count
+            name: _mean(sums.download(), self._lows[name].download(), self.passes)
             for name, sums in self._sums.items()
         }
 
@@ -197,7 +198,7 @@ class HostFilm:
 
     def means(self) -> Images:
         """As Film.means."""
-        return {name: total / max(self.passes, 1) for name, total in self._sums.items()}
+        return {name: _mean(total, None, self.passes) for name, total in self._sums.items()}
 
     def exposure(self) -> Exposure:
         """As Film.exposure."""
@@ -211,6 +212,20 @@ class HostFilm:
         """As Film.release."""
         for arrays in (self._sums, self._batches, self._squares):
             arrays.clear()
+
+
+def _mean(total: NDArray[Any], low: NDArray[Any] | None, passes: int) -> NDArray[np.float64]:
+    """A sum, and what it had no digits for, over the passes."""
+    mean = np.empty(total.shape)
+
+    def work(rows: slice) -> None:
+        mean[rows] = total[rows]
+        if low is not None:
+            mean[rows] += low[rows]
+        mean[rows] /= max(passes, 1)
+
+    in_blocks(total.shape, work)
+    return mean
 
 
 def merged(parts: Sequence[Exposure]) -> Exposure:

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .blocks import in_blocks
 from .film import Images
 
 FILM_IMAGES = ("direct", "indirect", "background", "normal", "combined")
 MIRROR_IMAGES = ("mirror", "mirror_indirect")  # only of scenes with mirrors or lobes
+PARTS = ("Direct", "Indirect", "Mirror", "Background")
 LEAST_COVERAGE = 0.02  # a mean below it is noise: dividing by it would make fireflies
 
 
@@ -22,6 +24,20 @@ def picture_of(means: Images) -> dict[str, NDArray[np.float32]]:
     Combined (h, w, 4) premultiplied RGBA; Direct, Indirect, Mirror, Background, Normal (h, w, 3).
     Combined is the sum of the four light passes.
     """
+    shape = means["direct"].shape[:2]
+    images = {name: np.empty((*shape, 3), np.float32) for name in ("Combined", *PARTS, "Normal")}
+    images["Combined"] = np.empty((*shape, 4), np.float32)
+
+    def work(rows: slice) -> None:
+        for name, image in _rows_of({name: mean[rows] for name, mean in means.items()}).items():
+            images[name][rows] = image
+
+    in_blocks(shape, work)
+    return images
+
+
+def _rows_of(means: Images) -> dict[str, NDArray[np.float64]]:
+    """As picture_of."""
     mirror, mirror_indirect = mirror_images(means)
     parts = {
         "Direct": means["direct"][..., :3],
@@ -30,9 +46,8 @@ def picture_of(means: Images) -> dict[str, NDArray[np.float32]]:
         "Background": means["background"][..., :3],
     }
     alpha = np.clip(means["background"][..., 3:], 0.0, 1.0)
-    images = {"Combined": np.concatenate([sum(parts.values()), alpha], axis=-1), **parts}
-    images["Normal"] = means["normal"][..., :3]
-    return {name: np.ascontiguousarray(image, np.float32) for name, image in images.items()}
+    combined = np.concatenate([sum(parts.values()), alpha], axis=-1)
+    return {"Combined": combined, **parts, "Normal": means["normal"][..., :3]}
 
 
 def mirror_images(means: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any]]:

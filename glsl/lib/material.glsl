@@ -24,7 +24,8 @@ float largest(vec3 v) { return max(v.r, max(v.g, v.b)); }
 vec3 eval_brdf(Material m, vec3 normal, vec3 to_light, vec3 to_viewer) {
     vec3 value = m.diffuse / PI;
     if (m.exponent >= 0.0) {
-        float cosine = max(0.0, dot(reflect(-to_light, normal), to_viewer));
+        // Not zero: pow(0, 0) is undefined, and NaN on an H200.
+        float cosine = max(1.0e-30, dot(reflect(-to_light, normal), to_viewer));
         value += m.specular * ((m.exponent + 2.0) / (2.0 * PI) * pow(cosine, m.exponent));
     }
     return value;

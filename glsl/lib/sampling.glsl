@@ -38,5 +38,5 @@ vec3 sample_phong_lobe(float exponent, vec2 u) {
 }
 
 float pdf_phong_lobe(float exponent, float cosine) {
-    return (exponent + 1.0) / (2.0 * PI) * pow(max(0.0, cosine), exponent);
+    return (exponent + 1.0) / (2.0 * PI) * pow(max(1.0e-30, cosine), exponent);  // pow(0, 0) is undefined
 }
