@@ -200,12 +200,14 @@ class DeviceDeposits:
         return self.count, *self._textures
 
     def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Download the list."""
-        place, deposit = (
-            np.frombuffer(texture.read(), np.float32).reshape(-1, 4)[: self.count]
-            for texture in self._textures
-        )
-        return place, deposit
+        """Download the list: the rows in use, not all that there is room for."""
+        size = TABLE_WIDTH, -(-self.count // TABLE_WIDTH)
+        place, deposit = (np.empty((size[0] * size[1], 4), np.float32) for _ in self._textures)
+        for texture, data in zip(self._textures, (place, deposit), strict=True):
+            if len(data):
+                source = self._device.framebuffer([texture])
+                source.read_into(data, size, components=4, dtype="f4")
+        return place[: self.count], deposit[: self.count]
 
     def copy(self) -> Copy:
         """The used rows of the textures, by a copy within the device: bits, not colours."""
