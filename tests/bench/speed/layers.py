@@ -45,6 +45,11 @@ def measure_machine(report: Report, timer: Timer, scene: Scene, settings: Settin
         told = embree if isinstance(embree, str) else amount(embree, "rays/s")
         table.add(f"incoherent rays, Embree, {what}", told)
         data[f"Embree rays, {name} [1/s]"] = embree
+    for rows in (22, 283):
+        triangles, rays = machine.device_rays(timer, machine.room_with_spheres(rows))
+        what = f"two balls in a room, {triangles} triangles"
+        table.add(f"incoherent rays, tracer on the device, {what}", amount(rays, "rays/s"))
+        data[f"tracer, {triangles} triangles [1/s]"] = rays
     table.note("bytes copied on host or device count as read and as written; rays: closest hits")
     first, next_one = machine.process_start(scene)
     table.add("renderer process, first 64x64 picture", duration(first))

@@ -10,7 +10,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +18,13 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from addon.photon.geometry import Mesh, frame_of
+from addon.photon.geometry import Mesh, Tables, frame_of
 from addon.photon.process import RendererProcess
+from addon.photon.records import HIT, RAY_DIRECTION, RAY_ORIGIN
 from addon.photon.renderer import Renderer, open_device
 from addon.photon.scene import Camera, Material, Scene
 from addon.photon.settings import Settings
+from addon.photon.tracer import Tracer
 from addon.streams import TEXEL, Device, Stream
 
 from ..host import CORES, resident
@@ -31,6 +33,8 @@ from .launches import Timer
 ROOT = Path(__file__).resolve().parents[3]
 RAYS = 1 << 20
 _REPEATS = 5
+# Of work on a GPU before any is timed: an idle H200 ticks at a quarter of its clock.
+WARM_UP = 0.5  # [s]
 _FAR = 1.0e30
 
 
@@ -118,6 +122,63 @@ def bumpy_sphere(rows: int = 400) -> Scene:
         materials=(Material("grey", (0.5, 0.5, 0.5)),),
         surfaces=("sphere",),
     )
+
+
+def room_with_spheres(rows: int) -> Scene:
+    """A cube and two round balls in it, of 4 rows^2 triangles."""
+    ball = bumpy_sphere(rows)
+    unit = ball.vertices / np.linalg.norm(ball.vertices, axis=1, keepdims=True)
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    box = np.array([t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))])
+    parts = [unit * 0.3 + (-0.4, -0.2, -0.6), unit * 0.35 + (0.4, 0.3, -0.6), corners]
+    triangles = [ball.triangles, ball.triangles + len(unit), box + 2 * len(unit)]
+    count = sum(map(len, triangles))
+    return replace(
+        ball,
+        vertices=np.concatenate(parts),
+        triangles=np.concatenate(triangles).astype(np.int32),
+        corner_normals=np.zeros((count, 3, 3), np.float32),
+        material=np.zeros(count, np.int32),
+        surface=np.zeros(count, np.int32),
+    )
+
+
+def device_rays(timer: Timer, scene: Scene) -> tuple[int, float]:
+    """Triangles, and closest hits a second of the tracer's kernel for rays that leave the walls of
+    `room_with_spheres` by the cosine: what photons are after a bounce."""
+    device, random = timer.device, np.random.default_rng(1)
+    layer = device.choose_layer("auto")
+    count = 1 << (17 if device.is_software else 23)
+    every = np.arange(count)
+    axis, side = random.integers(0, 3, count), random.choice([-1.0, 1.0], count)
+    origins, directions = random.uniform(-1, 1, (count, 3)), random.normal(size=(count, 3))
+    origins[every, axis] = 0.9999 * side
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    directions[every, axis] -= 1.0001 * side
+    frame = frame_of(scene)
+    mesh = Mesh.build(scene, frame)
+    tables, kernel = Tables(device, scene, frame, mesh), Tracer(device, layer)
+    size = (1024, count // 1024)
+    streams = {
+        name: Stream(device, record, size)
+        for name, record in (("origin", RAY_ORIGIN), ("direction", RAY_DIRECTION), ("hit", HIT))
+    }
+    for name, data, fourth in (("origin", origins, -1.0), ("direction", directions, _FAR)):
+        texels = np.concatenate([data, np.full((count, 1), fourth)], axis=1, dtype=np.float32)
+        streams[name].upload(texels.reshape(size[1], size[0], 4))
+
+    def run() -> None:
+        kernel.run(streams, tables.of(kernel))
+        device.ctx.finish()
+
+    warmed = time.perf_counter() + (0.0 if device.is_software else WARM_UP)
+    while time.perf_counter() < warmed:
+        run()
+    seconds = median_seconds(run, 15)
+    for item in (*streams.values(), tables, kernel):
+        item.release()
+    return len(mesh.corners), count / seconds
 
 
 def build_bvh(scene: Scene) -> tuple[float, Mesh]:

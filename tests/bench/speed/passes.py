@@ -17,10 +17,9 @@ from addon.streams import Device
 
 from .counts import Work
 from .launches import EYE, LONGEST_QUERY, PHOTONS, Timer, Watch
+from .machine import WARM_UP
 
 MOST_PASSES = 15
-# Of passes on a GPU before any is timed: an idle H200 ticks at a quarter of its clock.
-WARM_UP = 0.5  # [s]
 # A render does not wait after each pass: on a GPU so many are timed together, if they are short.
 AT_ONCE, LONG = 8, 0.1  # [s]
 
