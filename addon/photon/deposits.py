@@ -201,24 +201,18 @@ class DeviceDeposits:
 
     def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Download the list: the rows in use, not all that there is room for."""
-        size = TABLE_WIDTH, -(-self.count // TABLE_WIDTH)
-        place, deposit = (np.empty((size[0] * size[1], 4), np.float32) for _ in self._textures)
-        for texture, data in zip(self._textures, (place, deposit), strict=True):
-            if len(data):
-                source = self._device.framebuffer([texture])
-                source.read_into(data, size, components=4, dtype="f4")
+        rows = -(-self.count // TABLE_WIDTH)
+        place, deposit = (np.empty((TABLE_WIDTH * rows, 4), np.float32) for _ in self._textures)
+        self._read_rows(rows, (place, deposit))
         return place[: self.count], deposit[: self.count]
 
     def copy(self) -> Copy:
-        """The used rows of the textures, by a copy within the device: bits, not colours."""
+        """The used rows of the textures, by a copy within the device."""
         rows = -(-self.count // TABLE_WIDTH)
-        parts = []
-        for texture in self._textures if rows else ():
-            buffer = self._device.ctx.buffer(reserve=16 * TABLE_WIDTH * rows)
-            source = self._device.framebuffer([texture])
-            source.read_into(buffer, (TABLE_WIDTH, rows), components=4, dtype="f4")
-            parts.append(buffer)
-        return Copy(self.count, tuple(parts))
+        size = 16 * TABLE_WIDTH * rows
+        parts = tuple(self._device.ctx.buffer(reserve=size) for _ in self._textures if rows)
+        self._read_rows(rows, parts)
+        return Copy(self.count, parts)
 
     def paste(self, copy: Copy) -> None:
         """The same copy the other way."""
@@ -235,6 +229,12 @@ class DeviceDeposits:
             self._device.forget(texture)
         for item in (*self._textures, self._counts, self._compaction):
             item.release()
+
+    def _read_rows(self, rows: int, targets: tuple[Any, ...]) -> None:
+        """Write the textures' first rows to arrays or buffers: bits, not colours."""
+        for texture, target in zip(self._textures if rows else (), targets, strict=False):
+            source = self._device.framebuffer([texture])
+            source.read_into(target, (TABLE_WIDTH, rows), components=4, dtype="f4")
 
     def _ask(self) -> None:
         if self._known:

@@ -26,9 +26,9 @@ MAX_CELLS = 1 << 22  # 16 MB of cell starts; a smaller radius then shares cells
 MAX_RANKED = 8192  # photons in a cell that the device still ranks
 # Invocations of a GPU that share a visible point. Where neighbours see the same photons, one a
 # point reads least, but fills an H200 only with a million of them; after a bounce off a glossy
-# surface, few points are left, none beside its like. Gather on it with 1 / 8 / 32 lanes: 7.3 / 10 /
-# 17 ms at 1920x1080, 1.6 / 1.05 / 1.7 ms at 512x512 (cornell_classic); a glossy chain 1.9 / 1.1 /
-# 1.1 ms (cornell_box), of the paper's heaviest cell 35 / 18 / 13 and 16 / 3.3 / 1.3 ms a bounce.
+# surface, few points are left, none beside its like. Gather on it with 1 / 8 / 32 lanes: 5.4 / 6.8
+# / 11 ms at 1920x1080, 1.1 / 0.71 / 1.1 ms at 512x512 (cornell_classic); a glossy chain 1.5 / 0.78
+# / 0.73 ms (cornell_box), of the paper's heaviest cell 28 / 13 / 8 and 12 / 2.6 / 1 ms a bounce.
 LANES, LANES_OF_CHAINS = 8, 32
 POINTS_THAT_FILL = 1 << 20
 # Photons that a launch may add to a point where they crowd. Mesa's llvmpipe ends all loops of a

@@ -25,8 +25,8 @@ def picture_of(means: Images) -> dict[str, NDArray[np.float32]]:
     Combined is the sum of the four light passes.
     """
     shape = means["direct"].shape[:2]
-    images = {name: np.empty((*shape, 3), np.float32) for name in ("Combined", *PARTS, "Normal")}
-    images["Combined"] = np.empty((*shape, 4), np.float32)
+    images = {"Combined": np.empty((*shape, 4), np.float32)}
+    images |= {name: np.empty((*shape, 3), np.float32) for name in (*PARTS, "Normal")}
 
     def work(rows: slice) -> None:
         for name, image in _rows_of({name: mean[rows] for name, mean in means.items()}).items():

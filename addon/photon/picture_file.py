@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .blocks import in_blocks
 from .errors import RenderError
 
 LAYER = "ViewLayer"  # Blender's default view layer, so that readers find the same channel names
@@ -55,9 +56,12 @@ def write_picture(
 
 def _png(combined: NDArray[np.float32]) -> bytes:
     """RGBA with straight alpha under the sRGB transfer function (Blender's Standard view)."""
-    pixels = np.empty(combined.shape, np.uint8)
-    for row, one in enumerate(combined[::-1]):  # what is made of a row is small beside the picture
-        pixels[row] = _srgb(one.astype(np.float64))
+    pixels, flipped = np.empty(combined.shape, np.uint8), combined[::-1]
+
+    def work(rows: slice) -> None:
+        pixels[rows] = _srgb(flipped[rows].astype(np.float64))
+
+    in_blocks(combined.shape, work)
     return encode_png(pixels)
 
 

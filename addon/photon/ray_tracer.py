@@ -137,12 +137,7 @@ class RayTracer:
         view = self._send_eye_rays(index, origin.front, direction.front)
         self._meet_surfaces(origin.front, direction.front)
         direct = self._direct(index, 0, direction.front)
-        irradiance = one("irradiance", IRRADIANCE)
-        coverage = self._unit_coverage
-        if estimate:
-            cuts = self._cuts(radii)
-            coverage = self._coverage(index, 0, cuts, radii)
-            estimate(place, facing, cuts, irradiance, view)
+        irradiance, coverage = self._indirect(index, 0, estimate, radii, view)
         images = {
             name: one(f"{name}_seen", RADIANCE)
             for name in ("direct", "indirect", "background", "normal")
@@ -265,6 +260,19 @@ class RayTracer:
             total.swap()
         return total.front
 
+    def _indirect(
+        self, index: int, depth: int, estimate: Estimate | None, radii: Radii, view: View | None
+    ) -> tuple[Stream, Stream]:
+        """Irradiance at the visible points, and its coverage."""
+        one = self._buffers.one
+        irradiance = one("irradiance", IRRADIANCE)
+        if estimate is None:
+            return irradiance, self._unit_coverage
+        cuts = self._cuts(radii)
+        coverage = self._coverage(index, depth, cuts, radii)
+        estimate(one("place", PLACE), one("facing", FACING), cuts, irradiance, view)
+        return irradiance, coverage
+
     def _cuts(self, radii: Radii) -> Stream:
         """Where each visible point's disc ends at what stands on its surface."""
         cuts = self._buffers.one("cuts", CUTS)
@@ -333,13 +341,8 @@ class RayTracer:
                 pair.swap()
             carried = throughput.front
             self._meet_surfaces(origin.front, direction.front)
-            irradiance = one("irradiance", IRRADIANCE)
             direct = self._direct(index, depth + 1, direction.front)
-            coverage = self._unit_coverage
-            if estimate:
-                cuts = self._cuts(radii)
-                coverage = self._coverage(index, depth + 1, cuts, radii)
-                estimate(one("place", PLACE), one("facing", FACING), cuts, irradiance, None)
+            irradiance, coverage = self._indirect(index, depth + 1, estimate, radii, None)
             self._run(
                 CombineMirror,
                 {

@@ -43,7 +43,7 @@ _listening: list[Any] = []  # callbacks of contexts not yet released: a driver c
 
 class Linked:
     """A program of a device, shared by all that run it, and its uniforms, which are written only
-    where they change: a half of the host's time for a pass's launches went there."""
+    where they change: a seventh of the host's time for a pass went there."""
 
     def __init__(self, program: Any) -> None:
         self.program = program

@@ -9,14 +9,10 @@ layout(rgba32f, binding = 1) writeonly uniform image2D kept_deposit;
 uniform int append;
 
 void main() {
-    uint to = kept_before_block() + (append == 0 ? 0u : ends[append - 1]);
-    uint kept = 0u;
-    for (int i = first_element(); i < first_element() + PER_THREAD; i++) kept += is_kept(i) ? 1u : 0u;
-    uint up_to_here = sum_up_to_here(kept);
-    if (gl_LocalInvocationID.x == 0u && (group() + 1) * 256 * PER_THREAD >= count && group() * 256 * PER_THREAD < count) {
-        ends[append] = to + sum_of_group();
-    }
-    to += up_to_here - kept;
+    uint to = kept_before_here() + (append == 0 ? 0u : ends[append - 1]);
+    bool is_last = first_element() < count && (group() + 1) * 256 * PER_THREAD >= count;
+    // The first thread has nothing of its block before it.
+    if (gl_LocalInvocationID.x == 0u && is_last) ends[append] = to + sum_of_group();
     for (int i = first_element(); i < first_element() + PER_THREAD; i++) {
         if (!is_kept(i)) continue;
         imageStore(kept_place, table_texel(int(to)), texelFetch(place, texel_of(i), 0));

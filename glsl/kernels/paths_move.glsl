@@ -9,11 +9,9 @@ uniform sampler2D origin;
 uniform sampler2D flux;
 
 void main() {
-    uint kept = 0u, before = kept_before_block();
-    for (int i = first_element(); i < first_element() + PER_THREAD; i++) kept += is_alive(i) ? 1u : 0u;
-    int to = int(before + sum_up_to_here(kept) - kept);
+    int to = int(kept_before_here());
     for (int i = first_element(); i < first_element() + PER_THREAD; i++) {
-        if (!is_alive(i)) continue;
+        if (!is_kept(i)) continue;
         ivec2 from = texel_of(i), there = texel_of(to);
         imageStore(kept_origin, there, texelFetch(origin, from, 0));
         imageStore(kept_direction, there, texelFetch(direction, from, 0));

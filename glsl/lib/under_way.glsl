@@ -7,6 +7,6 @@ ivec2 texel_of(int i) {
     return ivec2(i % width, i / width);
 }
 
-bool is_alive(int i) {
+bool is_kept(int i) {
     return i < count && any(notEqual(texelFetch(direction, texel_of(i), 0).xyz, vec3(0.0)));
 }

@@ -163,8 +163,7 @@ impl Tree {
         found
     }
 
-    /// Calls `visit(triangle, its corners' heights)` for the triangles that cross either level of a disc
-    /// and may do so within its box.
+    /// [`Wide::crossing`]
     #[inline(always)]
     pub(crate) fn crossing<L: Lanes>(
         &self,
