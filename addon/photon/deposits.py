@@ -6,6 +6,7 @@ On the host for devices whose compute programs are software; else it never leave
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -99,9 +100,11 @@ class HostDeposits:
 
     def extend(self, places: NDArray[np.float32], deposits: NDArray[np.float32]) -> None:
         """Add (P, 4) places and deposits."""
-        # One that is not finite would poison its neighbours.
-        finite = np.isfinite(places).all(axis=1) & np.isfinite(deposits).all(axis=1)
-        if not finite.all():
+        # One that is not finite would poison its neighbours, and does so to their sum.
+        with np.errstate(invalid="ignore", over="ignore"):
+            total = float(places.sum()) + float(deposits.sum())
+        if not math.isfinite(total):
+            finite = np.isfinite(places).all(axis=1) & np.isfinite(deposits).all(axis=1)
             self.dropped += int(np.count_nonzero(~finite))
             places, deposits = places[finite], deposits[finite]
         self._parts.append((places, deposits))
@@ -232,6 +235,7 @@ class DeviceDeposits:
 
     def _read_rows(self, rows: int, targets: tuple[Any, ...]) -> None:
         """Write the textures' first rows to arrays or buffers: bits, not colours."""
+        self._device.finish_drawing()
         for texture, target in zip(self._textures if rows else (), targets, strict=False):
             source = self._device.framebuffer([texture])
             source.read_into(target, (TABLE_WIDTH, rows), components=4, dtype="f4")

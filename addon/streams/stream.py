@@ -83,6 +83,7 @@ class Stream:
     def download(self) -> NDArray[np.float32]:
         """The elements as float32 (height, width, 4)."""
         data = np.empty((self.size[1], self.size[0], 4), np.float32)
+        self.device.finish_drawing()
         self.texture.read_into(data)
         return data
 
