@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import moderngl
 import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from .geometry import upload_table
 
 MOST_CELLS = 64  # along the longest axis
 OUTSIDE = 0.005  # of the photons may lie beyond the grid, on either side of each axis
+TELLING = 1 << 14  # as many of the photons tell that to a tenth of itself
 WIDEST = 1.4  # no radius is larger, in radii that even light would have
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
 UNIFORMS = {"shrink": Uniform("float")}
@@ -49,7 +51,8 @@ class RadiusField:
         # The grid lies over most photons: a far ground must not coarsen a lit room on it.
         low, high = np.zeros((2, 3))
         if len(place):
-            low, high = np.quantile(place[:, :3], [OUTSIDE, 1 - OUTSIDE], axis=0)
+            some = place[:: -(-len(place) // TELLING), :3]
+            low, high = np.quantile(some, [OUTSIDE, 1 - OUTSIDE], axis=0)
         size = high - low
         cell = max(float(size.max()) / (MOST_CELLS - 2), 1e-6)
         box = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
@@ -80,9 +83,17 @@ class RadiusField:
         return field
 
     def _finish(self, device: Device, is_even: bool) -> None:
-        self.table = upload_table(device, self.native.table())
+        self._device = device
+        self._table: moderngl.Texture | None = None
         self.typical, self.largest = self.native.typical(), self.native.largest()
         self.is_even = is_even
+
+    @property
+    def table(self) -> moderngl.Texture:
+        """What GLSL reads; made for the first kernel that does."""
+        if self._table is None:
+            self._table = upload_table(self._device, self.native.table())
+        return self._table
 
     def of_pass(self, shrink: float) -> Radii:
         """The radii of a pass whose radii are `shrink` times the first pass's."""
@@ -90,7 +101,8 @@ class RadiusField:
 
     def release(self) -> None:
         """Free the table."""
-        self.table.release()
+        if self._table:
+            self._table.release()
 
 
 @dataclass(frozen=True)

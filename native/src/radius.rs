@@ -14,6 +14,8 @@ const STEEPEST: f32 = 0.25;
 
 /// Cells along an axis of the grid that counts photons, in one of the radii's.
 const FINE: usize = 2;
+/// Where no photon is within so many fine cells, as a power of two, there is no surface of interest.
+const AROUND: usize = 2;
 /// Photons in a box about a place of a plane, over those in the disc that touches its sides.
 const BOX: f32 = 4.0 / std::f32::consts::PI;
 /// As many photons tell a density to a seventh.
@@ -31,6 +33,9 @@ const SIDES: usize = 6;
 /// Surfaces and photons count for the axes to which their normal has at least this cosine: one to three
 /// of them, since to the nearest it has 0.577 or more.
 const FACING: f32 = 0.5;
+
+/// As many of the photons tell their median radius.
+const TYPICAL: usize = 1 << 13;
 
 /// How radii are to be.
 #[derive(Debug, Clone, Copy)]
@@ -108,24 +113,22 @@ impl RadiusField {
         if let Some(row) = places.iter().position(|place| !place[..3].iter().all(|x| x.is_finite())) {
             return Err(InvalidInput(format!("place[{row}] = {:?} is not finite", &places[row][..3])));
         }
-        let normals: Vec<[f32; 3]> = deposits.iter().map(|deposit| unpack_direction(deposit[3])).collect();
-        let sides: Vec<Side> = (0..SIDES)
-            .into_par_iter()
-            .map(|side| {
-                let sign = if side % 2 == 0 { 1.0 } else { -1.0 };
-                let facing = |normal: &[f32; 3]| sign * normal[side / 2] >= FACING;
-                let inside = |place: &[f32; 4]| (0..3).all(|k| (low[k]..=high[k]).contains(&place[k]));
-                let counting = places.iter().zip(&normals).filter(|(p, n)| facing(n) && inside(p));
-                let places: Vec<[f32; 4]> = counting.map(|(&place, _)| place).collect();
-                Side::new(&places, low, cell_size, wanted)
-            })
-            .collect::<Result<_, _>>()?;
+        let mut places_of: [Vec<[f32; 3]>; SIDES] = Default::default();
+        for (&[x, y, z, _], deposit) in places.iter().zip(deposits) {
+            let place = [x, y, z];
+            if (0..3).all(|k| (low[k]..=high[k]).contains(&place[k])) {
+                sides_of(unpack_direction(deposit[3])).for_each(|side| places_of[side].push(place));
+            }
+        }
+        let new_side = |places: &Vec<[f32; 3]>| Side::new(places, low, cell_size, wanted);
+        let sides: Vec<Side> = places_of.par_iter().map(new_side).collect::<Result<_, _>>()?;
         let sides = sides.try_into().unwrap_or_else(|_| unreachable!("as many as there are sides"));
         let mut field = RadiusField { sides, typical: 0.0 };
         field.typical = field.largest();
         if !places.is_empty() {
-            let at = |(p, &n): (&[f32; 4], &[f32; 3])| field.at([p[0], p[1], p[2]], n);
-            let mut radii: Vec<f32> = places.par_iter().zip(&normals).map(at).collect();
+            let some = (0..places.len()).step_by(places.len().div_ceil(TYPICAL));
+            let at = |i: usize| field.at([0, 1, 2].map(|k| places[i][k]), unpack_direction(deposits[i][3]));
+            let mut radii: Vec<f32> = some.map(at).collect();
             let middle = radii.len() / 2;
             field.typical = *radii.select_nth_unstable_by(middle, f32::total_cmp).1;
         }
@@ -142,12 +145,7 @@ impl RadiusField {
     #[inline]
     pub fn at(&self, position: [f32; 3], normal: [f32; 3]) -> f32 {
         let mut radius = f32::INFINITY;
-        for (axis, cosine) in normal.into_iter().enumerate() {
-            if cosine.abs() >= FACING {
-                let side = &self.sides[2 * axis + usize::from(cosine < 0.0)];
-                radius = radius.min(side.at(position));
-            }
-        }
+        sides_of(normal).for_each(|side| radius = radius.min(self.sides[side].at(position)));
         if radius.is_finite() { radius } else { 0.0 } // no normal
     }
 
@@ -172,10 +170,17 @@ impl RadiusField {
     }
 }
 
+/// The sides for which a surface or a photon counts.
+#[inline]
+fn sides_of(normal: [f32; 3]) -> impl Iterator<Item = usize> {
+    let facing = (0..3).filter(move |&axis: &usize| normal[axis].abs() >= FACING);
+    facing.map(move |axis| 2 * axis + usize::from(normal[axis] < 0.0))
+}
+
 impl Side {
     /// From its photons; `somewhere` is where it lies if it has none.
     fn new(
-        places: &[[f32; 4]],
+        places: &[[f32; 3]],
         somewhere: [f32; 3],
         cell_size: f32,
         wanted: &Wanted,
@@ -198,41 +203,34 @@ impl Side {
             cells: grid.cells.map(|n| n * FINE),
         };
         let below = sums(places, &fine);
-        let [fx, fy, fz] = fine.cells;
-        let sum = |x: usize, y: usize, z: usize| i64::from(below[(z * (fy + 1) + y) * (fx + 1) + x]);
-        // Photons in the box of half size `half` about a node, in fine cells.
-        let photons_about = |node: [usize; 3], half: [usize; 3]| {
-            let low: [usize; 3] = std::array::from_fn(|k| (FINE * node[k]).saturating_sub(half[k]));
-            let high: [usize; 3] = std::array::from_fn(|k| (FINE * node[k] + half[k]).min(fine.cells[k]));
-            let slab = |x: usize| {
-                sum(x, high[1], high[2]) + sum(x, low[1], low[2])
-                    - sum(x, low[1], high[2])
-                    - sum(x, high[1], low[2])
-            };
-            slab(high[0]) - slab(low[0])
-        };
+        let widest = *fine.cells.iter().max().unwrap_or(&0);
         let place_of = |node: [usize; 3]| -> [f32; 3] {
             std::array::from_fn(|k| origin[k] + cell_size * node[k] as f32)
         };
         // Far from this side's surfaces, as most nodes are, or in the dark: as large as the next ones allow.
-        let far = |place: [f32; 3]| wanted.most.max(wanted.least(place));
+        let corner =
+            |at: usize| place_of(std::array::from_fn(|k| if at >> k & 1 == 1 { nodes[k] } else { 0 }));
+        let coarsest = (0..8).map(|at| wanted.least(corner(at))).fold(0.0, f32::max);
+        let far = |node: [usize; 3]| {
+            if coarsest <= wanted.most { wanted.most } else { wanted.most.max(wanted.least(place_of(node))) }
+        };
         let needed = wanted.photons * BOX;
         let mut radii = vec![0.0f32; nodes.iter().product()];
-        let radius_at = |node: [usize; 3]| {
-            if photons_about(node, [2 * FINE; 3]) == 0 {
-                return far(place_of(node));
+        let radius_at = |node: [usize; 3], row: &mut Row| {
+            if row.photons_about(node[0], AROUND) == 0 {
+                return far(node);
             }
-            let (mut half, mut inner) = (1, None);
-            let found = loop {
-                let found = photons_about(node, [half; 3]) as f32; // a sum of floats would round beyond 2^24
+            let (mut step, mut inner) = (0, None);
+            let (half, found) = loop {
+                let (half, found) = (1 << step, row.photons_about(node[0], step) as f32);
                 if inner.is_none() && found >= TELLING {
                     inner = Some((half, found));
                 }
                 let size = half as f32 * fine.cell_size;
-                if found >= needed.max(4.0 * TELLING) || size >= wanted.most || half >= fx.max(fy).max(fz) {
-                    break found;
+                if found >= needed.max(4.0 * TELLING) || size >= wanted.most || half >= widest {
+                    break (half, found);
                 }
-                half *= 2;
+                step += 1;
             };
             let size = half as f32 * fine.cell_size;
             let mut best = size * (needed / found.max(1e-6)).sqrt();
@@ -253,13 +251,11 @@ impl Side {
             }
             best.min(wanted.most).max(wanted.least(place_of(node)))
         };
-        radii.par_chunks_mut(nodes[0]).enumerate().for_each(|(row, radii)| {
-            let (y, z) = (row % nodes[1], row / nodes[1]);
-            if photons_about([0, y, z], [fx, 2 * FINE, 2 * FINE]) == 0 {
-                radii.iter_mut().enumerate().for_each(|(x, radius)| *radius = far(place_of([x, y, z])));
-                return;
-            }
-            radii.iter_mut().enumerate().for_each(|(x, radius)| *radius = radius_at([x, y, z]));
+        let new_row = || Row::new(&below, &fine);
+        radii.par_chunks_mut(nodes[0]).enumerate().for_each_init(new_row, |row, (number, radii)| {
+            let (y, z) = (number % nodes[1], number / nodes[1]);
+            row.go_to(y, z);
+            radii.iter_mut().enumerate().for_each(|(x, radius)| *radius = radius_at([x, y, z], row));
         });
         flatten(&mut radii, nodes, STEEPEST * cell_size);
         Ok(Side { grid, nodes: radii })
@@ -287,8 +283,62 @@ impl Side {
     }
 }
 
+/// A row of nodes along x, and how many photons are about each.
+struct Row<'a> {
+    below: &'a [u32],
+    fine: &'a Grid,
+    /// Which row it is.
+    yz: [usize; 2],
+    /// Photons at lower x in the boxes of half size 2^step about all nodes, as far as asked for.
+    slabs: Vec<Vec<u32>>,
+    known: usize,
+}
+
+impl Row<'_> {
+    fn new<'a>(below: &'a [u32], fine: &'a Grid) -> Row<'a> {
+        Row { below, fine, yz: [0; 2], slabs: Vec::new(), known: 0 }
+    }
+
+    fn go_to(&mut self, y: usize, z: usize) {
+        (self.yz, self.known) = ([y, z], 0);
+    }
+
+    /// Photons in the box of half size 2^step about a node, in fine cells.
+    #[inline]
+    fn photons_about(&mut self, node: usize, step: usize) -> u32 {
+        while self.known <= step {
+            self.find_slab();
+        }
+        let (low, high) = around(node, 1 << step, self.fine.cells[0]);
+        self.slabs[step][high].wrapping_sub(self.slabs[step][low])
+    }
+
+    /// The next step's.
+    fn find_slab(&mut self) {
+        let half = 1 << self.known;
+        let [nx, ny, nz] = self.fine.cells;
+        let (y0, y1) = around(self.yz[0], half, ny);
+        let (z0, z1) = around(self.yz[1], half, nz);
+        let line = |y: usize, z: usize| &self.below[(z * (ny + 1) + y) * (nx + 1)..][..nx + 1];
+        let (a, b, c, d) = (line(y1, z1), line(y0, z0), line(y0, z1), line(y1, z0));
+        if self.slabs.len() == self.known {
+            self.slabs.push(vec![0; nx + 1]);
+        }
+        // Sums wrap around, and their differences back.
+        for (x, slab) in self.slabs[self.known].iter_mut().enumerate() {
+            *slab = a[x].wrapping_add(b[x]).wrapping_sub(c[x]).wrapping_sub(d[x]);
+        }
+        self.known += 1;
+    }
+}
+
+/// The fine cells of an axis that are no further than `half` from a node.
+fn around(node: usize, half: usize, cells: usize) -> (usize, usize) {
+    ((FINE * node).saturating_sub(half), (FINE * node + half).min(cells))
+}
+
 /// Photons in the cells below each of their corners, along all axes.
-fn sums(places: &[[f32; 4]], grid: &Grid) -> Vec<u32> {
+fn sums(places: &[[f32; 3]], grid: &Grid) -> Vec<u32> {
     let [nx, ny, nz] = grid.cells;
     let (row, layer) = (nx + 1, (nx + 1) * (ny + 1));
     let mut below = vec![0u32; layer * (nz + 1)];
