@@ -14,7 +14,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..streams import TABLE_WIDTH, Compaction, Device, Stream
+from ..streams import TABLE_WIDTH, Compaction, Device, Reading, Stream
 from .geometry import upload_table
 
 DEPOSIT_BYTES = 32  # two texels
@@ -50,11 +50,22 @@ class Deposits(Protocol):
     def count(self) -> int:
         """How many there are."""
 
+    @property
+    def room(self) -> int:
+        """How many there may be before it grows."""
+
     def clear(self) -> None:
         """Begin a pass."""
 
-    def append(self, place: Stream, deposit: Stream, at_most: int) -> None:
-        """Add the elements of the streams that are not zero, `at_most` so many, in order."""
+    def make_room(self, count: int) -> None:
+        """For so many in all."""
+
+    def append(self, place: Stream, deposit: Stream, at_most: int | None) -> None:
+        """Add the elements of the streams that are not zero, in order: `at_most` so many, or as
+        many as there is room for."""
+
+    def ask(self) -> None:
+        """Ask the device how many there are; who needs to know then waits for what was before."""
 
     def tables(self) -> tuple[int, moderngl.Texture, moderngl.Texture]:
         """How many there are, and their textures (tables)."""
@@ -87,12 +98,20 @@ class HostDeposits:
         """How many there are."""
         return sum(len(place) for place, _ in self._parts)
 
+    @property
+    def room(self) -> int:
+        """As many as there are."""
+        return self.count
+
     def clear(self) -> None:
         """Begin a pass."""
         self._parts, self.held = [], None
         self.release()
 
-    def append(self, place: Stream, deposit: Stream, at_most: int) -> None:
+    def make_room(self, count: int) -> None:
+        """There is."""
+
+    def append(self, place: Stream, deposit: Stream, at_most: int | None) -> None:
         """Download the streams and keep what landed."""
         places, deposits = (x.download().reshape(-1, 4) for x in (place, deposit))
         there = np.flatnonzero(places[:, 3])
@@ -108,6 +127,9 @@ class HostDeposits:
             self.dropped += int(np.count_nonzero(~finite))
             places, deposits = places[finite], deposits[finite]
         self._parts.append((places, deposits))
+
+    def ask(self) -> None:
+        """They are known."""
 
     def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """All deposits as (P, 4) arrays."""
@@ -160,6 +182,7 @@ class DeviceDeposits:
         self._appends = 0  # of this pass
         self._at_most = 0  # as many deposits may there be
         self._known = True  # whether there are exactly so many
+        self._reading: Reading | None = None  # since the last append
         self.held: Any = None
 
     @property
@@ -183,20 +206,32 @@ class DeviceDeposits:
         """Begin a pass."""
         self._appends, self._at_most, self._known, self.held = 0, 0, True, None
 
-    def append(self, place: Stream, deposit: Stream, at_most: int) -> None:
-        """Compact the streams onto the end of the list."""
+    @property
+    def room(self) -> int:
+        """How many there may be."""
+        return self._textures[0].height * TABLE_WIDTH
+
+    def ask(self) -> None:
+        """Ask how many there are, for later."""
+        if not self._known:
+            self._reading = self._device.ask(self._counts, 1 + self._appends)
+
+    def make_room(self, count: int) -> None:
+        """Grow, if need be."""
+        self._grow(count)
+
+    def append(self, place: Stream, deposit: Stream, at_most: int | None) -> None:
+        """Compact the streams onto the end of the list; what finds no room is counted, too."""
         elements = place.size[0] * place.size[1]
-        if self._at_most + at_most > self._textures[0].height * TABLE_WIDTH:
+        if at_most is not None and self._at_most + at_most > self.room:
             self._grow(self.count + at_most)
         streams = {"place": place.texture, "deposit": deposit.texture}
         self._compaction.count(elements, streams, [self._counts])
         number = {"append": self._appends}
         self._compaction.move(elements, streams, self._textures, [self._counts], number)
-        self._appends, self._at_most, self._known = (
-            self._appends + 1,
-            self._at_most + at_most,
-            False,
-        )
+        self._appends += 1
+        self._at_most += at_most or 0
+        self._known, self._reading = False, None
 
     def tables(self) -> tuple[int, moderngl.Texture, moderngl.Texture]:
         """The list as it is on the device."""
@@ -243,8 +278,11 @@ class DeviceDeposits:
     def _ask(self) -> None:
         if self._known:
             return
-        counted, *_, self._at_most = self._device.read_uints(self._counts, 1 + self._appends)
-        self._known = True
+        if not self._reading:
+            self.ask()
+        assert self._reading
+        counted, *_, self._at_most = self._reading.numbers()
+        self._known, self._reading = True, None
         self._dropped += (counted - self._counted) % (1 << 32)
         self._counted = counted
 
@@ -253,10 +291,9 @@ class DeviceDeposits:
         return place, deposit
 
     def _grow(self, wanted: int) -> None:
-        rows = self._textures[0].height
-        if wanted <= rows * TABLE_WIDTH:
+        if wanted <= self.room:
             return
-        device, old = self._device, self._textures
+        device, old, rows = self._device, self._textures, self._textures[0].height
         needed, limit = -(-wanted // TABLE_WIDTH), device.texture_limit
         self._textures = self._allocate(max(needed, min(2 * rows, limit)))
         if self._at_most:

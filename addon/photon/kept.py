@@ -34,8 +34,11 @@ class Mapper(Protocol):
     def deposits(self) -> Deposits:
         """Where the photons of the last pass landed."""
 
-    def trace(self, index: int, photons: int | None = None) -> Deposits:
-        """Trace a pass."""
+    def start(self, index: int, photons: int | None = None) -> None:
+        """Launch a pass."""
+
+    def finish(self) -> Deposits:
+        """Its deposits."""
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
@@ -93,6 +96,8 @@ class Kept:
         self._passes: dict[_Key, _Pass] = {}
         self.photon_bytes = 0  # that the deposits of these take
         self._spare = self._budget
+        self._key = _Key(-1, 0)  # of the pass that was started
+        self._before = 0, 0  # photons unfinished and dropped when it was
 
     def stage(self, scene: Scene, layer: str) -> Stage:
         """The scene's stage: the one that is there, if nothing but the view has changed."""
@@ -118,11 +123,14 @@ class Kept:
         self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
     ) -> Deposits:
         """`mapper.trace` on the stage, or what it gave when it last did that: a pass that the
-        mapper's deposits hold still, or one that is kept.
+        mapper's deposits hold still, or one that is kept."""
+        self.start(mapper, settings, index, photons)
+        return self.finish(mapper)
 
-        Passes are kept until the budget is spent, and the first ones stay: if later ones took their
-        place, a render that goes through all in order would find none.
-        """
+    def start(
+        self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
+    ) -> None:
+        """Launch what `finish` will give."""
         source = (
             settings.seed,
             settings.photons_a_pass,
@@ -132,23 +140,35 @@ class Kept:
         if source != self._source:
             self.forget_photons()
             self._source = source
-        key = _Key(index, settings.photons_a_pass if photons is None else photons)
+        self._key = _Key(index, settings.photons_a_pass if photons is None else photons)
         deposits = mapper.deposits
-        if deposits.held and deposits.held[0] == key:
-            _, unfinished, dropped = deposits.held
-        elif kept := self._passes.get(key):
+        if deposits.held and deposits.held[0] == self._key:
+            return
+        if kept := self._passes.get(self._key):
             deposits.paste(kept.deposits)
-            unfinished, dropped = kept.unfinished, kept.dropped
+            deposits.held = self._key, kept.unfinished, kept.dropped
         else:
-            before = mapper.unfinished, deposits.dropped
-            mapper.trace(*key)
+            self._before = mapper.unfinished, deposits.dropped
+            mapper.start(*self._key)
+
+    def finish(self, mapper: Mapper) -> Deposits:
+        """The deposits of what was started.
+
+        Passes are kept until the budget is spent, and the first ones stay: if later ones took their
+        place, a render that goes through all in order would find none.
+        """
+        deposits, key = mapper.deposits, self._key
+        if not deposits.held:
+            mapper.finish()
+            before = self._before
             unfinished, dropped = mapper.unfinished - before[0], deposits.dropped - before[1]
             mapper.unfinished, deposits.dropped = before
             if self.photon_bytes + DEPOSIT_BYTES * deposits.count < min(self._budget, self._spare):
                 copy = deposits.copy()
                 self._passes[key] = _Pass(copy, unfinished, dropped)
                 self.photon_bytes += copy.bytes
-        deposits.held = key, unfinished, dropped
+            deposits.held = key, unfinished, dropped
+        _, unfinished, dropped = deposits.held
         mapper.unfinished += unfinished
         deposits.dropped += dropped
         return deposits

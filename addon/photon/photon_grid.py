@@ -12,7 +12,7 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ..streams import Device, PingPong, Program, Scan, Stream
+from ..streams import Device, PingPong, Program, Reading, Scan, Stream
 from ..streams.device import Layer
 from .deposits import Deposits, HostDeposits
 from .gather import Gather
@@ -193,6 +193,7 @@ class _DeviceSort:
         )
         self._scan, self._zero = Scan(device), Program(device, "fill_zero")
         self._fullest = device.ctx.buffer(reserve=4)
+        self._reading: Reading | None = None  # of it, in the last pass
         self._buffers: dict[str, moderngl.Buffer] = {}
 
     def run(self, deposits: Deposits, grid: Mapping[str, Any], span: int) -> _Sorted:
@@ -206,7 +207,9 @@ class _DeviceSort:
         self._zero.run(cells + 1, [counts])
         self._zero.run(1, [self._fullest])
         self._count.run(count, [counts, self._fullest], {"place": place}, uniforms=grid)
-        fullest = self._device.read_uint(self._fullest)
+        reading, self._reading = self._reading, self._device.ask(self._fullest, 1)
+        # The last pass's, which no host waits for.
+        (fullest,) = (reading or self._reading).numbers()
         if fullest > MAX_RANKED:
             # Ranking costs the square of a cell's photons: a crowded focus goes to the host.
             return _sort_on_host(self._device, "compute", deposits, grid, span)

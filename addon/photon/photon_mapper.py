@@ -6,10 +6,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+from itertools import zip_longest
+
 import numpy as np
 import photon_stream_native as native
 
-from ..streams import Compaction, Device, PingPong, Stream
+from ..streams import Compaction, Device, PingPong, Reading, Stream, Tally
 from ..streams.device import Layer
 from .deposits import Deposits, DeviceDeposits, HostDeposits
 from .generator import Generator
@@ -23,11 +26,14 @@ from .settings import Settings
 from .tracer import Tracer
 
 STREAM_WIDTH = 1024  # photons a row
-# A GPU waits while the host asks it how many photons are alive, and a launch costs more than dead
-# photons do unless there are many. A pass's photons on an H200, asked at each bounce and left in
-# place -> so: 8.5 -> 5.5 ms (2 million of them, cornell_classic), 3.0 -> 2.5 ms (262144).
+# A launch costs a GPU more than dead photons do unless there are many, and it waits while the host
+# asks how many are alive. A pass's photons on an H200, asked at each bounce and left in place ->
+# so: 8.5 -> 5.5 ms (2 million of them, cornell_classic), 3.0 -> 2.5 ms (262144).
 BOUNCES_A_LOOK = 4
 ROWS_WORTH_A_MOVE = 256
+# After the first pass the host does not ask, but goes by what the passes before found, an eighth
+# more, and this: by chance they differ by the square root of their number.
+SPARE_PHOTONS = 1024
 
 
 class _Paths:
@@ -71,6 +77,24 @@ class _Paths:
             item.release()
 
 
+@dataclass
+class _Flight:
+    """A pass's photons under way."""
+
+    index: int
+    photons: int
+    paths: _Paths
+    alive: int  # or more than are
+    bounce: int = 0  # the next one
+    at_most: list[int] = field(default_factory=list)  # may be alive at each look
+    reading: Reading | None = None  # how many are
+
+
+def _and_some(number: int) -> int:
+    """More than a number of photons that differs by chance."""
+    return number + number // 8 + SPARE_PHOTONS
+
+
 class PhotonMapper:
     """Traces a pass's photons and collects where they land on diffuse surfaces."""
 
@@ -87,6 +111,12 @@ class PhotonMapper:
         self._settings, self._needs, self._light_count = settings, needs, light_count
         on_device = device.keeps_lists(layer)
         self._compaction = Compaction(device, "paths") if on_device else None
+        looks = needs.photon_bounces // BOUNCES_A_LOOK + 1
+        self._tally = Tally(device, looks) if on_device else None
+        # By the photons of a pass: how many landed, and how many were alive at each look, in
+        # whichever pass most did.
+        self._foreseen: dict[int, list[int]] = {}
+        self._flight: _Flight | None = None
         self._paths: dict[int, _Paths] = {}  # by rows
         self.deposits: Deposits = DeviceDeposits(device) if on_device else HostDeposits(device)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
@@ -100,9 +130,57 @@ class PhotonMapper:
     def trace(self, index: int, photons: int | None = None) -> Deposits:
         """Trace pass `index` (of `photons`, or as many as the settings say); the deposits are in
         order of bounce and photon."""
+        self.start(index, photons)
+        return self.finish()
+
+    def start(self, index: int, photons: int | None = None) -> None:
+        """Launch a pass as far as the passes before tell what it needs, and wait for nothing."""
         photons = self._settings.photons_a_pass if photons is None else photons
-        generator, tracer, projector, reflector = self._kernels
-        settings, draw = self._settings, {"seed": self._settings.seed, "pass_index": index}
+        flight = self._flight = self._emit(index, photons)
+        foreseen = self._foreseen.get(photons)
+        if not foreseen:
+            return
+        assert self._tally
+        self._tally.clear()
+        landed, *alive = map(_and_some, foreseen)
+        self.deposits.make_room(landed)
+        for at_most in alive:
+            self._fly(flight, self._tally)
+            flight.alive = min(flight.alive, at_most)
+            flight.at_most.append(flight.alive)
+            flight.paths = self._compacted(flight.paths, flight.alive)
+        flight.reading = self._tally.ask()
+        self.deposits.ask()
+
+    def finish(self) -> Deposits:
+        """The deposits of the pass that was started, once all its photons have ended."""
+        flight, last = self._flight, self._needs.photon_bounces
+        assert flight
+        found = list(flight.reading.numbers()) if flight.reading else []
+        too_many = (alive > most for alive, most in zip(found, flight.at_most, strict=True))
+        if found and (any(too_many) or self.deposits.count > self.deposits.room):
+            flight, found = self._emit(flight.index, flight.photons), []  # again, and look
+        elif found:
+            flight.alive = found[-1]
+        while flight.alive and flight.bounce <= last:
+            flight.alive = self._fly(flight)
+            found.append(flight.alive)
+            flight.paths = self._compacted(flight.paths, flight.alive)
+        if flight.bounce > last:
+            self.unfinished += flight.alive
+        if self._tally:
+            before = self._foreseen.get(flight.photons, [])
+            both = zip_longest(before, [self.deposits.count, *found], fillvalue=0)
+            self._foreseen[flight.photons] = [max(pair) for pair in both]
+        return self.deposits
+
+    def launches(self) -> dict[str, int]:
+        """How often each kernel has run."""
+        return {kernel.stem: kernel.launches for kernel in self._kernels}
+
+    def _emit(self, index: int, photons: int) -> _Flight:
+        """Begin a pass."""
+        generator, *_ = self._kernels
         paths = self._paths_of(-(-photons // STREAM_WIDTH))
         generator.run(
             {
@@ -111,26 +189,32 @@ class PhotonMapper:
                 "flux": paths.flux.front,
             },
             self._tables.of(generator),
-            draw | {"photons": photons, "light_count": self._light_count},
+            self._draw(index) | {"photons": photons, "light_count": self._light_count},
         )
         self.deposits.clear()
-        last, alive = self._needs.photon_bounces, photons
-        bounces_a_look = BOUNCES_A_LOOK if self._compaction else 1
-        for bounce in range(last + 1):
-            direction = paths.direction.front
+        return _Flight(index, photons, paths, photons)
+
+    def _fly(self, flight: _Flight, tally: Tally | None = None) -> int:
+        """Trace up to the next look, and say how many are alive; or let a tally count them."""
+        _, tracer, projector, reflector = self._kernels
+        every = BOUNCES_A_LOOK if self._compaction else 1
+        paths, is_look = flight.paths, False
+        while not is_look:
+            bounce, direction = flight.bounce, paths.direction.front
+            is_look = bounce == self._needs.photon_bounces or bounce % every == every - 1
             tracer.run(
                 {"origin": paths.origin.front, "direction": direction, "hit": paths.hit},
                 self._tables.of(tracer),
             )
             incoming = {"direction": direction, "hit": paths.hit, "flux": paths.flux.front}
-            if bounce > 0 or settings.direct_by_photons:
+            if bounce > 0 or self._settings.direct_by_photons:
                 projector.run(
                     incoming | {"place": paths.place, "deposit": paths.deposit},
                     self._tables.of(projector),
                 )
-                self.deposits.append(paths.place, paths.deposit, alive)
-            look = bounce == last or bounce % bounces_a_look == bounces_a_look - 1
-            counted = reflector.run(
+                at_most = None if tally else flight.alive
+                self.deposits.append(paths.place, paths.deposit, at_most)
+            alive = reflector.run(
                 incoming
                 | {
                     "next_origin": paths.origin.back,
@@ -138,25 +222,18 @@ class PhotonMapper:
                     "next_flux": paths.flux.back,
                 },
                 self._tables.of(reflector),
-                draw | {"bounce": bounce},
-                count=look,
+                self._draw(flight.index) | {"bounce": bounce},
+                count=is_look and not tally,
+                tally=tally if is_look else None,
             )
-            if look:
-                alive = counted
-            if alive == 0:
-                break
-            if bounce == last:
-                self.unfinished += alive
-                break
             for pair in paths.pairs():
                 pair.swap()
-            if look:
-                paths = self._compacted(paths, alive)
-        return self.deposits
+            flight.bounce += 1
+        return alive
 
-    def launches(self) -> dict[str, int]:
-        """How often each kernel has run."""
-        return {kernel.stem: kernel.launches for kernel in self._kernels}
+    def _draw(self, index: int) -> dict[str, int]:
+        """What random numbers of a pass depend on."""
+        return {"seed": self._settings.seed, "pass_index": index}
 
     def _compacted(self, paths: _Paths, alive: int) -> _Paths:
         """The photons in streams of half the size or less, if they fit and that is worth it.
@@ -187,8 +264,9 @@ class PhotonMapper:
             paths.release()
         for kernel in self._kernels:
             kernel.release()
-        if self._compaction:
-            self._compaction.release()
+        for item in (self._compaction, self._tally):
+            if item:
+                item.release()
         self.deposits.release()
 
 
@@ -218,6 +296,15 @@ class NativePhotonMapper:
 
     def trace(self, index: int, photons: int | None = None) -> Deposits:
         """As PhotonMapper.trace."""
+        self.start(index, photons)
+        return self.finish()
+
+    def finish(self) -> Deposits:
+        """As PhotonMapper.finish."""
+        return self.deposits
+
+    def start(self, index: int, photons: int | None = None) -> None:
+        """Trace a pass."""
         self._launches += 1
         self.deposits.clear()
         place, deposit, unfinished = self._triangles.photons(
@@ -230,7 +317,6 @@ class NativePhotonMapper:
         )
         self.deposits.extend(place, deposit)
         self.unfinished += unfinished
-        return self.deposits
 
     def launches(self) -> dict[str, int]:
         """How many passes were traced."""

@@ -99,6 +99,8 @@ class RayTracer:
         """`triangles`: what the native core traces, if it shall; `region`: one of them."""
         self._tables, self._scene, self._settings, self._needs = tables, scene, settings, needs
         self._region = x0, y0, x1, y1 = region
+        self._waits = device.keeps_lists(layer)  # while the host asks it something
+        self._ended: dict[Region, int] = {}  # at which depth all secondary rays had
         self._buffers = _Buffers(device, (x1 - x0, y1 - y0), needs)
         self._camera = _camera_in_scene_units(scene, frame)
         self._world_to_camera = _column_major(np.linalg.inv(self._camera["matrix"]))
@@ -320,7 +322,10 @@ class RayTracer:
     def _mirror_images(
         self, index: int, estimate: Estimate | None, radii: Radii
     ) -> tuple[Stream, Stream]:
-        """Follow secondary rays up to the depth limit, while any is alive."""
+        """Follow secondary rays up to the depth limit, while any is alive.
+
+        A GPU would wait while it is asked: not before the depth at which all had ended before.
+        """
         one, two = self._buffers.one, self._buffers.two
         origin, direction = two["origin"], two["direction"]
         throughput = two["throughput"]
@@ -342,9 +347,11 @@ class RayTracer:
                     "next_throughput": throughput.back,
                 },
                 self._draw(index, depth),
-                count=True,
+                count=(look := depth >= self._ended.get(self._region, 0)),
             )
-            if alive == 0:
+            if look and alive == 0:
+                if self._waits:
+                    self._ended[self._region] = depth
                 break
             for pair in (origin, direction, throughput):
                 pair.swap()

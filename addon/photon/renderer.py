@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -71,7 +73,10 @@ class Renderer:
         settings.check()
         scene, self.warnings = _conserving(scene)
         self.scene, self.settings, self.device = scene, settings, device
-        self.seconds: dict[str, float] = {}
+        self.seconds: dict[str, float] = {}  # by phase
+        self._phase: str | None = None
+        self._ticked = 0.0
+        self._awaited: Radii | None = None  # of a pass whose photons are on their way
         device.use()
         self.layer = _choose_layer(settings, device)
         layer: Layer = "compute" if self.layer == "compute" else "fragment"
@@ -83,13 +88,13 @@ class Renderer:
         except PhotonStreamError:
             self._kept.release()  # there may be room without it
             self.budget = Budget(scene, settings, device, self.layer)
-        with _Timed(self.seconds, "bvh"):
+        with self._timed("bvh"):
             stage = self._kept.stage(scene, self.layer)
             self.frame, mesh, triangles = stage.frame, stage.mesh, stage.triangles
         self.triangles = len(mesh.corners)
         self.needs = SceneNeeds.of(scene, settings, mesh)
         self.warnings += _warnings(scene, mesh, self.needs)
-        with _Timed(self.seconds, "programs"):
+        with self._timed("programs"):
             try:
                 strips = strips_of(settings.frame_region, device)
                 self.ray_tracer = RayTracer(
@@ -134,7 +139,7 @@ class Renderer:
                             device, layer, settings, mesh.extent, triangles is not None
                         )
                         self._parts.append(self.grid)
-                with _Timed(self.seconds, "radius"):
+                with self._timed("radius"):
                     self._radius_field = self._find_radii(mesh)
                 self._parts.append(self._radius_field)
             except StreamError as error:
@@ -162,8 +167,8 @@ class Renderer:
         try:
             radii = self._radius_field.of_pass(shrink_of(self.settings.radius_shrink, index))
             if self.photon_mapper:
-                self._trace_photons(index, radii)
-            with _Timed(self.seconds, "eye"):
+                self._start_photons(index, radii)
+            with self._timed("eye"):
                 estimate = self._estimate if self.photon_mapper else None
                 for number, strip in enumerate(self.film.strips):
                     images = self.ray_tracer.trace(index, strip.region, estimate, radii)
@@ -231,6 +236,24 @@ class Renderer:
             part.release()
         self.device.trim()
 
+    @contextmanager
+    def _timed(self, phase: str) -> Iterator[None]:
+        """Counts a block's seconds as the phase's, and not as those of the phase around it."""
+        around, self._phase = self._phase, phase
+        self._tick(around)
+        try:
+            yield
+        finally:
+            self._tick(phase)
+            self._phase = around
+
+    def _tick(self, phase: str | None) -> None:
+        """Count the seconds since the last tick."""
+        now = time.perf_counter()
+        if phase:
+            self.seconds[phase] = self.seconds.get(phase, 0.0) + now - self._ticked
+        self._ticked = now
+
     def _find_radii(self, mesh: Mesh) -> RadiusField:
         """The user's radius everywhere, or radii by where pass 0's photons fall."""
         if self.settings.radius or not self.photon_mapper:
@@ -268,19 +291,30 @@ class Renderer:
         self._error = film.passes, error_of(few or film.exposures(), images["Combined"])
         return images
 
-    def _trace_photons(self, index: int, radii: Radii) -> None:
+    def _start_photons(self, index: int, radii: Radii) -> None:
+        """Launch a pass's photons. A GPU traces them while the host launches what needs none."""
         assert self.photon_mapper
-        with _Timed(self.seconds, "photons"):
-            deposits = self._kept.trace(self.photon_mapper, self.settings, index)
-        with _Timed(self.seconds, "photon map"):
+        with self._timed("photons"):
+            self._kept.start(self.photon_mapper, self.settings, index)
+        self._awaited = radii
+
+    def _finish_photons(self) -> None:
+        """Prepare the estimators for the photons that were launched."""
+        assert self.photon_mapper and self._awaited
+        with self._timed("photons"):
+            deposits = self._kept.finish(self.photon_mapper)
+        with self._timed("photon map"):
             for estimator in (self.splat, self.grid):
                 if estimator:
-                    estimator.prepare(deposits, radii)
+                    estimator.prepare(deposits, self._awaited)
+        self._awaited = None
 
     def _estimate(
         self, place: Stream, facing: Stream, cuts: Stream, irradiance: Stream, view: View | None
     ) -> None:
         """Splat what the camera sees directly, if asked to; gather the rest."""
+        if self._awaited:
+            self._finish_photons()
         if self.splat and view:
             self.splat.estimate(place, facing, cuts, irradiance, view)
         else:
@@ -307,20 +341,6 @@ def _choose_layer(settings: Settings, device: Device) -> str:
 
 class _Part(Protocol):
     def release(self) -> None: ...
-
-
-class _Timed:
-    """Adds the seconds of a `with` block to an entry of `seconds`."""
-
-    def __init__(self, seconds: dict[str, float], name: str) -> None:
-        self._seconds, self._name = seconds, name
-
-    def __enter__(self) -> None:
-        self._start = time.perf_counter()
-
-    def __exit__(self, *_: object) -> None:
-        spent = time.perf_counter() - self._start
-        self._seconds[self._name] = self._seconds.get(self._name, 0.0) + spent
 
 
 def _conserving(scene: Scene) -> tuple[Scene, tuple[str, ...]]:

@@ -9,8 +9,10 @@ from .compute import Compaction, Program, Scan
 from .device import Device
 from .host import HostKernel
 from .kernel import TABLE_WIDTH, Items, Kernel, Table, Uniform
+from .readback import Reading
 from .source import StreamError
 from .stream import TEXEL, PingPong, Record, Stream
+from .tally import Tally
 
 __all__ = [
     "TABLE_WIDTH",
@@ -22,10 +24,12 @@ __all__ = [
     "Kernel",
     "PingPong",
     "Program",
+    "Reading",
     "Record",
     "Scan",
     "Stream",
     "StreamError",
     "Table",
+    "Tally",
     "Uniform",
 ]

@@ -4,15 +4,15 @@
 from __future__ import annotations
 
 import ctypes
-import ctypes.util
 import marshal
-import struct
 import sys
 from collections.abc import Sequence
 from typing import Any, Literal
 
 import moderngl
 
+from .functions import find_function
+from .readback import Readback, Reading
 from .source import Source, StreamError
 
 Layer = Literal["fragment", "compute"]  # how OpenGL runs a kernel
@@ -26,6 +26,7 @@ _FREE_MEMORY = {"GL_NVX_gpu_memory_info": 0x9049, "GL_ATI_meminfo": 0x87FC}
 # KHR_debug (glext.h)
 _DEBUG_OUTPUT, _DEBUG_OUTPUT_SYNCHRONOUS = 0x92E0, 0x8242
 _DEBUG_TYPE_ERROR = 0x824C
+_RGBA, _FLOAT = 0x1908, 0x1406
 _DebugCallback = ctypes.CFUNCTYPE(
     None,
     ctypes.c_uint,
@@ -38,6 +39,7 @@ _DebugCallback = ctypes.CFUNCTYPE(
 )
 
 
+_NEVER = b"", object()  # nothing marshals to that, and it is nothing's value
 _listening: list[Any] = []  # callbacks of contexts not yet released: a driver calls them to the end
 
 
@@ -49,17 +51,20 @@ class Linked:
         self.program = program
         # A compiler may have removed what a #define made unused.
         self._members = {name: program[name] for name in program}
-        self._values: dict[str, bytes] = {}
+        self._values: dict[str, tuple[bytes, Any]] = {}  # which nobody changes in place
 
     def set(self, name: str, value: Any) -> None:
         """Set a uniform or a sampler's unit, if the program has it."""
+        bits, given = self._values.get(name, _NEVER)
+        if given is value:
+            return
         member = self._members.get(name)
         if member is None:
             return
-        bits = marshal.dumps(value)  # as `==` takes -0.0 for 0.0
-        if self._values.get(name) != bits:
+        new = marshal.dumps(value)  # as `==` takes -0.0 for 0.0
+        if new != bits:
             member.value = value
-            self._values[name] = bits
+        self._values[name] = new, value
 
 
 class Device:
@@ -94,9 +99,16 @@ class Device:
         self.errors: list[str] = []
         self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
         self._programs: dict[tuple[str, ...], Linked] = {}  # by their shaders' texts
-        self._staging = self.ctx.buffer(reserve=4)
+        self._readback = Readback(self.ctx)
         self._set_callback: Any = None
         self._callback = self._listen()
+        # A framebuffer takes an H200's driver half a millisecond to make. Software draws faster.
+        self._clear_texture: Any = None
+        address = find_function("glClearTexImage")  # OpenGL 4.4
+        if address and self.ctx.version_code >= 440 and not self.is_software:
+            number, level, data = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
+            kind = ctypes.CFUNCTYPE(None, number, level, number, number, data)
+            self._clear_texture = kind(address)
 
     def use(self) -> None:
         """Make this device's context the thread's current one: OpenGL calls go there."""
@@ -146,27 +158,26 @@ class Device:
             self._framebuffers[key] = self.ctx.framebuffer(color_attachments=list(textures))
         return self._framebuffers[key]
 
+    def clear(self, texture: moderngl.Texture) -> None:
+        """Set all texels to zero: "no element"."""
+        if self._clear_texture:
+            self._clear_texture(texture.glo, 0, _RGBA, _FLOAT, None)
+        else:
+            self.framebuffer([texture]).clear()
+
     def forget(self, texture: moderngl.Texture) -> None:
         """Drop the framebuffers that draw into a texture about to be released."""
         self._rest.use()
         for key in [key for key in self._framebuffers if texture.glo in key]:
             self._framebuffers.pop(key).release()
 
-    def read_uint(self, buffer: moderngl.Buffer) -> int:
-        """The first number of a uint32 buffer (waits for the device)."""
-        return self.read_uints(buffer, 1)[0]
-
-    def read_uints(self, buffer: moderngl.Buffer, count: int) -> tuple[int, ...]:
-        """The first numbers of a uint32 buffer (waits for the device).
+    def ask(self, buffer: moderngl.Buffer, count: int) -> Reading:
+        """Ask for a buffer's first `count` uint32; the host may go on before it reads them.
 
         By way of a buffer of its own: one that has been mapped stays in host memory, and atomics
         across the bus took an H200 1 ms where they take microseconds.
         """
-        if self._staging.size < 4 * count:
-            self._staging.release()
-            self._staging = self.ctx.buffer(reserve=4 * count)
-        self.ctx.copy_buffer(self._staging, buffer, 4 * count)
-        return struct.unpack(f"{count}I", self._staging.read(4 * count))
+        return self._readback.ask(buffer, count)
 
     def finish_drawing(self) -> None:
         """Wait until textures hold what was drawn into them; call it before the host reads one.
@@ -191,7 +202,7 @@ class Device:
 
     def free_memory(self) -> int | None:
         """What the GPU has left [bytes]; None where the driver does not tell."""
-        address = _find_function("glGetIntegerv")
+        address = find_function("glGetIntegerv")
         for extension, number in _FREE_MEMORY.items():
             if address and extension in self.ctx.extensions:
                 values = (ctypes.c_int * 4)(-1)  # which stays, if the driver does not know either
@@ -226,6 +237,7 @@ class Device:
     def release(self) -> None:
         """Free the context and all that lives in it."""
         self.use()
+        self._readback.release()
         self._release_framebuffers()
         for linked in self._programs.values():
             linked.program.release()
@@ -242,7 +254,7 @@ class Device:
 
     def _listen(self) -> Any:
         """Collect KHR_debug errors; moderngl has no call for it, so through the EGL loader."""
-        address, enable_address = map(_find_function, ("glDebugMessageCallback", "glEnable"))
+        address, enable_address = map(find_function, ("glDebugMessageCallback", "glEnable"))
         if not address or not enable_address or self.ctx.version_code < 430:
             return None
 
@@ -260,17 +272,6 @@ class Device:
         self._set_callback(ctypes.cast(callback, ctypes.c_void_p), None)
         _listening.append(callback)
         return callback
-
-
-def _find_function(name: str) -> int | None:
-    """The address of an OpenGL function that moderngl does not call."""
-    egl = ctypes.util.find_library("EGL")
-    if egl is None or not sys.platform.startswith("linux"):
-        return None
-    find = ctypes.CDLL(egl).eglGetProcAddress
-    find.restype, find.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
-    address: int | None = find(name.encode())
-    return address
 
 
 def _newest_context(index: int, arguments: dict[str, Any]) -> moderngl.Context:

@@ -13,6 +13,7 @@ import moderngl
 from .device import Device, Layer
 from .source import Source, StreamError, expand, read
 from .stream import TEXEL, Record, Stream
+from .tally import Tally
 
 # Elements of a compute work group, by the invocations that share each: 64 in all suit every GPU's
 # warp or wave size.
@@ -111,13 +112,15 @@ class Kernel:
         tables: Mapping[str, Any] | None = None,
         uniforms: Mapping[str, Any] | None = None,
         count: bool = False,
+        tally: Tally | None = None,
     ) -> int:
         """Run once over all elements of the outputs.
 
         `streams` binds every input and output port, `tables` every table to a texture, or in
         compute programs every list to a buffer, and `uniforms` every uniform. With `count`,
-        returns how many elements were not skipped (waits for the device); else 0. Raises
-        StreamError for a wrong port, record or size.
+        returns how many elements were not skipped (waits for the device); else 0. Compute programs
+        count them in the next slot of a `tally` instead. Raises StreamError for a wrong port,
+        record or size.
         """
         tables, uniforms = tables or {}, uniforms or {}
         names = (*streams.items(),), (*tables,), (*uniforms,)
@@ -138,7 +141,7 @@ class Kernel:
         self.launches += 1
         targets = [streams[name].texture for name in self.outputs]
         if self.layer == "compute":
-            return self._dispatch(targets, size, count)
+            return self._dispatch(targets, size, count, tally)
         return self._draw(targets, count)
 
     def release(self) -> None:
@@ -148,18 +151,28 @@ class Kernel:
         else:
             self._quad.release()
 
-    def _dispatch(self, targets: list[moderngl.Texture], size: tuple[int, int], count: bool) -> int:
+    def _dispatch(
+        self,
+        targets: list[moderngl.Texture],
+        size: tuple[int, int],
+        count: bool,
+        tally: Tally | None,
+    ) -> int:
         for unit, texture in enumerate(targets):
             texture.bind_to_image(unit, read=False, write=True)
-        self._program.set("count_alive", count)
-        self._alive.bind_to_storage_buffer(0)
+        if tally:
+            self._program.set("alive_slot", tally.next_slot())
+            tally.buffer.bind_to_storage_buffer(0)
+        else:
+            self._program.set("alive_slot", 0 if count else -1)
+            self._alive.bind_to_storage_buffer(0)
         groups = [-(-n // g) for n, g in zip(size, self._group, strict=True)]
         self._program.program.run(*groups)
         self.device.ctx.memory_barrier()
         if not count:
             return 0
         # The counter only grows (modulo 2^32): the host never writes to it.
-        total = self.device.read_uint(self._alive)
+        (total,) = self.device.ask(self._alive, 1).numbers()
         alive, self._alive_before = (total - self._alive_before) % (1 << 32), total
         return alive
 
@@ -312,8 +325,8 @@ void main() {{
 def _compute_prelude(lanes: int) -> str:
     x, y = GROUPS[lanes]
     return f"""layout(local_size_x = {x * y * lanes}) in;
-layout(std430, binding = 0) buffer Alive {{ uint alive; }};
-uniform bool count_alive;
+layout(std430, binding = 0) buffer Alive {{ uint alive[]; }};
+uniform int alive_slot;  // -1: nobody is counted
 shared uint group_alive;
 bool skipped = false;
 ivec2 own_element() {{
@@ -346,10 +359,11 @@ void main() {
     bool inside = all(lessThan(own_element(), stream_size));
     if (inside || LANES > 1) kernel();
     inside = inside && lane() == 0;
-    if (!count_alive) return;
+    if (alive_slot < 0) return;
     if (gl_LocalInvocationIndex == 0u) group_alive = 0u;
     barrier();
     if (inside && !skipped) atomicAdd(group_alive, 1u);
     barrier();
-    if (gl_LocalInvocationIndex == 0u && group_alive > 0u) atomicAdd(alive, group_alive);
+    if (gl_LocalInvocationIndex > 0u || group_alive == 0u) return;
+    atomicAdd(alive[alive_slot], group_alive);
 }"""

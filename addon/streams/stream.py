@@ -68,7 +68,7 @@ class Stream:
 
     def clear(self) -> None:
         """Set every element to zero: "no element"."""
-        self.device.framebuffer([self.texture]).clear()
+        self.device.clear(self.texture)
 
     def upload(self, data: NDArray[np.float32]) -> None:
         """Fill from float32 (height, width, 4)."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from addon.photon.radius_field import RadiusField
 from addon.photon.records import DEPOSIT, PLACE
 from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings
-from addon.streams import Device, Stream
+from addon.streams import Device, Reading, Stream
 from tests.measure import render
 from tests.scenes import cornell
 from tests.stability.table import Measured
@@ -216,6 +217,68 @@ def test_pictures_are_bit_equal(
     pilot = radius == 0.0  # the radii's photons are read once
     assert len(by_host) == pilot or max_ranked == 3
     assert len(by_host) > pilot or max_ranked != 3 or radius != 5.0
+
+
+def traced(mapper: Any, index: int) -> tuple[bytes, int]:
+    """A pass's deposits, and how many photons were not finished by then."""
+    deposits = mapper.trace(index)
+    return b"".join(x.tobytes() for x in deposits.arrays()), mapper.unfinished
+
+
+@pytest.fixture
+def mapper(device: Device, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """Of a device that keeps lists; photons end at their seventh bounce at the latest."""
+    monkeypatch.setattr(device, "prefers_native", False)
+    monkeypatch.setattr(photon_mapper, "ROWS_WORTH_A_MOVE", 1)
+    settings = Settings(photons=20000, layer="compute", photon_bounces=6)
+    renderer = Renderer(cornell(True), settings, device)
+    yield renderer.photon_mapper
+    renderer.release()
+
+
+def test_host_does_not_wait_for_photons(mapper: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After the first pass nothing is read before all is launched, and it is the same."""
+    expected = traced(mapper, 0)
+    reads: list[bool] = []
+    numbers = Reading.numbers
+    is_launched = False
+
+    def read(reading: Reading) -> tuple[int, ...]:
+        reads.append(is_launched)
+        return numbers(reading)
+
+    monkeypatch.setattr(Reading, "numbers", read)
+    mapper.unfinished = 0
+    mapper.start(0)
+    is_launched = True
+    mapper.finish()
+    assert reads and all(reads)
+    again = b"".join(x.tobytes() for x in mapper.deposits.arrays())
+    assert (again, mapper.unfinished) == expected and expected[1] > 0
+
+
+@pytest.mark.parametrize("part", [0, 1, 2])
+def test_more_photons_than_foreseen(
+    mapper: Any, monkeypatch: pytest.MonkeyPatch, part: int
+) -> None:
+    """More landed than there was room for, or were alive at a look than in any pass before."""
+    monkeypatch.setattr(photon_mapper, "SPARE_PHOTONS", 0)
+    expected = traced(mapper, 0)
+    mapper.unfinished = 0
+    foreseen = mapper._foreseen[20000]
+    foreseen[part] //= 64
+    mapper.deposits.release()
+    mapper.deposits = DeviceDeposits(mapper._device)
+    assert traced(mapper, 0) == expected
+    assert mapper._foreseen[20000][part] > 64 * foreseen[part] > 0
+
+
+def test_fewer_looks_than_foreseen(mapper: Any) -> None:
+    """Photons outlive those of all passes before."""
+    expected = traced(mapper, 0)
+    mapper.unfinished = 0
+    del mapper._foreseen[20000][-1]
+    assert traced(mapper, 0) == expected
 
 
 def test_lanes_gather_the_same(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -107,7 +107,8 @@ class _Counter:
             (kind, "run"): self._count_rays for kind in kernel_classes()
         }
         patches |= {
-            (PhotonMapper, "trace"): self._take_photons,
+            (PhotonMapper, "start"): self._as_photons,
+            (PhotonMapper, "finish"): self._take_photons,
             (PhotonGrid, "prepare"): self._take_radii,
             (PhotonGrid, "estimate"): self._count_pairs,
         }
@@ -123,13 +124,19 @@ class _Counter:
 
         return run
 
-    def _take_photons(self, function: Any) -> Any:
+    def _as_photons(self, function: Any) -> Any:
         def run(*args: Any, **kwargs: Any) -> Any:
             self._part = PHOTONS
             try:
-                deposits = function(*args, **kwargs)
+                return function(*args, **kwargs)
             finally:
                 self._part = EYE
+
+        return run
+
+    def _take_photons(self, function: Any) -> Any:
+        def run(*args: Any, **kwargs: Any) -> Any:
+            deposits = self._as_photons(function)(*args, **kwargs)
             self._photons = deposits.arrays()
             self.work.deposits = len(self._photons[0])
             return deposits

@@ -87,8 +87,9 @@ class Watch:
             for kind in (*kernel_classes(), Program)
         }
         parts = {
-            (PhotonMapper, "trace"): self._as_part(PHOTONS),
-            (NativePhotonMapper, "trace"): self._as_part(PHOTONS),
+            (PhotonMapper, "start"): self._as_part(PHOTONS),
+            (PhotonMapper, "finish"): self._as_part(PHOTONS, works=False),
+            (NativePhotonMapper, "start"): self._as_part(PHOTONS),
             (PhotonGrid, "prepare"): self._as_part(PHOTON_MAP),
             (Splat, "prepare"): self._as_part(PHOTON_MAP),
             (Splat, "estimate"): self._named(lambda _: "splat"),
@@ -142,7 +143,9 @@ class Watch:
 
         return wrap
 
-    def _as_part(self, part: str) -> Any:
+    def _as_part(self, part: str, works: bool = True) -> Any:
+        """Launches within are of this part; it `works` on the host if there are none."""
+
         def wrap(function: Any) -> Any:
             def run(*args: Any, **kwargs: Any) -> Any:
                 before, self._part = self._part, part
@@ -152,7 +155,7 @@ class Watch:
                     result = function(*args, **kwargs)
                 finally:
                     self._part = before
-                if sum(spent.launches for spent in self.spent.values()) == launched:
+                if works and sum(spent.launches for spent in self.spent.values()) == launched:
                     own = self.spent[part, "on the host"]
                     own.launches += 1
                     own.seconds += time.perf_counter() - start

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Numbers that the device is asked for now and the host reads later, without emptying the queue."""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+from typing import Any
+
+import moderngl
+
+from .functions import find_function
+from .source import StreamError
+
+SLOT = 8192  # [bytes] that can be asked for at once
+SLOTS = 16  # that may be on their way
+
+# OpenGL 4.5 (glcorearb.h)
+_MAP_READ, _MAP_PERSISTENT, _MAP_COHERENT = 0x0001, 0x0040, 0x0080
+_SYNC_COMMANDS_COMPLETE, _FLUSH_COMMANDS, _WAIT_FAILED = 0x9117, 0x0001, 0x911D
+_SECOND = 1_000_000_000  # [ns]
+
+_name, _size, _pointer = ctypes.c_uint, ctypes.c_ssize_t, ctypes.c_void_p
+_FUNCTIONS: dict[str, tuple[Any, ...]] = {  # result and arguments
+    "glCreateBuffers": (None, ctypes.c_int, ctypes.POINTER(_name)),
+    "glDeleteBuffers": (None, ctypes.c_int, ctypes.POINTER(_name)),
+    "glNamedBufferStorage": (None, _name, _size, _pointer, _name),
+    "glMapNamedBufferRange": (_pointer, _name, _size, _size, _name),
+    "glCopyNamedBufferSubData": (None, _name, _name, _size, _size, _size),
+    "glFenceSync": (_pointer, _name, _name),
+    "glClientWaitSync": (_name, _pointer, _name, ctypes.c_uint64),
+    "glDeleteSync": (None, _pointer),
+}
+
+
+class Reading:
+    """Numbers on their way to the host."""
+
+    def __init__(self, readback: Readback, slot: int, count: int, fence: Any) -> None:
+        self._readback, self._slot, self._count, self._fence = readback, slot, count, fence
+        self._numbers: tuple[int, ...] | None = None
+
+    def numbers(self) -> tuple[int, ...]:
+        """The numbers as they were when asked for; waits for what came before that."""
+        if self._numbers is None:
+            self._numbers = self._readback.take(self._slot, self._count, self._fence)
+        return self._numbers
+
+
+class Readback:
+    """Copies small buffers into memory that the host sees, a fence behind each copy.
+
+    OpenGL's own reads wait for all that is in the queue: an H200 idled for a third of a pass of
+    512x512 while the host asked it how many photons were alive. Where OpenGL 4.5 is missing,
+    numbers are copied when asked for all the same, and read so.
+    """
+
+    def __init__(self, ctx: Any) -> None:
+        self._ctx = ctx
+        self._taken: list[Reading | None] = [None] * SLOTS  # who has a slot
+        self._next = 0
+        self._gl = _functions() if ctx.version_code >= 450 else None
+        if self._gl:
+            name, flags = ctypes.c_uint(), _MAP_READ | _MAP_PERSISTENT | _MAP_COHERENT
+            self._gl["glCreateBuffers"](1, name)
+            self._gl["glNamedBufferStorage"](name, SLOT * SLOTS, None, flags)
+            self._name = name
+            self._memory = self._gl["glMapNamedBufferRange"](name, 0, SLOT * SLOTS, flags)
+            if not self._memory:
+                raise StreamError("OpenGL cannot map a buffer")
+        else:
+            self._staging = ctx.buffer(reserve=SLOT * SLOTS)
+
+    def ask(self, buffer: moderngl.Buffer, count: int) -> Reading:
+        """Ask for a buffer's first `count` uint32, as they are after all that was launched."""
+        if 4 * count > SLOT:
+            raise StreamError(f"{count} numbers are more than can be asked for at once")
+        slot, self._next = self._next, (self._next + 1) % SLOTS
+        if before := self._taken[slot]:
+            before.numbers()
+        fence = None
+        if self._gl:
+            copy = self._gl["glCopyNamedBufferSubData"]
+            copy(buffer.glo, self._name, 0, slot * SLOT, 4 * count)
+            fence = self._gl["glFenceSync"](_SYNC_COMMANDS_COMPLETE, 0)
+        else:
+            self._ctx.copy_buffer(self._staging, buffer, 4 * count, write_offset=slot * SLOT)
+        reading = self._taken[slot] = Reading(self, slot, count, fence)
+        return reading
+
+    def take(self, slot: int, count: int, fence: Any) -> tuple[int, ...]:
+        """What a reading finds in its slot; frees the slot."""
+        self._taken[slot] = None
+        if not self._gl:
+            data = self._staging.read(4 * count, offset=slot * SLOT)
+            return struct.unpack(f"{count}I", data)
+        waited = self._gl["glClientWaitSync"](fence, _FLUSH_COMMANDS, 60 * _SECOND)
+        self._gl["glDeleteSync"](fence)
+        if waited == _WAIT_FAILED:
+            raise StreamError("OpenGL failed while the host waited for it")
+        return struct.unpack(f"{count}I", ctypes.string_at(self._memory + slot * SLOT, 4 * count))
+
+    def release(self) -> None:
+        """Free the buffer, and the fences of what was never read."""
+        for reading in filter(None, self._taken):
+            reading.numbers()
+        if self._gl:
+            self._gl["glDeleteBuffers"](1, self._name)
+        else:
+            self._staging.release()
+
+
+def _functions() -> dict[str, Any] | None:
+    """What moderngl does not call, if all of it is there."""
+    found: dict[str, Any] = {}
+    for name, kinds in _FUNCTIONS.items():
+        address = find_function(name)
+        if address is None:
+            return None
+        found[name] = ctypes.CFUNCTYPE(*kinds)(address)
+    return found
