@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from itertools import zip_longest
 
@@ -137,12 +138,15 @@ class PhotonMapper:
         """Launch a pass as far as the passes before tell what it needs, and wait for nothing."""
         photons = self._settings.photons_a_pass if photons is None else photons
         flight = self._flight = self._emit(index, photons)
-        foreseen = self._foreseen.get(photons)
-        if not foreseen:
+        if not self._foreseen:
+            self.deposits.make_room(photons)  # at a guess: growing takes longer
             return
         assert self._tally
         self._tally.clear()
-        landed, *alive = map(_and_some, foreseen)
+        # By rule of three from passes of other photons, such as the one that tells the radii.
+        nearest = min(self._foreseen, key=lambda number: abs(number - photons))
+        scale = photons / nearest
+        landed, *alive = (_and_some(math.ceil(scale * n)) for n in self._foreseen[nearest])
         self.deposits.make_room(landed)
         for at_most in alive:
             self._fly(flight, self._tally)

@@ -463,7 +463,9 @@ impl RadiusField {
 
     /// What glsl/lib/radius.glsl reads, float32[texels, 4].
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Rows<'py>> {
-        new_rows(py, self.0.table())
+        let table = self.0.table();
+        let shape = [table.len() / 4, 4];
+        PyArray1::from_vec(py, table).reshape(shape)
     }
 }
 

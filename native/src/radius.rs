@@ -156,17 +156,18 @@ impl RadiusField {
 
     /// What glsl/lib/radius.glsl reads: for each side eight numbers, its grid's origin and which number
     /// here its first node is, cells and their size; then the nodes. Padded to texels of four.
-    pub fn table(&self) -> Vec<[f32; 4]> {
+    pub fn table(&self) -> Vec<f32> {
         let mut first = 8 * SIDES;
-        let mut table = Vec::new();
+        let length = first + self.sides.iter().map(|side| side.nodes.len()).sum::<usize>();
+        let mut table = Vec::with_capacity(length.next_multiple_of(4));
         for Side { grid, nodes } in &self.sides {
             let ([x, y, z], [nx, ny, nz]) = (grid.origin, grid.cells.map(|n| n as f32));
             table.extend([x, y, z, first as f32, nx, ny, nz, grid.cell_size]);
             first += nodes.len();
         }
         self.sides.iter().for_each(|side| table.extend(&side.nodes));
-        table.resize(table.len().next_multiple_of(4), 0.0);
-        table.as_chunks().0.to_vec()
+        table.resize(length.next_multiple_of(4), 0.0);
+        table
     }
 }
 
@@ -202,7 +203,7 @@ impl Side {
             cell_size: grid.cell_size / FINE as f32,
             cells: grid.cells.map(|n| n * FINE),
         };
-        let below = sums(places, &fine);
+        let sums = Sums::new(places, &fine);
         let widest = *fine.cells.iter().max().unwrap_or(&0);
         let place_of = |node: [usize; 3]| -> [f32; 3] {
             std::array::from_fn(|k| origin[k] + cell_size * node[k] as f32)
@@ -251,7 +252,7 @@ impl Side {
             }
             best.min(wanted.most).max(wanted.least(place_of(node)))
         };
-        let new_row = || Row::new(&below, &fine);
+        let new_row = || Row::new(&sums);
         radii.par_chunks_mut(nodes[0]).enumerate().for_each_init(new_row, |row, (number, radii)| {
             let (y, z) = (number % nodes[1], number / nodes[1]);
             row.go_to(y, z);
@@ -285,8 +286,7 @@ impl Side {
 
 /// A row of nodes along x, and how many photons are about each.
 struct Row<'a> {
-    below: &'a [u32],
-    fine: &'a Grid,
+    sums: &'a Sums,
     /// Which row it is.
     yz: [usize; 2],
     /// Photons at lower x in the boxes of half size 2^step about all nodes, as far as asked for.
@@ -295,8 +295,8 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    fn new<'a>(below: &'a [u32], fine: &'a Grid) -> Row<'a> {
-        Row { below, fine, yz: [0; 2], slabs: Vec::new(), known: 0 }
+    fn new(sums: &Sums) -> Row<'_> {
+        Row { sums, yz: [0; 2], slabs: Vec::new(), known: 0 }
     }
 
     fn go_to(&mut self, y: usize, z: usize) {
@@ -309,20 +309,18 @@ impl Row<'_> {
         while self.known <= step {
             self.find_slab();
         }
-        let (low, high) = around(node, 1 << step, self.fine.cells[0]);
+        let (low, high) = around(node, 1 << step, &self.sums.planes[0]);
         self.slabs[step][high].wrapping_sub(self.slabs[step][low])
     }
 
     /// The next step's.
     fn find_slab(&mut self) {
         let half = 1 << self.known;
-        let [nx, ny, nz] = self.fine.cells;
-        let (y0, y1) = around(self.yz[0], half, ny);
-        let (z0, z1) = around(self.yz[1], half, nz);
-        let line = |y: usize, z: usize| &self.below[(z * (ny + 1) + y) * (nx + 1)..][..nx + 1];
-        let (a, b, c, d) = (line(y1, z1), line(y0, z0), line(y0, z1), line(y1, z0));
+        let (y0, y1) = around(self.yz[0], half, &self.sums.planes[1]);
+        let (z0, z1) = around(self.yz[1], half, &self.sums.planes[2]);
+        let [a, b, c, d] = [(y1, z1), (y0, z0), (y0, z1), (y1, z0)].map(|(y, z)| self.sums.row(y, z));
         if self.slabs.len() == self.known {
-            self.slabs.push(vec![0; nx + 1]);
+            self.slabs.push(vec![0; a.len()]);
         }
         // Sums wrap around, and their differences back.
         for (x, slab) in self.slabs[self.known].iter_mut().enumerate() {
@@ -332,41 +330,60 @@ impl Row<'_> {
     }
 }
 
-/// The fine cells of an axis that are no further than `half` from a node.
-fn around(node: usize, half: usize, cells: usize) -> (usize, usize) {
-    ((FINE * node).saturating_sub(half), (FINE * node + half).min(cells))
+/// The planes of fine cells that are no further than `half` from a node.
+#[inline]
+fn around(node: usize, half: usize, planes: &[usize]) -> (usize, usize) {
+    let (low, high) = ((FINE * node).saturating_sub(half), (FINE * node + half).min(planes.len() - 1));
+    (planes[low], planes[high])
 }
 
-/// Photons in the cells below each of their corners, along all axes.
-fn sums(places: &[[f32; 3]], grid: &Grid) -> Vec<u32> {
-    let [nx, ny, nz] = grid.cells;
-    let (row, layer) = (nx + 1, (nx + 1) * (ny + 1));
-    let mut below = vec![0u32; layer * (nz + 1)];
-    let mut is_empty = vec![true; (ny + 1) * (nz + 1)]; // by rows, as most are
-    for place in places {
-        let [x, y, z] = grid.cell_of(place).map(|i| i as usize + 1);
-        below[z * layer + y * row + x] += 1;
-        is_empty[z * (ny + 1) + y] = false;
-    }
-    for z in 1..=nz {
-        for y in 1..=ny {
-            let (before, from) = below.split_at_mut(z * layer + y * row);
-            let own = &mut from[..row];
-            if !is_empty[z * (ny + 1) + y] {
-                own.iter_mut().fold(0, |sum, count| {
-                    *count += sum;
-                    *count
-                });
-            }
-            let at = before.len();
-            let [behind, under, both] =
-                [at - row, at - layer, at - layer - row].map(|at| &before[at..at + row]);
-            for (x, own) in own.iter_mut().enumerate() {
-                *own = own.wrapping_add(behind[x]).wrapping_add(under[x]).wrapping_sub(both[x]);
+/// Photons in the cells below each of their corners, along all axes. Planes of cells without a photon add
+/// nothing and are left out: surfaces fill few of those along the axis that they face.
+struct Sums {
+    /// How many planes with photons are below each corner, along each axis.
+    planes: [Vec<usize>; 3],
+    below: Vec<u32>,
+}
+
+impl Sums {
+    fn new(places: &[[f32; 3]], grid: &Grid) -> Sums {
+        let mut planes = grid.cells.map(|n| vec![0; n + 1]);
+        for place in places {
+            grid.cell_of(place).iter().zip(&mut planes).for_each(|(&i, planes)| planes[i as usize + 1] = 1);
+        }
+        for planes in &mut planes {
+            (1..planes.len()).for_each(|i| planes[i] += planes[i - 1]);
+        }
+        let [row, rows, layers] = [0, 1, 2].map(|k| planes[k][grid.cells[k]] + 1);
+        let layer = row * rows;
+        let mut below = vec![0u32; layer * layers];
+        for place in places {
+            let cell = grid.cell_of(place);
+            let [x, y, z] = [0, 1, 2].map(|k| planes[k][cell[k] as usize] + 1);
+            below[z * layer + y * row + x] += 1;
+        }
+        for z in 1..layers {
+            for y in 1..rows {
+                let (before, from) = below.split_at_mut(z * layer + y * row);
+                let at = before.len();
+                let [behind, under, both] =
+                    [at - row, at - layer, at - layer - row].map(|at| &before[at..at + row]);
+                let mut sum = 0u32;
+                for (x, own) in from[..row].iter_mut().enumerate() {
+                    sum = sum.wrapping_add(*own);
+                    *own = sum.wrapping_add(behind[x]).wrapping_add(under[x]).wrapping_sub(both[x]);
+                }
             }
         }
+        Sums { planes, below }
     }
-    below
+
+    /// The corners of a row along x.
+    #[inline]
+    fn row(&self, y: usize, z: usize) -> &[u32] {
+        let [row, rows] = [0, 1].map(|k| self.planes[k][self.planes[k].len() - 1] + 1);
+        &self.below[(z * rows + y) * row..][..row]
+    }
 }
 
 /// Lower radii until none exceeds a neighbour's by more than `step`: one sweep up and one down
@@ -462,12 +479,11 @@ mod tests {
     fn table() {
         let field = field(&[[0.5, 0.3, -0.4, 1.0]; 100], 50.0, 0.01, 0.6);
         let table = field.table();
-        let [x, y, z, first] = table[2 * 4];
-        let [nx, .., size] = table[2 * 4 + 1];
+        let [x, y, z, first, nx, _, _, size]: [f32; 8] = table[8 * 4..][..8].try_into().unwrap();
         assert_eq!((size, nx), (0.125, 2.0));
         let first = first as usize;
-        assert_eq!(field.at([x, y, z], UP), table.as_flattened()[first]);
-        assert_eq!(field.at([x + size, y, z], UP), table.as_flattened()[first + 1]);
+        assert_eq!(field.at([x, y, z], UP), table[first]);
+        assert_eq!(field.at([x + size, y, z], UP), table[first + 1]);
     }
 
     #[test]
