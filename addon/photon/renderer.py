@@ -136,7 +136,7 @@ class Renderer:
                         self._parts.append(self.splat)
                     if self.estimator == "gather" or self.needs.mirror:
                         self.grid = PhotonGrid(
-                            device, layer, settings, mesh.extent, triangles is not None
+                            device, layer, settings, mesh.extent, mesh.area, triangles is not None
                         )
                         self._parts.append(self.grid)
                 with self._timed("radius"):

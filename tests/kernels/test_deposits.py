@@ -178,7 +178,9 @@ def test_device_sort_equals_native_sort(
         deposits = kind(device)
         for bounce in bounces:
             deposits.append(*streams(device, *bounce), int(np.count_nonzero(bounce[0][..., 3])))
-        grid = photon_grid.PhotonGrid(device, "compute", Settings(), (1.0, 1.0, 1.0), on_host=False)
+        grid = photon_grid.PhotonGrid(
+            device, "compute", Settings(), (1.0, 1.0, 1.0), area=24.0, on_host=False
+        )
         grid.prepare(deposits, RadiusField.even(device, radius).of_pass(1.0))
         count = deposits.tables()[0]
         places, fluxes = (
