@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Seconds to equal error on a GPU: `python -m tests.bench.race SCENE.npz [--size N]`.
+"""Seconds to equal error at any size: `python -m tests.bench.race SCENE.npz [--size N]`.
 
-Photon Stream against Mitsuba's path tracer (cuda_ad_rgb) on one machine without Blender. The
-reference is Mitsuba's own, in two halves of many samples and other seeds.
+Photon Stream against one path tracer on one machine: Mitsuba (cuda_ad_rgb, or MITSUBA_VARIANT), or
+Cycles, for which the scene is one of blend_scenes. The reference is the other's own, in two halves
+of many samples and other seeds.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
 import math
 import os
 from collections.abc import Iterator
@@ -18,7 +20,7 @@ import numpy as np
 from .chart.contenders.steps import Budget, Step
 from .chart.measure import Point, mean_of, squared_errors
 from .chart.results import seconds_by_slope, seconds_to
-from .chart.scenes import Reference
+from .chart.scenes import Reference, blend_file
 
 TARGETS = (1e-2, 1e-3)
 REFERENCE_SEEDS = (1001, 2001)
@@ -38,25 +40,27 @@ def climbed(steps: Iterator[Step], reference: Reference) -> list[Point]:
 def main() -> None:
     """Print both curves and the ratios."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("scene", type=Path, help=".npz")
+    parser.add_argument("scene", type=Path, help=".npz; with Cycles it is written")
+    parser.add_argument("--peer", choices=("mitsuba", "cycles"), default="mitsuba")
     parser.add_argument("--size", type=int, default=512, help="[px] a side")
     parser.add_argument("--seconds", type=float, default=20.0, help="of each half and contender")
     arguments = parser.parse_args()
     os.environ.setdefault("MITSUBA_VARIANT", "cuda_ad_rgb")
-    from .chart.contenders import mitsuba, photon_stream
+    peer = importlib.import_module(f".chart.contenders.{arguments.peer}", __package__)
+    from .chart.contenders import photon_stream
 
-    engines = (mitsuba.Engine(), photon_stream.Engine())
-    for engine in engines:
-        engine.load(arguments.scene, arguments.scene, arguments.size)
+    name = arguments.peer.title()
+    theirs, ours = peer.Engine(), photon_stream.Engine()
+    for engine in (theirs, ours):
+        engine.load(arguments.scene, blend_file(arguments.scene.stem), arguments.size)
         print(engine.about)
-    theirs, ours = engines
     halves = []
     for seed in REFERENCE_SEEDS:
         *_, last = theirs.climb("path", seed, Budget(arguments.seconds))
         halves.append(np.asarray(last.image, np.float64))
         print(f"reference: {last.effort} samples a pixel in {last.seconds.wall:.1f} s", flush=True)
-    reference = Reference(halves[0], halves[1], "Mitsuba path")
-    print("  Mitsuba path")
+    reference = Reference(halves[0], halves[1], f"{name} path")
+    print(f"  {name} path")
     path = climbed(theirs.climb("path", 1, Budget(arguments.seconds)), reference)
     print("  Photon Stream")
     photons = climbed(ours.climb("photons", 1, Budget(arguments.seconds)), reference)
@@ -68,7 +72,7 @@ def main() -> None:
                 f"{seconds:.4g} s" if math.isfinite(seconds) else f"~{later:.4g} s by slope"
             )
         ratio = f": {reached[0] / reached[1]:.3g} times sooner" if max(reached) < math.inf else ""
-        print(f"relMSE {target:g}: Mitsuba {told[0]}, ours {told[1]}{ratio}")
+        print(f"relMSE {target:g}: {name} {told[0]}, ours {told[1]}{ratio}")
 
 
 if __name__ == "__main__":
