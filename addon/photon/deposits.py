@@ -238,19 +238,20 @@ class DeviceDeposits:
         return self.count, *self._textures
 
     def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Download the list: the rows in use, not all that there is room for."""
-        rows = -(-self.count // TABLE_WIDTH)
-        place, deposit = (np.empty((TABLE_WIDTH * rows, 4), np.float32) for _ in self._textures)
-        self._read_rows(rows, (place, deposit))
-        return place[: self.count], deposit[: self.count]
+        """Download the list."""
+        place, deposit = (self._device.texels(texture, self.count) for texture in self._textures)
+        return place, deposit
 
     def copy(self) -> Copy:
         """The used rows of the textures, by a copy within the device."""
-        rows = -(-self.count // TABLE_WIDTH)
-        size = 16 * TABLE_WIDTH * rows
-        parts = tuple(self._device.ctx.buffer(reserve=size) for _ in self._textures if rows)
-        self._read_rows(rows, parts)
-        return Copy(self.count, parts)
+        size = 16 * TABLE_WIDTH * -(-self.count // TABLE_WIDTH)
+        parts = []
+        for texture in self._textures if size else ():
+            whole, used = self._device.copy(texture), self._device.ctx.buffer(reserve=size)
+            self._device.ctx.copy_buffer(used, whole, size)
+            whole.release()
+            parts.append(used)
+        return Copy(self.count, tuple(parts))
 
     def paste(self, copy: Copy) -> None:
         """The same copy the other way."""
@@ -267,13 +268,6 @@ class DeviceDeposits:
             self._device.forget(texture)
         for item in (*self._textures, self._counts, self._compaction):
             item.release()
-
-    def _read_rows(self, rows: int, targets: tuple[Any, ...]) -> None:
-        """Write the textures' first rows to arrays or buffers: bits, not colours."""
-        self._device.finish_drawing()
-        for texture, target in zip(self._textures if rows else (), targets, strict=False):
-            source = self._device.framebuffer([texture])
-            source.read_into(target, (TABLE_WIDTH, rows), components=4, dtype="f4")
 
     def _ask(self) -> None:
         if self._known:

@@ -128,8 +128,11 @@ class Budget:
         build = NATIVE_BUILD if native else BUILD
         strip = self._strip[0] * self._strip[1]
         textures = self.film_textures * count + self.strip_textures * strip
+        # The first pass's normals wait for the first look, which natively takes more than they do.
+        waiting = 0 if native else count
+        pixels = TEXEL * (textures + waiting), PICTURE * count + STRIP * strip
         return (
-            Part("pixels", count, TEXEL * textures, PICTURE * count + STRIP * strip),
+            Part("pixels", count, *pixels),
             Part("photons", photons, *photon_bytes),
             Part("triangles", self._triangles, tables * self._triangles, build * self._triangles),
         )

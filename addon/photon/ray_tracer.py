@@ -53,7 +53,9 @@ _FAR = 1.0e37  # clip distances beyond float32's use
 class _Buffers:
     """The streams of a region's size: those that a scene has a use for."""
 
-    def __init__(self, device: Device, size: tuple[int, int], needs: SceneNeeds) -> None:
+    def __init__(
+        self, device: Device, size: tuple[int, int], settings: Settings, needs: SceneNeeds
+    ) -> None:
         """Made at once, for the first pass to find them: it took an eighth longer."""
         ones = {"hit": HIT, "place": PLACE, "facing": FACING, "shading": SHADING}
         ones |= dict.fromkeys(("direct_seen", "indirect_seen", "background_seen"), RADIANCE)
@@ -64,7 +66,9 @@ class _Buffers:
             ones |= {"shadow_origin": RAY_ORIGIN, "shadow_direction": RAY_DIRECTION}
             ones |= {"shadow_hit": HIT, "unshadowed": RADIANCE}
         if needs.photons:
-            ones |= {"cuts": CUTS, "coverage": COVERAGE}
+            ones |= {"cuts": CUTS} | (
+                {"coverage": COVERAGE} if settings.boundary_correction else {}
+            )
         if needs.mirror:
             twos |= {"throughput": THROUGHPUT, "mirror": RADIANCE, "mirror_indirect": RADIANCE}
         self.size = size
@@ -101,7 +105,7 @@ class RayTracer:
         self._region = x0, y0, x1, y1 = region
         self._waits = device.keeps_lists(layer)  # while the host asks it something
         self._ended: dict[Region, int] = {}  # at which depth all secondary rays had
-        self._buffers = _Buffers(device, (x1 - x0, y1 - y0), needs)
+        self._buffers = _Buffers(device, (x1 - x0, y1 - y0), settings, needs)
         self._camera = _camera_in_scene_units(scene, frame)
         self._world_to_camera = _column_major(np.linalg.inv(self._camera["matrix"]))
         kinds: list[type[Kernel]] = [EyeRays, CombinePrimary, CombineAll]

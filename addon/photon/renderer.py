@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, Protocol
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -77,6 +78,7 @@ class Renderer:
         self._phase: str | None = None
         self._ticked = 0.0
         self._awaited: Radii | None = None  # of a pass whose photons are on their way
+        self._first_normals: list[moderngl.Buffer] = []  # and depths, of each strip: not read yet
         device.use()
         self.layer = _choose_layer(settings, device)
         layer: Layer = "compute" if self.layer == "compute" else "fragment"
@@ -148,7 +150,7 @@ class Renderer:
             except PhotonStreamError:
                 self.release()
                 raise
-        # Nothing seen, until the first pass.
+        # Nothing seen, until the first pass; a mean over passes would mix objects.
         x0, y0, x1, y1 = settings.frame_region
         self._depth = np.full((y1 - y0, x1 - x0, 1), NO_DEPTH, np.float32)
         self._error: tuple[int, Error] | None = None  # after so many passes
@@ -173,7 +175,7 @@ class Renderer:
                 for number, strip in enumerate(self.film.strips):
                     images = self.ray_tracer.trace(index, strip.region, estimate, radii)
                     if self.film.passes == 0:
-                        self._depth[strip.rows] = self._depth_seen(images["normal"])[: strip.height]
+                        self._first_normals.append(images["normal"].copy())
                     self.film.add(number, images)
             self.device.check()
         except StreamError as error:
@@ -232,8 +234,9 @@ class Renderer:
     def release(self) -> None:
         """Free everything on the device but the device, and what is kept for the next renderer."""
         self.device.use()
-        for part in self._parts:
+        for part in (*self._parts, *self._first_normals):
             part.release()
+        self._first_normals.clear()
         self.device.trim()
 
     @contextmanager
@@ -279,6 +282,7 @@ class Renderer:
     def _look(self) -> dict[str, NDArray[np.float32]]:
         """Make picture and error of what the film holds."""
         self.device.use()
+        self._read_depth()
         film = self.film
         # Strip after strip, and each read twice: what is made of them takes more than they do.
         few = [*film.exposures()] if len(film.strips) == 1 else None
@@ -290,6 +294,15 @@ class Renderer:
                 images[name][strip.rows] = image
         self._error = film.passes, error_of(few or film.exposures(), images["Combined"])
         return images
+
+    def _read_depth(self) -> None:
+        """Read the first pass's depths along the view axis [m], if they are still on the device."""
+        for strip, normals in zip(self.film.strips, self._first_normals, strict=False):
+            texels = np.frombuffer(normals.read(), np.float32).reshape(-1, self._depth.shape[1], 4)
+            depth = texels[: strip.height, :, 3:] * np.float32(self.frame.scale)
+            self._depth[strip.rows] = np.where(depth > 0, depth, np.float32(NO_DEPTH))
+            normals.release()
+        self._first_normals.clear()
 
     def _start_photons(self, index: int, radii: Radii) -> None:
         """Launch a pass's photons. A GPU traces them while the host launches what needs none."""
@@ -320,11 +333,6 @@ class Renderer:
         else:
             assert self.grid
             self.grid.estimate(place, facing, cuts, irradiance, in_chain=view is None)
-
-    def _depth_seen(self, normal: Stream) -> NDArray[np.float32]:
-        """Depth along the view axis [m] of one pass: a mean over passes would mix objects."""
-        depth = normal.download()[..., 3:] * np.float32(self.frame.scale)
-        return np.where(depth > 0, depth, np.float32(NO_DEPTH))
 
 
 def _choose_layer(settings: Settings, device: Device) -> str:

@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from .functions import find_function
 from .readback import Readback, Reading
@@ -179,8 +181,29 @@ class Device:
         """
         return self._readback.ask(buffer, count)
 
-    def finish_drawing(self) -> None:
-        """Wait until textures hold what was drawn into them; call it before the host reads one.
+    def copy(self, texture: moderngl.Texture) -> moderngl.Buffer:
+        """The texels of a texture of float32 RGBA as they are; the caller releases the buffer."""
+        buffer: moderngl.Buffer = self.ctx.buffer(reserve=16 * texture.width * texture.height)
+        self._finish_drawing()
+        texture.read_into(buffer)
+        return buffer
+
+    def texels(self, texture: moderngl.Texture, count: int | None = None) -> NDArray[np.float32]:
+        """The texels of a texture of float32 RGBA on the host, (count or all, 4)."""
+        if count is None:
+            data = np.empty((texture.width * texture.height, 4), np.float32)
+            self._finish_drawing()
+            texture.read_into(data)
+            return data
+        # By way of a buffer: for a part of a texture the driver would have to make a framebuffer.
+        data, buffer = np.empty((count, 4), np.float32), self.copy(texture)
+        if count:
+            buffer.read_into(data, 16 * count)
+        buffer.release()
+        return data
+
+    def _finish_drawing(self) -> None:
+        """Wait until textures hold what was drawn into them, before the host reads one.
 
         Reading one waits for that in OpenGL, but not always in Mesa 22.3's llvmpipe: of 300 films
         of 50 short passes, while other work kept the cores busy, 35 lacked most of their passes.

@@ -82,10 +82,11 @@ class Stream:
 
     def download(self) -> NDArray[np.float32]:
         """The elements as float32 (height, width, 4)."""
-        data = np.empty((self.size[1], self.size[0], 4), np.float32)
-        self.device.finish_drawing()
-        self.texture.read_into(data)
-        return data
+        return self.device.texels(self.texture).reshape(self.size[1], self.size[0], 4)
+
+    def copy(self) -> moderngl.Buffer:
+        """The elements as they are, on the device; the caller releases the buffer."""
+        return self.device.copy(self.texture)
 
     def release(self) -> None:
         """Free the texture."""
