@@ -30,7 +30,7 @@ from .. import register, unregister
 from ..photon.console import ProgressLine, error_text
 from ..photon.errors import PhotonStreamError, RenderError, SceneError, SettingsError
 from ..photon.process import last_error
-from ..photon.settings import Estimator, Layer
+from ..photon.settings import Estimator, Layer, Settings
 from .engine import PhotonStreamEngine
 from .session import SESSION
 
@@ -226,9 +226,11 @@ def resize(render: bpy.types.RenderSettings, width: int | None, height: int | No
         width = max(1, round(height * across / up))
     elif height is None:
         height = max(1, round(width * up / across))
-    assign(render, "resolution_x", width)
-    assign(render, "resolution_y", height)
-    render.resolution_percentage = 100
+    Settings(width=width, height=height).check()
+    # Blender's sides are 4 to 65536 pixels long: of a quarter of that, 1 to 16384 are.
+    times = 4 if min(width, height) < 4 else 1
+    render.resolution_x, render.resolution_y = times * width, times * height
+    render.resolution_percentage = 100 // times
 
 
 def assign(owner: Any, name: str, value: float) -> None:

@@ -9,7 +9,7 @@ import math
 import os
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import bpy
@@ -132,14 +132,17 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
             raise SceneError("Stereoscopy is not supported: switch it off in the output properties")
         self.update_stats("", "Exporting the scene")
         size = frame_size(scene.render)
+        settings = settings_from(scene, size, border_region(scene.render, size))
+        settings.check()
         exported, report = snapshot(depsgraph, self.camera_override)
         view_layer = depsgraph.view_layer_eval
         properties = scene.photon_stream
+        passes = passes_of(view_layer)
         return Job(
             scene=exported,
-            settings=settings_from(scene, size, border_region(scene.render, size)),
+            settings=replace(settings, caller_bytes=blender_bytes(passes, settings)),
             report=report,
-            passes=passes_of(view_layer),
+            passes=passes,
             scene_name=scene.name,
             layer_name=view_layer.name,
             report_path=bpy.path.abspath(properties.report_path)
@@ -154,27 +157,16 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
         for entry in job.passes:
             count = len(entry.channels)
             self.add_pass(entry.name, count, entry.channels, layer=job.layer_name)
-        # Blender clips this size to the border.
-        result = self.begin_result(
-            0, 0, job.settings.width, job.settings.height, layer=job.layer_name
-        )
-        finished = False
-        try:
-            finished = self._render_into(result, job)
-        finally:
-            # A cancelled render keeps the passes done, as with Cycles; a failed one shows nothing.
-            kept = finished or SESSION.cancelled
-            if not kept:
-                clear_images(result.layers[0])
-                self.update_result(result)
-            self.end_result(result, cancel=not kept)
+        finished = self._render(job)
         for name in METADATA if finished else ():  # into the files that Blender writes
             label = f"photon_stream.{job.layer_name}.{name}"
             self.get_result().stamp_data_add_field(label, str(SESSION.info[name]))
 
-    def _render_into(self, result: bpy.types.RenderResult, job: Job) -> bool:
+    def _render(self, job: Job) -> bool:
         """Return whether the picture is done; False if cancelled."""
         phase, since = "", time.perf_counter()
+        result: bpy.types.RenderResult | None = None
+        finished = False
         events = SESSION.renderer.render(job.scene, job.settings)
         try:
             for progress in events:
@@ -188,16 +180,34 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
                     return False
                 job.warnings += progress.warnings
                 if progress.images is not None:
+                    # No sooner: by now the renderer knows that there is memory for it.
+                    result = result or self._begin(job)
                     write_images(result.layers[0], job.passes, progress.images)
                     self.update_result(result)
                 self._show(progress, now)
                 if progress.done:
                     SESSION.spend(phase, now - since)
                     SESSION.info = dict(progress.info)
+                    finished = True
                     return True
         finally:
             events.close()  # what stops the renderer, however this loop was left
+            if result is not None:
+                # A cancelled render keeps the passes done, as with Cycles; a failed one shows
+                # nothing.
+                self._end(result, kept=finished or SESSION.cancelled)
         raise RenderError("The renderer stopped without a picture")
+
+    def _begin(self, job: Job) -> bpy.types.RenderResult:
+        """Have Blender make room for the picture; it clips this size to the border."""
+        width, height = job.settings.width, job.settings.height
+        return self.begin_result(0, 0, width, height, layer=job.layer_name)
+
+    def _end(self, result: bpy.types.RenderResult, kept: bool) -> None:
+        if not kept:
+            clear_images(result.layers[0])
+            self.update_result(result)
+        self.end_result(result, cancel=not kept)
 
     def _show(self, progress: Progress, now: float) -> None:
         if SESSION.listener is not None:
@@ -259,6 +269,13 @@ def border_region(render: bpy.types.RenderSettings, size: tuple[int, int]) -> Re
     x0, x1 = (int(np.float32(x) * width) for x in (render.border_min_x, render.border_max_x))
     y0, y1 = (int(np.float32(y) * height) for y in (render.border_min_y, render.border_max_y))
     return x0, y0, x1, y1
+
+
+def blender_bytes(passes: list[Pass], settings: Settings) -> int:
+    """Return what a view layer takes in Blender [bytes]: float32, and twice while it is rendered,
+    in the engine's result and in the one shown. Measured: 136 a pixel for 17 channels."""
+    x0, y0, x1, y1 = settings.frame_region
+    return 2 * 4 * sum(len(entry.channels) for entry in passes) * (x1 - x0) * (y1 - y0)
 
 
 def write_images(layer: bpy.types.RenderLayer, passes: list[Pass], images: Images) -> None:

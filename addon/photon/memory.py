@@ -130,9 +130,9 @@ class Budget:
         textures = self.film_textures * count + self.strip_textures * strip
         # The first pass's normals wait for the first look, which natively takes more than they do.
         waiting = 0 if native else count
-        pixels = TEXEL * (textures + waiting), PICTURE * count + STRIP * strip
+        host = PICTURE * count + STRIP * strip + settings.caller_bytes
         return (
-            Part("pixels", count, *pixels),
+            Part("pixels", count, TEXEL * (textures + waiting), host),
             Part("photons", photons, *photon_bytes),
             Part("triangles", self._triangles, tables * self._triangles, build * self._triangles),
         )

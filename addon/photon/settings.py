@@ -57,6 +57,7 @@ class Settings:
     time_limit: float = 0.0  # [s]; 0: none
     noise_threshold: float = 0.0  # relative error, noise and bias, that ends the render; 0: none
     min_passes: int = FEWEST_PASSES  # before noise_threshold may
+    caller_bytes: int = 0  # that the caller will take for the picture, for the look at memory
 
     def check(self) -> None:
         """Raise SettingsError naming the first field that is out of its range."""
@@ -75,6 +76,7 @@ class Settings:
             ("time_limit", 0.0, math.inf),
             ("noise_threshold", 0.0, math.inf),
             ("min_passes", FEWEST_PASSES, 1 << 24),
+            ("caller_bytes", 0, 1 << 62),
         ):
             value = getattr(self, name)
             if value is None and name == "photons":

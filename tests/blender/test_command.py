@@ -17,6 +17,7 @@ import pytest
 
 import addon
 from addon.blender import command
+from addon.blender.export.camera import frame_size
 from addon.photon.scene import Scene
 
 from .build import add_light, add_mesh
@@ -43,14 +44,17 @@ def leftovers(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()} - {"scene.blend"}
 
 
-@pytest.mark.parametrize("suffix", ["png", "exr"])
-def test_writes_a_picture(blend, tmp_path, capsys, suffix) -> None:
+@pytest.mark.parametrize(
+    ("suffix", "size"), [("png", (16, 8)), ("exr", (16, 8)), ("png", (1, 1)), ("png", (401, 3))]
+)
+def test_writes_a_picture(blend, tmp_path, capsys, suffix, size) -> None:
     output = tmp_path / f"out.{suffix}"
-    assert command.main([str(blend), "-o", str(output), *QUICK]) == 0
+    sides = ["--width", str(size[0]), "--height", str(size[1])]
+    assert command.main([str(blend), "-o", str(output), *QUICK, *sides]) == 0
     assert leftovers(tmp_path) == {output.name}
     image = bpy.data.images.load(str(output))
     if suffix == "png":
-        assert tuple(image.size) == (16, 8)
+        assert tuple(image.size) == size
     said = capsys.readouterr().out
     assert f"Wrote {output}" in said and "Opening" in said and "Saving" in said
 
@@ -76,7 +80,9 @@ def test_writes_a_report(blend, tmp_path) -> None:
         (["-o", "out.jpg"], "must end in"),
         (["-o", "out.png", "--report", "missing/report.json"], "cannot be written"),
         (["-o", "out.png", "--passes", "0"], "Passes = 0 is outside"),
-        (["-o", "out.png", "--width", "0", "--height", "5"], "outside"),
+        (["-o", "out.png", "--width", "0", "--height", "5"], "width = 0 is outside [1, 16384]"),
+        (["-o", "out.png", "--width", "65536"], "width = 65536 is outside [1, 16384]"),
+        (["-o", "out.png", "--height", "16384"], "width = 32768 is outside [1, 16384]"),
         (["-o", "out.png", "--radius", "-1"], "Radius = -1.0 is outside"),
         (["-o", "out.png", "--engine", "NONE"], "no such render engine"),
     ],
@@ -123,6 +129,13 @@ def test_size_keeps_proportions(scene) -> None:
     assert (scene.render.resolution_x, scene.render.resolution_y) == (50, 25)
     command.resize(scene.render, None, 10)
     assert (scene.render.resolution_x, scene.render.resolution_y) == (20, 10)
+
+
+@pytest.mark.parametrize(("width", "height"), [(1, 1), (4001, 3), (16384, 1), (4, 16384)])
+def test_every_size_that_there_is(scene, width: int, height: int) -> None:
+    """Blender's own least is four pixels."""
+    command.resize(scene.render, width, height)
+    assert frame_size(scene.render) == (width, height)
 
 
 def test_default_output_is_named_after_the_file() -> None:

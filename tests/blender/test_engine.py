@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import os
 import signal
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -20,12 +21,14 @@ from addon.blender import engine
 from addon.blender.export import Report
 from addon.blender.session import SESSION
 from addon.photon import console
-from addon.photon.process import Progress
+from addon.photon.process import Progress, RendererProcess
+from addon.photon.settings import Settings
 
 from .build import add_light, add_mesh, add_node, finish, new_material, shader_material
 
 pytestmark = pytest.mark.blender
 
+ROOT = Path(__file__).resolve().parents[2]
 COMPONENTS = ("Direct", "Indirect", "Mirror", "Background")
 
 
@@ -254,6 +257,44 @@ def test_a_bug_is_an_error_and_no_picture(room, monkeypatch, tmp_path, where, ca
         bpy.ops.render.render(write_still=True)
     assert not list(tmp_path.iterdir())
     assert "Traceback" in caplog.text
+
+
+SHORT_OF_MEMORY = f"""#!/bin/sh
+export PYTHONPATH={ROOT}
+exec {sys.executable} -c "from addon.photon import memory
+memory.free_host_memory = lambda: 1_000_000_000
+$2"
+"""
+
+
+@pytest.mark.parametrize(
+    ("size", "said"), [(4096, "1 GB are free.*lower the resolution"), (20000, "width = 20000 is")]
+)
+def test_blender_makes_no_room_for_what_is_refused(room, monkeypatch, tmp_path, size, said) -> None:
+    """It would be killed where there is no memory for its own passes."""
+    python = tmp_path / "python"
+    python.write_text(SHORT_OF_MEMORY)
+    python.chmod(0o755)
+    began = []
+    monkeypatch.setattr(engine.PhotonStreamEngine, "_begin", lambda *job: began.append(job))
+    monkeypatch.setattr(SESSION, "_renderer", RendererProcess(str(python)))
+    room.render.resolution_x = room.render.resolution_y = size
+    try:
+        with pytest.raises(RuntimeError, match=said):
+            bpy.ops.render.render()
+    finally:
+        SESSION.close()
+    assert not began
+
+
+def test_memory_that_blender_takes(room) -> None:
+    """Its passes, twice while they are rendered, of the border alone."""
+    passes = engine.passes_of(room.view_layers[0])
+    assert sum(len(entry.channels) for entry in passes) == 21
+    settings = Settings(width=100, height=80)
+    assert engine.blender_bytes(passes, settings) == 168 * 8000
+    border = replace(settings, region=(10, 10, 20, 40))
+    assert engine.blender_bytes(passes, border) == 168 * 300
 
 
 def test_bad_scene_is_an_error(room) -> None:

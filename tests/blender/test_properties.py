@@ -15,7 +15,7 @@ from addon.photon.settings import Estimator, Filter, Layer, Settings, SplatShape
 pytestmark = pytest.mark.blender
 
 # Set by the frame, the region and the film, or of no use in Blender.
-NOT_PROPERTIES = {"width", "height", "region", "first_pass", "transparent"}
+NOT_PROPERTIES = {"width", "height", "region", "first_pass", "transparent", "caller_bytes"}
 
 
 def test_defaults_agree(scene) -> None:

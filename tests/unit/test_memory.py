@@ -167,6 +167,15 @@ def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPa
         Renderer(cornell(), settings, device)
 
 
+def test_what_the_caller_takes(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blender's own copies of the picture count as the renderer's do."""
+    needed = Budget(cornell(), SMALL, device, "native").needed()
+    monkeypatch.setattr(memory, "free_host_memory", lambda: needed + 1_000_000)
+    Budget(cornell(), replace(SMALL, caller_bytes=900_000), device, "native")
+    with pytest.raises(SettingsError, match="for 384 pixels: lower the resolution"):
+        Budget(cornell(), replace(SMALL, caller_bytes=1_100_000_000), device, "native")
+
+
 def test_sides_of_textures(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(device, "texture_limit", 200)
     with pytest.raises(SettingsError, match="300x8 pixels are more than 200 a side"):

@@ -28,6 +28,7 @@ RANGES: list[tuple[str, Any, Any, tuple[Any, ...]]] = [
     ("time_limit", 0.0, 1e9, (-0.1,)),
     ("noise_threshold", 0.0, 1e9, (-0.1,)),
     ("min_passes", 8, 1 << 24, (7, (1 << 24) + 1)),
+    ("caller_bytes", 0, 1 << 62, (-1, (1 << 62) + 1)),
 ]
 CHOICES: dict[str, tuple[str, ...]] = {
     "estimator": ("auto", "splat", "gather"),
