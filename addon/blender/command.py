@@ -116,15 +116,16 @@ def render(options: argparse.Namespace, output: Path, temporary: Path) -> str:
         open_blend(options.blend)
         scene = bpy.context.scene
         apply(options, scene)
+        check_camera(scene)
         opened = time.perf_counter()
         if output.suffix.lower() == ".npz":
             SESSION.snapshot_path = temporary
         bar = ProgressLine() if sys.stderr.isatty() else None
-        SESSION.listener = bar.show if bar else None
+        SESSION.listener, SESSION.quiet = bar.show if bar else None, True
         try:
             run_render()
         finally:
-            SESSION.listener, SESSION.snapshot_path = None, None
+            SESSION.listener, SESSION.quiet, SESSION.snapshot_path = None, False, None
             if bar:
                 bar.clear()
         rendered = time.perf_counter()
@@ -243,14 +244,27 @@ def assign(owner: Any, name: str, value: float) -> None:
     setattr(owner, name, value)
 
 
+def check_camera(scene: bpy.types.Scene) -> None:
+    """Raise SceneError for a scene without camera, where Blender would print that, too."""
+    editor = scene.sequence_editor
+    strips = "strips_all" if hasattr(editor, "strips_all") else "sequences_all"  # before 4.4
+    # These two may show other scenes, through their cameras.
+    composed = getattr(scene, "compositing_node_group", None)  # Blender 5.0 on
+    composed = composed or (bpy.app.version < (5, 0) and scene.use_nodes)
+    if scene.camera is None and not composed and not getattr(editor, strips, ()):
+        raise SceneError(f"Scene '{scene.name}' has no camera")
+
+
 def run_render() -> None:
     """Render the current scene; raise on failure or cancel."""
     if SESSION.cancel.is_set():
         raise Cancelled
     try:
         bpy.ops.render.render()
-    except RuntimeError as error:
-        raise RenderError(SESSION.error or _text(error)) from error
+    except RuntimeError as error:  # Blender's own
+        raise RenderError(_text(error)) from error
+    if SESSION.error:
+        raise RenderError(SESSION.error)
     if SESSION.cancelled or SESSION.cancel.is_set():
         raise Cancelled
 

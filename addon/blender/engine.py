@@ -100,6 +100,8 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
         if not self._started:
             self._started = True
             SESSION.begin()
+        if SESSION.error:  # a view layer before this one failed
+            return
         with self._reported():
             start = time.perf_counter()
             self._job = self._prepare(depsgraph)
@@ -242,7 +244,8 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
         """Turn whatever is raised into an error that Blender shows.
 
         `report` stops operators and scripts and keeps the picture from being saved, `error_set`
-        shows up in the render window; an exception of ours alone would do neither.
+        shows up in the render window; an exception of ours alone would do neither. Without windows
+        both end up as lines on the console: there, one says it.
         """
         try:
             yield
@@ -254,7 +257,10 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
 
     def _fail(self, text: str) -> None:
         SESSION.error = SESSION.error or text
-        self.error_set(text)
+        if SESSION.quiet:
+            return
+        if not bpy.app.background:
+            self.error_set(text)
         self.report({"ERROR"}, f"Photon Stream: {text}")
 
 

@@ -26,6 +26,8 @@ class Session:
     cancel: threading.Event = field(default_factory=threading.Event)
     # Takes over from Blender's status line, for the command line's progress bar.
     listener: Callable[[Progress], None] | None = None
+    # Whoever renders looks at `error` and says it: Blender need not.
+    quiet: bool = False
     # Where the exported scene goes instead of being rendered.
     snapshot_path: Path | None = None
     _renderer: RendererProcess | None = None

@@ -115,12 +115,32 @@ def test_truncated_file_is_an_error(blend, tmp_path, capsys) -> None:
 
 
 @pytest.mark.stability(38)
-def test_scene_without_camera(blend, scene, tmp_path, capsys) -> None:
+@pytest.mark.parametrize("sequencer", [False, True])
+def test_scene_without_camera(blend, scene, tmp_path, capfd, sequencer: bool) -> None:
     scene.camera = None
+    if sequencer:
+        scene.sequence_editor_create()  # an empty one shows no other scene
+    assert failing(blend, tmp_path, capfd) == "Error: Scene 'Scene' has no camera"
+
+
+def failing(blend: Path, tmp_path: Path, capfd) -> str:
+    """The one line, on either stream, of a render of the open scene that fails."""
     bpy.ops.wm.save_as_mainfile(filepath=str(blend))
-    assert command.main([str(blend), "-o", str(tmp_path / "out.png")]) == 1
-    assert "no camera" in capsys.readouterr().err
-    assert "out.png" not in leftovers(tmp_path)
+    capfd.readouterr()
+    assert command.main([str(blend), "-o", str(tmp_path / "out.png"), *QUICK]) == 1
+    assert leftovers(tmp_path) <= {"scene.blend1"}
+    lines = "".join(capfd.readouterr()).splitlines()
+    (line,) = (line for line in lines if "Read blend" not in line and "approximated" not in line)
+    return line
+
+
+def test_errors_are_one_line(blend, scene, tmp_path, capfd, monkeypatch) -> None:
+    """Blender's own error reporting would say each once more, or twice."""
+    scene.camera.data.type = "PANO"
+    assert failing(blend, tmp_path, capfd).startswith("Error: Camera 'Camera' has lens type PANO")
+    scene.camera.data.type = "PERSP"
+    monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent")
+    assert failing(blend, tmp_path, capfd).startswith("Error: no OpenGL 3.3 context")
 
 
 def test_size_keeps_proportions(scene) -> None:

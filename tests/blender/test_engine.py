@@ -303,6 +303,17 @@ def test_bad_scene_is_an_error(room) -> None:
         bpy.ops.render.render()
 
 
+def test_one_error_is_one_line(room, capfd) -> None:
+    """In the background; and the view layers that come after are spared."""
+    room.view_layers.new("Second")
+    room.camera.data.type = "PANO"
+    with pytest.raises(RuntimeError) as raised:
+        bpy.ops.render.render()
+    assert str(raised.value).count("PANO") == 1
+    said = capfd.readouterr()
+    assert (said.out + said.err).count("PANO") == 1
+
+
 def test_stereoscopy_is_refused(room) -> None:
     room.render.use_multiview = True
     with pytest.raises(RuntimeError, match="Stereoscopy"):
@@ -326,13 +337,17 @@ def test_unwritable_report_is_an_error(room, tmp_path) -> None:
         bpy.ops.render.render()
 
 
-@pytest.mark.parametrize("what", ["light", "mesh"])
-def test_missing_things_are_a_word_not_an_error(room, what) -> None:
+@pytest.mark.parametrize(
+    ("what", "said"), [("LIGHT", "no spotlight or point light"), ("MESH", "no triangles")]
+)
+def test_missing_things_are_a_word_not_an_error(room, what, said) -> None:
     for obj in list(room.objects):
-        if obj.type == what.upper():
+        if obj.type == what:
             bpy.data.objects.remove(obj)
     bpy.ops.render.render()
-    assert any(e.feature == f"No {what}" for e in SESSION.reports["Scene"].of("approximated"))
+    report = SESSION.reports["Scene"]
+    assert sum(said in warning for warning in report.warnings) == 1
+    assert not any(entry.object == "Scene 'Scene'" for entry in report.entries)
 
 
 def test_compositor_offers_the_passes(room) -> None:

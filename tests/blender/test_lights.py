@@ -100,7 +100,6 @@ def test_other_kinds_are_named(export, kind) -> None:
     scene, report = export()
     assert scene.lights == ()
     assert ("Light 'Lamp'", f"{kind.capitalize()} light") in reported(report, "ignored")
-    assert ("Scene 'Scene'", "No light") in reported(report, "approximated")
 
 
 def test_unknown_features_are_named(export) -> None:

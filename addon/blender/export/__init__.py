@@ -47,10 +47,6 @@ def snapshot(
             geometry.add(obj, matrix, materials, notes)
     world = getattr(view_layer, "world_override", None) or scene.world
     background = export_world(world, notes)
-    if not lights:
-        notes.approximated(f"Scene '{scene.name}'", "No light", "no point or spot light is on")
-    if not geometry.surfaces:
-        notes.approximated(f"Scene '{scene.name}'", "No mesh", "nothing but the background is seen")
     exported = Scene(
         camera=exported_camera,
         lights=tuple(lights),
