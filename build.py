@@ -7,10 +7,15 @@ Needs nothing but Python: what a command needs besides is installed into .venv b
 
 from __future__ import annotations
 
+import signal
+import sys
+
+if __name__ == "__main__":  # before the imports, which take time: Ctrl-C ends without a traceback
+    signal.signal(signal.SIGINT, lambda *_: sys.exit(130))
+
 import argparse
 import os
 import shutil
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +24,8 @@ from addon.build.environment import PYTHON, ROOT, ensure, ensure_where_possible
 from addon.build.process import Failure, run, say
 
 COMMAND = ROOT / "addon" / "blender" / "command.py"
+# A renderer, and Blender, takes long to start, and stops in order once it has.
+INTERRUPT = {signal.SIGINT}
 RENDER_OPTIONS: dict[str, dict[str, Any]] = {
     "output": {"type": Path, "metavar": "FILE", "help": ".png, or .exr with every pass in float"},
     "frame": {"type": int, "metavar": "N", "help": "frame of the animation"},
@@ -54,7 +61,7 @@ def render(args: argparse.Namespace) -> int:
             options += [f"--{name}", str(value.resolve() if isinstance(value, Path) else value)]
     if snapshot:
         ensure("run", "native")
-        return run([PYTHON, "-m", "addon.photon.command", *options], cwd=ROOT)
+        return run([PYTHON, "-m", "addon.photon.command", *options], cwd=ROOT, held=INTERRUPT)
     if args.blender:
         blender = shutil.which(args.blender)
         if blender is None:
@@ -63,9 +70,9 @@ def render(args: argparse.Namespace) -> int:
         ensure("run", "native")
         background = [blender, "-b", "--factory-startup", "--python-exit-code", "1"]
         env = os.environ | {"PHOTON_STREAM_PYTHON": str(PYTHON)}
-        return run([*background, "--python", COMMAND, "--", *options], env)
+        return run([*background, "--python", COMMAND, "--", *options], env, held=INTERRUPT)
     ensure("run", "native", "blender")
-    return run([PYTHON, COMMAND, *options])
+    return run([PYTHON, COMMAND, *options], held=INTERRUPT)
 
 
 def measure(bench: str, options: list[Any], blender: bool) -> int:
@@ -135,8 +142,6 @@ def main(argv: list[str]) -> int:
     except Failure as error:
         say(f"build.py: {error}")
         return 1
-    except KeyboardInterrupt:
-        return 130
 
 
 if __name__ == "__main__":

@@ -7,12 +7,17 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import threading
+import time
 import tomllib
 from pathlib import Path
 
 import pytest
+
+from tests.scenes import cornell
 
 ROOT = Path(__file__).resolve().parents[1]
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
@@ -209,6 +214,78 @@ def stamped() -> bool:
     """Whether build.py has set this environment up, so that it has nothing to install."""
     stamps = ROOT / ".venv" / "photon_stream.json"
     return stamps.exists() and "blender" in json.loads(stamps.read_text())
+
+
+def test_ctrl_c_while_build_is_imported() -> None:
+    code = """
+import os, runpy, signal, sys
+class Interrupting:
+    def find_spec(self, name, *_):
+        if name == "addon.build":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupting())
+runpy.run_path("build.py", run_name="__main__")
+"""
+    done = run_python(code)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+# What a render does when it gets to the point where it can stop, and how build.py ends then.
+STOPS = [("", 0), ("sys.exit(130)", 130), ("sys.exit(1)", 130), ("os.kill(os.getpid(), 9)", 130)]
+
+
+@pytest.mark.parametrize(("then", "code"), STOPS)
+def test_held_back_until_it_is_let_in(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], then: str, code: int
+) -> None:
+    """A picture that is there in spite of Ctrl-C is no failure."""
+    monkeypatch.syspath_prepend(ROOT)
+    from addon.build.process import run
+
+    child = f"""
+import os, signal, sys, time
+while signal.SIGINT not in signal.sigpending():
+    time.sleep(0.01)
+signal.signal(signal.SIGINT, lambda *_: print("heard of it", flush=True))
+signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
+{then}
+"""
+    timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    if code:
+        with pytest.raises(SystemExit, match=str(code)):
+            run([sys.executable, "-c", child], held=[signal.SIGINT])
+    else:
+        assert run([sys.executable, "-c", child], held=[signal.SIGINT]) == 0
+    timer.join()
+    assert capfd.readouterr().out == "heard of it\n"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+@pytest.mark.skipif(not stamped(), reason="build.py has not set up .venv for bpy")
+@pytest.mark.parametrize("kind", [pytest.param("blend", marks=pytest.mark.blender), "npz"])
+@pytest.mark.parametrize("moment", [0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8])
+def test_ctrl_c_at_any_moment(tmp_path: Path, kind: str, moment: float) -> None:
+    """While Python, Blender and the renderer start, too: a word at most, and no picture."""
+    file = ROOT / "blend_scenes" / "cornell_box.blend"
+    if kind == "npz":
+        file = tmp_path / "scene.npz"
+        cornell().save(file)
+    command = [sys.executable, ROOT / "build.py", "render", file, "-o", tmp_path / "out.png"]
+    with subprocess.Popen(
+        [*command, "--passes", "1000000"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as build:
+        children = Path(f"/proc/{build.pid}/task/{build.pid}/children")
+        deadline = time.monotonic() + 30
+        while not children.read_text():
+            assert build.poll() is None and time.monotonic() < deadline
+            time.sleep(0.005)
+        time.sleep(moment)
+        build.send_signal(signal.SIGINT)
+        _, said = build.communicate(timeout=30)
+    assert build.returncode == 130
+    assert said in ("", "Cancelled\n", "interrupted: no picture written\n")
+    assert set(os.listdir(tmp_path)) <= {"scene.npz"}
 
 
 @pytest.mark.blender

@@ -29,6 +29,7 @@ import bpy
 from .. import register, unregister
 from ..photon.console import ProgressLine, error_text
 from ..photon.errors import PhotonStreamError, RenderError, SceneError, SettingsError
+from ..photon.interrupts import let_in
 from ..photon.process import last_error
 from ..photon.settings import Estimator, Layer, Settings
 from .engine import PhotonStreamEngine
@@ -86,10 +87,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     temporary: Path | None = None
     before = signal.signal(signal.SIGINT, _interrupt)
     try:
-        output, temporary = writable(options.output)
-        if options.report:
-            options.report, _ = writable(options.report, (".json",))
-        print(f"Wrote {output}\n{render(options, output, temporary)}", flush=True)
+        with let_in():
+            output, temporary = writable(options.output)
+            if options.report:
+                options.report, _ = writable(options.report, (".json",))
+            said = render(options, temporary)
+        os.replace(temporary, output)
+        print(f"Wrote {output}\n{said}", flush=True)
     except (Cancelled, KeyboardInterrupt):
         print("Cancelled", file=sys.stderr)
         return CANCELLED
@@ -108,8 +112,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
-def render(options: argparse.Namespace, output: Path, temporary: Path) -> str:
-    """Open, render, save as `temporary`, rename to `output`; return the seconds of each phase."""
+def render(options: argparse.Namespace, output: Path) -> str:
+    """Open, render, save as `output`; return the seconds of each phase."""
     start = time.perf_counter()
     replace_registered()
     try:
@@ -119,7 +123,7 @@ def render(options: argparse.Namespace, output: Path, temporary: Path) -> str:
         check_camera(scene)
         opened = time.perf_counter()
         if output.suffix.lower() == ".npz":
-            SESSION.snapshot_path = temporary
+            SESSION.snapshot_path = output
         bar = ProgressLine() if sys.stderr.isatty() else None
         SESSION.listener, SESSION.quiet = bar.show if bar else None, True
         try:
@@ -130,8 +134,9 @@ def render(options: argparse.Namespace, output: Path, temporary: Path) -> str:
                 bar.clear()
         rendered = time.perf_counter()
         if output.suffix.lower() != ".npz":
-            save(scene, temporary)
-        os.replace(temporary, output)
+            save(scene, output)
+        if SESSION.cancel.is_set():
+            raise Cancelled
         seconds = {"Opening": opened - start, **SESSION.seconds}
         seconds["Other"] = max(0.0, rendered - start - sum(seconds.values()))
         seconds["Saving"] = time.perf_counter() - rendered

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 
@@ -38,13 +39,30 @@ def absent_libraries(packages: dict[str, str]) -> list[str]:
     return absent
 
 
+@contextlib.contextmanager
+def blocked(signals: Iterable[int]) -> Iterator[None]:
+    """Hold signals back, here and in what is started meanwhile, until that lets them in."""
+    if os.name != "posix":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def run(
-    command: Sequence[str | Path], env: dict[str, str] | None = None, cwd: Path | None = None
+    command: Sequence[str | Path],
+    env: dict[str, str] | None = None,
+    cwd: Path | None = None,
+    held: Iterable[int] = (),
 ) -> int:
     """Run to the end and return the exit code; pass Ctrl-C and termination on, once each.
 
     The child has a process group of its own, so that it hears of Ctrl-C from us only, and the
-    same way whether that came from the keyboard or from `kill`.
+    same way whether that came from the keyboard or from `kill`. It starts with the signals `held`
+    blocked: it lets them in when it can stop in order, and its exit code tells whether it did.
     """
     child: subprocess.Popen[bytes] | None = None
     received: list[int] = []
@@ -57,16 +75,17 @@ def run(
     before = {n: signal.signal(n, pass_on) for n in (signal.SIGINT, signal.SIGTERM)}
     try:
         own_group = 0 if os.name == "posix" else None
-        child = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, env=env, cwd=cwd, process_group=own_group
-        )
-        if received and os.name == "posix":  # while it was starting
-            os.killpg(child.pid, received[0])
+        with blocked(held):
+            child = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, env=env, cwd=cwd, process_group=own_group
+            )
+            if received and os.name == "posix":  # while it was starting
+                os.killpg(child.pid, received[0])
         code = child.wait()
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    if received:
+    if received and not (held and code == 0):
         raise SystemExit(128 + received[0])
     return code if code >= 0 else 128 - code
 

@@ -13,6 +13,7 @@ from typing import Any, get_args
 
 from .console import ProgressLine, error_text
 from .errors import PhotonStreamError
+from .interrupts import let_in
 from .picture_file import check_writable, write_picture
 from .process import Progress, last_error
 from .renderer import Renderer, open_device
@@ -59,13 +60,15 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     output = arguments.output or Path(arguments.scene.stem + ".png")
     try:
-        _render(arguments.scene, output, given_settings(arguments))
+        with let_in():
+            said = _render(arguments.scene, output, given_settings(arguments))
     except PhotonStreamError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("interrupted: no picture written", file=sys.stderr)
         return 130
+    print(said)
     return 0
 
 
@@ -81,7 +84,8 @@ def _proportioned(scene: Scene, given: dict[str, Any]) -> dict[str, Any]:
     return size
 
 
-def _render(path: Path, output: Path, given: dict[str, Any]) -> None:
+def _render(path: Path, output: Path, given: dict[str, Any]) -> str:
+    """What took how long, and how good the picture is."""
     check_writable(output)
     Settings(**given).check()
     start = time.perf_counter()
@@ -124,10 +128,11 @@ def _render(path: Path, output: Path, given: dict[str, Any]) -> None:
     end = time.perf_counter()
     phases = {"load": loaded - start, "device": opened - loaded} | renderer.seconds
     phases["save"] = end - rendered
-    print(f"wrote {output} in {end - start:.2f} s")
+    lines = [f"wrote {output} in {end - start:.2f} s"]
     if known := last_error(info):
-        print(f"  {info['passes']} passes, {error_text(*known)}")
-    print("  " + ", ".join(f"{name} {seconds:.3f} s" for name, seconds in phases.items()))
+        lines.append(f"  {info['passes']} passes, {error_text(*known)}")
+    lines.append("  " + ", ".join(f"{name} {seconds:.3f} s" for name, seconds in phases.items()))
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":

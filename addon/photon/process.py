@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from . import errors
 from .errors import PhotonStreamError, RenderError
+from .interrupts import held_back
 from .messages import Message, receive, send
 from .scene import Scene
 from .settings import Settings
@@ -173,7 +174,8 @@ class RendererProcess:
         lifeline, self._lifeline = os.pipe() if os.name == "posix" else (-1, -1)
         code += f".main({str(self._folder)!r}, {lifeline})"
         try:
-            with open(self._folder / "log", "wb") as log:
+            # It never lets Ctrl-C in: what that means is decided here.
+            with open(self._folder / "log", "wb") as log, held_back():
                 self._child = subprocess.Popen(
                     [self._python, "-c", code],
                     stdin=subprocess.PIPE,

@@ -34,7 +34,8 @@ def main(folder: str, lifeline: int) -> None:
     """
     if lifeline >= 0:
         _watch(folder, lifeline)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what Ctrl-C means
+    # What Ctrl-C means, the parent decides; this is for systems where it can't hold it back.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     # The pipe is ours alone: whatever a driver prints goes to the log.
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)

@@ -138,7 +138,7 @@ def test_errors_are_one_line(blend, scene, tmp_path, capfd, monkeypatch) -> None
     """Blender's own error reporting would say each once more, or twice."""
     scene.camera.data.type = "PANO"
     assert failing(blend, tmp_path, capfd).startswith("Error: Camera 'Camera' has lens type PANO")
-    scene.camera.data.type = "PERSP"
+    bpy.context.scene.camera.data.type = "PERSP"  # of the file that was opened
     monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent")
     assert failing(blend, tmp_path, capfd).startswith("Error: no OpenGL 3.3 context")
 

@@ -300,6 +300,17 @@ def test_crash_says_what_the_child_said(tmp_path: Path) -> None:
     assert process.pid is None and process._folder is None
 
 
+@linux
+def test_child_never_hears_of_ctrl_c(tmp_path: Path) -> None:
+    """Nor before its first line: it would end with a traceback."""
+    fake = tmp_path / "python"
+    fake.write_text("#!/bin/sh\nkill -INT $$\necho still here >&2\nexit 3\n")
+    fake.chmod(0o755)
+    with pytest.raises(RenderError, match="ended with code 3: still here"):
+        list(RendererProcess(str(fake)).render(cornell(), SMALL))
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
 def test_child_that_cannot_start() -> None:
     process = RendererProcess("/nonexistent/python")
     for _ in range(2):
