@@ -24,8 +24,6 @@ from .scene import Scene
 from .settings import Settings
 from .stops import Stops
 
-WATCH_INTERVAL = 0.5  # [s]
-
 
 def main(folder: str, lifeline: int) -> None:
     """Serve requests from standard input; scene and images are files in `folder`.
@@ -61,12 +59,10 @@ def _watch(folder: str, lifeline: int) -> None:
         return
     for descriptor in (0, 1, 2):  # else the parent would wait for ours to close
         os.close(descriptor)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.setsid()  # what ends parent and renderer by their group or terminal must not end this
     try:
-        while not select.select([lifeline], [], [], WATCH_INTERVAL)[0]:
-            if os.getppid() != renderer:  # it has ended by itself
-                os._exit(0)
-        if os.getppid() == renderer:
+        select.select([lifeline], [], [])
+        if os.getppid() == renderer:  # else it has ended by itself
             os.kill(renderer, signal.SIGKILL)
         shutil.rmtree(folder, ignore_errors=True)
     finally:

@@ -403,7 +403,8 @@ from addon.photon.settings import Settings
 from tests.scenes import cornell
 process = RendererProcess()
 settings = Settings(width=24, height=16, photons=int(sys.argv[1]), passes=1 << 20)
-for event in process.render(cornell(), settings):
+events = process.render(cornell(), settings)
+for event in events:
     if event.phase != "Starting":
         print(process.pid, process._folder, flush=True)
         break
@@ -411,14 +412,26 @@ time.sleep(60)
 """
 
 
-@pytest.fixture(params=[1000, 1 << 20], ids=["small passes", "large passes"])
+ENDS = [(1000, "kill"), (1 << 20, "kill"), (1000, "group"), (1000, "renderer first")]
+
+
+@pytest.fixture(params=ENDS, ids=str)
 def orphan(request: pytest.FixtureRequest) -> Any:
-    """(pid, folder) of a renderer whose parent was killed mid-render."""
-    command = [sys.executable, "-c", PARENT, str(request.param)]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as parent:
+    """(pid, folder) of a renderer whose parent was killed mid-render, or with it their group, as
+    build.py passes a termination on."""
+    photons, how = request.param
+    command = [sys.executable, "-c", PARENT, str(photons)]
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, text=True, process_group=0
+    ) as parent:
         assert parent.stdout
         pid, folder = parent.stdout.readline().split()
         assert alive(int(pid))
+        if how == "group":
+            os.killpg(parent.pid, signal.SIGTERM)
+        if how == "renderer first":
+            os.kill(int(pid), signal.SIGTERM)
+            time.sleep(0.7)
         parent.kill()
     yield int(pid), Path(folder)
     for file in Path(folder).glob("*"):
