@@ -7,8 +7,20 @@ Importing the package needs no Blender, so the renderer runs and is tested witho
 from __future__ import annotations
 
 
+def check_numpy() -> None:
+    """Raise ImportError where Blender's Python comes without, as that of a bare Debian package."""
+    try:
+        import numpy  # noqa: F401
+    except ImportError as error:
+        raise ImportError(
+            f"Photon Stream needs numpy in Blender's Python ({error}); "
+            "on Debian: apt install python3-numpy"
+        ) from None
+
+
 def register() -> None:
     """Called by Blender when the add-on is switched on."""
+    check_numpy()
     from . import blender
 
     blender.register()

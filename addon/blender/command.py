@@ -22,6 +22,12 @@ if not __package__:  # run by its path, as `blender --python` does
     # The modules beside this file are not meant to be found by their bare names.
     _here = Path(__file__).resolve().parent
     sys.path[:] = [str(_here.parents[1]), *(path for path in sys.path if Path(path) != _here)]
+    import addon
+
+    try:
+        addon.check_numpy()
+    except ImportError as error:
+        sys.exit(f"Error: {error}")
     __package__ = "addon.blender"
 
 import bpy
