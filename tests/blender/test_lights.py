@@ -42,13 +42,29 @@ def test_spot(export) -> None:
     assert ("Light 'Spot'", "Spot light") in reported(report, "exact")
 
 
-def test_point_with_radius(export) -> None:
-    obj = add_light("Point", "POINT", energy=10.0, shadow_soft_size=0.5)
+@pytest.mark.parametrize(
+    ("radius", "camera", "glossy", "said"),
+    [
+        (0.5, False, True, "its sphere lights, but is not seen in mirrors"),
+        (0.5, True, True, "its sphere lights, but is not seen directly or in mirrors"),
+        (0.5, True, False, "its sphere lights, but is not seen directly"),
+        (0.5, False, False, ""),
+        (0.0, True, True, ""),
+    ],
+)
+def test_point_with_radius(export, radius, camera, glossy, said) -> None:
+    """The sphere that Cycles would show is named."""
+    obj = add_light("Point", "POINT", energy=10.0, shadow_soft_size=radius)
+    obj.visible_camera, obj.visible_glossy = camera, glossy
     if hasattr(obj.data, "use_soft_falloff"):
         obj.data.use_soft_falloff = False
     scene, report = export()
-    assert scene.lights[0].radius == 0.5
-    assert ("Light 'Point'", "Point light") in reported(report, "exact")
+    assert scene.lights[0].radius == radius
+    assert [e.detail for e in report.of("approximated") if e.feature == "Radius"] == [said] * bool(
+        said
+    )
+    exact = ("Light 'Point'", "Point light") in reported(report, "exact")
+    assert exact == (not said and glossy)
 
 
 def test_several_at_once(export) -> None:

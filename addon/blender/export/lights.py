@@ -15,6 +15,8 @@ from .report import Notes
 
 # Two axes count as equally long within matrix_world's float32 rounding.
 EVEN_SCALE = 1e-4
+# How a light's sphere would be seen, by the RNA names of its object's ray visibility.
+VISIBLE = {"visible_camera": "directly", "visible_glossy": "in mirrors"}
 # RNA names of what only EEVEE knows, with their neutral values.
 EEVEE_FACTORS = {"diffuse_factor": "Diffuse", "specular_factor": "Specular"}
 
@@ -103,6 +105,9 @@ def note_light(obj: bpy.types.Object, name: str, notes: Notes) -> None:
         notes.approximated(
             name, "Soft Falloff", "rendered as a sphere; the light nearer than its size differs"
         )
+    seen = " or ".join(how for flag, how in VISIBLE.items() if getattr(obj, flag, True))
+    if data.shadow_soft_size > 0.0 and seen:
+        notes.approximated(name, "Radius", f"its sphere lights, but is not seen {seen}")
     if getattr(data, "use_square", False):
         notes.approximated(name, "Square spot", "its cone is drawn round")
     if getattr(cycles, "is_portal", False):
