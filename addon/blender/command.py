@@ -293,10 +293,17 @@ def save(scene: bpy.types.Scene, path: Path) -> None:
     else:
         image.color_depth = "8"
         image.color_mode = "RGBA" if scene.render.film_transparent else "RGB"
+    render = scene.render
+    aspect = render.pixel_aspect_x, render.pixel_aspect_y
+    # These refuse to write multilayer files whose pixels are not square; their pixels are the same.
+    if multilayer and (5, 0) <= bpy.app.version < (5, 2):
+        render.pixel_aspect_x = render.pixel_aspect_y = 1.0
     try:
         bpy.data.images["Render Result"].save_render(str(path), scene=scene)
     except RuntimeError as error:
         raise RenderError(_text(error)) from error
+    finally:
+        render.pixel_aspect_x, render.pixel_aspect_y = aspect
     if not path.exists():
         raise RenderError(f"{path.parent}: Blender wrote no picture there")
 

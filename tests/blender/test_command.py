@@ -59,6 +59,17 @@ def test_writes_a_picture(blend, tmp_path, capsys, suffix, size) -> None:
     assert f"Wrote {output}" in said and "Opening" in said and "Saving" in said
 
 
+@pytest.mark.parametrize("suffix", ["png", "exr"])
+def test_pixels_that_are_not_square(blend, scene, tmp_path, suffix) -> None:
+    """bpy 5.0 fails to write an EXR of them by itself."""
+    scene.render.pixel_aspect_y = 1.2
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    output = tmp_path / f"out.{suffix}"
+    assert command.main([str(blend), "-o", str(output), *QUICK]) == 0
+    assert output.exists()
+    assert bpy.context.scene.render.pixel_aspect_y == pytest.approx(1.2)
+
+
 def test_writes_a_snapshot(blend, tmp_path) -> None:
     output = tmp_path / "scene.npz"
     assert command.main([str(blend), "-o", str(output)]) == 0
