@@ -5,8 +5,6 @@
 Needs nothing but Python: what a command needs besides is installed into .venv beside this file.
 """
 
-from __future__ import annotations
-
 import signal
 import sys
 

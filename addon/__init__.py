@@ -4,8 +4,6 @@
 Importing the package needs no Blender, so the renderer runs and is tested without one.
 """
 
-from __future__ import annotations
-
 
 def check_numpy() -> None:
     """Raise ImportError where Blender's Python comes without, as that of a bare Debian package."""

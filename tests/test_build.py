@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import os
 import re
@@ -20,6 +21,7 @@ import pytest
 from tests.scenes import cornell
 
 ROOT = Path(__file__).resolve().parents[1]
+BUILD = ROOT / "addon" / "build"
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 SCENES = sorted((ROOT / "blend_scenes").glob("*.blend"))
 
@@ -45,14 +47,31 @@ def test_build_needs_the_standard_library_only() -> None:
 
 def test_build_parses_under_old_pythons() -> None:
     """An old Python must get as far as the message that names the right one."""
-    import ast
+    early = (ROOT / "build.py", ROOT / "addon" / "__init__.py", BUILD / "__init__.py")
+    for path in early:
+        ast.parse(path.read_text(), feature_version=(3, 6))
+        assert "__future__ import annotations" not in path.read_text()  # Python 3.7
+    for path in BUILD.glob("*.py"):
+        ast.parse(path.read_text(), feature_version=(3, 9))
 
-    for path in (
-        ROOT / "build.py",
-        ROOT / "addon" / "__init__.py",
-        *(ROOT / "addon" / "build").glob("*.py"),
-    ):
-        ast.parse(path.read_text(), feature_version=(3, 8))
+
+@pytest.mark.parametrize("version", ["3.6", "3.7", "3.8", "3.9", "3.10", "3.12"])
+def test_other_pythons_are_told_which(tmp_path: Path, version: str) -> None:
+    """By those that are here."""
+    python = shutil.which(f"python{version}")
+    if not python or subprocess.run([python, "--version"], capture_output=True).returncode:
+        pytest.skip(f"no Python {version}")
+    (tmp_path / "x.blend").touch()
+    done = subprocess.run(
+        [python, ROOT / "build.py", "render", "x.blend"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert done.returncode == 1
+    known = r"Python 3\.11( \(bpy [\d.]+\))? or Python 3\.13( \(bpy [\d.]+\))?"
+    assert re.match(rf"build\.py: Photon Stream needs {known}; this is Python 3\.", done.stderr)
+    assert done.stderr.count("\n") == 1
 
 
 def test_build_is_short() -> None:
