@@ -44,7 +44,7 @@ def render(args: argparse.Namespace) -> int:
     """Hand the file to the add-on's command line, under the interpreter that it needs."""
     file: Path = args.file
     if not file.is_file():
-        raise Failure(f"{file}: no such file")
+        raise Failure(f"{file}: {'is a folder' if file.is_dir() else 'no such file'}")
     snapshot = file.suffix.lower() == ".npz"
     if not snapshot and file.suffix.lower() != ".blend":
         raise Failure(f"{file}: neither a .blend file nor an .npz scene snapshot")

@@ -173,6 +173,35 @@ def test_missing_file(tmp_path: Path) -> None:
     assert done.stderr == "build.py: nowhere.blend: no such file\n"
 
 
+def test_folder(tmp_path: Path) -> None:
+    done = build("render", tmp_path)
+    assert done.returncode == 1
+    assert done.stderr == f"build.py: {tmp_path}: is a folder\n"
+
+
+def test_rust_that_cannot_be_fetched(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """What fetches it is a tool of others: its message is shown, its traceback is not."""
+    monkeypatch.syspath_prepend(ROOT)
+    from addon.build import environment
+    from addon.build.process import Failure
+
+    (tmp_path / "puccinialin").mkdir()
+    (tmp_path / "puccinialin" / "__main__.py").write_text(
+        "def main():\n    print('Fetching')\n    raise OSError('no network')\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(environment, "PYTHON", Path(sys.executable))
+    monkeypatch.setattr(environment, "RUST", tmp_path / "rust")
+    monkeypatch.setattr(environment, "pip", lambda *_: None)
+    with pytest.raises(Failure, match="install it with: curl"):
+        environment.bootstrap_rust()
+    said = capfd.readouterr()
+    assert said.out == "Fetching\n"
+    assert said.err.splitlines()[1:] == ["OSError: no network"]
+
+
 def test_missing_snapshot_to_time(tmp_path: Path) -> None:
     done = build("bench", "nowhere.npz", cwd=tmp_path)
     assert done.returncode == 1

@@ -208,6 +208,7 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     except TypeError as error:
         raise SettingsError(f"--engine {options.engine}: no such render engine here") from error
     if options.frame is not None:
+        assign(scene, "frame_current", options.frame)
         scene.frame_set(options.frame)
     for name in ("seed", "passes"):
         if getattr(options, name) is not None:

@@ -24,6 +24,13 @@ VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 STAMPS = VENV / "photon_stream.json"
 RUST = VENV / "rust"  # a toolchain of our own, only where cargo is missing or too old
+# What fetches it, with a line instead of a traceback where that fails
+PUCCINIALIN = """
+import sys
+sys.excepthook = lambda kind, error, _: print(f"{kind.__name__}: {error}", file=sys.stderr)
+from puccinialin.__main__ import main
+main()
+"""
 WHEELS = ROOT / "build" / "wheels"
 PYPROJECT = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
 CARGO_TOML = ROOT / "native" / "Cargo.toml"
@@ -178,7 +185,7 @@ def bootstrap_rust() -> dict[str, str]:
     """Fetch a Rust toolchain into .venv, where it disturbs no other."""
     say(f"No cargo {rust_needed()} or newer: fetching Rust into {RUST} (about 650 MB)")
     pip("install", *pinned()["rust"])
-    code = run([PYTHON, "-m", "puccinialin", "--location", RUST, "--info-json", RUST / "env.json"])
+    code = run([PYTHON, "-c", PUCCINIALIN, "--location", RUST, "--info-json", RUST / "env.json"])
     env = rust_env() if code == 0 else None
     if env is None:
         rustup = "curl --proto '=https' --tlsv1.2 -sSf https://sh.rustup.rs | sh"

@@ -95,6 +95,7 @@ def test_writes_a_report(blend, tmp_path) -> None:
         (["-o", "out.png", "--width", "65536"], "width = 65536 is outside [1, 16384]"),
         (["-o", "out.png", "--height", "16384"], "width = 32768 is outside [1, 16384]"),
         (["-o", "out.png", "--radius", "-1"], "Radius = -1.0 is outside"),
+        (["-o", "out.png", "--frame", "99999999"], "Current Frame = 99999999 is outside"),
         (["-o", "out.png", "--engine", "NONE"], "no such render engine"),
     ],
 )
