@@ -271,6 +271,7 @@ def run_render() -> None:
     """Render the current scene; raise on failure or cancel."""
     if SESSION.cancel.is_set():
         raise Cancelled
+    SESSION.error = ""
     try:
         bpy.ops.render.render()
     except RuntimeError as error:  # Blender's own

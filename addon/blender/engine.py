@@ -90,16 +90,18 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
     bl_use_shading_nodes_custom = False
 
     _job: Job | None = None
-    _started = False  # a frame's view layers are updated and rendered one after the other
+    _layers: frozenset[str] = frozenset()  # of a frame: updated and rendered one after the other
     _report = Report()  # of all of them
     _status_time = -math.inf
 
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         """Copy the scene; Blender holds it still meanwhile, which it does not in `render`."""
         self._job = None
-        if not self._started:
-            self._started = True
+        layer = depsgraph.view_layer_eval.name
+        if not self._layers or layer in self._layers:  # Persistent Data keeps this for all frames
+            self._layers, self._report = frozenset(), Report()
             SESSION.begin()
+        self._layers |= {layer}
         if SESSION.error:  # a view layer before this one failed
             return
         with self._reported():

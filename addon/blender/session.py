@@ -26,7 +26,7 @@ class Session:
     cancel: threading.Event = field(default_factory=threading.Event)
     # Takes over from Blender's status line, for the command line's progress bar.
     listener: Callable[[Progress], None] | None = None
-    # Whoever renders looks at `error` and says it: Blender need not.
+    # Whoever renders empties `error` before, and says it afterwards: Blender need not.
     quiet: bool = False
     # Where the exported scene goes instead of being rendered.
     snapshot_path: Path | None = None
@@ -42,7 +42,9 @@ class Session:
     def begin(self) -> None:
         """Forget what the last render said."""
         self.info, self.seconds = {}, {}
-        self.error, self.cancelled = "", False
+        self.cancelled = False
+        if not self.quiet:  # the compositor renders several scenes
+            self.error = ""
 
     def spend(self, phase: str, seconds: float) -> None:
         """Add to the time of a phase of this render."""

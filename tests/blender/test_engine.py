@@ -303,6 +303,30 @@ def test_bad_scene_is_an_error(room) -> None:
         bpy.ops.render.render()
 
 
+def test_persistent_data_forgets_the_last_frame(room) -> None:
+    """Blender then keeps the engine: neither error nor report may outlive their frame."""
+    room.render.use_persistent_data = True
+    room.camera.data.type = "PANO"
+    with pytest.raises(RuntimeError, match="PANO"):
+        bpy.ops.render.render()
+    room.camera.data.type = "PERSP"
+    sun = add_light("Sun", "SUN")
+    bpy.ops.render.render()
+    assert SESSION.error == "" and SESSION.info["passes"] == 2
+    assert any(entry.object == "Light 'Sun'" for entry in SESSION.reports["Scene"].entries)
+    bpy.data.objects.remove(sun)
+    bpy.ops.render.render()
+    assert not any(entry.object == "Light 'Sun'" for entry in SESSION.reports["Scene"].entries)
+
+
+def test_error_of_one_scene_among_several(monkeypatch) -> None:
+    """Who looks at it afterwards finds it, whatever was rendered after it."""
+    monkeypatch.setattr(SESSION, "quiet", True)
+    monkeypatch.setattr(SESSION, "error", "seven")
+    SESSION.begin()
+    assert SESSION.error == "seven"
+
+
 def test_one_error_is_one_line(room, capfd) -> None:
     """In the background; and the view layers that come after are spared."""
     room.view_layers.new("Second")
