@@ -75,6 +75,7 @@ class Job:
     passes: list[Pass]
     scene_name: str
     layer_name: str
+    layers: int  # of the frame
     report_path: str
     warnings: list[str] = field(default_factory=list)
 
@@ -149,6 +150,7 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
             passes=passes,
             scene_name=scene.name,
             layer_name=view_layer.name,
+            layers=layers_of(scene),
             report_path=bpy.path.abspath(properties.report_path)
             or os.environ.get(REPORT_VARIABLE, ""),
         )
@@ -171,7 +173,9 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
         phase, since = "", time.perf_counter()
         result: bpy.types.RenderResult | None = None
         finished = False
-        events = SESSION.renderer.render(job.scene, job.settings)
+        events = SESSION.renderer.render(
+            job.scene, job.settings, layer=job.layer_name, layers=job.layers
+        )
         try:
             for progress in events:
                 now = time.perf_counter()
@@ -284,6 +288,12 @@ def blender_bytes(passes: list[Pass], settings: Settings) -> int:
     in the engine's result and in the one shown. Measured: 136 a pixel for 17 channels."""
     x0, y0, x1, y1 = settings.frame_region
     return 2 * 4 * sum(len(entry.channels) for entry in passes) * (x1 - x0) * (y1 - y0)
+
+
+def layers_of(scene: bpy.types.Scene) -> int:
+    """How many view layers a frame has."""
+    used = 1 if scene.render.use_single_layer else sum(x.use for x in scene.view_layers)
+    return max(1, used)
 
 
 def write_images(layer: bpy.types.RenderLayer, passes: list[Pass], images: Images) -> None:

@@ -90,12 +90,12 @@ class Kept:
 
     def __init__(self, device: Device, budget: int = BUDGET) -> None:
         """`budget` [bytes] of deposits."""
-        self._device, self._budget = device, budget
+        self._device, self.budget = device, budget
         self._stage: Stage | None = None
         self._source: tuple[Any, ...] = ()  # what photons depend on besides the stage
         self._passes: dict[_Key, _Pass] = {}
         self.photon_bytes = 0  # that the deposits of these take
-        self._spare = self._budget
+        self._spare = self.budget
         self._key = _Key(-1, 0)  # of the pass that was started
         self._before = 0, 0  # photons unfinished and dropped when it was
 
@@ -110,7 +110,7 @@ class Kept:
 
     def leave_room(self, spare: int | None) -> None:
         """Keep no more than `spare` [bytes] besides what is kept; None: as the budget says."""
-        self._spare = self._budget if spare is None else self.photon_bytes + spare
+        self._spare = self.budget if spare is None else self.photon_bytes + spare
 
     def forget_photons(self) -> None:
         """Make room."""
@@ -163,7 +163,7 @@ class Kept:
             before = self._before
             unfinished, dropped = mapper.unfinished - before[0], deposits.dropped - before[1]
             mapper.unfinished, deposits.dropped = before
-            if self.photon_bytes + DEPOSIT_BYTES * deposits.count < min(self._budget, self._spare):
+            if self.photon_bytes + DEPOSIT_BYTES * deposits.count < min(self.budget, self._spare):
                 copy = deposits.copy()
                 self._passes[key] = _Pass(copy, unfinished, dropped)
                 self.photon_bytes += copy.bytes

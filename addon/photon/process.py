@@ -84,10 +84,17 @@ class RendererProcess:
         return self._child.pid if self._child and self._child.poll() is None else None
 
     def render(
-        self, scene: Scene, settings: Settings, previews: bool = True
+        self,
+        scene: Scene,
+        settings: Settings,
+        previews: bool = True,
+        layer: str = "",
+        layers: int = 1,
     ) -> Generator[Progress, None, None]:
         """Yield a Progress at least every 0.1 s; the last has done=True and images.
 
+        What has not changed since the last frame is used again, for each `layer` of a frame that
+        has so many `layers`.
         Closing the iterator cancels the render within 0.2 s. Raises what the renderer raised
         (SceneError, SettingsError, DeviceError), or RenderError when the child died.
         """
@@ -102,7 +109,8 @@ class RendererProcess:
                 scene.save(folder / "scene.npz")
             except OSError as error:
                 raise RenderError(f"cannot hand the scene to the renderer: {error}") from error
-            self._send({"type": "render", "settings": asdict(settings)})
+            request = {"settings": asdict(settings), "layer": layer, "layers": layers}
+            self._send({"type": "render"} | request)
             next_preview = 0.5
             while rendering:
                 elapsed = time.monotonic() - start

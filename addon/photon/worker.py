@@ -17,7 +17,7 @@ from typing import Any, BinaryIO
 
 from ..streams import Device
 from .errors import PhotonStreamError, RenderError
-from .kept import Kept
+from .kept import BUDGET, Kept
 from .messages import Message, receive, send
 from .renderer import Renderer, open_device
 from .scene import Scene
@@ -85,7 +85,7 @@ class _Worker:
     def __init__(self, folder: Path, out: BinaryIO, inbox: queue.Queue[Message | None]) -> None:
         self._folder, self._out, self._inbox = folder, out, inbox
         self._device: Device | None = None
-        self._kept: Kept | None = None  # on the device
+        self._kept: dict[str, Kept] = {}  # on the device, by view layer
         self._device_index = -1
 
     def answer(self, request: Message) -> None:
@@ -93,7 +93,16 @@ class _Worker:
         try:
             settings = _settings(request["settings"])
             scene, device = Scene.load(self._folder / "scene.npz"), self._open(settings)
-            renderer = Renderer(scene, settings, device, self._kept)
+            kept = self._kept_of(device, request["layer"], request["layers"])
+            try:
+                renderer = Renderer(scene, settings, device, kept)
+            except PhotonStreamError:
+                if len(self._kept) == 1:
+                    raise
+                # There may be room without what other view layers keep.
+                self._forget_kept()
+                kept = self._kept_of(device, request["layer"], request["layers"])
+                renderer = Renderer(scene, settings, device, kept)
             try:
                 self._render(renderer)
             finally:
@@ -116,14 +125,27 @@ class _Worker:
             self._forget_device()
             self._device = open_device(settings)
             self._device_index = settings.device_index
-            self._kept = Kept(self._device)
         return self._device
+
+    def _kept_of(self, device: Device, layer: str, layers: int) -> Kept:
+        """What a view layer keeps, one of so many that a frame has."""
+        budget = BUDGET // layers
+        others = [kept for kept in self._kept.values() if kept.budget != budget]
+        if others or (layer not in self._kept and len(self._kept) == layers):
+            self._forget_kept()
+        return self._kept.setdefault(layer, Kept(device, budget))
+
+    def _forget_kept(self) -> None:
+        for kept in self._kept.values():
+            kept.release()
+        self._kept.clear()
 
     def _forget_device(self) -> None:
         """Close the device, and with it whatever a failed render left on it."""
         if self._device:
             self._device.release()
-            self._device = self._kept = None
+            self._device = None
+            self._kept.clear()
 
     def _render(self, renderer: Renderer) -> None:
         start, stops, reached = time.monotonic(), Stops(renderer.settings), ""

@@ -50,6 +50,26 @@ def test_camera_moves_then_light(process: RendererProcess) -> None:
     assert all(frame > 0.1 * fresh for frame, fresh in (first, lit))
 
 
+def test_view_layers_keep_photons_each(process: RendererProcess) -> None:
+    """Of two frames with two view layers that show different things; bytes of fresh processes."""
+    views = {"with": cornell(mirror=True), "without": cornell()}
+    seconds: dict[str, list[float]] = {layer: [] for layer in views}
+    for _ in range(2):
+        for layer, scene in views.items():
+            *_, frame = process.render(scene, SETTINGS, previews=False, layer=layer, layers=2)
+            other = RendererProcess()
+            fresh = finish(other, scene)
+            other.close()
+            assert frame.images and fresh.images
+            for name, image in fresh.images.items():
+                assert image.tobytes() == frame.images[name].tobytes(), name
+            seconds[layer].append(
+                frame.info["seconds"]["photons"] / fresh.info["seconds"]["photons"]
+            )
+    print("photons took, over those of the same rendered alone: ", seconds)
+    assert all(first > 0.1 > second for first, second in seconds.values())
+
+
 def test_device_lost_between_frames(process: RendererProcess) -> None:
     """After an error nothing is taken from before: the renderer opens its device anew."""
     first = finish(process, cornell())
