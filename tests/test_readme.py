@@ -44,6 +44,7 @@ def test_options_exist() -> None:
             ROOT / "build.py",
             ROOT / "tests/bench/speed/__main__.py",
             ROOT / "tests/bench/chart/__main__.py",
+            ROOT / "tests/bench/race.py",
         )
     )
     shown = set(re.findall(r"--([a-z]+(?:-[a-z]+)*)\b", README))
