@@ -218,13 +218,25 @@ class DeviceDeposits:
 
     def make_room(self, count: int) -> None:
         """Grow, if need be."""
-        self._grow(count)
+        if count <= self.room:
+            return
+        device, old, rows = self._device, self._textures, self._textures[0].height
+        needed, limit = -(-count // TABLE_WIDTH), device.texture_limit
+        self._textures = self._allocate(max(needed, min(2 * rows, limit)))
+        if self._at_most:
+            for source, target in zip(old, self._textures, strict=True):
+                device.ctx.copy_framebuffer(
+                    device.framebuffer([target]), device.framebuffer([source])
+                )
+        for texture in old:
+            device.forget(texture)
+            texture.release()
 
     def append(self, place: Stream, deposit: Stream, at_most: int | None) -> None:
         """Compact the streams onto the end of the list; what finds no room is counted, too."""
         elements = place.size[0] * place.size[1]
         if at_most is not None and self._at_most + at_most > self.room:
-            self._grow(self.count + at_most)
+            self.make_room(self.count + at_most)
         streams = {"place": place.texture, "deposit": deposit.texture}
         self._compaction.count(elements, streams, [self._counts])
         number = {"append": self._appends}
@@ -256,7 +268,7 @@ class DeviceDeposits:
     def paste(self, copy: Copy) -> None:
         """The same copy the other way."""
         self.clear()
-        self._grow(copy.count)
+        self.make_room(copy.count)
         rows = -(-copy.count // TABLE_WIDTH)
         for texture, buffer in zip(self._textures, copy.parts, strict=False):
             texture.write(buffer, viewport=(0, 0, TABLE_WIDTH, rows))
@@ -283,18 +295,3 @@ class DeviceDeposits:
     def _allocate(self, rows: int) -> tuple[moderngl.Texture, moderngl.Texture]:
         place, deposit = (self._device.texture((TABLE_WIDTH, rows), 4) for _ in range(2))
         return place, deposit
-
-    def _grow(self, wanted: int) -> None:
-        if wanted <= self.room:
-            return
-        device, old, rows = self._device, self._textures, self._textures[0].height
-        needed, limit = -(-wanted // TABLE_WIDTH), device.texture_limit
-        self._textures = self._allocate(max(needed, min(2 * rows, limit)))
-        if self._at_most:
-            for source, target in zip(old, self._textures, strict=True):
-                device.ctx.copy_framebuffer(
-                    device.framebuffer([target]), device.framebuffer([source])
-                )
-        for texture in old:
-            device.forget(texture)
-            texture.release()

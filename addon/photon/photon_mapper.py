@@ -169,7 +169,8 @@ class PhotonMapper:
         while flight.alive and flight.bounce <= last:
             flight.alive = self._fly(flight)
             found.append(flight.alive)
-            flight.paths = self._compacted(flight.paths, flight.alive)
+            if flight.alive:
+                flight.paths = self._compacted(flight.paths, flight.alive)
         if flight.bounce > last:
             self.unfinished += flight.alive
         if self._tally:

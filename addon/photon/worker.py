@@ -130,8 +130,8 @@ class _Worker:
     def _kept_of(self, device: Device, layer: str, layers: int) -> Kept:
         """What a view layer keeps, one of so many that a frame has."""
         budget = BUDGET // layers
-        others = [kept for kept in self._kept.values() if kept.budget != budget]
-        if others or (layer not in self._kept and len(self._kept) == layers):
+        as_many = all(kept.budget == budget for kept in self._kept.values())
+        if not as_many or (layer not in self._kept and len(self._kept) == layers):
             self._forget_kept()
         return self._kept.setdefault(layer, Kept(device, budget))
 

@@ -17,11 +17,28 @@ from tests.scenes import cornell
 SETTINGS = Settings(width=24, height=16, photons=100_000, passes=3)
 
 
-def finish(process: RendererProcess, scene: Scene, settings: Settings = SETTINGS) -> Progress:
+def finish(
+    process: RendererProcess,
+    scene: Scene,
+    settings: Settings = SETTINGS,
+    layer: str = "",
+    layers: int = 1,
+) -> Progress:
     """Render to the end; the last event."""
-    *_, last = process.render(scene, settings, previews=False)
+    *_, last = process.render(scene, settings, previews=False, layer=layer, layers=layers)
     assert last.done and last.images is not None
     return last
+
+
+def finish_alone(scene: Scene, frame: Progress) -> Progress:
+    """The same in a process of its own, which has the frame's bytes."""
+    process = RendererProcess()
+    alone = finish(process, scene)
+    process.close()
+    assert frame.images and alone.images
+    for name, image in alone.images.items():
+        assert image.tobytes() == frame.images[name].tobytes(), name
+    return alone
 
 
 def test_camera_moves_then_light(process: RendererProcess) -> None:
@@ -36,12 +53,7 @@ def test_camera_moves_then_light(process: RendererProcess) -> None:
     seconds = []
     for view in scenes:
         frame = finish(process, view)
-        other = RendererProcess()
-        fresh = finish(other, view)
-        other.close()
-        assert frame.images and fresh.images
-        for name, image in fresh.images.items():
-            assert image.tobytes() == frame.images[name].tobytes(), name
+        fresh = finish_alone(view, frame)
         assert {**frame.info, "seconds": 0} == {**fresh.info, "seconds": 0}
         seconds.append((frame.info["seconds"]["photons"], fresh.info["seconds"]["photons"]))
     print("photons took, of each frame and of the same rendered alone: ", seconds)
@@ -56,13 +68,8 @@ def test_view_layers_keep_photons_each(process: RendererProcess) -> None:
     seconds: dict[str, list[float]] = {layer: [] for layer in views}
     for _ in range(2):
         for layer, scene in views.items():
-            *_, frame = process.render(scene, SETTINGS, previews=False, layer=layer, layers=2)
-            other = RendererProcess()
-            fresh = finish(other, scene)
-            other.close()
-            assert frame.images and fresh.images
-            for name, image in fresh.images.items():
-                assert image.tobytes() == frame.images[name].tobytes(), name
+            frame = finish(process, scene, layer=layer, layers=2)
+            fresh = finish_alone(scene, frame)
             seconds[layer].append(
                 frame.info["seconds"]["photons"] / fresh.info["seconds"]["photons"]
             )
@@ -92,9 +99,4 @@ def test_cancelled_render_leaves_its_passes(process: RendererProcess) -> None:
         if event.passes_done >= 2:
             break
     events.close()
-    frame, other = finish(process, cornell()), RendererProcess()
-    fresh = finish(other, cornell())
-    other.close()
-    assert frame.images and fresh.images
-    for name, image in fresh.images.items():
-        assert image.tobytes() == frame.images[name].tobytes(), name
+    finish_alone(cornell(), finish(process, cornell()))
