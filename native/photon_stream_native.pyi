@@ -60,9 +60,7 @@ class RadiusField:
         self,
         place: NDArray[np.float32],
         deposit: NDArray[np.float32],
-        low: Sequence[float],
-        high: Sequence[float],
-        cell_size: float,
+        grids: NDArray[np.float32],
         *,
         photons: float,
         times: float,
@@ -96,6 +94,7 @@ class PhotonMap:
         filter: str,
     ) -> NDArray[np.float32]: ...
 
+def radius_grids(sample: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]: ...
 def build_bvh(
     vertices: NDArray[np.float32], triangles: NDArray[np.int32]
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], int, int]: ...

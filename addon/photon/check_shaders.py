@@ -34,8 +34,8 @@ def programs() -> Iterator[tuple[str, str, Source]]:
     for name, vertex, fragment in variants.splats(FRAGMENT_VERSION):
         yield name, "vert", vertex
         yield name, "frag", fragment
-    for stem in variants.COMPUTE:
-        yield stem, "comp", compute_source(stem)
+    for stem, declarations in variants.compute_programs():
+        yield stem, "comp", compute_source(stem, declarations=declarations)
 
 
 def main() -> int:

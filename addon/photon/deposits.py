@@ -14,11 +14,16 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..streams import TABLE_WIDTH, Compaction, Device, Reading, Stream
+from ..streams import TABLE_WIDTH, Compaction, Device, Program, Reading, Stream
 from .geometry import upload_table
 
 DEPOSIT_BYTES = 32  # two texels
 MOST_APPENDS = 1025  # a pass: one a bounce, and the first hits
+
+
+def step_of(count: int, most: int) -> int:
+    """From one of a sample of `most` of `count` to the next."""
+    return max(1, -(-count // most))
 
 
 @dataclass(frozen=True)
@@ -58,11 +63,11 @@ class Deposits(Protocol):
         """Begin a pass."""
 
     def make_room(self, count: int) -> None:
-        """For so many in all."""
+        """For so many in all, before any is added."""
 
-    def append(self, place: Stream, deposit: Stream, at_most: int | None) -> None:
-        """Add the elements of the streams that are not zero, in order: `at_most` so many, or as
-        many as there is room for."""
+    def append(self, place: Stream, deposit: Stream) -> None:
+        """Add the elements of the streams that are not zero, in order; what finds no room is
+        counted, too."""
 
     def ask(self) -> None:
         """Ask the device how many there are; who needs to know then waits for what was before."""
@@ -72,6 +77,9 @@ class Deposits(Protocol):
 
     def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """All of them as (P, 4) arrays on the host."""
+
+    def sample(self, most: int) -> NDArray[np.float32]:
+        """Every so many-th one's position and packed normal, (`most` or fewer, 4)."""
 
     def copy(self) -> Copy:
         """All of them, beyond the pass; the caller releases them."""
@@ -111,7 +119,7 @@ class HostDeposits:
     def make_room(self, count: int) -> None:
         """There is."""
 
-    def append(self, place: Stream, deposit: Stream, at_most: int | None) -> None:
+    def append(self, place: Stream, deposit: Stream) -> None:
         """Download the streams and keep what landed."""
         places, deposits = (x.download().reshape(-1, 4) for x in (place, deposit))
         there = np.flatnonzero(places[:, 3])
@@ -140,6 +148,11 @@ class HostDeposits:
             places, deposits = zip(*self._parts, strict=True)
             self._parts = [(np.concatenate(places), np.concatenate(deposits))]
         return self._parts[0]
+
+    def sample(self, most: int) -> NDArray[np.float32]:
+        """A part of the arrays."""
+        place, deposit = (array[:: step_of(self.count, most)] for array in self.arrays())
+        return np.concatenate([place[:, :3], deposit[:, 3:]], axis=1)
 
     def copy(self) -> Copy:
         """The arrays themselves: nobody writes to them."""
@@ -180,31 +193,31 @@ class DeviceDeposits:
         self._counts = device.ctx.buffer(bytes(4 + 4 * MOST_APPENDS))
         self._counted = self._dropped = 0
         self._appends = 0  # of this pass
-        self._at_most = 0  # as many deposits may there be
-        self._known = True  # whether there are exactly so many
-        self._reading: Reading | None = None  # since the last append
+        self._count: int | None = 0  # None: not known since the last append
+        self._reading: Reading | None = None  # of it
         self.held: Any = None
 
     @property
     def count(self) -> int:
         """How many there are (waits for the device)."""
-        self._ask()
-        return self._at_most
+        self._learn()
+        assert self._count is not None
+        return self._count
 
     @property
     def dropped(self) -> int:
         """Deposits that were not finite, over all passes (waits for the device)."""
-        self._ask()
+        self._learn()
         return self._dropped
 
     @dropped.setter
     def dropped(self, number: int) -> None:
-        self._ask()
+        self._learn()
         self._dropped = number
 
     def clear(self) -> None:
         """Begin a pass."""
-        self._appends, self._at_most, self._known, self.held = 0, 0, True, None
+        self._appends, self._count, self.held = 0, 0, None
 
     @property
     def room(self) -> int:
@@ -213,37 +226,31 @@ class DeviceDeposits:
 
     def ask(self) -> None:
         """Ask how many there are, for later."""
-        if not self._known:
+        if self._count is None:
             self._reading = self._device.ask(self._counts, 1 + self._appends)
 
     def make_room(self, count: int) -> None:
-        """Grow, if need be."""
-        if count <= self.room:
-            return
-        device, old, rows = self._device, self._textures, self._textures[0].height
-        needed, limit = -(-count // TABLE_WIDTH), device.texture_limit
-        self._textures = self._allocate(max(needed, min(2 * rows, limit)))
-        if self._at_most:
-            for source, target in zip(old, self._textures, strict=True):
-                device.ctx.copy_framebuffer(
-                    device.framebuffer([target]), device.framebuffer([source])
-                )
-        for texture in old:
-            device.forget(texture)
-            texture.release()
+        """Longer textures, if need be."""
+        if count > self.room:
+            for texture in self._textures:
+                self._device.put_back(texture)
+            rows = -(-count // TABLE_WIDTH)
+            step = 1 << max(
+                0, rows.bit_length() - 3
+            )  # as many as another time, though not the same
+            self._textures = self._allocate(
+                min(-(-rows // step) * step, self._device.texture_limit)
+            )
 
-    def append(self, place: Stream, deposit: Stream, at_most: int | None) -> None:
-        """Compact the streams onto the end of the list; what finds no room is counted, too."""
+    def append(self, place: Stream, deposit: Stream) -> None:
+        """Compact the streams onto the end of the list."""
         elements = place.size[0] * place.size[1]
-        if at_most is not None and self._at_most + at_most > self.room:
-            self.make_room(self.count + at_most)
         streams = {"place": place.texture, "deposit": deposit.texture}
         self._compaction.count(elements, streams, [self._counts])
         number = {"append": self._appends}
         self._compaction.move(elements, streams, self._textures, [self._counts], number)
         self._appends += 1
-        self._at_most += at_most or 0
-        self._known, self._reading = False, None
+        self._count, self._reading = None, None
 
     def tables(self) -> tuple[int, moderngl.Texture, moderngl.Texture]:
         """The list as it is on the device."""
@@ -254,6 +261,19 @@ class DeviceDeposits:
         place, deposit = (self._device.texels(texture, self.count) for texture in self._textures)
         return place, deposit
 
+    def sample(self, most: int) -> NDArray[np.float32]:
+        """Download no more than that."""
+        step = step_of(self.count, most)
+        some = np.empty((-(-self.count // step), 4), np.float32)
+        if len(some):
+            buffer = self._device.buffer(some.nbytes)
+            textures = dict(zip(("place", "deposit"), self._textures, strict=True))
+            program = Program(self._device, "deposits_sample")
+            program.run(len(some), [buffer], textures, uniforms={"step": step})
+            buffer.read_into(some, some.nbytes)
+            self._device.put_back(buffer)
+        return some
+
     def copy(self) -> Copy:
         """The used rows of the textures, by a copy within the device."""
         size = 16 * TABLE_WIDTH * -(-self.count // TABLE_WIDTH)
@@ -261,7 +281,7 @@ class DeviceDeposits:
         for texture in self._textures if size else ():
             whole, used = self._device.copy(texture), self._device.ctx.buffer(reserve=size)
             self._device.ctx.copy_buffer(used, whole, size)
-            whole.release()
+            self._device.put_back(whole)
             parts.append(used)
         return Copy(self.count, tuple(parts))
 
@@ -272,25 +292,25 @@ class DeviceDeposits:
         rows = -(-copy.count // TABLE_WIDTH)
         for texture, buffer in zip(self._textures, copy.parts, strict=False):
             texture.write(buffer, viewport=(0, 0, TABLE_WIDTH, rows))
-        self._at_most = copy.count
+        self._count = copy.count
 
     def release(self) -> None:
         """Free textures and buffers."""
         for texture in self._textures:
-            self._device.forget(texture)
-        for item in (*self._textures, self._counts, self._compaction):
+            self._device.put_back(texture)
+        for item in (self._counts, self._compaction):
             item.release()
 
-    def _ask(self) -> None:
-        if self._known:
+    def _learn(self) -> None:
+        if self._count is not None:
             return
         if not self._reading:
             self.ask()
         assert self._reading
-        counted, *_, self._at_most = self._reading.numbers()
-        self._known, self._reading = True, None
-        self._dropped += (counted - self._counted) % (1 << 32)
-        self._counted = counted
+        dropped, *_, self._count = self._reading.numbers()
+        self._reading = None
+        self._dropped += (dropped - self._counted) % (1 << 32)
+        self._counted = dropped
 
     def _allocate(self, rows: int) -> tuple[moderngl.Texture, moderngl.Texture]:
         place, deposit = (self._device.texture((TABLE_WIDTH, rows), 4) for _ in range(2))

@@ -183,6 +183,7 @@ class Tables:
         self, device: Device, scene: Scene, frame: Frame, mesh: Mesh, on_host: bool = False
     ) -> None:
         """`on_host`: the native core traces, so no kernel reads the tree."""
+        self._device = device
         self.textures = {} if on_host else {"bvh_nodes": upload_table(device, mesh.nodes)}
         self.textures |= {
             "bvh_corners": upload_table(device, mesh.corners),
@@ -196,6 +197,6 @@ class Tables:
         return {name: self.textures[name] for name in kernel.tables if name in self.textures}
 
     def release(self) -> None:
-        """Free the textures."""
+        """Put the textures back."""
         for texture in self.textures.values():
-            texture.release()
+            self._device.put_back(texture)

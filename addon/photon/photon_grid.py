@@ -207,7 +207,7 @@ class _DeviceSort:
             Program(device, f"grid_{step}") for step in ("count", "scatter", "rank")
         )
         self._scan, self._zero = Scan(device), Program(device, "fill_zero")
-        self._fullest = device.ctx.buffer(reserve=4)
+        self._fullest = device.buffer(4)
         self._reading: Reading | None = None  # of it, in the last pass
         self._buffers: dict[str, moderngl.Buffer] = {}
 
@@ -241,13 +241,14 @@ class _DeviceSort:
         """A buffer of `count` numbers at least, kept from pass to pass."""
         if name not in self._buffers or self._buffers[name].size < 4 * count:
             if name in self._buffers:
-                self._buffers[name].release()
-            self._buffers[name] = self._device.ctx.buffer(reserve=4 * (count + count // 8))
+                self._device.put_back(self._buffers[name])
+            self._buffers[name] = self._device.buffer(4 * count)
         return self._buffers[name]
 
     def release(self) -> None:
-        for item in (self._scan, self._fullest, *self._buffers.values()):
-            item.release()
+        self._scan.release()
+        for buffer in (self._fullest, *self._buffers.values()):
+            self._device.put_back(buffer)
 
 
 def _cell_size(extent: Any, width: float) -> float:

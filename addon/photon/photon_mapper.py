@@ -15,6 +15,7 @@ import photon_stream_native as native
 
 from ..streams import Compaction, Device, PingPong, Reading, Stream, Tally
 from ..streams.device import Layer
+from .bounces import Bounces
 from .deposits import Deposits, DeviceDeposits, HostDeposits
 from .generator import Generator
 from .geometry import Frame, Mesh, Tables, light_table, material_table
@@ -32,9 +33,13 @@ STREAM_WIDTH = 1024  # photons a row
 # so: 8.5 -> 5.5 ms (2 million of them, cornell_classic), 3.0 -> 2.5 ms (262144).
 BOUNCES_A_LOOK = 4
 ROWS_WORTH_A_MOVE = 256
+# Photons that take all bounces up to a look in one launch, at most: it has streams for the deposits
+# of each bounce.
+ROWS_FOR_BOUNCES = 512
 # After the first pass the host does not ask, but goes by what the passes before found, an eighth
 # more, and this: by chance they differ by the square root of their number.
 SPARE_PHOTONS = 1024
+GUESSED = 2  # times that a photon lands, before any has
 
 
 class _Paths:
@@ -49,6 +54,15 @@ class _Paths:
         self.hit = Stream(device, HIT, size)
         self.place = Stream(device, PLACE, size)
         self.deposit = Stream(device, DEPOSIT, size)
+        self._device = device
+        self._landed: tuple[Stream, ...] = ()
+
+    def landed(self) -> tuple[Stream, ...]:
+        """Places and deposits of all bounces up to a look."""
+        if not self._landed:
+            size = (STREAM_WIDTH, self.rows * BOUNCES_A_LOOK)
+            self._landed = Stream(self._device, PLACE, size), Stream(self._device, DEPOSIT, size)
+        return self._landed
 
     def pairs(self) -> tuple[PingPong, PingPong, PingPong]:
         """What a bounce renews."""
@@ -74,8 +88,10 @@ class _Paths:
         compaction.move(elements, textures, [target.texture for target in targets])
 
     def release(self) -> None:
-        for item in (*self.pairs(), self.hit, self.place, self.deposit):
-            item.release()
+        for pair in self.pairs():
+            pair.release()
+        for stream in (self.hit, self.place, self.deposit, *self._landed):
+            stream.release()
 
 
 @dataclass
@@ -112,12 +128,14 @@ class PhotonMapper:
         self._settings, self._needs, self._light_count = settings, needs, light_count
         on_device = device.keeps_lists(layer)
         self._compaction = Compaction(device, "paths") if on_device else None
+        self._bounces = Bounces(device, BOUNCES_A_LOOK) if on_device else None
         looks = needs.photon_bounces // BOUNCES_A_LOOK + 1
         self._tally = Tally(device, looks) if on_device else None
         # By the photons of a pass: how many landed, and how many were alive at each look, in
         # whichever pass most did.
         self._foreseen: dict[int, list[int]] = {}
         self._flight: _Flight | None = None
+        self._dropped = 0  # deposits, before it
         self._paths: dict[int, _Paths] = {}  # by rows
         self.deposits: Deposits = DeviceDeposits(device) if on_device else HostDeposits(device)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
@@ -137,19 +155,19 @@ class PhotonMapper:
     def start(self, index: int, photons: int | None = None) -> None:
         """Launch a pass as far as the passes before tell what it needs, and wait for nothing."""
         photons = self._settings.photons_a_pass if photons is None else photons
+        self._dropped = self.deposits.dropped
         flight = self._flight = self._emit(index, photons)
         if not self._foreseen:
-            self.deposits.make_room(photons)  # at a guess: growing takes longer
+            self.deposits.make_room(GUESSED * photons)
             return
         assert self._tally
-        self._tally.clear()
         # By rule of three from passes of other photons, such as the one that tells the radii.
         nearest = min(self._foreseen, key=lambda number: abs(number - photons))
         scale = photons / nearest
         landed, *alive = (_and_some(math.ceil(scale * n)) for n in self._foreseen[nearest])
         self.deposits.make_room(landed)
         for at_most in alive:
-            self._fly(flight, self._tally)
+            self._fly(flight)
             flight.alive = min(flight.alive, at_most)
             flight.at_most.append(flight.alive)
             flight.paths = self._compacted(flight.paths, flight.alive)
@@ -158,20 +176,20 @@ class PhotonMapper:
 
     def finish(self) -> Deposits:
         """The deposits of the pass that was started, once all its photons have ended."""
-        flight, last = self._flight, self._needs.photon_bounces
+        flight = self._flight
         assert flight
         found = list(flight.reading.numbers()) if flight.reading else []
         too_many = (alive > most for alive, most in zip(found, flight.at_most, strict=True))
-        if found and (any(too_many) or self.deposits.count > self.deposits.room):
-            flight, found = self._emit(flight.index, flight.photons), []  # again, and look
+        if any(too_many):
+            flight, found = self._again(flight), []
         elif found:
             flight.alive = found[-1]
-        while flight.alive and flight.bounce <= last:
-            flight.alive = self._fly(flight)
-            found.append(flight.alive)
-            if flight.alive:
-                flight.paths = self._compacted(flight.paths, flight.alive)
-        if flight.bounce > last:
+        found += self._end(flight)
+        if (landed := self.deposits.count) > self.deposits.room:
+            flight = self._again(flight)
+            self.deposits.make_room(landed)
+            found = self._end(flight)
+        if flight.bounce > self._needs.photon_bounces:
             self.unfinished += flight.alive
         if self._tally:
             before = self._foreseen.get(flight.photons, [])
@@ -181,12 +199,16 @@ class PhotonMapper:
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        return {kernel.stem: kernel.launches for kernel in self._kernels}
+        launches = {kernel.stem: kernel.launches for kernel in self._kernels}
+        return launches | ({Bounces.stem: self._bounces.launches} if self._bounces else {})
 
     def _emit(self, index: int, photons: int) -> _Flight:
         """Begin a pass."""
         generator, *_ = self._kernels
-        paths = self._paths_of(-(-photons // STREAM_WIDTH))
+        rows = -(-photons // STREAM_WIDTH)
+        if rows not in self._paths:
+            self._release_paths()  # of passes of another size
+        paths = self._paths_of(rows)
         generator.run(
             {
                 "origin": paths.origin.front,
@@ -197,10 +219,35 @@ class PhotonMapper:
             self._draw(index) | {"photons": photons, "light_count": self._light_count},
         )
         self.deposits.clear()
+        if self._tally:
+            self._tally.clear()
         return _Flight(index, photons, paths, photons)
 
-    def _fly(self, flight: _Flight, tally: Tally | None = None) -> int:
-        """Trace up to the next look, and say how many are alive; or let a tally count them."""
+    def _again(self, flight: _Flight) -> _Flight:
+        """Begin a pass that more photons took than was foreseen once more."""
+        self.deposits.dropped = self._dropped
+        return self._emit(flight.index, flight.photons)
+
+    def _end(self, flight: _Flight) -> list[int]:
+        """Trace a pass's photons until they have ended; how many were alive at each look."""
+        found = []
+        while flight.alive and flight.bounce <= self._needs.photon_bounces:
+            self._fly(flight)
+            flight.alive = self._count(flight)
+            found.append(flight.alive)
+            if flight.alive:
+                flight.paths = self._compacted(flight.paths, flight.alive)
+        return found
+
+    def _count(self, flight: _Flight) -> int:
+        """How many photons are alive (waits for the device)."""
+        return self._tally.ask().numbers()[-1] if self._tally else flight.alive
+
+    def _fly(self, flight: _Flight) -> None:
+        """Trace up to the next look; on the host, count who is alive."""
+        if self._bounces and flight.paths.rows <= ROWS_FOR_BOUNCES:
+            self._fly_at_once(flight)
+            return
         _, tracer, projector, reflector = self._kernels
         every = BOUNCES_A_LOOK if self._compaction else 1
         paths, is_look = flight.paths, False
@@ -212,14 +259,13 @@ class PhotonMapper:
                 self._tables.of(tracer),
             )
             incoming = {"direction": direction, "hit": paths.hit, "flux": paths.flux.front}
-            if bounce > 0 or self._settings.direct_by_photons:
+            if bounce >= self._first_to_deposit:
                 projector.run(
                     incoming | {"place": paths.place, "deposit": paths.deposit},
                     self._tables.of(projector),
                 )
-                at_most = None if tally else flight.alive
-                self.deposits.append(paths.place, paths.deposit, at_most)
-            alive = reflector.run(
+                self.deposits.append(paths.place, paths.deposit)
+            counted = reflector.run(
                 incoming
                 | {
                     "next_origin": paths.origin.back,
@@ -228,13 +274,40 @@ class PhotonMapper:
                 },
                 self._tables.of(reflector),
                 self._draw(flight.index) | {"bounce": bounce},
-                count=is_look and not tally,
-                tally=tally if is_look else None,
+                count=is_look and not self._tally,
+                tally=self._tally if is_look else None,
             )
             for pair in paths.pairs():
                 pair.swap()
             flight.bounce += 1
-        return alive
+        if not self._tally:
+            flight.alive = counted
+
+    def _fly_at_once(self, flight: _Flight) -> None:
+        """The same in one launch."""
+        assert self._bounces and self._tally
+        paths, first = flight.paths, flight.bounce
+        bounces = min(BOUNCES_A_LOOK, self._needs.photon_bounces + 1 - first)
+        self._bounces.run(
+            dict(
+                zip(("origin", "direction", "flux"), (p.front for p in paths.pairs()), strict=True)
+            ),
+            [*(pair.back for pair in paths.pairs()), *paths.landed()],
+            self._tables.of(self._bounces),
+            self._tally.buffer,
+            self._draw(flight.index)
+            | {"alive_slot": self._tally.next_slot(), "first_bounce": first, "bounces": bounces}
+            | {"first_to_deposit": self._first_to_deposit},
+        )
+        self.deposits.append(*paths.landed())
+        for pair in paths.pairs():
+            pair.swap()
+        flight.bounce += bounces
+
+    @property
+    def _first_to_deposit(self) -> int:
+        """The bounce from which on photons are deposited: first hits are direct light."""
+        return 0 if self._settings.direct_by_photons else 1
 
     def _draw(self, index: int) -> dict[str, int]:
         """What random numbers of a pass depend on."""
@@ -263,10 +336,14 @@ class PhotonMapper:
             self._paths[rows] = _Paths(self._device, rows)
         return self._paths[rows]
 
-    def release(self) -> None:
-        """Free streams and kernels."""
+    def _release_paths(self) -> None:
         for paths in self._paths.values():
             paths.release()
+        self._paths.clear()
+
+    def release(self) -> None:
+        """Free streams and kernels."""
+        self._release_paths()
         for kernel in self._kernels:
             kernel.release()
         for item in (self._compaction, self._tally):

@@ -14,11 +14,10 @@ import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ..streams import Device, HostKernel, Kernel, Table, Uniform
+from .deposits import Deposits, HostDeposits
+from .device_radii import TELLING, DeviceRadii, Limits, radii_on_device
 from .geometry import upload_table
 
-MOST_CELLS = 64  # along the longest axis
-OUTSIDE = 0.005  # of the photons may lie beyond the grid, on either side of each axis
-TELLING = 1 << 14  # as many of the photons tell that to a tenth of itself
 WIDEST = 1.4  # no radius is larger, in radii that even light would have
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
 UNIFORMS = {"shrink": Uniform("float")}
@@ -35,64 +34,50 @@ class RadiusField:
     """
 
     def __init__(
-        self,
+        self, device: Device, made: native.RadiusField | DeviceRadii, is_even: bool = False
+    ) -> None:
+        self._device, self.is_even = device, is_even
+        self.native: native.RadiusField | None = None
+        self._table: moderngl.Texture | None = None
+        if isinstance(made, DeviceRadii):
+            self._table, self.typical, self.largest = made
+        else:
+            self.native, self.typical, self.largest = made, made.typical(), made.largest()
+
+    @classmethod
+    def by_density(
+        cls,
         device: Device,
-        place: NDArray[np.float32],
-        deposit: NDArray[np.float32],
+        deposits: Deposits,
         wanted: float,
         times: float,
         area: float,
         pixel: float,
         eye: Sequence[float] | None,
-    ) -> None:
-        """`place`, `deposit` (P, 4): photons, of which a disc shall hold `wanted`, and a pass has
-        `times` so many; `area`: of the surfaces they may fall on;
+    ) -> RadiusField:
+        """`deposits`: photons, of which a disc shall hold `wanted`, and a pass has `times` so many;
+        `area`: of the surfaces they may fall on;
         `pixel`: its width at distance 1 from the eye, or everywhere."""
-        # The grid lies over most photons: a far ground must not coarsen a lit room on it.
-        low, high = np.zeros((2, 3))
-        if len(place):
-            some = place[:: -(-len(place) // TELLING), :3]
-            low, high = np.quantile(some, [OUTSIDE, 1 - OUTSIDE], axis=0)
-        size = high - low
-        cell = max(float(size.max()) / (MOST_CELLS - 2), 1e-6)
-        box = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
-        even = math.sqrt(wanted * (min(area, box) or 1.0) / (math.pi * max(len(place), 1)))
-        self.native = native.RadiusField(
-            place,
-            deposit,
-            low.tolist(),
-            high.tolist(),
-            cell,
-            photons=wanted,
-            times=times,
-            most=min(WIDEST * even, 2.0),
-            pixel=pixel,
-            eye=eye,
-        )
-        self._finish(device, is_even=False)
+        grids, box = native.radius_grids(deposits.sample(TELLING))
+        even = math.sqrt(wanted * (min(area, box) or 1.0) / (math.pi * max(deposits.count, 1)))
+        limits = Limits(wanted, times, min(WIDEST * even, 2.0), pixel, eye)
+        if isinstance(deposits, HostDeposits):
+            return cls(device, _on_host(*deposits.arrays(), grids, limits))
+        return cls(device, radii_on_device(device, deposits, grids, limits))
 
     @classmethod
     def even(cls, device: Device, radius: float) -> RadiusField:
         """One radius everywhere."""
-        field = cls.__new__(cls)
-        none, zero = np.zeros((0, 4), np.float32), (0.0, 0.0, 0.0)
-        field.native = native.RadiusField(
-            none, none, zero, zero, 1.0, photons=1.0, times=1.0, most=radius, pixel=radius, eye=None
-        )
-        field._finish(device, is_even=True)
-        return field
-
-    def _finish(self, device: Device, is_even: bool) -> None:
-        self._device = device
-        self._table: moderngl.Texture | None = None
-        self.typical, self.largest = self.native.typical(), self.native.largest()
-        self.is_even = is_even
+        none = np.zeros((0, 4), np.float32)
+        limits = Limits(1.0, 1.0, radius, radius, None)
+        return cls(device, _on_host(none, none, native.radius_grids(none)[0], limits), True)
 
     @property
     def table(self) -> moderngl.Texture:
         """What GLSL reads; made for the first kernel that does."""
-        if self._table is None:
+        if self._table is None and self.native:
             self._table = upload_table(self._device, self.native.table())
+        assert self._table
         return self._table
 
     def of_pass(self, shrink: float) -> Radii:
@@ -100,9 +85,18 @@ class RadiusField:
         return Radii(self, shrink, {"shrink": shrink})
 
     def release(self) -> None:
-        """Free the table."""
+        """Put the table back."""
         if self._table:
-            self._table.release()
+            self._device.put_back(self._table)
+
+
+def _on_host(
+    place: NDArray[np.float32],
+    deposit: NDArray[np.float32],
+    grids: NDArray[np.float32],
+    limits: Limits,
+) -> native.RadiusField:
+    return native.RadiusField(place, deposit, grids, **limits._asdict())
 
 
 @dataclass(frozen=True)

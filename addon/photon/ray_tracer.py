@@ -132,11 +132,10 @@ class RayTracer:
             else:
                 self.kernels[Cuts] = Cuts(device, layer)
                 self.kernels[Coverage] = Coverage(device, layer, filter_define(settings))
-        ones = np.ones((y1 - y0, x1 - x0, 4), np.float32)
         self._unit = Stream(device, THROUGHPUT, self._buffers.size)
         self._unit_coverage = Stream(device, COVERAGE, self._buffers.size)
         for stream in (self._unit, self._unit_coverage):
-            stream.upload(ones)
+            stream.fill(1.0)
         ambient = scene.background if settings.ambient else (0.0, 0.0, 0.0)
         self._world = {"ambient": ambient, "background": scene.background}
 

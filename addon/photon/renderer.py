@@ -36,7 +36,7 @@ from .version import VERSION
 NO_DEPTH = 1.0e10  # Blender's depth where nothing is seen
 # Photons of pass 0 that tell the radii, whichever passes are rendered. Where pass 0 has no more,
 # they are its own: 28 of the 190 ms to the first picture (cornell_classic, 256x256, 2 cores).
-PILOT_PHOTONS = 1 << 17
+PILOT_PHOTONS = 1 << 19
 
 
 def photons_per_disc(photons: int) -> float:
@@ -88,7 +88,8 @@ class Renderer:
         try:
             self.budget = Budget(scene, settings, device, self.layer)
         except PhotonStreamError:
-            self._kept.release()  # there may be room without it
+            self._kept.release()  # there may be room without it, and without
+            device.drop_spare()  # what the last renderer put back
             self.budget = Budget(scene, settings, device, self.layer)
         with self._timed("bvh"):
             stage = self._kept.stage(scene, self.layer)
@@ -232,11 +233,15 @@ class Renderer:
         return counts
 
     def release(self) -> None:
-        """Free everything on the device but the device, and what is kept for the next renderer."""
+        """Free everything on the device but the device, what is kept for the next renderer, and
+        what that will use again."""
         self.device.use()
-        for part in (*self._parts, *self._first_normals):
+        for part in self._parts:
             part.release()
+        for normals in self._first_normals:
+            self.device.put_back(normals)
         self._first_normals.clear()
+        self.device.end_render()
         self.device.trim()
 
     @contextmanager
@@ -264,8 +269,7 @@ class Renderer:
         photons_a_pass = self.settings.photons_a_pass
         photons = min(photons_a_pass, PILOT_PHOTONS)
         deposits = self._kept.trace(self.photon_mapper, self.settings, 0, photons)
-        place, deposit = deposits.arrays()
-        landed = len(place) / photons
+        landed = deposits.count / photons
         try:
             self.budget.check(landed)
         except PhotonStreamError:
@@ -277,7 +281,7 @@ class Renderer:
         times = photons_a_pass / photons
         wanted = photons_per_disc(photons_a_pass) / times
         pixel, eye = self.ray_tracer.footprint()
-        return RadiusField(self.device, place, deposit, wanted, times, mesh.area, pixel, eye)
+        return RadiusField.by_density(self.device, deposits, wanted, times, mesh.area, pixel, eye)
 
     def _look(self) -> dict[str, NDArray[np.float32]]:
         """Make picture and error of what the film holds."""
@@ -298,10 +302,11 @@ class Renderer:
     def _read_depth(self) -> None:
         """Read the first pass's depths along the view axis [m], if they are still on the device."""
         for strip, normals in zip(self.film.strips, self._first_normals, strict=False):
-            texels = np.frombuffer(normals.read(), np.float32).reshape(-1, self._depth.shape[1], 4)
-            depth = texels[: strip.height, :, 3:] * np.float32(self.frame.scale)
+            shape = strip.height, self._depth.shape[1], 4
+            texels = np.frombuffer(normals.read(4 * math.prod(shape)), np.float32).reshape(shape)
+            depth = texels[..., 3:] * np.float32(self.frame.scale)
             self._depth[strip.rows] = np.where(depth > 0, depth, np.float32(NO_DEPTH))
-            normals.release()
+            self.device.put_back(normals)
         self._first_normals.clear()
 
     def _start_photons(self, index: int, radii: Radii) -> None:

@@ -9,6 +9,7 @@ from typing import get_args
 from ..streams import Kernel
 from ..streams.source import Source
 from .blur import Blur
+from .bounces import Bounces, declarations
 from .combine import CombineAll, CombineMirror, CombinePrimary
 from .coverage import Coverage
 from .cuts import Cuts
@@ -19,6 +20,7 @@ from .gather import Gather
 from .generator import Generator
 from .lit import Lit
 from .mirror import Mirror
+from .photon_mapper import BOUNCES_A_LOOK
 from .projector import Projector
 from .reach import Reach
 from .reflector import Reflector
@@ -57,6 +59,13 @@ COMPUTE = (
     "grid_scatter",
     "grid_rank",
     "fill_zero",
+    "fill_texture",
+    "deposits_sample",
+    "radius_count",
+    "radius_sum",
+    "radius_find",
+    "radius_flatten",
+    "radius_tell",
 )
 
 
@@ -73,6 +82,13 @@ def kernels() -> Iterator[tuple[type[Kernel], dict[str, int | float]]]:
                 f"FILTER_{name.upper()}": 1,
             },
         )
+
+
+def compute_programs() -> Iterator[tuple[str, str]]:
+    """Each program that is no kernel, and what it is compiled with."""
+    for stem in COMPUTE:
+        yield stem, ""
+    yield Bounces.stem, declarations(BOUNCES_A_LOOK)
 
 
 def splats(version: int) -> Iterator[tuple[str, Source, Source]]:

@@ -7,6 +7,7 @@ programs.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -20,7 +21,7 @@ BLOCK = 1024  # elements that one work group sums or compacts
 _GROUPS_A_ROW = 32768  # OpenGL guarantees 65535 groups a dimension
 
 
-def compute_source(stem: str, version: int = 430) -> Source:
+def compute_source(stem: str, version: int = 430, declarations: str = "") -> Source:
     """The expanded text of `glsl/kernels/<stem>.glsl`, which declares its own bindings."""
     header = f"#version {max(version, 430)} core\nlayout(local_size_x = {GROUP}) in;\n"
     header += f"""uniform int count;
@@ -28,16 +29,17 @@ int thread() {{
     int group = int(gl_WorkGroupID.y) * {_GROUPS_A_ROW} + int(gl_WorkGroupID.x);
     return group * {GROUP} + int(gl_LocalInvocationID.x);
 }}
-int group() {{ return int(gl_WorkGroupID.y) * {_GROUPS_A_ROW} + int(gl_WorkGroupID.x); }}"""
+int group() {{ return int(gl_WorkGroupID.y) * {_GROUPS_A_ROW} + int(gl_WorkGroupID.x); }}
+{declarations}"""
     return expand(f"kernels/{stem}.glsl", header)
 
 
 class Program:
     """A compute program that runs one thread an element: `thread()` below `count`."""
 
-    def __init__(self, device: Device, stem: str) -> None:
+    def __init__(self, device: Device, stem: str, declarations: str = "") -> None:
         self._device, self.stem = device, stem
-        source = compute_source(stem, device.glsl_version)
+        source = compute_source(stem, device.glsl_version, declarations)
         try:
             self._program = device.program(source.text)
         except moderngl.Error as error:
@@ -72,6 +74,15 @@ class Program:
         self._device.ctx.memory_barrier()
 
 
+def fill(device: Device, texture: moderngl.Texture, value: float) -> None:
+    """Set all channels of all texels of a texture of float32 RGBA; zero is "no element"."""
+    if device.has_compute and not device.is_software:
+        program = Program(device, "fill_texture")
+        program.run(math.prod(texture.size), images=[texture], uniforms={"value": value})
+    else:  # drawing is faster there
+        device.framebuffer([texture]).clear(value, value, value, value)
+
+
 class Scan:
     """Exclusive prefix sums of uint32 buffers, in place (Blelloch 1990, by blocks)."""
 
@@ -87,17 +98,17 @@ class Scan:
         sums = self._sums.get(level)
         if sums is None or sums.size < 4 * blocks:
             if sums is not None:
-                sums.release()
-            sums = self._sums[level] = self._device.ctx.buffer(reserve=4 * blocks)
+                self._device.put_back(sums)
+            sums = self._sums[level] = self._device.buffer(4 * blocks)
         self._blocks.run(count, [buffer, sums], groups=blocks)
         if blocks > 1:
             self.run(sums, blocks, level + 1)
             self._add.run(count, [buffer, sums])
 
     def release(self) -> None:
-        """Free the buffers."""
+        """Put the buffers back."""
         for buffer in self._sums.values():
-            buffer.release()
+            self._device.put_back(buffer)
 
 
 class Compaction:
@@ -123,8 +134,8 @@ class Compaction:
         blocks = -(-elements // BLOCK)
         if self._blocks is None or self._blocks.size < 4 * blocks:
             if self._blocks:
-                self._blocks.release()
-            self._blocks = self._device.ctx.buffer(reserve=4 * blocks)
+                self._device.put_back(self._blocks)
+            self._blocks = self._device.buffer(4 * blocks)
         self._count.run(elements, [self._blocks, *buffers], textures, groups=blocks)
 
     def move(
@@ -143,6 +154,6 @@ class Compaction:
         )
 
     def release(self) -> None:
-        """Free the buffer."""
+        """Put the buffer back."""
         if self._blocks:
-            self._blocks.release()
+            self._device.put_back(self._blocks)

@@ -28,7 +28,6 @@ _FREE_MEMORY = {"GL_NVX_gpu_memory_info": 0x9049, "GL_ATI_meminfo": 0x87FC}
 # KHR_debug (glext.h)
 _DEBUG_OUTPUT, _DEBUG_OUTPUT_SYNCHRONOUS = 0x92E0, 0x8242
 _DEBUG_TYPE_ERROR = 0x824C
-_RGBA, _FLOAT = 0x1908, 0x1406
 _DebugCallback = ctypes.CFUNCTYPE(
     None,
     ctypes.c_uint,
@@ -100,17 +99,13 @@ class Device:
         self.samples_passed = self.ctx.query(samples=True)
         self.errors: list[str] = []
         self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
+        self.reuses = not self.is_software  # textures that were put back
+        self._spare: dict[tuple[Any, ...], list[tuple[int, Any]]] = {}  # and since which render
+        self._renders = 0
         self._programs: dict[tuple[str, ...], Linked] = {}  # by their shaders' texts
         self._readback = Readback(self.ctx)
         self._set_callback: Any = None
         self._callback = self._listen()
-        # A framebuffer takes an H200's driver half a millisecond to make. Software draws faster.
-        self._clear_texture: Any = None
-        address = find_function("glClearTexImage")  # OpenGL 4.4
-        if address and self.ctx.version_code >= 440 and not self.is_software:
-            number, level, data = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
-            kind = ctypes.CFUNCTYPE(None, number, level, number, number, data)
-            self._clear_texture = kind(address)
 
     def use(self) -> None:
         """Make this device's context the thread's current one: OpenGL calls go there."""
@@ -160,18 +155,47 @@ class Device:
             self._framebuffers[key] = self.ctx.framebuffer(color_attachments=list(textures))
         return self._framebuffers[key]
 
-    def clear(self, texture: moderngl.Texture) -> None:
-        """Set all texels to zero: "no element"."""
-        if self._clear_texture:
-            self._clear_texture(texture.glo, 0, _RGBA, _FLOAT, None)
-        else:
-            self.framebuffer([texture]).clear()
+    def free(self, item: moderngl.Texture | moderngl.Buffer) -> None:
+        """Release a buffer, or a texture and the framebuffers that draw into it."""
+        if isinstance(item, moderngl.Texture):
+            self._rest.use()
+            for key in [key for key in self._framebuffers if item.glo in key]:
+                self._framebuffers.pop(key).release()
+        item.release()
 
-    def forget(self, texture: moderngl.Texture) -> None:
-        """Drop the framebuffers that draw into a texture about to be released."""
-        self._rest.use()
-        for key in [key for key in self._framebuffers if texture.glo in key]:
-            self._framebuffers.pop(key).release()
+    def put_back(self, item: moderngl.Texture | moderngl.Buffer) -> None:
+        """Take back a texture or buffer that is no longer used: for who asks for one like it.
+
+        A GPU's driver finds memory for one when it is first used: of the first pass on an H200 that
+        was half.
+        """
+        if not self.reuses:
+            self.free(item)
+            return
+        key: tuple[Any, ...] = (item.size,)
+        if isinstance(item, moderngl.Texture):
+            key += item.components, item.dtype
+        self._spare.setdefault(key, []).append((self._renders, item))
+
+    def end_render(self) -> None:
+        """Free what was put back before the last render began and is there still."""
+        self._drop(self._renders)
+        self._renders += 1
+
+    def drop_spare(self) -> None:
+        """Free what was put back and nobody has asked for."""
+        self._drop(self._renders + 1)
+
+    def _drop(self, before: int) -> None:
+        for key, items in self._spare.items():
+            for render, item in items:
+                if render < before:
+                    self.free(item)
+            self._spare[key] = [(render, item) for render, item in items if render >= before]
+
+    def _take(self, key: tuple[Any, ...]) -> Any:
+        spare = self._spare.get(key)
+        return spare.pop()[1] if spare else None
 
     def ask(self, buffer: moderngl.Buffer, count: int) -> Reading:
         """Ask for a buffer's first `count` uint32; the host may go on before it reads them.
@@ -182,8 +206,9 @@ class Device:
         return self._readback.ask(buffer, count)
 
     def copy(self, texture: moderngl.Texture) -> moderngl.Buffer:
-        """The texels of a texture of float32 RGBA as they are; the caller releases the buffer."""
-        buffer: moderngl.Buffer = self.ctx.buffer(reserve=16 * texture.width * texture.height)
+        """The texels of a texture of float32 RGBA as they are, at a buffer's beginning; the caller
+        puts it back."""
+        buffer = self.buffer(16 * texture.width * texture.height)
         self._finish_drawing()
         texture.read_into(buffer)
         return buffer
@@ -199,7 +224,7 @@ class Device:
         data, buffer = np.empty((count, 4), np.float32), self.copy(texture)
         if count:
             buffer.read_into(data, 16 * count)
-        buffer.release()
+        self.put_back(buffer)
         return data
 
     def _finish_drawing(self) -> None:
@@ -212,7 +237,19 @@ class Device:
             self.ctx.finish()
 
     def texture(self, size: tuple[int, int], channels: int, dtype: str = "f4") -> Any:
-        """A texture read texel by texel; StreamError if the device has no room for it."""
+        """A texture read texel by texel, which may hold anything; StreamError if the device has no
+        room for it."""
+        spare = self._take((tuple(size), channels, dtype))
+        return spare or self._new_texture(size, channels, dtype)
+
+    def buffer(self, size: int) -> moderngl.Buffer:
+        """A buffer of `size` bytes or up to a quarter more, which may hold anything."""
+        step = 1 << max(8, size.bit_length() - 3)  # lists differ a little from frame to frame
+        size = -(-size // step) * step
+        made: moderngl.Buffer = self._take((size,)) or self.ctx.buffer(reserve=size)
+        return made
+
+    def _new_texture(self, size: tuple[int, int], channels: int, dtype: str) -> Any:
         texture = self.ctx.texture(size, channels, dtype=dtype)
         code = self.ctx.error
         if code != "GL_NO_ERROR":
@@ -261,6 +298,7 @@ class Device:
         """Free the context and all that lives in it."""
         self.use()
         self._readback.release()
+        self.drop_spare()
         self._release_framebuffers()
         for linked in self._programs.values():
             linked.program.release()

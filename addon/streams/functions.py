@@ -6,11 +6,13 @@ from __future__ import annotations
 import ctypes
 import ctypes.util
 import sys
+from functools import lru_cache
 
 
+@lru_cache(maxsize=64)
 def find_function(name: str) -> int | None:
     """The address of a function, through the EGL loader; None where there is none."""
-    egl = ctypes.util.find_library("EGL")
+    egl = ctypes.util.find_library("EGL")  # runs other programs: 2 ms
     if egl is None or not sys.platform.startswith("linux"):
         return None
     find = ctypes.CDLL(egl).eglGetProcAddress

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import moderngl
@@ -103,7 +104,7 @@ class Kernel:
     ) -> Source:
         """The whole program text for a layer; checks the declaration against the file."""
         path = f"kernels/{cls.stem}.glsl"
-        cls._check_declaration(path)
+        cls._check_declaration(path, read(path, cls.__name__))
         return expand(path, cls._header(layer, version, defines, lanes))
 
     def run(
@@ -223,8 +224,9 @@ class Kernel:
         return size
 
     @classmethod
-    def _check_declaration(cls, path: str) -> None:
-        text = re.sub(r"//.*", "", read(path, cls.__name__))
+    @lru_cache(maxsize=256)
+    def _check_declaration(cls, path: str, text: str) -> None:
+        text = re.sub(r"//.*", "", text)
         if "void kernel()" not in text:
             raise StreamError(f"{cls.__name__}: {path} defines no `void kernel()`")
         if not 1 <= len(cls.outputs) <= _MAX_OUTPUTS:
@@ -295,6 +297,28 @@ class Kernel:
             lines.append("#define skip() { discard; return; }")
             lines.append("void kernel();\nvoid main() { kernel(); }")
         return "\n".join(lines)
+
+
+def in_registers(kernels: Sequence[type[Kernel]], own: Sequence[str]) -> str:
+    """What a compute program declares to run several kernels one after the other in a thread, which
+    keeps their streams in registers; `own` are the uniforms that differ from thread to thread."""
+    records: dict[str, Record] = {}
+    ports: dict[str, Record] = {}
+    uniforms: dict[str, str] = {}
+    for kernel in kernels:
+        ports |= {**kernel.inputs, **kernel.outputs}
+        uniforms |= {name: uniform.kind for name, uniform in kernel.uniforms.items()}
+        uniforms |= {name: t.kind for name, t in kernel.tables.items() if isinstance(t, Table)}
+    records = {record.name: record for record in ports.values()}
+    lines = [record.glsl() for record in records.values()]
+    for name, kind in uniforms.items():
+        lines.append(f"{kind} {name};" if name in own else f"uniform {kind} {name};")
+    for name, record in ports.items():
+        lines.append(f"{record.name} port_{name};")
+        lines.append(f"{record.name} load_{name}() {{ return port_{name}; }}")
+        lines.append(f"void store_{name}({record.name} record) {{ port_{name} = record; }}")
+    lines.append("bool skipped = false;\n#define skip() { skipped = true; return; }")
+    return "\n".join(lines)
 
 
 def _list_in_buffer(name: str, kind: str, binding: int) -> list[str]:

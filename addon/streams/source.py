@@ -30,18 +30,18 @@ def glsl_root() -> Path:
 def read(path: str, asked_by: str) -> str:
     """The text of a file below the GLSL root; StreamError if it is not there."""
     try:
-        return _file(glsl_root(), path).read_text(encoding="utf-8")
+        return _text(glsl_root(), path)
     except FileNotFoundError:
         raise StreamError(f"{asked_by}: no file {path!r} in {glsl_root()}") from None
 
 
 @lru_cache(maxsize=256)
-def _file(root: Path, path: str) -> Path:
-    """A file below a root; kept, for a render reads most files several times."""
+def _text(root: Path, path: str) -> str:
+    """A file's text; kept, for renders read most files several times."""
     file = (root / path).resolve()
     if not file.is_relative_to(root.resolve()) or not file.is_file():
         raise FileNotFoundError
-    return file
+    return file.read_text(encoding="utf-8")
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,12 @@ def expand(path: str, header: str) -> Source:
 
     Raises StreamError naming the including file and line for a file that is not there.
     """
+    return _expanded(glsl_root(), path, header)
+
+
+@lru_cache(maxsize=256)
+def _expanded(_root: Path, path: str, header: str) -> Source:
+    """Kept, for it takes a tenth of what setting up a renderer on a GPU does."""
     lines = header.splitlines()
     places = [f"{path} (header, line {at})" for at in range(1, len(lines) + 1)]
     _append(path, path, set(), lines, places)

@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from .compute import fill
 from .device import Device
 from .source import StreamError
 
@@ -68,7 +69,11 @@ class Stream:
 
     def clear(self) -> None:
         """Set every element to zero: "no element"."""
-        self.device.clear(self.texture)
+        self.fill(0.0)
+
+    def fill(self, value: float) -> None:
+        """Set every channel of every element."""
+        fill(self.device, self.texture, value)
 
     def upload(self, data: NDArray[np.float32]) -> None:
         """Fill from float32 (height, width, 4)."""
@@ -85,13 +90,12 @@ class Stream:
         return self.device.texels(self.texture).reshape(self.size[1], self.size[0], 4)
 
     def copy(self) -> moderngl.Buffer:
-        """The elements as they are, on the device; the caller releases the buffer."""
+        """The elements as they are, on the device: Device.copy."""
         return self.device.copy(self.texture)
 
     def release(self) -> None:
-        """Free the texture."""
-        self.device.forget(self.texture)
-        self.texture.release()
+        """Put the texture back."""
+        self.device.put_back(self.texture)
 
 
 class PingPong:

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The gather radius at every place of a surface: native/src/radius.rs. Uses the table radii: for each
-// side two texels, its grid's origin and which number of the table its first node is, cells and their
-// size; then the nodes, x fastest, four a texel.
+// side four texels, its grid's origin and which number of the table its first node is, cells and their
+// size, and two of no use here; then the nodes, x fastest, four a texel.
 #include "lib/table.glsl"
-
-const float FACING = 0.5;
+#include "lib/facing.glsl"
 
 // No component is chosen by a variable index: a GPU's compiler would keep such vectors in memory.
 float node_radius(int at) {
@@ -16,7 +15,7 @@ float node_radius(int at) {
 float radius_along_x(int at, float share) { return mix(node_radius(at), node_radius(at + 1), share); }
 
 float radius_on(int side, vec3 position) {
-    vec4 origin = texelFetch(radii, ivec2(2 * side, 0), 0), extent = texelFetch(radii, ivec2(2 * side + 1, 0), 0);
+    vec4 origin = texelFetch(radii, ivec2(4 * side, 0), 0), extent = texelFetch(radii, ivec2(4 * side + 1, 0), 0);
     vec3 at = clamp((position - origin.xyz) / extent.w, vec3(0.0), extent.xyz);
     ivec3 cells = ivec3(extent.xyz), cell = min(ivec3(at), cells - 1);
     vec3 share = at - vec3(cell);
@@ -28,9 +27,8 @@ float radius_on(int side, vec3 position) {
     return mix(near, far, share.z) * shrink;
 }
 
-// Sides are +x, -x, +y, -y, +z, -z; a surface counts for those to whose axis its normal has FACING.
 float radius_facing(int axis, float cosine, vec3 position) {
-    return !(abs(cosine) >= FACING) ? 1.0e30 : radius_on(2 * axis + (cosine < 0.0 ? 1 : 0), position);
+    return !(abs(cosine) >= FACING) ? 1.0e30 : radius_on(side_facing(axis, cosine), position);
 }
 
 // The smallest of the sides that a surface counts for; 0 for what is no normal.
@@ -42,7 +40,7 @@ float radius_at(vec3 position, vec3 normal) {
 
 // The largest of an axis' sides that a surface within 45 degrees of a normal may count for.
 float largest_radius_facing(int axis, float cosine, vec3 position) {
-    int side = 2 * axis + (cosine < 0.0 ? 1 : 0);
+    int side = side_facing(axis, cosine);
     float radius = radius_on(side, position);
     return abs(cosine) < 0.18 ? max(radius, radius_on(side ^ 1, position)) : radius;
 }

@@ -41,6 +41,7 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<Tracer>()?;
     module.add_class::<PhotonMap>()?;
     module.add_class::<RadiusField>()?;
+    module.add_function(wrap_pyfunction!(radius_grids, module)?)?;
     module.add_function(wrap_pyfunction!(build_bvh, module)?)?;
     module.add_function(wrap_pyfunction!(trace, module)?)?;
     module.add_function(wrap_pyfunction!(occluded, module)?)?;
@@ -400,13 +401,31 @@ impl PhotonMap {
     }
 }
 
+/// The grids over which a RadiusField tells radii, one for each side of surfaces (+x, -x, +y, -y, +z, -z).
+///
+/// Takes a sample float32[S, 4] of the photons: positions, and packed normals of the surfaces. Returns
+/// (float32[6, 16], each row four texels: origin and which number of the table the first node is; cells
+/// and their size; the lowest and the highest corner of the box about the side's photons; the area of the
+/// box about all).
+///
+/// Raises ValueError for a position that is not finite.
+#[pyfunction]
+fn radius_grids<'py>(py: Python<'py>, sample: &Bound<'py, PyAny>) -> PyResult<(Rows<'py>, f32)> {
+    let sample = array::<f32>(sample, "sample", &[None, Some(4)])?;
+    let sample = rows(&sample)?;
+    let grids = run(py, || radius::Fields::over(sample))?;
+    let table = grids.table();
+    let shape = [table.len() / radius::GRID_FLOATS, radius::GRID_FLOATS];
+    Ok((PyArray1::from_vec(py, table).reshape(shape)?, grids.area))
+}
+
 /// The gather radius of the first pass at every place of a surface.
 ///
-/// RadiusField(place, deposit, low, high, cell_size, *, photons, times, most, pixel, eye): place
-/// float32[P, 4], where photons fall, of which those outside low to high don't count;
-/// deposit float32[P, 4], whose fourth numbers are the surfaces' packed normals. Each radius is that
-/// of a disc that would hold about `photons` of them, of which a pass has `times` so many; at most `most`, and at least `pixel` times the
-/// distance from eye (None: times 1). It changes by less than half the way moved.
+/// RadiusField(place, deposit, grids, *, photons, times, most, pixel, eye): place float32[P, 4], where
+/// photons fall, of which those outside the grids don't count; deposit float32[P, 4], whose fourth
+/// numbers are the surfaces' packed normals; grids as of radius_grids. Each radius is that of a disc
+/// that would hold about `photons` of them, of which a pass has `times` so many; at most `most`, and at
+/// least `pixel` times the distance from eye (None: times 1). It changes by less than half the way moved.
 #[pyclass(frozen, module = "photon_stream_native")]
 struct RadiusField(radius::RadiusField);
 
@@ -414,14 +433,12 @@ struct RadiusField(radius::RadiusField);
 impl RadiusField {
     #[new]
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (place, deposit, low, high, cell_size, *, photons, times, most, pixel, eye))]
+    #[pyo3(signature = (place, deposit, grids, *, photons, times, most, pixel, eye))]
     fn new(
         py: Python,
         place: &Bound<PyAny>,
         deposit: &Bound<PyAny>,
-        low: [f32; 3],
-        high: [f32; 3],
-        cell_size: f32,
+        grids: &Bound<PyAny>,
         photons: f32,
         times: f32,
         most: f32,
@@ -431,8 +448,10 @@ impl RadiusField {
         let place = array::<f32>(place, "place", &[None, Some(4)])?;
         let deposit = array::<f32>(deposit, "deposit", &[None, Some(4)])?;
         let (place, deposit) = (rows(&place)?, rows(&deposit)?);
+        let grids = array::<f32>(grids, "grids", &[None, Some(radius::GRID_FLOATS)])?;
+        let grids = radius::Fields::sides_of(rows(&grids)?)?;
         let wanted = radius::Wanted { photons, times, most, pixel, eye };
-        let field = run(py, || radius::RadiusField::new(place, deposit, low, high, cell_size, &wanted))?;
+        let field = run(py, || radius::RadiusField::new(place, deposit, &grids, &wanted))?;
         Ok(RadiusField(field))
     }
 

@@ -23,7 +23,9 @@ const TELLING: f32 = 50.0;
 /// After about so many passes shall noise and blur be equal, where light is more uneven than UNEVEN,
 /// a square. Measured on scenes of blend_scenes at 16 passes, against 0.2: relMSE falls by 40 %
 /// (door_ajar), 27 % (mirror_caustic) and 15 % (caustic_in_mirror), and rises by 22 % where light is
-/// even (cornell_classic), since at borders a box holds fewer photons however even they are.
+/// even (cornell_classic), since at borders a box holds fewer photons however even they are. At the outer
+/// ones its area tells: relMSE falls by 18 % (cornell_classic), 21 % (cornell_mirror), 12 % (caustic_in_mirror)
+/// and 8 % (many_lights), and rises by 3 % (door_ajar) and 5 % (mirror_caustic).
 const PASSES: f32 = 16.0;
 const UNEVEN: f32 = 0.05;
 
@@ -35,7 +37,16 @@ const SIDES: usize = 6;
 const FACING: f32 = 0.5;
 
 /// As many of the photons tell their median radius.
-const TYPICAL: usize = 1 << 13;
+const TYPICAL: usize = 1 << 14;
+
+/// Cells along the longest axis, at most.
+const MOST_CELLS: f32 = 64.0;
+/// Share of the photons that may lie beyond the grids, on either side of each axis: a far ground must not
+/// coarsen a lit room on it.
+const OUTSIDE: f64 = 0.005;
+
+/// Numbers that tell a grid, see [`RadiusField::table`].
+pub const GRID_FLOATS: usize = 16;
 
 /// How radii are to be.
 #[derive(Debug, Clone, Copy)]
@@ -61,9 +72,101 @@ impl Wanted {
     }
 }
 
+/// Where a side's radii are told.
+#[derive(Debug, Clone, Copy)]
+pub struct Field {
+    grid: Grid,
+    /// The box about its photons.
+    low: [f32; 3],
+    high: [f32; 3],
+}
+
+/// A field for each side over where its photons fall.
+#[derive(Debug, Clone)]
+pub struct Fields {
+    pub sides: [Field; SIDES],
+    /// Of the box about all.
+    pub area: f32,
+}
+
+impl Fields {
+    /// Over most of the photons of which `sample` are some: their positions, and the packed normals of the
+    /// surfaces that they fall on.
+    ///
+    /// # Errors
+    /// A position that is not finite.
+    pub fn over(sample: &[[f32; 4]]) -> Result<Fields, InvalidInput> {
+        if let Some(row) = sample.iter().position(|place| !place[..3].iter().all(|x| x.is_finite())) {
+            return Err(InvalidInput(format!("sample[{row}] = {:?} is not finite", &sample[row][..3])));
+        }
+        let bounds_along = |k: usize| {
+            let mut along: Vec<f32> = sample.iter().map(|place| place[k]).collect();
+            let beyond = (along.len() as f64 * OUTSIDE) as usize;
+            let most = along.len().checked_sub(1 + beyond)?;
+            let low = *along.select_nth_unstable_by(beyond, f32::total_cmp).1;
+            Some((low, *along.select_nth_unstable_by(most, f32::total_cmp).1))
+        };
+        let bounds: Vec<_> = (0..3).into_par_iter().map(|k| bounds_along(k).unwrap_or_default()).collect();
+        let low: [f32; 3] = std::array::from_fn(|k| bounds[k].0);
+        let high: [f32; 3] = std::array::from_fn(|k| bounds[k].1);
+        let size: [f32; 3] = std::array::from_fn(|k| high[k] - low[k]);
+        let cell_size = (size.iter().fold(0.0f32, |most, &x| most.max(x)) / (MOST_CELLS - 2.0)).max(1e-6);
+        let mut bounds = [[[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]]; SIDES];
+        for &[x, y, z, normal] in sample {
+            let place = [x, y, z];
+            if (0..3).all(|k| (low[k]..=high[k]).contains(&place[k])) {
+                sides_of(unpack_direction(normal)).for_each(|side| {
+                    let [least, most] = &mut bounds[side];
+                    (0..3).for_each(|k| {
+                        least[k] = least[k].min(place[k]);
+                        most[k] = most[k].max(place[k]);
+                    });
+                });
+            }
+        }
+        let sides = bounds.map(|[least, most]| {
+            let [least, most] = if least[0] <= most[0] { [least, most] } else { [low, low] };
+            // A cell to spare on both sides, also after rounding.
+            let cells = std::array::from_fn(|k| ((most[k] - least[k]) / cell_size).ceil() as usize + 2);
+            let origin = std::array::from_fn(|k| (least[k] + most[k] - cell_size * cells[k] as f32) / 2.0);
+            Field { grid: Grid { origin, cell_size, cells }, low: least, high: most }
+        });
+        Ok(Fields { sides, area: 2.0 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]) })
+    }
+
+    /// As in [`RadiusField::table`].
+    pub fn table(&self) -> Vec<f32> {
+        let mut first = GRID_FLOATS * SIDES;
+        let mut table = Vec::with_capacity(first);
+        for Field { grid: Grid { origin: [x, y, z], cell_size, cells }, low, high } in self.sides {
+            let [nx, ny, nz] = cells.map(|n| n as f32);
+            table.extend([x, y, z, first as f32, nx, ny, nz, cell_size]);
+            table.extend([low[0], low[1], low[2], 0.0, high[0], high[1], high[2], 0.0]);
+            first += cells.iter().map(|n| n + 1).product::<usize>();
+        }
+        table
+    }
+
+    /// The sides' fields out of their table.
+    ///
+    /// # Errors
+    /// What is none.
+    pub fn sides_of(table: &[[f32; GRID_FLOATS]]) -> Result<[Field; SIDES], InvalidInput> {
+        let field_of = |row: &[f32; GRID_FLOATS]| {
+            let three = |at: usize| [row[at], row[at + 1], row[at + 2]];
+            let grid = Grid { origin: three(0), cell_size: row[7], cells: three(4).map(|n| n as usize) };
+            grid.check().map(|_| Field { grid, low: three(8), high: three(12) })
+        };
+        let fields: Vec<Field> = table.iter().map(field_of).collect::<Result<_, _>>()?;
+        fields
+            .try_into()
+            .map_err(|fields: Vec<_>| InvalidInput(format!("fields: {}, not {SIDES}", fields.len())))
+    }
+}
+
 /// Radii of one side's surfaces at the nodes of a grid that lies over their photons.
 struct Side {
-    grid: Grid,
+    field: Field,
     /// At the corners of the cells, x fastest.
     nodes: Vec<f32>,
 }
@@ -77,7 +180,7 @@ pub struct RadiusField {
 impl RadiusField {
     /// The radii of discs that hold about as many photons as `wanted`, if photons fell as they do at
     /// `places`, on surfaces whose packed normals are the fourth numbers of `deposits`. Photons outside
-    /// `low` to `high` don't count. Beyond a side's photons, radii are those at their border.
+    /// their side's grid don't count. Beyond it radii are those at its border.
     ///
     /// The count in a box of half size h about a node stands for a plane's, (2 h)^2 times the
     /// photons a unit area. Where the closest photons are denser or less dense than those in the
@@ -89,14 +192,11 @@ impl RadiusField {
     /// |x - y| <= r(y).
     ///
     /// # Errors
-    /// A place or a bound that is not finite, a cell size that is not positive, too many cells; arrays
-    /// of different lengths.
+    /// A place or what is wanted that is not finite; arrays of different lengths.
     pub fn new(
         places: &[[f32; 4]],
         deposits: &[[f32; 4]],
-        low: [f32; 3],
-        high: [f32; 3],
-        cell_size: f32,
+        fields: &[Field; SIDES],
         wanted: &Wanted,
     ) -> Result<RadiusField, InvalidInput> {
         if places.len() != deposits.len() {
@@ -107,7 +207,7 @@ impl RadiusField {
             )));
         }
         let numbers = [wanted.photons, wanted.times, wanted.most, wanted.pixel];
-        if let Some(value) = numbers.iter().chain(&low).chain(&high).find(|value| !value.is_finite()) {
+        if let Some(value) = numbers.iter().find(|value| !value.is_finite()) {
             return Err(InvalidInput(format!("{value} is not finite")));
         }
         if let Some(row) = places.iter().position(|place| !place[..3].iter().all(|x| x.is_finite())) {
@@ -116,12 +216,15 @@ impl RadiusField {
         let mut places_of: [Vec<[f32; 3]>; SIDES] = Default::default();
         for (&[x, y, z, _], deposit) in places.iter().zip(deposits) {
             let place = [x, y, z];
-            if (0..3).all(|k| (low[k]..=high[k]).contains(&place[k])) {
-                sides_of(unpack_direction(deposit[3])).for_each(|side| places_of[side].push(place));
-            }
+            let inside = |&side: &usize| {
+                let Grid { origin, cell_size, cells } = &fields[side].grid;
+                (0..3).all(|k| (0.0..=cells[k] as f32).contains(&((place[k] - origin[k]) / cell_size)))
+            };
+            let sides = sides_of(unpack_direction(deposit[3])).filter(inside);
+            sides.for_each(|side| places_of[side].push(place));
         }
-        let new_side = |places: &Vec<[f32; 3]>| Side::new(places, low, cell_size, wanted);
-        let sides: Vec<Side> = places_of.par_iter().map(new_side).collect::<Result<_, _>>()?;
+        let new_side = |side: usize| Side::new(&places_of[side], side, fields[side], wanted);
+        let sides: Vec<Side> = (0..SIDES).into_par_iter().map(new_side).collect();
         let sides = sides.try_into().unwrap_or_else(|_| unreachable!("as many as there are sides"));
         let mut field = RadiusField { sides, typical: 0.0 };
         field.typical = field.largest();
@@ -154,19 +257,13 @@ impl RadiusField {
         self.sides.iter().flat_map(|side| &side.nodes).fold(0.0, |most, &radius| most.max(radius))
     }
 
-    /// What glsl/lib/radius.glsl reads: for each side eight numbers, its grid's origin and which number
-    /// here its first node is, cells and their size; then the nodes. Padded to texels of four.
+    /// What glsl/lib/radius.glsl reads: for each side four texels, its grid's origin and which number here
+    /// its first node is, cells and their size, the corners of the box about its photons; then the nodes.
     pub fn table(&self) -> Vec<f32> {
-        let mut first = 8 * SIDES;
-        let length = first + self.sides.iter().map(|side| side.nodes.len()).sum::<usize>();
-        let mut table = Vec::with_capacity(length.next_multiple_of(4));
-        for Side { grid, nodes } in &self.sides {
-            let ([x, y, z], [nx, ny, nz]) = (grid.origin, grid.cells.map(|n| n as f32));
-            table.extend([x, y, z, first as f32, nx, ny, nz, grid.cell_size]);
-            first += nodes.len();
-        }
+        let sides = std::array::from_fn(|side| self.sides[side].field);
+        let mut table = Fields { sides, area: 0.0 }.table();
         self.sides.iter().for_each(|side| table.extend(&side.nodes));
-        table.resize(length.next_multiple_of(4), 0.0);
+        table.resize(table.len().next_multiple_of(4), 0.0);
         table
     }
 }
@@ -179,30 +276,11 @@ fn sides_of(normal: [f32; 3]) -> impl Iterator<Item = usize> {
 }
 
 impl Side {
-    /// From its photons; `somewhere` is where it lies if it has none.
-    fn new(
-        places: &[[f32; 3]],
-        somewhere: [f32; 3],
-        cell_size: f32,
-        wanted: &Wanted,
-    ) -> Result<Side, InvalidInput> {
-        let bound = |k: usize, of: fn(f32, f32) -> f32| {
-            places.iter().map(|place| place[k]).reduce(of).unwrap_or(somewhere[k])
-        };
-        let (low, high): ([f32; 3], [f32; 3]) =
-            (std::array::from_fn(|k| bound(k, f32::min)), std::array::from_fn(|k| bound(k, f32::max)));
-        // A cell to spare on both sides, also after rounding.
-        let cells: [usize; 3] =
-            std::array::from_fn(|k| (((high[k] - low[k]) / cell_size).ceil() as usize).saturating_add(2));
-        let origin = std::array::from_fn(|k| (low[k] + high[k] - cell_size * cells[k] as f32) / 2.0);
-        let grid = Grid { origin, cell_size, cells };
-        grid.check()?;
+    /// From its photons, all within the grid.
+    fn new(places: &[[f32; 3]], side: usize, field: Field, wanted: &Wanted) -> Side {
+        let Field { grid: Grid { origin, cell_size, cells }, low, high } = field;
         let nodes = cells.map(|n| n + 1);
-        let fine = Grid {
-            origin: grid.origin,
-            cell_size: grid.cell_size / FINE as f32,
-            cells: grid.cells.map(|n| n * FINE),
-        };
+        let fine = Grid { origin, cell_size: cell_size / FINE as f32, cells: cells.map(|n| n * FINE) };
         let sums = Sums::new(places, &fine);
         let widest = *fine.cells.iter().max().unwrap_or(&0);
         let place_of = |node: [usize; 3]| -> [f32; 3] {
@@ -214,6 +292,12 @@ impl Side {
         let coarsest = (0..8).map(|at| wanted.least(corner(at))).fold(0.0, f32::max);
         let far = |node: [usize; 3]| {
             if coarsest <= wanted.most { wanted.most } else { wanted.most.max(wanted.least(place_of(node))) }
+        };
+        // Of the side's surfaces in a box, if they fill the box about all photons.
+        let area_about = |node: [usize; 3], half: usize| -> f32 {
+            let (place, size) = (place_of(node), half as f32 * fine.cell_size);
+            let length = |k: usize| (place[k] + size).min(high[k]) - (place[k] - size).max(low[k]);
+            (0..3).filter(|&k| k != side / 2).map(|k| length(k).max(fine.cell_size)).product()
         };
         let needed = wanted.photons * BOX;
         let mut radii = vec![0.0f32; nodes.iter().product()];
@@ -238,15 +322,14 @@ impl Side {
             if let Some((inner_half, inner_found)) = inner.filter(|&(inner_half, _)| inner_half < half) {
                 // The share by which photons are denser, or less dense, close by than in the whole box,
                 // and what of its square is chance.
-                let scale = (half / inner_half) as f32;
-                let ratio = inner_found * scale * scale / found;
+                let density = inner_found / area_about(node, inner_half);
+                let ratio = density / (found / area_about(node, half));
                 let uneven = (ratio - 1.0) * (1.0 / ratio).min(1.0);
                 // Continuous: a photon more or less must not change the picture.
                 let square = uneven * uneven - 1.0 / inner_found - 1.0 / found - UNEVEN;
                 if square > 0.0 {
-                    let density =
-                        wanted.times * inner_found / (4.0 * (inner_half as f32 * fine.cell_size).powi(2));
-                    let balanced = size.powi(4) / (2.0 * square * std::f32::consts::PI * density * PASSES);
+                    let per_pass = wanted.times * density;
+                    let balanced = size.powi(4) / (2.0 * square * std::f32::consts::PI * per_pass * PASSES);
                     best = best.min(balanced.powf(1.0 / 6.0));
                 }
             }
@@ -259,13 +342,13 @@ impl Side {
             radii.iter_mut().enumerate().for_each(|(x, radius)| *radius = radius_at([x, y, z], row));
         });
         flatten(&mut radii, nodes, STEEPEST * cell_size);
-        Ok(Side { grid, nodes: radii })
+        Side { field, nodes: radii }
     }
 
     /// The radius at a position.
     #[inline]
     fn at(&self, position: [f32; 3]) -> f32 {
-        let Side { grid, nodes } = self;
+        let Side { field: Field { grid, .. }, nodes } = self;
         let mut cell = [0; 3];
         let mut share = [0.0; 3];
         for k in 0..3 {
@@ -440,7 +523,9 @@ mod tests {
     fn field(places: &[[f32; 4]], photons: f32, pixel: f32, most: f32) -> RadiusField {
         let deposits = vec![[1.0, 1.0, 1.0, pack_direction(UP)]; places.len()];
         let wanted = Wanted { photons, times: 1.0, most, pixel, eye: None };
-        RadiusField::new(places, &deposits, [-1.0; 3], [1.0; 3], 0.125, &wanted).unwrap()
+        let sample: Vec<[f32; 4]> =
+            places.iter().map(|&[x, y, z, _]| [x, y, z, pack_direction(UP)]).collect();
+        RadiusField::new(places, &deposits, &Fields::over(&sample).unwrap().sides, &wanted).unwrap()
     }
 
     /// A plane of even photons: every radius holds the number wanted.
@@ -460,8 +545,8 @@ mod tests {
     /// Along an axis the radius changes by a quarter of the way moved at most; `pixel` and `most` hold.
     #[test]
     fn changes_slowly_within_its_bounds() {
-        let mut places: Vec<[f32; 4]> = (0..4000).map(|i| [0.5 + 1e-5 * i as f32, 0.3, -0.4, 1.0]).collect();
-        places.push([-1.0, 0.3, -0.4, 1.0]);
+        let mut places: Vec<[f32; 4]> = (0..1000).map(|i| [0.5 + 4e-5 * i as f32, 0.3, -0.4, 1.0]).collect();
+        places.extend((0..20).map(|i| [-1.0 + 0.075 * i as f32, 0.3, -0.4, 1.0]));
         let field = field(&places, 50.0, 0.01, 0.6);
         let mut last = field.at([-1.0, 0.3, -0.4], UP);
         let (mut smallest, mut largest) = (last, last);
@@ -479,8 +564,8 @@ mod tests {
     fn table() {
         let field = field(&[[0.5, 0.3, -0.4, 1.0]; 100], 50.0, 0.01, 0.6);
         let table = field.table();
-        let [x, y, z, first, nx, _, _, size]: [f32; 8] = table[8 * 4..][..8].try_into().unwrap();
-        assert_eq!((size, nx), (0.125, 2.0));
+        let [x, y, z, first, nx, _, _, size]: [f32; 8] = table[GRID_FLOATS * 4..][..8].try_into().unwrap();
+        assert_eq!((size, nx), (1e-6, 2.0));
         let first = first as usize;
         assert_eq!(field.at([x, y, z], UP), table[first]);
         assert_eq!(field.at([x + size, y, z], UP), table[first + 1]);
@@ -489,15 +574,26 @@ mod tests {
     #[test]
     fn bad_input() {
         let none = [0.0; 4];
-        let new = |places: &[[f32; 4]], deposits: &[[f32; 4]], cell: f32, most: f32| {
+        let sides = Fields::over(&[]).unwrap().sides;
+        let new = |places: &[[f32; 4]], deposits: &[[f32; 4]], most: f32| {
             let wanted = Wanted { photons: 1.0, times: 1.0, most, pixel: 0.0, eye: None };
-            RadiusField::new(places, deposits, [-1.0; 3], [1.0; 3], cell, &wanted)
+            RadiusField::new(places, deposits, &sides, &wanted)
         };
-        assert!(new(&[[f32::NAN, 0.0, 0.0, 1.0]], &[none], 0.1, 1.0).is_err());
-        assert!(new(&[none], &[], 0.1, 1.0).is_err());
-        assert!(new(&[none], &[none], 0.0, 1.0).is_err());
-        assert!(new(&[none, [0.5; 4]], &[none, none], 1e-30, 1.0).is_err());
-        assert!(new(&[none], &[none], 0.1, f32::NAN).is_err());
+        assert!(new(&[[f32::NAN, 0.0, 0.0, 1.0]], &[none], 1.0).is_err());
+        assert!(new(&[none], &[], 1.0).is_err());
+        assert!(new(&[none], &[none], f32::NAN).is_err());
+        assert!(Fields::over(&[[0.0, f32::NAN, 0.0, 1.0]]).is_err());
+        let mut grid = [0.0f32; GRID_FLOATS];
+        grid[..8].copy_from_slice(&[0.0, 0.0, 0.0, 96.0, 2.0, 2.0, 2.0, 0.1]);
+        assert!(Fields::sides_of(&[grid; SIDES]).is_ok());
+        assert!(Fields::sides_of(&[grid; 2]).is_err());
+        for (at, wrong) in
+            [(7, 0.0), (7, f32::NAN), (4, 0.0), (4, -1.0), (4, f32::NAN), (4, 1e9), (0, f32::NAN)]
+        {
+            let mut bad = [grid; SIDES];
+            bad[3][at] = wrong;
+            assert!(Fields::sides_of(&bad).is_err(), "{at} {wrong}");
+        }
         assert_eq!(field(&[], 1.0, 0.0, 0.7).at([0.0; 3], UP), 0.7);
     }
 }

@@ -29,9 +29,9 @@ HERE = Frame(np.zeros(3), 1.0)
 
 def even(radius: float) -> Any:
     """One radius everywhere."""
-    none, zero = np.zeros((0, 4), np.float32), (0.0, 0.0, 0.0)
+    none = np.zeros((0, 4), np.float32)
     size: Any = {"photons": 1.0, "times": 1.0, "most": radius, "pixel": radius, "eye": None}
-    return native.RadiusField(none, none, zero, zero, 1.0, **size)
+    return native.RadiusField(none, none, native.radius_grids(none)[0], **size)
 
 
 def mesh_of(built: Builder) -> Mesh:

@@ -70,8 +70,9 @@ def test_dense_and_in_order(device: Device, deposits: Any) -> None:
     bounces = [landed(seed) for seed in range(12)]  # more than a row of the table
     for _ in range(2):  # the second pass starts afresh
         deposits.clear()
+        deposits.make_room(sum(np.count_nonzero(place[..., 3]) for place, _ in bounces))
         for bounce in bounces:
-            deposits.append(*streams(device, *bounce), int(np.count_nonzero(bounce[0][..., 3])))
+            deposits.append(*streams(device, *bounce))
         rows = expected(*bounces)
         assert len(rows) > 2 * 4096
         assert np.array_equal(listed(deposits), rows)
@@ -95,7 +96,8 @@ def test_not_finite_is_dropped_and_counted(
     y, x = np.argwhere(place[..., 3] != 0)[100]
     (place, deposit)[channel // 4][y, x, channel % 4] = value
     deposits.clear()
-    deposits.append(*streams(device, place, deposit), int(np.count_nonzero(place[..., 3])))
+    deposits.make_room(len(rows))
+    deposits.append(*streams(device, place, deposit))
     assert deposits.dropped == 1
     assert np.array_equal(listed(deposits), np.delete(rows, 100, axis=0))
     deposits.clear()
@@ -110,12 +112,12 @@ def test_poison_does_not_spread(
 ) -> None:
     """A render with a NaN photon is the render without that photon, bit for bit."""
     monkeypatch.setattr(device, "prefers_native", kind is HostDeposits)
-    append, pictures = kind.append, []
+    append, pictures, appends = kind.append, [], 0
     for poison in (np.nan, 0.0):
 
-        def spoil(
-            self: Any, place: Stream, deposit: Stream, count: int, by: float = poison
-        ) -> None:
+        def spoil(self: Any, place: Stream, deposit: Stream, by: float = poison) -> None:
+            nonlocal appends
+            appends += int(np.isnan(by))
             places, fluxes = place.download(), deposit.download()
             y, x = np.argwhere(places[..., 3] != 0)[10]
             if np.isnan(by):
@@ -125,8 +127,7 @@ def test_poison_does_not_spread(
                 places[y, x] = fluxes[y, x] = 0.0
                 place.upload(places)
                 deposit.upload(fluxes)
-                count -= 1
-            append(self, place, deposit, count)
+            append(self, place, deposit)
 
         monkeypatch.setattr(kind, "append", spoil)
         settings = Settings(
@@ -141,7 +142,7 @@ def test_poison_does_not_spread(
         renderer.render_pass()
         pictures.append(renderer.images()["Combined"])
         dropped = renderer.info()["dropped_photons"]
-        assert dropped == (2 if np.isnan(poison) else 0)  # one in each bounce
+        assert dropped == (appends if np.isnan(poison) else 0)
         renderer.release()
     assert np.isfinite(pictures[0]).all() and pictures[0].any()
     spread = np.count_nonzero(pictures[0] != pictures[1])
@@ -176,8 +177,9 @@ def test_device_sort_equals_native_sort(
     tables: list[list[NDArray[np.float32]]] = []
     for kind in (HostDeposits, DeviceDeposits):
         deposits = kind(device)
+        deposits.make_room(sum(np.count_nonzero(place[..., 3]) for place, _ in bounces))
         for bounce in bounces:
-            deposits.append(*streams(device, *bounce), int(np.count_nonzero(bounce[0][..., 3])))
+            deposits.append(*streams(device, *bounce))
         grid = photon_grid.PhotonGrid(
             device, "compute", Settings(), (1.0, 1.0, 1.0), area=24.0, on_host=False
         )
@@ -203,7 +205,8 @@ def test_device_sort_equals_native_sort(
 def test_pictures_are_bit_equal(
     device: Device, monkeypatch: pytest.MonkeyPatch, max_ranked: int, radius: float
 ) -> None:
-    """Whoever keeps the photons and moves those alive together: the host or the device."""
+    """Whoever keeps the photons and moves those alive together: the host or the device; but for the
+    rounding of the radii, where they make those."""
     settings: dict[str, Any] = {"layer": "compute", "radius": radius, "passes": 2, "photons": 20000}
     monkeypatch.setattr(photon_mapper, "ROWS_WORTH_A_MOVE", 1)
     monkeypatch.setattr(photon_grid, "LANES", 1)  # lanes add up in another order
@@ -214,11 +217,13 @@ def test_pictures_are_bit_equal(
         monkeypatch.setattr(device, "prefers_native", native)
         pictures.append(render(device, cornell(True), **settings))
     for name in pictures[0]:
-        assert pictures[0][name].tobytes() == pictures[1][name].tobytes(), name
+        if radius:
+            assert pictures[0][name].tobytes() == pictures[1][name].tobytes(), name
+        else:
+            np.testing.assert_allclose(pictures[1][name], pictures[0][name], rtol=1e-5)
     assert pictures[0]["Indirect"].mean() > 0
-    pilot = radius == 0.0  # the radii's photons are read once
-    assert len(by_host) == pilot or max_ranked == 3
-    assert len(by_host) > pilot or max_ranked != 3 or radius != 5.0
+    assert not by_host or max_ranked == 3
+    assert by_host or max_ranked != 3 or radius != 5.0
 
 
 def traced(mapper: Any, index: int) -> tuple[bytes, int]:
@@ -273,6 +278,19 @@ def test_more_photons_than_foreseen(
     mapper.deposits = DeviceDeposits(mapper._device)
     assert traced(mapper, 0) == expected
     assert mapper._foreseen[20000][part] > 64 * foreseen[part] > 0
+
+
+def test_more_deposits_than_guessed(mapper: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first pass of all finds no room for what lands, and is traced again."""
+    expected = traced(mapper, 0)
+    monkeypatch.setattr(photon_mapper, "GUESSED", 0)
+    mapper._foreseen.clear()
+    mapper.unfinished = 0
+    mapper.deposits.release()
+    mapper.deposits = DeviceDeposits(mapper._device)
+    before = mapper.launches()["generator"]
+    assert traced(mapper, 0) == expected
+    assert mapper.launches()["generator"] == before + 2
 
 
 def test_fewer_looks_than_foreseen(mapper: Any) -> None:

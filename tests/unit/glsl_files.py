@@ -31,7 +31,9 @@ def copy_root(root: Path, kernels: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
 
 
 def write(root: Path, path: str, text: str) -> None:
-    """A GLSL file below the root."""
+    """A GLSL file below the root; read anew."""
+    addon.streams.source._text.cache_clear()
+    addon.streams.source._expanded.cache_clear()
     (root / path).parent.mkdir(parents=True, exist_ok=True)
     (root / path).write_text(text, encoding="utf-8")
 

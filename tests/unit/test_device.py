@@ -61,8 +61,7 @@ def test_framebuffers_of_released_textures_are_forgotten(device: Device) -> None
         assert device.framebuffer([texture]) is framebuffer
         framebuffer.clear(1.0, 2.0, 3.0, 4.0)
         assert isinstance(framebuffer, moderngl.Framebuffer)
-        device.forget(texture)
-        texture.release()
+        device.free(texture)
         assert not any(key == (texture.glo,) for key in device._framebuffers)
 
 

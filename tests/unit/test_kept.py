@@ -214,12 +214,12 @@ def test_dropped_photons_are_counted_again(
     """Deposits that are not finite fall out once, and show in each render's account."""
     append = HostDeposits.append
 
-    def spoil(self: HostDeposits, place: Any, deposit: Any, landed: int) -> None:
+    def spoil(self: HostDeposits, place: Any, deposit: Any) -> None:
         fluxes = deposit.download()
         y, x = np.argwhere(place.download()[..., 3] != 0)[10]
         fluxes[y, x, 1] = np.nan
         deposit.upload(fluxes)
-        append(self, place, deposit, landed)
+        append(self, place, deposit)
 
     settings = replace(SETTINGS, layer="fragment")
     monkeypatch.setattr(HostDeposits, "append", spoil)
@@ -230,6 +230,52 @@ def test_dropped_photons_are_counted_again(
 
 
 # Memory.
+
+
+@pytest.mark.parametrize("scene", [cornell(), cornell(True)])
+@pytest.mark.parametrize(("layer", "estimator", "on_host"), WAYS)
+def test_textures_put_back(
+    device: Device,
+    monkeypatch: pytest.MonkeyPatch,
+    layer: Any,
+    estimator: Any,
+    on_host: bool,
+    scene: Scene,
+) -> None:
+    """A render finds those of the last one, as on GPUs, and whatever they hold is nothing to it."""
+    monkeypatch.setattr(device, "prefers_native", on_host)
+    settings = replace(SETTINGS, layer=layer, estimator=estimator)
+    fresh = render(device, scene, settings)
+    put_back, made = device.put_back, 0
+
+    def spoil(item: moderngl.Texture | moderngl.Buffer) -> None:
+        if isinstance(item, moderngl.Buffer):
+            item.write(np.full(item.size // 4, np.nan, np.float32))
+        else:
+            kind = np.float32 if item.dtype == "f4" else np.uint32
+            value = np.nan if item.dtype == "f4" else 0xFFFFFFFF
+            item.write(np.full((item.height, item.width, item.components), value, kind))
+        put_back(item)
+
+    def count(*arguments: Any) -> Any:
+        nonlocal made
+        made += 1
+        return texture(*arguments)
+
+    monkeypatch.setattr(device, "reuses", True)
+    monkeypatch.setattr(device, "put_back", spoil)
+    try:
+        first = render(device, scene, settings)
+        texture = device._new_texture
+        monkeypatch.setattr(device, "_new_texture", count)
+        again = render(device, scene, settings)
+        assert first.images == again.images == fresh.images
+        few = made  # what is uploaded anew in each pass, if anything is
+        device.drop_spare()
+        assert render(device, scene, settings).images == fresh.images
+        assert made - few > 20 + few
+    finally:
+        device.drop_spare()
 
 
 def test_budget(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:

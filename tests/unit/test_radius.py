@@ -7,9 +7,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import photon_stream_native as native
 import pytest
 
-from addon.photon.radius_field import shrink_of
+from addon.photon import radius_field
+from addon.photon.radius_field import radii_on_device, shrink_of
 from addon.photon.renderer import Renderer, photons_per_disc
 from addon.photon.settings import Settings
 from addon.streams import Device
@@ -127,6 +129,40 @@ def test_a_far_ground_changes_little(device: Device, half: float) -> None:
     settings: dict[str, Any] = {"width": 24, "height": 24, "photons": 30000, "passes": 4}
     a, b = (render(device, x, **settings)["Indirect"].mean() for x in (scene, room))
     assert a / b == pytest.approx(1.04, abs=0.12)  # the ground throws some light back
+
+
+@pytest.mark.parametrize("photons", [0, 1, 20000])
+def test_the_device_finds_the_same(
+    device: Device, monkeypatch: pytest.MonkeyPatch, photons: int
+) -> None:
+    """Where photons stay on a device, its programs make the native core's radii, to rounding."""
+    if not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    compared = []
+
+    def both(device: Device, deposits: Any, grids: Any, limits: Any) -> Any:
+        made = radii_on_device(device, deposits, grids, limits)
+        expected = native.RadiusField(*deposits.arrays(), grids, **limits._asdict())
+        table = expected.table().ravel()
+        found = np.frombuffer(made.table.read(), np.float32)[: len(table)]
+        np.testing.assert_array_equal(found[: grids.size], table[: grids.size])
+        np.testing.assert_allclose(found, table, rtol=1e-5)
+        assert made.typical == pytest.approx(expected.typical(), rel=1e-5)
+        assert made.largest == pytest.approx(expected.largest(), rel=1e-5)
+        compared.append(deposits.count > 0)
+        return made
+
+    monkeypatch.setattr(device, "prefers_native", False)
+    monkeypatch.setattr(radius_field, "radii_on_device", both)
+    lights = cornell().lights
+    if photons == 1:  # which nothing stops
+        lights = (replace(lights[0], direction=(0.0, 0.0, 1.0), position=(5.0, 5.0, 30.0)),)
+    perspective = cornell().camera
+    for view in (perspective, replace(perspective, kind="ORTHO")):
+        scene = replace(cornell(True), camera=view, lights=lights)
+        settings = Settings(width=64, height=64, photons=photons, layer="compute")
+        Renderer(scene, settings, device).release()
+    assert compared == ([] if photons == 0 else [photons > 1] * 2)
 
 
 def test_radii_that_no_photon_bounds(device: Device) -> None:

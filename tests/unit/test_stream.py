@@ -68,6 +68,18 @@ def test_what_goes_up_comes_down(device: Device, size: tuple[int, int]) -> None:
     stream.release()
 
 
+@pytest.mark.parametrize("software", [True, False])
+def test_fill(device: Device, monkeypatch: pytest.MonkeyPatch, software: bool) -> None:
+    """By drawing, and by a compute program as on GPUs: all texels, and no more than these."""
+    monkeypatch.setattr(device, "is_software", software)
+    stream, other = (Stream(device, VALUE, (300, 7)) for _ in range(2))
+    other.fill(2.0)
+    stream.fill(-1.5)
+    assert (stream.download() == -1.5).all() and (other.download() == 2.0).all()
+    for item in (stream, other):
+        item.release()
+
+
 @pytest.mark.parametrize(
     ("data", "got"),
     [

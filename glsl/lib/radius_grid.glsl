@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where the gather radii are made, as native/src/radius.rs makes them: at the nodes of a grid for each of
+// the six sides of surfaces. Photons are counted in cells half as wide.
+uniform vec4 grids[24];  // as lib/radius.glsl reads them
+uniform int most_a_side;  // elements: a side's are numbered from its number times so many
+
+struct SideGrid { vec3 origin; float cell_size; ivec3 cells; int first; };
+
+SideGrid grid_of(int side) {
+    vec4 origin = grids[4 * side], extent = grids[4 * side + 1];
+    return SideGrid(origin.xyz, extent.w, ivec3(extent.xyz), int(origin.w));
+}
+
+ivec3 nodes_of(SideGrid grid) { return grid.cells + 1; }
+
+// The corners of the cells in which photons are counted.
+ivec3 corners_of(SideGrid grid) { return 2 * grid.cells + 1; }
+
+int number_of(ivec3 n) { return n.x * n.y * n.z; }
+
+// Which of all sides' corners is a side's first.
+int first_corner(int side) {
+    int first = 0;
+    for (int before = 0; before < side; before++) first += number_of(corners_of(grid_of(before)));
+    return first;
+}
+
+int index_in(ivec3 n, ivec3 at) { return (at.z * n.y + at.y) * n.x + at.x; }
+
+ivec3 place_in(ivec3 n, int index) {
+    return ivec3(index % n.x, index / n.x % n.y, index / (n.x * n.y));
+}
+
+// Which element the first of a line along an axis is, by the line's number, and how far it is to the next;
+// false if there are fewer lines.
+bool line_in(ivec3 n, int axis, int line, out int first, out int step, out int length) {
+    int row = n.x, layer = n.x * n.y;
+    if (axis == 0) { first = line * row; step = 1; length = n.x; return line < n.y * n.z; }
+    if (axis == 1) { first = line / row * layer + line % row; step = row; length = n.y; return line < n.x * n.z; }
+    first = line; step = layer; length = n.z;
+    return line < layer;
+}
