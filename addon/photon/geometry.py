@@ -52,10 +52,10 @@ def frame_of(scene: Scene) -> Frame:
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles in BVH order, and what was left out."""
+    """Triangles in BVH order, and what was left out. The order shows in nothing made of them."""
 
     nodes: NDArray[np.float32]  # (N, 16)
-    corners: NDArray[np.float32]  # (T, 3, 4): position; material, surface, unused in w
+    corners: NDArray[np.float32]  # (T, 3, 4): position; material, surface, number in w
     normals: NDArray[np.float32]  # (T, 3, 4): shading normal
     area: float  # of diffuse triangles [scene units^2]
     extent: NDArray[np.float32]  # (3,) largest |x|, |y|, |z| of the corners
@@ -78,18 +78,21 @@ class Mesh:
         material = scene.material[order]
         corners[:, 0, 3] = material
         corners[:, 1, 3] = scene.surface[order]
+        corners[:, 2, 3] = order
         normals = np.zeros((len(order), 3, 4), np.float32)
         normals[..., :3] = np.take(scene.corner_normals, order, axis=0)
         # A normal that is not finite reads as none: the kernel then takes the triangle's own.
         if not np.isfinite(normals.sum()):
             np.nan_to_num(normals, copy=False, posinf=0.0, neginf=0.0)
         diffuse = np.array([max(m.diffuse) > 0 for m in scene.materials], bool)
+        areas = np.zeros(len(scene.triangles))  # in the scene's order: sums of floats depend on it
+        areas[order] = np.where(diffuse[material], _areas(corners), 0.0)
         extent = [_greatest(corners[..., k]) for k in range(3)] if len(order) else [0.0] * 3
         return Mesh(
             nodes,
             corners,
             normals,
-            area=float(_areas(corners).sum(where=diffuse[material])),
+            area=float(areas.sum()),
             extent=np.array(extent, np.float32),
             not_finite=int(not_finite),
             degenerate=int(degenerate),

@@ -26,13 +26,34 @@ ShearedRay shear_ray(vec3 origin, vec3 direction) {
     return ShearedRay(origin, axis, vec3(d.x / d.z, d.y / d.z, 1.0 / d.z));
 }
 
+// A ray's constants of the box test.
+struct Slabs { vec3 origin; float pad; vec3 inverse; };
+
+// Distance at which the ray enters the box, or T_MAX if it misses it before t_max.
+// The box is grown by the pad: (low - pad) - origin = low - (origin + pad). Each step is monotonic, rounding
+// included: a box about another is entered no later, and whenever the other is.
+float enter_box(vec3 low, vec3 high, Slabs slabs, float t_max) {
+    precise vec3 t0 = (low - (slabs.origin + slabs.pad)) * slabs.inverse;
+    precise vec3 t1 = (high - (slabs.origin - slabs.pad)) * slabs.inverse;
+    vec3 near = min(t0, t1), far = max(t0, t1);
+    float enter = max(max(near.x, near.y), max(near.z, 0.0));
+    float leave = min(min(far.x, far.y), min(far.z, t_max)) * SLAB_ROUNDING;
+    return enter <= leave ? enter : T_MAX;
+}
+
 // Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection". An edge function of exactly
 // zero counts as inside for both neighbours, so no ray slips between them; `precise` forbids the
 // fused multiply-adds that would let neighbours disagree about their common edge.
-bool hit_triangle_at(ShearedRay ray, int index, float t_max, out vec3 tuv) {
-    vec3 a = permute(texelFetch(bvh_corners, table_texel(3 * index), 0).xyz - ray.origin, ray.axis);
-    vec3 b = permute(texelFetch(bvh_corners, table_texel(3 * index + 1), 0).xyz - ray.origin, ray.axis);
-    vec3 c = permute(texelFetch(bvh_corners, table_texel(3 * index + 2), 0).xyz - ray.origin, ray.axis);
+// The hit lies no nearer than where the ray enters the triangle's own box, as rounding may have it: the boxes
+// about that one are then entered before t_max, too, and no tree loses it. `number` is the triangle's in the
+// scene.
+bool hit_triangle_at(ShearedRay ray, Slabs slabs, int index, float t_max, out vec3 tuv, out float number) {
+    vec3 first = texelFetch(bvh_corners, table_texel(3 * index), 0).xyz;
+    vec3 second = texelFetch(bvh_corners, table_texel(3 * index + 1), 0).xyz;
+    vec4 third = texelFetch(bvh_corners, table_texel(3 * index + 2), 0);
+    vec3 a = permute(first - ray.origin, ray.axis);
+    vec3 b = permute(second - ray.origin, ray.axis);
+    vec3 c = permute(third.xyz - ray.origin, ray.axis);
     precise vec2 a2 = a.xy - ray.shear.xy * a.z;
     precise vec2 b2 = b.xy - ray.shear.xy * b.z;
     precise vec2 c2 = c.xy - ray.shear.xy * c.z;
@@ -40,28 +61,23 @@ bool hit_triangle_at(ShearedRay ray, int index, float t_max, out vec3 tuv) {
     precise float v = a2.x * c2.y - a2.y * c2.x;
     precise float w = b2.x * a2.y - b2.y * a2.x;
     tuv = vec3(0.0);
+    number = third.w;
     if (min(u, min(v, w)) < 0.0 && max(u, max(v, w)) > 0.0) return false;
     float det = u + v + w;
     if (det == 0.0) return false;
     float t = (u * a.z + v * b.z + w * c.z) * ray.shear.z / det;
+    if (!(t > 0.0 && t <= t_max)) return false;
+    vec3 low = min(min(first, second), third.xyz), high = max(max(first, second), third.xyz);
+    t = max(t, enter_box(low, high, slabs, t_max));
     tuv = vec3(t, v / det, w / det);  // weights of the second and third corner
-    return t > 0.0 && t < t_max;
-}
-
-// Distance at which the ray enters the box, or T_MAX if it misses it before t_max.
-// The box is grown by `pad`: (low - pad) - origin = low - (origin + pad).
-float enter_box(vec3 low, vec3 high, vec3 origin, float pad, vec3 inverse, float t_max) {
-    vec3 t0 = (low - (origin + pad)) * inverse, t1 = (high - (origin - pad)) * inverse;
-    vec3 near = min(t0, t1), far = max(t0, t1);
-    float enter = max(max(near.x, near.y), max(near.z, 0.0));
-    float leave = min(min(far.x, far.y), min(far.z, t_max)) * SLAB_ROUNDING;
-    return enter <= leave ? enter : T_MAX;
+    return t <= t_max;
 }
 
 // 1 / d without infinities, which would meet zeros and make NaN.
 float safe_inverse(float d) { return 1.0 / (abs(d) < 1.0e-20 ? (d < 0.0 ? -1.0e-20 : 1.0e-20) : d); }
 
-// The nearest hit with 0 < t < t_max, not on triangle `source`; with ANY_HIT, some hit.
+// The nearest hit with 0 < t < t_max, not on triangle `source`, and of several there that of the triangle
+// which is the first in the scene; with ANY_HIT, some hit.
 // A ray that is not finite or has no direction misses.
 RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
     RayHit best = RayHit(t_max, -1, 0.0, 0.0);
@@ -73,6 +89,8 @@ RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
     // The triangle test rounds relative to the origin's distance; a box must not be stricter.
     vec3 reach = abs(origin);
     float pad = 6.0e-7 + 1.2e-7 * max(reach.x, max(reach.y, reach.z));
+    Slabs slabs = Slabs(origin, pad, inverse);
+    float first = 0.0;  // the number of the best hit's triangle
     int stack[BVH_STACK];
     int depth = 0;
     int node = 0;
@@ -81,16 +99,19 @@ RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
         vec4 l1 = texelFetch(bvh_nodes, table_texel(4 * node + 1), 0);
         vec4 r0 = texelFetch(bvh_nodes, table_texel(4 * node + 2), 0);
         vec4 r1 = texelFetch(bvh_nodes, table_texel(4 * node + 3), 0);
-        float left_t = enter_box(l0.xyz, l1.xyz, origin, pad, inverse, best.t);
-        float right_t = enter_box(r0.xyz, r1.xyz, origin, pad, inverse, best.t);
+        float left_t = enter_box(l0.xyz, l1.xyz, slabs, best.t);
+        float right_t = enter_box(r0.xyz, r1.xyz, slabs, best.t);
         int left_count = int(l1.w), right_count = int(r1.w);
         // Leaves at once, left before right, in one loop; inner children are kept for later.
         int from_left = left_t < T_MAX ? left_count : 0, in_leaves = from_left + (right_t < T_MAX ? right_count : 0);
         for (int i = 0; i < in_leaves; i++) {
             int triangle = i < from_left ? int(l0.w) + i : int(r0.w) + i - from_left;
             vec3 tuv;
-            if (triangle != source && hit_triangle_at(ray, triangle, best.t, tuv)) {
+            float number;
+            if (triangle != source && hit_triangle_at(ray, slabs, triangle, best.t, tuv, number)
+                && (tuv.x < best.t || (best.triangle >= 0 && number < first))) {
                 best = RayHit(tuv.x, triangle, tuv.y, tuv.z);
+                first = number;
 #ifdef ANY_HIT
                 return best;
 #endif

@@ -92,7 +92,9 @@ void approach(vec4 segment, vec2 cut, float most, inout vec2 nearest, inout floa
     float foot = min(max(-dot(from, way) / max(dot(way, way), 1.0e-30), begin), end);
     vec2 at = from + way * foot;
     float d2 = dot(at, at);
-    if (d2 > 0.0 && d2 < least) {
+    // Of points at one distance always the same, in whatever order the triangles come.
+    bool first = nearest != vec2(0.0) && (at.x < nearest.x || (at.x == nearest.x && at.y < nearest.y));
+    if (d2 > 0.0 && (d2 < least || (d2 == least && first))) {
         nearest = at;
         least = d2;
     }

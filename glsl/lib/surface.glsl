@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The surface at a hit. Uses the tables bvh_corners (w: material, surface, unused) and bvh_normals.
+// The surface at a hit. Uses the tables bvh_corners (w: material, surface, number in the scene) and bvh_normals.
 #include "lib/records.glsl"
 #include "lib/table.glsl"
 #include "lib/constants.glsl"

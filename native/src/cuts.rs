@@ -187,7 +187,9 @@ impl Disc {
             let foot = (-(p[0] * way[0] + p[1] * way[1]) / length2).max(begin).min(end);
             let at = [p[0] + way[0] * foot, p[1] + way[1] * foot];
             let d2 = at[0] * at[0] + at[1] * at[1];
-            if d2 > 0.0 && d2 < least {
+            // Of points at one distance always the same, in whatever order the triangles come.
+            let first = || nearest != [0.0; 2] && (at[0], at[1]) < (nearest[0], nearest[1]);
+            if d2 > 0.0 && (d2 < least || (d2 == least && first())) {
                 (nearest, least) = (at, d2);
             }
         }

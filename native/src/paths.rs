@@ -23,7 +23,7 @@ type Vector = [f32; 3];
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
     pub tree: &'a Tree,
-    /// Of the triangles in leaf order; the fourth numbers are material, surface and nothing.
+    /// Of the triangles in leaf order; the fourth numbers are material, surface and the number in the scene.
     pub corners: &'a [[[f32; 4]; 3]],
     /// At the corners; the fourth numbers mean nothing.
     pub normals: &'a [[[f32; 4]; 3]],

@@ -177,7 +177,8 @@ fn trace_brute_force<'py>(
 /// Traces the rays of streams through a scene's triangles.
 ///
 /// Tracer(nodes, corners): nodes as from build_bvh; corners float32[K, 3, 4], the triangles in leaf
-/// order, whose fourth numbers are material, surface and nothing. Raises ValueError as trace does.
+/// order, whose fourth numbers are material, surface and the triangle's number in the scene. Raises
+/// ValueError as trace does.
 #[pyclass(frozen, module = "photon_stream_native")]
 struct Tracer {
     tree: Tree,
@@ -194,11 +195,13 @@ impl Tracer {
         let corners = rows::<f32, 4>(&corners)?.as_chunks::<3>().0.to_vec();
         run(py, || {
             let points: Vec<Triangle> = corners.iter().map(|t| t.map(|[x, y, z, _]| [x, y, z])).collect();
-            Ok(Tracer { tree: Tree::new(nodes, &points)?, corners })
+            let numbers = corners.iter().map(|t| t[2][3] as u32).collect();
+            Ok(Tracer { tree: Tree::new(nodes, &points)?.numbered(numbers), corners })
         })
     }
 
-    /// Find each ray's closest hit, or with any_hit some hit.
+    /// Find each ray's closest hit, or with any_hit some hit. Of hits at one distance that of the triangle
+    /// with the smallest number is the closest, whatever the tree.
     ///
     /// Takes streams float32[H, W, 4]: origin (position, leaf position of a triangle to pass
     /// through or -1) and direction (vector, how far it goes). Returns hits float32[H, W, 4]: t,

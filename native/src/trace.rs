@@ -75,6 +75,7 @@ impl Rays<'_> {
 /// a traversal ends.
 pub struct Tree {
     wide: Wide,
+    numbers: Vec<u32>,
 }
 
 impl Tree {
@@ -95,16 +96,13 @@ impl Tree {
         for (row, node) in nodes.iter().enumerate() {
             let mut children = Vec::with_capacity(2);
             for at in [0, 8] {
-                let (reference, count) = (node[at + 3], node[at + 7]);
-                if (reference, count) == (-1.0, 0.0) {
-                    continue; // a missing child
-                }
-                let (reference, count) = read_child(reference, count, nodes.len(), corners.len())
-                    .ok_or_else(|| bad_child(row, at, node))?;
+                let Some((reference, count)) = child_of(row, at, node, nodes.len(), corners.len())? else {
+                    continue;
+                };
                 if count == 0 {
                     // Nodes that follow their only parent form a tree: a traversal ends.
                     let depth = depths[row] + 1;
-                    if reference <= row || depths[reference] > 0 || depth > MAX_DEPTH {
+                    if depths[reference] > 0 || depth > MAX_DEPTH {
                         return Err(bad_child(row, at, node));
                     }
                     depths[reference] = depth;
@@ -119,11 +117,20 @@ impl Tree {
             }
             binary.push(children);
         }
-        Ok(Tree { wide: Wide::new(&binary, corners) })
+        let numbers = (0..corners.len() as u32).collect();
+        Ok(Tree { wide: Wide::new(&binary, corners), numbers })
+    }
+
+    /// Give triangles other numbers than their positions: of two that a ray hits at the same distance the
+    /// smaller one's is the closest hit. Those of the scene make hits the same in every tree of it.
+    #[must_use]
+    pub fn numbered(self, numbers: Vec<u32>) -> Tree {
+        assert_eq!(numbers.len(), self.numbers.len(), "a number for each triangle");
+        Tree { numbers, ..self }
     }
 
     /// The closest hit of a ray: the triangle's position in leaf order and where it is hit. Of
-    /// triangles at the same distance, the one of the smallest position.
+    /// triangles at the same distance, the one of the smallest number.
     #[inline(always)]
     pub(crate) fn closest<L: Lanes>(
         &self,
@@ -136,7 +143,10 @@ impl Tree {
         self.wide.traverse::<L>(ray, t_max, skip, stack, |position, hit, limit| {
             let closer = match best {
                 None => hit.t < limit,
-                Some((other, _)) => hit.t < limit || (hit.t == limit && position < other),
+                Some((other, _)) => {
+                    let before = || self.numbers[position as usize] < self.numbers[other as usize];
+                    hit.t < limit || (hit.t == limit && before())
+                }
             };
             if closer {
                 best = Some((position, hit));
@@ -240,6 +250,27 @@ widest! {
                 };
             }
         }
+    }
+}
+
+/// The reference and count of the child that begins at column `at` of a node; None if it is missing.
+///
+/// # Errors
+/// They are out of range or not integers, or refer to an inner node that does not follow.
+pub(crate) fn child_of(
+    row: usize,
+    at: usize,
+    node: &[f32; NODE_FLOATS],
+    node_count: usize,
+    triangle_count: usize,
+) -> Result<Option<(usize, usize)>, InvalidInput> {
+    let (reference, count) = (node[at + 3], node[at + 7]);
+    if (reference, count) == (-1.0, 0.0) {
+        return Ok(None);
+    }
+    match read_child(reference, count, node_count, triangle_count) {
+        Some((reference, count)) if count > 0 || reference > row => Ok(Some((reference, count))),
+        _ => Err(bad_child(row, at, node)),
     }
 }
 

@@ -13,6 +13,12 @@ pub const DIRECTION_LIMIT: f32 = 1e18;
 /// errors of u and v then stay below about 1e-5 above it.
 pub(crate) const NEEDLE: f32 = 1.0 / 64.0;
 
+/// How much nearer than it is [`Ray::intersect`] may find a hit, in the triangle's extent along the ray's
+/// main axis. Three edge functions of products up to extent^2 err by up to 4 half ulps of it each, and
+/// [`NEEDLE`] bounds what that is of their sum: the weights of the corners err by 4.6e-5 in all. The rest is
+/// for the rounding of t. (In float64 the products are exact.)
+const T_ERROR: f32 = 1.0 / 8192.0;
+
 /// Half a unit in the last place of 1.
 const HALF_ULP: f32 = f32::EPSILON / 2.0;
 
@@ -139,6 +145,7 @@ pub(crate) struct Slabs<L> {
     reciprocal: [L; 3],
     /// Whether the ray goes up the axis: the near plane is then the lower one.
     upward: [bool; 3],
+    slack: f32,
 }
 
 impl<L: Lanes> Slabs<L> {
@@ -156,7 +163,8 @@ impl<L: Lanes> Slabs<L> {
         let grow = 10.0 * HALF_ULP * reach;
         // An axis along which the ray hardly moves: it moves by less than `grow` within the
         // scene, and a finite reciprocal makes no NaN (0 * inf).
-        let least = ray.direction[ray.axes[2]].abs() * 1e-18;
+        let main = ray.axes[2];
+        let least = ray.direction[main].abs() * 1e-18;
         // The second term makes the shift survive the rounding of the shifted origin.
         let pad = ray.origin.map(|o| grow + 2.0 * HALF_ULP * o.abs());
         let reciprocal = ray.direction.map(|d| 1.0 / if d.abs() > least { d } else { least });
@@ -169,14 +177,22 @@ impl<L: Lanes> Slabs<L> {
             far_origin: [L::splat(far[0]), L::splat(far[1]), L::splat(far[2])],
             reciprocal: [L::splat(reciprocal[0]), L::splat(reciprocal[1]), L::splat(reciprocal[2])],
             upward,
+            slack: (bounds.max[main] - bounds.min[main]) / ray.direction[main].abs() * T_ERROR,
         }
     }
 
-    /// Where the ray enters the boxes (at least 0), and which of them it does before `t_max`.
+    /// Where a box that holds a triangle is entered at the latest, if [`Ray::intersect`] finds it hit at
+    /// `t`. Boxes up to there have to be looked into, or it would depend on the tree and on the order of
+    /// traversal which of two triangles at almost or exactly the same distance is the closest.
     #[inline(always)]
-    pub(crate) fn enter(&self, min: &[Row; 3], max: &[Row; 3], t_max: f32) -> (L, L::Mask) {
-        // Covers the rounding of the products below and of the distance to a triangle inside, so
-        // that of two triangles at equal distance neither is lost to the order of traversal.
+    pub(crate) fn latest_entry(&self, t: f32) -> f32 {
+        t + self.slack
+    }
+
+    /// Where the ray enters the boxes (at least 0), and which of them it does at `latest` or before.
+    #[inline(always)]
+    pub(crate) fn enter(&self, min: &[Row; 3], max: &[Row; 3], latest: f32) -> (L, L::Mask) {
+        // Covers the rounding of the products below.
         const SLACK: f32 = 16.0 * HALF_ULP;
         let mut near = L::splat(0.0);
         let mut far = L::splat(f32::INFINITY);
@@ -186,7 +202,53 @@ impl<L: Lanes> Slabs<L> {
             far = ((L::load(b) - self.far_origin[k]) * self.reciprocal[k]).min(far);
         }
         let near = near * L::splat(1.0 - SLACK);
-        let entered = near.less_equal(far * L::splat(1.0 + SLACK)) & near.less_equal(L::splat(t_max));
+        let entered = near.less_equal(far * L::splat(1.0 + SLACK)) & near.less_equal(L::splat(latest));
         (near, entered)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::Plain;
+
+    /// Xorshift (Marsaglia 2003); in [-1, 1).
+    fn random(state: &mut u64) -> f32 {
+        *state ^= *state << 13;
+        *state ^= *state >> 7;
+        *state ^= *state << 17;
+        (*state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+    }
+
+    /// At an edge in a side of the box, where a ray enters the box and meets the triangle at once.
+    #[test]
+    fn boxes_are_entered_before_what_they_hold_is_hit() {
+        let mut state = 7;
+        let (mut hits, mut too_near, mut late) = (0, 0, 0);
+        for _ in 0..4_000_000 {
+            let mut point = || -> [f32; 3] { std::array::from_fn(|_| random(&mut state)) };
+            let (a, c, direction) = (point(), point(), point());
+            let b = [a[0], a[1] + 2.0, a[2]];
+            let c: [f32; 3] = std::array::from_fn(|k| a[k] + c[k] * [0.1, 2.0, 1.0][k]);
+            let along = 1.0 + random(&mut state);
+            let inside = 1e-6 * (1.0 + random(&mut state));
+            let to = [a[0] + inside * (c[0] - a[0]), a[1] + along, a[2] + inside * (c[2] - a[2])];
+            let away = 1.1 + random(&mut state);
+            let from: [f32; 3] = std::array::from_fn(|k| to[k] - away * direction[k]);
+            let Some(ray) = Ray::new(from, direction) else { continue };
+            let Some(hit) = ray.intersect(&[a, b, c]) else { continue };
+            let [a, b, c] = [a, b, c].map(|[x, y, z]| Bounds { min: [x, y, z, 0.0], max: [x, y, z, 0.0] });
+            let bounds = a.union(&b).union(&c);
+            let slabs = Slabs::<Plain>::new(&ray, &bounds);
+            let rows = |corner: [f32; 4]| [0, 1, 2].map(|k: usize| Row([corner[k]; 8]));
+            let (entry, entered) =
+                slabs.enter(&rows(bounds.min), &rows(bounds.max), slabs.latest_entry(hit.t));
+            hits += 1;
+            too_near += u32::from(entry.store().0[0] > hit.t);
+            late += u32::from(Plain::bits(entered) == 0);
+        }
+        assert!(hits > 100_000, "{hits}");
+        assert!(too_near > 0, "{too_near} of {hits}");
+        assert_eq!(late, 0, "of {hits}");
     }
 }

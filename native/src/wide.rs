@@ -171,8 +171,9 @@ impl Wide {
         reference
     }
 
-    /// Calls `visit(triangle, hit, limit)` for the triangles that a ray may hit before `limit`,
-    /// roughly near ones first; `visit` returns the new limit, or None to stop.
+    /// Calls `visit(triangle, hit, limit)` for the triangles that a ray may hit before or at `limit`,
+    /// roughly near ones first; `visit` returns the new limit, or None to stop. None of these is left out
+    /// in any tree.
     #[inline(always)]
     pub(crate) fn traverse<L: Lanes>(
         &self,
@@ -185,18 +186,18 @@ impl Wide {
         let slabs = Slabs::<L>::new(ray, &self.bounds);
         let sheared = Sheared::<L>::new(ray);
         let stack = &mut stack.0;
-        let mut limit = t_max;
+        let (mut limit, mut latest) = (t_max, slabs.latest_entry(t_max));
         stack[0] = (0, 0.0);
         let mut size = 1;
         while size > 0 {
             size -= 1;
             let (reference, t) = stack[size];
-            if t > limit {
+            if t > latest {
                 continue;
             }
             if reference & LEAF == 0 {
                 let node = &self.nodes[reference as usize];
-                let (entry, entered) = slabs.enter(&node.min, &node.max, limit);
+                let (entry, entered) = slabs.enter(&node.min, &node.max, latest);
                 let (entry, mut entered) = (entry.store().0, L::bits(entered));
                 let bottom = size;
                 while entered != 0 {
@@ -230,7 +231,9 @@ impl Wide {
                     };
                     if let Some(hit) = hit {
                         match visit(position, hit, limit) {
-                            Some(new_limit) => limit = new_limit,
+                            Some(new_limit) => {
+                                (limit, latest) = (new_limit, slabs.latest_entry(new_limit));
+                            }
                             None => return,
                         }
                     }
