@@ -97,7 +97,13 @@ class PhotonMap:
 def radius_grids(sample: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]: ...
 def build_bvh(
     vertices: NDArray[np.float32], triangles: NDArray[np.int32]
-) -> tuple[NDArray[np.float32], NDArray[np.int32], int, int]: ...
+) -> tuple[NDArray[np.float32], NDArray[np.int32], int, int, float]: ...
+def refit_bvh(
+    nodes: NDArray[np.float32],
+    order: NDArray[np.int32],
+    vertices: NDArray[np.float32],
+    triangles: NDArray[np.int32],
+) -> tuple[NDArray[np.float32], int, int, float] | None: ...
 def trace(
     nodes: NDArray[np.float32],
     corners: NDArray[np.float32],

@@ -22,6 +22,9 @@ from .errors import SceneError
 from .scene import Light, Material, Scene
 
 AREAS_AT_ONCE = 1 << 15
+# A refitted tree is kept up to this cost over what it was when it was built: rays then take as much
+# longer than in another, about, and a tenth of a few passes' rays take as long as building it.
+MOST_WEAR = 1.1
 POINT_VERSINE = 2.0  # 1 - cos of a "cone" that holds every direction
 
 
@@ -51,30 +54,56 @@ def frame_of(scene: Scene) -> Frame:
 
 
 @dataclass(frozen=True)
-class Mesh:
-    """Triangles in BVH order, and what was left out. The order shows in nothing made of them."""
+class Tree:
+    """A BVH of triangles, which depends on nothing but where they are."""
 
+    triangles: NDArray[np.int32]  # (T, 3) the scene's, kept or not
+    order: NDArray[np.int32]  # (K,) the kept ones' numbers, in leaf order
     nodes: NDArray[np.float32]  # (N, 16)
-    corners: NDArray[np.float32]  # (T, 3, 4): position; material, surface, number in w
-    normals: NDArray[np.float32]  # (T, 3, 4): shading normal
-    area: float  # of diffuse triangles [scene units^2]
-    extent: NDArray[np.float32]  # (3,) largest |x|, |y|, |z| of the corners
     not_finite: int
     degenerate: int
+    cost: float  # by SAH when it was built, over the areas of the triangles' own boxes
 
     @staticmethod
-    def build(scene: Scene, frame: Frame) -> Mesh:
-        """Build the BVH natively; SceneError if it refuses the triangles."""
+    def build(
+        vertices: NDArray[np.float32], triangles: NDArray[np.int32], old: Tree | None = None
+    ) -> Tree:
+        """Fit `old` to vertices (V, 3) if it is a good tree for them, or else build another.
+
+        ValueError if the native core refuses the triangles.
+        """
+        if old and np.array_equal(old.triangles, triangles):
+            fitted = native.refit_bvh(old.nodes, old.order, vertices, triangles)
+            if fitted and fitted[3] <= MOST_WEAR * old.cost:
+                nodes, not_finite, degenerate, _ = fitted
+                return Tree(triangles, old.order, nodes, not_finite, degenerate, old.cost)
+        nodes, order, not_finite, degenerate, cost = native.build_bvh(vertices, triangles)
+        return Tree(triangles, order, nodes, not_finite, degenerate, cost)
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles in BVH order. In which one shows in nothing that is made of them."""
+
+    tree: Tree
+    corners: NDArray[np.float32]  # (K, 3, 4): position; material, surface, number in w
+    normals: NDArray[np.float32]  # (K, 3, 4): shading normal
+    area: float  # of diffuse triangles [scene units^2]
+    extent: NDArray[np.float32]  # (3,) largest |x|, |y|, |z| of the corners
+
+    @staticmethod
+    def build(scene: Scene, frame: Frame, old: Tree | None = None) -> Mesh:
+        """Build the BVH natively, or refit an old one; SceneError if triangles are refused."""
         vertices = np.zeros((len(scene.vertices), 4), np.float32)
         with np.errstate(over="ignore"):  # beyond float32 is infinite, and skipped as such
             vertices[:, :3] = frame.points(scene.vertices)
+        triangles = np.ascontiguousarray(scene.triangles)
         try:
-            nodes, order, not_finite, degenerate = native.build_bvh(
-                np.ascontiguousarray(vertices[:, :3]), np.ascontiguousarray(scene.triangles)
-            )
+            tree = Tree.build(np.ascontiguousarray(vertices[:, :3]), triangles, old)
         except ValueError as error:
             raise SceneError(f"scene geometry: {error}") from error
-        corners = np.take(vertices, np.take(scene.triangles, order, axis=0), axis=0)
+        order = tree.order
+        corners = np.take(vertices, np.take(triangles, order, axis=0), axis=0)
         material = scene.material[order]
         corners[:, 0, 3] = material
         corners[:, 1, 3] = scene.surface[order]
@@ -85,17 +114,15 @@ class Mesh:
         if not np.isfinite(normals.sum()):
             np.nan_to_num(normals, copy=False, posinf=0.0, neginf=0.0)
         diffuse = np.array([max(m.diffuse) > 0 for m in scene.materials], bool)
-        areas = np.zeros(len(scene.triangles))  # in the scene's order: sums of floats depend on it
+        areas = np.zeros(len(triangles))  # in the scene's order: a sum of floats depends on it
         areas[order] = np.where(diffuse[material], _areas(corners), 0.0)
         extent = [_greatest(corners[..., k]) for k in range(3)] if len(order) else [0.0] * 3
         return Mesh(
-            nodes,
+            tree,
             corners,
             normals,
             area=float(areas.sum()),
             extent=np.array(extent, np.float32),
-            not_finite=int(not_finite),
-            degenerate=int(degenerate),
         )
 
 
@@ -187,7 +214,7 @@ class Tables:
     ) -> None:
         """`on_host`: the native core traces, so no kernel reads the tree."""
         self._device = device
-        self.textures = {} if on_host else {"bvh_nodes": upload_table(device, mesh.nodes)}
+        self.textures = {} if on_host else {"bvh_nodes": upload_table(device, mesh.tree.nodes)}
         self.textures |= {
             "bvh_corners": upload_table(device, mesh.corners),
             "bvh_normals": upload_table(device, mesh.normals),

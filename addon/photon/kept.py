@@ -59,10 +59,8 @@ class Stage:
     tables: Tables
 
     @staticmethod
-    def build(device: Device, scene: Scene, layer: str) -> Stage:
-        """Build the BVH and upload the tables; SceneError if that is impossible."""
-        frame = frame_of(scene)
-        mesh = Mesh.build(scene, frame)
+    def build(device: Device, scene: Scene, layer: str, frame: Frame, mesh: Mesh) -> Stage:
+        """Upload the tables of a scene's mesh; SceneError if that is impossible."""
         triangles = triangles_of(mesh) if layer == "native" else None
         tables = Tables(device, scene, frame, mesh, on_host=triangles is not None)
         return Stage(scene, layer, frame, mesh, triangles, tables)
@@ -100,12 +98,18 @@ class Kept:
         self._before = 0, 0  # photons unfinished and dropped when it was
 
     def stage(self, scene: Scene, layer: str) -> Stage:
-        """The scene's stage: the one that is there, if nothing but the view has changed."""
+        """The scene's stage: the one that is there, if nothing but the view has changed. Another
+        begins with its tree, as long as triangles have only moved."""
         there = self._stage
-        if there is None or there.layer != layer or not same_but_view(there.scene, scene):
-            self.release()  # first: there may not be room for both
-            self._stage = Stage.build(self._device, scene, layer)
-        assert self._stage
+        if there and there.layer == layer and same_but_view(there.scene, scene):
+            return there
+        tree = there.mesh.tree if there else None
+        del there
+        self.release()  # first: there may not be room for both
+        frame = frame_of(scene)
+        mesh = Mesh.build(scene, frame, tree)
+        del tree
+        self._stage = Stage.build(self._device, scene, layer, frame, mesh)
         return self._stage
 
     def leave_room(self, spare: int | None) -> None:

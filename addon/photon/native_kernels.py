@@ -162,4 +162,4 @@ def tracer_for(
 
 def triangles_of(mesh: Mesh) -> native.Tracer:
     """The scene's triangles for the native kernels."""
-    return native.Tracer(mesh.nodes, mesh.corners)
+    return native.Tracer(mesh.tree.nodes, mesh.corners)

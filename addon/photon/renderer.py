@@ -371,10 +371,12 @@ def _warnings(scene: Scene, mesh: Mesh, needs: SceneNeeds) -> tuple[str, ...]:
     warnings = []
     if needs.hidden_highlights:
         warnings.append("direct light by photons: highlights of glossy surfaces are missing")
-    if mesh.not_finite:
-        warnings.append(f"{mesh.not_finite} triangles with NaN or infinite vertices were skipped")
-    if mesh.degenerate:
-        warnings.append(f"{mesh.degenerate} triangles of zero area were skipped")
+    if mesh.tree.not_finite:
+        warnings.append(
+            f"{mesh.tree.not_finite} triangles with NaN or infinite vertices were skipped"
+        )
+    if mesh.tree.degenerate:
+        warnings.append(f"{mesh.tree.degenerate} triangles of zero area were skipped")
     if not needs.surfaces:
         warnings.append("the scene has no triangles to render")
     if not scene.lights:

@@ -27,7 +27,7 @@ const TRAVERSAL_COST: f64 = 1.0;
 /// Below this many triangles a task costs more than it gains.
 const PARALLEL_SUBTREE: usize = 2048;
 const PARALLEL_PASS: usize = 1 << 15;
-const PASS_CHUNK: usize = 1 << 13;
+pub(crate) const PASS_CHUNK: usize = 1 << 13;
 
 /// A BVH as arrays; see [`build`] for the layout.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +36,11 @@ pub struct Bvh {
     pub order: Vec<u32>,
     pub skipped_not_finite: usize,
     pub skipped_degenerate: usize,
+    /// SAH cost over the areas of the triangles' own boxes: how much the tree adds to what it is about. It
+    /// grows where a refitted tree gets worse than one that was built there: in 27 deformations of two balls
+    /// in a room rays took about 1.1 times as long where it was 1.1 times as large, and 1.2 to 1.45 times at
+    /// 1.2. Relative to the area of the root, cost also grows with the triangles, for every tree.
+    pub cost: f64,
 }
 
 /// Build a BVH over triangles.
@@ -80,8 +85,11 @@ pub fn build(vertices: &[[f32; 3]], triangles: &[[i32; 3]]) -> Result<Bvh, Inval
         subtree(&mut items, &mut slots, 0, 0, 1);
     }
 
+    let nodes = compact(&slots);
+    let areas = sum(&items, |item| item.bounds.half_area());
     Ok(Bvh {
-        nodes: compact(&slots),
+        cost: cost(&nodes) / areas,
+        nodes,
         order: items.par_iter().map(|item| item.index).collect(),
         skipped_not_finite: parts.iter().map(|part| part.not_finite).sum(),
         skipped_degenerate: parts.iter().map(|part| part.degenerate).sum(),
@@ -127,7 +135,7 @@ impl Default for Node {
     }
 }
 
-fn check_indices(triangles: &[[i32; 3]], vertex_count: usize) -> Result<(), InvalidInput> {
+pub(crate) fn check_indices(triangles: &[[i32; 3]], vertex_count: usize) -> Result<(), InvalidInput> {
     let bad = |index: i32| usize::try_from(index).map_or(true, |index| index >= vertex_count);
     let found = triangles
         .par_iter()
@@ -157,17 +165,31 @@ fn keep(vertices: &[[f32; 3]], triangles: &[[i32; 3]], first: usize) -> Kept {
     let mut kept = Kept { items: Vec::with_capacity(triangles.len()), ..Kept::default() };
     for (offset, triangle) in triangles.iter().enumerate() {
         let corners = triangle.map(|index| vertices[index as usize]);
-        // The comparison is false for NaN.
-        if !corners.iter().flatten().all(|x| x.abs() <= MAX_COORDINATE) {
-            kept.not_finite += 1;
-        } else if has_no_area(&corners) {
-            kept.degenerate += 1;
-        } else {
-            let [a, b, c] = corners.map(|[x, y, z]| Bounds { min: [x, y, z, 0.0], max: [x, y, z, 0.0] });
-            kept.items.push(Item { bounds: a.union(&b).union(&c), index: (first + offset) as u32 });
+        match box_of(&corners) {
+            Ok(bounds) => kept.items.push(Item { bounds, index: (first + offset) as u32 }),
+            Err(Skip::NotFinite) => kept.not_finite += 1,
+            Err(Skip::Degenerate) => kept.degenerate += 1,
         }
     }
     kept
+}
+
+/// Why a triangle is not in the tree.
+pub(crate) enum Skip {
+    NotFinite,
+    Degenerate,
+}
+
+pub(crate) fn box_of(corners: &[[f32; 3]; 3]) -> Result<Bounds, Skip> {
+    // The comparison is false for NaN.
+    if !corners.iter().flatten().all(|x| x.abs() <= MAX_COORDINATE) {
+        return Err(Skip::NotFinite);
+    }
+    if has_no_area(corners) {
+        return Err(Skip::Degenerate);
+    }
+    let [a, b, c] = corners.map(|[x, y, z]| Bounds { min: [x, y, z, 0.0], max: [x, y, z, 0.0] });
+    Ok(a.union(&b).union(&c))
 }
 
 /// In float64 the edges and their products are exact unless magnitudes differ wildly.
@@ -375,6 +397,21 @@ fn split_at_median(items: &mut [Item], centres: &Bounds) -> usize {
         by_centre.then(a.index.cmp(&b.index))
     });
     middle
+}
+
+/// The boxes about all children, each as often as it is visited or its triangles are tested.
+pub(crate) fn cost(nodes: &[f32]) -> f64 {
+    let (children, _) = nodes.as_chunks::<{ NODE_FLOATS / 2 }>();
+    sum(children, |&[x, y, z, _, to_x, to_y, to_z, count]| {
+        let bounds = Bounds { min: [x, y, z, 0.0], max: [to_x, to_y, to_z, 0.0] };
+        bounds.half_area() * if count > 0.0 { f64::from(count) } else { TRAVERSAL_COST }
+    })
+}
+
+/// The same on any number of threads.
+fn sum<T: Sync>(items: &[T], term: impl Fn(&T) -> f64 + Sync) -> f64 {
+    let sums: Vec<f64> = items.par_chunks(PASS_CHUNK).map(|items| items.iter().map(&term).sum()).collect();
+    sums.iter().sum()
 }
 
 /// Drop the unused slots and write the nodes as floats, depth first.

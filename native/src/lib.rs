@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Native core of Photon Stream: pure functions over arrays.
 //!
-//! [`bvh::build`] writes the node array that the GLSL kernels traverse, [`photons::sort`] puts photons
+//! [`bvh::build`] writes the node array that the GLSL kernels traverse, [`refit::refit`] moves its boxes with
+//! the triangles, [`photons::sort`] puts photons
 //! into the cells of a grid, and [`radius`] says how far a place looks for them. Where OpenGL is
 //! software, [`trace`], [`paths`], [`cuts`], [`coverage`] and [`density`] take the place of GLSL kernels. Python
 //! sees them through the module `python` (cargo feature `python`).
@@ -19,6 +20,7 @@ pub mod photons;
 mod python;
 pub mod radius;
 pub mod random;
+pub mod refit;
 pub mod trace;
 mod vector;
 pub mod watertight;

@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use crate::density::{self, Filter};
 use crate::radius;
 use crate::trace::{Rays, Tree, Triangle};
-use crate::{InvalidInput, brute_force, bvh, coverage, cuts, paths, photons};
+use crate::{InvalidInput, brute_force, bvh, coverage, cuts, paths, photons, refit};
 
 type Stream<'py> = Bound<'py, PyArray3<f32>>;
 type Rows<'py> = Bound<'py, PyArray2<f32>>;
@@ -43,6 +43,7 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<RadiusField>()?;
     module.add_function(wrap_pyfunction!(radius_grids, module)?)?;
     module.add_function(wrap_pyfunction!(build_bvh, module)?)?;
+    module.add_function(wrap_pyfunction!(refit_bvh, module)?)?;
     module.add_function(wrap_pyfunction!(trace, module)?)?;
     module.add_function(wrap_pyfunction!(occluded, module)?)?;
     module.add_function(wrap_pyfunction!(trace_brute_force, module)?)?;
@@ -53,13 +54,15 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
 ///
 /// Takes vertices float32[V, 3] and triangles int32[T, 3], indices into vertices.
 ///
-/// Returns (nodes float32[N, 16], order int32[K], skipped_not_finite, skipped_degenerate).
+/// Returns (nodes float32[N, 16], order int32[K], skipped_not_finite, skipped_degenerate, cost).
 /// A node is four RGBA32F texels: left.min.xyz, left_ref | left.max.xyz, left_count |
 /// right.min.xyz, right_ref | right.max.xyz, right_count. References and counts are float values.
 /// count == 0: ref is the index of an inner node, behind this one. count > 0: a leaf of the
 /// triangles order[ref : ref + count], at most MAX_LEAF. Node 0 is the root and always there. A
 /// missing child, which only the root can have, has min 3e38, max -3e38, ref -1 and count 0. No
 /// path holds more than MAX_DEPTH nodes, so a traversal needs a stack of MAX_DEPTH entries.
+///
+/// cost is the SAH cost over the areas of the triangles' own boxes: see refit_bvh.
 ///
 /// order lists the kept triangles in leaf order. Left out, and counted, are triangles with a
 /// coordinate that is not finite or beyond 1e30, and triangles of exactly zero area.
@@ -70,7 +73,7 @@ fn build_bvh<'py>(
     py: Python<'py>,
     vertices: &Bound<'py, PyAny>,
     triangles: &Bound<'py, PyAny>,
-) -> PyResult<(Bound<'py, PyArray2<f32>>, I32Array<'py>, usize, usize)> {
+) -> PyResult<(Rows<'py>, I32Array<'py>, usize, usize, f64)> {
     let vertices = array::<f32>(vertices, "vertices", &[None, Some(3)])?;
     let triangles = array::<i32>(triangles, "triangles", &[None, Some(3)])?;
     let (vertices, triangles) = (rows::<f32, 3>(&vertices)?, rows::<i32, 3>(&triangles)?);
@@ -78,7 +81,43 @@ fn build_bvh<'py>(
     let order = tree.order.into_iter().map(|index| index as i32).collect();
     let rows = tree.nodes.len() / bvh::NODE_FLOATS;
     let nodes = PyArray1::from_vec(py, tree.nodes).reshape([rows, bvh::NODE_FLOATS])?;
-    Ok((nodes, PyArray1::from_vec(py, order), tree.skipped_not_finite, tree.skipped_degenerate))
+    let order = PyArray1::from_vec(py, order);
+    Ok((nodes, order, tree.skipped_not_finite, tree.skipped_degenerate, tree.cost))
+}
+
+/// Fit a BVH's boxes to triangles whose vertices have moved.
+///
+/// Takes nodes float32[N, 16] and order int32[K], as build_bvh or refit_bvh gave them for triangles
+/// int32[T, 3]; and vertices float32[V, 3], where these are now.
+///
+/// Returns (nodes float32[N, 16], skipped_not_finite, skipped_degenerate, cost): the same tree about the
+/// same triangles, with other boxes. Where its cost is above what it was when it was built, another tree
+/// would be that much faster, about. None if not all of the triangles in order, or others, would be kept by
+/// build_bvh.
+///
+/// Raises ValueError for an index outside [0, V), an order with a number outside [0, T) or twice, and
+/// nodes that do not describe a tree over as many triangles.
+#[pyfunction]
+#[allow(clippy::type_complexity)]
+fn refit_bvh<'py>(
+    py: Python<'py>,
+    nodes: &Bound<'py, PyAny>,
+    order: &Bound<'py, PyAny>,
+    vertices: &Bound<'py, PyAny>,
+    triangles: &Bound<'py, PyAny>,
+) -> PyResult<Option<(Rows<'py>, usize, usize, f64)>> {
+    let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
+    let order = array::<i32>(order, "order", &[None])?;
+    let vertices = array::<f32>(vertices, "vertices", &[None, Some(3)])?;
+    let triangles = array::<i32>(triangles, "triangles", &[None, Some(3)])?;
+    let (nodes, order) = (nodes.as_slice()?, order.as_slice()?);
+    let (vertices, triangles) = (rows::<f32, 3>(&vertices)?, rows::<i32, 3>(&triangles)?);
+    let Some(tree) = run(py, || refit::refit(nodes, order, vertices, triangles))? else {
+        return Ok(None);
+    };
+    let shape = [tree.nodes.len() / bvh::NODE_FLOATS, bvh::NODE_FLOATS];
+    let nodes = PyArray1::from_vec(py, tree.nodes).reshape(shape)?;
+    Ok(Some((nodes, tree.skipped_not_finite, tree.skipped_degenerate, tree.cost)))
 }
 
 /// Find the closest hit of each ray, watertight (Woop, Benthin & Wald 2013).

@@ -313,7 +313,7 @@ def test_bumpy_sphere_is_closed() -> None:
     count = int(inside.sum())
     origin = np.c_[origins[inside], np.full(count, -1)].astype(np.float32)[None]
     direction = np.c_[directions[inside], np.full(count, 1e30)].astype(np.float32)[None]
-    hits = native.Tracer(mesh.nodes, mesh.corners).trace(origin, direction, False)
+    hits = native.Tracer(mesh.tree.nodes, mesh.corners).trace(origin, direction, False)
     assert count > 100 and (hits[..., 1] > 0).all()
 
 

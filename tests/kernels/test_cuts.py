@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, get_args
 
 import numpy as np
@@ -54,18 +55,7 @@ def cuts_at(
     material: float = 0.0,
 ) -> NDArray[np.float32]:
     """(n, 4) cuts of discs of RADIUS, which both ways to compute them agree on."""
-    mesh = mesh_of(built)
-    place = texels(points, surface)
-    facing = texels(np.broadcast_to(normals, place[:, :3].shape), material)
-    radii = even(2 * RADIUS)
-    tables = {
-        "bvh_nodes": mesh.nodes,
-        "bvh_corners": mesh.corners,
-        "materials": material_table(MATERIALS),
-        "radii": radii.table(),
-    }
-    glsl = bench.run(Cuts, {"place": place, "facing": facing}, {"shrink": 0.5}, tables)["cuts"]
-    ours = triangles_of(mesh).cuts(place[None], facing[None], DIFFUSE, radii, shrink=0.5)[0]
+    glsl, ours = both_cuts_at(bench, mesh_of(built), points, normals, surface, material)
     # Each is a vector; a tie between obstacles may fall to either.
     pairs = (x.reshape(-1, 2, 2) for x in (glsl, ours))
     apart, length = (
@@ -74,6 +64,29 @@ def cuts_at(
     )
     assert (apart < 1e-3 + 1e-3 * length).all(axis=1).mean() > 0.998
     return np.asarray(ours)
+
+
+def both_cuts_at(
+    bench: Bench,
+    mesh: Mesh,
+    points: Any,
+    normals: Any = UP,
+    surface: Any = 1.0,
+    material: float = 0.0,
+) -> tuple[Any, Any]:
+    """By the kernel and by the native core."""
+    place = texels(points, surface)
+    facing = texels(np.broadcast_to(normals, place[:, :3].shape), material)
+    radii = even(2 * RADIUS)
+    tables = {
+        "bvh_nodes": mesh.tree.nodes,
+        "bvh_corners": mesh.corners,
+        "materials": material_table(MATERIALS),
+        "radii": radii.table(),
+    }
+    glsl = bench.run(Cuts, {"place": place, "facing": facing}, {"shrink": 0.5}, tables)["cuts"]
+    ours = triangles_of(mesh).cuts(place[None], facing[None], DIFFUSE, radii, shrink=0.5)[0]
+    return glsl, ours
 
 
 def floor() -> Builder:
@@ -205,7 +218,7 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     draw |= {"shrink": 1.0, "frame_size": (count, 1), "region_origin": (0, 0)}
     streams = {"place": place, "facing": facing, "shading": shading, "cuts": cuts}
     tables = {
-        "bvh_nodes": mesh.nodes,
+        "bvh_nodes": mesh.tree.nodes,
         "bvh_corners": mesh.corners,
         "bvh_normals": mesh.normals,
         "materials": material_table(MATERIALS),
@@ -241,3 +254,26 @@ def test_more_than_can_be_looked_at(bench: Bench, quads: int, is_cut: bool) -> N
     for x in np.linspace(-0.2, 0.0, quads):
         built.quad((x, 0, 0.03), (x + 0.01, 0, 0.03), (x + 0.01, 0.01, 0.03), (x, 0.01, 0.03))
     assert cuts_at(bench, built, (0.0, 0.0, 0.0)).any() == is_cut
+
+
+def test_every_tree_makes_the_same_cuts(bench: Bench) -> None:
+    """To the bit, also where obstacles are equally near, and triangles share a corner."""
+    built, rng = floor(), np.random.default_rng(3)
+    posts = [(x, y) for x in np.arange(-3, 4) / 4 for y in np.arange(-3, 4) / 4]
+    for x, y in posts:
+        built.box((x - 1 / 32, y - 1 / 32, -0.1), (x + 1 / 32, y + 1 / 32, 0.3))
+    middles = np.array([(x + 1 / 8, y + 1 / 8, 0.0) for x, y in posts])  # of four corners
+    between = middles - (0.0, 1 / 8, 0.0)  # of two sides
+    points = np.concatenate(
+        [middles, between, rng.uniform((-0.9, -0.9, 0), (0.9, 0.9, 0), (500, 3))]
+    )
+    scene = built.scene(cornell().camera, materials=MATERIALS)
+    elsewhere = replace(scene, vertices=np.sin(50 * scene.vertices + np.arange(3)))
+    old = replace(Mesh.build(elsewhere, HERE).tree, cost=np.inf)  # taken, however badly it does
+    fresh, fitted = Mesh.build(scene, HERE), Mesh.build(scene, HERE, old)
+    assert fitted.tree.order is old.order and not np.array_equal(fresh.tree.order, old.order)
+    assert fresh.area == fitted.area
+    one, other = both_cuts_at(bench, fresh, points), both_cuts_at(bench, fitted, points)
+    assert np.count_nonzero(one[1].any(axis=1)) > 500
+    for cuts, theirs in zip(one, other, strict=True):
+        assert cuts.tobytes() == theirs.tobytes()

@@ -47,7 +47,7 @@ def test_tracer(device: Device, any_hit: bool) -> None:
     streams["origin"].upload(origin)
     streams["direction"].upload(direction)
     tables = {
-        "bvh_nodes": upload_table(device, mesh.nodes),
+        "bvh_nodes": upload_table(device, mesh.tree.nodes),
         "bvh_corners": upload_table(device, mesh.corners),
     }
     kernels = (

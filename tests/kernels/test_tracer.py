@@ -106,6 +106,75 @@ def test_reach_and_source(bench: Bench) -> None:
     assert (behind[there, 0] >= hit[there, 0]).all()
 
 
+@pytest.mark.parametrize("any_hit", [False, True])
+def test_every_tree_has_the_same_hits(bench: Bench, any_hit: bool) -> None:
+    """To the bit, of triangles everywhere, in one place, needles and a closed mesh: a tree that
+    was built for them, and one that was built when they were elsewhere."""
+    rng = np.random.default_rng(4)
+    ball, sides = icosphere(3)
+    loose = rng.uniform(-0.8, 0.8, (900, 1, 3)) + 0.3 * rng.uniform(-1, 1, (900, 3, 3))
+    loose[600:, 2] = loose[600:, 1] + 1e-5 * loose[600:, 2]
+    points = np.float32(np.concatenate([0.7 * ball, loose.reshape(-1, 3)]))
+    triangles = np.concatenate([sides, len(ball) + np.arange(2700).reshape(-1, 3)])
+    triangles = np.int32(np.concatenate([triangles, triangles[::3], triangles[::5]]))
+    elsewhere = np.float32(np.sin(40 * points))
+    nodes, order, *_, cost = native.build_bvh(elsewhere, triangles)
+    fitted = native.refit_bvh(nodes, order, points, triangles)
+    assert fitted and fitted[3] > 1.5 * cost
+    built, its_order, *_ = native.build_bvh(points, triangles)
+
+    origins, directions, t_max, skip = rays(120_000)
+    a, b, c = np.moveaxis(points[triangles[rng.integers(0, len(triangles), len(skip))]], 1, 0)
+    share = rng.random((len(skip), 2))
+    share[::4] = 0.0  # at corners, and at edges
+    share[1::4, 1] = 0.0
+    targets = a + share[:, :1] * (b - a) + share[:, 1:] * (c - a)
+    # Along their planes, almost.
+    graze = np.arange(len(skip)) % 4 == 2
+    origins[graze] = (a + 3 * (b - a) + 1e-6 * origins)[graze]
+    aimed = np.arange(len(skip)) % 10 > 0
+    directions[aimed] = (targets - origins)[aimed]
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    found = []
+    for tree, numbers in ((built, its_order), (fitted[0], order)):
+        texels = np.zeros((len(triangles), 3, 4), np.float32)
+        texels[..., :3] = points[triangles[numbers]]
+        texels[:, 2, 3] = numbers
+        mesh = Mesh(points, triangles)
+        mesh.tables = {"bvh_nodes": tree, "bvh_corners": texels}
+        hit = mesh.trace(bench, (origins, directions, t_max, skip), any_hit)
+        number = np.where(hit[:, 1] > 0, numbers[hit[:, 1].astype(int) - 1], -1)
+        found.append(hit[:, 1] > 0 if any_hit else np.column_stack([hit[:, [0, 2, 3]], number]))
+    assert np.count_nonzero(np.any(found[0] != found[1], axis=-1)) == 0
+    assert any_hit or np.count_nonzero(found[0][:, 3] >= 0) > 60_000
+
+
+def test_hits_lie_within_their_boxes(bench: Bench) -> None:
+    """Almost in a triangle's plane its distance is rounded by as much as it is long; were it nearer
+    than the box, the box might be passed by."""
+    rng = np.random.default_rng(6)
+    count = 2000
+    points = np.float32(rng.uniform(-0.9, 0.9, (count, 3, 3)))
+    nearest = []
+    for start in range(0, count, 20):  # few at a time: each is hit
+        mesh = Mesh(points[start : start + 20].reshape(-1, 3), np.arange(60).reshape(-1, 3))
+        a, b, c = np.moveaxis(np.repeat(mesh.corners, 500, axis=0), 1, 0)
+        share = rng.random((len(a), 3))
+        origins = np.float32(b + share[:, :1] * (b - a) + 1e-7 * rng.normal(size=a.shape))
+        directions = np.float32(a + share[:, 1:2] * (c - a) - origins)
+        full, none = np.full(len(a), T_MAX, np.float32), np.full(len(a), -1, np.int32)
+        hit = mesh.trace(bench, (origins, directions, full, none))
+        found = hit[:, 1] > 0
+        corners = mesh.corners[hit[found, 1].astype(int) - 1]
+        origin, direction = origins[found], directions[found]
+        pad = 7.2e-7 + 1.2e-7 * np.abs(origin).max(axis=1, keepdims=True)
+        ends = np.stack([corners.min(axis=1) - pad - origin, corners.max(axis=1) + pad - origin])
+        entry = (ends / direction).min(axis=0).max(axis=1)
+        nearest.append(hit[found, 0] - entry)
+    assert sum(map(len, nearest)) > 100_000
+    assert np.concatenate(nearest).min() > -1e-6
+
+
 @pytest.mark.stability(16)
 @pytest.mark.parametrize("scale", [1.0, 1e-3])
 def test_no_ray_leaves_a_closed_mesh(bench: Bench, scale: float, measured: Measured) -> None:

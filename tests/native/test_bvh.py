@@ -22,7 +22,7 @@ def soup(count: int, seed: int = 0) -> tuple[NDArray[np.float32], NDArray[np.int
 
 def test_layout() -> None:
     vertices, triangles = soup(2000)
-    nodes, order, not_finite, degenerate = native.build_bvh(vertices, triangles)
+    nodes, order, not_finite, degenerate, _ = native.build_bvh(vertices, triangles)
     assert nodes.dtype == np.float32 and nodes.shape[1:] == (16,) and nodes.flags.c_contiguous
     assert order.dtype == np.int32 and sorted(order) == list(range(2000))
     assert (not_finite, degenerate) == (0, 0)
@@ -62,7 +62,7 @@ def test_bad_triangles_are_skipped_and_counted() -> None:
     vertices = np.concatenate([VERTICES, huge])
     bad = np.array([[0, 1, 4], [0, 1, 5], [6, 1, 2], [0, 1, 1], [3, 3, 3]], np.int32)
     triangles = np.concatenate([bad, TRIANGLES])
-    nodes, order, not_finite, degenerate = native.build_bvh(vertices, triangles)
+    nodes, order, not_finite, degenerate, _ = native.build_bvh(vertices, triangles)
     clean_nodes, clean_order, *_ = native.build_bvh(VERTICES, TRIANGLES)
     assert (not_finite, degenerate) == (3, 2)
     assert (nodes == clean_nodes).all() and (order == clean_order + len(bad)).all()

@@ -62,6 +62,18 @@ def test_camera_moves_then_light(process: RendererProcess) -> None:
     assert all(frame > 0.1 * fresh for frame, fresh in (first, lit))
 
 
+def test_deforming_animation(process: RendererProcess) -> None:
+    """Bytes of fresh processes, whose trees are built for their frame."""
+    scene = cornell(mirror=True)
+    for frame in range(4):
+        vertices = scene.vertices.copy()
+        vertices[20:] += 0.2 * frame * np.sin(vertices[20:, ::-1])  # the walls stay
+        moved = replace(scene, vertices=vertices)
+        last = finish(process, moved)
+        fresh = finish_alone(moved, last)
+        assert {**last.info, "seconds": 0} == {**fresh.info, "seconds": 0}
+
+
 def test_view_layers_keep_photons_each(process: RendererProcess) -> None:
     """Of two frames with two view layers that show different things; bytes of fresh processes."""
     views = {"with": cornell(mirror=True), "without": cornell()}

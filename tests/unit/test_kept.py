@@ -360,10 +360,10 @@ def test_what_was_kept_goes_before_the_next_is_built(
 ) -> None:
     build, seen = Stage.build, []
 
-    def spy(device: Device, scene: Scene, layer: str) -> Stage:
+    def spy(device: Device, scene: Scene, layer: str, *rest: Any) -> Stage:
         seen.append([isinstance(t.mglo, moderngl.InvalidObject) for t in textures])
         assert kept.photon_bytes == 0
-        made = build(device, scene, layer)
+        made = build(device, scene, layer, *rest)
         textures[:] = made.tables.textures.values()
         return made
 

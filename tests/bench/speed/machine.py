@@ -206,7 +206,7 @@ def native_rays(mesh: Mesh) -> float:
     shape = (-1, 1024, 4)
     origin = np.concatenate([origins, np.full((RAYS, 1), -1, np.float32)], 1).reshape(shape)
     direction = np.concatenate([directions, np.full((RAYS, 1), _FAR, np.float32)], 1).reshape(shape)
-    tracer = native.Tracer(mesh.nodes, mesh.corners)
+    tracer = native.Tracer(mesh.tree.nodes, mesh.corners)
     return RAYS / median_seconds(lambda: tracer.trace(origin, direction, False))
 
 

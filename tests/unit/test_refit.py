@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A frame whose triangles have only moved takes the tree of the one before: to the bit what a fresh
+renderer gives, which builds another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import photon_stream_native as native
+import pytest
+
+from addon.photon.geometry import MOST_WEAR, Mesh, Tree, _areas, frame_of
+from addon.photon.kept import Kept
+from addon.photon.scene import Light, Material, Scene
+from addon.streams import Device
+from tests.scenes import Builder, camera, cornell
+from tests.unit.test_kept import SETTINGS, WAYS, Frame, render
+
+WALLS = slice(0, 20)  # vertices of the room
+
+
+@pytest.fixture
+def kept(device: Device) -> Iterator[Kept]:
+    made = Kept(device)
+    yield made
+    made.release()
+
+
+@pytest.fixture(params=WAYS, ids=["native", "fragment", "compute gather", "compute splat"])
+def picture(
+    request: pytest.FixtureRequest, device: Device, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., Frame]:
+    """Renders a scene on one layer."""
+    layer, estimator, on_host = request.param
+    if layer == "compute" and not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    monkeypatch.setattr(device, "prefers_native", on_host)
+    settings = replace(SETTINGS, layer=layer, estimator=estimator, width=32, height=24)
+
+    def made(scene: Scene, kept: Kept | None = None) -> Frame:
+        return render(device, scene, settings, kept)
+
+    return made
+
+
+def tree_of(kept: Kept) -> Tree:
+    assert kept._stage
+    return kept._stage.mesh.tree
+
+
+def bent(scene: Scene, by: float) -> Scene:
+    """All but the walls bends, corner normals too."""
+    x, y, z = scene.vertices.T
+    moved = np.stack([x + by * np.sin(z), y + by * np.cos(1.3 * z + x), z * (1 + 0.2 * by)], 1)
+    moved[WALLS] = scene.vertices[WALLS]
+    normals = scene.corner_normals + np.float32([0.2 * by, 0.0, -0.1 * by])
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    return replace(scene, vertices=moved, corner_normals=normals)
+
+
+def shuffled(scene: Scene) -> Scene:
+    """The vertices change places."""
+    order = np.random.default_rng(1).permutation(len(scene.vertices))
+    return replace(scene, vertices=scene.vertices[order])
+
+
+def twins(by: float) -> Scene:
+    """A ground of squares, each two or three times there in different colours, that bends; and all
+    of it glossy, so that mirrors and photons meet it, too."""
+    at = np.linspace(-1, 1, 7)
+    b = Builder()
+    for i, (x, to_x) in enumerate(pairwise(at)):
+        for j, (y, to_y) in enumerate(pairwise(at)):
+            corners = [(x, y), (to_x, y), (to_x, to_y), (x, to_y)]
+            raised = [(u, v, by * (u * u + v)) for u, v in corners]
+            for twin in range(2 + (i + j) % 2):
+                b.quad(*raised, (i + 2 * j + twin) % 3)
+    colours = np.eye(3) * 0.5 + 0.1
+    materials = [Material(f"m{i}", tuple(c), tuple(0.3 * c)) for i, c in enumerate(colours)]
+    wall = [(-1, 1, -1), (1, 1, -1), (1, 1, 1), (-1, 1, 1)]
+    light = Light("spot", "SPOT", (0.2, -0.3, 2.0), (100.0,) * 3, spot_size=1.5)
+    return b.quad(*wall).scene(camera((0, -2.5, 1.5), (0, 0, 0)), [light], materials)
+
+
+def test_deforming_scene(kept: Kept, picture: Callable[..., Frame]) -> None:
+    """Frame after frame, with one tree, which is not what would be built."""
+    scene = cornell(mirror=True)
+    picture(scene, kept)
+    first, others, pictures = tree_of(kept), 0, set()
+    for by in (0.1, 0.3, -0.2, 0.0):
+        moved = bent(scene, by)
+        frame, fresh = picture(moved, kept), picture(moved)
+        assert tree_of(kept).order is first.order
+        others += not np.array_equal(Mesh.build(moved, frame_of(moved)).tree.order, first.order)
+        assert frame.images == fresh.images and frame.info == fresh.info, by
+        pictures.add(frame.images["Combined"])
+    assert others == 3 and len(pictures) == 4
+    assert np.array_equal(tree_of(kept).nodes, first.nodes)
+
+
+def test_twins_of_other_colours(kept: Kept, picture: Callable[..., Frame]) -> None:
+    """Of triangles in one place the first in the scene is seen, whatever the tree's order."""
+    picture(twins(0.3), kept)
+    first = tree_of(kept)
+    for by in (-0.3, 0.1, 0.2):
+        scene = twins(by)
+        frame, fresh = picture(scene, kept), picture(scene)
+        assert tree_of(kept).order is first.order
+        assert frame.images == fresh.images and frame.info == fresh.info, by
+    assert not np.array_equal(Mesh.build(scene, frame_of(scene)).tree.order, first.order)
+
+
+@pytest.mark.parametrize("broken", ["not finite", "degenerate", "shuffled", "other triangles"])
+def test_another_tree_is_built(kept: Kept, picture: Callable[..., Frame], broken: str) -> None:
+    """Where triangles are to be skipped that were not, and back; and for shapes too different."""
+    scene = cornell(mirror=True)
+    if broken == "shuffled":
+        other = shuffled(scene)
+    elif broken == "other triangles":
+        other = replace(scene, triangles=scene.triangles[:, ::-1].copy())
+    else:
+        vertices = scene.vertices.copy()
+        last = scene.triangles[-1]
+        vertices[last[0]] = np.nan if broken == "not finite" else vertices[last[1]]
+        other = replace(scene, vertices=vertices)
+    # To be shuffled does a tree no harm: all others are as bad. Not so the way back.
+    frames = (other, scene) if broken == "shuffled" else (scene, other, scene)
+    picture(frames[0], kept)
+    for changed in frames[1:]:
+        before = tree_of(kept)
+        frame, fresh = picture(changed, kept), picture(changed)
+        built = tree_of(kept)
+        assert built.order is not before.order
+        assert np.array_equal(built.nodes, Mesh.build(changed, frame_of(changed)).tree.nodes)
+        assert frame.images == fresh.images and frame.info == fresh.info
+    # What is skipped may stay so.
+    if broken in ("not finite", "degenerate"):
+        picture(other, kept)
+        before, moved = tree_of(kept), bent(other, 0.1)
+        assert before.not_finite + before.degenerate > 0
+        frame, fresh = picture(moved, kept), picture(moved)
+        assert tree_of(kept).order is before.order
+        assert (tree_of(kept).not_finite, tree_of(kept).degenerate) == (
+            before.not_finite,
+            before.degenerate,
+        )
+        assert frame.images == fresh.images and frame.info == fresh.info
+
+
+def test_wear_adds_up() -> None:
+    """Many small steps for the worse are one large one."""
+    scene = bent(cornell(), 0.0)
+
+    def scattered(share: float) -> Any:
+        vertices = scene.vertices + share * (shuffled(scene).vertices - scene.vertices)
+        return vertices.astype(np.float32), scene.triangles
+
+    tree = Tree.build(*scattered(1.0))
+    for share in np.linspace(0.99, 0.0, 100):
+        before, tree = tree, Tree.build(*scattered(share), tree)
+        if tree.order is not before.order:
+            break
+        assert tree.cost == before.cost
+    refitted = native.refit_bvh(before.nodes, before.order, *scattered(share))
+    assert refitted and refitted[3] > MOST_WEAR * before.cost
+    nodes, *_, cost = native.build_bvh(*scattered(share))
+    assert share < 0.98 and tree.cost == cost and np.array_equal(tree.nodes, nodes)
+
+
+def test_area_is_summed_in_the_scenes_order() -> None:
+    rng = np.random.default_rng(2)
+    b = Builder().add(rng.random((9000, 3)), np.arange(9000).reshape(-1, 3))
+    scene = b.scene(camera((0, -2, 1), (0, 0, 0)))
+    elsewhere = replace(scene, vertices=rng.random((9000, 3)))
+    old = replace(Mesh.build(elsewhere, frame_of(elsewhere)).tree, cost=np.inf)
+    built, fitted = (Mesh.build(scene, frame_of(scene), tree) for tree in (None, old))
+    assert fitted.tree.order is old.order
+    sums = [_areas(mesh.corners).sum() for mesh in (built, fitted)]
+    assert built.area == fitted.area == pytest.approx(sums[0])
+    assert sums[0] != sums[1]  # else this would tell nothing
+
+
+def test_no_triangles(device: Device, kept: Kept) -> None:
+    scene = Builder().scene(camera((0, -2, 1), (0, 0, 0)))
+    for _ in range(2):
+        assert render(device, scene, kept=kept).images == render(device, scene).images
+        scene = replace(scene, lights=cornell().lights)
