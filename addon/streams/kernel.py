@@ -251,7 +251,7 @@ class Kernel:
         records = {record.name: record for record in (*ports, *cls.records)}
         lines = [f"#version {max(version, 430) if compute else version} core"]
         lines += [f"#define {name} {value}" for name, value in defines.items()]
-        lines.append("#if __VERSION__ < 400\n#define precise\n#endif")
+        lines.append(_BEFORE_400)
         lines += [record.glsl() for record in records.values()]
         lines.append("uniform ivec2 stream_size;")
         lines += [f"uniform {u.kind} {name};" for name, u in cls.uniforms.items()]
@@ -337,6 +337,11 @@ def _list_in_texture(name: str, kind: str) -> list[str]:
         f"{kind} {name}(int i) {{ return texelFetch({name}_table, {at}, 0){part}; }}",
     ]
 
+
+_BEFORE_400 = """#if __VERSION__ < 400
+#define precise
+#define fma(a, b, c) ((a) * (b) + (c))
+#endif"""
 
 _FULL_SCREEN_TRIANGLE = """#version {version} core
 void main() {{

@@ -26,15 +26,18 @@ ShearedRay shear_ray(vec3 origin, vec3 direction) {
     return ShearedRay(origin, axis, vec3(d.x / d.z, d.y / d.z, 1.0 / d.z));
 }
 
-// A ray's constants of the box test.
-struct Slabs { vec3 origin; float pad; vec3 inverse; };
+// A ray's constants of the box test: planes are met at plane * inverse - low (or high).
+struct Slabs { vec3 inverse; vec3 low; vec3 high; };
+
+// The box is grown by `pad`: (low - pad) - origin = low - (origin + pad).
+Slabs slabs_of(vec3 origin, vec3 inverse, float pad) {
+    return Slabs(inverse, (origin + pad) * inverse, (origin - pad) * inverse);
+}
 
 // Distance at which the ray enters the box, or T_MAX if it misses it before t_max.
-// The box is grown by the pad: (low - pad) - origin = low - (origin + pad). Each step is monotonic, rounding
-// included: a box about another is entered no later, and whenever the other is.
+// Each step is monotonic, rounding included: a box about another is entered no later, and whenever the other is.
 float enter_box(vec3 low, vec3 high, Slabs slabs, float t_max) {
-    precise vec3 t0 = (low - (slabs.origin + slabs.pad)) * slabs.inverse;
-    precise vec3 t1 = (high - (slabs.origin - slabs.pad)) * slabs.inverse;
+    vec3 t0 = fma(low, slabs.inverse, -slabs.low), t1 = fma(high, slabs.inverse, -slabs.high);
     vec3 near = min(t0, t1), far = max(t0, t1);
     float enter = max(max(near.x, near.y), max(near.z, 0.0));
     float leave = min(min(far.x, far.y), min(far.z, t_max)) * SLAB_ROUNDING;
@@ -89,7 +92,7 @@ RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
     // The triangle test rounds relative to the origin's distance; a box must not be stricter.
     vec3 reach = abs(origin);
     float pad = 6.0e-7 + 1.2e-7 * max(reach.x, max(reach.y, reach.z));
-    Slabs slabs = Slabs(origin, pad, inverse);
+    Slabs slabs = slabs_of(origin, inverse, pad);
     float first = 0.0;  // the number of the best hit's triangle
     int stack[BVH_STACK];
     int depth = 0;
