@@ -174,7 +174,7 @@ class HostDeposits:
     def release(self) -> None:
         """Free the uploaded tables."""
         for texture in self._uploaded:
-            texture.release()
+            self._device.free(texture)
         self._uploaded = ()
 
 
@@ -188,7 +188,7 @@ class DeviceDeposits:
     def __init__(self, device: Device) -> None:
         self._device = device
         self._compaction = Compaction(device, "compact")
-        self._textures = self._allocate(1)
+        self._textures: tuple[moderngl.Texture, ...] = self._allocate(1)
         # How many were dropped, which only grows (modulo 2^32), and where each append ends.
         self._counts = device.ctx.buffer(bytes(4 + 4 * MOST_APPENDS))
         self._counted = self._dropped = 0
@@ -231,16 +231,15 @@ class DeviceDeposits:
 
     def make_room(self, count: int) -> None:
         """Longer textures, if need be."""
-        if count > self.room:
-            for texture in self._textures:
-                self._device.put_back(texture)
-            rows = -(-count // TABLE_WIDTH)
-            step = 1 << max(
-                0, rows.bit_length() - 3
-            )  # as many as another time, though not the same
-            self._textures = self._allocate(
-                min(-(-rows // step) * step, self._device.texture_limit)
-            )
+        assert not self._appends  # what they hold is lost
+        if count <= self.room:
+            return
+        old, self._textures = self._textures, ()
+        for texture in old:
+            self._device.put_back(texture)
+        rows = -(-count // TABLE_WIDTH)
+        step = 1 << max(0, rows.bit_length() - 3)  # so that another pass finds them long enough
+        self._textures = self._allocate(min(-(-rows // step) * step, self._device.texture_limit))
 
     def append(self, place: Stream, deposit: Stream) -> None:
         """Compact the streams onto the end of the list."""
@@ -254,7 +253,8 @@ class DeviceDeposits:
 
     def tables(self) -> tuple[int, moderngl.Texture, moderngl.Texture]:
         """The list as it is on the device."""
-        return self.count, *self._textures
+        place, deposit = self._textures
+        return self.count, place, deposit
 
     def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Download the list."""
@@ -295,7 +295,7 @@ class DeviceDeposits:
         self._count = copy.count
 
     def release(self) -> None:
-        """Free textures and buffers."""
+        """Put the textures back, free the rest."""
         for texture in self._textures:
             self._device.put_back(texture)
         for item in (self._counts, self._compaction):

@@ -18,7 +18,7 @@ from ..streams import TABLE_WIDTH, Device, Program
 from .deposits import Deposits, step_of
 
 AXES = range(3)
-TELLING = 1 << 14  # as many of the photons tell where nearly all lie, and their median radius
+SAMPLE = 1 << 14  # as many of the photons tell where nearly all lie, and their median radius
 
 
 class Limits(NamedTuple):
@@ -49,7 +49,7 @@ def radii_on_device(
     texels = (grids.size + int(nodes.prod(axis=1).sum())) / 4
     rows = -(-int(texels) // TABLE_WIDTH) + 1
     counted = int(corners.prod(axis=1).sum())
-    sums, told = device.buffer(4 * counted), device.buffer(4 * (1 + TELLING))
+    sums, told = device.buffer(4 * counted), device.buffer(4 * (1 + SAMPLE))
     radii = device.buffer(16 * TABLE_WIDTH * rows)
     photons = {"place": place, "deposit": deposit}
     over: dict[str, Any] = {"grids": [tuple(map(float, row)) for row in grids.reshape(-1, 4)]}
@@ -72,7 +72,7 @@ def radii_on_device(
         run("radius_flatten", [radii], nodes.prod(axis=1) // nodes[:, axis], axis=axis)
     table: moderngl.Texture = device.texture((TABLE_WIDTH, rows), 4)
     table.write(radii)
-    step, inner = step_of(count, TELLING), int(nodes.prod(axis=1).sum())
+    step, inner = step_of(count, SAMPLE), int(nodes.prod(axis=1).sum())
     samples = -(-count // step)
     Program(device, "radius_tell").run(
         max(inner, samples),

@@ -77,6 +77,7 @@ class Tree:
             if fitted and fitted[3] <= MOST_WEAR * old.cost:
                 nodes, not_finite, degenerate, _ = fitted
                 return Tree(triangles, old.order, nodes, not_finite, degenerate, old.cost)
+            del fitted, old  # there may not be room for these as well
         nodes, order, not_finite, degenerate, cost = native.build_bvh(vertices, triangles)
         return Tree(triangles, order, nodes, not_finite, degenerate, cost)
 

@@ -17,25 +17,28 @@ import numpy as np
 from ..streams import TABLE_WIDTH, Device
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film import SPARE
-from .photon_mapper import STREAM_WIDTH
+from .photon_mapper import BOUNCES_A_LOOK, PILOT_PHOTONS, ROWS_FOR_BOUNCES, STREAM_WIDTH
 from .scene import Scene
 from .settings import Settings
 from .strips import strips_of
 
 TEXEL = 16  # [bytes]
-FIXED = 80 << 20  # programs, the photons that tell the radii, a grid of the smallest
-GRID_CELLS = 40 << 20  # the photon grid's, on a GPU: photon_grid.MAX_CELLS in two buffers
+FIXED = 80 << 20  # programs, a grid of the smallest
+# On a GPU: photon_grid.MAX_CELLS in two buffers, and the grids of device_radii.py.
+GRIDS = (40 + 60) << 20
 # A pixel's on the host: the images and the squared errors of its parts while a picture is made;
 # and the images twice more, the last preview's in shared memory and what was asked for of them.
 PICTURE = 84 + 40 + 2 * 84
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 # A photon's: nine textures of paths, and all that have half the size of another (photon_mapper.py).
 PATHS = 2 * 9 * TEXEL
-RESIDENT_PATHS = PATHS + 4 * TEXEL  # on a GPU with compute programs: room in the list
+RESIDENT_PATHS = PATHS + 5 * TEXEL  # on a GPU with compute programs: room in the list
+# Of photons whose bounces run in one launch, and of half as many.
+LANDED = 3 * BOUNCES_A_LOOK * TEXEL
 DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
 LISTED = 136  # bytes a deposit, in lists and sorted
-SORTED = 9 * (2 * TEXEL + 4) // 8  # in the lists that Gather reads
-RESIDENT_LISTED = 6 * TEXEL  # in textures that double when they are full, copied to others
+SORTED = 5 * (2 * TEXEL + 4) // 4  # in the lists that Gather reads: Device.buffer
+RESIDENT_LISTED = 6 * TEXEL  # in textures a quarter longer, and those before that were too short
 SPLATS = 512  # software OpenGL's vertices
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 # A triangle's while its tree is built, on a soup of them; a grid of them takes four fifths.
@@ -93,7 +96,7 @@ class Budget:
         else:
             _compare("memory", self.free_host, {part: part.host for part in parts}, FIXED)
             sizes = {part: part.device for part in parts}
-            _compare(f"memory on {name}", self.free_device, sizes, FIXED + GRID_CELLS)
+            _compare(f"memory on {name}", self.free_device, sizes, FIXED + GRIDS)
 
     def spare(self, deposits: float) -> int | None:
         """What a render leaves of where its deposits are [bytes]; None: unknown."""
@@ -101,9 +104,7 @@ class Budget:
             return None if self.free_host is None else self.free_host - self.needed(deposits)
         if self.free_device is None:
             return None
-        return int(
-            self.free_device - FIXED - GRID_CELLS - sum(p.device for p in self.parts(deposits))
-        )
+        return int(self.free_device - FIXED - GRIDS - sum(p.device for p in self.parts(deposits)))
 
     def needed(self, deposits: float | None = None) -> int:
         """All of it, wherever [bytes]."""
@@ -118,7 +119,10 @@ class Budget:
         if native:
             photon_bytes = 0.0, LISTED * landed
         elif self._resident:
-            photon_bytes = RESIDENT_PATHS * photons + (RESIDENT_LISTED + SORTED) * landed, 0.0
+            some = min(photons, ROWS_FOR_BOUNCES * STREAM_WIDTH)
+            pilot = PILOT_PHOTONS if photons > PILOT_PHOTONS else 0
+            paths = RESIDENT_PATHS * photons + PATHS * pilot + LANDED * some
+            photon_bytes = paths + (RESIDENT_LISTED + SORTED) * landed, 0.0
         else:
             listed = DOWNLOADED * photons + LISTED * landed
             photon_bytes = PATHS * photons + SORTED * landed, listed

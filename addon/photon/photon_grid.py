@@ -160,11 +160,11 @@ class PhotonGrid:
 
     def _forget(self) -> None:
         for item in self._sorted.own:
-            item.release()
+            self._device.free(item)
         self._sorted = _NOTHING
 
     def release(self) -> None:
-        """Free textures and the kernel."""
+        """Put streams and lists back, free the kernels."""
         self._forget()
         for pair in self._sums.values():
             pair.release()

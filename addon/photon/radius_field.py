@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..streams import Device, HostKernel, Kernel, Table, Uniform
 from .deposits import Deposits, HostDeposits
-from .device_radii import TELLING, DeviceRadii, Limits, radii_on_device
+from .device_radii import SAMPLE, DeviceRadii, Limits, radii_on_device
 from .geometry import upload_table
 
 WIDEST = 1.4  # no radius is larger, in radii that even light would have
@@ -58,7 +58,7 @@ class RadiusField:
         """`deposits`: photons, of which a disc shall hold `wanted`, and a pass has `times` so many;
         `area`: of the surfaces they may fall on;
         `pixel`: its width at distance 1 from the eye, or everywhere."""
-        grids, box = native.radius_grids(deposits.sample(TELLING))
+        grids, box = native.radius_grids(deposits.sample(SAMPLE))
         even = math.sqrt(wanted * (min(area, box) or 1.0) / (math.pi * max(deposits.count, 1)))
         limits = Limits(wanted, times, min(WIDEST * even, 2.0), pixel, eye)
         if isinstance(deposits, HostDeposits):

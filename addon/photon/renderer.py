@@ -21,9 +21,10 @@ from .errors import DeviceError, PhotonStreamError
 from .geometry import Mesh
 from .kept import Kept, Mapper
 from .memory import Budget
+from .native_photon_mapper import NativePhotonMapper
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
-from .photon_mapper import NativePhotonMapper, PhotonMapper
+from .photon_mapper import PILOT_PHOTONS, PhotonMapper
 from .picture import FILM_IMAGES, MIRROR_IMAGES, picture_of
 from .radius_field import Radii, RadiusField, shrink_of
 from .ray_tracer import RayTracer
@@ -34,9 +35,6 @@ from .strips import StripFilm, strips_of
 from .version import VERSION
 
 NO_DEPTH = 1.0e10  # Blender's depth where nothing is seen
-# Photons of pass 0 that tell the radii, whichever passes are rendered. Where pass 0 has no more,
-# they are its own: 28 of the 190 ms to the first picture (cornell_classic, 256x256, 2 cores).
-PILOT_PHOTONS = 1 << 19
 
 
 def photons_per_disc(photons: int) -> float:
@@ -85,14 +83,12 @@ class Renderer:
         self.estimator = "none"
         self._kept = kept or Kept(device, budget=0)
         self._parts: list[_Part] = [self._kept] if kept is None else []  # to release
-        try:
-            self.budget = Budget(scene, settings, device, self.layer)
-        except PhotonStreamError:
-            self._kept.release()  # there may be room without it, and without
-            device.drop_spare()  # what the last renderer put back
-            self.budget = Budget(scene, settings, device, self.layer)
+        self.budget = self._find_room()
         with self._timed("bvh"):
-            stage = self._kept.stage(scene, self.layer)
+            try:
+                stage = self._kept.stage(scene, self.layer)
+            except StreamError as error:
+                raise DeviceError(str(error)) from error
             self.frame, mesh, triangles = stage.frame, stage.mesh, stage.triangles
         self.triangles = len(mesh.corners)
         self.needs = SceneNeeds.of(scene, settings, mesh)
@@ -238,6 +234,7 @@ class Renderer:
         self.device.use()
         for part in self._parts:
             part.release()
+        self._parts.clear()
         for normals in self._first_normals:
             self.device.put_back(normals)
         self._first_normals.clear()
@@ -261,6 +258,15 @@ class Renderer:
         if phase:
             self.seconds[phase] = self.seconds.get(phase, 0.0) + now - self._ticked
         self._ticked = now
+
+    def _find_room(self) -> Budget:
+        """The budget; what only makes a render start sooner goes where there is no room for it."""
+        for make_room in (self.device.drop_spare, self._kept.release):
+            try:
+                return Budget(self.scene, self.settings, self.device, self.layer)
+            except PhotonStreamError:
+                make_room()
+        return Budget(self.scene, self.settings, self.device, self.layer)
 
     def _find_radii(self, mesh: Mesh) -> RadiusField:
         """The user's radius everywhere, or radii by where pass 0's photons fall."""

@@ -243,7 +243,7 @@ class Device:
         return spare or self._new_texture(size, channels, dtype)
 
     def buffer(self, size: int) -> moderngl.Buffer:
-        """A buffer of `size` bytes or up to a quarter more, which may hold anything."""
+        """A buffer of `size` bytes, or a quarter or 256 more at most, which may hold anything."""
         step = 1 << max(8, size.bit_length() - 3)  # lists differ a little from frame to frame
         size = -(-size // step) * step
         made: moderngl.Buffer = self._take((size,)) or self.ctx.buffer(reserve=size)
@@ -252,6 +252,11 @@ class Device:
     def _new_texture(self, size: tuple[int, int], channels: int, dtype: str) -> Any:
         texture = self.ctx.texture(size, channels, dtype=dtype)
         code = self.ctx.error
+        if code != "GL_NO_ERROR" and any(self._spare.values()):
+            self.errors.clear()
+            texture.release()
+            self.drop_spare()
+            return self._new_texture(size, channels, dtype)
         if code != "GL_NO_ERROR":
             said = "; ".join(self.errors) or code
             self.errors.clear()

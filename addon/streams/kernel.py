@@ -301,12 +301,18 @@ class Kernel:
 
 def in_registers(kernels: Sequence[type[Kernel]], own: Sequence[str]) -> str:
     """What a compute program declares to run several kernels one after the other in a thread, which
-    keeps their streams in registers; `own` are the uniforms that differ from thread to thread."""
-    records: dict[str, Record] = {}
+    keeps their streams in registers; `own` are the uniforms that differ from thread to thread.
+
+    Raises StreamError for ports of one name and other records.
+    """
     ports: dict[str, Record] = {}
     uniforms: dict[str, str] = {}
     for kernel in kernels:
-        ports |= {**kernel.inputs, **kernel.outputs}
+        for name, record in {**kernel.inputs, **kernel.outputs}.items():
+            before = ports.setdefault(name, record)
+            if before is not record:
+                who = kernel.__name__
+                raise StreamError(f"{who}: port {name!r} is {record.name}, before {before.name}")
         uniforms |= {name: uniform.kind for name, uniform in kernel.uniforms.items()}
         uniforms |= {name: t.kind for name, t in kernel.tables.items() if isinstance(t, Table)}
     records = {record.name: record for record in ports.values()}

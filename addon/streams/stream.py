@@ -110,6 +110,6 @@ class PingPong:
         self.front, self.back = self.back, self.front
 
     def release(self) -> None:
-        """Free both."""
+        """Put both back."""
         self.front.release()
         self.back.release()

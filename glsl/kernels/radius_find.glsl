@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The radius at a node by the photons in boxes about it: native/src/radius.rs, where its reasons are.
+#include "lib/constants.glsl"
 #include "lib/radius_grid.glsl"
 layout(std430, binding = 0) buffer Sums { uint sums[]; };
 layout(std430, binding = 1) buffer Radii { float radii[]; };
@@ -9,7 +10,6 @@ uniform float most;
 uniform float pixel;
 uniform vec4 eye;  // its fourth number: whether there is one
 
-const float PI = 3.14159265;
 const float BOX = 4.0 / PI;
 const float TELLING = 50.0;
 const float PASSES = 16.0;

@@ -96,7 +96,7 @@ fn build_bvh<'py>(
 /// build_bvh.
 ///
 /// Raises ValueError for an index outside [0, V), an order with a number outside [0, T) or twice, and
-/// nodes that do not describe a tree over as many triangles.
+/// nodes whose references are out of range or not to a later node.
 #[pyfunction]
 #[allow(clippy::type_complexity)]
 fn refit_bvh<'py>(

@@ -25,8 +25,8 @@ pub struct Refitted {
 /// tree can be refitted again. None if other triangles have to be skipped now.
 ///
 /// # Errors
-/// A vertex index outside `vertices`; an `order` of other triangles; `nodes` as for
-/// [`crate::trace::Tree::new`].
+/// A vertex index outside `vertices`; an `order` of other triangles; references of `nodes` out of range or
+/// not to a later node. Whether they form one tree is not looked at.
 pub fn refit(
     nodes: &[f32],
     order: &[i32],

@@ -232,15 +232,37 @@ def traced(mapper: Any, index: int) -> tuple[bytes, int]:
     return b"".join(x.tobytes() for x in deposits.arrays()), mapper.unfinished
 
 
-@pytest.fixture
-def mapper(device: Device, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """Of a device that keeps lists; photons end at their seventh bounce at the latest."""
+@pytest.fixture(params=[512, 4, 0])
+def mapper(
+    device: Device, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> Iterator[Any]:
+    """Of a device that keeps lists; photons end at their seventh bounce at the latest. They take
+    their bounces one by one, or several in one launch, or so once few are left."""
+    monkeypatch.setattr(photon_mapper, "ROWS_FOR_BOUNCES", request.param)
     monkeypatch.setattr(device, "prefers_native", False)
     monkeypatch.setattr(photon_mapper, "ROWS_WORTH_A_MOVE", 1)
     settings = Settings(photons=20000, layer="compute", photon_bounces=6)
     renderer = Renderer(cornell(True), settings, device)
     yield renderer.photon_mapper
     renderer.release()
+
+
+def test_several_bounces_in_one_launch(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All of them, or none, or those of few photons: the same deposits, bit for bit."""
+    monkeypatch.setattr(device, "prefers_native", False)
+    monkeypatch.setattr(photon_mapper, "ROWS_WORTH_A_MOVE", 1)
+    passes, launches = [], []
+    for rows in (512, 4, 0):
+        monkeypatch.setattr(photon_mapper, "ROWS_FOR_BOUNCES", rows)
+        settings = Settings(photons=20000, layer="compute", photon_bounces=6)
+        renderer = Renderer(cornell(True), settings, device)
+        assert renderer.photon_mapper
+        passes.append([traced(renderer.photon_mapper, index) for index in (0, 1)])
+        counts = renderer.photon_mapper.launches()
+        launches.append((counts["bounces"] > 0, counts["tracer"] > 0))
+        renderer.release()
+    assert passes[0] == passes[1] == passes[2]
+    assert launches == [(True, False), (True, True), (False, True)]
 
 
 def test_host_does_not_wait_for_photons(mapper: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 
 from addon.photon import kept as kept_module
-from addon.photon.deposits import DEPOSIT_BYTES, HostDeposits
+from addon.photon.deposits import DEPOSIT_BYTES, DeviceDeposits, HostDeposits
 from addon.photon.kept import Kept, Stage, same_but_view
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Light, Material, Scene
 from addon.photon.settings import Settings
-from addon.streams import Device
+from addon.streams import Device, StreamError
 from tests.scenes import cornell
 
 SETTINGS = Settings(width=16, height=12, passes=2, photons=1500, photon_bounces=3)
@@ -276,6 +276,54 @@ def test_textures_put_back(
         assert made - few > 20 + few
     finally:
         device.drop_spare()
+
+
+def test_no_room_beside_what_was_put_back(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It goes first, and then what is kept: a texture that the driver has no room for at once."""
+    monkeypatch.setattr(device, "reuses", True)
+    device.put_back(device.texture((8, 8), 4))
+    real, asked = device.ctx, []
+
+    class Full:
+        """Refuses while anything is put back."""
+
+        error = property(lambda self: self.refused.pop() if self.refused else real.error)
+
+        def __init__(self) -> None:
+            self.refused: list[str] = []
+
+        def texture(self, *arguments: Any, **named: Any) -> Any:
+            asked.append(arguments[0])
+            if any(device._spare.values()):
+                self.refused.append("GL_OUT_OF_MEMORY")
+            return real.texture(*arguments, **named)
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(real, name)
+
+    monkeypatch.setattr(device, "ctx", Full())
+    device.free(device.texture((16, 8), 4))
+    assert asked == [(16, 8)] * 2 and not any(device._spare.values())
+
+
+def test_deposits_without_room(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was put back for longer lists is put back once."""
+    monkeypatch.setattr(device, "reuses", True)
+    deposits = DeviceDeposits(device)
+
+    def refuse(*_: Any) -> None:
+        raise StreamError("no room")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(device, "_new_texture", refuse)
+        with pytest.raises(StreamError):
+            deposits.make_room(1 << 20)
+    deposits.release()
+    textures = [device.texture((4096, 1), 4) for _ in range(4)]
+    assert len({texture.glo for texture in textures}) == 4
+    for texture in textures:
+        device.free(texture)
+    device.drop_spare()
 
 
 def test_budget(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:

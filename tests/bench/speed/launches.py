@@ -12,8 +12,9 @@ from typing import Any
 
 import moderngl
 
+from addon.photon.native_photon_mapper import NativePhotonMapper
 from addon.photon.photon_grid import PhotonGrid
-from addon.photon.photon_mapper import NativePhotonMapper, PhotonMapper
+from addon.photon.photon_mapper import PhotonMapper
 from addon.photon.splat import Splat
 from addon.streams import Device, HostKernel, Kernel, Program, Stream
 
