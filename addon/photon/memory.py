@@ -17,7 +17,7 @@ import numpy as np
 from ..streams import TABLE_WIDTH, Device
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film import SPARE
-from .photon_mapper import BOUNCES_A_LOOK, PILOT_PHOTONS, ROWS_FOR_BOUNCES, STREAM_WIDTH
+from .photon_mapper import BOUNCES_A_LOOK, PHOTONS_AT_ONCE, PILOT_PHOTONS, STREAM_WIDTH
 from .scene import Scene
 from .settings import Settings
 from .strips import strips_of
@@ -119,7 +119,7 @@ class Budget:
         if native:
             photon_bytes = 0.0, LISTED * landed
         elif self._resident:
-            some = min(photons, ROWS_FOR_BOUNCES * STREAM_WIDTH)
+            some = min(photons, PHOTONS_AT_ONCE)
             pilot = PILOT_PHOTONS if photons > PILOT_PHOTONS else 0
             paths = RESIDENT_PATHS * photons + PATHS * pilot + LANDED * some
             photon_bytes = paths + (RESIDENT_LISTED + SORTED) * landed, 0.0

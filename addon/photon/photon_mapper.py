@@ -32,9 +32,9 @@ PILOT_PHOTONS = 1 << 19
 # so: 8.5 -> 5.5 ms (2 million of them, cornell_classic), 3.0 -> 2.5 ms (262144).
 BOUNCES_A_LOOK = 4
 ROWS_WORTH_A_MOVE = 256
-# Photons that take all bounces up to a look in one launch, at most: it has streams for the deposits
-# of each bounce.
-ROWS_FOR_BOUNCES = 512
+# So many photons a pass take all bounces up to a look in one launch, at most: it has streams for
+# the deposits of each. A pass goes one way from end to end, for GPUs round each in its own way.
+PHOTONS_AT_ONCE = 1 << 19
 # After the first pass the host does not ask, but goes by what the passes before found, an eighth
 # more, and this: by chance they differ by the square root of their number.
 SPARE_PHOTONS = 1024
@@ -244,7 +244,7 @@ class PhotonMapper:
 
     def _fly(self, flight: _Flight) -> None:
         """Trace up to the next look; on the host, count who is alive."""
-        if self._bounces and flight.paths.rows <= ROWS_FOR_BOUNCES:
+        if self._bounces and flight.photons <= PHOTONS_AT_ONCE:
             self._fly_at_once(flight)
             return
         _, tracer, projector, reflector = self._kernels

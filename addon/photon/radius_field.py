@@ -37,12 +37,12 @@ class RadiusField:
         self, device: Device, made: native.RadiusField | DeviceRadii, is_even: bool = False
     ) -> None:
         self._device, self.is_even = device, is_even
-        self.native: native.RadiusField | None = None
+        self._native: native.RadiusField | None = None
         self._table: moderngl.Texture | None = None
         if isinstance(made, DeviceRadii):
             self._table, self.typical, self.largest = made
         else:
-            self.native, self.typical, self.largest = made, made.typical(), made.largest()
+            self._native, self.typical, self.largest = made, made.typical(), made.largest()
 
     @classmethod
     def by_density(
@@ -75,10 +75,19 @@ class RadiusField:
     @property
     def table(self) -> moderngl.Texture:
         """What GLSL reads; made for the first kernel that does."""
-        if self._table is None and self.native:
-            self._table = upload_table(self._device, self.native.table())
-        assert self._table
+        if self._table is None:
+            self._table = upload_table(self._device, self.on_host.table())
         return self._table
+
+    @property
+    def on_host(self) -> native.RadiusField:
+        """What native kernels read; downloaded for who asks where the device made it."""
+        if self._native is None:
+            assert self._table
+            self._native = native.RadiusField.of_table(
+                self._device.texels(self._table), self.typical
+            )
+        return self._native
 
     def of_pass(self, shrink: float) -> Radii:
         """The radii of a pass whose radii are `shrink` times the first pass's."""
@@ -120,7 +129,7 @@ class Radii:
     def tables(self, kernel: Kernel) -> dict[str, Any]:
         """TABLES, for a GLSL or a native kernel."""
         on_host = isinstance(kernel, HostKernel)
-        return {"radii": self.field.native if on_host else self.field.table}
+        return {"radii": self.field.on_host if on_host else self.field.table}
 
 
 def shrink_of(alpha: float, index: int) -> float:

@@ -497,6 +497,14 @@ impl RadiusField {
         Ok(RadiusField(field))
     }
 
+    /// The same out of its table float32[texels, 4] and what typical() says.
+    #[staticmethod]
+    fn of_table(table: &Bound<PyAny>, typical: f32) -> PyResult<RadiusField> {
+        let table = array::<f32>(table, "table", &[None, Some(4)])?;
+        let texels: &[[f32; 4]] = rows(&table)?;
+        Ok(RadiusField(radius::RadiusField::of_table(texels.as_flattened(), typical)?))
+    }
+
     /// The radii float32[P] at place float32[P, 4] of surfaces with the normals facing float32[P, 4];
     /// the fourth numbers are ignored.
     fn at<'py>(

@@ -238,6 +238,26 @@ impl RadiusField {
         Ok(field)
     }
 
+    /// Out of its table, and what [`RadiusField::typical`] says.
+    ///
+    /// # Errors
+    /// What is no table.
+    pub fn of_table(table: &[f32], typical: f32) -> Result<RadiusField, InvalidInput> {
+        let (rows, _) = table.as_chunks::<GRID_FLOATS>();
+        let fields = Fields::sides_of(&rows[..SIDES.min(rows.len())])?;
+        let mut nodes = &table[GRID_FLOATS * SIDES..];
+        let side_of = |field: Field| {
+            let count = field.grid.cells.iter().map(|n| n + 1).product();
+            let too_short = || InvalidInput(format!("table: {} numbers are too few", table.len()));
+            let (own, rest) = nodes.split_at_checked(count).ok_or_else(too_short)?;
+            nodes = rest;
+            Ok(Side { field, nodes: own.to_vec() })
+        };
+        let sides: Vec<Side> = fields.into_iter().map(side_of).collect::<Result<_, InvalidInput>>()?;
+        let sides = sides.try_into().unwrap_or_else(|_| unreachable!("as many as there are sides"));
+        Ok(RadiusField { sides, typical })
+    }
+
     /// The median at the photons: half of them lie where radii are smaller.
     pub fn typical(&self) -> f32 {
         self.typical
@@ -569,6 +589,12 @@ mod tests {
         let first = first as usize;
         assert_eq!(field.at([x, y, z], UP), table[first]);
         assert_eq!(field.at([x + size, y, z], UP), table[first + 1]);
+        let again = RadiusField::of_table(&table, field.typical()).unwrap();
+        assert_eq!(again.table(), table);
+        assert_eq!(again.at([0.5, 0.3, -0.4], UP), field.at([0.5, 0.3, -0.4], UP));
+        for length in [0, 80, 96, table.len() - 8] {
+            assert!(RadiusField::of_table(&table[..length], 1.0).is_err());
+        }
     }
 
     #[test]

@@ -80,12 +80,12 @@ def test_pairs_as_by_brute_force(
     settings = replace(steady(SMALL), radius=radius, direct_by_photons=True, first_pass=WATCHED)
     work = count_work(scene, settings, device)
     seen = Seen(monkeypatch)
-    layer = device.choose_layer("auto")
-    renderer = Renderer(scene, replace(settings, layer=layer, estimator="gather"), device)
+    settings = replace(settings, layer="fragment", estimator="gather")
+    renderer = Renderer(scene, settings, device)
     renderer.render_pass()
     assert renderer.photon_mapper
     photons, deposits = renderer.photon_mapper.deposits.arrays()
-    field = renderer._radius_field.native
+    field = renderer._radius_field.on_host
     expected = [
         brute_force(*points, photons, deposits, field.at(*(x.reshape(-1, 4) for x in points)))
         for points in seen.points

@@ -407,6 +407,7 @@ def test_what_was_kept_goes_before_the_next_is_built(
     device: Device, kept: Kept, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     build, seen = Stage.build, []
+    monkeypatch.setattr(device, "reuses", False)  # nor is put back, as on GPUs
 
     def spy(device: Device, scene: Scene, layer: str, *rest: Any) -> Stage:
         seen.append([isinstance(t.mglo, moderngl.InvalidObject) for t in textures])

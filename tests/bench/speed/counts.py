@@ -51,10 +51,10 @@ class Work:
 
 
 def count_work(scene: Scene, settings: Settings, device: Device) -> Work:
-    """Count the work of pass WATCHED, by GLSL kernels and the gather: every way does the same."""
-    settings = replace(settings, first_pass=WATCHED)
-    layer = device.choose_layer("auto")
-    renderer = Renderer(scene, replace(settings, layer=layer, estimator="gather"), device)
+    """Count the work of pass WATCHED, by fragment programs, which run kernel by kernel, and the
+    gather: every way does the same."""
+    settings = replace(settings, first_pass=WATCHED, layer="fragment", estimator="gather")
+    renderer = Renderer(scene, settings, device)
     counter = _Counter(Work(settings.photons_a_pass))
     try:
         with counter.counting():
@@ -84,9 +84,9 @@ def count_pairs(
     cell = max(float((high - low).max()) / _CELLS, radii.largest / 4, 1e-6)
     cells = tuple(int(n) + 1 for n in (high - low) / cell)
     sums = native.PhotonMap(photons, unit, tuple(map(float, low)), cell, cells).gather(
-        place, facing, np.zeros_like(place), radii.field.native, radii.shrink, "constant"
+        place, facing, np.zeros_like(place), radii.field.on_host, radii.shrink, "constant"
     )
-    at = radii.field.native.at(place.reshape(-1, 4), facing.reshape(-1, 4))
+    at = radii.field.on_host.at(place.reshape(-1, 4), facing.reshape(-1, 4))
     radius = at.astype(np.float64) * radii.shrink
     return int(np.rint(sums[..., 0].ravel() * (math.pi * radius**2)).sum())
 
