@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import os
+import queue
 import signal
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from addon.photon import worker
 from addon.photon.errors import DeviceError, RenderError, SceneError, SettingsError
 from addon.photon.process import Progress, RendererProcess, _shared_bytes, last_error
 from addon.photon.settings import Settings
@@ -450,3 +452,22 @@ def test_child_ends_with_its_parent(orphan: tuple[int, Path]) -> None:
 def test_orphan_leaves_no_shared_memory(orphan: tuple[int, Path]) -> None:
     _, folder = orphan
     wait_for(lambda: not folder.exists(), 3)
+
+
+def test_a_renderer_that_waits_gives_back_what_it_does_not_need(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Only once no request has come for a while."""
+    inbox: Any = queue.Queue()
+    rests = []
+
+    class Resting:
+        def rest(self) -> None:
+            rests.append(len(rests))
+            inbox.put({"type": "late"})
+
+    monkeypatch.setattr(worker, "IDLE", 0.01)
+    inbox.put({"type": "soon"})
+    waiting: Any = Resting()
+    assert worker._next(inbox, waiting) == {"type": "soon"} and rests == []
+    assert worker._next(inbox, waiting) == {"type": "late"} and rests == [0]
