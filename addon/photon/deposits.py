@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..streams import TABLE_WIDTH, Compaction, Device, Program, Reading, Stream
+from ..streams.device import rounded_up
 from .geometry import upload_table
 
 DEPOSIT_BYTES = 32  # two texels
@@ -237,9 +238,8 @@ class DeviceDeposits:
         old, self._textures = self._textures, ()
         for texture in old:
             self._device.put_back(texture)
-        rows = -(-count // TABLE_WIDTH)
-        step = 1 << max(0, rows.bit_length() - 3)  # so that another pass finds them long enough
-        self._textures = self._allocate(min(-(-rows // step) * step, self._device.texture_limit))
+        rows = rounded_up(-(-count // TABLE_WIDTH))
+        self._textures = self._allocate(min(rows, self._device.texture_limit))
 
     def append(self, place: Stream, deposit: Stream) -> None:
         """Compact the streams onto the end of the list."""

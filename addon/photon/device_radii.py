@@ -44,41 +44,42 @@ def radii_on_device(
 ) -> DeviceRadii:
     """The radii by deposits that are on the device; `grids` (6, 16) as of native.radius_grids."""
     count, place, deposit = deposits.tables()
+    photons = {"place": place, "deposit": deposit}
     cells = grids[:, 4:7].astype(int)
     nodes, corners = cells + 1, 2 * cells + 1
-    texels = (grids.size + int(nodes.prod(axis=1).sum())) / 4
-    rows = -(-int(texels) // TABLE_WIDTH) + 1
-    counted = int(corners.prod(axis=1).sum())
-    sums, told = device.buffer(4 * counted), device.buffer(4 * (1 + SAMPLE))
+    nodes_a_side, corners_a_side = nodes.prod(axis=1), corners.prod(axis=1)
+    all_nodes, all_corners = int(nodes_a_side.sum()), int(corners_a_side.sum())
+    rows = -(-(grids.size + all_nodes) // (4 * TABLE_WIDTH))
+    step = step_of(count, SAMPLE)
+    samples = -(-count // step)
+    sums, told = device.buffer(4 * all_corners), device.buffer(4 * (1 + samples))
     radii = device.buffer(16 * TABLE_WIDTH * rows)
-    photons = {"place": place, "deposit": deposit}
-    over: dict[str, Any] = {"grids": [tuple(map(float, row)) for row in grids.reshape(-1, 4)]}
+    where: dict[str, Any] = {"grids": [tuple(map(float, row)) for row in grids.reshape(-1, 4)]}
 
     def run(stem: str, buffers: Sequence[Any], a_side: Any, **uniforms: Any) -> None:
+        """With threads for as many elements of each side as the largest has."""
         most = int(a_side.max())
-        program = Program(device, stem)
-        program.run(6 * most, buffers, uniforms=over | uniforms | {"most_a_side": most})
+        uniforms |= where | {"most_a_side": most}
+        Program(device, stem).run(len(grids) * most, buffers, uniforms=uniforms)
 
     zero = Program(device, "fill_zero")
-    zero.run(counted, [sums])
+    zero.run(all_corners, [sums])
     zero.run(1, [told])
-    Program(device, "radius_count").run(count, [sums], photons, uniforms=over | {"most_a_side": 0})
+    Program(device, "radius_count").run(count, [sums], photons, uniforms=where | {"most_a_side": 0})
     for axis in AXES:
-        run("radius_sum", [sums], corners.prod(axis=1) // corners[:, axis], axis=axis)
-    eye = (*map(float, limits.eye), 1.0) if limits.eye is not None else (0.0,) * 4
-    limited = limits._asdict() | {"eye": eye}
-    run("radius_find", [sums, radii], nodes.prod(axis=1), **limited)
+        run("radius_sum", [sums], corners_a_side // corners[:, axis], axis=axis)
+    eye = (*limits.eye, 1.0) if limits.eye is not None else (0.0,) * 4
+    run("radius_find", [sums, radii], nodes_a_side, **limits._asdict() | {"eye": eye})
     for axis in AXES:
-        run("radius_flatten", [radii], nodes.prod(axis=1) // nodes[:, axis], axis=axis)
+        run("radius_flatten", [radii], nodes_a_side // nodes[:, axis], axis=axis)
     table: moderngl.Texture = device.texture((TABLE_WIDTH, rows), 4)
     table.write(radii)
-    step, inner = step_of(count, SAMPLE), int(nodes.prod(axis=1).sum())
-    samples = -(-count // step)
     Program(device, "radius_tell").run(
-        max(inner, samples),
+        max(all_nodes, samples),
         [told],
         photons | {"radii": table},
-        uniforms={"shrink": 1.0, "samples": samples, "step": step, "nodes": inner},
+        uniforms={"samples": samples, "step": step, "shrink": 1.0}
+        | {"first_node": grids.size, "nodes": all_nodes},
     )
     data = np.frombuffer(told.read(4 * (1 + samples)), np.float32)
     for buffer in (sums, radii, told):

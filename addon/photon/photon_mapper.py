@@ -67,6 +67,19 @@ class _Paths:
         """What a bounce renews."""
         return self.origin, self.direction, self.flux
 
+    def fronts(self) -> dict[str, Stream]:
+        """What the next bounce reads."""
+        return {
+            "origin": self.origin.front,
+            "direction": self.direction.front,
+            "flux": self.flux.front,
+        }
+
+    def swap(self) -> None:
+        """End a bounce."""
+        for pair in self.pairs():
+            pair.swap()
+
     def take_on_host(self, others: _Paths) -> None:
         """Fill the fronts with the photons that are alive in the others' fronts, in order."""
         alive = np.flatnonzero(others.direction.front.download().reshape(-1, 4)[:, :3].any(axis=1))
@@ -78,8 +91,7 @@ class _Paths:
     def take_on_device(self, others: _Paths, compaction: Compaction) -> None:
         """As take_on_host."""
         elements = others.rows * STREAM_WIDTH
-        fronts = [pair.front.texture for pair in others.pairs()]
-        textures = dict(zip(("origin", "direction", "flux"), fronts, strict=True))
+        textures = {name: stream.texture for name, stream in others.fronts().items()}
         compaction.count(elements, {"direction": textures["direction"]})
         targets = [pair.front for pair in self.pairs()]
         for target in targets:
@@ -209,11 +221,7 @@ class PhotonMapper:
             self._release_paths()  # of passes of another size
         paths = self._paths_of(rows)
         generator.run(
-            {
-                "origin": paths.origin.front,
-                "direction": paths.direction.front,
-                "flux": paths.flux.front,
-            },
+            paths.fronts(),
             self._tables.of(generator),
             self._draw(index) | {"photons": photons, "light_count": self._light_count},
         )
@@ -276,8 +284,7 @@ class PhotonMapper:
                 count=is_look and not self._tally,
                 tally=self._tally if is_look else None,
             )
-            for pair in paths.pairs():
-                pair.swap()
+            paths.swap()
             flight.bounce += 1
         if not self._tally:
             flight.alive = counted
@@ -288,9 +295,7 @@ class PhotonMapper:
         paths, first = flight.paths, flight.bounce
         bounces = min(BOUNCES_A_LOOK, self._needs.photon_bounces + 1 - first)
         self._bounces.run(
-            dict(
-                zip(("origin", "direction", "flux"), (p.front for p in paths.pairs()), strict=True)
-            ),
+            paths.fronts(),
             [*(pair.back for pair in paths.pairs()), *paths.landed()],
             self._tables.of(self._bounces),
             self._tally.buffer,
@@ -299,8 +304,7 @@ class PhotonMapper:
             | {"first_to_deposit": self._first_to_deposit},
         )
         self.deposits.append(*paths.landed())
-        for pair in paths.pairs():
-            pair.swap()
+        paths.swap()
         flight.bounce += bounces
 
     @property

@@ -44,6 +44,13 @@ _NEVER = b"", object()  # nothing marshals to that, and it is nothing's value
 _listening: list[Any] = []  # callbacks of contexts not yet released: a driver calls them to the end
 
 
+def rounded_up(number: int, least: int = 1) -> int:
+    """A number a quarter, or `least`, larger at most, and the same for numbers that differ little:
+    lists do from frame to frame, and then find room that was made before."""
+    step = max(least, 1 << max(0, number.bit_length() - 3))
+    return -(-number // step) * step
+
+
 class Linked:
     """A program of a device, shared by all that run it, and its uniforms, which are written only
     where they change: a seventh of the host's time for a pass went there."""
@@ -167,7 +174,7 @@ class Device:
         """Take back a texture or buffer that is no longer used: for who asks for one like it.
 
         A GPU's driver finds memory for one when it is first used: of the first pass on an H200 that
-        was half.
+        was a third.
         """
         if not self.reuses:
             self.free(item)
@@ -244,8 +251,7 @@ class Device:
 
     def buffer(self, size: int) -> moderngl.Buffer:
         """A buffer of `size` bytes, or a quarter or 256 more at most, which may hold anything."""
-        step = 1 << max(8, size.bit_length() - 3)  # lists differ a little from frame to frame
-        size = -(-size // step) * step
+        size = rounded_up(size, 256)
         made: moderngl.Buffer = self._take((size,)) or self.ctx.buffer(reserve=size)
         return made
 

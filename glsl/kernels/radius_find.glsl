@@ -65,7 +65,7 @@ float radius_at(int side, SideGrid grid, ivec3 node, vec3 place, float least) {
 
 void main() {
     int side = thread() / most_a_side, i = thread() % most_a_side;
-    if (thread() < 96) radii[thread()] = grids[thread() / 4][thread() % 4];
+    if (thread() < 4 * grids.length()) radii[thread()] = grids[thread() / 4][thread() % 4];
     if (thread() >= count) return;
     SideGrid grid = grid_of(side);
     if (i >= number_of(nodes_of(grid))) return;

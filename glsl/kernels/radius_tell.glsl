@@ -9,6 +9,7 @@ uniform sampler2D place;
 uniform sampler2D deposit;
 uniform int samples;
 uniform int step;  // photons from one to the next
+uniform int first_node;
 uniform int nodes;
 shared uint largest_here;
 
@@ -17,7 +18,7 @@ void main() {
     if (gl_LocalInvocationID.x == 0u) largest_here = 0u;
     barrier();
     // Floats that are not negative are in the order of their bits.
-    if (i < nodes) atomicMax(largest_here, floatBitsToUint(node_radius(96 + i)));
+    if (i < nodes) atomicMax(largest_here, floatBitsToUint(node_radius(first_node + i)));
     barrier();
     if (gl_LocalInvocationID.x == 0u) atomicMax(largest, largest_here);
     if (i >= samples) return;

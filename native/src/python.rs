@@ -79,8 +79,7 @@ fn build_bvh<'py>(
     let (vertices, triangles) = (rows::<f32, 3>(&vertices)?, rows::<i32, 3>(&triangles)?);
     let tree = run(py, || bvh::build(vertices, triangles))?;
     let order = tree.order.into_iter().map(|index| index as i32).collect();
-    let rows = tree.nodes.len() / bvh::NODE_FLOATS;
-    let nodes = PyArray1::from_vec(py, tree.nodes).reshape([rows, bvh::NODE_FLOATS])?;
+    let nodes = new_matrix(py, tree.nodes, bvh::NODE_FLOATS)?;
     let order = PyArray1::from_vec(py, order);
     Ok((nodes, order, tree.skipped_not_finite, tree.skipped_degenerate, tree.cost))
 }
@@ -115,8 +114,7 @@ fn refit_bvh<'py>(
     let Some(tree) = run(py, || refit::refit(nodes, order, vertices, triangles))? else {
         return Ok(None);
     };
-    let shape = [tree.nodes.len() / bvh::NODE_FLOATS, bvh::NODE_FLOATS];
-    let nodes = PyArray1::from_vec(py, tree.nodes).reshape(shape)?;
+    let nodes = new_matrix(py, tree.nodes, bvh::NODE_FLOATS)?;
     Ok(Some((nodes, tree.skipped_not_finite, tree.skipped_degenerate, tree.cost)))
 }
 
@@ -456,9 +454,7 @@ fn radius_grids<'py>(py: Python<'py>, sample: &Bound<'py, PyAny>) -> PyResult<(R
     let sample = array::<f32>(sample, "sample", &[None, Some(4)])?;
     let sample = rows(&sample)?;
     let grids = run(py, || radius::Fields::over(sample))?;
-    let table = grids.table();
-    let shape = [table.len() / radius::GRID_FLOATS, radius::GRID_FLOATS];
-    Ok((PyArray1::from_vec(py, table).reshape(shape)?, grids.area))
+    Ok((new_matrix(py, grids.table(), radius::GRID_FLOATS)?, grids.area))
 }
 
 /// The gather radius of the first pass at every place of a surface.
@@ -532,9 +528,7 @@ impl RadiusField {
 
     /// What glsl/lib/radius.glsl reads, float32[texels, 4].
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Rows<'py>> {
-        let table = self.0.table();
-        let shape = [table.len() / 4, 4];
-        PyArray1::from_vec(py, table).reshape(shape)
+        new_matrix(py, self.0.table(), 4)
     }
 }
 
@@ -608,10 +602,14 @@ fn streams<'py, const N: usize>(
     Ok(found.try_into().expect("as many as were asked for"))
 }
 
-/// An array of four columns.
+/// An array of so many columns.
+fn new_matrix(py: Python, values: Vec<f32>, columns: usize) -> PyResult<Rows> {
+    let shape = [values.len() / columns, columns];
+    PyArray1::from_vec(py, values).reshape(shape)
+}
+
 fn new_rows(py: Python, rows: Vec<[f32; 4]>) -> PyResult<Rows> {
-    let shape = [rows.len(), 4];
-    PyArray1::from_vec(py, rows.into_flattened()).reshape(shape)
+    new_matrix(py, rows.into_flattened(), 4)
 }
 
 /// A stream of another's size, filled by `fill`.
