@@ -17,19 +17,19 @@ from .tracer import Tracer
 KERNELS = (Tracer, Projector, Reflector)
 
 
-def declarations(bounces: int) -> str:
+def declarations() -> str:
     """What glsl/kernels/bounces.glsl is compiled with."""
-    return f"#define BOUNCES {bounces}\n" + in_registers(KERNELS, ["bounce"])
+    return in_registers(KERNELS, ["bounce"])
 
 
 class Bounces:
-    """Tracer, Projector and Reflector, up to `bounces` times."""
+    """Tracer, Projector and Reflector, several times."""
 
     stem = "bounces"
 
-    def __init__(self, device: Device, bounces: int) -> None:
+    def __init__(self, device: Device) -> None:
         self.launches = 0
-        self._program = Program(device, self.stem, declarations(bounces))
+        self._program = Program(device, self.stem, declarations())
         self.tables = {name: table for kernel in KERNELS for name, table in kernel.tables.items()}
 
     def run(

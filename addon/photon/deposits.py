@@ -66,10 +66,6 @@ class Deposits(Protocol):
     def make_room(self, count: int) -> None:
         """For so many in all, before any is added."""
 
-    def append(self, place: Stream, deposit: Stream) -> None:
-        """Add the elements of the streams that are not zero, in order; what finds no room is
-        counted, too."""
-
     def ask(self) -> None:
         """Ask the device how many there are; who needs to know then waits for what was before."""
 
@@ -121,7 +117,7 @@ class HostDeposits:
         """There is."""
 
     def append(self, place: Stream, deposit: Stream) -> None:
-        """Download the streams and keep what landed."""
+        """Add the elements of the streams that are not zero, in order."""
         places, deposits = (x.download().reshape(-1, 4) for x in (place, deposit))
         there = np.flatnonzero(places[:, 3])
         self.extend(places[there], deposits[there])
@@ -241,9 +237,10 @@ class DeviceDeposits:
         rows = rounded_up(-(-count // TABLE_WIDTH))
         self._textures = self._allocate(min(rows, self._device.texture_limit))
 
-    def append(self, place: Stream, deposit: Stream) -> None:
-        """Compact the streams onto the end of the list."""
-        elements = place.size[0] * place.size[1]
+    def append(self, place: Stream, deposit: Stream, rows: int | None = None) -> None:
+        """Add the elements of the streams, or of their first `rows`, that are not zero, in order;
+        what finds no room is counted, too."""
+        elements = place.size[0] * (place.size[1] if rows is None else rows)
         streams = {"place": place.texture, "deposit": deposit.texture}
         self._compaction.count(elements, streams, [self._counts])
         number = {"append": self._appends}
@@ -264,14 +261,13 @@ class DeviceDeposits:
     def sample(self, most: int) -> NDArray[np.float32]:
         """Download no more than that."""
         step = step_of(self.count, most)
-        some = np.empty((-(-self.count // step), 4), np.float32)
-        if len(some):
-            buffer = self._device.buffer(some.nbytes)
-            textures = dict(zip(("place", "deposit"), self._textures, strict=True))
-            program = Program(self._device, "deposits_sample")
-            program.run(len(some), [buffer], textures, uniforms={"step": step})
-            buffer.read_into(some, some.nbytes)
-            self._device.put_back(buffer)
+        samples = -(-self.count // step)
+        buffer = self._device.buffer(16 * samples)
+        textures = dict(zip(("place", "deposit"), self._textures, strict=True))
+        program = Program(self._device, "deposits_sample")
+        program.run(samples, [buffer], textures, uniforms={"step": step})
+        some = self._device.read(buffer, 4 * samples).reshape(samples, 4)
+        self._device.put_back(buffer)
         return some
 
     def copy(self) -> Copy:

@@ -14,11 +14,11 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..streams import TABLE_WIDTH, Device, Program
+from ..streams import TABLE_WIDTH, Device, Program, Reading
 from .deposits import Deposits, step_of
 
 AXES = range(3)
-SAMPLE = 1 << 14  # as many of the photons tell where nearly all lie, and their median radius
+SAMPLE = (1 << 11) - 1  # photons that tell the median radius, at most
 
 
 class Limits(NamedTuple):
@@ -32,11 +32,16 @@ class Limits(NamedTuple):
 
 
 class DeviceRadii(NamedTuple):
-    """What RadiusField tells, see there."""
+    """Radii of which the host knows little, and that late."""
 
     table: moderngl.Texture  # as glsl/lib/radius.glsl reads it
-    typical: float
-    largest: float
+    telling: Reading  # the largest, and those at some of the photons: bits of float32
+
+    def told(self) -> tuple[float, float]:
+        """The median over the photons, and the largest (waits for the device)."""
+        radii = np.frombuffer(self.telling.data(), np.float32)
+        largest, some = float(radii[0]), np.sort(radii[1:])
+        return float(some[len(some) // 2]) if len(some) else largest, largest
 
 
 def radii_on_device(
@@ -81,9 +86,7 @@ def radii_on_device(
         uniforms={"samples": samples, "step": step, "shrink": 1.0}
         | {"first_node": grids.size, "nodes": all_nodes},
     )
-    data = np.frombuffer(told.read(4 * (1 + samples)), np.float32)
+    telling = device.ask(told, 1 + samples)
     for buffer in (sums, radii, told):
         device.put_back(buffer)
-    largest = float(data[0])
-    typical = float(np.partition(data[1:], samples // 2)[samples // 2]) if samples else largest
-    return DeviceRadii(table, typical, largest)
+    return DeviceRadii(table, telling)

@@ -26,7 +26,7 @@ VIEW = ("camera", "background")  # what of a scene eye rays alone meet
 
 
 class Mapper(Protocol):
-    """What traces photons: a PhotonMapper or a NativePhotonMapper."""
+    """What traces photons: a PhotonMapper, a DevicePhotonMapper or a NativePhotonMapper."""
 
     unfinished: int
 

@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from ..streams import TABLE_WIDTH, Device
+from .device_photon_mapper import landed_rows
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film import SPARE
-from .photon_mapper import BOUNCES_A_LOOK, PHOTONS_AT_ONCE, PILOT_PHOTONS, STREAM_WIDTH
+from .photon_mapper import PILOT_PHOTONS, STREAM_WIDTH
 from .scene import Scene
 from .settings import Settings
 from .strips import strips_of
@@ -30,11 +31,11 @@ GRIDS = (40 + 60) << 20
 # and the images twice more, the last preview's in shared memory and what was asked for of them.
 PICTURE = 84 + 40 + 2 * 84
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
-# A photon's: nine textures of paths, and all that have half the size of another (photon_mapper.py).
+# A photon's: six textures of paths and three of a bounce's ends, and all that have half the size of
+# another (photon_mapper.py).
 PATHS = 2 * 9 * TEXEL
-RESIDENT_PATHS = PATHS + 5 * TEXEL  # on a GPU with compute programs: room in the list
-# Of photons whose bounces run in one launch, and of half as many.
-LANDED = 3 * BOUNCES_A_LOOK * TEXEL
+RESIDENT_PATHS = 2 * 6 * TEXEL  # on a GPU with compute programs
+RESIDENT_ROOM = 5 * TEXEL  # in the list
 DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
 LISTED = 136  # bytes a deposit, in lists and sorted
 SORTED = 5 * (2 * TEXEL + 4) // 4  # in the lists that Gather reads: Device.buffer
@@ -119,10 +120,12 @@ class Budget:
         if native:
             photon_bytes = 0.0, LISTED * landed
         elif self._resident:
-            some = min(photons, PHOTONS_AT_ONCE)
-            pilot = PILOT_PHOTONS if photons > PILOT_PHOTONS else 0
-            paths = RESIDENT_PATHS * photons + PATHS * pilot + LANDED * some
-            photon_bytes = paths + (RESIDENT_LISTED + SORTED) * landed, 0.0
+            sizes = {photons, min(photons, PILOT_PHOTONS)}
+            most = settings.photon_bounces + 1
+            rows = sum(landed_rows(number, most) for number in sizes)
+            paths = RESIDENT_PATHS * sum(sizes) + 2 * TEXEL * STREAM_WIDTH * rows
+            lists = RESIDENT_ROOM * photons + (RESIDENT_LISTED + SORTED) * landed
+            photon_bytes = paths + lists, 0.0
         else:
             listed = DOWNLOADED * photons + LISTED * landed
             photon_bytes = PATHS * photons + SORTED * landed, listed

@@ -73,6 +73,8 @@ class PhotonGrid:
         self._extent, self._area = np.asarray(extent, np.float64), area
         self._native = NativeGather(device, settings.filter) if on_host else None
         self._kernels: dict[int, Gather] = {}  # by their lanes
+        if not on_host:
+            self._kernel(self._lanes(in_chain=False))  # for the first pass to find it
         self._device_sort: _DeviceSort | None = None
         self._sorted = _NOTHING
         self._uniforms: dict[str, Any] = {}

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import moderngl
@@ -15,9 +16,10 @@ from numpy.typing import NDArray
 
 from ..streams import Device, HostKernel, Kernel, Table, Uniform
 from .deposits import Deposits, HostDeposits
-from .device_radii import SAMPLE, DeviceRadii, Limits, radii_on_device
+from .device_radii import DeviceRadii, Limits, radii_on_device
 from .geometry import upload_table
 
+SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most
 WIDEST = 1.4  # no radius is larger, in radii that even light would have
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
 UNIFORMS = {"shrink": Uniform("float")}
@@ -37,12 +39,13 @@ class RadiusField:
         self, device: Device, made: native.RadiusField | DeviceRadii, is_even: bool = False
     ) -> None:
         self._device, self.is_even = device, is_even
+        self._made = made
         self._native: native.RadiusField | None = None
         self._table: moderngl.Texture | None = None
         if isinstance(made, DeviceRadii):
-            self._table, self.typical, self.largest = made
+            self._table = made.table
         else:
-            self._native, self.typical, self.largest = made, made.typical(), made.largest()
+            self._native = made
 
     @classmethod
     def by_density(
@@ -72,6 +75,13 @@ class RadiusField:
         limits = Limits(1.0, 1.0, radius, radius, None)
         return cls(device, _on_host(none, none, native.radius_grids(none)[0], limits), True)
 
+    @cached_property
+    def told(self) -> tuple[float, float]:
+        """The median of the radii over the photons, and the largest; waits for the device that
+        made them [scene units]."""
+        made = self._made
+        return made.told() if isinstance(made, DeviceRadii) else (made.typical(), made.largest())
+
     @property
     def table(self) -> moderngl.Texture:
         """What GLSL reads; made for the first kernel that does."""
@@ -85,7 +95,7 @@ class RadiusField:
         if self._native is None:
             assert self._table
             self._native = native.RadiusField.of_table(
-                self._device.texels(self._table), self.typical
+                self._device.texels(self._table), self.told[0]
             )
         return self._native
 
@@ -119,12 +129,12 @@ class Radii:
     @property
     def typical(self) -> float:
         """The median over the photons [scene units]."""
-        return self.field.typical * self.shrink
+        return self.field.told[0] * self.shrink
 
     @property
     def largest(self) -> float:
         """Of all [scene units]."""
-        return self.field.largest * self.shrink
+        return self.field.told[1] * self.shrink
 
     def tables(self, kernel: Kernel) -> dict[str, Any]:
         """TABLES, for a GLSL or a native kernel."""

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -448,10 +449,14 @@ def probes_of(index: int) -> dict[str, int]:
 def pixel_jitter(seed: int, index: int) -> tuple[float, float]:
     """Where in its pixel each eye ray of a pass goes: the R2 sequence (Roberts 2018), shifted by
     the seed."""
-    start = np.random.Generator(np.random.Philox(seed)).random(2)
     step = np.array([0.7548776662466927, 0.5698402909980532])
-    x, y = (start + index * step) % 1.0
+    x, y = (_first_jitter(seed) + index * step) % 1.0
     return float(x), float(y)
+
+
+@lru_cache(maxsize=16)
+def _first_jitter(seed: int) -> Any:
+    return np.random.Generator(np.random.Philox(seed)).random(2)
 
 
 def _camera_in_scene_units(scene: Scene, frame: Frame) -> dict[str, Any]:

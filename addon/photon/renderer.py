@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from ..streams import Device, Stream, StreamError
 from ..streams.device import Layer
+from .device_photon_mapper import DevicePhotonMapper
 from .error import Error, error_of
 from .errors import DeviceError, PhotonStreamError
 from .geometry import Mesh
-from .kept import Kept, Mapper
+from .kept import Kept, Mapper, Stage
 from .memory import Budget
 from .native_photon_mapper import NativePhotonMapper
 from .needs import SceneNeeds
@@ -95,6 +96,11 @@ class Renderer:
         self.warnings += _warnings(scene, mesh, self.needs)
         with self._timed("programs"):
             try:
+                self.photon_mapper: Mapper | None = None
+                if self.needs.photons:
+                    self.photon_mapper = self._mapper(layer, stage)
+                    self._parts.append(self.photon_mapper)
+                    self._start_pilot()
                 strips = strips_of(settings.frame_region, device)
                 self.ray_tracer = RayTracer(
                     device,
@@ -113,18 +119,8 @@ class Renderer:
                 names += ["blur"] if self.needs.photons else ()
                 self.film = StripFilm(device, layer, strips, names, on_host=triangles is not None)
                 self._parts.append(self.film)
-                self.photon_mapper: Mapper | None = None
                 self.splat = self.grid = None
                 if self.needs.photons:
-                    if triangles:
-                        self.photon_mapper = NativePhotonMapper(
-                            device, scene, self.frame, mesh, settings, self.needs, triangles
-                        )
-                    else:
-                        self.photon_mapper = PhotonMapper(
-                            device, layer, stage.tables, settings, self.needs, len(scene.lights)
-                        )
-                    self._parts.append(self.photon_mapper)
                     self.estimator = (
                         "gather" if settings.estimator == "auto" else settings.estimator
                     )
@@ -259,6 +255,22 @@ class Renderer:
             self.seconds[phase] = self.seconds.get(phase, 0.0) + now - self._ticked
         self._ticked = now
 
+    def _mapper(self, layer: Layer, stage: Stage) -> Mapper:
+        if stage.triangles:
+            return NativePhotonMapper(
+                self.device,
+                self.scene,
+                stage.frame,
+                stage.mesh,
+                self.settings,
+                self.needs,
+                stage.triangles,
+            )
+        told = stage.tables, self.settings, self.needs, len(self.scene.lights)
+        if self.device.keeps_lists(layer):
+            return DevicePhotonMapper(self.device, *told)
+        return PhotonMapper(self.device, layer, *told)
+
     def _find_room(self) -> Budget:
         """The budget; what only makes a render start sooner goes where there is no room for it."""
         for make_room in (self.device.drop_spare, self._kept.release):
@@ -268,13 +280,21 @@ class Renderer:
                 make_room()
         return Budget(self.scene, self.settings, self.device, self.layer)
 
+    def _start_pilot(self) -> None:
+        """Launch the photons that tell the radii: a GPU traces them while the rest is made."""
+        if not self.settings.radius:
+            assert self.photon_mapper
+            photons = min(self.settings.photons_a_pass, PILOT_PHOTONS)
+            with self._timed("radius"):
+                self._kept.start(self.photon_mapper, self.settings, 0, photons)
+
     def _find_radii(self, mesh: Mesh) -> RadiusField:
         """The user's radius everywhere, or radii by where pass 0's photons fall."""
         if self.settings.radius or not self.photon_mapper:
             return RadiusField.even(self.device, (self.settings.radius or 1.0) / self.frame.scale)
         photons_a_pass = self.settings.photons_a_pass
         photons = min(photons_a_pass, PILOT_PHOTONS)
-        deposits = self._kept.trace(self.photon_mapper, self.settings, 0, photons)
+        deposits = self._kept.finish(self.photon_mapper)
         landed = deposits.count / photons
         try:
             self.budget.check(landed)
@@ -309,7 +329,7 @@ class Renderer:
         """Read the first pass's depths along the view axis [m], if they are still on the device."""
         for strip, normals in zip(self.film.strips, self._first_normals, strict=False):
             shape = strip.height, self._depth.shape[1], 4
-            texels = np.frombuffer(normals.read(4 * math.prod(shape)), np.float32).reshape(shape)
+            texels = self.device.read(normals, math.prod(shape)).reshape(shape)
             depth = texels[..., 3:] * np.float32(self.frame.scale)
             self._depth[strip.rows] = np.where(depth > 0, depth, np.float32(NO_DEPTH))
             self.device.put_back(normals)

@@ -20,7 +20,6 @@ from .gather import Gather
 from .generator import Generator
 from .lit import Lit
 from .mirror import Mirror
-from .photon_mapper import BOUNCES_A_LOOK
 from .projector import Projector
 from .reach import Reach
 from .reflector import Reflector
@@ -88,7 +87,7 @@ def compute_programs() -> Iterator[tuple[str, str]]:
     """Each program that is no kernel, and what it is compiled with."""
     for stem in COMPUTE:
         yield stem, ""
-    yield Bounces.stem, declarations(BOUNCES_A_LOOK)
+    yield Bounces.stem, declarations()
 
 
 def splats(version: int) -> Iterator[tuple[str, Source, Source]]:

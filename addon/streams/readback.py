@@ -38,13 +38,17 @@ class Reading:
 
     def __init__(self, readback: Readback, slot: int, count: int, fence: Any) -> None:
         self._readback, self._slot, self._count, self._fence = readback, slot, count, fence
-        self._numbers: tuple[int, ...] | None = None
+        self._data: bytes | None = None
+
+    def data(self) -> bytes:
+        """The numbers as they were when asked for; waits for what came before that."""
+        if self._data is None:
+            self._data = self._readback.take(self._slot, self._count, self._fence)
+        return self._data
 
     def numbers(self) -> tuple[int, ...]:
-        """The numbers as they were when asked for; waits for what came before that."""
-        if self._numbers is None:
-            self._numbers = self._readback.take(self._slot, self._count, self._fence)
-        return self._numbers
+        """As `data`, uint32."""
+        return struct.unpack(f"{self._count}I", self.data())
 
 
 class Readback:
@@ -77,7 +81,7 @@ class Readback:
             raise StreamError(f"{count} numbers are more than can be asked for at once")
         slot, self._next = self._next, (self._next + 1) % SLOTS
         if before := self._taken[slot]:
-            before.numbers()
+            before.data()
         fence = None
         if self._gl:
             copy = self._gl["glCopyNamedBufferSubData"]
@@ -88,22 +92,21 @@ class Readback:
         reading = self._taken[slot] = Reading(self, slot, count, fence)
         return reading
 
-    def take(self, slot: int, count: int, fence: Any) -> tuple[int, ...]:
+    def take(self, slot: int, count: int, fence: Any) -> bytes:
         """What a reading finds in its slot; frees the slot."""
         self._taken[slot] = None
         if not self._gl:
-            data = self._staging.read(4 * count, offset=slot * SLOT)
-            return struct.unpack(f"{count}I", data)
+            return bytes(self._staging.read(4 * count, offset=slot * SLOT))
         waited = self._gl["glClientWaitSync"](fence, _FLUSH_COMMANDS, 60 * _SECOND)
         self._gl["glDeleteSync"](fence)
         if waited == _WAIT_FAILED:
             raise StreamError("OpenGL failed while the host waited for it")
-        return struct.unpack(f"{count}I", ctypes.string_at(self._memory + slot * SLOT, 4 * count))
+        return ctypes.string_at(self._memory + slot * SLOT, 4 * count)
 
     def release(self) -> None:
         """Free the buffer, and the fences of what was never read."""
         for reading in filter(None, self._taken):
-            reading.numbers()
+            reading.data()
         if self._gl:
             self._gl["glDeleteBuffers"](1, self._name)
         else:

@@ -21,7 +21,7 @@ uniform sampler2D begin_direction;
 uniform sampler2D begin_flux;
 uniform int alive_slot;
 uniform int first_bounce;
-uniform int bounces;  // BOUNCES at most
+uniform int bounces;
 uniform int first_to_deposit;  // bounce
 shared uint group_alive;
 
@@ -39,10 +39,10 @@ void main() {
         store_direction(unpack_RayDirection(texelFetch(begin_direction, at, 0)));
         store_flux(unpack_Flux(texelFetch(begin_flux, at, 0)));
         bool lives = any(notEqual(load_direction().direction, vec3(0.0)));
-        for (int i = 0; i < BOUNCES; i++) {
+        for (int i = 0; i < bounces; i++) {
             vec4 place = vec4(0.0), deposit = vec4(0.0);
             bounce = first_bounce + i;
-            if (lives && i < bounces) {
+            if (lives) {
                 lives = is_hit_by_ray();
                 if (lives && bounce >= first_to_deposit && is_deposited()) {
                     place = pack_Place(load_place());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Move the photons that are alive to the front of streams of the same width, in order.
+// Move the photons that are alive to the front of streams of the same width and fewer rows, in order; what
+// they leave there is no photon.
 #include "lib/compaction.glsl"
 #include "lib/under_way.glsl"
 layout(rgba32f, binding = 0) writeonly uniform image2D kept_origin;
@@ -9,8 +10,13 @@ uniform sampler2D origin;
 uniform sampler2D flux;
 
 void main() {
-    int to = int(kept_before_here());
+    int kept = int(kept_in_all()), to = int(kept_before_here());
     for (int i = first_element(); i < first_element() + PER_THREAD; i++) {
+        if (i >= kept && texel_of(i).y < imageSize(kept_origin).y) {
+            imageStore(kept_origin, texel_of(i), vec4(0.0));
+            imageStore(kept_direction, texel_of(i), vec4(0.0));
+            imageStore(kept_flux, texel_of(i), vec4(0.0));
+        }
         if (!is_kept(i)) continue;
         ivec2 from = texel_of(i), there = texel_of(to);
         imageStore(kept_origin, there, texelFetch(origin, from, 0));

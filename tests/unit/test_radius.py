@@ -143,16 +143,20 @@ def test_the_device_finds_the_same(
     def both(device: Device, deposits: Any, grids: Any, limits: Any) -> Any:
         made = radii_on_device(device, deposits, grids, limits)
         expected = native.RadiusField(*deposits.arrays(), grids, **limits._asdict())
-        table = expected.table().ravel()
-        found = np.frombuffer(made.table.read(), np.float32)[: len(table)]
+        used = grids.size + int((grids[:, 4:7] + 1).prod(axis=1).sum())
+        table = expected.table().ravel()[:used]
+        found = np.frombuffer(made.table.read(), np.float32)[:used]
         np.testing.assert_array_equal(found[: grids.size], table[: grids.size])
         # A GPU may count a photon at a cell's border in the next one.
         radii = table[grids.size :]
         share = np.mean(np.abs(found[grids.size :] - radii) > 1e-5 * radii)
         assert share <= (0.0 if device.is_software else 0.01)
-        assert made.typical == pytest.approx(expected.typical(), rel=1e-3)
-        assert made.largest == pytest.approx(expected.largest(), rel=1e-5)
-        np.testing.assert_array_equal(RadiusField(device, made).on_host.table().ravel(), found)
+        typical, largest = made.told()  # the first by 2047 photons, here by 20000
+        assert typical == pytest.approx(expected.typical(), rel=2e-2)
+        assert largest == pytest.approx(expected.largest(), rel=1e-5)
+        np.testing.assert_array_equal(
+            RadiusField(device, made).on_host.table().ravel()[:used], found
+        )
         compared.append(deposits.count > 0)
         return made
 

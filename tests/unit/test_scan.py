@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -54,4 +55,4 @@ def test_program_error_names_its_line(device: Device, root: Path) -> None:
     with pytest.raises(StreamError, match=r"^bad: ") as raised:
         Program(device, "bad")
     device.errors.clear()  # test_device_works_after_a_refusal is about these
-    assert "kernels/bad.glsl:3:" in str(raised.value)
+    assert re.search(r"kernels/bad\.glsl:3 ?:", str(raised.value))

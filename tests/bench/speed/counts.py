@@ -107,8 +107,7 @@ class _Counter:
             (kind, "run"): self._count_rays for kind in kernel_classes()
         }
         patches |= {
-            (PhotonMapper, "start"): self._as_photons,
-            (PhotonMapper, "finish"): self._take_photons,
+            (PhotonMapper, "start"): self._take_photons,
             (PhotonGrid, "prepare"): self._take_radii,
             (PhotonGrid, "estimate"): self._count_pairs,
         }
@@ -135,11 +134,10 @@ class _Counter:
         return run
 
     def _take_photons(self, function: Any) -> Any:
-        def run(*args: Any, **kwargs: Any) -> Any:
-            deposits = self._as_photons(function)(*args, **kwargs)
-            self._photons = deposits.arrays()
+        def run(mapper: Any, *args: Any) -> None:
+            self._as_photons(function)(mapper, *args)
+            self._photons = mapper.deposits.arrays()
             self.work.deposits = len(self._photons[0])
-            return deposits
 
         return run
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import moderngl
 
+from addon.photon.device_photon_mapper import DevicePhotonMapper
 from addon.photon.native_photon_mapper import NativePhotonMapper
 from addon.photon.photon_grid import PhotonGrid
 from addon.photon.photon_mapper import PhotonMapper
@@ -88,8 +89,9 @@ class Watch:
             for kind in (*kernel_classes(), Program)
         }
         parts = {
+            (DevicePhotonMapper, "start"): self._as_part(PHOTONS),
+            (DevicePhotonMapper, "finish"): self._as_part(PHOTONS, works=False),
             (PhotonMapper, "start"): self._as_part(PHOTONS),
-            (PhotonMapper, "finish"): self._as_part(PHOTONS, works=False),
             (NativePhotonMapper, "start"): self._as_part(PHOTONS),
             (PhotonGrid, "prepare"): self._as_part(PHOTON_MAP),
             (Splat, "prepare"): self._as_part(PHOTON_MAP),
