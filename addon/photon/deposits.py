@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a pass's photons landed: a dense list, gathered bounce by bounce.
+"""Where a pass's photons landed: a dense list, in order of bounce and photon.
 
 On the host for devices whose compute programs are software; else it never leaves the device.
 """
@@ -19,7 +19,7 @@ from ..streams.device import rounded_up
 from .geometry import upload_table
 
 DEPOSIT_BYTES = 32  # two texels
-MOST_APPENDS = 1025  # a pass: one a bounce, and the first hits
+MOST_APPENDS = 1025  # a pass: one a launch, of a bounce at least, and the first hits are one
 
 
 def step_of(count: int, most: int) -> int:
@@ -56,18 +56,8 @@ class Deposits(Protocol):
     def count(self) -> int:
         """How many there are."""
 
-    @property
-    def room(self) -> int:
-        """How many there may be before it grows."""
-
     def clear(self) -> None:
         """Begin a pass."""
-
-    def make_room(self, count: int) -> None:
-        """For so many in all, before any is added."""
-
-    def ask(self) -> None:
-        """Ask the device how many there are; who needs to know then waits for what was before."""
 
     def tables(self) -> tuple[int, moderngl.Texture, moderngl.Texture]:
         """How many there are, and their textures (tables)."""
@@ -103,18 +93,10 @@ class HostDeposits:
         """How many there are."""
         return sum(len(place) for place, _ in self._parts)
 
-    @property
-    def room(self) -> int:
-        """As many as there are."""
-        return self.count
-
     def clear(self) -> None:
         """Begin a pass."""
         self._parts, self.held = [], None
         self.release()
-
-    def make_room(self, count: int) -> None:
-        """There is."""
 
     def append(self, place: Stream, deposit: Stream) -> None:
         """Add the elements of the streams that are not zero, in order."""
@@ -132,9 +114,6 @@ class HostDeposits:
             self.dropped += int(np.count_nonzero(~finite))
             places, deposits = places[finite], deposits[finite]
         self._parts.append((places, deposits))
-
-    def ask(self) -> None:
-        """They are known."""
 
     def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """All deposits as (P, 4) arrays."""
@@ -222,12 +201,12 @@ class DeviceDeposits:
         return self._textures[0].height * TABLE_WIDTH
 
     def ask(self) -> None:
-        """Ask how many there are, for later."""
+        """Ask the device how many there are; who needs to know then waits for what was before."""
         if self._count is None:
             self._reading = self._device.ask(self._counts, 1 + self._appends)
 
     def make_room(self, count: int) -> None:
-        """Longer textures, if need be."""
+        """For so many in all, before any is added: longer textures, if need be."""
         assert not self._appends  # what they hold is lost
         if count <= self.room:
             return

@@ -123,14 +123,6 @@ class Kept:
         self._passes.clear()
         self.photon_bytes = 0
 
-    def trace(
-        self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
-    ) -> Deposits:
-        """`mapper.trace` on the stage, or what it gave when it last did that: a pass that the
-        mapper's deposits hold still, or one that is kept."""
-        self.start(mapper, settings, index, photons)
-        return self.finish(mapper)
-
     def start(
         self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
     ) -> None:
@@ -156,7 +148,8 @@ class Kept:
             mapper.start(*self._key)
 
     def finish(self, mapper: Mapper) -> Deposits:
-        """The deposits of what was started.
+        """The deposits of what was started: traced on the stage, or what that gave when it was last
+        done, a pass that the mapper's deposits hold still or one that is kept.
 
         Passes are kept until the budget is spent, and the first ones stay: if later ones took their
         place, a render that goes through all in order would find none.

@@ -35,7 +35,7 @@ STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 # another (photon_mapper.py).
 PATHS = 2 * 9 * TEXEL
 RESIDENT_PATHS = 2 * 6 * TEXEL  # on a GPU with compute programs
-RESIDENT_ROOM = 5 * TEXEL  # in the list
+RESIDENT_ROOM = 6 * TEXEL  # in the list: device_photon_mapper.GUESSED and some
 DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
 LISTED = 136  # bytes a deposit, in lists and sorted
 SORTED = 5 * (2 * TEXEL + 4) // 4  # in the lists that Gather reads: Device.buffer
@@ -122,7 +122,7 @@ class Budget:
         elif self._resident:
             sizes = {photons, min(photons, PILOT_PHOTONS)}
             most = settings.photon_bounces + 1
-            rows = sum(landed_rows(number, most) for number in sizes)
+            rows = sum({landed_rows(number, most) for number in sizes})
             paths = RESIDENT_PATHS * sum(sizes) + 2 * TEXEL * STREAM_WIDTH * rows
             lists = RESIDENT_ROOM * photons + (RESIDENT_LISTED + SORTED) * landed
             photon_bytes = paths + lists, 0.0
@@ -136,7 +136,9 @@ class Budget:
         strip = self._strip[0] * self._strip[1]
         textures = self.film_textures * count + self.strip_textures * strip
         # The first pass's normals wait for the first look, which natively takes more than they do.
+        # It is read by way of a strip's buffer.
         waiting = 0 if native else count
+        textures += 0 if native else strip
         host = PICTURE * count + STRIP * strip + settings.caller_bytes
         return (
             Part("pixels", count, TEXEL * (textures + waiting), host),

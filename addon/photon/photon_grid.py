@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import moderngl
@@ -64,17 +64,19 @@ class PhotonGrid:
         extent: Any,
         area: float,
         on_host: bool,
+        in_chains: Iterable[bool] = (False,),
     ) -> None:
         """`extent` (3,): half the scene's size along each axis; `area`: of its surfaces [scene
-        units]; `on_host`: the native core sorts and gathers."""
+        units]; `on_host`: the native core sorts and gathers; `in_chains`: whether for visible
+        points of secondary rays, of eye rays, or both."""
         self._device, self._layer, self._defines = device, layer, filter_define(settings)
         # Of the frame, also where a region of it is rendered: sums are to have the same order.
         self._pixels = settings.width * settings.height
         self._extent, self._area = np.asarray(extent, np.float64), area
         self._native = NativeGather(device, settings.filter) if on_host else None
         self._kernels: dict[int, Gather] = {}  # by their lanes
-        if not on_host:
-            self._kernel(self._lanes(in_chain=False))  # for the first pass to find it
+        for in_chain in () if on_host else in_chains:
+            self._kernel(self._lanes(in_chain))  # for the first pass to find it
         self._device_sort: _DeviceSort | None = None
         self._sorted = _NOTHING
         self._uniforms: dict[str, Any] = {}

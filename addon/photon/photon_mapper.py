@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Generic, TypeVar
+
 import numpy as np
 
 from ..streams import Device, PingPong, Stream
@@ -56,30 +58,48 @@ class Paths:
             pair.release()
 
 
-class PathsBySize:
+class _PathsAndEnds(Paths):
+    """With those of a bounce's hits, places and deposits."""
+
+    def __init__(self, device: Device, rows: int) -> None:
+        super().__init__(device, rows)
+        self.hit = Stream(device, HIT, self.size)
+        self.place = Stream(device, PLACE, self.size)
+        self.deposit = Stream(device, DEPOSIT, self.size)
+
+    def release(self) -> None:
+        super().release()
+        for stream in (self.hit, self.place, self.deposit):
+            stream.release()
+
+
+AnyPaths = TypeVar("AnyPaths", bound=Paths)
+
+
+class PathsBySize(Generic[AnyPaths]):
     """The streams of a pass's photons, and smaller ones for those that are left of them."""
 
-    def __init__(self, device: Device) -> None:
-        self._device = device
-        self._paths: dict[int, Paths] = {}  # by rows
+    def __init__(self, device: Device, kind: type[AnyPaths]) -> None:
+        self._device, self._kind = device, kind
+        self._paths: dict[int, AnyPaths] = {}  # by rows
 
-    def of(self, photons: int) -> Paths:
+    def of(self, photons: int) -> AnyPaths:
         """Those of a pass to begin."""
         rows = -(-photons // STREAM_WIDTH)
         if rows not in self._paths:
             self.release()  # of passes of another size
         return self._of_rows(rows)
 
-    def halved(self, paths: Paths, alive: int) -> Paths:
+    def halved(self, paths: AnyPaths, alive: int) -> AnyPaths:
         """Half the size or less, if as many photons fit there."""
         rows = paths.rows
         while rows > 1 and alive <= STREAM_WIDTH * (rows // 2):
             rows //= 2
         return self._of_rows(rows)
 
-    def _of_rows(self, rows: int) -> Paths:
+    def _of_rows(self, rows: int) -> AnyPaths:
         if rows not in self._paths:
-            self._paths[rows] = Paths(self._device, rows)
+            self._paths[rows] = self._kind(self._device, rows)
         return self._paths[rows]
 
     def release(self) -> None:
@@ -104,8 +124,7 @@ class PhotonMapper:
     ) -> None:
         self._device, self._tables = device, tables
         self._settings, self._needs, self._light_count = settings, needs, light_count
-        self._paths = PathsBySize(device)
-        self._ends: dict[int, tuple[Stream, Stream, Stream]] = {}  # of a bounce, by rows
+        self._paths = PathsBySize(device, _PathsAndEnds)
         self.deposits = HostDeposits(device)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
         self._kernels = (
@@ -121,10 +140,6 @@ class PhotonMapper:
         self.start(index, photons)
         return self.finish()
 
-    def finish(self) -> HostDeposits:
-        """The deposits of the pass that was started."""
-        return self.deposits
-
     def start(self, index: int, photons: int | None = None) -> None:
         """Trace a pass until all its photons have ended."""
         photons = self._settings.photons_a_pass if photons is None else photons
@@ -138,8 +153,7 @@ class PhotonMapper:
         self.deposits.clear()
         alive = photons
         for bounce in range(self._needs.photon_bounces + 1):
-            direction = paths.direction.front
-            hit, place, deposit = self._ends_of(paths)
+            direction, hit = paths.direction.front, paths.hit
             tracer.run(
                 {"origin": paths.origin.front, "direction": direction, "hit": hit},
                 self._tables.of(tracer),
@@ -147,9 +161,10 @@ class PhotonMapper:
             incoming = {"direction": direction, "hit": hit, "flux": paths.flux.front}
             if bounce >= first_to_deposit(self._settings):
                 projector.run(
-                    incoming | {"place": place, "deposit": deposit}, self._tables.of(projector)
+                    incoming | {"place": paths.place, "deposit": paths.deposit},
+                    self._tables.of(projector),
                 )
-                self.deposits.append(place, deposit)
+                self.deposits.append(paths.place, paths.deposit)
             alive = reflector.run(
                 incoming
                 | {
@@ -167,11 +182,15 @@ class PhotonMapper:
             paths = self._compacted(paths, alive)
         self.unfinished += alive
 
+    def finish(self) -> HostDeposits:
+        """The deposits of the pass that was started."""
+        return self.deposits
+
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
         return {kernel.stem: kernel.launches for kernel in self._kernels}
 
-    def _compacted(self, paths: Paths, alive: int) -> Paths:
+    def _compacted(self, paths: _PathsAndEnds, alive: int) -> _PathsAndEnds:
         """The photons that are alive, in order, in streams of half the size or less if they fit.
 
         On software OpenGL a dead photon costs as much as its SIMD neighbours' longest path:
@@ -187,21 +206,9 @@ class PhotonMapper:
             new.front.upload(texels.reshape(smaller.rows, STREAM_WIDTH, 4))
         return smaller
 
-    def _ends_of(self, paths: Paths) -> tuple[Stream, Stream, Stream]:
-        """Hits, places and deposits of a bounce."""
-        if paths.rows not in self._ends:
-            hit, place, deposit = (
-                Stream(self._device, record, paths.size) for record in (HIT, PLACE, DEPOSIT)
-            )
-            self._ends[paths.rows] = hit, place, deposit
-        return self._ends[paths.rows]
-
     def release(self) -> None:
         """Free streams and kernels."""
         self._paths.release()
-        for streams in self._ends.values():
-            for stream in streams:
-                stream.release()
         for kernel in self._kernels:
             kernel.release()
         self.deposits.release()

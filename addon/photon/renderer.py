@@ -130,8 +130,10 @@ class Renderer:
                         )
                         self._parts.append(self.splat)
                     if self.estimator == "gather" or self.needs.mirror:
+                        kinds = [False] * (self.estimator == "gather") + [True] * self.needs.mirror
+                        on_host = triangles is not None
                         self.grid = PhotonGrid(
-                            device, layer, settings, mesh.extent, mesh.area, triangles is not None
+                            device, layer, settings, mesh.extent, mesh.area, on_host, kinds
                         )
                         self._parts.append(self.grid)
                 with self._timed("radius"):
@@ -152,8 +154,12 @@ class Renderer:
         """The gather radius of pass `index`, typical of where photons fall [m]."""
         if not self.photon_mapper:
             return 0.0
+        self.device.use()
         shrink = shrink_of(self.settings.radius_shrink, index)
-        return self._radius_field.of_pass(shrink).typical * self.frame.scale
+        try:
+            return self._radius_field.of_pass(shrink).typical * self.frame.scale
+        except StreamError as error:
+            raise DeviceError(str(error)) from error
 
     def render_pass(self) -> None:
         """Add the next pass to the film."""
@@ -266,10 +272,10 @@ class Renderer:
                 self.needs,
                 stage.triangles,
             )
-        told = stage.tables, self.settings, self.needs, len(self.scene.lights)
+        arguments = stage.tables, self.settings, self.needs, len(self.scene.lights)
         if self.device.keeps_lists(layer):
-            return DevicePhotonMapper(self.device, *told)
-        return PhotonMapper(self.device, layer, *told)
+            return DevicePhotonMapper(self.device, *arguments)
+        return PhotonMapper(self.device, layer, *arguments)
 
     def _find_room(self) -> Budget:
         """The budget; what only makes a render start sooner goes where there is no room for it."""

@@ -180,9 +180,11 @@ class Device:
         if not self.reuses:
             self.free(item)
             return
-        key: tuple[Any, ...] = item.size, item.extra
+        key: tuple[Any, ...]
         if isinstance(item, moderngl.Texture):
             key = item.size, item.components, item.dtype
+        else:
+            key = item.size, item.extra
         self._spare.setdefault(key, []).append((self._renders, item))
 
     def end_render(self) -> None:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from .device import Device
 from .kernel import Kernel
 from .stream import Stream
-from .tally import Tally
 
 
 class HostKernel(Kernel):
@@ -40,10 +39,8 @@ class HostKernel(Kernel):
         tables: Mapping[str, Any] | None = None,
         uniforms: Mapping[str, Any] | None = None,
         count: bool = False,
-        tally: Tally | None = None,
     ) -> int:
-        """As Kernel.run; `count` counts the elements that are not zero, and there is no tally."""
-        assert tally is None
+        """As Kernel.run; `count` counts the elements that are not zero."""
         tables, uniforms = tables or {}, uniforms or {}
         self._check_bindings(streams, tables, uniforms)
         self.launches += 1

@@ -14,7 +14,6 @@ import moderngl
 from .device import Device, Layer
 from .source import Source, StreamError, expand, read
 from .stream import TEXEL, Record, Stream
-from .tally import Tally
 
 # Elements of a compute work group, by the invocations that share each: 64 in all suit every GPU's
 # warp or wave size.
@@ -113,15 +112,13 @@ class Kernel:
         tables: Mapping[str, Any] | None = None,
         uniforms: Mapping[str, Any] | None = None,
         count: bool = False,
-        tally: Tally | None = None,
     ) -> int:
         """Run once over all elements of the outputs.
 
         `streams` binds every input and output port, `tables` every table to a texture, or in
         compute programs every list to a buffer, and `uniforms` every uniform. With `count`,
-        returns how many elements were not skipped (waits for the device); else 0. Compute programs
-        count them in the next slot of a `tally` instead. Raises StreamError for a wrong port,
-        record or size.
+        returns how many elements were not skipped (waits for the device); else 0. Raises
+        StreamError for a wrong port, record or size.
         """
         tables, uniforms = tables or {}, uniforms or {}
         names = (*streams.items(),), (*tables,), (*uniforms,)
@@ -142,7 +139,7 @@ class Kernel:
         self.launches += 1
         targets = [streams[name].texture for name in self.outputs]
         if self.layer == "compute":
-            return self._dispatch(targets, size, count, tally)
+            return self._dispatch(targets, size, count)
         return self._draw(targets, count)
 
     def release(self) -> None:
@@ -157,16 +154,11 @@ class Kernel:
         targets: list[moderngl.Texture],
         size: tuple[int, int],
         count: bool,
-        tally: Tally | None,
     ) -> int:
         for unit, texture in enumerate(targets):
             texture.bind_to_image(unit, read=False, write=True)
-        if tally:
-            self._program.set("alive_slot", tally.next_slot())
-            tally.buffer.bind_to_storage_buffer(0)
-        else:
-            self._program.set("alive_slot", 0 if count else -1)
-            self._alive.bind_to_storage_buffer(0)
+        self._program.set("alive_slot", 0 if count else -1)
+        self._alive.bind_to_storage_buffer(0)
         groups = [-(-n // g) for n, g in zip(size, self._group, strict=True)]
         self._program.program.run(*groups)
         self.device.ctx.memory_barrier()

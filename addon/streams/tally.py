@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tally: how many elements of several kernel runs were alive, asked for once."""
+"""Tally: how many elements of several runs of a program were alive, asked for once."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The deposits of a bounce, of which those worth keeping are there and finite: a NaN would poison its
+// The deposits of a launch, of which those worth keeping are there and finite: a NaN would poison its
 // neighbours.
 uniform sampler2D place;
 uniform sampler2D deposit;

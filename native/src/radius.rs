@@ -45,8 +45,8 @@ const MOST_CELLS: f32 = 64.0;
 /// Share of the photons that may lie beyond the grids, on either side of each axis: a far ground must not
 /// coarsen a lit room on it.
 const OUTSIDE: f64 = 0.005;
-/// Every so many-th photon of a sample tells where most are.
-const ENOUGH: usize = 4;
+/// So many photons, or every so many-th of a sample's, tell where most are.
+const ENOUGH: usize = 1 << 12;
 
 /// Numbers that tell a grid, see [`RadiusField::table`].
 pub const GRID_FLOATS: usize = 16;
@@ -102,8 +102,9 @@ impl Fields {
         if let Some(row) = sample.iter().position(|place| !place[..3].iter().all(|x| x.is_finite())) {
             return Err(InvalidInput(format!("sample[{row}] = {:?} is not finite", &sample[row][..3])));
         }
+        let every = sample.len().div_ceil(ENOUGH).max(1);
         let bounds_along = |k: usize| {
-            let mut along: Vec<f32> = sample.iter().step_by(ENOUGH).map(|place| place[k]).collect();
+            let mut along: Vec<f32> = sample.iter().step_by(every).map(|place| place[k]).collect();
             let beyond = (along.len() as f64 * OUTSIDE) as usize;
             let most = along.len().checked_sub(1 + beyond)?;
             let low = *along.select_nth_unstable_by(beyond, f32::total_cmp).1;
@@ -565,6 +566,30 @@ mod tests {
         assert!((found / expected - 1.0).abs() < 0.02, "{found}");
         assert_eq!(field.at([0.1, 0.2, 0.0], [0.0, 0.0, -1.0]), 1.0, "no photon on its other side");
         assert_eq!(field.largest(), 1.0);
+    }
+
+    /// Few photons or many.
+    #[test]
+    fn most_photons_are_within_the_grids() {
+        for count in [1usize, 3, 100, 800, 5000, 16384] {
+            let places: Vec<[f32; 4]> = (0..count)
+                .map(|i| {
+                    [
+                        (i * 7919 % count) as f32 / count as f32,
+                        (i * 104729 % count) as f32 / count as f32,
+                        0.0,
+                        0.0,
+                    ]
+                })
+                .map(|[x, y, z, _]| [x, y, z, pack_direction(UP)])
+                .collect();
+            let Field { low, high, .. } = Fields::over(&places).unwrap().sides[4];
+            let inside = places.iter().filter(|p| (0..3).all(|k| (low[k]..=high[k]).contains(&p[k]))).count();
+            assert!(
+                inside as f64 >= (1.0 - 4.0 * OUTSIDE - 0.01) * count as f64 - 0.5,
+                "{inside} of {count}"
+            );
+        }
     }
 
     /// Along an axis the radius changes by a quarter of the way moved at most; `pixel` and `most` hold.

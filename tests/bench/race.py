@@ -5,7 +5,7 @@ Photon Stream against one path tracer on one machine: Mitsuba (cuda_ad_rgb, or M
 Cycles, for which the scene is one of blend_scenes. The reference is the other's own, in two halves
 of many samples and other seeds. Each runs in a process of its own, one after the other, as
 chart/worker.py has it: short times are medians of several climbs. Neither's scene and programs are
-in them, nor what a GPU does while the host sets those up: the first photons may be under way then.
+in them.
 """
 
 from __future__ import annotations

@@ -66,11 +66,17 @@ def expected(*bounces: tuple[NDArray[np.float32], NDArray[np.float32]]) -> NDArr
     return rows[rows[:, 3] != 0]
 
 
+def make_room(deposits: Any, *bounces: tuple[NDArray[np.float32], NDArray[np.float32]]) -> None:
+    """A list on the device does not grow by itself."""
+    if isinstance(deposits, DeviceDeposits):
+        deposits.make_room(int(sum(np.count_nonzero(place[..., 3]) for place, _ in bounces)))
+
+
 def test_dense_and_in_order(device: Device, deposits: Any) -> None:
     bounces = [landed(seed) for seed in range(12)]  # more than a row of the table
     for _ in range(2):  # the second pass starts afresh
         deposits.clear()
-        deposits.make_room(int(sum(np.count_nonzero(place[..., 3]) for place, _ in bounces)))
+        make_room(deposits, *bounces)
         for bounce in bounces:
             deposits.append(*streams(device, *bounce))
         rows = expected(*bounces)
@@ -96,7 +102,8 @@ def test_not_finite_is_dropped_and_counted(
     y, x = np.argwhere(place[..., 3] != 0)[100]
     (place, deposit)[channel // 4][y, x, channel % 4] = value
     deposits.clear()
-    deposits.make_room(len(rows))
+    if isinstance(deposits, DeviceDeposits):
+        deposits.make_room(len(rows))
     deposits.append(*streams(device, place, deposit))
     assert deposits.dropped == 1
     assert np.array_equal(listed(deposits), np.delete(rows, 100, axis=0))
@@ -179,7 +186,7 @@ def test_device_sort_equals_native_sort(
     tables: list[list[NDArray[np.float32]]] = []
     for kind in (HostDeposits, DeviceDeposits):
         deposits = kind(device)
-        deposits.make_room(int(sum(np.count_nonzero(place[..., 3]) for place, _ in bounces)))
+        make_room(deposits, *bounces)
         for bounce in bounces:
             deposits.append(*streams(device, *bounce))
         grid = photon_grid.PhotonGrid(
@@ -226,7 +233,7 @@ def test_pictures_are_bit_equal(
         else:  # rounds bounces in one launch otherwise, and counts a photon at a border elsewhere
             one, other = (picture[name][np.isfinite(picture[name])] for picture in pictures)
             assert one.shape == other.shape
-            assert not one.size or np.median(np.abs(other - one)) < 1e-3
+            assert np.abs(other - one).sum() <= 1e-2 * np.abs(one).sum()
     assert pictures[0]["Indirect"].mean() > 0
     assert not by_host or max_ranked == 3
     assert by_host or max_ranked != 3 or radius != 5.0
@@ -280,16 +287,16 @@ def test_host_does_not_wait_for_photons(mapper: Any, monkeypatch: pytest.MonkeyP
     """After the first pass nothing is read before all is launched, and it is the same."""
     expected = traced(mapper, 0)
     reads: list[bool] = []
-    numbers = Reading.numbers
+    data = Reading.data
     is_launched = False
 
-    def read(reading: Reading) -> tuple[int, ...]:
+    def read(reading: Reading) -> bytes:
         reads.append(is_launched)
-        return numbers(reading)
+        return data(reading)
 
     for reading in filter(None, mapper._device._readback._taken):
-        reading.numbers()  # what nobody needed to know
-    monkeypatch.setattr(Reading, "numbers", read)
+        reading.data()  # what nobody needed to know
+    monkeypatch.setattr(Reading, "data", read)
     mapper.unfinished = 0
     mapper.start(0)
     is_launched = True
@@ -316,11 +323,12 @@ def test_more_photons_than_foreseen(
         foreseen.alive[looked] //= 64
     mapper.deposits.release()
     mapper.deposits = DeviceDeposits(mapper._device)
-    assert traced(mapper, 0) == expected
-    assert (foreseen.landed, foreseen.alive[looked]) == before and min(before) > 0
     launches = mapper.launches()["generator"]
+    assert traced(mapper, 0) == expected
+    assert mapper.launches()["generator"] == launches + 2  # it was traced again
+    assert (foreseen.landed, foreseen.alive[looked]) == before and min(before) > 0
     mapper.trace(0)
-    assert mapper.launches()["generator"] == launches + 1
+    assert mapper.launches()["generator"] == launches + 3
 
 
 def test_more_deposits_than_guessed(mapper: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -369,6 +369,30 @@ def living(device: Device) -> dict[str, int]:
     return counts
 
 
+@pytest.mark.parametrize("change", [moved, lambda s, x: relit(s, radius=x)], ids=["eye", "light"])
+@pytest.mark.parametrize(("layer", "estimator", "on_host"), WAYS)
+def test_spare_streams_do_not_add_up(
+    device: Device,
+    kept: Kept,
+    monkeypatch: pytest.MonkeyPatch,
+    change: Any,
+    layer: Any,
+    estimator: Any,
+    on_host: bool,
+) -> None:
+    """As GPUs render animations: what is put back serves the next frame."""
+    if layer == "compute" and not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    monkeypatch.setattr(device, "prefers_native", on_host)
+    monkeypatch.setattr(device, "reuses", True)
+    settings, spare = replace(SETTINGS, layer=layer, estimator=estimator), []
+    for frame in range(8):
+        render(device, change(cornell(mirror=True), 0.02 * frame), settings, kept)
+        spare.append(sum(map(len, device._spare.values())))
+    device.drop_spare()
+    assert max(spare[4:]) <= max(spare[:4]) + 2 and spare[-1] > 0
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="asks OpenGL through EGL")
 @pytest.mark.parametrize("change", [moved, lambda s, x: relit(s, radius=x)], ids=["eye", "light"])
 @pytest.mark.parametrize(("layer", "estimator", "on_host"), WAYS)

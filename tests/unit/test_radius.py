@@ -131,6 +131,26 @@ def test_a_far_ground_changes_little(device: Device, half: float) -> None:
     assert a / b == pytest.approx(1.04, abs=0.12)  # the ground throws some light back
 
 
+@pytest.mark.parametrize("estimator", ["gather", "splat"])
+def test_told_whichever_device_was_used_last(
+    device: Device, monkeypatch: pytest.MonkeyPatch, estimator: Any
+) -> None:
+    """The host asks for what a device knows long after it was made."""
+    if not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    monkeypatch.setattr(device, "prefers_native", False)
+    settings = Settings(width=24, height=16, photons=20000, layer="compute", estimator=estimator)
+    renderer, other = Renderer(cornell(), settings, device), Device()
+    try:
+        assert renderer.radius(0) > 0
+        device.check()
+        renderer.render_pass()
+    finally:
+        renderer.release()
+        other.release()
+        device.use()
+
+
 @pytest.mark.parametrize("photons", [0, 1, 20000])
 def test_the_device_finds_the_same(
     device: Device, monkeypatch: pytest.MonkeyPatch, photons: int
@@ -151,7 +171,7 @@ def test_the_device_finds_the_same(
         radii = table[grids.size :]
         share = np.mean(np.abs(found[grids.size :] - radii) > 1e-5 * radii)
         assert share <= (0.0 if device.is_software else 0.01)
-        typical, largest = made.told()  # the first by 2047 photons, here by 20000
+        typical, largest = made.told()  # the first by 2047 photons, native.RadiusField's by all
         assert typical == pytest.approx(expected.typical(), rel=2e-2)
         assert largest == pytest.approx(expected.largest(), rel=1e-5)
         np.testing.assert_array_equal(

@@ -12,10 +12,22 @@ from addon.photon.renderer import Renderer, open_device
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 
+from ...speed.launches import replaced
 from .steps import Budget, Seconds, Step, doubling, now
 
 FEATURE_PASSES = 8
 METHODS = {"Photon Stream": "photons"}
+
+
+def waiting(start: Any) -> Any:
+    """Count photons that a GPU would trace while the host builds programs, which no one counts."""
+
+    def run(renderer: Renderer) -> None:
+        with renderer._timed("radius"):
+            start(renderer)
+            renderer.device.ctx.finish()
+
+    return run
 
 
 class Engine:
@@ -47,7 +59,8 @@ class Engine:
         """Pictures of 1, 2, 4, ... passes; the seconds are those of the passes and of the photons
         that tell the radii: not the BVH and the programs. `where` holds them by phase."""
         settings = Settings(width=self.size, height=self.size, seed=seed)
-        renderer = Renderer(self.scene, settings, self.device)
+        with replaced({(Renderer, "_start_pilot"): waiting}):
+            renderer = Renderer(self.scene, settings, self.device)
         budget.begin()
         radius = renderer.seconds["radius"]
         before = renderer.seconds | {"radius": 0.0}
