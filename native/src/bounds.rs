@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Axis-aligned boxes of finite coordinates.
 
-use crate::bvh::EMPTY;
+/// Of what bounds nothing, such as a missing child: `min` is +EMPTY and `max` is -EMPTY. Finite, so that shader
+/// arithmetic on it makes no NaN.
+pub const EMPTY: f32 = 3.0e38;
 
 /// Four lanes, of which the last is unused: min and max then compile to vector instructions.
 #[derive(Debug, Clone, Copy, PartialEq)]

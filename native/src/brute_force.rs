@@ -2,8 +2,9 @@
 //! Traces rays against every triangle in float64, by another algorithm than the renderer's: an
 //! oracle for tests.
 
-use crate::trace::{Rays, Triangle};
+use crate::trace::Rays;
 use crate::watertight::Ray;
+use crate::watertight::Triangle;
 
 /// Position of the triangle, t, u, v; as [`crate::watertight::Hit`] but in float64.
 pub type Hit64 = (i32, f64, f64, f64);

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::InvalidInput;
 use crate::bounds::Bounds;
+pub use crate::bounds::EMPTY;
 
 /// Float32 holds every integer below 2^24, and the nodes store references as float32.
 pub const MAX_TRIANGLES: usize = (1 << 24) - 1;
@@ -14,9 +15,6 @@ pub const MAX_DEPTH: u32 = 62;
 pub const MAX_LEAF: usize = 4;
 /// Larger coordinates are taken for garbage: their squares would overflow in the shaders.
 pub const MAX_COORDINATE: f32 = 1e30;
-/// Bounds of a missing child: `min` is +EMPTY and `max` is -EMPTY. Finite, so that shader
-/// arithmetic on it makes no NaN.
-pub const EMPTY: f32 = 3.0e38;
 
 /// Floats a node: 4 RGBA32F texels.
 pub const NODE_FLOATS: usize = 16;

@@ -4,13 +4,15 @@
 use rayon::prelude::*;
 
 use crate::cuts::{self, Cuts, reach2};
-use crate::density::{Filter, SAME_ORIENTATION, pack_direction, unpack_direction};
+use crate::filter::{Filter, SAME_ORIENTATION};
 use crate::lanes::{Lanes, widest};
+use crate::packing::{pack_direction, unpack_direction};
 use crate::radius::RadiusField;
 use crate::random::{DIMENSION_COVERAGE, r2_sequence, random4};
-use crate::trace::{SURFACE_OFFSET, Tree};
+use crate::trace::Tree;
 use crate::vector::{dot, frame_about, normal_of, point_in, sin_cos_of_turns};
 use crate::watertight::Ray;
+use crate::watertight::SURFACE_OFFSET;
 use crate::wide::Stack;
 
 const MOST_LAYERS: usize = 4; // other surfaces that a probe may pass through

@@ -3,11 +3,12 @@
 
 use rayon::prelude::*;
 
-use crate::density::{Filter, SAME_ORIENTATION};
+use crate::filter::{Filter, SAME_ORIENTATION};
 use crate::lanes::widest;
 use crate::radius::RadiusField;
-use crate::trace::{SURFACE_OFFSET, Tree};
+use crate::trace::Tree;
 use crate::vector::{dot, frame_about, normal_of, sin_cos_of_turns};
+use crate::watertight::SURFACE_OFFSET;
 use crate::wide::{Lifted, Stack};
 
 /// How far above the tangent plane obstacles are looked for, in radii, and what a second obstacle stands

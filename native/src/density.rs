@@ -1,132 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//! Density estimation as in glsl/lib/density.glsl: filters, the photon map, gathering.
+//! Density estimation as in glsl/lib/density.glsl: the photon map, gathering.
 
 use rayon::prelude::*;
 
 use crate::InvalidInput;
 use crate::cuts::Cuts;
-use crate::lanes::{COUNTING, Lanes, Row, WIDTH, widest};
+use crate::filter::{Filter, INNER_AREA, SAME_ORIENTATION};
+use crate::lanes::{COUNTING, Lanes, WIDTH, widest};
+use crate::packing::unpack_direction;
 use crate::photons::{self, Grid};
 use crate::radius::RadiusField;
 use crate::vector::from_frame;
 
-/// Photons of a surface that bends away by more than 45 degrees say nothing about a point.
-#[allow(clippy::approx_constant)] // the very number that the GLSL has
-pub(crate) const SAME_ORIENTATION: f32 = 0.7071;
-const GAUSSIAN_BETA: f32 = 2.0;
-/// Area of the inner disc over the disc's.
-const INNER_AREA: f32 = 0.5;
-const PI: f32 = std::f32::consts::PI;
 const BLOCK: usize = 1024; // photons
 const POINTS_A_TASK: usize = 256;
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Filter {
-    Constant,
-    Cone,
-    Gaussian,
-    Epanechnikov,
-}
-
-impl Filter {
-    /// # Errors
-    /// A name that is none of the four.
-    pub fn named(name: &str) -> Result<Filter, InvalidInput> {
-        match name {
-            "constant" => Ok(Filter::Constant),
-            "cone" => Ok(Filter::Cone),
-            "gaussian" => Ok(Filter::Gaussian),
-            "epanechnikov" => Ok(Filter::Epanechnikov),
-            _ => Err(InvalidInput(format!(
-                "filter = {name:?} is none of constant, cone, gaussian, epanechnikov"
-            ))),
-        }
-    }
-
-    /// The filter of radius^2 `r2` at the middle of its disc [1 / area].
-    pub(crate) fn peak(self, r2: f32) -> f32 {
-        let gaussian = GAUSSIAN_BETA / (1.0 - (-GAUSSIAN_BETA).exp());
-        let scale = match self {
-            Filter::Constant => 1.0,
-            Filter::Cone => 3.0,
-            Filter::Gaussian => gaussian,
-            Filter::Epanechnikov => 2.0,
-        };
-        scale / (PI * r2)
-    }
-
-    /// The filter at (distance / radius)^2 = x2 <= 1, over its peak.
-    pub(crate) fn shape(self, x2: f32) -> f32 {
-        match self {
-            Filter::Constant => 1.0,
-            Filter::Cone => (1.0 - x2.sqrt()).max(0.0),
-            Filter::Gaussian => (-GAUSSIAN_BETA * x2).exp(),
-            Filter::Epanechnikov => (1.0 - x2).max(0.0),
-        }
-    }
-
-    /// The share of the filter's mass within (distance / radius)^2 = x2 <= 1, and of the inner one's.
-    pub(crate) fn masses_within(self, x2: f32) -> [f32; 2] {
-        [x2, (x2 / INNER_AREA).min(1.0)].map(|x2| match self {
-            Filter::Constant => x2,
-            Filter::Cone => x2 * (3.0 - 2.0 * x2.sqrt()),
-            Filter::Gaussian => (1.0 - (-GAUSSIAN_BETA * x2).exp()) / (1.0 - (-GAUSSIAN_BETA).exp()),
-            Filter::Epanechnikov => x2 * (2.0 - x2),
-        })
-    }
-
-    /// The filter at x2, and the one of the inner disc, both over the filter's peak.
-    pub(crate) fn shape_and_inner(self, x2: f32) -> [f32; 2] {
-        let inner = if x2 > INNER_AREA { 0.0 } else { self.shape(x2 / INNER_AREA) / INNER_AREA };
-        [self.shape(x2), inner]
-    }
-
-    #[inline(always)]
-    fn shapes<L: Lanes>(self, x2: L) -> L {
-        match self {
-            Filter::Constant => L::splat(1.0),
-            Filter::Cone => (L::splat(1.0) - x2.sqrt()).max(L::splat(0.0)),
-            Filter::Gaussian => L::load(&Row(x2.store().0.map(|x2| self.shape(x2)))),
-            Filter::Epanechnikov => (L::splat(1.0) - x2).max(L::splat(0.0)),
-        }
-    }
-
-    /// (distance / radius)^2 in [0, 1] distributed as the filter's mass over the disc.
-    pub(crate) fn sample(self, u: f32) -> f32 {
-        match self {
-            Filter::Constant => u,
-            Filter::Cone => (0.5 - ((1.0 - 2.0 * u).asin() / 3.0).sin()).powi(2),
-            Filter::Gaussian => -(1.0 - u * (1.0 - (-GAUSSIAN_BETA).exp())).ln() / GAUSSIAN_BETA,
-            Filter::Epanechnikov => 1.0 - (1.0 - u).sqrt(),
-        }
-    }
-}
-
-/// A unit vector in one float (glsl/lib/packing.glsl).
-pub(crate) fn pack_direction(n: [f32; 3]) -> f32 {
-    let length = n[0].abs() + n[1].abs() + n[2].abs();
-    let [x, y, z] = n.map(|x| x / length);
-    let [x, y] = if z >= 0.0 { [x, y] } else { folded([x, y]) };
-    let [x, y] = [x, y].map(|e| ((e * 0.5 + 0.5) * 4095.0 + 0.5).floor());
-    x * 4096.0 + y
-}
-
-/// The other half of the octahedron.
-fn folded(e: [f32; 2]) -> [f32; 2] {
-    let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
-    [(1.0 - e[1].abs()) * sign(e[0]), (1.0 - e[0].abs()) * sign(e[1])]
-}
-
-/// The unit vector of [`pack_direction`].
-pub(crate) fn unpack_direction(code: f32) -> [f32; 3] {
-    let x = (code / 4096.0).floor();
-    let e = [x, code - x * 4096.0].map(|q| q / 4095.0 * 2.0 - 1.0);
-    let z = 1.0 - e[0].abs() - e[1].abs();
-    let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
-    let [x, y] = if z < 0.0 { [(1.0 - e[1].abs()) * sign(e[0]), (1.0 - e[0].abs()) * sign(e[1])] } else { e };
-    let length = (x * x + y * y + z * z).sqrt();
-    [x / length, y / length, z / length]
-}
 
 /// A pass's photons, sorted into the cells of a grid, a column a quantity.
 pub struct PhotonMap {

@@ -13,7 +13,9 @@ pub mod bvh;
 pub mod coverage;
 pub mod cuts;
 pub mod density;
+pub mod filter;
 mod lanes;
+mod packing;
 pub mod paths;
 pub mod photons;
 #[cfg(feature = "python")]

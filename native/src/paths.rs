@@ -6,11 +6,12 @@ use std::f32::consts::PI;
 
 use rayon::prelude::*;
 
-use crate::density::pack_direction;
 use crate::lanes::widest;
+use crate::packing::pack_direction;
 use crate::random::{DIMENSION_LIGHT, DIMENSION_LIGHT_POINT, DIMENSION_REFLECT, random4};
-use crate::trace::{SURFACE_OFFSET, Tree};
+use crate::trace::Tree;
 use crate::vector::{dot, from_frame, normal_of, point_in, sin_cos_of_turns};
+use crate::watertight::SURFACE_OFFSET;
 use crate::watertight::{Hit, Ray};
 use crate::wide::Stack;
 

@@ -13,9 +13,11 @@ use numpy::{
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::density::{self, Filter};
+use crate::density;
+use crate::filter::Filter;
 use crate::radius;
-use crate::trace::{Rays, Tree, Triangle};
+use crate::trace::{Rays, Tree};
+use crate::watertight::Triangle;
 use crate::{InvalidInput, brute_force, bvh, coverage, cuts, paths, photons, refit};
 
 type Stream<'py> = Bound<'py, PyArray3<f32>>;

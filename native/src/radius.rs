@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::InvalidInput;
 use crate::bounds::Bounds;
-use crate::density::unpack_direction;
+use crate::packing::unpack_direction;
 use crate::photons::Grid;
 use crate::vector::dot;
 
@@ -541,7 +541,7 @@ fn lower(row: &mut [f32], neighbour: &[f32], step: f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::density::pack_direction;
+    use crate::packing::pack_direction;
 
     const UP: [f32; 3] = [0.0, 0.0, 1.0];
 

@@ -8,15 +8,10 @@ use crate::InvalidInput;
 use crate::bounds::Bounds;
 use crate::bvh::{MAX_DEPTH, NODE_FLOATS};
 use crate::lanes::{Lanes, widest};
-use crate::watertight::{Hit, Ray};
+use crate::watertight::{Hit, Ray, Triangle};
 use crate::wide::{Child, Lifted, Stack, Wide};
 
 const RAYS_A_TASK: usize = 512;
-
-/// How far rays are lifted off a surface that they leave (glsl/lib/constants.glsl).
-pub(crate) const SURFACE_OFFSET: f32 = 1.0e-6;
-
-pub type Triangle = [[f32; 3]; 3];
 
 /// Rays as parallel arrays of one length.
 #[derive(Clone, Copy)]

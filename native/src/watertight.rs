@@ -6,6 +6,11 @@ use crate::bounds::Bounds;
 use crate::bvh::MAX_COORDINATE;
 use crate::lanes::{Lanes, Row};
 
+/// How far rays are lifted off a surface that they leave (glsl/lib/constants.glsl).
+pub(crate) const SURFACE_OFFSET: f32 = 1.0e-6;
+
+pub type Triangle = [[f32; 3]; 3];
+
 /// The largest component of a direction must lie within [1 / LIMIT, LIMIT].
 pub const DIRECTION_LIMIT: f32 = 1e18;
 

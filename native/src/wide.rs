@@ -6,8 +6,7 @@
 
 use crate::bounds::Bounds;
 use crate::lanes::{Lanes, Row, WIDTH};
-use crate::trace::{SURFACE_OFFSET, Triangle};
-use crate::watertight::{Hit, NEEDLE, Ray, Slabs};
+use crate::watertight::{Hit, NEEDLE, Ray, SURFACE_OFFSET, Slabs, Triangle};
 
 /// A leaf's reference has this bit; the rest is the number of its first block.
 const LEAF: u32 = 1 << 31;

@@ -3,8 +3,8 @@
 #![allow(dead_code)] // Each test program uses a part of it.
 
 use photon_stream_native::bvh::{self, Bvh};
-use photon_stream_native::trace::{Rays, Tree, Triangle};
-use photon_stream_native::watertight::Hit;
+use photon_stream_native::trace::{Rays, Tree};
+use photon_stream_native::watertight::{Hit, Triangle};
 
 pub struct Mesh {
     pub vertices: Vec<[f32; 3]>,

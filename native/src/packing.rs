@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Unit vectors in one float, as glsl/lib/packing.glsl has them.
+
+/// A unit vector in one float (glsl/lib/packing.glsl).
+pub(crate) fn pack_direction(n: [f32; 3]) -> f32 {
+    let length = n[0].abs() + n[1].abs() + n[2].abs();
+    let [x, y, z] = n.map(|x| x / length);
+    let [x, y] = if z >= 0.0 { [x, y] } else { folded([x, y]) };
+    let [x, y] = [x, y].map(|e| ((e * 0.5 + 0.5) * 4095.0 + 0.5).floor());
+    x * 4096.0 + y
+}
+
+/// The other half of the octahedron.
+fn folded(e: [f32; 2]) -> [f32; 2] {
+    let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
+    [(1.0 - e[1].abs()) * sign(e[0]), (1.0 - e[0].abs()) * sign(e[1])]
+}
+
+/// The unit vector of [`pack_direction`].
+pub(crate) fn unpack_direction(code: f32) -> [f32; 3] {
+    let x = (code / 4096.0).floor();
+    let e = [x, code - x * 4096.0].map(|q| q / 4095.0 * 2.0 - 1.0);
+    let z = 1.0 - e[0].abs() - e[1].abs();
+    let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
+    let [x, y] = if z < 0.0 { [(1.0 - e[1].abs()) * sign(e[0]), (1.0 - e[0].abs()) * sign(e[1])] } else { e };
+    let length = (x * x + y * y + z * z).sqrt();
+    [x / length, y / length, z / length]
+}
