@@ -18,7 +18,7 @@ from ..streams import TABLE_WIDTH, Device
 from .device_photon_mapper import landed_rows
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film import SPARE
-from .photon_mapper import PILOT_PHOTONS, STREAM_WIDTH
+from .photon_mapper import STREAM_WIDTH, pilot_photons
 from .scene import Scene
 from .settings import Settings
 from .strips import strips_of
@@ -120,7 +120,7 @@ class Budget:
         if native:
             photon_bytes = 0.0, LISTED * landed
         elif self._resident:
-            sizes = {photons, min(photons, PILOT_PHOTONS)}
+            sizes = {photons, pilot_photons(settings)} if photons else {0}
             most = settings.photon_bounces + 1
             rows = sum({landed_rows(number, most) for number in sizes})
             paths = RESIDENT_PATHS * sum(sizes) + 2 * TEXEL * STREAM_WIDTH * rows
@@ -135,10 +135,9 @@ class Budget:
         build = NATIVE_BUILD if native else BUILD
         strip = self._strip[0] * self._strip[1]
         textures = self.film_textures * count + self.strip_textures * strip
-        # The first pass's normals wait for the first look, which natively takes more than they do.
-        # It is read by way of a strip's buffer.
-        waiting = 0 if native else count
-        textures += 0 if native else strip
+        # The first pass's normals wait for the first look, and are read by way of a buffer of a
+        # strip's size; natively that look takes more than they do.
+        waiting = 0 if native else count + strip
         host = PICTURE * count + STRIP * strip + settings.caller_bytes
         return (
             Part("pixels", count, TEXEL * (textures + waiting), host),

@@ -214,6 +214,11 @@ class PhotonMapper:
         self.deposits.release()
 
 
+def pilot_photons(settings: Settings) -> int:
+    """How many photons tell the radii."""
+    return min(settings.photons_a_pass, PILOT_PHOTONS)
+
+
 def first_to_deposit(settings: Settings) -> int:
     """The bounce from which on photons are deposited: first hits are direct light."""
     return 0 if settings.direct_by_photons else 1

@@ -25,7 +25,7 @@ from .memory import Budget
 from .native_photon_mapper import NativePhotonMapper
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
-from .photon_mapper import PILOT_PHOTONS, PhotonMapper
+from .photon_mapper import PhotonMapper, pilot_photons
 from .picture import FILM_IMAGES, MIRROR_IMAGES, picture_of
 from .radius_field import Radii, RadiusField, shrink_of
 from .ray_tracer import RayTracer
@@ -290,7 +290,7 @@ class Renderer:
         """Launch the photons that tell the radii: a GPU traces them while the rest is made."""
         if not self.settings.radius:
             assert self.photon_mapper
-            photons = min(self.settings.photons_a_pass, PILOT_PHOTONS)
+            photons = pilot_photons(self.settings)
             with self._timed("radius"):
                 self._kept.start(self.photon_mapper, self.settings, 0, photons)
 
@@ -298,8 +298,7 @@ class Renderer:
         """The user's radius everywhere, or radii by where pass 0's photons fall."""
         if self.settings.radius or not self.photon_mapper:
             return RadiusField.even(self.device, (self.settings.radius or 1.0) / self.frame.scale)
-        photons_a_pass = self.settings.photons_a_pass
-        photons = min(photons_a_pass, PILOT_PHOTONS)
+        photons_a_pass, photons = self.settings.photons_a_pass, pilot_photons(self.settings)
         deposits = self._kept.finish(self.photon_mapper)
         landed = deposits.count / photons
         try:

@@ -157,7 +157,7 @@ class Kernel:
     ) -> int:
         for unit, texture in enumerate(targets):
             texture.bind_to_image(unit, read=False, write=True)
-        self._program.set("alive_slot", 0 if count else -1)
+        self._program.set("is_counting", count)
         self._alive.bind_to_storage_buffer(0)
         groups = [-(-n // g) for n, g in zip(size, self._group, strict=True)]
         self._program.program.run(*groups)
@@ -352,8 +352,8 @@ void main() {{
 def _compute_prelude(lanes: int) -> str:
     x, y = GROUPS[lanes]
     return f"""layout(local_size_x = {x * y * lanes}) in;
-layout(std430, binding = 0) buffer Alive {{ uint alive[]; }};
-uniform int alive_slot;  // -1: nobody is counted
+layout(std430, binding = 0) buffer Alive {{ uint alive; }};
+uniform bool is_counting;
 shared uint group_alive;
 bool skipped = false;
 ivec2 own_element() {{
@@ -386,11 +386,11 @@ void main() {
     bool inside = all(lessThan(own_element(), stream_size));
     if (inside || LANES > 1) kernel();
     inside = inside && lane() == 0;
-    if (alive_slot < 0) return;
+    if (!is_counting) return;
     if (gl_LocalInvocationIndex == 0u) group_alive = 0u;
     barrier();
     if (inside && !skipped) atomicAdd(group_alive, 1u);
     barrier();
     if (gl_LocalInvocationIndex > 0u || group_alive == 0u) return;
-    atomicAdd(alive[alive_slot], group_alive);
+    atomicAdd(alive, group_alive);
 }"""

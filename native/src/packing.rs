@@ -21,8 +21,7 @@ pub(crate) fn unpack_direction(code: f32) -> [f32; 3] {
     let x = (code / 4096.0).floor();
     let e = [x, code - x * 4096.0].map(|q| q / 4095.0 * 2.0 - 1.0);
     let z = 1.0 - e[0].abs() - e[1].abs();
-    let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
-    let [x, y] = if z < 0.0 { [(1.0 - e[1].abs()) * sign(e[0]), (1.0 - e[0].abs()) * sign(e[1])] } else { e };
+    let [x, y] = if z < 0.0 { folded(e) } else { e };
     let length = (x * x + y * y + z * z).sqrt();
     [x / length, y / length, z / length]
 }

@@ -573,15 +573,8 @@ mod tests {
     fn most_photons_are_within_the_grids() {
         for count in [1usize, 3, 100, 800, 5000, 16384] {
             let places: Vec<[f32; 4]> = (0..count)
-                .map(|i| {
-                    [
-                        (i * 7919 % count) as f32 / count as f32,
-                        (i * 104729 % count) as f32 / count as f32,
-                        0.0,
-                        0.0,
-                    ]
-                })
-                .map(|[x, y, z, _]| [x, y, z, pack_direction(UP)])
+                .map(|i| [7919, 104729].map(|prime| (i * prime % count) as f32 / count as f32))
+                .map(|[x, y]| [x, y, 0.0, pack_direction(UP)])
                 .collect();
             let Field { low, high, .. } = Fields::over(&places).unwrap().sides[4];
             let inside = places.iter().filter(|p| (0..3).all(|k| (low[k]..=high[k]).contains(&p[k]))).count();

@@ -41,23 +41,21 @@ def contender(module: str, scene: Path, size: int) -> Iterator[Worker]:
         worker.close()
 
 
-def pictures(
-    worker: Worker, method: str, seed: int, seconds: float, folder: Path
-) -> list[dict[str, Any]]:
+def pictures(worker: Worker, method: str, seed: int, seconds: float) -> list[dict[str, Any]]:
     """A climb's answers, and their images."""
-    *steps, _ = worker.climb(method, seed, seconds, folder)
-    return [step | {"image": np.load(step["file"])} for step in steps]
+    with tempfile.TemporaryDirectory() as folder:
+        *steps, _ = worker.climb(method, seed, seconds, Path(folder))
+        return [step | {"image": np.load(step["file"])} for step in steps]
 
 
 def climbed(worker: Worker, method: str, seconds: float, reference: Reference) -> list[Point]:
     """A curve of whole pictures."""
     nan, points = float("nan"), []
-    with tempfile.TemporaryDirectory() as folder:
-        for step in pictures(worker, method, 1, seconds, Path(folder)):
-            effort, wall = step["effort"], step["wall"]
-            error = mean_of(squared_errors(step["image"], reference))
-            points.append(Point(effort, wall, error, error, error, nan, nan, nan))
-            print(f"    {effort:6} {wall:9.4f} s  {error.value:.3e}", flush=True)
+    for step in pictures(worker, method, 1, seconds):
+        effort, wall = step["effort"], step["wall"]
+        error = mean_of(squared_errors(step["image"], reference))
+        points.append(Point(effort, wall, error, error, error, nan, nan, nan))
+        print(f"    {effort:6} {wall:9.4f} s  {error.value:.3e}", flush=True)
     return points
 
 
@@ -65,8 +63,7 @@ def reference_of(worker: Worker, name: str, seconds: float) -> Reference:
     """Two halves of so many seconds each."""
     halves = []
     for seed in REFERENCE_SEEDS:
-        with tempfile.TemporaryDirectory() as folder:
-            *_, last = pictures(worker, "path", seed, seconds, Path(folder))
+        *_, last = pictures(worker, "path", seed, seconds)
         halves.append(last["image"].astype(np.float64))
         print(f"reference: {last['effort']} samples a pixel in {last['wall']:.1f} s", flush=True)
     return Reference(halves[0], halves[1], f"{name} path")

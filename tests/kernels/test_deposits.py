@@ -69,7 +69,7 @@ def expected(*bounces: tuple[NDArray[np.float32], NDArray[np.float32]]) -> NDArr
 def make_room(deposits: Any, *bounces: tuple[NDArray[np.float32], NDArray[np.float32]]) -> None:
     """A list on the device does not grow by itself."""
     if isinstance(deposits, DeviceDeposits):
-        deposits.make_room(int(sum(np.count_nonzero(place[..., 3]) for place, _ in bounces)))
+        deposits.make_room(len(expected(*bounces)))
 
 
 def test_dense_and_in_order(device: Device, deposits: Any) -> None:
@@ -102,8 +102,7 @@ def test_not_finite_is_dropped_and_counted(
     y, x = np.argwhere(place[..., 3] != 0)[100]
     (place, deposit)[channel // 4][y, x, channel % 4] = value
     deposits.clear()
-    if isinstance(deposits, DeviceDeposits):
-        deposits.make_room(len(rows))
+    make_room(deposits, (place, deposit))
     deposits.append(*streams(device, place, deposit))
     assert deposits.dropped == 1
     assert np.array_equal(listed(deposits), np.delete(rows, 100, axis=0))

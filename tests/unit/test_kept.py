@@ -369,59 +369,56 @@ def living(device: Device) -> dict[str, int]:
     return counts
 
 
-@pytest.mark.parametrize("change", [moved, lambda s, x: relit(s, radius=x)], ids=["eye", "light"])
-@pytest.mark.parametrize(("layer", "estimator", "on_host"), WAYS)
-def test_spare_streams_do_not_add_up(
-    device: Device,
-    kept: Kept,
-    monkeypatch: pytest.MonkeyPatch,
-    change: Any,
-    layer: Any,
-    estimator: Any,
-    on_host: bool,
-) -> None:
-    """As GPUs render animations: what is put back serves the next frame."""
+@pytest.fixture(params=WAYS, ids=lambda way: "-".join(map(str, way)))
+def way(
+    request: pytest.FixtureRequest, device: Device, monkeypatch: pytest.MonkeyPatch
+) -> Settings:
+    """Settings of each of WAYS."""
+    layer, estimator, on_host = request.param
     if layer == "compute" and not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     monkeypatch.setattr(device, "prefers_native", on_host)
+    return replace(SETTINGS, layer=layer, estimator=estimator)
+
+
+@pytest.fixture(params=[moved, lambda s, x: relit(s, radius=x)], ids=["eye", "light"])
+def frames(request: pytest.FixtureRequest, device: Device, kept: Kept, way: Settings) -> Any:
+    """Renders so many frames in which that changes, one each time it is asked."""
+
+    def rendered(count: int) -> Iterator[None]:
+        for frame in range(count):
+            render(device, request.param(cornell(mirror=True), 0.02 * frame), way, kept)
+            yield
+
+    return rendered
+
+
+def test_spare_streams_do_not_add_up(
+    device: Device, monkeypatch: pytest.MonkeyPatch, frames: Any
+) -> None:
+    """As GPUs render animations: what is put back serves the next frame."""
     monkeypatch.setattr(device, "reuses", True)
-    settings, spare = replace(SETTINGS, layer=layer, estimator=estimator), []
-    for frame in range(8):
-        render(device, change(cornell(mirror=True), 0.02 * frame), settings, kept)
-        spare.append(sum(map(len, device._spare.values())))
+    spare = [sum(map(len, device._spare.values())) for _ in frames(8)]
     device.drop_spare()
     assert max(spare[4:]) <= max(spare[:4]) + 2 and spare[-1] > 0
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="asks OpenGL through EGL")
-@pytest.mark.parametrize("change", [moved, lambda s, x: relit(s, radius=x)], ids=["eye", "light"])
-@pytest.mark.parametrize(("layer", "estimator", "on_host"), WAYS)
 def test_animations_hold_no_more_from_frame_to_frame(
-    device: Device,
-    kept: Kept,
-    monkeypatch: pytest.MonkeyPatch,
-    change: Any,
-    layer: Any,
-    estimator: Any,
-    on_host: bool,
+    device: Device, kept: Kept, monkeypatch: pytest.MonkeyPatch, way: Settings, frames: Any
 ) -> None:
-    if layer == "compute" and not device.has_compute:
-        pytest.skip(f"{device.name} has no compute programs")
-    monkeypatch.setattr(device, "prefers_native", on_host)
     monkeypatch.setattr(device, "reuses", False)  # what is put back is freed
     device.drop_spare()
-    settings = replace(SETTINGS, layer=layer, estimator=estimator)
     device._release_framebuffers()  # a cache with a limit of its own
     before = living(device)
     counts, sizes = [], []
-    for frame in range(6):
-        render(device, change(cornell(mirror=True), 0.02 * frame), settings, kept)
+    for _ in frames(6):
         device._release_framebuffers()
         counts.append(living(device))
         sizes.append(kept.photon_bytes)
     print(f"OpenGL holds {counts[0]}, {sizes[0]} bytes of deposits")
     assert counts[1:] == [counts[0]] * 5
-    tables = 4 if layer == "native" else 5  # the stage's, with the tree
+    tables = 4 if way.layer == "native" else 5  # the stage's, with the tree
     assert counts[0]["Texture"] - before["Texture"] == tables
     assert max(sizes) <= 1.1 * sizes[0]
     kept.release()
