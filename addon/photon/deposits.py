@@ -245,9 +245,9 @@ class DeviceDeposits:
         textures = dict(zip(("place", "deposit"), self._textures, strict=True))
         program = Program(self._device, "deposits_sample")
         program.run(samples, [buffer], textures, uniforms={"step": step})
-        some = self._device.read(buffer, 4 * samples).reshape(samples, 4)
+        some = self._device.ask(buffer, 4 * samples).data()
         self._device.put_back(buffer)
-        return some
+        return np.frombuffer(some, np.float32).reshape(samples, 4)
 
     def copy(self) -> Copy:
         """The used rows of the textures, by a copy within the device."""

@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..streams import TABLE_WIDTH, Device, Program, Reading
-from ..streams.readback import SLOT
 from .deposits import Deposits, step_of
 
 AXES = range(3)
-TELLING = SLOT // 4 - 1  # photons that tell the median radius: with the largest, one reading
+TELLING = 2047  # photons that tell the median radius
 
 
 class Limits(NamedTuple):

@@ -29,6 +29,7 @@ MAX_CELLS = 1 << 22  # 16 MB of cell starts; a smaller radius then shares cells
 # 0.35; with radii by density, 400 photons a disc at most, cells of 0.7 are as good as of 1.
 PHOTONS_A_CELL, NARROWEST = 120.0, 0.35
 MAX_RANKED = 8192  # photons in a cell that the device still ranks
+MOST_UINT = (1 << 32) - 1
 # Invocations of a GPU that share a visible point. Where neighbours see the same photons, one a
 # point reads least, but fills an H200 only with a million of them; after a bounce off a glossy
 # surface, few points are left, none beside its like. Gather on it with 1 / 8 / 32 lanes: 5.4 / 6.8
@@ -226,18 +227,25 @@ class _DeviceSort:
         self._zero.run(cells + 1, [counts])
         self._zero.run(1, [self._fullest])
         self._count.run(count, [counts, self._fullest], {"place": place}, uniforms=grid)
-        reading, self._reading = self._reading, self._device.ask(self._fullest, 1)
-        # The last pass's, which no host waits for.
-        (fullest,) = (reading or self._reading).numbers()
-        if fullest > MAX_RANKED:
-            # Ranking costs the square of a cell's photons: a crowded focus goes to the host.
+        # Ranking costs the square of a cell's photons: a crowded focus goes to the host. Whether
+        # there is one the last pass tells, for which no host waits; the first waits for its own,
+        # and ranks none until then.
+        last, self._reading = self._reading, self._device.ask(self._fullest, 1)
+        if last and _is_crowded(last):
             return _sort_on_host(self._device, "compute", deposits, grid, span)
         ctx.copy_buffer(starts, counts, 4 * (cells + 1))
         self._scan.run(starts, cells + 1)
         self._scatter.run(count, [counts, starts, listed], {"place": place}, uniforms=grid)
         places, fluxes = (self._buffer(name, 4 * count) for name in ("places", "deposits"))
         textures = {"place": place, "deposit": deposit}
-        self._rank.run(count, [starts, listed, places, fluxes], textures, uniforms=grid)
+        self._rank.run(
+            count,
+            [starts, listed, places, fluxes, self._fullest],
+            textures,
+            uniforms={**grid, "most_ranked": MOST_UINT if last else MAX_RANKED},
+        )
+        if not last and _is_crowded(self._reading):
+            return _sort_on_host(self._device, "compute", deposits, grid, span)
         lists = {"photon_place": places, "photon_deposit": fluxes, "cell_start": starts}
         return _Sorted(lists, count, count)  # a GPU ends no loop early
 
@@ -253,6 +261,11 @@ class _DeviceSort:
         self._scan.release()
         for buffer in (self._fullest, *self._buffers.values()):
             self._device.put_back(buffer)
+
+
+def _is_crowded(fullest: Reading) -> bool:
+    (photons,) = fullest.numbers()
+    return photons > MAX_RANKED
 
 
 def _cell_size(extent: Any, width: float) -> float:

@@ -106,6 +106,7 @@ class RayTracer:
         self._region = x0, y0, x1, y1 = region
         self._waits = device.keeps_lists(layer)  # while the host asks it something
         self._ended: dict[Region, int] = {}  # at which depth all secondary rays had
+        self._started: tuple[int, View, Stream] | None = None  # pass, its view and direct light
         self._buffers = _Buffers(device, (x1 - x0, y1 - y0), settings, needs)
         self._camera = _camera_in_scene_units(scene, frame)
         self._world_to_camera = _column_major(np.linalg.inv(self._camera["matrix"]))
@@ -140,19 +141,27 @@ class RayTracer:
         ambient = scene.background if settings.ambient else (0.0, 0.0, 0.0)
         self._world = {"ambient": ambient, "background": scene.background}
 
+    def start(self, index: int, region: Region) -> None:
+        """Launch what of a pass no photon tells: eye rays, and the direct light where they end."""
+        if self._started and (self._started[0], self._region) == (index, region):
+            return
+        self._region = region
+        origin, direction = (self._buffers.two[name].front for name in ("origin", "direction"))
+        view = self._send_eye_rays(index, origin, direction)
+        self._meet_surfaces(origin, direction)
+        self._started = index, view, self._direct(index, 0, direction)
+
     def trace(
         self, index: int, region: Region, estimate: Estimate | None, radii: Radii
     ) -> dict[str, Stream]:
         """Pass `index`'s images of `region` by name: direct, indirect, mirror, mirror_indirect,
         background, normal, blur, combined. `radii` are what `estimate` uses."""
-        self._region = region
+        self.start(index, region)
+        assert self._started
+        (_, view, direct), self._started = self._started, None
         one, two = self._buffers.one, self._buffers.two
-        origin, direction = two["origin"], two["direction"]
         hit, facing = one["hit"], one["facing"]
         place, shading = one["place"], one["shading"]
-        view = self._send_eye_rays(index, origin.front, direction.front)
-        self._meet_surfaces(origin.front, direction.front)
-        direct = self._direct(index, 0, direction.front)
         irradiance, coverage = self._indirect(index, 0, estimate, radii, view)
         images = {
             name: one[f"{name}_seen"] for name in ("direct", "indirect", "background", "normal")

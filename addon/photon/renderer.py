@@ -78,6 +78,10 @@ class Renderer:
         self._ticked = 0.0
         self._awaited: Radii | None = None  # of a pass whose photons are on their way
         self._first_normals: list[moderngl.Buffer] = []  # and depths, of each strip: not read yet
+        # Nothing seen, until the first pass; a mean over passes would mix objects.
+        x0, y0, x1, y1 = settings.frame_region
+        self._depth = np.full((y1 - y0, x1 - x0, 1), NO_DEPTH, np.float32)
+        self._error: tuple[int, Error] | None = None  # after so many passes
         device.use()
         self.layer = _choose_layer(settings, device)
         layer: Layer = "compute" if self.layer == "compute" else "fragment"
@@ -136,19 +140,13 @@ class Renderer:
                             device, layer, settings, mesh.extent, mesh.area, on_host, kinds
                         )
                         self._parts.append(self.grid)
-                with self._timed("radius"):
-                    self._radius_field = self._find_radii(mesh)
-                self._parts.append(self._radius_field)
+                self._start_first_pass(mesh)
             except StreamError as error:
                 self.release()
                 raise DeviceError(str(error)) from error
             except PhotonStreamError:
                 self.release()
                 raise
-        # Nothing seen, until the first pass; a mean over passes would mix objects.
-        x0, y0, x1, y1 = settings.frame_region
-        self._depth = np.full((y1 - y0, x1 - x0, 1), NO_DEPTH, np.float32)
-        self._error: tuple[int, Error] | None = None  # after so many passes
 
     def radius(self, index: int) -> float:
         """The gather radius of pass `index`, typical of where photons fall [m]."""
@@ -288,19 +286,45 @@ class Renderer:
 
     def _start_pilot(self) -> None:
         """Launch the photons that tell the radii: a GPU traces them while the rest is made."""
-        if not self.settings.radius:
+        if self._has_pilot:
             assert self.photon_mapper
             photons = pilot_photons(self.settings)
             with self._timed("radius"):
                 self._kept.start(self.photon_mapper, self.settings, 0, photons)
 
+    def _start_first_pass(self, mesh: Mesh) -> None:
+        """Launch its eye rays, which a GPU traces while the host waits for the pilot, and what the
+        pilot tells: radii, and how much memory photons will take."""
+        with self._timed("eye"):
+            self.ray_tracer.start(self.settings.first_pass, self.film.strips[0].region)
+        with self._timed("radius"):
+            self._radius_field = self._find_radii(mesh)
+            self._parts.append(self._radius_field)
+            if self._has_pilot:
+                self._check_room()
+
+    @property
+    def _has_pilot(self) -> bool:
+        """Whether photons tell the radii."""
+        return bool(self.photon_mapper) and not self.settings.radius
+
     def _find_radii(self, mesh: Mesh) -> RadiusField:
         """The user's radius everywhere, or radii by where pass 0's photons fall."""
-        if self.settings.radius or not self.photon_mapper:
+        if not self._has_pilot:
             return RadiusField.even(self.device, (self.settings.radius or 1.0) / self.frame.scale)
+        assert self.photon_mapper
         photons_a_pass, photons = self.settings.photons_a_pass, pilot_photons(self.settings)
         deposits = self._kept.finish(self.photon_mapper)
-        landed = deposits.count / photons
+        self.photon_mapper.unfinished = deposits.dropped = 0
+        times = photons_a_pass / photons
+        wanted = photons_per_disc(photons_a_pass) / times
+        pixel, eye = self.ray_tracer.footprint()
+        return RadiusField.by_density(self.device, deposits, wanted, times, mesh.area, pixel, eye)
+
+    def _check_room(self) -> None:
+        """Look at memory again, now that the pilot has told how often photons land."""
+        assert self.photon_mapper
+        landed = self.photon_mapper.deposits.count / pilot_photons(self.settings)
         try:
             self.budget.check(landed)
         except PhotonStreamError:
@@ -308,11 +332,6 @@ class Renderer:
             self.budget = Budget(self.scene, self.settings, self.device, self.layer)
             self.budget.check(landed)
         self._kept.leave_room(self.budget.spare(landed))
-        self.photon_mapper.unfinished = deposits.dropped = 0
-        times = photons_a_pass / photons
-        wanted = photons_per_disc(photons_a_pass) / times
-        pixel, eye = self.ray_tracer.footprint()
-        return RadiusField.by_density(self.device, deposits, wanted, times, mesh.area, pixel, eye)
 
     def _look(self) -> dict[str, NDArray[np.float32]]:
         """Make picture and error of what the film holds."""

@@ -72,6 +72,7 @@ class Program:
         rows = -(-groups // _GROUPS_A_ROW)
         self._program.program.run(min(groups, _GROUPS_A_ROW), rows)
         self._device.ctx.memory_barrier()
+        self._device.launched()
 
 
 def fill(device: Device, texture: moderngl.Texture, value: float) -> None:

@@ -112,6 +112,9 @@ class Device:
         self._renders = 0
         self._programs: dict[tuple[str, ...], Linked] = {}  # by their shaders' texts
         self._readback = Readback(self.ctx)
+        flush = None if self.is_software else find_function("glFlush")
+        self._flush = ctypes.CFUNCTYPE(None)(flush) if flush else _nothing
+        self._launched = 0  # programs since something was last asked for
         self._set_callback: Any = None
         self._callback = self._listen()
 
@@ -212,7 +215,20 @@ class Device:
 
         By way of a buffer of its own, as `read`.
         """
-        return self._readback.ask(buffer, count)
+        reading = self._readback.ask(buffer, count)
+        self._flush()
+        self._launched = 0
+        return reading
+
+    def launched(self) -> None:
+        """To be called after each launch of a compute program: hands what was launched over to the
+        GPU after the 1st, 2nd, 4th, ... since something was last asked for.
+
+        A driver collects launches, and a GPU that the host has waited for idles meanwhile.
+        """
+        self._launched += 1
+        if self._launched & (self._launched - 1) == 0:
+            self._flush()
 
     def copy(self, texture: moderngl.Texture) -> moderngl.Buffer:
         """The texels of a texture of float32 RGBA as they are, at a buffer's beginning; the caller
@@ -363,6 +379,9 @@ class Device:
         self._set_callback(ctypes.cast(callback, ctypes.c_void_p), None)
         _listening.append(callback)
         return callback
+
+
+def _nothing() -> None: ...
 
 
 def _newest_context(index: int, arguments: dict[str, Any]) -> moderngl.Context:

@@ -162,6 +162,7 @@ class Kernel:
         groups = [-(-n // g) for n, g in zip(size, self._group, strict=True)]
         self._program.program.run(*groups)
         self.device.ctx.memory_barrier()
+        self.device.launched()
         if not count:
             return 0
         # The counter only grows (modulo 2^32): the host never writes to it.

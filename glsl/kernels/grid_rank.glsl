@@ -7,12 +7,14 @@ layout(std430, binding = 0) readonly buffer Starts { uint starts[]; };
 layout(std430, binding = 1) readonly buffer Listed { uint listed[]; };
 layout(std430, binding = 2) writeonly buffer Places { vec4 sorted_place[]; };
 layout(std430, binding = 3) writeonly buffer Deposits { vec4 sorted_deposit[]; };
+layout(std430, binding = 4) readonly buffer Fullest { uint fullest; };
 uniform sampler2D place;
 uniform sampler2D deposit;
+uniform uint most_ranked;  // none where a cell has more
 
 void main() {
     int i = thread();
-    if (i >= count) return;
+    if (i >= count || fullest > most_ranked) return;
     vec4 p = texelFetch(place, table_texel(i), 0);
     int cell = cell_of(p.xyz);
     uint start = starts[cell], end = starts[cell + 1], rank = 0u;

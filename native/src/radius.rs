@@ -115,22 +115,28 @@ impl Fields {
         let high: [f32; 3] = std::array::from_fn(|k| bounds[k].1);
         let size: [f32; 3] = std::array::from_fn(|k| high[k] - low[k]);
         let cell_size = (size.iter().fold(0.0f32, |most, &x| most.max(x)) / (MOST_CELLS - 2.0)).max(1e-6);
-        let none = [Bounds::EMPTY; SIDES];
+        // By which sides they count for: no branch that a processor cannot foresee.
+        let none = [Bounds::EMPTY; 1 << SIDES];
         let bounds_of = |part: &[[f32; 4]]| {
-            let mut sides = none;
+            let mut facing = none;
             for &[x, y, z, normal] in part {
                 if (0..3).all(|k| (low[k]..=high[k]).contains(&[x, y, z][k])) {
                     let place = Bounds { min: [x, y, z, 0.0], max: [x, y, z, 0.0] };
-                    sides_of(unpack_direction(normal))
-                        .for_each(|side| sides[side] = sides[side].union(&place));
+                    let bounds = &mut facing[facing_bits(unpack_direction(normal))];
+                    *bounds = bounds.union(&place);
                 }
             }
-            sides
+            facing
         };
         let both =
-            |a: [Bounds; SIDES], b: [Bounds; SIDES]| std::array::from_fn(|side| a[side].union(&b[side]));
-        let parts = sample.par_chunks(1 << 11).map(bounds_of);
-        let sides = parts.reduce(|| none, both).map(|Bounds { min: [x, y, z, _], max: [x1, y1, z1, _] }| {
+            |a: [Bounds; 1 << SIDES], b: [Bounds; 1 << SIDES]| std::array::from_fn(|i| a[i].union(&b[i]));
+        let facing = sample.par_chunks(1 << 12).map(bounds_of).reduce(|| none, both);
+        let side_of = |side: usize| {
+            let counting = facing.iter().enumerate().filter(|(bits, _)| bits >> side & 1 == 1);
+            counting.fold(Bounds::EMPTY, |whole, (_, bounds)| whole.union(bounds))
+        };
+        let sides: [Bounds; SIDES] = std::array::from_fn(side_of);
+        let sides = sides.map(|Bounds { min: [x, y, z, _], max: [x1, y1, z1, _] }| {
             let [least, most] = if x <= x1 { [[x, y, z], [x1, y1, z1]] } else { [low, low] };
             // A cell to spare on both sides, also after rounding.
             let cells = std::array::from_fn(|k| ((most[k] - least[k]) / cell_size).ceil() as usize + 2);
@@ -299,6 +305,13 @@ impl RadiusField {
 fn sides_of(normal: [f32; 3]) -> impl Iterator<Item = usize> {
     let facing = (0..3).filter(move |&axis: &usize| normal[axis].abs() >= FACING);
     facing.map(move |axis| 2 * axis + usize::from(normal[axis] < 0.0))
+}
+
+/// The same, a bit for each.
+#[inline]
+fn facing_bits(normal: [f32; 3]) -> usize {
+    let bits = |k: usize| usize::from(normal[k] >= FACING) | usize::from(normal[k] <= -FACING) << 1;
+    bits(0) | bits(1) << 2 | bits(2) << 4
 }
 
 impl Side {

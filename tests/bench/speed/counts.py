@@ -53,10 +53,12 @@ class Work:
 def count_work(scene: Scene, settings: Settings, device: Device) -> Work:
     """Count the work of pass WATCHED, by fragment programs, which run kernel by kernel, and the
     gather: every way does the same."""
-    settings = replace(settings, first_pass=WATCHED, layer="fragment", estimator="gather")
+    # A renderer's first pass is launched in part before anyone asks for it.
+    settings = replace(settings, first_pass=WATCHED - 1, layer="fragment", estimator="gather")
     renderer = Renderer(scene, settings, device)
     counter = _Counter(Work(settings.photons_a_pass))
     try:
+        renderer.render_pass()
         with counter.counting():
             renderer.render_pass()
     finally:

@@ -62,7 +62,8 @@ class Engine:
             cpu = (now() - start).cpu
             header = OpenEXR.File(str(path)).header()
             (stamp,) = [v for k, v in header.items() if re.fullmatch(r"cycles\..*\.render_time", k)]
-            return Step(samples, Seconds(_seconds(stamp), cpu), read_exr(path))
+            picture = read_exr(path)
+            return Step(samples, Seconds(_seconds(stamp), cpu), lambda: picture)
 
 
 def _seconds(stamp: str) -> float:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -64,7 +65,7 @@ class Engine:
                 total = total + self._launch(seed * 1_000_003 + launches)
                 seconds += now() - start
                 launches += 1
-            yield Step(LIGHT_PATHS * launches, seconds, total / launches)
+            yield Step(LIGHT_PATHS * launches, seconds, partial(np.divide, total, launches))
             if not budget.fits():
                 return
 

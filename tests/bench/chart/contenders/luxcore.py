@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +81,7 @@ class Engine:
                 film.GetOutputFloat(pyluxcore.FilmOutputType.RGB, pixels, 0, True)
                 passes = session.GetStats().Get("stats.renderengine.pass").GetFloat()
                 if passes > 0:
-                    yield Step(passes, seconds, pixels.astype(np.float64))
+                    yield Step(passes, seconds, partial(pixels.astype, np.float64))
                     if not budget.fits():
                         return
                     lap *= 2

@@ -3,31 +3,33 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from addon.photon.geometry import Mesh
 from addon.photon.renderer import Renderer, open_device
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 
-from ...speed.launches import replaced
-from .steps import Budget, Seconds, Step, doubling, now
+from .steps import Budget, Step, doubling, now
 
 FEATURE_PASSES = 8
 METHODS = {"Photon Stream": "photons"}
 
 
-def waiting(start: Any) -> Any:
-    """Count photons that a GPU would trace while the host builds programs, which no one counts."""
+class Clocked(Renderer):
+    """Launches the photons that tell the radii when all programs are made, and not before: what a
+    GPU traces while the host makes programs no clock would count."""
 
-    def run(renderer: Renderer) -> None:
-        with renderer._timed("radius"):
-            start(renderer)
-            renderer.device.ctx.finish()
+    def _start_pilot(self) -> None:
+        pass
 
-    return run
+    def _start_first_pass(self, mesh: Mesh) -> None:
+        self.device.ctx.finish()
+        self.begun, self.phases_before = now(), dict(self.seconds)
+        super()._start_pilot()
+        super()._start_first_pass(mesh)
 
 
 class Engine:
@@ -59,12 +61,10 @@ class Engine:
         """Pictures of 1, 2, 4, ... passes; the seconds are those of the passes and of the photons
         that tell the radii: not the BVH and the programs. `where` holds them by phase."""
         settings = Settings(width=self.size, height=self.size, seed=seed)
-        with replaced({(Renderer, "_start_pilot"): waiting}):
-            renderer = Renderer(self.scene, settings, self.device)
+        renderer = Clocked(self.scene, settings, self.device)
         budget.begin()
-        radius = renderer.seconds["radius"]
-        before = renderer.seconds | {"radius": 0.0}
-        seconds, done = Seconds(radius, radius * (os.cpu_count() or 1)), 0
+        before = renderer.phases_before
+        seconds, done = now() - renderer.begun, 0
         try:
             for effort in doubling():
                 while done < effort:
@@ -78,7 +78,7 @@ class Engine:
                     for phase, spent in renderer.seconds.items()
                     if spent > before.get(phase, 0.0)
                 }
-                yield Step(done, seconds, renderer.images()["Combined"][..., :3])
+                yield Step(done, seconds, lambda: renderer.images()["Combined"][..., :3])
                 if not budget.fits():
                     return
         finally:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 
@@ -27,7 +27,7 @@ class Step(NamedTuple):
 
     effort: float  # passes, or samples a pixel
     seconds: Seconds  # of rendering; what is not in them is the engine's docstring to say
-    image: Any  # (h, w, 3) linear RGB, row 0 at the bottom
+    look: Callable[[], Any]  # (h, w, 3) linear RGB, row 0 at the bottom; until the next step
 
 
 def now() -> Seconds:
