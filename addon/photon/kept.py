@@ -95,6 +95,7 @@ class Kept:
         self.photon_bytes = 0  # that the deposits of these take
         self._spare = self.budget
         self._key = _Key(-1, 0)  # of the pass that was started
+        self._tracing: Mapper | None = None  # who has started it and not finished
         self._before = 0, 0  # photons unfinished and dropped when it was
 
     def stage(self, scene: Scene, layer: str) -> Stage:
@@ -126,7 +127,7 @@ class Kept:
     def start(
         self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
     ) -> None:
-        """Launch what `finish` will give."""
+        """Launch what `finish` will give, unless that was done."""
         source = (
             settings.seed,
             settings.photons_a_pass,
@@ -136,8 +137,10 @@ class Kept:
         if source != self._source:
             self.forget_photons()
             self._source = source
-        self._key = _Key(index, settings.photons_a_pass if photons is None else photons)
-        deposits = mapper.deposits
+        key = _Key(index, settings.photons_a_pass if photons is None else photons)
+        if (self._tracing, self._key) == (mapper, key):
+            return
+        self._tracing, self._key, deposits = mapper, key, mapper.deposits
         if deposits.held and deposits.held[0] == self._key:
             return
         if kept := self._passes.get(self._key):
@@ -154,7 +157,7 @@ class Kept:
         Passes are kept until the budget is spent, and the first ones stay: if later ones took their
         place, a render that goes through all in order would find none.
         """
-        deposits, key = mapper.deposits, self._key
+        deposits, key, self._tracing = mapper.deposits, self._key, None
         if not deposits.held:
             mapper.finish()
             before = self._before

@@ -11,7 +11,7 @@ import numpy as np
 import photon_stream_native as native
 
 from ..streams import Device, Kernel, PingPong, Stream
-from ..streams.device import Layer
+from ..streams.device import Layer, nothing
 from .blur import Blur
 from .combine import CombineAll, CombineMirror, CombinePrimary
 from .coverage import Coverage
@@ -152,10 +152,16 @@ class RayTracer:
         self._started = index, view, self._direct(index, 0, direction)
 
     def trace(
-        self, index: int, region: Region, estimate: Estimate | None, radii: Radii
+        self,
+        index: int,
+        region: Region,
+        estimate: Estimate | None,
+        radii: Radii,
+        meanwhile: Callable[[], None] = nothing,
     ) -> dict[str, Stream]:
         """Pass `index`'s images of `region` by name: direct, indirect, mirror, mirror_indirect,
-        background, normal, blur, combined. `radii` are what `estimate` uses."""
+        background, normal, blur, combined. `radii` are what `estimate` uses; `meanwhile` is called
+        before the host waits for the device."""
         self.start(index, region)
         assert self._started
         (_, view, direct), self._started = self._started, None
@@ -183,7 +189,7 @@ class RayTracer:
         images["mirror"] = images["mirror_indirect"] = one["no_mirror"]
         if self._needs.mirror:
             images["mirror"], images["mirror_indirect"] = self._mirror_images(
-                index, estimate, radii
+                index, estimate, radii, meanwhile
             )
         images["combined"] = one["combined"]
         images["blur"] = two["blur"].front
@@ -333,7 +339,11 @@ class RayTracer:
         return coverage
 
     def _mirror_images(
-        self, index: int, estimate: Estimate | None, radii: Radii
+        self,
+        index: int,
+        estimate: Estimate | None,
+        radii: Radii,
+        meanwhile: Callable[[], None],
     ) -> tuple[Stream, Stream]:
         """Follow secondary rays up to the depth limit, while any is alive.
 
@@ -361,6 +371,7 @@ class RayTracer:
                 },
                 self._draw(index, depth),
                 count=(look := depth >= self._ended.get(self._region, 0)),
+                meanwhile=meanwhile,
             )
             if look and alive == 0:
                 if self._waits:
@@ -430,9 +441,10 @@ class RayTracer:
         streams: Mapping[str, Stream],
         uniforms: Mapping[str, Any] | None = None,
         count: bool = False,
+        meanwhile: Callable[[], None] = nothing,
     ) -> int:
         kernel = self.kernels[kind]
-        return kernel.run(streams, self._tables.of(kernel), uniforms, count)
+        return kernel.run(streams, self._tables.of(kernel), uniforms, count, meanwhile)
 
     def release(self) -> None:
         """Free streams and kernels."""

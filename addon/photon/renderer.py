@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import Any, Protocol
 
 import moderngl
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..streams import Device, Stream, StreamError
-from ..streams.device import Layer
+from ..streams.device import Layer, nothing
 from .device_photon_mapper import DevicePhotonMapper
 from .error import Error, error_of
 from .errors import DeviceError, PhotonStreamError
@@ -77,6 +78,7 @@ class Renderer:
         self._phase: str | None = None
         self._ticked = 0.0
         self._awaited: Radii | None = None  # of a pass whose photons are on their way
+        self._dropped = 0  # deposits that were not finite, of the passes so far
         self._first_normals: list[moderngl.Buffer] = []  # and depths, of each strip: not read yet
         # Nothing seen, until the first pass; a mean over passes would mix objects.
         x0, y0, x1, y1 = settings.frame_region
@@ -170,7 +172,9 @@ class Renderer:
             with self._timed("eye"):
                 estimate = self._estimate if self.photon_mapper else None
                 for number, strip in enumerate(self.film.strips):
-                    images = self.ray_tracer.trace(index, strip.region, estimate, radii)
+                    is_last = number == len(self.film.strips) - 1
+                    meanwhile = partial(self._start_early, index + 1) if is_last else nothing
+                    images = self.ray_tracer.trace(index, strip.region, estimate, radii, meanwhile)
                     if self.film.passes == 0:
                         self._first_normals.append(images["normal"].copy())
                     self.film.add(number, images)
@@ -210,7 +214,7 @@ class Renderer:
             "noise": error.noise if error else math.inf,
             "bias": error.bias if error else math.inf,
             "unfinished_photons": self.photon_mapper.unfinished if self.photon_mapper else 0,
-            "dropped_photons": self.photon_mapper.deposits.dropped if self.photon_mapper else 0,
+            "dropped_photons": self._dropped,
             "seconds": {name: round(value, 4) for name, value in self.seconds.items()},
         }
 
@@ -366,11 +370,20 @@ class Renderer:
             self._kept.start(self.photon_mapper, self.settings, index)
         self._awaited = radii
 
+    def _start_early(self, index: int) -> None:
+        """Launch the photons of the next pass, if there is one, before the host waits for this
+        one's rays: a GPU has them to trace meanwhile."""
+        is_wanted = index < self.settings.first_pass + self.settings.passes
+        if is_wanted and isinstance(self.photon_mapper, DevicePhotonMapper):
+            with self._timed("photons"):
+                self._kept.start(self.photon_mapper, self.settings, index)
+
     def _finish_photons(self) -> None:
         """Prepare the estimators for the photons that were launched."""
         assert self.photon_mapper and self._awaited
         with self._timed("photons"):
             deposits = self._kept.finish(self.photon_mapper)
+            self._dropped = deposits.dropped
         with self._timed("photon map"):
             for estimator in (self.splat, self.grid):
                 if estimator:

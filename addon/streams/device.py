@@ -113,7 +113,7 @@ class Device:
         self._programs: dict[tuple[str, ...], Linked] = {}  # by their shaders' texts
         self._readback = Readback(self.ctx)
         flush = None if self.is_software else find_function("glFlush")
-        self._flush = ctypes.CFUNCTYPE(None)(flush) if flush else _nothing
+        self._flush = ctypes.CFUNCTYPE(None)(flush) if flush else nothing
         self._launched = 0  # programs since something was last asked for
         self._set_callback: Any = None
         self._callback = self._listen()
@@ -381,7 +381,8 @@ class Device:
         return callback
 
 
-def _nothing() -> None: ...
+def nothing() -> None:
+    """What is done where there is nothing to do."""
 
 
 def _newest_context(index: int, arguments: dict[str, Any]) -> moderngl.Context:

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from numpy.typing import NDArray
 
-from .device import Device
+from .device import Device, nothing
 from .kernel import Kernel
 from .stream import Stream
 
@@ -39,8 +39,9 @@ class HostKernel(Kernel):
         tables: Mapping[str, Any] | None = None,
         uniforms: Mapping[str, Any] | None = None,
         count: bool = False,
+        meanwhile: Callable[[], None] = nothing,
     ) -> int:
-        """As Kernel.run; `count` counts the elements that are not zero."""
+        """As Kernel.run; `count` counts the elements that are not zero, and there is no wait."""
         tables, uniforms = tables or {}, uniforms or {}
         self._check_bindings(streams, tables, uniforms)
         self.launches += 1

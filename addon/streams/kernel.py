@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, ClassVar
 
 import moderngl
 
-from .device import Device, Layer
+from .device import Device, Layer, nothing
+from .readback import Reading
 from .source import Source, StreamError, expand, read
 from .stream import TEXEL, Record, Stream
 
@@ -112,13 +113,14 @@ class Kernel:
         tables: Mapping[str, Any] | None = None,
         uniforms: Mapping[str, Any] | None = None,
         count: bool = False,
+        meanwhile: Callable[[], None] = nothing,
     ) -> int:
         """Run once over all elements of the outputs.
 
         `streams` binds every input and output port, `tables` every table to a texture, or in
         compute programs every list to a buffer, and `uniforms` every uniform. With `count`,
-        returns how many elements were not skipped (waits for the device); else 0. Raises
-        StreamError for a wrong port, record or size.
+        returns how many elements were not skipped (calls `meanwhile`, and waits for the device);
+        else 0. Raises StreamError for a wrong port, record or size.
         """
         tables, uniforms = tables or {}, uniforms or {}
         names = (*streams.items(),), (*tables,), (*uniforms,)
@@ -139,8 +141,13 @@ class Kernel:
         self.launches += 1
         targets = [streams[name].texture for name in self.outputs]
         if self.layer == "compute":
-            return self._dispatch(targets, size, count)
-        return self._draw(targets, count)
+            asked = self._dispatch(targets, size, count)
+        else:
+            asked = self._draw(targets, count)
+        if not asked:
+            return 0
+        meanwhile()
+        return asked()
 
     def release(self) -> None:
         """Free what is its own; the program is the device's."""
@@ -154,7 +161,7 @@ class Kernel:
         targets: list[moderngl.Texture],
         size: tuple[int, int],
         count: bool,
-    ) -> int:
+    ) -> Callable[[], int] | None:
         for unit, texture in enumerate(targets):
             texture.bind_to_image(unit, read=False, write=True)
         self._program.set("is_counting", count)
@@ -163,24 +170,25 @@ class Kernel:
         self._program.program.run(*groups)
         self.device.ctx.memory_barrier()
         self.device.launched()
-        if not count:
-            return 0
+        return partial(self._counted, self.device.ask(self._alive, 1)) if count else None
+
+    def _counted(self, reading: Reading) -> int:
         # The counter only grows (modulo 2^32): the host never writes to it.
-        (total,) = self.device.ask(self._alive, 1).numbers()
+        (total,) = reading.numbers()
         alive, self._alive_before = (total - self._alive_before) % (1 << 32), total
         return alive
 
-    def _draw(self, targets: list[moderngl.Texture], count: bool) -> int:
+    def _draw(self, targets: list[moderngl.Texture], count: bool) -> Callable[[], int] | None:
         framebuffer = self.device.framebuffer(targets)
         framebuffer.use()
         if self._skips:
             framebuffer.clear()
         if not count:
             self._quad.render(moderngl.TRIANGLES, vertices=3)
-            return 0
+            return None
         with self.device.samples_passed as query:
             self._quad.render(moderngl.TRIANGLES, vertices=3)
-        return int(query.samples)
+        return lambda: int(query.samples)
 
     def _check_bindings(
         self,

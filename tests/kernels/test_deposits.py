@@ -208,6 +208,33 @@ def test_device_sort_equals_native_sort(
     assert len(by_host) == (max_ranked == 3 and radius == 5.0)  # one cell holds them all
 
 
+def test_crowds_are_not_ranked_unasked(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a first pass it is launched before the host knows whether cells are crowded: it would cost
+    a GPU the square of their photons."""
+    deposits = DeviceDeposits(device)
+    bounces = [landed(seed) for seed in range(6)]
+    make_room(deposits, *bounces)
+    for bounce in bounces:
+        deposits.append(*streams(device, *bounce))
+    grid = photon_grid.PhotonGrid(
+        device, "compute", Settings(), (1.0, 1.0, 1.0), area=24.0, on_host=False
+    )
+    radii = RadiusField.even(device, 5.0).of_pass(1.0)  # one cell holds them all
+    ranked = []
+    for max_ranked in (1 << 20, 3, 1 << 20):
+        monkeypatch.setattr(photon_grid, "MAX_RANKED", max_ranked)
+        if sort := grid._device_sort:
+            sort._reading = None  # as in a first pass
+            sort._buffers["places"].write(np.full(4 * deposits.count, 7.0, np.float32))
+        grid.prepare(deposits, radii)
+        assert grid._device_sort
+        places = np.frombuffer(grid._device_sort._buffers["places"].read(), np.float32)
+        ranked.append((places[: 4 * deposits.count] != 7.0).any())
+    assert ranked == [True, False, True]
+    grid.release()
+    deposits.release()
+
+
 @pytest.mark.parametrize("max_ranked", [photon_grid.MAX_RANKED, 3])
 @pytest.mark.parametrize("radius", [0.0, 5.0])
 def test_pictures_are_bit_equal(

@@ -34,6 +34,24 @@ def test_errors_in_order(device: Device) -> None:
         device.check()
 
 
+def test_launches_are_handed_over(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Soon after the host asked for something, for then a GPU may have none; and what it asks."""
+    flushed: list[int] = []
+    launched = 0
+    buffer = device.ctx.buffer(bytes(4))
+    monkeypatch.setattr(device, "_flush", lambda: flushed.append(launched))
+    for rounds in range(2):
+        device.ask(buffer, 1).numbers()
+        assert flushed == [launched]
+        flushed.clear()
+        for _ in range(20 + rounds):
+            launched += 1
+            device.launched()
+        assert [number - launched + 20 + rounds for number in flushed] == [1, 2, 4, 8, 16]
+        flushed.clear()
+    buffer.release()
+
+
 def test_layers(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(device, "has_compute", True)
     monkeypatch.setattr(device, "is_software", True)

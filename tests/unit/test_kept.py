@@ -16,11 +16,12 @@ import pytest
 
 from addon.photon import kept as kept_module
 from addon.photon.deposits import DEPOSIT_BYTES, DeviceDeposits, HostDeposits
+from addon.photon.device_photon_mapper import DevicePhotonMapper
 from addon.photon.kept import Kept, Stage, same_but_view
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Light, Material, Scene
 from addon.photon.settings import Settings
-from addon.streams import Device, StreamError
+from addon.streams import Device, Kernel, StreamError
 from tests.scenes import cornell
 
 SETTINGS = Settings(width=16, height=12, passes=2, photons=1500, photon_bounces=3)
@@ -159,6 +160,64 @@ def test_scene_changes(
         assert frame.info == fresh.info and frame.info["unfinished_photons"] > 0, name
         assert (frame.images["Combined"] == pictures[-1]) == (name == "nothing more"), name
         pictures.append(frame.images["Combined"])
+
+
+@pytest.fixture
+def on_device(device: Device, monkeypatch: pytest.MonkeyPatch) -> Settings:
+    """Settings of a render whose lists stay on the device, as on GPUs."""
+    if not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    monkeypatch.setattr(device, "prefers_native", False)
+    return replace(SETTINGS, layer="compute", passes=3)
+
+
+def test_the_next_photons_fly_while_the_host_waits(
+    device: Device, on_device: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """For the rays of mirrors, in each pass but the last, behind which there is none."""
+    events: list[str] = []
+    start, counted = DevicePhotonMapper.start, Kernel._counted
+
+    def watched_start(mapper: DevicePhotonMapper, index: int, photons: int | None = None) -> None:
+        events.append(f"photons {index}")
+        start(mapper, index, photons)
+
+    def watched_wait(kernel: Kernel, reading: Any) -> int:
+        events.append("wait")
+        return counted(kernel, reading)
+
+    monkeypatch.setattr(DevicePhotonMapper, "start", watched_start)
+    monkeypatch.setattr(Kernel, "_counted", watched_wait)
+    renderer = Renderer(cornell(mirror=True), on_device, device)
+    for index in range(on_device.passes):
+        renderer.render_pass()
+        events.append(f"pass {index}")
+    renderer.release()
+    in_passes = " ".join(events).split(" pass ")
+    assert in_passes[0].startswith("photons 0 photons 1 wait")
+    assert in_passes[1].startswith("0 photons 2 wait")
+    assert in_passes[2].startswith("1 wait") and "photons" not in in_passes[2]
+
+
+@pytest.mark.parametrize("passes", [1, 2])
+def test_a_render_that_was_stopped(
+    device: Device, kept: Kept, on_device: Settings, passes: int
+) -> None:
+    """Its next photons were on their way: nothing of them is in what is told and in the next."""
+    scene = cornell(mirror=True)
+    fresh = render(device, scene, on_device)
+    told = render(device, scene, replace(on_device, passes=passes)).info
+    stopped = Renderer(scene, on_device, device, kept)
+    for _ in range(passes):
+        stopped.render_pass()
+    info = stopped.info()
+    assert {name: info[name] for name in told if name != "error"} == {
+        name: told[name] for name in told if name != "error"
+    }
+    stopped.release()
+    again = render(device, moved(scene, 0.0), on_device, kept)
+    assert again.images == fresh.images and again.info == fresh.info
+    assert again.traced == on_device.passes - passes
 
 
 @pytest.mark.parametrize("on_host", [True, False])

@@ -60,19 +60,19 @@ class Engine:
     def climb(self, method: str, seed: int, budget: Budget) -> Iterator[Step]:
         """Pictures of 1, 2, 4, ... passes; the seconds are those of the passes and of the photons
         that tell the radii: not the BVH and the programs. `where` holds them by phase."""
-        settings = Settings(width=self.size, height=self.size, seed=seed)
+        settings = Settings(width=self.size, height=self.size, seed=seed, passes=1 << 24)
         renderer = Clocked(self.scene, settings, self.device)
         budget.begin()
         before = renderer.phases_before
         seconds, done = now() - renderer.begun, 0
         try:
             for effort in doubling():
+                start = now()
                 while done < effort:
-                    start = now()
                     renderer.render_pass()
-                    self.device.ctx.finish()
-                    seconds += now() - start
                     done += 1
+                self.device.ctx.finish()
+                seconds += now() - start
                 self.where = {
                     phase: spent - before.get(phase, 0.0)
                     for phase, spent in renderer.seconds.items()
