@@ -66,7 +66,8 @@ class Deposits(Protocol):
         """All of them as (P, 4) arrays on the host."""
 
     def sample(self, most: int) -> NDArray[np.float32]:
-        """Every so many-th one's position and packed normal, (`most` or fewer, 4)."""
+        """Every so many-th one's position and packed normal, (`most` or fewer, 4); StreamError if
+        those are more than a Reading holds."""
 
     def copy(self) -> Copy:
         """All of them, beyond the pass; the caller releases them."""

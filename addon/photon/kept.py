@@ -140,15 +140,16 @@ class Kept:
         key = _Key(index, settings.photons_a_pass if photons is None else photons)
         if (self._tracing, self._key) == (mapper, key):
             return
-        self._tracing, self._key, deposits = mapper, key, mapper.deposits
-        if deposits.held and deposits.held[0] == self._key:
+        self._tracing, self._key, deposits = None, key, mapper.deposits
+        if deposits.held and deposits.held[0] == key:
             return
-        if kept := self._passes.get(self._key):
+        if kept := self._passes.get(key):
             deposits.paste(kept.deposits)
-            deposits.held = self._key, kept.unfinished, kept.dropped
+            deposits.held = key, kept.unfinished, kept.dropped
         else:
             self._before = mapper.unfinished, deposits.dropped
-            mapper.start(*self._key)
+            mapper.start(*key)
+            self._tracing = mapper
 
     def finish(self, mapper: Mapper) -> Deposits:
         """The deposits of what was started: traced on the stage, or what that gave when it was last
@@ -179,7 +180,7 @@ class Kept:
         self.forget_photons()
         if self._stage:
             self._stage.tables.release()
-        self._stage = None
+        self._stage = self._tracing = None
 
 
 def same_but_view(one: Scene, other: Scene) -> bool:

@@ -19,7 +19,7 @@ from .deposits import Deposits, HostDeposits
 from .device_radii import DeviceRadii, Limits, radii_on_device
 from .geometry import upload_table
 
-SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most
+SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most: what a Reading holds
 WIDEST = 1.4  # no radius is larger, in radii that even light would have
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
 UNIFORMS = {"shrink": Uniform("float")}

@@ -161,7 +161,7 @@ class RayTracer:
     ) -> dict[str, Stream]:
         """Pass `index`'s images of `region` by name: direct, indirect, mirror, mirror_indirect,
         background, normal, blur, combined. `radii` are what `estimate` uses; `meanwhile` is called
-        before the host waits for the device."""
+        each time that the host is about to wait for the device, if it has to."""
         self.start(index, region)
         assert self._started
         (_, view, direct), self._started = self._started, None

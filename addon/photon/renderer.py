@@ -80,10 +80,6 @@ class Renderer:
         self._awaited: Radii | None = None  # of a pass whose photons are on their way
         self._dropped = 0  # deposits that were not finite, of the passes so far
         self._first_normals: list[moderngl.Buffer] = []  # and depths, of each strip: not read yet
-        # Nothing seen, until the first pass; a mean over passes would mix objects.
-        x0, y0, x1, y1 = settings.frame_region
-        self._depth = np.full((y1 - y0, x1 - x0, 1), NO_DEPTH, np.float32)
-        self._error: tuple[int, Error] | None = None  # after so many passes
         device.use()
         self.layer = _choose_layer(settings, device)
         layer: Layer = "compute" if self.layer == "compute" else "fragment"
@@ -91,6 +87,10 @@ class Renderer:
         self._kept = kept or Kept(device, budget=0)
         self._parts: list[_Part] = [self._kept] if kept is None else []  # to release
         self.budget = self._find_room()
+        # Nothing seen, until the first pass; a mean over passes would mix objects.
+        x0, y0, x1, y1 = settings.frame_region
+        self._depth = np.full((y1 - y0, x1 - x0, 1), NO_DEPTH, np.float32)
+        self._error: tuple[int, Error] | None = None  # after so many passes
         with self._timed("bvh"):
             try:
                 stage = self._kept.stage(scene, self.layer)
@@ -172,6 +172,7 @@ class Renderer:
             with self._timed("eye"):
                 estimate = self._estimate if self.photon_mapper else None
                 for number, strip in enumerate(self.film.strips):
+                    # Splats read a pass's deposits in every strip.
                     is_last = number == len(self.film.strips) - 1
                     meanwhile = partial(self._start_early, index + 1) if is_last else nothing
                     images = self.ray_tracer.trace(index, strip.region, estimate, radii, meanwhile)
@@ -297,15 +298,12 @@ class Renderer:
                 self._kept.start(self.photon_mapper, self.settings, 0, photons)
 
     def _start_first_pass(self, mesh: Mesh) -> None:
-        """Launch its eye rays, which a GPU traces while the host waits for the pilot, and what the
-        pilot tells: radii, and how much memory photons will take."""
+        """Launch its eye rays, which a GPU traces while the host waits for the pilot; its radii."""
         with self._timed("eye"):
             self.ray_tracer.start(self.settings.first_pass, self.film.strips[0].region)
         with self._timed("radius"):
             self._radius_field = self._find_radii(mesh)
             self._parts.append(self._radius_field)
-            if self._has_pilot:
-                self._check_room()
 
     @property
     def _has_pilot(self) -> bool:
@@ -319,23 +317,20 @@ class Renderer:
         assert self.photon_mapper
         photons_a_pass, photons = self.settings.photons_a_pass, pilot_photons(self.settings)
         deposits = self._kept.finish(self.photon_mapper)
-        self.photon_mapper.unfinished = deposits.dropped = 0
-        times = photons_a_pass / photons
-        wanted = photons_per_disc(photons_a_pass) / times
-        pixel, eye = self.ray_tracer.footprint()
-        return RadiusField.by_density(self.device, deposits, wanted, times, mesh.area, pixel, eye)
-
-    def _check_room(self) -> None:
-        """Look at memory again, now that the pilot has told how often photons land."""
-        assert self.photon_mapper
-        landed = self.photon_mapper.deposits.count / pilot_photons(self.settings)
+        landed = deposits.count / photons
         try:
             self.budget.check(landed)
         except PhotonStreamError:
             self._kept.forget_photons()  # there may be room without them
             self.budget = Budget(self.scene, self.settings, self.device, self.layer)
             self.budget.check(landed)
-        self._kept.leave_room(self.budget.spare(landed))
+        self.photon_mapper.unfinished = deposits.dropped = 0
+        times = photons_a_pass / photons
+        wanted = photons_per_disc(photons_a_pass) / times
+        pixel, eye = self.ray_tracer.footprint()
+        field = RadiusField.by_density(self.device, deposits, wanted, times, mesh.area, pixel, eye)
+        self._kept.leave_room(self.budget.spare(landed))  # while a GPU makes them
+        return field
 
     def _look(self) -> dict[str, NDArray[np.float32]]:
         """Make picture and error of what the film holds."""

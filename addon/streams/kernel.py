@@ -119,8 +119,8 @@ class Kernel:
 
         `streams` binds every input and output port, `tables` every table to a texture, or in
         compute programs every list to a buffer, and `uniforms` every uniform. With `count`,
-        returns how many elements were not skipped (calls `meanwhile`, and waits for the device);
-        else 0. Raises StreamError for a wrong port, record or size.
+        returns how many elements were not skipped (calls `meanwhile`, which must not count, and
+        waits for the device); else 0. Raises StreamError for a wrong port, record or size.
         """
         tables, uniforms = tables or {}, uniforms or {}
         names = (*streams.items(),), (*tables,), (*uniforms,)

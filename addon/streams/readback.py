@@ -96,7 +96,8 @@ class Readback:
         """What a reading finds in its slot; frees the slot."""
         self._taken[slot] = None
         if not self._gl:
-            return bytes(self._staging.read(4 * count, offset=slot * SLOT))
+            # moderngl cannot read no bytes.
+            return bytes(self._staging.read(4 * count, offset=slot * SLOT)) if count else b""
         waited = self._gl["glClientWaitSync"](fence, _FLUSH_COMMANDS, 60 * _SECOND)
         self._gl["glDeleteSync"](fence)
         if waited == _WAIT_FAILED:

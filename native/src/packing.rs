@@ -18,7 +18,7 @@ fn folded(e: [f32; 2]) -> [f32; 2] {
 
 /// The unit vector of [`pack_direction`].
 pub(crate) fn unpack_direction(code: f32) -> [f32; 3] {
-    let whole = code as u32; // as it is: floor is a call on processors that the core must run on
+    let whole = code as u32; // as codes are; and floor is a function call on the oldest processors
     let e = [whole >> 12, whole & 4095].map(|q| q as f32 / 4095.0 * 2.0 - 1.0);
     let z = 1.0 - e[0].abs() - e[1].abs();
     let [x, y] = if z < 0.0 { folded(e) } else { e };

@@ -567,6 +567,21 @@ mod tests {
         RadiusField::new(places, &deposits, &Fields::over(&sample).unwrap().sides, &wanted).unwrap()
     }
 
+    /// Both ways to tell the sides that a normal counts for, at its bounds, too.
+    #[test]
+    fn sides_and_their_bits() {
+        let some = [0.0, -0.0, 0.3, FACING.next_down(), FACING, 0.8, 1.0, f32::NAN];
+        let values: Vec<f32> = some.iter().flat_map(|&x| [x, -x]).collect();
+        for &x in &values {
+            for &y in &values {
+                for &z in &values {
+                    let bits: usize = sides_of([x, y, z]).map(|side| 1 << side).sum();
+                    assert_eq!(facing_bits([x, y, z]), bits, "{x} {y} {z}");
+                }
+            }
+        }
+    }
+
     /// A plane of even photons: every radius holds the number wanted.
     #[test]
     fn an_even_plane() {

@@ -15,9 +15,12 @@ import numpy as np
 import pytest
 
 from addon.photon import kept as kept_module
+from addon.photon import strips
 from addon.photon.deposits import DEPOSIT_BYTES, DeviceDeposits, HostDeposits
 from addon.photon.device_photon_mapper import DevicePhotonMapper
+from addon.photon.errors import DeviceError
 from addon.photon.kept import Kept, Stage, same_but_view
+from addon.photon.ray_tracer import RayTracer
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Light, Material, Scene
 from addon.photon.settings import Settings
@@ -197,6 +200,71 @@ def test_the_next_photons_fly_while_the_host_waits(
     assert in_passes[0].startswith("photons 0 photons 1 wait")
     assert in_passes[1].startswith("0 photons 2 wait")
     assert in_passes[2].startswith("1 wait") and "photons" not in in_passes[2]
+
+
+@pytest.mark.parametrize("estimator", ["gather", "splat"])
+def test_early_photons_change_nothing(
+    device: Device, on_device: Settings, monkeypatch: pytest.MonkeyPatch, estimator: Any
+) -> None:
+    """Strips go on reading this pass's."""
+    settings = replace(on_device, estimator=estimator, first_pass=2)
+    pictures = []
+    for is_early, pixels in ((False, 1 << 20), (True, 1 << 20), (True, 5 * SETTINGS.width)):
+        with monkeypatch.context() as patch:
+            if not is_early:
+                patch.setattr(Renderer, "_start_early", lambda *_: None)
+            for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
+                patch.setattr(strips, name, pixels)
+            pictures.append(render(device, cornell(mirror=True), settings).images)
+    assert pictures[0] == pictures[1] == pictures[2]
+
+
+def test_eye_rays_go_before_the_host_waits(
+    device: Device, on_device: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """For the photons that tell the radii; the first pass sends no others."""
+    events: list[str] = []
+    for kind, name in ((RayTracer, "_send_eye_rays"), (DevicePhotonMapper, "finish")):
+        monkeypatch.setattr(kind, name, watched(getattr(kind, name), events))
+    renderer = Renderer(cornell(), on_device, device)
+    assert events == ["_send_eye_rays", "finish"]
+    renderer.render_pass()
+    assert events == ["_send_eye_rays", "finish"]
+    renderer.render_pass()
+    assert events[2:] == ["_send_eye_rays", "finish"]
+    renderer.release()
+
+
+def watched(function: Any, events: list[str]) -> Any:
+    """Lists its calls."""
+
+    def run(*arguments: Any) -> Any:
+        events.append(function.__name__)
+        return function(*arguments)
+
+    return run
+
+
+def test_a_pass_that_failed_is_begun_anew(
+    device: Device, on_device: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There was no room for its photons, and then there was."""
+    fresh = render(device, cornell(), on_device)
+
+    def refuse(*_: Any) -> None:
+        raise StreamError("no room")
+
+    renderer = Renderer(cornell(), on_device, device)
+    renderer.render_pass()
+    with monkeypatch.context() as patch:
+        patch.setattr(DeviceDeposits, "make_room", refuse)
+        with pytest.raises(DeviceError, match="no room"):
+            renderer.render_pass()
+    while renderer.film.passes < on_device.passes:
+        renderer.render_pass()
+    images = {name: image.tobytes() for name, image in renderer.images().items()}
+    renderer.release()
+    assert images == fresh.images
 
 
 @pytest.mark.parametrize("passes", [1, 2])

@@ -31,16 +31,18 @@ img { image-rendering: pixelated; width: 15em; display: block }
 SECONDS = """
 <h2>What is in the seconds</h2>
 <ul>
-<li>Photon Stream: its passes, photons and picture, until OpenGL is done. Not: start-up, export, the
-BVH, compiling programs, handing the picture over.</li>
+<li>Photon Stream: its photons, radii and passes, until OpenGL is done. Not: start-up, export, the
+BVH, compiling programs, making the picture of the sums.</li>
 <li>Cycles: what it calls render time itself (a stamp of 10 ms resolution). Not: start-up, loading
 kernels, its synchronization of the scene. With OpenImageDenoise, the denoising is in it, loading
 the denoiser is not.</li>
-<li>Mitsuba: rendering. Not: start-up, converting the scene, its BVH, compiling kernels; each kernel
-is compiled by a launch of its own before.</li>
+<li>Mitsuba: rendering, in launches of at most 16 samples a pixel (64 on a GPU), pictures of fewer
+anew in one. Not: start-up, converting the scene, its BVH, compiling kernels; each is run
+before.</li>
 <li>LuxCore: wall time since its session started, less that of starting one which renders nothing
 (BVH, threads). PhotonGI's photon maps are in it.</li>
-<li>Seconds of less than half a second are medians of five climbs, of every contender.</li>
+<li>Seconds of less than half a second are medians of up to five climbs, of every contender, without
+looking at pictures, after one that warms up.</li>
 </ul>
 <h2>What is measured</h2>
 <ul>

@@ -151,18 +151,18 @@ def _climb(engine: Any, request: dict[str, Any], answer: Any) -> None:
     from .contenders.steps import Budget, Seconds
 
     method, seed, begun = request["climb"], request["seed"], time.perf_counter()
-    short: dict[float, list[Seconds]] = {}
+    timed: dict[float, list[Seconds]] = {}
     for climb in range(1 + CLIMBS):
         for step in engine.climb(method, seed, Budget(MOMENT)):
-            if climb and step.seconds.wall < MOMENT:
-                short.setdefault(step.effort, []).append(step.seconds)
-        if time.perf_counter() - begun > CLIMBS * MOMENT:
+            if climb:
+                timed.setdefault(step.effort, []).append(step.seconds)
+        if time.perf_counter() - begun > (1 + CLIMBS) * MOMENT:
             break  # what it does before its first picture takes long
     budget = max(MOMENT, request["budget"] - (time.perf_counter() - begun))
     for rung, step in enumerate(engine.climb(method, seed, Budget(budget))):
         file = Path(request["folder"]) / f"{method}-{rung}.npy"
         np.save(file, np.asarray(step.look(), np.float32))
-        both = zip(*short.get(step.effort, [step.seconds]), strict=True)
+        both = zip(*timed.get(step.effort, [step.seconds]), strict=True)
         wall, cpu = map(statistics.median, both)
         answer(effort=step.effort, wall=wall, cpu=cpu, file=str(file))
     answer(done=getattr(engine, "where", {}))

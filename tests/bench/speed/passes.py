@@ -153,7 +153,7 @@ def time_way(
             start,
             phases,
             watch,
-            len(mapper.deposits.arrays()[0]) if mapper else 0,
+            len(mapper.trace(0).arrays()[0]) if mapper else 0,
         )
     finally:
         renderer.release()

@@ -74,33 +74,36 @@ class Engine:
         """Pictures of 1, 2, 4, ... samples a pixel; the seconds are those of rendering alone.
 
         Pictures of up to `launch` samples are rendered anew, in one launch: many small ones take
-        longer. Each size of them is compiled before it is timed.
+        longer. What a rung runs is compiled before it is timed.
         """
         integrator = mi.load_dict({"type": method, "max_depth": BOUNCES + 1})
-        total, done, seconds = 0.0, 0, Seconds()
+        total, done, seconds = None, 0, Seconds()
         for effort in doubling():
             samples = min(effort, self.launch)
-            if (method, samples) not in self._warm:
-                dr.eval(self._render(integrator, samples, 0))
-                self._warm.add((method, samples))
-            if effort == 1:
-                budget.begin()
             if effort <= self.launch:
-                total, done, seconds = 0.0, 0, Seconds()
+                total, done, seconds = None, 0, Seconds()
+            kind = method, samples, total is None
+            if kind not in self._warm:
+                self._add(total, integrator, samples, 0)
+                self._warm.add(kind)
+                budget.begin()
             while done < effort:
                 start = now()
-                drawn = self._render(integrator, samples, seed * 1_000_003 + effort + done)
-                total = total + drawn * samples
-                dr.eval(total)
-                dr.sync_thread()
+                number = seed * 1_000_003 + effort + done
+                total = self._add(total, integrator, samples, number)
                 seconds += now() - start
                 done += samples
             yield Step(done, seconds, partial(_picture, total, done))
             if not budget.fits():
                 return
 
-    def _render(self, integrator: Any, samples: int, seed: int) -> Any:
-        return mi.render(self.scene, integrator=integrator, spp=samples, seed=seed % 2**32)
+    def _add(self, total: Any, integrator: Any, samples: int, seed: int) -> Any:
+        """The sum of a pixel's samples with so many more."""
+        more = mi.render(self.scene, integrator=integrator, spp=samples, seed=seed % 2**32)
+        total = more * samples if total is None else total + more * samples
+        dr.eval(total)
+        dr.sync_thread()
+        return total
 
 
 def _picture(total: Any, samples: int) -> Any:

@@ -27,6 +27,7 @@ class Clocked(Renderer):
 
     def _start_first_pass(self, mesh: Mesh) -> None:
         self.device.ctx.finish()
+        self._tick(self._phase)  # what is under way: making programs
         self.begun, self.phases_before = now(), dict(self.seconds)
         super()._start_pilot()
         super()._start_first_pass(mesh)
