@@ -18,7 +18,7 @@ from ..streams import TABLE_WIDTH, Device, Program, Reading
 from .deposits import Deposits, step_of
 
 AXES = range(3)
-TELLING = 2047  # photons that tell the median radius: to a hundredth or so
+TELLING = 2047  # photons that tell the median radius: tests hold it to 2 % of all photons'
 
 
 class Limits(NamedTuple):

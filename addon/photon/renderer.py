@@ -168,7 +168,8 @@ class Renderer:
         try:
             radii = self._radius_field.of_pass(shrink_of(self.settings.radius_shrink, index))
             if self.photon_mapper:
-                self._start_photons(index, radii)
+                self._start_photons(index)
+                self._awaited = radii
             with self._timed("eye"):
                 estimate = self._estimate if self.photon_mapper else None
                 for number, strip in enumerate(self.film.strips):
@@ -358,20 +359,18 @@ class Renderer:
             self.device.put_back(normals)
         self._first_normals.clear()
 
-    def _start_photons(self, index: int, radii: Radii) -> None:
+    def _start_photons(self, index: int) -> None:
         """Launch a pass's photons. A GPU traces them while the host launches what needs none."""
         assert self.photon_mapper
         with self._timed("photons"):
             self._kept.start(self.photon_mapper, self.settings, index)
-        self._awaited = radii
 
     def _start_early(self, index: int) -> None:
         """Launch the photons of the next pass, if there is one, before the host waits for this
         one's rays: a GPU has them to trace meanwhile."""
         is_wanted = index < self.settings.first_pass + self.settings.passes
         if is_wanted and isinstance(self.photon_mapper, DevicePhotonMapper):
-            with self._timed("photons"):
-                self._kept.start(self.photon_mapper, self.settings, index)
+            self._start_photons(index)
 
     def _finish_photons(self) -> None:
         """Prepare the estimators for the photons that were launched."""
