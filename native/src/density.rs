@@ -6,21 +6,28 @@ use rayon::prelude::*;
 use crate::InvalidInput;
 use crate::cuts::Cuts;
 use crate::filter::{Filter, INNER_AREA, SAME_ORIENTATION};
-use crate::lanes::{COUNTING, Lanes, WIDTH, widest};
+use crate::lanes::{COUNTING, Lanes, Row, WIDTH, widest};
 use crate::packing::unpack_direction;
 use crate::photons::{self, Grid};
 use crate::radius::RadiusField;
 use crate::vector::from_frame;
 
-const BLOCK: usize = 1024; // photons
+const BLOCK: usize = 128; // groups
 const POINTS_A_TASK: usize = 256;
 
-/// A pass's photons, sorted into the cells of a grid, a column a quantity.
+/// Eight photons, a row a quantity.
+struct Group {
+    position: [Row; 3],
+    surface: Row,
+    normal: [Row; 3],
+    flux: [Row; 3],
+}
+
+/// A pass's photons, sorted into the cells of a grid.
 pub struct PhotonMap {
     grid: Grid,
     cell_start: Vec<u32>,
-    /// x, y, z, surface, normal's x, y, z, flux in three channels; each with WIDTH floats to spare.
-    columns: [Vec<f32>; 10],
+    groups: Vec<Group>,
 }
 
 impl PhotonMap {
@@ -37,18 +44,8 @@ impl PhotonMap {
             )));
         }
         let (cell_start, order) = photons::sort(places.as_flattened(), 4, &grid)?;
-        let mut columns: [Vec<f32>; 10] = std::array::from_fn(|_| vec![0.0; order.len() + WIDTH]);
-        columns.par_iter_mut().enumerate().for_each(|(column, values)| {
-            for (value, &photon) in values.iter_mut().zip(&order) {
-                let (place, deposit) = (&places[photon as usize], &deposits[photon as usize]);
-                *value = match column {
-                    0..4 => place[column],
-                    4..7 => unpack_direction(deposit[3])[column - 4],
-                    _ => deposit[column - 7],
-                };
-            }
-        });
-        Ok(PhotonMap { grid, cell_start, columns })
+        let groups = order.par_chunks(WIDTH).map(|photons| Group::of(photons, places, deposits)).collect();
+        Ok(PhotonMap { grid, cell_start, groups })
     }
 
     /// The irradiance at visible points, and the channels' mean within the inner radius; zeros where
@@ -75,12 +72,6 @@ impl PhotonMap {
             });
     }
 
-    /// Eight photons' entries of a column, from `at`.
-    #[inline(always)]
-    fn column<L: Lanes>(&self, column: usize, at: usize) -> L {
-        L::load_slice(self.columns[column][at..at + WIDTH].try_into().expect("WIDTH to spare"))
-    }
-
     /// The first and last cell along an axis that `radius` around a position may touch.
     fn reach(&self, position: f32, axis: usize, radius: f32) -> Option<(usize, usize)> {
         // The margin covers the rounding of photons to cells.
@@ -93,10 +84,120 @@ impl PhotonMap {
     }
 }
 
+impl Group {
+    /// Photons by their numbers, eight or, at the end, fewer.
+    fn of(photons: &[u32], places: &[[f32; 4]], deposits: &[[f32; 4]]) -> Group {
+        let none = Row([0.0; WIDTH]);
+        let mut group = Group { position: [none; 3], surface: none, normal: [none; 3], flux: [none; 3] };
+        for (lane, &photon) in photons.iter().enumerate() {
+            let (place, deposit) = (&places[photon as usize], &deposits[photon as usize]);
+            let normal = unpack_direction(deposit[3]);
+            for axis in 0..3 {
+                group.position[axis].0[lane] = place[axis];
+                group.normal[axis].0[lane] = normal[axis];
+                group.flux[axis].0[lane] = deposit[axis];
+            }
+            group.surface.0[lane] = place[3];
+        }
+        group
+    }
+}
+
+/// A visible point whose photons are summed up.
+struct Point {
+    position: [f32; 3],
+    surface: f32,
+    normal: [f32; 3],
+    cuts: Cuts,
+    radius: f32,
+    /// The first and last cell along each axis in which its photons may be.
+    cells: [(usize, usize); 3],
+}
+
 /// Both cuts as vectors of the space about a normal.
 #[inline(always)]
 fn directions(normal: [f32; 3], [ax, ay, bx, by]: Cuts) -> [[f32; 3]; 2] {
     [from_frame(normal, [ax, ay, 0.0]), from_frame(normal, [bx, by, 0.0])]
+}
+
+/// The same number in all lanes, for each of three.
+#[inline(always)]
+fn splat<L: Lanes>(v: [f32; 3]) -> [L; 3] {
+    [L::splat(v[0]), L::splat(v[1]), L::splat(v[2])]
+}
+
+#[inline(always)]
+fn load<L: Lanes>(rows: &[Row; 3]) -> [L; 3] {
+    [L::load(&rows[0]), L::load(&rows[1]), L::load(&rows[2])]
+}
+
+#[inline(always)]
+fn dot<L: Lanes>(a: [L; 3], b: [L; 3]) -> L {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Over the photons about a point, the filter times flux, and the inner filter times the channels' sum, but
+/// for constants. The filter is a constant where this is called: to ask for it at each group of photons took
+/// 1.4 times as long.
+#[inline(always)]
+fn sums_about<L: Lanes>(map: &PhotonMap, point: &Point, filter: Filter) -> [f32; 4] {
+    let is_cut = point.cuts != [0.0; 4];
+    let [in_x, in_y, in_z] = point.cells;
+    let r2 = point.radius * point.radius;
+    let (square, inverse) = (L::splat(r2), L::splat(1.0 / r2));
+    let (position, normal) = (splat::<L>(point.position), splat::<L>(point.normal));
+    let [a, b] = directions(point.normal, point.cuts);
+    let (first, second) = (splat::<L>(a), splat::<L>(b));
+    let (none, one) = (L::splat(0.0), L::splat(1.0));
+    let (mut red, mut green, mut blue, mut inner) = (none, none, none, none);
+    for row_z in in_z.0..=in_z.1 {
+        for row_y in in_y.0..=in_y.1 {
+            let row = (row_z * map.grid.cells[1] + row_y) * map.grid.cells[0];
+            let begin = map.cell_start[row + in_x.0] as usize;
+            let end = map.cell_start[row + in_x.1 + 1] as usize;
+            let first_group = begin / WIDTH;
+            let groups = &map.groups[first_group..end.div_ceil(WIDTH)];
+            let mut at = first_group * WIDTH;
+            // Sums of sums: millions of equal numbers, added up one by one, are all rounded to
+            // the same side.
+            for block in groups.chunks(BLOCK) {
+                let (mut r, mut g, mut b, mut i) = (none, none, none, none);
+                for photons in block {
+                    let there = at;
+                    at += WIDTH;
+                    let [x, y, z] = load::<L>(&photons.position);
+                    let offset = [x - position[0], y - position[1], z - position[2]];
+                    let d2 = dot(offset, offset);
+                    let mut near = d2.less_equal(square);
+                    if L::bits(near) == 0 {
+                        continue;
+                    }
+                    if there < begin || at > end {
+                        let [from, to] = [begin, end].map(|x| (x as isize - there as isize) as f32);
+                        let lane = L::load(&COUNTING);
+                        near = near & L::splat(from).less_equal(lane) & lane.less(L::splat(to));
+                    }
+                    if is_cut {
+                        near = near & !(one.less(dot(offset, first)) | one.less(dot(offset, second)));
+                    }
+                    near = near
+                        & L::load(&photons.surface).equal(L::splat(point.surface))
+                        & L::splat(SAME_ORIENTATION).less_equal(dot(load(&photons.normal), normal));
+                    let x2 = d2 * inverse;
+                    let weight = filter.shapes(x2).keep(near);
+                    let flux = load::<L>(&photons.flux);
+                    r = r + flux[0] * weight;
+                    g = g + flux[1] * weight;
+                    b = b + flux[2] * weight;
+                    let inside = near & x2.less_equal(L::splat(INNER_AREA));
+                    let weight = filter.shapes(x2 * L::splat(1.0 / INNER_AREA)).keep(inside);
+                    i = i + (flux[0] + flux[1] + flux[2]) * weight;
+                }
+                (red, green, blue, inner) = (red + r, green + g, blue + b, inner + i);
+            }
+        }
+    }
+    [red.sum(), green.sum(), blue.sum(), inner.sum()]
 }
 
 widest! {
@@ -111,73 +212,27 @@ widest! {
         filter: Filter,
         out: &mut [[f32; 4]],
     ) {
-        let cells = map.grid.cells;
         let points = places.iter().zip(facings).zip(cuts);
         for (((&[x, y, z, surface], facing), &cuts), out) in points.zip(out) {
             *out = [0.0; 4];
-            let direction = [facing[0], facing[1], facing[2]];
-            let radius = radii.at([x, y, z], direction) * shrink;
-            let r2 = radius * radius;
-            let (peak, square, inverse) = (filter.peak(r2), L::splat(r2), L::splat(1.0 / r2));
-            let ranges = (map.reach(x, 0, radius), map.reach(y, 1, radius), map.reach(z, 2, radius));
-            let (Some(in_x), Some(in_y), Some(in_z)) = ranges else { continue };
+            let normal = [facing[0], facing[1], facing[2]];
+            let radius = radii.at([x, y, z], normal) * shrink;
+            let reach = (map.reach(x, 0, radius), map.reach(y, 1, radius), map.reach(z, 2, radius));
+            let (Some(in_x), Some(in_y), Some(in_z)) = reach else { continue };
             if surface == 0.0 {
                 continue;
             }
-            let position = [L::splat(x), L::splat(y), L::splat(z)];
-            let normal = [L::splat(facing[0]), L::splat(facing[1]), L::splat(facing[2])];
-            let is_cut = cuts != [0.0; 4];
-            let [a, b] = directions(direction, cuts);
-            let first = [L::splat(a[0]), L::splat(a[1]), L::splat(a[2])];
-            let second = [L::splat(b[0]), L::splat(b[1]), L::splat(b[2])];
-            let (none, one) = (L::splat(0.0), L::splat(1.0));
-            let (mut red, mut green, mut blue, mut inner) = (none, none, none, none);
-            for row_z in in_z.0..=in_z.1 {
-                for row_y in in_y.0..=in_y.1 {
-                    let row = (row_z * cells[1] + row_y) * cells[0];
-                    let begin = map.cell_start[row + in_x.0] as usize;
-                    let end = map.cell_start[row + in_x.1 + 1] as usize;
-                    // Sums of sums: millions of equal numbers, added up one by one, are all rounded to
-                    // the same side.
-                    for block in (begin..end).step_by(BLOCK) {
-                        let (mut r, mut g, mut b, mut i) = (none, none, none, none);
-                        for at in (block..end.min(block + BLOCK)).step_by(WIDTH) {
-                            let dx = map.column::<L>(0, at) - position[0];
-                            let dy = map.column::<L>(1, at) - position[1];
-                            let dz = map.column::<L>(2, at) - position[2];
-                            let d2 = dx * dx + dy * dy + dz * dz;
-                            let there = L::load(&COUNTING).less(L::splat((end - at) as f32));
-                            let mut near = d2.less_equal(square) & there;
-                            if L::bits(near) == 0 {
-                                continue;
-                            }
-                            if is_cut {
-                                let beyond = one.less(dx * first[0] + dy * first[1] + dz * first[2])
-                                    | one.less(dx * second[0] + dy * second[1] + dz * second[2]);
-                                near = near & !beyond;
-                            }
-                            let cosine = map.column::<L>(4, at) * normal[0]
-                                + map.column::<L>(5, at) * normal[1]
-                                + map.column::<L>(6, at) * normal[2];
-                            let same = map.column::<L>(3, at).equal(L::splat(surface))
-                                & L::splat(SAME_ORIENTATION).less_equal(cosine);
-                            let x2 = d2 * inverse;
-                            let weight = filter.shapes(x2).keep(near & same);
-                            let flux =
-                                [map.column::<L>(7, at), map.column::<L>(8, at), map.column::<L>(9, at)];
-                            r = r + flux[0] * weight;
-                            g = g + flux[1] * weight;
-                            b = b + flux[2] * weight;
-                            let inside = near & same & x2.less_equal(L::splat(INNER_AREA));
-                            let weight = filter.shapes(x2 * L::splat(1.0 / INNER_AREA)).keep(inside);
-                            i = i + (flux[0] + flux[1] + flux[2]) * weight;
-                        }
-                        (red, green, blue, inner) = (red + r, green + g, blue + b, inner + i);
-                    }
-                }
-            }
-            let inner = inner.sum() * (peak / INNER_AREA / 3.0);
-            *out = [red.sum() * peak, green.sum() * peak, blue.sum() * peak, inner];
+            let cells = [in_x, in_y, in_z];
+            let point = Point { position: [x, y, z], surface, normal, cuts, radius, cells };
+            let sums = match filter {
+                Filter::Constant => sums_about::<L>(map, &point, Filter::Constant),
+                Filter::Cone => sums_about::<L>(map, &point, Filter::Cone),
+                Filter::Gaussian => sums_about::<L>(map, &point, Filter::Gaussian),
+                Filter::Epanechnikov => sums_about::<L>(map, &point, Filter::Epanechnikov),
+            };
+            let peak = filter.peak(radius * radius);
+            let inner = sums[3] * (peak / INNER_AREA / 3.0);
+            *out = [sums[0] * peak, sums[1] * peak, sums[2] * peak, inner];
         }
     }
 }

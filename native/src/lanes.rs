@@ -31,7 +31,6 @@ pub(crate) trait Lanes:
         + Not<Output = Self::Mask>;
 
     fn load(row: &Row) -> Self;
-    fn load_slice(slice: &[f32; WIDTH]) -> Self;
     fn store(self) -> Row;
     fn splat(x: f32) -> Self;
     fn sqrt(self) -> Self;
@@ -107,10 +106,6 @@ impl Lanes for Plain {
     #[inline(always)]
     fn load(row: &Row) -> Self {
         Plain(row.0)
-    }
-    #[inline(always)]
-    fn load_slice(slice: &[f32; WIDTH]) -> Self {
-        Plain(*slice)
     }
     #[inline(always)]
     fn store(self) -> Row {
@@ -193,10 +188,6 @@ pub(crate) mod avx {
         #[inline(always)]
         fn load(row: &Row) -> Self {
             Avx(unsafe { _mm256_load_ps(row.0.as_ptr()) })
-        }
-        #[inline(always)]
-        fn load_slice(slice: &[f32; WIDTH]) -> Self {
-            Avx(unsafe { _mm256_loadu_ps(slice.as_ptr()) })
         }
         #[inline(always)]
         fn store(self) -> Row {
