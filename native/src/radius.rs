@@ -48,6 +48,8 @@ const OUTSIDE: f64 = 0.005;
 /// So many photons, or every so many-th of a sample's, tell where most are.
 const ENOUGH: usize = 1 << 12;
 
+const PHOTONS_A_TASK: usize = 1 << 14;
+
 /// Numbers that tell a grid, see [`RadiusField::table`].
 pub const GRID_FLOATS: usize = 16;
 
@@ -181,6 +183,8 @@ struct Side {
     field: Field,
     /// At the corners of the cells, x fastest.
     nodes: Vec<f32>,
+    /// Of them.
+    largest: f32,
 }
 
 /// Radii, interpolated between the nodes of a grid for each side.
@@ -225,17 +229,25 @@ impl RadiusField {
         if let Some(row) = places.iter().position(|place| !place[..3].iter().all(|x| x.is_finite())) {
             return Err(InvalidInput(format!("place[{row}] = {:?} is not finite", &places[row][..3])));
         }
-        let mut places_of: [Vec<[f32; 3]>; SIDES] = Default::default();
-        for (&[x, y, z, _], deposit) in places.iter().zip(deposits) {
-            let place = [x, y, z];
-            let inside = |&side: &usize| {
-                let Grid { origin, cell_size, cells } = &fields[side].grid;
-                (0..3).all(|k| (0.0..=cells[k] as f32).contains(&((place[k] - origin[k]) / cell_size)))
-            };
-            let sides = sides_of(unpack_direction(deposit[3])).filter(inside);
-            sides.for_each(|side| places_of[side].push(place));
-        }
-        let new_side = |side: usize| Side::new(&places_of[side], side, fields[side], wanted);
+        let by_side = |(places, deposits): (&[[f32; 4]], &[[f32; 4]])| {
+            let mut places_of: [Vec<[f32; 3]>; SIDES] = Default::default();
+            for (&[x, y, z, _], deposit) in places.iter().zip(deposits) {
+                let place = [x, y, z];
+                let inside = |&side: &usize| {
+                    let Grid { origin, cell_size, cells } = &fields[side].grid;
+                    (0..3).all(|k| (0.0..=cells[k] as f32).contains(&((place[k] - origin[k]) / cell_size)))
+                };
+                let sides = sides_of(unpack_direction(deposit[3])).filter(inside);
+                sides.for_each(|side| places_of[side].push(place));
+            }
+            places_of
+        };
+        let parts: Vec<_> =
+            places.par_chunks(PHOTONS_A_TASK).zip(deposits.par_chunks(PHOTONS_A_TASK)).map(by_side).collect();
+        let new_side = |side: usize| {
+            let places: Vec<&[[f32; 3]]> = parts.iter().map(|places_of| &places_of[side][..]).collect();
+            Side::new(&places, side, fields[side], wanted)
+        };
         let sides: Vec<Side> = (0..SIDES).into_par_iter().map(new_side).collect();
         let sides = sides.try_into().unwrap_or_else(|_| unreachable!("as many as there are sides"));
         let mut field = RadiusField { sides, typical: 0.0 };
@@ -263,7 +275,7 @@ impl RadiusField {
             let too_short = || InvalidInput(format!("table: {} numbers are too few", table.len()));
             let (own, rest) = nodes.split_at_checked(count).ok_or_else(too_short)?;
             nodes = rest;
-            Ok(Side { field, nodes: own.to_vec() })
+            Ok(Side::of(field, own.to_vec()))
         };
         let sides: Vec<Side> = fields.into_iter().map(side_of).collect::<Result<_, InvalidInput>>()?;
         let sides = sides.try_into().unwrap_or_else(|_| unreachable!("as many as there are sides"));
@@ -286,7 +298,7 @@ impl RadiusField {
 
     /// The largest radius.
     pub fn largest(&self) -> f32 {
-        self.sides.iter().flat_map(|side| &side.nodes).fold(0.0, |most, &radius| most.max(radius))
+        self.sides.iter().fold(0.0, |most, side| most.max(side.largest))
     }
 
     /// What glsl/lib/radius.glsl reads: for each side four texels, its grid's origin and which number here
@@ -315,8 +327,13 @@ fn facing_bits(normal: [f32; 3]) -> usize {
 }
 
 impl Side {
-    /// From its photons, all within the grid.
-    fn new(places: &[[f32; 3]], side: usize, field: Field, wanted: &Wanted) -> Side {
+    fn of(field: Field, nodes: Vec<f32>) -> Side {
+        let largest = nodes.iter().fold(0.0f32, |most, &radius| most.max(radius));
+        Side { field, nodes, largest }
+    }
+
+    /// From its photons, all within the grid, in parts.
+    fn new(places: &[&[[f32; 3]]], side: usize, field: Field, wanted: &Wanted) -> Side {
         let Field { grid: Grid { origin, cell_size, cells }, low, high } = field;
         let nodes = cells.map(|n| n + 1);
         let fine = Grid { origin, cell_size: cell_size / FINE as f32, cells: cells.map(|n| n * FINE) };
@@ -381,13 +398,13 @@ impl Side {
             radii.iter_mut().enumerate().for_each(|(x, radius)| *radius = radius_at([x, y, z], row));
         });
         flatten(&mut radii, nodes, STEEPEST * cell_size);
-        Side { field, nodes: radii }
+        Side::of(field, radii)
     }
 
     /// The radius at a position.
     #[inline]
     fn at(&self, position: [f32; 3]) -> f32 {
-        let Side { field: Field { grid, .. }, nodes } = self;
+        let Side { field: Field { grid, .. }, nodes, .. } = self;
         let mut cell = [0; 3];
         let mut share = [0.0; 3];
         for k in 0..3 {
@@ -468,9 +485,9 @@ struct Sums {
 }
 
 impl Sums {
-    fn new(places: &[[f32; 3]], grid: &Grid) -> Sums {
+    fn new(places: &[&[[f32; 3]]], grid: &Grid) -> Sums {
         let mut planes = grid.cells.map(|n| vec![0; n + 1]);
-        for place in places {
+        for place in places.iter().copied().flatten() {
             grid.cell_of(place).iter().zip(&mut planes).for_each(|(&i, planes)| planes[i as usize + 1] = 1);
         }
         for planes in &mut planes {
@@ -479,7 +496,7 @@ impl Sums {
         let [row, rows, layers] = [0, 1, 2].map(|k| planes[k][grid.cells[k]] + 1);
         let layer = row * rows;
         let mut below = vec![0u32; layer * layers];
-        for place in places {
+        for place in places.iter().copied().flatten() {
             let cell = grid.cell_of(place);
             let [x, y, z] = [0, 1, 2].map(|k| planes[k][cell[k] as usize] + 1);
             below[z * layer + y * row + x] += 1;
