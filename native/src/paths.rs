@@ -102,8 +102,9 @@ widest! {
     fn trace_chunk<L>(scene: &Scene, emission: &Emission, first: u32, count: u32, landed: &mut Landed) {
         let mut stack = Stack::new();
         let mut paths = Vec::with_capacity(count as usize);
+        let shift = random4(emission.seed, emission.pass_index, u32::MAX, DIMENSION_LIGHT)[0];
         for number in first..first + count {
-            paths.extend(generate(scene, emission, number));
+            paths.extend(generate(scene, emission, number, shift));
         }
         for bounce in 0..=emission.bounces {
             let mut alive = 0;
@@ -136,11 +137,10 @@ widest! {
 }
 
 /// generator.glsl
-fn generate(scene: &Scene, emission: &Emission, number: u32) -> Option<Photon> {
+fn generate(scene: &Scene, emission: &Emission, number: u32, shift: f32) -> Option<Photon> {
     let draw = |element, dimension| random4(emission.seed, emission.pass_index, element, dimension);
-    let shift = draw(u32::MAX, DIMENSION_LIGHT);
     let u = draw(number, DIMENSION_LIGHT);
-    let share = (number as f32 + shift[0]) / emission.photons as f32;
+    let share = (number as f32 + shift) / emission.photons as f32;
     let (mut low, mut high) = (0, scene.lights.len().checked_sub(1)?);
     while low < high {
         let middle = (low + high) / 2;
@@ -152,10 +152,13 @@ fn generate(scene: &Scene, emission: &Emission, number: u32) -> Option<Photon> {
     }
     let versine = sample_spot(inner, outer, u[0]);
     let direction = from_frame([ax, ay, az], direction_from_versine(versine, u[1]));
-    let v = draw(number, DIMENSION_LIGHT_POINT);
-    let disc = sample_disc([v[0], v[1]]);
-    let lift = [disc[0], disc[1], (1.0 - disc[0] * disc[0] - disc[1] * disc[1]).max(0.0).sqrt()];
-    let lift = from_frame(direction, lift.map(|x| x * radius));
+    let mut lift = [0.0; 3];
+    if radius > 0.0 {
+        let v = draw(number, DIMENSION_LIGHT_POINT);
+        let disc = sample_disc([v[0], v[1]]);
+        let up = (1.0 - disc[0] * disc[0] - disc[1] * disc[1]).max(0.0).sqrt();
+        lift = from_frame(direction, [disc[0], disc[1], up].map(|x| x * radius));
+    }
     let emitted = PI * (inner + outer) / (4.0 * PI) / (emission.photons as f32 * chosen);
     let position = [x, y, z];
     Some(Photon {
@@ -259,8 +262,12 @@ fn sample_spot(inner: f32, outer: f32, u: f32) -> f32 {
     let mut t = (0.5 * rest).cbrt();
     for _ in 0..6 {
         let slope = t * t * (6.0 - 4.0 * t);
+        let before = t;
         if slope > 0.0 {
             t = (t - (t * t * t * (2.0 - t) - rest) / slope).clamp(0.0, 1.0);
+        }
+        if t == before {
+            break; // further steps would change nothing either
         }
     }
     outer - t * fading
