@@ -164,7 +164,8 @@ class Budget:
             count += 1 + settings.boundary_correction  # cuts and coverage
             count += settings.estimator == "splat"  # reach
             if not native and (self._has_mirrors or settings.estimator != "splat"):
-                count += 2  # sums of Gather's launches
+                # What Gather's launches add to: zeros, and sums where there may be several.
+                count += 3 if self._device.is_software else 1
         return count
 
     @property

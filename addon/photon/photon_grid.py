@@ -84,7 +84,8 @@ class PhotonGrid:
         self._sorted = _NOTHING
         self._uniforms: dict[str, Any] = {}
         self._radii: Radii | None = None
-        self._sums: dict[tuple[int, int], PingPong] = {}  # by size
+        self._zeros: dict[tuple[int, int], Stream] = {}  # by size
+        self._sums: dict[tuple[int, int], PingPong] = {}  # where one launch is too long
 
     def prepare(self, deposits: Deposits, radii: Radii) -> None:
         """Build the grid for a pass's deposits and radii."""
@@ -134,26 +135,35 @@ class PhotonGrid:
         if count == 0:
             irradiance.clear()
             return
-        if irradiance.size not in self._sums:
-            self._sums[irradiance.size] = PingPong(self._device, IRRADIANCE, irradiance.size)
-        sums = self._sums[irradiance.size]
-        sums.front.clear()
-        kernel = self._kernel(self._lanes(in_chain))
+        kernel, before = self._kernel(self._lanes(in_chain)), self._zeros_of(irradiance.size)
         for first in range(0, count, launch):
             end = first + launch
-            target = irradiance if end >= count else sums.back
+            sums = None if end >= count else self._sums_of(irradiance.size)
             kernel.run(
-                ports | {"sum": sums.front, "irradiance": target},
+                ports | {"sum": before, "irradiance": sums.back if sums else irradiance},
                 lists | self._radii.tables(kernel),
                 self._uniforms | {"photon_range": (first, end)},
             )
-            sums.swap()
+            if sums:
+                sums.swap()
+                before = sums.front
 
     @property
     def launches(self) -> int:
         """How often gathering has run."""
         kernels = [self._native] if self._native else self._kernels.values()
         return sum(kernel.launches for kernel in kernels)
+
+    def _zeros_of(self, size: tuple[int, int]) -> Stream:
+        if size not in self._zeros:
+            self._zeros[size] = Stream(self._device, IRRADIANCE, size)
+            self._zeros[size].clear()
+        return self._zeros[size]
+
+    def _sums_of(self, size: tuple[int, int]) -> PingPong:
+        if size not in self._sums:
+            self._sums[size] = PingPong(self._device, IRRADIANCE, size)
+        return self._sums[size]
 
     def _lanes(self, in_chain: bool) -> int:
         if not self._device.keeps_lists(self._layer):
@@ -175,8 +185,10 @@ class PhotonGrid:
     def release(self) -> None:
         """Put streams and lists back, free the kernels."""
         self._forget()
-        for pair in self._sums.values():
-            pair.release()
+        for zeros in self._zeros.values():
+            zeros.release()
+        for sums in self._sums.values():
+            sums.release()
         for kernel in self._kernels.values():
             kernel.release()
         if self._device_sort:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import photon_stream_native as native
 
-from ..streams import Device, Kernel, PingPong, Stream
+from ..streams import TEXEL, Device, Kernel, PingPong, Stream
 from ..streams.device import Layer, nothing
 from .blur import Blur
 from .combine import CombineAll, CombineMirror, CombinePrimary
@@ -60,8 +60,8 @@ class _Buffers:
         """Made at once, for the first pass to find them: it took an eighth longer."""
         ones = {"hit": HIT, "place": PLACE, "facing": FACING, "shading": SHADING}
         ones |= dict.fromkeys(("direct_seen", "indirect_seen", "background_seen"), RADIANCE)
-        ones |= dict.fromkeys(("normal_seen", "no_mirror", "combined"), RADIANCE)
-        ones |= {"irradiance": IRRADIANCE}
+        ones |= dict.fromkeys(("normal_seen", "combined"), RADIANCE)
+        ones |= {"irradiance": IRRADIANCE, "zeros": TEXEL}
         twos = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "direct": RADIANCE, "blur": BLUR}
         if needs.lights:
             ones |= {"shadow_origin": RAY_ORIGIN, "shadow_direction": RAY_DIRECTION}
@@ -184,9 +184,9 @@ class RayTracer:
                 "view_axis": tuple(map(float, -self._camera["matrix"][:3, 2])),
             },
         )
-        two["blur"].front.clear()
+        two["blur"].restart(one["zeros"])
         self._add_blur(irradiance, coverage, self._unit)
-        images["mirror"] = images["mirror_indirect"] = one["no_mirror"]
+        images["mirror"] = images["mirror_indirect"] = one["zeros"]
         if self._needs.mirror:
             images["mirror"], images["mirror_indirect"] = self._mirror_images(
                 index, estimate, radii, meanwhile
@@ -260,7 +260,7 @@ class RayTracer:
         """Direct light at the visible points: one shadow ray a light."""
         one = self._buffers.one
         total = self._buffers.two["direct"]
-        total.front.clear()
+        total.restart(one["zeros"])
         for light in self._needs.lights:
             assert self._any_hit
             shadow_origin = one["shadow_origin"]
@@ -353,8 +353,8 @@ class RayTracer:
         origin, direction = two["origin"], two["direction"]
         throughput = two["throughput"]
         image, indirect = two["mirror"], two["mirror_indirect"]
-        image.front.clear()
-        indirect.front.clear()
+        image.restart(one["zeros"])
+        indirect.restart(one["zeros"])
         carried = self._unit
         for depth in range(self._needs.mirror_depth):
             alive = self._run(

@@ -53,7 +53,8 @@ class Record:
         )
 
 
-# A port of this record takes streams of any: the element as four plain numbers.
+# The element as four plain numbers: a port of this record takes streams of any, and a stream of it
+# is taken by every port.
 TEXEL = Record("Texel", {"texel": "vec4"})
 
 
@@ -102,14 +103,19 @@ class PingPong:
     """Two streams that change places: `front` is read, `back` written, then `swap`."""
 
     def __init__(self, device: Device, record: Record, size: tuple[int, int]) -> None:
-        self.front = Stream(device, record, size)
-        self.back = Stream(device, record, size)
+        self._own = Stream(device, record, size), Stream(device, record, size)
+        self.front, self.back = self._own
+
+    def restart(self, front: Stream) -> None:
+        """Begin anew with another stream to read, such as one of zeros; that is never written."""
+        self.front, self.back = front, self._own[0]
 
     def swap(self) -> None:
         """What was written becomes what is read."""
-        self.front, self.back = self.back, self.front
+        first, second = self._own
+        self.front, self.back = self.back, second if self.back is first else first
 
     def release(self) -> None:
         """Put both back."""
-        self.front.release()
-        self.back.release()
+        for stream in self._own:
+            stream.release()

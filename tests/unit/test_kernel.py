@@ -14,6 +14,7 @@ import pytest
 import addon.streams.kernel as kernel_module
 from addon.photon.geometry import upload_table
 from addon.streams import (
+    TEXEL,
     Device,
     Items,
     Kernel,
@@ -186,6 +187,13 @@ def test_bindings(device: Device, layer: str, root: Path, case: str, message: st
     assert kernel.launches == 1
     if case.startswith(("missing uniform", "unknown", "wrong size")):
         assert np.array_equal(streams["b"].download(), before)
+
+
+def test_four_plain_numbers_fit_every_port(device: Device, layer: str, root: Path) -> None:
+    kernel = build(device, layer, root, "void kernel() { store_b(load_a()); }")
+    a, b = stream(device, record=TEXEL), stream(device)
+    kernel.run({"a": a, "b": b})
+    assert np.array_equal(b.download(), a.download())
 
 
 def test_one_stream_on_two_outputs(device: Device, layer: str, root: Path) -> None:

@@ -104,3 +104,20 @@ def test_ping_pong_swaps(device: Device) -> None:
     pair.swap()
     assert pair.front is back and pair.back is front
     pair.release()
+
+
+def test_ping_pong_from_another_stream(device: Device) -> None:
+    """It is read once, and then the pair's own take turns."""
+    pair, zeros = PingPong(device, VALUE, (2, 2)), Stream(device, VALUE, (2, 2))
+    own = {id(pair.front), id(pair.back)}
+    for swaps in (0, 1, 2, 3):  # whichever was written last
+        for _ in range(swaps):
+            pair.swap()
+        pair.restart(zeros)
+        assert pair.front is zeros and id(pair.back) in own
+        for _ in range(3):
+            written = pair.back
+            pair.swap()
+            assert pair.front is written and {id(pair.front), id(pair.back)} == own
+    for item in (pair, zeros):
+        item.release()
