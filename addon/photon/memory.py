@@ -164,8 +164,7 @@ class Budget:
             count += 1 + settings.boundary_correction  # cuts and coverage
             count += settings.estimator == "splat"  # reach
             if not native and (self._has_mirrors or settings.estimator != "splat"):
-                # What Gather's launches add to: zeros, and sums where there may be several.
-                count += 3 if self._device.is_software else 1
+                count += 3  # what Gather's launches add to: zeros, and sums where photons crowd
         return count
 
     @property

@@ -209,7 +209,8 @@ class Kernel:
         size = streams[next(iter(self.outputs))].size
         for name, record in ports.items():
             stream = streams[name]
-            if TEXEL not in (record, stream.record) and stream.record.name != record.name:
+            plain = record is TEXEL or (stream.record is TEXEL and name in self.inputs)
+            if not plain and stream.record.name != record.name:
                 raise StreamError(
                     f"{who}: port {name!r} is a stream of {record.name}, got {stream.record.name}"
                 )

@@ -54,7 +54,7 @@ class Record:
 
 
 # The element as four plain numbers: a port of this record takes streams of any, and a stream of it
-# is taken by every port.
+# is taken by every input.
 TEXEL = Record("Texel", {"texel": "vec4"})
 
 

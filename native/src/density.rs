@@ -15,12 +15,13 @@ use crate::vector::from_frame;
 const BLOCK: usize = 128; // groups
 const POINTS_A_TASK: usize = 256;
 
-/// Eight photons, a row a quantity.
+/// Eight photons in order of their cells, a row a quantity: together in memory where they are together in
+/// space. A group may span cells, and the last one is filled up with zeros.
 struct Group {
-    position: [Row; 3],
-    surface: Row,
-    normal: [Row; 3],
-    flux: [Row; 3],
+    position: [Row; 3], // [scene units]
+    surface: Row,       // its number plus one
+    normal: [Row; 3],   // of the surface, a unit vector
+    flux: [Row; 3],     // [W]
 }
 
 /// A pass's photons, sorted into the cells of a grid.
@@ -157,14 +158,14 @@ fn sums_about<L: Lanes>(map: &PhotonMap, point: &Point, filter: Filter) -> [f32;
             let end = map.cell_start[row + in_x.1 + 1] as usize;
             let first_group = begin / WIDTH;
             let groups = &map.groups[first_group..end.div_ceil(WIDTH)];
-            let mut at = first_group * WIDTH;
+            let mut next = first_group * WIDTH;
             // Sums of sums: millions of equal numbers, added up one by one, are all rounded to
             // the same side.
             for block in groups.chunks(BLOCK) {
                 let (mut r, mut g, mut b, mut i) = (none, none, none, none);
                 for photons in block {
-                    let there = at;
-                    at += WIDTH;
+                    let number = next; // of its first photon
+                    next += WIDTH;
                     let [x, y, z] = load::<L>(&photons.position);
                     let offset = [x - position[0], y - position[1], z - position[2]];
                     let d2 = dot(offset, offset);
@@ -172,8 +173,9 @@ fn sums_about<L: Lanes>(map: &PhotonMap, point: &Point, filter: Filter) -> [f32;
                     if L::bits(near) == 0 {
                         continue;
                     }
-                    if there < begin || at > end {
-                        let [from, to] = [begin, end].map(|x| (x as isize - there as isize) as f32);
+                    if number < begin || next > end {
+                        // The row of cells begins or ends within the group.
+                        let [from, to] = [begin, end].map(|x| (x as isize - number as isize) as f32);
                         let lane = L::load(&COUNTING);
                         near = near & L::splat(from).less_equal(lane) & lane.less(L::splat(to));
                     }
@@ -219,7 +221,8 @@ widest! {
             let radius = radii.at([x, y, z], normal) * shrink;
             let reach = (map.reach(x, 0, radius), map.reach(y, 1, radius), map.reach(z, 2, radius));
             let (Some(in_x), Some(in_y), Some(in_z)) = reach else { continue };
-            if surface == 0.0 {
+            // No radius: no normal.
+            if surface == 0.0 || radius <= 0.0 {
                 continue;
             }
             let cells = [in_x, in_y, in_z];

@@ -183,7 +183,7 @@ struct Side {
     field: Field,
     /// At the corners of the cells, x fastest.
     nodes: Vec<f32>,
-    /// Of them.
+    /// The largest of `nodes`.
     largest: f32,
 }
 

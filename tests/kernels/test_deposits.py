@@ -235,6 +235,24 @@ def test_crowds_are_not_ranked_unasked(device: Device, monkeypatch: pytest.Monke
     deposits.release()
 
 
+def test_several_launches_sum_as_one(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where photons crowd, each launch adds to what those before it have summed."""
+    pictures = []
+    for most in (1 << 20, 64):
+        monkeypatch.setattr(photon_grid, "MAX_ADDED", most)
+        settings = Settings(width=24, height=24, passes=2, photons=2000, layer="fragment")
+        renderer = Renderer(cornell(True), settings, device)
+        for _ in range(settings.passes):
+            renderer.render_pass()
+        pictures.append((renderer.launches()["gather"], renderer.images()))
+        renderer.release()
+    (few, whole), (many, parts) = pictures
+    assert many > 10 * few
+    for name in ("Indirect", "Mirror"):
+        assert whole[name].any()
+        np.testing.assert_allclose(parts[name], whole[name], rtol=1e-5, atol=1e-7)
+
+
 @pytest.mark.parametrize("max_ranked", [photon_grid.MAX_RANKED, 3])
 @pytest.mark.parametrize("radius", [0.0, 5.0])
 def test_pictures_are_bit_equal(

@@ -198,16 +198,18 @@ class TestBindings:
             native.PhotonMap(place, deposit, *grid)
 
     def test_gather_sums_by_hand(self) -> None:
-        """Photons within the radius, of the surface and of its side; NaN points gather nothing."""
+        """Photons within the radius, of the surface and of its side; points that are NaN or have no
+        normal gather nothing."""
         up = 4095 * 0.5 + 0.5
         code = np.floor(up) * 4096 + np.floor(up)  # octahedral (0, 0, 1)
         place = np.array([[0, 0, 0, 1], [0.05, 0, 0, 1], [0.2, 0, 0, 1], [0, 0, 0, 2]], np.float32)
         deposit = np.array([[1, 2, 3, code]] * 4, np.float32)
         photons = native.PhotonMap(place, deposit, (-1.0, -1.0, -1.0), 0.1, (20, 20, 20))
-        points = np.zeros((1, 4, 4), np.float32)
-        points[0, :, 3] = 1, 2, 0, 1
+        points = np.zeros((1, 6, 4), np.float32)
+        points[0, :, 3] = 1, 2, 0, 1, 1, 1
         points[0, 3, 0] = np.nan
-        facing = np.array([[[0, 0, 1, 0]] * 4], np.float32)
+        facing = np.array([[[0, 0, 1, 0]] * 6], np.float32)
+        facing[0, 4:] = [[0.0] * 4, [np.nan] * 4]
         peak = 1 / (np.pi * 0.1**2)
         radii = even(0.2)
         cuts = np.zeros_like(points)
@@ -220,6 +222,29 @@ class TestBindings:
         np.testing.assert_allclose(sums[0, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
         np.testing.assert_allclose(sums[1, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
         assert not photons.gather(points, -facing, cuts, radii, 0.5, "constant")[..., :3].any()
+
+    @pytest.mark.parametrize("cells", [1, 3, 9, 33])
+    @pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 17, 129, 1025])
+    def test_gather_is_a_sum_over_all(self, count: int, cells: int) -> None:
+        """However rows of cells begin and end within the groups of eight that it reads."""
+        rng = np.random.default_rng(count)
+        place = rng.uniform(-1, 1, (count, 4)).astype(np.float32)
+        place[:1, :3], place[-1:, :3] = 1, -1  # at the grid's ends
+        place[:, 3] = rng.integers(1, 3, count)
+        deposit = rng.uniform(0, 1, (count, 4)).astype(np.float32)
+        deposit[:, 3] = 2048 * 4096 + 2048  # octahedral, nearly (0, 0, 1)
+        photons = native.PhotonMap(place, deposit, (-1.0, -1.0, -1.0), 2 / cells, (cells,) * 3)
+        points = rng.uniform(-1.1, 1.1, (8, 32, 4)).astype(np.float32)
+        points[..., 3] = rng.integers(0, 3, (8, 32))
+        points[0, :count] = place[:32]  # the corners, too
+        facing = np.broadcast_to(np.float32([0, 0, 1, 0]), points.shape).copy()
+        for radius in (0.05, 0.31, 0.9):
+            args = points, facing, np.zeros_like(points), even(radius), 1.0, "constant"
+            offset = points[..., None, :3].astype(float) - place[:, :3]
+            near = (offset**2).sum(-1) <= np.float32(radius) ** 2
+            near &= (points[..., None, 3] == place[:, 3]) & (points[..., None, 3] > 0)
+            expected = near @ deposit[:, :3].astype(float) / (np.pi * radius**2)
+            np.testing.assert_allclose(photons.gather(*args)[..., :3], expected, rtol=1e-4)
 
 
 def test_host_and_glsl_draw_the_same_numbers(device: Device) -> None:

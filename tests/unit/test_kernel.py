@@ -146,6 +146,7 @@ def test_device_works_after_a_refusal(device: Device, layer: str, root: Path) ->
         ("missing table", r"Probe: tables \['look_up'\] are bound or declared, but not both"),
         ("wrong record", r"Probe: port 'a' is a stream of Value, got Other"),
         ("wrong output record", r"Probe: port 'b' is a stream of Value, got Other"),
+        ("plain output", r"Probe: port 'b' is a stream of Value, got Texel"),
         ("wrong size", r"Probe: port 'a' is \(4, 2\), others are \(3, 2\)"),
         ("in and out", r"Probe: input 'a' and output 'b' are one stream"),
     ],
@@ -178,6 +179,8 @@ def test_bindings(device: Device, layer: str, root: Path, case: str, message: st
             streams["a"] = stream(device, record=OTHER)
         case "wrong output record":
             streams["b"] = stream(device, record=OTHER)
+        case "plain output":
+            streams["b"] = stream(device, record=TEXEL)
         case "wrong size":
             streams["a"] = stream(device, width=4)
         case "in and out":
@@ -189,7 +192,7 @@ def test_bindings(device: Device, layer: str, root: Path, case: str, message: st
         assert np.array_equal(streams["b"].download(), before)
 
 
-def test_four_plain_numbers_fit_every_port(device: Device, layer: str, root: Path) -> None:
+def test_four_plain_numbers_fit_every_input(device: Device, layer: str, root: Path) -> None:
     kernel = build(device, layer, root, "void kernel() { store_b(load_a()); }")
     a, b = stream(device, record=TEXEL), stream(device)
     kernel.run({"a": a, "b": b})
