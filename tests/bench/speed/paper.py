@@ -17,7 +17,7 @@ from addon.photon.scene import Scene
 from addon.photon.settings import Settings, SplatShape
 
 from .launches import Timer
-from .passes import Clock, Predictor, Way, time_way
+from .passes import Clock, Predictor, Timing, Way, time_way
 from .report import Report, duration
 
 ROOM = 10.0  # [m] the paper's unit is a tenth of the room
@@ -89,7 +89,11 @@ def measure_paper(report: Report, timer: Timer, scene: Scene, clock: Clock) -> N
     )  # fmt: skip
     left_out: list[float] = []  # [s] guessed
     predictor, results = Predictor(), report.data.setdefault("paper", [])
-    for cell in cells():
+
+    def timed(cell: Cell, way: Way) -> Timing | None:
+        """None: there is no time left for it."""
+        if 3 * predictor.seconds(way, cell.work) > clock.left:
+            return None
         settings = Settings(
             width=cell.size,
             height=cell.size,
@@ -97,21 +101,23 @@ def measure_paper(report: Report, timer: Timer, scene: Scene, clock: Clock) -> N
             radius=cell.radius * width / ROOM,
             direct_by_photons=True,
         )
+        timing = time_way(scene, way.of(settings), device, _SLICE[device.is_software], timer)
+        predictor.learn(way, cell.work, timing.seconds)
+        return timing
+
+    # First, for it takes a hundredth of what splats take: of these there may be too many.
+    gathers = {cell: timed(cell, gather) for cell in cells()}
+    for cell, gather_timing in gathers.items():
         seconds: dict[str, float] = {}
         parts: dict[str, tuple[float, float]] = {}
-        splats = gathered = math.nan
-        for way in (gather, *(Way("auto", "splat", shape) for shape in shapes)):
-            guess = 3 * predictor.seconds(way, cell.work)
-            if guess > clock.left:
+        gathered = gather_timing.seconds if gather_timing else math.nan
+        splats = math.nan
+        for shape in shapes:
+            if not (timing := timed(cell, Way("auto", "splat", shape))):
                 continue
-            timing = time_way(scene, way.of(settings), device, _SLICE[device.is_software], timer)
             assert timing.watch
-            predictor.learn(way, cell.work, timing.seconds)
-            if way == gather:
-                gathered = timing.seconds
-                continue
-            seconds[way.shape], splats = timing.seconds, timing.splats
-            parts[way.shape] = (
+            seconds[shape], splats = timing.seconds, timing.splats
+            parts[shape] = (
                 timing.phases.get("photons", math.nan),
                 timing.watch.of("splat").seconds,
             )
@@ -140,7 +146,7 @@ def measure_paper(report: Report, timer: Timer, scene: Scene, clock: Clock) -> N
             left_out.append(min(predictor.seconds(way, cell.work) for way in ways))
     if left_out:
         table.note(
-            f"{len(left_out)} cells not measured: a pass would take"
+            f"{len(left_out)} cells without splats: a pass would take"
             f" {duration(min(left_out))} to {duration(max(left_out))} by the largest measured"
         )
     low, high = SHARE_OF_SPLATS
