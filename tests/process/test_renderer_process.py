@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import os
 import queue
+import shutil
 import signal
 import subprocess
 import sys
@@ -436,10 +437,8 @@ def orphan(request: pytest.FixtureRequest) -> Any:
             time.sleep(0.7)
         parent.kill()
     yield int(pid), Path(folder)
-    for file in Path(folder).glob("*"):
-        file.unlink()
-    if Path(folder).exists():
-        Path(folder).rmdir()
+    # The watch that the renderer left behind may be clearing it up at this very moment.
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 @linux
