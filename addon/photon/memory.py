@@ -164,7 +164,7 @@ class Budget:
             count += 1 + settings.boundary_correction  # cuts and coverage
             count += settings.estimator == "splat"  # reach
             if not native and (self._has_mirrors or settings.estimator != "splat"):
-                count += 3  # what Gather's launches add to: zeros, and sums where photons crowd
+                count += 3  # what Gather's launches add to: zeros and sums
         return count
 
     @property

@@ -85,8 +85,8 @@ class PhotonGrid:
         self._sorted = _NOTHING
         self._uniforms: dict[str, Any] = {}
         self._radii: Radii | None = None
-        self._zeros: dict[tuple[int, int], Stream] = {}  # by size
-        self._sums: dict[tuple[int, int], PingPong] = {}  # where one launch is too long
+        # By size: zeros, with which sums begin, and those after each launch.
+        self._sums: dict[tuple[int, int], tuple[Stream, PingPong]] = {}
 
     def prepare(self, deposits: Deposits, radii: Radii) -> None:
         """Build the grid for a pass's deposits and radii."""
@@ -136,18 +136,16 @@ class PhotonGrid:
         if count == 0:
             irradiance.clear()
             return
-        kernel, before = self._kernel(self._lanes(in_chain)), self._zeros_of(irradiance.size)
+        kernel, sums = self._kernel(self._lanes(in_chain)), self._no_sums(irradiance.size)
         for first in range(0, count, launch):
             end = first + launch
-            sums = None if end >= count else self._sums_of(irradiance.size)
+            target = irradiance if end >= count else sums.back
             kernel.run(
-                ports | {"sum": before, "irradiance": sums.back if sums else irradiance},
+                ports | {"sum": sums.front, "irradiance": target},
                 lists | self._radii.tables(kernel),
                 self._uniforms | {"photon_range": (first, end)},
             )
-            if sums:
-                sums.swap()
-                before = sums.front
+            sums.swap()
 
     @property
     def launches(self) -> int:
@@ -155,16 +153,15 @@ class PhotonGrid:
         kernels = [self._native] if self._native else self._kernels.values()
         return sum(kernel.launches for kernel in kernels)
 
-    def _zeros_of(self, size: tuple[int, int]) -> Stream:
-        if size not in self._zeros:
-            self._zeros[size] = Stream(self._device, TEXEL, size)
-            self._zeros[size].clear()
-        return self._zeros[size]
-
-    def _sums_of(self, size: tuple[int, int]) -> PingPong:
+    def _no_sums(self, size: tuple[int, int]) -> PingPong:
+        """Sums of nothing."""
         if size not in self._sums:
-            self._sums[size] = PingPong(self._device, IRRADIANCE, size)
-        return self._sums[size]
+            zeros = Stream(self._device, TEXEL, size)
+            zeros.clear()
+            self._sums[size] = zeros, PingPong(self._device, IRRADIANCE, size)
+        zeros, sums = self._sums[size]
+        sums.restart(zeros)
+        return sums
 
     def _lanes(self, in_chain: bool) -> int:
         if not self._device.keeps_lists(self._layer):
@@ -186,9 +183,8 @@ class PhotonGrid:
     def release(self) -> None:
         """Put streams and lists back, free the kernels."""
         self._forget()
-        for zeros in self._zeros.values():
+        for zeros, sums in self._sums.values():
             zeros.release()
-        for sums in self._sums.values():
             sums.release()
         for kernel in self._kernels.values():
             kernel.release()
