@@ -121,17 +121,6 @@ fn directions(normal: [f32; 3], [ax, ay, bx, by]: Cuts) -> [[f32; 3]; 2] {
     [from_frame(normal, [ax, ay, 0.0]), from_frame(normal, [bx, by, 0.0])]
 }
 
-/// The same number in all lanes, for each of three.
-#[inline(always)]
-fn splat<L: Lanes>(v: [f32; 3]) -> [L; 3] {
-    [L::splat(v[0]), L::splat(v[1]), L::splat(v[2])]
-}
-
-#[inline(always)]
-fn load<L: Lanes>(rows: &[Row; 3]) -> [L; 3] {
-    [L::load(&rows[0]), L::load(&rows[1]), L::load(&rows[2])]
-}
-
 #[inline(always)]
 fn dot<L: Lanes>(a: [L; 3], b: [L; 3]) -> L {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -146,9 +135,9 @@ fn sums_about<L: Lanes>(map: &PhotonMap, point: &Point, filter: Filter) -> [f32;
     let [in_x, in_y, in_z] = point.cells;
     let r2 = point.radius * point.radius;
     let (square, inverse) = (L::splat(r2), L::splat(1.0 / r2));
-    let (position, normal) = (splat::<L>(point.position), splat::<L>(point.normal));
+    let (position, normal) = (L::splat3(point.position), L::splat3(point.normal));
     let [a, b] = directions(point.normal, point.cuts);
-    let (first, second) = (splat::<L>(a), splat::<L>(b));
+    let (first, second) = (L::splat3(a), L::splat3(b));
     let (none, one) = (L::splat(0.0), L::splat(1.0));
     let (mut red, mut green, mut blue, mut inner) = (none, none, none, none);
     for row_z in in_z.0..=in_z.1 {
@@ -166,7 +155,7 @@ fn sums_about<L: Lanes>(map: &PhotonMap, point: &Point, filter: Filter) -> [f32;
                 for photons in block {
                     let number = next; // of its first photon
                     next += WIDTH;
-                    let [x, y, z] = load::<L>(&photons.position);
+                    let [x, y, z] = L::load3(&photons.position);
                     let offset = [x - position[0], y - position[1], z - position[2]];
                     let d2 = dot(offset, offset);
                     let mut near = d2.less_equal(square);
@@ -184,10 +173,10 @@ fn sums_about<L: Lanes>(map: &PhotonMap, point: &Point, filter: Filter) -> [f32;
                     }
                     near = near
                         & L::load(&photons.surface).equal(L::splat(point.surface))
-                        & L::splat(SAME_ORIENTATION).less_equal(dot(load(&photons.normal), normal));
+                        & L::splat(SAME_ORIENTATION).less_equal(dot(L::load3(&photons.normal), normal));
                     let x2 = d2 * inverse;
                     let weight = filter.shapes(x2).keep(near);
-                    let flux = load::<L>(&photons.flux);
+                    let flux = L::load3(&photons.flux);
                     r = r + flux[0] * weight;
                     g = g + flux[1] * weight;
                     b = b + flux[2] * weight;
@@ -217,14 +206,16 @@ widest! {
         let points = places.iter().zip(facings).zip(cuts);
         for (((&[x, y, z, surface], facing), &cuts), out) in points.zip(out) {
             *out = [0.0; 4];
-            let normal = [facing[0], facing[1], facing[2]];
-            let radius = radii.at([x, y, z], normal) * shrink;
-            let reach = (map.reach(x, 0, radius), map.reach(y, 1, radius), map.reach(z, 2, radius));
-            let (Some(in_x), Some(in_y), Some(in_z)) = reach else { continue };
-            // No radius: no normal.
-            if surface == 0.0 || radius <= 0.0 {
+            if surface == 0.0 {
                 continue;
             }
+            let normal = [facing[0], facing[1], facing[2]];
+            let radius = radii.at([x, y, z], normal) * shrink;
+            if radius <= 0.0 {
+                continue; // no normal
+            }
+            let reach = (map.reach(x, 0, radius), map.reach(y, 1, radius), map.reach(z, 2, radius));
+            let (Some(in_x), Some(in_y), Some(in_z)) = reach else { continue };
             let cells = [in_x, in_y, in_z];
             let point = Point { position: [x, y, z], surface, normal, cuts, radius, cells };
             let sums = match filter {

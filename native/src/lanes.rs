@@ -48,6 +48,16 @@ pub(crate) trait Lanes:
     fn bits(mask: Self::Mask) -> u32;
 
     #[inline(always)]
+    fn splat3(v: [f32; 3]) -> [Self; 3] {
+        [Self::splat(v[0]), Self::splat(v[1]), Self::splat(v[2])]
+    }
+
+    #[inline(always)]
+    fn load3(rows: &[Row; 3]) -> [Self; 3] {
+        [Self::load(&rows[0]), Self::load(&rows[1]), Self::load(&rows[2])]
+    }
+
+    #[inline(always)]
     fn sum(self) -> f32 {
         let [a, b, c, d, e, f, g, h] = self.store().0;
         ((a + b) + (c + d)) + ((e + f) + (g + h))

@@ -178,9 +178,9 @@ impl<L: Lanes> Slabs<L> {
         let near: [f32; 3] = std::array::from_fn(|k| shifted(k, upward[k]));
         let far: [f32; 3] = std::array::from_fn(|k| shifted(k, !upward[k]));
         Slabs {
-            near_origin: [L::splat(near[0]), L::splat(near[1]), L::splat(near[2])],
-            far_origin: [L::splat(far[0]), L::splat(far[1]), L::splat(far[2])],
-            reciprocal: [L::splat(reciprocal[0]), L::splat(reciprocal[1]), L::splat(reciprocal[2])],
+            near_origin: L::splat3(near),
+            far_origin: L::splat3(far),
+            reciprocal: L::splat3(reciprocal),
             upward,
             slack: (bounds.max[main] - bounds.min[main]) / ray.direction[main].abs() * T_ERROR,
         }

@@ -304,11 +304,7 @@ struct Region<L> {
 impl<L: Lanes> Region<L> {
     #[inline(always)]
     fn new(disc: &Lifted) -> Self {
-        let ([x, y, z], [to_x, to_y, to_z]) = (disc.low, disc.high);
-        Region {
-            low: [L::splat(x), L::splat(y), L::splat(z)],
-            high: [L::splat(to_x), L::splat(to_y), L::splat(to_z)],
-        }
+        Region { low: L::splat3(disc.low), high: L::splat3(disc.high) }
     }
 
     /// The lanes whose interval along an axis overlaps it.
@@ -352,10 +348,9 @@ struct Planes<L> {
 impl<L: Lanes> Planes<L> {
     #[inline(always)]
     fn new(disc: &Lifted) -> Self {
-        let ([x, y, z], [nx, ny, nz]) = (disc.position, disc.normal);
         Planes {
-            position: [L::splat(x), L::splat(y), L::splat(z)],
-            normal: [L::splat(nx), L::splat(ny), L::splat(nz)],
+            position: L::splat3(disc.position),
+            normal: L::splat3(disc.normal),
             levels: [L::splat(disc.levels[0]), L::splat(disc.levels[1])],
         }
     }
@@ -410,9 +405,9 @@ impl<L: Lanes> Sheared<L> {
     fn new(ray: &Ray) -> Self {
         let (axes, origin, shear) = (ray.axes(), ray.origin(), ray.shear());
         Sheared {
-            origin: [L::splat(origin[axes[0]]), L::splat(origin[axes[1]]), L::splat(origin[axes[2]])],
+            origin: L::splat3([origin[axes[0]], origin[axes[1]], origin[axes[2]]]),
             axes,
-            shear: [L::splat(shear[0]), L::splat(shear[1]), L::splat(shear[2])],
+            shear: L::splat3(shear),
         }
     }
 
