@@ -32,6 +32,19 @@ class Accumulate(Kernel):
     outputs = {"next_sum": SUM, "next_low": SUM}
 
 
+class AccumulateTwo(Kernel):
+    """The same for two images: a launch costs a GPU as much as adding one does."""
+
+    stem = "film_two"
+    inputs = {
+        **Accumulate.inputs,
+        "second_value": TEXEL,
+        "second_sum": SUM,
+        "second_low": SUM,
+    }
+    outputs = {**Accumulate.outputs, "next_second_sum": SUM, "next_second_low": SUM}
+
+
 class AccumulateBatches(Kernel):
     """Add a pass to an image's sums of squared differences between batches of passes."""
 
@@ -101,7 +114,9 @@ class Film:
     ) -> None:
         """`spare`: streams of SUM, SPARE of them, that films of one size share."""
         self.passes = 0
-        self._kernel = Accumulate(device, layer)
+        self._kernels: dict[int, Kernel] = {2: AccumulateTwo(device, layer)}  # by their images
+        if len(names) % 2:
+            self._kernels[1] = Accumulate(device, layer)
         self._batch_kernel = AccumulateBatches(device, layer)
         self._sums = {name: Stream(device, SUM, size) for name in names}
         self._lows = {name: Stream(device, SUM, size) for name in names}
@@ -122,18 +137,18 @@ class Film:
         )
         for k, port in enumerate(self._batches):
             self._batches[port], spare[k] = spare[k], self._batches[port]
-        for name in self._sums:
-            sums, lows = self._sums[name], self._lows[name]
-            self._kernel.run(
-                {
-                    "value": images[name],
-                    "sum": sums,
-                    "low": lows,
-                    "next_sum": spare[0],
-                    "next_low": spare[1],
-                }
-            )
-            self._sums[name], self._lows[name], spare[:2] = spare[0], spare[1], [sums, lows]
+        names = [*self._sums]
+        for first in range(0, len(names), 2):
+            ports: dict[str, Stream] = {}
+            pair = names[first : first + 2]
+            for k, (name, which) in enumerate(zip(pair, ("", "second_"), strict=False)):
+                sums, lows = self._sums[name], self._lows[name]
+                ports |= {f"{which}value": images[name], f"{which}sum": sums, f"{which}low": lows}
+                next_sum, next_low = spare[2 * k : 2 * k + 2]
+                ports |= {f"next_{which}sum": next_sum, f"next_{which}low": next_low}
+                self._sums[name], self._lows[name] = next_sum, next_low
+                spare[2 * k : 2 * k + 2] = sums, lows
+            self._kernels[len(pair)].run(ports)
         self.passes += 1
 
     def means(self) -> Images:
@@ -156,8 +171,8 @@ class Film:
         made = (*self._sums.values(), *self._lows.values(), *self._batches.values())
         for stream in (*made, *self._own):
             stream.release()
-        self._kernel.release()
-        self._batch_kernel.release()
+        for kernel in (*self._kernels.values(), self._batch_kernel):
+            kernel.release()
 
 
 class HostFilm:

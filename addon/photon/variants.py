@@ -15,7 +15,7 @@ from .coverage import Coverage
 from .cuts import Cuts
 from .direct import Direct
 from .eye_rays import EyeRays
-from .film import Accumulate, AccumulateBatches
+from .film import Accumulate, AccumulateBatches, AccumulateTwo
 from .gather import Gather
 from .generator import Generator
 from .lit import Lit
@@ -44,6 +44,7 @@ PLAIN: tuple[type[Kernel], ...] = (
     CombineMirror,
     CombineAll,
     Accumulate,
+    AccumulateTwo,
     AccumulateBatches,
     Reach,
 )
