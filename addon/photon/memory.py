@@ -8,8 +8,9 @@ how often photons land. What kept.py keeps beside has a limit of its own, and ma
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -89,8 +90,8 @@ class Budget:
 
         `deposits` a photon are known once some have been traced.
         """
-        self._check_textures(deposits)
         parts, name = self.parts(deposits), self._device.name
+        self._check_textures(parts, deposits)
         if self._device.is_software:
             sizes = {part: part.device + part.host for part in parts}
             _compare("memory", self.free_host, sizes, FIXED)
@@ -145,13 +146,13 @@ class Budget:
             Part("triangles", self._triangles, tables * self._triangles, build * self._triangles),
         )
 
-    @property
+    @cached_property
     def film_textures(self) -> int:
         """How many textures there are for each pixel: a sum and its low part of each of film.py's
         images, and four of batches; natively there are arrays of as many bytes."""
         return 2 * (5 + 2 * self._has_mirrors + self._has_photons) + 4
 
-    @property
+    @cached_property
     def strip_textures(self) -> int:
         """How many there are of a strip's size: ray_tracer.py's and what films write to."""
         settings, native = self._settings, self._layer == "native"
@@ -164,14 +165,14 @@ class Budget:
             count += 1 + settings.boundary_correction  # cuts and coverage
             count += settings.estimator == "splat"  # reach
             if not native and (self._has_mirrors or settings.estimator != "splat"):
-                count += 3  # what Gather's launches add to: zeros and sums
+                count += 2  # what Gather's launches add to
         return count
 
-    @property
+    @cached_property
     def _has_mirrors(self) -> bool:
         return self._settings.mirror_depth > 0 and any(max(m.specular) > 0 for m in self._materials)
 
-    @property
+    @cached_property
     def _has_photons(self) -> bool:
         return self._has_lights and self._triangles > 0 and self._settings.photons_a_pass > 0
 
@@ -190,10 +191,10 @@ class Budget:
         several = float(np.sum(albedo ** np.arange(1, bounces + 1)))
         return min(several, MOST_GUESSED) + float(self._settings.direct_by_photons)
 
-    def _check_textures(self, deposits: float | None) -> None:
+    def _check_textures(self, parts: Sequence[Part], deposits: float | None) -> None:
         """What no memory helps: the sides of textures, and the size of buffers."""
         limit, name = self._device.texture_limit, self._device.name
-        pixels, photons, triangles = self.parts(deposits)
+        pixels, photons, triangles = parts
         if max(self._strip) > limit:
             width, height = self._strip
             size = f"{width}x{height} pixels are more than {limit} a side"

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import moderngl
@@ -12,7 +12,8 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ..streams import TEXEL, Device, PingPong, Program, Reading, Scan, Stream
+from ..streams import Device, PingPong, Program, Reading, Scan, Stream
+from ..streams.compute import clear
 from ..streams.device import Layer
 from .deposits import Deposits, HostDeposits
 from .gather import Gather
@@ -76,17 +77,17 @@ class PhotonGrid:
         self._device, self._layer, self._defines = device, layer, filter_define(settings)
         # Of the frame, also where a region of it is rendered: sums are to have the same order.
         self._pixels = settings.width * settings.height
-        self._extent, self._area = np.asarray(extent, np.float64), area
+        self._lengths, self._area = [2 * float(x) for x in extent], area
+        self._origin = tuple(float(-np.float32(x)) for x in extent)
         self._native = NativeGather(device, settings.filter) if on_host else None
         self._kernels: dict[int, Gather] = {}  # by their lanes
         for in_chain in () if on_host else in_chains:
             self._kernel(self._lanes(in_chain))  # for the first pass to find it
-        self._device_sort: _DeviceSort | None = None
+        self._device_sort = _DeviceSort(device) if device.keeps_lists(layer) else None
         self._sorted = _NOTHING
         self._uniforms: dict[str, Any] = {}
         self._radii: Radii | None = None
-        # By size: zeros, with which sums begin, and those after each launch.
-        self._sums: dict[tuple[int, int], tuple[Stream, PingPong]] = {}
+        self._sums: dict[tuple[int, int], PingPong] = {}  # after each launch, by size
 
     def prepare(self, deposits: Deposits, radii: Radii) -> None:
         """Build the grid for a pass's deposits and radii."""
@@ -98,10 +99,10 @@ class PhotonGrid:
         else:
             crowd = deposits.count * width**2 / self._area if self._area else 0.0
             width *= min(1.0, max(NARROWEST, (PHOTONS_A_CELL / max(crowd, 1.0)) ** 0.5))
-        cell = float(np.float32(_cell_size(2 * self._extent, width)))
-        cells = tuple(int(n) for n in np.floor(2 * self._extent / cell) + 1)
+        cell = float(np.float32(_cell_size(self._lengths, width)))
+        cells = tuple(int(length / cell) + 1 for length in self._lengths)
         grid = {
-            "grid_origin": tuple(float(np.float32(-x)) for x in self._extent),
+            "grid_origin": self._origin,
             "cell_size": cell,
             "grid_cells": cells,
         }
@@ -123,9 +124,11 @@ class PhotonGrid:
         facing: Stream,
         cuts: Stream,
         irradiance: Stream,
+        zeros: Stream,
         in_chain: bool = False,
     ) -> None:
-        """Write the irradiance at each visible point; `in_chain`: of secondary rays."""
+        """Write the irradiance at each visible point; sums begin with `zeros`; `in_chain`: of
+        secondary rays."""
         ports = {"place": place, "facing": facing, "cuts": cuts}
         assert self._radii
         if self._native:
@@ -136,7 +139,8 @@ class PhotonGrid:
         if count == 0:
             irradiance.clear()
             return
-        kernel, sums = self._kernel(self._lanes(in_chain)), self._no_sums(irradiance.size)
+        kernel, sums = self._kernel(self._lanes(in_chain)), self._sums_of(irradiance.size)
+        sums.restart(zeros)
         for first in range(0, count, launch):
             end = first + launch
             target = irradiance if end >= count else sums.back
@@ -153,15 +157,10 @@ class PhotonGrid:
         kernels = [self._native] if self._native else self._kernels.values()
         return sum(kernel.launches for kernel in kernels)
 
-    def _no_sums(self, size: tuple[int, int]) -> PingPong:
-        """Sums of nothing."""
+    def _sums_of(self, size: tuple[int, int]) -> PingPong:
         if size not in self._sums:
-            zeros = Stream(self._device, TEXEL, size)
-            zeros.clear()
-            self._sums[size] = zeros, PingPong(self._device, IRRADIANCE, size)
-        zeros, sums = self._sums[size]
-        sums.restart(zeros)
-        return sums
+            self._sums[size] = PingPong(self._device, IRRADIANCE, size)
+        return self._sums[size]
 
     def _lanes(self, in_chain: bool) -> int:
         if not self._device.keeps_lists(self._layer):
@@ -183,8 +182,7 @@ class PhotonGrid:
     def release(self) -> None:
         """Put streams and lists back, free the kernels."""
         self._forget()
-        for zeros, sums in self._sums.values():
-            zeros.release()
+        for sums in self._sums.values():
             sums.release()
         for kernel in self._kernels.values():
             kernel.release()
@@ -224,7 +222,7 @@ class _DeviceSort:
         self._count, self._scatter, self._rank = (
             Program(device, f"grid_{step}") for step in ("count", "scatter", "rank")
         )
-        self._scan, self._zero = Scan(device), Program(device, "fill_zero")
+        self._scan = Scan(device)
         self._fullest = device.buffer(4)
         self._reading: Reading | None = None  # of it, in the last pass
         self._buffers: dict[str, moderngl.Buffer] = {}
@@ -233,12 +231,12 @@ class _DeviceSort:
         count, place, deposit = deposits.tables()
         if count == 0:
             return _NOTHING
-        ctx, cells = self._device.ctx, int(np.prod(grid["grid_cells"]))
+        ctx, cells = self._device.ctx, math.prod(grid["grid_cells"])
         counts = self._buffer("counts", cells + 1)
         starts = self._buffer("starts", cells + 1)
         listed = self._buffer("listed", count)
-        self._zero.run(cells + 1, [counts])
-        self._zero.run(1, [self._fullest])
+        clear(self._device, counts, cells + 1)
+        clear(self._device, self._fullest, 1)
         self._count.run(count, [counts, self._fullest], {"place": place}, uniforms=grid)
         # Ranking costs the square of a cell's photons: a crowded focus goes to the host. Whether
         # there is one the last pass tells, for which no host waits; the first waits for its own,
@@ -281,9 +279,9 @@ def _is_crowded(fullest: Reading) -> bool:
     return photons > MAX_RANKED
 
 
-def _cell_size(extent: Any, width: float) -> float:
+def _cell_size(lengths: Sequence[float], width: float) -> float:
     """A cell's edge: the width, or more where that makes too many."""
-    cell = max(width, float(extent.max()) * 1e-6, 1e-30)
-    while np.prod(np.floor(extent / cell) + 1) > MAX_CELLS:
+    cell = max(width, max(lengths) * 1e-6, 1e-30)
+    while math.prod(int(length / cell) + 1 for length in lengths) > MAX_CELLS:
         cell *= 1.26  # two in volume for three steps
     return cell

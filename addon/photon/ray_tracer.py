@@ -200,6 +200,11 @@ class RayTracer:
         )
         return images
 
+    @property
+    def zeros(self) -> Stream:
+        """Of a region's size, never written."""
+        return self._buffers.one["zeros"]
+
     def footprint(self) -> tuple[float, list[float] | None]:
         """How wide a pixel is at distance 1 from the eye, or everywhere and None [scene units]."""
         left, right, _, _ = self._camera["window"]

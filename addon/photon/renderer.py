@@ -394,7 +394,8 @@ class Renderer:
             self.splat.estimate(place, facing, cuts, irradiance, view)
         else:
             assert self.grid
-            self.grid.estimate(place, facing, cuts, irradiance, in_chain=view is None)
+            zeros = self.ray_tracer.zeros
+            self.grid.estimate(place, facing, cuts, irradiance, zeros, in_chain=view is None)
 
 
 def _choose_layer(settings: Settings, device: Device) -> str:

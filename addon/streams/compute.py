@@ -84,6 +84,11 @@ def fill(device: Device, texture: moderngl.Texture, value: float) -> None:
         device.framebuffer([texture]).clear(value, value, value, value)
 
 
+def clear(device: Device, buffer: moderngl.Buffer, count: int) -> None:
+    """Set a buffer's first `count` uint32 to zero."""
+    Program(device, "fill_zero").run(count, [buffer], groups=-(-count // BLOCK))
+
+
 class Scan:
     """Exclusive prefix sums of uint32 buffers, in place (Blelloch 1990, by blocks)."""
 
