@@ -14,7 +14,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..streams import TABLE_WIDTH, Compaction, Device, Program, Reading, Stream
+from ..streams import TABLE_WIDTH, Compaction, Device, Reading, Stream
 from ..streams.device import rounded_up
 from .geometry import upload_table
 
@@ -64,10 +64,6 @@ class Deposits(Protocol):
 
     def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """All of them as (P, 4) arrays on the host."""
-
-    def sample(self, most: int) -> NDArray[np.float32]:
-        """Every so many-th one's position and packed normal, (`most` or fewer, 4); StreamError if
-        those are more than a Reading holds."""
 
     def copy(self) -> Copy:
         """All of them, beyond the pass; the caller releases them."""
@@ -125,11 +121,6 @@ class HostDeposits:
             places, deposits = zip(*self._parts, strict=True)
             self._parts = [(np.concatenate(places), np.concatenate(deposits))]
         return self._parts[0]
-
-    def sample(self, most: int) -> NDArray[np.float32]:
-        """A part of the arrays."""
-        place, deposit = (array[:: step_of(self.count, most)] for array in self.arrays())
-        return np.concatenate([place[:, :3], deposit[:, 3:]], axis=1)
 
     def copy(self) -> Copy:
         """The arrays themselves: nobody writes to them."""
@@ -237,18 +228,6 @@ class DeviceDeposits:
         """Download the list."""
         place, deposit = (self._device.texels(texture, self.count) for texture in self._textures)
         return place, deposit
-
-    def sample(self, most: int) -> NDArray[np.float32]:
-        """Download no more than that."""
-        step = step_of(self.count, most)
-        samples = -(-self.count // step)
-        buffer = self._device.buffer(16 * samples)
-        textures = dict(zip(("place", "deposit"), self._textures, strict=True))
-        program = Program(self._device, "deposits_sample")
-        program.run(samples, [buffer], textures, uniforms={"step": step})
-        some = self._device.ask(buffer, 4 * samples).data()
-        self._device.put_back(buffer)
-        return np.frombuffer(some, np.float32).reshape(samples, 4)
 
     def copy(self) -> Copy:
         """The used rows of the textures, by a copy within the device."""

@@ -2,22 +2,31 @@
 """The radii by compute programs, where photons stay on the device: native/src/radius.rs there.
 
 An H200's host took 12 ms for them by 131072 photons, and 26 by 524288 (cornell_classic, 512x512);
-these programs take 0.4, and as long to launch.
+these programs take 0.25, and as long to launch. It waits for the boxes that photons lie in, to know
+how large the grids are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
+import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ..streams import TABLE_WIDTH, Device, Program, Reading
+from ..streams.compute import clear
 from .deposits import Deposits, step_of
 
 AXES = range(3)
+THREADS = 16  # a line of glsl/lib/radius_rows.glsl
+SIDES = 6
+# As in native/src/radius.rs: photons that tell the box about most of all, MOST_SAMPLED of
+# glsl/lib/photon_boxes.glsl, and the share that lies beyond it on either side of each axis.
+ENOUGH, OUTSIDE = 1 << 12, 0.005
 TELLING = 2047  # photons that tell the median radius: tests hold it to 2 % of all photons'
 
 
@@ -40,8 +49,45 @@ class DeviceRadii(NamedTuple):
     def told(self) -> tuple[float, float]:
         """The median over the photons, and the largest (waits for the device)."""
         radii = np.frombuffer(self.telling.data(), np.float32)
-        largest, some = float(radii[0]), np.sort(radii[1:])
-        return float(some[len(some) // 2]) if len(some) else largest, largest
+        largest, middle = float(radii[0]), (len(radii) - 1) // 2
+        if len(radii) == 1:
+            return largest, largest
+        return float(np.partition(radii[1:], middle)[middle]), largest
+
+
+def grids_on_device(
+    device: Device, deposits: Deposits, most: int
+) -> Callable[[], tuple[NDArray[np.float32], float]]:
+    """As native.radius_grids by `most` of the deposits on the device, which are not none: asked for
+    at once, and waited for when called."""
+    count, place, deposit = deposits.tables()
+    step = step_of(count, most)
+    samples = -(-count // step)
+    every = step_of(samples, ENOUGH)
+    enough = -(-samples // every)
+    buffer = device.buffer(4 * (1 + SIDES) * SIDES)
+    Program(device, "radius_box").run(
+        enough,
+        [buffer],
+        {"place": place},
+        uniforms={"step": every * step, "beyond": int(enough * OUTSIDE)},
+        groups=SIDES,
+    )
+    photons = {"place": place, "deposit": deposit}
+    Program(device, "radius_sides").run(samples, [buffer], photons, uniforms={"step": step})
+    reading = device.ask(buffer, (1 + SIDES) * SIDES)
+    device.put_back(buffer)
+
+    def grids() -> tuple[NDArray[np.float32], float]:
+        faces = np.frombuffer(reading.data(), np.uint32)
+        return native.radius_grids_about(faces.reshape(1 + SIDES, 2 * len(AXES)))
+
+    return grids
+
+
+def most_lines(sides: Sequence[Sequence[int]], axis: int) -> int:
+    """Along an axis, of the side that has the most."""
+    return max(math.prod(n) // n[axis] for n in sides)
 
 
 def radii_on_device(
@@ -50,33 +96,33 @@ def radii_on_device(
     """The radii by deposits that are on the device; `grids` (6, 16) as of native.radius_grids."""
     count, place, deposit = deposits.tables()
     photons = {"place": place, "deposit": deposit}
-    cells = grids[:, 4:7].astype(int)
-    nodes, corners = cells + 1, 2 * cells + 1
-    nodes_a_side, corners_a_side = nodes.prod(axis=1), corners.prod(axis=1)
-    all_nodes, all_corners = int(nodes_a_side.sum()), int(corners_a_side.sum())
+    cells = [[int(n) for n in row[4:7]] for row in grids.tolist()]  # numpy is slow at so few
+    nodes, corners = ([[k * n + 1 for n in side] for side in cells] for k in (1, 2))
+    all_nodes, all_corners = (sum(map(math.prod, sides)) for sides in (nodes, corners))
     rows = -(-(grids.size + all_nodes) // (4 * TABLE_WIDTH))
     step = step_of(count, TELLING)
     samples = -(-count // step)
     sums, told = device.buffer(4 * all_corners), device.buffer(4 * (1 + samples))
     radii = device.buffer(16 * TABLE_WIDTH * rows)
-    where: dict[str, Any] = {"grids": [tuple(map(float, row)) for row in grids.reshape(-1, 4)]}
+    where: dict[str, Any] = {"grids": grids.tobytes()}
 
-    def run(stem: str, buffers: Sequence[Any], a_side: Any, **uniforms: Any) -> None:
-        """With threads for as many elements of each side as the largest has."""
-        most = int(a_side.max())
-        uniforms |= where | {"most_a_side": most}
-        Program(device, stem).run(len(grids) * most, buffers, uniforms=uniforms)
+    def run(stem: str, buffers: Sequence[Any], a_side: int, each: int = 1, **uniforms: Any) -> None:
+        """With `each` threads for so many elements of each side."""
+        uniforms |= where | {"most_a_side": a_side}
+        Program(device, stem).run(SIDES * a_side * each, buffers, uniforms=uniforms)
 
-    zero = Program(device, "fill_zero")
-    zero.run(all_corners, [sums])
-    zero.run(1, [told])
+    clear(device, sums, all_corners)
+    clear(device, told, 1)
     Program(device, "radius_count").run(count, [sums], photons, uniforms=where | {"most_a_side": 0})
-    for axis in AXES:
-        run("radius_sum", [sums], corners_a_side // corners[:, axis], axis=axis)
+    run("radius_sum_rows", [sums], most_lines(corners, 0), THREADS)
+    for axis in AXES[1:]:
+        run("radius_sum", [sums], most_lines(corners, axis), axis=axis)
     eye = (*limits.eye, 1.0) if limits.eye is not None else (0.0,) * 4
-    run("radius_find", [sums, radii], nodes_a_side, **limits._asdict() | {"eye": eye})
-    for axis in AXES:
-        run("radius_flatten", [radii], nodes_a_side // nodes[:, axis], axis=axis)
+    most_nodes = max(map(math.prod, nodes))
+    run("radius_find", [sums, radii], most_nodes, **limits._asdict() | {"eye": eye})
+    run("radius_flatten_rows", [radii], most_lines(nodes, 0), THREADS)
+    for axis in AXES[1:]:
+        run("radius_flatten", [radii], most_lines(nodes, axis), axis=axis)
     table: moderngl.Texture = device.texture((TABLE_WIDTH, rows), 4)
     table.write(radii)
     Program(device, "radius_tell").run(

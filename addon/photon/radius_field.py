@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import moderngl
@@ -15,12 +15,14 @@ import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ..streams import Device, HostKernel, Kernel, Table, Uniform
-from .deposits import Deposits, HostDeposits
-from .device_radii import DeviceRadii, Limits, radii_on_device
+from .deposits import Deposits, HostDeposits, step_of
+from .device_radii import DeviceRadii, Limits, grids_on_device, radii_on_device
 from .geometry import upload_table
 
-SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most: what a Reading holds
+SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most
 WIDEST = 1.4  # no radius is larger, in radii that even light would have
+# Gives the grids of native.radius_grids, and the area of the box about them.
+Grids = Callable[[], tuple[NDArray[np.float32], float]]
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
 UNIFORMS = {"shrink": Uniform("float")}
 TABLES = {"radii": Table()}
@@ -52,6 +54,7 @@ class RadiusField:
         cls,
         device: Device,
         deposits: Deposits,
+        grids: Grids,
         wanted: float,
         times: float,
         area: float,
@@ -59,14 +62,14 @@ class RadiusField:
         eye: Sequence[float] | None,
     ) -> RadiusField:
         """`deposits`: photons, of which a disc shall hold `wanted`, and a pass has `times` so many;
-        `area`: of the surfaces they may fall on;
+        `grids`: of `grids_over` them; `area`: of the surfaces they may fall on;
         `pixel`: its width at distance 1 from the eye, or everywhere."""
-        grids, box = native.radius_grids(deposits.sample(SAMPLE))
+        sides, box = grids()
         even = math.sqrt(wanted * (min(area, box) or 1.0) / (math.pi * max(deposits.count, 1)))
         limits = Limits(wanted, times, min(WIDEST * even, 2.0), pixel, eye)
         if isinstance(deposits, HostDeposits):
-            return cls(device, _on_host(*deposits.arrays(), grids, limits))
-        return cls(device, radii_on_device(device, deposits, grids, limits))
+            return cls(device, _on_host(*deposits.arrays(), sides, limits))
+        return cls(device, radii_on_device(device, deposits, sides, limits))
 
     @classmethod
     def even(cls, device: Device, radius: float) -> RadiusField:
@@ -107,6 +110,21 @@ class RadiusField:
         """Put the table back."""
         if self._table:
             self._device.put_back(self._table)
+
+
+def grids_over(device: Device, deposits: Deposits) -> Grids:
+    """Where most of the deposits are; a device that has them begins to look."""
+    if isinstance(deposits, HostDeposits) or not deposits.count:
+        return partial(native.radius_grids, sample_of(*deposits.arrays(), SAMPLE))
+    return grids_on_device(device, deposits, SAMPLE)
+
+
+def sample_of(
+    place: NDArray[np.float32], deposit: NDArray[np.float32], most: int
+) -> NDArray[np.float32]:
+    """Every so many-th photon's position and packed normal, (`most` or fewer, 4)."""
+    step = step_of(len(place), most)
+    return np.concatenate([place[::step, :3], deposit[::step, 3:]], axis=1)
 
 
 def _on_host(

@@ -28,7 +28,7 @@ from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
 from .photon_mapper import PhotonMapper, pilot_photons
 from .picture import FILM_IMAGES, MIRROR_IMAGES, picture_of
-from .radius_field import Radii, RadiusField, shrink_of
+from .radius_field import Radii, RadiusField, grids_over, shrink_of
 from .ray_tracer import RayTracer
 from .scene import Scene
 from .settings import Settings, filter_define
@@ -318,6 +318,7 @@ class Renderer:
         assert self.photon_mapper
         photons_a_pass, photons = self.settings.photons_a_pass, pilot_photons(self.settings)
         deposits = self._kept.finish(self.photon_mapper)
+        grids = grids_over(self.device, deposits)  # a GPU looks while the host looks for room
         landed = deposits.count / photons
         try:
             self.budget.check(landed)
@@ -329,7 +330,9 @@ class Renderer:
         times = photons_a_pass / photons
         wanted = photons_per_disc(photons_a_pass) / times
         pixel, eye = self.ray_tracer.footprint()
-        field = RadiusField.by_density(self.device, deposits, wanted, times, mesh.area, pixel, eye)
+        field = RadiusField.by_density(
+            self.device, deposits, grids, wanted, times, mesh.area, pixel, eye
+        )
         self._kept.leave_room(self.budget.spare(landed))  # while a GPU makes them
         return field
 

@@ -60,11 +60,14 @@ COMPUTE = (
     "grid_rank",
     "fill_zero",
     "fill_texture",
-    "deposits_sample",
+    "radius_box",
+    "radius_sides",
     "radius_count",
     "radius_sum",
+    "radius_sum_rows",
     "radius_find",
     "radius_flatten",
+    "radius_flatten_rows",
     "radius_tell",
 )
 

@@ -63,7 +63,7 @@ class Linked:
         self._values: dict[str, tuple[bytes, Any]] = {}  # which nobody changes in place
 
     def set(self, name: str, value: Any) -> None:
-        """Set a uniform or a sampler's unit, if the program has it."""
+        """Set a uniform or a sampler's unit, if the program has it; bytes are those of an array."""
         bits, given = self._values.get(name, _NEVER)
         if given is value:
             return
@@ -72,7 +72,10 @@ class Linked:
             return
         new = marshal.dumps(value)  # as `==` takes -0.0 for 0.0
         if new != bits:
-            member.value = value
+            if isinstance(value, bytes):
+                member.write(value)
+            else:
+                member.value = value
         self._values[name] = new, value
 
 

@@ -12,7 +12,7 @@ import moderngl
 from .functions import find_function
 from .source import StreamError
 
-SLOT = 1 << 18  # [bytes] that can be asked for at once
+SLOT = 1 << 14  # [bytes] that can be asked for at once
 SLOTS = 16  # that may be on their way
 
 # OpenGL 4.5 (glcorearb.h)

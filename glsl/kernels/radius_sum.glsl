@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Sum counts along an axis, a thread a line: after all three, photons in the cells below each corner.
+// Sum counts along y or z, a thread a line: after all three axes, photons in the cells below each corner.
 #include "lib/radius_grid.glsl"
 layout(std430, binding = 0) buffer Sums { uint sums[]; };
 uniform int axis;
@@ -9,9 +9,12 @@ void main() {
     if (thread() >= count) return;
     if (!line_in(corners_of(grid_of(side)), axis, thread() % most_a_side, at, step, length)) return;
     at += first_corner(side);
-    uint sum = 0u;
-    for (int i = 0; i < length; i++, at += step) {
-        sum += sums[at];
-        sums[at] = sum;
+    uint sum = 0u, some[AT_ONCE];
+    for (int done = 0; done < length; done += AT_ONCE, at += AT_ONCE * step) {
+        for (int k = 0; k < AT_ONCE; k++) some[k] = done + k < length ? sums[at + k * step] : 0u;
+        for (int k = 0; k < AT_ONCE; k++) {
+            sum += some[k];
+            if (done + k < length) sums[at + k * step] = sum;
+        }
     }
 }

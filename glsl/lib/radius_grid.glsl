@@ -4,6 +4,9 @@
 uniform vec4 grids[24];  // as lib/radius.glsl reads them
 uniform int most_a_side;  // elements: a side's are numbered from its number times so many
 
+// Elements of a line that a thread reads before it writes any: it waits for memory once, not for each.
+const int AT_ONCE = 16;
+
 struct SideGrid { vec3 origin; float cell_size; ivec3 cells; int first; };
 
 SideGrid grid_of(int side) {
@@ -19,11 +22,7 @@ ivec3 corners_of(SideGrid grid) { return 2 * grid.cells + 1; }
 int number_of(ivec3 n) { return n.x * n.y * n.z; }
 
 // Which of all sides' corners is a side's first.
-int first_corner(int side) {
-    int first = 0;
-    for (int before = 0; before < side; before++) first += number_of(corners_of(grid_of(before)));
-    return first;
-}
+int first_corner(int side) { return int(grids[4 * side + 2].w); }
 
 int index_in(ivec3 n, ivec3 at) { return (at.z * n.y + at.y) * n.x + at.x; }
 

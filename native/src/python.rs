@@ -44,6 +44,7 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<PhotonMap>()?;
     module.add_class::<RadiusField>()?;
     module.add_function(wrap_pyfunction!(radius_grids, module)?)?;
+    module.add_function(wrap_pyfunction!(radius_grids_about, module)?)?;
     module.add_function(wrap_pyfunction!(build_bvh, module)?)?;
     module.add_function(wrap_pyfunction!(refit_bvh, module)?)?;
     module.add_function(wrap_pyfunction!(trace, module)?)?;
@@ -447,8 +448,8 @@ impl PhotonMap {
 ///
 /// Takes a sample float32[S, 4] of the photons: positions, and packed normals of the surfaces. Returns
 /// (float32[6, 16], each row four texels: origin and which number of the table the first node is; cells
-/// and their size; the lowest and the highest corner of the box about the side's photons; the area of the
-/// box about all).
+/// and their size; the lowest corner of the box about the side's photons and which corner of the cells that
+/// count photons its first one is; the highest corner; the area of the box about all).
 ///
 /// Raises ValueError for a position that is not finite.
 #[pyfunction]
@@ -456,6 +457,22 @@ fn radius_grids<'py>(py: Python<'py>, sample: &Bound<'py, PyAny>) -> PyResult<(R
     let sample = array::<f32>(sample, "sample", &[None, Some(4)])?;
     let sample = rows(&sample)?;
     let grids = run(py, || radius::Fields::over(sample))?;
+    Ok((new_matrix(py, grids.table(), radius::GRID_FLOATS)?, grids.area))
+}
+
+/// The same from boxes uint32[7, 6] as glsl/lib/photon_boxes.glsl finds them: of most photons, and of those of
+/// them that count for each side.
+///
+/// Raises ValueError if the first is not finite.
+#[pyfunction]
+fn radius_grids_about<'py>(py: Python<'py>, boxes: &Bound<'py, PyAny>) -> PyResult<(Rows<'py>, f32)> {
+    let boxes = array::<u32>(boxes, "boxes", &[Some(7), Some(6)])?;
+    let boxes: &[[u32; 6]] = rows(&boxes)?;
+    let corners = |at: usize| {
+        let low = std::array::from_fn(|k| radius::of_ordered(!boxes[at][k]));
+        [low, std::array::from_fn(|k| radius::of_ordered(boxes[at][3 + k]))]
+    };
+    let grids = radius::Fields::about(corners(0), std::array::from_fn(|side| corners(1 + side)))?;
     Ok((new_matrix(py, grids.table(), radius::GRID_FLOATS)?, grids.area))
 }
 

@@ -115,8 +115,6 @@ impl Fields {
         let bounds = [0, 1, 2].map(|k| bounds_along(k).unwrap_or_default());
         let low: [f32; 3] = std::array::from_fn(|k| bounds[k].0);
         let high: [f32; 3] = std::array::from_fn(|k| bounds[k].1);
-        let size: [f32; 3] = std::array::from_fn(|k| high[k] - low[k]);
-        let cell_size = (size.iter().fold(0.0f32, |most, &x| most.max(x)) / (MOST_CELLS - 2.0)).max(1e-6);
         // By which sides they count for: no branch that a processor cannot foresee.
         let none = [Bounds::EMPTY; 1 << SIDES];
         let bounds_of = |part: &[[f32; 4]]| {
@@ -137,9 +135,31 @@ impl Fields {
             let counting = facing.iter().enumerate().filter(|(bits, _)| bits >> side & 1 == 1);
             counting.fold(Bounds::EMPTY, |whole, (_, bounds)| whole.union(bounds))
         };
-        let sides: [Bounds; SIDES] = std::array::from_fn(side_of);
-        let sides = sides.map(|Bounds { min: [x, y, z, _], max: [x1, y1, z1, _] }| {
-            let [least, most] = if x <= x1 { [[x, y, z], [x1, y1, z1]] } else { [low, low] };
+        let of_side = |side: usize| {
+            let Bounds { min: [x, y, z, _], max: [x1, y1, z1, _] } = side_of(side);
+            [[x, y, z], [x1, y1, z1]]
+        };
+        Fields::about([low, high], std::array::from_fn(of_side))
+    }
+
+    /// Over the box about most photons, by the boxes about those in it that count for each side, each by its
+    /// lowest and its highest corner. A side without photons has none: its lowest is not below its highest.
+    ///
+    /// # Errors
+    /// A box about all that is not finite.
+    pub fn about([low, high]: [[f32; 3]; 2], sides: [[[f32; 3]; 2]; SIDES]) -> Result<Fields, InvalidInput> {
+        if !low.iter().chain(&high).all(|x| x.is_finite()) {
+            return Err(InvalidInput(format!("the box {low:?} {high:?} is not finite")));
+        }
+        let size: [f32; 3] = std::array::from_fn(|k| high[k] - low[k]);
+        let cell_size = (size.iter().fold(0.0f32, |most, &x| most.max(x)) / (MOST_CELLS - 2.0)).max(1e-6);
+        let sides = sides.map(|[least, most]| {
+            let [least, most] =
+                if (0..3).all(|k| low[k] <= least[k] && least[k] <= most[k] && most[k] <= high[k]) {
+                    [least, most]
+                } else {
+                    [low, low]
+                };
             // A cell to spare on both sides, also after rounding.
             let cells = std::array::from_fn(|k| ((most[k] - least[k]) / cell_size).ceil() as usize + 2);
             let origin = std::array::from_fn(|k| (least[k] + most[k] - cell_size * cells[k] as f32) / 2.0);
@@ -150,13 +170,14 @@ impl Fields {
 
     /// As in [`RadiusField::table`].
     pub fn table(&self) -> Vec<f32> {
-        let mut first = GRID_FLOATS * SIDES;
+        let (mut first, mut first_corner) = (GRID_FLOATS * SIDES, 0);
         let mut table = Vec::with_capacity(first);
         for Field { grid: Grid { origin: [x, y, z], cell_size, cells }, low, high } in self.sides {
             let [nx, ny, nz] = cells.map(|n| n as f32);
             table.extend([x, y, z, first as f32, nx, ny, nz, cell_size]);
-            table.extend([low[0], low[1], low[2], 0.0, high[0], high[1], high[2], 0.0]);
+            table.extend([low[0], low[1], low[2], first_corner as f32, high[0], high[1], high[2], 0.0]);
             first += cells.iter().map(|n| n + 1).product::<usize>();
+            first_corner += cells.iter().map(|n| FINE * n + 1).product::<usize>();
         }
         table
     }
@@ -302,7 +323,8 @@ impl RadiusField {
     }
 
     /// What glsl/lib/radius.glsl reads: for each side four texels, its grid's origin and which number here
-    /// its first node is, cells and their size, the corners of the box about its photons; then the nodes.
+    /// its first node is, cells and their size, the corners of the box about its photons, and which corner
+    /// of all sides' fine cells its first one is; then the nodes.
     pub fn table(&self) -> Vec<f32> {
         let sides = std::array::from_fn(|side| self.sides[side].field);
         let mut table = Fields { sides, area: 0.0 }.table();
@@ -310,6 +332,11 @@ impl RadiusField {
         table.resize(table.len().next_multiple_of(4), 0.0);
         table
     }
+}
+
+/// A float out of glsl/lib/ordered.glsl.
+pub fn of_ordered(number: u32) -> f32 {
+    f32::from_bits(if number >> 31 == 1 { number & !(1 << 31) } else { !number })
 }
 
 /// The sides for which a surface or a photon counts.
@@ -677,6 +704,9 @@ mod tests {
         assert!(new(&[none], &[], 1.0).is_err());
         assert!(new(&[none], &[none], f32::NAN).is_err());
         assert!(Fields::over(&[[0.0, f32::NAN, 0.0, 1.0]]).is_err());
+        assert!(Fields::about([[0.0; 3], [f32::INFINITY; 3]], [[[0.0; 3]; 2]; SIDES]).is_err());
+        let nowhere = Fields::about([[0.0; 3], [1.0; 3]], [[[f32::NAN; 3]; 2]; SIDES]).unwrap().sides[0];
+        assert_eq!((nowhere.low, nowhere.grid.cells), ([0.0; 3], [2; 3]));
         let mut grid = [0.0f32; GRID_FLOATS];
         grid[..8].copy_from_slice(&[0.0, 0.0, 0.0, 96.0, 2.0, 2.0, 2.0, 0.1]);
         assert!(Fields::sides_of(&[grid; SIDES]).is_ok());

@@ -11,7 +11,13 @@ import photon_stream_native as native
 import pytest
 
 from addon.photon import radius_field
-from addon.photon.radius_field import RadiusField, radii_on_device, shrink_of
+from addon.photon.radius_field import (
+    SAMPLE,
+    RadiusField,
+    radii_on_device,
+    sample_of,
+    shrink_of,
+)
 from addon.photon.renderer import Renderer, photons_per_disc
 from addon.photon.settings import Settings
 from addon.streams import Device
@@ -162,7 +168,9 @@ def test_the_device_finds_the_same(
 
     def both(device: Device, deposits: Any, grids: Any, limits: Any) -> Any:
         made = radii_on_device(device, deposits, grids, limits)
-        expected = native.RadiusField(*deposits.arrays(), grids, **limits._asdict())
+        places = deposits.arrays()
+        np.testing.assert_array_equal(grids, native.radius_grids(sample_of(*places, SAMPLE))[0])
+        expected = native.RadiusField(*places, grids, **limits._asdict())
         used = grids.size + int((grids[:, 4:7] + 1).prod(axis=1).sum())
         table = expected.table().ravel()[:used]
         found = np.frombuffer(made.table.read(), np.float32)[:used]
