@@ -75,6 +75,9 @@ def main() -> None:
     parser.add_argument("scene", type=Path, help=".npz; with Cycles it is written")
     parser.add_argument("--peer", choices=("mitsuba", "cycles"), default="mitsuba")
     parser.add_argument("--size", type=int, default=512, help="[px] a side")
+    parser.add_argument(
+        "--photons", type=int, nargs="*", default=[], help="a pass, tried besides the default"
+    )
     parser.add_argument("--seconds", type=float, default=20.0, help="of each half and contender")
     arguments = parser.parse_args()
     os.environ.setdefault("MITSUBA_VARIANT", "cuda_ad_rgb")
@@ -82,15 +85,29 @@ def main() -> None:
     with contender(arguments.peer, arguments.scene, arguments.size) as worker:
         reference = reference_of(worker, name, seconds)
         path = climbed(worker, "path", seconds, reference)
+    methods = ["photons", *(f"photons {count}" for count in arguments.photons)]
     with contender("photon_stream", arguments.scene, arguments.size) as worker:
-        photons = climbed(worker, "photons", seconds, reference)
-    for target in TARGETS:
-        told, reached = [], [seconds_to(points, target) for points in (path, photons)]
-        for points, least in zip((path, photons), reached, strict=True):
-            later = seconds_by_slope(points, target)
-            told.append(f"{least:.4g} s" if math.isfinite(least) else f"~{later:.4g} s by slope")
-        ratio = f": {reached[0] / reached[1]:.3g} times sooner" if max(reached) < math.inf else ""
-        print(f"relMSE {target:g}: {name} {told[0]}, ours {told[1]}{ratio}")
+        ours = {method: climbed(worker, method, seconds, reference) for method in methods}
+    for method, photons in ours.items():
+        print(f"Photon Stream, {settings_of(method)}:")
+        for target in TARGETS:
+            print(f"  {compared(name, path, photons, target)}")
+
+
+def settings_of(method: str) -> str:
+    """In words."""
+    _, _, count = method.partition(" ")
+    return f"{count} photons a pass" if count else "as it is set"
+
+
+def compared(name: str, path: list[Point], photons: list[Point], target: float) -> str:
+    """Both's seconds to an error, and their ratio."""
+    told, reached = [], [seconds_to(points, target) for points in (path, photons)]
+    for points, least in zip((path, photons), reached, strict=True):
+        later = seconds_by_slope(points, target)
+        told.append(f"{least:.4g} s" if math.isfinite(least) else f"~{later:.4g} s by slope")
+    ratio = f": {reached[0] / reached[1]:.3g} times sooner" if max(reached) < math.inf else ""
+    return f"relMSE {target:g}: {name} {told[0]}, ours {told[1]}{ratio}"
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Photon Stream as a contender, at its default settings."""
+"""Photon Stream as a contender, at its default settings; "photons 65536" is with so many a pass."""
 
 from __future__ import annotations
 
@@ -61,7 +61,14 @@ class Engine:
     def climb(self, method: str, seed: int, budget: Budget) -> Iterator[Step]:
         """Pictures of 1, 2, 4, ... passes; the seconds are those of the passes and of the photons
         that tell the radii: not the BVH and the programs. `where` holds them by phase."""
-        settings = Settings(width=self.size, height=self.size, seed=seed, passes=1 << 24)
+        _, _, photons = method.partition(" ")
+        settings = Settings(
+            width=self.size,
+            height=self.size,
+            seed=seed,
+            passes=1 << 24,
+            photons=int(photons) if photons else None,
+        )
         renderer = Clocked(self.scene, settings, self.device)
         budget.begin()
         before = renderer.phases_before
