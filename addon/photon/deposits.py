@@ -22,11 +22,6 @@ DEPOSIT_BYTES = 32  # two texels
 MOST_APPENDS = 1025  # a pass: one a launch, of a bounce at least, and the first hits are one
 
 
-def step_of(count: int, most: int) -> int:
-    """From one of a sample of `most` of `count` to the next."""
-    return max(1, -(-count // most))
-
-
 @dataclass(frozen=True)
 class Copy:
     """A pass's deposits, to be pasted later: where they were, on the host or on the device."""

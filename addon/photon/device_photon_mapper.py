@@ -13,14 +13,7 @@ from .deposits import DeviceDeposits
 from .generator import Generator
 from .geometry import Tables
 from .needs import SceneNeeds
-from .photon_mapper import (
-    STREAM_WIDTH,
-    Paths,
-    PathsBySize,
-    draw_of,
-    first_to_deposit,
-    pilot_photons,
-)
+from .photon_mapper import STREAM_WIDTH, Paths, PathsBySize, draw_of, first_to_deposit
 from .records import DEPOSIT, PLACE
 from .settings import Settings
 
@@ -93,10 +86,6 @@ class DevicePhotonMapper:
         self._landed: tuple[Stream, Stream] | None = None
         self.deposits = DeviceDeposits(device)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
-        # Made at once, for the first pass to find them.
-        pilot = pilot_photons(settings)
-        self._paths.of(pilot)
-        self._landed_of(landed_rows(pilot, self._most_bounces))
 
     def trace(self, index: int, photons: int | None = None) -> DeviceDeposits:
         """As PhotonMapper.trace."""

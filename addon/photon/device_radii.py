@@ -2,8 +2,8 @@
 """The radii by compute programs, where photons stay on the device: native/src/radius.rs there.
 
 An H200's host took 12 ms for them by 131072 photons, and 26 by 524288 (cornell_classic, 512x512);
-these programs take 0.25, and as long to launch. It waits for the boxes that photons lie in, to know
-how large the grids are.
+these programs take 0.25, and as long to launch. The host waits for the boxes that photons lie in,
+to know how large the grids are.
 """
 
 from __future__ import annotations
@@ -19,14 +19,24 @@ from numpy.typing import NDArray
 
 from ..streams import TABLE_WIDTH, Device, Program, Reading
 from ..streams.compute import clear
-from .deposits import Deposits, step_of
+from .deposits import Deposits
 
 AXES = range(3)
-THREADS = 16  # a line of glsl/lib/radius_rows.glsl
 SIDES = 6
-# As in native/src/radius.rs: photons that tell the box about most of all, MOST_SAMPLED of
-# glsl/lib/photon_boxes.glsl, and the share that lies beyond it on either side of each axis.
+# As in native/src/radius.rs: photons that tell the box about most of all, and the share that lies
+# beyond it on either side of each axis.
 ENOUGH, OUTSIDE = 1 << 12, 0.005
+# Corners along an axis, at most: of 62 cells, two to spare and one by rounding, all halved.
+LONGEST = 2 * 65 + 1
+THREADS = 16  # that share a line along x
+_ROWS = f"const int THREADS = {THREADS}, MOST_A_THREAD = {-(-LONGEST // THREADS)};"
+DECLARATIONS = {  # what programs are compiled with
+    "radius_box": f"const int MOST_SAMPLED = {ENOUGH};",
+    "radius_sum_rows": _ROWS,
+    "radius_flatten_rows": _ROWS,
+}
+# Gives the grids of native.radius_grids, and the area of the box about them.
+Grids = Callable[[], tuple[NDArray[np.float32], float]]
 TELLING = 2047  # photons that tell the median radius: tests hold it to 2 % of all photons'
 
 
@@ -55,9 +65,12 @@ class DeviceRadii(NamedTuple):
         return float(np.partition(radii[1:], middle)[middle]), largest
 
 
-def grids_on_device(
-    device: Device, deposits: Deposits, most: int
-) -> Callable[[], tuple[NDArray[np.float32], float]]:
+def step_of(count: int, most: int) -> int:
+    """From one of a sample of `most` of `count` to the next."""
+    return max(1, -(-count // most))
+
+
+def grids_on_device(device: Device, deposits: Deposits, most: int) -> Grids:
     """As native.radius_grids by `most` of the deposits on the device, which are not none: asked for
     at once, and waited for when called."""
     count, place, deposit = deposits.tables()
@@ -66,7 +79,7 @@ def grids_on_device(
     every = step_of(samples, ENOUGH)
     enough = -(-samples // every)
     buffer = device.buffer(4 * (1 + SIDES) * SIDES)
-    Program(device, "radius_box").run(
+    _program(device, "radius_box").run(
         enough,
         [buffer],
         {"place": place},
@@ -74,7 +87,7 @@ def grids_on_device(
         groups=SIDES,
     )
     photons = {"place": place, "deposit": deposit}
-    Program(device, "radius_sides").run(samples, [buffer], photons, uniforms={"step": step})
+    _program(device, "radius_sides").run(samples, [buffer], photons, uniforms={"step": step})
     reading = device.ask(buffer, (1 + SIDES) * SIDES)
     device.put_back(buffer)
 
@@ -83,6 +96,10 @@ def grids_on_device(
         return native.radius_grids_about(faces.reshape(1 + SIDES, 2 * len(AXES)))
 
     return grids
+
+
+def _program(device: Device, stem: str) -> Program:
+    return Program(device, stem, DECLARATIONS.get(stem, ""))
 
 
 def most_lines(sides: Sequence[Sequence[int]], axis: int) -> int:
@@ -98,6 +115,7 @@ def radii_on_device(
     photons = {"place": place, "deposit": deposit}
     cells = [[int(n) for n in row[4:7]] for row in grids.tolist()]  # numpy is slow at so few
     nodes, corners = ([[k * n + 1 for n in side] for side in cells] for k in (1, 2))
+    assert max(map(max, corners)) <= LONGEST
     all_nodes, all_corners = (sum(map(math.prod, sides)) for sides in (nodes, corners))
     rows = -(-(grids.size + all_nodes) // (4 * TABLE_WIDTH))
     step = step_of(count, TELLING)
@@ -109,11 +127,13 @@ def radii_on_device(
     def run(stem: str, buffers: Sequence[Any], a_side: int, each: int = 1, **uniforms: Any) -> None:
         """With `each` threads for so many elements of each side."""
         uniforms |= where | {"most_a_side": a_side}
-        Program(device, stem).run(SIDES * a_side * each, buffers, uniforms=uniforms)
+        _program(device, stem).run(SIDES * a_side * each, buffers, uniforms=uniforms)
 
     clear(device, sums, all_corners)
     clear(device, told, 1)
-    Program(device, "radius_count").run(count, [sums], photons, uniforms=where | {"most_a_side": 0})
+    _program(device, "radius_count").run(
+        count, [sums], photons, uniforms=where | {"most_a_side": 0}
+    )
     run("radius_sum_rows", [sums], most_lines(corners, 0), THREADS)
     for axis in AXES[1:]:
         run("radius_sum", [sums], most_lines(corners, axis), axis=axis)
@@ -125,7 +145,7 @@ def radii_on_device(
         run("radius_flatten", [radii], most_lines(nodes, axis), axis=axis)
     table: moderngl.Texture = device.texture((TABLE_WIDTH, rows), 4)
     table.write(radii)
-    Program(device, "radius_tell").run(
+    _program(device, "radius_tell").run(
         max(all_nodes, samples),
         [told],
         photons | {"radii": table},

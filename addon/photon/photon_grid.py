@@ -115,7 +115,7 @@ class PhotonGrid:
         if isinstance(deposits, HostDeposits):
             self._sorted = _sort_on_host(self._device, self._layer, deposits, grid, span)
         else:
-            self._device_sort = self._device_sort or _DeviceSort(self._device)
+            assert self._device_sort
             self._sorted = self._device_sort.run(deposits, grid, span)
 
     def estimate(

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -15,14 +15,19 @@ import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ..streams import Device, HostKernel, Kernel, Table, Uniform
-from .deposits import Deposits, HostDeposits, step_of
-from .device_radii import DeviceRadii, Limits, grids_on_device, radii_on_device
+from .deposits import Deposits, HostDeposits
+from .device_radii import (
+    DeviceRadii,
+    Grids,
+    Limits,
+    grids_on_device,
+    radii_on_device,
+    step_of,
+)
 from .geometry import upload_table
 
 SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most
 WIDEST = 1.4  # no radius is larger, in radii that even light would have
-# Gives the grids of native.radius_grids, and the area of the box about them.
-Grids = Callable[[], tuple[NDArray[np.float32], float]]
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
 UNIFORMS = {"shrink": Uniform("float")}
 TABLES = {"radii": Table()}

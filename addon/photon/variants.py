@@ -13,6 +13,7 @@ from .bounces import Bounces, declarations
 from .combine import CombineAll, CombineMirror, CombinePrimary
 from .coverage import Coverage
 from .cuts import Cuts
+from .device_radii import DECLARATIONS
 from .direct import Direct
 from .eye_rays import EyeRays
 from .film import Accumulate, AccumulateBatches, AccumulateTwo
@@ -90,7 +91,7 @@ def kernels() -> Iterator[tuple[type[Kernel], dict[str, int | float]]]:
 def compute_programs() -> Iterator[tuple[str, str]]:
     """Each program that is no kernel, and what it is compiled with."""
     for stem in COMPUTE:
-        yield stem, ""
+        yield stem, DECLARATIONS.get(stem, "")
     yield Bounces.stem, declarations()
 
 

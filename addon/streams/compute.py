@@ -17,7 +17,7 @@ from .device import Device
 from .source import Source, expand
 
 GROUP = 256  # threads a work group
-BLOCK = 1024  # elements that one work group sums or compacts
+BLOCK = 1024  # elements that one work group sums, compacts or clears
 _GROUPS_A_ROW = 32768  # OpenGL guarantees 65535 groups a dimension
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import ctypes
-import marshal
 import sys
 from collections.abc import Sequence
 from typing import Any, Literal
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .functions import find_function
+from .linked import Linked
 from .readback import Readback, Reading
 from .source import Source, StreamError
 
@@ -41,7 +41,6 @@ _DebugCallback = ctypes.CFUNCTYPE(
 
 
 _WRITTEN, _READ = "by programs", "by the host"  # what a buffer is for
-_NEVER = b"", object()  # nothing marshals to that, and it is nothing's value
 _listening: list[Any] = []  # callbacks of contexts not yet released: a driver calls them to the end
 
 
@@ -50,33 +49,6 @@ def rounded_up(number: int, least: int = 1) -> int:
     lists do from frame to frame, and then find room that was made before."""
     step = max(least, 1 << max(0, number.bit_length() - 3))
     return -(-number // step) * step
-
-
-class Linked:
-    """A program of a device, shared by all that run it, and its uniforms, which are written only
-    where they change: a seventh of the host's time for a pass went there."""
-
-    def __init__(self, program: Any) -> None:
-        self.program = program
-        # A compiler may have removed what a #define made unused.
-        self._members = {name: program[name] for name in program}
-        self._values: dict[str, tuple[bytes, Any]] = {}  # which nobody changes in place
-
-    def set(self, name: str, value: Any) -> None:
-        """Set a uniform or a sampler's unit, if the program has it; bytes are those of an array."""
-        bits, given = self._values.get(name, _NEVER)
-        if given is value:
-            return
-        member = self._members.get(name)
-        if member is None:
-            return
-        new = marshal.dumps(value)  # as `==` takes -0.0 for 0.0
-        if new != bits:
-            if isinstance(value, bytes):
-                member.write(value)
-            else:
-                member.value = value
-        self._values[name] = new, value
 
 
 class Device:
@@ -115,6 +87,11 @@ class Device:
         self._renders = 0
         self._programs: dict[tuple[str, ...], Linked] = {}  # by their shaders' texts
         self._readback = Readback(self.ctx)
+        # In which kernels count who is alive, one after the other. It only grows (modulo 2^32): the
+        # host never writes to it. One for all, since a driver finds memory for a buffer when it is
+        # first used: with one for each kernel, its first launch took an H200's host twice as long.
+        self.alive: Any = self.ctx.buffer(bytes(4)) if self.has_compute else None
+        self.alive_before = 0  # when it was last read
         flush = None if self.is_software else find_function("glFlush")
         self._flush = ctypes.CFUNCTYPE(None)(flush) if flush else nothing
         self._launched = 0  # programs since something was last asked for
@@ -228,7 +205,7 @@ class Device:
         GPU after the 1st, 2nd, 4th, ... since something was last asked for.
 
         A driver collects launches, and a GPU that the host has waited for idles meanwhile: so an
-        H200 has a first picture of cornell_classic after 4.3 ms instead of 5.0 and a pass takes 1.7
+        H200 had a first picture of cornell_classic after 4.3 ms instead of 5.0, and passes take 1.7
         instead of 1.9. After every launch, many_lights' passes would take 5.5 instead of 4.5.
         """
         self._launched += 1

@@ -84,10 +84,6 @@ class Kernel:
             self._program = device.program(*(() if compute else (corners,)), source.text)
         except moderngl.Error as error:
             raise device.refusal(type(self).__name__, source, error) from None
-        # Who is alive, of kernels that have counted: a driver finds memory for a buffer when it is
-        # first used, which took an H200's host longer than a launch.
-        self._alive: moderngl.Buffer | None = None
-        self._alive_before = 0
         if not compute:
             self._quad = device.ctx.vertex_array(self._program.program, [])
         lists = [name for name, table in self.tables.items() if isinstance(table, Items)]
@@ -152,8 +148,6 @@ class Kernel:
 
     def release(self) -> None:
         """Free what is its own; the program is the device's."""
-        if self._alive:
-            self._alive.release()
         if self.layer != "compute":
             self._quad.release()
 
@@ -166,21 +160,17 @@ class Kernel:
         for unit, texture in enumerate(targets):
             texture.bind_to_image(unit, read=False, write=True)
         self._program.set("is_counting", count)
-        if count:
-            self._alive = self._alive or self.device.ctx.buffer(bytes(4))
-            self._alive.bind_to_storage_buffer(0)
+        self.device.alive.bind_to_storage_buffer(0)
         groups = [-(-n // g) for n, g in zip(size, self._group, strict=True)]
         self._program.program.run(*groups)
         self.device.ctx.memory_barrier()
         self.device.launched()
-        if not count or not self._alive:
-            return None
-        return partial(self._counted, self.device.ask(self._alive, 1))
+        return partial(self._counted, self.device.ask(self.device.alive, 1)) if count else None
 
     def _counted(self, reading: Reading) -> int:
-        # The counter only grows (modulo 2^32): the host never writes to it.
         (total,) = reading.numbers()
-        alive, self._alive_before = (total - self._alive_before) % (1 << 32), total
+        alive = (total - self.device.alive_before) % (1 << 32)
+        self.device.alive_before = total
         return alive
 
     def _draw(self, targets: list[moderngl.Texture], count: bool) -> Callable[[], int] | None:

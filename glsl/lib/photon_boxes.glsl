@@ -4,6 +4,5 @@
 #include "lib/ordered.glsl"
 const int BOXES = 7, FACES = 6;
 layout(std430, binding = 0) buffer Boxes { uint boxes[BOXES * FACES]; };
-const int MOST_SAMPLED = 4096;  // photons that tell the first
 
 int face_of(int box, int axis, bool is_high) { return FACES * box + (is_high ? 3 : 0) + axis; }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Where the gather radii are made, as native/src/radius.rs makes them: at the nodes of a grid for each of
 // the six sides of surfaces. Photons are counted in cells half as wide.
-uniform vec4 grids[24];  // as lib/radius.glsl reads them
+// For each side its origin and which of all radii its first one is; its cells and their size; the lowest
+// corner of the box about its photons and which of all counts its first one is; the highest corner.
+uniform vec4 grids[24];
 uniform int most_a_side;  // elements: a side's are numbered from its number times so many
 
 // Elements of a line that a thread reads before it writes any: it waits for memory once, not for each.

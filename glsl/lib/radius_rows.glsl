@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Lines along x, whose elements lie one after the other: several threads share one, each has neighbours of them.
-// A thread a line, as along y and z, would read and write far from what the next thread does.
+// Lines along x, whose elements lie one after the other: THREADS share one, each has up to MOST_A_THREAD that
+// lie side by side (addon/photon/device_radii.py). A thread a line, as along y and z, would read and write far
+// from what the next thread does.
 #include "lib/radius_grid.glsl"
-const int THREADS = 16;  // a line
-const int MOST_A_THREAD = 9;  // the longest line has 131 elements
 
 struct Share {
     int at;  // which of all elements its line's first one is

@@ -447,9 +447,8 @@ impl PhotonMap {
 /// The grids over which a RadiusField tells radii, one for each side of surfaces (+x, -x, +y, -y, +z, -z).
 ///
 /// Takes a sample float32[S, 4] of the photons: positions, and packed normals of the surfaces. Returns
-/// (float32[6, 16], each row four texels: origin and which number of the table the first node is; cells
-/// and their size; the lowest corner of the box about the side's photons and which corner of the cells that
-/// count photons its first one is; the highest corner; the area of the box about all).
+/// (float32[6, 16], each row four texels as glsl/lib/radius_grid.glsl reads them; the area of the box about
+/// most photons).
 ///
 /// Raises ValueError for a position that is not finite.
 #[pyfunction]

@@ -143,10 +143,11 @@ impl Fields {
     }
 
     /// Over the box about most photons, by the boxes about those in it that count for each side, each by its
-    /// lowest and its highest corner. A side without photons has none: its lowest is not below its highest.
+    /// lowest and its highest corner. One that is upside down, not a number or leaves the box about most is
+    /// of a side without photons.
     ///
     /// # Errors
-    /// A box about all that is not finite.
+    /// A box about most that is not finite.
     pub fn about([low, high]: [[f32; 3]; 2], sides: [[[f32; 3]; 2]; SIDES]) -> Result<Fields, InvalidInput> {
         if !low.iter().chain(&high).all(|x| x.is_finite()) {
             return Err(InvalidInput(format!("the box {low:?} {high:?} is not finite")));
@@ -323,8 +324,8 @@ impl RadiusField {
     }
 
     /// What glsl/lib/radius.glsl reads: for each side four texels, its grid's origin and which number here
-    /// its first node is, cells and their size, the corners of the box about its photons, and which corner
-    /// of all sides' fine cells its first one is; then the nodes.
+    /// its first node is, cells and their size, the lowest corner of the box about its photons and which of
+    /// all sides' corners of fine cells its first one is, the highest corner of the box; then the nodes.
     pub fn table(&self) -> Vec<f32> {
         let sides = std::array::from_fn(|side| self.sides[side].field);
         let mut table = Fields { sides, area: 0.0 }.table();

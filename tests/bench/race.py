@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Seconds to equal error at any size: `python -m tests.bench.race SCENE.npz [--size N]`.
+"""Seconds to equal error at any size: `python -m tests.bench.race SCENE.npz [--size N]
+[--photons N ...]`.
 
 Photon Stream against one path tracer on one machine: Mitsuba (cuda_ad_rgb, or MITSUBA_VARIANT), or
 Cycles, for which the scene is one of blend_scenes. The reference is the other's own, in two halves

@@ -180,6 +180,7 @@ def test_device_sort_equals_native_sort(
     device: Device, monkeypatch: pytest.MonkeyPatch, max_ranked: int, radius: float
 ) -> None:
     """The same cells in the same order; crowded ones too, which go by way of the host."""
+    monkeypatch.setattr(device, "prefers_native", False)
     by_host = count_host_sorts(monkeypatch, max_ranked)
     bounces = [landed(seed) for seed in range(6)]
     tables: list[list[NDArray[np.float32]]] = []
@@ -211,6 +212,7 @@ def test_device_sort_equals_native_sort(
 def test_crowds_are_not_ranked_unasked(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """In a first pass it is launched before the host knows whether cells are crowded: it would cost
     a GPU the square of their photons."""
+    monkeypatch.setattr(device, "prefers_native", False)
     deposits = DeviceDeposits(device)
     bounces = [landed(seed) for seed in range(6)]
     make_room(deposits, *bounces)

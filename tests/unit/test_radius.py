@@ -11,19 +11,24 @@ import photon_stream_native as native
 import pytest
 
 from addon.photon import radius_field
+from addon.photon.deposits import Copy, DeviceDeposits
 from addon.photon.radius_field import (
     SAMPLE,
     RadiusField,
+    grids_over,
     radii_on_device,
     sample_of,
     shrink_of,
 )
 from addon.photon.renderer import Renderer, photons_per_disc
 from addon.photon.settings import Settings
-from addon.streams import Device
+from addon.streams import TABLE_WIDTH, Device
 from tests.measure import render
 from tests.scenes import Builder, camera, cornell
 
+# Normals as deposits have them: +x, -x, +y, -y, +z, -z and one that counts for three sides.
+PACKED = [4096 * 4095 + 2048, 2048, 4096 * 2048 + 4095, 4096 * 2048, 4096 * 2048 + 2048]
+PACKED += [4096 * 4095 + 4095, 4096 * 2730 + 2730]
 UP, DOWN, BACK = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, -1.0, 0.0)
 
 
@@ -155,6 +160,30 @@ def test_told_whichever_device_was_used_last(
         renderer.release()
         other.release()
         device.use()
+
+
+@pytest.mark.parametrize("flat", [False, True])
+@pytest.mark.parametrize("count", [1, 2, 3, 200, 4097, 20000])
+def test_the_device_finds_where_photons_are(device: Device, count: int, flat: bool) -> None:
+    """The grids that the native core makes of a sample, to the bit."""
+    if not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    rng = np.random.default_rng(count)
+    place = rng.normal(0.0, 0.3, (count, 4)).astype(np.float32)
+    place[:, 1] = -0.0 if flat else place[:, 1]
+    deposit = rng.random((count, 4), np.float32)
+    deposit[:, 3] = rng.choice(PACKED[: 2 if flat else None], count)
+    rows = np.zeros((2, -(-count // TABLE_WIDTH) * TABLE_WIDTH, 4), np.float32)
+    rows[:, :count] = place, deposit
+    deposits = DeviceDeposits(device)
+    copy = Copy(count, tuple(device.ctx.buffer(part) for part in rows))
+    deposits.paste(copy)
+    grids, area = grids_over(device, deposits)()
+    expected, box = native.radius_grids(sample_of(place, deposit, SAMPLE))
+    np.testing.assert_array_equal(grids, expected)
+    assert area == box
+    deposits.release()
+    copy.release()
 
 
 @pytest.mark.parametrize("photons", [0, 1, 20000])

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from addon.photon.deposits import MOST_APPENDS
+from addon.photon.device_radii import TELLING
 from addon.streams import Device, StreamError, Tally, readback
 from addon.streams.readback import SLOT, SLOTS, Readback
 
@@ -54,6 +56,11 @@ def test_nothing_is_asked_for(device: Device, reads: Readback) -> None:
     buffer = device.ctx.buffer(reserve=16)
     assert reads.ask(buffer, 0).numbers() == ()
     buffer.release()
+
+
+def test_what_is_asked_for_fits() -> None:
+    """The photons that tell the median radius, where each append ends, and a tally's runs."""
+    assert 4 * (1 + max(TELLING, MOST_APPENDS)) <= SLOT
 
 
 def test_too_much_at_once(device: Device, reads: Readback) -> None:
