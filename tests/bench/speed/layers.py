@@ -38,7 +38,7 @@ def measure_machine(report: Report, timer: Timer, scene: Scene, settings: Settin
         what = f"{name}, {len(mesh.corners)} triangles"
         table.add(f"BVH of {what}", duration(seconds))
         data[f"BVH of {name} [s]"], data[f"triangles of {name}"] = seconds, len(mesh.corners)
-        rays = machine.native_rays(mesh)
+        rays = machine.native_rays(mesh, machine.incoherent_rays(mesh.corners))
         table.add(f"incoherent rays, native core, {what}", amount(rays, "rays/s"))
         data[f"native rays, {name} [1/s]"] = rays
         embree = machine.embree_rays(mesh)
@@ -46,9 +46,15 @@ def measure_machine(report: Report, timer: Timer, scene: Scene, settings: Settin
         table.add(f"incoherent rays, Embree, {what}", told)
         data[f"Embree rays, {name} [1/s]"] = embree
     for rows in (22, 283):
-        triangles, rays = machine.device_rays(timer, machine.room_with_spheres(rows))
+        room = machine.room_with_spheres(rows)
+        _, mesh = machine.build_bvh(room)
+        triangles = len(mesh.corners)
         what = f"two balls in a room, {triangles} triangles"
-        table.add(f"incoherent rays, tracer on the device, {what}", amount(rays, "rays/s"))
+        rays = machine.native_rays(mesh, machine.wall_rays(machine.RAYS))
+        table.add(f"rays off the walls, native core, {what}", amount(rays, "rays/s"))
+        data[f"native tracer, {triangles} triangles [1/s]"] = rays
+        rays = machine.device_rays(timer, room, mesh)
+        table.add(f"rays off the walls, tracer on the device, {what}", amount(rays, "rays/s"))
         data[f"tracer, {triangles} triangles [1/s]"] = rays
     table.note("bytes copied on host or device count as read and as written; rays: closest hits")
     first, next_one = machine.process_start(scene)

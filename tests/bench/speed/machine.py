@@ -144,21 +144,25 @@ def room_with_spheres(rows: int) -> Scene:
     )
 
 
-def device_rays(timer: Timer, scene: Scene) -> tuple[int, float]:
-    """Triangles, and closest hits a second of the tracer's kernel for rays that leave the walls of
-    `room_with_spheres` by the cosine: what photons are after a bounce."""
-    device, random = timer.device, np.random.default_rng(1)
-    layer = device.choose_layer("auto")
-    count = 1 << (17 if device.is_software else 23)
-    every = np.arange(count)
+def wall_rays(count: int) -> Any:
+    """Rays that leave the walls of `room_with_spheres` by the cosine, as photons do after a bounce:
+    origins and directions, (count, 3) each."""
+    random, every = np.random.default_rng(1), np.arange(count)
     axis, side = random.integers(0, 3, count), random.choice([-1.0, 1.0], count)
     origins, directions = random.uniform(-1, 1, (count, 3)), random.normal(size=(count, 3))
     origins[every, axis] = 0.9999 * side
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     directions[every, axis] -= 1.0001 * side
-    frame = frame_of(scene)
-    mesh = Mesh.build(scene, frame)
-    tables, kernel = Tables(device, scene, frame, mesh), Tracer(device, layer)
+    return origins.astype(np.float32), directions.astype(np.float32)
+
+
+def device_rays(timer: Timer, scene: Scene, mesh: Mesh) -> float:
+    """Closest hits a second of the tracer's kernel for `wall_rays`."""
+    device = timer.device
+    layer = device.choose_layer("auto")
+    count = 1 << (17 if device.is_software else 23)
+    origins, directions = wall_rays(count)
+    tables, kernel = Tables(device, scene, frame_of(scene), mesh), Tracer(device, layer)
     size = (1024, count // 1024)
     streams = {
         name: Stream(device, record, size)
@@ -178,7 +182,7 @@ def device_rays(timer: Timer, scene: Scene) -> tuple[int, float]:
     seconds = median_seconds(run, 15)
     for item in (*streams.values(), tables, kernel):
         item.release()
-    return len(mesh.corners), count / seconds
+    return count / seconds
 
 
 def build_bvh(scene: Scene) -> tuple[float, Mesh]:
@@ -200,9 +204,9 @@ def incoherent_rays(corners: NDArray[np.float32], count: int = RAYS) -> Any:
     return origins.astype(np.float32), directions.astype(np.float32)
 
 
-def native_rays(mesh: Mesh) -> float:
-    """Closest hits a second of the native core, all cores."""
-    origins, directions = incoherent_rays(mesh.corners)
+def native_rays(mesh: Mesh, rays: Any) -> float:
+    """Closest hits a second of the native core, all cores; `rays`: RAYS origins and directions."""
+    origins, directions = rays
     shape = (-1, 1024, 4)
     origin = np.concatenate([origins, np.full((RAYS, 1), -1, np.float32)], 1).reshape(shape)
     direction = np.concatenate([directions, np.full((RAYS, 1), _FAR, np.float32)], 1).reshape(shape)
