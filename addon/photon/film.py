@@ -141,13 +141,13 @@ class Film:
         for first in range(0, len(names), 2):
             ports: dict[str, Stream] = {}
             pair = names[first : first + 2]
-            for k, (name, which) in enumerate(zip(pair, ("", "second_"), strict=False)):
+            for name, which in zip(pair, ("", "second_"), strict=False):
                 sums, lows = self._sums[name], self._lows[name]
+                next_sums, next_lows = spare.pop(0), spare.pop(0)
                 ports |= {f"{which}value": images[name], f"{which}sum": sums, f"{which}low": lows}
-                next_sum, next_low = spare[2 * k : 2 * k + 2]
-                ports |= {f"next_{which}sum": next_sum, f"next_{which}low": next_low}
-                self._sums[name], self._lows[name] = next_sum, next_low
-                spare[2 * k : 2 * k + 2] = sums, lows
+                ports |= {f"next_{which}sum": next_sums, f"next_{which}low": next_lows}
+                self._sums[name], self._lows[name] = next_sums, next_lows
+                spare += [sums, lows]
             self._kernels[len(pair)].run(ports)
         self.passes += 1
 

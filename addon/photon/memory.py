@@ -165,7 +165,7 @@ class Budget:
             count += 1 + settings.boundary_correction  # cuts and coverage
             count += settings.estimator == "splat"  # reach
             if not native and (self._has_mirrors or settings.estimator != "splat"):
-                count += 2  # what Gather's launches add to
+                count += 2  # what Gather's launches add to where photons crowd
         return count
 
     @cached_property

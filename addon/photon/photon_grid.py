@@ -87,7 +87,7 @@ class PhotonGrid:
         self._sorted = _NOTHING
         self._uniforms: dict[str, Any] = {}
         self._radii: Radii | None = None
-        self._sums: dict[tuple[int, int], PingPong] = {}  # after each launch, by size
+        self._sums: dict[tuple[int, int], PingPong] = {}  # by size; where one launch is too long
 
     def prepare(self, deposits: Deposits, radii: Radii) -> None:
         """Build the grid for a pass's deposits and radii."""
@@ -139,17 +139,18 @@ class PhotonGrid:
         if count == 0:
             irradiance.clear()
             return
-        kernel, sums = self._kernel(self._lanes(in_chain)), self._sums_of(irradiance.size)
-        sums.restart(zeros)
+        kernel, so_far = self._kernel(self._lanes(in_chain)), zeros
         for first in range(0, count, launch):
             end = first + launch
-            target = irradiance if end >= count else sums.back
+            sums = None if end >= count else self._sums_of(irradiance.size)
             kernel.run(
-                ports | {"sum": sums.front, "irradiance": target},
+                ports | {"sum": so_far, "irradiance": sums.back if sums else irradiance},
                 lists | self._radii.tables(kernel),
                 self._uniforms | {"photon_range": (first, end)},
             )
-            sums.swap()
+            if sums:
+                sums.swap()
+                so_far = sums.front
 
     @property
     def launches(self) -> int:

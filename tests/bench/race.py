@@ -86,19 +86,14 @@ def main() -> None:
     with contender(arguments.peer, arguments.scene, arguments.size) as worker:
         reference = reference_of(worker, name, seconds)
         path = climbed(worker, "path", seconds, reference)
-    methods = ["photons", *(f"photons {count}" for count in arguments.photons)]
+    methods = {"as it is set": "photons"}
+    methods |= {f"{count} photons a pass": f"photons {count}" for count in arguments.photons}
     with contender("photon_stream", arguments.scene, arguments.size) as worker:
-        ours = {method: climbed(worker, method, seconds, reference) for method in methods}
-    for method, photons in ours.items():
-        print(f"Photon Stream, {settings_of(method)}:")
+        ours = {how: climbed(worker, method, seconds, reference) for how, method in methods.items()}
+    for how, photons in ours.items():
+        print(f"Photon Stream, {how}:")
         for target in TARGETS:
             print(f"  {compared(name, path, photons, target)}")
-
-
-def settings_of(method: str) -> str:
-    """In words."""
-    _, _, count = method.partition(" ")
-    return f"{count} photons a pass" if count else "as it is set"
 
 
 def compared(name: str, path: list[Point], photons: list[Point], target: float) -> str:

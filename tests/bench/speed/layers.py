@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+from addon.photon.geometry import Mesh, frame_of
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from addon.streams import Device
@@ -47,7 +48,7 @@ def measure_machine(report: Report, timer: Timer, scene: Scene, settings: Settin
         data[f"Embree rays, {name} [1/s]"] = embree
     for rows in (22, 283):
         room = machine.room_with_spheres(rows)
-        _, mesh = machine.build_bvh(room)
+        mesh = Mesh.build(room, frame_of(room))
         triangles = len(mesh.corners)
         what = f"two balls in a room, {triangles} triangles"
         rays = machine.native_rays(mesh, machine.wall_rays(machine.RAYS))

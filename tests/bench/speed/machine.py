@@ -156,21 +156,27 @@ def wall_rays(count: int) -> Any:
     return origins.astype(np.float32), directions.astype(np.float32)
 
 
+def as_streams(rays: Any) -> list[NDArray[np.float32]]:
+    """Origins and directions, (count, 3) each, as the tracer takes them: rows of 1024."""
+    return [
+        np.concatenate([part, np.full((len(part), 1), fourth, np.float32)], 1).reshape(-1, 1024, 4)
+        for part, fourth in zip(rays, (-1.0, _FAR), strict=True)
+    ]
+
+
 def device_rays(timer: Timer, scene: Scene, mesh: Mesh) -> float:
     """Closest hits a second of the tracer's kernel for `wall_rays`."""
     device = timer.device
     layer = device.choose_layer("auto")
     count = 1 << (17 if device.is_software else 23)
-    origins, directions = wall_rays(count)
     tables, kernel = Tables(device, scene, frame_of(scene), mesh), Tracer(device, layer)
     size = (1024, count // 1024)
     streams = {
         name: Stream(device, record, size)
         for name, record in (("origin", RAY_ORIGIN), ("direction", RAY_DIRECTION), ("hit", HIT))
     }
-    for name, data, fourth in (("origin", origins, -1.0), ("direction", directions, _FAR)):
-        texels = np.concatenate([data, np.full((count, 1), fourth)], axis=1, dtype=np.float32)
-        streams[name].upload(texels.reshape(size[1], size[0], 4))
+    for name, texels in zip(("origin", "direction"), as_streams(wall_rays(count)), strict=True):
+        streams[name].upload(texels)
 
     def run() -> None:
         kernel.run(streams, tables.of(kernel))
@@ -206,10 +212,7 @@ def incoherent_rays(corners: NDArray[np.float32], count: int = RAYS) -> Any:
 
 def native_rays(mesh: Mesh, rays: Any) -> float:
     """Closest hits a second of the native core, all cores; `rays`: RAYS origins and directions."""
-    origins, directions = rays
-    shape = (-1, 1024, 4)
-    origin = np.concatenate([origins, np.full((RAYS, 1), -1, np.float32)], 1).reshape(shape)
-    direction = np.concatenate([directions, np.full((RAYS, 1), _FAR, np.float32)], 1).reshape(shape)
+    origin, direction = as_streams(rays)
     tracer = native.Tracer(mesh.tree.nodes, mesh.corners)
     return RAYS / median_seconds(lambda: tracer.trace(origin, direction, False))
 
