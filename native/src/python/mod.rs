@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! The Python module: numpy arrays in, numpy arrays out.
+//!
+//! Every function checks its arrays, releases the GIL while it works and turns a panic, which
+//! would be a bug here, into a RuntimeError.
+
+mod arrays;
+mod geometry;
+mod photon_map;
+mod radius_field;
+mod tracer;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::{InvalidInput, bvh};
+
+impl From<InvalidInput> for PyErr {
+    fn from(error: InvalidInput) -> PyErr {
+        PyValueError::new_err(error.0)
+    }
+}
+
+/// Native core of Photon Stream: BVH build, CPU ray tracing and photon sorting.
+#[pymodule]
+fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("MAX_DEPTH", bvh::MAX_DEPTH)?;
+    module.add("MAX_LEAF", bvh::MAX_LEAF)?;
+    module.add_class::<tracer::Tracer>()?;
+    module.add_class::<photon_map::PhotonMap>()?;
+    module.add_class::<radius_field::RadiusField>()?;
+    module.add_function(wrap_pyfunction!(radius_field::radius_grids, module)?)?;
+    module.add_function(wrap_pyfunction!(radius_field::radius_grids_about, module)?)?;
+    module.add_function(wrap_pyfunction!(geometry::build_bvh, module)?)?;
+    module.add_function(wrap_pyfunction!(geometry::refit_bvh, module)?)?;
+    module.add_function(wrap_pyfunction!(geometry::trace, module)?)?;
+    module.add_function(wrap_pyfunction!(geometry::occluded, module)?)?;
+    module.add_function(wrap_pyfunction!(geometry::trace_brute_force, module)?)?;
+    module.add_function(wrap_pyfunction!(photon_map::sort_photons, module)?)
+}
+
+/// Do work without the GIL; a panic becomes a RuntimeError.
+fn run<T: Send>(py: Python, work: impl FnOnce() -> Result<T, InvalidInput> + Send) -> PyResult<T> {
+    match py.detach(|| catch_unwind(AssertUnwindSafe(work))) {
+        Ok(result) => Ok(result?),
+        Err(panic) => {
+            let text = panic.downcast_ref::<String>().map(String::as_str);
+            let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("unknown");
+            Err(PyRuntimeError::new_err(format!("photon_stream_native failed: {text}")))
+        }
+    }
+}

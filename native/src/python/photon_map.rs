@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Photons in the cells of a grid.
+
+use numpy::{AllowTypeChange, PyArray1, PyArrayLike1, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use super::arrays::{Stream, U32Array, array, new_stream, rows, streams};
+use super::radius_field::RadiusField;
+use super::run;
+use crate::filter::Filter;
+use crate::{density, photons};
+
+/// A pass's photons in the cells of a grid, for gathering.
+///
+/// PhotonMap(place, deposit, origin, cell_size, cells): place float32[P, 4] (position, surface + 1),
+/// deposit float32[P, 4] (flux, packed normal); the grid as for sort_photons, which says what is
+/// refused.
+#[pyclass(frozen, module = "photon_stream_native")]
+pub(super) struct PhotonMap(density::PhotonMap);
+
+#[pymethods]
+impl PhotonMap {
+    #[new]
+    fn new(
+        py: Python,
+        place: &Bound<PyAny>,
+        deposit: &Bound<PyAny>,
+        origin: [f32; 3],
+        cell_size: f32,
+        cells: [usize; 3],
+    ) -> PyResult<PhotonMap> {
+        let place = array::<f32>(place, "place", &[None, Some(4)])?;
+        let deposit = array::<f32>(deposit, "deposit", &[None, Some(4)])?;
+        let (place, deposit) = (rows(&place)?, rows(&deposit)?);
+        let grid = photons::Grid { origin, cell_size, cells };
+        Ok(PhotonMap(run(py, || density::PhotonMap::new(place, deposit, grid))?))
+    }
+
+    /// Sum the photons around each visible point.
+    ///
+    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point), facing
+    /// (normal, unused) and cuts; radii, of which each is multiplied by shrink; filter (constant, cone, gaussian, epanechnikov). Returns
+    /// float32[H, W, 4]: irradiance in three channels, and their mean within the inner radius; zeros
+    /// where no photon can be.
+    #[allow(clippy::too_many_arguments)]
+    fn gather<'py>(
+        &self,
+        py: Python<'py>,
+        place: &Bound<'py, PyAny>,
+        facing: &Bound<'py, PyAny>,
+        cuts: &Bound<'py, PyAny>,
+        radii: &RadiusField,
+        shrink: f32,
+        filter: &str,
+    ) -> PyResult<Stream<'py>> {
+        let [place, facing, cuts] = streams([("place", place), ("facing", facing), ("cuts", cuts)])?;
+        let filter = Filter::named(filter)?;
+        new_stream(py, &place, |out| {
+            let (place, facing, cuts) = (rows(&place)?, rows(&facing)?, rows(&cuts)?);
+            run(py, || {
+                self.0.gather(place, facing, cuts, &radii.0, shrink, filter, out);
+                Ok(())
+            })
+        })
+    }
+}
+
+/// Sort photons by grid cell, stably.
+///
+/// Takes positions float32[P, 3 or 4], of which a fourth column is ignored; origin, three
+/// numbers; cell_size > 0, in the same unit; cells (nx, ny, nz), at most 2^27 in all. A photon's
+/// cell is floor((p - origin) / cell_size) in float32, clamped to the grid, and numbered x fastest.
+///
+/// Returns (cell_start uint32[nx * ny * nz + 1], order uint32[P]): the photons of cell c are
+/// order[cell_start[c] : cell_start[c + 1]], in ascending order.
+///
+/// Raises ValueError for a position that is not finite and for a grid that makes no sense.
+#[pyfunction]
+pub(super) fn sort_photons<'py>(
+    py: Python<'py>,
+    positions: &Bound<'py, PyAny>,
+    origin: PyArrayLike1<'py, f32, AllowTypeChange>,
+    cell_size: f32,
+    cells: (i64, i64, i64),
+) -> PyResult<(U32Array<'py>, U32Array<'py>)> {
+    let positions = array::<f32>(positions, "positions", &[None, None])?;
+    let stride = positions.shape()[1];
+    if stride != 3 && stride != 4 {
+        return Err(PyValueError::new_err(format!("positions: expected 3 or 4 columns, got {stride}")));
+    }
+    let origin: [f32; 3] = origin
+        .as_slice()
+        .ok()
+        .and_then(|origin| origin.try_into().ok())
+        .ok_or_else(|| PyValueError::new_err("origin: expected three contiguous numbers"))?;
+    let mut grid = photons::Grid { origin, cell_size, cells: [0; 3] };
+    for (k, n) in [cells.0, cells.1, cells.2].into_iter().enumerate() {
+        grid.cells[k] = usize::try_from(n)
+            .map_err(|_| PyValueError::new_err(format!("cells[{k}] = {n} is not positive")))?;
+    }
+    let positions = positions.as_slice()?;
+    let (cell_start, order) = run(py, || photons::sort(positions, stride, &grid))?;
+    Ok((PyArray1::from_vec(py, cell_start), PyArray1::from_vec(py, order)))
+}

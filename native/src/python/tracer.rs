@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! A scene's triangles, and what rays through them find.
+
+use numpy::PyUntypedArrayMethods;
+use pyo3::prelude::*;
+
+use super::arrays::{Rows, Stream, array, new_rows, new_stream, rows, streams};
+use super::radius_field::RadiusField;
+use super::run;
+use crate::filter::Filter;
+use crate::trace::Tree;
+use crate::watertight::Triangle;
+use crate::{bvh, coverage, cuts, paths};
+
+/// Traces the rays of streams through a scene's triangles.
+///
+/// Tracer(nodes, corners): nodes as from build_bvh; corners float32[K, 3, 4], the triangles in leaf
+/// order, whose fourth numbers are material, surface and the triangle's number in the scene. Raises
+/// ValueError as trace does.
+#[pyclass(frozen, module = "photon_stream_native")]
+pub(super) struct Tracer {
+    tree: Tree,
+    corners: Vec<[[f32; 4]; 3]>,
+}
+
+#[pymethods]
+impl Tracer {
+    #[new]
+    fn new(py: Python, nodes: &Bound<PyAny>, corners: &Bound<PyAny>) -> PyResult<Tracer> {
+        let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
+        let corners = array::<f32>(corners, "corners", &[None, Some(3), Some(4)])?;
+        let nodes = nodes.as_slice()?;
+        let corners = rows::<f32, 4>(&corners)?.as_chunks::<3>().0.to_vec();
+        run(py, || {
+            let points: Vec<Triangle> = corners.iter().map(|t| t.map(|[x, y, z, _]| [x, y, z])).collect();
+            let numbers = corners.iter().map(|t| t[2][3] as u32).collect();
+            Ok(Tracer { tree: Tree::new(nodes, &points)?.numbered(numbers), corners })
+        })
+    }
+
+    /// Find each ray's closest hit, or with any_hit some hit. Of hits at one distance that of the triangle
+    /// with the smallest number is the closest, whatever the tree.
+    ///
+    /// Takes streams float32[H, W, 4]: origin (position, leaf position of a triangle to pass
+    /// through or -1) and direction (vector, how far it goes). Returns hits float32[H, W, 4]: t,
+    /// leaf position + 1, u, v; zeros for a miss.
+    fn trace<'py>(
+        &self,
+        py: Python<'py>,
+        origin: &Bound<'py, PyAny>,
+        direction: &Bound<'py, PyAny>,
+        any_hit: bool,
+    ) -> PyResult<Stream<'py>> {
+        let [origin, direction] = streams([("origin", origin), ("direction", direction)])?;
+        new_stream(py, &origin, |out| {
+            let (origin, direction) = (rows(&origin)?, rows(&direction)?);
+            run(py, || {
+                self.tree.trace_records(origin, direction, any_hit, out, |hit| match hit {
+                    Some((position, hit)) => [hit.t, (position + 1) as f32, hit.u, hit.v],
+                    None => [0.0; 4],
+                });
+                Ok(())
+            })
+        })
+    }
+
+    /// Trace a pass's photons: Generator, then Tracer, Projector and Reflector while any is alive.
+    ///
+    /// Takes the tables of the scene: normals float32[K, 3, 4] at the triangles' corners, materials
+    /// float32[M, 2, 4] and lights float32[L, 4, 4] as glsl/lib/material.glsl and light.glsl read
+    /// them; what random numbers depend on: seed, pass_index; how many photons; how often each may
+    /// bounce; and whether first hits are stored, too. A photon on a material that is not there ends.
+    ///
+    /// Returns (place float32[P, 4], deposit float32[P, 4], unfinished): position and surface + 1,
+    /// flux and packed normal, in order of bounce and photon; and how many the last bounce cut off.
+    #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (normals, materials, lights, *, seed, pass_index, photons, bounces, first_hits))]
+    fn photons<'py>(
+        &self,
+        py: Python<'py>,
+        normals: &Bound<'py, PyAny>,
+        materials: &Bound<'py, PyAny>,
+        lights: &Bound<'py, PyAny>,
+        seed: u32,
+        pass_index: u32,
+        photons: u32,
+        bounces: u32,
+        first_hits: bool,
+    ) -> PyResult<(Rows<'py>, Rows<'py>, usize)> {
+        let normals = array::<f32>(normals, "normals", &[Some(self.corners.len()), Some(3), Some(4)])?;
+        let materials = array::<f32>(materials, "materials", &[None, Some(2), Some(4)])?;
+        let lights = array::<f32>(lights, "lights", &[None, Some(4), Some(4)])?;
+        let scene = paths::Scene {
+            tree: &self.tree,
+            corners: &self.corners,
+            normals: rows::<f32, 4>(&normals)?.as_chunks().0,
+            materials: rows::<f32, 4>(&materials)?.as_chunks().0,
+            lights: rows::<f32, 4>(&lights)?.as_chunks().0,
+        };
+        let emission = paths::Emission { photons, seed, pass_index, bounces, first_hits };
+        let landed = run(py, || Ok(paths::trace_photons(&scene, &emission)))?;
+        Ok((new_rows(py, landed.places)?, new_rows(py, landed.deposits)?, landed.unfinished))
+    }
+
+    /// Find where each visible point's disc ends at what stands on its surface.
+    ///
+    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
+    /// (normal, material); diffuse bool[M], which materials are of interest; radii, of which each is
+    /// multiplied by shrink. Returns float32[H, W, 4]: two vectors in the plane of the disc; what has
+    /// a scalar product of more than one with either is cut off. Zeros cut nothing.
+    #[pyo3(signature = (place, facing, diffuse, radii, *, shrink))]
+    fn cuts<'py>(
+        &self,
+        py: Python<'py>,
+        place: &Bound<'py, PyAny>,
+        facing: &Bound<'py, PyAny>,
+        diffuse: &Bound<'py, PyAny>,
+        radii: &RadiusField,
+        shrink: f32,
+    ) -> PyResult<Stream<'py>> {
+        let [place, facing] = streams([("place", place), ("facing", facing)])?;
+        let diffuse = array::<bool>(diffuse, "diffuse", &[None])?;
+        new_stream(py, &place, |out| {
+            let (place, facing, diffuse) = (rows(&place)?, rows(&facing)?, diffuse.as_slice()?);
+            run(py, || {
+                cuts::cuts(&self.tree, &self.corners, diffuse, &radii.0, shrink, place, facing, out);
+                Ok(())
+            })
+        })
+    }
+
+    /// Estimate the share of a filter that lies on each visible point's own surface and is not cut off.
+    ///
+    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
+    /// (normal, material), shading (unused, leaf position of the triangle), cuts; diffuse bool[M], which
+    /// materials are of interest; radii, of which each is multiplied by shrink; filter (constant, cone,
+    /// gaussian, epanechnikov); probes a point, and how many were sent before; what random numbers
+    /// depend on: seed, depth, and of a pixel frame_size and region_origin (x, y).
+    /// Returns float32[H, W, 4]: the filter's share, and the inner filter's.
+    #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (place, facing, shading, cuts, diffuse, radii, *, shrink, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
+    fn coverage<'py>(
+        &self,
+        py: Python<'py>,
+        place: &Bound<'py, PyAny>,
+        facing: &Bound<'py, PyAny>,
+        shading: &Bound<'py, PyAny>,
+        cuts: &Bound<'py, PyAny>,
+        diffuse: &Bound<'py, PyAny>,
+        radii: &RadiusField,
+        shrink: f32,
+        filter: &str,
+        probes: u32,
+        first_probe: u32,
+        seed: u32,
+        depth: u32,
+        frame_size: (usize, usize),
+        region_origin: (usize, usize),
+    ) -> PyResult<Stream<'py>> {
+        let named = [("place", place), ("facing", facing), ("shading", shading), ("cuts", cuts)];
+        let [place, facing, shading, cuts] = streams(named)?;
+        let diffuse = array::<bool>(diffuse, "diffuse", &[None])?;
+        let probes = coverage::Probes {
+            count: probes,
+            shrink,
+            filter: Filter::named(filter)?,
+            first: first_probe,
+            seed,
+            depth,
+            region_width: place.shape()[1],
+            frame_width: frame_size.0,
+            region_origin: [region_origin.0, region_origin.1],
+        };
+        new_stream(py, &place, |out| {
+            let points = coverage::Points {
+                places: rows(&place)?,
+                facings: rows(&facing)?,
+                shadings: rows(&shading)?,
+                cuts: rows(&cuts)?,
+            };
+            let diffuse = diffuse.as_slice()?;
+            run(py, || {
+                coverage::coverage(&self.tree, &self.corners, diffuse, &radii.0, &points, &probes, out);
+                Ok(())
+            })
+        })
+    }
+}
