@@ -35,16 +35,7 @@ pub fn refit(
 ) -> Result<Option<Refitted>, InvalidInput> {
     check_indices(triangles, vertices.len())?;
     let corners = |triangle: &[i32; 3]| triangle.map(|index| vertices[index as usize]);
-    let mut skipped = vec![true; triangles.len()];
-    for (position, &triangle) in order.iter().enumerate() {
-        let is_new = usize::try_from(triangle).ok().and_then(|t| skipped.get_mut(t)).map(std::mem::take);
-        if is_new != Some(true) {
-            return Err(InvalidInput(format!(
-                "order[{position}] = {triangle} is outside [0, {}) or there twice",
-                triangles.len()
-            )));
-        }
-    }
+    let skipped = skipped_by(order, triangles.len())?;
     let (mut not_finite, mut degenerate) = (0, 0);
     for (triangle, _) in triangles.iter().zip(&skipped).filter(|(_, skipped)| **skipped) {
         match box_of(&corners(triangle)) {
@@ -86,16 +77,7 @@ pub fn refit(
         Err(Stop::Invalid(error)) => return Err(error),
         Ok(areas) => areas.iter().sum(),
     };
-    // Children follow their parents.
-    for row in (0..count).rev() {
-        for at in CHILDREN {
-            if rows[row][at + 7] == 0.0 && rows[row][at + 3] >= 0.0 {
-                let child = &rows[rows[row][at + 3] as usize];
-                let bounds = CHILDREN.map(|at| box_at(child, at));
-                set_box(&mut rows[row], at, &bounds[0].union(&bounds[1]));
-            }
-        }
-    }
+    fit_inner(rows);
     let cost = cost(&nodes) / areas;
     Ok(Some(Refitted { nodes, skipped_not_finite: not_finite, skipped_degenerate: degenerate, cost }))
 }
@@ -107,6 +89,34 @@ enum Stop {
     Invalid(InvalidInput),
     /// A triangle has to be skipped that was not.
     Skipped,
+}
+
+/// Which of so many triangles an order leaves out.
+fn skipped_by(order: &[i32], count: usize) -> Result<Vec<bool>, InvalidInput> {
+    let mut skipped = vec![true; count];
+    for (position, &triangle) in order.iter().enumerate() {
+        let is_new = usize::try_from(triangle).ok().and_then(|t| skipped.get_mut(t)).map(std::mem::take);
+        if is_new != Some(true) {
+            return Err(InvalidInput(format!(
+                "order[{position}] = {triangle} is outside [0, {count}) or there twice"
+            )));
+        }
+    }
+    Ok(skipped)
+}
+
+/// Fit the boxes about inner nodes to their children's.
+fn fit_inner(nodes: &mut [[f32; NODE_FLOATS]]) {
+    // Children follow their parents.
+    for row in (0..nodes.len()).rev() {
+        for at in CHILDREN {
+            if nodes[row][at + 7] == 0.0 && nodes[row][at + 3] >= 0.0 {
+                let child = &nodes[nodes[row][at + 3] as usize];
+                let bounds = CHILDREN.map(|at| box_at(child, at));
+                set_box(&mut nodes[row], at, &bounds[0].union(&bounds[1]));
+            }
+        }
+    }
 }
 
 fn box_at(node: &[f32; NODE_FLOATS], at: usize) -> Bounds {

@@ -2,11 +2,17 @@
 //! Builds a binary BVH by binned SAH (Wald 2007, "On fast Construction of SAH-based Bounding
 //! Volume Hierarchies"), top down and in parallel, with the same result on any thread count.
 
+mod items;
+mod split;
+
 use rayon::prelude::*;
 
 use crate::InvalidInput;
 use crate::bounds::Bounds;
 pub use crate::bounds::EMPTY;
+use items::{Item, Kept, keep};
+pub(crate) use items::{Skip, box_of, check_indices};
+use split::{best_split, partition, split_at_median};
 
 /// Float32 holds every integer below 2^24, and the nodes store references as float32.
 pub const MAX_TRIANGLES: usize = (1 << 24) - 1;
@@ -19,7 +25,6 @@ pub const MAX_COORDINATE: f32 = 1e30;
 /// Floats a node: 4 RGBA32F texels.
 pub const NODE_FLOATS: usize = 16;
 
-const BINS: usize = 16;
 /// Cost of visiting an inner node, in ray/triangle tests.
 const TRAVERSAL_COST: f64 = 1.0;
 /// Below this many triangles a task costs more than it gains.
@@ -94,21 +99,6 @@ pub fn build(vertices: &[[f32; 3]], triangles: &[[i32; 3]]) -> Result<Bvh, Inval
     })
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Item {
-    bounds: Bounds,
-    index: u32,
-}
-
-impl Item {
-    /// Twice the centre of the bounds.
-    #[inline]
-    fn centre(&self) -> [f32; 4] {
-        let Bounds { min, max } = &self.bounds;
-        [min[0] + max[0], min[1] + max[1], min[2] + max[2], 0.0]
-    }
-}
-
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Child {
     bounds: Bounds,
@@ -131,74 +121,6 @@ impl Default for Node {
     fn default() -> Self {
         Node { left: Child::MISSING, right: Child::MISSING }
     }
-}
-
-pub(crate) fn check_indices(triangles: &[[i32; 3]], vertex_count: usize) -> Result<(), InvalidInput> {
-    let bad = |index: i32| usize::try_from(index).map_or(true, |index| index >= vertex_count);
-    let found = triangles
-        .par_iter()
-        .enumerate()
-        .with_min_len(PASS_CHUNK)
-        .find_first(|(_, triangle)| triangle.iter().any(|&index| bad(index)));
-    match found {
-        None => Ok(()),
-        Some((row, triangle)) => {
-            let column = triangle.iter().position(|&index| bad(index)).unwrap_or(0);
-            Err(InvalidInput(format!(
-                "triangles[{row}, {column}] = {} is outside [0, {vertex_count})",
-                triangle[column]
-            )))
-        }
-    }
-}
-
-#[derive(Default)]
-struct Kept {
-    items: Vec<Item>,
-    not_finite: usize,
-    degenerate: usize,
-}
-
-fn keep(vertices: &[[f32; 3]], triangles: &[[i32; 3]], first: usize) -> Kept {
-    let mut kept = Kept { items: Vec::with_capacity(triangles.len()), ..Kept::default() };
-    for (offset, triangle) in triangles.iter().enumerate() {
-        let corners = triangle.map(|index| vertices[index as usize]);
-        match box_of(&corners) {
-            Ok(bounds) => kept.items.push(Item { bounds, index: (first + offset) as u32 }),
-            Err(Skip::NotFinite) => kept.not_finite += 1,
-            Err(Skip::Degenerate) => kept.degenerate += 1,
-        }
-    }
-    kept
-}
-
-/// Why a triangle is not in the tree.
-pub(crate) enum Skip {
-    NotFinite,
-    Degenerate,
-}
-
-pub(crate) fn box_of(corners: &[[f32; 3]; 3]) -> Result<Bounds, Skip> {
-    // The comparison is false for NaN.
-    if !corners.iter().flatten().all(|x| x.abs() <= MAX_COORDINATE) {
-        return Err(Skip::NotFinite);
-    }
-    if has_no_area(corners) {
-        return Err(Skip::Degenerate);
-    }
-    let [a, b, c] = corners.map(|[x, y, z]| Bounds { min: [x, y, z, 0.0], max: [x, y, z, 0.0] });
-    Ok(a.union(&b).union(&c))
-}
-
-/// In float64 the edges and their products are exact unless magnitudes differ wildly.
-fn has_no_area(corners: &[[f32; 3]; 3]) -> bool {
-    let [a, b, c] = corners.map(|p| p.map(f64::from));
-    let e: [f64; 3] = std::array::from_fn(|k| b[k] - a[k]);
-    let f: [f64; 3] = std::array::from_fn(|k| c[k] - a[k]);
-    (0..3).all(|k| {
-        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        e[i] * f[j] == e[j] * f[i]
-    })
 }
 
 /// Build the tree over `items` and return it as a child of its parent.
@@ -257,144 +179,6 @@ fn measure(items: &[Item]) -> (Bounds, Bounds) {
         .par_chunks(PASS_CHUNK)
         .map(pass)
         .reduce(|| (Bounds::EMPTY, Bounds::EMPTY), |a, b| (a.0.union(&b.0), a.1.union(&b.1)))
-}
-
-/// Bins along the three axes of the bounds of the centres.
-#[derive(Clone, Copy)]
-struct Grid {
-    min: [f64; 3],
-    /// Bins per unit; 0 on an axis without extent.
-    scale: [f64; 3],
-}
-
-impl Grid {
-    fn new(centres: &Bounds) -> Grid {
-        // Float64: the reciprocal of a denormal extent overflows float32.
-        let extent = |k: usize| centres.max[k] as f64 - centres.min[k] as f64;
-        Grid {
-            min: [0, 1, 2].map(|k| centres.min[k] as f64),
-            scale: [0, 1, 2].map(|k| if extent(k) > 0.0 { BINS as f64 / extent(k) } else { 0.0 }),
-        }
-    }
-
-    #[inline]
-    fn bin(&self, centre: f32, axis: usize) -> usize {
-        (((centre as f64 - self.min[axis]) * self.scale[axis]) as usize).min(BINS - 1)
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Bin {
-    bounds: Bounds,
-    count: usize,
-}
-
-impl Bin {
-    const EMPTY: Bin = Bin { bounds: Bounds::EMPTY, count: 0 };
-
-    #[inline]
-    fn union(&self, other: &Bin) -> Bin {
-        Bin { bounds: self.bounds.union(&other.bounds), count: self.count + other.count }
-    }
-
-    fn cost(&self) -> f64 {
-        self.bounds.half_area() * self.count as f64
-    }
-}
-
-type Bins = [[Bin; BINS]; 3];
-const NO_BINS: Bins = [[Bin::EMPTY; BINS]; 3];
-
-struct Split {
-    grid: Grid,
-    axis: usize,
-    /// First bin on the right.
-    bin: usize,
-    /// Sum over both sides of half area times count.
-    cost: f64,
-}
-
-impl Split {
-    #[inline]
-    fn is_left(&self, item: &Item) -> bool {
-        self.grid.bin(item.centre()[self.axis], self.axis) < self.bin
-    }
-}
-
-/// The cheapest split between two bins; None if all centres coincide.
-fn best_split(items: &[Item], centres: &Bounds) -> Option<Split> {
-    let grid = Grid::new(centres);
-    let bins = fill_bins(items, &grid);
-    let mut best: Option<Split> = None;
-    for axis in (0..3).filter(|&axis| grid.scale[axis] > 0.0) {
-        let mut right_cost = [0.0; BINS];
-        let mut right = Bin::EMPTY;
-        for bin in (1..BINS).rev() {
-            right = right.union(&bins[axis][bin]);
-            right_cost[bin] = right.cost();
-        }
-        let mut left = Bin::EMPTY;
-        for bin in 1..BINS {
-            left = left.union(&bins[axis][bin - 1]);
-            let cost = left.cost() + right_cost[bin];
-            let splits = left.count > 0 && left.count < items.len();
-            if splits && best.as_ref().is_none_or(|best| cost < best.cost) {
-                best = Some(Split { grid, axis, bin, cost });
-            }
-        }
-    }
-    best
-}
-
-fn fill_bins(items: &[Item], grid: &Grid) -> Bins {
-    let pass = |items: &[Item]| {
-        let mut bins = NO_BINS;
-        for item in items {
-            let centre = item.centre();
-            for (axis, bins) in bins.iter_mut().enumerate() {
-                let bin = &mut bins[grid.bin(centre[axis], axis)];
-                bin.bounds = bin.bounds.union(&item.bounds);
-                bin.count += 1;
-            }
-        }
-        bins
-    };
-    if items.len() < PARALLEL_PASS {
-        return pass(items);
-    }
-    items.par_chunks(PASS_CHUNK).map(pass).reduce(
-        || NO_BINS,
-        |a, b| std::array::from_fn(|axis| std::array::from_fn(|bin| a[axis][bin].union(&b[axis][bin]))),
-    )
-}
-
-/// Move the items for which `is_left` holds to the front and return their number.
-fn partition(items: &mut [Item], is_left: impl Fn(&Item) -> bool) -> usize {
-    let (mut begin, mut end) = (0, items.len());
-    loop {
-        while begin < end && is_left(&items[begin]) {
-            begin += 1;
-        }
-        while begin < end && !is_left(&items[end - 1]) {
-            end -= 1;
-        }
-        if begin == end {
-            return begin;
-        }
-        items.swap(begin, end - 1);
-    }
-}
-
-/// Halve the items at the median centre of the longest axis, equal centres by their index.
-fn split_at_median(items: &mut [Item], centres: &Bounds) -> usize {
-    let extent = |k: &usize| centres.max[*k] as f64 - centres.min[*k] as f64;
-    let axis = (0..3).max_by(|a, b| extent(a).total_cmp(&extent(b))).unwrap_or(0);
-    let middle = items.len() / 2;
-    items.select_nth_unstable_by(middle, |a, b| {
-        let by_centre = a.centre()[axis].total_cmp(&b.centre()[axis]);
-        by_centre.then(a.index.cmp(&b.index))
-    });
-    middle
 }
 
 /// The boxes about all children, each as often as it is visited or its triangles are tested.
