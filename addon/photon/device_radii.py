@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The radii by compute programs, where photons stay on the device: native/src/radius.rs there.
+"""The radii by compute programs, where photons stay on the device: native/src/radius there.
 
 An H200's host took 12 ms for them by 131072 photons, and 26 by 524288 (cornell_classic, 512x512);
 these programs take 0.25, and as long to launch. The host waits for the boxes that photons lie in,
@@ -23,8 +23,8 @@ from .deposits import Deposits
 
 AXES = range(3)
 SIDES = 6
-# As in native/src/radius.rs: photons that tell the box about most of all, and the share that lies
-# beyond it on either side of each axis.
+# As in native/src/radius/grids.rs: photons that tell the box about most of all, and the share that
+# lies beyond it on either side of each axis.
 ENOUGH, OUTSIDE = 1 << 12, 0.005
 # Corners along an axis, at most: of 62 cells, two to spare and one by rounding, all halved.
 LONGEST = 2 * 65 + 1
@@ -41,7 +41,7 @@ TELLING = 2047  # photons that tell the median radius: tests hold it to 2 % of a
 
 
 class Limits(NamedTuple):
-    """How radii are to be: native/src/radius.rs, Wanted."""
+    """How radii are to be: native/src/radius/find.rs, Wanted."""
 
     photons: float
     times: float

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The box about most photons by a sample of them, native/src/radius.rs: a work group for each face.
+// The box about most photons by a sample of them, native/src/radius/grids.rs: a work group for each face.
 #include "lib/table.glsl"
 #include "lib/photon_boxes.glsl"
 uniform sampler2D place;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The radius at a node by the photons in boxes about it: native/src/radius.rs, where its reasons are.
+// The radius at a node by the photons in boxes about it: native/src/radius/find.rs, where its reasons are.
 #include "lib/constants.glsl"
 #include "lib/radius_grid.glsl"
 layout(std430, binding = 0) buffer Sums { uint sums[]; };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The boxes about the photons of each side, native/src/radius.rs, by a sample of those in the box about most.
+// The boxes about the photons of each side, native/src/radius/grids.rs, by a sample of those in the box about most.
 #include "lib/table.glsl"
 #include "lib/packing.glsl"
 #include "lib/facing.glsl"

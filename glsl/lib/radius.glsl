@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The gather radius at every place of a surface: native/src/radius.rs. Uses the table radii: for each
+// The gather radius at every place of a surface: native/src/radius/field.rs. Uses the table radii: for each
 // side four texels, its grid's origin and which number of the table its first node is, cells and their
 // size, and two of use to lib/radius_grid.glsl; then the nodes, x fastest, four a texel.
 #include "lib/table.glsl"

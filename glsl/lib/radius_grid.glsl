@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where the gather radii are made, as native/src/radius.rs makes them: at the nodes of a grid for each of
+// Where the gather radii are made, as native/src/radius makes them: at the nodes of a grid for each of
 // the six sides of surfaces. Photons are counted in cells half as wide.
 // For each side its origin and which of all radii its first one is; its cells and their size; the lowest
 // corner of the box about its photons and which of all counts its first one is; the highest corner.
