@@ -4,14 +4,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import bpy
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import addon
 from addon.blender.export import Report, snapshot
 from addon.photon.scene import Scene
 
+Picture = NDArray[np.float32]
 Export = Callable[[], tuple[Scene, Report]]
 
 
@@ -44,7 +48,10 @@ def registered() -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def scene() -> bpy.types.Scene:
-    """An empty scene, 64 x 32 pixels, with a camera ten metres up that looks down."""
+    """An empty scene, 64 x 32 pixels, with a camera ten metres up that looks down.
+
+    It asks for nothing that gets lost, as Blender's default of clamping indirect light does.
+    """
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = 64, 32
@@ -52,6 +59,7 @@ def scene() -> bpy.types.Scene:
     camera.location = (0.0, 0.0, 10.0)
     scene.collection.objects.link(camera)
     scene.camera = camera
+    scene.cycles.sample_clamp_indirect = 0.0
     return scene
 
 
@@ -60,6 +68,7 @@ def export(scene: bpy.types.Scene) -> Export:
     """Return the exported scene and report, or raise what the exporter raised."""
 
     def run() -> tuple[Scene, Report]:
+        scene = bpy.context.scene  # a test may have opened another file
         scene.render.engine = SnapshotEngine.bl_idname
         SnapshotEngine.found.clear()
         bpy.ops.render.render()
@@ -67,5 +76,29 @@ def export(scene: bpy.types.Scene) -> Export:
         if isinstance(found, Exception):
             raise found
         return found
+
+    return run
+
+
+@pytest.fixture
+def cycles(tmp_path: Path) -> Callable[[], Picture]:
+    """Return what Cycles makes of the open scene: (h, w, 4) premultiplied, the sky transparent."""
+
+    def run() -> Picture:
+        scene = bpy.context.scene
+        scene.render.engine, scene.cycles.device, scene.cycles.samples = "CYCLES", "CPU", 4
+        scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
+        scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
+        scene.render.film_transparent = True
+        settings = scene.render.image_settings
+        settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGBA", "32"
+        scene.render.filepath = str(tmp_path / "cycles.exr")
+        bpy.ops.render.render(write_still=True)
+        image = bpy.data.images.load(scene.render.filepath)
+        width, height = image.size
+        pixels = np.empty(width * height * 4, np.float32)
+        image.pixels.foreach_get(pixels)
+        bpy.data.images.remove(image)
+        return pixels.reshape(height, width, 4)
 
     return run

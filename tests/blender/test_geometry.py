@@ -3,6 +3,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
+import bmesh
 import bpy
 import numpy as np
 import pytest
@@ -14,6 +18,8 @@ from addon.photon.scene import Scene
 from .build import CUBE, QUAD, add_mesh, add_object, new_mesh, shader_material
 
 pytestmark = pytest.mark.blender
+
+SEEN = 8.0  # [m] of the world in a picture from above
 
 
 def geometric_normals(scene: Scene) -> NDArray[np.float64]:
@@ -119,6 +125,129 @@ def test_modifiers_are_applied(export) -> None:
     assert len(export()[0].triangles) == 2
 
 
+def saved_in_edit_mode(active: bpy.types.Object, folder: Path) -> None:
+    """Save a file as it is while its user edits a mesh; open it, as the user or a farm does."""
+    name = active.name
+    bpy.context.view_layer.objects.active = active
+    active.select_set(True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.wm.save_as_mainfile(filepath=str(folder / "edited.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(folder / "edited.blend"))
+    assert bpy.data.objects[name].mode == "EDIT"
+
+
+def area_from_above(scene: Scene) -> float:
+    a, b, c = np.moveaxis(scene.vertices[scene.triangles], 1, 0)
+    return float(0.5 * np.abs(np.cross(b - a, c - a)[:, 2]).sum())
+
+
+def area_in(picture: NDArray[np.float32]) -> float:
+    """What of SEEN x SEEN metres is covered."""
+    return float(picture[..., 3].mean() * SEEN**2)
+
+
+def add_row(obj: bpy.types.Object, **properties: Any) -> None:
+    """Add a second copy, two metres up the y axis, by a modifier."""
+    row = obj.modifiers.new("Row", "ARRAY")
+    row.use_relative_offset, row.use_constant_offset = False, True
+    row.constant_offset_displace = (0.0, 2.0, 0.0)
+    for key, value in properties.items():
+        setattr(row, key, value)
+
+
+def edited(case: str) -> bpy.types.Object:
+    """A plane as Cycles may find it in Edit Mode; of its copies none covers another."""
+    obj = add_mesh("Plane", location=(0.0, -2.0, 0.0))
+    match case:
+        case "modifier":
+            add_row(obj)
+        case "modifier off in Edit Mode":
+            add_row(obj, show_in_editmode=False)
+        case "modifier of another object":
+            add_row(add_object("Other", obj.data))
+        case "another object":
+            add_row(obj)
+            add_object("Other", obj.data, location=(0.0, 2.0, 0.0))
+        case "instance":
+            parts = bpy.data.collections.new("Parts")
+            parts.objects.link(obj)
+            add_object("Two", None, instance_type="COLLECTION", instance_collection=parts)
+            bpy.data.objects["Two"].location = (0.0, 2.0, 0.0)
+        case "shape key":
+            obj.shape_key_add(name="Basis")
+            wide = obj.shape_key_add(name="Wide")
+            wide.value = 1.0
+            for point in wide.data:
+                point.co.x *= 2.0
+            obj.active_shape_key_index = 0
+        case "instances of nodes":
+            tree = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
+            for way in ("INPUT", "OUTPUT"):
+                tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+            kinds = ("NodeGroupInput", "GeometryNodeGeometryToInstance", "NodeGroupOutput")
+            start, instance, end = (tree.nodes.new(kind) for kind in kinds)
+            tree.links.new(start.outputs[0], instance.inputs[0])
+            tree.links.new(instance.outputs[0], end.inputs[0])
+            obj.modifiers.new("Nodes", "NODES").node_group = tree
+    return obj
+
+
+@pytest.mark.parametrize(
+    ("case", "quads"),
+    [
+        ("plain", 1),
+        ("modifier", 2),
+        ("modifier off in Edit Mode", 1),
+        ("modifier of another object", 3),
+        ("another object", 3),
+        ("instance", 2),
+        ("shape key", 1),
+        ("instances of nodes", 1),
+    ],
+)
+def test_saved_in_edit_mode_shows_what_cycles_shows(
+    scene, export, cycles, tmp_path, case, quads
+) -> None:
+    """Without a modifier nothing at all was exported, with one there was a KeyError."""
+    scene.render.resolution_y = 64
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", SEEN
+    saved_in_edit_mode(edited(case), tmp_path)
+    exported = export()[0]
+    assert len(exported.triangles) == 2 * quads
+    assert area_from_above(exported) == pytest.approx(area_in(cycles()), abs=1e-4)
+    np.testing.assert_allclose(exported.corner_normals[..., 2], 1.0, atol=1e-6)
+
+
+def test_edited_since_the_file_was_opened(scene, export, cycles, tmp_path) -> None:
+    """What the mesh itself has not been told of yet."""
+    scene.render.resolution_y = 64
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", SEEN
+    saved_in_edit_mode(edited("modifier"), tmp_path)
+    mesh = bpy.data.objects["Plane"].data
+    edit = bmesh.from_edit_mesh(mesh)
+    for vertex in edit.verts:
+        vertex.co.x *= 2.0
+    bmesh.update_edit_mesh(mesh)
+    assert max(abs(vertex.co.x) for vertex in mesh.vertices) == 1.0
+    assert area_from_above(export()[0]) == pytest.approx(16.0)
+    assert area_in(cycles()) == pytest.approx(16.0)
+
+
+def test_edit_mode_keeps_materials_and_normals(export, tmp_path) -> None:
+    obj = add_mesh("Cube", CUBE)
+    for name in "AB":
+        obj.data.materials.append(shader_material("ShaderNodeBsdfDiffuse", name))
+    obj.data.polygons.foreach_set("material_index", [0, 1, 1, 1, 1, 0])
+    obj.data.polygons.foreach_set("use_smooth", [0, 0, 0, 1, 1, 1])
+    add_row(obj)
+    before = export()[0]
+    saved_in_edit_mode(obj, tmp_path)
+    after = export()[0]
+    assert [after.materials[i].name for i in after.material] == list("AABBBBBBBBAA" * 2)
+    for name in ("vertices", "triangles", "corner_normals", "material"):
+        np.testing.assert_allclose(getattr(after, name), getattr(before, name), atol=1e-6)
+
+
 def test_hidden_objects_stay_out(scene, export) -> None:
     add_mesh("Hidden", hide_render=True)
     add_mesh("Only hidden in the viewport", hide_viewport=True)
@@ -183,12 +312,45 @@ def test_nan_vertices_pass_through(export) -> None:
     assert np.isnan(export()[0].vertices).any()
 
 
+@pytest.mark.parametrize("kind", ["mesh", "curve", "instancer"])
+@pytest.mark.parametrize(
+    ("flag", "rays"),
+    [
+        ("visible_camera", "Camera"),
+        ("visible_diffuse", "Diffuse"),
+        ("visible_glossy", "Glossy"),
+        ("visible_transmission", "Transmission"),
+        ("visible_volume_scatter", "Volume Scatter"),
+        ("visible_shadow", "Shadow"),
+    ],
+)
+def test_ray_visibility_is_named(export, kind, flag, rays) -> None:
+    """An instancer's counts for what it instances."""
+    if kind == "mesh":
+        obj = add_mesh("Thing")
+    elif kind == "curve":
+        curve = bpy.data.curves.new("Curve", "CURVE")
+        curve.splines.new("POLY").points.add(1)
+        curve.splines[0].points[1].co = (1, 0, 0, 1)
+        curve.extrude = 0.1
+        obj = add_object("Thing", curve)
+    else:
+        parts = bpy.data.collections.new("Parts")
+        parts.objects.link(bpy.data.objects.new("Part", new_mesh("Part")))
+        obj = add_object("Thing", None, instance_type="COLLECTION", instance_collection=parts)
+    setattr(obj, flag, False)
+    scene, report = export()
+    assert len(scene.triangles) == 2
+    (entry,) = report.of("ignored")
+    assert (entry.object, entry.feature) == ("Object 'Thing'", "Ray Visibility")
+    assert entry.detail == f"visible to {rays} rays all the same"
+
+
 @pytest.mark.parametrize(
     ("flag", "value", "feature"),
     [
         ("is_holdout", True, "Holdout"),
         ("is_shadow_catcher", True, "Shadow Catcher"),
-        ("visible_camera", False, "Ray Visibility"),
     ],
 )
 def test_unknown_object_features_are_reported(export, flag, value, feature) -> None:

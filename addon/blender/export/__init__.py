@@ -8,7 +8,7 @@ import numpy as np
 
 from ...photon.scene import Light, Scene
 from .camera import export_camera
-from .geometry import Geometry
+from .geometry import Geometry, note_visibility
 from .lights import export_light
 from .materials import MaterialTable
 from .report import Entry, Notes, Report
@@ -38,6 +38,8 @@ def snapshot(
         obj = instance.object
         if not instance.show_self or (viewport and obj.hide_render):
             continue
+        if instance.is_instance:  # visible where it and its instancer are
+            note_visibility(instance.parent, notes)
         matrix = np.array(instance.matrix_world, np.float64)
         if obj.type == "LIGHT":
             light = export_light(obj, matrix, notes)

@@ -29,6 +29,8 @@ RAY_VISIBILITY = {
     "visible_camera": "Camera",
     "visible_diffuse": "Diffuse",
     "visible_glossy": "Glossy",
+    "visible_transmission": "Transmission",
+    "visible_volume_scatter": "Volume Scatter",
     "visible_shadow": "Shadow",
 }
 
@@ -107,8 +109,22 @@ class Geometry:
         # object's does not, because the depsgraph reuses one temporary object for instances.
         key = obj.data.as_pointer()
         if key not in self._local:
-            self._local[key] = local_mesh(obj.data)
+            self._local[key] = mesh_of(obj)
         return self._local[key]
+
+
+def mesh_of(obj: bpy.types.Object) -> LocalMesh:
+    """Copy the mesh of an object out of Blender.
+
+    In Edit Mode, where a file may have been saved, a mesh has no attributes, and without modifiers
+    no vertices either: Blender makes one that has, as it does for Cycles.
+    """
+    if not obj.data.is_editmode:
+        return local_mesh(obj.data)
+    try:
+        return local_mesh(obj.to_mesh())
+    finally:
+        obj.to_mesh_clear()
 
 
 def local_mesh(mesh: bpy.types.Mesh) -> LocalMesh:
@@ -193,9 +209,7 @@ def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
         notes.ignored(name, "Holdout", "rendered as a normal object")
     if obj.is_shadow_catcher:
         notes.ignored(name, "Shadow Catcher", "rendered as a normal object")
-    rays = [label for flag, label in RAY_VISIBILITY.items() if not getattr(obj, flag, True)]
-    if rays:
-        notes.ignored(name, "Ray Visibility", f"visible to {', '.join(rays)} rays all the same")
+    note_visibility(obj, notes)
     linking = getattr(obj, "light_linking", None)
     if linking and (linking.receiver_collection or linking.blocker_collection):
         notes.ignored(name, "Light Linking", "every light lights every object")
@@ -205,6 +219,14 @@ def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
             notes.ignored(name, "Particle Hair", f"'{system.name}' is not rendered")
         elif settings.render_type in ("HALO", "LINE"):
             notes.ignored(name, "Particles", f"'{system.name}' is not rendered")
+
+
+def note_visibility(obj: bpy.types.Object, notes: Notes) -> None:
+    """Write down to which rays the object, or what it instances, should not be visible."""
+    rays = [label for flag, label in RAY_VISIBILITY.items() if not getattr(obj, flag, True)]
+    if rays:
+        detail = f"visible to {', '.join(rays)} rays all the same"
+        notes.ignored(f"Object '{obj.name}'", "Ray Visibility", detail)
 
 
 def _read(items: Any, name: str, count: int, dtype: Any = np.float32) -> NDArray[Any]:
