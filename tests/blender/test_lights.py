@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 
+import bpy
 import numpy as np
 import pytest
 
@@ -125,6 +126,26 @@ def test_unknown_features_are_named(export) -> None:
     assert ("Light 'Lamp'", "Cast Shadow off") in reported(report, "ignored")
     assert ("Light 'Lamp'", "Ray Visibility") in reported(report, "ignored")
     assert ("Light 'Lamp'", "Uneven scale") in reported(report, "approximated")
+
+
+@pytest.mark.parametrize("bounces", [0, 1023, 1024])
+def test_its_own_max_bounces_are_named(export, bounces) -> None:
+    """Blender's default, 1024, is as many as the scene allows."""
+    obj = add_light("Lamp", "SPOT", shadow_soft_size=0.0)
+    obj.data.cycles.max_bounces = bounces
+    found = [entry for entry in export()[1].of("ignored") if entry.feature == "Max Bounces"]
+    assert [(e.object, str(bounces) in e.detail) for e in found] == (
+        [("Light 'Lamp'", True)] if bounces < 1024 else []
+    )
+
+
+def test_blender_without_cycles(export, monkeypatch) -> None:
+    """Cycles is an add-on: where it is off, lights and scenes lack its settings."""
+    add_light("Lamp", "SPOT", shadow_soft_size=0.0, use_shadow=False)
+    for kind in ("Light", "Scene"):
+        monkeypatch.delattr(getattr(bpy.types, kind), "cycles")
+    entries = export()[1].of("ignored")
+    assert [(e.object, e.feature) for e in entries] == [("Light 'Lamp'", "Cast Shadow off")]
 
 
 def test_hidden_light_is_off(export) -> None:

@@ -17,6 +17,8 @@ from .report import Notes
 EVEN_SCALE = 1e-4
 # How a light's sphere would be seen, by the RNA names of its object's ray visibility.
 VISIBLE = {"visible_camera": "directly", "visible_glossy": "in mirrors"}
+# Cycles' default for a light's own Max Bounces: as many as the scene allows.
+ALL_BOUNCES = 1024
 # RNA names of what only EEVEE knows, with their neutral values.
 EEVEE_FACTORS = {"diffuse_factor": "Diffuse", "specular_factor": "Specular"}
 
@@ -101,6 +103,9 @@ def note_light(obj: bpy.types.Object, name: str, notes: Notes) -> None:
     cycles = getattr(data, "cycles", None)
     if not data.use_shadow or not getattr(cycles, "cast_shadow", True):
         notes.ignored(name, "Cast Shadow off", "its light is shadowed all the same")
+    bounces = getattr(cycles, "max_bounces", ALL_BOUNCES)
+    if bounces < ALL_BOUNCES:
+        notes.ignored(name, "Max Bounces", f"its light goes on after {bounces} bounces")
     if data.shadow_soft_size > 0.0 and getattr(data, "use_soft_falloff", False):
         notes.approximated(
             name, "Soft Falloff", "rendered as a sphere; the light nearer than its size differs"

@@ -77,6 +77,12 @@ def _input(node: bpy.types.Node, index: int, scope: Scope) -> tuple[bpy.types.No
 def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: Notes) -> None:
     """Write down scene-wide features that are not simulated."""
     name = f"Scene '{scene.name}'"
+    cycles = getattr(scene, "cycles", None)
+    for kind in ("direct", "indirect"):
+        most = getattr(cycles, f"sample_clamp_{kind}", 0.0)
+        if most > 0.0:
+            detail = f"what is brighter than {most:g} stays so"
+            notes.ignored(name, f"Clamp {kind.capitalize()}", detail)
     if scene.render.use_motion_blur:
         notes.ignored(name, "Motion Blur", "everything stands still within a frame")
     if scene.render.use_freestyle and view_layer.use_freestyle:
