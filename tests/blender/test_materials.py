@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -214,6 +215,72 @@ def test_image_texture_is_averaged_in_linear_light(convert) -> None:
     assert "Chequer" in entry.detail
 
 
+def absent(case: str, folder: Path, user: bpy.types.ImageUser) -> tuple[bpy.types.Image, str]:
+    """An image that is missing, and the file that was looked for."""
+    real = bpy.data.images.new("First", 4, 4)
+    real.filepath_raw, real.file_format = str(folder / "wood0001.png"), "PNG"
+    real.save()
+    image = bpy.data.images.load(real.filepath_raw)
+    image.name = "Wood"
+    image.source = {"sequence": "SEQUENCE", "movie": "MOVIE", "tiles": "TILED"}.get(case, "FILE")
+    path = folder / "nowhere" / "wood.png"
+    match case:
+        case "sequence":
+            user.frame_duration, user.use_auto_refresh = 20, True
+            bpy.context.scene.frame_set(7)
+            return image, str(folder / "wood0007.png")
+        case "relative":
+            bpy.ops.wm.save_as_mainfile(filepath=str(folder / "scene.blend"))
+            image.filepath = "//nowhere/wood.png"
+            return image, str(path)
+        case "tiles":
+            path = folder / "wood.<UDIM>.png"
+        case "unreadable":
+            path = folder / "wood.png"
+            path.write_text("no picture")
+    image.filepath = str(path)
+    image.reload()
+    return image, str(path).replace("<UDIM>", "1001")
+
+
+@pytest.mark.parametrize(
+    "case", ["file", "relative", "unreadable", "sequence", "movie", "tiles", "none"]
+)
+def test_missing_image_is_magenta_as_in_cycles(convert, scene, cycles, tmp_path, case) -> None:
+    """Named with the file that is not there; its Alpha is opaque."""
+    material, tree = new_material()
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    said = "no image is chosen"
+    if case != "none":
+        texture.image, path = absent(case, tmp_path, texture.image_user)
+        said = f"image 'Wood' is missing ({path})"
+    diffuse = add_node(tree, DIFFUSE, Color=texture.outputs["Color"])
+    diffuse.inputs["Roughness"].default_value = 0.5
+    tree.links.new(texture.outputs["Alpha"], diffuse.inputs["Roughness"])
+    finish(tree, diffuse)
+    converted, report = convert(material)
+    assert converted.diffuse == (1.0, 0.0, 1.0)
+    details = [entry.detail for entry in report.of("approximated")]
+    assert f"{said}: magenta (1, 0, 1) is used" in details
+    assert f"{said}: opaque 1 is used" in details
+    finish(tree, add_node(tree, "ShaderNodeEmission", Color=texture.outputs["Color"]))
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 1.0
+    assert (cycles() == (1.0, 0.0, 1.0, 1.0)).all()
+
+
+def test_sequence_whose_file_is_there_is_not_missing(convert, tmp_path) -> None:
+    material, tree = new_material()
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image, _ = absent("sequence", tmp_path, texture.image_user)
+    bpy.context.scene.frame_set(1)
+    diffuse = add_node(tree, DIFFUSE, Color=RED)
+    tree.links.new(texture.outputs["Color"], diffuse.inputs["Color"])
+    finish(tree, diffuse)
+    converted, report = convert(material)
+    assert converted.diffuse == pytest.approx(RED[:3])
+    assert not any("missing" in entry.detail for entry in report.entries)
+
+
 def test_other_textures_use_the_sockets_value(convert) -> None:
     material, tree = new_material()
     noise = tree.nodes.new("ShaderNodeTexNoise")
@@ -259,15 +326,46 @@ def test_volumes_and_transparent_surfaces_are_left_out(export) -> None:
     assert features(report, "ignored") == ["Volume", "No surface", "No surface"]
 
 
+@pytest.mark.skipif(bpy.app.version >= (5, 0), reason="materials always have nodes")
 def test_without_nodes_the_viewport_colour_counts(convert) -> None:
     material = bpy.data.materials.new("Plain")
     material.diffuse_color = RED
-    if bpy.app.version >= (5, 0):  # where a material always has nodes
-        material.node_tree.nodes.clear()
     converted, report = convert(material)
     assert converted.diffuse == pytest.approx(RED[:3])
-    status = "approximated" if bpy.app.version >= (5, 0) else "exact"
-    assert len(features(report, status)) == 1
+    assert features(report, "exact") == ["Viewport colour", "Shader"]
+
+
+@pytest.mark.parametrize("output", [None, "EEVEE"])
+def test_without_material_output_is_black_as_in_cycles(convert, scene, cycles, output) -> None:
+    """Whatever its viewport colour, and though an output serves another renderer."""
+    material, tree = new_material("Bare")
+    material.diffuse_color = RED
+    finish(tree, add_node(tree, "ShaderNodeEmission", Color=RED))
+    if output:
+        tree.nodes[0].target = output
+    else:
+        tree.nodes.clear()
+    converted, report = convert(material)
+    assert (converted.diffuse, converted.specular) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    assert "No Material Output" in features(report, "exact")
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 1.0
+    assert (cycles() == (0.0, 0.0, 0.0, 1.0)).all()  # opaque
+
+
+def test_of_two_outputs_that_of_cycles_counts(convert, scene, cycles) -> None:
+    """Before one for all renderers, though that is the active one."""
+    material, tree = new_material()
+    finish(tree, add_node(tree, DIFFUSE, Color=(0.1, 0.1, 0.1, 1.0)))
+    own = tree.nodes.new("ShaderNodeOutputMaterial")
+    own.target, own.is_active_output = "CYCLES", False
+    tree.nodes[0].is_active_output = True
+    shader = add_node(tree, "ShaderNodeEmission", Color=RED)
+    tree.links.new(shader.outputs[0], own.inputs["Surface"])
+    converted, report = convert(material)
+    assert converted.diffuse == (0.0, 0.0, 0.0)
+    assert features(report, "ignored") == ["Emission 'Emission'"]
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 1.0
+    np.testing.assert_allclose(cycles()[0, 0], RED, rtol=1e-4)
 
 
 @pytest.mark.stability(29)

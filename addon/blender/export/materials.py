@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...photon.scene import MIRROR, Material
 from .nodes import Colour, Graph, colour_text
 from .report import Notes
-from .shaders import CLEAR, Lobes, read_shader
+from .shaders import BLACK, CLEAR, Lobes, read_shader
 
 NO_SURFACE = -1
 # Cycles' default surface, for slots without a material.
@@ -59,15 +59,14 @@ class MaterialTable:
         return Material(material.name, _triple(diffuse), _triple(specular), exponent)
 
     def _lobes(self, material: bpy.types.Material, owner: str) -> Lobes | None:
-        viewport = Lobes(np.array(material.diffuse_color[:3], np.float64))
         if not has_nodes(material):
             self.notes.exact(owner, "Viewport colour", "it has no nodes")
-            return viewport
+            return Lobes(np.array(material.diffuse_color[:3], np.float64))
         graph = Graph(material.node_tree, owner, self.notes, self._averages)
         output = graph.output("OUTPUT_MATERIAL")
         if output is None:
-            self.notes.approximated(owner, "No Material Output", "its viewport colour is used")
-            return viewport
+            self.notes.exact(owner, "No Material Output", "black, as in Cycles")
+            return BLACK
         if output.inputs["Volume"].is_linked:
             self.notes.ignored(owner, "Volume", "not rendered")
         if output.inputs["Displacement"].is_linked:

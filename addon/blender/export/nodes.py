@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -18,6 +19,8 @@ Scope = tuple[bpy.types.Node, ...]
 ADJUSTMENTS = {"HUE_SAT", "BRIGHTCONTRAST", "GAMMA", "CURVE_RGB"}
 # Averaging reads every pixel; 4k x 4k takes about half a second and is the most worth waiting for.
 MOST_PIXELS = 4096 * 4096
+# What Cycles puts where an image is missing.
+MAGENTA = (1.0, 0.0, 1.0)
 # A tree deeper than this is taken for a loop.
 DEPTH = 64
 
@@ -33,11 +36,12 @@ class Graph:
 
     def output(self, kind: str) -> bpy.types.Node | None:
         """Return the active output node of the tree that serves Cycles."""
-        outputs = [
-            node
-            for node in self.tree.nodes
-            if node.type == kind and getattr(node, "target", "ALL") in ("ALL", "CYCLES")
-        ]
+        found = [node for node in self.tree.nodes if node.type == kind]
+        own, shared = (
+            [node for node in found if getattr(node, "target", "ALL") == target]
+            for target in ("CYCLES", "ALL")
+        )
+        outputs = own or shared
         active = [node for node in outputs if node.is_active_output]
         return (active or outputs or [None])[0]
 
@@ -92,7 +96,7 @@ def colour_of(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> Colou
         return _as_colour(getattr(end, "default_value", 0.0))
     if node.type in ("RGB", "VALUE"):
         return _as_colour(end.default_value)
-    found = _upstream_average(graph, node, scope)
+    found = _upstream_average(graph, node, end, scope)
     if found is None:
         colour, what = _as_colour(socket.default_value), "the input's own value"
     else:
@@ -114,7 +118,7 @@ def value_of(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> float:
         ior = value_of(graph, node.inputs["IOR"], scope)
         value, what = normal_reflectance(ior), "the reflectance seen head-on,"
     else:
-        found = _upstream_average(graph, node, scope)
+        found = _upstream_average(graph, node, end, scope)
         if found is None:
             value, what = _as_value(socket.default_value), "the input's own value"
         else:
@@ -141,25 +145,43 @@ def colour_text(colour: Colour) -> str:
 
 
 def _upstream_average(
-    graph: Graph, node: bpy.types.Node, scope: Scope
+    graph: Graph, node: bpy.types.Node, end: bpy.types.NodeSocket, scope: Scope
 ) -> tuple[Colour, str] | None:
     """Return the mean colour of the image behind `node`, through colour adjustments."""
     for _ in range(DEPTH):
         if node.type in ("TEX_IMAGE", "TEX_ENVIRONMENT"):
             image = node.image
-            colour = image_average(graph, image) if image else None
+            absent = missing(node)
+            if absent:
+                if end.name == "Alpha":
+                    return _as_colour(1.0), f"{absent}: opaque"
+                return MAGENTA, f"{absent}: magenta"
+            colour = image_average(graph, image)
             return None if colour is None else (colour, f"the mean of image '{image.name}'")
         if node.type not in ADJUSTMENTS:
             return None
-        following, _, scope = source(node.inputs["Color"], scope)
+        following, end, scope = source(node.inputs["Color"], scope)
         if following is None:
             return None
         node = following
     return None
 
 
+def missing(node: bpy.types.Node) -> str:
+    """Return what there is none of, an image at all or its file; "" if the image is there."""
+    image = node.image
+    if image is None:
+        return "no image is chosen"
+    path = image.filepath_from_user(image_user=node.image_user)
+    if image.source in ("SEQUENCE", "MOVIE"):  # whose size Blender tells once they are shown
+        there = Path(path).is_file()
+    else:
+        there = min(image.size) > 0
+    return "" if there else f"image '{image.name}' is missing ({path or 'no path'})"
+
+
 def image_average(graph: Graph, image: bpy.types.Image) -> Colour | None:
-    """Return the linear mean colour of an image, None if it is missing or very large."""
+    """Return the linear mean colour of an image, None if it is very large or moving."""
     if image.name not in graph.averages:
         graph.averages[image.name] = _read_average(image)
     return graph.averages[image.name]
