@@ -10,6 +10,9 @@ import sys
 
 if __name__ == "__main__":  # before the imports, which take time: Ctrl-C ends without a traceback
     signal.signal(signal.SIGINT, lambda *_: sys.exit(130))
+    # So does closing the terminal, unless nohup or its like forbids to hear of it.
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, lambda *_: sys.exit(129))
 
 import argparse
 import os
@@ -19,11 +22,11 @@ from typing import Any
 
 from addon.build import checks, doctor, package
 from addon.build.environment import PYTHON, ROOT, ensure, ensure_where_possible
-from addon.build.process import Failure, run, say
+from addon.build.process import Failure, hangup, run, say
 
 COMMAND = ROOT / "addon" / "blender" / "command.py"
 # A renderer, and Blender, takes long to start, and stops in order once it has.
-INTERRUPT = {signal.SIGINT}
+INTERRUPT = {signal.SIGINT, *hangup()}
 RENDER_OPTIONS: dict[str, dict[str, Any]] = {
     "output": {"type": Path, "metavar": "FILE", "help": ".png, or .exr with every pass in float"},
     "frame": {"type": int, "metavar": "N", "help": "frame of the animation"},

@@ -264,27 +264,38 @@ def stamped() -> bool:
     return stamps.exists() and "blender" in json.loads(stamps.read_text())
 
 
-def test_ctrl_c_while_build_is_imported() -> None:
-    code = """
+@pytest.mark.parametrize(("name", "exit_code"), [("SIGINT", 130), ("SIGHUP", 129)])
+def test_interrupted_while_build_is_imported(name: str, exit_code: int) -> None:
+    code = f"""
 import os, runpy, signal, sys
 class Interrupting:
     def find_spec(self, name, *_):
         if name == "addon.build":
-            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), signal.{name})
 sys.meta_path.insert(0, Interrupting())
 runpy.run_path("build.py", run_name="__main__")
 """
     done = run_python(code)
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+    assert (done.returncode, done.stdout, done.stderr) == (exit_code, "", "")
 
 
 # What a render does when it gets to the point where it can stop, and how build.py ends then.
-STOPS = [("", 0), ("sys.exit(130)", 130), ("sys.exit(1)", 130), ("os.kill(os.getpid(), 9)", 130)]
+STOPS = [
+    ("", False),
+    ("sys.exit(130)", True),
+    ("sys.exit(1)", True),
+    ("os.kill(os.getpid(), 9)", True),
+]
 
 
-@pytest.mark.parametrize(("then", "code"), STOPS)
+@pytest.mark.parametrize(("then", "fails"), STOPS)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
 def test_held_back_until_it_is_let_in(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], then: str, code: int
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+    number: signal.Signals,
+    then: str,
+    fails: bool,
 ) -> None:
     """A picture that is there in spite of Ctrl-C is no failure."""
     monkeypatch.syspath_prepend(ROOT)
@@ -292,19 +303,19 @@ def test_held_back_until_it_is_let_in(
 
     child = f"""
 import os, signal, sys, time
-while signal.SIGINT not in signal.sigpending():
+while {number:d} not in signal.sigpending():
     time.sleep(0.01)
-signal.signal(signal.SIGINT, lambda *_: print("heard of it", flush=True))
-signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
+signal.signal({number:d}, lambda *_: print("heard of it", flush=True))
+signal.pthread_sigmask(signal.SIG_UNBLOCK, [{number:d}])
 {then}
 """
-    timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    timer = threading.Timer(0.2, os.kill, (os.getpid(), number))
     timer.start()
-    if code:
-        with pytest.raises(SystemExit, match=str(code)):
-            run([sys.executable, "-c", child], held=[signal.SIGINT])
+    if fails:
+        with pytest.raises(SystemExit, match=str(128 + number)):
+            run([sys.executable, "-c", child], held=[number])
     else:
-        assert run([sys.executable, "-c", child], held=[signal.SIGINT]) == 0
+        assert run([sys.executable, "-c", child], held=[number]) == 0
     timer.join()
     assert capfd.readouterr().out == "heard of it\n"
 
@@ -313,8 +324,12 @@ signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
 @pytest.mark.skipif(not stamped(), reason="build.py has not set up .venv for bpy")
 @pytest.mark.parametrize("kind", [pytest.param("blend", marks=pytest.mark.blender), "npz"])
 @pytest.mark.parametrize("moment", [0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8])
-def test_ctrl_c_at_any_moment(tmp_path: Path, kind: str, moment: float) -> None:
-    """While Python, Blender and the renderer start, too: a word at most, and no picture."""
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGHUP, 129)])
+def test_interrupted_at_any_moment(
+    tmp_path: Path, kind: str, number: int, code: int, moment: float
+) -> None:
+    """Or closing the terminal, while Python, Blender and the renderer start, too: a word at most,
+    and no picture."""
     file = ROOT / "blend_scenes" / "cornell_box.blend"
     if kind == "npz":
         file = tmp_path / "scene.npz"
@@ -329,9 +344,9 @@ def test_ctrl_c_at_any_moment(tmp_path: Path, kind: str, moment: float) -> None:
             assert build.poll() is None and time.monotonic() < deadline
             time.sleep(0.005)
         time.sleep(moment)
-        build.send_signal(signal.SIGINT)
+        build.send_signal(number)
         _, said = build.communicate(timeout=30)
-    assert build.returncode == 130
+    assert build.returncode == code
     assert said in ("", "Cancelled\n", "interrupted: no picture written\n")
     assert set(os.listdir(tmp_path)) <= {"scene.npz"}
 

@@ -35,20 +35,19 @@ import bpy
 from .. import register, unregister
 from ..photon.console import ProgressLine, error_text
 from ..photon.errors import PhotonStreamError, RenderError, SceneError, SettingsError
-from ..photon.interrupts import let_in
+from ..photon.interrupts import HANGUP, HUNG_UP, INTERRUPTED, let_in, on_hangup, say_last
 from ..photon.process import last_error
 from ..photon.settings import Estimator, Layer, Settings
 from .engine import PhotonStreamEngine
 from .session import SESSION
 
-CANCELLED = 130  # what a shell expects of a program that Ctrl-C ended
 # The first bytes of a .blend: plain, or compressed by zstd (since 3.0) or gzip (before).
 BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
 MULTILAYER = "OPEN_EXR_MULTILAYER"
 
 
 class Cancelled(Exception):
-    """The user pressed Ctrl-C."""
+    """The user pressed Ctrl-C or closed the terminal."""
 
 
 def parse(argv: Sequence[str]) -> argparse.Namespace:
@@ -85,15 +84,25 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Render; return the exit code: 0, 1 after an error, 130 after Ctrl-C."""
+    """Render; return the exit code: 0, 1 after an error, 130 after Ctrl-C, 129 when the terminal
+    was closed."""
     if argv is None:  # Blender keeps what comes before the two dashes for itself
         own = sys.argv.index("--") if "--" in sys.argv else 0
         argv = sys.argv[own + 1 :]
     options = parse(argv)
     temporary: Path | None = None
-    before = signal.signal(signal.SIGINT, _interrupt)
+    heard: list[int] = []
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        heard.append(number)
+        # The first time, let the render end in order. Whoever presses again won't wait.
+        if SESSION.cancel.is_set() and number != HANGUP:
+            raise KeyboardInterrupt
+        SESSION.cancel.set()
+
+    before = signal.signal(signal.SIGINT, interrupt)
     try:
-        with let_in():
+        with on_hangup(interrupt), let_in():
             output, temporary = writable(options.output)
             if options.report:
                 options.report, _ = writable(options.report, (".json",))
@@ -101,8 +110,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.replace(temporary, output)
         print(f"Wrote {output}\n{said}", flush=True)
     except (Cancelled, KeyboardInterrupt):
-        print("Cancelled", file=sys.stderr)
-        return CANCELLED
+        say_last("Cancelled")
+        return HUNG_UP if HANGUP in heard else INTERRUPTED
     except (PhotonStreamError, OSError) as error:
         print(f"Error: {error}", file=sys.stderr)
         return 1
@@ -275,11 +284,14 @@ def run_render() -> None:
     try:
         bpy.ops.render.render()
     except RuntimeError as error:  # Blender's own
+        if SESSION.cancel.is_set():
+            raise Cancelled from error
         raise RenderError(_text(error)) from error
-    if SESSION.error:
-        raise RenderError(SESSION.error)
+    # Before errors: what is said to a terminal that was closed is one.
     if SESSION.cancelled or SESSION.cancel.is_set():
         raise Cancelled
+    if SESSION.error:
+        raise RenderError(SESSION.error)
 
 
 def save(scene: bpy.types.Scene, path: Path) -> None:
@@ -308,13 +320,6 @@ def save(scene: bpy.types.Scene, path: Path) -> None:
         render.pixel_aspect_x, render.pixel_aspect_y = aspect
     if not path.exists():
         raise RenderError(f"{path.parent}: Blender wrote no picture there")
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    # The first time, let the render end in order. Whoever presses again does not want to wait.
-    if SESSION.cancel.is_set():
-        raise KeyboardInterrupt
-    SESSION.cancel.set()
 
 
 def _times(seconds: dict[str, float]) -> str:

@@ -52,16 +52,25 @@ def blocked(signals: Iterable[int]) -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+def hangup() -> list[signal.Signals]:
+    """The signal that the terminal was closed, unless nohup or its like forbids to hear of it."""
+    number: signal.Signals | None = getattr(signal, "SIGHUP", None)  # Windows has none
+    if number is None or signal.getsignal(number) == signal.SIG_IGN:
+        return []
+    return [number]
+
+
 def run(
     command: Sequence[str | Path],
     env: dict[str, str] | None = None,
     cwd: Path | None = None,
     held: Iterable[int] = (),
 ) -> int:
-    """Run to the end and return the exit code; pass Ctrl-C and termination on, once each.
+    """Run to the end and return the exit code; pass Ctrl-C, termination and the closing of the
+    terminal on, once each.
 
-    The child has a process group of its own, so that it hears of Ctrl-C from us only, and the
-    same way whether that came from the keyboard or from `kill`. It starts with the signals `held`
+    The child has a process group of its own, so that it hears of these from us only, and the
+    same way whether that came from the terminal or from `kill`. It starts with the signals `held`
     blocked: it lets them in when it can stop in order, and its exit code tells whether it did.
     """
     child: subprocess.Popen[bytes] | None = None
@@ -72,7 +81,8 @@ def run(
         if child is not None and os.name == "posix":
             os.killpg(child.pid, number)
 
-    before = {n: signal.signal(n, pass_on) for n in (signal.SIGINT, signal.SIGTERM)}
+    numbers = [signal.SIGINT, signal.SIGTERM, *hangup()]
+    before = {n: signal.signal(n, pass_on) for n in numbers}
     try:
         own_group = 0 if os.name == "posix" else None
         with blocked(held):

@@ -13,7 +13,7 @@ from typing import Any, get_args
 
 from .console import ProgressLine, error_text
 from .errors import PhotonStreamError
-from .interrupts import let_in
+from .interrupts import HUNG_UP, INTERRUPTED, Hangup, let_in, on_hangup, raise_hangup, say_last
 from .picture_file import check_writable, write_picture
 from .process import Progress, last_error
 from .renderer import Renderer, open_device
@@ -52,7 +52,8 @@ def given_settings(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Exit status: 0 with a picture; 1 with an error and no picture; 130 when interrupted."""
+    """Exit status: 0 with a picture; without one 1 after an error, 130 after Ctrl-C, and 129 when
+    the terminal was closed."""
     parser = argparse.ArgumentParser(prog="build.py render", description=__doc__)
     parser.add_argument("scene", type=Path)
     parser.add_argument("-o", "--output", type=Path)
@@ -60,14 +61,14 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     output = arguments.output or Path(arguments.scene.stem + ".png")
     try:
-        with let_in():
+        with on_hangup(raise_hangup), let_in():
             said = _render(arguments.scene, output, given_settings(arguments))
     except PhotonStreamError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
-        print("interrupted: no picture written", file=sys.stderr)
-        return 130
+    except KeyboardInterrupt as interrupt:
+        say_last("interrupted: no picture written")
+        return HUNG_UP if isinstance(interrupt, Hangup) else INTERRUPTED
     print(said)
     return 0
 

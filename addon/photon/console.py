@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import shutil
 import sys
@@ -20,12 +21,17 @@ class ProgressLine:
         room = max(10, min(40, columns - len(text) - 4))
         filled = room * progress.passes_done // max(1, progress.passes)
         line = f"[{'=' * filled}{' ' * (room - filled)}] {text}"
-        sys.stderr.write(f"\r\x1b[K{line[: columns - 1]}")
-        sys.stderr.flush()
+        _draw(f"\r\x1b[K{line[: columns - 1]}")
 
     def clear(self) -> None:
         """Leave the line."""
-        sys.stderr.write("\r\x1b[K")
+        _draw("\r\x1b[K")
+
+
+def _draw(text: str) -> None:
+    # A terminal that was closed is no error here; whoever renders hears of that by a signal.
+    with contextlib.suppress(OSError):
+        sys.stderr.write(text)
         sys.stderr.flush()
 
 

@@ -182,7 +182,7 @@ class RendererProcess:
         lifeline, self._lifeline = os.pipe() if os.name == "posix" else (-1, -1)
         code += f".main({str(self._folder)!r}, {lifeline})"
         try:
-            # It never lets Ctrl-C in: what that means is decided here.
+            # It never lets Ctrl-C or a hang-up in: what they mean is decided here.
             with open(self._folder / "log", "wb") as log, held_back():
                 self._child = subprocess.Popen(
                     [self._python, "-c", code],

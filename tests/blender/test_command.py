@@ -5,12 +5,15 @@ from __future__ import annotations
 
 import os
 import pty
+import re
 import select
 import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import bpy
 import pytest
@@ -174,12 +177,26 @@ def test_default_output_is_named_after_the_file() -> None:
     assert command.parse(["folder/scene.blend"]).output == Path("scene.png")
 
 
-def test_interrupt_leaves_nothing(blend, tmp_path) -> None:
+def renderer_of(process: subprocess.Popen[Any]) -> tuple[int, Path]:
+    """The process number of a command's renderer and the folder that they share."""
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    (pid,) = (int(child) for child in children)
+    found = re.search(r"main\('(.*?)'", Path(f"/proc/{pid}/cmdline").read_text())
+    assert found
+    return pid, Path(found[1])
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+@pytest.mark.parametrize(
+    ("how", "code"), [("Ctrl-C", 130), ("hang-up", 129), ("closed terminal", 129)]
+)
+def test_interrupt_leaves_nothing(blend, tmp_path, how, code) -> None:
+    """No picture, no renderer, no shared memory."""
     output = tmp_path / "out.png"
     arguments = [str(blend), "-o", str(output), "--passes", "1000000", "--width", "32"]
     terminal, end = pty.openpty()  # on a terminal there is a progress bar to wait for
     process = subprocess.Popen(
-        [sys.executable, str(COMMAND), *arguments], stdout=subprocess.DEVNULL, stderr=end
+        [sys.executable, str(COMMAND), *arguments], preexec_fn=partial(os.login_tty, end)
     )
     os.close(end)
     try:
@@ -190,12 +207,21 @@ def test_interrupt_leaves_nothing(blend, tmp_path) -> None:
             if select.select([terminal], [], [], 1.0)[0]:
                 said += os.read(terminal, 4096)
         assert b"[" in said and b"photons" in said
+        renderer, shared = renderer_of(process)
+        assert shared.exists()
         start = time.monotonic()
-        process.send_signal(signal.SIGINT)
-        assert process.wait(10) == 130
+        if how == "closed terminal":
+            os.close(terminal)
+        else:
+            process.send_signal(signal.SIGINT if how == "Ctrl-C" else signal.SIGHUP)
+        assert process.wait(10) == code
         assert time.monotonic() - start < 2.0
     finally:
         process.kill()
         process.wait()
-        os.close(terminal)
+        if how != "closed terminal":
+            os.close(terminal)
     assert leftovers(tmp_path) == set()
+    while shared.exists() or Path(f"/proc/{renderer}").exists():
+        assert time.monotonic() - start < 4.0
+        time.sleep(0.02)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import os
+import pty
 import re
 import signal
 import struct
@@ -10,6 +12,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -175,22 +178,59 @@ def test_no_opengl(scene: Path) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
 @pytest.mark.parametrize("moment", [0.0, 0.3, 1.0])
-def test_interrupted(scene: Path, moment: float) -> None:
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGHUP, 129)])
+def test_interrupted(scene: Path, number: int, code: int, moment: float) -> None:
+    """By Ctrl-C, or by a terminal that is closed, of which shell and system both tell."""
     picture = scene.with_name("out.png")
     arguments = command(scene, "-o", picture, "--passes", 100000, "--photons", 30000)
     with subprocess.Popen(arguments, cwd=ROOT, stderr=subprocess.PIPE, text=True) as child:
-        begun = time.monotonic()
-        while "EGL" not in Path(f"/proc/{child.pid}/maps").read_text():
-            assert child.poll() is None and time.monotonic() - begun < 20
-            time.sleep(0.01)
+        wait_for_opengl(child)
         time.sleep(moment)
-        child.send_signal(signal.SIGINT)
+        child.send_signal(number)
+        if number == signal.SIGHUP:
+            child.send_signal(number)
         begun = time.monotonic()
         _, error = child.communicate(timeout=20)
         print(f"stopped in {time.monotonic() - begun:.2f} s")
-    assert child.returncode == 130
+    assert child.returncode == code
     assert error == "interrupted: no picture written\n"
     assert files(scene.parent) == ["scene.npz"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+@pytest.mark.parametrize("moment", [0.0, 0.5])
+def test_closed_terminal(scene: Path, moment: float) -> None:
+    """Nobody can be told, and that is no error."""
+    terminal, end = pty.openpty()
+    arguments = command(scene, "-o", scene.with_name("out.png"), "--passes", 100000)
+    with subprocess.Popen(arguments, cwd=ROOT, preexec_fn=partial(os.login_tty, end)) as child:
+        os.close(end)
+        wait_for_opengl(child)
+        time.sleep(moment)
+        os.close(terminal)
+        assert child.wait(20) == 129
+    assert files(scene.parent) == ["scene.npz"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+def test_nohup_renders_on(scene: Path) -> None:
+    picture = scene.with_name("out.png")
+    arguments = ["nohup", *command(scene, "-o", picture, *QUICK, "--passes", 300)]
+    with subprocess.Popen(
+        arguments, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True
+    ) as child:
+        wait_for_opengl(child)
+        child.send_signal(signal.SIGHUP)
+        said, _ = child.communicate(timeout=60)
+    assert child.returncode == 0 and "300 passes" in said
+    assert png_size(picture) == (16, 12)
+
+
+def wait_for_opengl(child: subprocess.Popen[Any]) -> None:
+    begun = time.monotonic()
+    while "EGL" not in Path(f"/proc/{child.pid}/maps").read_text():
+        assert child.poll() is None and time.monotonic() - begun < 20
+        time.sleep(0.01)
 
 
 def test_warnings(tmp_path: Path) -> None:

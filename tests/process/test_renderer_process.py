@@ -304,14 +304,15 @@ def test_crash_says_what_the_child_said(tmp_path: Path) -> None:
 
 
 @linux
-def test_child_never_hears_of_ctrl_c(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["INT", "HUP"])
+def test_child_never_hears_of_ctrl_c_or_hang_up(tmp_path: Path, name: str) -> None:
     """Nor before its first line: it would end with a traceback."""
     fake = tmp_path / "python"
-    fake.write_text("#!/bin/sh\nkill -INT $$\necho still here >&2\nexit 3\n")
+    fake.write_text(f"#!/bin/sh\nkill -{name} $$\necho still here >&2\nexit 3\n")
     fake.chmod(0o755)
     with pytest.raises(RenderError, match="ended with code 3: still here"):
         list(RendererProcess(str(fake)).render(cornell(), SMALL))
-    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    assert not {signal.SIGINT, signal.SIGHUP} & signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
 def test_child_that_cannot_start() -> None:
