@@ -121,8 +121,7 @@ class Compaction:
     """Moves what is worth keeping to the front, in order (glsl/lib/compaction.glsl):
     `<stem>_count.glsl` counts it by blocks, `<stem>_move.glsl` moves it.
 
-    Two launches: flags, their sums by Scan and the move were six, and took 0.88 ms of a pass's
-    photons on an H200 (cornell_classic, 512x512) where these take 0.49.
+    Two launches: flags, their sums by Scan and the move were six, and took a GPU longer.
     """
 
     def __init__(self, device: Device, stem: str) -> None:

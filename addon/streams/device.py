@@ -89,7 +89,7 @@ class Device:
         self._readback = Readback(self.ctx)
         # In which kernels count who is alive, one after the other. It only grows (modulo 2^32): the
         # host never writes to it. One for all, since a driver finds memory for a buffer when it is
-        # first used: with one for each kernel, its first launch took an H200's host twice as long.
+        # first used: with one for each kernel, its first launch takes a GPU's host longer.
         self.alive: Any = self.ctx.buffer(bytes(4)) if self.has_compute else None
         self.alive_before = 0  # when it was last read
         flush = None if self.is_software else find_function("glFlush")
@@ -157,8 +157,7 @@ class Device:
     def put_back(self, item: moderngl.Texture | moderngl.Buffer) -> None:
         """Take back a texture or buffer that is no longer used: for who asks for one like it.
 
-        A GPU's driver finds memory for one when it is first used: of the first pass on an H200 that
-        was a third.
+        A GPU's driver finds memory for one when it is first used, which a first pass waits for.
         """
         if not self.reuses:
             self.free(item)
@@ -204,9 +203,8 @@ class Device:
         """To be called after each launch of a compute program: hands what was launched over to the
         GPU after the 1st, 2nd, 4th, ... since something was last asked for.
 
-        A driver collects launches, and a GPU that the host has waited for idles meanwhile: so an
-        H200 had a first picture of cornell_classic after 4.3 ms instead of 5.0, and passes take 1.7
-        instead of 1.9. After every launch, many_lights' passes would take 5.5 instead of 4.5.
+        A driver collects launches, and a GPU that the host has waited for idles meanwhile. After
+        every launch would take longer where there are many, as in many_lights.
         """
         self._launched += 1
         if self._launched & (self._launched - 1) == 0:
@@ -236,8 +234,8 @@ class Device:
     def read(self, buffer: moderngl.Buffer, count: int) -> NDArray[np.float32]:
         """A buffer's first `count` float32.
 
-        By way of another: one that the host has read stays in its memory, and atomics across the
-        bus took an H200 3.8 ms where they take 0.05.
+        By way of another: one that the host has read stays in its memory, and a GPU's atomics
+        across the bus are slow.
         """
         data = np.empty(count, np.float32)
         if count:

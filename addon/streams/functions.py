@@ -12,7 +12,7 @@ from functools import lru_cache
 @lru_cache(maxsize=64)
 def find_function(name: str) -> int | None:
     """The address of a function, through the EGL loader; None where there is none."""
-    egl = ctypes.util.find_library("EGL")  # runs other programs: 2 ms
+    egl = ctypes.util.find_library("EGL")  # runs other programs
     if egl is None or not sys.platform.startswith("linux"):
         return None
     find = ctypes.CDLL(egl).eglGetProcAddress

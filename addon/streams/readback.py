@@ -54,9 +54,9 @@ class Reading:
 class Readback:
     """Copies small buffers into memory that the host sees, a fence behind each copy.
 
-    OpenGL's own reads wait for all that is in the queue: an H200 idled for a third of a pass of
-    512x512 while the host asked it how many photons were alive. Where OpenGL 4.5 is missing,
-    numbers are copied when asked for all the same, and read so.
+    OpenGL's own reads wait for all that is in the queue: a GPU would idle while the host asks it
+    how many photons are alive. Where OpenGL 4.5 is missing, numbers are copied when asked for all
+    the same, and read so.
     """
 
     def __init__(self, ctx: Any) -> None:

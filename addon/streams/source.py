@@ -74,7 +74,7 @@ def expand(path: str, header: str) -> Source:
 
 @lru_cache(maxsize=256)
 def _expanded(_root: Path, path: str, header: str) -> Source:
-    """Kept, for it takes a tenth of what setting up a renderer on a GPU does."""
+    """Kept, for each renderer that is set up asks for the same again."""
     lines = header.splitlines()
     places = [f"{path} (header, line {at})" for at in range(1, len(lines) + 1)]
     _append(path, path, set(), lines, places)

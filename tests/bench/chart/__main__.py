@@ -5,7 +5,7 @@ Renders the scenes of blend_scenes at a ladder of efforts with Photon Stream, Cy
 OpenImageDenoise, Mitsuba's path and particle tracer, LuxCore's path tracer and its PhotonGI, one
 after the other in one run, each engine in a process of its own with all cores. Writes chart.html
 (self-contained, with what is and what is not in the seconds), chart.json, chart.md (a table for the
-README) and an SVG a scene.
+ledger, tests/bench/README.md) and an SVG a scene.
 
 A contender climbs until its next rung would exceed its share of the time that is left of MINUTES.
 On a machine that others use, `--busy` takes processor time divided by cores for seconds: about

@@ -33,7 +33,7 @@ from .launches import Timer
 ROOT = Path(__file__).resolve().parents[3]
 RAYS = 1 << 20
 _REPEATS = 5
-# Of work on a GPU before any is timed: an idle H200 ticks at a quarter of its clock.
+# Of work on a GPU before any is timed: an idle one ticks slowly.
 WARM_UP = 0.5  # [s]
 _FAR = 1.0e30
 

@@ -76,7 +76,7 @@ class Table:
         return "\n".join([*lines, *(f"  ({note})" for note in self.notes)])
 
     def markdown(self) -> str:
-        """For a README."""
+        """For the ledger, tests/bench/README.md."""
         rows = [self.heads, ["---", *["---:"] * (len(self.heads) - 1)], *self.rows]
         lines = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
         return "\n".join([f"**{self.title}**", "", *lines, "", *(f"- {n}" for n in self.notes)])

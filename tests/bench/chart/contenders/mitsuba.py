@@ -29,8 +29,8 @@ METHODS = {"Mitsuba path": "path", "Mitsuba ptracer": "ptracer"}
 OLDEST_LLVM = 16
 PROFILE = 1024  # texels a side of a spotlight's texture
 BOUNCES = 64
-# Samples a pixel in one launch. cornell_classic: 2 cores take 22 ms for each with 8 and 21 with 16
-# (256x256), an H200 1.09 with 16, 0.96 with 64 and 256 (512x512).
+# Samples a pixel in one launch, on processors and on a GPU: with fewer each takes longer, and a GPU
+# gains nothing by more.
 LAUNCH, CUDA_LAUNCH = 16, 64
 
 
