@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 __version__: str
 MAX_DEPTH: int
 MAX_LEAF: int
+LAYOUTS: dict[str, str]
 
 class Tracer:
     def __init__(self, nodes: NDArray[np.float32], corners: NDArray[np.float32]) -> None: ...
@@ -31,7 +32,7 @@ class Tracer:
         self,
         place: NDArray[np.float32],
         facing: NDArray[np.float32],
-        diffuse: NDArray[np.bool_],
+        diffuse: NDArray[np.float32],
         radii: RadiusField,
         *,
         shrink: float,
@@ -42,7 +43,7 @@ class Tracer:
         facing: NDArray[np.float32],
         shading: NDArray[np.float32],
         cuts: NDArray[np.float32],
-        diffuse: NDArray[np.bool_],
+        diffuse: NDArray[np.float32],
         radii: RadiusField,
         *,
         shrink: float,

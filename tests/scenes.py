@@ -10,10 +10,50 @@ from typing import Any
 
 import numpy as np
 
-from addon.photon.scene import Camera, Light, Material, Scene
+from addon.photon.scene import (
+    MIRROR,
+    Camera,
+    Light,
+    Material,
+    Scene,
+    phong,
+    point_light,
+    spot_light,
+)
 
-GREY = Material("grey", (0.5, 0.5, 0.5))
-DIM = Material("dim", (1e-3,) * 3)  # hardly reflects: what falls on it at first is all there is
+
+def plain_material(
+    name: str,
+    diffuse: Any = (0.8, 0.8, 0.8),
+    specular: Any = (0.0, 0.0, 0.0),
+    exponent: float = MIRROR,
+) -> Material:
+    """The paper's: k_d, and k_s of a mirror or of a Phong lobe."""
+    return Material(name, diffuse, (phong(specular, exponent),) if any(specular) else ())
+
+
+def plain_light(
+    name: str,
+    kind: str,
+    position: Any,
+    power: Any,
+    direction: Any = (0.0, 0.0, -1.0),
+    radius: float = 0.0,
+    spot_size: float = math.pi / 4,
+    spot_blend: float = 0.15,
+) -> Light:
+    """A point light, or a spotlight as Blender's by default."""
+    if kind == "POINT":
+        return point_light(name, position, power, radius)
+    return spot_light(
+        name, position, power, direction, size=spot_size, blend=spot_blend, radius=radius
+    )
+
+
+GREY = plain_material("grey", (0.5, 0.5, 0.5))
+DIM = plain_material(
+    "dim", (1e-3,) * 3
+)  # hardly reflects: what falls on it at first is all there is
 UNIT_INTENSITY = 4 * math.pi  # [W]: I = 1 W/sr
 
 
@@ -162,8 +202,8 @@ def icosphere(subdivisions: int) -> tuple[Any, Any]:
 
 def closed_sphere(diffuse: float, specular: float = 0.0) -> Scene:
     """A closed unit sphere with a point light of I = 1 W/sr at its centre, seen from inside."""
-    material = Material("wall", (diffuse,) * 3, (specular,) * 3)
-    light = Light("light", "POINT", (0, 0, 0), (UNIT_INTENSITY,) * 3)
+    material = plain_material("wall", (diffuse,) * 3, (specular,) * 3)
+    light = plain_light("light", "POINT", (0, 0, 0), (UNIT_INTENSITY,) * 3)
     view = camera((0, 0.6, 0), (0.3, -1, 0.2), 80)
     return Builder().sphere((0, 0, 0), 1.0, subdivisions=5).scene(view, [light], [material])
 
@@ -184,21 +224,21 @@ def lit_plate() -> tuple[Scene, float]:
     """A plate [-1, 1]^2 at z = 0 under uniform irradiance, and that irradiance [W/m^2]."""
     distance, half_angle = 2000.0, math.atan(1.6 / 2000.0)
     power = 4 * math.pi * distance**2  # E = I / d^2 = 1
-    light = Light(
+    light = plain_light(
         "far", "SPOT", (0, 0, distance), (power,) * 3, spot_size=2 * half_angle, spot_blend=0.0
     )
     view = orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 2.0)
     plate = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
-    return plate.scene(view, [light], [Material("white", (0.5,) * 3)]), 1.0
+    return plate.scene(view, [light], [plain_material("white", (0.5,) * 3)]), 1.0
 
 
 def cornell(mirror: bool = False, lobe: bool = False) -> Scene:
     """A small Cornell box: coloured walls, a box and a sphere, one spotlight."""
-    white = Material("white", (0.7, 0.7, 0.7))
+    white = plain_material("white", (0.7, 0.7, 0.7))
     if lobe:
-        white = Material("white", (0.2, 0.2, 0.2), (0.1, 0.1, 0.1), 10.0)
-    red, green = Material("red", (0.6, 0.1, 0.1)), Material("green", (0.1, 0.6, 0.1))
-    chrome = Material("chrome", (0.0, 0.0, 0.0), (0.9, 0.9, 0.9))
+        white = plain_material("white", (0.2, 0.2, 0.2), (0.1, 0.1, 0.1), 10.0)
+    red, green = plain_material("red", (0.6, 0.1, 0.1)), plain_material("green", (0.1, 0.6, 0.1))
+    chrome = plain_material("chrome", (0.0, 0.0, 0.0), (0.9, 0.9, 0.9))
     b = Builder()
     room = [
         (0, 0, 0),
@@ -217,7 +257,9 @@ def cornell(mirror: bool = False, lobe: bool = False) -> Scene:
     )
     b.box((1.5, 5.5, -0.01), (4.5, 8.0, 5.5), 0, "box")
     b.sphere((7.0, 4.0, 1.7), 1.7, 3 if mirror else 0, "sphere")
-    light = Light("spot", "SPOT", (5, 5, 9.9), (3000, 3000, 3000), spot_size=2.0944, spot_blend=0.5)
+    light = plain_light(
+        "spot", "SPOT", (5, 5, 9.9), (3000, 3000, 3000), spot_size=2.0944, spot_blend=0.5
+    )
     return b.scene(camera((5, -13, 5), (5, 0, 5), 42), [light], [white, red, green, chrome])
 
 
@@ -232,7 +274,7 @@ def hills(quads: int) -> Scene:
     up = np.zeros_like(ground)
     up[:, 2] = 1.0
     wall = [(-2, 2, -1), (2, 2, -1), (2, 2, 3), (-2, 2, 3)]
-    light = Light("spot", "SPOT", (0, 0, 4), (500, 500, 500), spot_size=1.2)
+    light = plain_light("spot", "SPOT", (0, 0, 4), (500, 500, 500), spot_size=1.2)
     built = Builder().add(ground, triangles, 0, "ground", up).quad(*wall, name="wall")
     return built.scene(camera((0, -5, 3), (0, 0, 0)), [light])
 
@@ -251,18 +293,20 @@ def random_room(seed: int) -> Scene:
     def colour(low: float, high: float) -> tuple[float, ...]:
         return tuple(rng.uniform(low, high, 3).round(3).tolist())
 
-    walls = [Material(f"wall{i}", colour(0.1, 0.8)) for i in range(3)]
+    walls = [plain_material(f"wall{i}", colour(0.1, 0.8)) for i in range(3)]
     things = []
     for i in range(int(rng.integers(3, 7))):
         kind = rng.choice(["diffuse", "mirror", "lobe"], p=[0.6, 0.2, 0.2])
         diffuse = colour(0.1, 0.8)
         if kind == "mirror":
-            things.append(Material(f"mirror{i}", (0.0, 0.0, 0.0), colour(0.6, 0.9)))
+            things.append(plain_material(f"mirror{i}", (0.0, 0.0, 0.0), colour(0.6, 0.9)))
         elif kind == "lobe":
             half = tuple(0.5 * x for x in diffuse)
-            things.append(Material(f"lobe{i}", half, colour(0.1, 0.4), float(rng.uniform(3, 60))))
+            things.append(
+                plain_material(f"lobe{i}", half, colour(0.1, 0.4), float(rng.uniform(3, 60)))
+            )
         else:
-            things.append(Material(f"diffuse{i}", diffuse))
+            things.append(plain_material(f"diffuse{i}", diffuse))
     built = Builder()
     side = rng.choice(["", "+z", "+x", "+y"], p=[0.5, 0.2, 0.15, 0.15])
     room = [f for f in ("-z", "+z", "-x", "+x", "+y") if f != side]  # the camera looks in from -y
@@ -289,12 +333,12 @@ def random_room(seed: int) -> Scene:
             direction = tuple(to / np.linalg.norm(to))
             size, blend = rng.uniform(0.6, 2.4), rng.uniform(0.0, 1.0)
             lights.append(
-                Light(
+                plain_light(
                     f"spot{i}", "SPOT", position, power, direction, spot_size=size, spot_blend=blend
                 )
             )
         else:
-            lights.append(Light(f"point{i}", "POINT", position, power))
+            lights.append(plain_light(f"point{i}", "POINT", position, power))
     background = colour(0.0, 0.3) if side else (0.0, 0.0, 0.0)
     view = camera((rng.uniform(-2, 2), -10.5, rng.uniform(2, 4)), (0, 0, 2.8), 44)
     return built.scene(view, lights, [*walls, *things], background=background)
@@ -312,6 +356,8 @@ __all__ = [
     "icosphere",
     "lit_plate",
     "orthographic",
+    "plain_light",
+    "plain_material",
     "random_room",
     "replace",
 ]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ..streams import Kernel, Table
-from .records import BLUR, COVERAGE, FACING, IRRADIANCE, THROUGHPUT
+from ..streams import Kernel
+from .records import BLUR, COVERAGE, DIFFUSE, IRRADIANCE, THROUGHPUT
 
 
 class Blur(Kernel):
@@ -9,10 +9,9 @@ class Blur(Kernel):
     stem = "blur"
     inputs = {
         "sum": BLUR,
-        "facing": FACING,
+        "diffuse": DIFFUSE,
         "irradiance": IRRADIANCE,
         "coverage": COVERAGE,
         "throughput": THROUGHPUT,
     }
     outputs = {"total": BLUR}
-    tables = {"materials": Table()}

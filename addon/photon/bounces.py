@@ -8,29 +8,34 @@ from typing import Any
 
 import moderngl
 
-from ..streams import Device, Program, Stream
-from ..streams.kernel import in_registers
+from ..streams import Declaration, Defines, Device, Made, Program, Stream, in_registers
 from .projector import Projector
 from .reflector import Reflector
+from .shade import Shade
 from .tracer import Tracer
 
-KERNELS = (Tracer, Projector, Reflector)
+
+def kernels(defines: Defines) -> list[tuple[str, Declaration]]:
+    """The kernels of a bounce, in order."""
+    return [(k.__name__, k.declaration(defines)) for k in (Tracer, Shade, Projector, Reflector)]
 
 
-def declarations() -> str:
+def declarations(defines: Defines) -> str:
     """What glsl/kernels/bounces.glsl is compiled with."""
-    return in_registers(KERNELS, ["bounce"])
+    return in_registers(kernels(defines), defines, ["bounce"])
 
 
 class Bounces:
-    """Tracer, Projector and Reflector, several times."""
+    """Tracer, Shade, Projector and Reflector, several times."""
 
     stem = "bounces"
 
-    def __init__(self, device: Device) -> None:
+    def __init__(self, device: Device, defines: Defines, made: Made) -> None:
         self.launches = 0
-        self._program = Program(device, self.stem, declarations())
-        self.tables = {name: table for kernel in KERNELS for name, table in kernel.tables.items()}
+        self._program = Program(device, self.stem, declarations(defines), made)
+        self.tables = {
+            n: table for _, kernel in kernels(defines) for n, table in kernel.tables.items()
+        }
 
     def run(
         self,

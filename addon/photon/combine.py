@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ..streams import Kernel, Table, Uniform
-from .records import BLUR, COVERAGE, FACING, HIT, IRRADIANCE, PLACE, RADIANCE, SHADING, THROUGHPUT
+from ..streams import Kernel, Uniform
+from .records import BLUR, COVERAGE, DIFFUSE, HIT, IRRADIANCE, PLACE, RADIANCE, SHADING, THROUGHPUT
 
 
 class CombinePrimary(Kernel):
@@ -10,7 +10,7 @@ class CombinePrimary(Kernel):
     inputs = {
         "hit": HIT,
         "place": PLACE,
-        "facing": FACING,
+        "diffuse": DIFFUSE,
         "shading": SHADING,
         "direct": RADIANCE,
         "irradiance": IRRADIANCE,
@@ -29,7 +29,6 @@ class CombinePrimary(Kernel):
         "eye": Uniform("vec3"),
         "view_axis": Uniform("vec3"),
     }
-    tables = {"materials": Table()}
 
 
 class CombineMirror(Kernel):
@@ -40,7 +39,7 @@ class CombineMirror(Kernel):
         "sum": RADIANCE,
         "indirect_sum": RADIANCE,
         "hit": HIT,
-        "facing": FACING,
+        "diffuse": DIFFUSE,
         "direct": RADIANCE,
         "irradiance": IRRADIANCE,
         "coverage": COVERAGE,
@@ -48,7 +47,6 @@ class CombineMirror(Kernel):
     }
     outputs = {"total": RADIANCE, "indirect_total": RADIANCE}
     uniforms = {"ambient": Uniform("vec3"), "background": Uniform("vec3")}
-    tables = {"materials": Table()}
 
 
 class CombineAll(Kernel):

@@ -1,7 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ..streams import Kernel, Table, Uniform
 from . import radius_field
-from .records import COVERAGE, CUTS, FACING, HIT, PLACE, SHADING
+from .records import (
+    CORNER_NORMALS,
+    COVERAGE,
+    CUTS,
+    HIT,
+    NODE,
+    TRIANGLE,
+)
+from .settings import FILTER_DEFINES
+from .shade import POINT
 
 
 class Coverage(Kernel):
@@ -9,7 +18,8 @@ class Coverage(Kernel):
 
     stem = "coverage"
     records = (HIT,)
-    inputs = {"place": PLACE, "facing": FACING, "shading": SHADING, "cuts": CUTS}
+    structure = FILTER_DEFINES
+    inputs = POINT | {"cuts": CUTS}
     outputs = {"coverage": COVERAGE}
     uniforms = {
         "seed": Uniform("uint"),
@@ -20,8 +30,7 @@ class Coverage(Kernel):
         "region_origin": Uniform("ivec2"),
     } | radius_field.UNIFORMS
     tables = {
-        "bvh_nodes": Table(),
-        "bvh_corners": Table(),
-        "bvh_normals": Table(),
-        "materials": Table(),
+        "nodes": Table(NODE),
+        "triangles": Table(TRIANGLE),
+        "corner_normals": Table(CORNER_NORMALS),
     } | radius_field.TABLES

@@ -11,11 +11,11 @@ from ..streams import Compaction, Device, Reading, Stream, Tally
 from .bounces import Bounces
 from .deposits import DeviceDeposits
 from .generator import Generator
-from .geometry import Tables
 from .needs import SceneNeeds
 from .photon_mapper import STREAM_WIDTH, Paths, PathsBySize, draw_of, first_to_deposit
 from .records import DEPOSIT, PLACE
 from .settings import Settings
+from .tables import Tables
 
 # Rows for what lands in one launch: photons take as many bounces in it as that has room for, for a
 # launch costs a GPU more than dead photons do unless there are many. 524288 photons of a pass of
@@ -71,12 +71,11 @@ class DevicePhotonMapper:
         tables: Tables,
         settings: Settings,
         needs: SceneNeeds,
-        light_count: int,
     ) -> None:
-        self._device, self._tables = device, tables
-        self._settings, self._light_count = settings, light_count
+        self._device, self._tables, self._settings = device, tables, settings
         self._most_bounces = needs.photon_bounces + 1  # with that in which a photon is cut off
-        self._generator, self._bounces = Generator(device, "compute"), Bounces(device)
+        self._generator = Generator(device, "compute", made=needs.made)
+        self._bounces = Bounces(device, needs.photon_defines, needs.made)
         self._compaction = Compaction(device, "paths")
         self._tally = Tally(device, self._most_bounces)
         self._foreseen: dict[int, _Foreseen] = {}  # by the photons of a pass
@@ -147,7 +146,8 @@ class DevicePhotonMapper:
         self._generator.run(
             paths.fronts(),
             self._tables.of(self._generator),
-            draw_of(self._settings, index) | {"photons": photons, "light_count": self._light_count},
+            draw_of(self._settings, index)
+            | {"photons": photons, "light_count": len(self._tables.lights)},
         )
         self.deposits.clear()
         self._tally.clear()

@@ -2,12 +2,14 @@
 from ..streams import Items, Kernel, Uniform
 from . import radius_field
 from .records import CUTS, FACING, IRRADIANCE, PLACE
+from .settings import FILTER_DEFINES
 
 
 class Gather(Kernel):
     """Add the photons around each visible point from a sorted grid (Jensen 2001, sec. 7)."""
 
     stem = "gather"
+    structure = FILTER_DEFINES
     inputs = {"place": PLACE, "facing": FACING, "cuts": CUTS, "sum": IRRADIANCE}
     outputs = {"irradiance": IRRADIANCE}
     uniforms = {

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ..streams import Kernel, Table, Uniform
-from .records import FLUX, RAY_DIRECTION, RAY_ORIGIN
+from .records import FLUX, LIGHT, RAY_DIRECTION, RAY_ORIGIN
 
 
 class Generator(Kernel):
@@ -14,4 +14,4 @@ class Generator(Kernel):
         "photons": Uniform("int"),
         "light_count": Uniform("int"),
     }
-    tables = {"lights": Table()}
+    tables = {"lights": Table(LIGHT)}

@@ -13,11 +13,13 @@ import numpy as np
 import photon_stream_native as native
 
 from ..streams import Device
+from ..streams.device import Layer
 from .deposits import DEPOSIT_BYTES, Copy, Deposits
-from .geometry import Frame, Mesh, Tables, frame_of
+from .geometry import Frame, Mesh, frame_of
 from .native_kernels import triangles_of
 from .scene import Scene
 from .settings import Settings
+from .tables import Tables
 
 # [bytes] of deposits that are kept: an eighth of the memory that Blender asks for at least, and as
 # much as a GPU of 4 GB can spare; less where a render leaves less (`leave_room`).
@@ -62,7 +64,8 @@ class Stage:
     def build(device: Device, scene: Scene, layer: str, frame: Frame, mesh: Mesh) -> Stage:
         """Upload the tables of a scene's mesh; SceneError if that is impossible."""
         triangles = triangles_of(mesh) if layer == "native" else None
-        tables = Tables(device, scene, frame, mesh, on_host=triangles is not None)
+        kernels: Layer = "compute" if layer == "compute" else "fragment"
+        tables = Tables(device, kernels, scene, frame, mesh, on_host=triangles is not None)
         return Stage(scene, layer, frame, mesh, triangles, tables)
 
 

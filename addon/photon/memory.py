@@ -170,7 +170,9 @@ class Budget:
 
     @cached_property
     def _has_mirrors(self) -> bool:
-        return self._settings.mirror_depth > 0 and any(max(m.specular) > 0 for m in self._materials)
+        return self._settings.mirror_depth > 0 and any(
+            x.reflects for m in self._materials for x in m.lobes
+        )
 
     @cached_property
     def _has_photons(self) -> bool:
@@ -185,8 +187,8 @@ class Budget:
         """How often a photon lands; before it is known, as if all walls were the brightest."""
         if known is not None:
             return known
-        diffuse = [m for m in self._materials if max(m.diffuse) > 0]
-        albedo = max((np.mean(np.add(m.diffuse, m.specular)) for m in diffuse), default=0.0)
+        diffuse = [m for m in self._materials if m.is_diffuse]
+        albedo = max((np.mean(m.head_on()) for m in diffuse), default=0.0)
         bounces = self._settings.photon_bounces
         several = float(np.sum(albedo ** np.arange(1, bounces + 1)))
         return min(several, MOST_GUESSED) + float(self._settings.direct_by_photons)

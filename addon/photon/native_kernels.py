@@ -23,7 +23,6 @@ from .gather import Gather
 from .geometry import Mesh
 from .radius_field import TABLES, UNIFORMS
 from .records import CUTS, FACING, PLACE
-from .scene import Material
 from .tracer import Tracer
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -55,16 +54,14 @@ class NativeCuts(HostKernel):
     uniforms = Cuts.uniforms
     tables = TABLES
 
-    def __init__(
-        self, device: Device, triangles: native.Tracer, materials: tuple[Material, ...]
-    ) -> None:
+    def __init__(self, device: Device, triangles: native.Tracer) -> None:
         super().__init__(device)
-        self._triangles, self._diffuse = triangles, _diffuse(materials)
+        self._triangles = triangles
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """The half planes."""
         return self._triangles.cuts(
-            inputs["place"], inputs["facing"], self._diffuse, tables["radii"], **uniforms
+            inputs["place"], inputs["facing"], inputs["diffuse"], tables["radii"], **uniforms
         )
 
 
@@ -86,16 +83,9 @@ class NativeCoverage(HostKernel):
         "region_origin",
     )
 
-    def __init__(
-        self,
-        device: Device,
-        triangles: native.Tracer,
-        materials: tuple[Material, ...],
-        filter_name: str,
-    ) -> None:
+    def __init__(self, device: Device, triangles: native.Tracer, filter_name: str) -> None:
         super().__init__(device)
         self._triangles, self._filter = triangles, filter_name
-        self._diffuse = _diffuse(materials)
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """The shares."""
@@ -104,7 +94,7 @@ class NativeCoverage(HostKernel):
             inputs["facing"],
             inputs["shading"],
             inputs["cuts"],
-            self._diffuse,
+            inputs["diffuse"],
             tables["radii"],
             filter=self._filter,
             **{name: uniforms[name] for name in self._OWN},
@@ -146,11 +136,6 @@ class NativeGather(HostKernel):
         )
 
 
-def _diffuse(materials: tuple[Material, ...]) -> NDArray[np.bool_]:
-    """Which materials photons land on."""
-    return np.array([max(material.diffuse) > 0 for material in materials], bool)
-
-
 def tracer_for(
     device: Device, layer: Layer, triangles: native.Tracer | None, any_hit: bool = False
 ) -> Kernel:
@@ -162,4 +147,4 @@ def tracer_for(
 
 def triangles_of(mesh: Mesh) -> native.Tracer:
     """The scene's triangles for the native kernels."""
-    return native.Tracer(mesh.tree.nodes, mesh.corners)
+    return native.Tracer(mesh.tree.nodes, mesh.triangles.view(np.float32).reshape(-1, 3, 4))

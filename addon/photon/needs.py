@@ -4,12 +4,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from .geometry import Mesh, emitted_flux
+from ..streams import Defines, Made
+from .geometry import Mesh
+from .kinds import lobe_kinds, made_bsdf, made_lights
 from .scene import Scene
 from .settings import Settings
+
+MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
+# Lights that every visible point asks; where there are more, it asks so many, by chance.
+MOST_SHADOW_RAYS = 64
 
 
 @dataclass(frozen=True)
@@ -17,29 +24,62 @@ class SceneNeeds:
     """The scene summed up once; the pipeline is built from it."""
 
     surfaces: bool  # there are triangles to see
-    lights: tuple[int, ...]  # lights that emit, for direct light; none if photons carry it
+    shadow_rays: int  # of a visible point; none if photons carry the direct light
+    drawn_lights: bool  # there are more lights than these, so they are drawn
     hidden_highlights: bool  # photons carry the direct light, and lobes would have reflected it
     photons: bool  # light can reach a diffuse surface by a path that photons stand for
-    mirror: bool  # a surface sends secondary rays
-    mirror_depth: int
+    secondary_rays: bool  # a surface sends some
+    chain_depth: int
     photon_bounces: int
+    lobes: int  # that a visible point has at most, besides Lambert's
+    lobe_kinds: frozenset[str]
+    light_kinds: frozenset[str]
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh) -> SceneNeeds:
         """Look at lights, and at the materials of the triangles that were kept."""
-        surfaces = len(mesh.corners) > 0
-        used = np.unique(mesh.corners[:, 0, 3].astype(int)) if surfaces else []
+        surfaces = len(mesh.triangles) > 0
+        used = np.unique(mesh.triangles["material"].astype(int)) if surfaces else []
         materials = [scene.materials[i] for i in used]
-        diffuse = any(max(m.diffuse) > 0 for m in materials)
-        specular = any(max(m.specular) > 0 for m in materials)
-        lobes = any(max(m.specular) > 0 and np.isfinite(m.exponent) for m in materials)
-        emitting = tuple(i for i, x in enumerate(scene.lights) if emitted_flux(x).max() > 0)
+        diffuse = any(material.is_diffuse for material in materials)
+        lobes = [[lobe.kind for lobe in m.lobes if lobe.reflects] for m in materials]
+        kinds = {kind for of_one in lobes for kind in of_one}
+        broad = any(not lobe_kinds()[kind].is_delta for kind in kinds)
+        emitting = scene.emitters
+        asked = bool(emitting) and (diffuse or broad) and not settings.direct_by_photons
         return SceneNeeds(
             surfaces=surfaces,
-            lights=emitting if (diffuse or lobes) and not settings.direct_by_photons else (),
-            hidden_highlights=bool(emitting) and lobes and settings.direct_by_photons,
+            shadow_rays=min(len(emitting), MOST_SHADOW_RAYS) if asked else 0,
+            drawn_lights=len(emitting) > MOST_SHADOW_RAYS,
+            hidden_highlights=bool(emitting) and broad and settings.direct_by_photons,
             photons=bool(emitting) and diffuse and settings.photons_a_pass > 0,
-            mirror=specular and settings.mirror_depth > 0,
-            mirror_depth=settings.mirror_depth,
+            secondary_rays=bool(kinds) and settings.mirror_depth > 0,
+            chain_depth=settings.mirror_depth,
             photon_bounces=settings.photon_bounces,
+            lobes=min(max(map(len, lobes), default=0), MOST_LOBES),
+            lobe_kinds=frozenset(kinds),
+            light_kinds=frozenset(light.kind for light in emitting),
         )
+
+    @cached_property
+    def eye_defines(self) -> Defines:
+        """What kernels of visible points are compiled with."""
+        defines = {"EYE": 1, "LOBES": 1} if self.lobes else {}
+        return defines | ({"TWO_LOBES": 1} if self.lobes > 1 else {})
+
+    @cached_property
+    def direct_defines(self) -> Defines:
+        """What kernels of shadow rays are compiled with: no light is seen in delta lobes."""
+        broad = any(not lobe_kinds()[kind].is_delta for kind in self.lobe_kinds)
+        defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
+        return defines | (self.eye_defines if broad else {})
+
+    @cached_property
+    def photon_defines(self) -> Defines:
+        """What kernels of photons are compiled with. A photon meets one lobe besides Lambert's."""
+        return {"PHOTONS": 1, "LOBES": 1} if self.lobes else {}
+
+    @cached_property
+    def made(self) -> Made:
+        """The includes that are made for the scene: its kinds of lobes and lights."""
+        return {**made_bsdf(self.lobe_kinds), **made_lights(self.light_kinds)}

@@ -17,7 +17,7 @@ from ..streams.compute import clear
 from ..streams.device import Layer
 from .deposits import Deposits, HostDeposits
 from .gather import Gather
-from .geometry import upload_table
+from .tables import upload_table
 from .native_kernels import NativeGather
 from .radius_field import Radii
 from .records import IRRADIANCE

@@ -1,23 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The photon pass: Generator -> (Tracer -> Projector -> Reflector)* -> deposits."""
+"""The photon pass: Generator -> (Tracer -> Shade -> Projector -> Reflector)* -> deposits."""
 
 from __future__ import annotations
 
 from typing import Generic, TypeVar
 
 import numpy as np
+import photon_stream_native as native
 
 from ..streams import Device, PingPong, Stream
 from ..streams.device import Layer
 from .deposits import HostDeposits
 from .generator import Generator
-from .geometry import Tables
+from .launch import launch
+from .native_kernels import tracer_for
 from .needs import SceneNeeds
 from .projector import Projector
 from .records import DEPOSIT, FLUX, HIT, PLACE, RAY_DIRECTION, RAY_ORIGIN
 from .reflector import Reflector
 from .settings import Settings
-from .tracer import Tracer
+from .shade import Shade
+from .tables import Tables
 
 STREAM_WIDTH = 1024  # photons a row
 # Photons of pass 0 that tell the radii, whichever passes are rendered. Where it has no more, they
@@ -47,6 +50,14 @@ class Paths:
             "flux": self.flux.front,
         }
 
+    def backs(self) -> dict[str, Stream]:
+        """What it writes."""
+        return {
+            "origin": self.origin.back,
+            "direction": self.direction.back,
+            "flux": self.flux.back,
+        }
+
     def swap(self) -> None:
         """End a bounce."""
         for pair in self.pairs():
@@ -64,12 +75,20 @@ class _PathsAndEnds(Paths):
     def __init__(self, device: Device, rows: int) -> None:
         super().__init__(device, rows)
         self.hit = Stream(device, HIT, self.size)
-        self.place = Stream(device, PLACE, self.size)
+        self.landed = Stream(device, PLACE, self.size)
         self.deposit = Stream(device, DEPOSIT, self.size)
+        self._points: dict[str, Stream] = {}
+
+    def points(self, shade: Shade) -> dict[str, Stream]:
+        """What Shade writes."""
+        for name, record in shade.outputs.items():
+            if name not in self._points:
+                self._points[name] = Stream(self.origin.back.device, record, self.size)
+        return self._points
 
     def release(self) -> None:
         super().release()
-        for stream in (self.hit, self.place, self.deposit):
+        for stream in (self.hit, self.landed, self.deposit, *self._points.values()):
             stream.release()
 
 
@@ -120,18 +139,21 @@ class PhotonMapper:
         tables: Tables,
         settings: Settings,
         needs: SceneNeeds,
-        light_count: int,
+        triangles: native.Tracer | None = None,
     ) -> None:
+        """`triangles`: what the native core traces, if it shall."""
         self._device, self._tables = device, tables
-        self._settings, self._needs, self._light_count = settings, needs, light_count
+        self._settings, self._needs = settings, needs
         self._paths = PathsBySize(device, _PathsAndEnds)
         self.deposits = HostDeposits(device)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
+        defines, made = needs.photon_defines, needs.made
         self._kernels = (
-            Generator(device, layer),
-            Tracer(device, layer),
+            Generator(device, layer, made=made),
+            tracer_for(device, layer, triangles),
+            Shade(device, layer, defines, made=made),
             Projector(device, layer),
-            Reflector(device, layer),
+            Reflector(device, layer, defines, made=made),
         )
 
     def trace(self, index: int, photons: int | None = None) -> HostDeposits:
@@ -143,39 +165,27 @@ class PhotonMapper:
     def start(self, index: int, photons: int | None = None) -> None:
         """Trace a pass until all its photons have ended."""
         photons = self._settings.photons_a_pass if photons is None else photons
-        generator, tracer, projector, reflector = self._kernels
+        generator, tracer, shade, projector, reflector = self._kernels
         paths = self._paths.of(photons)
         generator.run(
             paths.fronts(),
             self._tables.of(generator),
-            draw_of(self._settings, index) | {"photons": photons, "light_count": self._light_count},
+            draw_of(self._settings, index)
+            | {"photons": photons, "light_count": len(self._tables.lights)},
         )
         self.deposits.clear()
         alive = photons
         for bounce in range(self._needs.photon_bounces + 1):
-            direction, hit = paths.direction.front, paths.hit
-            tracer.run(
-                {"origin": paths.origin.front, "direction": direction, "hit": hit},
-                self._tables.of(tracer),
-            )
-            incoming = {"direction": direction, "hit": hit, "flux": paths.flux.front}
+            draw = draw_of(self._settings, index) | {"bounce": bounce}
+            streams = {**paths.fronts(), "hit": paths.hit, **paths.points(shade)}
+            streams |= {"landed": paths.landed, "deposit": paths.deposit}
+            streams |= {f"next_{name}": stream for name, stream in paths.backs().items()}
+            launch(tracer, streams, self._tables)
+            launch(shade, streams, self._tables, draw)
             if bounce >= first_to_deposit(self._settings):
-                projector.run(
-                    incoming | {"place": paths.place, "deposit": paths.deposit},
-                    self._tables.of(projector),
-                )
-                self.deposits.append(paths.place, paths.deposit)
-            alive = reflector.run(
-                incoming
-                | {
-                    "next_origin": paths.origin.back,
-                    "next_direction": paths.direction.back,
-                    "next_flux": paths.flux.back,
-                },
-                self._tables.of(reflector),
-                draw_of(self._settings, index) | {"bounce": bounce},
-                count=True,
-            )
+                launch(projector, streams, self._tables)
+                self.deposits.append(paths.landed, paths.deposit)
+            alive = launch(reflector, streams, self._tables, draw, count=True)
             paths.swap()
             if not alive:
                 return

@@ -24,7 +24,7 @@ from .device_radii import (
     radii_on_device,
     step_of,
 )
-from .geometry import upload_table
+from .tables import upload_table
 
 SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most
 WIDEST = 1.4  # no radius is larger, in radii that even light would have

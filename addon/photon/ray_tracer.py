@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The eye pass: EyeRays -> Tracer -> Direct, estimate -> Mirror while any ray is alive."""
+"""The eye pass: EyeRays -> Tracer -> Shade -> Direct, estimate -> Scatter while any is alive."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 import photon_stream_native as native
 
 from ..streams import TEXEL, Device, Kernel, PingPong, Stream
+from ..streams.declaration import present
 from ..streams.device import Layer, nothing
 from .blur import Blur
 from .combine import CombineAll, CombineMirror, CombinePrimary
 from .coverage import Coverage
 from .cuts import Cuts
-from .direct import Direct
+from .direct import Direct, ShadowRays, Unshadowed
 from .eye_rays import EyeRays
-from .geometry import Frame, Tables
-from .lit import Lit
-from .mirror import Mirror
+from .geometry import Frame
+from .launch import launch
 from .native_kernels import NativeCoverage, NativeCuts, tracer_for
 from .needs import SceneNeeds
 from .radius_field import Radii
@@ -28,26 +28,26 @@ from .records import (
     BLUR,
     COVERAGE,
     CUTS,
-    FACING,
     HIT,
     IRRADIANCE,
-    PLACE,
     RADIANCE,
     RAY_DIRECTION,
     RAY_ORIGIN,
-    SHADING,
     THROUGHPUT,
 )
+from .scatter import Scatter
 from .scene import Scene
 from .settings import Region, Settings, filter_define
+from .shade import LOBES, POINT, Shade
 from .splat import View
+from .tables import Tables
 from .tracer import Tracer
-from .visible_points import VisiblePoints
 
 # Estimates the irradiance at (place, facing), within the cuts, into the last stream; the view only
 # for points that the camera sees directly.
 Estimate = Callable[[Stream, Stream, Stream, Stream, View | None], None]
 
+RAYS_AT_ONCE = 4  # shadow rays of a point that the native core traces in one call
 _FAR = 1.0e37  # clip distances beyond float32's use
 
 
@@ -55,22 +55,30 @@ class _Buffers:
     """The streams of a region's size: those that a scene has a use for."""
 
     def __init__(
-        self, device: Device, size: tuple[int, int], settings: Settings, needs: SceneNeeds
+        self,
+        device: Device,
+        size: tuple[int, int],
+        settings: Settings,
+        needs: SceneNeeds,
+        on_host: bool,
     ) -> None:
         """Made at once, for the first pass to find them: it took an eighth longer."""
-        ones = {"hit": HIT, "place": PLACE, "facing": FACING, "shading": SHADING}
+        ones = {"hit": HIT, **POINT, **present(LOBES, needs.eye_defines)}
         ones |= dict.fromkeys(("direct_seen", "indirect_seen", "background_seen"), RADIANCE)
         ones |= dict.fromkeys(("normal_seen", "combined"), RADIANCE)
         ones |= {"irradiance": IRRADIANCE, "zeros": TEXEL}
         twos = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "direct": RADIANCE, "blur": BLUR}
-        if needs.lights:
-            ones |= {"shadow_origin": RAY_ORIGIN, "shadow_direction": RAY_DIRECTION}
-            ones |= {"shadow_hit": HIT, "unshadowed": RADIANCE}
+        self.shadow: dict[str, Stream] = {}
+        if needs.shadow_rays and on_host:
+            several = size[0], size[1] * min(needs.shadow_rays, RAYS_AT_ONCE)
+            shadow = {"shadow_origin": RAY_ORIGIN, "shadow_direction": RAY_DIRECTION}
+            shadow |= {"shadow_hit": HIT, "unshadowed": RADIANCE}
+            self.shadow = {name: Stream(device, record, several) for name, record in shadow.items()}
         if needs.photons:
             ones |= {"cuts": CUTS} | (
                 {"coverage": COVERAGE} if settings.boundary_correction else {}
             )
-        if needs.mirror:
+        if needs.secondary_rays:
             twos |= {"throughput": THROUGHPUT, "mirror": RADIANCE, "mirror_indirect": RADIANCE}
         self.size = size
         self.one = {name: Stream(device, record, size) for name, record in ones.items()}
@@ -80,7 +88,7 @@ class _Buffers:
 
     def release(self) -> None:
         """Free them."""
-        for stream in self.one.values():
+        for stream in (*self.one.values(), *self.shadow.values()):
             stream.release()
         for pair in self.two.values():
             pair.release()
@@ -107,30 +115,32 @@ class RayTracer:
         self._waits = device.keeps_lists(layer)  # while the host asks it something
         self._ended: dict[Region, int] = {}  # at which depth all secondary rays had
         self._started: tuple[int, View, Stream] | None = None  # pass, its view and direct light
-        self._buffers = _Buffers(device, (x1 - x0, y1 - y0), settings, needs)
+        on_host = triangles is not None
+        self._buffers = _Buffers(device, (x1 - x0, y1 - y0), settings, needs, on_host)
         self._camera = _camera_in_scene_units(scene, frame)
         self._world_to_camera = _column_major(np.linalg.inv(self._camera["matrix"]))
         kinds: list[type[Kernel]] = [EyeRays, CombinePrimary, CombineAll]
         if needs.surfaces:
-            kinds.append(VisiblePoints)
-        if needs.lights:
-            kinds += [Direct, Lit]
-        if needs.mirror:
-            kinds += [Mirror, CombineMirror]
+            kinds.append(Shade)
+        if needs.secondary_rays:
+            kinds += [Scatter, CombineMirror]
         if needs.photons:
             kinds.append(Blur)
-        self.kernels: dict[type[Kernel], Kernel] = {kind: kind(device, layer) for kind in kinds}
+        self.kernels: dict[type[Kernel], Kernel] = {
+            kind: kind(device, layer, needs.eye_defines, made=needs.made) for kind in kinds
+        }
+        if needs.shadow_rays:
+            for kind in (ShadowRays, Unshadowed) if on_host else (Direct,):
+                self.kernels[kind] = kind(device, layer, needs.direct_defines, made=needs.made)
         if needs.surfaces:
             self.kernels[Tracer] = tracer_for(device, layer, triangles)
         self._any_hit: Kernel | None = None
-        if needs.lights:
+        if needs.shadow_rays and on_host:
             self._any_hit = tracer_for(device, layer, triangles, any_hit=True)
         if needs.photons and settings.boundary_correction:
             if triangles:
-                self.kernels[Cuts] = NativeCuts(device, triangles, scene.materials)
-                self.kernels[Coverage] = NativeCoverage(
-                    device, triangles, scene.materials, settings.filter
-                )
+                self.kernels[Cuts] = NativeCuts(device, triangles)
+                self.kernels[Coverage] = NativeCoverage(device, triangles, settings.filter)
             else:
                 self.kernels[Cuts] = Cuts(device, layer)
                 self.kernels[Coverage] = Coverage(device, layer, filter_define(settings))
@@ -148,7 +158,7 @@ class RayTracer:
         self._region = region
         origin, direction = (self._buffers.two[name].front for name in ("origin", "direction"))
         view = self._send_eye_rays(index, origin, direction)
-        self._meet_surfaces(origin, direction)
+        self._meet_surfaces(index, 0, origin, direction)
         self._started = index, view, self._direct(index, 0, direction)
 
     def trace(
@@ -166,17 +176,13 @@ class RayTracer:
         assert self._started
         (_, view, direct), self._started = self._started, None
         one, two = self._buffers.one, self._buffers.two
-        hit, facing = one["hit"], one["facing"]
-        place, shading = one["place"], one["shading"]
         irradiance, coverage = self._indirect(index, 0, estimate, radii, view)
         images = {
             name: one[f"{name}_seen"] for name in ("direct", "indirect", "background", "normal")
         }
         self._run(
             CombinePrimary,
-            {"hit": hit, "place": place, "facing": facing, "shading": shading}
-            | {"direct": direct, "irradiance": irradiance, "coverage": coverage}
-            | {f"{name}_seen": stream for name, stream in images.items()},
+            {**one, "direct": direct, "irradiance": irradiance, "coverage": coverage},
             self._world
             | {
                 "background_alpha": 0.0 if self._settings.transparent else 1.0,
@@ -187,7 +193,7 @@ class RayTracer:
         two["blur"].restart(one["zeros"])
         self._add_blur(irradiance, coverage, self._unit)
         images["mirror"] = images["mirror_indirect"] = one["zeros"]
-        if self._needs.mirror:
+        if self._needs.secondary_rays:
             images["mirror"], images["mirror_indirect"] = self._mirror_images(
                 index, estimate, radii, meanwhile
             )
@@ -243,55 +249,30 @@ class RayTracer:
             camera["orthographic"],
         )
 
-    def _meet_surfaces(self, origin: Stream, direction: Stream) -> None:
-        """Trace rays and find their visible points."""
-        one = self._buffers.one
-        hit = one["hit"]
+    def _meet_surfaces(self, index: int, depth: int, origin: Stream, direction: Stream) -> None:
+        """Trace rays and shade the points where they end."""
         if not self._needs.surfaces:
             return  # the streams were made clear: no hits, no places
-        self._run(Tracer, {"origin": origin, "direction": direction, "hit": hit})
-        self._run(
-            VisiblePoints,
-            {
-                "direction": direction,
-                "hit": hit,
-                "place": one["place"],
-                "facing": one["facing"],
-                "shading": one["shading"],
-            },
-        )
+        streams = {**self._buffers.one, "origin": origin, "direction": direction}
+        self._run(Tracer, streams)
+        self._run(Shade, streams, self._draw(index, depth))
 
     def _direct(self, index: int, depth: int, direction: Stream) -> Stream:
-        """Direct light at the visible points: one shadow ray a light."""
-        one = self._buffers.one
-        total = self._buffers.two["direct"]
-        total.restart(one["zeros"])
-        for light in self._needs.lights:
+        """Direct light at the visible points, by shadow rays."""
+        buffers, total = self._buffers, self._buffers.two["direct"]
+        total.restart(buffers.one["zeros"])
+        streams = {**buffers.one, **buffers.shadow, "direction": direction}
+        draw = self._draw(index, depth) | {"light_count": len(self._tables.lights)}
+        if Direct in self.kernels:
+            self._run(Direct, streams | {"direct": total.back}, draw)
+            total.swap()
+        for first in range(0, self._needs.shadow_rays if self._any_hit else 0, RAYS_AT_ONCE):
             assert self._any_hit
-            shadow_origin = one["shadow_origin"]
-            shadow_direction = one["shadow_direction"]
-            unshadowed, hit = one["unshadowed"], one["shadow_hit"]
-            self._run(
-                Direct,
-                {
-                    "place": one["place"],
-                    "facing": one["facing"],
-                    "shading": one["shading"],
-                    "direction": direction,
-                    "shadow_origin": shadow_origin,
-                    "shadow_direction": shadow_direction,
-                    "unshadowed": unshadowed,
-                },
-                self._draw(index, depth) | {"light_index": light},
-            )
-            self._any_hit.run(
-                {"origin": shadow_origin, "direction": shadow_direction, "hit": hit},
-                self._tables.of(self._any_hit),
-            )
-            self._run(
-                Lit,
-                {"sum": total.front, "unshadowed": unshadowed, "hit": hit, "total": total.back},
-            )
+            self._run(ShadowRays, streams, draw | {"first_ray": first})
+            ports = ("origin", "direction", "hit")
+            self._any_hit.run({name: buffers.shadow[f"shadow_{name}"] for name in ports})
+            found = {name: buffers.shadow[name].texture for name in ("unshadowed", "shadow_hit")}
+            self.kernels[Unshadowed].run({"sum": total.front, "direct": total.back}, found)
             total.swap()
         return total.front
 
@@ -304,44 +285,33 @@ class RayTracer:
         if estimate is None:
             return irradiance, self._unit_coverage
         cuts = self._cuts(radii)
-        coverage = self._coverage(index, depth, cuts, radii)
+        coverage = self._coverage(index, depth, radii)
         estimate(one["place"], one["facing"], cuts, irradiance, view)
         return irradiance, coverage
 
     def _cuts(self, radii: Radii) -> Stream:
         """Where each visible point's disc ends at what stands on its surface."""
-        cuts = self._buffers.one["cuts"]
+        one = self._buffers.one
         if Cuts in self.kernels:  # else the stream was made clear: nothing is cut off
             kernel = self.kernels[Cuts]
             kernel.run(
-                {
-                    "place": self._buffers.one["place"],
-                    "facing": self._buffers.one["facing"],
-                    "cuts": cuts,
-                },
+                {name: one[name] for name in ("place", "facing", "diffuse", "cuts")},
                 self._tables.of(kernel) | radii.tables(kernel),
                 radii.uniforms,
             )
-        return cuts
+        return one["cuts"]
 
-    def _coverage(self, index: int, depth: int, cuts: Stream, radii: Radii) -> Stream:
+    def _coverage(self, index: int, depth: int, radii: Radii) -> Stream:
         """The share of the filter on each visible point's own surface and within its cuts."""
         if Coverage not in self.kernels:
             return self._unit_coverage
-        coverage = self._buffers.one["coverage"]
-        kernel = self.kernels[Coverage]
+        one, kernel = self._buffers.one, self.kernels[Coverage]
         kernel.run(
-            {
-                "place": self._buffers.one["place"],
-                "facing": self._buffers.one["facing"],
-                "shading": self._buffers.one["shading"],
-                "cuts": cuts,
-                "coverage": coverage,
-            },
+            {name: one[name] for name in (*POINT, "cuts", "coverage")},
             self._tables.of(kernel) | radii.tables(kernel),
             self._pixels(depth) | radii.uniforms | probes_of(index),
         )
-        return coverage
+        return one["coverage"]
 
     def _mirror_images(
         self,
@@ -361,13 +331,11 @@ class RayTracer:
         image.restart(one["zeros"])
         indirect.restart(one["zeros"])
         carried = self._unit
-        for depth in range(self._needs.mirror_depth):
+        for depth in range(self._needs.chain_depth):
             alive = self._run(
-                Mirror,
+                Scatter,
                 {
-                    "place": one["place"],
-                    "facing": one["facing"],
-                    "shading": one["shading"],
+                    **one,
                     "direction": direction.front,
                     "throughput": carried,
                     "next_origin": origin.back,
@@ -385,16 +353,15 @@ class RayTracer:
             for pair in (origin, direction, throughput):
                 pair.swap()
             carried = throughput.front
-            self._meet_surfaces(origin.front, direction.front)
+            self._meet_surfaces(index, depth + 1, origin.front, direction.front)
             direct = self._direct(index, depth + 1, direction.front)
             irradiance, coverage = self._indirect(index, depth + 1, estimate, radii, None)
             self._run(
                 CombineMirror,
                 {
+                    **one,
                     "sum": image.front,
                     "indirect_sum": indirect.front,
-                    "hit": one["hit"],
-                    "facing": one["facing"],
                     "direct": direct,
                     "irradiance": irradiance,
                     "coverage": coverage,
@@ -417,8 +384,8 @@ class RayTracer:
         self._run(
             Blur,
             {
+                **self._buffers.one,
                 "sum": blur.front,
-                "facing": self._buffers.one["facing"],
                 "irradiance": irradiance,
                 "coverage": coverage,
                 "throughput": throughput,
@@ -448,8 +415,7 @@ class RayTracer:
         count: bool = False,
         meanwhile: Callable[[], None] = nothing,
     ) -> int:
-        kernel = self.kernels[kind]
-        return kernel.run(streams, self._tables.of(kernel), uniforms, count, meanwhile)
+        return launch(self.kernels[kind], streams, self._tables, uniforms, count, meanwhile)
 
     def release(self) -> None:
         """Free streams and kernels."""

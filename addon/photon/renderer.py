@@ -22,8 +22,9 @@ from .error import Error, error_of
 from .errors import DeviceError, PhotonStreamError
 from .geometry import Mesh
 from .kept import Kept, Mapper, Stage
+from .kinds import check_kinds
 from .memory import Budget
-from .native_photon_mapper import NativePhotonMapper
+from .native_photon_mapper import NativePhotonMapper, knows
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
 from .photon_mapper import PhotonMapper, pilot_photons
@@ -71,6 +72,7 @@ class Renderer:
     ) -> None:
         """`kept`: where renders one after the other find what has not changed between them."""
         scene.check()
+        check_kinds(scene)
         settings.check()
         scene, self.warnings = _conserving(scene)
         self.scene, self.settings, self.device = scene, settings, device
@@ -97,7 +99,7 @@ class Renderer:
             except StreamError as error:
                 raise DeviceError(str(error)) from error
             self.frame, mesh, triangles = stage.frame, stage.mesh, stage.triangles
-        self.triangles = len(mesh.corners)
+        self.triangles = len(mesh.triangles)
         self.needs = SceneNeeds.of(scene, settings, mesh)
         self.warnings += _warnings(scene, mesh, self.needs)
         with self._timed("programs"):
@@ -121,7 +123,7 @@ class Renderer:
                 )
                 self._parts.append(self.ray_tracer)
                 names = list(FILM_IMAGES)
-                names += MIRROR_IMAGES if self.needs.mirror else ()
+                names += MIRROR_IMAGES if self.needs.secondary_rays else ()
                 names += ["blur"] if self.needs.photons else ()
                 self.film = StripFilm(device, layer, strips, names, on_host=triangles is not None)
                 self._parts.append(self.film)
@@ -135,8 +137,10 @@ class Renderer:
                             device, layer, settings.splat_shape, filter_define(settings)
                         )
                         self._parts.append(self.splat)
-                    if self.estimator == "gather" or self.needs.mirror:
-                        kinds = [False] * (self.estimator == "gather") + [True] * self.needs.mirror
+                    if self.estimator == "gather" or self.needs.secondary_rays:
+                        kinds = [False] * (self.estimator == "gather") + [
+                            True
+                        ] * self.needs.secondary_rays
                         on_host = triangles is not None
                         self.grid = PhotonGrid(
                             device, layer, settings, mesh.extent, mesh.area, on_host, kinds
@@ -266,20 +270,20 @@ class Renderer:
         self._ticked = now
 
     def _mapper(self, layer: Layer, stage: Stage) -> Mapper:
-        if stage.triangles:
+        if stage.triangles and knows(self.scene, self.needs):
             return NativePhotonMapper(
                 self.device,
                 self.scene,
-                stage.frame,
+                stage.tables,
                 stage.mesh,
                 self.settings,
                 self.needs,
                 stage.triangles,
             )
-        arguments = stage.tables, self.settings, self.needs, len(self.scene.lights)
+        arguments = stage.tables, self.settings, self.needs
         if self.device.keeps_lists(layer):
             return DevicePhotonMapper(self.device, *arguments)
-        return PhotonMapper(self.device, layer, *arguments)
+        return PhotonMapper(self.device, layer, *arguments, stage.triangles)
 
     def _find_room(self) -> Budget:
         """The budget; what only makes a render start sooner goes where there is no room for it."""

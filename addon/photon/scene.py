@@ -8,7 +8,9 @@ World space, lengths in metres, linear RGB, powers in watts. Blender's units: a 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field, replace
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, is_dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -17,9 +19,10 @@ from numpy.typing import NDArray
 
 from .errors import SceneError
 
-SNAPSHOT_VERSION = 1
+SNAPSHOT_VERSION = 2
 CameraKind = Literal["PERSP", "ORTHO"]
-LightKind = Literal["POINT", "SPOT"]
+RGB = tuple[float, float, float]  # or x, y, z
+BLACK: RGB = (0.0, 0.0, 0.0)
 MIRROR = np.inf  # Phong exponent of a perfect mirror
 
 
@@ -44,61 +47,129 @@ class Camera:
 
 @dataclass(frozen=True)
 class Light:
-    """A point light or spotlight of intensity P / (4 pi), with the spot's smooth step."""
+    """A light of one of the kinds of glsl/lights, whose files say what the parameters are."""
 
     name: str
-    kind: LightKind
-    position: tuple[float, float, float]  # [m]
-    power: tuple[float, float, float]  # P [W] per channel, >= 0
-    direction: tuple[float, float, float] = (0.0, 0.0, -1.0)  # SPOT: unit axis of the cone
-    radius: float = 0.0  # [m]; 0 is a delta light
-    spot_size: float = np.pi / 4  # SPOT: full cone angle [rad], [0, pi]
-    spot_blend: float = 0.15  # SPOT: share of the cone in which it fades, [0, 1]
+    kind: str
+    position: RGB  # [m]
+    power: RGB  # P [W] per channel, >= 0
+    direction: RGB = (0.0, 0.0, -1.0)  # its axis
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
     def check(self) -> None:
         """Raise SceneError naming the light and the first value out of its range."""
         who = f"light {self.name!r}"
-        if self.kind not in get_args(LightKind):
-            raise SceneError(f"{who}: kind {self.kind!r} is none of {get_args(LightKind)}")
         _check_finite(f"{who}: position", self.position)
         _check_finite(f"{who}: power", self.power, 0.0)
-        _check_finite(f"{who}: radius", self.radius, 0.0)
         _check_finite(f"{who}: direction", self.direction)
+        for name, value in self.parameters.items():
+            _check_finite(f"{who}: {name}", value, 0.0)
         if not any(self.direction):
             raise SceneError(f"{who}: direction {self.direction} has no length")
-        if not 0.0 <= self.spot_size <= np.pi * (1 + 1e-6):
-            raise SceneError(f"{who}: spot_size {self.spot_size} is outside [0, pi]")
-        if not 0.0 <= self.spot_blend <= 1.0:
-            raise SceneError(f"{who}: spot_blend {self.spot_blend} is outside [0, 1]")
+
+
+def point_light(name: str, position: RGB, power: RGB, radius: float = 0.0) -> Light:
+    """A point light, or a sphere of a radius [m]."""
+    return Light(name, "point", position, power, parameters={"radius": radius})
+
+
+def spot_light(
+    name: str,
+    position: RGB,
+    power: RGB,
+    direction: RGB = (0.0, 0.0, -1.0),
+    *,
+    size: float,
+    blend: float,
+    radius: float = 0.0,
+) -> Light:
+    """A spotlight, whose cone is `size` [rad] wide, in [0, pi], and fades in a share `blend` of
+    it, in [0, 1]; SceneError for others."""
+    if not 0.0 <= size <= np.pi * (1 + 1e-6):
+        raise SceneError(f"light {name!r}: spot size {size} is outside [0, pi]")
+    if not 0.0 <= blend <= 1.0:
+        raise SceneError(f"light {name!r}: spot blend {blend} is outside [0, 1]")
+    outer = 2.0 * math.sin(size / 4.0) ** 2  # 1 - cos(size / 2), exact for small angles
+    parameters = {"radius": radius, "outer": outer, "inner": outer * (1.0 - blend)}
+    return Light(name, "spot", position, power, direction, parameters)
+
+
+@dataclass(frozen=True)
+class Lobe:
+    """A lobe of one of the kinds of glsl/bsdf, whose files say what colour and parameters are."""
+
+    kind: str
+    colour: RGB
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    weight: float = 1.0  # times all that it reflects
+    # The albedo of what it lies over, which has what the lobe lets through.
+    covered: RGB = BLACK
+
+    def check(self, who: str) -> None:
+        """Raise SceneError naming the lobe's owner and the first value out of its range."""
+        _check_finite(f"{who}: colour", self.colour, 0.0)
+        _check_finite(f"{who}: covered", self.covered, 0.0)
+        _check_finite(f"{who}: weight", self.weight, 0.0)
+        for name, value in self.parameters.items():
+            _check_finite(f"{who}: {name}", value, 0.0)
+
+    @property
+    def reflects(self) -> bool:
+        """Whether it does, or has what it covers do."""
+        return (self.weight > 0.0 and max(self.colour) > 0.0) or max(self.covered) > 0.0
+
+    def head_on(self) -> NDArray[np.float64]:
+        """The albedo with what it covers, for a viewer straight above; about that."""
+        own = np.asarray(self.colour, np.float64)
+        return self.weight * own + np.multiply(self.covered, 1.0 - min(own.max(), 1.0))
+
+
+def phong(colour: RGB, exponent: float = MIRROR) -> Lobe:
+    """The paper's specular lobe: a mirror, or Phong's."""
+    if math.isinf(exponent) and exponent > 0.0:
+        return Lobe("mirror", colour)
+    return Lobe("phong", colour, {"exponent": exponent})
 
 
 @dataclass(frozen=True)
 class Material:
-    """BRDF = k_d / pi + k_s * (mirror, or normalised Phong lobe of `exponent`)."""
+    """BSDF = albedo / pi of a diffuse lobe that nothing covers, and other lobes."""
 
     name: str
-    diffuse: tuple[float, float, float] = (0.8, 0.8, 0.8)  # k_d
-    specular: tuple[float, float, float] = (0.0, 0.0, 0.0)  # k_s
-    exponent: float = MIRROR
+    diffuse: RGB = (0.8, 0.8, 0.8)  # albedo
+    lobes: tuple[Lobe, ...] = ()
 
     def check(self) -> None:
         """Raise SceneError naming the material and the first value out of its range."""
         _check_finite(f"material {self.name!r}: diffuse", self.diffuse, 0.0)
-        _check_finite(f"material {self.name!r}: specular", self.specular, 0.0)
-        if not self.exponent >= 0.0:
-            raise SceneError(f"material {self.name!r}: exponent {self.exponent} is not >= 0")
+        for lobe in self.lobes:
+            lobe.check(f"material {self.name!r}: {lobe.kind}")
+
+    @property
+    def is_diffuse(self) -> bool:
+        """Whether photons land on it."""
+        return max(self.diffuse) > 0 or any(max(lobe.covered) > 0 for lobe in self.lobes)
+
+    def head_on(self) -> NDArray[np.float64]:
+        """What it reflects of light from everywhere to a viewer straight above, per channel."""
+        albedo = np.array(self.diffuse, np.float64)
+        return sum((lobe.head_on() for lobe in self.lobes), albedo)
 
     def conserving(self) -> Material:
-        """The material with k_d + k_s <= 1 in each channel (scaled down)."""
-        total = np.add(self.diffuse, self.specular)
+        """The material that reflects no more than it receives in any channel (scaled down)."""
+        total = self.head_on()
         if total.max() <= 1.0:
             return self
         scale = np.maximum(total, 1.0)
-        return replace(
-            self,
-            diffuse=_colour(np.divide(self.diffuse, scale)),
-            specular=_colour(np.divide(self.specular, scale)),
+        lobes = tuple(
+            replace(
+                lobe,
+                colour=_colour(np.divide(lobe.colour, scale)),
+                covered=_colour(np.divide(lobe.covered, scale)),
+            )
+            for lobe in self.lobes
         )
+        return replace(self, diffuse=_colour(np.divide(self.diffuse, scale)), lobes=lobes)
 
 
 @dataclass(frozen=True)
@@ -118,7 +189,12 @@ class Scene:
     material: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into materials
     surface: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into surfaces
     surfaces: tuple[str, ...] = ()  # object names
-    background: tuple[float, float, float] = (0.0, 0.0, 0.0)  # world radiance [W/(m^2 sr)]
+    background: RGB = BLACK  # world radiance [W/(m^2 sr)]
+
+    @property
+    def emitters(self) -> tuple[Light, ...]:
+        """The lights that have any power."""
+        return tuple(light for light in self.lights if max(light.power) > 0.0)
 
     def check(self) -> None:
         """Raise SceneError if arrays do not fit together or a value is outside its range."""
@@ -208,23 +284,53 @@ class Scene:
 def _read(data: Any) -> Scene:
     """A Scene from the arrays of a snapshot; raises whatever a malformed one leads to."""
     header = json.loads(str(data["header"]))
-    if header["version"] != SNAPSHOT_VERSION:
+    version = header["version"]
+    if version not in _READERS:
         raise SceneError(
-            f"snapshot version {header['version']}, this Photon Stream reads {SNAPSHOT_VERSION}"
+            f"snapshot version {version}, this Photon Stream reads {', '.join(map(str, _READERS))}"
         )
+    read_light, read_material = _READERS[version]
     camera = dict(header["camera"], matrix=np.array(header["camera"]["matrix"], np.float64))
     camera["window"] = tuple(map(float, camera["window"]))
     return Scene(
         camera=Camera(**camera),
-        lights=tuple(Light(**_tuples(light)) for light in header["lights"]),
-        materials=tuple(Material(**_tuples(m)) for m in header["materials"]),
+        lights=tuple(read_light(_tuples(light)) for light in header["lights"]),
+        materials=tuple(read_material(_tuples(m)) for m in header["materials"]),
         surfaces=tuple(header["surfaces"]),
         background=tuple(header["background"]),
         **{name: data[name] for name in _ARRAYS},
     )
 
 
-def _colour(values: Any) -> tuple[float, float, float]:
+def _read_material(values: dict[str, Any]) -> Material:
+    return Material(**values | {"lobes": tuple(Lobe(**_tuples(x)) for x in values["lobes"])})
+
+
+def _read_light_1(values: dict[str, Any]) -> Light:
+    """What Photon Stream 0.1 wrote: two kinds, all fields of both."""
+    name, position, power, radius = (values[x] for x in ("name", "position", "power", "radius"))
+    if values["kind"] == "POINT":
+        return point_light(name, position, power, radius)
+    size, blend = values["spot_size"], values["spot_blend"]
+    return spot_light(
+        name, position, power, values["direction"], size=size, blend=blend, radius=radius
+    )
+
+
+def _read_material_1(values: dict[str, Any]) -> Material:
+    """What Photon Stream 0.1 wrote: one specular lobe, or the zeros of one."""
+    lobe = phong(values["specular"], values["exponent"])
+    return Material(values["name"], values["diffuse"], (lobe,) if lobe.reflects else ())
+
+
+# By the version of a snapshot.
+_READERS: dict[int, tuple[Callable[..., Light], Callable[..., Material]]] = {
+    1: (_read_light_1, _read_material_1),
+    2: (lambda values: Light(**values), _read_material),
+}
+
+
+def _colour(values: Any) -> RGB:
     red, green, blue = map(float, values)
     return red, green, blue
 
@@ -239,12 +345,15 @@ def _check_finite(what: str, values: Any, low: float = -np.inf) -> None:
 _ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")
 
 
-def _plain(record: Any) -> dict[str, Any]:
-    """The fields of a record as JSON values; JSON's own Infinity is what Python reads back."""
-    return {
-        name: value.tolist() if isinstance(value, np.ndarray) else value
-        for name, value in vars(record).items()
-    }
+def _plain(value: Any) -> Any:
+    """A value, and the fields of a record, as JSON; its own Infinity is what Python reads back."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    if is_dataclass(value):
+        return {name: _plain(item) for name, item in vars(value).items()}
+    return dict(value) if isinstance(value, Mapping) else value
 
 
 def _tuples(values: dict[str, Any]) -> dict[str, Any]:

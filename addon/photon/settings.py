@@ -21,6 +21,10 @@ FEWEST_PASSES = 8
 FEWEST_PHOTONS, MOST_PHOTONS = 1 << 12, 1 << 22  # a pass, unless the user says
 
 
+# One of them builds a kernel for its filter.
+FILTER_DEFINES = tuple(f"FILTER_{name.upper()}" for name in get_args(Filter))
+
+
 def filter_define(settings: Settings) -> dict[str, int | float]:
     """The define that builds a kernel for the settings' filter."""
     return {f"FILTER_{settings.filter.upper()}": 1}

@@ -6,22 +6,36 @@ element, reads streams and writes up to four. How that happens is the physical l
 """
 
 from .compute import Compaction, Program, Scan
+from .declaration import (
+    TABLE_WIDTH,
+    Declaration,
+    Defines,
+    Items,
+    Table,
+    Uniform,
+    When,
+    in_registers,
+)
 from .device import Device
 from .host import HostKernel
-from .kernel import TABLE_WIDTH, Items, Kernel, Table, Uniform
+from .kernel import Kernel
 from .readback import Reading
-from .source import StreamError
-from .stream import TEXEL, PingPong, Record, Stream
+from .record import Record
+from .source import Made, StreamError
+from .stream import TEXEL, PingPong, Stream
 from .tally import Tally
 
 __all__ = [
     "TABLE_WIDTH",
     "TEXEL",
     "Compaction",
+    "Declaration",
+    "Defines",
     "Device",
     "HostKernel",
     "Items",
     "Kernel",
+    "Made",
     "PingPong",
     "Program",
     "Reading",
@@ -32,4 +46,6 @@ __all__ = [
     "Table",
     "Tally",
     "Uniform",
+    "When",
+    "in_registers",
 ]

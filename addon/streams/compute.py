@@ -14,14 +14,16 @@ from typing import Any
 import moderngl
 
 from .device import Device
-from .source import Source, expand
+from .source import Made, Source, expand
 
 GROUP = 256  # threads a work group
 BLOCK = 1024  # elements that one work group sums, compacts or clears
 _GROUPS_A_ROW = 32768  # OpenGL guarantees 65535 groups a dimension
 
 
-def compute_source(stem: str, version: int = 430, declarations: str = "") -> Source:
+def compute_source(
+    stem: str, version: int = 430, declarations: str = "", made: Made | None = None
+) -> Source:
     """The expanded text of `glsl/kernels/<stem>.glsl`, which declares its own bindings."""
     header = f"#version {max(version, 430)} core\nlayout(local_size_x = {GROUP}) in;\n"
     header += f"""uniform int count;
@@ -31,15 +33,17 @@ int thread() {{
 }}
 int group() {{ return int(gl_WorkGroupID.y) * {_GROUPS_A_ROW} + int(gl_WorkGroupID.x); }}
 {declarations}"""
-    return expand(f"kernels/{stem}.glsl", header)
+    return expand(f"kernels/{stem}.glsl", header, made)
 
 
 class Program:
     """A compute program that runs one thread an element: `thread()` below `count`."""
 
-    def __init__(self, device: Device, stem: str, declarations: str = "") -> None:
+    def __init__(
+        self, device: Device, stem: str, declarations: str = "", made: Made | None = None
+    ) -> None:
         self._device, self.stem = device, stem
-        source = compute_source(stem, device.glsl_version, declarations)
+        source = compute_source(stem, device.glsl_version, declarations, made)
         try:
             self._program = device.program(source.text)
         except moderngl.Error as error:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -11,6 +12,10 @@ from pathlib import Path
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 # Mesa "0:31(5): error", glslang "ERROR: 0:31: ...", NVIDIA "0(31) : error"
 _PLACE = re.compile(r"\b0:(\d+)\b(?:\(\d+\))?|\b0\((\d+)\)")
+
+
+MADE = "made/"  # where included files are that no folder holds
+Made = Mapping[str, str]  # their texts by path
 
 
 class StreamError(Exception):
@@ -64,31 +69,50 @@ class Source:
         return _PLACE.sub(name, log)
 
 
-def expand(path: str, header: str) -> Source:
+def expand(path: str, header: str, made: Made | None = None) -> Source:
     """`header` followed by the file `path` (below the GLSL root) with its includes in place.
 
-    Raises StreamError naming the including file and line for a file that is not there.
+    `made` are the files below made/. Raises StreamError naming the including file and line for a
+    file that is not there.
     """
-    return _expanded(glsl_root(), path, header)
+    return _expanded(glsl_root(), path, header, tuple(sorted((made or {}).items())))
 
 
 @lru_cache(maxsize=256)
-def _expanded(_root: Path, path: str, header: str) -> Source:
+def _expanded(_root: Path, path: str, header: str, made: tuple[tuple[str, str], ...]) -> Source:
     """Kept, for each renderer that is set up asks for the same again."""
+    text = _Text(dict(made))
     lines = header.splitlines()
-    places = [f"{path} (header, line {at})" for at in range(1, len(lines) + 1)]
-    _append(path, path, set(), lines, places)
-    return Source("\n".join(lines) + "\n", tuple(places))
+    text.lines += lines
+    text.places += [f"{path} (header, line {at})" for at in range(1, len(lines) + 1)]
+    text.append(path, path)
+    return Source("\n".join(text.lines) + "\n", tuple(text.places))
 
 
-def _append(path: str, asked_by: str, seen: set[str], lines: list[str], places: list[str]) -> None:
-    if path in seen:
-        return  # a file is included once, so nothing needs guards and a cycle ends
-    seen.add(path)
-    for at, line in enumerate(read(path, asked_by).splitlines(), 1):
-        include = _INCLUDE.match(line)
-        if include:
-            _append(include[1], f"{path}:{at}", seen, lines, places)
-        else:
-            lines.append(line)
-            places.append(f"{path}:{at}")
+class _Text:
+    """A program text under way."""
+
+    def __init__(self, made: Made) -> None:
+        self.lines: list[str] = []
+        self.places: list[str] = []
+        self._made, self._seen = made, set[str]()
+
+    def append(self, path: str, asked_by: str) -> None:
+        """A file, unless it is there: so nothing needs guards, and a cycle ends."""
+        if path in self._seen:
+            return
+        self._seen.add(path)
+        for at, line in enumerate(self._read(path, asked_by).splitlines(), 1):
+            include = _INCLUDE.match(line)
+            if include:
+                self.append(include[1], f"{path}:{at}")
+            else:
+                self.lines.append(line)
+                self.places.append(f"{path}:{at}")
+
+    def _read(self, path: str, asked_by: str) -> str:
+        if not path.startswith(MADE):
+            return read(path, asked_by)
+        if path not in self._made:
+            raise StreamError(f"{asked_by}: nothing was given for {path!r}")
+        return self._made[path]

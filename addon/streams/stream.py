@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Record: the layout of one element. Stream: an array of them in a texture."""
+"""Stream: an array of records in a texture."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
-from dataclasses import dataclass
 
 import moderngl
 import numpy as np
@@ -12,46 +9,8 @@ from numpy.typing import NDArray
 
 from .compute import fill
 from .device import Device
+from .record import Record
 from .source import StreamError
-
-_SIZES = {"float": 1, "vec2": 2, "vec3": 3, "vec4": 4}
-_CHANNELS = "xyzw"
-
-
-@dataclass(frozen=True)
-class Record:
-    """Names up to four float32 channels: {"position": "vec3", "surface": "float"}.
-
-    A record of all zeros means "no element" in every record: that is what a skipped element
-    leaves behind.
-    """
-
-    name: str
-    fields: Mapping[str, str]
-
-    def __post_init__(self) -> None:
-        unknown = [kind for kind in self.fields.values() if kind not in _SIZES]
-        if unknown:
-            raise StreamError(f"record {self.name}: no field type {unknown[0]!r}")
-        if sum(_SIZES[kind] for kind in self.fields.values()) > 4:
-            raise StreamError(f"record {self.name}: more than four channels")
-
-    def glsl(self) -> str:
-        """The struct and its conversions from and to a texel."""
-        members, reads, at = [], [], 0
-        for name, kind in self.fields.items():
-            members.append(f"{kind} {name};")
-            reads.append(f"texel.{_CHANNELS[at : at + _SIZES[kind]]}")
-            at += _SIZES[kind]
-        writes = [f"record.{name}" for name in self.fields] + ["0.0"] * (4 - at)
-        return (
-            f"struct {self.name} {{ {' '.join(members)} }};\n"
-            f"{self.name} unpack_{self.name}(vec4 texel) "
-            f"{{ return {self.name}({', '.join(reads)}); }}\n"
-            f"vec4 pack_{self.name}({self.name} record) "
-            f"{{ return vec4({', '.join(writes)}); }}\n"
-        )
-
 
 # The element as four plain numbers: a port of this record takes streams of any, and a stream of it
 # is taken by every input.
@@ -63,6 +22,8 @@ class Stream:
 
     def __init__(self, device: Device, record: Record, size: tuple[int, int]) -> None:
         limit = device.texture_limit
+        if record.texels > 1:
+            raise StreamError(f"stream of {record.name}: {record.texels} texels an element, not 1")
         if not (0 < size[0] <= limit and 0 < size[1] <= limit):
             raise StreamError(f"stream of {record.name}: size {size} is outside 1..{limit}")
         self.device, self.record, self.size = device, record, size

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Several bounces of each photon, a thread a photon: tracer, projector and reflector one after the other,
-// with registers for streams. A GPU takes longer to launch them one by one than to run them.
+// Several bounces of each photon, a thread a photon: tracer, shade, projector and reflector one after the
+// other, with registers for streams. A GPU takes longer to launch them one by one than to run them.
 #define kernel trace_photon
 #include "kernels/tracer.glsl"
+#undef kernel
+#define kernel shade_photon
+#include "kernels/shade.glsl"
 #undef kernel
 #define kernel project_photon
 #include "kernels/projector.glsl"
@@ -27,6 +30,7 @@ shared uint group_alive;
 
 // Whether the photon reaches a kernel's end.
 bool is_hit_by_ray() { skipped = false; trace_photon(); return !skipped; }
+bool is_shaded() { skipped = false; shade_photon(); return !skipped; }
 bool is_deposited() { skipped = false; project_photon(); return !skipped; }
 bool is_reflected() { skipped = false; reflect_photon(); return !skipped; }
 
@@ -43,9 +47,9 @@ void main() {
             vec4 place = vec4(0.0), deposit = vec4(0.0);
             bounce = first_bounce + i;
             if (lives) {
-                lives = is_hit_by_ray();
+                lives = is_hit_by_ray() && is_shaded();
                 if (lives && bounce >= first_to_deposit && is_deposited()) {
-                    place = pack_Place(load_place());
+                    place = pack_Place(load_landed());
                     deposit = pack_Deposit(load_deposit());
                 }
                 lives = lives && is_reflected();

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Add what a chain's secondary ray sees to the mirror image, indirect light apart. Their alphas sum
 // up the chain's weight without and with the coverage, which correct the indirect part's boundaries.
-#include "lib/records.glsl"
-#include "lib/material.glsl"
+#include "lib/hit.glsl"
+#include "lib/constants.glsl"
+#include "lib/colour.glsl"
 
 void kernel() {
     Radiance sum = load_sum();
@@ -11,7 +12,7 @@ void kernel() {
     vec3 seen = background, indirect = vec3(0.0);
     float weight = 0.0, coverage = load_coverage().share;
     if (is_hit(load_hit())) {
-        vec3 diffuse = material_at(load_facing().material).diffuse;
+        vec3 diffuse = load_diffuse().albedo;
         weight = mean(throughput * diffuse);
         seen = load_direct().radiance;
         indirect = diffuse / PI * load_irradiance().irradiance + diffuse * ambient * coverage;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the eye sees directly: direct, indirect (with the ambient term) and background.
-#include "lib/records.glsl"
-#include "lib/material.glsl"
+#include "lib/hit.glsl"
+#include "lib/constants.glsl"
+#include "lib/colour.glsl"
 
 void kernel() {
     bool seen = is_hit(load_hit());
-    vec3 diffuse = material_at(load_facing().material).diffuse;
+    vec3 diffuse = load_diffuse().albedo;
     // The alphas of direct and indirect carry the surface's weight without and with its coverage:
     // the film divides mean by mean, for the mean of quotients would be biased.
     float weight = seen ? mean(diffuse) : 0.0;

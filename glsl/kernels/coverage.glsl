@@ -16,7 +16,8 @@
 #include "lib/density.glsl"
 #include "lib/cuts.glsl"
 #include "lib/radius.glsl"
-#include "lib/material.glsl"
+#include "lib/place.glsl"
+#include "lib/diffuse.glsl"
 
 const int MOST_LAYERS = 4;  // other surfaces that a probe may pass through
 const float FLAT = 0.02;    // slope up to which a surface is taken for the point's own at once
@@ -28,9 +29,10 @@ struct Own { vec3 first; vec3 second; vec3 third; };
 vec3 side_of(vec2 p, vec2 q) { return vec3(p.y - q.y, q.x - p.x, p.x * q.y - p.y * q.x); }
 
 Own own_triangle(int triangle, vec3 position, mat3 frame) {
-    vec2 a = ((texelFetch(bvh_corners, table_texel(3 * triangle), 0).xyz - position) * frame).xy;
-    vec2 b = ((texelFetch(bvh_corners, table_texel(3 * triangle + 1), 0).xyz - position) * frame).xy;
-    vec2 c = ((texelFetch(bvh_corners, table_texel(3 * triangle + 2), 0).xyz - position) * frame).xy;
+    Triangle corners = triangle_at(triangle);
+    vec2 a = ((corners.a - position) * frame).xy;
+    vec2 b = ((corners.b - position) * frame).xy;
+    vec2 c = ((corners.c - position) * frame).xy;
     Own own = Own(side_of(a, b), side_of(b, c), side_of(c, a));
     float turn = own.first.z + own.second.z + own.third.z < 0.0 ? -1.0 : 1.0;
     return Own(turn * own.first, turn * own.second, turn * own.third);
@@ -66,10 +68,10 @@ vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, vec2 u, float radius) {
     for (int layer = 0; layer < MOST_LAYERS; layer++) {
         RayHit found = trace(origin, -normal, left, source);
         if (found.triangle < 0) break;
-        Surface surface = surface_at(Hit(found.t, float(found.triangle) + 1.0, found.u, found.v), -normal);
+        Surface surface = surface_at(Hit(found.t, stored_triangle(found.triangle), found.u, found.v), -normal);
         above -= found.t;
         left -= found.t;
-        if (surface.surface + 1.0 == place.surface && same_orientation(pack_direction(surface.geometric), normal)) {
+        if (stored_surface(surface.surface) == place.surface && same_orientation(pack_direction(surface.geometric), normal)) {
             vec3 offset = surface.position - place.position;
             float at = dot(offset, offset) / r2;
             found_mass = at > 1.0
@@ -86,9 +88,8 @@ vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, vec2 u, float radius) {
 
 void kernel() {
     Place place = load_place();
-    if (place.surface == 0.0) skip();
+    if (!is_place(place) || !is_diffuse(load_diffuse())) skip();
     Facing facing = load_facing();
-    if (largest(material_at(facing.material).diffuse) <= 0.0) skip();
     vec3 normal = facing.normal;
     int triangle = int(load_shading().triangle);
     // One sequence over all passes: the mean's error falls with the number of probes, not its root.

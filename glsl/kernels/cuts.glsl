@@ -7,13 +7,13 @@
 // whole, the second at the nearest point of what is left of others, as in corners.
 #include "lib/obstacles.glsl"
 #include "lib/radius.glsl"
-#include "lib/material.glsl"
+#include "lib/place.glsl"
+#include "lib/diffuse.glsl"
 
 void kernel() {
     Place place = load_place();
-    if (place.surface == 0.0) skip();
+    if (!is_place(place) || !is_diffuse(load_diffuse())) skip();
     Facing facing = load_facing();
-    if (largest(material_at(facing.material).diffuse) <= 0.0) skip();
     float radius = radius_at(place.position, facing.normal);
     if (!(radius > 0.0)) skip();
     Disc disc = disc_at(place.position, facing.normal, radius, place.surface);

@@ -3,6 +3,7 @@
 #include "lib/density.glsl"
 #include "lib/cuts.glsl"
 #include "lib/radius.glsl"
+#include "lib/place.glsl"
 
 // The sum over photons within the radius, or the share of it that this lane adds up.
 vec4 sum_about(Place place, vec3 normal, float radius) {
@@ -38,7 +39,7 @@ void kernel() {
     vec3 normal = load_facing().normal;
     float radius = radius_at(place.position, normal);
     vec4 irradiance = vec4(0.0);
-    if (place.surface != 0.0 && radius > 0.0) irradiance = sum_about(place, normal, radius);
+    if (is_place(place) && radius > 0.0) irradiance = sum_about(place, normal, radius);
     irradiance = sum_over_lanes(irradiance);
     Irradiance sum = load_sum();
     store_irradiance(Irradiance(sum.irradiance + irradiance.rgb, sum.inner + irradiance.a));

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Closest hit or any hit of a ray in the triangles, by a BVH2 with both children's boxes in a node
-// (native/src/bvh writes these arrays). Uses the tables bvh_nodes and bvh_corners.
+// (native/src/bvh writes these arrays). Uses the tables of nodes and triangles.
 // Wider is not faster: with eight children a node, their boxes in 8 bits, an H200 traces 3784, 2944 and
 // 2375 M incoherent rays a second in rooms of 1.7 k, 19 k and 317 k triangles, so 3688, 3027 and 2525.
 // Storage buffers in place of textures would gain 5 %.
-#include "lib/table.glsl"
 #include "lib/constants.glsl"
 
 const int BVH_STACK = 64;  // the native build keeps every tree shallower
@@ -51,12 +50,10 @@ float enter_box(vec3 low, vec3 high, Slabs slabs, float t_max) {
 // about that one are then entered before t_max, too, and no tree loses it. `number` is the triangle's in the
 // scene.
 bool hit_triangle_at(ShearedRay ray, Slabs slabs, int index, float t_max, out vec3 tuv, out float number) {
-    vec3 first = texelFetch(bvh_corners, table_texel(3 * index), 0).xyz;
-    vec3 second = texelFetch(bvh_corners, table_texel(3 * index + 1), 0).xyz;
-    vec4 third = texelFetch(bvh_corners, table_texel(3 * index + 2), 0);
-    vec3 a = permute(first - ray.origin, ray.axis);
-    vec3 b = permute(second - ray.origin, ray.axis);
-    vec3 c = permute(third.xyz - ray.origin, ray.axis);
+    Triangle corners = triangle_at(index);
+    vec3 a = permute(corners.a - ray.origin, ray.axis);
+    vec3 b = permute(corners.b - ray.origin, ray.axis);
+    vec3 c = permute(corners.c - ray.origin, ray.axis);
     precise vec2 a2 = a.xy - ray.shear.xy * a.z;
     precise vec2 b2 = b.xy - ray.shear.xy * b.z;
     precise vec2 c2 = c.xy - ray.shear.xy * c.z;
@@ -64,13 +61,13 @@ bool hit_triangle_at(ShearedRay ray, Slabs slabs, int index, float t_max, out ve
     precise float v = a2.x * c2.y - a2.y * c2.x;
     precise float w = b2.x * a2.y - b2.y * a2.x;
     tuv = vec3(0.0);
-    number = third.w;
+    number = corners.number;
     if (min(u, min(v, w)) < 0.0 && max(u, max(v, w)) > 0.0) return false;
     float det = u + v + w;
     if (det == 0.0) return false;
     float t = (u * a.z + v * b.z + w * c.z) * ray.shear.z / det;
     if (!(t > 0.0 && t <= t_max)) return false;
-    vec3 low = min(min(first, second), third.xyz), high = max(max(first, second), third.xyz);
+    vec3 low = min(min(corners.a, corners.b), corners.c), high = max(max(corners.a, corners.b), corners.c);
     t = max(t, enter_box(low, high, slabs, t_max));
     tuv = vec3(t, v / det, w / det);  // weights of the second and third corner
     return t <= t_max;
@@ -98,17 +95,14 @@ RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
     int depth = 0;
     int node = 0;
     while (true) {
-        vec4 l0 = texelFetch(bvh_nodes, table_texel(4 * node), 0);
-        vec4 l1 = texelFetch(bvh_nodes, table_texel(4 * node + 1), 0);
-        vec4 r0 = texelFetch(bvh_nodes, table_texel(4 * node + 2), 0);
-        vec4 r1 = texelFetch(bvh_nodes, table_texel(4 * node + 3), 0);
-        float left_t = enter_box(l0.xyz, l1.xyz, slabs, best.t);
-        float right_t = enter_box(r0.xyz, r1.xyz, slabs, best.t);
-        int left_count = int(l1.w), right_count = int(r1.w);
+        Node both = node_at(node);
+        float left_t = enter_box(both.left_low, both.left_high, slabs, best.t);
+        float right_t = enter_box(both.right_low, both.right_high, slabs, best.t);
+        int left_count = int(both.left_count), right_count = int(both.right_count);
         // Leaves at once, left before right, in one loop; inner children are kept for later.
         int from_left = left_t < T_MAX ? left_count : 0, in_leaves = from_left + (right_t < T_MAX ? right_count : 0);
         for (int i = 0; i < in_leaves; i++) {
-            int triangle = i < from_left ? int(l0.w) + i : int(r0.w) + i - from_left;
+            int triangle = i < from_left ? int(both.left_first) + i : int(both.right_first) + i - from_left;
             vec3 tuv;
             float number;
             if (triangle != source && hit_triangle_at(ray, slabs, triangle, best.t, tuv, number)
@@ -120,16 +114,16 @@ RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
 #endif
             }
         }
-        bool go_left = left_count == 0 && left_t < T_MAX && left_t <= best.t && l0.w >= 0.0;
-        bool go_right = right_count == 0 && right_t < T_MAX && right_t <= best.t && r0.w >= 0.0;
+        bool go_left = left_count == 0 && left_t < T_MAX && left_t <= best.t && both.left_first >= 0.0;
+        bool go_right = right_count == 0 && right_t < T_MAX && right_t <= best.t && both.right_first >= 0.0;
         if (go_left && go_right) {
             bool left_first = left_t <= right_t;
-            if (depth < BVH_STACK) stack[depth++] = int(left_first ? r0.w : l0.w);
-            node = int(left_first ? l0.w : r0.w);
+            if (depth < BVH_STACK) stack[depth++] = int(left_first ? both.right_first : both.left_first);
+            node = int(left_first ? both.left_first : both.right_first);
         } else if (go_left) {
-            node = int(l0.w);
+            node = int(both.left_first);
         } else if (go_right) {
-            node = int(r0.w);
+            node = int(both.right_first);
         } else if (depth > 0) {
             node = stack[--depth];
         } else {

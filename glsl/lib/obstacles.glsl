@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What stands on a visible point's surface, as native/src/cuts.rs finds it, too. Uses the tables bvh_nodes
-// and bvh_corners.
+// What stands on a visible point's surface, as native/src/cuts.rs finds it, too. Uses the tables of nodes
+// and triangles.
 #include "lib/bvh.glsl"
 #include "lib/sampling.glsl"
 #include "lib/density.glsl"
+#include "lib/place.glsl"
+#include "lib/triangle.glsl"
 
 // How far above the tangent plane obstacles are looked for, in radii: at two levels, so that neither what
 // is low is missed, such as a rug, nor what ends a little above the floor, such as a door; not at once on
@@ -25,33 +27,22 @@ struct Disc {
     mat3 frame;  // about the normal
     float radius;
     vec2 levels;  // heights above it at which obstacles are looked for
-    float surface;  // number + 1
+    float surface;  // as places hold it
 };
 
 Disc disc_at(vec3 position, vec3 normal, float radius, float surface) {
     return Disc(position, frame_about(normal), radius, 4.0 * SURFACE_OFFSET + LIFTS * radius, surface);
 }
 
-// The unit normal of a triangle.
-vec3 triangle_normal(vec3 a, vec3 b, vec3 c) {
-    // Scaled up before the cross product: a tiny triangle's area would underflow.
-    vec3 ab = b - a, ac = c - a;
-    float scale = 1.0 / max(max(max(abs(ab.x), abs(ab.y)), abs(ab.z)), max(max(abs(ac.x), abs(ac.y)), abs(ac.z)));
-    return normalize(cross(ab * scale, ac * scale));
-}
-
-// A triangle about a disc: its corners from the disc's position, and their heights; its bounds.
-struct Near { vec3 a; vec3 b; vec3 c; vec3 heights; vec3 low; vec3 high; };
+// A triangle about a disc: its corners from the disc's position, and their heights; its bounds; its surface.
+struct Near { vec3 a; vec3 b; vec3 c; vec3 heights; vec3 low; vec3 high; float surface; };
 
 Near near_triangle(Disc disc, int triangle) {
-    vec3 a = texelFetch(bvh_corners, table_texel(3 * triangle), 0).xyz;
-    vec3 b = texelFetch(bvh_corners, table_texel(3 * triangle + 1), 0).xyz;
-    vec3 c = texelFetch(bvh_corners, table_texel(3 * triangle + 2), 0).xyz;
-    vec3 low = min(min(a, b), c), high = max(max(a, b), c), normal = disc.frame[2];
-    a -= disc.position;
-    b -= disc.position;
-    c -= disc.position;
-    return Near(a, b, c, vec3(dot(a, normal), dot(b, normal), dot(c, normal)), low, high);
+    Triangle corners = triangle_at(triangle);
+    vec3 low = min(min(corners.a, corners.b), corners.c), high = max(max(corners.a, corners.b), corners.c);
+    vec3 a = corners.a - disc.position, b = corners.b - disc.position, c = corners.c - disc.position;
+    vec3 normal = disc.frame[2], heights = vec3(dot(a, normal), dot(b, normal), dot(c, normal));
+    return Near(a, b, c, heights, low, high, corners.surface);
 }
 
 bool crosses(Near near, float level) {
@@ -60,17 +51,17 @@ bool crosses(Near near, float level) {
 }
 
 // Light falls on a triangle of the disc's own surface that bends up slowly as it does on the disc.
-bool bends_slowly(Disc disc, int triangle, Near near) {
-    if (texelFetch(bvh_corners, table_texel(3 * triangle + 1), 0).w + 1.0 != disc.surface) return false;
-    return abs(dot(triangle_normal(near.a, near.b, near.c), disc.frame[2])) >= SAME_ORIENTATION;
+bool bends_slowly(Disc disc, Near near) {
+    if (stored_surface(near.surface) != disc.surface) return false;
+    return abs(dot(normal_of(near.b - near.a, near.c - near.a), disc.frame[2])) >= SAME_ORIENTATION;
 }
 
 // Where a triangle that crosses a level does so, from and to, in the disc's frame.
 vec4 segment_at(Disc disc, Near near, float level) {
     bvec3 above = greaterThan(near.heights, vec3(level));
     // The corner that is alone on its side first.
-    if (above.x == above.z) near = Near(near.b, near.c, near.a, near.heights.yzx, near.low, near.high);
-    else if (above.x == above.y) near = Near(near.c, near.a, near.b, near.heights.zxy, near.low, near.high);
+    if (above.x == above.z) near = Near(near.b, near.c, near.a, near.heights.yzx, near.low, near.high, near.surface);
+    else if (above.x == above.y) near = Near(near.c, near.a, near.b, near.heights.zxy, near.low, near.high, near.surface);
     vec2 lone = (near.a * disc.frame).xy;
     vec2 share = (level - near.heights.x) / (near.heights.yz - near.heights.x);
     vec2 from = lone + ((near.b * disc.frame).xy - lone) * share.x;
@@ -116,19 +107,20 @@ vec2 nearest_cut(Disc disc, vec2 cut) {
     stack[0] = 0;
     int depth = 1, looked_at = 0;
     while (depth > 0) {
-        int node = stack[--depth];
+        Node both = node_at(stack[--depth]);
         for (int side = 0; side < 2; side++) {
-            vec4 box_low = texelFetch(bvh_nodes, table_texel(4 * node + 2 * side), 0);
-            vec4 box_high = texelFetch(bvh_nodes, table_texel(4 * node + 2 * side + 1), 0);
-            if (any(greaterThan(box_low.xyz, high)) || any(lessThan(box_high.xyz, low))) continue;
-            int first = int(box_low.w), count = int(box_high.w);
+            bool left = side == 0;
+            vec3 box_low = left ? both.left_low : both.right_low, box_high = left ? both.left_high : both.right_high;
+            if (any(greaterThan(box_low, high)) || any(lessThan(box_high, low))) continue;
+            int first = int(left ? both.left_first : both.right_first);
+            int count = int(left ? both.left_count : both.right_count);
             if (count == 0 && depth < BVH_STACK) stack[depth++] = first;
             for (int i = first; i < first + count; i++) {
                 Near near = near_triangle(disc, i);
                 if (any(greaterThan(near.low, high)) || any(lessThan(near.high, low))) continue;
                 if (++looked_at > MOST_LOOKED_AT) return vec2(0.0);
                 bool at_low = crosses(near, disc.levels.x), at_high = crosses(near, disc.levels.y);
-                if (!(at_low || at_high) || bends_slowly(disc, i, near)) continue;
+                if (!(at_low || at_high) || bends_slowly(disc, near)) continue;
                 if (at_low) approach(segment_at(disc, near, disc.levels.x), cut, most, nearest, least);
                 if (at_high) approach(segment_at(disc, near, disc.levels.y), cut, most, nearest, least);
             }

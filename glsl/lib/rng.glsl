@@ -42,6 +42,9 @@ vec2 r2_sequence(vec2 start, uint n) {
 const uint DIMENSION_LIGHT = 0u;        // which light, and its direction
 const uint DIMENSION_LIGHT_POINT = 1u;  // where on the light
 const uint DIMENSION_REFLECT = 0x100u;  // + bounce
-const uint DIMENSION_MIRROR = 0x1000u;  // + depth
+const uint DIMENSION_SHADE_PHOTON = 0x800u;  // + bounce
+const uint DIMENSION_SCATTER = 0x1000u;  // + depth
 const uint DIMENSION_COVERAGE = 0x1800u;  // + depth
+const uint DIMENSION_SHADE = 0x1c00u;  // + depth
 const uint DIMENSION_DIRECT = 0x2000u;  // + light + 0x10000 * depth
+const uint DIMENSION_CHOICE = 0xf000u;  // + 0x10000 * depth: of lights

@@ -29,14 +29,3 @@ vec3 sample_cosine_hemisphere(vec2 u) {
 }
 
 float pdf_cosine_hemisphere(float cosine) { return max(0.0, cosine) / PI; }
-
-// Density (n + 1) / (2 PI) cos^n(alpha) about +Z.
-vec3 sample_phong_lobe(float exponent, vec2 u) {
-    // 1 - u^(1/(n+1)) through expm1-like care is not needed: n <= 1e6 keeps 1 - cos above 1e-9
-    float cosine = pow(1.0 - u.x, 1.0 / (exponent + 1.0));
-    return direction_from_versine(1.0 - cosine, 2.0 * PI * u.y);
-}
-
-float pdf_phong_lobe(float exponent, float cosine) {
-    return (exponent + 1.0) / (2.0 * PI) * pow(max(1.0e-30, cosine), exponent);  // pow(0, 0) is undefined
-}

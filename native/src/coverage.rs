@@ -46,13 +46,15 @@ impl Probes {
     }
 }
 
-/// Visible points as streams: positions and surfaces (0: no point), normals and materials, something
-/// unused and the position of the triangle in leaf order, and the cuts of [`crate::cuts`].
+/// Visible points as streams: positions and surfaces (0: no point), normals, something unused and the
+/// position of the triangle in leaf order, albedos and flags (0: not of interest), and the cuts of
+/// [`crate::cuts`].
 #[derive(Clone, Copy)]
 pub struct Points<'a> {
     pub places: &'a [[f32; 4]],
     pub facings: &'a [[f32; 4]],
     pub shadings: &'a [[f32; 4]],
+    pub diffuses: &'a [[f32; 4]],
     pub cuts: &'a [[f32; 4]],
 }
 
@@ -69,20 +71,18 @@ struct Point {
 
 /// Write the share of the filter's mass on the surface into `out`, then the inner filter's.
 ///
-/// A material is probed if `diffuse` says so.
 /// `corners` are the triangles in leaf order, whose second corner's fourth number is the surface.
 #[allow(clippy::too_many_arguments)]
 pub fn coverage(
     tree: &Tree,
     corners: &[[[f32; 4]; 3]],
-    diffuse: &[bool],
     radii: &RadiusField,
     points: &Points,
     probes: &Probes,
     out: &mut [[f32; 4]],
 ) {
     out.par_chunks_mut(POINTS_A_TASK).enumerate().for_each(|(chunk, out)| {
-        chunk_of(tree, corners, diffuse, radii, points, probes, chunk * POINTS_A_TASK, out);
+        chunk_of(tree, corners, radii, points, probes, chunk * POINTS_A_TASK, out);
     });
 }
 
@@ -91,7 +91,6 @@ widest! {
     fn chunk_of<L>(
         tree: &Tree,
         corners: &[[[f32; 4]; 3]],
-        diffuse: &[bool],
         radii: &RadiusField,
         points: &Points,
         probes: &Probes,
@@ -103,8 +102,8 @@ widest! {
             *out = [0.0; 4];
             let at = first + i;
             let [x, y, z, surface] = points.places[at];
-            let [nx, ny, nz, material] = points.facings[at];
-            if surface == 0.0 || !diffuse.get(material as usize).is_some_and(|&diffuse| diffuse) {
+            let [nx, ny, nz, _] = points.facings[at];
+            if !(surface > 0.0 && points.diffuses[at][3] > 0.0) {
                 continue;
             }
             let radius = radii.at([x, y, z], [nx, ny, nz]) * probes.shrink;

@@ -51,25 +51,26 @@ pub(crate) fn masses(cuts: Cuts, radius: f32, filter: Filter, turn: f32) -> [f32
 
 /// Write the cuts of visible points; zeros where there is none.
 ///
-/// `places` are positions and surfaces (0: no point), `facings` normals and materials, of which those
-/// are of interest that `diffuse` says; a point's radius is what `radii` says, times `shrink`.
+/// `places` are positions and surfaces (0: no point), `facings` normals, `diffuses` albedos and flags, of
+/// which those above 0 are of interest; a point's radius is what `radii` says, times `shrink`.
 /// `corners` are the triangles in leaf order, whose second corner's fourth number is the surface.
 #[allow(clippy::too_many_arguments)]
 pub fn cuts(
     tree: &Tree,
     corners: &[[[f32; 4]; 3]],
-    diffuse: &[bool],
     radii: &RadiusField,
     shrink: f32,
     places: &[[f32; 4]],
     facings: &[[f32; 4]],
+    diffuses: &[[f32; 4]],
     out: &mut [[f32; 4]],
 ) {
     out.par_chunks_mut(POINTS_A_TASK)
         .zip(places.par_chunks(POINTS_A_TASK))
         .zip(facings.par_chunks(POINTS_A_TASK))
-        .for_each(|((out, places), facings)| {
-            chunk_of(tree, corners, diffuse, radii, shrink, places, facings, out);
+        .zip(diffuses.par_chunks(POINTS_A_TASK))
+        .for_each(|(((out, places), facings), diffuses)| {
+            chunk_of(tree, corners, radii, shrink, places, facings, diffuses, out);
         });
 }
 
@@ -78,23 +79,23 @@ widest! {
     fn chunk_of<L>(
         tree: &Tree,
         corners: &[[[f32; 4]; 3]],
-        diffuse: &[bool],
         radii: &RadiusField,
         shrink: f32,
         places: &[[f32; 4]],
         facings: &[[f32; 4]],
+        diffuses: &[[f32; 4]],
         out: &mut [[f32; 4]],
     ) {
         let mut stack = Stack::new();
         let mut crossing: Vec<(i32, [f32; 3])> = Vec::new();
         let mut segments: Vec<Segment> = Vec::new();
-        for ((&[x, y, z, surface], &[nx, ny, nz, material]), out) in places.iter().zip(facings).zip(out) {
+        let points = places.iter().zip(facings).zip(diffuses);
+        for (((&[x, y, z, surface], &[nx, ny, nz, _]), &[.., flags]), out) in points.zip(out) {
             *out = NONE;
             let (position, normal) = ([x, y, z], [nx, ny, nz]);
             let radius = radii.at(position, normal) * shrink;
-            let seen = surface != 0.0 && diffuse.get(material as usize).is_some_and(|&diffuse| diffuse);
             // False for NaN.
-            if !(seen && radius > 0.0) {
+            if !(surface > 0.0 && flags > 0.0 && radius > 0.0) {
                 continue;
             }
             let levels = LIFTS.map(|lift| 4.0 * SURFACE_OFFSET + lift * radius);

@@ -14,7 +14,9 @@ pub mod coverage;
 pub mod cuts;
 pub mod density;
 pub mod filter;
+
 mod lanes;
+pub mod layouts;
 mod packing;
 pub mod paths;
 pub mod photons;

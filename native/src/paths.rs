@@ -20,7 +20,8 @@ const PHOTONS_A_TASK: usize = 1024;
 
 type Vector = [f32; 3];
 
-/// What photons meet, laid out as the GLSL's tables.
+/// What photons meet: scenes whose materials have Lambert's lobe and a mirror or Phong's at most, and whose
+/// lights are points and spots. The GLSL does all others.
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
     pub tree: &'a Tree,
@@ -28,10 +29,9 @@ pub struct Scene<'a> {
     pub corners: &'a [[[f32; 4]; 3]],
     /// At the corners; the fourth numbers mean nothing.
     pub normals: &'a [[[f32; 4]; 3]],
-    /// k_d, exponent of the Phong lobe (< 0: a mirror) | k_s, nothing. A photon on a material that
-    /// is not here ends.
+    /// PlainMaterial of layouts.rs. A photon on a material that is not here ends.
     pub materials: &'a [[[f32; 4]; 2]],
-    /// As glsl/lib/light.glsl has them.
+    /// PlainLight of layouts.rs.
     pub lights: &'a [[[f32; 4]; 4]],
 }
 

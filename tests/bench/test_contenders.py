@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from addon.photon.scene import Camera, Light, Material, Scene
+from tests.scenes import plain_light, plain_material
 
 from .chart.spot import spot_profile
 from .chart.worker import EngineError, Worker
@@ -18,10 +19,10 @@ SIZE = 64
 ENGINES = [("mitsuba", "path"), ("luxcore", "path"), ("light_tracer", "light")]
 PACKAGES = {"mitsuba": "mitsuba", "luxcore": "pyluxcore", "light_tracer": "mitsuba"}
 CAMERA = np.array([[1, 0, 0, 0.5], [0, 1, 0, -0.3], [0, 0, 1, 4.0], [0, 0, 0, 1]])
-SPOT = Light(
+SPOT = plain_light(
     "Spot", "SPOT", (0.7, 0.2, 2.5), (300.0, 200.0, 100.0), (-0.6, 0.0, -0.8), 0.0, 1.6, 0.4
 )
-POINT = Light("Point", "POINT", (-0.7, 0.4, 2.0), (30.0, 60.0, 90.0))
+POINT = plain_light("Point", "POINT", (-0.7, 0.4, 2.0), (30.0, 60.0, 90.0))
 
 
 def plane(light: Light, material: Material) -> Scene:
@@ -82,7 +83,7 @@ def rendered(module: str, method: str, scene: Scene, folder: Path) -> np.ndarray
 @pytest.mark.parametrize("light", [SPOT, POINT], ids=["spot", "point"])
 @pytest.mark.parametrize(("module", "method"), ENGINES)
 def test_a_lamp_over_a_plane(module: str, method: str, light: Light, tmp_path: Path) -> None:
-    material = Material("Paint", (0.8, 0.5, 0.2))
+    material = plain_material("Paint", (0.8, 0.5, 0.2))
     found = rendered(module, method, plane(light, material), tmp_path)
     mine, expected = blocks(found), blocks(radiance(light, material))
     bright = expected > 0.1 * expected.max()
@@ -94,7 +95,7 @@ def test_a_lamp_over_a_plane(module: str, method: str, light: Light, tmp_path: P
 
 def test_a_phong_lobe(tmp_path: Path) -> None:
     """Mitsuba's is ours: Lafortune & Willems' closed form."""
-    material = Material("Gloss", (0.1, 0.2, 0.3), (0.3, 0.2, 0.1), 20.0)
+    material = plain_material("Gloss", (0.1, 0.2, 0.3), (0.3, 0.2, 0.1), 20.0)
     found = rendered("mitsuba", "path", plane(POINT, material), tmp_path)
     points = floor_points(4 * SIZE)
     to_light, to_eye = np.array(POINT.position) - points, CAMERA[:3, 3] - points
@@ -110,7 +111,7 @@ def test_a_phong_lobe(tmp_path: Path) -> None:
 
 
 def test_luxcore_refuses_phong_lobes(tmp_path: Path) -> None:
-    material = Material("Gloss", (0.1, 0.2, 0.3), (0.3, 0.2, 0.1), 20.0)
+    material = plain_material("Gloss", (0.1, 0.2, 0.3), (0.3, 0.2, 0.1), 20.0)
     if find_spec("pyluxcore") is None:
         pytest.skip("pyluxcore is not installed; `python build.py chart` does it")
     with pytest.raises(EngineError, match="'Gloss' is neither diffuse nor a mirror"):

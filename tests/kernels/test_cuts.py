@@ -15,14 +15,13 @@ from addon.photon.coverage import Coverage
 from addon.photon.cuts import Cuts
 from addon.photon.geometry import Frame, Mesh, material_table
 from addon.photon.native_kernels import triangles_of
-from addon.photon.scene import Material
 from addon.photon.settings import Filter
 from tests.kernels.conftest import Bench
-from tests.scenes import GREY, Builder, cornell
+from tests.scenes import GREY, Builder, cornell, plain_material
 
 RADIUS = 0.3
 UP = (0.0, 0.0, 1.0)
-BLACK = Material("black", (0.0,) * 3)
+BLACK = plain_material("black", (0.0,) * 3)
 MATERIALS = (GREY, BLACK)
 DIFFUSE = np.array([True, False])
 HERE = Frame(np.zeros(3), 1.0)
@@ -79,8 +78,8 @@ def both_cuts_at(
     facing = texels(np.broadcast_to(normals, place[:, :3].shape), material)
     radii = even(2 * RADIUS)
     tables = {
-        "bvh_nodes": mesh.tree.nodes,
-        "bvh_corners": mesh.corners,
+        "nodes": mesh.tree.nodes,
+        "triangles": mesh.corners,
         "materials": material_table(MATERIALS),
         "radii": radii.table(),
     }
@@ -218,9 +217,9 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     draw |= {"shrink": 1.0, "frame_size": (count, 1), "region_origin": (0, 0)}
     streams = {"place": place, "facing": facing, "shading": shading, "cuts": cuts}
     tables = {
-        "bvh_nodes": mesh.tree.nodes,
-        "bvh_corners": mesh.corners,
-        "bvh_normals": mesh.normals,
+        "nodes": mesh.tree.nodes,
+        "triangles": mesh.corners,
+        "corner_normals": mesh.normals,
         "materials": material_table(MATERIALS),
         "radii": radii.table(),
     }

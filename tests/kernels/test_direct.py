@@ -10,9 +10,9 @@ import pytest
 
 from addon.photon.direct import Direct
 from addon.photon.geometry import Frame, light_table, material_table
-from addon.photon.scene import Light, Material
 from tests.kernels.conftest import Bench
 from tests.kernels.statistics import excess
+from tests.scenes import plain_light, plain_material
 
 WIDTH, HEIGHT = Bench.WIDTH, 64
 COUNT = WIDTH * HEIGHT
@@ -24,7 +24,7 @@ RINGS, SECTORS = 32, 16
 def test_directions_to_a_sphere(bench: Bench, radius: float) -> None:
     """At distance 1, from the centre of a floor that faces the light."""
     axis = np.array([0.36, 0.48, 0.8])
-    lamp = Light("lamp", "POINT", tuple(axis), (1.0, 1.0, 1.0), radius=radius)
+    lamp = plain_light("lamp", "POINT", tuple(axis), (1.0, 1.0, 1.0), radius=radius)
     point = np.zeros((COUNT, 4), np.float32)
     facing = np.tile(np.float32([*axis, 0.0]), (COUNT, 1))
     there = point + np.float32([0, 0, 0, 1])
@@ -35,7 +35,7 @@ def test_directions_to_a_sphere(bench: Bench, radius: float) -> None:
         | {"frame_size": (WIDTH, HEIGHT), "region_origin": (0, 0)},
         {
             "lights": light_table((lamp,), HERE),
-            "materials": material_table((Material("m", (0.5,) * 3),)),
+            "materials": material_table((plain_material("m", (0.5,) * 3),)),
         },
     )
     shadow = result["shadow_direction"].astype(np.float64)

@@ -11,16 +11,20 @@ import pytest
 
 from addon.photon.generator import Generator
 from addon.photon.geometry import Frame, emitted_flux, light_table
-from addon.photon.scene import Light
 from tests.kernels.conftest import Bench
+from tests.scenes import plain_light
 
 FRAME = Frame(np.array([1.0, 2.0, 3.0]), 4.0)
 LIGHTS = (
-    Light("spot", "SPOT", (0, 0, 0), (40, 20, 10), (0, 0.6, -0.8), spot_size=1.2, spot_blend=0.3),
-    Light("off", "POINT", (1, 0, 0), (0, 0, 0)),
-    Light("point", "POINT", (2, 0, 0), (3, 5, 7)),
-    Light("narrow", "SPOT", (3, 0, 0), (1e4, 0, 0), spot_size=math.radians(2), spot_blend=0.0),
-    Light("faint", "POINT", (4, 0, 0), (1e-3, 1e-3, 1e-3)),
+    plain_light(
+        "spot", "SPOT", (0, 0, 0), (40, 20, 10), (0, 0.6, -0.8), spot_size=1.2, spot_blend=0.3
+    ),
+    plain_light("off", "POINT", (1, 0, 0), (0, 0, 0)),
+    plain_light("point", "POINT", (2, 0, 0), (3, 5, 7)),
+    plain_light(
+        "narrow", "SPOT", (3, 0, 0), (1e4, 0, 0), spot_size=math.radians(2), spot_blend=0.0
+    ),
+    plain_light("faint", "POINT", (4, 0, 0), (1e-3, 1e-3, 1e-3)),
 )
 
 
@@ -103,7 +107,7 @@ def test_directions_stay_in_the_cone(bench: Bench) -> None:
 def test_sphere_light(bench: Bench) -> None:
     """Photons start on the sphere and leave it outwards, from every part of it alike."""
     n, radius = 50_000, 0.8
-    lamp = (Light("lamp", "POINT", (1.0, 2.0, 3.0), (1, 1, 1), radius=radius),)
+    lamp = (plain_light("lamp", "POINT", (1.0, 2.0, 3.0), (1, 1, 1), radius=radius),)
     result = emit(bench, lamp, n)
     origin, direction = (
         result[name][:n, :3].astype(np.float64) for name in ("origin", "direction")

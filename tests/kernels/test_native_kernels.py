@@ -47,8 +47,8 @@ def test_tracer(device: Device, any_hit: bool) -> None:
     streams["origin"].upload(origin)
     streams["direction"].upload(direction)
     tables = {
-        "bvh_nodes": upload_table(device, mesh.tree.nodes),
-        "bvh_corners": upload_table(device, mesh.corners),
+        "nodes": upload_table(device, mesh.tree.nodes),
+        "triangles": upload_table(device, mesh.corners),
     }
     kernels = (
         Tracer(device, "fragment", {"ANY_HIT": 1} if any_hit else {}),

@@ -16,6 +16,7 @@ from addon.photon.reflector import Reflector
 from addon.photon.scene import MIRROR, Material
 from tests.kernels.conftest import Bench
 from tests.kernels.statistics import excess
+from tests.scenes import plain_material
 
 COUNT = 100_000
 INCOMING = np.array([0.6, 0.0, -0.8])
@@ -30,10 +31,10 @@ def tables(material: Material) -> dict[str, NDArray[np.float32]]:
     corners[0, :2, 3] = 1, SURFACE
     normals = np.zeros((1, 3, 4), np.float32)
     normals[..., 2] = 1.0
-    black = Material("black", (0.0, 0.0, 0.0))
+    black = plain_material("black", (0.0, 0.0, 0.0))
     return {
-        "bvh_corners": corners,
-        "bvh_normals": normals,
+        "triangles": corners,
+        "corner_normals": normals,
         "materials": material_table((black, material)),
     }
 
@@ -56,12 +57,12 @@ def reflect(bench: Bench, material: Material, bounce: int = 0, **kwargs: Any) ->
 
 
 MATERIALS = [
-    Material("grey", (0.5, 0.5, 0.5)),
-    Material("red", (0.8, 0.2, 0.05)),
-    Material("white", (1.0, 1.0, 1.0)),
-    Material("mirror", (0.0, 0.0, 0.0), (0.9, 0.6, 0.3)),
-    Material("both", (0.3, 0.1, 0.5), (0.2, 0.6, 0.1)),
-    Material("lobe", (0.2, 0.2, 0.2), (0.5, 0.4, 0.3), 200.0),
+    plain_material("grey", (0.5, 0.5, 0.5)),
+    plain_material("red", (0.8, 0.2, 0.05)),
+    plain_material("white", (1.0, 1.0, 1.0)),
+    plain_material("mirror", (0.0, 0.0, 0.0), (0.9, 0.6, 0.3)),
+    plain_material("both", (0.3, 0.1, 0.5), (0.2, 0.6, 0.1)),
+    plain_material("lobe", (0.2, 0.2, 0.2), (0.5, 0.4, 0.3), 200.0),
 ]
 
 
@@ -90,7 +91,7 @@ def test_energy_in_expectation(bench: Bench, material: Material) -> None:
 
 def test_lobe_at_normal_incidence_reflects_k_s(bench: Bench) -> None:
     """There nothing of the lobe is lost below the surface: exactly k_s."""
-    material = Material("lobe", (0.0, 0.0, 0.0), (0.6, 0.4, 0.2), 20.0)
+    material = plain_material("lobe", (0.0, 0.0, 0.0), (0.6, 0.4, 0.2), 20.0)
     flux = reflect(bench, material, direction=(0, 0, -1))["next_flux"][:, :3].astype(np.float64)
     hits = COUNT * 0.9
     mean = flux.sum(axis=0) / hits
@@ -109,7 +110,7 @@ def test_colour_bleeds(bench: Bench) -> None:
 
 
 def test_black_kills_all(bench: Bench) -> None:
-    result = reflect(bench, Material("black", (0.0, 0.0, 0.0)))
+    result = reflect(bench, plain_material("black", (0.0, 0.0, 0.0)))
     assert result["alive"] == 0
     assert not any(result[name].any() for name in result if name != "alive")
 
@@ -140,7 +141,7 @@ def test_diffuse_directions(bench: Bench) -> None:
 
 
 def test_mirror_directions(bench: Bench) -> None:
-    result = reflect(bench, Material("mirror", (0.0,) * 3, (1.0,) * 3, MIRROR))
+    result = reflect(bench, plain_material("mirror", (0.0,) * 3, (1.0,) * 3, MIRROR))
     alive = result["next_flux"].any(axis=1)
     outgoing = result["next_direction"][alive]
     assert np.allclose(outgoing[:, :3], INCOMING * [1, 1, -1], atol=1e-6)
@@ -163,7 +164,7 @@ def project(bench: Bench, material: Material) -> dict[str, Any]:
 
 @pytest.mark.parametrize("diffuse", [(0.5, 0.5, 0.5), (0.0, 0.0, 1e-3)])
 def test_deposits_on_diffuse_surfaces(bench: Bench, diffuse: Any) -> None:
-    result = project(bench, Material("some", diffuse, (0.3, 0.3, 0.3)))
+    result = project(bench, plain_material("some", diffuse, (0.3, 0.3, 0.3)))
     there = result["place"][:, 3] != 0
     assert not there[::10].any() and there.sum() == result["alive"] == COUNT * 0.9
     assert np.allclose(result["place"][there, :3], [0, -1 / 6, 0], atol=1e-6)
@@ -174,5 +175,5 @@ def test_deposits_on_diffuse_surfaces(bench: Bench, diffuse: Any) -> None:
 
 @pytest.mark.parametrize("specular", [0.0, 0.9])
 def test_no_deposit_elsewhere(bench: Bench, specular: float) -> None:
-    result = project(bench, Material("chrome", (0.0, 0.0, 0.0), (specular,) * 3))
+    result = project(bench, plain_material("chrome", (0.0, 0.0, 0.0), (specular,) * 3))
     assert result["alive"] == 0 and not result["place"].any() and not result["deposit"].any()

@@ -11,10 +11,11 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.geometry import Frame, light_table, material_table, solid_angles
-from addon.photon.scene import Light, Material
+from addon.photon.scene import Light
 from addon.streams import Table, Uniform
 from tests.kernels.conftest import Bench
 from tests.kernels.statistics import excess
+from tests.scenes import plain_light, plain_material
 from tests.unit.glsl_files import VALUE, declare
 
 COUNT = 1 << 18
@@ -26,7 +27,7 @@ SHARED: dict[str, Any] = {
 DRAW = declare("draw_sample", {"value": VALUE}, inputs={"uniform_numbers": VALUE}, **SHARED)
 DENSITY = declare("eval_density", {"value": VALUE}, inputs={"at": VALUE}, **SHARED)
 HERE = Frame(np.zeros(3), 1.0)
-SOME_LIGHT = Light("light", "POINT", (0, 0, 0), (1, 1, 1))
+SOME_LIGHT = plain_light("light", "POINT", (0, 0, 0), (1, 1, 1))
 RINGS, SECTORS = 40, 16
 
 
@@ -128,7 +129,9 @@ def test_disc(one_bench: Bench) -> None:
 
 SPOTS = [
     pytest.param(
-        Light("spot", "SPOT", (0, 0, 0), (1, 1, 1), spot_size=math.radians(size), spot_blend=blend),
+        plain_light(
+            "spot", "SPOT", (0, 0, 0), (1, 1, 1), spot_size=math.radians(size), spot_blend=blend
+        ),
         id=f"{size} deg, blend {blend}",
     )
     for size in (1, 70, 180)
@@ -255,7 +258,7 @@ K_D, K_S = (0.2, 0.4, 0.0), (0.5, 0.1, 0.3)
 
 
 def brdf(bench: Bench, exponent: float, light: Any, viewer: Any) -> NDArray[np.float64]:
-    table = material_table((Material("m", K_D, K_S, exponent),))
+    table = material_table((plain_material("m", K_D, K_S, exponent),))
     inputs = {"towards_light": texels(*light.T), "towards_viewer": texels(*viewer.T)}
     return bench.run(BRDF, inputs, tables={"materials": table})["value"][:, :3].astype(np.float64)
 

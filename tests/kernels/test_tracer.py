@@ -27,7 +27,7 @@ class Mesh:
         self.corners: NDArray[np.float32] = vertices[triangles[order]]
         texels = np.zeros((*self.corners.shape[:2], 4), np.float32)
         texels[..., :3] = self.corners
-        self.tables = {"bvh_nodes": self.nodes, "bvh_corners": texels}
+        self.tables = {"nodes": self.nodes, "triangles": texels}
 
     def trace(self, bench: Bench, rays: Any, any_hit: bool = False) -> NDArray[np.float32]:
         """Hits (n, 4): t, triangle + 1, u, v."""
@@ -141,7 +141,7 @@ def test_every_tree_has_the_same_hits(bench: Bench, any_hit: bool) -> None:
         texels[..., :3] = points[triangles[numbers]]
         texels[:, 2, 3] = numbers
         mesh = Mesh(points, triangles)
-        mesh.tables = {"bvh_nodes": tree, "bvh_corners": texels}
+        mesh.tables = {"nodes": tree, "triangles": texels}
         hit = mesh.trace(bench, (origins, directions, t_max, skip), any_hit)
         number = np.where(hit[:, 1] > 0, numbers[hit[:, 1].astype(int) - 1], -1)
         found.append(hit[:, 1] > 0 if any_hit else np.column_stack([hit[:, [0, 2, 3]], number]))

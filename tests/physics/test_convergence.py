@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from addon.photon.scene import Light, Scene
+from addon.photon.scene import Scene
 from addon.streams import Device
 from tests.measure import rendered
-from tests.scenes import GREY, Builder, orthographic
+from tests.scenes import GREY, Builder, orthographic, plain_light
 
 SIZE, HEIGHT, POWER = 16, 1.0, 100.0
 PASSES = (4, 8, 16, 32, 64, 128, 256)
@@ -23,7 +23,7 @@ def floor_under_a_lamp(radius: float) -> tuple[Scene, Any]:
     A sphere of even radiance that is all above the horizon lights as a point in its centre does.
     """
     floor = Builder().quad((-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0))
-    light = Light("lamp", "POINT", (0, 0, HEIGHT), (POWER,) * 3, radius=radius)
+    light = plain_light("lamp", "POINT", (0, 0, HEIGHT), (POWER,) * 3, radius=radius)
     view = orthographic((0, 0, 0.2), (1, 0, 0), (0, 1, 0), 1.0)
     fine = 8
     at = ((np.arange(SIZE * fine) + 0.5) / (SIZE * fine) - 0.5) * 1.0

@@ -9,10 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.scene import Light, Material, Scene
+from addon.photon.scene import Scene
 from addon.streams import Device
 from tests.measure import SEEDS, fallen, over_seeds, relative_bound, rendered
-from tests.scenes import DIM, UNIT_INTENSITY, Builder, camera, orthographic
+from tests.scenes import (
+    DIM,
+    UNIT_INTENSITY,
+    Builder,
+    camera,
+    orthographic,
+    plain_light,
+    plain_material,
+)
 
 
 def open_sphere(albedo: float) -> tuple[Scene, float]:
@@ -30,8 +38,8 @@ def open_sphere(albedo: float) -> tuple[Scene, float]:
     ball.triangles[0], ball.normals[0] = triangles[kept], ball.normals[0][kept]
     ball.material[0], ball.surface[0] = ball.material[0][kept], ball.surface[0][kept]
     ball.box((-2, -2, -2), (2, 2, 2), 1)
-    light = Light("light", "POINT", (0, 0, 0), (UNIT_INTENSITY,) * 3)
-    wall = Material("wall", (albedo,) * 3)
+    light = plain_light("light", "POINT", (0, 0, 0), (UNIT_INTENSITY,) * 3)
+    wall = plain_material("wall", (albedo,) * 3)
     return ball.scene(camera((0, 0, 0), (1, 0, 0)), [light], [wall, DIM]), hole
 
 
@@ -92,7 +100,7 @@ def plates(kind: str) -> tuple[Scene, float]:
     distance = 1000.0
     place = np.array([0.5, 0.5, 0.0]) + distance * towards
     power = UNIT_INTENSITY * distance**2 / math.cos(aside)  # one watt on the square
-    light = Light(
+    light = plain_light(
         "far",
         "SPOT",
         tuple(place),
@@ -101,7 +109,7 @@ def plates(kind: str) -> tuple[Scene, float]:
         spot_size=2 * math.atan(0.75 / distance),
         spot_blend=0.0,
     )
-    return b.scene(view, [light], [Material("white", (0.8,) * 3), DIM]), factor
+    return b.scene(view, [light], [plain_material("white", (0.8,) * 3), DIM]), factor
 
 
 @pytest.mark.parametrize("kind", ["parallel", "perpendicular"])

@@ -11,10 +11,19 @@ import numpy as np
 import pytest
 
 from addon.photon.ray_tracer import pixel_jitter
-from addon.photon.scene import Light, Material, Scene
+from addon.photon.scene import Scene
 from addon.streams import Device
 from tests.measure import over_seeds, relative_bound, render
-from tests.scenes import DIM, UNIT_INTENSITY, Builder, closed_sphere, lit_plate, orthographic
+from tests.scenes import (
+    DIM,
+    UNIT_INTENSITY,
+    Builder,
+    closed_sphere,
+    lit_plate,
+    orthographic,
+    plain_light,
+    plain_material,
+)
 from tests.stability.table import Measured
 
 
@@ -225,10 +234,10 @@ def test_corrected_silhouettes(device: Device) -> None:
 def test_case_7_closed_cube(device: Device, measured: Measured) -> None:
     """Mean indirect irradiance of a closed diffuse cube: Phi rho / (A (1 - rho)), 1 %."""
     rho = 0.6
-    light = Light("light", "POINT", (0, 0, 0), (UNIT_INTENSITY,) * 3)
+    light = plain_light("light", "POINT", (0, 0, 0), (UNIT_INTENSITY,) * 3)
     view = orthographic((0, 0, 0), (1, 0, 0), (0, 0, 1), 2.0)  # all of the wall y = 1
     box = Builder().box((-1, -1, -1), (1, 1, 1))
-    scene = box.scene(view, [light], [Material("wall", (rho,) * 3)])
+    scene = box.scene(view, [light], [plain_material("wall", (rho,) * 3)])
     values = over_seeds(
         device,
         scene,
@@ -249,9 +258,9 @@ def test_case_8_facing_mirrors(device: Device, measured: Measured) -> None:
     walls = Builder()
     walls.quad((-1, 1, -1), (1, 1, -1), (1, 1, 1), (-1, 1, 1))
     walls.quad((-1, -1, -1), (-1, -1, 1), (1, -1, 1), (1, -1, -1))
-    light = Light("light", "POINT", (0, 0, 0), (100.0,) * 3)
+    light = plain_light("light", "POINT", (0, 0, 0), (100.0,) * 3)
     view = orthographic((0, 0, 0), (1, 0, 0), (0, 0, 1), 1.0)
-    scene = walls.scene(view, [light], [Material("mirror", (0.3,) * 3, (k_s,) * 3)])
+    scene = walls.scene(view, [light], [plain_material("mirror", (0.3,) * 3, (k_s,) * 3)])
     images = render(device, scene, photons=0, mirror_depth=200, passes=64)
     ratio = images["Mirror"] / images["Direct"]
     assert measured("series", abs(ratio.mean() / (k_s / (1 - k_s)) - 1), "%") <= 0.01
@@ -264,10 +273,12 @@ def test_case_8_facing_mirrors(device: Device, measured: Measured) -> None:
 def test_case_9_spot_over_a_plane(device: Device, measured: Measured, blend: float) -> None:
     """Every pixel away from the cone's edge has the profile's radiance, 0.5 %."""
     size, power, height, n = math.radians(70), 100.0, 2.0, 64
-    light = Light("spot", "SPOT", (0, 0, height), (power,) * 3, spot_size=size, spot_blend=blend)
+    light = plain_light(
+        "spot", "SPOT", (0, 0, height), (power,) * 3, spot_size=size, spot_blend=blend
+    )
     view = orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 4.0)
     floor = Builder().quad((-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0))
-    scene = floor.scene(view, [light], [Material("white", (0.8,) * 3)])
+    scene = floor.scene(view, [light], [plain_material("white", (0.8,) * 3)])
     image = render(device, scene, photons=0, width=n, height=n)["Direct"][..., 0]
     jx, jy = pixel_jitter(0, 0)
     x, y = np.meshgrid((np.arange(n) + jx) / n * 4 - 2, (np.arange(n) + jy) / n * 4 - 2)

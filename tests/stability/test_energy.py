@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from addon.photon.scene import Camera, Light, Material, Scene
+from addon.photon.scene import Camera, Scene
 from addon.streams import Device
 from tests.measure import fallen, not_finite, over_seeds, relative_bound, render, rendered
 from tests.scenes import (
@@ -22,6 +22,8 @@ from tests.scenes import (
     cornell,
     lit_plate,
     orthographic,
+    plain_light,
+    plain_material,
     replace,
 )
 from tests.stability.table import Measured
@@ -62,7 +64,7 @@ def crease(degrees: float, outside: bool) -> Scene:
     )
     side, distance = -1.0 if outside else 1.0, 1000.0
     cone = 2 * math.atan(1.05 * half_length * math.hypot(1.0, sine) / (distance - 1))
-    light = Light(
+    light = plain_light(
         "far",
         "SPOT",
         (0, 0, side * distance),
@@ -104,10 +106,10 @@ def test_thin_wall(device: Device, measured: Measured) -> None:
     """A room cut in two by a wall a thousandth thick, lit on one side; radius 0.3."""
     room = Builder().box((-1, -1, -1), (1, 1, 1))
     room.box((-5e-4, -1.01, -1.01), (5e-4, 1.01, 1.01))
-    light = Light("light", "POINT", (-0.5, 0, 0), (100.0,) * 3)
+    light = plain_light("light", "POINT", (-0.5, 0, 0), (100.0,) * 3)
 
     def seen(view: Camera) -> Any:
-        scene = room.scene(view, [light], [Material("white", (0.7,) * 3)])
+        scene = room.scene(view, [light], [plain_material("white", (0.7,) * 3)])
         return render(device, scene, radius=0.3, photons=100000)["Indirect"]
 
     dark, lit = (
@@ -132,8 +134,8 @@ def test_closed_box_of_albedo_one(
     box = Builder().box((-1, -1, -1), (1, 1, 1))
     scene = box.scene(
         cornell().camera,
-        [Light("l", "POINT", (0, 0, 0), (1.0,) * 3)],
-        [Material("white", (1.0,) * 3)],
+        [plain_light("l", "POINT", (0, 0, 0), (1.0,) * 3)],
+        [plain_material("white", (1.0,) * 3)],
     )
     settings: Any = {"photons": 5000, "photon_bounces": 200, "passes": 2, "layer": layer}
     with rendered(device, scene, **settings) as renderer:
@@ -216,8 +218,8 @@ def test_sums_are_float32(device: Device, measured: Measured) -> None:
 def test_ledger_with_smooth_normals(device: Device, measured: Measured) -> None:
     """A coarse closed sphere with smooth normals: what falls on it is flux / (1 - albedo)."""
     ball = Builder().sphere((0, 0, 0), 1.0, subdivisions=1)
-    light = Light("light", "POINT", (0.3, 0.2, 0.1), (UNIT_INTENSITY,) * 3)
-    scene = ball.scene(cornell().camera, [light], [Material("white", (0.6,) * 3)])
+    light = plain_light("light", "POINT", (0.3, 0.2, 0.1), (UNIT_INTENSITY,) * 3)
+    scene = ball.scene(cornell().camera, [light], [plain_material("white", (0.6,) * 3)])
     values = []
     for seed in range(16):
         options = {"seed": seed, "width": 1, "height": 1, "photons": 50000}

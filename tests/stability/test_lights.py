@@ -9,18 +9,30 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.scene import Light, Material, Scene
+from addon.photon.scene import Scene
 from addon.streams import Device
 from tests.measure import fallen, render, render_clean, rendered
-from tests.scenes import DIM, GREY, Builder, camera, closed_sphere, orthographic, replace
+from tests.scenes import (
+    DIM,
+    GREY,
+    Builder,
+    camera,
+    closed_sphere,
+    orthographic,
+    plain_light,
+    plain_material,
+    replace,
+)
 from tests.stability.table import Measured
 
 
 def shell_on_a_floor(shell: Builder, place: Any, light_radius: float) -> Scene:
     """A light inside a solid, seen from outside, that would light the floor outside."""
     shell.quad((-3, -3, -1.2), (3, -3, -1.2), (3, 3, -1.2), (-3, 3, -1.2), name="floor")
-    light = Light("light", "POINT", place, (1000.0,) * 3, radius=light_radius)
-    return shell.scene(camera((0, -7, 4), (0, 0, 0)), [light], [Material("white", (0.8,) * 3)])
+    light = plain_light("light", "POINT", place, (1000.0,) * 3, radius=light_radius)
+    return shell.scene(
+        camera((0, -7, 4), (0, 0, 0)), [light], [plain_material("white", (0.8,) * 3)]
+    )
 
 
 @pytest.mark.stability(30)
@@ -65,7 +77,7 @@ def lamp_on_a_ceiling(tilt: Any) -> Scene:
         b.quad(*(tilt @ np.array(corner) for corner in corners))
     place = tilt @ np.array([0.3, 0.2, 0.0])
     down = tilt @ np.array([0.0, 0.0, -1.0])
-    light = Light(
+    light = plain_light(
         "lamp", "SPOT", tuple(place), (100.0,) * 3, tuple(down), spot_size=2.0, spot_blend=0.0
     )
     right, up = tilt @ np.array([1.0, 0, 0]), tilt @ np.array([0, 1.0, 0])
@@ -112,7 +124,7 @@ def exact_flux(size: float, blend: float, power: float) -> float:
 def test_power_of_extreme_spots(device: Device, measured: Measured, degrees: float) -> None:
     """Photons carry, and direct light shows, the flux of the profile."""
     size = math.radians(degrees)
-    light = Light("spot", "SPOT", (0, 0, 0), (7.0,) * 3, spot_size=size, spot_blend=0.3)
+    light = plain_light("spot", "SPOT", (0, 0, 0), (7.0,) * 3, spot_size=size, spot_blend=0.3)
     scene = replace(closed_sphere(1e-3), lights=(light,))
     expected = exact_flux(size, 0.3, 7.0)
     with rendered(device, scene, direct_by_photons=True, photon_bounces=1) as renderer:
@@ -143,7 +155,7 @@ def test_power_of_extreme_spots(device: Device, measured: Measured, degrees: flo
 
 @pytest.mark.stability(32)
 def test_spot_of_no_angle(device: Device, measured: Measured) -> None:
-    light = Light("shut", "SPOT", (0, 0, 0), (7.0,) * 3, spot_size=0.0, spot_blend=0.0)
+    light = plain_light("shut", "SPOT", (0, 0, 0), (7.0,) * 3, spot_size=0.0, spot_blend=0.0)
     images = render_clean(device, replace(closed_sphere(0.5), lights=(light,)))
     assert measured("0 deg, light", images["Combined"][..., :3].max()) == 0
 
@@ -166,7 +178,7 @@ def two_rooms(powers: tuple[float, float]) -> Scene:
     """Two closed rooms with a lamp each; the camera is in the second."""
     b = Builder().box((-3, -1, -1), (-1, 1, 1)).box((1, -1, -1), (3, 1, 1))
     lights = [
-        Light(f"light {x}", "POINT", (x, 0, 0), (power,) * 3)
+        plain_light(f"light {x}", "POINT", (x, 0, 0), (power,) * 3)
         for x, power in zip((-2.0, 2.0), powers, strict=True)
     ]
     view = orthographic((2, 0, 0), (1, 0, 0), (0, 0, 1), 1.8)
@@ -188,8 +200,8 @@ def test_a_bright_light_and_a_faint_one(device: Device, measured: Measured) -> N
     b = Builder().box((-1, -1, -1), (1, 1, 1))
     view = orthographic((0, 0, 0), (1, 0, 0), (0, 0, 1), 1.8)
     lights = [
-        Light("a", "POINT", (-0.3, 0, 0), (1e9,) * 3),
-        Light("b", "POINT", (0.3, 0, 0), (1.0,) * 3),
+        plain_light("a", "POINT", (-0.3, 0, 0), (1e9,) * 3),
+        plain_light("b", "POINT", (0.3, 0, 0), (1.0,) * 3),
     ]
     both = render_clean(device, b.scene(view, lights, [GREY]), **settings)
     first = render_clean(device, b.scene(view, lights[:1], [GREY]), **settings)

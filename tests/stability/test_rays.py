@@ -15,13 +15,23 @@ import pytest
 
 from addon.photon.geometry import emitted_flux
 from addon.photon.ray_tracer import pixel_jitter
-from addon.photon.scene import Light, Material, Scene
+from addon.photon.scene import Scene
 from addon.photon.tracer import Tracer
 from addon.streams import Device
 from tests.flip import mean_flip
 from tests.kernels.conftest import Bench
 from tests.measure import fallen, not_finite, render, render_clean, rendered
-from tests.scenes import GREY, Builder, camera, cornell, icosphere, orthographic, replace
+from tests.scenes import (
+    GREY,
+    Builder,
+    camera,
+    cornell,
+    icosphere,
+    orthographic,
+    plain_light,
+    plain_material,
+    replace,
+)
 from tests.stability.table import Measured
 
 SCALES = (1e-4, 1e-2, 1.0, 1e3, 1e6)
@@ -87,7 +97,7 @@ def test_no_self_hits(device: Device, measured: Measured, thorough: bool, scale:
     dark = rays = 0
     for azimuth in (0.3, 1.0, 2.0, 3.0):
         place = np.array([-math.sin(azimuth), -math.cos(azimuth), 0.3]) * 3 * scale
-        light = Light("light", "POINT", tuple(place), (100.0 * scale**2,) * 3)
+        light = plain_light("light", "POINT", tuple(place), (100.0 * scale**2,) * 3)
         images = render_clean(
             device, body.scene(view, [light], [GREY]), photons=0, width=size, height=size
         )
@@ -110,9 +120,11 @@ def test_thin_walls_stop_every_ray(device: Device, measured: Measured, thorough:
     b.box((-half - wall,) * 3, (half + wall,) * 3, name="outer").box(
         (-1,) * 3, (1,) * 3, name="catcher"
     )
-    light = Light("light", "POINT", (0.1, 0.2, 0.3), (1.0,) * 3)
+    light = plain_light("light", "POINT", (0.1, 0.2, 0.3), (1.0,) * 3)
     scene = b.scene(
-        orthographic((0, 0, 0.9), (1, 0, 0), (0, 1, 0), 1.8), [light], [Material("w", (0.8,) * 3)]
+        orthographic((0, 0, 0.9), (1, 0, 0), (0, 1, 0), 1.8),
+        [light],
+        [plain_material("w", (0.8,) * 3)],
     )
     with rendered(device, scene, photons=photons, direct_by_photons=True) as renderer:
         flux = fallen(renderer)[:, 0]
@@ -135,7 +147,7 @@ def test_contact_shadow(device: Device, measured: Measured) -> None:
     )
     scene = b.scene(
         orthographic((0.5, 0, 3), (1, 0, 0), (0, 1, 0), size),
-        [Light("light", "POINT", tuple(light), (100.0,) * 3)],
+        [plain_light("light", "POINT", tuple(light), (100.0,) * 3)],
         [GREY],
     )
     found = render(device, scene, photons=0, width=n, height=n)["Direct"][..., 0] == 0
@@ -181,7 +193,7 @@ def test_hidden_sheet(device: Device, measured: Measured, one_object: bool) -> N
     else:
         for height in (z, 0.0):
             b.quad((-1, -1, height), (1, -1, height), (1, 1, height), (-1, 1, height))
-    light = Light("light", "POINT", (0, 0, 1), (100.0,) * 3)
+    light = plain_light("light", "POINT", (0, 0, 1), (100.0,) * 3)
     below = b.scene(orthographic((0, 0, -1), (-1, 0, 0), (0, 1, 0), 1.8), [light], [GREY])
     above = replace(below, camera=orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 1.8))
     settings: dict[str, Any] = {"direct_by_photons": True, "radius": 0.3}
@@ -229,8 +241,8 @@ def test_coplanar_overlap(device: Device, measured: Measured) -> None:
     """Two overlapping quads in one plane: whichever is seen, it is the same each time."""
     corners = [(-1, -1, 0.3), (1, -1, 0.3), (1, 1, 0.3), (-1, 1, 0.3)]
     shifted = [(x + 0.3, y + 0.2, z) for x, y, z in corners]
-    light = Light("light", "POINT", (0.2, 0.1, 2), (100.0,) * 3)
-    colours = [Material("red", (0.9, 0.0, 0.0)), Material("green", (0.0, 0.9, 0.0))]
+    light = plain_light("light", "POINT", (0.2, 0.1, 2), (100.0,) * 3)
+    colours = [plain_material("red", (0.9, 0.0, 0.0)), plain_material("green", (0.0, 0.9, 0.0))]
     scene = (
         Builder()
         .quad(*corners, 0)
@@ -267,9 +279,9 @@ def test_non_manifold(device: Device, measured: Measured) -> None:
     ]
     ring = [[2 * i, 2 * i + 1, 2 * i + 2, 2 * i + 3] for i in range(11)] + [[22, 23, 1, 0]]
     b.add(strip, [t for a, c, d, e in ring for t in ([a, c, d], [c, e, d])])
-    light = Light("light", "POINT", (1, -2, 4), (100.0,) * 3)
+    light = plain_light("light", "POINT", (1, -2, 4), (100.0,) * 3)
     scene = b.scene(
-        camera((0, -7, 3), (0, 0, 0.5)), [light], [Material("m", (0.5,) * 3, (0.3,) * 3)]
+        camera((0, -7, 3), (0, 0, 0.5)), [light], [plain_material("m", (0.5,) * 3, (0.3,) * 3)]
     )
     images = render_clean(device, scene, passes=2)
     assert images["Direct"].max() > 0 and images["Indirect"].max() > 0
@@ -296,7 +308,7 @@ def test_flipped_normals(device: Device, measured: Measured) -> None:
 def test_shadow_terminator(device: Device, measured: Measured) -> None:
     """A coarse smooth ball: what its smooth normals turn to the light is lit."""
     ball = Builder().sphere((0, 0, 0), 1.0, subdivisions=2)
-    light = Light("light", "POINT", (100, 0, 0), (1e6,) * 3)
+    light = plain_light("light", "POINT", (100, 0, 0), (1e6,) * 3)
     images = render_clean(
         device,
         ball.scene(camera((0, -4, 0), (0, 0, 0), 32), [light], [GREY]),
@@ -378,5 +390,5 @@ def trace_on(device: Device, rays: Rays, origins: Any, directions: Any) -> tuple
         "direction": np.concatenate([directions, np.full((count, 1), 3e38)], 1),
     }
     bench = Bench(device, "fragment")
-    hit = bench.run(Tracer, streams, tables={"bvh_nodes": rays.nodes, "bvh_corners": texels})["hit"]
+    hit = bench.run(Tracer, streams, tables={"nodes": rays.nodes, "triangles": texels})["hit"]
     return hit[:, 0], hit[:, 1].astype(int) - 1, hit[:, 2], hit[:, 3]

@@ -9,17 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.scene import Light
 from addon.streams import Device
 from tests.measure import not_finite, render_clean
-from tests.scenes import GREY, Builder, camera, cornell, orthographic, replace
+from tests.scenes import GREY, Builder, camera, cornell, orthographic, plain_light, replace
 from tests.stability.table import Measured
 
 
 @pytest.mark.stability(37)
 def test_every_photon_escapes(device: Device, measured: Measured) -> None:
     """The only light shines away from the only surface."""
-    away = Light("away", "SPOT", (0, 0, 1), (100.0,) * 3, (0.0, 0.0, 1.0))
+    away = plain_light("away", "SPOT", (0, 0, 1), (100.0,) * 3, (0.0, 0.0, 1.0))
     plate = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
     scene = plate.scene(camera((0, -4, 1), (0, 0, 0)), [away], [GREY], background=(0.1, 0.2, 0.3))
     images = render_clean(device, scene, passes=2)
@@ -66,7 +65,7 @@ def test_camera_inside(device: Device, measured: Measured, where: str, estimator
 def test_no_photon_reaches_the_view(device: Device, measured: Measured, estimator: str) -> None:
     """A dark room beside the lit one."""
     b = Builder().box((-3, -1, -1), (-1, 1, 1)).box((1, -1, -1), (3, 1, 1))
-    light = Light("light", "POINT", (-2, 0, 0), (100.0,) * 3)
+    light = plain_light("light", "POINT", (-2, 0, 0), (100.0,) * 3)
     scene = b.scene(orthographic((2, 0, 0), (1, 0, 0), (0, 0, 1), 1.8), [light], [GREY])
     images = render_clean(device, scene, estimator=estimator, radius=0.3, passes=2)
     assert (images["Depth"] < 1e9).all()
@@ -103,7 +102,7 @@ def test_border_of_a_large_frame(device: Device, measured: Measured) -> None:
 def test_orthographic_camera_inside(device: Device, measured: Measured) -> None:
     """Its rays start in the walls of a box that it halves."""
     b = Builder().box((-1, -1, -1), (1, 1, 1))
-    light = Light("light", "POINT", (0, 0, 0.5), (100.0,) * 3)
+    light = plain_light("light", "POINT", (0, 0, 0.5), (100.0,) * 3)
     images = render_clean(device, b.scene(camera((0, 0, 0), (1, 0, 0)), [light], [GREY]))
     assert images["Combined"][..., 3].min() == 1.0
     view = orthographic((0, 0, 0), (1, 0, 0), (0, 0, 1), 2.0)

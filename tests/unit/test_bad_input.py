@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from addon.photon.renderer import Renderer
-from addon.photon.scene import Material, Scene
+from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from addon.streams import Device
-from tests.scenes import cornell
+from tests.scenes import cornell, plain_material
 from tests.stability.table import Measured
 
 PARTS = ("Direct", "Indirect", "Mirror")
@@ -171,7 +171,7 @@ def test_albedo_above_one(device: Device, diffuse: Any, specular: Any, measured:
     scene = cornell()
 
     def painted(k_d: Any, k_s: Any) -> Scene:
-        white = Material("white", tuple(k_d), tuple(k_s))
+        white = plain_material("white", tuple(k_d), tuple(k_s))
         return replace(scene, materials=(white, *scene.materials[1:]))
 
     total = np.add(diffuse, specular)

@@ -22,10 +22,10 @@ from addon.photon.errors import DeviceError
 from addon.photon.kept import Kept, Stage, same_but_view
 from addon.photon.ray_tracer import RayTracer
 from addon.photon.renderer import Renderer
-from addon.photon.scene import Light, Material, Scene
+from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from addon.streams import Device, Kernel, StreamError
-from tests.scenes import cornell
+from tests.scenes import cornell, plain_light, plain_material
 
 SETTINGS = Settings(width=16, height=12, passes=2, photons=1500, photon_bounces=3)
 ALL = SETTINGS.passes  # the first one finds the radii, too
@@ -601,8 +601,8 @@ def test_zeros_have_signs(where: str) -> None:
         made = cornell()
         vertices = made.vertices.copy()
         vertices[0] = signed["vertex"]
-        light = Light("l", "SPOT", (0, 0, 0), (1, 1, 1), (1.0, 0.0, signed["light"]))
-        material = Material("m", (0.5, signed["material"], 0.5))
+        light = plain_light("l", "SPOT", (0, 0, 0), (1, 1, 1), (1.0, 0.0, signed["light"]))
+        material = plain_material("m", (0.5, signed["material"], 0.5))
         return replace(
             made, vertices=vertices, lights=(light,), materials=(material, *made.materials)
         )

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from addon.photon.renderer import Renderer
-from addon.photon.scene import Material, Scene
+from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from addon.streams import Device, Kernel
-from tests.scenes import Builder, cornell
+from tests.scenes import Builder, cornell, plain_material
 from tests.stability.table import Measured
 
 PHOTONS = {"generator", "projector", "reflector", "cuts", "coverage", "blur"}
@@ -109,7 +109,7 @@ def test_mirror_out_of_sight(device: Device) -> None:
 
 def test_mirror_chain_ends_with_its_rays(device: Device) -> None:
     """A single mirror: its ray, then one look that finds nobody alive, however deep one may go."""
-    mirror = Material("mirror", (0.0, 0.0, 0.0), (0.9, 0.9, 0.9))
+    mirror = plain_material("mirror", (0.0, 0.0, 0.0), (0.9, 0.9, 0.9))
     plate = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
     scene = cornell()
     view = replace(scene.camera, matrix=np.eye(4) + np.outer([0, 0, 1, 0], [0, 0, 0, 2.0]))

@@ -15,9 +15,9 @@ import pytest
 
 from addon.photon.geometry import MOST_WEAR, Mesh, Tree, _areas, frame_of
 from addon.photon.kept import Kept
-from addon.photon.scene import Light, Material, Scene
+from addon.photon.scene import Scene
 from addon.streams import Device
-from tests.scenes import Builder, camera, cornell
+from tests.scenes import Builder, camera, cornell, plain_light, plain_material
 from tests.unit.test_kept import SETTINGS, WAYS, Frame, render
 
 WALLS = slice(0, 20)  # vertices of the room
@@ -80,9 +80,9 @@ def twins(by: float) -> Scene:
             for twin in range(2 + (i + j) % 2):
                 b.quad(*raised, (i + 2 * j + twin) % 3)
     colours = np.eye(3) * 0.5 + 0.1
-    materials = [Material(f"m{i}", tuple(c), tuple(0.3 * c)) for i, c in enumerate(colours)]
+    materials = [plain_material(f"m{i}", tuple(c), tuple(0.3 * c)) for i, c in enumerate(colours)]
     wall = [(-1, 1, -1), (1, 1, -1), (1, 1, 1), (-1, 1, 1)]
-    light = Light("spot", "SPOT", (0.2, -0.3, 2.0), (100.0,) * 3, spot_size=1.5)
+    light = plain_light("spot", "SPOT", (0.2, -0.3, 2.0), (100.0,) * 3, spot_size=1.5)
     return b.quad(*wall).scene(camera((0, -2.5, 1.5), (0, 0, 0)), [light], materials)
 
 

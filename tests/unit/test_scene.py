@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import SceneError
-from addon.photon.scene import MIRROR, Camera, Light, Material, Scene
-from tests.scenes import cornell
+from addon.photon.scene import MIRROR, Camera, Scene
+from tests.scenes import cornell, plain_light, plain_material
 
 ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")
 
@@ -153,15 +153,15 @@ def awkward() -> Scene:
         scene,
         camera=Camera("ORTHO", np.eye(4) * third, (-third, third, -0.1, 1e-300), 1e-30, np.inf),
         lights=(
-            Light(
+            plain_light(
                 'Lämpchen "1"\n', "SPOT", (third, -0.0, 1e300), (0.1, 0.2, 0.3), spot_blend=third
             ),
-            Light("", "POINT", (0.0, 0.0, 0.0), (1e-9, 0.0, 0.0), radius=third),
+            plain_light("", "POINT", (0.0, 0.0, 0.0), (1e-9, 0.0, 0.0), radius=third),
         ),
         materials=(
             *scene.materials,
-            Material("mirror", (0.0, 0.0, 0.0), (third, third, third), MIRROR),
-            Material("lobe", exponent=12.345678901234567),
+            plain_material("mirror", (0.0, 0.0, 0.0), (third, third, third), MIRROR),
+            plain_material("lobe", exponent=12.345678901234567),
         ),
         vertices=vertices,
         surfaces=(*scene.surfaces, "床 \u0000 floor"),

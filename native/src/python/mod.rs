@@ -10,11 +10,13 @@ mod photon_map;
 mod radius_field;
 mod tracer;
 
+use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
+use crate::layouts::LAYOUTS;
 use crate::{InvalidInput, bvh};
 
 impl From<InvalidInput> for PyErr {
@@ -29,6 +31,7 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("MAX_DEPTH", bvh::MAX_DEPTH)?;
     module.add("MAX_LEAF", bvh::MAX_LEAF)?;
+    module.add("LAYOUTS", LAYOUTS.into_iter().collect::<HashMap<_, _>>())?;
     module.add_class::<tracer::Tracer>()?;
     module.add_class::<photon_map::PhotonMap>()?;
     module.add_class::<radius_field::RadiusField>()?;

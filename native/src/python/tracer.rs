@@ -67,8 +67,8 @@ impl Tracer {
     /// Trace a pass's photons: Generator, then Tracer, Projector and Reflector while any is alive.
     ///
     /// Takes the tables of the scene: normals float32[K, 3, 4] at the triangles' corners, materials
-    /// float32[M, 2, 4] and lights float32[L, 4, 4] as glsl/lib/material.glsl and light.glsl read
-    /// them; what random numbers depend on: seed, pass_index; how many photons; how often each may
+    /// float32[M, 2, 4] and lights float32[L, 4, 4] laid out as LAYOUTS says of PlainMaterial and
+    /// PlainLight; what random numbers depend on: seed, pass_index; how many photons; how often each may
     /// bounce; and whether first hits are stored, too. A photon on a material that is not there ends.
     ///
     /// Returns (place float32[P, 4], deposit float32[P, 4], unfinished): position and surface + 1,
@@ -104,9 +104,8 @@ impl Tracer {
 
     /// Find where each visible point's disc ends at what stands on its surface.
     ///
-    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
-    /// (normal, material); diffuse bool[M], which materials are of interest; radii, of which each is
-    /// multiplied by shrink. Returns float32[H, W, 4]: two vectors in the plane of the disc; what has
+    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point), facing (normal) and
+    /// diffuse (albedo, flags; 0: not of interest); radii, of which each is multiplied by shrink. Returns float32[H, W, 4]: two vectors in the plane of the disc; what has
     /// a scalar product of more than one with either is cut off. Zeros cut nothing.
     #[pyo3(signature = (place, facing, diffuse, radii, *, shrink))]
     fn cuts<'py>(
@@ -118,12 +117,12 @@ impl Tracer {
         radii: &RadiusField,
         shrink: f32,
     ) -> PyResult<Stream<'py>> {
-        let [place, facing] = streams([("place", place), ("facing", facing)])?;
-        let diffuse = array::<bool>(diffuse, "diffuse", &[None])?;
+        let named = [("place", place), ("facing", facing), ("diffuse", diffuse)];
+        let [place, facing, diffuse] = streams(named)?;
         new_stream(py, &place, |out| {
-            let (place, facing, diffuse) = (rows(&place)?, rows(&facing)?, diffuse.as_slice()?);
+            let (place, facing, diffuse) = (rows(&place)?, rows(&facing)?, rows(&diffuse)?);
             run(py, || {
-                cuts::cuts(&self.tree, &self.corners, diffuse, &radii.0, shrink, place, facing, out);
+                cuts::cuts(&self.tree, &self.corners, &radii.0, shrink, place, facing, diffuse, out);
                 Ok(())
             })
         })
@@ -131,9 +130,9 @@ impl Tracer {
 
     /// Estimate the share of a filter that lies on each visible point's own surface and is not cut off.
     ///
-    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point) and facing
-    /// (normal, material), shading (unused, leaf position of the triangle), cuts; diffuse bool[M], which
-    /// materials are of interest; radii, of which each is multiplied by shrink; filter (constant, cone,
+    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point), facing (normal),
+    /// shading (unused, leaf position of the triangle), cuts, diffuse (albedo, flags; 0: not of interest);
+    /// radii, of which each is multiplied by shrink; filter (constant, cone,
     /// gaussian, epanechnikov); probes a point, and how many were sent before; what random numbers
     /// depend on: seed, depth, and of a pixel frame_size and region_origin (x, y).
     /// Returns float32[H, W, 4]: the filter's share, and the inner filter's.
@@ -157,9 +156,14 @@ impl Tracer {
         frame_size: (usize, usize),
         region_origin: (usize, usize),
     ) -> PyResult<Stream<'py>> {
-        let named = [("place", place), ("facing", facing), ("shading", shading), ("cuts", cuts)];
-        let [place, facing, shading, cuts] = streams(named)?;
-        let diffuse = array::<bool>(diffuse, "diffuse", &[None])?;
+        let named = [
+            ("place", place),
+            ("facing", facing),
+            ("shading", shading),
+            ("cuts", cuts),
+            ("diffuse", diffuse),
+        ];
+        let [place, facing, shading, cuts, diffuse] = streams(named)?;
         let probes = coverage::Probes {
             count: probes,
             shrink,
@@ -176,11 +180,11 @@ impl Tracer {
                 places: rows(&place)?,
                 facings: rows(&facing)?,
                 shadings: rows(&shading)?,
+                diffuses: rows(&diffuse)?,
                 cuts: rows(&cuts)?,
             };
-            let diffuse = diffuse.as_slice()?;
             run(py, || {
-                coverage::coverage(&self.tree, &self.corners, diffuse, &radii.0, &points, &probes, out);
+                coverage::coverage(&self.tree, &self.corners, &radii.0, &points, &probes, out);
                 Ok(())
             })
         })

@@ -22,10 +22,11 @@ from addon.photon.geometry import Mesh, Tables, frame_of
 from addon.photon.process import RendererProcess
 from addon.photon.records import HIT, RAY_DIRECTION, RAY_ORIGIN
 from addon.photon.renderer import Renderer, open_device
-from addon.photon.scene import Camera, Material, Scene
+from addon.photon.scene import Camera, Scene
 from addon.photon.settings import Settings
 from addon.photon.tracer import Tracer
 from addon.streams import TEXEL, Device, Stream
+from tests.scenes import plain_material
 
 from ..host import CORES, resident
 from .launches import Timer
@@ -119,7 +120,7 @@ def bumpy_sphere(rows: int = 400) -> Scene:
         material=np.zeros(count, np.int32),
         surface=np.zeros(count, np.int32),
         camera=Camera("PERSP", np.eye(4), (-1.0, 1.0, -1.0, 1.0)),
-        materials=(Material("grey", (0.5, 0.5, 0.5)),),
+        materials=(plain_material("grey", (0.5, 0.5, 0.5)),),
         surfaces=("sphere",),
     )
 

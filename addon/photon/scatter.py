@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ..streams import Kernel, Table, Uniform
+from ..streams import Kernel, Uniform
 from .records import FACING, PLACE, RAY_DIRECTION, RAY_ORIGIN, SHADING, THROUGHPUT
+from .shade import LOBES
 
 
-class Mirror(Kernel):
-    """Send the secondary rays of mirrors and Phong lobes (Marino & Abbate, mirror pass)."""
+class Scatter(Kernel):
+    """Send the secondary rays of lobes (Marino & Abbate, mirror pass)."""
 
-    stem = "mirror"
+    stem = "scatter"
+    structure = ("LOBES", "TWO_LOBES")
     inputs = {
         "place": PLACE,
         "facing": FACING,
         "shading": SHADING,
         "direction": RAY_DIRECTION,
         "throughput": THROUGHPUT,
+        **LOBES,
     }
     outputs = {
         "next_origin": RAY_ORIGIN,
@@ -26,4 +29,3 @@ class Mirror(Kernel):
         "frame_size": Uniform("ivec2"),
         "region_origin": Uniform("ivec2"),
     }
-    tables = {"materials": Table()}

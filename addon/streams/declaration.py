@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a kernel declares, and the GLSL that is made of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeVar
+
+from .device import Layer
+from .record import Record
+from .source import StreamError
+
+# Elements of a compute work group, by the invocations that share each: 64 in all suit every GPU's
+# warp or wave size.
+GROUPS = {1: (8, 8), 8: (4, 2), 32: (2, 1)}
+TABLE_WIDTH = 4096  # texels, a power of two; glsl/lib/table.glsl
+FIRST_LIST = 1  # storage buffer binding; 0 counts who is alive
+MOST_OUTPUTS = 8  # what OpenGL guarantees of draw buffers, and of image units in compute programs
+
+Defines = Mapping[str, int | float]
+Item = TypeVar("Item")
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A value that is the same for every element."""
+
+    kind: str  # GLSL type
+
+
+@dataclass(frozen=True)
+class Table:
+    """A texture that an element may read anywhere, such as the BVH; with a record, its elements
+    are read as `<record>_at(index)`."""
+
+    record: Record | None = None
+    kind: str = "sampler2D"
+
+
+@dataclass(frozen=True)
+class Items:
+    """A list that an element may read anywhere, as `<name>(i)`: a storage buffer in compute
+    programs, which a GPU reads faster, else a texture TABLE_WIDTH texels wide."""
+
+    kind: Literal["vec4", "uint"] = "vec4"
+
+
+@dataclass(frozen=True)
+class When:
+    """A port, uniform or table that is there only if the kernel is compiled with a define."""
+
+    define: str
+    item: Any
+
+
+Ports = Mapping[str, Record | When]
+
+
+def present(items: Mapping[str, Any], defines: Defines) -> dict[str, Any]:
+    """Those of a declaration's items that are there."""
+    chosen = {
+        name: item.item if isinstance(item, When) else item
+        for name, item in items.items()
+        if not isinstance(item, When) or item.define in defines
+    }
+    return chosen
+
+
+def records_of(ports: Mapping[str, Record], tables: Mapping[str, Any]) -> dict[str, Record]:
+    """The records that ports and tables are of, by name."""
+    of_tables = [t.record for t in tables.values() if isinstance(t, Table) and t.record]
+    return {record.name: record for record in (*ports.values(), *of_tables)}
+
+
+def declare_tables(tables: Mapping[str, Table | Items]) -> list[str]:
+    """Those that are textures."""
+    lines = []
+    for name, table in tables.items():
+        if isinstance(table, Table):
+            lines.append(f"uniform {table.kind} {name};")
+            if table.record:
+                lines.append(table.record.glsl_table(name, TABLE_WIDTH))
+    return lines
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """A kernel's ports, uniforms and tables, those that its defines leave."""
+
+    inputs: Mapping[str, Record]
+    outputs: Mapping[str, Record]
+    uniforms: Mapping[str, Uniform]
+    tables: Mapping[str, Table | Items]
+    records: tuple[Record, ...] = ()
+    repeats: bool = False
+
+    def header(self, layer: Layer, version: int, defines: Defines, lanes: int) -> str:
+        """What precedes the kernel's file in its program."""
+        compute = layer == "compute"
+        records = records_of({**self.inputs, **self.outputs}, self.tables)
+        records |= {record.name: record for record in self.records}
+        lines = [f"#version {max(version, 430) if compute else version} core"]
+        lines += [f"#define {name} {value}" for name, value in defines.items()]
+        lines.append(_BEFORE_400)
+        lines += [record.glsl() for record in records.values()]
+        lines.append("uniform ivec2 stream_size;")
+        lines += [f"uniform {u.kind} {name};" for name, u in self.uniforms.items()]
+        lines += declare_tables(self.tables)
+        lists = [(name, t.kind) for name, t in self.tables.items() if isinstance(t, Items)]
+        for binding, (name, kind) in enumerate(lists, FIRST_LIST):
+            lines += (
+                _list_in_buffer(name, kind, binding) if compute else _list_in_texture(name, kind)
+            )
+        lines.append(f"#define LANES {lanes}")
+        if compute:
+            lines.append(_compute_prelude(lanes))
+        else:
+            lines.append("ivec2 element() { return ivec2(gl_FragCoord.xy); }")
+        lines.append(_LANES if lanes > 1 else _ONE_LANE)
+        lines.append("int element_index() { return element().y * stream_size.x + element().x; }")
+        lines.append(_REPEATING if self.repeats else _ONCE)
+        for name, record in self.inputs.items():
+            lines.append(f"uniform sampler2D input_{name};")
+            lines.append(
+                f"{record.name} load_{name}() "
+                f"{{ return unpack_{record.name}(texelFetch(input_{name}, source_element(), 0)); }}"
+            )
+        lines += self._outputs(compute, lanes)
+        return "\n".join(lines)
+
+    def _outputs(self, compute: bool, lanes: int) -> list[str]:
+        lines = []
+        for slot, (name, record) in enumerate(self.outputs.items()):
+            if compute:
+                lines.append(
+                    f"layout(rgba32f, binding = {slot}) writeonly uniform image2D output_{name};"
+                )
+                write = f"imageStore(output_{name}, element(), pack_{record.name}(record))"
+                write = f"if (is_own()) {write}" if lanes > 1 else write
+            else:
+                lines.append(f"layout(location = {slot}) out vec4 output_{name};")
+                write = f"output_{name} = pack_{record.name}(record)"
+            lines.append(f"void store_{name}({record.name} record) {{ {write}; }}")
+        if compute:
+            zeros = " ".join(
+                f"imageStore(output_{name}, element(), vec4(0.0));" for name in self.outputs
+            )
+            lines.append(f"#define skip() {{ skipped = true; {zeros} return; }}")
+            lines.append(_COMPUTE_MAIN)
+        else:
+            lines.append("#define skip() { discard; return; }")
+            lines.append("void kernel();\nvoid main() { kernel(); }")
+        return lines
+
+
+def in_registers(
+    kernels: Sequence[tuple[str, Declaration]], defines: Defines, own: Sequence[str]
+) -> str:
+    """What a compute program declares to run several kernels one after the other in a thread, which
+    keeps their streams in registers; `own` are the uniforms that differ from thread to thread.
+
+    Raises StreamError for ports of one name and other records.
+    """
+    ports: dict[str, Record] = {}
+    uniforms: dict[str, str] = {}
+    tables: dict[str, Table | Items] = {}
+    for who, kernel in kernels:
+        for name, record in {**kernel.inputs, **kernel.outputs}.items():
+            before = ports.setdefault(name, record)
+            if before is not record:
+                raise StreamError(f"{who}: port {name!r} is {record.name}, before {before.name}")
+        uniforms |= {name: uniform.kind for name, uniform in kernel.uniforms.items()}
+        tables |= kernel.tables
+    lines = [f"#define {name} {value}" for name, value in defines.items()]
+    lines += [record.glsl() for record in records_of(ports, tables).values()]
+    lines += declare_tables(tables)
+    for name, kind in uniforms.items():
+        lines.append(f"{kind} {name};" if name in own else f"uniform {kind} {name};")
+    for name, record in ports.items():
+        lines.append(f"{record.name} port_{name};")
+        lines.append(f"{record.name} load_{name}() {{ return port_{name}; }}")
+        lines.append(f"void store_{name}({record.name} record) {{ port_{name} = record; }}")
+    lines.append("bool skipped = false;\n#define skip() { skipped = true; return; }")
+    return "\n".join(lines)
+
+
+def _list_in_buffer(name: str, kind: str, binding: int) -> list[str]:
+    return [
+        f"layout(std430, binding = {binding}) readonly buffer {name}_list",
+        f"{{ {kind} {name}_items[]; }};",
+        f"{kind} {name}(int i) {{ return {name}_items[i]; }}",
+    ]
+
+
+def _list_in_texture(name: str, kind: str) -> list[str]:
+    sampler, part = ("usampler2D", ".x") if kind == "uint" else ("sampler2D", "")
+    at = f"ivec2(i % {TABLE_WIDTH}, i / {TABLE_WIDTH})"
+    return [
+        f"uniform {sampler} {name}_table;",
+        f"{kind} {name}(int i) {{ return texelFetch({name}_table, {at}, 0){part}; }}",
+    ]
+
+
+_BEFORE_400 = """#if __VERSION__ < 400
+#define precise
+#define fma(a, b, c) ((a) * (b) + (c))
+#endif"""
+
+
+def _compute_prelude(lanes: int) -> str:
+    x, y = GROUPS[lanes]
+    return f"""layout(local_size_x = {x * y * lanes}) in;
+layout(std430, binding = 0) buffer Alive {{ uint alive; }};
+uniform bool is_counting;
+shared uint group_alive;
+bool skipped = false;
+ivec2 own_element() {{
+    int number = int(gl_LocalInvocationIndex) / LANES;
+    return ivec2(gl_WorkGroupID.xy) * ivec2({x}, {y}) + ivec2(number % {x}, number / {x});
+}}
+// Within the stream, for lanes beyond it help to sum.
+ivec2 element() {{ return min(own_element(), stream_size - 1); }}"""
+
+
+_ONCE = "ivec2 source_element() { return element(); }"
+
+_REPEATING = """uniform int source_rows;
+ivec2 source_element() { return ivec2(element().x, element().y % source_rows); }
+int repetition() { return element().y / source_rows; }"""
+
+_ONE_LANE = """int lane() { return 0; }
+vec4 sum_over_lanes(vec4 own) { return own; }"""
+
+_LANES = """shared vec4 lane_parts[gl_WorkGroupSize.x];
+int lane() { return int(gl_LocalInvocationIndex) % LANES; }
+bool is_own() { return lane() == 0 && own_element() == element(); }  // to write
+vec4 sum_over_lanes(vec4 own) {
+    lane_parts[gl_LocalInvocationIndex] = own;
+    barrier();
+    vec4 sum = vec4(0.0);
+    int first = int(gl_LocalInvocationIndex) - lane();
+    for (int i = first; i < first + LANES; i++) sum += lane_parts[i];
+    barrier();
+    return sum;
+}"""
+
+# One atomic a work group: those on one address wait for each other.
+_COMPUTE_MAIN = """void kernel();
+void main() {
+    bool inside = all(lessThan(own_element(), stream_size));
+    if (inside || LANES > 1) kernel();
+    inside = inside && lane() == 0;
+    if (!is_counting) return;
+    if (gl_LocalInvocationIndex == 0u) group_alive = 0u;
+    barrier();
+    if (inside && !skipped) atomicAdd(group_alive, 1u);
+    barrier();
+    if (gl_LocalInvocationIndex > 0u || group_alive == 0u) return;
+    atomicAdd(alive, group_alive);
+}"""

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A perfect mirror, which is a delta lobe. Colour: its reflectance.
+// Parameters: none.
+
+vec3 eval_mirror(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) { return vec3(0.0); }
+
+float pdf_mirror(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) { return 0.0; }
+
+vec3 sample_mirror(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, out vec3 weight) {
+    weight = lobe.colour;
+    return reflect(-to_viewer, normal);
+}
+
+vec3 albedo_mirror(Lobe lobe, Shape shape, float cosine) { return lobe.colour; }

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Send each visible point's secondary ray: in a direction of one of its lobes.
+#include "lib/rng.glsl"
+#include "lib/pixel.glsl"
+#include "lib/offset.glsl"
+#include "lib/place.glsl"
+#include "lib/lobe.glsl"
+
+// Chains that carry less than this go on by Russian roulette.
+const float ROULETTE_BELOW = 0.05;
+
+void kernel() {
+    Place place = load_place();
+    Lobe lobe = load_lobe0();
+    Shape shape = load_shape0();
+    if (!is_place(place)) skip();
+    Facing facing = load_facing();
+    Shading shading = load_shading();
+    vec3 to_viewer = -load_direction().direction;
+    vec4 u = random4(seed, pass_index, uint(pixel(element())), DIMENSION_SCATTER + uint(depth));
+#ifdef TWO_LOBES
+    float cosine = max(0.0, dot(to_viewer, shading.normal));
+    Lobe other = load_lobe1();
+    Shape other_shape = load_shape1();
+    float first = mean(albedo_lobe(lobe, shape, cosine)), second = mean(albedo_lobe(other, other_shape, cosine));
+    if (second > 0.0) {
+        float share = first / (first + second);
+        if (u.w >= share) {
+            lobe = other;
+            shape = other_shape;
+            share = 1.0 - share;
+        }
+        shape.weight /= share;
+    }
+#endif
+    if (!is_lobe(lobe)) skip();
+    vec3 weight;
+    vec3 outgoing = sample_lobe(lobe, shape, shading.normal, to_viewer, u.xy, weight);
+    vec3 throughput = load_throughput().throughput * weight;
+    float survival = min(1.0, largest(throughput) / ROULETTE_BELOW);
+    if (!(dot(outgoing, facing.normal) > 0.0) || !(u.z < survival)) skip();
+    store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
+    store_next_direction(RayDirection(outgoing, T_MAX));
+    store_next_throughput(Throughput(throughput / survival));
+}

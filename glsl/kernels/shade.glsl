@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Evaluate the material where a ray ends: where that is, and what it reflects there. Nothing after it looks
+// a material up.
+#include "lib/surface.glsl"
+#include "lib/place.glsl"
+#include "lib/diffuse.glsl"
+#ifdef LOBES
+#include "lib/material_lobes.glsl"
+#endif
+
+void kernel() {
+    Hit hit = load_hit();
+    if (!is_hit(hit)) skip();
+    vec3 direction = load_direction().direction;
+    Surface surface = surface_at(hit, direction);
+    Material material = material_at(surface.material);
+    Diffuse diffuse = bare_diffuse(material.albedo);
+#ifdef LOBES
+    float cosine = max(0.0, -dot(direction, surface.shading));
+    Lobes lobes = lobes_of(material, cosine, diffuse);
+    store_lobe0(lobes.lobe0);
+    store_shape0(lobes.shape0);
+#ifdef TWO_LOBES
+    store_lobe1(lobes.lobe1);
+    store_shape1(lobes.shape1);
+#endif
+#endif
+    store_place(Place(surface.position, stored_surface(surface.surface)));
+    store_facing(Facing(surface.geometric, surface.side));
+    store_shading(Shading(surface.shading, float(hit_triangle(hit))));
+    store_diffuse(diffuse);
+}

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The visible point of an element, of the streams that Shade writes.
+#include "lib/shadow_ray.glsl"
+
+VisiblePoint visible_point() {
+    VisiblePoint point;
+    point.place = load_place();
+    point.facing = load_facing();
+    point.shading = load_shading();
+    point.diffuse = load_diffuse();
+    point.to_viewer = -load_direction().direction;
+#ifdef LOBES
+    point.lobe0 = load_lobe0();
+    point.shape0 = load_shape0();
+#ifdef TWO_LOBES
+    point.lobe1 = load_lobe1();
+    point.shape1 = load_shape1();
+#endif
+#endif
+    return point;
+}

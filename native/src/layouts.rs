@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! How the elements of those streams and tables are laid out that the native core reads or writes, as
+//! addon/photon/records.py declares them: whoever imports the core compares the two.
+
+/// Records by name, and their fields in order.
+pub const LAYOUTS: [(&str, &str); 13] = [
+    ("RayOrigin", "vec3 position; float source"),
+    ("RayDirection", "vec3 direction; float t_max"),
+    ("Hit", "float t; float triangle; float u; float v"),
+    ("Place", "vec3 position; float surface"),
+    ("Facing", "vec3 normal; float side"),
+    ("Shading", "vec3 normal; float triangle"),
+    ("Diffuse", "vec3 albedo; float flags"),
+    ("Cuts", "vec2 first; vec2 second"),
+    ("Deposit", "vec3 flux; float normal"),
+    ("Triangle", "vec3 a; float material; vec3 b; float surface; vec3 c; float number"),
+    ("CornerNormals", "vec3 a; vec3 b; vec3 c"),
+    ("PlainMaterial", "vec3 diffuse; float exponent; vec3 specular"),
+    (
+        "PlainLight",
+        "vec3 position; float radius; vec3 axis; float outer; vec3 power; float inner; float chosen; float cdf",
+    ),
+];
