@@ -20,7 +20,7 @@ from ..photon.errors import PhotonStreamError, RenderError, SceneError
 from ..photon.process import Images, Progress
 from ..photon.scene import Scene
 from ..photon.settings import Region, Settings
-from .export import Report, snapshot
+from .export import Report, SpecularModel, snapshot
 from .export.camera import frame_size
 from .properties import settings_from
 from .session import SESSION
@@ -139,7 +139,8 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
         size = frame_size(scene.render)
         settings = settings_from(scene, size, border_region(scene.render, size))
         settings.check()
-        exported, report = snapshot(depsgraph, self.camera_override)
+        model = SpecularModel(scene.photon_stream.specular_model)
+        exported, report = snapshot(depsgraph, self.camera_override, model)
         view_layer = depsgraph.view_layer_eval
         properties = scene.photon_stream
         passes = passes_of(view_layer)

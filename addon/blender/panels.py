@@ -102,6 +102,7 @@ class RENDER_PT_photon_stream_light_paths(_Panel, bpy.types.Panel):
         col = layout.column(align=True)
         col.prop(settings, "photon_bounces")
         col.prop(settings, "mirror_depth")
+        layout.prop(settings, "specular_model")
         col = layout.column()
         col.prop(settings, "ambient")
         col.prop(settings, "direct_by_photons")

@@ -33,6 +33,10 @@ FILTERS = (
     ("GAUSSIAN", "Gaussian", "Photons count less along a bell curve", 2),
     ("EPANECHNIKOV", "Epanechnikov", "Photons count less with the square of their distance", 3),
 )
+SPECULAR_MODELS = (
+    ("GGX", "GGX", "Microfacets as Cycles has them", 0),
+    ("PHONG", "Phong", "The lobes of the paper that Photon Stream implements", 1),
+)
 SPLAT_SHAPES = (
     ("TRIANGLE", "Triangle", "One triangle around the disc", 0),
     ("QUAD", "Quad", "Two triangles around the disc", 1),
@@ -139,6 +143,12 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
         min=0.01,
         max=1.0,
         default=DEFAULTS.radius_shrink,
+    )
+    specular_model: EnumProperty(
+        name="Specular Model",
+        description="What glossy, metallic and Principled shaders reflect with",
+        items=SPECULAR_MODELS,
+        default="GGX",
     )
     filter: EnumProperty(
         name="Filter",

@@ -19,7 +19,7 @@ class Coverage(Kernel):
     stem = "coverage"
     records = (HIT,)
     structure = FILTER_DEFINES
-    inputs = POINT | {"cuts": CUTS}
+    inputs = {**POINT, "cuts": CUTS}
     outputs = {"coverage": COVERAGE}
     uniforms = {
         "seed": Uniform("uint"),

@@ -12,6 +12,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from ..streams import Made, StreamError, source
 from .errors import SceneError
@@ -20,6 +21,7 @@ from .scene import Scene
 _PARAMETERS = re.compile(r"^Parameters: ([^.]*)\.$", re.M)
 _PARAMETER = re.compile(r"(\w+)(?: \[([^\]]*)\])?")
 METRES = "m"
+COLOUR = "rgb"
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,19 @@ class Kind:
     parameters: Mapping[str, str]  # their units by name, in order
     is_delta: bool  # it reflects each direction into one other
 
+    def numbers(
+        self, given: Mapping[str, float | tuple[float, ...]], metre: float = 1.0
+    ) -> list[float]:
+        """Parameters as a table holds them, in order; `metre` is what lengths are multiplied by."""
+        numbers: list[float] = []
+        for name, unit in self.parameters.items():
+            value = given[name]
+            if isinstance(value, tuple):
+                numbers += value
+            else:
+                numbers.append(value * metre if unit == METRES else value)
+        return numbers
+
 
 @dataclass(frozen=True)
 class _Function:
@@ -40,13 +55,15 @@ class _Function:
     verb: str
     arguments: tuple[str, ...]  # type and name
     otherwise: str  # what none of the kinds gives
+    number: str  # which kind it is
 
-    def switch(self, own: str, kinds: Collection[Kind], number: str) -> str:
+    def switch(self, own: str, kinds: Collection[Kind]) -> str:
         """The function that calls that of the kind whose number it is."""
-        names = ", ".join(argument.split()[-1] for argument in self.arguments)
+        names = [argument.split()[-1] for argument in self.arguments]
+        given = ", ".join(name for name in names if name != self.number)
         lines = [f"{self.returns} {self.verb}_{own}({', '.join(self.arguments)}) {{"]
         lines += [
-            f"    if ({number} == {kind.number}.0) return {self.verb}_{kind.name}({names});"
+            f"    if ({self.number} == {kind.number}.0) return {self.verb}_{kind.name}({given});"
             for kind in kinds
         ]
         lines += [f"    {self.otherwise}", "}"]
@@ -55,29 +72,30 @@ class _Function:
 
 _LOBE = ("Lobe lobe", "Shape shape")
 _THREE = (*_LOBE, "vec3 normal", "vec3 to_viewer", "vec3 to_light")
+_SAMPLE = (*_LOBE, "vec3 normal", "vec3 to_viewer", "vec2 u", "out vec3 weight")
+_PACK = ("float kind", "vec4 parameters", "vec4 more")
+_AT = ("Light light", "vec3 position")
 BSDF_FUNCTIONS = (
-    _Function("vec3", "eval", _THREE, "return vec3(0.0);"),
-    _Function("float", "pdf", _THREE, "return 0.0;"),
+    _Function("vec3", "pack", _PACK, "return vec3(0.0);", "kind"),
+    _Function("vec3", "eval", _THREE, "return vec3(0.0);", "lobe.kind"),
+    _Function("float", "pdf", _THREE, "return 0.0;", "lobe.kind"),
+    _Function("vec3", "sample", _SAMPLE, "weight = vec3(0.0);\n    return normal;", "lobe.kind"),
+    _Function("vec3", "albedo", (*_LOBE, "float cosine"), "return vec3(0.0);", "lobe.kind"),
     _Function(
-        "vec3",
-        "sample",
-        (*_LOBE, "vec3 normal", "vec3 to_viewer", "vec2 u", "out vec3 weight"),
-        "weight = vec3(0.0); return normal;",
+        "vec3", "exchanged", (*_LOBE, "float from", "float to"), "return vec3(1.0);", "lobe.kind"
     ),
-    _Function("vec3", "albedo", (*_LOBE, "float cosine"), "return vec3(0.0);"),
 )
 LIGHT_FUNCTIONS = (
-    _Function(
-        "LightSample", "sample", ("Light light", "vec3 position", "vec2 u"), "return no_light();"
-    ),
-    _Function("float", "pdf", ("Light light", "vec3 position", "vec3 to_light"), "return 0.0;"),
+    _Function("LightSample", "sample", (*_AT, "vec2 u"), "return no_light();", "light.kind"),
+    _Function("float", "pdf", (*_AT, "vec3 to_light"), "return 0.0;", "light.kind"),
     _Function(
         "Emitted",
         "emit",
         ("Light light", "vec2 u", "vec2 on_light"),
         "return Emitted(light.position, light.axis);",
+        "light.kind",
     ),
-    _Function("vec3", "flux", ("Light light",), "return vec3(0.0);"),
+    _Function("vec3", "flux", ("Light light",), "return vec3(0.0);", "light.kind"),
 )
 
 
@@ -103,26 +121,24 @@ def check_kinds(scene: Scene) -> None:
 
 def made_bsdf(names: Collection[str]) -> Made:
     """What a program includes as made/bsdf.glsl: lobes of these kinds, and a switch."""
-    return {
-        "made/bsdf.glsl": _made("bsdf", lobe_kinds(), names, BSDF_FUNCTIONS, "kind", "lobe.kind")
-    }
+    return {"made/bsdf.glsl": _made("bsdf", lobe_kinds(), names, BSDF_FUNCTIONS, "kind")}
 
 
 def made_lights(names: Collection[str]) -> Made:
     """What a program includes as made/lights.glsl: lights of these kinds, and a switch."""
-    kinds = light_kinds()
-    return {
-        "made/lights.glsl": _made("lights", kinds, names, LIGHT_FUNCTIONS, "light", "light.kind")
-    }
+    return {"made/lights.glsl": _made("lights", light_kinds(), names, LIGHT_FUNCTIONS, "light")}
 
 
-def _check(who: str, kinds: Mapping[str, Kind], kind: str, given: Mapping[str, float]) -> None:
+def _check(who: str, kinds: Mapping[str, Kind], kind: str, given: Mapping[str, Any]) -> None:
     if kind not in kinds:
         raise SceneError(f"{who}: kind {kind!r} is none of {', '.join(kinds)}")
     wanted = kinds[kind].parameters
     if given.keys() != wanted.keys():
         named = [", ".join(names) or "none" for names in (wanted, given)]
         raise SceneError(f"{who}: the parameters of {kind} are {named[0]}; got {named[1]}")
+    for name, unit in wanted.items():
+        if isinstance(given[name], tuple) != (unit == COLOUR):
+            raise SceneError(f"{who}: {kind}'s {name} = {given[name]} is not what its file says")
 
 
 def _made(
@@ -131,11 +147,10 @@ def _made(
     names: Collection[str],
     functions: Collection[_Function],
     own: str,
-    number: str,
 ) -> str:
     used = [kinds[name] for name in sorted(names)]
     lines = [f'#include "{folder}/{kind.name}.glsl"' for kind in used]
-    lines += [function.switch(own, used, number) for function in functions]
+    lines += [function.switch(own, used) for function in functions]
     return "\n".join(lines) + "\n"
 
 

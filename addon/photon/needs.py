@@ -72,7 +72,7 @@ class SceneNeeds:
         """What kernels of shadow rays are compiled with: no light is seen in delta lobes."""
         broad = any(not lobe_kinds()[kind].is_delta for kind in self.lobe_kinds)
         defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
-        return defines | (self.eye_defines if broad else {})
+        return {**defines, **(self.eye_defines if broad else {})}
 
     @cached_property
     def photon_defines(self) -> Defines:

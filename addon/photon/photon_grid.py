@@ -17,11 +17,11 @@ from ..streams.compute import clear
 from ..streams.device import Layer
 from .deposits import Deposits, HostDeposits
 from .gather import Gather
-from .tables import upload_table
 from .native_kernels import NativeGather
 from .radius_field import Radii
 from .records import IRRADIANCE
 from .settings import Settings, filter_define
+from .tables import upload_table
 
 MAX_CELLS = 1 << 22  # 16 MB of cell starts; a smaller radius then shares cells
 # A cell is as wide as the typical radius, or narrower where it would hold more photons than this:

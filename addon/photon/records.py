@@ -78,9 +78,10 @@ MATERIAL_LOBE = Record(
     {
         "colour": "vec3",
         "kind": "float",
-        "parameters": "vec3",
-        "weight": "float",
         "covered": "vec3",
+        "weight": "float",
+        "parameters": "vec4",  # in the order that the kind's file says
+        "more": "vec4",
     },
 )
 # glsl/lights has a file for each kind, which says what the parameters are.

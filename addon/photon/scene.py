@@ -100,7 +100,7 @@ class Lobe:
 
     kind: str
     colour: RGB
-    parameters: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, float | RGB] = field(default_factory=dict)
     weight: float = 1.0  # times all that it reflects
     # The albedo of what it lies over, which has what the lobe lets through.
     covered: RGB = BLACK
@@ -120,8 +120,9 @@ class Lobe:
 
     def head_on(self) -> NDArray[np.float64]:
         """The albedo with what it covers, for a viewer straight above; about that."""
-        own = np.asarray(self.colour, np.float64)
-        return self.weight * own + np.multiply(self.covered, 1.0 - min(own.max(), 1.0))
+        own = np.array(self.colour, np.float64)
+        under: NDArray[np.float64] = np.array(self.covered) * (1.0 - min(own.max(), 1.0))
+        return self.weight * own + under
 
 
 def phong(colour: RGB, exponent: float = MIRROR) -> Lobe:
@@ -153,7 +154,9 @@ class Material:
     def head_on(self) -> NDArray[np.float64]:
         """What it reflects of light from everywhere to a viewer straight above, per channel."""
         albedo = np.array(self.diffuse, np.float64)
-        return sum((lobe.head_on() for lobe in self.lobes), albedo)
+        for lobe in self.lobes:
+            albedo += lobe.head_on()
+        return albedo
 
     def conserving(self) -> Material:
         """The material that reflects no more than it receives in any channel (scaled down)."""
@@ -303,7 +306,11 @@ def _read(data: Any) -> Scene:
 
 
 def _read_material(values: dict[str, Any]) -> Material:
-    return Material(**values | {"lobes": tuple(Lobe(**_tuples(x)) for x in values["lobes"])})
+    return Material(**values | {"lobes": tuple(map(_read_lobe, values["lobes"]))})
+
+
+def _read_lobe(values: dict[str, Any]) -> Lobe:
+    return Lobe(**_tuples(values) | {"parameters": _tuples(values["parameters"])})
 
 
 def _read_light_1(values: dict[str, Any]) -> Light:

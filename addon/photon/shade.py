@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ..streams import Kernel, Table, Uniform, When
+from ..streams import Kernel, Ports, Table, Uniform, When
 from .records import (
     CORNER_NORMALS,
     DIFFUSE,
@@ -17,9 +17,13 @@ from .records import (
 )
 
 # What a point is, as Shade writes it.
-POINT = {"place": PLACE, "facing": FACING, "shading": SHADING, "diffuse": DIFFUSE}
-FIRST_LOBE = {"lobe0": When("LOBES", LOBE), "shape0": When("LOBES", SHAPE)}
-LOBES = FIRST_LOBE | {"lobe1": When("TWO_LOBES", LOBE), "shape1": When("TWO_LOBES", SHAPE)}
+POINT: Ports = {"place": PLACE, "facing": FACING, "shading": SHADING, "diffuse": DIFFUSE}
+FIRST_LOBE: Ports = {"lobe0": When("LOBES", LOBE), "shape0": When("LOBES", SHAPE)}
+LOBES: Ports = {
+    **FIRST_LOBE,
+    "lobe1": When("TWO_LOBES", LOBE),
+    "shape1": When("TWO_LOBES", SHAPE),
+}
 
 
 class Shade(Kernel):
@@ -28,7 +32,7 @@ class Shade(Kernel):
     stem = "shade"
     structure = ("EYE", "PHOTONS", "LOBES", "TWO_LOBES")
     inputs = {"direction": RAY_DIRECTION, "hit": HIT, "flux": When("PHOTONS", FLUX)}
-    outputs = POINT | LOBES
+    outputs = {**POINT, **LOBES}
     uniforms = {
         "seed": When("LOBES", Uniform("uint")),
         "pass_index": When("LOBES", Uniform("uint")),

@@ -13,7 +13,7 @@ from ..streams import TABLE_WIDTH, Device, Kernel, Stream, Table, Uniform
 from ..streams.device import Layer
 from .errors import SceneError
 from .geometry import Frame, Mesh
-from .kinds import METRES, light_kinds, lobe_kinds, made_lights
+from .kinds import light_kinds, lobe_kinds, made_lights
 from .records import FLUX, LIGHT, MATERIAL, MATERIAL_LOBE
 from .scene import Light, Material, Scene
 
@@ -29,9 +29,8 @@ def light_table(lights: tuple[Light, ...], frame: Frame) -> NDArray[Any]:
         row["kind"] = kind.number
         row["axis"] = axis / np.linalg.norm(axis)
         row["power"] = np.asarray(light.power) / frame.scale**2
-        for at, (name, unit) in enumerate(kind.parameters.items()):
-            value = light.parameters[name]
-            row["parameters"][at] = value / frame.scale if unit == METRES else value
+        numbers = kind.numbers(light.parameters, 1.0 / frame.scale)
+        row["parameters"][: len(numbers)] = numbers
     return table
 
 
@@ -57,8 +56,8 @@ def material_tables(materials: tuple[Material, ...]) -> tuple[NDArray[Any], NDAr
             kind = kinds[lobe.kind]
             lobe_row["colour"], lobe_row["kind"] = lobe.colour, kind.number
             lobe_row["weight"], lobe_row["covered"] = lobe.weight, lobe.covered
-            for at, name in enumerate(kind.parameters):
-                lobe_row["parameters"][at] = lobe.parameters[name]
+            numbers = kind.numbers(lobe.parameters)
+            lobe_row["parameters"], lobe_row["more"] = np.resize([*numbers, *[0.0] * 8], (2, 4))
         first += len(own)
     return table, of_lobes
 

@@ -54,7 +54,7 @@ class When:
     item: Any
 
 
-Ports = Mapping[str, Record | When]
+Ports = Mapping[str, Any]  # of Record, or When
 
 
 def present(items: Mapping[str, Any], defines: Defines) -> dict[str, Any]:

@@ -18,9 +18,6 @@ from .declaration import (
     Defines,
     Items,
     Ports,
-    Table,
-    Uniform,
-    When,
     present,
 )
 from .device import Device, Layer, nothing
@@ -53,8 +50,8 @@ class Kernel:
     structure: ClassVar[tuple[str, ...]] = ()
     inputs: Ports = {}
     outputs: Ports = {}
-    uniforms: Mapping[str, Uniform | When] = {}
-    tables: Mapping[str, Table | Items | When] = {}
+    uniforms: Mapping[str, Any] = {}  # of Uniform, or When
+    tables: Mapping[str, Any] = {}  # of Table or Items, or When
     records: ClassVar[tuple[Record, ...]] = ()  # structs besides those of the ports
     repeats: ClassVar[bool] = False
 

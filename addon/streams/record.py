@@ -70,7 +70,8 @@ class Record:
         texels = (
             [f"texel{number}" for number in range(self.texels)] if self.texels > 1 else ["texel"]
         )
-        reads, writes = [], [[] for _ in texels]
+        reads: list[str] = []
+        writes: list[list[str]] = [[] for _ in texels]
         for name, kind, texel, at in self._places():
             reads.append(f"{texels[texel]}.{_CHANNELS[at : at + _SIZES[kind]]}")
             writes[texel].append(f"record.{name}")

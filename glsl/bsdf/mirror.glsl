@@ -2,6 +2,8 @@
 // A perfect mirror, which is a delta lobe. Colour: its reflectance.
 // Parameters: none.
 
+vec3 pack_mirror(vec4 parameters, vec4 more) { return vec3(0.0); }
+
 vec3 eval_mirror(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) { return vec3(0.0); }
 
 float pdf_mirror(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) { return 0.0; }
@@ -12,3 +14,5 @@ vec3 sample_mirror(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, 
 }
 
 vec3 albedo_mirror(Lobe lobe, Shape shape, float cosine) { return lobe.colour; }
+
+vec3 exchanged_mirror(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

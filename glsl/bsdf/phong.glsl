@@ -4,6 +4,8 @@
 // Parameters: exponent.
 #include "lib/sampling.glsl"
 
+vec3 pack_phong(vec4 parameters, vec4 more) { return vec3(parameters.x, 0.0, 0.0); }
+
 vec3 eval_phong(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
     float exponent = shape.parameters.x;
     // Not zero: pow(0, 0) is undefined, and NaN on an H200.
@@ -28,3 +30,5 @@ vec3 sample_phong(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, o
 
 // No more than this: what would go below the surface is lost.
 vec3 albedo_phong(Lobe lobe, Shape shape, float cosine) { return lobe.colour; }
+
+vec3 exchanged_phong(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

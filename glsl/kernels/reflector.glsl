@@ -39,7 +39,8 @@ void kernel() {
         if (is_covered(diffuse)) flux *= passed_by_lobe(lobe, shape, max(0.0, dot(outgoing, shading.normal)));
     } else if (u.x < by_diffuse + by_lobe) {
         vec3 weight;
-        outgoing = sample_lobe(lobe, shape, shading.normal, -incoming, u.yz, weight);
+        vec3 normal = raised_normal(shading.normal, facing.normal, -incoming);
+        outgoing = sample_lobe_for_photon(lobe, shape, normal, -incoming, u.yz, weight);
         flux *= weight / by_lobe;
 #endif
     } else {

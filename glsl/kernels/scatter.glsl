@@ -35,7 +35,8 @@ void kernel() {
 #endif
     if (!is_lobe(lobe)) skip();
     vec3 weight;
-    vec3 outgoing = sample_lobe(lobe, shape, shading.normal, to_viewer, u.xy, weight);
+    vec3 normal = raised_normal(shading.normal, facing.normal, to_viewer);
+    vec3 outgoing = sample_lobe(lobe, shape, normal, to_viewer, u.xy, weight);
     vec3 throughput = load_throughput().throughput * weight;
     float survival = min(1.0, largest(throughput) / ROULETTE_BELOW);
     if (!(dot(outgoing, facing.normal) > 0.0) || !(u.z < survival)) skip();

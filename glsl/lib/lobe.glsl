@@ -4,6 +4,23 @@
 #include "lib/colour.glsl"
 #include "made/bsdf.glsl"
 
+// The normal of a point's lobes: the shading normal, turned towards the geometric one until the viewer's mirror
+// direction is above the surface, as Cycles has it. Lambert's lobe keeps the shading normal. All unit, and on
+// the viewer's side.
+vec3 raised_normal(vec3 shading, vec3 geometric, vec3 to_viewer) {
+    float iz = max(0.0, dot(to_viewer, geometric)), t = min(0.9 * iz, 0.01);
+    vec3 mirrored = 2.0 * dot(shading, to_viewer) * shading - to_viewer;
+    vec3 x = shading - dot(shading, geometric) * geometric;
+    float l2 = dot(x, x);
+    if (dot(mirrored, geometric) >= t || l2 < 1.0e-12) return shading;
+    x *= inversesqrt(l2);
+    float ix = dot(to_viewer, x);
+    float a = max(1.0e-12, ix * ix + iz * iz), b = 2.0 * (a + iz * t), c = (t + iz) * (t + iz);
+    float root = sqrt(max(0.0, b * b - 4.0 * a * c));
+    float z2 = clamp(0.25 * (b + (ix < 0.0 ? root : -root)) / a, 0.0, 1.0);
+    return sqrt(1.0 - z2) * x + sqrt(z2) * geometric;
+}
+
 bool is_lobe(Lobe lobe) { return lobe.kind > 0.0; }
 
 // BSDF [1/sr]; mirrors reflect no delta light.
@@ -16,6 +33,13 @@ vec3 sample_lobe(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, ou
     vec3 to_light = sample_kind(lobe, shape, normal, to_viewer, u, weight);
     weight *= shape.weight;
     return to_light;
+}
+
+// The same for a photon that came from the light, and goes on to the viewer.
+vec3 sample_lobe_for_photon(Lobe lobe, Shape shape, vec3 normal, vec3 to_light, vec2 u, out vec3 weight) {
+    vec3 to_viewer = sample_lobe(lobe, shape, normal, to_light, u, weight);
+    weight *= exchanged_kind(lobe, shape, max(0.0, dot(to_light, normal)), max(0.0, dot(to_viewer, normal)));
+    return to_viewer;
 }
 
 // What it reflects of the light from everywhere to a viewer at this cosine, no more than 1.

@@ -18,7 +18,9 @@ struct Lobes { Lobe lobe0; Shape shape0; Lobe lobe1; Shape shape1; };
 
 Lobe lobe_of(MaterialLobe l) { return Lobe(l.colour, l.kind); }
 
-Shape shape_of(MaterialLobe l, float probability) { return Shape(l.parameters, l.weight / probability); }
+Shape shape_of(MaterialLobe l, float probability) {
+    return Shape(pack_kind(l.kind, l.parameters, l.more), l.weight / probability);
+}
 
 float choice() {
 #ifdef EYE

@@ -38,9 +38,10 @@ struct ShadowRay {
 vec3 eval_bsdf(VisiblePoint point, vec3 to_light) {
     vec3 value = point.diffuse.albedo / PI;
 #ifdef LOBES
-    value += eval_lobe(point.lobe0, point.shape0, point.shading.normal, point.to_viewer, to_light);
+    vec3 normal = raised_normal(point.shading.normal, point.facing.normal, point.to_viewer);
+    value += eval_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light);
 #ifdef TWO_LOBES
-    value += eval_lobe(point.lobe1, point.shape1, point.shading.normal, point.to_viewer, to_light);
+    value += eval_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
 #endif
 #endif
     return value;

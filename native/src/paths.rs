@@ -220,7 +220,8 @@ fn reflect(
         let up = (1.0 - disc[0] * disc[0] - disc[1] * disc[1]).max(0.0).sqrt();
         (from_frame(surface.geometric, [disc[0], disc[1], up]), surface.diffuse.map(|k| k / diffuse))
     } else if u[0] < diffuse + specular {
-        let (incoming, normal) = (photon.direction, surface.shading);
+        let incoming = photon.direction;
+        let normal = raised_normal(surface.shading, surface.geometric, incoming.map(|d| -d));
         let along = 2.0 * dot(incoming, normal);
         let mirrored: Vector = std::array::from_fn(|k| incoming[k] - along * normal[k]);
         let weight = surface.specular.map(|k| k / specular);
@@ -251,7 +252,27 @@ fn reflect(
     })
 }
 
-/// 1 - cos of the angle to a spotlight's axis (glsl/lib/light.glsl).
+/// The normal of lobes (glsl/lib/lobe.glsl).
+fn raised_normal(shading: Vector, geometric: Vector, to_viewer: Vector) -> Vector {
+    let up = dot(to_viewer, geometric).max(0.0);
+    let least = (0.9 * up).min(0.01);
+    let (along, above) = (2.0 * dot(shading, to_viewer), dot(shading, geometric));
+    let mirrored: Vector = std::array::from_fn(|k| along * shading[k] - to_viewer[k]);
+    let x: Vector = std::array::from_fn(|k| shading[k] - above * geometric[k]);
+    let length2 = dot(x, x);
+    if dot(mirrored, geometric) >= least || length2 < 1.0e-12 {
+        return shading;
+    }
+    let x = x.map(|x| x / length2.sqrt());
+    let aside = dot(to_viewer, x);
+    let a = (aside * aside + up * up).max(1.0e-12);
+    let (b, c) = (2.0 * (a + up * least), (least + up) * (least + up));
+    let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+    let z2 = (0.25 * (b + if aside < 0.0 { root } else { -root }) / a).clamp(0.0, 1.0);
+    std::array::from_fn(|k| (1.0 - z2).sqrt() * x[k] + z2.sqrt() * geometric[k])
+}
+
+/// 1 - cos of the angle to a spotlight's axis (glsl/lights/spot.glsl).
 fn sample_spot(inner: f32, outer: f32, u: f32) -> f32 {
     let fading = outer - inner;
     let x = u * (inner + 0.5 * fading);

@@ -12,24 +12,28 @@ from .geometry import Geometry, note_visibility
 from .lights import export_light
 from .materials import MaterialTable
 from .report import Entry, Notes, Report
+from .shaders import SpecularModel
 from .world import export_world, note_scene
 
-__all__ = ["Entry", "Report", "snapshot"]
+__all__ = ["Entry", "Report", "SpecularModel", "snapshot"]
 
 
 def snapshot(
-    depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None = None
+    depsgraph: bpy.types.Depsgraph,
+    camera: bpy.types.Object | None = None,
+    model: SpecularModel = SpecularModel.GGX,
 ) -> tuple[Scene, Report]:
     """Copy the evaluated scene out of Blender; nothing of the result refers to Blender's memory.
 
-    `camera` replaces the scene's. Raises SceneError if the scene cannot be rendered at all.
+    `camera` replaces the scene's; `model` is what glossy shaders become. Raises SceneError if the
+    scene cannot be rendered at all.
     """
     notes = Notes()
     scene = depsgraph.scene_eval
     view_layer = depsgraph.view_layer_eval
     exported_camera = export_camera(camera or scene.camera, depsgraph, notes)
     note_scene(scene, view_layer, notes)
-    materials = MaterialTable(notes, view_layer.material_override)
+    materials = MaterialTable(notes, model, view_layer.material_override)
     geometry = Geometry()
     lights: list[Light] = []
     # Render depsgraphs hold no hidden objects, the viewport's do.

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import Light
+from ...photon.scene import Light, point_light, spot_light
 from .nodes import Graph, colour_of, value_of
 from .report import Notes
 
@@ -35,13 +35,8 @@ def export_light(obj: bpy.types.Object, matrix: NDArray[np.float64], notes: Note
         return None
     note_light(obj, name, notes)
     power = light_power(data, name, notes)
-    light = {
-        "name": obj.name,
-        "kind": data.type,
-        "position": _triple(matrix[:3, 3]),
-        "power": power,
-        "radius": max(0.0, data.shadow_soft_size),
-    }
+    position, radius = _triple(matrix[:3, 3]), max(0.0, float(data.shadow_soft_size))
+    light = point_light(obj.name, position, power, radius)
     if data.type == "SPOT":
         axis = -matrix[:3, 2]
         length = float(np.linalg.norm(axis))
@@ -51,14 +46,14 @@ def export_light(obj: bpy.types.Object, matrix: NDArray[np.float64], notes: Note
         scale = np.linalg.norm(matrix[:3, :3], axis=0)
         if scale.max() > scale.min() * (1.0 + EVEN_SCALE):
             notes.approximated(name, "Uneven scale", "its cone is drawn round, as if unscaled")
-        light |= {
-            "direction": _triple(axis / length),
-            "spot_size": float(data.spot_size),
-            "spot_blend": float(data.spot_blend),
-        }
+        size, blend = float(data.spot_size), float(data.spot_blend)
+        direction = _triple(axis / length)
+        light = spot_light(
+            obj.name, position, power, direction, size=size, blend=blend, radius=radius
+        )
     if not notes.mention(name):
         notes.exact(name, f"{data.type.capitalize()} light")
-    return Light(**light)
+    return light
 
 
 def light_power(data: bpy.types.Light, name: str, notes: Notes) -> tuple[float, float, float]:

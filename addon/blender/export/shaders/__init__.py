@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shader nodes become lobes: a reader a kind, found by the node's Blender type."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import bpy
+
+from ..nodes import Graph, Scope
+from . import diffuse, glass, glossy, metallic, mix, principled
+from .bsdf import BLACK, CLEAR, Bsdf, Colour, SpecularModel, as_diffuse, triple
+
+__all__ = [
+    "BLACK",
+    "CLEAR",
+    "Bsdf",
+    "Colour",
+    "SpecularModel",
+    "principled",
+    "read_shader",
+    "triple",
+]
+
+Reader = Callable[[Graph, bpy.types.Node, Scope, SpecularModel], Bsdf | None]
+
+
+def read_shader(
+    graph: Graph, node: bpy.types.Node | None, scope: Scope, model: SpecularModel
+) -> Bsdf | None:
+    """Return the lobes of the shader that ends in `node`; CLEAR if it is no surface at all."""
+    if node is None:
+        return BLACK
+    reader = READERS.get(node.type)
+    if reader is None:
+        graph.notes.ignored(graph.owner, f"{node.bl_label} '{node.name}'", "reflects nothing")
+        return BLACK
+    return reader(graph, node, scope, model)
+
+
+def _scattering(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
+    return as_diffuse(graph, node, scope)
+
+
+def _emission(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
+    what = "it neither glows nor lights anything"
+    graph.notes.ignored(graph.owner, f"Emission '{node.name}'", what)
+    return BLACK
+
+
+READERS: dict[str, Reader] = {
+    "ADD_SHADER": partial(mix.read_add, read=read_shader),
+    "BSDF_DIFFUSE": diffuse.read,
+    "BSDF_GLASS": glass.read,
+    "BSDF_GLOSSY": glossy.read,
+    "BSDF_METALLIC": metallic.read,
+    "BSDF_PRINCIPLED": principled.read,
+    "BSDF_SHEEN": _scattering,
+    "BSDF_TOON": _scattering,
+    "BSDF_TRANSLUCENT": _scattering,
+    "BSDF_TRANSPARENT": mix.read_transparent,
+    "EMISSION": _emission,
+    "MIX_SHADER": partial(mix.read_mix, read=read_shader),
+    "SUBSURFACE_SCATTERING": _scattering,
+}

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Glossy BSDF: microfacets of one reflectance."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ....photon.scene import Lobe
+from ..nodes import Graph, Scope
+from .bsdf import (
+    Bsdf,
+    SpecularModel,
+    colour,
+    is_smooth,
+    microfacets,
+    note_normal,
+    number,
+    phong_of,
+    triple,
+)
+
+
+def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
+    """Read the node's lobe."""
+    note_normal(graph, node)
+    reflectance = colour(graph, node, "Color", scope)
+    if model is SpecularModel.PHONG:
+        if number(graph, node, "Anisotropy", scope):
+            graph.notes.approximated(graph.owner, "Anisotropy", "its reflections are round")
+        return Bsdf(np.zeros(3), (phong_of(graph, node, reflectance, scope),))
+    parameters = microfacets(graph, node, scope)
+    if is_smooth(parameters):
+        return Bsdf(np.zeros(3), (Lobe("mirror", triple(reflectance)),))
+    return Bsdf(np.zeros(3), (Lobe("ggx", triple(reflectance), parameters),))

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mix Shader and Add Shader, and what lets light pass straight through."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import bpy
+import numpy as np
+
+from ..nodes import Graph, Scope, source, value_of
+from .bsdf import BLACK, CLEAR, UNIT, Bsdf, SpecularModel, colour
+
+Read = Callable[[Graph, bpy.types.Node | None, Scope, SpecularModel], Bsdf | None]
+
+
+def read_mix(
+    graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel, read: Read
+) -> Bsdf | None:
+    """Read both shaders; `read` is what reads any."""
+    factor = min(max(value_of(graph, node.inputs[0], scope), 0.0), 1.0)
+    first = _input(graph, node, 1, scope, model, read) if factor < 1.0 else BLACK
+    second = _input(graph, node, 2, scope, model, read) if factor > 0.0 else BLACK
+    if factor in UNIT:
+        return first if factor == 0.0 else second
+    if first is CLEAR and second is CLEAR:
+        return CLEAR
+    if first is CLEAR or second is CLEAR:
+        _note_opaque(graph, node)
+        return second if first is CLEAR else first
+    return first.scaled(1.0 - factor).plus(second.scaled(factor))
+
+
+def read_add(
+    graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel, read: Read
+) -> Bsdf | None:
+    """Read both shaders; `read` is what reads any."""
+    first, second = (_input(graph, node, index, scope, model, read) for index in (0, 1))
+    if first is CLEAR or second is CLEAR:
+        if first is not second:
+            _note_opaque(graph, node)
+        return second if first is CLEAR else first
+    return first.plus(second)
+
+
+def read_transparent(
+    graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel
+) -> None:
+    """Nothing is there to be read."""
+    if not np.array_equal(colour(graph, node, "Color", scope), np.ones(3)):
+        graph.notes.approximated(graph.owner, "Transparent colour", "nothing is filtered")
+    return CLEAR
+
+
+def _input(
+    graph: Graph,
+    node: bpy.types.Node,
+    index: int,
+    scope: Scope,
+    model: SpecularModel,
+    read: Read,
+) -> Bsdf | None:
+    shader, _, inner = source(node.inputs[index], scope)
+    return read(graph, shader, inner, model)
+
+
+def _note_opaque(graph: Graph, node: bpy.types.Node) -> None:
+    what = f"'{node.name}' is rendered opaque"
+    graph.notes.approximated(graph.owner, "Partly transparent", what)

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Microfacets of one reflectance at every angle, as Cycles' Glossy BSDF has them. Colour: that reflectance.
+// Parameters: alpha_x, alpha_y, turn, compensated.
+#include "lib/ggx.glsl"
+
+Ggx ggx_of(Lobe lobe, Shape shape, vec3 normal, out mat3 frame) {
+    Ggx m = unpack_ggx_shape(GGX_CONSTANT, lobe.colour, shape.parameters.xy, normal, frame);
+    return m;
+}
+
+vec3 pack_ggx(vec4 parameters, vec4 more) {
+    return vec3(pack_ggx_shape(parameters.x, parameters.y, parameters.z, parameters.w), 0.0);
+}
+
+vec3 eval_ggx(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
+    mat3 frame;
+    Ggx m = ggx_of(lobe, shape, normal, frame);
+    return eval_microfacets(m, frame, to_viewer, to_light);
+}
+
+float pdf_ggx(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
+    mat3 frame;
+    Ggx m = ggx_of(lobe, shape, normal, frame);
+    return pdf_microfacets(m, frame, to_viewer, to_light);
+}
+
+vec3 sample_ggx(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, out vec3 weight) {
+    mat3 frame;
+    Ggx m = ggx_of(lobe, shape, normal, frame);
+    return sample_microfacets(m, frame, to_viewer, u, weight);
+}
+
+vec3 albedo_ggx(Lobe lobe, Shape shape, float cosine) {
+    mat3 frame;
+    return albedo_microfacets(ggx_of(lobe, shape, vec3(0.0, 0.0, 1.0), frame), cosine);
+}
+
+vec3 exchanged_ggx(Lobe lobe, Shape shape, float from, float to) {
+    mat3 frame;
+    return exchanged_ggx(ggx_of(lobe, shape, vec3(0.0, 0.0, 1.0), frame), from, to);
+}

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Microfacets of metal, as Cycles has them. Colour: reflectance head-on; tint: reflectance at 82 degrees, over
+// that of Schlick's curve.
+// Parameters: alpha_x, alpha_y, turn, compensated, tint [rgb].
+#include "lib/ggx.glsl"
+
+Ggx ggx_metal_of(Lobe lobe, Shape shape, vec3 normal, out mat3 frame) {
+    Ggx m = unpack_ggx_shape(GGX_METAL, lobe.colour, shape.parameters.xy, normal, frame);
+    m.tint = unpack_ggx_tint(shape.parameters.z);
+    return m;
+}
+
+vec3 pack_ggx_metal(vec4 parameters, vec4 more) {
+    return vec3(pack_ggx_shape(parameters.x, parameters.y, parameters.z, parameters.w), pack_ggx_tint(more.xyz));
+}
+
+vec3 eval_ggx_metal(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
+    mat3 frame;
+    Ggx m = ggx_metal_of(lobe, shape, normal, frame);
+    return eval_microfacets(m, frame, to_viewer, to_light);
+}
+
+float pdf_ggx_metal(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
+    mat3 frame;
+    Ggx m = ggx_metal_of(lobe, shape, normal, frame);
+    return pdf_microfacets(m, frame, to_viewer, to_light);
+}
+
+vec3 sample_ggx_metal(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, out vec3 weight) {
+    mat3 frame;
+    Ggx m = ggx_metal_of(lobe, shape, normal, frame);
+    return sample_microfacets(m, frame, to_viewer, u, weight);
+}
+
+vec3 albedo_ggx_metal(Lobe lobe, Shape shape, float cosine) {
+    mat3 frame;
+    return albedo_microfacets(ggx_metal_of(lobe, shape, vec3(0.0, 0.0, 1.0), frame), cosine);
+}
+
+vec3 exchanged_ggx_metal(Lobe lobe, Shape shape, float from, float to) {
+    mat3 frame;
+    return exchanged_ggx(ggx_metal_of(lobe, shape, vec3(0.0, 0.0, 1.0), frame), from, to);
+}
