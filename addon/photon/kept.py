@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, Protocol
 
-import numpy as np
 import photon_stream_native as native
 
 from ..streams import Device
@@ -19,6 +18,7 @@ from .geometry import Frame, Mesh, frame_of
 from .native_kernels import triangles_of
 from .scene import Scene
 from .settings import Settings
+from .snapshot import same
 from .tables import Tables
 
 # [bytes] of deposits that are kept: an eighth of the memory that Blender asks for at least, and as
@@ -189,15 +189,4 @@ class Kept:
 def same_but_view(one: Scene, other: Scene) -> bool:
     """Whether two scenes are equal to the bit, but for their VIEW."""
     names = [field.name for field in fields(Scene) if field.name not in VIEW]
-    return all(_same(getattr(one, name), getattr(other, name)) for name in names)
-
-
-def _same(one: Any, other: Any) -> bool:
-    if not isinstance(one, np.ndarray):
-        return repr(one) == repr(other)  # `==` takes -0.0 for 0.0, and NaN for something else
-    bits = f"u{one.itemsize}"
-    return (
-        one.shape == other.shape
-        and one.dtype == other.dtype
-        and np.array_equal(one.view(bits), other.view(bits))
-    )
+    return all(same(getattr(one, name), getattr(other, name)) for name in names)
