@@ -20,9 +20,12 @@ def send(pipe: BinaryIO, message: Message) -> None:
 
 
 def receive(pipe: BinaryIO) -> Message | None:
-    """Read one message; None if the other side is gone."""
+    """Read one message; None if the other side is gone, ValueError if it is damaged."""
     head = pipe.read(_LENGTH.size)
     if len(head) < _LENGTH.size:
         return None
-    text = pipe.read(_LENGTH.unpack(head)[0])
+    length = _LENGTH.unpack(head)[0]
+    text = pipe.read(length)
+    if len(text) < length:  # gone in the middle of a word
+        return None
     return json.loads(text)  # type: ignore[no-any-return]

@@ -2,7 +2,8 @@
 """The renderer as a process of its own, seen from the one that wants a picture.
 
 A driver that crashes takes down the child and nothing else. Messages go through pipes
-(`messages.py`), scene and images through files in shared memory. `worker.py` is the other end.
+(`messages.py`), scene (`blobs.py`) and images through files in shared memory. `worker.py` is the
+other end.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -25,11 +26,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import errors
+from .blobs import BLOBS, BlobWriter, Layout
 from .errors import PhotonStreamError, RenderError
 from .interrupts import held_back
 from .messages import Message, receive, send
 from .scene import Scene
 from .settings import Settings
+from .snapshot import pack
 
 Images = dict[str, NDArray[np.float32]]
 
@@ -75,6 +78,7 @@ class RendererProcess:
         self._python = python or os.environ.get("PHOTON_STREAM_PYTHON") or sys.executable
         self._child: subprocess.Popen[bytes] | None = None
         self._folder: Path | None = None
+        self._blobs: BlobWriter | None = None  # as long as the folder
         self._lifeline = -1
         self._inbox: queue.Queue[Message | None] = queue.Queue()
 
@@ -104,13 +108,10 @@ class RendererProcess:
         yield progress
         rendering = True
         try:
-            folder = self._start(_shared_bytes(scene, settings))
-            try:
-                scene.save(folder / "scene.npz")
-            except OSError as error:
-                raise RenderError(f"cannot hand the scene to the renderer: {error}") from error
+            arrays = pack(scene)
+            folder = self._start(_shared_bytes(arrays, settings))
             request = {"settings": asdict(settings), "layer": layer, "layers": layers}
-            self._send({"type": "render"} | request)
+            self._send({"type": "render", "scene": self._share(arrays, layer, layers)} | request)
             next_preview = 0.5
             while rendering:
                 elapsed = time.monotonic() - start
@@ -160,7 +161,7 @@ class RendererProcess:
             self._lifeline = -1
         if self._folder:
             shutil.rmtree(self._folder, ignore_errors=True)
-            self._folder = None
+            self._folder = self._blobs = None
 
     def _start(self, shared_bytes: int) -> Path:
         """Start the child if it does not run; its folder, in shared memory if that has room."""
@@ -170,6 +171,7 @@ class RendererProcess:
             return self._folder
         self.close()
         self._folder = Path(tempfile.mkdtemp(prefix="photon_stream_", dir=shared))
+        self._blobs = BlobWriter(self._folder / BLOBS)
         package = Path(__file__).resolve().parents[1]
         # Our own packages come along only if the child is the same Python.
         path = [str(package.parent)] + ([*sys.path] if self._python == sys.executable else [])
@@ -201,6 +203,14 @@ class RendererProcess:
             target=_deliver, args=(self._child.stdout, self._inbox), daemon=True
         ).start()
         return self._folder
+
+    def _share(self, arrays: list[NDArray[Any]], layer: str, layers: int) -> Layout:
+        """Put the arrays of a scene where the child finds them, those it has not got."""
+        assert self._blobs
+        try:
+            return self._blobs.write(arrays, layer, layers)
+        except OSError as error:
+            raise RenderError(f"cannot hand the scene to the renderer: {error}") from error
 
     def _send(self, message: Message) -> None:
         assert self._child
@@ -240,11 +250,12 @@ class RendererProcess:
         return f"the renderer process ended {ended}" + (f": {log[-1]}" if log else "")
 
 
-def _shared_bytes(scene: Scene, settings: Settings) -> int:
-    """What a render puts into its folder: the scene, and the images twice while they change."""
-    arrays = sum(value.nbytes for value in vars(scene).values() if isinstance(value, np.ndarray))
+def _shared_bytes(arrays: Iterable[NDArray[Any]], settings: Settings) -> int:
+    """What a render puts into its folder at most: the scene, and the images twice while they
+    change."""
     x0, y0, x1, y1 = settings.frame_region
-    return arrays + 2 * IMAGE_BYTES * (x1 - x0) * (y1 - y0)
+    pixels = (x1 - x0) * (y1 - y0)
+    return sum(array.nbytes for array in arrays) + 2 * IMAGE_BYTES * pixels
 
 
 def _shared_memory(needed: int) -> str | None:

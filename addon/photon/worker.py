@@ -16,12 +16,13 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from ..streams import Device
+from .blobs import BLOBS, BlobReader
 from .errors import PhotonStreamError, RenderError
 from .kept import BUDGET, Kept
 from .messages import Message, receive, send
 from .renderer import Renderer, open_device
-from .scene import Scene
 from .settings import Settings
+from .snapshot import unpack
 from .stops import Stops
 
 IDLE = 10.0  # [s] between renders, after which a GPU's memory is given back; frames come sooner
@@ -82,7 +83,11 @@ def _watch(folder: str, lifeline: int) -> None:
 
 def _listen(pipe: BinaryIO, inbox: queue.Queue[Message | None]) -> None:
     while True:
-        message = receive(pipe)
+        try:
+            message = receive(pipe)
+        except ValueError as error:
+            print(f"a message came damaged: {error}", file=sys.stderr, flush=True)
+            os._exit(1)  # nothing that follows can be trusted; the parent reads the line above
         inbox.put(message)
         if message is None:
             # The parent is gone: a pass under way must not outlive it for long.
@@ -95,6 +100,7 @@ class _Worker:
 
     def __init__(self, folder: Path, out: BinaryIO, inbox: queue.Queue[Message | None]) -> None:
         self._folder, self._out, self._inbox = folder, out, inbox
+        self._blobs = BlobReader(folder / BLOBS)
         self._device: Device | None = None
         self._kept: dict[str, Kept] = {}  # on the device, by view layer
         self._device_index = -1
@@ -103,7 +109,8 @@ class _Worker:
         """Render one picture, or say why not."""
         try:
             settings = _settings(request["settings"])
-            scene, device = Scene.load(self._folder / "scene.npz"), self._open(settings)
+            scene = unpack(self._blobs.read(request["scene"]))
+            device = self._open(settings)
             kept = self._kept_of(device, request["layer"], request["layers"])
             try:
                 renderer = Renderer(scene, settings, device, kept)

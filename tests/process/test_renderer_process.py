@@ -24,6 +24,7 @@ from addon.photon import worker
 from addon.photon.errors import DeviceError, RenderError, SceneError, SettingsError
 from addon.photon.process import Progress, RendererProcess, _shared_bytes, last_error
 from addon.photon.settings import Settings
+from addon.photon.snapshot import pack
 from tests.scenes import cornell
 
 ROOT = Path(__file__).parents[2]
@@ -164,7 +165,7 @@ def test_pictures_stay(process: RendererProcess) -> None:
 def test_border_region_shares_its_own_pixels(process: RendererProcess) -> None:
     whole = replace(SMALL, width=4096, height=4096)
     border = replace(whole, region=(100, 100, 124, 116))
-    bytes_of = partial(_shared_bytes, cornell())
+    bytes_of = partial(_shared_bytes, pack(cornell()))
     assert bytes_of(border) == bytes_of(SMALL) < 1e6 < bytes_of(whole)
     last = finish(process, border)
     assert last.images is not None and last.images["Combined"].shape == (16, 24, 4)
