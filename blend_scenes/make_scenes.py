@@ -40,6 +40,7 @@ from scene_parts import (
     sheet,
     sphere,
     spotlight,
+    use_phong,
     wall_with_doorway,
 )
 
@@ -47,6 +48,7 @@ from scene_parts import (
 def cornell_box() -> None:
     """The test scene of Marino & Abbate: k_d 0.2, k_s 0.1 as a broad lobe, spot in the ceiling."""
     camera()
+    use_phong()
     exponent = 10.0  # of the Phong lobe: n = 2 / a^2 - 2 with a = roughness^2
     roughness = (2 / (exponent + 2)) ** 0.25
     grey = material("Grey", (0.2,) * 3, (0.1,) * 3, roughness)
@@ -264,6 +266,7 @@ def glossy_room() -> None:
     def glossy(name: str, diffuse, lobe, exponent: float):
         return material(name, diffuse, lobe, (2 / (exponent + 2)) ** 0.25)
 
+    use_phong()
     wall = glossy("Lacquer", (0.30, 0.29, 0.27), (0.25, 0.25, 0.25), 12)
     green = glossy("Green lacquer", (0.07, 0.26, 0.14), (0.22, 0.24, 0.22), 18)
     floor = glossy("Parquet", (0.22, 0.12, 0.06), (0.34, 0.32, 0.30), 40)

@@ -49,6 +49,11 @@ def empty_scene() -> bpy.types.Scene:
     return scene
 
 
+def use_phong() -> None:
+    """Let glossy shaders be the paper's lobes, as the add-on's property Specular Model says."""
+    bpy.context.scene["photon_stream"] = {"specular_model": 1}
+
+
 def material(name: str, diffuse=None, glossy=None, roughness: float = 0.0) -> bpy.types.Material:
     """A Diffuse BSDF, a Glossy BSDF, or their sum."""
     mat = bpy.data.materials.new(name)
