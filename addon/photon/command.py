@@ -15,11 +15,12 @@ from .console import ProgressLine, error_text
 from .errors import PhotonStreamError
 from .interrupts import HUNG_UP, INTERRUPTED, Hangup, let_in, on_hangup, raise_hangup, say_last
 from .picture_file import check_writable, write_picture
+from .prepare import prepare
 from .process import Progress, last_error
-from .renderer import Renderer, open_device
 from .scene import Scene
 from .settings import Estimator, Layer, Settings
 from .stops import Stops
+from .ways import open_device
 
 # Command line options that set a field of Settings, with its type.
 SETTING_OPTIONS: dict[str, Any] = {
@@ -96,7 +97,7 @@ def _render(path: Path, output: Path, given: dict[str, Any]) -> str:
     loaded = time.perf_counter()
     device = open_device(settings)
     opened = time.perf_counter()
-    renderer = Renderer(scene, settings, device)
+    renderer = prepare(scene, settings, device)
     for warning in renderer.warnings:
         print(f"warning: {warning}", file=sys.stderr)
     line = ProgressLine() if sys.stderr.isatty() else None

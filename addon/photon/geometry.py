@@ -89,6 +89,11 @@ class Mesh:
     area: float  # of diffuse triangles [scene units^2]
     extent: NDArray[np.float32]  # (3,) largest |x|, |y|, |z| of the corners
 
+    @property
+    def corners(self) -> NDArray[np.float32]:
+        """The triangles as (K, 3, 4) numbers."""
+        return self.triangles.view(np.float32).reshape(-1, 3, 4)
+
     @staticmethod
     def build(scene: Scene, frame: Frame, old: Tree | None = None) -> Mesh:
         """Build the BVH natively, or refit an old one; SceneError if triangles are refused."""

@@ -9,17 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, Protocol
 
-import photon_stream_native as native
-
 from ..streams import Device
-from ..streams.device import Layer
 from .deposits import DEPOSIT_BYTES, Copy, Deposits
 from .geometry import Frame, Mesh, frame_of
-from .native_kernels import triangles_of
 from .scene import Scene
 from .settings import Settings
 from .snapshot import same
 from .tables import Tables
+from .ways import Way
 
 # [bytes] of deposits that are kept: an eighth of the memory that Blender asks for at least, and as
 # much as a GPU of 4 GB can spare; less where a render leaves less (`leave_room`).
@@ -51,22 +48,20 @@ class Mapper(Protocol):
 
 @dataclass(frozen=True)
 class Stage:
-    """A scene without its VIEW, set up on a device for a layer."""
+    """A scene without its VIEW, set up on a device in a way."""
 
     scene: Scene
-    layer: str
+    way: Way
     frame: Frame
     mesh: Mesh
-    triangles: native.Tracer | None  # what the native core traces, if it shall
     tables: Tables
 
     @staticmethod
-    def build(device: Device, scene: Scene, layer: str, frame: Frame, mesh: Mesh) -> Stage:
+    def build(scene: Scene, way: Way, frame: Frame, mesh: Mesh) -> Stage:
         """Upload the tables of a scene's mesh; SceneError if that is impossible."""
-        triangles = triangles_of(mesh) if layer == "native" else None
-        kernels: Layer = "compute" if layer == "compute" else "fragment"
-        tables = Tables(device, kernels, scene, frame, mesh, on_host=triangles is not None)
-        return Stage(scene, layer, frame, mesh, triangles, tables)
+        way.prepare_mesh(mesh)
+        tables = Tables(way.device, way.layer, scene, frame, mesh, way.reads_tree)
+        return Stage(scene, way, frame, mesh, tables)
 
 
 class _Key(NamedTuple):
@@ -101,11 +96,12 @@ class Kept:
         self._tracing: Mapper | None = None  # who has started it and not finished
         self._before = 0, 0  # photons unfinished and dropped when it was
 
-    def stage(self, scene: Scene, layer: str) -> Stage:
+    def stage(self, scene: Scene, way: Way) -> Stage:
         """The scene's stage: the one that is there, if nothing but the view has changed. Another
         begins with its tree, as long as triangles have only moved."""
         there = self._stage
-        if there and there.layer == layer and same_but_view(there.scene, scene):
+        if there and there.way.name == way.name and same_but_view(there.scene, scene):
+            way.share(there.way)
             return there
         tree = there.mesh.tree if there else None
         del there
@@ -113,7 +109,7 @@ class Kept:
         frame = frame_of(scene)
         mesh = Mesh.build(scene, frame, tree)
         del tree
-        self._stage = Stage.build(self._device, scene, layer, frame, mesh)
+        self._stage = Stage.build(scene, way, frame, mesh)
         return self._stage
 
     def leave_room(self, spare: int | None) -> None:

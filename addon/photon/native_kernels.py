@@ -14,13 +14,11 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ..streams import Device, HostKernel, Kernel
-from ..streams.device import Layer
+from ..streams import Device, HostKernel
 from .coverage import Coverage
 from .cuts import Cuts
 from .deposits import Deposits
 from .gather import Gather
-from .geometry import Mesh
 from .radius_field import TABLES, UNIFORMS
 from .records import CUTS, FACING, PLACE
 from .tracer import Tracer
@@ -134,17 +132,3 @@ class NativeGather(HostKernel):
             uniforms["shrink"],
             self._filter,
         )
-
-
-def tracer_for(
-    device: Device, layer: Layer, triangles: native.Tracer | None, any_hit: bool = False
-) -> Kernel:
-    """A tracer of these triangles by the native core, or if there are none by GLSL."""
-    if triangles:
-        return NativeTracer(device, triangles, any_hit)
-    return Tracer(device, layer, {"ANY_HIT": 1} if any_hit else None)
-
-
-def triangles_of(mesh: Mesh) -> native.Tracer:
-    """The scene's triangles for the native kernels."""
-    return native.Tracer(mesh.tree.nodes, mesh.triangles.view(np.float32).reshape(-1, 3, 4))

@@ -6,14 +6,12 @@ from __future__ import annotations
 from typing import Generic, TypeVar
 
 import numpy as np
-import photon_stream_native as native
 
-from ..streams import Device, PingPong, Stream
+from ..streams import Device, Kernel, PingPong, Stream
 from ..streams.device import Layer
 from .deposits import HostDeposits
 from .generator import Generator
-from .launch import launch
-from .native_kernels import tracer_for
+from .launch import launch, launch_and_count
 from .needs import SceneNeeds
 from .projector import Projector
 from .records import DEPOSIT, FLUX, HIT, PLACE, RAY_DIRECTION, RAY_ORIGIN
@@ -139,9 +137,9 @@ class PhotonMapper:
         tables: Tables,
         settings: Settings,
         needs: SceneNeeds,
-        triangles: native.Tracer | None = None,
+        tracer: Kernel,
     ) -> None:
-        """`triangles`: what the native core traces, if it shall."""
+        """`tracer`: what finds where photons go."""
         self._device, self._tables = device, tables
         self._settings, self._needs = settings, needs
         self._paths = PathsBySize(device, _PathsAndEnds)
@@ -150,7 +148,7 @@ class PhotonMapper:
         defines, made = needs.photon_defines, needs.made
         self._kernels = (
             Generator(device, layer, made=made),
-            tracer_for(device, layer, triangles),
+            tracer,
             Shade(device, layer, defines, made=made),
             Projector(device, layer),
             Reflector(device, layer, defines, made=made),
@@ -185,7 +183,7 @@ class PhotonMapper:
             if bounce >= first_to_deposit(self._settings):
                 launch(projector, streams, self._tables)
                 self.deposits.append(paths.landed, paths.deposit)
-            alive = launch(reflector, streams, self._tables, draw, count=True)
+            alive = launch_and_count(reflector, streams, self._tables, draw).wait()
             paths.swap()
             if not alive:
                 return

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..streams import Device, Stream
-from ..streams.device import Layer
 from .film import SPARE, Exposure, Film, HostFilm, Images, Squares
 from .records import SUM
 from .settings import Region
+from .ways import Way
 
 # Pixels of a strip at most, but for a row of more. Measured on software OpenGL at 1024x1024 and
 # 2048x2048: a pass takes as long in strips of 2^19 and of 2^20, a tenth more in strips of 2^17. A
@@ -63,19 +63,15 @@ class StripFilm:
 
     def __init__(
         self,
-        device: Device,
-        layer: Layer,
+        way: Way,
         strips: Sequence[Strip],
         names: Sequence[str],
-        on_host: bool = False,
     ) -> None:
         self.strips = strips
         size = strips[0].size
-        self._spare = [] if on_host else [Stream(device, SUM, size) for _ in range(SPARE)]
-        self._films: list[Film | HostFilm] = [
-            HostFilm(size, names) if on_host else Film(device, layer, size, names, self._spare)
-            for _ in strips
-        ]
+        spare = SPARE if way.film_streams else 0
+        self._spare = [Stream(way.device, SUM, size) for _ in range(spare)]
+        self._films: list[Film | HostFilm] = [way.film(size, names, self._spare) for _ in strips]
 
     @property
     def passes(self) -> int:

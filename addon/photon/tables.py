@@ -127,9 +127,9 @@ class Tables:
         scene: Scene,
         frame: Frame,
         mesh: Mesh,
-        on_host: bool = False,
+        reads_tree: bool = True,
     ) -> None:
-        """`on_host`: the native core traces, so no kernel reads the tree."""
+        """`reads_tree`: whether kernels do."""
         self._device = device
         materials, lobes = material_tables(scene.materials)
         tables = {
@@ -138,7 +138,7 @@ class Tables:
             "materials": materials,
             "material_lobes": lobes,
         }
-        self.textures = {} if on_host else {"nodes": upload_table(device, mesh.tree.nodes)}
+        self.textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         self.textures |= {n: upload_table(device, texels_of(t)) for n, t in tables.items()}
         lights = scene.emitters
         self.lights = light_table(lights, frame)  # those that may emit

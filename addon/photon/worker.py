@@ -20,10 +20,12 @@ from .blobs import BLOBS, BlobReader
 from .errors import PhotonStreamError, RenderError
 from .kept import BUDGET, Kept
 from .messages import Message, receive, send
-from .renderer import Renderer, open_device
+from .prepare import prepare
+from .renderer import Renderer
 from .settings import Settings
 from .snapshot import unpack
 from .stops import Stops
+from .ways import open_device
 
 IDLE = 10.0  # [s] between renders, after which a GPU's memory is given back; frames come sooner
 
@@ -113,14 +115,14 @@ class _Worker:
             device = self._open(settings)
             kept = self._kept_of(device, request["layer"], request["layers"])
             try:
-                renderer = Renderer(scene, settings, device, kept)
+                renderer = prepare(scene, settings, device, kept)
             except PhotonStreamError:
                 if len(self._kept) == 1:
                     raise
                 # There may be room without what other view layers keep.
                 self._forget_kept()
                 kept = self._kept_of(device, request["layer"], request["layers"])
-                renderer = Renderer(scene, settings, device, kept)
+                renderer = prepare(scene, settings, device, kept)
             try:
                 self._render(renderer)
             finally:

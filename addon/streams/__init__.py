@@ -6,6 +6,7 @@ element, reads streams and writes up to four. How that happens is the physical l
 """
 
 from .compute import Compaction, Program, Scan
+from .count import Count
 from .declaration import (
     TABLE_WIDTH,
     Declaration,
@@ -30,6 +31,7 @@ __all__ = [
     "TABLE_WIDTH",
     "TEXEL",
     "Compaction",
+    "Count",
     "Declaration",
     "Defines",
     "Device",

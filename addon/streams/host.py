@@ -9,7 +9,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from .device import Device, nothing
+from .device import Device
 from .kernel import Kernel
 from .stream import Stream
 
@@ -33,23 +33,22 @@ class HostKernel(Kernel):
     ) -> Any:
         """The one output from the inputs, float32 (h, w, 4); tables are what the host reads."""
 
-    def run(
+    def _launch(
         self,
         streams: Mapping[str, Stream],
-        tables: Mapping[str, Any] | None = None,
-        uniforms: Mapping[str, Any] | None = None,
-        count: bool = False,
-        meanwhile: Callable[[], None] = nothing,
-    ) -> int:
-        """As Kernel.run; `count` counts the elements that are not zero, and there is no wait."""
-        tables, uniforms = tables or {}, uniforms or {}
+        tables: Mapping[str, Any],
+        uniforms: Mapping[str, Any],
+        count: bool,
+    ) -> Callable[[], int]:
+        """As Kernel's; what counts are the elements that are not zero, and there is no wait."""
         self._check_bindings(streams, tables, uniforms)
         self.launches += 1
         inputs = {name: streams[name].download() for name in self.inputs}
         output = self.compute(inputs, tables, uniforms)
         (name,) = self.outputs
         streams[name].upload(output)
-        return int(output.any(axis=-1).sum()) if count else 0
+        alive = int(output.any(axis=-1).sum()) if count else 0
+        return lambda: alive
 
     def release(self) -> None:
         """Nothing is held on the device."""

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 import moderngl
 
+from .count import Count
 from .declaration import (
     FIRST_LIST,
     GROUPS,
@@ -20,7 +21,7 @@ from .declaration import (
     Ports,
     present,
 )
-from .device import Device, Layer, nothing
+from .device import Device, Layer
 from .readback import Reading
 from .record import Record
 from .source import Made, Source, StreamError, expand
@@ -121,17 +122,32 @@ class Kernel:
         streams: Mapping[str, Stream],
         tables: Mapping[str, Any] | None = None,
         uniforms: Mapping[str, Any] | None = None,
-        count: bool = False,
-        meanwhile: Callable[[], None] = nothing,
-    ) -> int:
+    ) -> None:
         """Run once over all elements of the outputs.
 
         `streams` binds every input and output port, `tables` every table to a texture, or in
-        compute programs every list to a buffer, and `uniforms` every uniform. With `count`,
-        returns how many elements were not skipped (calls `meanwhile`, which must not count, and
-        waits for the device); else 0. Raises StreamError for a wrong port, record or size.
+        compute programs every list to a buffer, and `uniforms` every uniform. Raises StreamError
+        for a wrong port, record or size.
         """
-        tables, uniforms = tables or {}, uniforms or {}
+        self._launch(streams, tables or {}, uniforms or {}, False)
+
+    def count(
+        self,
+        streams: Mapping[str, Stream],
+        tables: Mapping[str, Any] | None = None,
+        uniforms: Mapping[str, Any] | None = None,
+    ) -> Count:
+        """Run as `run` does, and count the elements that are not skipped. One count at a time is on
+        its way: read it before the next."""
+        return Count(self._launch(streams, tables or {}, uniforms or {}, True))
+
+    def _launch(
+        self,
+        streams: Mapping[str, Stream],
+        tables: Mapping[str, Any],
+        uniforms: Mapping[str, Any],
+        count: bool,
+    ) -> Callable[[], int]:
         names = (*streams.items(),), (*tables,), (*uniforms,)
         size = self._checked.get(names)
         if size is None:
@@ -152,13 +168,8 @@ class Kernel:
         self.launches += 1
         targets = [streams[name].texture for name in self.outputs]
         if self.layer == "compute":
-            asked = self._dispatch(targets, size, count)
-        else:
-            asked = self._draw(targets, count)
-        if not asked:
-            return 0
-        meanwhile()
-        return asked()
+            return self._dispatch(targets, size, count)
+        return self._draw(targets, count)
 
     def release(self) -> None:
         """Free what is its own; the program is the device's."""
@@ -170,7 +181,7 @@ class Kernel:
         targets: list[moderngl.Texture],
         size: tuple[int, int],
         count: bool,
-    ) -> Callable[[], int] | None:
+    ) -> Callable[[], int]:
         for unit, texture in enumerate(targets):
             texture.bind_to_image(unit, read=False, write=True)
         self._program.set("is_counting", count)
@@ -179,7 +190,7 @@ class Kernel:
         self._program.program.run(*groups)
         self.device.ctx.memory_barrier()
         self.device.launched()
-        return partial(self._counted, self.device.ask(self.device.alive, 1)) if count else None
+        return partial(self._counted, self.device.ask(self.device.alive, 1)) if count else _no_count
 
     def _counted(self, reading: Reading) -> int:
         (total,) = reading.numbers()
@@ -187,14 +198,14 @@ class Kernel:
         self.device.alive_before = total
         return alive
 
-    def _draw(self, targets: list[moderngl.Texture], count: bool) -> Callable[[], int] | None:
+    def _draw(self, targets: list[moderngl.Texture], count: bool) -> Callable[[], int]:
         framebuffer = self.device.framebuffer(targets)
         framebuffer.use()
         if self._skips:
             framebuffer.clear()
         if not count:
             self._quad.render(moderngl.TRIANGLES, vertices=3)
-            return None
+            return _no_count
         with self.device.samples_passed as query:
             self._quad.render(moderngl.TRIANGLES, vertices=3)
         return lambda: int(query.samples)
@@ -254,6 +265,10 @@ class Kernel:
                 raise StreamError(
                     f'{path}: {verb}_{name}() has no {kind} "{name}" in {cls.__name__}'
                 )
+
+
+def _no_count() -> int:
+    return 0
 
 
 _FULL_SCREEN_TRIANGLE = """#version {version} core
