@@ -142,8 +142,10 @@ class Tables:
         self.textures |= {n: upload_table(device, texels_of(t)) for n, t in tables.items()}
         lights = scene.emitters
         self.lights = light_table(lights, frame)  # those that may emit
+        if len(lights) == 1:
+            self.lights["chosen"] = self.lights["cdf"] = 1.0  # whatever its flux
         self.textures["lights"] = texture = upload_table(device, texels_of(self.lights))
-        if lights:
+        if len(lights) > 1:
             choose_lights(self.lights, flux_of(device, layer, lights, texture))
             write_table(texture, texels_of(self.lights))
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
@@ -57,7 +57,7 @@ class When:
 Ports = Mapping[str, Any]  # of Record, or When
 
 
-def present(items: Mapping[str, Any], defines: Defines) -> dict[str, Any]:
+def present(items: Mapping[str, Any], defines: Collection[str]) -> dict[str, Any]:
     """Those of a declaration's items that are there."""
     chosen = {
         name: item.item if isinstance(item, When) else item

@@ -24,7 +24,7 @@ from .declaration import (
 from .device import Device, Layer
 from .readback import Reading
 from .record import Record
-from .source import Made, Source, StreamError, expand
+from .source import Made, Source, StreamError, every_branch, expand
 from .stream import TEXEL, Stream
 
 _MOST_CHECKED = 64  # sets of streams that a kernel remembers; a pass has fewer
@@ -93,6 +93,11 @@ class Kernel:
     @classmethod
     def declaration(cls, defines: Defines) -> Declaration:
         """What the kernel declares if it is compiled with these."""
+        return cls._declared(tuple(defines))
+
+    @classmethod
+    @lru_cache(maxsize=256)
+    def _declared(cls, defines: tuple[str, ...]) -> Declaration:
         return Declaration(
             present(cls.inputs, defines),
             present(cls.outputs, defines),
@@ -113,9 +118,18 @@ class Kernel:
     ) -> Source:
         """The whole program text for a layer; checks the declaration against the file."""
         path = f"kernels/{cls.stem}.glsl"
-        cls._check_declaration(path, expand(path, "", made).text)
-        own = {name: value for name, value in defines.items() if name in cls.structure}
-        return expand(path, cls.declaration(defines).header(layer, version, own, lanes), made)
+        cls._check_declaration(path, every_branch(path))
+        own = tuple((name, value) for name, value in defines.items() if name in cls.structure)
+        return expand(path, cls._header(layer, version, own, lanes), made)
+
+    @classmethod
+    @lru_cache(maxsize=256)
+    def _header(
+        cls, layer: Layer, version: int, own: tuple[tuple[str, int | float], ...], lanes: int
+    ) -> str:
+        """Kept, for each renderer that is set up asks for the same again."""
+        defines = dict(own)
+        return cls.declaration(defines).header(layer, version, defines, lanes)
 
     def run(
         self,

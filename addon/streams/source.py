@@ -10,6 +10,9 @@ from functools import lru_cache
 from pathlib import Path
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
+_DEFINE = re.compile(r"^\s*#define\s+(\w+)", re.M)
+_UNDEFINE = re.compile(r"^\s*#undef\s+(\w+)")
+_CONDITION = re.compile(r"^\s*#(ifdef|ifndef|if|elif|else|endif)\b\s*(\w*)")
 # Mesa "0:31(5): error", glslang "ERROR: 0:31: ...", NVIDIA "0(31) : error"
 _PLACE = re.compile(r"\b0:(\d+)\b(?:\(\d+\))?|\b0\((\d+)\)")
 
@@ -72,8 +75,9 @@ class Source:
 def expand(path: str, header: str, made: Made | None = None) -> Source:
     """`header` followed by the file `path` (below the GLSL root) with its includes in place.
 
-    `made` are the files below made/. Raises StreamError naming the including file and line for a
-    file that is not there.
+    `made` are the files below made/. What stands behind an `#ifdef` or `#ifndef` that does not hold
+    is left out, and what it includes is not included. Raises StreamError naming the including file
+    and line for a file that is not there.
     """
     return _expanded(glsl_root(), path, header, tuple(sorted((made or {}).items())))
 
@@ -81,7 +85,7 @@ def expand(path: str, header: str, made: Made | None = None) -> Source:
 @lru_cache(maxsize=256)
 def _expanded(_root: Path, path: str, header: str, made: tuple[tuple[str, str], ...]) -> Source:
     """Kept, for each renderer that is set up asks for the same again."""
-    text = _Text(dict(made))
+    text = _Text(dict(made), set(_DEFINE.findall(header)))
     lines = header.splitlines()
     text.lines += lines
     text.places += [f"{path} (header, line {at})" for at in range(1, len(lines) + 1)]
@@ -89,30 +93,74 @@ def _expanded(_root: Path, path: str, header: str, made: tuple[tuple[str, str], 
     return Source("\n".join(text.lines) + "\n", tuple(text.places))
 
 
+@lru_cache(maxsize=256)
+def every_branch(path: str) -> str:
+    """The text of a file and of those that it includes, whatever is defined; not of made ones."""
+    text = _Text(None, None)
+    text.append(path, path)
+    return "\n".join(text.lines)
+
+
 class _Text:
     """A program text under way."""
 
-    def __init__(self, made: Made) -> None:
+    def __init__(self, made: Made | None, defined: set[str] | None) -> None:
+        """Without `made` those files are left out; without `defined` all branches are taken."""
         self.lines: list[str] = []
         self.places: list[str] = []
-        self._made, self._seen = made, set[str]()
+        self._made, self._defined, self._seen = made, defined, set[str]()
 
     def append(self, path: str, asked_by: str) -> None:
         """A file, unless it is there: so nothing needs guards, and a cycle ends."""
-        if path in self._seen:
+        if path in self._seen or (self._made is None and path.startswith(MADE)):
             return
         self._seen.add(path)
+        # For each condition around a line: whether it holds, or None where a driver has to say.
+        around: list[bool | None] = []
         for at, line in enumerate(self._read(path, asked_by).splitlines(), 1):
+            if self._defined is not None and self._is_condition(line, around):
+                continue
+            if False in around:
+                continue
             include = _INCLUDE.match(line)
             if include:
                 self.append(include[1], f"{path}:{at}")
-            else:
-                self.lines.append(line)
-                self.places.append(f"{path}:{at}")
+                continue
+            if self._defined is not None:
+                self._defined.update(_DEFINE.findall(line))
+                self._defined.difference_update(_UNDEFINE.findall(line))
+            self.lines.append(line)
+            self.places.append(f"{path}:{at}")
+
+    def _is_condition(self, line: str, around: list[bool | None]) -> bool:
+        """Whether a line belongs to an `#ifdef`, which ends here: it is not emitted."""
+        found = _CONDITION.match(line)
+        if not found:
+            return False
+        word, name = found[1], found[2]
+        if word in ("ifdef", "ifndef"):
+            assert self._defined is not None
+            around.append((name in self._defined) == (word == "ifdef"))
+            return True
+        if word == "if":
+            around.append(None)
+            return False
+        if around[-1] is None:  # an #elif, #else or #endif of an #if
+            if word == "endif":
+                around.pop()
+            return False
+        if word == "elif":
+            raise StreamError("an #ifdef has an #elif: use #if defined(...)")
+        if word == "else":
+            around[-1] = not around[-1]
+        else:
+            around.pop()
+        return True
 
     def _read(self, path: str, asked_by: str) -> str:
         if not path.startswith(MADE):
             return read(path, asked_by)
+        assert self._made is not None
         if path not in self._made:
             raise StreamError(f"{asked_by}: nothing was given for {path!r}")
         return self._made[path]

@@ -2,6 +2,7 @@
 // Emit photons of equal flux from the lights (Marino & Abbate, Generator).
 #include "lib/rng.glsl"
 #include "lib/light_choice.glsl"
+#include "lib/colour.glsl"
 
 void kernel() {
     int photon = element_index();
@@ -12,10 +13,11 @@ void kernel() {
     // Systematic sampling over the photons, so each light gets its share to within one photon, and exactly
     // its share in the mean over passes.
     Light light = light_at(choose_light((float(photon) + shift.x) / float(photons)));
-    if (light.chosen <= 0.0) skip();
+    vec3 flux = flux_light(light);
+    if (light.chosen <= 0.0 || !(largest(flux) > 0.0)) skip();
     Emitted emitted = emit_light(light, u.xy, on_light.xy);
     // Lifted off a surface that the light may lie in, as all rays are that leave one.
     store_origin(RayOrigin(emitted.origin + emitted.direction * SURFACE_OFFSET, -1.0));
     store_direction(RayDirection(emitted.direction, T_MAX));
-    store_flux(Flux(flux_light(light) / (float(photons) * light.chosen), float(photon)));
+    store_flux(Flux(flux / (float(photons) * light.chosen), float(photon)));
 }
