@@ -41,6 +41,11 @@ SHARED_MEMORY = "/dev/shm"
 IMAGE_BYTES = 84  # a pixel: 21 floats over all images
 CANCEL_GRACE = 0.08  # [s] for the child to end its pass; then it is killed
 PREVIEW_SHARE = 0.1  # of the time may go into previews
+_HINTS = (
+    "note: ",
+    "stack backtrace",
+    "skipping backtrace",
+)  # Rust's last lines after it has said what happened
 
 
 @dataclass(frozen=True)
@@ -191,6 +196,8 @@ class RendererProcess:
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=log,
+                    # What is left for numpy are matrices of 4x4: threads would only take memory.
+                    env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
                     pass_fds=(lifeline,) if lifeline >= 0 else (),
                 )
         except OSError as error:
@@ -246,6 +253,7 @@ class RendererProcess:
         except subprocess.TimeoutExpired:
             code = None
         log = (self._folder / "log").read_text(errors="replace").strip().splitlines()
+        log = [line for line in log if not line.startswith(_HINTS)]
         ended = f"by signal {-code}" if code is not None and code < 0 else f"with code {code}"
         return f"the renderer process ended {ended}" + (f": {log[-1]}" if log else "")
 

@@ -15,9 +15,12 @@ import traceback
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from ..streams import Device
+import moderngl
+import numpy as np
+
+from ..streams import Device, StreamError
 from .blobs import BLOBS, BlobReader
-from .errors import PhotonStreamError, RenderError
+from .errors import DeviceError, PhotonStreamError, RenderError
 from .kept import BUDGET, Kept
 from .messages import Message, receive, send
 from .prepare import prepare
@@ -39,6 +42,9 @@ def main(folder: str, lifeline: int) -> None:
         _watch(folder, lifeline)
     # What Ctrl-C means, the parent decides; this is for systems where it can't hold it back.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # OpenBLAS takes 32 MB with the first matrix, and tries for ever where they are not to be had:
+    # so now, before anything else may have them. It keeps them.
+    np.linalg.inv(np.eye(4))
     # The pipe is ours alone: whatever a driver prints goes to the log.
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
@@ -119,8 +125,10 @@ class _Worker:
             except PhotonStreamError:
                 if len(self._kept) == 1:
                     raise
-                # There may be room without what other view layers keep.
-                self._forget_kept()
+                # There may be room without what other view layers keep, and on another device: this
+                # one has what of the renderer was made.
+                self._forget_device()
+                device = self._open(settings)
                 kept = self._kept_of(device, request["layer"], request["layers"])
                 renderer = prepare(scene, settings, device, kept)
             try:
@@ -134,6 +142,8 @@ class _Worker:
             text = f"internal error: {type(error).__name__}: {error}"
             if isinstance(error, PhotonStreamError):
                 kind, text = type(error), str(error)
+            elif isinstance(error, (StreamError, moderngl.Error)):
+                kind, text = DeviceError, f"OpenGL: {error}"
             elif isinstance(error, (MemoryError, OSError)):
                 text = f"out of memory or shared memory: {error}"
             else:

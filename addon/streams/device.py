@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import ctypes
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 import moderngl
@@ -56,7 +56,8 @@ class Device:
 
     Where a process has several, `use` says whose turn it is.
 
-    `index` chooses among EGL devices. Raises StreamError if there is no OpenGL 3.3.
+    `index` chooses among EGL devices. Raises StreamError if there is no OpenGL 3.3, and wherever
+    the driver has no room for an object.
     """
 
     def __init__(self, index: int = 0) -> None:
@@ -64,6 +65,13 @@ class Device:
         if sys.platform.startswith("linux"):
             arguments |= {"backend": "egl", "device_index": index}
         self.ctx: Any = _newest_context(index, arguments)
+        try:
+            self._set_up()
+        except (moderngl.Error, StreamError) as error:
+            self.ctx.release()
+            raise StreamError(f"OpenGL on device {index}: {error}") from error
+
+    def _set_up(self) -> None:
         info = self.ctx.info
         self.name = str(info["GL_RENDERER"])
         self.version = str(info["GL_VERSION"])
@@ -143,7 +151,8 @@ class Device:
             if len(self._framebuffers) >= _CACHED_FRAMEBUFFERS:
                 self._rest.use()
                 self._framebuffers.pop(next(iter(self._framebuffers))).release()  # the oldest
-            self._framebuffers[key] = self.ctx.framebuffer(color_attachments=list(textures))
+            make = self.ctx.framebuffer
+            self._framebuffers[key] = self._made(make, color_attachments=list(textures))
         return self._framebuffers[key]
 
     def free(self, item: moderngl.Texture | moderngl.Buffer) -> None:
@@ -266,25 +275,50 @@ class Device:
 
     def _buffer(self, size: int, use: str) -> moderngl.Buffer:
         size = rounded_up(max(1, size), 256)
-        made: moderngl.Buffer = self._take((size, use)) or self.ctx.buffer(reserve=size)
+        made: moderngl.Buffer = self._take((size, use)) or self._new_buffer(size)
         made.extra = use
         return made
 
+    def _new_buffer(self, size: int) -> moderngl.Buffer:
+        buffer: moderngl.Buffer = self._made(self.ctx.buffer, reserve=size)
+        if said := self._refused(buffer):
+            if not any(self._spare.values()):
+                raise StreamError(f"{self.name} has no room for {size} bytes ({said})")
+            self.drop_spare()
+            return self._new_buffer(size)
+        return buffer
+
     def _new_texture(self, size: tuple[int, int], channels: int, dtype: str) -> Any:
-        texture = self.ctx.texture(size, channels, dtype=dtype)
-        code = self.ctx.error
-        if code != "GL_NO_ERROR" and any(self._spare.values()):
-            self.errors.clear()
-            texture.release()
+        texture = self._made(self.ctx.texture, size, channels, dtype=dtype)
+        if said := self._refused(texture):
+            if not any(self._spare.values()):
+                raise StreamError(
+                    f"{self.name} has no room for {size[0]}x{size[1]} texels ({said})"
+                )
             self.drop_spare()
             return self._new_texture(size, channels, dtype)
-        if code != "GL_NO_ERROR":
-            said = "; ".join(self.errors) or code
-            self.errors.clear()
-            texture.release()
-            raise StreamError(f"{self.name} has no room for {size[0]}x{size[1]} texels ({said})")
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
+
+    def _made(self, make: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
+        try:
+            return make(*arguments, **options)
+        except moderngl.Error as error:
+            raise StreamError(f"{self.name}: {error}") from error
+
+    def _refused(self, made: Any) -> str:
+        """What OpenGL said against a texture or buffer, which is then released; "" if nothing.
+
+        moderngl returns one that has no memory like any other.
+        """
+        code = self.ctx.error
+        if code != "GL_OUT_OF_MEMORY":
+            self.errors += [code] * (code != "GL_NO_ERROR")  # of something before: for `check`
+            return ""
+        said = "; ".join(self.errors) or str(code)
+        self.errors.clear()
+        made.release()
+        return said
 
     def free_memory(self) -> int | None:
         """What the GPU has left [bytes]; None where the driver does not tell."""
