@@ -86,7 +86,7 @@ class Failing:
 @pytest.mark.parametrize("kind", ["refused", "memory", "host"])
 def test_every_allocation(tmp_path: Path, measured: Measured, thorough: bool, kind: str) -> None:
     """On every layer; by default a few of them on one. The process lives on, and does not grow."""
-    for layer in ("native", "fragment", "compute") if thorough else ("native",):
+    for layer in ("native", "fragment", "compute") if thorough else ("auto",):
         with Failing(tmp_path, kind, layer) as failing:
             total, pid = failing.allocations(), failing.process.pid
             wanted = range(1, total + 1) if thorough else sorted({1, 2, total // 2, total})
@@ -107,7 +107,7 @@ def test_every_allocation(tmp_path: Path, measured: Measured, thorough: bool, ki
 def test_other_view_layers_make_room(tmp_path: Path, measured: Measured) -> None:
     """Where there is no room beside what other view layers keep, there is without it."""
     sizes = []
-    with Failing(tmp_path, "memory", "native") as failing:
+    with Failing(tmp_path, "memory", "auto") as failing:
         half = failing.allocations() // 2
         failing.reopen()
         for _ in range(12):
