@@ -35,7 +35,7 @@ def failing_python(folder: Path) -> str:
     python = folder / "python"
     prelude = "from tests.stability.failing import install; install()"
     python.write_text(
-        f"#!/bin/sh\nexport PYTHONPATH={ROOT} {FOLDER}={folder}\n"
+        f"#!/bin/sh\nexport PYTHONPATH={ROOT}:$PYTHONPATH {FOLDER}={folder}\n"
         f'exec {sys.executable} -c "{prelude}\n$2"\n'
     )
     python.chmod(0o755)

@@ -150,7 +150,10 @@ class Clock:
 
 WORST: dict[str, tuple[Any, dict[str, Any]]] = {
     "a mirror and lobes": (lambda: cornell(True, True), {}),
-    "every photon goes on": (lambda: closed_sphere(1.0), {"photon_bounces": 64}),
+    "every photon goes on": (
+        lambda: closed_sphere(1.0),
+        {"photon_bounces": 64, "photons": 200_000},
+    ),
     "2 million triangles": (lambda: hills(1000), {}),
     "mirrors among mirrors": (lambda: random_room(3), {"mirror_depth": 16}),
     "all photons within reach": (cornell, {"radius": 5.0}),

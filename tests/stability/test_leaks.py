@@ -38,7 +38,7 @@ WAYS = [("native", "gather"), ("native", "splat"), ("fragment", "gather"), ("fra
 device = Device()
 kept = Kept(device)
 ways = WAYS + [("compute", "gather")] * device.has_compute
-for round in range(int(sys.argv[1])):
+for _ in range(int(sys.argv[1])):
     for number, (layer, estimator) in enumerate(ways):
         settings = Settings(12 + number, 8, photons=300, layer=layer, estimator=estimator)
         scene = cornell(mirror=number % 3 == 0)
