@@ -301,6 +301,7 @@ class Device:
         return texture
 
     def _made(self, make: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
+        self.check()  # what was refused before is not this one's fault
         try:
             return make(*arguments, **options)
         except moderngl.Error as error:

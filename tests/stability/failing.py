@@ -24,7 +24,7 @@ OBJECTS = ("texture", "buffer", "framebuffer", "program", "compute_shader", "ver
 ARRAYS = ("empty", "zeros", "full", "concatenate", "stack", "ascontiguousarray", "take")
 TOO_LARGE: dict[str, tuple[tuple[Any, ...], dict[str, Any]]] = {  # in their place
     "texture": (((16384, 16384), 4), {"dtype": "f4"}),
-    "buffer": ((), {"reserve": 1 << 45}),
+    "buffer": ((), {"reserve": 1 << 60}),
 }
 FOLDER = "PHOTON_STREAM_TEST_FAILING"
 
