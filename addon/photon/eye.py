@@ -112,10 +112,13 @@ class Eye:
             twos["throughput"] = THROUGHPUT
         self.streams = {name: Stream(device, record, size) for name, record in ones.items()}
         self._pairs = {name: PingPong(device, record, size) for name, record in twos.items()}
-        for stream in self.streams.values():
-            stream.clear()
         self._unit = Stream(device, THROUGHPUT, size)
         self._unit_coverage = Stream(device, COVERAGE, size)
+
+    def prepare(self) -> None:
+        """Fill the streams that something is read from before it is written."""
+        for stream in self.streams.values():
+            stream.clear()
         for stream in (self._unit, self._unit_coverage):
             stream.fill(1.0)
 

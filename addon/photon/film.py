@@ -122,10 +122,13 @@ class Film:
         self._lows = {name: Stream(device, SUM, size) for name in names}
         ports = ("pair", "four", "pair_squares", "four_squares")
         self._batches = {port: Stream(device, SUM, size) for port in ports}
-        for stream in (*self._sums.values(), *self._lows.values(), *self._batches.values()):
-            stream.clear()
         self._own = [] if spare else [Stream(device, SUM, size) for _ in range(SPARE)]
         self._spare = spare or self._own
+
+    def prepare(self) -> None:
+        """Begin with sums of nothing."""
+        for stream in (*self._sums.values(), *self._lows.values(), *self._batches.values()):
+            stream.clear()
 
     def add(self, images: dict[str, Stream]) -> None:
         """Add one pass's images (streams by name; "combined" has its variance kept)."""
@@ -186,6 +189,9 @@ class HostFilm:
         self._batches, self._squares = (
             {length: np.zeros(shape, np.float32) for length in (PAIR, FOUR)} for _ in range(2)
         )
+
+    def prepare(self) -> None:
+        """As Film.prepare: arrays are made of zeros."""
 
     def add(self, images: dict[str, Stream]) -> None:
         """As Film.add."""

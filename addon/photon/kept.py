@@ -60,7 +60,7 @@ class Stage:
     def build(scene: Scene, way: Way, frame: Frame, mesh: Mesh) -> Stage:
         """Upload the tables of a scene's mesh; SceneError if that is impossible."""
         way.prepare_mesh(mesh)
-        tables = Tables(way.device, way.layer, scene, frame, mesh, way.reads_tree)
+        tables = Tables.upload(way.device, way.layer, scene, frame, mesh, way.reads_tree)
         return Stage(scene, way, frame, mesh, tables)
 
 

@@ -96,11 +96,13 @@ class _Preparation:
             tables, scene, size = stage.tables, self._scene, strips[0].size
             eye = Eye(way, tables, stage.frame, scene, settings, needs, size)
             self._own.append(eye.release)
+            eye.prepare()
             images = PassImages(way, tables, scene, settings, needs, eye)
             self._own.append(images.release)
             names = [*FILM_IMAGES, *(MIRROR_IMAGES if needs.secondary_rays else ())]
             film = StripFilm(way, strips, names + ["blur"] * needs.photons)
             self._own.append(film.release)
+            film.prepare()
             with self._phases.timed("eye"):
                 eye.send_ahead(settings.first_pass, strips[0].region)
             photons = self._photons(mapper, stage, needs, eye, budget) if mapper else None

@@ -73,6 +73,11 @@ class StripFilm:
         self._spare = [Stream(way.device, SUM, size) for _ in range(spare)]
         self._films: list[Film | HostFilm] = [way.film(size, names, self._spare) for _ in strips]
 
+    def prepare(self) -> None:
+        """Begin with sums of nothing."""
+        for film in self._films:
+            film.prepare()
+
     @property
     def passes(self) -> int:
         """How many passes are on all strips."""

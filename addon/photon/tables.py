@@ -19,8 +19,11 @@ from .scene import Light, Material, Scene
 
 
 def light_table(lights: tuple[Light, ...], frame: Frame) -> NDArray[Any]:
-    """(L,) of LIGHT, one at least; which of them photons start at is not said yet."""
+    """(L,) of LIGHT, one at least. Photons start at the only one, if it is; at which of several is
+    not said yet."""
     table = LIGHT.zeros(max(len(lights), 1))
+    if len(lights) == 1:
+        table["chosen"] = table["cdf"] = 1.0
     kinds = light_kinds()
     for row, light in zip(table, lights, strict=False):
         kind = kinds[light.kind]
@@ -121,33 +124,36 @@ class Tables:
     """The scene's textures on a device."""
 
     def __init__(
-        self,
+        self, device: Device, textures: dict[str, moderngl.Texture], lights: NDArray[Any]
+    ) -> None:
+        """`lights`: those that may emit, of LIGHT, as the texture of that name holds them."""
+        self._device, self.textures, self.lights = device, textures, lights
+
+    @staticmethod
+    def upload(
         device: Device,
         layer: Layer,
         scene: Scene,
         frame: Frame,
         mesh: Mesh,
         reads_tree: bool = True,
-    ) -> None:
-        """`reads_tree`: whether kernels do."""
-        self._device = device
+    ) -> Tables:
+        """Make them; `reads_tree`: whether kernels do."""
         materials, lobes = material_tables(scene.materials)
+        lights = light_table(scene.emitters, frame)
         tables = {
             "triangles": mesh.triangles,
             "corner_normals": mesh.normals,
             "materials": materials,
             "material_lobes": lobes,
+            "lights": lights,
         }
-        self.textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
-        self.textures |= {n: upload_table(device, texels_of(t)) for n, t in tables.items()}
-        lights = scene.emitters
-        self.lights = light_table(lights, frame)  # those that may emit
-        if len(lights) == 1:
-            self.lights["chosen"] = self.lights["cdf"] = 1.0  # whatever its flux
-        self.textures["lights"] = texture = upload_table(device, texels_of(self.lights))
-        if len(lights) > 1:
-            choose_lights(self.lights, flux_of(device, layer, lights, texture))
-            write_table(texture, texels_of(self.lights))
+        textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
+        textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
+        if len(scene.emitters) > 1:
+            choose_lights(lights, flux_of(device, layer, scene.emitters, textures["lights"]))
+            write_table(textures["lights"], texels_of(lights))
+        return Tables(device, textures, lights)
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
         """Those tables that a kernel declares."""
