@@ -9,7 +9,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from addon.photon.geometry import Mesh
 from addon.photon.scene import (
     MIRROR,
     Camera,
@@ -20,6 +22,7 @@ from addon.photon.scene import (
     point_light,
     spot_light,
 )
+from addon.photon.tables import texels_of
 
 
 def plain_material(
@@ -48,6 +51,26 @@ def plain_light(
     return spot_light(
         name, position, power, direction, size=spot_size, blend=spot_blend, radius=radius
     )
+
+
+def with_cone(light: Light, size: float) -> Light:
+    """A spotlight of another width [rad]."""
+    old = light.parameters
+    blend = 1.0 - old["inner"] / old["outer"]
+    return plain_light(
+        light.name, "SPOT", light.position, light.power, light.direction, old["radius"], size, blend
+    )
+
+
+def emitted_flux(light: Light) -> NDArray[np.float64]:
+    """Flux per channel [W] that a plain light emits (not P: the cone cuts it off)."""
+    outer, inner = (light.parameters.get(name, 2.0) for name in ("outer", "inner"))
+    return np.asarray(light.power, np.float64) * (outer + inner) / 4.0
+
+
+def corners_of(mesh: Mesh) -> NDArray[np.float32]:
+    """(T, 3, 4) of its triangles, in tree order; the fourth are their other numbers."""
+    return texels_of(mesh.triangles).reshape(-1, 3, 4)
 
 
 GREY = plain_material("grey", (0.5, 0.5, 0.5))
@@ -352,6 +375,8 @@ __all__ = [
     "camera",
     "closed_sphere",
     "cornell",
+    "corners_of",
+    "emitted_flux",
     "hills",
     "icosphere",
     "lit_plate",
@@ -360,4 +385,5 @@ __all__ = [
     "plain_material",
     "random_room",
     "replace",
+    "with_cone",
 ]

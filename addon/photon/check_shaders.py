@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..streams.compute import compute_source
-from ..streams.kernel import GROUPS
+from ..streams.declaration import GROUPS
 from ..streams.source import Source, read
 from . import variants
 
@@ -24,18 +24,18 @@ FRAGMENT_VERSION, COMPUTE_VERSION = 330, 450
 def programs() -> Iterator[tuple[str, str, Source]]:
     """Every program as (name, glslang's stage, source)."""
 
-    for kernel, defines in variants.kernels():
+    for kernel, defines, made in variants.kernels():
         name = " ".join([kernel.stem, *defines])
-        yield name, "frag", kernel.source("fragment", FRAGMENT_VERSION, defines)
+        yield name, "frag", kernel.source("fragment", FRAGMENT_VERSION, defines, made=made)
         for lanes in (
             GROUPS if "sum_over_lanes" in read(f"kernels/{kernel.stem}.glsl", name) else (1,)
         ):
-            yield name, "comp", kernel.source("compute", COMPUTE_VERSION, defines, lanes)
+            yield name, "comp", kernel.source("compute", COMPUTE_VERSION, defines, lanes, made)
     for name, vertex, fragment in variants.splats(FRAGMENT_VERSION):
         yield name, "vert", vertex
         yield name, "frag", fragment
-    for stem, declarations in variants.compute_programs():
-        yield stem, "comp", compute_source(stem, declarations=declarations)
+    for stem, declarations, made in variants.compute_programs():
+        yield stem, "comp", compute_source(stem, declarations=declarations, made=made)
 
 
 def main() -> int:
@@ -46,7 +46,11 @@ def main() -> int:
         return 0
     failed = count = 0
     with tempfile.TemporaryDirectory() as folder:
+        seen = set[tuple[str, str]]()
         for name, stage, source in programs():
+            if (stage, source.text) in seen:
+                continue
+            seen.add((stage, source.text))
             count += 1
             file = Path(folder) / f"program.{stage}"
             file.write_text(source.text, encoding="utf-8")

@@ -3,11 +3,12 @@
 whose rays another one traces, the two around that."""
 
 from ..streams import Kernel, Table, Uniform
+from ..streams.declaration import Ports
 from .records import HIT, LIGHT, NODE, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, TRIANGLE
 from .shade import LOBES, POINT
 
 _STRUCTURE = ("SHADOW_RAYS", "DRAWN", "LOBES", "TWO_LOBES")
-_INPUTS = {**POINT, "direction": RAY_DIRECTION, **LOBES}
+_INPUTS: Ports = {**POINT, "direction": RAY_DIRECTION, **LOBES}
 _UNIFORMS = {
     "seed": Uniform("uint"),
     "pass_index": Uniform("uint"),

@@ -19,7 +19,9 @@ from ..streams import TABLE_WIDTH, Device
 from .device_photon_mapper import landed_rows
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film import SPARE
+from .needs import MOST_LOBES
 from .photon_mapper import STREAM_WIDTH, pilot_photons
+from .direct_light import RAYS_AT_ONCE
 from .scene import Scene
 from .settings import Settings
 from .strips import strips_of
@@ -32,9 +34,9 @@ GRIDS = (40 + 60) << 20
 # and the images twice more, the last preview's in shared memory and what was asked for of them.
 PICTURE = 84 + 40 + 2 * 84
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
-# A photon's: six textures of paths and three of a bounce's ends, and all that have half the size of
-# another (photon_mapper.py).
-PATHS = 2 * 9 * TEXEL
+# A photon's: six textures of paths, three of a bounce's ends and four of shaded points, and two
+# more of these if there are lobes; and all that have half the size of another (photon_mapper.py).
+PATHS, LOBE_PATHS = 2 * 13 * TEXEL, 2 * 2 * TEXEL
 RESIDENT_PATHS = 2 * 6 * TEXEL  # on a GPU with compute programs
 RESIDENT_ROOM = 6 * TEXEL  # in the list: device_photon_mapper.GUESSED and some
 DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
@@ -76,7 +78,7 @@ class Budget:
     def __init__(self, scene: Scene, settings: Settings, device: Device, layer: str) -> None:
         """`layer`: "fragment", "compute" or "native". Raises as `check`."""
         self._settings, self._layer, self._device = settings, layer, device
-        self._triangles, self._has_lights = len(scene.triangles), bool(scene.lights)
+        self._triangles, self._lights = len(scene.triangles), len(scene.emitters)
         used = np.bincount(scene.material, minlength=len(scene.materials))
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._strip = strips_of(settings.frame_region, device)[0].size
@@ -129,7 +131,8 @@ class Budget:
             photon_bytes = paths + lists, 0.0
         else:
             listed = DOWNLOADED * photons + LISTED * landed
-            photon_bytes = PATHS * photons + SORTED * landed, listed
+            paths = PATHS + (LOBE_PATHS if self._lobes else 0)
+            photon_bytes = paths * photons + SORTED * landed, listed
         if settings.estimator == "splat":
             photon_bytes = photon_bytes[0] + (SPLATS if software else 0) * landed, photon_bytes[1]
         tables = 0 if software else NATIVE_TABLES if native else TABLES
@@ -156,9 +159,9 @@ class Budget:
     def strip_textures(self) -> int:
         """How many there are of a strip's size: ray_tracer.py's and what films write to."""
         settings, native = self._settings, self._layer == "native"
-        count = 21 + (0 if native else SPARE)
-        if self._has_lights and not settings.direct_by_photons:
-            count += 4  # shadow rays
+        count = 22 + 2 * self._lobes + (0 if native else SPARE)
+        if native and not settings.direct_by_photons:
+            count += 4 * min(self._lights, RAYS_AT_ONCE)  # shadow rays
         if self._has_mirrors:
             count += 6
         if self._has_photons:
@@ -170,13 +173,17 @@ class Budget:
 
     @cached_property
     def _has_mirrors(self) -> bool:
-        return self._settings.mirror_depth > 0 and any(
-            x.reflects for m in self._materials for x in m.lobes
-        )
+        return self._settings.mirror_depth > 0 and self._lobes > 0
+
+    @cached_property
+    def _lobes(self) -> int:
+        """That a visible point has at most."""
+        counts = (sum(lobe.reflects for lobe in m.lobes) for m in self._materials)
+        return min(max(counts, default=0), MOST_LOBES)
 
     @cached_property
     def _has_photons(self) -> bool:
-        return self._has_lights and self._triangles > 0 and self._settings.photons_a_pass > 0
+        return self._lights > 0 and self._triangles > 0 and self._settings.photons_a_pass > 0
 
     @property
     def _pixels(self) -> int:

@@ -11,7 +11,7 @@ import numpy as np
 from ..streams import Defines, Made
 from .geometry import Mesh
 from .kinds import lobe_kinds, made_bsdf, made_lights
-from .scene import Scene
+from .scene import Light, Scene
 from .settings import Settings
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
@@ -36,8 +36,8 @@ class SceneNeeds:
     light_kinds: frozenset[str]
 
     @staticmethod
-    def of(scene: Scene, settings: Settings, mesh: Mesh) -> SceneNeeds:
-        """Look at lights, and at the materials of the triangles that were kept."""
+    def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
+        """Look at the lights that emit, and at the materials of the triangles that were kept."""
         surfaces = len(mesh.triangles) > 0
         used = np.unique(mesh.triangles["material"].astype(int)) if surfaces else []
         materials = [scene.materials[i] for i in used]
@@ -45,7 +45,6 @@ class SceneNeeds:
         lobes = [[lobe.kind for lobe in m.lobes if lobe.reflects] for m in materials]
         kinds = {kind for of_one in lobes for kind in of_one}
         broad = any(not lobe_kinds()[kind].is_delta for kind in kinds)
-        emitting = scene.emitters
         asked = bool(emitting) and (diffuse or broad) and not settings.direct_by_photons
         return SceneNeeds(
             surfaces=surfaces,
@@ -64,7 +63,7 @@ class SceneNeeds:
     @cached_property
     def eye_defines(self) -> Defines:
         """What kernels of visible points are compiled with."""
-        defines = {"EYE": 1, "LOBES": 1} if self.lobes else {}
+        defines: dict[str, int | float] = {"EYE": 1, "LOBES": 1} if self.lobes else {}
         return defines | ({"TWO_LOBES": 1} if self.lobes > 1 else {})
 
     @cached_property

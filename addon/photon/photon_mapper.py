@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -79,7 +79,8 @@ class _PathsAndEnds(Paths):
 
     def points(self, shade: Shade) -> dict[str, Stream]:
         """What Shade writes."""
-        for name, record in shade.outputs.items():
+        records: dict[str, Any] = {**shade.outputs}
+        for name, record in records.items():
             if name not in self._points:
                 self._points[name] = Stream(self.origin.back.device, record, self.size)
         return self._points

@@ -88,7 +88,7 @@ class _Preparation:
         budget = self._find_room()
         with self._phases.timed("bvh"):
             stage = self._kept.stage(self._scene, way)
-        needs = SceneNeeds.of(self._scene, settings, stage.mesh)
+        needs = SceneNeeds.of(self._scene, settings, stage.mesh, stage.tables.emitters)
         self.warnings = _warnings(self._scene, stage.mesh, needs)
         with self._phases.timed("programs"):
             mapper = self._start_pilot(stage, needs) if needs.photons else None

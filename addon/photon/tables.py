@@ -19,11 +19,8 @@ from .scene import Light, Material, Scene
 
 
 def light_table(lights: tuple[Light, ...], frame: Frame) -> NDArray[Any]:
-    """(L,) of LIGHT, one at least. Photons start at the only one, if it is; at which of several is
-    not said yet."""
+    """(L,) of LIGHT, one at least; which of them photons start at is not said yet."""
     table = LIGHT.zeros(max(len(lights), 1))
-    if len(lights) == 1:
-        table["chosen"] = table["cdf"] = 1.0
     kinds = light_kinds()
     for row, light in zip(table, lights, strict=False):
         kind = kinds[light.kind]
@@ -124,10 +121,16 @@ class Tables:
     """The scene's textures on a device."""
 
     def __init__(
-        self, device: Device, textures: dict[str, moderngl.Texture], lights: NDArray[Any]
+        self,
+        device: Device,
+        textures: dict[str, moderngl.Texture],
+        emitters: tuple[Light, ...],
+        lights: NDArray[Any],
     ) -> None:
-        """`lights`: those that may emit, of LIGHT, as the texture of that name holds them."""
-        self._device, self.textures, self.lights = device, textures, lights
+        """`emitters`: the lights that emit; `lights`: of LIGHT, as the texture of that name holds
+        them."""
+        self._device, self.textures = device, textures
+        self.emitters, self.lights = emitters, lights
 
     @staticmethod
     def upload(
@@ -140,7 +143,8 @@ class Tables:
     ) -> Tables:
         """Make them; `reads_tree`: whether kernels do."""
         materials, lobes = material_tables(scene.materials)
-        lights = light_table(scene.emitters, frame)
+        emitters = scene.emitters
+        lights = light_table(emitters, frame)
         tables = {
             "triangles": mesh.triangles,
             "corner_normals": mesh.normals,
@@ -150,10 +154,14 @@ class Tables:
         }
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
-        if len(scene.emitters) > 1:
-            choose_lights(lights, flux_of(device, layer, scene.emitters, textures["lights"]))
+        if emitters:
+            flux = flux_of(device, layer, emitters, textures["lights"])
+            shines = (flux > 0.0).any(axis=1)  # a cone without width does not
+            emitters = tuple(x for x, is_on in zip(emitters, shines, strict=True) if is_on)
+            lights = light_table(emitters, frame)
+            choose_lights(lights, flux[shines])
             write_table(textures["lights"], texels_of(lights))
-        return Tables(device, textures, lights)
+        return Tables(device, textures, emitters, lights)
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
         """Those tables that a kernel declares."""

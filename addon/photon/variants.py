@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import get_args
 
-from ..streams import Kernel
+from ..streams import Defines, Kernel, Made
 from ..streams.source import Source
 from .blur import Blur
 from .bounces import Bounces, declarations
@@ -14,31 +14,28 @@ from .combine import CombineAll, CombineMirror, CombinePrimary
 from .coverage import Coverage
 from .cuts import Cuts
 from .device_radii import DECLARATIONS
-from .direct import Direct
+from .direct import Direct, ShadowRays, Unshadowed
 from .eye_rays import EyeRays
 from .film import Accumulate, AccumulateBatches, AccumulateTwo
 from .gather import Gather
 from .generator import Generator
-from .lit import Lit
-from .mirror import Mirror
+from .kinds import light_kinds, lobe_kinds
+from .needs import MOST_LOBES, MOST_SHADOW_RAYS, SceneNeeds
 from .projector import Projector
 from .reach import Reach
 from .reflector import Reflector
+from .scatter import Scatter
 from .settings import Filter, SplatShape
+from .shade import Shade
 from .splat import splat_sources
+from .tables import LightFlux
 from .tracer import Tracer
-from .visible_points import VisiblePoints
 
+# Those that no define changes.
 PLAIN: tuple[type[Kernel], ...] = (
-    Generator,
     EyeRays,
-    Tracer,
-    Reflector,
     Projector,
-    VisiblePoints,
-    Direct,
-    Lit,
-    Mirror,
+    Unshadowed,
     Cuts,
     Blur,
     CombinePrimary,
@@ -73,26 +70,66 @@ COMPUTE = (
 )
 
 
-def kernels() -> Iterator[tuple[type[Kernel], dict[str, int | float]]]:
-    """Each kernel with each of its defines."""
+def needs() -> Iterator[SceneNeeds]:
+    """Every kind of scene, as far as programs tell them apart: no lobes, each kind alone and all
+    together, one of them at a point or two; each kind of light alone and all together; lights that
+    are all asked, and lights that are drawn."""
+    lights = [frozenset({kind}) for kind in light_kinds()]
+    lobes = [frozenset({kind}) for kind in lobe_kinds()]
+    all_lights, all_lobes = frozenset(light_kinds()), frozenset(lobe_kinds())
+    for drawn in (False, True):
+        for of_lights in (*lights, all_lights):
+            yield _needs(0, frozenset(), of_lights, drawn)
+        for of_lobes in (*lobes, all_lobes):
+            for count in range(1, MOST_LOBES + 1):
+                yield _needs(count, of_lobes, all_lights, drawn)
+
+
+def _needs(
+    lobes: int, lobe_kinds: frozenset[str], light_kinds: frozenset[str], drawn: bool
+) -> SceneNeeds:
+    return SceneNeeds(
+        surfaces=True,
+        shadow_rays=MOST_SHADOW_RAYS if drawn else 2,
+        drawn_lights=drawn,
+        hidden_highlights=False,
+        photons=True,
+        secondary_rays=lobes > 0,
+        chain_depth=1,
+        photon_bounces=1,
+        lobes=lobes,
+        lobe_kinds=lobe_kinds,
+        light_kinds=light_kinds,
+    )
+
+
+def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
+    """Each kernel with each of its defines and includes; some are the same program."""
     for kernel in PLAIN:
-        yield kernel, {}
-    yield Tracer, {"ANY_HIT": 1}
+        yield kernel, {}, {}
+    for defines in ({}, {"ANY_HIT": 1}):
+        yield Tracer, defines, {}
     for name in get_args(Filter):
-        yield Gather, {f"FILTER_{name.upper()}": 1}
-        yield (
-            Coverage,
-            {
-                f"FILTER_{name.upper()}": 1,
-            },
-        )
+        yield Gather, {f"FILTER_{name.upper()}": 1}, {}
+        yield Coverage, {f"FILTER_{name.upper()}": 1}, {}
+    for scene in needs():
+        for kernel in (Generator, LightFlux):
+            yield kernel, {}, scene.made
+        for kernel in (Shade, Reflector):
+            yield kernel, scene.photon_defines, scene.made
+        yield Shade, scene.eye_defines, scene.made
+        if scene.lobes:
+            yield Scatter, scene.eye_defines, scene.made
+        for kernel in (Direct, ShadowRays):
+            yield kernel, scene.direct_defines, scene.made
 
 
-def compute_programs() -> Iterator[tuple[str, str]]:
-    """Each program that is no kernel, and what it is compiled with."""
+def compute_programs() -> Iterator[tuple[str, str, Made]]:
+    """Each program that is no kernel, what it is compiled with, and its includes."""
     for stem in COMPUTE:
-        yield stem, DECLARATIONS.get(stem, "")
-    yield Bounces.stem, declarations()
+        yield stem, DECLARATIONS.get(stem, ""), {}
+    for scene in needs():
+        yield Bounces.stem, declarations(scene.photon_defines), scene.made
 
 
 def splats(version: int) -> Iterator[tuple[str, Source, Source]]:

@@ -231,7 +231,7 @@ class Kernel:
         uniforms: Mapping[str, Any],
     ) -> tuple[int, int]:
         who = type(self).__name__
-        ports = {**self.inputs, **self.outputs}
+        ports: dict[str, Any] = {**self.inputs, **self.outputs}
         for what, given, wanted in (
             ("stream", streams, ports),
             ("table", tables, self.tables),

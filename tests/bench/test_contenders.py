@@ -12,6 +12,7 @@ import pytest
 from addon.photon.scene import Camera, Light, Material, Scene
 from tests.scenes import plain_light, plain_material
 
+from .chart.plain import cone_of, specular_of
 from .chart.spot import spot_profile
 from .chart.worker import EngineError, Worker
 
@@ -55,7 +56,7 @@ def radiance(light: Light, material: Material) -> np.ndarray:
     intensity = np.ones_like(distance)
     if light.kind == "SPOT":
         angle = np.arccos(away @ np.array(light.direction) / distance)
-        intensity = spot_profile(angle, light.spot_size, light.spot_blend)
+        intensity = spot_profile(angle, *cone_of(light))
     irradiance = intensity * -away[..., 2] / distance**3
     power = np.array(light.power) / (4 * np.pi)
     return np.array(material.diffuse) / np.pi * power * irradiance[..., None]
@@ -103,7 +104,7 @@ def test_a_phong_lobe(tmp_path: Path) -> None:
     cosine = ((to_light * (-1, -1, 1)) * to_eye).sum(-1, keepdims=True) / (
         distance * np.linalg.norm(to_eye, axis=-1, keepdims=True)
     )
-    lobe = np.array(material.specular) * 22 / (2 * np.pi) * np.maximum(cosine, 0) ** 20
+    lobe = np.array(specular_of(material)[0]) * 22 / (2 * np.pi) * np.maximum(cosine, 0) ** 20
     irradiance = np.array(POINT.power) / (4 * np.pi) * to_light[..., 2:] / distance**3
     mine, expected = blocks(found), blocks(radiance(POINT, material) + lobe * irradiance)
     np.testing.assert_allclose(mine, expected, rtol=0.02)

@@ -18,7 +18,7 @@ from addon.photon.radius_field import RadiusField
 from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings
 from addon.streams import Device, HostKernel, Kernel
-from tests.scenes import cornell
+from tests.scenes import cornell, corners_of
 
 from .speed import choices, layers, machine, paper
 from .speed.choices import Choice, Combination, grid, verdict
@@ -305,7 +305,7 @@ def test_bumpy_sphere_is_closed() -> None:
     scene.check()
     assert len(scene.triangles) == 2 * 12**2
     _, mesh = machine.build_bvh(scene)
-    origins, directions = machine.incoherent_rays(mesh.corners, 500)
+    origins, directions = machine.incoherent_rays(corners_of(mesh), 500)
     assert np.abs(origins).max() < 1 and np.allclose(np.linalg.norm(directions, axis=1), 1)
     import photon_stream_native as native
 
@@ -313,7 +313,7 @@ def test_bumpy_sphere_is_closed() -> None:
     count = int(inside.sum())
     origin = np.c_[origins[inside], np.full(count, -1)].astype(np.float32)[None]
     direction = np.c_[directions[inside], np.full(count, 1e30)].astype(np.float32)[None]
-    hits = native.Tracer(mesh.tree.nodes, mesh.corners).trace(origin, direction, False)
+    hits = native.Tracer(mesh.tree.nodes, corners_of(mesh)).trace(origin, direction, False)
     assert count > 100 and (hits[..., 1] > 0).all()
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.geometry import upload_table
-from addon.streams import Device, Kernel, Stream
+from addon.photon.tables import texels_of, upload_table
+from addon.streams import Device, Kernel, Made, Stream
 from tests.unit.glsl_files import copy_root
 
 
@@ -45,24 +45,31 @@ class Bench:
         tables: dict[str, NDArray[Any]] | None = None,
         defines: dict[str, int | float] | None = None,
         count: int = 0,
-    ) -> dict[str, NDArray[np.float32]]:
+        made: Made | None = None,
+    ) -> dict[str, Any]:
         """The outputs, and under "alive" how many elements were not skipped.
 
-        `count`: the number of elements, for kernels without inputs.
+        Of `inputs` and `uniforms` it takes those that the kernel has. `count`: the number of
+        elements, for kernels without inputs.
         """
         count = count or len(next(iter(inputs.values())))
         size = (self.WIDTH, -(-count // self.WIDTH))
-        kernel = kind(self.device, self.layer, defines)
-        ports = {**kind.inputs, **kind.outputs}
+        kernel = kind(self.device, self.layer, defines, made=made)
+        ports = {**kernel.inputs, **kernel.outputs}
         streams = {name: Stream(self.device, record, size) for name, record in ports.items()}
-        for name, data in inputs.items():
+        for name in kernel.inputs:
             texels = np.zeros((size[0] * size[1], 4), np.float32)
-            texels[:count] = data
+            texels[:count] = inputs[name]
             streams[name].upload(texels.reshape(size[1], size[0], 4))
-        textures = {name: upload_table(self.device, data) for name, data in (tables or {}).items()}
-        alive = kernel.run(streams, textures, uniforms, count=True)
+        textures = {
+            name: upload_table(self.device, data if data.dtype.names is None else texels_of(data))
+            for name, data in (tables or {}).items()
+            if name in kernel.tables
+        }
+        values = {n: value for n, value in (uniforms or {}).items() if n in kernel.uniforms}
+        alive = kernel.run(streams, textures, values, count=True)
         result: dict[str, Any] = {
-            name: streams[name].download().reshape(-1, 4)[:count] for name in kind.outputs
+            name: streams[name].download().reshape(-1, 4)[:count] for name in kernel.outputs
         }
         for item in (*streams.values(), *textures.values(), kernel):
             item.release()

@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 
 from addon.photon.coverage import Coverage
 from addon.photon.cuts import Cuts
-from addon.photon.geometry import Frame, Mesh, material_table
+from addon.photon.geometry import Frame, Mesh
 from addon.photon.native_kernels import triangles_of
 from addon.photon.settings import Filter
 from tests.kernels.conftest import Bench
-from tests.scenes import GREY, Builder, cornell, plain_material
+from tests.scenes import GREY, Builder, cornell, corners_of, plain_material
 
 RADIUS = 0.3
 UP = (0.0, 0.0, 1.0)
 BLACK = plain_material("black", (0.0,) * 3)
 MATERIALS = (GREY, BLACK)
-DIFFUSE = np.array([True, False])
+DIFFUSE = np.float32([(0.5, 0.5, 0.5, 1.0), (0.0, 0.0, 0.0, 0.0)])  # as Shade writes them
 HERE = Frame(np.zeros(3), 1.0)
 
 
@@ -51,7 +51,7 @@ def cuts_at(
     points: Any,
     normals: Any = UP,
     surface: Any = 1.0,
-    material: float = 0.0,
+    material: int = 0,
 ) -> NDArray[np.float32]:
     """(n, 4) cuts of discs of RADIUS, which both ways to compute them agree on."""
     glsl, ours = both_cuts_at(bench, mesh_of(built), points, normals, surface, material)
@@ -71,20 +71,21 @@ def both_cuts_at(
     points: Any,
     normals: Any = UP,
     surface: Any = 1.0,
-    material: float = 0.0,
+    material: int = 0,
 ) -> tuple[Any, Any]:
     """By the kernel and by the native core."""
     place = texels(points, surface)
-    facing = texels(np.broadcast_to(normals, place[:, :3].shape), material)
+    facing = texels(np.broadcast_to(normals, place[:, :3].shape), 1.0)
+    diffuse = np.tile(DIFFUSE[material], (len(place), 1))
     radii = even(2 * RADIUS)
     tables = {
         "nodes": mesh.tree.nodes,
-        "triangles": mesh.corners,
-        "materials": material_table(MATERIALS),
+        "triangles": mesh.triangles,
         "radii": radii.table(),
     }
-    glsl = bench.run(Cuts, {"place": place, "facing": facing}, {"shrink": 0.5}, tables)["cuts"]
-    ours = triangles_of(mesh).cuts(place[None], facing[None], DIFFUSE, radii, shrink=0.5)[0]
+    points = {"place": place, "facing": facing, "diffuse": diffuse}
+    glsl = bench.run(Cuts, points, {"shrink": 0.5}, tables)["cuts"]
+    ours = triangles_of(mesh).cuts(*(x[None] for x in points.values()), radii, shrink=0.5)[0]
     return glsl, ours
 
 
@@ -165,7 +166,7 @@ def test_heights(bench: Bench, low: float, high: float, cut: bool) -> None:
 def test_own_surface(bench: Bench) -> None:
     """What bends up slowly is no obstacle, what stands up steeply is; another's is in any case."""
     ball = Builder().sphere((0, 0, 0), 0.8, subdivisions=3)
-    corners = mesh_of(ball).corners[..., :3]
+    corners = corners_of(mesh_of(ball))[..., :3]
     points = corners.transpose(0, 2, 1) @ (0.5, 0.3, 0.2)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     inwards = -across / np.linalg.norm(across, axis=1, keepdims=True)
@@ -178,7 +179,7 @@ def test_own_surface(bench: Bench) -> None:
 def test_no_point(bench: Bench) -> None:
     """No surface, a black one, no number."""
     built = wall(floor(), 0.1)
-    for options in ({"surface": 0.0}, {"material": 1.0}):
+    for options in ({"surface": 0.0}, {"material": 1}):
         assert not cuts_at(bench, built, (0, 0, 0), **options).any()
     assert not cuts_at(bench, built, (np.nan, 0, 0), (np.nan, 0, 0)).any()
 
@@ -210,17 +211,18 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     plate = floor()
     x = np.where(np.arange(count) % 2 == 0, 0.0, 0.9 - 0.4 * RADIUS)  # on it, and at its edge
     place = texels(np.stack([x, 0 * x, 0 * x], 1), 1.0)
-    facing = texels(np.broadcast_to(UP, (count, 3)), 0.0)
+    facing = texels(np.broadcast_to(UP, (count, 3)), 1.0)
+    diffuse = np.tile(DIFFUSE[0], (count, 1))
     shading = texels(np.broadcast_to(UP, (count, 3)), 0.0)
     mesh, radii = mesh_of(plate), even(RADIUS)
     draw: dict[str, Any] = {"probes": PROBES, "seed": 3, "depth": 0}
     draw |= {"shrink": 1.0, "frame_size": (count, 1), "region_origin": (0, 0)}
     streams = {"place": place, "facing": facing, "shading": shading, "cuts": cuts}
+    streams["diffuse"] = diffuse
     tables = {
         "nodes": mesh.tree.nodes,
-        "triangles": mesh.corners,
+        "triangles": mesh.triangles,
         "corner_normals": mesh.normals,
-        "materials": material_table(MATERIALS),
         "radii": radii.table(),
     }
     defines = {f"FILTER_{name.upper()}": 1}
@@ -228,7 +230,7 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     for index in range(PASSES):
         draw["first_probe"] = index * PROBES
         ours = triangles_of(mesh).coverage(
-            *(x[None] for x in streams.values()), DIFFUSE, radii, filter=name, **draw
+            *(x[None] for x in streams.values()), radii, filter=name, **draw
         )[0]
         glsl = one_bench.run(Coverage, streams, draw, tables, defines)["coverage"]
         # A probe at the plate's border may fall to either side.

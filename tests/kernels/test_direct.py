@@ -8,11 +8,13 @@ import math
 import numpy as np
 import pytest
 
-from addon.photon.direct import Direct
-from addon.photon.geometry import Frame, light_table, material_table
+from addon.photon.direct import ShadowRays
+from addon.photon.geometry import Frame
+from addon.photon.kinds import made_bsdf, made_lights
+from addon.photon.tables import light_table
 from tests.kernels.conftest import Bench
 from tests.kernels.statistics import excess
-from tests.scenes import plain_light, plain_material
+from tests.scenes import plain_light
 
 WIDTH, HEIGHT = Bench.WIDTH, 64
 COUNT = WIDTH * HEIGHT
@@ -28,15 +30,16 @@ def test_directions_to_a_sphere(bench: Bench, radius: float) -> None:
     point = np.zeros((COUNT, 4), np.float32)
     facing = np.tile(np.float32([*axis, 0.0]), (COUNT, 1))
     there = point + np.float32([0, 0, 0, 1])
+    diffuse = np.tile(np.float32([0.5, 0.5, 0.5, 1.0]), (COUNT, 1))
+    points = {"place": there, "facing": facing, "shading": facing, "diffuse": diffuse}
     result = bench.run(
-        Direct,
-        {"place": there, "facing": facing, "shading": facing, "direction": -facing},
-        {"seed": 7, "pass_index": 2, "depth": 0, "light_index": 0}
+        ShadowRays,
+        points | {"direction": -facing},
+        {"seed": 7, "pass_index": 2, "depth": 0, "first_ray": 0, "light_count": 1}
         | {"frame_size": (WIDTH, HEIGHT), "region_origin": (0, 0)},
-        {
-            "lights": light_table((lamp,), HERE),
-            "materials": material_table((plain_material("m", (0.5,) * 3),)),
-        },
+        {"lights": light_table((lamp,), HERE)},
+        {"SHADOW_RAYS": 1},
+        made={**made_bsdf(()), **made_lights({"point"})},
     )
     shadow = result["shadow_direction"].astype(np.float64)
     direction, far = shadow[:, :3], shadow[:, 3]

@@ -10,11 +10,13 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
-from addon.photon.geometry import Mesh, frame_of, light_table, material_table, upload_table
+from addon.photon.geometry import Mesh, frame_of
 from addon.photon.native_kernels import NativeTracer, triangles_of
+from addon.photon.native_photon_mapper import _lights, _materials
 from addon.photon.records import HIT, RAY_DIRECTION, RAY_ORIGIN
 from addon.photon.renderer import Renderer
 from addon.photon.settings import Filter, Settings
+from addon.photon.tables import choose_lights, light_table, texels_of, upload_table
 from addon.photon.tracer import Tracer
 from addon.streams import Device, Stream, StreamError
 from tests.measure import render
@@ -48,7 +50,7 @@ def test_tracer(device: Device, any_hit: bool) -> None:
     streams["direction"].upload(direction)
     tables = {
         "nodes": upload_table(device, mesh.tree.nodes),
-        "triangles": upload_table(device, mesh.corners),
+        "triangles": upload_table(device, texels_of(mesh.triangles)),
     }
     kernels = (
         Tracer(device, "fragment", {"ANY_HIT": 1} if any_hit else {}),
@@ -111,14 +113,20 @@ class TestPhotons:
 
     def test_bad_tables(self) -> None:
         mesh = Mesh.build(SCENE, frame_of(SCENE))
-        tracer, lights = triangles_of(mesh), light_table(SCENE.lights, frame_of(SCENE))
+        tracer = triangles_of(mesh)
+        normals = texels_of(mesh.normals).reshape(-1, 3, 4)
+        table = light_table(SCENE.lights, frame_of(SCENE))
+        choose_lights(table, np.ones((len(table), 3)))
+        lights = texels_of(_lights(table)).reshape(len(table), -1, 4)
         draw: Any = {"seed": 1, "pass_index": 0, "photons": 100, "bounces": 3, "first_hits": True}
-        materials = material_table(SCENE.materials)
+        count = len(SCENE.materials)
+        materials = texels_of(_materials(SCENE.materials)).reshape(count, -1, 4)
+        assert len(tracer.photons(normals, materials, lights, **draw)[0]) > 100
         with pytest.raises(ValueError, match="normals: expected shape"):
-            tracer.photons(mesh.normals[:-1].copy(), materials, lights, **draw)
-        none, _, unfinished = tracer.photons(mesh.normals, materials[:0].copy(), lights, **draw)
+            tracer.photons(normals[:-1].copy(), materials, lights, **draw)
+        none, _, unfinished = tracer.photons(normals, materials[:0].copy(), lights, **draw)
         assert len(none) == unfinished == 0
-        assert len(tracer.photons(mesh.normals, materials, lights[:0].copy(), **draw)[0]) == 0
+        assert len(tracer.photons(normals, materials, lights[:0].copy(), **draw)[0]) == 0
 
 
 @pytest.mark.parametrize("name", get_args(Filter))

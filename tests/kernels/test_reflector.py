@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reflector and Projector on a single triangle."""
+"""Reflector and Projector of what Shade finds on a single triangle."""
 
 from __future__ import annotations
 
@@ -10,33 +10,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.geometry import material_table
 from addon.photon.projector import Projector
 from addon.photon.reflector import Reflector
 from addon.photon.scene import MIRROR, Material
 from tests.kernels.conftest import Bench
+from tests.kernels.shading import PHOTONS, SURFACE, made_for, shade
 from tests.kernels.statistics import excess
 from tests.scenes import plain_material
 
 COUNT = 100_000
 INCOMING = np.array([0.6, 0.0, -0.8])
 FLUX = np.array([2.0, 1.0, 0.5])
-SURFACE = 5
-
-
-def tables(material: Material) -> dict[str, NDArray[np.float32]]:
-    """A triangle in z = 0 that wears the second of two materials."""
-    corners = np.zeros((1, 3, 4), np.float32)
-    corners[0, :, :2] = [(-0.5, -0.5), (0.5, -0.5), (0.0, 0.5)]
-    corners[0, :2, 3] = 1, SURFACE
-    normals = np.zeros((1, 3, 4), np.float32)
-    normals[..., 2] = 1.0
-    black = plain_material("black", (0.0, 0.0, 0.0))
-    return {
-        "triangles": corners,
-        "corner_normals": normals,
-        "materials": material_table((black, material)),
-    }
 
 
 def incoming(direction: Any = INCOMING) -> dict[str, NDArray[np.float32]]:
@@ -53,7 +37,8 @@ def incoming(direction: Any = INCOMING) -> dict[str, NDArray[np.float32]]:
 
 def reflect(bench: Bench, material: Material, bounce: int = 0, **kwargs: Any) -> dict[str, Any]:
     values = {"seed": 1, "pass_index": 2, "bounce": bounce}
-    return bench.run(Reflector, incoming(**kwargs), values, tables(material))
+    points = shade(bench, material, incoming(**kwargs), values, PHOTONS)
+    return bench.run(Reflector, points, values, defines=PHOTONS, made=made_for(material))
 
 
 MATERIALS = [
@@ -66,19 +51,27 @@ MATERIALS = [
 ]
 
 
+def lobe_of(material: Material) -> tuple[Any, float]:
+    """The paper's k_s, and the exponent."""
+    for lobe in material.lobes:
+        return lobe.colour, lobe.parameters.get("exponent", MIRROR)
+    return (0.0, 0.0, 0.0), MIRROR
+
+
 @pytest.mark.parametrize("material", MATERIALS, ids=lambda m: m.name)
 def test_energy_in_expectation(bench: Bench, material: Material) -> None:
     """Mean outgoing flux = albedo x incoming flux, in each channel."""
     result = reflect(bench, material)
     flux = result["next_flux"][:, :3].astype(np.float64)
-    albedo = np.add(material.diffuse, material.specular)
+    specular, exponent = lobe_of(material)
+    albedo = np.add(material.diffuse, specular)
     hits = COUNT * 0.9
     mean = flux.sum(axis=0) / hits
     error = np.sqrt(np.maximum((flux**2).sum(axis=0) / hits - mean**2, 0) / hits)
     expected = albedo * FLUX
-    if np.isfinite(material.exponent):  # the lobe's weight (n + 2) / (n + 1) cos: nearly k_s here
+    if np.isfinite(exponent):  # the lobe's weight (n + 2) / (n + 1) cos: nearly k_s here
         assert (mean <= expected + 4 * error).all()
-        below = np.array(material.specular) * FLUX * 0.21  # 1 - cos 37 deg = 0.2
+        below = np.array(specular) * FLUX * 0.21  # 1 - cos 37 deg = 0.2
         assert (mean >= expected - below - 4 * error).all()
     else:
         assert (np.abs(mean - expected) <= 4 * error + 1e-6).all()
@@ -96,7 +89,7 @@ def test_lobe_at_normal_incidence_reflects_k_s(bench: Bench) -> None:
     hits = COUNT * 0.9
     mean = flux.sum(axis=0) / hits
     error = flux.std(axis=0) / math.sqrt(hits)
-    assert (np.abs(mean - np.multiply(material.specular, FLUX)) <= 4 * error).all()
+    assert (np.abs(mean - np.multiply(lobe_of(material)[0], FLUX)) <= 4 * error).all()
 
 
 def test_colour_bleeds(bench: Bench) -> None:
@@ -159,21 +152,22 @@ def test_bounces_draw_other_numbers(bench: Bench) -> None:
 
 
 def project(bench: Bench, material: Material) -> dict[str, Any]:
-    return bench.run(Projector, incoming(), tables=tables(material))
+    values = {"seed": 1, "pass_index": 2, "bounce": 0}
+    return bench.run(Projector, shade(bench, material, incoming(), values, PHOTONS))
 
 
 @pytest.mark.parametrize("diffuse", [(0.5, 0.5, 0.5), (0.0, 0.0, 1e-3)])
 def test_deposits_on_diffuse_surfaces(bench: Bench, diffuse: Any) -> None:
     result = project(bench, plain_material("some", diffuse, (0.3, 0.3, 0.3)))
-    there = result["place"][:, 3] != 0
+    there = result["landed"][:, 3] != 0
     assert not there[::10].any() and there.sum() == result["alive"] == COUNT * 0.9
-    assert np.allclose(result["place"][there, :3], [0, -1 / 6, 0], atol=1e-6)
-    assert (result["place"][there, 3] == SURFACE + 1).all()
+    assert np.allclose(result["landed"][there, :3], [0, -1 / 6, 0], atol=1e-6)
+    assert (result["landed"][there, 3] == SURFACE + 1).all()
     assert np.array_equal(result["deposit"][there, :3], np.tile(np.float32(FLUX), (there.sum(), 1)))
-    assert not result["place"][~there].any() and not result["deposit"][~there].any()
+    assert not result["landed"][~there].any() and not result["deposit"][~there].any()
 
 
 @pytest.mark.parametrize("specular", [0.0, 0.9])
 def test_no_deposit_elsewhere(bench: Bench, specular: float) -> None:
     result = project(bench, plain_material("chrome", (0.0, 0.0, 0.0), (specular,) * 3))
-    assert result["alive"] == 0 and not result["place"].any() and not result["deposit"].any()
+    assert result["alive"] == 0 and not result["landed"].any() and not result["deposit"].any()

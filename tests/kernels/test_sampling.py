@@ -1,33 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Each sampler against its density, filters and BRDF against their integrals."""
+"""Each sampler against its density, filters against their integrals."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.geometry import Frame, light_table, material_table, solid_angles
-from addon.photon.scene import Light
-from addon.streams import Table, Uniform
+from addon.photon.settings import FILTER_DEFINES
+from addon.streams import Uniform
 from tests.kernels.conftest import Bench
 from tests.kernels.statistics import excess
-from tests.scenes import plain_light, plain_material
 from tests.unit.glsl_files import VALUE, declare
 
 COUNT = 1 << 18
-COSINE, PHONG, DISC, SPOT, MASS = range(5)
-SHARED: dict[str, Any] = {
-    "uniforms": {"exponent": Uniform("float")},
-    "tables": {"lights": Table()},
-}
-DRAW = declare("draw_sample", {"value": VALUE}, inputs={"uniform_numbers": VALUE}, **SHARED)
-DENSITY = declare("eval_density", {"value": VALUE}, inputs={"at": VALUE}, **SHARED)
-HERE = Frame(np.zeros(3), 1.0)
-SOME_LIGHT = plain_light("light", "POINT", (0, 0, 0), (1, 1, 1))
+COSINE, DISC, MASS = range(3)
+FILTERS = tuple(FILTER_DEFINES)
+DRAW = declare(
+    "draw_sample",
+    {"value": VALUE},
+    inputs={"uniform_numbers": VALUE},
+    structure=("SAMPLE", *FILTERS),
+)
+DENSITY = declare("eval_density", {"value": VALUE}, inputs={"at": VALUE})
 RINGS, SECTORS = 40, 16
 
 
@@ -39,38 +36,22 @@ def texels(*columns: Any) -> NDArray[np.float32]:
     return made
 
 
-def draw(
-    bench: Bench, kind: int, exponent: float = 1.0, light: Light = SOME_LIGHT
-) -> NDArray[np.float64]:
+def draw(bench: Bench, kind: int) -> NDArray[np.float64]:
     """COUNT samples of uniform numbers of 24 bits, as random4 gives them."""
     bits = np.random.default_rng(11).integers(0, 1 << 24, (COUNT, 4))
     u = (bits / (1 << 24)).astype(np.float32)
-    result = bench.run(
-        DRAW,
-        {"uniform_numbers": u},
-        {"exponent": exponent},
-        {"lights": light_table((light,), HERE)},
-        {"SAMPLE": kind},
-    )
+    result = bench.run(DRAW, {"uniform_numbers": u}, defines={"SAMPLE": kind})
     value = result["value"].astype(np.float64)
     assert np.isfinite(value).all() and (value[:, 3] == 1.0).all()
     return value
 
 
-def masses(
-    bench: Bench, kind: int, edges: Any, exponent: float = 1.0, light: Light = SOME_LIGHT
-) -> NDArray[np.float64]:
+def masses(bench: Bench, edges: Any) -> NDArray[np.float64]:
     """Integral of the density [1/sr] over rings between versines (1 - cos)."""
     fine = 64
     steps = edges[:-1, None] + (np.arange(fine) + 0.5) / fine * np.diff(edges)[:, None]
-    at = steps.ravel() if kind == SPOT else 1.0 - steps.ravel()
-    density = bench.run(
-        DENSITY,
-        {"at": texels(at)},
-        {"exponent": exponent},
-        {"lights": light_table((light,), HERE)},
-        {"SAMPLE": kind},
-    )["value"][:, 0].astype(np.float64)
+    at = {"at": texels(1.0 - steps.ravel())}
+    density = bench.run(DENSITY, at)["value"][:, 0].astype(np.float64)
     return 2 * np.pi * density.reshape(steps.shape).mean(axis=1) * np.diff(edges)
 
 
@@ -98,25 +79,10 @@ def test_cosine_hemisphere(one_bench: Bench) -> None:
     assert np.abs(np.linalg.norm(directions[:, :3], axis=1) - 1).max() < 1e-6
     assert directions[:, 2].min() >= 0
     edges = np.linspace(0, 1, RINGS + 1)
-    mass = masses(one_bench, COSINE, edges)
+    mass = masses(one_bench, edges)
     assert mass.sum() == pytest.approx(1, abs=1e-3)
     assert_rings(rings_and_sectors(directions, edges), mass / mass.sum())
     assert np.allclose(mass, np.diff(1 - (1 - edges) ** 2), rtol=1e-3)  # integral of cos / pi
-
-
-@pytest.mark.parametrize("exponent", [0.0, 1.0, 10.0, 1000.0])
-def test_phong_lobe(one_bench: Bench, exponent: float) -> None:
-    directions = draw(one_bench, PHONG, exponent)
-    assert np.abs(np.linalg.norm(directions[:, :3], axis=1) - 1).max() < 1e-6
-    assert directions[:, 2].min() >= 0
-    # Out to where 1e-5 of the lobe is left; that goes to the last ring.
-    reach = 1 - 1e-5 ** (1 / (exponent + 1))
-    edges = np.linspace(0, reach, RINGS + 1)
-    mass = masses(one_bench, PHONG, edges, exponent)
-    assert mass.sum() == pytest.approx(1 - 1e-5, abs=1e-3)
-    exact = (1 - edges[:-1]) ** (exponent + 1) - (1 - edges[1:]) ** (exponent + 1)
-    assert np.allclose(mass, exact, rtol=3e-3, atol=1e-7)
-    assert_rings(rings_and_sectors(directions, edges), mass / mass.sum())
 
 
 def test_disc(one_bench: Bench) -> None:
@@ -125,51 +91,6 @@ def test_disc(one_bench: Bench) -> None:
     bins = [np.linspace(0, 1, RINGS + 1), np.linspace(-np.pi, np.pi, SECTORS + 1)]
     counts = np.histogram2d(np.minimum(x * x + y * y, 1), np.arctan2(y, x), bins)[0]
     assert excess(counts, np.full(counts.shape, COUNT / counts.size)) < 1
-
-
-SPOTS = [
-    pytest.param(
-        plain_light(
-            "spot", "SPOT", (0, 0, 0), (1, 1, 1), spot_size=math.radians(size), spot_blend=blend
-        ),
-        id=f"{size} deg, blend {blend}",
-    )
-    for size in (1, 70, 180)
-    for blend in (0.0, 0.15, 1.0)
-]
-
-
-@pytest.mark.stability(32)
-@pytest.mark.parametrize("light", [*SPOTS, pytest.param(SOME_LIGHT, id="point")])
-def test_spot(one_bench: Bench, light: Light) -> None:
-    outer, inner = solid_angles(light)
-    versine = draw(one_bench, SPOT, light=light)[:, 0]
-    assert versine.min() >= 0 and versine.max() <= outer * (1 + 1e-6)
-    edges = np.linspace(0, outer, 101)
-    mass = masses(one_bench, SPOT, edges, light=light)
-    assert mass.sum() == pytest.approx(1, abs=1e-3)
-    counts = np.histogram(np.minimum(versine, outer * (1 - 1e-12)), edges)[0]
-    assert excess(counts, mass / mass.sum() * COUNT) < 1
-    # The spot's profile over its own integral.
-    middle = (edges[:-1] + edges[1:]) / 2
-    t = np.clip((outer - middle) / max(outer - inner, 1e-30), 0, 1)
-    profile = np.where(middle <= inner, 1.0, t * t * (3 - 2 * t))
-    assert np.allclose(mass * 100, profile / (inner + outer) * 2 * outer, atol=0.02)
-
-
-def test_spot_grows_with_u(one_bench: Bench) -> None:
-    """Stratified numbers stay stratified: the sampler is monotone."""
-    for light in (SPOTS[1].values[0], SPOTS[5].values[0], SOME_LIGHT):
-        u = texels(np.linspace(0, 1, 10001)[:-1])
-        result = one_bench.run(
-            DRAW,
-            {"uniform_numbers": u},
-            {"exponent": 1.0},
-            {"lights": light_table((light,), HERE)},
-            {"SAMPLE": SPOT},
-        )
-        versine = result["value"][:, 0].astype(np.float64)
-        assert np.diff(versine).min() >= -1e-6 * versine.max()
 
 
 # Directions in one float.
@@ -202,6 +123,7 @@ FILTER = declare(
     {"value": VALUE},
     inputs={"distance": VALUE},
     uniforms={"radius": Uniform("float")},
+    structure=FILTERS,
 )
 
 
@@ -231,9 +153,7 @@ def test_filter_is_sampled_as_it_weighs(one_bench: Bench, name: str) -> None:
     drawn = one_bench.run(
         DRAW,
         {"uniform_numbers": numbers.astype(np.float32)},
-        {"exponent": 1.0},
-        {"lights": light_table((SOME_LIGHT,), HERE)},
-        {"SAMPLE": MASS, **define},
+        defines={"SAMPLE": MASS, **define},
     )["value"][:, 0]
     rings, fine = 50, 200
     squares = (np.arange(rings * fine) + 0.5) / (rings * fine)
@@ -244,59 +164,3 @@ def test_filter_is_sampled_as_it_weighs(one_bench: Bench, name: str) -> None:
     mass = np.pi * weight.astype(np.float64).reshape(rings, fine).mean(axis=1) / rings
     counts = np.histogram(drawn, bins=rings, range=(0.0, 1.0))[0]
     assert counts.sum() == COUNT and excess(counts, mass / mass.sum() * COUNT) < 1
-
-
-# The BRDF.
-
-BRDF = declare(
-    "eval_material",
-    {"value": VALUE},
-    inputs={"towards_light": VALUE, "towards_viewer": VALUE},
-    tables={"materials": Table()},
-)
-K_D, K_S = (0.2, 0.4, 0.0), (0.5, 0.1, 0.3)
-
-
-def brdf(bench: Bench, exponent: float, light: Any, viewer: Any) -> NDArray[np.float64]:
-    table = material_table((plain_material("m", K_D, K_S, exponent),))
-    inputs = {"towards_light": texels(*light.T), "towards_viewer": texels(*viewer.T)}
-    return bench.run(BRDF, inputs, tables={"materials": table})["value"][:, :3].astype(np.float64)
-
-
-@pytest.mark.parametrize("exponent", [0.0, 1.0, 10.0, 1000.0, np.inf])
-def test_brdf_is_reciprocal(one_bench: Bench, exponent: float) -> None:
-    rng = np.random.default_rng(6)
-    a, b = rng.normal(size=(2, 100_000, 3))
-    b[::2] = a[::2] * [-1, -1, 1] + 0.05 * b[::2]  # half of the pairs in the lobe
-    for v in (a, b):
-        v /= np.linalg.norm(v, axis=1, keepdims=True)
-        v[:, 2] = np.abs(v[:, 2])
-    forth, back = brdf(one_bench, exponent, a, b), brdf(one_bench, exponent, b, a)
-    assert forth.min() >= 0 and np.allclose(forth, back, rtol=1e-3, atol=1e-6)
-    assert (forth >= np.array(K_D) / np.pi * (1 - 1e-5)).all()
-
-
-@pytest.mark.parametrize("exponent", [0.0, 1.0, 10.0, 1000.0, np.inf])
-@pytest.mark.parametrize("angle", [0, 30, 60, 85])
-def test_brdf_never_reflects_more_than_its_share(
-    one_bench: Bench, exponent: float, angle: float
-) -> None:
-    """Albedo by quadrature over the hemisphere; at normal incidence it is k_d + k_s exactly."""
-    n = 700
-    cosine = (np.arange(n) + 0.5) / n
-    if exponent == 1000.0:
-        cosine = 1 - (1 - cosine) ** 2 if angle == 0 else cosine
-    weight = np.gradient(cosine) if exponent == 1000.0 and angle == 0 else np.full(n, 1 / n)
-    azimuth = (np.arange(n) + 0.5) / n * 2 * np.pi
-    z, phi = (x.ravel() for x in np.meshgrid(cosine, azimuth, indexing="ij"))
-    sine = np.sqrt(1 - z * z)
-    viewer = np.stack([sine * np.cos(phi), sine * np.sin(phi), z], -1)
-    light = np.array([math.sin(math.radians(angle)), 0, math.cos(math.radians(angle))])
-    value = brdf(one_bench, exponent, np.broadcast_to(light, viewer.shape), viewer)
-    weights = np.repeat(weight, n) * (2 * np.pi / n) * z
-    albedo = (value * weights[:, None]).sum(axis=0)
-    limit = np.add(K_D, K_S if np.isfinite(exponent) else 0.0)
-    assert (albedo <= limit * 1.005).all()
-    assert (albedo >= np.array(K_D) * 0.995).all()
-    if angle == 0:
-        assert np.allclose(albedo, limit, rtol=5e-3)

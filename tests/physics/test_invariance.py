@@ -35,7 +35,7 @@ def moved(scene: Scene, rotation: Any, offset: Any, scale: float = 1.0) -> Scene
             position=tuple(points(light.position)),
             direction=tuple(rotation @ light.direction),
             power=tuple(np.multiply(light.power, scale**2)),
-            radius=light.radius * scale,
+            parameters=dict(light.parameters) | {"radius": light.parameters["radius"] * scale},
         )
         for light in scene.lights
     )
@@ -215,7 +215,12 @@ def test_case_11_swapped_channels(device: Device) -> None:
         return (c[2], c[1], c[0])
 
     materials = tuple(
-        replace(m, diffuse=swap(m.diffuse), specular=swap(m.specular)) for m in scene.materials
+        replace(
+            m,
+            diffuse=swap(m.diffuse),
+            lobes=tuple(replace(lobe, colour=swap(lobe.colour)) for lobe in m.lobes),
+        )
+        for m in scene.materials
     )
     lights = tuple(replace(x, power=swap(x.power)) for x in scene.lights)
     a = render(device, scene)

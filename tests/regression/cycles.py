@@ -8,7 +8,6 @@ OSL closure phong_ramp, which is Lafortune & Willems 1994's lobe: k_s (n + 2) / 
 from __future__ import annotations
 
 import hashlib
-import math
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -92,9 +91,10 @@ def prepare(scene: bpy.types.Scene, samples: int, seed: int) -> None:
 def replace_lobes(exported: Scene) -> None:
     """Give every Glossy BSDF that we render as a Phong lobe the same lobe in Cycles."""
     exponents = {
-        m.name: m.exponent
+        m.name: lobe.parameters["exponent"]
         for m in exported.materials
-        if max(m.specular) > 0 and math.isfinite(m.exponent)
+        for lobe in m.lobes
+        if lobe.kind == "phong"
     }
     if not exponents:
         return

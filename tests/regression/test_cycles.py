@@ -91,7 +91,8 @@ def test_the_lobe_in_cycles_is_ours() -> None:
     size, n = 32, 20.0
     exported = lamp_over_glossy_plane(size, n)
     (lamp,), (material,) = exported.lights, exported.materials
-    assert material.exponent == pytest.approx(n)
+    (lobe,) = material.lobes
+    assert lobe.kind == "phong" and lobe.parameters["exponent"] == pytest.approx(n)
     rendered = render_cycles(exported, 512, 1)
 
     fine = 8 * size  # points a pixel's width / 8 apart
@@ -108,7 +109,7 @@ def test_the_lobe_in_cycles_is_ours() -> None:
     mirrored = to_lamp * (-1, -1, 1)  # about the normal (0, 0, 1)
     alpha = (mirrored * viewer).sum(-1, keepdims=True).clip(0)
     irradiance = np.array(lamp.power) / (4 * np.pi * distance**2) * to_lamp[..., 2:]
-    radiance = np.array(material.specular) * (n + 2) / (2 * np.pi) * alpha**n * irradiance
+    radiance = np.array(lobe.colour) * (n + 2) / (2 * np.pi) * alpha**n * irradiance
     expected = radiance.reshape(size, 8, size, 8, 3).mean(axis=(1, 3))
     bright = expected > 0.05 * expected.max()
     assert bright.any()

@@ -25,6 +25,7 @@ from tests.scenes import (
     plain_light,
     plain_material,
     replace,
+    with_cone,
 )
 from tests.stability.table import Measured
 
@@ -153,7 +154,7 @@ def test_grazing_splats(device: Device, measured: Measured) -> None:
     back = np.array([0.0, -math.cos(angle), math.sin(angle)])
     view = orthographic(2 * back, (1, 0, 0), np.cross(back, (1, 0, 0)), 1.0)
     window = (-0.5, 0.5, -0.5 * math.sin(angle), 0.5 * math.sin(angle))
-    light = replace(scene.lights[0], spot_size=2 * math.atan(0.8 / 2000.0))
+    light = with_cone(scene.lights[0], 2 * math.atan(0.8 / 2000.0))
     scene = replace(scene, camera=replace(view, window=window), lights=(light,))
     for shape in ("triangle", "quad", "point"):
         values = over_seeds(
@@ -185,7 +186,7 @@ def test_many_photons_on_one_pixel(
     count = 1 << 22 if thorough else 500_000
     scene, _ = lit_plate()
     view = orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 1e-3)
-    light = replace(scene.lights[0], spot_size=2 * math.atan(0.9 / 2000.0))
+    light = with_cone(scene.lights[0], 2 * math.atan(0.9 / 2000.0))
     scene = replace(scene, camera=view, lights=(light,), materials=(DIM,))
     settings: dict[str, Any] = {"radius": 1.0, "filter": kernel, "boundary_correction": False}
     settings |= {"direct_by_photons": True, "photon_bounces": 1, "photons": count}

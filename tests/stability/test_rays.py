@@ -13,7 +13,6 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
-from addon.photon.geometry import emitted_flux
 from addon.photon.ray_tracer import pixel_jitter
 from addon.photon.scene import Scene
 from addon.photon.tracer import Tracer
@@ -26,6 +25,7 @@ from tests.scenes import (
     Builder,
     camera,
     cornell,
+    emitted_flux,
     icosphere,
     orthographic,
     plain_light,

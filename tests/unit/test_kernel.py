@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import addon.streams.kernel as kernel_module
-from addon.photon.geometry import upload_table
+from addon.photon.tables import upload_table
 from addon.streams import (
     TEXEL,
     Device,
@@ -81,10 +81,10 @@ def test_declaration_against_file(
         build(device, layer, root, text)
 
 
-@pytest.mark.parametrize("count", [0, 5])
+@pytest.mark.parametrize("count", [0, 9])
 def test_number_of_outputs(device: Device, layer: str, root: Path, count: int) -> None:
     outputs = {f"o{i}": VALUE for i in range(count)}
-    with pytest.raises(StreamError, match=f"Probe: {count} outputs, 1 to 4 are possible"):
+    with pytest.raises(StreamError, match=f"Probe: {count} outputs, 1 to 8 are possible"):
         build(device, layer, root, "void kernel() { }", inputs={}, outputs=outputs)
 
 
@@ -207,8 +207,8 @@ def test_one_stream_on_two_outputs(device: Device, layer: str, root: Path) -> No
         kernel.run({"b": b, "c": b})
 
 
-def test_four_outputs(device: Device, layer: str, root: Path) -> None:
-    names = ["w", "x", "y", "z"]
+def test_eight_outputs(device: Device, layer: str, root: Path) -> None:
+    names = [*"stuvwxyz"]
     stores = " ".join(f"store_{n}(Value(load_a().value + {i}.0));" for i, n in enumerate(names))
     outputs = dict.fromkeys(names, VALUE)
     kernel = build(device, layer, root, f"void kernel() {{ {stores} }}", outputs=outputs)
@@ -259,7 +259,7 @@ def test_skip_leaves_zero_and_does_not_count(device: Device, layer: str, root: P
 def test_defines_choose_structure(device: Device, layer: str, root: Path) -> None:
     text = "void kernel() { store_b(Value(vec4(FACTOR) * load_a().value)); }"
     write(root, "kernels/probe.glsl", text)
-    probe = declare("probe", OUT, inputs=IN)
+    probe = declare("probe", OUT, inputs=IN, structure=("FACTOR",))
     a, b = stream(device), stream(device)
     for factor in (3, 0.5):
         probe(device, layer, {"FACTOR": factor}).run({"a": a, "b": b})

@@ -14,12 +14,12 @@ from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from addon.streams import Device, Kernel
-from tests.scenes import Builder, cornell, plain_material
+from tests.scenes import Builder, cornell, plain_material, with_cone
 from tests.stability.table import Measured
 
 PHOTONS = {"generator", "projector", "reflector", "cuts", "coverage", "blur"}
-DIRECT = {"direct", "lit"}
-MIRROR = {"mirror", "combine_mirror"}
+DIRECT = {"direct"}
+MIRROR = {"scatter", "combine_mirror"}
 ALWAYS = {"eye_rays", "combine_primary", "combine_all"}
 PASSES = 2
 
@@ -31,10 +31,11 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     build = Kernel.__init__
 
     def record(
-        self: Kernel, device: Device, layer: Any, defines: Any = None, lanes: int = 1
+        self: Kernel, device: Device, layer: Any, defines: Any = None, *args: Any, **kwargs: Any
     ) -> None:
-        built.append(" ".join([self.stem, *(defines or {})]))
-        build(self, device, layer, defines, lanes)
+        own = [name for name in defines or {} if name in self.structure]
+        built.append(" ".join([self.stem, *own]))
+        build(self, device, layer, defines, *args, **kwargs)
 
     monkeypatch.setattr(Kernel, "__init__", record)
     yield built
@@ -62,32 +63,34 @@ def run(device: Device, scene: Scene, **settings: Any) -> tuple[dict[str, int], 
 
 
 def stems(compiled: list[str]) -> set[str]:
-    return {name.split()[0] for name in compiled} - {"film", "film_two", "film_batches"}
+    """But those of the film, and the one that tells whether lights emit anything."""
+    rest = {"film", "film_two", "film_batches", "light_flux"}
+    return {name.split()[0] for name in compiled} - rest
 
 
 def test_everything(device: Device, compiled: list[str]) -> None:
     """The measure for the others: a scene that needs it all."""
     launches, images = run(device, cornell(True))
-    kernels = ALWAYS | PHOTONS | DIRECT | MIRROR | {"tracer", "visible_points", "gather"}
+    kernels = ALWAYS | PHOTONS | DIRECT | MIRROR | {"tracer", "shade", "gather"}
     assert launches.keys() == kernels == stems(compiled)
-    assert "tracer ANY_HIT" in compiled
     assert launches["eye_rays"] == launches["combine_primary"] == PASSES
     assert launches["generator"] == PASSES
-    assert launches["gather"] == launches["direct"] == launches["visible_points"]
+    assert launches["gather"] == launches["direct"]
+    assert launches["direct"] == launches["shade"] - launches["reflector"]  # photons'
     assert all(images[name].mean() > 0 for name in ("Direct", "Indirect", "Mirror"))
 
 
 def test_no_mirror(device: Device, compiled: list[str]) -> None:
     launches, images = run(device, cornell())
     assert not MIRROR & (launches.keys() | stems(compiled))
-    assert launches["direct"] == launches["lit"] == launches["gather"] == PASSES
+    assert launches["direct"] == launches["gather"] == PASSES
     assert not images["Mirror"].any() and images["Indirect"].mean() > 0
 
 
 def test_mirror_that_no_triangle_wears(device: Device, compiled: list[str]) -> None:
     """Materials without triangles make no work."""
     scene = cornell()
-    assert any(max(m.specular) > 0 for m in scene.materials)
+    assert any(m.lobes for m in scene.materials)
     run(device, scene)
     assert not MIRROR & stems(compiled)
 
@@ -103,8 +106,8 @@ def test_mirror_out_of_sight(device: Device) -> None:
     matrix = scene.camera.matrix.copy()
     matrix[:3, :3] = np.diag([-1.0, -1.0, 1.0]) @ matrix[:3, :3]  # the camera turns its back
     launches, _ = run(device, replace(scene, camera=replace(scene.camera, matrix=matrix)))
-    assert launches["mirror"] == PASSES and "combine_mirror" not in launches
-    assert launches["visible_points"] == PASSES
+    assert launches["scatter"] == PASSES and "combine_mirror" not in launches
+    assert launches["shade"] == PASSES + launches["reflector"]  # photons'
 
 
 def test_mirror_chain_ends_with_its_rays(device: Device) -> None:
@@ -118,7 +121,7 @@ def test_mirror_chain_ends_with_its_rays(device: Device) -> None:
         plate.scene(view, materials=[mirror], background=(1.0, 1.0, 1.0)),
         mirror_depth=1000,
     )
-    assert launches["mirror"] == 2 * PASSES and launches["combine_mirror"] == PASSES
+    assert launches["scatter"] == 2 * PASSES and launches["combine_mirror"] == PASSES
     assert images["Mirror"].max() == pytest.approx(0.9)
 
 
@@ -127,11 +130,10 @@ def test_mirror_chain_ends_with_its_rays(device: Device) -> None:
 def test_no_light(device: Device, compiled: list[str], lights: str) -> None:
     scene = cornell(True)
     off = replace(scene.lights[0], power=(0.0, 0.0, 0.0))
-    shut = replace(scene.lights[0], spot_size=0.0)
+    shut = with_cone(scene.lights[0], 0.0)
     kinds = {"none": (), "no power": (off, off), "dark cone": (shut,)}
     launches, images = run(device, replace(scene, lights=kinds[lights], background=(0.5,) * 3))
     assert not (PHOTONS | DIRECT | {"gather"}) & (launches.keys() | stems(compiled))
-    assert "tracer ANY_HIT" not in compiled
     assert not images["Direct"].any() and not images["Indirect"].any()
     assert images["Mirror"].max() > 0  # the background in the chrome sphere
 
@@ -139,17 +141,17 @@ def test_no_light(device: Device, compiled: list[str], lights: str) -> None:
 def test_one_light_of_two_is_off(device: Device) -> None:
     scene = cornell()
     off = replace(scene.lights[0], power=(0.0, 0.0, 0.0))
-    launches, _ = run(device, replace(scene, lights=(off, scene.lights[0])))
-    assert launches["direct"] == launches["lit"] == PASSES
+    launches, images = run(device, replace(scene, lights=(off, scene.lights[0])))
+    assert launches["direct"] == PASSES
+    _, alone = run(device, scene)
+    assert np.array_equal(images["Direct"], alone["Direct"])
 
 
 def test_black_scene(device: Device, compiled: list[str]) -> None:
     scene = cornell(True)
-    black = tuple(
-        replace(m, diffuse=(0.0, 0.0, 0.0), specular=(0.0, 0.0, 0.0)) for m in scene.materials
-    )
+    black = tuple(replace(m, diffuse=(0.0, 0.0, 0.0), lobes=()) for m in scene.materials)
     launches, images = run(device, replace(scene, materials=black))
-    assert stems(compiled) == launches.keys() == ALWAYS | {"tracer", "visible_points"}
+    assert stems(compiled) == launches.keys() == ALWAYS | {"tracer", "shade"}
     assert launches["tracer"] == PASSES  # eye rays only
     assert not images["Combined"][..., :3].any()
 
@@ -157,9 +159,7 @@ def test_black_scene(device: Device, compiled: list[str]) -> None:
 def test_mirrors_only(device: Device, compiled: list[str]) -> None:
     """Mirrors show no point light, and no photon ever stays on them."""
     scene = cornell(True)
-    chrome = tuple(
-        replace(m, diffuse=(0.0, 0.0, 0.0), specular=(0.9, 0.9, 0.9)) for m in scene.materials
-    )
+    chrome = tuple(plain_material(m.name, (0.0,) * 3, (0.9,) * 3) for m in scene.materials)
     run(device, replace(scene, materials=chrome))
     assert not (PHOTONS | DIRECT) & stems(compiled) and stems(compiled) >= MIRROR
 
@@ -173,7 +173,7 @@ def test_no_photons(device: Device, compiled: list[str]) -> None:
 
 def test_photons_carry_direct_light(device: Device, compiled: list[str]) -> None:
     launches, images = run(device, cornell(), direct_by_photons=True)
-    assert not DIRECT & stems(compiled) and "tracer ANY_HIT" not in compiled
+    assert not DIRECT & stems(compiled)
     assert not images["Direct"].any() and images["Indirect"].mean() > 0
     assert launches["projector"] == launches["reflector"]
 

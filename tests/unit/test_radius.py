@@ -24,7 +24,7 @@ from addon.photon.renderer import Renderer, photons_per_disc
 from addon.photon.settings import Settings
 from addon.streams import TABLE_WIDTH, Device
 from tests.measure import render
-from tests.scenes import Builder, camera, cornell
+from tests.scenes import Builder, camera, cornell, plain_light, with_cone
 
 # Normals as deposits have them: +x, -x, +y, -y, +z, -z and one that counts for three sides.
 PACKED = [4096 * 4095 + 2048, 2048, 4096 * 2048 + 4095, 4096 * 2048, 4096 * 2048 + 2048]
@@ -79,7 +79,7 @@ def test_small_where_photons_are_dense(device: Device) -> None:
     """A lit corner of a large scene: the disc holds what was asked for, near and far."""
     floor = Builder().quad((-40, -40, 0), (40, -40, 0), (40, 40, 0), (-40, 40, 0))
     floor.quad((-1, -1, 2), (-1, 1, 2), (1, 1, 2), (1, -1, 2))  # throws light back around it
-    light = replace(cornell().lights[0], position=(0.0, 0.0, 1.0), spot_size=2.0)
+    light = replace(with_cone(cornell().lights[0], 2.0), position=(0.0, 0.0, 1.0))
     scene = floor.scene(camera((0, -30, 20), (0, 0, 0), 60), [light])
     near, far = radii(device, scene, np.array([[0, 0, 0], [30, 30, 0]], float), photons=200000)
     assert near < 0.5 and far > 4 * near
@@ -90,7 +90,7 @@ def test_the_other_side_of_a_wall_does_not_count(device: Device) -> None:
     floor = Builder().quad((-5, -5, 0), (5, -5, 0), (5, 5, 0), (-5, 5, 0))
     for z in (6.0, -6.0):  # throw light back
         floor.quad((-5, -5, z), (5, -5, z), (5, 5, z), (-5, 5, z))
-    lamp = replace(cornell().lights[0], kind="POINT", position=(0.0, 0.0, 3.0), power=(99.0,) * 3)
+    lamp = plain_light("lamp", "POINT", (0.0, 0.0, 3.0), (99.0,) * 3)
     below = replace(lamp, position=(0.0, 0.0, -3.0), power=(33.0,) * 3)
     scene = floor.scene(camera((0, -30, 20), (0, 0, 0), 60), [lamp, below])
     places = np.zeros((2, 3))

@@ -17,7 +17,7 @@ from addon.photon.geometry import MOST_WEAR, Mesh, Tree, _areas, frame_of
 from addon.photon.kept import Kept
 from addon.photon.scene import Scene
 from addon.streams import Device
-from tests.scenes import Builder, camera, cornell, plain_light, plain_material
+from tests.scenes import Builder, camera, cornell, corners_of, plain_light, plain_material
 from tests.unit.test_kept import SETTINGS, WAYS, Frame, render
 
 WALLS = slice(0, 20)  # vertices of the room
@@ -179,7 +179,7 @@ def test_area_is_summed_in_the_scenes_order() -> None:
     old = replace(Mesh.build(elsewhere, frame_of(elsewhere)).tree, cost=np.inf)
     built, fitted = (Mesh.build(scene, frame_of(scene), tree) for tree in (None, old))
     assert fitted.tree.order is old.order
-    sums = [_areas(mesh.corners).sum() for mesh in (built, fitted)]
+    sums = [_areas(corners_of(mesh)).sum() for mesh in (built, fitted)]
     assert built.area == fitted.area == pytest.approx(sums[0])
     assert sums[0] != sums[1]  # else this would tell nothing
 

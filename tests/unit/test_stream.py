@@ -28,10 +28,10 @@ def test_channels_follow_each_other() -> None:
     assert "return Four(texel.x, texel.yz, texel.w);" in glsl
 
 
-def test_too_many_channels() -> None:
-    Record("Full", {"a": "vec3", "b": "float"})
-    with pytest.raises(StreamError, match="record Big: more than four channels"):
-        Record("Big", {"a": "vec3", "b": "vec2"})
+def test_a_stream_has_one_texel_an_element(device: Device) -> None:
+    Stream(device, Record("Full", {"a": "vec3", "b": "float"}), (1, 1)).release()
+    with pytest.raises(StreamError, match="stream of Big: 2 texels an element, not 1"):
+        Stream(device, Record("Big", {"a": "vec3", "b": "vec2"}), (1, 1))
 
 
 def test_unknown_field_type() -> None:

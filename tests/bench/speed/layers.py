@@ -11,6 +11,7 @@ from addon.photon.geometry import Mesh, frame_of
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from addon.streams import Device
+from tests.scenes import corners_of
 
 from ..host import CORES
 from . import machine
@@ -36,10 +37,10 @@ def measure_machine(report: Report, timer: Timer, scene: Scene, settings: Settin
         data[f"{name} [B/s]"] = speed
     for name, each in (("the scene", scene), ("a bumpy sphere", machine.bumpy_sphere())):
         seconds, mesh = machine.build_bvh(each)
-        what = f"{name}, {len(mesh.corners)} triangles"
+        what = f"{name}, {len(mesh.triangles)} triangles"
         table.add(f"BVH of {what}", duration(seconds))
-        data[f"BVH of {name} [s]"], data[f"triangles of {name}"] = seconds, len(mesh.corners)
-        rays = machine.native_rays(mesh, machine.incoherent_rays(mesh.corners))
+        data[f"BVH of {name} [s]"], data[f"triangles of {name}"] = seconds, len(mesh.triangles)
+        rays = machine.native_rays(mesh, machine.incoherent_rays(corners_of(mesh)))
         table.add(f"incoherent rays, native core, {what}", amount(rays, "rays/s"))
         data[f"native rays, {name} [1/s]"] = rays
         embree = machine.embree_rays(mesh)
@@ -49,7 +50,7 @@ def measure_machine(report: Report, timer: Timer, scene: Scene, settings: Settin
     for rows in (22, 283):
         room = machine.room_with_spheres(rows)
         mesh = Mesh.build(room, frame_of(room))
-        triangles = len(mesh.corners)
+        triangles = len(mesh.triangles)
         what = f"two balls in a room, {triangles} triangles"
         rays = machine.native_rays(mesh, machine.wall_rays(machine.RAYS))
         table.add(f"rays off the walls, native core, {what}", amount(rays, "rays/s"))

@@ -18,15 +18,16 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from addon.photon.geometry import Mesh, Tables, frame_of
+from addon.photon.geometry import Mesh, frame_of
 from addon.photon.process import RendererProcess
 from addon.photon.records import HIT, RAY_DIRECTION, RAY_ORIGIN
 from addon.photon.renderer import Renderer, open_device
 from addon.photon.scene import Camera, Scene
 from addon.photon.settings import Settings
+from addon.photon.tables import Tables
 from addon.photon.tracer import Tracer
 from addon.streams import TEXEL, Device, Stream
-from tests.scenes import plain_material
+from tests.scenes import corners_of, plain_material
 
 from ..host import CORES, resident
 from .launches import Timer
@@ -170,7 +171,8 @@ def device_rays(timer: Timer, scene: Scene, mesh: Mesh) -> float:
     device = timer.device
     layer = device.choose_layer("auto")
     count = 1 << (17 if device.is_software else 23)
-    tables, kernel = Tables(device, scene, frame_of(scene), mesh), Tracer(device, layer)
+    tables = Tables(device, layer, scene, frame_of(scene), mesh)
+    kernel = Tracer(device, layer)
     size = (1024, count // 1024)
     streams = {
         name: Stream(device, record, size)
@@ -214,7 +216,7 @@ def incoherent_rays(corners: NDArray[np.float32], count: int = RAYS) -> Any:
 def native_rays(mesh: Mesh, rays: Any) -> float:
     """Closest hits a second of the native core, all cores; `rays`: RAYS origins and directions."""
     origin, direction = as_streams(rays)
-    tracer = native.Tracer(mesh.tree.nodes, mesh.corners)
+    tracer = native.Tracer(mesh.tree.nodes, corners_of(mesh))
     return RAYS / median_seconds(lambda: tracer.trace(origin, direction, False))
 
 
@@ -226,9 +228,9 @@ def embree_rays(mesh: Mesh) -> float | str:
     except ImportError as error:
         return f"not here: {error}"
     scene = EmbreeScene()
-    TriangleMesh(scene, np.ascontiguousarray(mesh.corners[..., :3]))
+    TriangleMesh(scene, np.ascontiguousarray(corners_of(mesh)[..., :3]))
     rays = list(
-        zip(*(np.array_split(x, CORES) for x in incoherent_rays(mesh.corners)), strict=True)
+        zip(*(np.array_split(x, CORES) for x in incoherent_rays(corners_of(mesh))), strict=True)
     )
     with ThreadPoolExecutor(CORES) as pool:
         seconds = median_seconds(

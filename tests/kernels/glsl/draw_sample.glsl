@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A sample for each pair of uniform numbers. SAMPLE: 0 cosine, 1 Phong lobe, 2 disc, 3 spot, 4 filter.
+// A sample for each pair of uniform numbers. SAMPLE: 0 cosine, 1 disc, 2 filter.
 #include "lib/sampling.glsl"
-#include "lib/light.glsl"
 #include "lib/density.glsl"
 
 void kernel() {
@@ -10,13 +9,9 @@ void kernel() {
 #if SAMPLE == 0
     value = sample_cosine_hemisphere(u);
 #elif SAMPLE == 1
-    value = sample_phong_lobe(exponent, u);
-#elif SAMPLE == 2
     value = vec3(sample_disc(u), 0.0);
-#elif SAMPLE == 4
-    value = vec3(sample_filter(u.x), 0.0, 0.0);
 #else
-    value = vec3(sample_spot(light_at(0), u.x), 0.0, 0.0);
+    value = vec3(sample_filter(u.x), 0.0, 0.0);
 #endif
     store_value(Value(vec4(value, 1.0)));
 }

@@ -22,6 +22,7 @@ import numpy as np
 
 from addon.photon.scene import Scene
 
+from ..plain import specular_of
 from .mitsuba import BOUNCES, choose_variant, to_mitsuba, to_sensor
 from .steps import Budget, Seconds, Step, doubling, now
 
@@ -53,7 +54,7 @@ class Engine:
         for index, plane in flat_mirrors(source):
             matrix = reflection(*plane) @ source.camera.matrix
             sensor = mi.load_dict(to_sensor(replace(source.camera, matrix=matrix), size))
-            tint = mi.Color3f(list(source.materials[index].specular))
+            tint = mi.Color3f(list(specular_of(source.materials[index])[0]))
             self.views.append(View(sensor, tint, names.index(f"mesh{index}")))
 
     def climb(self, method: str, seed: int, budget: Budget) -> Iterator[Step]:
@@ -143,7 +144,8 @@ def flat_mirrors(scene: Scene) -> list[tuple[int, tuple[Any, Any]]]:
     found = []
     for index, material in enumerate(scene.materials):
         corners = scene.vertices[scene.triangles[scene.material == index]].reshape(-1, 3)
-        if max(material.specular) <= 0 or math.isfinite(material.exponent) or not len(corners):
+        specular, exponent = specular_of(material)
+        if max(specular) <= 0 or math.isfinite(exponent) or not len(corners):
             continue
         normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
         normal /= np.linalg.norm(normal)

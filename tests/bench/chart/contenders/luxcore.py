@@ -19,6 +19,7 @@ import pyluxcore
 
 from addon.photon.scene import Camera, Light, Material, Scene
 
+from ..plain import cone_of, specular_of
 from ..spot import spot_profile
 from .steps import Budget, Seconds, Step, now
 
@@ -101,7 +102,7 @@ class Engine:
 
     def _session(self, method: str, seed: int, more: dict[str, Any]) -> Any:
         properties = pyluxcore.Properties()
-        mirrors = any(max(material.specular) > 0 for material in self.source.materials)
+        mirrors = any(max(specular_of(material)[0]) > 0 for material in self.source.materials)
         settings = {
             "path.photongi.caustic.enabled": method == "photongi" and mirrors,
             "film.width": self.size,
@@ -182,23 +183,24 @@ def to_camera(camera: Camera, size: int) -> dict[str, Any]:
 
 
 def to_material(material: Material) -> dict[str, Any]:
-    diffuse, specular = list(material.diffuse), list(material.specular)
+    specular, exponent = specular_of(material)
+    diffuse = list(material.diffuse)
     if max(specular) <= 0:
         return {"type": "matte", "kd": diffuse}
-    if math.isfinite(material.exponent) or max(diffuse) > 0:
+    if math.isfinite(exponent) or max(diffuse) > 0:
         raise ValueError(f"material {material.name!r} is neither diffuse nor a mirror")
-    return {"type": "mirror", "kr": specular}
+    return {"type": "mirror", "kr": list(specular)}
 
 
 def to_light(made: Any, index: int, light: Light) -> dict[str, Any]:
-    if light.radius > 0:
+    if light.parameters["radius"] > 0:
         raise ValueError(f"light {light.name!r} has a radius: only delta lights are converted")
     power = np.array(light.power)
-    if light.kind == "POINT":  # emits gain * color / (4 pi) [W/sr]
+    if light.kind == "point":  # emits gain * color / (4 pi) [W/sr]
         position = list(map(float, light.position))
         return {"type": "point", "position": position, "gain": list(map(float, power))}
     angle = (np.arange(ROWS) + 0.5) / ROWS * math.pi
-    profile = spot_profile(angle, light.spot_size, light.spot_blend)
+    profile = spot_profile(angle, *cone_of(light))
     pixels = np.repeat(profile.astype(np.float32), COLUMNS)
     made.DefineImageMap(f"spot{index}", pixels, 1.0, 1, COLUMNS, ROWS)
     axis = np.array(light.direction)

@@ -22,6 +22,7 @@ import numpy as np
 
 from addon.photon.scene import Camera, Light, Material, Scene
 
+from ..plain import cone_of, specular_of
 from ..spot import spot_profile
 from .steps import Budget, Seconds, Step, doubling, now
 
@@ -148,18 +149,19 @@ def to_sensor(camera: Camera, size: int) -> dict[str, Any]:
 
 
 def to_emitter(light: Light) -> dict[str, Any]:
-    if light.radius > 0:
+    if light.parameters["radius"] > 0:
         raise ValueError(f"light {light.name!r} has a radius: only delta lights are converted")
     intensity = {"type": "rgb", "value": [float(p) / (4 * math.pi) for p in light.power]}
-    if light.kind == "POINT":
+    if light.kind == "point":
         return {"type": "point", "position": list(light.position), "intensity": intensity}
     position, direction = np.array(light.position), np.array(light.direction)
     up = (0.0, 0.0, 1.0) if abs(direction[2]) < 0.9 else (0.0, 1.0, 0.0)
-    cutoff = light.spot_size / 2
+    size, blend = cone_of(light)
+    cutoff = size / 2
     # Texel centres over tan(angle) in [-1, 1] * tan(cutoff)
     x = (np.arange(PROFILE) + 0.5) / PROFILE * 2 - 1
     tangent = np.hypot(*np.meshgrid(x, x)) * math.tan(cutoff)
-    profile = spot_profile(np.arctan(tangent), light.spot_size, light.spot_blend)
+    profile = spot_profile(np.arctan(tangent), size, blend)
     pixels = np.repeat(profile.astype(np.float32)[..., None], 3, axis=2)
     return {
         "type": "spot",
@@ -194,23 +196,24 @@ def to_mesh(scene: Scene, triangles: Any, material: Material) -> Any:
 
 
 def to_bsdf(material: Material) -> dict[str, Any]:
-    diffuse, specular = list(material.diffuse), list(material.specular)
+    specular, exponent = specular_of(material)
+    diffuse = list(material.diffuse)
     if max(specular) <= 0:
         bsdf: dict[str, Any] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": diffuse}}
-    elif math.isfinite(material.exponent) and mi.variant().startswith("scalar"):
+    elif math.isfinite(exponent) and mi.variant().startswith("scalar"):
         raise ValueError("its scalar mode has no Phong lobe of ours")
-    elif math.isfinite(material.exponent):
+    elif math.isfinite(exponent):
         bsdf = {
             "type": "phong_lobe",
             "diffuse": mi.ScalarColor3f(diffuse),
             "specular": mi.ScalarColor3f(specular),
-            "exponent": float(material.exponent),
+            "exponent": float(exponent),
         }
     elif max(diffuse) <= 0:
         bsdf = {
             "type": "conductor",
             "material": "none",
-            "specular_reflectance": {"type": "rgb", "value": specular},
+            "specular_reflectance": {"type": "rgb", "value": list(specular)},
         }
     else:
         raise ValueError(f"material {material.name!r} is diffuse and a mirror: not converted")
