@@ -8,14 +8,16 @@ vec3 pack_phong(vec4 parameters, vec4 more) { return vec3(parameters.x, 0.0, 0.0
 
 vec3 eval_phong(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
     float exponent = shape.parameters.x;
-    // Not zero: pow(0, 0) is undefined, and NaN on an H200.
-    float cosine = max(1.0e-30, dot(reflect(-to_light, normal), to_viewer));
+    float cosine = dot(reflect(-to_light, normal), to_viewer);
+    // Also for an exponent of 0, where pow(0, 0) is undefined: sample_phong sends nothing there.
+    if (!(cosine > 0.0)) return vec3(0.0);
     return lobe.colour * ((exponent + 2.0) / (2.0 * PI) * pow(cosine, exponent));
 }
 
 float pdf_phong(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
     float cosine = dot(reflect(-to_light, normal), to_viewer);
-    return (shape.parameters.x + 1.0) / (2.0 * PI) * pow(max(1.0e-30, cosine), shape.parameters.x);
+    if (!(cosine > 0.0)) return 0.0;
+    return (shape.parameters.x + 1.0) / (2.0 * PI) * pow(cosine, shape.parameters.x);
 }
 
 vec3 sample_phong(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, out vec3 weight) {

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// With SAMPLE a direction and its weight for two uniform numbers, else BSDF and density, and albedo.
+#include "lib/lobe.glsl"
+
+void kernel() {
+    Lobe lobe = Lobe(colour, kind);
+    Shape shape = Shape(parameters, 1.0);
+    vec3 normal = vec3(0.0, 0.0, 1.0);
+    vec3 to_viewer = load_viewer().value.xyz, other = load_other().value.xyz;
+#ifdef SAMPLE
+    vec3 weight, to_light = sample_lobe(lobe, shape, normal, to_viewer, other.xy, weight);
+    store_first(Value(vec4(to_light, 1.0)));
+    store_second(Value(vec4(weight, 1.0)));
+#else
+    float pdf = pdf_kind(lobe, shape, normal, to_viewer, other);
+    float cosine = max(0.0, to_viewer.z);
+    store_first(Value(vec4(eval_lobe(lobe, shape, normal, to_viewer, other), pdf)));
+    store_second(Value(vec4(albedo_lobe(lobe, shape, cosine), passed_by_lobe(lobe, shape, cosine))));
+#endif
+}

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every lobe of glsl/bsdf: samples by its density, weights, albedo, energy, reciprocity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.photon.kinds import lobe_kinds, made_bsdf
+from addon.photon.records import LOBE, MATERIAL_LOBE, SHAPE
+from addon.photon.scene import Lobe, Material
+from addon.photon.tables import material_tables
+from addon.streams import Uniform
+from tests.kernels.conftest import Bench
+from tests.kernels.statistics import Cells, assert_density
+from tests.unit.glsl_files import VALUE, declare
+
+COUNT = 1 << 18
+ANGLES = (0, 30, 60, 85)  # of the viewer from the normal [deg]
+WHITE, COLOURED = (1.0, 1.0, 1.0), (0.5, 0.1, 0.3)
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is tested of a kind."""
+
+    parameters: tuple[Mapping[str, float], ...]  # sets of them
+    is_reciprocal: bool = True
+
+
+# A kind without an entry fails.
+CASES = {
+    "mirror": Case(({},)),
+    "phong": Case(tuple({"exponent": n} for n in (0.0, 1.0, 10.0, 1000.0))),
+}
+EACH = [
+    pytest.param(
+        Lobe(kind, COLOURED, parameters), id=" ".join([kind, *map(str, parameters.values())])
+    )
+    for kind, case in CASES.items()
+    for parameters in case.parameters
+]
+BROAD = [each for each in EACH if not lobe_kinds()[each.values[0].kind].is_delta]
+DELTA = [each for each in EACH if each not in BROAD]
+PROBE = declare(
+    "probe_lobe",
+    {"first": VALUE, "second": VALUE},
+    inputs={"viewer": VALUE, "other": VALUE},
+    uniforms={"colour": Uniform("vec3"), "kind": Uniform("float"), "parameters": Uniform("vec3")},
+    records=(LOBE, SHAPE),
+    structure=("SAMPLE",),
+)
+
+
+def test_every_kind_is_tested() -> None:
+    assert CASES.keys() == lobe_kinds().keys()
+
+
+def probe(bench: Bench, lobe: Lobe, viewer: Any, other: Any, **defines: int) -> tuple[Any, Any]:
+    """The kernel's two outputs, (n, 4) each, of directions or numbers (n, 3 or 2)."""
+    row: Any = material_tables((Material("m", lobes=(lobe,)),))[1][0]
+    assert row.dtype == MATERIAL_LOBE.dtype
+    inputs = {}
+    for name, given in (("viewer", viewer), ("other", other)):
+        inputs[name] = np.zeros((len(other), 4), np.float32)
+        inputs[name][:, : np.shape(given)[-1]] = given
+    values = {
+        "colour": tuple(map(float, row["colour"])),
+        "kind": float(row["kind"]),
+        "parameters": tuple(map(float, row["parameters"])),
+    }
+    made = made_bsdf({lobe.kind})
+    result = bench.run(PROBE, inputs, values, defines=defines, made=made)
+    return result["first"].astype(float), result["second"].astype(float)
+
+
+def sample(bench: Bench, lobe: Lobe, viewer: Any, seed: int = 11) -> tuple[Any, Any]:
+    """COUNT directions and their weights, of uniform numbers of 24 bits as random4 gives them."""
+    numbers = np.random.default_rng(seed).integers(0, 1 << 24, (COUNT, 2)) / (1 << 24)
+    first, second = probe(bench, lobe, np.broadcast_to(viewer, (COUNT, 3)), numbers, SAMPLE=1)
+    assert np.isfinite(first).all() and np.isfinite(second).all() and second.min() >= 0
+    assert np.abs(np.linalg.norm(first[:, :3], axis=1) - 1).max() < 1e-5
+    return first[:, :3], second[:, :3]
+
+
+def at(angle: float) -> NDArray[np.float64]:
+    return np.array([math.sin(math.radians(angle)), 0.0, math.cos(math.radians(angle))])
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("lobe", BROAD)
+def test_samples_have_the_density(one_bench: Bench, lobe: Lobe, angle: float) -> None:
+    viewer = at(angle)
+    first, _ = sample(one_bench, lobe, viewer, seed=12)
+    cells = Cells(first, viewer * (-1, -1, 1))
+    density = probe(one_bench, lobe, np.broadcast_to(viewer, cells.points.shape), cells.points)
+    is_above = cells.points[:, 2] > 0  # below the surface a kind's density may be what it will
+    directions, _ = sample(one_bench, lobe, viewer)
+    above = directions[directions[:, 2] > 0]
+    assert_density(above, cells, density[0][:, 3] * is_above, len(above) / COUNT)
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("lobe", BROAD)
+def test_weight_is_bsdf_and_cosine_over_density(one_bench: Bench, lobe: Lobe, angle: float) -> None:
+    viewer = np.broadcast_to(at(angle), (COUNT, 3))
+    directions, weight = sample(one_bench, lobe, at(angle))
+    value, _ = probe(one_bench, lobe, viewer, directions)
+    above = (directions[:, 2] > 0) & (value[:, 3] > 1e-20)
+    assert above.mean() > 0.99 * (directions[:, 2] > 0).mean() > 0
+    expected = value[above, :3] * directions[above, 2:] / value[above, 3:]
+    np.testing.assert_allclose(weight[above], expected, rtol=2e-3, atol=1e-6)
+    assert not weight[directions[:, 2] <= 0].any()
+
+
+@pytest.mark.parametrize("colour", [WHITE, COLOURED])
+@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("lobe", BROAD)
+def test_no_more_than_the_albedo(
+    one_bench: Bench, lobe: Lobe, angle: float, colour: tuple[float, float, float]
+) -> None:
+    """By quadrature and by samples, which agree; and the albedo is one at most."""
+    lobe, viewer = Lobe(lobe.kind, colour, lobe.parameters), at(angle)
+    directions, weight = sample(one_bench, lobe, viewer)
+    cells = Cells(directions, viewer * (-1, -1, 1))
+    value, albedo = probe(
+        one_bench, lobe, np.broadcast_to(viewer, cells.points.shape), cells.points
+    )
+    integral = cells.integral(value[:, :3] * np.maximum(cells.points[:, 2:], 0.0)).sum(axis=(0, 1))
+    error = 4 * weight.std(axis=0) / math.sqrt(COUNT)
+    assert (np.abs(weight.mean(axis=0) - integral) <= error + 3e-3 * integral).all()
+    assert (weight.mean(axis=0) <= albedo[0, :3] * 1.001 + error).all()
+    assert (albedo[0, :3] <= 1 + 1e-6).all() and 0 <= albedo[0, 3] <= 1
+    assert albedo[0, 3] == pytest.approx(1 - albedo[0, :3].max(), abs=1e-6)
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("lobe", DELTA)
+def test_delta_lobes(one_bench: Bench, lobe: Lobe, angle: float) -> None:
+    """One direction with all of the albedo, and none that is met by chance."""
+    viewer = at(angle)
+    directions, weight = sample(one_bench, lobe, viewer)
+    assert np.ptp(directions, axis=0).max() == np.ptp(weight, axis=0).max() == 0
+    assert directions[0, 2] > 0
+    value, albedo = probe(one_bench, lobe, np.broadcast_to(viewer, (COUNT, 3)), directions)
+    assert not value.any()
+    np.testing.assert_allclose(weight[0], albedo[0, :3], rtol=1e-5)
+    assert (albedo[0, :3] <= 1 + 1e-6).all()
+
+
+def test_mirror_directions(one_bench: Bench) -> None:
+    for angle in ANGLES:
+        directions, _ = sample(one_bench, Lobe("mirror", WHITE), at(angle))
+        np.testing.assert_allclose(directions[0], at(angle) * (-1, -1, 1), atol=1e-6)
+
+
+def test_phong_is_the_papers(one_bench: Bench) -> None:
+    """Lafortune & Willems: k_s (n + 2) / (2 pi) cos^n; straight above it reflects k_s exactly."""
+    rng = np.random.default_rng(6)
+    viewer, light = rng.normal(size=(2, 10_000, 3))
+    for v in (viewer, light):
+        v /= np.linalg.norm(v, axis=1, keepdims=True)
+        v[:, 2] = np.abs(v[:, 2])
+    light[::2] = viewer[::2] * [-1, -1, 1] + 0.05 * light[::2]
+    light /= np.linalg.norm(light, axis=1, keepdims=True)
+    cosine = np.maximum((light * [-1, -1, 1] * viewer).sum(axis=1), 0)
+    for n in (1.0, 10.0, 1000.0):
+        lobe = Lobe("phong", COLOURED, {"exponent": n})
+        expected = (n + 2) / (2 * np.pi) * cosine[:, None] ** n * COLOURED
+        value, _ = probe(one_bench, lobe, viewer, light)
+        np.testing.assert_allclose(value[:, :3], expected, rtol=1e-3, atol=1e-6)
+        _, weight = sample(one_bench, lobe, at(0))
+        np.testing.assert_allclose(weight.mean(axis=0), COLOURED, rtol=5e-3)
+
+
+@pytest.mark.parametrize("lobe", BROAD)
+def test_reciprocity(one_bench: Bench, lobe: Lobe) -> None:
+    if not CASES[lobe.kind].is_reciprocal:
+        pytest.skip(f"{lobe.kind} is not reciprocal")
+    rng = np.random.default_rng(6)
+    a, b = rng.normal(size=(2, 100_000, 3))
+    b[::2] = a[::2] * [-1, -1, 1] + 0.05 * b[::2]  # half of the pairs in the lobe
+    for v in (a, b):
+        v /= np.linalg.norm(v, axis=1, keepdims=True)
+        v[:, 2] = np.abs(v[:, 2])
+    forth, back = (probe(one_bench, lobe, *pair)[0][:, :3] for pair in ((a, b), (b, a)))
+    assert forth.min() >= 0 and forth.max() > 0
+    np.testing.assert_allclose(forth, back, rtol=1e-3, atol=1e-6)
+
+
+@pytest.mark.parametrize("lobe", EACH)
+def test_always_finite(bench: Bench, lobe: Lobe) -> None:
+    """For random, grazing and opposite directions, on either side; and for the ends of numbers."""
+    rng = np.random.default_rng(8)
+    some = rng.normal(size=(300, 3))
+    some[100:200, 2] *= 1e-7  # grazing
+    some[200:250, 2] = 0.0
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    some = np.concatenate([some / np.linalg.norm(some, axis=1, keepdims=True), axes])
+    some = np.concatenate([some, some * [-1, -1, 1], some * [1, 1, -1], -some])
+    viewer, light = (x.reshape(-1, 3) for x in np.broadcast_arrays(some[:, None], some[None]))
+    for value in probe(bench, lobe, viewer, light):
+        assert np.isfinite(value).all() and value.min() >= 0
+    ends = np.array([0.0, 1.0 / (1 << 24), 0.5, 1.0 - 1.0 / (1 << 24)])
+    numbers = np.stack(np.meshgrid(ends, ends), -1).reshape(-1, 2)
+    viewer = np.repeat(some, len(numbers), axis=0)
+    directions, weight = probe(bench, lobe, viewer, np.tile(numbers, (len(some), 1)), SAMPLE=1)
+    assert np.isfinite(directions).all() and np.isfinite(weight).all() and weight.min() >= 0
+    assert np.abs(np.linalg.norm(directions[:, :3], axis=1) - 1).max() < 1e-5
