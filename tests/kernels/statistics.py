@@ -47,7 +47,9 @@ class Cells:
         side = np.array([0.61, -0.37, 0.7])  # along no plane that a lobe may end at
         across = np.cross(self.axis, side) / np.linalg.norm(np.cross(self.axis, side))
         self._frame = np.stack([across, np.cross(self.axis, across)])
-        levels = np.quantile(self.versine(directions), np.linspace(0, 1, self.RINGS * self.FINE[0] + 1))
+        levels = np.quantile(
+            self.versine(directions), np.linspace(0, 1, self.RINGS * self.FINE[0] + 1)
+        )
         levels[0] = 0.0
         self._edges = np.append(levels[: -1 : self.FINE[0]], 2.0)
         # What is rare reaches far.

@@ -47,7 +47,12 @@ def test_camera_inside(device: Device, measured: Measured, where: str, estimator
         box = Builder().box((4, 4, 4), (6, 6, 6))
         scene = box.scene(scene.camera, scene.lights, [GREY])
     if where == "a lamp":
-        scene = replace(scene, lights=(replace(scene.lights[0], radius=1.0),))
+        scene = replace(
+            scene,
+            lights=(
+                replace(scene.lights[0], parameters={**scene.lights[0].parameters, "radius": 1.0}),
+            ),
+        )
     matrix = np.array(scene.camera.matrix)
     matrix[:3, 3] = INSIDE[where]
     for near in (0.0, 0.1):

@@ -13,6 +13,7 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
+from addon.photon.direct import Direct, ShadowRays
 from addon.photon.photon_grid import PhotonGrid
 from addon.photon.photon_mapper import PhotonMapper
 from addon.photon.radius_field import Radii
@@ -20,7 +21,7 @@ from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from addon.photon.tracer import Tracer
-from addon.streams import Device
+from addon.streams import Device, Stream
 
 from .launches import EYE, PHOTONS, kernel_classes, replaced
 
@@ -56,7 +57,7 @@ def count_work(scene: Scene, settings: Settings, device: Device) -> Work:
     # A renderer's first pass is launched in part before anyone asks for it.
     settings = replace(settings, first_pass=WATCHED - 1, layer="fragment", estimator="gather")
     renderer = Renderer(scene, settings, device)
-    counter = _Counter(Work(settings.photons_a_pass))
+    counter = _Counter(Work(settings.photons_a_pass), renderer)
     try:
         renderer.render_pass()
         with counter.counting():
@@ -96,8 +97,8 @@ def count_pairs(
 class _Counter:
     """Looks into the streams of a pass under way."""
 
-    def __init__(self, work: Work) -> None:
-        self.work = work
+    def __init__(self, work: Work, renderer: Renderer) -> None:
+        self.work, self._renderer = work, renderer
         self._part = EYE
         self._photons: tuple[Any, Any] = np.zeros((2, 0, 4), np.float32)  # type: ignore[assignment]
         self._radii: Radii | None = None
@@ -121,9 +122,27 @@ class _Counter:
             if kernel.stem == Tracer.stem:
                 rays = streams["direction"].download()[..., :3].any(axis=-1)
                 self.work.rays[self._part] += int(rays.sum())
+            if kernel.stem == Direct.stem:
+                self.work.rays[self._part] += self._shadow_rays(streams, *args, **kwargs)
             return function(kernel, streams, *args, **kwargs)
 
         return run
+
+    def _shadow_rays(self, streams: Any, tables: Any, uniforms: Any, *_: Any) -> int:
+        """How many Direct traces of these streams."""
+        needs, device = self._renderer.needs, self._renderer.device
+        width, height = streams["place"].size
+        aim = ShadowRays(device, "fragment", needs.direct_defines, made=needs.made)
+        aimed = {
+            name: Stream(device, record, (width, height * needs.shadow_rays))
+            for name, record in ShadowRays.outputs.items()
+        }
+        points = {name: streams[name] for name in aim.inputs}
+        aim.run(points | aimed, {"lights": tables["lights"]}, {**uniforms, "first_ray": 0})
+        rays = aimed["shadow_direction"].download()[..., :3].any(axis=-1)
+        for item in (*aimed.values(), aim):
+            item.release()
+        return int(rays.sum())
 
     def _as_photons(self, function: Any) -> Any:
         def run(*args: Any, **kwargs: Any) -> Any:

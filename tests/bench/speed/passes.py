@@ -204,7 +204,7 @@ class Rates:
 
     paths: float  # photons, from light to end, a second of the photon pass
     photon_rays: float  # a second of the kernel that traces
-    eye_rays: float  # of eye, mirror and shadow rays
+    eye_rays: float  # of eye, mirror and shadow rays, of the kernels that trace these
     pairs: float  # a photon and a visible point that it adds to, a second of the estimator
     overhead: float  # [s] a pass that no kernel runs
 
@@ -217,11 +217,12 @@ def rates_of(timing: Timing, work: Work) -> Rates:
     estimator = watch.of("splat" if splats else "gather", EYE).seconds
     pairs = work.splat_pairs if splats else work.gather_pairs
     # A watch that waits makes passes longer; its own wall time is what its kernels are part of.
+    tracers = sum(watch.of(stem, EYE).seconds for stem in ("tracer", "direct"))
     wall = watch.wall if watch.waits else timing.seconds
     return Rates(
         _ratio(work.photons, timing.phases.get("photons", 0.0)),
         _ratio(work.rays[PHOTONS], watch.of("tracer", PHOTONS).seconds),
-        _ratio(work.rays[EYE], watch.of("tracer", EYE).seconds),
+        _ratio(work.rays[EYE], tracers),
         _ratio(pairs, estimator),
         max(0.0, wall - watch.seconds),
     )
