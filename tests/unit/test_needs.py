@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from addon.photon.needs import MOST_SHADOW_RAYS
 from addon.photon.renderer import Renderer
-from addon.photon.scene import Scene
+from addon.photon.scene import Lobe, Material, Scene, phong
 from addon.photon.settings import Settings
 from addon.streams import Device, Kernel
 from tests.scenes import Builder, cornell, plain_material, with_cone
@@ -212,3 +213,53 @@ def test_photons_end_with_the_last_one_alive(device: Device) -> None:
     scene = plate.scene(cornell().camera, cornell().lights)
     launches, _ = run(device, scene, photon_bounces=1000)
     assert launches["reflector"] == 2 * (PASSES)
+
+
+def shiny(*lobes: Lobe) -> Scene:
+    """The room whose walls have these."""
+    scene = cornell()
+    return replace(scene, materials=(Material("shiny", (0.1,) * 3, lobes), *scene.materials[1:]))
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_lobes_of_a_point(device: Device, compiled: list[str], count: int) -> None:
+    """The programs have room for as many as a point has, two at most; photons meet one."""
+    kinds = phong((0.1,) * 3, 9.0), phong((0.1,) * 3), phong((0.1,) * 3, 30.0)
+    run(device, shiny(*kinds[:count]))
+    several = " TWO_LOBES" if count > 1 else ""
+    assert f"shade EYE LOBES{several}" in compiled and f"scatter LOBES{several}" in compiled
+    assert f"direct SHADOW_RAYS LOBES{several}" in compiled
+    assert "shade PHOTONS LOBES" in compiled and "reflector LOBES" in compiled
+    # Lobes that reflect nothing are none.
+    compiled.clear()
+    run(device, shiny(*(replace(kind, colour=(0.0, 0.0, 0.0)) for kind in kinds)))
+    assert "shade" in compiled and not any("LOBES" in name for name in compiled)
+
+
+def test_mirrors_show_no_light(device: Device, compiled: list[str]) -> None:
+    """Direct light asks nothing of delta lobes."""
+    run(device, shiny(phong((0.5,) * 3)))
+    assert "direct SHADOW_RAYS" in compiled and "shade EYE LOBES" in compiled
+
+
+@pytest.mark.parametrize("more", [0, 1])
+def test_more_lights_than_a_point_asks(device: Device, compiled: list[str], more: int) -> None:
+    scene = cornell()
+    off = replace(scene.lights[0], power=(0.0, 0.0, 0.0))  # does not count
+    lights = scene.lights * (MOST_SHADOW_RAYS + more)
+    launches, _ = run(device, replace(scene, lights=(off, *lights)))
+    assert f"direct SHADOW_RAYS{' DRAWN' if more else ''}" in compiled
+    assert launches["direct"] == PASSES
+
+
+def test_native_way_of_shadow_rays(device: Device, compiled: list[str]) -> None:
+    """Aimed, traced and added up by kernels of their own, some at a time; if there are any."""
+    lights = cornell().lights * 6
+    scene = replace(cornell(), lights=lights)
+    launches, images = run(device, scene, layer="native")
+    assert "direct" not in launches
+    assert launches["shadow_rays"] == launches["unshadowed"] == 2 * PASSES  # 4 and 2 of them
+    assert images["Direct"].mean() > 0
+    compiled.clear()
+    run(device, replace(scene, lights=()), layer="native")
+    assert not {"shadow_rays", "unshadowed"} & stems(compiled)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Callable
 from dataclasses import fields, replace
@@ -14,7 +15,8 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import SceneError
-from addon.photon.scene import MIRROR, Camera, Scene
+from addon.photon.kinds import check_kinds
+from addon.photon.scene import MIRROR, Camera, Lobe, Material, Scene
 from tests.scenes import cornell, plain_light, plain_material
 
 ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")
@@ -188,6 +190,86 @@ def test_what_is_saved_is_loaded_to_the_bit(tmp_path: Path) -> None:
     again.save(tmp_path / "again.npz")
     third = Scene.load(tmp_path / "again.npz")
     assert third.vertices.tobytes() == scene.vertices.tobytes()
+
+
+def as_version_1(header: dict[str, Any]) -> None:
+    """What Photon Stream 0.1 wrote of a spotlight, a sphere and materials."""
+    header.update(version=1)
+    header["lights"] = [
+        {
+            "name": "spot",
+            "kind": "SPOT",
+            "position": [1.0, 2.0, 3.0],
+            "power": [4.0, 5.0, 6.0],
+            "direction": [0.0, 1.0, 0.0],
+            "radius": 0.25,
+            "spot_size": 1.2,
+            "spot_blend": 0.3,
+        },
+        {
+            "name": "bulb",
+            "kind": "POINT",
+            "position": [7.0, 8.0, 9.0],
+            "power": [1.0, 1.0, 1.0],
+            "direction": [0.0, 0.0, -1.0],
+            "radius": 0.5,
+            "spot_size": 0.8,
+            "spot_blend": 0.15,
+        },
+    ]
+    colours = {
+        "white": ((0.7, 0.7, 0.7), (0.0, 0.0, 0.0), math.inf),
+        "chrome": ((0.0, 0.0, 0.0), (0.9, 0.8, 0.7), math.inf),
+        "gloss": ((0.2, 0.2, 0.2), (0.1, 0.2, 0.3), 12.5),
+        "none": ((0.2, 0.2, 0.2), (0.0, 0.0, 0.0), 12.5),
+    }
+    header["materials"] = [
+        {"name": name, "diffuse": diffuse, "specular": specular, "exponent": exponent}
+        for name, (diffuse, specular, exponent) in colours.items()
+    ]
+
+
+def test_version_1_is_read_as_version_2(file: Path) -> None:
+    edit(file, lambda _, header: as_version_1(header))
+    scene = Scene.load(file)
+    check_kinds(scene)
+    assert scene.lights == (
+        plain_light(
+            "spot", "SPOT", (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), (0.0, 1.0, 0.0), 0.25, 1.2, 0.3
+        ),
+        plain_light("bulb", "POINT", (7.0, 8.0, 9.0), (1.0, 1.0, 1.0), radius=0.5),
+    )
+    assert scene.lights[0].parameters["outer"] == pytest.approx(1 - math.cos(0.6))
+    assert scene.lights[0].parameters["inner"] == pytest.approx(0.7 * (1 - math.cos(0.6)))
+    assert scene.materials == (
+        Material("white", (0.7, 0.7, 0.7)),
+        Material("chrome", (0.0, 0.0, 0.0), (Lobe("mirror", (0.9, 0.8, 0.7)),)),
+        Material("gloss", (0.2, 0.2, 0.2), (Lobe("phong", (0.1, 0.2, 0.3), {"exponent": 12.5}),)),
+        Material("none", (0.2, 0.2, 0.2)),
+    )
+    scene.save(file)
+    again = Scene.load(file)
+    assert again.lights == scene.lights and again.materials == scene.materials
+    with np.load(file) as data:
+        assert json.loads(str(data["header"]))["version"] == 2
+
+
+def test_a_bad_value_of_version_1(file: Path) -> None:
+    def change(_: Any, header: dict[str, Any]) -> None:
+        as_version_1(header)
+        header["lights"][0]["spot_blend"] = 5.0
+
+    edit(file, change)
+    refused(file, "light 'spot': spot blend 5.0 is outside")
+
+
+def test_lobes_are_saved(file: Path) -> None:
+    """All that one has."""
+    lobe = Lobe("phong", (0.1, 0.2, 0.3), {"exponent": 3.0}, 0.5, (0.4, 0.3, 0.2))
+    scene = Scene.load(file)
+    material = Material("layered", (0.1, 0.0, 0.0), (lobe, Lobe("mirror", (1.0, 1.0, 1.0))))
+    replace(scene, materials=(material, *scene.materials[1:])).save(file)
+    assert Scene.load(file).materials[0] == material
 
 
 def test_a_name_without_npz_is_kept(tmp_path: Path) -> None:
