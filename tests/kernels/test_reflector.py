@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,15 @@ from numpy.typing import NDArray
 
 from addon.photon.projector import Projector
 from addon.photon.reflector import Reflector
-from addon.photon.scene import MIRROR, Material
+from addon.photon.scene import MIRROR, Lobe, Material, phong
 from tests.kernels.conftest import Bench
-from tests.kernels.shading import PHOTONS, SURFACE, made_for, shade
+from tests.kernels.shading import EYE, PHOTONS, SURFACE, made_for, shade
 from tests.kernels.statistics import excess
 from tests.scenes import plain_material
 
 COUNT = 100_000
+GOLD = (0.3, 0.2, 0.1)
+MIRRORS = phong((0.05, 0.1, 0.2))
 INCOMING = np.array([0.6, 0.0, -0.8])
 FLUX = np.array([2.0, 1.0, 0.5])
 
@@ -90,6 +93,65 @@ def test_lobe_at_normal_incidence_reflects_k_s(bench: Bench) -> None:
     mean = flux.sum(axis=0) / hits
     error = flux.std(axis=0) / math.sqrt(hits)
     assert (np.abs(mean - np.multiply(lobe_of(material)[0], FLUX)) <= 4 * error).all()
+
+
+SEVERAL = [
+    Material("three", (0.1, 0.2, 0.0), (phong((0.1, 0.2, 0.3), 5.0), MIRRORS, phong(GOLD, 90.0))),
+    Material("covered", (0.0,) * 3, (replace(MIRRORS, covered=(0.6, 0.4, 0.2)),)),
+    Material("covered, and bare", (0.2, 0.0, 0.1), (replace(MIRRORS, covered=(0.3, 0.4, 0.2)),)),
+    Material(
+        "two layers",
+        (0.05,) * 3,
+        (
+            replace(MIRRORS, covered=(0.3, 0.1, 0.2)),
+            Lobe("phong", GOLD, {"exponent": 9.0}, 0.5, GOLD),
+        ),
+    ),
+    Material("weighed", (0.1,) * 3, (replace(MIRRORS, weight=0.25), phong(GOLD, 50.0))),
+]
+
+
+def head_on(material: Material) -> Any:
+    """What it reflects of what comes from straight above."""
+    albedo = np.array(material.diffuse)
+    for lobe in material.lobes:
+        albedo = albedo + np.multiply(lobe.weight, lobe.colour)
+        albedo += np.multiply(lobe.covered, 1 - max(lobe.colour))
+    return albedo
+
+
+@pytest.mark.parametrize("material", SEVERAL, ids=lambda m: m.name)
+def test_lobes_and_layers_by_chance(bench: Bench, material: Material) -> None:
+    """Of a material of several each photon meets one: on average all, each channel for itself."""
+    result = reflect(bench, material, direction=(0, 0, -1))
+    flux = result["next_flux"][:, :3].astype(np.float64)
+    hits = COUNT * 0.9
+    mean = flux.sum(axis=0) / hits
+    error = np.sqrt(((flux**2).sum(axis=0) / hits - mean**2) / hits)
+    expected = head_on(material) * FLUX
+    assert (error < 0.01 * expected.max()).all()
+    assert (np.abs(mean - expected) <= 4 * error).all()
+
+
+@pytest.mark.parametrize("material", SEVERAL, ids=lambda m: m.name)
+def test_what_the_eye_meets_of_several(bench: Bench, material: Material) -> None:
+    """The albedo through what covers it, exactly; of the lobes two, on average all."""
+    streams = incoming(direction=(0, 0, -1))
+    points = shade(bench, material, streams, {"seed": 1, "pass_index": 2}, EYE)
+    there = points["place"][:, 3] != 0
+    covered = sum(
+        (np.multiply(lobe.covered, 1 - max(lobe.colour)) for lobe in material.lobes), np.zeros(3)
+    )
+    expected = np.add(material.diffuse, covered)
+    assert np.allclose(points["diffuse"][there, :3], expected, rtol=1e-5)
+    assert (points["diffuse"][there, 3] == 1.0).all()
+    total = np.zeros(3)
+    for n in "01":
+        total += (
+            points[f"lobe{n}"][there, :3].astype(float) * points[f"shape{n}"][there, 3:]
+        ).mean(axis=0)
+    expected = sum((np.multiply(lobe.weight, lobe.colour) for lobe in material.lobes), np.zeros(3))
+    assert np.allclose(total, expected, rtol=1e-5 if len(material.lobes) < 3 else 0.02)
 
 
 def test_colour_bleeds(bench: Bench) -> None:
