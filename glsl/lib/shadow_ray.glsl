@@ -65,7 +65,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     ShadowRay none = ShadowRay(RayOrigin(vec3(0.0), 0.0), RayDirection(vec3(0.0), 0.0), vec3(0.0));
     float times;
     int chosen = light_of(number, times);
-    uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(chosen);
+    uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
     vec2 u = random4(seed, pass_index, uint(pixel(source_element())), dimension).xy;
     LightSample found = sample_light(light_at(chosen), point.place.position, u);
     float cosine = dot(found.to_light, point.shading.normal);
