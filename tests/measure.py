@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
@@ -30,7 +31,7 @@ def rendered(device: Device, scene: Scene, **settings: Any) -> Iterator[Renderer
         "photons": 20000,
         "radius_shrink": 1.0,
     } | settings
-    renderer = Renderer(scene, Settings(**settings), device)
+    renderer = prepare(scene, Settings(**settings), device)
     try:
         for _ in range(renderer.settings.passes):
             renderer.render_pass()
@@ -62,8 +63,8 @@ def render_clean(device: Device, scene: Scene, **settings: Any) -> dict[str, Any
 
 def fallen(renderer: Renderer) -> Any:
     """The flux [W] that a renderer's last pass deposited on each surface, (surfaces, 3)."""
-    assert renderer.photon_mapper
-    place, deposit = renderer.photon_mapper.deposits.arrays()
+    assert renderer.photons
+    place, deposit = renderer.photons.mapper.deposits.arrays()
     surface = place[:, 3].astype(int) - 1
     count = len(renderer.scene.surfaces)
     flux = [np.bincount(surface, deposit[:, channel], count) for channel in range(3)]

@@ -17,11 +17,11 @@ import numpy as np
 
 from ..streams import TABLE_WIDTH, Device
 from .device_photon_mapper import landed_rows
+from .direct_light import RAYS_AT_ONCE
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film import SPARE
 from .needs import MOST_LOBES
 from .photon_mapper import STREAM_WIDTH, pilot_photons
-from .direct_light import RAYS_AT_ONCE
 from .scene import Scene
 from .settings import Settings
 from .strips import strips_of

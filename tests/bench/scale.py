@@ -16,8 +16,11 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from addon.photon.renderer import Renderer, open_device
+from addon.photon.memory import Budget
+from addon.photon.prepare import prepare
+from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings
+from addon.photon.ways import open_device
 from tests.bench.host import resident
 from tests.scenes import cornell, hills
 
@@ -48,13 +51,17 @@ def measure(number: str, size: int, layer: str) -> tuple[int, list[float], list[
         return time.perf_counter() - clock, time.process_time() - processor
 
     made: list[Renderer] = []
-    start = timed(lambda: made.append(Renderer(scene, settings, device)))
+    start = timed(lambda: made.append(prepare(scene, settings, device)))
     (renderer,) = made
     passes = [timed(renderer.render_pass) for _ in range(1 + settings.passes)][1:]
     renderer.images()
     taken = resident("VmHWM") - before
     fastest = [min(spent) for spent in zip(*passes, strict=True)]
-    return size, [*start, *fastest], [renderer.budget.needed(), taken]
+    return (
+        size,
+        [*start, *fastest],
+        [Budget(scene, settings, device, renderer.way.name).needed(), taken],
+    )
 
 
 def main() -> None:

@@ -14,8 +14,8 @@ import moderngl
 import numpy as np
 import pytest
 
+from addon.photon.prepare import prepare
 from addon.photon.radius_field import RadiusField
-from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings
 from addon.streams import Device, HostKernel, Kernel
 from tests.scenes import cornell, corners_of
@@ -81,11 +81,11 @@ def test_pairs_as_by_brute_force(
     work = count_work(scene, settings, device)
     seen = Seen(monkeypatch)
     settings = replace(settings, layer="fragment", estimator="gather")
-    renderer = Renderer(scene, settings, device)
+    renderer = prepare(scene, settings, device)
     renderer.render_pass()
-    assert renderer.photon_mapper
-    photons, deposits = renderer.photon_mapper.deposits.arrays()
-    field = renderer._radius_field.on_host
+    assert renderer.photons
+    photons, deposits = renderer.photons.mapper.deposits.arrays()
+    field = renderer.photons.field.on_host
     expected = [
         brute_force(*points, photons, deposits, field.at(*(x.reshape(-1, 4) for x in points)))
         for points in seen.points
@@ -128,7 +128,7 @@ def test_mirrors_send_more_rays(device: Device) -> None:
 @pytest.mark.parametrize("waits", [True, False])
 @pytest.mark.parametrize("estimator", ["gather", "splat"])
 def test_every_launch_is_watched(device: Device, waits: bool, estimator: str) -> None:
-    renderer = Renderer(
+    renderer = prepare(
         cornell(mirror=True), replace(SMALL, estimator=estimator, layer="fragment"), device
     )
     renderer.render_pass()
@@ -151,7 +151,7 @@ def test_every_launch_is_watched(device: Device, waits: bool, estimator: str) ->
 
 def test_host_kernels_are_watched(device: Device) -> None:
     settings = replace(SMALL, layer="native")
-    renderer = Renderer(cornell(), settings, device)
+    renderer = prepare(cornell(), settings, device)
     renderer.render_pass()  # its photons were traced for the radii
     watch = Watch(Timer(device), waits=True)
     with watch.watching():

@@ -67,7 +67,7 @@ class Bench:
             if name in kernel.tables
         }
         values = {n: value for n, value in (uniforms or {}).items() if n in kernel.uniforms}
-        alive = kernel.run(streams, textures, values, count=True)
+        alive = kernel.count(streams, textures, values).wait()
         result: dict[str, Any] = {
             name: streams[name].download().reshape(-1, 4)[:count] for name in kernel.outputs
         }

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from addon.photon import device_photon_mapper, photon_grid
 from addon.photon.deposits import Deposits, DeviceDeposits, HostDeposits
+from addon.photon.prepare import prepare
 from addon.photon.radius_field import RadiusField
 from addon.photon.records import DEPOSIT, PLACE
-from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings
 from addon.streams import Device, Reading, Stream
 from tests.measure import render
@@ -146,7 +146,7 @@ def test_poison_does_not_spread(
             estimator=estimator,
             photon_bounces=2,
         )
-        renderer = Renderer(cornell(), settings, device)
+        renderer = prepare(cornell(), settings, device)
         renderer.render_pass()
         pictures.append(renderer.images()["Combined"])
         dropped = renderer.info()["dropped_photons"]
@@ -243,7 +243,7 @@ def test_several_launches_sum_as_one(device: Device, monkeypatch: pytest.MonkeyP
     for most in (1 << 20, 64):
         monkeypatch.setattr(photon_grid, "MAX_ADDED", most)
         settings = Settings(width=24, height=24, passes=2, photons=2000, layer="fragment")
-        renderer = Renderer(cornell(True), settings, device)
+        renderer = prepare(cornell(True), settings, device)
         for _ in range(settings.passes):
             renderer.render_pass()
         pictures.append((renderer.launches()["gather"], renderer.images()))
@@ -300,8 +300,8 @@ def mapper(
     monkeypatch.setattr(device_photon_mapper, "LANDED_ROWS", request.param)
     monkeypatch.setattr(device, "prefers_native", False)
     settings = Settings(photons=20000, layer="compute", photon_bounces=6)
-    renderer = Renderer(cornell(True), settings, device)
-    yield renderer.photon_mapper
+    renderer = prepare(cornell(True), settings, device)
+    yield renderer.photons
     renderer.release()
 
 
@@ -313,8 +313,8 @@ def test_several_bounces_in_one_launch(device: Device, monkeypatch: pytest.Monke
         monkeypatch.setattr(device, "prefers_native", prefers_native)
         monkeypatch.setattr(device_photon_mapper, "LANDED_ROWS", rows)
         settings = Settings(photons=20000, layer="compute", photon_bounces=6)
-        renderer = Renderer(cornell(True), settings, device)
-        mapper = renderer.photon_mapper
+        renderer = prepare(cornell(True), settings, device)
+        mapper = renderer.photons
         assert mapper
         lists.append(np.concatenate(mapper.trace(1).arrays(), axis=1))
         before = mapper.launches().get("bounces", 0)

@@ -13,8 +13,8 @@ import pytest
 from addon.photon.geometry import Mesh, frame_of
 from addon.photon.native_kernels import NativeTracer, triangles_of
 from addon.photon.native_photon_mapper import _lights, _materials
+from addon.photon.prepare import prepare
 from addon.photon.records import HIT, RAY_DIRECTION, RAY_ORIGIN
-from addon.photon.renderer import Renderer
 from addon.photon.settings import Filter, Settings
 from addon.photon.tables import choose_lights, light_table, texels_of, upload_table
 from addon.photon.tracer import Tracer
@@ -58,7 +58,7 @@ def test_tracer(device: Device, any_hit: bool) -> None:
     )
     found, counts = [], []
     for kernel, bound in zip(kernels, (tables, {}), strict=True):
-        counts.append(kernel.run(streams, bound, count=True))
+        counts.append(kernel.count(streams, bound).wait())
         found.append(streams["hit"].download())
         kernel.release()
     glsl, ours = found
@@ -81,10 +81,10 @@ class TestPhotons:
     SETTINGS = Settings(width=8, height=8, photons=3000, seed=5)
 
     def deposits(self, device: Device, layer: str, **settings: Any) -> tuple[Any, Any, int]:
-        renderer = Renderer(SCENE, replace(self.SETTINGS, layer=layer, **settings), device)  # type: ignore[arg-type]
-        assert renderer.photon_mapper
-        place, deposit = (x.copy() for x in renderer.photon_mapper.trace(3).arrays())
-        unfinished = renderer.photon_mapper.unfinished
+        renderer = prepare(SCENE, replace(self.SETTINGS, layer=layer, **settings), device)  # type: ignore[arg-type]
+        assert renderer.photons
+        place, deposit = (x.copy() for x in renderer.photons.mapper.trace(3).arrays())
+        unfinished = renderer.photons.mapper.unfinished
         renderer.release()
         return place, deposit, unfinished
 
@@ -147,7 +147,7 @@ def test_gather_and_coverage(device: Device, name: str) -> None:
 
 def test_layer_is_named(device: Device) -> None:
     for layer in ("auto", "native", "fragment"):
-        renderer = Renderer(cornell(), Settings(width=8, height=8, photons=8, layer=layer), device)  # type: ignore[arg-type]
+        renderer = prepare(cornell(), Settings(width=8, height=8, photons=8, layer=layer), device)  # type: ignore[arg-type]
         native_expected = layer == "native" or (layer == "auto" and device.is_software)
         assert (renderer.info()["layer"] == "native") == native_expected
         renderer.release()
@@ -260,7 +260,7 @@ def test_host_and_glsl_draw_the_same_numbers(device: Device) -> None:
     scene = cornell()
     pictures = []
     for layer in ("fragment", "native"):
-        renderer = Renderer(
+        renderer = prepare(
             scene,
             Settings(width=48, height=48, photons=64, seed=9, layer=layer),  # type: ignore[arg-type]
             device,

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.renderer import Renderer
+from addon.photon.prepare import prepare
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from addon.streams import Device
@@ -54,7 +54,7 @@ def looks(
     floor = halves.mean()
     scale = np.maximum(halves.mean(axis=0), floor)
     found = {}
-    renderer = Renderer(scene, Settings(passes=max(passes), **settings), device)
+    renderer = prepare(scene, Settings(passes=max(passes), **settings), device)
     try:
         for done in range(1, max(passes) + 1):
             renderer.render_pass()

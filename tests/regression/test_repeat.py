@@ -16,7 +16,7 @@ import pytest
 from addon.photon import strips
 from addon.photon.film import Exposure, merged
 from addon.photon.picture import picture_of
-from addon.photon.renderer import Renderer
+from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.measure import render
@@ -45,7 +45,7 @@ def picture(device: Device, **settings: Any) -> Images:
 
 def exposure(device: Device, **settings: Any) -> Exposure:
     """What the film of that picture holds."""
-    renderer = Renderer(cornell(mirror=True, lobe=True), Settings(**CHOICES | settings), device)
+    renderer = prepare(cornell(mirror=True, lobe=True), Settings(**CHOICES | settings), device)
     try:
         for _ in range(renderer.settings.passes):
             renderer.render_pass()

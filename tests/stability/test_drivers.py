@@ -22,7 +22,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from addon.photon.renderer import Renderer
+from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.flip import mean_flip
@@ -34,7 +34,8 @@ RENDER = """
 import json, sys
 import numpy as np
 from addon.photon.errors import PhotonStreamError
-from addon.photon.renderer import open_device
+from addon.photon.ways import open_device
+from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from tests.measure import render_clean
 from tests.scenes import cornell, random_room
@@ -177,7 +178,7 @@ def test_longest_dispatch(
     make, given = WORST[case]
     side = 1024 if thorough else 256
     settings = Settings(**({"width": side, "height": side, "passes": 2} | given))
-    renderer = Renderer(make(), settings, device)
+    renderer = prepare(make(), settings, device)
     try:
         renderer.render_pass()
         clock = Clock(device, monkeypatch)

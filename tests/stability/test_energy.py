@@ -192,8 +192,8 @@ def test_many_photons_on_one_pixel(
     settings |= {"direct_by_photons": True, "photon_bounces": 1, "photons": count}
     with rendered(device, scene, width=1, height=1, estimator=estimator, **settings) as renderer:
         found = renderer.images()["Indirect"].mean() / (1e-3 / math.pi)
-        assert renderer.photon_mapper
-        place, deposit = renderer.photon_mapper.deposits.arrays()
+        assert renderer.photons
+        place, deposit = renderer.photons.mapper.deposits.arrays()
     squares = (place[:, :3].astype(float) ** 2).sum(axis=1)  # from the middle, a scene unit is 1 m
     weight = np.where(squares <= 1, 1.0 if kernel == "constant" else 2 * (1 - squares), 0.0)
     error = abs(found / ((deposit[:, 0] * weight).sum() / math.pi) - 1)

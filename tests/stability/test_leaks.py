@@ -28,7 +28,7 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
 IN_ONE_PROCESS = """
 import json, sys
 from addon.photon.kept import Kept
-from addon.photon.renderer import Renderer
+from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.bench.host import resident
@@ -42,7 +42,7 @@ for _ in range(int(sys.argv[1])):
     for number, (layer, estimator) in enumerate(ways):
         settings = Settings(12 + number, 8, photons=300, layer=layer, estimator=estimator)
         scene = cornell(mirror=number % 3 == 0)
-        renderer = Renderer(scene, settings, device, kept if number % 2 else None)
+        renderer = prepare(scene, settings, device, kept if number % 2 else None)
         renderer.render_pass()
         if number:  # one is left in the middle
             renderer.render_pass()

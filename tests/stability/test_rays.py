@@ -13,7 +13,7 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
-from addon.photon.ray_tracer import pixel_jitter
+from addon.photon.eye import pixel_jitter
 from addon.photon.scene import Scene
 from addon.photon.tracer import Tracer
 from addon.streams import Device

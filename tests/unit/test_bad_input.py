@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.renderer import Renderer
+from addon.photon.prepare import prepare
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from addon.streams import Device
@@ -22,7 +22,7 @@ PARTS = ("Direct", "Indirect", "Mirror")
 def render(device: Device, scene: Scene, **settings: Any) -> tuple[dict[str, Any], tuple[str, ...]]:
     """The images, all finite, and the warnings."""
     settings = {"width": 32, "height": 32, "passes": 2, "photons": 5000} | settings
-    renderer = Renderer(scene, Settings(**settings), device)
+    renderer = prepare(scene, Settings(**settings), device)
     for _ in range(renderer.settings.passes):
         renderer.render_pass()
     images = renderer.images()

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import DeviceError
-from addon.photon.renderer import Renderer, open_device
+from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
+from addon.photon.ways import open_device
 from addon.streams import Device, StreamError
 from tests.scenes import cornell
 
@@ -85,7 +86,7 @@ def test_framebuffers_of_released_textures_are_forgotten(device: Device) -> None
 
 def test_two_devices_in_one_process(device: Device) -> None:
     """Each keeps its own objects and errors, whichever was opened or closed last."""
-    renderer = Renderer(cornell(), Settings(width=16, height=16, photons=256), device)
+    renderer = prepare(cornell(), Settings(width=16, height=16, photons=256), device)
     renderer.render_pass()
     expected = renderer.images()["Combined"]
     other = Device()

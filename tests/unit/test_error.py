@@ -14,7 +14,7 @@ import pytest
 from addon.photon.error import EXTRAPOLATION, INNER_AREA, Error, error_of
 from addon.photon.film import Exposure, Squares
 from addon.photon.picture import FILM_IMAGES, picture_of
-from addon.photon.renderer import Renderer
+from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from addon.streams import Device
 from addon.streams.source import read
@@ -131,7 +131,7 @@ def test_inner_estimate_is_that_of_the_inner_radius(
             radius_shrink=1.0,
             boundary_correction=corrected,
         )
-        renderer = Renderer(cornell(mirror=True, lobe=True), settings, device)
+        renderer = prepare(cornell(mirror=True, lobe=True), settings, device)
         try:
             renderer.render_pass()
             return renderer.film.means()
@@ -147,7 +147,7 @@ def test_inner_estimate_is_that_of_the_inner_radius(
 
 
 def test_without_photons_there_is_no_bias(device: Device) -> None:
-    renderer = Renderer(cornell(), Settings(width=16, height=16, photons=0), device)
+    renderer = prepare(cornell(), Settings(width=16, height=16, photons=0), device)
     for _ in range(8):
         renderer.render_pass()
     assert renderer.error().bias == 0.0 and 0 < renderer.error().noise < 1
@@ -169,7 +169,7 @@ def test_dim_pictures(device: Device) -> None:
     """Squares of a very dim picture's reciprocals are beyond float32."""
     scene = cornell()
     lights = tuple(replace(light, power=(1e-17,) * 3) for light in scene.lights)
-    renderer = Renderer(
+    renderer = prepare(
         replace(scene, lights=lights), Settings(width=16, height=16, photons=500), device
     )
     for _ in range(8):

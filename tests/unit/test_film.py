@@ -31,7 +31,9 @@ def layer(request: pytest.FixtureRequest, device: Device) -> str:
 
 
 def film_of(device: Device, layer: Any, names: tuple[str, ...]) -> Film | HostFilm:
-    return HostFilm(SIZE, names) if layer == "native" else Film(device, layer, SIZE, names)
+    made = HostFilm(SIZE, names) if layer == "native" else Film(device, layer, SIZE, names)
+    made.prepare()
+    return made
 
 
 def fill(

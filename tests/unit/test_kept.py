@@ -19,8 +19,9 @@ from addon.photon import strips
 from addon.photon.deposits import DEPOSIT_BYTES, DeviceDeposits, HostDeposits
 from addon.photon.device_photon_mapper import DevicePhotonMapper
 from addon.photon.errors import DeviceError
+from addon.photon.eye import Eye
 from addon.photon.kept import Kept, Stage, same_but_view
-from addon.photon.ray_tracer import RayTracer
+from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene, phong
 from addon.photon.settings import Settings
@@ -48,7 +49,7 @@ class Frame(NamedTuple):
 def render(
     device: Device, scene: Scene, settings: Settings = SETTINGS, kept: Kept | None = None
 ) -> Frame:
-    renderer = Renderer(scene, settings, device, kept)
+    renderer = prepare(scene, settings, device, kept)
     try:
         for _ in range(settings.passes):
             renderer.render_pass()
@@ -196,7 +197,7 @@ def test_the_next_photons_fly_while_the_host_waits(
 
     monkeypatch.setattr(DevicePhotonMapper, "start", watched_start)
     monkeypatch.setattr(Kernel, "_counted", watched_wait)
-    renderer = Renderer(cornell(mirror=True), on_device, device)
+    renderer = prepare(cornell(mirror=True), on_device, device)
     for index in range(on_device.passes):
         renderer.render_pass()
         events.append(f"pass {index}")
@@ -229,9 +230,9 @@ def test_eye_rays_go_before_the_host_waits(
 ) -> None:
     """For the photons that tell the radii; the first pass sends no others."""
     events: list[str] = []
-    for kind, name in ((RayTracer, "_send_eye_rays"), (DevicePhotonMapper, "finish")):
+    for kind, name in ((Eye, "send"), (DevicePhotonMapper, "finish")):
         monkeypatch.setattr(kind, name, watched(getattr(kind, name), events))
-    renderer = Renderer(cornell(), on_device, device)
+    renderer = prepare(cornell(), on_device, device)
     assert events == ["_send_eye_rays", "finish"]
     renderer.render_pass()
     assert events == ["_send_eye_rays", "finish"]
@@ -259,7 +260,7 @@ def test_a_pass_that_failed_is_begun_anew(
     def refuse(*_: Any) -> None:
         raise StreamError("no room")
 
-    renderer = Renderer(cornell(), on_device, device)
+    renderer = prepare(cornell(), on_device, device)
     renderer.render_pass()
     with monkeypatch.context() as patch:
         patch.setattr(DeviceDeposits, "make_room", refuse)
@@ -280,7 +281,7 @@ def test_a_render_that_was_stopped(
     scene = cornell(mirror=True)
     fresh = render(device, scene, on_device)
     told = render(device, scene, replace(on_device, passes=passes)).info
-    stopped = Renderer(scene, on_device, device, kept)
+    stopped = prepare(scene, on_device, device, kept)
     for _ in range(passes):
         stopped.render_pass()
     info = stopped.info()
@@ -325,7 +326,7 @@ def test_animation_traces_photons_once(device: Device, kept: Kept) -> None:
     launches: list[dict[str, int]] = []
     for frame in range(25):
         scene = moved(cornell(), 0.05 * frame)
-        renderer = Renderer(scene if frame < 24 else widened(scene, 0.1), settings, device, kept)
+        renderer = prepare(scene if frame < 24 else widened(scene, 0.1), settings, device, kept)
         for _ in range(settings.passes):
             renderer.render_pass()
         launches.append(renderer.launches())

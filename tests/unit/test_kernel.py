@@ -223,7 +223,7 @@ def test_elements_are_where_they_say(device: Device, layer: str, root: Path) -> 
     text = "void kernel() { store_b(Value(vec4(element(), element_index(), 1.0))); }"
     kernel = build(device, layer, root, text, inputs={})
     b = stream(device, 13, 9)
-    assert kernel.run({"b": b}, count=True) == 13 * 9
+    assert kernel.count({"b": b}).wait() == 13 * 9
     x, y = np.meshgrid(np.arange(13), np.arange(9))
     assert np.array_equal(b.download(), np.stack([x, y, y * 13 + x, np.ones_like(x)], -1))
 
@@ -245,14 +245,14 @@ def test_skip_leaves_zero_and_does_not_count(device: Device, layer: str, root: P
     b, c = stream(device, 21, 10), stream(device, 21, 10)
     alive = np.arange(210).reshape(10, 21) % 4 == 0
     streams = {"b": b, "c": c}
-    assert kernel.run(streams, uniforms={"keep": 4}, count=True) == alive.sum()
+    assert kernel.count(streams, uniforms={"keep": 4}).wait() == alive.sum()
     for made, value in ((b, 7.0), (c, 8.0)):
         assert np.array_equal(made.download(), np.where(alive[..., None], [value] * 4, [0.0] * 4))
     # Counts don't add up over runs, and are zero where nobody asked.
-    assert kernel.run(streams, uniforms={"keep": 3}, count=True) == 70
+    assert kernel.count(streams, uniforms={"keep": 3}).wait() == 70
     assert kernel.run(streams, uniforms={"keep": 1}) == 0
-    assert kernel.run(streams, uniforms={"keep": 1}, count=True) == 210
-    assert kernel.run(streams, uniforms={"keep": 1000}, count=True) == 1
+    assert kernel.count(streams, uniforms={"keep": 1}).wait() == 210
+    assert kernel.count(streams, uniforms={"keep": 1000}).wait() == 1
     assert kernel.launches == 5
 
 
@@ -283,7 +283,7 @@ def test_lanes_share_an_element(
     )
     kernel = declare("probe", inputs=IN, outputs=OUT)(device, "compute", lanes=lanes)
     a, b = stream(device, *size), Stream(device, VALUE, size)
-    assert kernel.run({"a": a, "b": b}, count=True) == size[0] * size[1]
+    assert kernel.count({"a": a, "b": b}).wait() == size[0] * size[1]
     assert np.array_equal(b.download(), 1225 * a.download())
 
 

@@ -13,8 +13,8 @@ import pytest
 from addon.photon import records
 from addon.photon.errors import SceneError
 from addon.photon.kinds import check_kinds, light_kinds, lobe_kinds, made_bsdf, made_lights
+from addon.photon.prepare import prepare
 from addon.photon.records import check_layouts
-from addon.photon.renderer import Renderer
 from addon.photon.scene import Light, Lobe, Material, Scene, phong
 from addon.photon.settings import Settings
 from addon.photon.shade import Shade
@@ -57,7 +57,7 @@ def test_programs_hold_the_kinds_of_their_scene(device: Device) -> None:
     """Which of them a material has makes other programs; those that no scene has are not there."""
     for mirror, lobe, there in ((True, False, "mirror"), (False, True, "phong")):
         scene = cornell(mirror, lobe)
-        renderer = Renderer(scene, Settings(8, 8, photons=8), device)
+        renderer = prepare(scene, Settings(8, 8, photons=8), device)
         assert renderer.needs.lobe_kinds == {there} and renderer.needs.light_kinds == {"spot"}
         text = Shade.source(
             "fragment", 330, renderer.needs.eye_defines, made=renderer.needs.made
@@ -91,7 +91,7 @@ def with_lobe(lobe: Lobe) -> Scene:
     ],
 )
 def test_lobes_that_are_refused(device: Device, lobe: Lobe, message: str) -> None:
-    for refuse in (check_kinds, lambda scene: Renderer(scene, Settings(8, 8), device)):
+    for refuse in (check_kinds, lambda scene: prepare(scene, Settings(8, 8), device)):
         with pytest.raises(SceneError, match=message):
             refuse(with_lobe(lobe))
 
@@ -107,7 +107,7 @@ def test_lobes_that_are_refused(device: Device, lobe: Lobe, message: str) -> Non
     ],
 )
 def test_lights_that_are_refused(device: Device, light: Light, message: str) -> None:
-    for refuse in (check_kinds, lambda scene: Renderer(scene, Settings(8, 8), device)):
+    for refuse in (check_kinds, lambda scene: prepare(scene, Settings(8, 8), device)):
         with pytest.raises(SceneError, match=message):
             refuse(replace(cornell(), lights=(light,)))
 
@@ -184,7 +184,7 @@ def test_variants_are_what_scenes_need(device: Device, monkeypatch: pytest.Monke
         scene = replace(scene, materials=(shiny, *scene.materials[1:]))
         scenes += [replace(scene, lights=lights), replace(scene, lights=lights * 40)]
     for each in scenes:
-        Renderer(each, Settings(8, 8, photons=8, layer="fragment"), device).release()
+        prepare(each, Settings(8, 8, photons=8, layer="fragment"), device).release()
     names = {name for name, _ in texts}
     assert {"Shade", "Direct", "Scatter", "Reflector", "Generator", "LightFlux"} <= names
     assert [name for name, text in texts if text not in listed] == []

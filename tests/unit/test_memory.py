@@ -15,7 +15,7 @@ from addon.photon import memory, photon_grid, strips
 from addon.photon.errors import SceneError, SettingsError
 from addon.photon.kept import Kept
 from addon.photon.memory import Budget
-from addon.photon.renderer import Renderer
+from addon.photon.prepare import prepare
 from addon.photon.scene import Scene, phong
 from addon.photon.settings import Settings
 from addon.streams import Device, Stream, StreamError
@@ -27,7 +27,9 @@ SMALL = Settings(width=24, height=16, photons=1000, passes=1)
 MEASURE = """
 import sys
 from addon.photon.memory import Budget
-from addon.photon.renderer import Renderer, open_device
+from addon.photon.ways import open_device
+from addon.photon.prepare import prepare
+from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings
 from tests.bench.host import resident
 from tests.scenes import cornell, hills
@@ -37,12 +39,12 @@ scene = hills(quads) if quads else cornell(True)
 device = open_device(settings)
 budget = Budget(scene, settings, device, layer)
 before = resident("VmRSS")
-renderer = Renderer(scene, settings, device)
+renderer = prepare(scene, settings, device)
 renderer.render_pass()
 renderer.images()
 used = resident("VmHWM") - before
-assert renderer.photon_mapper
-places, _ = renderer.photon_mapper.deposits.arrays()
+assert renderer.photons
+places, _ = renderer.photons.mapper.deposits.arrays()
 guessed, known = budget.needed(), budget.needed(len(places) / photons)
 renderer.release()
 del renderer, places
@@ -106,12 +108,12 @@ def test_textures_are_counted(
         made.append(stream.size)
 
     monkeypatch.setattr(Stream, "__init__", counted)
-    renderer = Renderer(scene_of(lobes, lights), replace(SMALL, **settings), device)
+    renderer = prepare(scene_of(lobes, lights), replace(SMALL, **settings), device)
     renderer.render_pass()
-    budget = Budget(renderer.scene, renderer.settings, device, renderer.layer)
+    budget = Budget(renderer.scene, renderer.settings, device, renderer.way.name)
     renderer.release()
     count = 24 * 16 // strip
-    on_host = renderer.layer == "native"  # the film is in arrays, of as many bytes
+    on_host = renderer.way.name == "native"  # the film is in arrays, of as many bytes
     expected = budget.strip_textures + (0 if on_host else count * budget.film_textures)
     height = 16 // count
     found = sum(size[1] // height for size in made if size[0] == 24 and size[1] % height == 0)
@@ -148,7 +150,7 @@ def test_too_large(
     monkeypatch.setattr(Device, "texture", None)
     needs = r"needs about [\d.]+ GB of memory and [\d.]+ GB are free; [\d.]+ GB of it are "
     with pytest.raises(error, match=needs + match):
-        Renderer(cornell(), replace(SMALL, **settings), device)
+        prepare(cornell(), replace(SMALL, **settings), device)
 
 
 def test_region_counts(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -156,18 +158,18 @@ def test_region_counts(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(memory, "free_host_memory", lambda: 400_000_000)
     settings = replace(SMALL, width=8192, height=8192)
     with pytest.raises(SettingsError, match="67108864 pixels: lower .* or render a border region"):
-        Renderer(cornell(), settings, device)
-    Renderer(cornell(), replace(settings, region=(4000, 4000, 4064, 4064)), device).release()
+        prepare(cornell(), settings, device)
+    prepare(cornell(), replace(settings, region=(4000, 4000, 4064, 4064)), device).release()
 
 
 def test_what_was_kept_makes_room(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     kept = Kept(device)
-    Renderer(cornell(), SMALL, device, kept).release()
+    prepare(cornell(), SMALL, device, kept).release()
     assert kept.photon_bytes > 0
     monkeypatch.setattr(
         memory, "free_host_memory", lambda: 10_000 if kept.photon_bytes else 400_000_000
     )
-    renderer = Renderer(cornell(), replace(SMALL, radius=1.0), device, kept)
+    renderer = prepare(cornell(), replace(SMALL, radius=1.0), device, kept)
     assert kept.photon_bytes == 0
     renderer.release()
     kept.release()
@@ -180,7 +182,7 @@ def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPa
     guess = Budget(cornell(), settings, device, "native").needed()
     monkeypatch.setattr(memory, "free_host_memory", lambda: guess)
     with pytest.raises(SettingsError, match="for 1048576 photons: lower the photons a pass"):
-        Renderer(cornell(), settings, device)
+        prepare(cornell(), settings, device)
 
 
 def test_what_the_caller_takes(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -195,21 +197,21 @@ def test_what_the_caller_takes(device: Device, monkeypatch: pytest.MonkeyPatch) 
 def test_sides_of_textures(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(device, "texture_limit", 200)
     with pytest.raises(SettingsError, match="300x8 pixels are more than 200 a side"):
-        Renderer(cornell(), replace(SMALL, width=300, height=8), device)
+        prepare(cornell(), replace(SMALL, width=300, height=8), device)
     with pytest.raises(SettingsError, match=r"204801 photons a pass are more than .* lower the ph"):
         settings = replace(SMALL, photons=200 * 1024 + 1, layer="fragment")
-        Renderer(cornell(), settings, device)
+        prepare(cornell(), settings, device)
     monkeypatch.setattr(device, "texture_limit", 25)
     with pytest.raises(SceneError, match=r"30000 triangles are more than .* fewer triangles"):
-        Renderer(many(30000), SMALL, device)
+        prepare(many(30000), SMALL, device)
 
 
 def test_size_of_buffers(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """The lists that compute programs read, once it is known how many photons land."""
     monkeypatch.setattr(device, "buffer_limit", 16 * 5000)
     with pytest.raises(SettingsError, match="20000 photons a pass are more than .* lower the ph"):
-        Renderer(cornell(), replace(SMALL, photons=20000, layer="compute"), device)
-    Renderer(cornell(), replace(SMALL, photons=20000, layer="fragment"), device).release()
+        prepare(cornell(), replace(SMALL, photons=20000, layer="compute"), device)
+    prepare(cornell(), replace(SMALL, photons=20000, layer="fragment"), device).release()
 
 
 def test_memory_of_a_gpu(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:

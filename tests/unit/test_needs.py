@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from addon.photon.needs import MOST_SHADOW_RAYS
-from addon.photon.renderer import Renderer
+from addon.photon.prepare import prepare
 from addon.photon.scene import Lobe, Material, Scene, phong
 from addon.photon.settings import Settings
 from addon.streams import Device, Kernel
@@ -52,7 +52,7 @@ def run(device: Device, scene: Scene, **settings: Any) -> tuple[dict[str, int], 
         "passes": PASSES,
         "layer": "fragment",
     } | settings
-    renderer = Renderer(scene, Settings(**settings), device)
+    renderer = prepare(scene, Settings(**settings), device)
     for _ in range(PASSES):
         renderer.render_pass()
     launches, images = renderer.launches(), renderer.images()

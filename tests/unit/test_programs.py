@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from addon.photon.renderer import Renderer
+from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from addon.streams import Device, Kernel, Program, Stream, StreamError, Uniform
 from tests.scenes import cornell
@@ -93,7 +93,7 @@ def test_second_renderer_compiles_nothing(
     new_device.prefers_native = False  # the device's programs for lists, too
     counts, pictures = [], []
     for _ in range(3):
-        renderer = Renderer(cornell(mirror=True, lobe=True), settings, new_device)
+        renderer = prepare(cornell(mirror=True, lobe=True), settings, new_device)
         renderer.render_pass()
         pictures.append(renderer.images()["Combined"].tobytes())
         renderer.release()
@@ -105,7 +105,7 @@ def test_second_renderer_compiles_nothing(
 
 def test_freed_with_the_device(compiled: list[Any]) -> None:
     device = Device()
-    renderer = Renderer(cornell(), Settings(width=8, height=8, photons=256), device)
+    renderer = prepare(cornell(), Settings(width=8, height=8, photons=256), device)
     if device.has_compute:
         Program(device, "fill_zero")
     renderer.release()

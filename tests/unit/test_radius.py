@@ -12,6 +12,7 @@ import pytest
 
 from addon.photon import radius_field
 from addon.photon.deposits import Copy, DeviceDeposits
+from addon.photon.prepare import photons_per_disc, prepare
 from addon.photon.radius_field import (
     SAMPLE,
     RadiusField,
@@ -20,7 +21,6 @@ from addon.photon.radius_field import (
     sample_of,
     shrink_of,
 )
-from addon.photon.renderer import Renderer, photons_per_disc
 from addon.photon.settings import Settings
 from addon.streams import TABLE_WIDTH, Device
 from tests.measure import render
@@ -35,11 +35,11 @@ UP, DOWN, BACK = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, -1.0, 0.0)
 def radii(device: Device, scene: Any, positions: Any, normals: Any = UP, **settings: Any) -> Any:
     """Radii of the first pass [m] at positions (n, 3) [m] of surfaces with these normals."""
     settings = {"width": 512, "height": 512} | settings
-    renderer = Renderer(scene, Settings(**settings), device)
+    renderer = prepare(scene, Settings(**settings), device)
     at, facing = np.zeros((2, len(positions), 4), np.float32)
     at[:, :3] = renderer.frame.points(positions)
     facing[:, :3] = normals
-    found = renderer._radius_field.on_host.at(at, facing) * renderer.frame.scale
+    found = renderer.photons.field.on_host.at(at, facing) * renderer.frame.scale
     renderer.release()
     return found
 
@@ -151,7 +151,7 @@ def test_told_whichever_device_was_used_last(
         pytest.skip(f"{device.name} has no compute programs")
     monkeypatch.setattr(device, "prefers_native", False)
     settings = Settings(width=24, height=16, photons=20000, layer="compute", estimator=estimator)
-    renderer, other = Renderer(cornell(), settings, device), Device()
+    renderer, other = prepare(cornell(), settings, device), Device()
     try:
         assert renderer.radius(0) > 0
         device.check()
@@ -226,7 +226,7 @@ def test_the_device_finds_the_same(
     for view in (perspective, replace(perspective, kind="ORTHO")):
         scene = replace(cornell(True), camera=view, lights=lights)
         settings = Settings(width=64, height=64, photons=photons, layer="compute")
-        Renderer(scene, settings, device).release()
+        prepare(scene, settings, device).release()
     assert compared == ([] if photons == 0 else [photons > 1] * 2)
 
 
@@ -267,7 +267,7 @@ def test_every_way_sums_within_the_same_radii(device: Device, estimator: str, la
 def test_passes_apart_have_the_same_radii(device: Device) -> None:
     """Radii depend on the settings, not on which pass is rendered."""
     whole, part = (
-        Renderer(cornell(), Settings(width=8, height=8, photons=3000, first_pass=first), device)
+        prepare(cornell(), Settings(width=8, height=8, photons=3000, first_pass=first), device)
         for first in (0, 7)
     )
     assert whole.radius(7) == part.radius(7) < whole.radius(0)

@@ -10,10 +10,11 @@ import pytest
 
 from addon.photon import strips
 from addon.photon.film import Film
+from addon.photon.prepare import prepare
 from addon.photon.records import RADIANCE
-from addon.photon.renderer import Renderer
 from addon.photon.settings import Region, Settings
 from addon.photon.strips import StripFilm, strips_of
+from addon.photon.ways import Way
 from addon.streams import Device, Stream
 from tests.scenes import cornell
 
@@ -67,7 +68,9 @@ def test_films_are_one(device: Device, layer: Any, pixels: Any) -> None:
     assert [strip.height for strip in found] == [3, 4, 4]
     data = np.random.default_rng(3).normal(size=(passes, height, width, 4)).astype(np.float32)
     whole = Film(device, layer, (width, height), NAMES)
-    parts = StripFilm(device, layer, found, NAMES)
+    parts = StripFilm(Way(device, layer), found, NAMES)
+    whole.prepare()
+    parts.prepare()
     frame, part = (Stream(device, RADIANCE, size) for size in ((width, height), found[0].size))
     for one in data:
         frame.upload(one)
@@ -93,7 +96,7 @@ def test_photons_are_traced_once_a_pass(device: Device, pixels: Any) -> None:
     counts = []
     for most in (1 << 20, 12):
         pixels(most)
-        renderer = Renderer(cornell(), settings, device)
+        renderer = prepare(cornell(), settings, device)
         renderer.render_pass()
         counts.append(renderer.launches())
         renderer.release()
@@ -109,7 +112,7 @@ def test_depth_of_strips(device: Device, pixels: Any) -> None:
     depths = []
     for most in (1 << 20, 12 * 3):
         pixels(most)
-        renderer = Renderer(cornell(), settings, device)
+        renderer = prepare(cornell(), settings, device)
         for _ in range(2):
             renderer.render_pass()
             depths.append(renderer.images()["Depth"])

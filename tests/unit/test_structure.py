@@ -134,7 +134,7 @@ def test_repeats(device: Device, layer: Any, root: Path, times: int) -> None:
     a, b = ones(device, 5, 2), ones(device, 5, 2 * times)
     data = np.arange(40, dtype=np.float32).reshape(2, 5, 4)
     a.upload(data)
-    assert kernel.run({"a": a, "b": b}, count=True) == 10 * times
+    assert kernel.count({"a": a, "b": b}).wait() == 10 * times
     found = b.download().reshape(times, 2, 5, 4)
     for repetition in range(times):
         assert np.array_equal(found[repetition, ..., :3], data[..., :3])

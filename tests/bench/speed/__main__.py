@@ -18,8 +18,8 @@ import traceback
 from collections.abc import Callable
 from pathlib import Path
 
-from addon.photon.renderer import open_device
 from addon.photon.settings import Settings
+from addon.photon.ways import open_device
 
 from ..host import processor
 from .choices import ALL_SHAPES, COMBINATIONS, measure_choices

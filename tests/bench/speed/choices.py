@@ -13,7 +13,7 @@ from typing import Any, get_args
 import numpy as np
 
 from addon.photon.geometry import frame_of
-from addon.photon.renderer import photons_per_disc
+from addon.photon.prepare import photons_per_disc
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings, SplatShape
 from addon.streams import Device

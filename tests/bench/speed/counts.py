@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from addon.photon.direct import Direct, ShadowRays
 from addon.photon.photon_grid import PhotonGrid
 from addon.photon.photon_mapper import PhotonMapper
+from addon.photon.prepare import prepare
 from addon.photon.radius_field import Radii
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
@@ -56,7 +57,7 @@ def count_work(scene: Scene, settings: Settings, device: Device) -> Work:
     gather: every way does the same."""
     # A renderer's first pass is launched in part before anyone asks for it.
     settings = replace(settings, first_pass=WATCHED - 1, layer="fragment", estimator="gather")
-    renderer = Renderer(scene, settings, device)
+    renderer = prepare(scene, settings, device)
     counter = _Counter(Work(settings.photons_a_pass), renderer)
     try:
         renderer.render_pass()

@@ -19,13 +19,14 @@ import photon_stream_native as native
 from numpy.typing import NDArray
 
 from addon.photon.geometry import Mesh, frame_of
+from addon.photon.prepare import prepare
 from addon.photon.process import RendererProcess
 from addon.photon.records import HIT, RAY_DIRECTION, RAY_ORIGIN
-from addon.photon.renderer import Renderer, open_device
 from addon.photon.scene import Camera, Scene
 from addon.photon.settings import Settings
 from addon.photon.tables import Tables
 from addon.photon.tracer import Tracer
+from addon.photon.ways import open_device
 from addon.streams import TEXEL, Device, Stream
 from tests.scenes import corners_of, plain_material
 
@@ -272,7 +273,7 @@ def _render(snapshot: str, values: dict[str, Any]) -> None:
     settings = Settings(**values)
     device, scene = open_device(settings), Scene.load(Path(snapshot))
     before = resident("VmHWM")
-    renderer = Renderer(scene, settings, device)
+    renderer = prepare(scene, settings, device)
     renderer.render_pass()
     renderer.images()
     print(before, resident("VmHWM"))

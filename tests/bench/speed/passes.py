@@ -10,6 +10,7 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, get_args
 
+from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings, SplatShape
@@ -64,7 +65,7 @@ class Way:
     def taken(renderer: Renderer) -> Way:
         """The way that a renderer has taken, chosen by itself or not."""
         shape = renderer.settings.splat_shape if renderer.estimator == "splat" else ""
-        return Way(renderer.layer, renderer.estimator, shape)
+        return Way(renderer.way.name, renderer.estimator, shape)
 
 
 def ways_of(device: Device, shapes: tuple[str, ...] = get_args(SplatShape)) -> list[Way]:
@@ -125,7 +126,7 @@ def time_way(
     With a timer, the kernels of one pass more are timed.
     """
     before = time.perf_counter()
-    renderer = Renderer(scene, steady(settings), device)
+    renderer = prepare(scene, steady(settings), device)
     try:
         renderer.render_pass()
         device.ctx.finish()
@@ -144,7 +145,7 @@ def time_way(
         phases = {name: spent / passes for name, spent in renderer.seconds.items()}
         if timer:
             watch = _watched_pass(renderer, timer, times[-1])
-        mapper = renderer.photon_mapper
+        mapper = renderer.photons
         return Timing(
             Way.taken(renderer),
             statistics.median(times),
@@ -163,7 +164,7 @@ def compare(
     scene: Scene, settings: Settings, device: Device, ways: Sequence[Way], seconds: float
 ) -> list[float]:
     """Medians of ways whose passes take turns: what else the machine does meets all alike."""
-    renderers = [Renderer(scene, steady(way.of(settings)), device) for way in ways]
+    renderers = [prepare(scene, steady(way.of(settings)), device) for way in ways]
     times: list[list[float]] = [[] for _ in ways]
     begun = time.perf_counter()
     try:

@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from addon.photon.geometry import Mesh
-from addon.photon.renderer import Renderer, open_device
+from addon.photon.prepare import prepare
+from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
+from addon.photon.ways import open_device
 
 from .steps import Budget, Step, doubling, now
 
@@ -49,7 +51,7 @@ class Engine:
     def features(self) -> dict[str, Any]:
         """Depth (of one pass) and Normal (a mean over passes) of what the camera sees."""
         settings = Settings(width=self.size, height=self.size, photons=1024)
-        renderer = Renderer(self.scene, settings, self.device)
+        renderer = prepare(self.scene, settings, self.device)
         try:
             for _ in range(FEATURE_PASSES):
                 renderer.render_pass()
