@@ -62,6 +62,8 @@ def unpack(arrays: Sequence[NDArray[Any]]) -> Scene:
     """
 
     def whole(values: dict[str, Any]) -> Any:
+        if KIND not in values:  # parameters of a lobe or light
+            return {name: _tuples(value) for name, value in values.items()}
         kind = values.pop(KIND)
         if kind == "blob":
             return arrays[values["place"]]
@@ -81,7 +83,8 @@ def unpack(arrays: Sequence[NDArray[Any]]) -> Scene:
 
 
 def same(one: Any, other: Any) -> bool:
-    """Whether two values of a scene are equal to the bit: records, tuples, arrays and numbers.
+    """Whether two values of a scene are equal to the bit: records, tuples, mappings, arrays and
+    numbers.
 
     `==` takes -0.0 for 0.0, and NaN for something else.
     """
@@ -97,6 +100,8 @@ def same(one: Any, other: Any) -> bool:
         return False
     if isinstance(one, (tuple, list)):
         return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[name], other[name]) for name in one)
     if is_dataclass(one):
         return all(same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
     return bool(one == other)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
@@ -13,7 +14,7 @@ import pytest
 
 from addon.photon.errors import RenderError, SceneError
 from addon.photon.kept import same_but_view
-from addon.photon.scene import Light, Material, Scene
+from addon.photon.scene import Light, Lobe, Material, Scene
 from addon.photon.snapshot import INLINE, pack, same, unpack
 from tests.scenes import cornell
 from tests.unit.test_scene import awkward
@@ -34,6 +35,8 @@ def written(value: Any) -> Any:
         return str(value.dtype), value.shape, value.tobytes()
     if is_dataclass(value):
         return type(value), [(f.name, written(getattr(value, f.name))) for f in fields(value)]
+    if isinstance(value, dict):
+        return {name: written(item) for name, item in value.items()}
     return [written(item) for item in value] if isinstance(value, tuple) else repr(value)
 
 
@@ -41,7 +44,15 @@ def put_together(scene: Scene) -> Scene:
     return unpack(pack(scene))
 
 
-@pytest.mark.parametrize("make", [cornell, awkward])
+def lobed() -> Scene:
+    """A scene whose lobes have parameters that are numbers and colours."""
+    third = 1.0 / 3.0
+    parameters = {"alpha_x": third, "alpha_y": 1e-300, "tint": (0.1, -0.0, third)}
+    lobes = tuple(Lobe("ggx_metal", (third, 0.0, 1.0), parameters, w, (0.1,) * 3) for w in (1, 0.1))
+    return replace(cornell(), materials=(Material("m", lobes=lobes), *cornell().materials))
+
+
+@pytest.mark.parametrize("make", [cornell, awkward, lobed])
 def test_what_is_packed_is_unpacked_to_the_bit(make: Callable[[], Scene]) -> None:
     scene = make()
     again = put_together(scene)
@@ -55,7 +66,9 @@ def test_values_that_text_loses() -> None:
     again = put_together(scene)
     assert np.signbit(again.lights[0].position[1]) and np.signbit(again.vertices[0, 1])
     assert np.isnan(again.vertices[0, 0]) and again.vertices[0, 2] == 5e-324
-    assert again.materials[-2].exponent == again.camera.clip_end == np.inf
+    assert again.materials[-2].lobes[0].kind == "mirror" and again.camera.clip_end == np.inf
+    light = again.lights[0]
+    assert light.parameters == scene.lights[0].parameters and light.parameters["outer"] > 0
     assert again.surfaces[-1] == "床 \u0000 floor"
 
 
@@ -150,6 +163,11 @@ def test_a_bad_scene_is_no_damage() -> None:
         ((1.0,), [1.0]),
         ((1.0, (0.0,)), (1.0, (-0.0,))),
         (Material("m"), Light("m", "POINT", (0, 0, 0), (1, 1, 1))),
+        ({"alpha": 0.0}, {"alpha": -0.0}),
+        ({"alpha": 1.0}, {"beta": 1.0}),
+        ({"alpha": 1.0}, {"alpha": 1.0, "beta": 1.0}),
+        ({"alpha": (1.0, LONG)}, {"alpha": (1.0, changed(LONG, 50_000, -1.0))}),
+        ({"alpha": 1.0}, ("alpha",)),
         (LONG, changed(LONG, 50_000, -1.0)),
         ((("image", LONG),), (("image", changed(LONG, 50_000, -1.0)),)),
         (LONG, LONG.tolist()),
@@ -173,6 +191,7 @@ def test_different(one: Any, other: Any) -> None:
         (1.5, np.float64(1.5)),
         ((), ()),
         ("a", "a"),
+        ({"alpha": float("nan"), "tint": (1.0, LONG)}, {"alpha": math.nan, "tint": (1.0, LONG)}),
         (LONG, LONG.copy()),
         (LONG[::2], LONG[::2].copy()),
         (changed(LONG, 7, np.nan), changed(LONG, 7, np.nan)),
