@@ -55,7 +55,9 @@ def test_camera_moves_then_light(process: RendererProcess) -> None:
         matrix = scene.camera.matrix.copy()
         matrix[0, 3] = x
         scenes.append(replace(scene, camera=replace(scene.camera, matrix=matrix)))
-    scenes.append(replace(scenes[-1], lights=(replace(scene.lights[0], radius=0.5),)))
+    (light,) = scene.lights
+    sphere = replace(light, parameters={**light.parameters, "radius": 0.5})
+    scenes.append(replace(scenes[-1], lights=(sphere,)))
     seconds = []
     for view in scenes:
         frame = finish(process, view)
