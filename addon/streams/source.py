@@ -93,9 +93,13 @@ def _expanded(_root: Path, path: str, header: str, made: tuple[tuple[str, str], 
     return Source("\n".join(text.lines) + "\n", tuple(text.places))
 
 
-@lru_cache(maxsize=256)
 def every_branch(path: str) -> str:
     """The text of a file and of those that it includes, whatever is defined; not of made ones."""
+    return _every_branch(glsl_root(), path)
+
+
+@lru_cache(maxsize=256)
+def _every_branch(_root: Path, path: str) -> str:
     text = _Text(None, None)
     text.append(path, path)
     return "\n".join(text.lines)

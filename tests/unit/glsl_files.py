@@ -34,6 +34,7 @@ def write(root: Path, path: str, text: str) -> None:
     """A GLSL file below the root; read anew."""
     addon.streams.source._text.cache_clear()
     addon.streams.source._expanded.cache_clear()
+    addon.streams.source._every_branch.cache_clear()
     (root / path).parent.mkdir(parents=True, exist_ok=True)
     (root / path).write_text(text, encoding="utf-8")
 

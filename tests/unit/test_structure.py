@@ -82,7 +82,8 @@ def test_only_its_own_structure_is_compiled_in(device: Device, layer: Any, root:
 
 
 def test_included_again_under_another_condition(device: Device, layer: Any, root: Path) -> None:
-    """A file that was first included under an #if that does not hold is there all the same."""
+    """A file that is first included under an #ifdef that does not hold is there all the same, and
+    what stands under that one is not."""
     write(root, "lib/deep.glsl", "float deep() { return 2.0; }\n")
     write(
         root, "lib/some.glsl", '#include "lib/deep.glsl"\nfloat some() { return 3.0 * deep(); }\n'
@@ -96,10 +97,27 @@ def test_included_again_under_another_condition(device: Device, layer: Any, root
         b = ones(device)
         kind(device, layer, defines).run({"b": b})
         assert (b.download() == 8.0).all()
-    source = expand("kernels/probe.glsl", "")
-    lines = zip(source.places, source.text.splitlines(), strict=True)
-    at = [place for place, line in lines if "3.0 * deep" in line]
-    assert at == ["lib/some.glsl:2"] * 2
+    for header in ("", "#define MORE 1"):
+        source = expand("kernels/probe.glsl", header)
+        lines = zip(source.places, source.text.splitlines(), strict=True)
+        at = [place for place, line in lines if "3.0 * deep" in line]
+        assert at == ["lib/some.glsl:2"] and "#ifdef" not in source.text
+
+
+def test_branches_that_nothing_defines_are_not_compiled(root: Path) -> None:
+    """They are left out of the text, and so is what they include; #if is the driver's."""
+    write(root, "lib/some.glsl", "#define INNER\n")
+    lines = ["#ifdef MORE", '#include "lib/some.glsl"', "more", "#ifdef INNER", "inner", "#endif"]
+    lines += ["#else", "less", "#endif", "#ifndef MORE", "none", "#endif"]
+    lines += ["#if defined(MORE)", "asked", "#else", "not asked", "#endif"]
+    write(root, "kernels/probe.glsl", "\n".join(lines))
+    asked = lines[-5:]
+    assert expand("kernels/probe.glsl", "").text.split("\n")[:-1] == ["less", "none", *asked]
+    more = expand("kernels/probe.glsl", "#define MORE 1").text.split("\n")[1:-1]
+    assert more == ["#define INNER", "more", "inner", *asked]
+    write(root, "kernels/probe.glsl", "#ifdef MORE\n#elif LESS\n#endif\n")
+    with pytest.raises(StreamError, match="elif"):
+        expand("kernels/probe.glsl", "")
 
 
 def test_made_includes(device: Device, layer: Any, root: Path) -> None:
