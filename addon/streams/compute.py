@@ -86,6 +86,8 @@ def fill(device: Device, texture: moderngl.Texture, value: float) -> None:
         program.run(math.prod(texture.size), images=[texture], uniforms={"value": value})
     else:  # drawing is faster there
         device.framebuffer([texture]).clear(value, value, value, value)
+        # Of many that were not waited for, llvmpipe keeps memory long after they were freed.
+        device.ctx.finish()
 
 
 def clear(device: Device, buffer: moderngl.Buffer, count: int) -> None:
