@@ -24,6 +24,8 @@ CameraKind = Literal["PERSP", "ORTHO"]
 RGB = tuple[float, float, float]  # or x, y, z
 BLACK: RGB = (0.0, 0.0, 0.0)
 MIRROR = np.inf  # Phong exponent of a perfect mirror
+# Kinds of lobes whose colour is their reflectance head-on: black ones reflect at grazing angles.
+FRESNEL_LOBES = ("ggx_dielectric", "ggx_metal")
 
 
 def _empty(shape: tuple[int, ...], dtype: Any) -> Any:
@@ -116,7 +118,8 @@ class Lobe:
     @property
     def reflects(self) -> bool:
         """Whether it does, or has what it covers do."""
-        return (self.weight > 0.0 and max(self.colour) > 0.0) or max(self.covered) > 0.0
+        own = max(self.colour) > 0.0 or self.kind in FRESNEL_LOBES
+        return (self.weight > 0.0 and own) or max(self.covered) > 0.0
 
     def head_on(self) -> NDArray[np.float64]:
         """The albedo with what it covers, for a viewer straight above; about that."""

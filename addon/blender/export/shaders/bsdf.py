@@ -110,6 +110,13 @@ def note_normal(graph: Graph, node: bpy.types.Node) -> None:
         graph.notes.ignored(graph.owner, "Normal or bump map", "the mesh's own normals are used")
 
 
+def note_anisotropy(graph: Graph, node: bpy.types.Node, scope: Scope) -> None:
+    """Say that reflections are not stretched."""
+    for name in ("Anisotropy", "Anisotropic"):
+        if number(graph, node, name, scope):
+            graph.notes.approximated(graph.owner, name, "its reflections are round")
+
+
 def as_diffuse(graph: Graph, node: bpy.types.Node, scope: Scope) -> Bsdf:
     """Scattering of other kinds, as a diffuse surface of the same colour."""
     graph.notes.approximated(graph.owner, f"{node.bl_label}", "rendered as diffuse")
@@ -142,10 +149,8 @@ def microfacets(graph: Graph, node: bpy.types.Node, scope: Scope) -> dict[str, f
     distribution = getattr(node, "distribution", "MULTI_GGX")
     if distribution not in ("GGX", "MULTI_GGX"):
         graph.notes.approximated(graph.owner, f"Distribution {distribution}", "rendered as GGX")
-    for name in ("Anisotropy", "Anisotropic"):
-        if number(graph, node, name, scope):
-            graph.notes.approximated(graph.owner, name, "its reflections are round")
-    compensated = float(distribution != "GGX")
+    note_anisotropy(graph, node, scope)
+    compensated = float(distribution == "MULTI_GGX")
     return {"alpha_x": alpha, "alpha_y": alpha, "turn": 0.0, "compensated": compensated}
 
 

@@ -14,8 +14,8 @@ from .bsdf import (
     colour,
     is_smooth,
     microfacets,
+    note_anisotropy,
     note_normal,
-    number,
     phong_of,
     triple,
 )
@@ -26,8 +26,7 @@ def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel)
     note_normal(graph, node)
     reflectance = colour(graph, node, "Color", scope)
     if model is SpecularModel.PHONG:
-        if number(graph, node, "Anisotropy", scope):
-            graph.notes.approximated(graph.owner, "Anisotropy", "its reflections are round")
+        note_anisotropy(graph, node, scope)
         return Bsdf(np.zeros(3), (phong_of(graph, node, reflectance, scope),))
     parameters = microfacets(graph, node, scope)
     if is_smooth(parameters):

@@ -15,6 +15,7 @@ from .bsdf import (
     clipped,
     colour,
     microfacets,
+    note_anisotropy,
     note_normal,
     phong_of,
     triple,
@@ -48,6 +49,7 @@ def metal(
 ) -> Bsdf:
     """Metal of a reflectance head-on, and at 82 degrees of `tint` over Schlick's curve."""
     if model is SpecularModel.PHONG:
+        note_anisotropy(graph, node, scope)
         what = "its colour does not change to the edge"
         graph.notes.approximated(graph.owner, "Metal", what)
         return Bsdf(np.zeros(3), (phong_of(graph, node, base, scope),))

@@ -18,6 +18,7 @@ from .bsdf import (
     clipped,
     colour,
     microfacets,
+    note_anisotropy,
     note_normal,
     number,
     phong_of,
@@ -102,8 +103,7 @@ def _as_phong(
     k_d = (1.0 - metallic) * (1.0 - transmission) * (1.0 - clipped(layer * tint)) * base
     if not k_s.any():
         return Bsdf(k_d)
-    if value("Anisotropic"):
-        graph.notes.approximated(graph.owner, "Anisotropic", "its reflections are round")
+    note_anisotropy(graph, node, scope)
     what = "its strength is that seen head-on"
     graph.notes.approximated(graph.owner, "Principled reflection", what)
     return Bsdf(k_d, (phong_of(graph, node, k_s, scope),))
