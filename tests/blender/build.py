@@ -8,6 +8,8 @@ from typing import Any
 
 import bpy
 
+from addon.blender.export import Report
+
 QUAD = ([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [(0, 1, 2, 3)])
 CUBE = (
     [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)],
@@ -77,3 +79,8 @@ def shader_material(kind: str, name: str = "Material", **inputs: Any) -> bpy.typ
     material, tree = new_material(name)
     finish(tree, add_node(tree, kind, **inputs))
     return material
+
+
+def features(report: Report, status: str) -> list[str]:
+    """What a report says of materials."""
+    return [entry.feature for entry in report.of(status) if entry.object.startswith("Material")]

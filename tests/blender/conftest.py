@@ -12,11 +12,14 @@ import pytest
 from numpy.typing import NDArray
 
 import addon
-from addon.blender.export import Report, snapshot
-from addon.photon.scene import Scene
+from addon.blender.export import Report, SpecularModel, snapshot
+from addon.photon.scene import Material, Scene
+
+from .build import add_mesh
 
 Picture = NDArray[np.float32]
-Export = Callable[[], tuple[Scene, Report]]
+Export = Callable[..., tuple[Scene, Report]]
+Convert = Callable[..., tuple[Material, Report]]
 
 
 class SnapshotEngine(bpy.types.RenderEngine):
@@ -24,11 +27,12 @@ class SnapshotEngine(bpy.types.RenderEngine):
 
     bl_idname = "SNAPSHOT_TEST"
     bl_label = "Snapshot"
+    model = SpecularModel.GGX
     found: list[tuple[Scene, Report] | Exception] = []
 
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         try:
-            self.found.append(snapshot(depsgraph))
+            self.found.append(snapshot(depsgraph, model=self.model))
         except Exception as error:
             self.found.append(error)
 
@@ -67,8 +71,9 @@ def scene() -> bpy.types.Scene:
 def export(scene: bpy.types.Scene) -> Export:
     """Return the exported scene and report, or raise what the exporter raised."""
 
-    def run() -> tuple[Scene, Report]:
+    def run(model: SpecularModel = SpecularModel.GGX) -> tuple[Scene, Report]:
         scene = bpy.context.scene  # a test may have opened another file
+        SnapshotEngine.model = model
         scene.render.engine = SnapshotEngine.bl_idname
         SnapshotEngine.found.clear()
         bpy.ops.render.render()
@@ -76,6 +81,21 @@ def export(scene: bpy.types.Scene) -> Export:
         if isinstance(found, Exception):
             raise found
         return found
+
+    return run
+
+
+@pytest.fixture
+def convert(export: Export) -> Convert:
+    """Return the exported material that a plane wears, and the report."""
+
+    def run(
+        material: bpy.types.Material | None, model: SpecularModel = SpecularModel.GGX
+    ) -> tuple[Material, Report]:
+        add_mesh("Plane").data.materials.append(material)
+        scene, report = export(model)
+        (converted,) = scene.materials
+        return converted, report
 
     return run
 

@@ -18,10 +18,11 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.blender import engine
-from addon.blender.export import Report
+from addon.blender.export import Report, SpecularModel, snapshot
 from addon.blender.session import SESSION
 from addon.photon import console
 from addon.photon.process import Progress, RendererProcess
+from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 
 from .build import add_light, add_mesh, add_node, finish, new_material, shader_material
@@ -92,6 +93,26 @@ def test_components_sum_to_combined(room, tmp_path) -> None:
         assert np.isfinite(passes[name]).all(), name
     assert (passes["Combined"][..., 3] == 1.0).all()
     assert passes["Depth"].min() == pytest.approx(10.0, abs=3.0)
+
+
+@pytest.mark.parametrize("model", SpecularModel)
+def test_specular_model_reaches_the_renderer(room, monkeypatch, model) -> None:
+    """What the scene chooses is what its rough Glossy BSDF becomes."""
+    mirror = bpy.data.materials["Mirror"].node_tree.nodes["Glossy BSDF"]
+    mirror.inputs["Roughness"].default_value = 0.5
+    found = []
+
+    def spy(*args: object) -> tuple[Scene, Report]:
+        found.append(snapshot(*args))
+        return found[-1]
+
+    monkeypatch.setattr(engine, "snapshot", spy)
+    room.photon_stream.specular_model = model.name
+    bpy.ops.render.render()
+    ((scene, _),) = found
+    kinds = {lobe.kind for material in scene.materials for lobe in material.lobes}
+    assert kinds == {"ggx" if model is SpecularModel.GGX else "phong"}
+    assert SESSION.error == ""
 
 
 def test_noise_threshold_ends_the_render(room, tmp_path) -> None:

@@ -9,6 +9,8 @@ import bpy
 import numpy as np
 import pytest
 
+from addon.photon.kinds import light_kinds
+
 from .build import add_light
 
 pytestmark = pytest.mark.blender
@@ -33,13 +35,17 @@ def test_spot(export) -> None:
     )
     scene, report = export()
     (light,) = scene.lights
-    assert (light.name, light.kind, light.radius) == ("Spot", "SPOT", 0.0)
+    assert (light.name, light.kind) == ("Spot", "spot")
+    assert list(light.parameters) == list(light_kinds()["spot"].parameters)
+    assert light.parameters["radius"] == 0.0
     assert light.power == pytest.approx((100.0, 50.0, 25.0))
     assert light.position == pytest.approx((1.0, 2.0, 3.0))
     assert light.direction == pytest.approx((0.0, 1.0, 0.0), abs=1e-6)
     assert np.linalg.norm(light.direction) == pytest.approx(1.0, abs=1e-12)
-    assert light.spot_size == pytest.approx(math.radians(60))
-    assert light.spot_blend == pytest.approx(0.25)
+    # 1 - cos of the angle from the axis: where it ends, and where it fades from.
+    outer, inner = light.parameters["outer"], light.parameters["inner"]
+    assert 2 * math.acos(1 - outer) == pytest.approx(math.radians(60))
+    assert 1 - inner / outer == pytest.approx(0.25)
     assert ("Light 'Spot'", "Spot light") in reported(report, "exact")
 
 
@@ -60,7 +66,9 @@ def test_point_with_radius(export, radius, camera, glossy, said) -> None:
     if hasattr(obj.data, "use_soft_falloff"):
         obj.data.use_soft_falloff = False
     scene, report = export()
-    assert scene.lights[0].radius == radius
+    (light,) = scene.lights
+    assert (light.kind, light.parameters) == ("point", {"radius": radius})
+    assert list(light.parameters) == list(light_kinds()["point"].parameters)
     assert [e.detail for e in report.of("approximated") if e.feature == "Radius"] == [said] * bool(
         said
     )

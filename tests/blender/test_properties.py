@@ -4,15 +4,20 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from pathlib import Path
 from typing import get_args
 
+import bpy
 import pytest
 
 from addon.blender import properties
+from addon.blender.export import SpecularModel
 from addon.blender.properties import settings_from
 from addon.photon.settings import Estimator, Filter, Layer, Settings, SplatShape
 
 pytestmark = pytest.mark.blender
+
+BLEND_SCENES = Path(__file__).resolve().parents[2] / "blend_scenes"
 
 # Set by the frame, the region and the film, or of no use in Blender.
 NOT_PROPERTIES = {"width", "height", "region", "first_pass", "transparent", "caller_bytes"}
@@ -114,6 +119,22 @@ def test_animated_seed(scene) -> None:
 def test_enum_items_are_the_settings(items, kind) -> None:
     assert tuple(item[0].lower() for item in items) == get_args(kind)
     assert [item[3] for item in items] == list(range(len(items)))
+
+
+def test_specular_models_are_the_exporters(scene) -> None:
+    """By the numbers that files store; a new scene is rendered as Cycles renders it."""
+    items = properties.SPECULAR_MODELS
+    assert [SpecularModel(item[0]) for item in items] == list(SpecularModel)
+    assert [item[3] for item in items] == list(range(len(items)))
+    assert SpecularModel(scene.photon_stream.specular_model) is SpecularModel.GGX
+
+
+@pytest.mark.parametrize("path", sorted(BLEND_SCENES.glob("*.blend")), ids=lambda path: path.stem)
+def test_our_scenes_keep_their_lobes(path) -> None:
+    """Those whose glossy materials are the paper's say so; the others have no rough ones."""
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    paper = path.stem in ("cornell_box", "glossy_room")
+    assert bpy.context.scene.photon_stream.specular_model == ("PHONG" if paper else "GGX")
 
 
 def test_ranges_agree(scene) -> None:

@@ -1,0 +1,319 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shader nodes become lobes: the paper's, or GGX as Cycles evaluates it."""
+
+from __future__ import annotations
+
+from functools import partial
+from itertools import product
+
+import bpy
+import numpy as np
+import pytest
+
+from addon.blender.export import SpecularModel
+from addon.blender.export.shaders import READERS
+from addon.photon.kinds import COLOUR, check_kinds, lobe_kinds
+from addon.photon.scene import MIRROR, RGB, Material
+
+from .build import add_mesh, add_node, features, finish, new_material, shader_material
+from .lobes import (
+    BLACK,
+    DIFFUSE,
+    GGX,
+    GLASS,
+    GLOSSY,
+    GOLD,
+    METALLIC,
+    PHONG,
+    PRINCIPLED,
+    RED,
+    assert_lobe,
+    microfacets,
+    near,
+    needs_metallic,
+)
+
+pytestmark = pytest.mark.blender
+
+
+def specular(material: Material) -> RGB:
+    """The reflectance of the paper's only lobe."""
+    return material.lobes[0].colour if material.lobes else BLACK
+
+
+def exponent(material: Material) -> float:
+    (lobe,) = material.lobes
+    if lobe.kind == "mirror":
+        assert not lobe.parameters
+        return MIRROR
+    assert lobe.kind == "phong" and list(lobe.parameters) == ["exponent"]
+    return lobe.parameters["exponent"]
+
+
+def joined(kind: str, first: dict, second: dict, factor: float | None = None) -> bpy.types.Material:
+    """Two shaders in a Mix or Add Shader."""
+    material, tree = new_material()
+    node = tree.nodes.new(kind)
+    sockets = list(node.inputs)[-2:]
+    if factor is not None:
+        node.inputs[0].default_value = factor
+    for shader, socket in zip((first, second), sockets, strict=True):
+        tree.links.new(add_node(tree, **shader).outputs[0], socket)
+    finish(tree, node)
+    return material
+
+
+mixed = partial(joined, "ShaderNodeMixShader")
+added = partial(joined, "ShaderNodeAddShader")
+
+
+# Every reader.
+
+SHADERS = {
+    "BSDF_DIFFUSE": DIFFUSE,
+    "BSDF_GLASS": GLASS,
+    "BSDF_GLOSSY": GLOSSY,
+    "BSDF_METALLIC": METALLIC,
+    "BSDF_PRINCIPLED": PRINCIPLED,
+    "BSDF_SHEEN": "ShaderNodeBsdfSheen",
+    "BSDF_TOON": "ShaderNodeBsdfToon",
+    "BSDF_TRANSLUCENT": "ShaderNodeBsdfTranslucent",
+    "BSDF_TRANSPARENT": "ShaderNodeBsdfTransparent",
+    "EMISSION": "ShaderNodeEmission",
+    "SUBSURFACE_SCATTERING": "ShaderNodeSubsurfaceScattering",
+}
+JOINTS = {"ADD_SHADER": "ShaderNodeAddShader", "MIX_SHADER": "ShaderNodeMixShader"}
+SPECULAR = {"BSDF_GLASS", "BSDF_GLOSSY", "BSDF_METALLIC", "BSDF_PRINCIPLED", *JOINTS}
+KINDS = {GGX: {"mirror", "ggx", "ggx_metal", "ggx_dielectric"}, PHONG: {"mirror", "phong"}}
+
+
+def variants(kind: str) -> list[bpy.types.Material]:
+    """Materials of a kind of node: smooth and rough, metal by halves, by every Fresnel."""
+    found = []
+    for roughness, metallic in product((0.0, 0.5), (0.0, 0.5, 1.0)):
+        given = {"kind": SHADERS.get(kind, PRINCIPLED)}
+        if kind in JOINTS:
+            other = {"kind": GLOSSY, "Roughness": roughness}
+            found.append(joined(JOINTS[kind], given | {"Metallic": metallic}, other))
+            continue
+        material, tree = new_material()
+        node = add_node(tree, **given)
+        for name, value in (("Roughness", roughness), ("Metallic", metallic)):
+            if name in node.inputs:
+                node.inputs[name].default_value = value
+        if kind == "BSDF_METALLIC" and metallic:
+            node.fresnel_type = "PHYSICAL_CONDUCTOR"
+        assert node.type == kind
+        finish(tree, node)
+        found.append(material)
+    return found
+
+
+@pytest.mark.parametrize("model", SpecularModel)
+@pytest.mark.parametrize("kind", READERS)
+def test_lobes_have_what_their_files_ask_for(export, kind, model) -> None:
+    """Of every reader, the kinds of its model, with the parameters that heads in glsl/bsdf name."""
+    if kind == "BSDF_METALLIC" and bpy.app.version < (4, 3):
+        pytest.skip("Metallic BSDF came with Blender 4.3")
+    for number, material in enumerate(variants(kind)):
+        add_mesh(f"Plane {number}").data.materials.append(material)
+    scene, _ = export(model)
+    check_kinds(scene)
+    lobes = [lobe for material in scene.materials for lobe in material.lobes]
+    assert bool(lobes) == (kind in SPECULAR)
+    for lobe in lobes:
+        assert lobe.kind in KINDS[model]
+        asked = lobe_kinds()[lobe.kind].parameters
+        assert list(lobe.parameters) == list(asked)
+        for name, unit in asked.items():
+            assert np.shape(lobe.parameters[name]) == ((3,) if unit == COLOUR else ()), name
+
+
+def test_every_reader_is_tested() -> None:
+    assert READERS.keys() == SHADERS.keys() | JOINTS.keys()
+
+
+@pytest.mark.parametrize("model", SpecularModel)
+def test_diffuse(convert, model) -> None:
+    material, report = convert(shader_material(DIFFUSE, Color=RED), model)
+    assert material.diffuse == near(RED[:3])
+    assert not material.lobes
+    assert features(report, "exact") == ["Shader"]
+    assert not features(report, "approximated")
+
+
+def test_oren_nayar_is_approximated(convert) -> None:
+    report = convert(shader_material(DIFFUSE, Roughness=0.5))[1]
+    assert features(report, "approximated") == ["Diffuse roughness"]
+
+
+# The paper's lobes.
+
+
+def test_sharp_glossy_is_an_exact_mirror(convert) -> None:
+    for model in SpecularModel:
+        material, report = convert(shader_material(GLOSSY, Color=RED, Roughness=0.0), model)
+        assert material.diffuse == BLACK
+        assert specular(material) == near(RED[:3])
+        assert exponent(material) == MIRROR
+        assert features(report, "exact") == ["Shader"]
+        bpy.data.objects.remove(bpy.data.objects["Plane"])
+
+
+def test_rough_glossy_is_a_phong_lobe(convert) -> None:
+    material, report = convert(shader_material(GLOSSY, Color=RED, Roughness=0.5), PHONG)
+    assert exponent(material) == pytest.approx(2.0 / 0.5**4 - 2.0)
+    assert features(report, "approximated") == ["Roughness 0.5"]
+
+
+def test_hardly_rough_glossy_is_a_mirror_and_says_so(convert) -> None:
+    material, report = convert(shader_material(GLOSSY, Roughness=0.01), PHONG)
+    assert exponent(material) == MIRROR
+    assert features(report, "approximated") == ["Roughness 0.01"]
+
+
+@pytest.mark.parametrize(
+    ("inputs", "diffuse", "reflected"),
+    [
+        ({"Metallic": 1.0}, 0.0, 0.5),
+        ({"Specular_IOR_Level": 0.0}, 0.5, 0.0),
+        ({}, 0.5 * (1 - 0.04), 0.04),
+        ({"Metallic": 0.5}, 0.25 * (1 - 0.04), 0.25 + 0.02),
+        ({"IOR": 2.0}, 0.5 * (1 - 1 / 9), 1 / 9),
+        ({"Transmission_Weight": 1.0}, 0.0, 0.04),
+    ],
+)
+def test_principled_as_phong(convert, inputs, diffuse, reflected) -> None:
+    grey = (0.5, 0.5, 0.5, 1.0)
+    node = {"Base_Color": grey, "IOR": 1.5, "Metallic": 0.0, "Roughness": 0.5} | inputs
+    material, report = convert(shader_material(PRINCIPLED, **node), PHONG)
+    assert material.diffuse == pytest.approx((diffuse,) * 3, abs=1e-6)
+    assert specular(material) == pytest.approx((reflected,) * 3, abs=1e-6)
+    if reflected:
+        assert "Principled reflection" in features(report, "approximated")
+        assert exponent(material) == pytest.approx(30.0)
+    else:
+        assert features(report, "exact") == ["Shader"]
+
+
+@needs_metallic
+def test_metallic_as_phong(convert) -> None:
+    material, report = convert(shader_material(METALLIC, Base_Color=GOLD, Roughness=0.5), PHONG)
+    assert (material.diffuse, specular(material)) == (BLACK, near(GOLD[:3]))
+    assert exponent(material) == pytest.approx(30.0)
+    assert "Metal" in features(report, "approximated")
+
+
+def test_glass_as_phong(convert) -> None:
+    material, report = convert(shader_material(GLASS, Color=RED, IOR=2.0, Roughness=0.5), PHONG)
+    assert (material.diffuse, specular(material)) == (BLACK, near(tuple(c / 9 for c in RED[:3])))
+    assert exponent(material) == pytest.approx(30.0)
+    assert "Glass BSDF" in features(report, "approximated")
+
+
+# Several shaders.
+
+
+def test_mix_weighs_its_shaders(convert) -> None:
+    """A mirror's reflectance takes its share, of either model."""
+    for model in SpecularModel:
+        white = {"kind": GLOSSY, "Color": (1, 1, 1, 1), "Roughness": 0.0}
+        material, report = convert(mixed({"kind": DIFFUSE, "Color": RED}, white, 0.25), model)
+        assert material.diffuse == near(tuple(0.75 * c for c in RED[:3]))
+        assert specular(material) == near((0.25,) * 3)
+        assert features(report, "exact") == ["Shader"]
+        bpy.data.objects.remove(bpy.data.objects["Plane"])
+
+
+def test_mix_of_ggx(convert) -> None:
+    """Weights and covered albedos take their shares; colours are what Fresnel's curves begin at."""
+    plastic = {"kind": PRINCIPLED, "Base_Color": RED, "Roughness": 0.3, "Metallic": 0.5}
+    gloss = {"kind": GLOSSY, "Color": GOLD, "Roughness": 0.6}
+    material, report = convert(mixed(plastic, gloss, 0.25))
+    metal, coat, glossy = material.lobes
+    parameters = microfacets(0.3)
+    white = {"tint": (1.0, 1.0, 1.0)}
+    assert_lobe(metal, "ggx_metal", RED[:3], parameters | white, weight=0.375)
+    under = tuple(0.375 * c for c in RED[:3])
+    curve = parameters | {"ior": 1.5}
+    assert_lobe(coat, "ggx_dielectric", (0.04,) * 3, curve, weight=0.375, covered=under)
+    assert_lobe(glossy, "ggx", GOLD[:3], microfacets(0.6), weight=0.25)
+    assert material.diffuse == BLACK
+    assert features(report, "exact") == ["Shader"]
+
+
+def test_mix_of_one_lobe_over_two_bases(convert) -> None:
+    """Lobes of one shape become one, over what both cover."""
+    red, gold = ({"kind": PRINCIPLED, "Base_Color": c, "Roughness": 0.3} for c in (RED, GOLD))
+    material, _ = convert(mixed(red, gold, 0.25))
+    (lobe,) = material.lobes
+    covered = tuple(0.75 * a + 0.25 * b for a, b in zip(RED[:3], GOLD[:3], strict=True))
+    parameters = microfacets(0.3) | {"ior": 1.5}
+    assert_lobe(lobe, "ggx_dielectric", (0.04,) * 3, parameters, covered=covered)
+
+
+@pytest.mark.parametrize("factor", [0.0, 1.0])
+def test_mix_of_one_alone(convert, factor) -> None:
+    red, gold = ({"kind": GLOSSY, "Color": c, "Roughness": 0.3} for c in (RED, GOLD))
+    (lobe,) = convert(mixed(red, gold, factor))[0].lobes
+    assert_lobe(lobe, "ggx", (GOLD if factor else RED)[:3], microfacets(0.3))
+
+
+@pytest.mark.parametrize("model", SpecularModel)
+def test_add_keeps_lobes_of_two_shapes(convert, model) -> None:
+    grey, dim = (0.3, 0.3, 0.3, 1), (0.1, 0.1, 0.1, 1)
+    rough = {"kind": GLOSSY, "Color": grey, "Roughness": 0.5}
+    material, _ = convert(added(rough, {"kind": GLOSSY, "Color": dim, "Roughness": 0.0}), model)
+    broad, mirror = material.lobes
+    assert broad.colour == near((0.3,) * 3)
+    assert_lobe(mirror, "mirror", dim[:3], {})
+    if model is GGX:
+        assert_lobe(broad, "ggx", grey[:3], microfacets(0.5))
+    else:
+        assert_lobe(broad, "phong", grey[:3], {"exponent": 30.0})
+
+
+@pytest.mark.parametrize("model", SpecularModel)
+def test_add_joins_lobes_of_one_shape(convert, model) -> None:
+    grey = {"kind": GLOSSY, "Color": (0.3, 0.3, 0.3, 1), "Roughness": 0.5}
+    material, _ = convert(added(grey, grey), model)
+    (lobe,) = material.lobes
+    assert lobe.weight * np.array(lobe.colour) == near(np.full(3, 0.6))
+
+
+def test_too_bright_sums_are_scaled_and_named(convert) -> None:
+    for model in SpecularModel:
+        diffuse = {"kind": DIFFUSE, "Color": (0.9, 0.3, 0.3, 1)}
+        mirror = {"kind": GLOSSY, "Color": (0.6, 0.6, 0.6, 1), "Roughness": 0.0}
+        converted, report = convert(added(diffuse, mirror), model)
+        assert converted.diffuse == near((0.6, 0.3, 0.3))
+        assert specular(converted) == near((0.4, 0.6, 0.6))
+        assert features(report, "approximated") == ["Albedo above 1"]
+        bpy.data.objects.remove(bpy.data.objects["Plane"])
+
+
+def test_too_bright_sums_of_ggx(convert) -> None:
+    """A white dielectric and a white lobe: each gives way by half."""
+    white = (1, 1, 1, 1)
+    plastic = {"kind": PRINCIPLED, "Base_Color": white, "Roughness": 0.3}
+    converted, report = convert(added(plastic, {"kind": GLOSSY, "Color": white, "Roughness": 0.5}))
+    coat, glossy = converted.lobes
+    assert glossy.colour == near((0.5,) * 3)
+    assert coat.covered == near((0.5,) * 3)
+    assert converted.head_on().max() <= 1.0 + 1e-2
+    assert features(report, "approximated") == ["Albedo above 1"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "status"),
+    [
+        ("ShaderNodeEmission", "ignored"),
+        ("ShaderNodeBsdfRefraction", "ignored"),
+        ("ShaderNodeBsdfGlass", "approximated"),
+        ("ShaderNodeBsdfTranslucent", "approximated"),
+        ("ShaderNodeSubsurfaceScattering", "approximated"),
+    ],
+)
+@pytest.mark.parametrize("model", SpecularModel)
+def test_unknown_shaders_are_named(convert, kind, status, model) -> None:
+    assert features(convert(shader_material(kind), model)[1], status)
