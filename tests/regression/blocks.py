@@ -49,7 +49,11 @@ class Difference:
 
 def compare(ours: Any, reference: Any, keep: Mask) -> Difference:
     """Differences relative to the reference (h, w, 3) in the blocks that `keep` marks."""
-    a, b = block_means(ours), block_means(reference)
+    return compare_means(block_means(ours), block_means(reference), keep)
+
+
+def compare_means(a: Any, b: Any, keep: Mask) -> Difference:
+    """The same of pictures of which only the means of blocks are there."""
     signed = np.where(keep[..., None] & (b > 0), a / np.where(b > 0, b, 1.0) - 1.0, np.nan)
     return Difference(signed, float(keep.mean()))
 

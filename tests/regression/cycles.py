@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Render a .blend with Cycles as a reference: nothing clamped, blurred, denoised or cut short.
 
-Cycles' GGX is not our specular lobe, so Glossy BSDFs with a finite exponent are replaced by the
-OSL closure phong_ramp, which is Lafortune & Willems 1994's lobe: k_s (n + 2) / (2 pi) cos^n.
+The scenes of blend_scenes wear the paper's lobes, so Glossy BSDFs with a finite exponent are
+replaced by the OSL closure phong_ramp, which is Lafortune & Willems 1994's lobe:
+k_s (n + 2) / (2 pi) cos^n.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 import OpenEXR
 from numpy.typing import NDArray
 
-from addon.blender.export import snapshot
+from addon.blender.export import SpecularModel, snapshot
 from addon.photon.scene import Scene
 
 BLEND_SCENES = Path(__file__).resolve().parents[2] / "blend_scenes"
@@ -43,7 +44,8 @@ def open_blend(name: str, size: int = SIZE) -> Scene:
     render = bpy.context.scene.render
     render.resolution_x = render.resolution_y = size
     render.resolution_percentage = 100
-    exported, _ = snapshot(bpy.context.evaluated_depsgraph_get())
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    exported, _ = snapshot(depsgraph, model=SpecularModel.PHONG)
     return exported
 
 
@@ -52,8 +54,13 @@ def render_cycles(exported: Scene, samples: int, seed: int) -> Image:
 
     `exported` is the same scene as our renderer sees it: it has the exponents of the lobes.
     """
-    scene = bpy.context.scene
     replace_lobes(exported)
+    return render_loaded(samples, seed)
+
+
+def render_loaded(samples: int, seed: int) -> Image:
+    """The scene that is loaded in Blender with Cycles' own materials, as render_cycles."""
+    scene = bpy.context.scene
     prepare(scene, samples, seed)
     with tempfile.TemporaryDirectory() as folder:
         scene.render.filepath = str(Path(folder) / "cycles.exr")

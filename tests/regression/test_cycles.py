@@ -15,7 +15,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.blender.export import snapshot
+from addon.blender.export import SpecularModel, snapshot
 from addon.photon.scene import Scene
 from addon.streams import Device
 from tests.measure import render
@@ -147,5 +147,6 @@ def lamp_over_glossy_plane(size: int, exponent: float) -> Scene:
     tree.links.new(glossy.outputs[0], output.inputs["Surface"])
     plane.materials.append(material)
     add(plane, (0, 0, 0))
-    exported, _ = snapshot(bpy.context.evaluated_depsgraph_get())
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    exported, _ = snapshot(depsgraph, model=SpecularModel.PHONG)
     return exported
