@@ -65,4 +65,6 @@ ROWS: dict[int, tuple[str, str]] = {
     55: ("1x1, 16k, odd sizes, border: rounding of dispatches", "crop of the whole, exact"),
     56: ("radius -> 0, -> infinity; no photons: division by 0", "clean"),
     57: ("three OpenGL drivers: undefined behaviour", "mean FLIP <= 0.01 between devices"),
+    64: ("roughness 1e-4 to 1, mirror limit: pdf -> infinity", "no jump > 1 %; Cycles to 1 %"),
+    65: ("glossy on smooth normals at grazing: light from behind", "no black, energy <= 1"),
 }
