@@ -15,8 +15,9 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
+from ..streams import Record
 from .errors import SceneError
-from .records import CORNER_NORMALS, TRIANGLE
+from .records import CORNER_NORMALS, CORNER_TANGENTS, TRIANGLE
 from .scene import Scene
 
 AREAS_AT_ONCE = 1 << 15
@@ -86,6 +87,7 @@ class Mesh:
     tree: Tree
     triangles: NDArray[Any]  # (K,) of TRIANGLE
     normals: NDArray[Any]  # (K,) of CORNER_NORMALS
+    tangents: NDArray[Any]  # (K,) of CORNER_TANGENTS; (0,): nothing is anisotropic
     area: float  # of diffuse triangles [scene units^2]
     extent: NDArray[np.float32]  # (3,) largest |x|, |y|, |z| of the corners
 
@@ -113,21 +115,34 @@ class Mesh:
         triangle["material"] = material
         triangle["surface"] = scene.surface[order]
         triangle["number"] = order
-        normals = np.zeros((len(order), 3, 4), np.float32)
-        normals[..., :3] = np.take(scene.corner_normals, order, axis=0)
-        # A normal that is not finite reads as none: the kernel then takes the triangle's own.
-        if not np.isfinite(normals.sum()):
-            np.nan_to_num(normals, copy=False, posinf=0.0, neginf=0.0)
+        anisotropic = np.array([m.is_anisotropic for m in scene.materials], bool)
+        turned = len(scene.corner_tangents) > 0 and anisotropic[material].any()
         diffuse = np.array([m.is_diffuse for m in scene.materials], bool)
         areas = np.zeros(len(triangles))  # in the scene's order: a sum of floats depends on it
         areas[order] = np.where(diffuse[material], _areas(corners), 0.0)
         return Mesh(
             tree,
             triangle,
-            normals.reshape(len(order), 12).view(CORNER_NORMALS.dtype).reshape(len(order)),
+            _at_corners(CORNER_NORMALS, scene.corner_normals, order),
+            _at_corners(CORNER_TANGENTS, scene.corner_tangents, order if turned else order[:0]),
             area=float(areas.sum()),
             extent=np.array(extent, np.float32),
         )
+
+
+def _at_corners(
+    record: Record, vectors: NDArray[np.float32], order: NDArray[np.int32]
+) -> NDArray[Any]:
+    """Vectors (T, 3, 3) of some triangles' corners, (len(order),) of a record.
+
+    One that is not finite reads as none: the kernel then takes what the triangle has of its own.
+    """
+    texels = np.zeros((len(order), 3, 4), np.float32)
+    if len(order):
+        texels[..., :3] = np.take(vectors, order, axis=0)
+    if not np.isfinite(texels.sum()):
+        np.nan_to_num(texels, copy=False, posinf=0.0, neginf=0.0)
+    return texels.reshape(len(order), 12).view(record.dtype).reshape(len(order))
 
 
 def _areas(corners: NDArray[np.float32]) -> NDArray[np.float64]:

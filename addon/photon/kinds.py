@@ -49,13 +49,14 @@ class Kind:
 
 @dataclass(frozen=True)
 class _Function:
-    """What every kind of a folder defines, as `<verb>_<kind>`; the switch is `<verb>_<own>`."""
+    """What the kinds of a folder define, as `<verb>_<kind>`; the switch is `<verb>_<own>`."""
 
     returns: str
     verb: str
     arguments: tuple[str, ...]  # type and name
     otherwise: str  # what none of the kinds gives
     number: str  # which kind it is
+    only: str = ""  # kinds without a parameter of that name do not define it
 
     def switch(self, own: str, kinds: Collection[Kind]) -> str:
         """The function that calls that of the kind whose number it is."""
@@ -65,6 +66,7 @@ class _Function:
         lines += [
             f"    if ({self.number} == {kind.number}.0) return {self.verb}_{kind.name}({given});"
             for kind in kinds
+            if not self.only or self.only in kind.parameters
         ]
         lines += [f"    {self.otherwise}", "}"]
         return "\n".join(lines)
@@ -84,6 +86,7 @@ BSDF_FUNCTIONS = (
     _Function(
         "vec3", "exchanged", (*_LOBE, "float from", "float to"), "return vec3(1.0);", "lobe.kind"
     ),
+    _Function("Shape", "turned", (*_LOBE, "float angle"), "return shape;", "lobe.kind", "turn"),
 )
 LIGHT_FUNCTIONS = (
     _Function("LightSample", "sample", (*_AT, "vec2 u"), "return no_light();", "light.kind"),

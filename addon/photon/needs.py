@@ -32,6 +32,7 @@ class SceneNeeds:
     chain_depth: int
     photon_bounces: int
     lobes: int  # that a visible point has at most, besides Lambert's
+    tangents: bool  # lobes turn with them
     lobe_kinds: frozenset[str]
     light_kinds: frozenset[str]
 
@@ -56,6 +57,7 @@ class SceneNeeds:
             chain_depth=settings.mirror_depth,
             photon_bounces=settings.photon_bounces,
             lobes=min(max(map(len, lobes), default=0), MOST_LOBES),
+            tangents=len(mesh.tangents) > 0,
             lobe_kinds=frozenset(kinds),
             light_kinds=frozenset(light.kind for light in emitting),
         )
@@ -63,7 +65,7 @@ class SceneNeeds:
     @cached_property
     def eye_defines(self) -> Defines:
         """What kernels of visible points are compiled with."""
-        defines: dict[str, int | float] = {"EYE": 1, "LOBES": 1} if self.lobes else {}
+        defines = {"EYE": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
         return defines | ({"TWO_LOBES": 1} if self.lobes > 1 else {})
 
     @cached_property
@@ -76,7 +78,11 @@ class SceneNeeds:
     @cached_property
     def photon_defines(self) -> Defines:
         """What kernels of photons are compiled with. A photon meets one lobe besides Lambert's."""
-        return {"PHOTONS": 1, "LOBES": 1} if self.lobes else {}
+        return {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
+
+    @property
+    def _tangent_defines(self) -> Defines:
+        return {"TANGENTS": 1} if self.tangents else {}
 
     @cached_property
     def made(self) -> Made:

@@ -121,6 +121,11 @@ class Lobe:
         own = max(self.colour) > 0.0 or self.kind in FRESNEL_LOBES
         return (self.weight > 0.0 and own) or max(self.covered) > 0.0
 
+    @property
+    def is_anisotropic(self) -> bool:
+        """Whether it is rougher along its tangent than across, or the other way round."""
+        return self.parameters.get("alpha_x") != self.parameters.get("alpha_y")
+
     def head_on(self) -> NDArray[np.float64]:
         """The albedo with what it covers, for a viewer straight above; about that."""
         own = np.array(self.colour, np.float64)
@@ -153,6 +158,11 @@ class Material:
     def is_diffuse(self) -> bool:
         """Whether photons land on it."""
         return max(self.diffuse) > 0 or any(max(lobe.covered) > 0 for lobe in self.lobes)
+
+    @property
+    def is_anisotropic(self) -> bool:
+        """Whether what it reflects depends on a tangent."""
+        return any(lobe.reflects and lobe.is_anisotropic for lobe in self.lobes)
 
     def head_on(self) -> NDArray[np.float64]:
         """What it reflects of light from everywhere to a viewer straight above, per channel."""
@@ -192,6 +202,9 @@ class Scene:
     vertices: NDArray[np.float64] = _empty((0, 3), np.float64)  # (V, 3) [m]
     triangles: NDArray[np.int32] = _empty((0, 3), np.int32)  # (T, 3) indices into vertices
     corner_normals: NDArray[np.float32] = _empty((0, 3, 3), np.float32)  # (T, 3, 3) unit
+    # (T, 3, 3) of any length and sign, interpolated as they are; zero: none is needed. Anisotropic
+    # lobes turn with them. (0, 3, 3): nothing is anisotropic.
+    corner_tangents: NDArray[np.float32] = _empty((0, 3, 3), np.float32)
     material: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into materials
     surface: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into surfaces
     surfaces: tuple[str, ...] = ()  # object names
@@ -205,10 +218,12 @@ class Scene:
     def check(self) -> None:
         """Raise SceneError if arrays do not fit together or a value is outside its range."""
         count = len(self.triangles)
+        tangents = count if len(self.corner_tangents) else 0
         for name, shape, dtype in (
             ("vertices", (len(self.vertices), 3), np.float64),
             ("triangles", (count, 3), np.int32),
             ("corner_normals", (count, 3, 3), np.float32),
+            ("corner_tangents", (tangents, 3, 3), np.float32),
             ("material", (count,), np.int32),
             ("surface", (count,), np.int32),
         ):
@@ -267,7 +282,7 @@ class Scene:
             "surfaces": list(self.surfaces),
             "background": list(self.background),
         }
-        arrays = {name: getattr(self, name) for name in _ARRAYS}
+        arrays = {name: getattr(self, name) for name in (*_ARRAYS, *_LATER)}
         with open(path, "wb") as file:
             np.savez(file, header=np.array(json.dumps(header)), **arrays)
 
@@ -304,7 +319,7 @@ def _read(data: Any) -> Scene:
         materials=tuple(read_material(_tuples(m)) for m in header["materials"]),
         surfaces=tuple(header["surfaces"]),
         background=tuple(header["background"]),
-        **{name: data[name] for name in _ARRAYS},
+        **{name: data[name] for name in (*_ARRAYS, *(name for name in _LATER if name in data))},
     )
 
 
@@ -353,6 +368,7 @@ def _check_finite(what: str, values: Any, low: float = -np.inf) -> None:
 
 
 _ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")
+_LATER = ("corner_tangents",)  # which older files don't have
 
 
 def _plain(value: Any) -> Any:

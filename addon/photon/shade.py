@@ -2,6 +2,7 @@
 from ..streams import Kernel, Ports, Table, Uniform, When
 from .records import (
     CORNER_NORMALS,
+    CORNER_TANGENTS,
     DIFFUSE,
     FACING,
     FLUX,
@@ -30,7 +31,7 @@ class Shade(Kernel):
     """Evaluate the material where rays end, for the eye's (EYE) and photons (PHOTONS) alike."""
 
     stem = "shade"
-    structure = ("EYE", "PHOTONS", "LOBES", "TWO_LOBES")
+    structure = ("EYE", "PHOTONS", "LOBES", "TWO_LOBES", "TANGENTS")
     inputs = {"direction": RAY_DIRECTION, "hit": HIT, "flux": When("PHOTONS", FLUX)}
     outputs = {**POINT, **LOBES}
     uniforms = {
@@ -44,6 +45,7 @@ class Shade(Kernel):
     tables = {
         "triangles": Table(TRIANGLE),
         "corner_normals": Table(CORNER_NORMALS),
+        "corner_tangents": When("TANGENTS", Table(CORNER_TANGENTS)),
         "materials": Table(MATERIAL),
         "material_lobes": When("LOBES", Table(MATERIAL_LOBE)),
     }

@@ -152,6 +152,8 @@ class Tables:
             "material_lobes": lobes,
             "lights": lights,
         }
+        if len(mesh.tangents):
+            tables["corner_tangents"] = mesh.tangents
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         if emitters:

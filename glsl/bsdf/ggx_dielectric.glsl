@@ -41,3 +41,7 @@ vec3 exchanged_ggx_dielectric(Lobe lobe, Shape shape, float from, float to) {
     mat3 frame;
     return exchanged_ggx(ggx_dielectric_of(lobe, shape, vec3(0.0, 0.0, 1.0), frame), from, to);
 }
+
+Shape turned_ggx_dielectric(Lobe lobe, Shape shape, float angle) {
+    return Shape(vec3(turned_ggx_shape(shape.parameters.xy, angle), shape.parameters.z), shape.weight);
+}

@@ -7,6 +7,9 @@
 #ifdef LOBES
 #include "lib/material_lobes.glsl"
 #endif
+#ifdef TANGENTS
+#include "lib/tangent.glsl"
+#endif
 
 void kernel() {
     Hit hit = load_hit();
@@ -18,6 +21,11 @@ void kernel() {
 #ifdef LOBES
     float cosine = max(0.0, -dot(direction, surface.shading));
     Lobes lobes = lobes_of(material, cosine, diffuse);
+#ifdef TANGENTS
+    float angle = tangent_angle(hit, raised_normal(surface.shading, surface.geometric, -direction));
+    lobes.shape0 = turned_kind(lobes.lobe0, lobes.shape0, angle);
+    lobes.shape1 = turned_kind(lobes.lobe1, lobes.shape1, angle);
+#endif
     store_lobe0(lobes.lobe0);
     store_shape0(lobes.shape0);
 #ifdef TWO_LOBES

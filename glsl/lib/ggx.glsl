@@ -190,6 +190,14 @@ vec2 pack_ggx_shape(float alpha_x, float alpha_y, float turn, float compensated)
     return vec2(both, (steps * TURN_STEPS + turned) * 2.0 + (compensated > 0.0 ? 1.0 : 0.0));
 }
 
+// The same shape, its tangent turned by another angle about the normal. A round one has none.
+vec2 turned_ggx_shape(vec2 shape, float angle) {
+    float rest = floor(shape.y * 0.5), steps = floor(rest / TURN_STEPS);
+    if (steps == 0.0) return shape;
+    float turned = mod(rest + floor(angle * (TURN_STEPS / PI) + 0.5), TURN_STEPS);
+    return vec2(shape.x, shape.y + 2.0 * (steps * TURN_STEPS + turned - rest));
+}
+
 // The tint in one number, 8 bits a channel.
 float pack_ggx_tint(vec3 tint) {
     vec3 q = floor(clamp(tint, 0.0, 1.0) * 255.0 + 0.5);
