@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from functools import partial
+from typing import Any, TypeVar
 
 import bpy
 import numpy as np
@@ -13,6 +14,9 @@ from numpy.typing import NDArray
 
 from .materials import MaterialTable
 from .report import Notes
+from .tangents import Tangent, corner_tangents
+
+Read = TypeVar("Read")
 
 # Object types that Blender turns into meshes on the way; the depsgraph lists each of them a second
 # time, as the mesh that is exported.
@@ -35,6 +39,9 @@ RAY_VISIBILITY = {
 }
 
 
+NO_TANGENT = "there is none: its reflections are stretched along an arbitrary line"
+
+
 @dataclass(frozen=True)
 class LocalMesh:
     """A mesh in its own space, triangulated; instances share it."""
@@ -53,11 +60,13 @@ class Geometry:
     vertices: list[NDArray[np.float64]] = field(default_factory=list)
     triangles: list[NDArray[np.int32]] = field(default_factory=list)
     corner_normals: list[NDArray[np.float32]] = field(default_factory=list)
+    corner_tangents: list[NDArray[np.float32] | None] = field(default_factory=list)
     material: list[NDArray[np.int32]] = field(default_factory=list)
     surface: list[NDArray[np.int32]] = field(default_factory=list)
     surfaces: list[str] = field(default_factory=list)
     vertex_count: int = 0
     _local: dict[int, LocalMesh] = field(default_factory=dict)
+    _tangents: dict[tuple[int, Tangent], NDArray[np.float64] | None] = field(default_factory=dict)
 
     def add(
         self,
@@ -84,11 +93,15 @@ class Geometry:
         material = slots[np.clip(mesh.slot, 0, len(slots) - 1)]
         visible = material >= 0  # a material without any surface, such as a volume's
         vertices, triangles, normals = placed(mesh, matrix)
+        wanted = {x: materials.tangents[x] for x in np.unique(material) if x >= 0}
+        tangents = self._tangents_of(obj, matrix, material, wanted, notes)
         if not visible.all():
             triangles, normals, material = triangles[visible], normals[visible], material[visible]
+            tangents = None if tangents is None else tangents[visible]
         self.vertices.append(vertices)
         self.triangles.append(triangles + np.int32(self.vertex_count))
         self.corner_normals.append(normals)
+        self.corner_tangents.append(tangents)
         self.material.append(material)
         self.surface.append(np.full(len(triangles), len(self.surfaces), np.int32))
         self.surfaces.append(obj.name)
@@ -100,6 +113,7 @@ class Geometry:
             "vertices": _joined(self.vertices, (0, 3), np.float64),
             "triangles": _joined(self.triangles, (0, 3), np.int32),
             "corner_normals": _joined(self.corner_normals, (0, 3, 3), np.float32),
+            "corner_tangents": self._joined_tangents(),
             "material": _joined(self.material, (0,), np.int32),
             "surface": _joined(self.surface, (0,), np.int32),
         }
@@ -109,20 +123,66 @@ class Geometry:
         # object's does not, because the depsgraph reuses one temporary object for instances.
         key = obj.data.as_pointer()
         if key not in self._local:
-            self._local[key] = mesh_of(obj)
+            self._local[key] = read_mesh(obj, local_mesh)
         return self._local[key]
 
+    def _tangents_of(
+        self,
+        obj: bpy.types.Object,
+        matrix: NDArray[np.float64],
+        material: NDArray[np.int32],
+        wanted: Mapping[int, Tangent | None],
+        notes: Notes,
+    ) -> NDArray[np.float32] | None:
+        """The tangents (T, 3, 3) of an object's corners, by what their materials want; None if all
+        of these want none."""
+        found = None
+        for number, tangent in wanted.items():
+            if tangent is None:
+                continue
+            local = self._local_tangents(obj, tangent)
+            if local is None:
+                missing = f"UV map '{tangent.uv_map}' of a Tangent node"
+                notes.approximated(f"Object '{obj.name}'", missing, NO_TANGENT)
+                continue
+            if found is None:
+                found = np.zeros((len(material), 3, 3), np.float32)
+            of_it = material == number
+            found[of_it] = placed_tangents(local[of_it], matrix)
+        return found
 
-def mesh_of(obj: bpy.types.Object) -> LocalMesh:
-    """Copy the mesh of an object out of Blender.
+    def _local_tangents(
+        self, obj: bpy.types.Object, tangent: Tangent
+    ) -> NDArray[np.float64] | None:
+        key = obj.data.as_pointer(), tangent
+        if key not in self._tangents:
+            mesh = self._mesh_of(obj)
+            corners = mesh.triangles, mesh.vertices[mesh.triangles], mesh.normals[mesh.corners]
+            read = partial(corner_tangents, tangent, *corners)
+            self._tangents[key] = read_mesh(obj, read)
+        return self._tangents[key]
+
+    def _joined_tangents(self) -> NDArray[np.float32]:
+        """(T, 3, 3), zero where none is needed; (0, 3, 3) if that is everywhere."""
+        if all(part is None for part in self.corner_tangents):
+            return np.zeros((0, 3, 3), np.float32)
+        parts = [
+            np.zeros((len(material), 3, 3), np.float32) if part is None else part
+            for part, material in zip(self.corner_tangents, self.material, strict=True)
+        ]
+        return _joined(parts, (0, 3, 3), np.float32)
+
+
+def read_mesh(obj: bpy.types.Object, read: Callable[[bpy.types.Mesh], Read]) -> Read:
+    """What `read` copies out of Blender of the mesh of an object.
 
     In Edit Mode, where a file may have been saved, a mesh has no attributes, and without modifiers
     no vertices either: Blender makes one that has, as it does for Cycles.
     """
     if not obj.data.is_editmode:
-        return local_mesh(obj.data)
+        return read(obj.data)
     try:
-        return local_mesh(obj.to_mesh())
+        return read(obj.to_mesh())
     finally:
         obj.to_mesh_clear()
 
@@ -170,18 +230,9 @@ def placed(
     Normals go with the inverse transpose. A mirroring transform reverses the winding, so the
     triangle's geometric normal stays on the side of its corner normals.
     """
-    linear = matrix[:3, :3]
+    linear, mirrored = matrix[:3, :3], is_mirroring(matrix)
     vertices = mesh.vertices.astype(np.float64) @ linear.T + matrix[:3, 3]
-    mirrored = np.linalg.det(linear) < 0.0
-    # The cofactor matrix is the inverse transpose times the determinant, and exists for flattened
-    # objects too.
-    cofactor = np.column_stack(
-        (
-            np.cross(linear[:, 1], linear[:, 2]),
-            np.cross(linear[:, 2], linear[:, 0]),
-            np.cross(linear[:, 0], linear[:, 1]),
-        )
-    )
+    cofactor = cofactor_of(matrix)
     # Objects of millimetres or kilometres would under- or overflow in float32 before normalising.
     normals = mesh.normals.astype(np.float64) @ (-cofactor if mirrored else cofactor).T
     lengths = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
@@ -194,6 +245,32 @@ def placed(
         np.ascontiguousarray(triangles),
         np.take(normals.astype(np.float32), corners, axis=0),
     )
+
+
+def placed_tangents(
+    tangents: NDArray[np.float64], matrix: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Return a mesh's tangents (T, 3, 3) in world space, in the order of `placed`'s corners.
+
+    They go with the inverse transpose, as Cycles has it. The longest is as long as 1.
+    """
+    found = tangents @ cofactor_of(matrix).T
+    longest = np.abs(found).max(initial=0.0)
+    found = found / longest if longest > 0.0 else found
+    found = found[:, ::-1] if is_mirroring(matrix) else found
+    return found.astype(np.float32)
+
+
+def is_mirroring(matrix: NDArray[np.float64]) -> bool:
+    """Whether a transform turns left hands into right ones."""
+    return bool(np.linalg.det(matrix[:3, :3]) < 0.0)
+
+
+def cofactor_of(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the inverse transpose (3, 3) of a transform times its determinant, which exists for
+    flattened objects too."""
+    x, y, z = matrix[:3, :3].T
+    return np.column_stack((np.cross(y, z), np.cross(z, x), np.cross(x, y)))
 
 
 def material_slots(obj: bpy.types.Object, materials: MaterialTable) -> NDArray[np.int32]:

@@ -13,6 +13,7 @@ from ...photon.scene import Material
 from .nodes import Colour, Graph, colour_text
 from .report import Notes
 from .shaders import BLACK, CLEAR, Bsdf, SpecularModel, principled, read_shader, triple
+from .tangents import Tangent
 
 NO_SURFACE = -1
 # Cycles' default surface before Blender 5.0, for slots without a material.
@@ -29,6 +30,7 @@ class MaterialTable:
     model: SpecularModel = SpecularModel.GGX
     override: bpy.types.Material | None = None  # the view layer's
     materials: list[Material] = field(default_factory=list)
+    tangents: list[Tangent | None] = field(default_factory=list)  # None: they need none
     _numbers: dict[str | None, int] = field(default_factory=dict)
     _averages: dict[str, Colour | None] = field(default_factory=dict)
 
@@ -42,14 +44,17 @@ class MaterialTable:
             exported = self._export(material)
             self._numbers[key] = NO_SURFACE if exported is None else len(self.materials)
             if exported is not None:
-                self.materials.append(exported)
+                self.materials.append(exported[0])
+                self.tangents.append(exported[1] if exported[0].is_anisotropic else None)
         return self._numbers[key]
 
-    def _export(self, material: bpy.types.Material | None) -> Material | None:
+    def _export(
+        self, material: bpy.types.Material | None
+    ) -> tuple[Material, Tangent | None] | None:
         if material is None:
             if self.model is SpecularModel.PHONG or bpy.app.version < (5, 0, 0):
-                return Material("", DEFAULT_GREY)
-            return bounded(principled.default(), "", "No material", self.notes)
+                return Material("", DEFAULT_GREY), None
+            return bounded(principled.default(), "", "No material", self.notes), None
         owner = f"Material '{material.name}'"
         lobes = self._lobes(material, owner)
         if lobes is CLEAR:
@@ -58,7 +63,7 @@ class MaterialTable:
         exported = bounded(lobes, material.name, owner, self.notes)
         if not self.notes.mention(owner):
             self.notes.exact(owner, "Shader")
-        return exported
+        return exported, lobes.tangent
 
     def _lobes(self, material: bpy.types.Material, owner: str) -> Bsdf | None:
         if not has_nodes(material):

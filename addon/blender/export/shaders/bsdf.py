@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ....photon.scene import RGB, Lobe, phong
 from ..nodes import Graph, Scope, colour_of, linked, value_of
+from ..tangents import Tangent
 
 Colour = NDArray[np.float64]
 # A Phong lobe narrower than this is beyond float32 cosines on the GPU; roughness 0.038.
@@ -39,10 +40,12 @@ class Bsdf:
 
     diffuse: Colour
     lobes: tuple[Lobe, ...] = ()
+    tangent: Tangent | None = None  # of those that are anisotropic
 
     def scaled(self, factor: float) -> Bsdf:
         """As much of it as a Mix Shader takes."""
-        return Bsdf(factor * self.diffuse, tuple(_scaled(lobe, factor) for lobe in self.lobes))
+        lobes = tuple(_scaled(lobe, factor) for lobe in self.lobes)
+        return Bsdf(factor * self.diffuse, lobes, self.tangent)
 
     def plus(self, other: Bsdf) -> Bsdf:
         """Both; lobes of one shape become one."""
@@ -53,7 +56,7 @@ class Bsdf:
                 lobes.append(lobe)
             else:
                 lobes[at] = _joined(lobes[at], lobe)
-        return Bsdf(self.diffuse + other.diffuse, tuple(lobes))
+        return Bsdf(self.diffuse + other.diffuse, tuple(lobes), self.tangent or other.tangent)
 
 
 BLACK = Bsdf(np.zeros(3))
@@ -141,17 +144,6 @@ def phong_of(graph: Graph, node: bpy.types.Node, k_s: Colour, scope: Scope) -> L
     stands = f"a Phong lobe of exponent {exponent:.4g} stands for Cycles' microfacets"
     graph.notes.approximated(graph.owner, what, stands)
     return phong(triple(k_s), exponent)
-
-
-def microfacets(graph: Graph, node: bpy.types.Node, scope: Scope) -> dict[str, float]:
-    """The parameters that all GGX lobes have, of a node's roughness and distribution."""
-    alpha = roughness_of(graph, node, scope) ** 2
-    distribution = getattr(node, "distribution", "MULTI_GGX")
-    if distribution not in ("GGX", "MULTI_GGX"):
-        graph.notes.approximated(graph.owner, f"Distribution {distribution}", "rendered as GGX")
-    note_anisotropy(graph, node, scope)
-    compensated = float(distribution == "MULTI_GGX")
-    return {"alpha_x": alpha, "alpha_y": alpha, "turn": 0.0, "compensated": compensated}
 
 
 def is_smooth(parameters: Mapping[str, float]) -> bool:

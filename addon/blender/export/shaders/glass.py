@@ -14,10 +14,10 @@ from .bsdf import (
     SpecularModel,
     clipped,
     colour,
-    microfacets,
     number,
     phong_of,
 )
+from .microfacets import microfacets
 from .principled import over_diffuse
 
 

@@ -13,12 +13,12 @@ from .bsdf import (
     SpecularModel,
     colour,
     is_smooth,
-    microfacets,
     note_anisotropy,
     note_normal,
     phong_of,
     triple,
 )
+from .microfacets import along, microfacets
 
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
@@ -31,4 +31,5 @@ def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel)
     parameters = microfacets(graph, node, scope)
     if is_smooth(parameters):
         return Bsdf(np.zeros(3), (Lobe("mirror", triple(reflectance)),))
-    return Bsdf(np.zeros(3), (Lobe("ggx", triple(reflectance), parameters),))
+    lobe = Lobe("ggx", triple(reflectance), parameters)
+    return along(graph, node, scope, Bsdf(np.zeros(3), (lobe,)))

@@ -14,12 +14,12 @@ from .bsdf import (
     SpecularModel,
     clipped,
     colour,
-    microfacets,
     note_anisotropy,
     note_normal,
     phong_of,
     triple,
 )
+from .microfacets import along, microfacets
 
 COSINE_82 = 1.0 / 7.0  # of the angle at which the F82 tint counts
 
@@ -55,7 +55,8 @@ def metal(
         return Bsdf(np.zeros(3), (phong_of(graph, node, base, scope),))
     tints: dict[str, float | RGB] = {"tint": triple(clipped(tint))}
     parameters = {**microfacets(graph, node, scope), **tints}
-    return Bsdf(np.zeros(3), (Lobe("ggx_metal", triple(clipped(base)), parameters),))
+    lobe = Lobe("ggx_metal", triple(clipped(base)), parameters)
+    return along(graph, node, scope, Bsdf(np.zeros(3), (lobe,)))
 
 
 def conductor(index: Colour, extinction: Colour, cosine: float) -> Colour:

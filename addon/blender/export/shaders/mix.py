@@ -10,6 +10,7 @@ import numpy as np
 
 from ..nodes import Graph, Scope, source, value_of
 from .bsdf import BLACK, CLEAR, UNIT, Bsdf, SpecularModel, colour
+from .microfacets import note_tangents
 
 Read = Callable[[Graph, bpy.types.Node | None, Scope, SpecularModel], Bsdf | None]
 
@@ -28,6 +29,7 @@ def read_mix(
     if first is CLEAR or second is CLEAR:
         _note_opaque(graph, node)
         return second if first is CLEAR else first
+    note_tangents(graph, first, second)
     return first.scaled(1.0 - factor).plus(second.scaled(factor))
 
 
@@ -40,6 +42,7 @@ def read_add(
         if first is not second:
             _note_opaque(graph, node)
         return second if first is CLEAR else first
+    note_tangents(graph, first, second)
     return first.plus(second)
 
 

@@ -17,7 +17,6 @@ from .bsdf import (
     SpecularModel,
     clipped,
     colour,
-    microfacets,
     note_anisotropy,
     note_normal,
     number,
@@ -25,6 +24,7 @@ from .bsdf import (
     triple,
 )
 from .metallic import metal
+from .microfacets import along, microfacets
 
 MOST_F0 = 0.99  # beyond which the specular level raises no index any more
 # What Cycles gives to objects without a material, Blender 5.0 on.
@@ -71,7 +71,8 @@ def _dielectric(graph: Graph, node: bpy.types.Node, scope: Scope, base: Colour) 
     if abs(ior - 1.0) < NO_INTERFACE:
         return Bsdf(under)
     tint = np.maximum(colour(graph, node, "Specular Tint", scope), 0.0)
-    return over_diffuse(under, clipped(f0 * tint), ior, microfacets(graph, node, scope))
+    parameters = microfacets(graph, node, scope)
+    return along(graph, node, scope, over_diffuse(under, clipped(f0 * tint), ior, parameters))
 
 
 def level_of(ior: float, level: float) -> tuple[float, float]:

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Microfacets: how rough they are, how far stretched, and along what."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import bpy
+
+from ..nodes import Graph, Scope, source
+from ..tangents import Tangent
+from .bsdf import Bsdf, number, roughness_of
+
+ROUND = 1e-4  # the Glossy BSDF's anisotropy up to which it has none
+MOST = 0.99  # and what it is clamped to
+
+
+def microfacets(graph: Graph, node: bpy.types.Node, scope: Scope) -> dict[str, float]:
+    """The parameters that all GGX lobes have, of a node's roughness and distribution."""
+    alpha = roughness_of(graph, node, scope) ** 2
+    distribution = getattr(node, "distribution", "MULTI_GGX")
+    if distribution not in ("GGX", "MULTI_GGX"):
+        graph.notes.approximated(graph.owner, f"Distribution {distribution}", "rendered as GGX")
+    alpha_x, alpha_y, turn = stretched(graph, node, scope, alpha)
+    compensated = float(distribution == "MULTI_GGX")
+    return {"alpha_x": alpha_x, "alpha_y": alpha_y, "turn": turn, "compensated": compensated}
+
+
+def stretched(
+    graph: Graph, node: bpy.types.Node, scope: Scope, alpha: float
+) -> tuple[float, float, float]:
+    """A node's alpha along its tangent and across, and what it is turned by [rad]."""
+    if node.type == "BSDF_GLOSSY":
+        amount = min(max(number(graph, node, "Anisotropy", scope), -MOST), MOST)
+        # Its tangent is the smoother way, the others' the rougher.
+        aspect = 1.0 - amount if amount > 0.0 else 1.0 / (1.0 + amount)
+        turn = "Rotation"
+        if abs(amount) <= ROUND:
+            return alpha, alpha, 0.0
+    else:
+        principled = node.type == "BSDF_PRINCIPLED"
+        name = "Anisotropic" if principled else "Anisotropy"
+        amount = min(max(number(graph, node, name, scope), 0.0), 1.0)
+        aspect = 1.0 / math.sqrt(1.0 - 0.9 * amount)
+        turn = "Anisotropic Rotation" if principled else "Rotation"
+    if aspect == 1.0:
+        return alpha, alpha, 0.0
+    angle = 2.0 * math.pi * number(graph, node, turn, scope)
+    return min(alpha * aspect, 1.0), min(alpha / aspect, 1.0), angle % math.pi
+
+
+def along(graph: Graph, node: bpy.types.Node, scope: Scope, bsdf: Bsdf) -> Bsdf:
+    """What a node reflects, with its tangent if that matters."""
+    if not any(lobe.is_anisotropic for lobe in bsdf.lobes):
+        return bsdf
+    return replace(bsdf, tangent=tangent_of(graph, node, scope))
+
+
+def tangent_of(graph: Graph, node: bpy.types.Node, scope: Scope) -> Tangent:
+    """What a node's Tangent is linked to; by default it is radial, about the object's Z."""
+    socket = node.inputs.get("Tangent")
+    if socket is None:
+        return Tangent()
+    feeding, end, _ = source(socket, scope)
+    if feeding is None or (feeding.type == "NEW_GEOMETRY" and end.name == "Tangent"):
+        return Tangent()
+    if feeding.type == "TANGENT":
+        if feeding.direction_type == "RADIAL":
+            return Tangent(feeding.axis)
+        return Tangent("", feeding.uv_map)
+    what = "the default is used, about the object's Z"
+    graph.notes.approximated(graph.owner, f"Tangent from '{feeding.name}'", what)
+    return Tangent()
+
+
+def note_tangents(graph: Graph, first: Bsdf, second: Bsdf) -> None:
+    """Say that two shaders' tangents become one, which is the first's."""
+    if first.tangent and second.tangent and first.tangent != second.tangent:
+        what = "a material has one: that of its first anisotropic shader"
+        graph.notes.approximated(graph.owner, "Different tangents", what)

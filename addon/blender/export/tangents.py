@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Export tangents: which way anisotropic reflections are stretched, as Cycles has it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+# Radial tangents turn about an axis of the object: two coordinates take each other's place, and one
+# its sign. About Y they don't turn, but that is Cycles' formula.
+_AROUND = {
+    "X": ((0, 0, 0), (0, 0, -1), (0, 1, 0)),
+    "Y": ((0, 0, -1), (0, 0, 0), (1, 0, 0)),
+    "Z": ((0, -1, 0), (1, 0, 0), (0, 0, 0)),
+}
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """Where a material's tangents come from: an axis of the object, or a UV map."""
+
+    axis: str = "Z"  # or "": the UV map
+    uv_map: str = ""  # or "": the one that is active in renders
+
+
+def corner_tangents(
+    tangent: Tangent,
+    triangles: NDArray[np.int32],
+    points: NDArray[np.float32],
+    normals: NDArray[np.float32],
+    mesh: bpy.types.Mesh,
+) -> NDArray[np.float64] | None:
+    """Tangents (T, 3, 3) of a mesh's triangles, in its space; None if it has no such UV map.
+
+    `points` and `normals` (T, 3, 3) are those of the triangles' corners.
+    """
+    if tangent.axis:
+        return radial_tangents(mesh, triangles, tangent.axis)
+    uv = uv_of(mesh, triangles, tangent.uv_map)
+    return None if uv is None else uv_tangents(points, normals, uv)
+
+
+def radial_tangents(
+    mesh: bpy.types.Mesh, triangles: NDArray[np.int32], axis: str
+) -> NDArray[np.float64]:
+    """Tangents at triangles' corners (T, 3, 3), in the mesh's space: along circles about an axis
+    through the middle of its texture space, as long as the way to it.
+
+    They go by Generated coordinates: modifiers don't move them.
+    """
+    points = undeformed(mesh)
+    size = 2.0 * np.array(mesh.texspace_size, np.float64)
+    centred = points - np.array(mesh.texspace_location, np.float64)
+    centred = np.divide(centred, size, out=np.zeros_like(centred), where=size != 0.0)
+    tangents: NDArray[np.float64] = centred @ np.array(_AROUND[axis], np.float64).T
+    return tangents[triangles]
+
+
+def undeformed(mesh: bpy.types.Mesh) -> NDArray[np.float64]:
+    """Where vertices (V, 3) were before modifiers moved them, if Blender knows."""
+    points = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("undeformed_co", points)
+    return points.reshape(-1, 3).astype(np.float64)
+
+
+def uv_of(
+    mesh: bpy.types.Mesh, triangles: NDArray[np.int32], name: str
+) -> NDArray[np.float64] | None:
+    """The UV map of that name at triangles' corners (T, 3, 2), None if there is none.
+
+    Without a name the one that is active in renders; a mesh without any is then mapped from a
+    sphere.
+    """
+    layers = mesh.uv_layers
+    if not name and not len(layers):
+        return on_sphere(undeformed(mesh))[triangles]
+    layer = layers.get(name) if name else next((x for x in layers if x.active_render), None)
+    if layer is None:
+        return None
+    mesh.calc_loop_triangles()
+    loops = np.empty(3 * len(triangles), np.int32)
+    mesh.loop_triangles.foreach_get("loops", loops)
+    values = np.empty(2 * len(mesh.loops), np.float32)
+    layer.uv.foreach_get("vector", values)
+    return values.reshape(-1, 2)[loops].reshape(-1, 3, 2).astype(np.float64)
+
+
+def on_sphere(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Longitude and latitude (V, 2) of points, in [0, 1]."""
+    x, y, z = points.T
+    length = np.linalg.norm(points, axis=1)
+    cosine = np.divide(z, length, out=np.zeros_like(z), where=length > 0.0)
+    turned = np.where((x == 0.0) & (y == 0.0), 0.0, 0.5 - np.arctan2(x, y) / (2.0 * np.pi))
+    turned = np.where(length > 0.0, turned, 0.0)
+    latitude = np.where(length > 0.0, 1.0 - np.arccos(cosine.clip(-1.0, 1.0)) / np.pi, 0.0)
+    return np.stack((turned, latitude), axis=1)
+
+
+def uv_tangents(
+    points: NDArray[Any], normals: NDArray[Any], uv: NDArray[Any]
+) -> NDArray[np.float64]:
+    """Unit tangents (T, 3, 3) of corners at points, with normals and UV coordinates (T, 3, 2).
+
+    MikkTSpace (Mikkelsen 2008): corners that share point, normal, UV and orientation have the mean
+    of their triangles' directions of U, each projected on the corner's plane, by their angles.
+    """
+    points, normals = points.astype(np.float64), normals.astype(np.float64)
+    edges, ways = points[:, 1:] - points[:, :1], uv[:, 1:] - uv[:, :1]
+    area = ways[:, 0, 0] * ways[:, 1, 1] - ways[:, 0, 1] * ways[:, 1, 0]
+    along = ways[:, 1:, 1] * edges[:, 0] - ways[:, :1, 1] * edges[:, 1]
+    across = ways[:, :1, 0] * edges[:, 1] - ways[:, 1:, 0] * edges[:, 0]
+    along = np.sign(area)[:, None] * along
+    good = (area != 0.0) & along.any(axis=1) & across.any(axis=1)
+    before, after = np.roll(points, 1, axis=1) - points, np.roll(points, -1, axis=1) - points
+    cosines = (_projected(before, normals) * _projected(after, normals)).sum(axis=2)
+    shares = np.arccos(cosines.clip(-1.0, 1.0)) * good[:, None]
+    own = shares[..., None] * _projected(along[:, None], normals)
+    places = _places(points, normals, uv)
+    groups = 2 * places + (area > 0.0)[:, None]
+    sums = np.zeros((2 * int(places.max(initial=-1)) + 2, 3))
+    np.add.at(sums, groups, own)
+    # Where the map of a triangle is a line or a point, corners take what others have there.
+    other = 2 * places + (sums[2 * places + 1].any(axis=2))
+    found = np.where(good[:, None, None], sums[groups], sums[other])
+    return _unit(found)
+
+
+def _places(*values: NDArray[Any]) -> NDArray[np.int64]:
+    """Numbers (T, 3) of corners, the same for those of the same values (T, 3, n)."""
+    rows = np.concatenate([value.astype(np.float32) for value in values], axis=2) + np.float32(0.0)
+    flat = np.ascontiguousarray(rows.reshape(-1, rows.shape[2]))
+    keys = flat.view(np.dtype((np.void, flat.dtype.itemsize * flat.shape[1]))).reshape(-1)
+    return np.unique(keys, return_inverse=True)[1].reshape(rows.shape[:2])
+
+
+def _projected(vectors: NDArray[Any], normals: NDArray[Any]) -> NDArray[np.float64]:
+    """Unit vectors along their projections on the planes of unit normals."""
+    return _unit(vectors - (vectors * normals).sum(axis=-1, keepdims=True) * normals)
+
+
+def _unit(vectors: NDArray[Any]) -> NDArray[np.float64]:
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
