@@ -48,6 +48,7 @@ MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 # A triangle's while its tree is built, on a soup of them; a grid of them takes four fifths.
 BUILD, NATIVE_BUILD = 340, 520
 TABLES, NATIVE_TABLES = 10 * TEXEL, 6 * TEXEL  # corners, normals and at worst a node
+TANGENTS = 3 * TEXEL  # and as much on the host
 MOST_TRIANGLES = (1 << 24) - 1  # float32 numbers them
 
 _ADVICE = {
@@ -79,6 +80,7 @@ class Budget:
         """`layer`: "fragment", "compute" or "native". Raises as `check`."""
         self._settings, self._layer, self._device = settings, layer, device
         self._triangles, self._lights = len(scene.triangles), len(scene.emitters)
+        self._tangents = TANGENTS if len(scene.corner_tangents) else 0
         used = np.bincount(scene.material, minlength=len(scene.materials))
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._strip = strips_of(settings.frame_region, device)[0].size
@@ -135,8 +137,8 @@ class Budget:
             photon_bytes = paths * photons + SORTED * landed, listed
         if settings.estimator == "splat":
             photon_bytes = photon_bytes[0] + (SPLATS if software else 0) * landed, photon_bytes[1]
-        tables = 0 if software else NATIVE_TABLES if native else TABLES
-        build = NATIVE_BUILD if native else BUILD
+        tables = 0 if software else self._tangents + (NATIVE_TABLES if native else TABLES)
+        build = self._tangents + (NATIVE_BUILD if native else BUILD)
         strip = self._strip[0] * self._strip[1]
         textures = self.film_textures * count + self.strip_textures * strip
         # The first pass's normals wait for the first look, and are read by way of a buffer of a

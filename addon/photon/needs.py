@@ -32,9 +32,9 @@ class SceneNeeds:
     chain_depth: int
     photon_bounces: int
     lobes: int  # that a visible point has at most, besides Lambert's
-    tangents: bool  # lobes turn with them
     lobe_kinds: frozenset[str]
     light_kinds: frozenset[str]
+    tangents: bool = False  # lobes turn with them
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
@@ -57,9 +57,9 @@ class SceneNeeds:
             chain_depth=settings.mirror_depth,
             photon_bounces=settings.photon_bounces,
             lobes=min(max(map(len, lobes), default=0), MOST_LOBES),
-            tangents=len(mesh.tangents) > 0,
             lobe_kinds=frozenset(kinds),
             light_kinds=frozenset(light.kind for light in emitting),
+            tangents=len(mesh.tangents) > 0,
         )
 
     @cached_property
@@ -81,7 +81,7 @@ class SceneNeeds:
         return {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
 
     @property
-    def _tangent_defines(self) -> Defines:
+    def _tangent_defines(self) -> dict[str, int]:
         return {"TANGENTS": 1} if self.tangents else {}
 
     @cached_property

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, TypeVar
@@ -37,9 +37,6 @@ RAY_VISIBILITY = {
     "visible_volume_scatter": "Volume Scatter",
     "visible_shadow": "Shadow",
 }
-
-
-NO_TANGENT = "there is none: its reflections are stretched along an arbitrary line"
 
 
 @dataclass(frozen=True)
@@ -93,8 +90,7 @@ class Geometry:
         material = slots[np.clip(mesh.slot, 0, len(slots) - 1)]
         visible = material >= 0  # a material without any surface, such as a volume's
         vertices, triangles, normals = placed(mesh, matrix)
-        wanted = {x: materials.tangents[x] for x in np.unique(material) if x >= 0}
-        tangents = self._tangents_of(obj, matrix, material, wanted, notes)
+        tangents = self._tangents_of(obj, matrix, material, materials, notes)
         if not visible.all():
             triangles, normals, material = triangles[visible], normals[visible], material[visible]
             tangents = None if tangents is None else tangents[visible]
@@ -131,23 +127,25 @@ class Geometry:
         obj: bpy.types.Object,
         matrix: NDArray[np.float64],
         material: NDArray[np.int32],
-        wanted: Mapping[int, Tangent | None],
+        materials: MaterialTable,
         notes: Notes,
     ) -> NDArray[np.float32] | None:
-        """The tangents (T, 3, 3) of an object's corners, by what their materials want; None if all
-        of these want none."""
+        """The tangents (T, 3, 3) of an object's corners, zero where materials (T,) need none; None
+        if none of these does. Where there is no such UV map the material becomes black."""
         found = None
-        for number, tangent in wanted.items():
+        for number in np.unique(material[material >= 0]):
+            tangent = materials.tangents[number]
             if tangent is None:
                 continue
-            local = self._local_tangents(obj, tangent)
+            of_it, local = material == number, self._local_tangents(obj, tangent)
             if local is None:
                 missing = f"UV map '{tangent.uv_map}' of a Tangent node"
-                notes.approximated(f"Object '{obj.name}'", missing, NO_TANGENT)
+                what = "there is none: black, as in Cycles"
+                notes.approximated(f"Object '{obj.name}'", missing, what)
+                material[of_it] = materials.black()
                 continue
             if found is None:
                 found = np.zeros((len(material), 3, 3), np.float32)
-            of_it = material == number
             found[of_it] = placed_tangents(local[of_it], matrix)
         return found
 

@@ -48,6 +48,14 @@ class MaterialTable:
                 self.tangents.append(exported[1] if exported[0].is_anisotropic else None)
         return self._numbers[key]
 
+    def black(self) -> int:
+        """Return the number of a material that reflects nothing."""
+        black = Material("", (0.0, 0.0, 0.0))
+        if black not in self.materials:
+            self.materials.append(black)
+            self.tangents.append(None)
+        return self.materials.index(black)
+
     def _export(
         self, material: bpy.types.Material | None
     ) -> tuple[Material, Tangent | None] | None:
