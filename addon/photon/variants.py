@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import get_args
 
 from ..streams import Defines, Kernel, Made
@@ -72,8 +73,8 @@ COMPUTE = (
 
 def needs() -> Iterator[SceneNeeds]:
     """Every kind of scene, as far as programs tell them apart: no lobes, each kind alone and all
-    together, one of them at a point or two; each kind of light alone and all together; lights that
-    are all asked, and lights that are drawn."""
+    together, one of them at a point or two, with tangents and without; each kind of light alone and
+    all together; lights that are all asked, and lights that are drawn."""
     lights = [frozenset({kind}) for kind in light_kinds()]
     lobes = [frozenset({kind}) for kind in lobe_kinds()]
     all_lights, all_lobes = frozenset(light_kinds()), frozenset(lobe_kinds())
@@ -83,6 +84,8 @@ def needs() -> Iterator[SceneNeeds]:
         for of_lobes in (*lobes, all_lobes):
             for count in range(1, MOST_LOBES + 1):
                 yield _needs(count, of_lobes, all_lights, drawn)
+                if any("turn" in lobe_kinds()[kind].parameters for kind in of_lobes):
+                    yield replace(_needs(count, of_lobes, all_lights, drawn), tangents=True)
 
 
 def _needs(
