@@ -177,7 +177,7 @@ def test_no_tangent(device: Device, bad: float) -> None:
 
 
 def needs_of(scene: Scene) -> SceneNeeds:
-    return SceneNeeds.of(scene, Settings(), Mesh.build(scene, frame_of(scene)))
+    return SceneNeeds.of(scene, Settings(), Mesh.build(scene, frame_of(scene)), scene.emitters)
 
 
 def test_only_where_a_lobe_is_anisotropic(device: Device) -> None:
