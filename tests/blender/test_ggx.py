@@ -137,7 +137,6 @@ def test_black_reflects_at_grazing_angles(convert, cycles, scene, metallic) -> N
         ({"Emission_Strength": 2.0}, "ignored", "Emission"),
         ({"Subsurface_Weight": 0.5}, "approximated", "Subsurface"),
         ({"Transmission_Weight": 0.5}, "approximated", "Transmission"),
-        ({"Anisotropic": 0.5}, "approximated", "Anisotropic"),
     ],
 )
 @pytest.mark.parametrize("model", SpecularModel)
@@ -178,13 +177,14 @@ def test_distribution(convert, kind, distribution) -> None:
     assert named == (distribution not in ("GGX", "MULTI_GGX"))
 
 
-@pytest.mark.parametrize("kind", [GLOSSY, METALLIC])
+@pytest.mark.parametrize("kind", [GLOSSY, METALLIC, PRINCIPLED])
 @pytest.mark.parametrize("model", SpecularModel)
-def test_anisotropy_is_approximated(convert, kind, model) -> None:
+def test_phong_has_no_anisotropy(convert, kind, model) -> None:
     if kind == METALLIC and bpy.app.version < (4, 3):
         pytest.skip("Metallic BSDF came with Blender 4.3")
-    report = convert(shader_material(kind, Roughness=0.5, Anisotropy=0.5), model)[1]
-    assert "Anisotropy" in features(report, "approximated")
+    name = "Anisotropic" if kind == PRINCIPLED else "Anisotropy"
+    report = convert(shader_material(kind, Roughness=0.5, **{name: 0.5}), model)[1]
+    assert (name in features(report, "approximated")) == (model is SpecularModel.PHONG)
 
 
 @needs_metallic

@@ -58,13 +58,16 @@ def export(blend: Path) -> tuple[Scene, float]:
 
 
 _EXPORT = """
-import sys, time, bpy
+import atexit, sys, time, addon, bpy
 from pathlib import Path
-from addon.blender.export import snapshot
+from addon.blender.export import SpecularModel, snapshot
+addon.register()
+atexit.register(addon.unregister)  # else bpy crashes at exit
 bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
 depsgraph = bpy.context.evaluated_depsgraph_get()
 start = time.perf_counter()
-scene, _ = snapshot(depsgraph)
+model = SpecularModel(depsgraph.scene_eval.photon_stream.specular_model)
+scene, _ = snapshot(depsgraph, model=model)
 print("exported in", time.perf_counter() - start)
 scene.save(Path(sys.argv[2]))
 """
