@@ -19,6 +19,7 @@ from .coverage import Coverage
 from .cuts import Cuts
 from .deposits import Deposits
 from .gather import Gather
+from .geometry import Mesh
 from .radius_field import TABLES, UNIFORMS
 from .records import CUTS, FACING, PLACE
 from .tracer import Tracer
@@ -132,3 +133,8 @@ class NativeGather(HostKernel):
             uniforms["shrink"],
             self._filter,
         )
+
+
+def triangles_of(mesh: Mesh) -> native.Tracer:
+    """A scene's triangles for the native kernels."""
+    return native.Tracer(mesh.tree.nodes, mesh.corners)

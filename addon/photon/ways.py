@@ -20,7 +20,7 @@ from .direct_light import DirectLight, TracedDirectLight
 from .errors import DeviceError
 from .film import Film, HostFilm
 from .geometry import Mesh
-from .native_kernels import NativeCoverage, NativeCuts, NativeTracer
+from .native_kernels import NativeCoverage, NativeCuts, NativeTracer, triangles_of
 from .native_photon_mapper import NativePhotonMapper, knows
 from .needs import SceneNeeds
 from .photon_grid import PhotonGrid
@@ -117,7 +117,7 @@ class NativeWay(Way):
         self._triangles: native.Tracer | None = None
 
     def prepare_mesh(self, mesh: Mesh) -> None:
-        self._triangles = native.Tracer(mesh.tree.nodes, mesh.corners)
+        self._triangles = triangles_of(mesh)
 
     def share(self, other: Way) -> None:
         assert isinstance(other, NativeWay)
