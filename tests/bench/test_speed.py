@@ -164,7 +164,7 @@ def test_host_kernels_are_watched(device: Device) -> None:
 
 def test_watching_leaves_no_trace(device: Device) -> None:
     def functions() -> list[Any]:
-        runs = [kind.run for kind in kernel_classes()]
+        runs = [kind._launch for kind in kernel_classes()]
         return [*runs, moderngl.VertexArray.render, moderngl.Texture.write, moderngl.Buffer.read]
 
     before = functions()

@@ -301,7 +301,7 @@ def mapper(
     monkeypatch.setattr(device, "prefers_native", False)
     settings = Settings(photons=20000, layer="compute", photon_bounces=6)
     renderer = prepare(cornell(True), settings, device)
-    yield renderer.photons
+    yield renderer.photons.mapper if renderer.photons else None
     renderer.release()
 
 
@@ -314,7 +314,7 @@ def test_several_bounces_in_one_launch(device: Device, monkeypatch: pytest.Monke
         monkeypatch.setattr(device_photon_mapper, "LANDED_ROWS", rows)
         settings = Settings(photons=20000, layer="compute", photon_bounces=6)
         renderer = prepare(cornell(True), settings, device)
-        mapper = renderer.photons
+        mapper = renderer.photons and renderer.photons.mapper
         assert mapper
         lists.append(np.concatenate(mapper.trace(1).arrays(), axis=1))
         before = mapper.launches().get("bounces", 0)

@@ -30,14 +30,28 @@ WHITE, COLOURED = (1.0, 1.0, 1.0), (0.5, 0.1, 0.3)
 class Case:
     """What is tested of a kind."""
 
-    parameters: tuple[Mapping[str, float], ...]  # sets of them
+    parameters: tuple[Mapping[str, Any], ...]  # sets of them
     is_reciprocal: bool = True
+    # How far the albedo is from what is reflected, if it is Cycles' estimate; else it is a bound.
+    # Metal's tells nothing but how choices are made: no layer hangs on it.
+    estimate: float | None = None
+
+
+def microfacets(**more: Any) -> tuple[Mapping[str, Any], ...]:
+    """Smooth and rough, of one bounce and of all, and stretched."""
+    shapes = (0.04, 0.04, 0.0, 1.0), (0.25, 0.25, 0.0, 0.0), (0.25, 0.25, 0.0, 1.0)
+    shapes += (0.6, 0.6, 0.0, 1.0), (0.5, 0.1, 0.7, 1.0)
+    names = "alpha_x", "alpha_y", "turn", "compensated"
+    return tuple(dict(zip(names, shape, strict=True)) | more for shape in shapes)
 
 
 # A kind without an entry fails.
 CASES = {
     "mirror": Case(({},)),
     "phong": Case(tuple({"exponent": n} for n in (0.0, 1.0, 10.0, 1000.0))),
+    "ggx": Case(microfacets(), is_reciprocal=False, estimate=0.008),
+    "ggx_metal": Case(microfacets(tint=(1.0, 0.6, 0.2)), is_reciprocal=False, estimate=0.35),
+    "ggx_dielectric": Case(microfacets(ior=1.5), is_reciprocal=False, estimate=0.015),
 }
 EACH = [
     pytest.param(
@@ -52,7 +66,12 @@ PROBE = declare(
     "probe_lobe",
     {"first": VALUE, "second": VALUE},
     inputs={"viewer": VALUE, "other": VALUE},
-    uniforms={"colour": Uniform("vec3"), "kind": Uniform("float"), "parameters": Uniform("vec3")},
+    uniforms={
+        "colour": Uniform("vec3"),
+        "kind": Uniform("float"),
+        "parameters": Uniform("vec4"),
+        "more": Uniform("vec4"),
+    },
     records=(LOBE, SHAPE),
     structure=("SAMPLE",),
 )
@@ -74,6 +93,7 @@ def probe(bench: Bench, lobe: Lobe, viewer: Any, other: Any, **defines: int) -> 
         "colour": tuple(map(float, row["colour"])),
         "kind": float(row["kind"]),
         "parameters": tuple(map(float, row["parameters"])),
+        "more": tuple(map(float, row["more"])),
     }
     made = made_bsdf({lobe.kind})
     result = bench.run(PROBE, inputs, values, defines=defines, made=made)
@@ -135,7 +155,15 @@ def test_no_more_than_the_albedo(
     integral = cells.integral(value[:, :3] * np.maximum(cells.points[:, 2:], 0.0)).sum(axis=(0, 1))
     error = 4 * weight.std(axis=0) / math.sqrt(COUNT)
     assert (np.abs(weight.mean(axis=0) - integral) <= error + 3e-3 * integral).all()
-    assert (weight.mean(axis=0) <= albedo[0, :3] * 1.001 + error).all()
+    estimate = CASES[lobe.kind].estimate
+    if estimate:
+        # Cycles has tables for round lobes, and takes no energy for lost where none is given back.
+        shape = lobe.parameters
+        is_known = shape["alpha_x"] == shape["alpha_y"] and shape["compensated"]
+        away = np.abs(weight.mean(axis=0) - albedo[0, :3])
+        assert (away <= (estimate if is_known else max(estimate, 0.16)) + error).all()
+    else:
+        assert (weight.mean(axis=0) <= albedo[0, :3] * 1.001 + error).all()
     assert (albedo[0, :3] <= 1 + 1e-6).all() and 0 <= albedo[0, 3] <= 1
     assert albedo[0, 3] == pytest.approx(1 - albedo[0, :3].max(), abs=1e-6)
 

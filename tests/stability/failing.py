@@ -17,6 +17,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from addon.photon import snapshot
 from addon.photon.scene import Scene
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -75,14 +76,14 @@ class _Allocations:
 def install() -> None:
     """Put counters before all that allocates."""
     allocations = _Allocations(Path(os.environ[FOLDER]))
-    load = Scene.load
+    unpack = snapshot.unpack
 
-    def begin(path: str | Path) -> Scene:
-        scene = load(path)
+    def begin(arrays: Any) -> Scene:
+        scene = unpack(arrays)
         allocations.begin()
         return scene
 
-    Scene.load = staticmethod(begin)  # type: ignore[method-assign]
+    snapshot.unpack = begin  # for the worker, which is imported after this
     for name in OBJECTS:
         setattr(moderngl.Context, name, _object(allocations, name))
     for name in ARRAYS:

@@ -19,10 +19,10 @@ from addon.photon import strips
 from addon.photon.deposits import DEPOSIT_BYTES, DeviceDeposits, HostDeposits
 from addon.photon.device_photon_mapper import DevicePhotonMapper
 from addon.photon.errors import DeviceError
-from addon.photon.eye import Eye
+from addon.photon.eye_rays import EyeRays
 from addon.photon.kept import Kept, Stage, same_but_view
+from addon.photon.photon_pass import Photons
 from addon.photon.prepare import prepare
-from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene, phong
 from addon.photon.settings import Settings
 from addon.streams import Device, Kernel, StreamError
@@ -218,7 +218,7 @@ def test_early_photons_change_nothing(
     for is_early, pixels in ((False, 1 << 20), (True, 1 << 20), (True, 5 * SETTINGS.width)):
         with monkeypatch.context() as patch:
             if not is_early:
-                patch.setattr(Renderer, "_start_early", lambda *_: None)
+                patch.setattr(Photons, "prefetch", lambda *_: None)
             for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
                 patch.setattr(strips, name, pixels)
             pictures.append(render(device, cornell(mirror=True), settings).images)
@@ -230,23 +230,23 @@ def test_eye_rays_go_before_the_host_waits(
 ) -> None:
     """For the photons that tell the radii; the first pass sends no others."""
     events: list[str] = []
-    for kind, name in ((Eye, "send"), (DevicePhotonMapper, "finish")):
+    for kind, name in ((EyeRays, "run"), (DevicePhotonMapper, "finish")):
         monkeypatch.setattr(kind, name, watched(getattr(kind, name), events))
     renderer = prepare(cornell(), on_device, device)
-    assert events == ["_send_eye_rays", "finish"]
+    assert events == ["run", "finish"]
     renderer.render_pass()
-    assert events == ["_send_eye_rays", "finish"]
+    assert events == ["run", "finish"]
     renderer.render_pass()
-    assert events[2:] == ["_send_eye_rays", "finish"]
+    assert events[2:] == ["run", "finish"]
     renderer.release()
 
 
 def watched(function: Any, events: list[str]) -> Any:
     """Lists its calls."""
 
-    def run(*arguments: Any) -> Any:
+    def run(*arguments: Any, **named: Any) -> Any:
         events.append(function.__name__)
-        return function(*arguments)
+        return function(*arguments, **named)
 
     return run
 

@@ -108,7 +108,7 @@ class _Counter:
     def counting(self) -> Iterator[None]:
         """Count what renders within."""
         patches: dict[tuple[Any, str], Callable[[Any], Any]] = {
-            (kind, "run"): self._count_rays for kind in kernel_classes()
+            (kind, "_launch"): self._count_rays for kind in kernel_classes()
         }
         patches |= {
             (PhotonMapper, "start"): self._take_photons,

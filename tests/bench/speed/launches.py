@@ -85,9 +85,10 @@ class Watch:
     def watching(self) -> Iterator[None]:
         """Watch every launch; `spent` is complete at the end."""
         runs = {
-            (kind, "run"): self._named(lambda kernel: str(kernel.stem), hosts=kind)
-            for kind in (*kernel_classes(), Program)
+            (kind, "_launch"): self._named(lambda kernel: str(kernel.stem), hosts=kind)
+            for kind in kernel_classes()
         }
+        runs[Program, "run"] = self._named(lambda kernel: str(kernel.stem), hosts=Program)
         parts = {
             (DevicePhotonMapper, "start"): self._as_part(PHOTONS),
             (DevicePhotonMapper, "finish"): self._as_part(PHOTONS, works=False),
@@ -243,6 +244,6 @@ def kernel_classes() -> list[type[Kernel]]:
     while waiting:
         kind = waiting.pop()
         waiting += kind.__subclasses__()
-        if "run" in vars(kind):
+        if "_launch" in vars(kind):
             found.append(kind)
     return found

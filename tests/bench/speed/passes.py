@@ -145,7 +145,7 @@ def time_way(
         phases = {name: spent / passes for name, spent in renderer.seconds.items()}
         if timer:
             watch = _watched_pass(renderer, timer, times[-1])
-        mapper = renderer.photons
+        mapper = renderer.photons.mapper if renderer.photons else None
         return Timing(
             Way.taken(renderer),
             statistics.median(times),

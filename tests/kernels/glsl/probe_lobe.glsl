@@ -4,7 +4,7 @@
 
 void kernel() {
     Lobe lobe = Lobe(colour, kind);
-    Shape shape = Shape(parameters, 1.0);
+    Shape shape = Shape(pack_kind(kind, parameters, more), 1.0);
     vec3 normal = vec3(0.0, 0.0, 1.0);
     vec3 to_viewer = load_viewer().value.xyz, other = load_other().value.xyz;
 #ifdef SAMPLE
