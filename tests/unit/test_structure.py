@@ -36,7 +36,7 @@ OPTIONAL: dict[str, Any] = {
 
 def ones(device: Device, width: int = 3, height: int = 2, times: float = 1.0) -> Stream:
     stream = Stream(device, VALUE, (width, height))
-    stream.fill(times)
+    stream.upload(np.full((height, width, 4), times, np.float32))
     return stream
 
 
