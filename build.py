@@ -62,7 +62,7 @@ def render(args: argparse.Namespace) -> int:
             options += [f"--{name}", str(value.resolve() if isinstance(value, Path) else value)]
     if snapshot:
         ensure("run", "native")
-        return run([PYTHON, "-m", "addon.photon.command", *options], cwd=ROOT, held=INTERRUPT)
+        return run([PYTHON, "-m", "addon.photon.jobs.command", *options], cwd=ROOT, held=INTERRUPT)
     if args.blender:
         blender = shutil.which(args.blender)
         if blender is None:

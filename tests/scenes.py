@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from addon.photon.geometry import Mesh
 from addon.photon.scene import (
     MIRROR,
     Camera,
@@ -22,7 +21,8 @@ from addon.photon.scene import (
     point_light,
     spot_light,
 )
-from addon.photon.tables import texels_of
+from addon.photon.stage.geometry import Mesh
+from addon.photon.stage.tables import texels_of
 
 
 def plain_material(

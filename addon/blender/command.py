@@ -33,10 +33,10 @@ if not __package__:  # run by its path, as `blender --python` does
 import bpy
 
 from .. import register, unregister
-from ..photon.console import ProgressLine, error_text
 from ..photon.errors import PhotonStreamError, RenderError, SceneError, SettingsError
-from ..photon.interrupts import HANGUP, HUNG_UP, INTERRUPTED, let_in, on_hangup, say_last
-from ..photon.process import last_error
+from ..photon.jobs.console import ProgressLine, error_text
+from ..photon.jobs.interrupts import HANGUP, HUNG_UP, INTERRUPTED, let_in, on_hangup, say_last
+from ..photon.jobs.process import last_error
 from ..photon.settings import Estimator, Layer, Settings
 from .engine import PhotonStreamEngine
 from .session import SESSION

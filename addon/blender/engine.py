@@ -15,9 +15,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..photon.console import status_text
 from ..photon.errors import PhotonStreamError, RenderError, SceneError
-from ..photon.process import Images, Progress
+from ..photon.jobs.console import status_text
+from ..photon.jobs.process import Images, Progress
 from ..photon.scene import Scene
 from ..photon.settings import Region, Settings
 from .export import Report, SpecularModel, snapshot

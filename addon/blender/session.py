@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..photon.process import Progress, RendererProcess
+from ..photon.jobs.process import Progress, RendererProcess
 from .export.report import Report
 
 

@@ -16,15 +16,15 @@ from pathlib import Path
 import numpy as np
 
 from ..streams import TABLE_WIDTH, Device
-from .device_photon_mapper import landed_rows
-from .direct_light import RAYS_AT_ONCE
 from .errors import PhotonStreamError, SceneError, SettingsError
-from .film import SPARE
-from .needs import MOST_LOBES
-from .photon_mapper import STREAM_WIDTH, pilot_photons
+from .film.film import SPARE
+from .film.strips import strips_of
+from .photons.device_photon_mapper import landed_rows
+from .photons.photon_mapper import STREAM_WIDTH, pilot_photons
 from .scene import Scene
 from .settings import Settings
-from .strips import strips_of
+from .stage.needs import MOST_LOBES
+from .ways.direct_light import RAYS_AT_ONCE
 
 TEXEL = 16  # [bytes]
 FIXED = 80 << 20  # programs, a grid of the smallest

@@ -9,24 +9,24 @@ from dataclasses import replace
 
 from ..streams import Device, StreamError
 from .errors import DeviceError, PhotonStreamError
-from .eye import Eye
-from .geometry import Mesh
-from .kept import Kept, Mapper, Stage
-from .kinds import check_kinds
+from .eye.images import PassImages
+from .eye.paths import Eye
+from .film.picture import FILM_IMAGES, MIRROR_IMAGES
+from .film.strips import StripFilm, strips_of
 from .memory import Budget
-from .needs import SceneNeeds
-from .pass_images import PassImages
 from .phases import Phases
-from .photon_mapper import pilot_photons
-from .photon_pass import Photons
-from .picture import FILM_IMAGES, MIRROR_IMAGES
-from .radius_field import RadiusField, grids_over
+from .photons.kept import Kept, Mapper, Stage
+from .photons.photon_mapper import pilot_photons
+from .photons.photon_pass import Photons
+from .photons.radius_field import RadiusField, grids_over
+from .photons.splat import Splat
 from .renderer import Parts, Renderer
 from .scene import Scene
 from .settings import Settings, filter_define
-from .splat import Splat
-from .strips import StripFilm, strips_of
-from .ways import Way, way_of
+from .stage.geometry import Mesh
+from .stage.kinds import check_kinds
+from .stage.needs import SceneNeeds
+from .ways.way import Way, way_of
 
 
 def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None = None) -> Renderer:

@@ -13,20 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..streams import StreamError
-from .error import Error, error_of
 from .errors import DeviceError
-from .eye import Eye, Path
-from .kept import Stage
-from .needs import SceneNeeds
-from .pass_images import PassImages
+from .eye.images import PassImages
+from .eye.paths import Eye, Path
+from .film.error import Error, error_of
+from .film.picture import picture_of
+from .film.strips import StripFilm
 from .phases import Phases
-from .photon_pass import Photons
-from .picture import picture_of
+from .photons.kept import Stage
+from .photons.photon_pass import Photons
 from .scene import Scene
 from .settings import Settings
-from .strips import StripFilm
+from .stage.needs import SceneNeeds
 from .version import VERSION
-from .ways import Way
+from .ways.way import Way
 
 NO_DEPTH = 1.0e10  # Blender's depth where nothing is seen
 

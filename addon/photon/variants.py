@@ -9,28 +9,28 @@ from typing import get_args
 
 from ..streams import Defines, Kernel, Made
 from ..streams.source import Source
-from .blur import Blur
-from .bounces import Bounces, declarations
-from .combine import CombineAll, CombineMirror, CombinePrimary
-from .coverage import Coverage
-from .cuts import Cuts
-from .device_radii import DECLARATIONS
-from .direct import Direct, ShadowRays, Unshadowed
-from .eye_rays import EyeRays
-from .film import Accumulate, AccumulateBatches, AccumulateTwo
-from .gather import Gather
-from .generator import Generator
-from .kinds import light_kinds, lobe_kinds
-from .needs import MOST_LOBES, MOST_SHADOW_RAYS, SceneNeeds
-from .projector import Projector
-from .reach import Reach
-from .reflector import Reflector
-from .scatter import Scatter
+from .film.film import Accumulate, AccumulateBatches, AccumulateTwo
+from .kernels.blur import Blur
+from .kernels.combine import CombineAll, CombineMirror, CombinePrimary
+from .kernels.coverage import Coverage
+from .kernels.cuts import Cuts
+from .kernels.direct import Direct, ShadowRays, Unshadowed
+from .kernels.eye_rays import EyeRays
+from .kernels.gather import Gather
+from .kernels.generator import Generator
+from .kernels.projector import Projector
+from .kernels.reach import Reach
+from .kernels.reflector import Reflector
+from .kernels.scatter import Scatter
+from .kernels.shade import Shade
+from .kernels.tracer import Tracer
+from .photons.bounces import Bounces, declarations
+from .photons.device_radii import DECLARATIONS
+from .photons.splat import splat_sources
 from .settings import Filter, SplatShape
-from .shade import Shade
-from .splat import splat_sources
-from .tables import LightFlux
-from .tracer import Tracer
+from .stage.kinds import light_kinds, lobe_kinds
+from .stage.needs import MOST_LOBES, MOST_SHADOW_RAYS, SceneNeeds
+from .stage.tables import LightFlux
 
 # Those that no define changes.
 PLAIN: tuple[type[Kernel], ...] = (

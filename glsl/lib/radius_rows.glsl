@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Lines along x, whose elements lie one after the other: THREADS share one, each has up to MOST_A_THREAD that
-// lie side by side (addon/photon/device_radii.py). A thread a line, as along y and z, would read and write far
+// lie side by side (addon/photon/photons/device_radii.py). A thread a line, as along y and z, would read and write far
 // from what the next thread does.
 #include "lib/radius_grid.glsl"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! How the elements of those streams and tables are laid out that the native core reads or writes, as
-//! addon/photon/records.py declares them: whoever imports the core compares the two.
+//! addon/photon/kernels/records.py declares them: whoever imports the core compares the two.
 
 /// Records by name, and their fields in order.
 pub const LAYOUTS: [(&str, &str); 13] = [

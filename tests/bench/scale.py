@@ -20,7 +20,7 @@ from addon.photon.memory import Budget
 from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings
-from addon.photon.ways import open_device
+from addon.photon.ways.way import open_device
 from tests.bench.host import resident
 from tests.scenes import cornell, hills
 

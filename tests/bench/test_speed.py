@@ -14,8 +14,8 @@ import moderngl
 import numpy as np
 import pytest
 
+from addon.photon.photons.radius_field import RadiusField
 from addon.photon.prepare import prepare
-from addon.photon.radius_field import RadiusField
 from addon.photon.settings import Settings
 from addon.streams import Device, HostKernel, Kernel
 from tests.scenes import cornell, corners_of
@@ -59,7 +59,7 @@ class Seen:
     """What an estimate of a pass was asked."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        from addon.photon.photon_grid import PhotonGrid
+        from addon.photon.photons.photon_grid import PhotonGrid
 
         self.points: list[Any] = []
         estimate = PhotonGrid.estimate

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from addon.blender import engine
 from addon.blender.export import Report, SpecularModel, snapshot
 from addon.blender.session import SESSION
-from addon.photon import console
-from addon.photon.process import Progress, RendererProcess
+from addon.photon.jobs import console
+from addon.photon.jobs.process import Progress, RendererProcess
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 

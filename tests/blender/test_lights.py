@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.photon.kinds import light_kinds
+from addon.photon.stage.kinds import light_kinds
 
 from .build import add_light
 

@@ -12,8 +12,8 @@ import pytest
 
 from addon.blender.export import SpecularModel
 from addon.blender.export.shaders import READERS
-from addon.photon.kinds import COLOUR, check_kinds, lobe_kinds
 from addon.photon.scene import MIRROR, RGB, Material
+from addon.photon.stage.kinds import COLOUR, check_kinds, lobe_kinds
 
 from .build import add_mesh, add_node, features, finish, new_material, shader_material
 from .lobes import (

@@ -7,11 +7,11 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from addon.photon.kinds import made_bsdf
-from addon.photon.records import CORNER_NORMALS, TRIANGLE
+from addon.photon.kernels.records import CORNER_NORMALS, TRIANGLE
+from addon.photon.kernels.shade import Shade
 from addon.photon.scene import Material
-from addon.photon.shade import Shade
-from addon.photon.tables import material_tables
+from addon.photon.stage.kinds import made_bsdf
+from addon.photon.stage.tables import material_tables
 from addon.streams import Made
 from tests.kernels.conftest import Bench
 

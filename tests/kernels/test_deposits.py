@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon import device_photon_mapper, photon_grid
-from addon.photon.deposits import Deposits, DeviceDeposits, HostDeposits
+from addon.photon.kernels.records import DEPOSIT, PLACE
+from addon.photon.photons import device_photon_mapper, photon_grid
+from addon.photon.photons.deposits import Deposits, DeviceDeposits, HostDeposits
+from addon.photon.photons.radius_field import RadiusField
 from addon.photon.prepare import prepare
-from addon.photon.radius_field import RadiusField
-from addon.photon.records import DEPOSIT, PLACE
 from addon.photon.settings import Settings
 from addon.streams import Device, Reading, Stream
 from tests.measure import render

@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 
-from addon.photon.direct import ShadowRays
-from addon.photon.geometry import Frame
-from addon.photon.kinds import made_bsdf, made_lights
-from addon.photon.tables import light_table
+from addon.photon.kernels.direct import ShadowRays
+from addon.photon.stage.geometry import Frame
+from addon.photon.stage.kinds import made_bsdf, made_lights
+from addon.photon.stage.tables import light_table
 from tests.kernels.conftest import Bench
 from tests.kernels.statistics import excess
 from tests.scenes import plain_light

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.generator import Generator
-from addon.photon.geometry import Frame
-from addon.photon.kinds import made_lights
-from addon.photon.tables import choose_lights, light_table
+from addon.photon.kernels.generator import Generator
+from addon.photon.stage.geometry import Frame
+from addon.photon.stage.kinds import made_lights
+from addon.photon.stage.tables import choose_lights, light_table
 from tests.kernels.conftest import Bench
 from tests.scenes import emitted_flux, plain_light
 

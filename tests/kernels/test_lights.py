@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.geometry import Frame
-from addon.photon.kinds import light_kinds, made_lights
-from addon.photon.records import LIGHT
+from addon.photon.kernels.records import LIGHT
 from addon.photon.scene import Light
-from addon.photon.tables import light_table
+from addon.photon.stage.geometry import Frame
+from addon.photon.stage.kinds import light_kinds, made_lights
+from addon.photon.stage.tables import light_table
 from addon.streams import Table
 from tests.kernels.conftest import Bench
 from tests.kernels.statistics import Cells, assert_density

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.kinds import lobe_kinds, made_bsdf
-from addon.photon.records import LOBE, MATERIAL_LOBE, SHAPE
+from addon.photon.kernels.records import LOBE, MATERIAL_LOBE, SHAPE
 from addon.photon.scene import Lobe, Material
-from addon.photon.tables import material_tables
+from addon.photon.stage.kinds import lobe_kinds, made_bsdf
+from addon.photon.stage.tables import material_tables
 from addon.streams import Uniform
 from tests.kernels.conftest import Bench
 from tests.kernels.statistics import Cells, assert_density

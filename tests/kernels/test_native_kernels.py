@@ -10,14 +10,14 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
-from addon.photon.geometry import Mesh, frame_of
-from addon.photon.native_kernels import NativeTracer, triangles_of
-from addon.photon.native_photon_mapper import _lights, _materials
+from addon.photon.kernels.records import HIT, RAY_DIRECTION, RAY_ORIGIN
+from addon.photon.kernels.tracer import Tracer
+from addon.photon.photons.native_photon_mapper import _lights, _materials
 from addon.photon.prepare import prepare
-from addon.photon.records import HIT, RAY_DIRECTION, RAY_ORIGIN
 from addon.photon.settings import Filter, Settings
-from addon.photon.tables import choose_lights, light_table, texels_of, upload_table
-from addon.photon.tracer import Tracer
+from addon.photon.stage.geometry import Mesh, frame_of
+from addon.photon.stage.tables import choose_lights, light_table, texels_of, upload_table
+from addon.photon.ways.native_kernels import NativeTracer, triangles_of
 from addon.streams import Device, Stream, StreamError
 from tests.measure import render
 from tests.scenes import cornell

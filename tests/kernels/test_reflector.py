@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.projector import Projector
-from addon.photon.reflector import Reflector
+from addon.photon.kernels.projector import Projector
+from addon.photon.kernels.reflector import Reflector
 from addon.photon.scene import MIRROR, Lobe, Material, phong
 from tests.kernels.conftest import Bench
 from tests.kernels.shading import EYE, PHOTONS, SURFACE, made_for, shade

@@ -10,7 +10,7 @@ import photon_stream_native as native
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.tracer import Tracer
+from addon.photon.kernels.tracer import Tracer
 from tests.kernels.conftest import Bench
 from tests.scenes import icosphere
 from tests.stability.table import Measured

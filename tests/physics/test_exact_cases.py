@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.eye import pixel_jitter
+from addon.photon.eye.paths import pixel_jitter
 from addon.photon.scene import Scene
 from addon.streams import Device
 from tests.measure import over_seeds, relative_bound, render

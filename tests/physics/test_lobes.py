@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.needs import MOST_SHADOW_RAYS
 from addon.photon.scene import Light, Lobe, Material, Scene, phong
+from addon.photon.stage.needs import MOST_SHADOW_RAYS
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import Builder, camera, orthographic, plain_light, plain_material

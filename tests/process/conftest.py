@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from addon.photon.process import RendererProcess
+from addon.photon.jobs.process import RendererProcess
 
 
 @pytest.fixture

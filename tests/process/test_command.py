@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m addon.photon.command`: exit codes, and no picture but a finished one."""
+"""`python -m addon.photon.jobs.command`: exit codes, and no picture but a finished one."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def scene(tmp_path: Path) -> Path:
 
 
 def command(*arguments: Any) -> list[str]:
-    return [sys.executable, "-m", "addon.photon.command", *map(str, arguments)]
+    return [sys.executable, "-m", "addon.photon.jobs.command", *map(str, arguments)]
 
 
 def call(*arguments: Any, **kwargs: Any) -> subprocess.CompletedProcess[str]:

@@ -20,11 +20,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon import worker
 from addon.photon.errors import DeviceError, RenderError, SceneError, SettingsError
-from addon.photon.process import Progress, RendererProcess, _shared_bytes, last_error
+from addon.photon.jobs import worker
+from addon.photon.jobs.process import Progress, RendererProcess, _shared_bytes, last_error
+from addon.photon.scene.snapshot import pack
 from addon.photon.settings import Settings
-from addon.photon.snapshot import pack
 from tests.scenes import cornell
 
 ROOT = Path(__file__).parents[2]
@@ -403,7 +403,7 @@ def test_close_mid_render_leaves_nothing(process: RendererProcess) -> None:
 
 PARENT = """
 import sys, time
-from addon.photon.process import RendererProcess
+from addon.photon.jobs.process import RendererProcess
 from addon.photon.settings import Settings
 from tests.scenes import cornell
 process = RendererProcess()

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.blobs import BLOBS, MAPPED, BlobWriter, Layout
 from addon.photon.errors import RenderError, SceneError
-from addon.photon.process import Progress, RendererProcess
+from addon.photon.jobs.blobs import BLOBS, MAPPED, BlobWriter, Layout
+from addon.photon.jobs.process import Progress, RendererProcess
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from tests.scenes import cornell

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from addon.photon.settings import Settings
-from addon.photon.ways import open_device
+from addon.photon.ways.way import open_device
 from tests.measure import render
 from tests.scenes import random_room
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon import strips
-from addon.photon.film import Exposure, merged
-from addon.photon.picture import picture_of
+from addon.photon.film import strips
+from addon.photon.film.film import Exposure, merged
+from addon.photon.film.picture import picture_of
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from addon.streams import Device

@@ -17,8 +17,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from addon.photon import snapshot
-from addon.photon.scene import Scene
+from addon.photon.scene import Scene, snapshot
 
 ROOT = Path(__file__).resolve().parents[2]
 OBJECTS = ("texture", "buffer", "framebuffer", "program", "compute_shader", "vertex_array", "query")

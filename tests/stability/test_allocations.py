@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from addon.photon.errors import PhotonStreamError, SceneError
-from addon.photon.process import Images, RendererProcess
+from addon.photon.jobs.process import Images, RendererProcess
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from tests.scenes import cornell

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import RenderError
-from addon.photon.process import Images, Progress, RendererProcess
+from addon.photon.jobs.process import Images, Progress, RendererProcess
 from addon.photon.settings import Settings
 from tests.scenes import cornell
 from tests.stability.table import Measured

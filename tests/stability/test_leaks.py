@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from addon.photon.errors import SceneError
-from addon.photon.process import RendererProcess
+from addon.photon.jobs.process import RendererProcess
 from addon.photon.settings import Settings
 from tests.scenes import cornell
 from tests.stability.table import Measured
@@ -27,7 +27,7 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
 
 IN_ONE_PROCESS = """
 import json, sys
-from addon.photon.kept import Kept
+from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from addon.streams import Device

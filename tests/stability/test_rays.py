@@ -13,9 +13,9 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
-from addon.photon.eye import pixel_jitter
+from addon.photon.eye.paths import pixel_jitter
+from addon.photon.kernels.tracer import Tracer
 from addon.photon.scene import Scene
-from addon.photon.tracer import Tracer
 from addon.streams import Device
 from tests.flip import mean_flip
 from tests.kernels.conftest import Bench

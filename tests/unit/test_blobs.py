@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon import blobs
-from addon.photon.blobs import BlobReader, BlobWriter, names_of
 from addon.photon.errors import RenderError
+from addon.photon.jobs import blobs
+from addon.photon.jobs.blobs import BlobReader, BlobWriter, names_of
 from addon.photon.scene import Scene
-from addon.photon.snapshot import pack, same, unpack
+from addon.photon.scene.snapshot import pack, same, unpack
 from tests.scenes import cornell
 
 COUNT = 2000  # triangles; each of their arrays is a blob

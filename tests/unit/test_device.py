@@ -12,7 +12,7 @@ import pytest
 from addon.photon.errors import DeviceError
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
-from addon.photon.ways import open_device
+from addon.photon.ways.way import open_device
 from addon.streams import Device, StreamError
 from tests.scenes import cornell
 

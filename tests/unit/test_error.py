@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.error import EXTRAPOLATION, INNER_AREA, Error, error_of
-from addon.photon.film import Exposure, Squares
-from addon.photon.picture import FILM_IMAGES, picture_of
+from addon.photon.film.error import EXTRAPOLATION, INNER_AREA, Error, error_of
+from addon.photon.film.film import Exposure, Squares
+from addon.photon.film.picture import FILM_IMAGES, picture_of
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from addon.streams import Device

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.film import Film, HostFilm, merged
-from addon.photon.records import RADIANCE
+from addon.photon.film.film import Film, HostFilm, merged
+from addon.photon.kernels.records import RADIANCE
 from addon.streams import Device, Stream
 
 SIZE = (7, 5)

@@ -44,7 +44,7 @@ def test_reads_imports_of_every_kind() -> None:
     """The walk sees what it has to see: an import in a function, a relative one."""
     assert any(module == "addon.streams" for _, module in imported(ADDON / "photon/renderer.py"))
     assert any(module == "bpy" for _, module in imported(ADDON / "blender/engine.py"))
-    assert any(module == "OpenEXR" for _, module in imported(ADDON / "photon/picture_file.py"))
+    assert any(module == "OpenEXR" for _, module in imported(ADDON / "photon/film/picture_file.py"))
 
 
 def test_streams_knows_no_rendering() -> None:
@@ -66,7 +66,7 @@ def test_photon_makes_no_opengl_library_calls_of_its_own() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", ["addon.streams", "addon.photon.renderer", "addon.photon.process"]
+    "module", ["addon.streams", "addon.photon.renderer", "addon.photon.jobs.process"]
 )
 def test_bare_process_never_loads_blender(module: str) -> None:
     code = f"import sys, {module}; print(*sorted({{m.split('.')[0] for m in sys.modules}}))"

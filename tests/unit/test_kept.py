@@ -14,14 +14,14 @@ import moderngl
 import numpy as np
 import pytest
 
-from addon.photon import kept as kept_module
-from addon.photon import strips
-from addon.photon.deposits import DEPOSIT_BYTES, DeviceDeposits, HostDeposits
-from addon.photon.device_photon_mapper import DevicePhotonMapper
 from addon.photon.errors import DeviceError
-from addon.photon.eye_rays import EyeRays
-from addon.photon.kept import Kept, Stage, same_but_view
-from addon.photon.photon_pass import Photons
+from addon.photon.film import strips
+from addon.photon.kernels.eye_rays import EyeRays
+from addon.photon.photons import kept as kept_module
+from addon.photon.photons.deposits import DEPOSIT_BYTES, DeviceDeposits, HostDeposits
+from addon.photon.photons.device_photon_mapper import DevicePhotonMapper
+from addon.photon.photons.kept import Kept, Stage, same_but_view
+from addon.photon.photons.photon_pass import Photons
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene, phong
 from addon.photon.settings import Settings

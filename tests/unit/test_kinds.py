@@ -10,14 +10,14 @@ from typing import Any
 
 import pytest
 
-from addon.photon import records
 from addon.photon.errors import SceneError
-from addon.photon.kinds import check_kinds, light_kinds, lobe_kinds, made_bsdf, made_lights
+from addon.photon.kernels import records
+from addon.photon.kernels.records import check_layouts
+from addon.photon.kernels.shade import Shade
 from addon.photon.prepare import prepare
-from addon.photon.records import check_layouts
 from addon.photon.scene import Light, Lobe, Material, Scene, phong
 from addon.photon.settings import Settings
-from addon.photon.shade import Shade
+from addon.photon.stage.kinds import check_kinds, light_kinds, lobe_kinds, made_bsdf, made_lights
 from addon.photon.variants import kernels
 from addon.streams import Device, HostKernel, Kernel, StreamError
 from tests.scenes import cornell, plain_light

@@ -11,10 +11,12 @@ from typing import Any
 
 import pytest
 
-from addon.photon import memory, photon_grid, strips
+from addon.photon import memory
 from addon.photon.errors import SceneError, SettingsError
-from addon.photon.kept import Kept
+from addon.photon.film import strips
 from addon.photon.memory import Budget
+from addon.photon.photons import photon_grid
+from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene, phong
 from addon.photon.settings import Settings
@@ -27,7 +29,7 @@ SMALL = Settings(width=24, height=16, photons=1000, passes=1)
 MEASURE = """
 import sys
 from addon.photon.memory import Budget
-from addon.photon.ways import open_device
+from addon.photon.ways.way import open_device
 from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.needs import MOST_SHADOW_RAYS
 from addon.photon.prepare import prepare
 from addon.photon.scene import Lobe, Material, Scene, phong
 from addon.photon.settings import Settings
+from addon.photon.stage.needs import MOST_SHADOW_RAYS
 from addon.streams import Device, Kernel
 from tests.scenes import Builder, cornell, plain_material, with_cone
 from tests.stability.table import Measured

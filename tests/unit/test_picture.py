@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.errors import RenderError
-from addon.photon.picture_file import check_writable, write_picture
+from addon.photon.film.picture_file import check_writable, write_picture
 
 WIDTH, HEIGHT = 5, 3
 
@@ -173,7 +173,7 @@ def test_failure_leaves_nothing(
     def fail(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("addon.photon.picture_file.os.replace", fail)
+    monkeypatch.setattr("addon.photon.film.picture_file.os.replace", fail)
     with pytest.raises(RenderError, match=r"cannot be written \(.*No space left on device"):
         write_picture(path, images(), {})
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
@@ -196,7 +196,7 @@ def test_interrupted_half_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     def interrupt(*_: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("addon.photon.picture_file.os.replace", interrupt)
+    monkeypatch.setattr("addon.photon.film.picture_file.os.replace", interrupt)
     with pytest.raises(KeyboardInterrupt):
         write_picture(tmp_path / "a.png", images(), {})
     assert not list(tmp_path.iterdir())

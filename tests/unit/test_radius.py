@@ -10,10 +10,9 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
-from addon.photon import radius_field
-from addon.photon.deposits import Copy, DeviceDeposits
-from addon.photon.prepare import photons_per_disc, prepare
-from addon.photon.radius_field import (
+from addon.photon.photons import radius_field
+from addon.photon.photons.deposits import Copy, DeviceDeposits
+from addon.photon.photons.radius_field import (
     SAMPLE,
     RadiusField,
     grids_over,
@@ -21,6 +20,7 @@ from addon.photon.radius_field import (
     sample_of,
     shrink_of,
 )
+from addon.photon.prepare import photons_per_disc, prepare
 from addon.photon.settings import Settings
 from addon.streams import TABLE_WIDTH, Device
 from tests.measure import render

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from addon.photon.deposits import MOST_APPENDS
-from addon.photon.device_radii import TELLING
+from addon.photon.photons.deposits import MOST_APPENDS
+from addon.photon.photons.device_radii import TELLING
 from addon.streams import Device, StreamError, Tally, readback
 from addon.streams.readback import SLOT, SLOTS, Readback
 

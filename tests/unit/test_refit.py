@@ -13,9 +13,9 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
-from addon.photon.geometry import MOST_WEAR, Mesh, Tree, _areas, frame_of
-from addon.photon.kept import Kept
+from addon.photon.photons.kept import Kept
 from addon.photon.scene import Scene
+from addon.photon.stage.geometry import MOST_WEAR, Mesh, Tree, _areas, frame_of
 from addon.streams import Device
 from tests.scenes import Builder, camera, cornell, corners_of, plain_light, plain_material
 from tests.unit.test_kept import SETTINGS, WAYS, Frame, render

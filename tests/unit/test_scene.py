@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import SceneError
-from addon.photon.kinds import check_kinds
 from addon.photon.scene import MIRROR, Camera, Lobe, Material, Scene
+from addon.photon.stage.kinds import check_kinds
 from tests.scenes import cornell, plain_light, plain_material
 
 ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")

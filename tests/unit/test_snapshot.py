@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import RenderError, SceneError
-from addon.photon.kept import same_but_view
+from addon.photon.photons.kept import same_but_view
 from addon.photon.scene import Light, Lobe, Material, Scene
-from addon.photon.snapshot import INLINE, pack, same, unpack
+from addon.photon.scene.snapshot import INLINE, pack, same, unpack
 from tests.scenes import cornell
 from tests.unit.test_scene import awkward
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from addon.photon.jobs.stops import Stops
 from addon.photon.settings import Settings
-from addon.photon.stops import Stops
 
 
 def run(error: Any = None, second: float = 0.0, **settings: Any) -> tuple[int, str, list[int]]:

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon import strips
-from addon.photon.film import Film
+from addon.photon.film import strips
+from addon.photon.film.film import Film
+from addon.photon.film.strips import StripFilm, strips_of
+from addon.photon.kernels.records import RADIANCE
 from addon.photon.prepare import prepare
-from addon.photon.records import RADIANCE
 from addon.photon.settings import Region, Settings
-from addon.photon.strips import StripFilm, strips_of
-from addon.photon.ways import Way
+from addon.photon.ways.way import Way
 from addon.streams import Device, Stream
 from tests.scenes import cornell
 

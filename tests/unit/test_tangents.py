@@ -14,14 +14,14 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.errors import SceneError
-from addon.photon.geometry import Mesh, frame_of
-from addon.photon.kept import same_but_view
-from addon.photon.needs import SceneNeeds
+from addon.photon.kernels.shade import Shade
+from addon.photon.photons.kept import same_but_view
 from addon.photon.prepare import prepare
 from addon.photon.scene import Camera, Lobe, Material, Scene, point_light
+from addon.photon.scene.snapshot import pack, same, unpack
 from addon.photon.settings import Settings
-from addon.photon.shade import Shade
-from addon.photon.snapshot import pack, same, unpack
+from addon.photon.stage.geometry import Mesh, frame_of
+from addon.photon.stage.needs import SceneNeeds
 from addon.streams import Device
 from tests.scenes import UNIT_INTENSITY, cornell
 

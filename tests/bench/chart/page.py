@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from addon.photon.picture_file import encode_png
+from addon.photon.film.picture_file import encode_png
 
 from .results import SceneResult, Table, equal_error, equal_time, where_time_goes
 from .scenes import CROP, CROPS

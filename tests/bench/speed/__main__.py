@@ -19,7 +19,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from addon.photon.settings import Settings
-from addon.photon.ways import open_device
+from addon.photon.ways.way import open_device
 
 from ..host import processor
 from .choices import ALL_SHAPES, COMBINATIONS, measure_choices

@@ -12,10 +12,10 @@ from typing import Any, get_args
 
 import numpy as np
 
-from addon.photon.geometry import frame_of
 from addon.photon.prepare import photons_per_disc
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings, SplatShape
+from addon.photon.stage.geometry import frame_of
 from addon.streams import Device
 
 from .passes import Clock, Predictor, Way, compare, time_way, ways_of

@@ -13,15 +13,15 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from addon.photon.direct import Direct, ShadowRays
-from addon.photon.photon_grid import PhotonGrid
-from addon.photon.photon_mapper import PhotonMapper
+from addon.photon.kernels.direct import Direct, ShadowRays
+from addon.photon.kernels.tracer import Tracer
+from addon.photon.photons.photon_grid import PhotonGrid
+from addon.photon.photons.photon_mapper import PhotonMapper
+from addon.photon.photons.radius_field import Radii
 from addon.photon.prepare import prepare
-from addon.photon.radius_field import Radii
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
-from addon.photon.tracer import Tracer
 from addon.streams import Device, Stream
 
 from .launches import EYE, PHOTONS, kernel_classes, replaced

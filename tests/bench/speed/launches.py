@@ -12,11 +12,11 @@ from typing import Any
 
 import moderngl
 
-from addon.photon.device_photon_mapper import DevicePhotonMapper
-from addon.photon.native_photon_mapper import NativePhotonMapper
-from addon.photon.photon_grid import PhotonGrid
-from addon.photon.photon_mapper import PhotonMapper
-from addon.photon.splat import Splat
+from addon.photon.photons.device_photon_mapper import DevicePhotonMapper
+from addon.photon.photons.native_photon_mapper import NativePhotonMapper
+from addon.photon.photons.photon_grid import PhotonGrid
+from addon.photon.photons.photon_mapper import PhotonMapper
+from addon.photon.photons.splat import Splat
 from addon.streams import Device, HostKernel, Kernel, Program, Stream
 
 PHOTONS, PHOTON_MAP, EYE = "photons", "photon map", "eye"  # the parts of a pass

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from addon.photon.geometry import Mesh, frame_of
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
+from addon.photon.stage.geometry import Mesh, frame_of
 from addon.streams import Device
 from tests.scenes import corners_of
 

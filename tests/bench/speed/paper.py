@@ -12,9 +12,9 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple, get_args
 
-from addon.photon.geometry import frame_of
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings, SplatShape
+from addon.photon.stage.geometry import frame_of
 
 from .launches import Timer
 from .passes import Clock, Predictor, Timing, Way, time_way

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from addon.photon.geometry import Mesh
 from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
-from addon.photon.ways import open_device
+from addon.photon.stage.geometry import Mesh
+from addon.photon.ways.way import open_device
 
 from .steps import Budget, Step, doubling, now
 

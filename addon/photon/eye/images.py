@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The images of a pass, put together as paths from the eye find light."""
+
+from __future__ import annotations
+
+from ...streams import PingPong, Stream
+from ..film.picture import FILM_IMAGES
+from ..kernels.blur import Blur
+from ..kernels.combine import CombineAll, CombineMirror, CombinePrimary
+from ..kernels.launch import launch
+from ..kernels.records import BLUR, RADIANCE
+from ..scene import Scene
+from ..settings import Settings
+from ..stage.needs import SceneNeeds
+from ..stage.tables import Tables
+from ..ways.way import Way
+from .paths import Eye, Path
+
+PARTS = ("direct", "indirect", "mirror", "mirror_indirect", "background", "blur")
+
+
+class PassImages:
+    """Streams of what paths of a region's size see."""
+
+    def __init__(
+        self,
+        way: Way,
+        tables: Tables,
+        scene: Scene,
+        settings: Settings,
+        needs: SceneNeeds,
+        eye: Eye,
+    ) -> None:
+        device, layer, size = way.device, way.layer, eye.streams["hit"].size
+        self._tables, self._eye = tables, eye
+        self._primary, self._all = CombinePrimary(device, layer), CombineAll(device, layer)
+        self._mirror = CombineMirror(device, layer) if needs.secondary_rays else None
+        self._blur = Blur(device, layer) if needs.photons else None
+        self._seen = {name: Stream(device, RADIANCE, size) for name in FILM_IMAGES}
+        self._blurs = PingPong(device, BLUR, size)
+        self._mirrors: dict[str, PingPong] = {}
+        if needs.secondary_rays:
+            names = "mirror", "mirror_indirect"
+            self._mirrors = {name: PingPong(device, RADIANCE, size) for name in names}
+        ambient = scene.background if settings.ambient else (0.0, 0.0, 0.0)
+        self._world = {
+            "ambient": ambient,
+            "background": scene.background,
+            "background_alpha": 0.0 if settings.transparent else 1.0,
+            **eye.view_axis(),
+        }
+
+    def begin(self) -> PassImages:
+        """Forget the last region's."""
+        for pair in (self._blurs, *self._mirrors.values()):
+            pair.restart(self._eye.streams["zeros"])
+        return self
+
+    def add(self, path: Path, direct: Stream, indirect: tuple[Stream, Stream]) -> None:
+        """Add what a path's rays see: direct light, irradiance and its coverage."""
+        streams = {**self._eye.streams, "direct": direct, "throughput": path.throughput}
+        streams |= dict(zip(("irradiance", "coverage"), indirect, strict=True))
+        if path.depth == 0:
+            seen = {f"{name}_seen": stream for name, stream in self._seen.items()}
+            launch(self._primary, streams | seen, self._tables, self._world)
+        else:
+            self._add_to_mirrors(streams)
+        if self._blur:
+            ends = {"sum": self._blurs.front, "total": self._blurs.back}
+            launch(self._blur, streams | ends, self._tables)
+            self._blurs.swap()
+
+    def finish(self) -> dict[str, Stream]:
+        """By name: PARTS, normal and combined."""
+        zeros = self._eye.streams["zeros"]
+        images = self._seen | {"blur": self._blurs.front}
+        images |= dict.fromkeys(("mirror", "mirror_indirect"), zeros)
+        images |= {name: pair.front for name, pair in self._mirrors.items()}
+        seen = {f"{name}_seen": images[name] for name in PARTS}
+        launch(self._all, seen | {"combined": images["combined"]}, self._tables)
+        return images
+
+    def _add_to_mirrors(self, streams: dict[str, Stream]) -> None:
+        assert self._mirror
+        image, indirect = self._mirrors.values()
+        sums = {"sum": image.front, "indirect_sum": indirect.front}
+        totals = {"total": image.back, "indirect_total": indirect.back}
+        launch(self._mirror, streams | sums | totals, self._tables, self._world)
+        image.swap()
+        indirect.swap()
+
+    def launches(self) -> dict[str, int]:
+        """How often each kernel has run."""
+        kernels = self._primary, self._all, self._mirror, self._blur
+        return {kernel.stem: kernel.launches for kernel in kernels if kernel}
+
+    def release(self) -> None:
+        """Free streams and kernels."""
+        for kernel in (self._primary, self._all, self._mirror, self._blur):
+            if kernel:
+                kernel.release()
+        for stream in self._seen.values():
+            stream.release()
+        for pair in (self._blurs, *self._mirrors.values()):
+            pair.release()

@@ -1,0 +1,337 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Paths from the eye: sent, shaded where they end, lit, and scattered while any is alive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ...streams import TEXEL, Count, Device, Kernel, PingPong, Stream
+from ...streams.declaration import present
+from ..kernels.eye_rays import EyeRays
+from ..kernels.launch import launch, launch_and_count
+from ..kernels.records import (
+    COVERAGE,
+    CUTS,
+    HIT,
+    IRRADIANCE,
+    RADIANCE,
+    RAY_DIRECTION,
+    RAY_ORIGIN,
+    THROUGHPUT,
+)
+from ..kernels.scatter import Scatter
+from ..kernels.shade import LOBES, POINT, Shade
+from ..photons.photon_pass import PhotonPass
+from ..photons.radius_field import Radii
+from ..photons.splat import View
+from ..scene import Scene
+from ..settings import Region, Settings
+from ..stage.geometry import Frame
+from ..stage.needs import SceneNeeds
+from ..stage.tables import Tables
+from ..ways.way import Way
+
+_FAR = 1.0e37  # clip distances beyond float32's use
+
+
+@dataclass
+class Path:
+    """The eye rays of a region, or the secondary rays that they became."""
+
+    index: int  # of the pass
+    region: Region
+    depth: int
+    throughput: Stream
+    view: View | None  # of eye rays
+    count: Count | None  # of the rays that are alive; None: they are taken to be
+    ended: dict[Region, int]  # at which depth all had in a region
+    is_shaded: bool = False
+    direct: Stream | None = None  # light, once it is known
+
+    @property
+    def alive(self) -> bool:
+        """Whether any ray is; waits for the device, if it was asked."""
+        if self.count is None or self.count.wait() > 0:
+            return True
+        self.ended[self.region] = self.depth - 1
+        return False
+
+
+class Eye:
+    """Follows a pass's paths over regions of the frame, all of one size."""
+
+    def __init__(
+        self,
+        way: Way,
+        tables: Tables,
+        frame: Frame,
+        scene: Scene,
+        settings: Settings,
+        needs: SceneNeeds,
+        size: tuple[int, int],
+    ) -> None:
+        """`size`: of a region."""
+        device, layer = way.device, way.layer
+        self._waits = way.keeps_lists  # while the host asks it something
+        self._tables, self._settings, self._needs = tables, settings, needs
+        self._ended: dict[Region, int] = {}
+        self._sent: Path | None = None  # ahead
+        self._camera = _camera_in_scene_units(scene, frame)
+        self._world_to_camera = _column_major(np.linalg.inv(self._camera["matrix"]))
+        self._eye_rays = EyeRays(device, layer)
+        self._shade: Shade | None = None
+        self._tracer: Kernel | None = None
+        if needs.surfaces:
+            self._tracer = way.tracer()
+            self._shade = Shade(device, layer, needs.eye_defines, made=needs.made)
+        self._direct_light = way.direct_light(needs, size) if needs.shadow_rays else None
+        self._scatter: Scatter | None = None
+        if needs.secondary_rays:
+            self._scatter = Scatter(device, layer, needs.eye_defines, made=needs.made)
+        self._cuts = self._coverage = None
+        if needs.photons and settings.boundary_correction:
+            self._cuts, self._coverage = way.cuts(), way.coverage(settings)
+        self._make_streams(device, size)
+
+    def _make_streams(self, device: Device, size: tuple[int, int]) -> None:
+        """Those that the scene has a use for, at once, for the first pass to find them."""
+        needs = self._needs
+        ones = {"hit": HIT, **present({**POINT, **LOBES}, needs.eye_defines)}
+        ones |= {"irradiance": IRRADIANCE, "zeros": TEXEL}
+        twos = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "direct": RADIANCE}
+        if needs.photons:
+            ones["cuts"] = CUTS
+            if self._coverage:
+                ones["coverage"] = COVERAGE
+        if needs.secondary_rays:
+            twos["throughput"] = THROUGHPUT
+        self.streams = {name: Stream(device, record, size) for name, record in ones.items()}
+        self._pairs = {name: PingPong(device, record, size) for name, record in twos.items()}
+        self._unit = Stream(device, THROUGHPUT, size)
+        self._unit_coverage = Stream(device, COVERAGE, size)
+
+    def prepare(self) -> None:
+        """Fill the streams that something is read from before it is written."""
+        for stream in self.streams.values():
+            stream.clear()
+        for stream in (self._unit, self._unit_coverage):
+            stream.fill(1.0)
+
+    def send_ahead(self, index: int, region: Region) -> None:
+        """Send a pass's rays and light the points where they end, which no photon tells: a GPU
+        traces them while the host waits for photons. `send` then gives this path."""
+        path = self.send(index, region)
+        self.shade(path)
+        self.direct(path)
+        self._sent = path
+
+    def send(self, index: int, region: Region) -> Path:
+        """Send one ray through each pixel of a region."""
+        sent, self._sent = self._sent, None
+        if sent and (sent.index, sent.region) == (index, region):
+            return sent
+        settings, camera = self._settings, self._camera
+        x0, y0, x1, y1 = region
+        jitter = pixel_jitter(settings.seed, index)
+        left, right, bottom, top = camera["window"]
+        origin, direction = self._pairs["origin"].front, self._pairs["direction"].front
+        self._eye_rays.run(
+            {"origin": origin, "direction": direction},
+            uniforms={
+                "camera": _column_major(camera["matrix"]),
+                "window": camera["window"],
+                "clip": camera["clip"],
+                "orthographic": camera["orthographic"],
+                "frame_size": (settings.width, settings.height),
+                "region_origin": (x0, y0),
+                "jitter": jitter,
+            },
+        )
+        # A pixel's centre on the screen is where its jittered ray went.
+        u0, v0 = x0 + jitter[0] - 0.5, y0 + jitter[1] - 0.5
+        du, dv = (right - left) / settings.width, (top - bottom) / settings.height
+        window = (
+            left + u0 * du,
+            left + (u0 + x1 - x0) * du,
+            bottom + v0 * dv,
+            bottom + (v0 + y1 - y0) * dv,
+        )
+        view = View(self._world_to_camera, window, camera["orthographic"])
+        return Path(index, region, 0, self._unit, view, None, self._ended)
+
+    def shade(self, path: Path) -> None:
+        """Find where the rays end, and evaluate the materials there."""
+        if path.is_shaded or not (self._tracer and self._shade):
+            return  # without surfaces the streams were made clear: no hits, no places
+        launch(self._tracer, self._of(path), self._tables)
+        launch(self._shade, self._of(path), self._tables, self._draw(path))
+        path.is_shaded = True
+
+    def direct(self, path: Path) -> Stream:
+        """Direct light at the points."""
+        if path.direct is None:
+            total = self._pairs["direct"]
+            total.restart(self.streams["zeros"])
+            if self._direct_light:
+                self._direct_light.add(total, self._of(path), self._tables, self._draw(path))
+            path.direct = total.front
+        return path.direct
+
+    def indirect(self, path: Path, photons: PhotonPass | None) -> tuple[Stream, Stream]:
+        """Irradiance by photons at the points, and its coverage."""
+        irradiance = self.streams["irradiance"]
+        if photons is None:
+            return irradiance, self._unit_coverage
+        self._find_cuts(photons.radii)
+        coverage = self._find_coverage(path, photons.radii)
+        photons.gather(self.streams, irradiance, path.view)
+        return irradiance, coverage
+
+    def scatter(self, path: Path) -> Path | None:
+        """Send secondary rays from the points; None if there are no more.
+
+        A GPU would wait while it is asked how many are alive: it is not before the depth at which
+        all had ended before.
+        """
+        if not self._scatter or path.depth == self._needs.chain_depth:
+            return None
+        pairs = [self._pairs[name] for name in ("origin", "direction", "throughput")]
+        streams = {**self._of(path), "throughput": path.throughput}
+        streams |= dict(
+            zip(
+                ("next_origin", "next_direction", "next_throughput"),
+                (pair.back for pair in pairs),
+                strict=True,
+            )
+        )
+        count = None
+        if not self._waits or path.depth >= self._ended.get(path.region, 0):
+            count = launch_and_count(self._scatter, streams, self._tables, self._draw(path))
+        else:
+            launch(self._scatter, streams, self._tables, self._draw(path))
+        for pair in pairs:
+            pair.swap()
+        depth, throughput = path.depth + 1, pairs[2].front
+        return Path(path.index, path.region, depth, throughput, None, count, self._ended)
+
+    def footprint(self) -> tuple[float, list[float] | None]:
+        """How wide a pixel is at distance 1 from the eye, or everywhere and None [scene units]."""
+        left, right, _, _ = self._camera["window"]
+        eye = None if self._camera["orthographic"] else self._camera["matrix"][:3, 3].tolist()
+        return (right - left) / self._settings.width, eye
+
+    def view_axis(self) -> dict[str, tuple[float, ...]]:
+        """Where the eye is, and where it looks [scene units]."""
+        matrix = self._camera["matrix"]
+        return {
+            "eye": tuple(map(float, matrix[:3, 3])),
+            "view_axis": tuple(map(float, -matrix[:3, 2])),
+        }
+
+    def launches(self) -> dict[str, int]:
+        """How often each kernel has run."""
+        counts = self._direct_light.launches() if self._direct_light else {}
+        for kernel in self._kernels():
+            counts[kernel.stem] = counts.get(kernel.stem, 0) + kernel.launches
+        return counts
+
+    def release(self) -> None:
+        """Free streams and kernels."""
+        for stream in (*self.streams.values(), self._unit, self._unit_coverage):
+            stream.release()
+        for pair in self._pairs.values():
+            pair.release()
+        for kernel in self._kernels():
+            kernel.release()
+        if self._direct_light:
+            self._direct_light.release()
+
+    def _kernels(self) -> list[Kernel]:
+        known = self._eye_rays, self._tracer, self._shade, self._scatter, self._cuts, self._coverage
+        return [kernel for kernel in known if kernel]
+
+    def _of(self, path: Path) -> dict[str, Stream]:
+        """What there is of a path."""
+        rays = {name: self._pairs[name].front for name in ("origin", "direction")}
+        return {**self.streams, **rays}
+
+    def _find_cuts(self, radii: Radii) -> None:
+        """Where each point's disc ends at what stands on its surface. Without a kernel nothing
+        is cut off: the stream was made clear."""
+        if kernel := self._cuts:
+            names = "place", "facing", "diffuse", "cuts"
+            kernel.run(
+                {name: self.streams[name] for name in names},
+                self._tables.of(kernel) | radii.tables(kernel),
+                radii.uniforms,
+            )
+
+    def _find_coverage(self, path: Path, radii: Radii) -> Stream:
+        """The share of the filter on each point's own surface and within its cuts."""
+        kernel = self._coverage
+        if kernel is None:
+            return self._unit_coverage
+        draw = self._draw(path)
+        del draw["pass_index"]
+        kernel.run(
+            {name: self.streams[name] for name in (*POINT, "cuts", "coverage")},
+            self._tables.of(kernel) | radii.tables(kernel),
+            draw | radii.uniforms | probes_of(path.index),
+        )
+        return self.streams["coverage"]
+
+    def _draw(self, path: Path) -> dict[str, Any]:
+        """What random numbers of a pixel depend on."""
+        return {
+            "seed": self._settings.seed,
+            "pass_index": path.index,
+            "depth": path.depth,
+            "frame_size": (self._settings.width, self._settings.height),
+            "region_origin": path.region[:2],
+        }
+
+
+def probes_of(index: int) -> dict[str, int]:
+    """How many coverage probes pass `index` sends from a point, and how many were sent before.
+
+    More at first: the quotient of few probes is off at edges. Measured on cornell_classic: after
+    one pass relMSE 0.05 with 4 of them, 0.016 with 8, 0.015 with 16.
+    """
+    first = 8 * min(index, 3)
+    return {"probes": 8 if index < 3 else 4, "first_probe": first + 4 * max(index - 3, 0)}
+
+
+def pixel_jitter(seed: int, index: int) -> tuple[float, float]:
+    """Where in its pixel each eye ray of a pass goes: the R2 sequence (Roberts 2018), shifted by
+    the seed."""
+    step = np.array([0.7548776662466927, 0.5698402909980532])
+    x, y = (_first_jitter(seed) + index * step) % 1.0
+    return float(x), float(y)
+
+
+@lru_cache(maxsize=16)
+def _first_jitter(seed: int) -> Any:
+    return np.random.Generator(np.random.Philox(seed)).random(2)
+
+
+def _camera_in_scene_units(scene: Scene, frame: Frame) -> Mapping[str, Any]:
+    camera = scene.camera
+    matrix = np.array(camera.matrix, np.float64)
+    matrix[:3, 3] = frame.points(matrix[:3, 3])
+    orthographic = camera.kind == "ORTHO"
+    unit = frame.scale if orthographic else 1.0
+    return {
+        "matrix": matrix,
+        "window": tuple(edge / unit for edge in camera.window),
+        "clip": tuple(min(c / frame.scale, _FAR) for c in (camera.clip_start, camera.clip_end)),
+        "orthographic": orthographic,
+    }
+
+
+def _column_major(matrix: Any) -> tuple[float, ...]:
+    return tuple(map(float, matrix.T.ravel()))

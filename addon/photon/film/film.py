@@ -1,0 +1,276 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The film: the only state that passes share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...streams import TEXEL, Device, Kernel, Stream, Uniform
+from ...streams.device import Layer
+from ..kernels.records import RADIANCE, SUM
+from ..settings import FEWEST_PASSES
+from .blocks import in_blocks
+
+Images = dict[str, NDArray[np.float64]]
+
+PAIR, FOUR = 2, 4  # passes in a batch, see film_batches.glsl
+# Batches of four tell the variance better (tests/regression/test_error.py), once there are enough.
+PASSES_FOR_FOURS = 16
+SPARE = 4  # streams that a film writes to, in place of those that it has read
+
+
+class Accumulate(Kernel):
+    """Add a pass to an image's compensated sum."""
+
+    stem = "film"
+    inputs = {"value": TEXEL, "sum": SUM, "low": SUM}
+    outputs = {"next_sum": SUM, "next_low": SUM}
+
+
+class AccumulateTwo(Kernel):
+    """The same for two images: a launch costs a GPU as much as adding one does."""
+
+    stem = "film_two"
+    inputs = {
+        **Accumulate.inputs,
+        "second_value": TEXEL,
+        "second_sum": SUM,
+        "second_low": SUM,
+    }
+    outputs = {**Accumulate.outputs, "next_second_sum": SUM, "next_second_low": SUM}
+
+
+class AccumulateBatches(Kernel):
+    """Add a pass to an image's sums of squared differences between batches of passes."""
+
+    stem = "film_batches"
+    inputs = {
+        "value": RADIANCE,
+        "sum": SUM,
+        "pair": SUM,
+        "four": SUM,
+        "pair_squares": SUM,
+        "four_squares": SUM,
+    }
+    outputs = {
+        "next_pair": SUM,
+        "next_four": SUM,
+        "next_pair_squares": SUM,
+        "next_four_squares": SUM,
+    }
+    uniforms = {"passes_before": Uniform("int")}
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Squared differences of the means of batches of passes from the mean of all batches."""
+
+    batches: int
+    total: NDArray[np.float32]  # (h, w, 4), of "combined"
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """What a film holds: the images' means over passes, and what tells their variance."""
+
+    passes: int
+    means: Images  # (h, w, 4) each, row 0 at the bottom
+    squares: Mapping[int, Squares]  # by the number of passes in a batch
+
+    def variance_of_mean(self) -> NDArray[np.float32] | None:
+        """Variance of the combined image's mean, (h, w, 4); None before FEWEST_PASSES.
+
+        Batch means of randomised quasi-Monte Carlo (Owen 2013, sec. 17.3): its bias is what batches
+        of twice the length would still cancel.
+        """
+        fours = self.squares[FOUR].batches if self.passes >= PASSES_FOR_FOURS else 0
+        length = FOUR if fours >= 2 else PAIR  # merged films of few passes each may have no fours
+        squares = self.squares[length]
+        n = squares.batches
+        if self.passes < FEWEST_PASSES or n < 2:
+            return None
+        # Of the mean of n batches; the passes after the last whole one add to the mean, too.
+        return squares.total * np.float32(length / ((n - 1) * self.passes))
+
+
+class Film:
+    """Running means of the images of a region, and the variance of the combined one.
+
+    Films of separate pass ranges merge: see `merged`.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        layer: Layer,
+        size: tuple[int, int],
+        names: Sequence[str],
+        spare: list[Stream] | None = None,
+    ) -> None:
+        """`spare`: streams of SUM, SPARE of them, that films of one size share."""
+        self.passes = 0
+        self._kernels: dict[int, Kernel] = {2: AccumulateTwo(device, layer)}  # by their images
+        if len(names) % 2:
+            self._kernels[1] = Accumulate(device, layer)
+        self._batch_kernel = AccumulateBatches(device, layer)
+        self._sums = {name: Stream(device, SUM, size) for name in names}
+        self._lows = {name: Stream(device, SUM, size) for name in names}
+        ports = ("pair", "four", "pair_squares", "four_squares")
+        self._batches = {port: Stream(device, SUM, size) for port in ports}
+        self._own = [] if spare else [Stream(device, SUM, size) for _ in range(SPARE)]
+        self._spare = spare or self._own
+
+    def prepare(self) -> None:
+        """Begin with sums of nothing."""
+        for stream in (*self._sums.values(), *self._lows.values(), *self._batches.values()):
+            stream.clear()
+
+    def add(self, images: dict[str, Stream]) -> None:
+        """Add one pass's images (streams by name; "combined" has its variance kept)."""
+        spare = self._spare
+        backs = {f"next_{port}": spare[k] for k, port in enumerate(self._batches)}
+        self._batch_kernel.run(
+            {"value": images["combined"], "sum": self._sums["combined"]} | self._batches | backs,
+            uniforms={"passes_before": self.passes},
+        )
+        for k, port in enumerate(self._batches):
+            self._batches[port], spare[k] = spare[k], self._batches[port]
+        names = [*self._sums]
+        for first in range(0, len(names), 2):
+            ports: dict[str, Stream] = {}
+            pair = names[first : first + 2]
+            for name, which in zip(pair, ("", "second_"), strict=False):
+                sums, lows = self._sums[name], self._lows[name]
+                next_sums, next_lows = spare.pop(0), spare.pop(0)
+                ports |= {f"{which}value": images[name], f"{which}sum": sums, f"{which}low": lows}
+                ports |= {f"next_{which}sum": next_sums, f"next_{which}low": next_lows}
+                self._sums[name], self._lows[name] = next_sums, next_lows
+                spare += [sums, lows]
+            self._kernels[len(pair)].run(ports)
+        self.passes += 1
+
+    def means(self) -> Images:
+        """The mean of each image so far, float64 (h, w, 4), row 0 at the bottom."""
+        return {
+            name: _mean(sums.download(), self._lows[name].download(), self.passes)
+            for name, sums in self._sums.items()
+        }
+
+    def exposure(self) -> Exposure:
+        """All that the film holds."""
+        squares = {
+            length: Squares(self.passes // length, self._batches[port].download())
+            for length, port in ((PAIR, "pair_squares"), (FOUR, "four_squares"))
+        }
+        return Exposure(self.passes, self.means(), squares)
+
+    def release(self) -> None:
+        """Free streams and kernels."""
+        made = (*self._sums.values(), *self._lows.values(), *self._batches.values())
+        for stream in (*made, *self._own):
+            stream.release()
+        for kernel in (*self._kernels.values(), self._batch_kernel):
+            kernel.release()
+
+
+class HostFilm:
+    """What Film is, in arrays, for software OpenGL, where a stream is read as fast as memory is: a
+    pass of 256x256 adds in 3 ms where Film's kernels take 14 (2 cores)."""
+
+    def __init__(self, size: tuple[int, int], names: Sequence[str]) -> None:
+        shape = (size[1], size[0], 4)
+        self.passes = 0
+        self._sums = {name: np.zeros(shape) for name in names}
+        self._batches, self._squares = (
+            {length: np.zeros(shape, np.float32) for length in (PAIR, FOUR)} for _ in range(2)
+        )
+
+    def prepare(self) -> None:
+        """As Film.prepare: arrays are made of zeros."""
+
+    def add(self, images: dict[str, Stream]) -> None:
+        """As Film.add."""
+        combined = images["combined"].download()
+        for length, batch in self._batches.items():
+            place = self.passes % length
+            if place == 0:
+                batch[:] = 0.0
+            batch += combined
+            if place == length - 1 and self.passes > place:
+                self._end_batch(length, combined)
+        for name, total in self._sums.items():
+            total += combined if name == "combined" else images[name].download()
+        self.passes += 1
+
+    def _end_batch(self, length: int, combined: NDArray[np.float32]) -> None:
+        """As film_batches.glsl."""
+        batches, batch = self.passes // length, self._batches[length]
+        before = self._sums["combined"] + combined
+        before -= batch
+        before /= -batches
+        before += batch
+        np.square(before, out=before)
+        self._squares[length] += before * (batches / (batches + 1) / length**2)
+
+    def means(self) -> Images:
+        """As Film.means."""
+        return {name: _mean(total, None, self.passes) for name, total in self._sums.items()}
+
+    def exposure(self) -> Exposure:
+        """As Film.exposure."""
+        squares = {
+            length: Squares(self.passes // length, total.copy())
+            for length, total in self._squares.items()
+        }
+        return Exposure(self.passes, self.means(), squares)
+
+    def release(self) -> None:
+        """As Film.release."""
+        for arrays in (self._sums, self._batches, self._squares):
+            arrays.clear()
+
+
+def _mean(total: NDArray[Any], low: NDArray[Any] | None, passes: int) -> NDArray[np.float64]:
+    """A sum, and what it had no digits for, over the passes."""
+    mean = np.empty(total.shape)
+
+    def work(rows: slice) -> None:
+        mean[rows] = total[rows]
+        if low is not None:
+            mean[rows] += low[rows]
+        mean[rows] /= max(passes, 1)
+
+    in_blocks(total.shape, work)
+    return mean
+
+
+def merged(parts: Sequence[Exposure]) -> Exposure:
+    """The exposure of all passes from those of separate ranges.
+
+    Merge exposures, then make the picture: `picture_of` divides by the coverage, and quotients of
+    parts do not average to the quotient of the whole.
+    """
+    passes = sum(part.passes for part in parts)
+    weights = [part.passes / passes for part in parts]
+    means = {
+        name: np.tensordot(weights, [part.means[name] for part in parts], axes=1)
+        for name in parts[0].means
+    }
+    squares = {}
+    for length in parts[0].squares:
+        batches = [part.squares[length].batches for part in parts]
+        centre = np.tensordot(
+            np.array(batches) / max(1, sum(batches)), [p.means["combined"] for p in parts], axes=1
+        )
+        total = sum(  # Chan, Golub & LeVeque 1983, where means are of n whole batches
+            part.squares[length].total
+            + (part.passes / length if n else 0) * (part.means["combined"] - centre) ** 2
+            for n, part in zip(batches, parts, strict=True)
+        )
+        squares[length] = Squares(sum(batches), np.asarray(total, np.float32))
+    return Exposure(passes, means, squares)

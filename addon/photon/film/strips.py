@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strips of rows: as much of a picture as is rendered at a time, so that only sums grow with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...streams import Device, Stream
+from ..kernels.records import SUM
+from ..settings import Region
+from ..ways.way import Way
+from .film import SPARE, Exposure, Film, HostFilm, Images, Squares
+
+# Pixels of a strip at most, but for a row of more. Measured on software OpenGL at 1024x1024 and
+# 2048x2048: a pass takes as long in strips of 2^19 and of 2^20, a tenth more in strips of 2^17. A
+# GPU wants more at a time, and has what a frame of 1920x1080 takes.
+STRIP_PIXELS = 1 << 19
+GPU_STRIP_PIXELS = 1 << 21
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Some rows of a picture, rendered together.
+
+    All strips of a picture have one size, so that they share streams: where heights don't divide,
+    a strip's upper rows are rendered with the strip above, too, and count there.
+    """
+
+    region: Region  # of the frame, as a border render's
+    rows: slice  # of the picture that are this strip's own: its first ones
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """What is rendered of it, (width, height)."""
+        x0, y0, x1, y1 = self.region
+        return x1 - x0, y1 - y0
+
+    @property
+    def height(self) -> int:
+        """How many rows are its own."""
+        return int(self.rows.stop - self.rows.start)
+
+
+def strips_of(region: Region, device: Device) -> tuple[Strip, ...]:
+    """The strips of a region of the frame, from the bottom, as they suit a device."""
+    x0, y0, x1, y1 = region
+    height = y1 - y0
+    most = STRIP_PIXELS if device.is_software else GPU_STRIP_PIXELS
+    count = -(-height // max(1, most // (x1 - x0)))
+    tall = -(-height // count)
+    starts = [k * (height - tall) // max(1, count - 1) for k in range(count)]
+    return tuple(
+        Strip((x0, y0 + start, x1, y0 + start + tall), slice(start, end))
+        for start, end in zip(starts, [*starts[1:], height], strict=True)
+    )
+
+
+class StripFilm:
+    """A film for each strip of a region, and what they hold together."""
+
+    def __init__(
+        self,
+        way: Way,
+        strips: Sequence[Strip],
+        names: Sequence[str],
+    ) -> None:
+        self.strips = strips
+        size = strips[0].size
+        spare = SPARE if way.film_streams else 0
+        self._spare = [Stream(way.device, SUM, size) for _ in range(spare)]
+        self._films: list[Film | HostFilm] = [way.film(size, names, self._spare) for _ in strips]
+
+    def prepare(self) -> None:
+        """Begin with sums of nothing."""
+        for film in self._films:
+            film.prepare()
+
+    @property
+    def passes(self) -> int:
+        """How many passes are on all strips."""
+        return self._films[-1].passes
+
+    def add(self, index: int, images: dict[str, Stream]) -> None:
+        """Add a pass's images of strip `index`."""
+        self._films[index].add(images)
+
+    def exposure_of(self, index: int) -> Exposure:
+        """What strip `index` holds, its own rows alone."""
+        whole, height = self._films[index].exposure(), self.strips[index].height
+        return Exposure(
+            whole.passes,
+            {name: image[:height] for name, image in whole.means.items()},
+            {
+                length: Squares(squares.batches, squares.total[:height])
+                for length, squares in whole.squares.items()
+            },
+        )
+
+    def exposures(self) -> Iterator[Exposure]:
+        """What each strip holds, from the bottom."""
+        return map(self.exposure_of, range(len(self.strips)))
+
+    def exposure(self) -> Exposure:
+        """All that the films hold."""
+        parts = list(self.exposures())
+        if len(parts) == 1:
+            return parts[0]
+        return Exposure(
+            self.passes,
+            {name: np.concatenate([part.means[name] for part in parts]) for name in parts[0].means},
+            {
+                length: Squares(
+                    squares.batches, np.concatenate([part.squares[length].total for part in parts])
+                )
+                for length, squares in parts[0].squares.items()
+            },
+        )
+
+    def means(self) -> Images:
+        """The mean of each image so far, float64 (h, w, 4), row 0 at the bottom."""
+        return self.exposure().means
+
+    def release(self) -> None:
+        """Free streams and kernels."""
+        for film in self._films:
+            film.release()
+        for stream in self._spare:
+            stream.release()

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""When a render is over: at its passes, its time limit or its error, whichever comes first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from ..film.film import FOUR, PAIR, PASSES_FOR_FOURS
+from ..settings import Settings
+
+# Error falls with the root of the passes at best: the next look comes after this share of the
+# passes that are then still to go, but after no fewer than a sixteenth more than there are.
+SHARE_TO_NEXT_LOOK = 0.75
+LEAST_GROWTH = 1.0 / 16.0
+
+
+@dataclass
+class Stops:
+    """Says after each pass whether it was the last one.
+
+    The error is looked at after numbers of passes that depend on the picture alone, so that the
+    same seed gives the same picture.
+    """
+
+    settings: Settings
+    expected: int = field(init=False)  # passes until then, as far as the error tells
+    _next_look: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.expected = self.settings.passes
+        self._next_look = _whole_batches(self.settings.min_passes)
+
+    def reached(self, passes: int, seconds: float, error: Callable[[], float]) -> str:
+        """Return "passes", "time" or "error" when that ends the render, "" if it goes on."""
+        settings = self.settings
+        if settings.noise_threshold > 0 and passes >= self._next_look:
+            excess = error() / settings.noise_threshold
+            if excess <= 1:
+                return "error"
+            wanted = passes * (min(excess**2, 1e6) if math.isfinite(excess) else 2.0)
+            self.expected = min(settings.passes, math.ceil(wanted))
+            further = max(LEAST_GROWTH * passes, SHARE_TO_NEXT_LOOK * (wanted - passes))
+            self._next_look = _whole_batches(passes + math.ceil(min(passes, further)))
+        if passes >= settings.passes:
+            return "passes"
+        if 0 < settings.time_limit < seconds:
+            return "time"
+        return ""
+
+
+def _whole_batches(passes: int) -> int:
+    """The next number of passes after which the variance is known anew."""
+    batch = FOUR if passes > PASSES_FOR_FOURS else PAIR
+    return -(-passes // batch) * batch

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Direct light at visible points: one kernel that traces its shadow rays itself, or, for devices
+whose rays another one traces, the two around that."""
+
+from ...streams import Kernel, Table, Uniform
+from ...streams.declaration import Ports
+from .records import HIT, LIGHT, NODE, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, TRIANGLE
+from .shade import LOBES, POINT
+
+_STRUCTURE = ("SHADOW_RAYS", "DRAWN", "LOBES", "TWO_LOBES")
+_INPUTS: Ports = {**POINT, "direction": RAY_DIRECTION, **LOBES}
+_UNIFORMS = {
+    "seed": Uniform("uint"),
+    "pass_index": Uniform("uint"),
+    "depth": Uniform("int"),
+    "light_count": Uniform("int"),
+    "frame_size": Uniform("ivec2"),
+    "region_origin": Uniform("ivec2"),
+}
+
+
+class Direct(Kernel):
+    """Add what lights send to each visible point and on to the viewer, by shadow rays."""
+
+    stem = "direct"
+    structure = _STRUCTURE
+    records = (RAY_ORIGIN, RAY_DIRECTION)
+    inputs = _INPUTS
+    outputs = {"direct": RADIANCE}
+    uniforms = _UNIFORMS
+    tables = {"nodes": Table(NODE), "triangles": Table(TRIANGLE), "lights": Table(LIGHT)}
+
+
+class ShadowRays(Kernel):
+    """Aim several shadow rays of each visible point, and say what light they would find."""
+
+    stem = "shadow_rays"
+    repeats = True
+    structure = _STRUCTURE
+    inputs = _INPUTS
+    outputs = {
+        "shadow_origin": RAY_ORIGIN,
+        "shadow_direction": RAY_DIRECTION,
+        "unshadowed": RADIANCE,
+    }
+    uniforms = {**_UNIFORMS, "first_ray": Uniform("int")}
+    tables = {"lights": Table(LIGHT)}
+
+
+class Unshadowed(Kernel):
+    """Add what those shadow rays find that meet nothing."""
+
+    stem = "unshadowed"
+    records = (HIT,)
+    inputs = {"sum": RADIANCE}
+    outputs = {"direct": RADIANCE}
+    tables = {"unshadowed": Table(), "shadow_hit": Table()}

@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from ...streams import Kernel, Table, Uniform
+from .records import FLUX, LIGHT, RAY_DIRECTION, RAY_ORIGIN
+
+
+class Generator(Kernel):
+    """Emit photons of equal flux from the lights (Marino & Abbate, Generator)."""
+
+    stem = "generator"
+    outputs = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "flux": FLUX}
+    uniforms = {
+        "seed": Uniform("uint"),
+        "pass_index": Uniform("uint"),
+        "photons": Uniform("int"),
+        "light_count": Uniform("int"),
+    }
+    tables = {"lights": Table(LIGHT)}

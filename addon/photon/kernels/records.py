@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What one element of each stream and table holds. Lengths in scene units (see geometry.py)."""
+
+from collections.abc import Mapping
+
+import photon_stream_native as native
+
+from ...streams import Record
+
+# Streams of rays and of photons under way.
+RAY_ORIGIN = Record("RayOrigin", {"position": "vec3", "source": "float"})  # source: triangle or -1
+RAY_DIRECTION = Record(
+    "RayDirection", {"direction": "vec3", "t_max": "float"}
+)  # unit; zero: no ray
+HIT = Record("Hit", {"t": "float", "triangle": "float", "u": "float", "v": "float"})  # number + 1
+FLUX = Record("Flux", {"flux": "vec3", "photon": "float"})  # [W], linear RGB, >= 0; its number
+THROUGHPUT = Record("Throughput", {"throughput": "vec3"})  # of a chain of secondary rays
+
+# Streams of shaded points: where rays end, and the BSDF there.
+PLACE = Record("Place", {"position": "vec3", "surface": "float"})  # surface number + 1
+# Geometric normal, unit, on the ray's side; which side that is: 1 outside, -1 inside.
+FACING = Record("Facing", {"normal": "vec3", "side": "float"})
+SHADING = Record("Shading", {"normal": "vec3", "triangle": "float"})  # unit, on the ray's side
+DIFFUSE = Record("Diffuse", {"albedo": "vec3", "flags": "float"})  # Lambert's lobe; diffuse.glsl
+# Another lobe: glsl/bsdf has a file for each kind, which says what colour and parameters are.
+LOBE = Record("Lobe", {"colour": "vec3", "kind": "float"})  # kind 0: no lobe
+SHAPE = Record("Shape", {"parameters": "vec3", "weight": "float"})  # weight: times all it reflects
+
+# Streams of light.
+RADIANCE = Record("Radiance", {"radiance": "vec3", "alpha": "float"})  # [W/(m^2 sr)]
+# [W/m^2]; `inner` is the channels' mean within the inner radius (density.glsl)
+IRRADIANCE = Record("Irradiance", {"irradiance": "vec3", "inner": "float"})
+DEPOSIT = Record("Deposit", {"flux": "vec3", "normal": "float"})  # [W]; geometric normal, packed
+REACH = Record("Reach", {"radius": "float"})  # [scene units]
+# Half planes that end a visible point's disc (lib/cuts.glsl) [1 / scene units]; zero: no cut
+CUTS = Record("Cuts", {"first": "vec2", "second": "vec2"})
+# Share of the filter, and of the inner one, on its own surface.
+COVERAGE = Record("Coverage", {"share": "float", "inner": "float"})
+# Indirect light within the inner radius, and what the radius adds to it: means of the channels
+# [W/(m^2 sr)], uncorrected. Coverage's inner share, weighted as the light is.
+BLUR = Record("Blur", {"inner": "float", "inner_share": "float", "difference": "float"})
+SUM = Record("Sum", {"value": "vec4"})
+
+# Tables.
+# A triangle's corners, in the order of the tree's leaves; its number in the scene.
+TRIANGLE = Record(
+    "Triangle",
+    {
+        "a": "vec3",
+        "material": "float",
+        "b": "vec3",
+        "surface": "float",
+        "c": "vec3",
+        "number": "float",
+    },
+)
+# Of its shading, unit; zero: the triangle's own.
+CORNER_NORMALS = Record("CornerNormals", {"a": "vec3", "b": "vec3", "c": "vec3"})
+# Which lobes that are no bodies of revolution turn with, of any length; zero: none.
+CORNER_TANGENTS = Record("CornerTangents", {"a": "vec3", "b": "vec3", "c": "vec3"})
+# Both children's boxes. A count of 0: `first` is a node, or below 0 none; else a leaf of triangles.
+NODE = Record(
+    "Node",
+    {
+        "left_low": "vec3",
+        "left_first": "float",
+        "left_high": "vec3",
+        "left_count": "float",
+        "right_low": "vec3",
+        "right_first": "float",
+        "right_high": "vec3",
+        "right_count": "float",
+    },
+)
+# Lambert's albedo that no lobe covers; which elements of the table of lobes are the material's.
+MATERIAL = Record("Material", {"albedo": "vec3", "first_lobe": "float", "lobes": "float"})
+# A lobe as in the streams, and the albedo of what it lies over.
+MATERIAL_LOBE = Record(
+    "MaterialLobe",
+    {
+        "colour": "vec3",
+        "kind": "float",
+        "covered": "vec3",
+        "weight": "float",
+        "parameters": "vec4",  # in the order that the kind's file says
+        "more": "vec4",
+    },
+)
+# glsl/lights has a file for each kind, which says what the parameters are.
+LIGHT = Record(
+    "Light",
+    {
+        "position": "vec3",
+        "kind": "float",
+        "axis": "vec3",  # unit
+        "chosen": "float",  # probability with which a photon starts here
+        "power": "vec3",  # P per channel, so that power / distance^2 is W/m^2
+        "cdf": "float",  # sum of `chosen` up to and including this light
+        "parameters": "vec4",
+    },
+)
+
+# What the native core reads of materials and lights that it knows (native/src/paths.rs).
+PLAIN_MATERIAL = Record(
+    "PlainMaterial",
+    {
+        "diffuse": "vec3",
+        "exponent": "float",  # of Phong's lobe; below 0: a mirror
+        "specular": "vec3",
+    },
+)
+PLAIN_LIGHT = Record(
+    "PlainLight",
+    {
+        "position": "vec3",
+        "radius": "float",
+        "axis": "vec3",
+        "outer": "float",  # 1 - cos of the cone's half angle
+        "power": "vec3",
+        "inner": "float",  # 1 - cos up to which the cone is at full power
+        "chosen": "float",
+        "cdf": "float",
+    },
+)
+
+_BY_NAME = {record.name: record for record in list(vars().values()) if isinstance(record, Record)}
+
+
+def check_layouts(theirs: Mapping[str, str]) -> None:
+    """Raise ImportError unless the native core has the same layouts, by record: it is of another
+    version, or one of the two was changed alone."""
+    for name, layout in theirs.items():
+        ours = _BY_NAME[name].layout if name in _BY_NAME else "nothing"
+        if ours != layout:
+            raise ImportError(f"{name} is {layout!r} in the native core, {ours!r} in records.py")
+
+
+check_layouts(native.LAYOUTS)

@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from ...streams import Kernel, Uniform
+from .records import FLUX, RAY_DIRECTION, RAY_ORIGIN
+from .shade import FIRST_LOBE, POINT
+
+
+class Reflector(Kernel):
+    """Scatter or absorb each photon by Russian roulette (Marino & Abbate, Reflector)."""
+
+    stem = "reflector"
+    structure = ("LOBES",)
+    inputs = {"direction": RAY_DIRECTION, "flux": FLUX, **POINT, **FIRST_LOBE}
+    outputs = {"next_origin": RAY_ORIGIN, "next_direction": RAY_DIRECTION, "next_flux": FLUX}
+    uniforms = {"seed": Uniform("uint"), "pass_index": Uniform("uint"), "bounce": Uniform("int")}

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from ...streams import Kernel, Ports, Table, Uniform, When
+from .records import (
+    CORNER_NORMALS,
+    CORNER_TANGENTS,
+    DIFFUSE,
+    FACING,
+    FLUX,
+    HIT,
+    LOBE,
+    MATERIAL,
+    MATERIAL_LOBE,
+    PLACE,
+    RAY_DIRECTION,
+    SHADING,
+    SHAPE,
+    TRIANGLE,
+)
+
+# What a point is, as Shade writes it.
+POINT: Ports = {"place": PLACE, "facing": FACING, "shading": SHADING, "diffuse": DIFFUSE}
+FIRST_LOBE: Ports = {"lobe0": When("LOBES", LOBE), "shape0": When("LOBES", SHAPE)}
+LOBES: Ports = {
+    **FIRST_LOBE,
+    "lobe1": When("TWO_LOBES", LOBE),
+    "shape1": When("TWO_LOBES", SHAPE),
+}
+
+
+class Shade(Kernel):
+    """Evaluate the material where rays end, for the eye's (EYE) and photons (PHOTONS) alike."""
+
+    stem = "shade"
+    structure = ("EYE", "PHOTONS", "LOBES", "TWO_LOBES", "TANGENTS")
+    inputs = {"direction": RAY_DIRECTION, "hit": HIT, "flux": When("PHOTONS", FLUX)}
+    outputs = {**POINT, **LOBES}
+    uniforms = {
+        "seed": When("LOBES", Uniform("uint")),
+        "pass_index": When("LOBES", Uniform("uint")),
+        "bounce": When("PHOTONS", Uniform("int")),
+        "depth": When("EYE", Uniform("int")),
+        "frame_size": When("EYE", Uniform("ivec2")),
+        "region_origin": When("EYE", Uniform("ivec2")),
+    }
+    tables = {
+        "triangles": Table(TRIANGLE),
+        "corner_normals": Table(CORNER_NORMALS),
+        "corner_tangents": When("TANGENTS", Table(CORNER_TANGENTS)),
+        "materials": Table(MATERIAL),
+        "material_lobes": When("LOBES", Table(MATERIAL_LOBE)),
+    }

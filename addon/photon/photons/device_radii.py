@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The radii by compute programs, where photons stay on the device: native/src/radius there.
+
+An H200's host took 12 ms for them by 131072 photons, and 26 by 524288 (cornell_classic, 512x512);
+these programs take 0.25, and as long to launch. The host waits for the boxes that photons lie in,
+to know how large the grids are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import moderngl
+import numpy as np
+import photon_stream_native as native
+from numpy.typing import NDArray
+
+from ...streams import TABLE_WIDTH, Device, Program, Reading
+from ...streams.compute import clear
+from .deposits import Deposits
+
+AXES = range(3)
+SIDES = 6
+# As in native/src/radius/grids.rs: photons that tell the box about most of all, and the share that
+# lies beyond it on either side of each axis.
+ENOUGH, OUTSIDE = 1 << 12, 0.005
+# Corners along an axis, at most: of 62 cells, two to spare and one by rounding, all halved.
+LONGEST = 2 * 65 + 1
+THREADS = 16  # that share a line along x
+_ROWS = f"const int THREADS = {THREADS}, MOST_A_THREAD = {-(-LONGEST // THREADS)};"
+DECLARATIONS = {  # what programs are compiled with
+    "radius_box": f"const int MOST_SAMPLED = {ENOUGH};",
+    "radius_sum_rows": _ROWS,
+    "radius_flatten_rows": _ROWS,
+}
+# Gives the grids of native.radius_grids, and the area of the box about them.
+Grids = Callable[[], tuple[NDArray[np.float32], float]]
+TELLING = 2047  # photons that tell the median radius: tests hold it to 2 % of all photons'
+
+
+class Limits(NamedTuple):
+    """How radii are to be: native/src/radius/find.rs, Wanted."""
+
+    photons: float
+    times: float
+    most: float
+    pixel: float
+    eye: Sequence[float] | None
+
+
+class DeviceRadii(NamedTuple):
+    """Radii of which the host knows little, and that late."""
+
+    table: moderngl.Texture  # as glsl/lib/radius.glsl reads it
+    telling: Reading  # the largest, and those at some of the photons: bits of float32
+
+    def told(self) -> tuple[float, float]:
+        """The median over the photons, and the largest (waits for the device)."""
+        radii = np.frombuffer(self.telling.data(), np.float32)
+        largest, middle = float(radii[0]), (len(radii) - 1) // 2
+        if len(radii) == 1:
+            return largest, largest
+        return float(np.partition(radii[1:], middle)[middle]), largest
+
+
+def step_of(count: int, most: int) -> int:
+    """From one of a sample of `most` of `count` to the next."""
+    return max(1, -(-count // most))
+
+
+def grids_on_device(device: Device, deposits: Deposits, most: int) -> Grids:
+    """As native.radius_grids by `most` of the deposits on the device, which are not none: asked for
+    at once, and waited for when called."""
+    count, place, deposit = deposits.tables()
+    step = step_of(count, most)
+    samples = -(-count // step)
+    every = step_of(samples, ENOUGH)
+    enough = -(-samples // every)
+    buffer = device.buffer(4 * (1 + SIDES) * SIDES)
+    _program(device, "radius_box").run(
+        enough,
+        [buffer],
+        {"place": place},
+        uniforms={"step": every * step, "beyond": int(enough * OUTSIDE)},
+        groups=SIDES,
+    )
+    photons = {"place": place, "deposit": deposit}
+    _program(device, "radius_sides").run(samples, [buffer], photons, uniforms={"step": step})
+    reading = device.ask(buffer, (1 + SIDES) * SIDES)
+    device.put_back(buffer)
+
+    def grids() -> tuple[NDArray[np.float32], float]:
+        faces = np.frombuffer(reading.data(), np.uint32)
+        return native.radius_grids_about(faces.reshape(1 + SIDES, 2 * len(AXES)))
+
+    return grids
+
+
+def _program(device: Device, stem: str) -> Program:
+    return Program(device, stem, DECLARATIONS.get(stem, ""))
+
+
+def most_lines(sides: Sequence[Sequence[int]], axis: int) -> int:
+    """Along an axis, of the side that has the most."""
+    return max(math.prod(n) // n[axis] for n in sides)
+
+
+def radii_on_device(
+    device: Device, deposits: Deposits, grids: NDArray[np.float32], limits: Limits
+) -> DeviceRadii:
+    """The radii by deposits that are on the device; `grids` (6, 16) as of native.radius_grids."""
+    count, place, deposit = deposits.tables()
+    photons = {"place": place, "deposit": deposit}
+    cells = [[int(n) for n in row[4:7]] for row in grids.tolist()]  # numpy is slow at so few
+    nodes, corners = ([[k * n + 1 for n in side] for side in cells] for k in (1, 2))
+    assert max(map(max, corners)) <= LONGEST
+    all_nodes, all_corners = (sum(map(math.prod, sides)) for sides in (nodes, corners))
+    rows = -(-(grids.size + all_nodes) // (4 * TABLE_WIDTH))
+    step = step_of(count, TELLING)
+    samples = -(-count // step)
+    sums, told = device.buffer(4 * all_corners), device.buffer(4 * (1 + samples))
+    radii = device.buffer(16 * TABLE_WIDTH * rows)
+    where: dict[str, Any] = {"grids": grids.tobytes()}
+
+    def run(stem: str, buffers: Sequence[Any], a_side: int, each: int = 1, **uniforms: Any) -> None:
+        """With `each` threads for so many elements of each side."""
+        uniforms |= where | {"most_a_side": a_side}
+        _program(device, stem).run(SIDES * a_side * each, buffers, uniforms=uniforms)
+
+    clear(device, sums, all_corners)
+    clear(device, told, 1)
+    _program(device, "radius_count").run(
+        count, [sums], photons, uniforms=where | {"most_a_side": 0}
+    )
+    run("radius_sum_rows", [sums], most_lines(corners, 0), THREADS)
+    for axis in AXES[1:]:
+        run("radius_sum", [sums], most_lines(corners, axis), axis=axis)
+    eye = (*limits.eye, 1.0) if limits.eye is not None else (0.0,) * 4
+    most_nodes = max(map(math.prod, nodes))
+    run("radius_find", [sums, radii], most_nodes, **limits._asdict() | {"eye": eye})
+    run("radius_flatten_rows", [radii], most_lines(nodes, 0), THREADS)
+    for axis in AXES[1:]:
+        run("radius_flatten", [radii], most_lines(nodes, axis), axis=axis)
+    table: moderngl.Texture = device.texture((TABLE_WIDTH, rows), 4)
+    table.write(radii)
+    _program(device, "radius_tell").run(
+        max(all_nodes, samples),
+        [told],
+        photons | {"radii": table},
+        uniforms={"samples": samples, "step": step, "shrink": 1.0}
+        | {"first_node": grids.size, "nodes": all_nodes},
+    )
+    telling = device.ask(told, 1 + samples)
+    for buffer in (sums, radii, told):
+        device.put_back(buffer)
+    return DeviceRadii(table, telling)

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What outlives a render: the scene as it is set up on the device, and where its photons landed.
+
+The paper's future work: while nothing but the camera moves, photons are not traced again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple, Protocol
+
+from ...streams import Device
+from ..scene import Scene
+from ..scene.snapshot import same
+from ..settings import Settings
+from ..stage.geometry import Frame, Mesh, frame_of
+from ..stage.tables import Tables
+from ..ways.way import Way
+from .deposits import DEPOSIT_BYTES, Copy, Deposits
+
+# [bytes] of deposits that are kept: an eighth of the memory that Blender asks for at least, and as
+# much as a GPU of 4 GB can spare; less where a render leaves less (`leave_room`).
+BUDGET = 1 << 30
+VIEW = ("camera", "background")  # what of a scene eye rays alone meet
+
+
+class Mapper(Protocol):
+    """What traces photons: a PhotonMapper, a DevicePhotonMapper or a NativePhotonMapper."""
+
+    unfinished: int
+
+    @property
+    def deposits(self) -> Deposits:
+        """Where the photons of the last pass landed."""
+
+    def start(self, index: int, photons: int | None = None) -> None:
+        """Launch a pass."""
+
+    def finish(self) -> Deposits:
+        """Its deposits."""
+
+    def launches(self) -> dict[str, int]:
+        """How often each kernel has run."""
+
+    def release(self) -> None:
+        """Free what is on the device."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A scene without its VIEW, set up on a device in a way."""
+
+    scene: Scene
+    way: Way
+    frame: Frame
+    mesh: Mesh
+    tables: Tables
+
+    @staticmethod
+    def build(scene: Scene, way: Way, frame: Frame, mesh: Mesh) -> Stage:
+        """Upload the tables of a scene's mesh; SceneError if that is impossible."""
+        way.prepare_mesh(mesh)
+        tables = Tables.upload(way.device, way.layer, scene, frame, mesh, way.reads_tree)
+        return Stage(scene, way, frame, mesh, tables)
+
+
+class _Key(NamedTuple):
+    """What a pass's photons depend on besides the stage and the source."""
+
+    number: int
+    photons: int
+
+
+class _Pass(NamedTuple):
+    deposits: Copy
+    unfinished: int
+    dropped: int
+
+
+class Kept:
+    """Keeps one scene's stage and photons on a device, for one renderer at a time.
+
+    Whatever is taken from here is, bit for bit, what would be made anew. Scenes are values: one
+    whose arrays are changed in place is taken for what it was.
+    """
+
+    def __init__(self, device: Device, budget: int = BUDGET) -> None:
+        """`budget` [bytes] of deposits."""
+        self._device, self.budget = device, budget
+        self._stage: Stage | None = None
+        self._source: tuple[Any, ...] = ()  # what photons depend on besides the stage
+        self._passes: dict[_Key, _Pass] = {}
+        self.photon_bytes = 0  # that the deposits of these take
+        self._spare = self.budget
+        self._key = _Key(-1, 0)  # of the pass that was started
+        self._tracing: Mapper | None = None  # who has started it and not finished
+        self._before = 0, 0  # photons unfinished and dropped when it was
+
+    def stage(self, scene: Scene, way: Way) -> Stage:
+        """The scene's stage: the one that is there, if nothing but the view has changed. Another
+        begins with its tree, as long as triangles have only moved."""
+        there = self._stage
+        if there and there.way.name == way.name and same_but_view(there.scene, scene):
+            way.share(there.way)
+            return there
+        tree = there.mesh.tree if there else None
+        del there
+        self.release()  # first: there may not be room for both
+        frame = frame_of(scene)
+        mesh = Mesh.build(scene, frame, tree)
+        del tree
+        self._stage = Stage.build(scene, way, frame, mesh)
+        return self._stage
+
+    def leave_room(self, spare: int | None) -> None:
+        """Keep no more than `spare` [bytes] besides what is kept; None: as the budget says."""
+        self._spare = self.budget if spare is None else self.photon_bytes + spare
+
+    def forget_photons(self) -> None:
+        """Make room."""
+        for kept in self._passes.values():
+            kept.deposits.release()
+        self._passes.clear()
+        self.photon_bytes = 0
+
+    def start(
+        self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
+    ) -> None:
+        """Launch what `finish` will give, unless that was done."""
+        source = (
+            settings.seed,
+            settings.photons_a_pass,
+            settings.photon_bounces,
+            settings.direct_by_photons,
+        )
+        if source != self._source:
+            self.forget_photons()
+            self._source = source
+        key = _Key(index, settings.photons_a_pass if photons is None else photons)
+        if (self._tracing, self._key) == (mapper, key):
+            return
+        self._tracing, self._key, deposits = None, key, mapper.deposits
+        if deposits.held and deposits.held[0] == key:
+            return
+        if kept := self._passes.get(key):
+            deposits.paste(kept.deposits)
+            deposits.held = key, kept.unfinished, kept.dropped
+        else:
+            self._before = mapper.unfinished, deposits.dropped
+            mapper.start(*key)
+            self._tracing = mapper
+
+    def finish(self, mapper: Mapper) -> Deposits:
+        """The deposits of what was started: traced on the stage, or what that gave when it was last
+        done, a pass that the mapper's deposits hold still or one that is kept.
+
+        Passes are kept until the budget is spent, and the first ones stay: if later ones took their
+        place, a render that goes through all in order would find none.
+        """
+        deposits, key, self._tracing = mapper.deposits, self._key, None
+        if not deposits.held:
+            mapper.finish()
+            before = self._before
+            unfinished, dropped = mapper.unfinished - before[0], deposits.dropped - before[1]
+            mapper.unfinished, deposits.dropped = before
+            if self.photon_bytes + DEPOSIT_BYTES * deposits.count < min(self.budget, self._spare):
+                copy = deposits.copy()
+                self._passes[key] = _Pass(copy, unfinished, dropped)
+                self.photon_bytes += copy.bytes
+            deposits.held = key, unfinished, dropped
+        _, unfinished, dropped = deposits.held
+        mapper.unfinished += unfinished
+        deposits.dropped += dropped
+        return deposits
+
+    def release(self) -> None:
+        """Forget everything, and free it on the device."""
+        self._device.use()
+        self.forget_photons()
+        if self._stage:
+            self._stage.tables.release()
+        self._stage = self._tracing = None
+
+
+def same_but_view(one: Scene, other: Scene) -> bool:
+    """Whether two scenes are equal to the bit, but for their VIEW."""
+    names = [field.name for field in fields(Scene) if field.name not in VIEW]
+    return all(same(getattr(one, name), getattr(other, name)) for name in names)

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The photon pass by the native core, in one call."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import photon_stream_native as native
+from numpy.typing import NDArray
+
+from ...streams import Device
+from ..kernels.records import PLAIN_LIGHT, PLAIN_MATERIAL
+from ..scene import Material, Scene
+from ..settings import Settings
+from ..stage.geometry import Mesh
+from ..stage.kinds import light_kinds
+from ..stage.needs import SceneNeeds
+from ..stage.tables import Tables
+from .deposits import HostDeposits
+
+# The kinds of lobes and lights that the native core knows; for scenes of others, or of several
+# lobes at a point, PhotonMapper runs the GLSL.
+LOBES = frozenset({"mirror", "phong"})
+LIGHTS = frozenset({"point", "spot"})
+
+
+def knows(scene: Scene, needs: SceneNeeds) -> bool:
+    """Whether the native core can trace a scene's photons."""
+    lobes = [lobe for material in scene.materials for lobe in material.lobes if lobe.reflects]
+    plain = all(lobe.weight == 1.0 and not any(lobe.covered) for lobe in lobes)
+    return plain and needs.lobes <= 1 and needs.lobe_kinds <= LOBES and needs.light_kinds <= LIGHTS
+
+
+class NativePhotonMapper:
+    """What PhotonMapper does for the scenes that the native core knows: the same photons to
+    rounding, sooner."""
+
+    def __init__(
+        self,
+        device: Device,
+        scene: Scene,
+        tables: Tables,
+        mesh: Mesh,
+        settings: Settings,
+        needs: SceneNeeds,
+        triangles: native.Tracer,
+    ) -> None:
+        """`triangles`: those of `mesh`."""
+        self._settings, self._needs, self._triangles = settings, needs, triangles
+        self._tables = [
+            table.view(np.float32).reshape(len(table), -1, 4)
+            for table in (mesh.normals, _materials(scene.materials), _lights(tables.lights))
+        ]
+        self._launches = 0
+        self.deposits = HostDeposits(device)
+        self.unfinished = 0  # photons that the bounce limit cut off, over all passes
+
+    def trace(self, index: int, photons: int | None = None) -> HostDeposits:
+        """As PhotonMapper.trace."""
+        self.start(index, photons)
+        return self.finish()
+
+    def finish(self) -> HostDeposits:
+        """As PhotonMapper.finish."""
+        return self.deposits
+
+    def start(self, index: int, photons: int | None = None) -> None:
+        """Trace a pass."""
+        self._launches += 1
+        self.deposits.clear()
+        place, deposit, unfinished = self._triangles.photons(
+            *self._tables,
+            seed=self._settings.seed,
+            pass_index=index,
+            photons=self._settings.photons_a_pass if photons is None else photons,
+            bounces=self._needs.photon_bounces,
+            first_hits=self._settings.direct_by_photons,
+        )
+        self.deposits.extend(place, deposit)
+        self.unfinished += unfinished
+
+    def launches(self) -> dict[str, int]:
+        """How many passes were traced."""
+        return {"photons": self._launches}
+
+    def release(self) -> None:
+        """Free what is on the device."""
+        self.deposits.release()
+
+
+def _materials(materials: tuple[Material, ...]) -> NDArray[Any]:
+    """(M,) of PLAIN_MATERIAL, one at least."""
+    table = PLAIN_MATERIAL.zeros(max(len(materials), 1))
+    for row, material in zip(table, materials, strict=False):
+        row["diffuse"] = material.diffuse
+        for lobe in material.lobes:
+            if lobe.reflects:
+                row["specular"] = lobe.colour
+                row["exponent"] = lobe.parameters.get("exponent", -1.0)
+    return table
+
+
+def _lights(lights: NDArray[Any]) -> NDArray[Any]:
+    """(L,) of PLAIN_LIGHT from LIGHT: a point light is a spot whose inner cone is everywhere."""
+    table = PLAIN_LIGHT.zeros(len(lights))
+    for name in ("position", "axis", "power", "chosen", "cdf"):
+        table[name] = lights[name]
+    is_spot = lights["kind"] == light_kinds()["spot"].number
+    table["radius"] = lights["parameters"][:, 0]
+    table["outer"] = np.where(is_spot, lights["parameters"][:, 1], 2.0)
+    table["inner"] = np.where(is_spot, lights["parameters"][:, 2], 2.0)
+    return table

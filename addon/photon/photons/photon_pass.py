@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Passes of photons: started, and awaited by who first asks what they brought."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ...streams import Stream
+from ..phases import Phases
+from ..settings import Settings
+from .kept import Kept, Mapper
+from .photon_grid import PhotonGrid
+from .radius_field import Radii, RadiusField, shrink_of
+from .splat import Splat, View
+
+
+class PhotonPass:
+    """A pass's photons, on their way until the first point looks for them."""
+
+    def __init__(self, photons: Photons, radii: Radii) -> None:
+        self._photons, self.radii = photons, radii
+        self._has_landed = False
+
+    def gather(self, points: Mapping[str, Stream], irradiance: Stream, view: View | None) -> None:
+        """Write the irradiance [W/m^2] at points: place, facing, cuts; the view is that of eye
+        rays."""
+        if not self._has_landed:
+            self._photons.land(self.radii)
+            self._has_landed = True
+        self._photons.sum_about(points, irradiance, view)
+
+
+class Photons:
+    """Traces passes of photons and sums them about points."""
+
+    def __init__(
+        self,
+        mapper: Mapper,
+        kept: Kept,
+        settings: Settings,
+        field: RadiusField,
+        splat: Splat | None,
+        grid: PhotonGrid | None,
+        traces_ahead: bool,
+        phases: Phases,
+    ) -> None:
+        """`splat` draws what the eye sees directly, if there is one; `grid` gathers the rest.
+        `traces_ahead`: the device traces while the host waits for something else."""
+        self.mapper, self.field, self.splat, self.grid = mapper, field, splat, grid
+        self._kept, self._settings = kept, settings
+        self._traces_ahead, self._phases = traces_ahead, phases
+        self.dropped = 0  # deposits that were not finite, of the passes so far
+
+    def start(self, index: int) -> PhotonPass:
+        """Launch a pass's photons, unless that was done."""
+        with self._phases.timed("photons"):
+            self._kept.start(self.mapper, self._settings, index)
+        return PhotonPass(self, self.field.of_pass(self._shrink(index)))
+
+    def prefetch(self, index: int) -> None:
+        """Launch the photons of a pass to come, where that costs this one nothing."""
+        if self._traces_ahead and index < self._settings.first_pass + self._settings.passes:
+            self.start(index)
+
+    def land(self, radii: Radii) -> None:
+        """Wait for the photons that were started, and make them ready to be summed."""
+        with self._phases.timed("photons"):
+            deposits = self._kept.finish(self.mapper)
+            self.dropped = deposits.dropped
+        with self._phases.timed("photon map"):
+            for estimator in (self.splat, self.grid):
+                if estimator:
+                    estimator.prepare(deposits, radii)
+
+    def sum_about(
+        self, points: Mapping[str, Stream], irradiance: Stream, view: View | None
+    ) -> None:
+        """As PhotonPass.gather, of the photons that landed last."""
+        place, facing, cuts = points["place"], points["facing"], points["cuts"]
+        if self.splat and view:
+            self.splat.estimate(place, facing, cuts, irradiance, view)
+        else:
+            assert self.grid
+            zeros = points["zeros"]
+            self.grid.estimate(place, facing, cuts, irradiance, zeros, in_chain=view is None)
+
+    def radius(self, index: int) -> float:
+        """The radius of a pass, typical of where photons fall [scene units]."""
+        return self.field.of_pass(self._shrink(index)).typical
+
+    def launches(self) -> dict[str, int]:
+        """How often each kernel has run."""
+        counts = self.mapper.launches()
+        if self.grid:
+            counts["gather"] = self.grid.launches
+        return counts | (self.splat.launches() if self.splat else {})
+
+    def release(self) -> None:
+        """Free everything on the device."""
+        for part in (self.mapper, self.field, self.splat, self.grid):
+            if part:
+                part.release()
+
+    def _shrink(self, index: int) -> float:
+        return shrink_of(self._settings.radius_shrink, index)

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is rendered: plain values, no Blender, no device."""
+
+from .values import (
+    BLACK,
+    MIRROR,
+    RGB,
+    SNAPSHOT_VERSION,
+    Camera,
+    CameraKind,
+    Light,
+    Lobe,
+    Material,
+    Scene,
+    phong,
+    point_light,
+    spot_light,
+)
+
+__all__ = [
+    "BLACK",
+    "MIRROR",
+    "RGB",
+    "SNAPSHOT_VERSION",
+    "Camera",
+    "CameraKind",
+    "Light",
+    "Lobe",
+    "Material",
+    "Scene",
+    "phong",
+    "point_light",
+    "spot_light",
+]

@@ -1,0 +1,386 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene as the renderer sees it: plain frozen data, no Blender.
+
+World space, lengths in metres, linear RGB, powers in watts. Blender's units: a light's
+`power` is Blender's P = energy * colour * 2^exposure.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, is_dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SceneError
+
+SNAPSHOT_VERSION = 2
+CameraKind = Literal["PERSP", "ORTHO"]
+RGB = tuple[float, float, float]  # or x, y, z
+BLACK: RGB = (0.0, 0.0, 0.0)
+MIRROR = np.inf  # Phong exponent of a perfect mirror
+# Kinds of lobes whose colour is their reflectance head-on: black ones reflect at grazing angles.
+FRESNEL_LOBES = ("ggx_dielectric", "ggx_metal")
+
+
+def _empty(shape: tuple[int, ...], dtype: Any) -> Any:
+    return field(default_factory=lambda: np.zeros(shape, dtype))
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole or orthographic camera that looks along its local -Z with +Y up.
+
+    `window` is (left, right, bottom, top) of the whole frame: for PERSP on the plane at unit
+    distance, for ORTHO in metres. It holds lens, sensor fit, shift and pixel aspect.
+    """
+
+    kind: CameraKind
+    matrix: NDArray[np.float64]  # (4, 4) camera to world, a rigid motion
+    window: tuple[float, float, float, float]
+    clip_start: float = 0.0  # [m] along the view axis
+    clip_end: float = np.inf  # [m]
+
+
+@dataclass(frozen=True)
+class Light:
+    """A light of one of the kinds of glsl/lights, whose files say what the parameters are."""
+
+    name: str
+    kind: str
+    position: RGB  # [m]
+    power: RGB  # P [W] per channel, >= 0
+    direction: RGB = (0.0, 0.0, -1.0)  # its axis
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def check(self) -> None:
+        """Raise SceneError naming the light and the first value out of its range."""
+        who = f"light {self.name!r}"
+        _check_finite(f"{who}: position", self.position)
+        _check_finite(f"{who}: power", self.power, 0.0)
+        _check_finite(f"{who}: direction", self.direction)
+        for name, value in self.parameters.items():
+            _check_finite(f"{who}: {name}", value, 0.0)
+        if not any(self.direction):
+            raise SceneError(f"{who}: direction {self.direction} has no length")
+
+
+def point_light(name: str, position: RGB, power: RGB, radius: float = 0.0) -> Light:
+    """A point light, or a sphere of a radius [m]."""
+    return Light(name, "point", position, power, parameters={"radius": radius})
+
+
+def spot_light(
+    name: str,
+    position: RGB,
+    power: RGB,
+    direction: RGB = (0.0, 0.0, -1.0),
+    *,
+    size: float,
+    blend: float,
+    radius: float = 0.0,
+) -> Light:
+    """A spotlight, whose cone is `size` [rad] wide, in [0, pi], and fades in a share `blend` of
+    it, in [0, 1]; SceneError for others."""
+    if not 0.0 <= size <= np.pi * (1 + 1e-6):
+        raise SceneError(f"light {name!r}: spot size {size} is outside [0, pi]")
+    if not 0.0 <= blend <= 1.0:
+        raise SceneError(f"light {name!r}: spot blend {blend} is outside [0, 1]")
+    outer = 2.0 * math.sin(size / 4.0) ** 2  # 1 - cos(size / 2), exact for small angles
+    parameters = {"radius": radius, "outer": outer, "inner": outer * (1.0 - blend)}
+    return Light(name, "spot", position, power, direction, parameters)
+
+
+@dataclass(frozen=True)
+class Lobe:
+    """A lobe of one of the kinds of glsl/bsdf, whose files say what colour and parameters are."""
+
+    kind: str
+    colour: RGB
+    parameters: Mapping[str, float | RGB] = field(default_factory=dict)
+    weight: float = 1.0  # times all that it reflects
+    # The albedo of what it lies over, which has what the lobe lets through.
+    covered: RGB = BLACK
+
+    def check(self, who: str) -> None:
+        """Raise SceneError naming the lobe's owner and the first value out of its range."""
+        _check_finite(f"{who}: colour", self.colour, 0.0)
+        _check_finite(f"{who}: covered", self.covered, 0.0)
+        _check_finite(f"{who}: weight", self.weight, 0.0)
+        for name, value in self.parameters.items():
+            _check_finite(f"{who}: {name}", value, 0.0)
+
+    @property
+    def reflects(self) -> bool:
+        """Whether it does, or has what it covers do."""
+        own = max(self.colour) > 0.0 or self.kind in FRESNEL_LOBES
+        return (self.weight > 0.0 and own) or max(self.covered) > 0.0
+
+    @property
+    def is_anisotropic(self) -> bool:
+        """Whether it is rougher along its tangent than across, or the other way round."""
+        return self.parameters.get("alpha_x") != self.parameters.get("alpha_y")
+
+    def head_on(self) -> NDArray[np.float64]:
+        """The albedo with what it covers, for a viewer straight above; about that."""
+        own = np.array(self.colour, np.float64)
+        under: NDArray[np.float64] = np.array(self.covered) * (1.0 - min(own.max(), 1.0))
+        return self.weight * own + under
+
+
+def phong(colour: RGB, exponent: float = MIRROR) -> Lobe:
+    """The paper's specular lobe: a mirror, or Phong's."""
+    if math.isinf(exponent) and exponent > 0.0:
+        return Lobe("mirror", colour)
+    return Lobe("phong", colour, {"exponent": exponent})
+
+
+@dataclass(frozen=True)
+class Material:
+    """BSDF = albedo / pi of a diffuse lobe that nothing covers, and other lobes."""
+
+    name: str
+    diffuse: RGB = (0.8, 0.8, 0.8)  # albedo
+    lobes: tuple[Lobe, ...] = ()
+
+    def check(self) -> None:
+        """Raise SceneError naming the material and the first value out of its range."""
+        _check_finite(f"material {self.name!r}: diffuse", self.diffuse, 0.0)
+        for lobe in self.lobes:
+            lobe.check(f"material {self.name!r}: {lobe.kind}")
+
+    @property
+    def is_diffuse(self) -> bool:
+        """Whether photons land on it."""
+        return max(self.diffuse) > 0 or any(max(lobe.covered) > 0 for lobe in self.lobes)
+
+    @property
+    def is_anisotropic(self) -> bool:
+        """Whether what it reflects depends on a tangent."""
+        return any(lobe.reflects and lobe.is_anisotropic for lobe in self.lobes)
+
+    def head_on(self) -> NDArray[np.float64]:
+        """What it reflects of light from everywhere to a viewer straight above, per channel."""
+        albedo = np.array(self.diffuse, np.float64)
+        for lobe in self.lobes:
+            albedo += lobe.head_on()
+        return albedo
+
+    def conserving(self) -> Material:
+        """The material that reflects no more than it receives in any channel (scaled down)."""
+        total = self.head_on()
+        if total.max() <= 1.0:
+            return self
+        scale = np.maximum(total, 1.0)
+        lobes = tuple(
+            replace(
+                lobe,
+                colour=_colour(np.divide(lobe.colour, scale)),
+                covered=_colour(np.divide(lobe.covered, scale)),
+            )
+            for lobe in self.lobes
+        )
+        return replace(self, diffuse=_colour(np.divide(self.diffuse, scale)), lobes=lobes)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Triangles, materials, lights and one camera.
+
+    Triangles may hold NaN, be degenerate, or there may be none: the renderer skips and counts
+    them. `surface` tells apart surfaces that must not exchange photons (one number an object).
+    """
+
+    camera: Camera
+    lights: tuple[Light, ...] = ()
+    materials: tuple[Material, ...] = ()
+    vertices: NDArray[np.float64] = _empty((0, 3), np.float64)  # (V, 3) [m]
+    triangles: NDArray[np.int32] = _empty((0, 3), np.int32)  # (T, 3) indices into vertices
+    corner_normals: NDArray[np.float32] = _empty((0, 3, 3), np.float32)  # (T, 3, 3) unit
+    # (T, 3, 3) of any length and sign, interpolated as they are; zero: none is needed. Anisotropic
+    # lobes turn with them. (0, 3, 3): nothing is anisotropic.
+    corner_tangents: NDArray[np.float32] = _empty((0, 3, 3), np.float32)
+    material: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into materials
+    surface: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into surfaces
+    surfaces: tuple[str, ...] = ()  # object names
+    background: RGB = BLACK  # world radiance [W/(m^2 sr)]
+
+    @property
+    def emitters(self) -> tuple[Light, ...]:
+        """The lights that have any power."""
+        return tuple(light for light in self.lights if max(light.power) > 0.0)
+
+    def check(self) -> None:
+        """Raise SceneError if arrays do not fit together or a value is outside its range."""
+        count = len(self.triangles)
+        tangents = count if len(self.corner_tangents) else 0
+        for name, shape, dtype in (
+            ("vertices", (len(self.vertices), 3), np.float64),
+            ("triangles", (count, 3), np.int32),
+            ("corner_normals", (count, 3, 3), np.float32),
+            ("corner_tangents", (tangents, 3, 3), np.float32),
+            ("material", (count,), np.int32),
+            ("surface", (count,), np.int32),
+        ):
+            array = getattr(self, name)
+            if array.shape != shape or array.dtype != dtype:
+                raise SceneError(
+                    f"scene.{name}: expected {np.dtype(dtype).name}{list(shape)}, "
+                    f"got {array.dtype.name}{list(array.shape)}"
+                )
+        for name, limit in (
+            ("triangles", len(self.vertices)),
+            ("material", len(self.materials)),
+            ("surface", len(self.surfaces)),
+        ):
+            array = getattr(self, name)
+            bad = (array < 0) | (array >= limit)
+            if bad.any():
+                where = tuple(int(i) for i in np.argwhere(bad)[0])
+                raise SceneError(
+                    f"scene.{name}{list(where)} = {int(array[where])} is outside [0, {limit})"
+                )
+        self._check_camera()
+        _check_finite("scene.background", self.background, 0.0)
+        for light in self.lights:
+            light.check()
+        for material in self.materials:
+            material.check()
+
+    def _check_camera(self) -> None:
+        camera = self.camera
+        if camera.kind not in get_args(CameraKind):
+            raise SceneError(
+                f"scene.camera.kind = {camera.kind!r} is none of {get_args(CameraKind)}"
+            )
+        matrix = camera.matrix
+        if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+            raise SceneError("scene.camera.matrix: expected 4x4 finite numbers")
+        if np.linalg.matrix_rank(matrix) < 4:
+            raise SceneError("scene.camera.matrix has no inverse")
+        left, right, bottom, top = camera.window
+        if not (np.isfinite(camera.window).all() and left < right and bottom < top):
+            raise SceneError(f"scene.camera.window {camera.window} is empty or not finite")
+        if not 0.0 <= camera.clip_start < camera.clip_end:  # also refuses NaN
+            raise SceneError(
+                f"scene.camera: clip_start {camera.clip_start}, clip_end {camera.clip_end}: "
+                "expected 0 <= start < end"
+            )
+
+    def save(self, path: str | Path) -> None:
+        """Write the snapshot as an .npz file (arrays, and one JSON text for the rest)."""
+        header = {
+            "version": SNAPSHOT_VERSION,
+            "camera": _plain(self.camera),
+            "lights": [_plain(light) for light in self.lights],
+            "materials": [_plain(material) for material in self.materials],
+            "surfaces": list(self.surfaces),
+            "background": list(self.background),
+        }
+        arrays = {name: getattr(self, name) for name in (*_ARRAYS, *_LATER)}
+        with open(path, "wb") as file:
+            np.savez(file, header=np.array(json.dumps(header)), **arrays)
+
+    @staticmethod
+    def load(path: str | Path) -> Scene:
+        """Read a snapshot; raise SceneError naming the file if it is not one."""
+        try:
+            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
+                scene = _read(data)
+                scene.check()
+        except FileNotFoundError:
+            raise SceneError(f"{path}: no such file") from None
+        except SceneError as error:
+            raise SceneError(f"{path}: {error}") from error
+        except Exception as error:  # numpy, zipfile and json raise a dozen kinds for damaged files
+            raise SceneError(f"{path}: not a Photon Stream scene snapshot ({error})") from error
+        return scene
+
+
+def _read(data: Any) -> Scene:
+    """A Scene from the arrays of a snapshot; raises whatever a malformed one leads to."""
+    header = json.loads(str(data["header"]))
+    version = header["version"]
+    if version not in _READERS:
+        raise SceneError(
+            f"snapshot version {version}, this Photon Stream reads {', '.join(map(str, _READERS))}"
+        )
+    read_light, read_material = _READERS[version]
+    camera = dict(header["camera"], matrix=np.array(header["camera"]["matrix"], np.float64))
+    camera["window"] = tuple(map(float, camera["window"]))
+    return Scene(
+        camera=Camera(**camera),
+        lights=tuple(read_light(_tuples(light)) for light in header["lights"]),
+        materials=tuple(read_material(_tuples(m)) for m in header["materials"]),
+        surfaces=tuple(header["surfaces"]),
+        background=tuple(header["background"]),
+        **{name: data[name] for name in (*_ARRAYS, *(name for name in _LATER if name in data))},
+    )
+
+
+def _read_material(values: dict[str, Any]) -> Material:
+    return Material(**values | {"lobes": tuple(map(_read_lobe, values["lobes"]))})
+
+
+def _read_lobe(values: dict[str, Any]) -> Lobe:
+    return Lobe(**_tuples(values) | {"parameters": _tuples(values["parameters"])})
+
+
+def _read_light_1(values: dict[str, Any]) -> Light:
+    """What Photon Stream 0.1 wrote: two kinds, all fields of both."""
+    name, position, power, radius = (values[x] for x in ("name", "position", "power", "radius"))
+    if values["kind"] == "POINT":
+        return point_light(name, position, power, radius)
+    size, blend = values["spot_size"], values["spot_blend"]
+    return spot_light(
+        name, position, power, values["direction"], size=size, blend=blend, radius=radius
+    )
+
+
+def _read_material_1(values: dict[str, Any]) -> Material:
+    """What Photon Stream 0.1 wrote: one specular lobe, or the zeros of one."""
+    lobe = phong(values["specular"], values["exponent"])
+    return Material(values["name"], values["diffuse"], (lobe,) if lobe.reflects else ())
+
+
+# By the version of a snapshot.
+_READERS: dict[int, tuple[Callable[..., Light], Callable[..., Material]]] = {
+    1: (_read_light_1, _read_material_1),
+    2: (lambda values: Light(**values), _read_material),
+}
+
+
+def _colour(values: Any) -> RGB:
+    red, green, blue = map(float, values)
+    return red, green, blue
+
+
+def _check_finite(what: str, values: Any, low: float = -np.inf) -> None:
+    """Raise SceneError unless all numbers are finite and at least `low`."""
+    array = np.asarray(values, np.float64)
+    if not (np.isfinite(array).all() and (array >= low).all()):
+        raise SceneError(f"{what} = {values} is not finite or below {low}")
+
+
+_ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")
+_LATER = ("corner_tangents",)  # which older files don't have
+
+
+def _plain(value: Any) -> Any:
+    """A value, and the fields of a record, as JSON; its own Infinity is what Python reads back."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    if is_dataclass(value):
+        return {name: _plain(item) for name, item in vars(value).items()}
+    return dict(value) if isinstance(value, Mapping) else value
+
+
+def _tuples(values: dict[str, Any]) -> dict[str, Any]:
+    return {name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene's triangles in scene units, and their tree.
+
+Scene units put the bounding box's centre at the origin and its largest half extent at 1, so every
+tolerance means the same at every scale. Powers are divided by scale^2: flux over scene-unit area
+is then the irradiance in W/m^2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import photon_stream_native as native
+from numpy.typing import NDArray
+
+from ...streams import Record
+from ..errors import SceneError
+from ..kernels.records import CORNER_NORMALS, CORNER_TANGENTS, TRIANGLE
+from ..scene import Scene
+
+AREAS_AT_ONCE = 1 << 15
+# A refitted tree is kept up to this cost over what it was when it was built: rays then take as much
+# longer than in another, about, and a tenth of a few passes' rays take as long as building it.
+MOST_WEAR = 1.1
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Scene units: x_scene = (x_world - centre) / scale."""
+
+    centre: NDArray[np.float64]  # (3,) [m]
+    scale: float  # [m] a scene unit
+
+    def points(self, world: Any) -> NDArray[np.float64]:
+        """World points (..., 3) in scene units."""
+        return (np.asarray(world, np.float64) - self.centre) / self.scale
+
+
+def frame_of(scene: Scene) -> Frame:
+    """The scene units of the finite vertices that triangles use."""
+    is_used = np.zeros(len(scene.vertices), bool)
+    is_used[scene.triangles] = True
+    used = scene.vertices if is_used.all() else scene.vertices[is_used]
+    if len(used) and not _greatest(used) < 1e30:  # or NaN
+        used = used[(np.abs(used) < 1e30).all(axis=1)]
+    if len(used) == 0:
+        return Frame(np.zeros(3), 1.0)
+    low, high = used.min(axis=0), used.max(axis=0)
+    return Frame((low + high) / 2, float((high - low).max()) / 2 or 1.0)
+
+
+@dataclass(frozen=True)
+class Tree:
+    """A BVH of triangles, which depends on nothing but where they are."""
+
+    triangles: NDArray[np.int32]  # (T, 3) the scene's, kept or not
+    order: NDArray[np.int32]  # (K,) the kept ones' numbers, in leaf order
+    nodes: NDArray[np.float32]  # (N, 16)
+    not_finite: int
+    degenerate: int
+    cost: float  # by SAH when it was built, over the areas of the triangles' own boxes
+
+    @staticmethod
+    def build(
+        vertices: NDArray[np.float32], triangles: NDArray[np.int32], old: Tree | None = None
+    ) -> Tree:
+        """Fit `old` to vertices (V, 3) if it is a good tree for them, or else build another.
+
+        ValueError if the native core refuses the triangles.
+        """
+        if old and np.array_equal(old.triangles, triangles):
+            fitted = native.refit_bvh(old.nodes, old.order, vertices, triangles)
+            if fitted and fitted[3] <= MOST_WEAR * old.cost:
+                nodes, not_finite, degenerate, _ = fitted
+                return Tree(triangles, old.order, nodes, not_finite, degenerate, old.cost)
+            del fitted, old  # there may not be room for these as well
+        nodes, order, not_finite, degenerate, cost = native.build_bvh(vertices, triangles)
+        return Tree(triangles, order, nodes, not_finite, degenerate, cost)
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles in BVH order. In which one shows in nothing that is made of them."""
+
+    tree: Tree
+    triangles: NDArray[Any]  # (K,) of TRIANGLE
+    normals: NDArray[Any]  # (K,) of CORNER_NORMALS
+    tangents: NDArray[Any]  # (K,) of CORNER_TANGENTS; (0,): nothing is anisotropic
+    area: float  # of diffuse triangles [scene units^2]
+    extent: NDArray[np.float32]  # (3,) largest |x|, |y|, |z| of the corners
+
+    @property
+    def corners(self) -> NDArray[np.float32]:
+        """The triangles as (K, 3, 4) numbers."""
+        return self.triangles.view(np.float32).reshape(-1, 3, 4)
+
+    @staticmethod
+    def build(scene: Scene, frame: Frame, old: Tree | None = None) -> Mesh:
+        """Build the BVH natively, or refit an old one; SceneError if triangles are refused."""
+        vertices = np.zeros((len(scene.vertices), 4), np.float32)
+        with np.errstate(over="ignore"):  # beyond float32 is infinite, and skipped as such
+            vertices[:, :3] = frame.points(scene.vertices)
+        triangles = np.ascontiguousarray(scene.triangles)
+        try:
+            tree = Tree.build(np.ascontiguousarray(vertices[:, :3]), triangles, old)
+        except ValueError as error:
+            raise SceneError(f"scene geometry: {error}") from error
+        order = tree.order
+        corners = np.take(vertices, np.take(triangles, order, axis=0), axis=0)
+        extent = [_greatest(corners[..., k]) for k in range(3)] if len(order) else [0.0] * 3
+        material = scene.material[order]
+        triangle = corners.reshape(len(order), 12).view(TRIANGLE.dtype).reshape(len(order))
+        triangle["material"] = material
+        triangle["surface"] = scene.surface[order]
+        triangle["number"] = order
+        anisotropic = np.array([m.is_anisotropic for m in scene.materials], bool)
+        turned = len(scene.corner_tangents) > 0 and anisotropic[material].any()
+        diffuse = np.array([m.is_diffuse for m in scene.materials], bool)
+        areas = np.zeros(len(triangles))  # in the scene's order: a sum of floats depends on it
+        areas[order] = np.where(diffuse[material], _areas(corners), 0.0)
+        return Mesh(
+            tree,
+            triangle,
+            _at_corners(CORNER_NORMALS, scene.corner_normals, order),
+            _at_corners(CORNER_TANGENTS, scene.corner_tangents, order if turned else order[:0]),
+            area=float(areas.sum()),
+            extent=np.array(extent, np.float32),
+        )
+
+
+def _at_corners(
+    record: Record, vectors: NDArray[np.float32], order: NDArray[np.int32]
+) -> NDArray[Any]:
+    """Vectors (T, 3, 3) of some triangles' corners, (len(order),) of a record.
+
+    One that is not finite reads as none: the kernel then takes what the triangle has of its own.
+    """
+    texels = np.zeros((len(order), 3, 4), np.float32)
+    if len(order):
+        texels[..., :3] = np.take(vectors, order, axis=0)
+    if not np.isfinite(texels.sum()):
+        np.nan_to_num(texels, copy=False, posinf=0.0, neginf=0.0)
+    return texels.reshape(len(order), 12).view(record.dtype).reshape(len(order))
+
+
+def _areas(corners: NDArray[np.float32]) -> NDArray[np.float64]:
+    """The areas of triangles (T, 3, 3 or more); by pieces that fit the processor's cache."""
+    areas = np.empty(len(corners))
+    for at in range(0, len(corners), AREAS_AT_ONCE):
+        piece = corners[at : at + AREAS_AT_ONCE]
+        x, y, z = np.moveaxis(piece[:, 1:, :3] - piece[:, :1, :3], -1, 0)
+        cross = (
+            y[:, 0] * z[:, 1] - z[:, 0] * y[:, 1],
+            z[:, 0] * x[:, 1] - x[:, 0] * z[:, 1],
+            x[:, 0] * y[:, 1] - y[:, 0] * x[:, 1],
+        )
+        areas[at : at + AREAS_AT_ONCE] = np.sqrt(sum(np.square(a, dtype=float) for a in cross)) / 2
+    return areas
+
+
+def _greatest(values: NDArray[Any]) -> float:
+    """The largest magnitude; NaN if there is one."""
+    return float(max(values.max(), -values.min()))

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The kinds of lobes and lights: a GLSL file each, whose head says what its parameters are.
+
+A kind is there once its file is: nothing lists them. Programs are made with the kinds that a scene
+has, and one switch.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from ...streams import Made, StreamError, source
+from ..errors import SceneError
+from ..scene import Scene
+
+_PARAMETERS = re.compile(r"^Parameters: ([^.]*)\.$", re.M)
+_PARAMETER = re.compile(r"(\w+)(?: \[([^\]]*)\])?")
+METRES = "m"
+COLOUR = "rgb"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A lobe or a light, as its file declares it."""
+
+    name: str
+    number: int  # in tables and streams; 0 is no lobe
+    parameters: Mapping[str, str]  # their units by name, in order
+    is_delta: bool  # it reflects each direction into one other
+
+    def numbers(
+        self, given: Mapping[str, float | tuple[float, ...]], metre: float = 1.0
+    ) -> list[float]:
+        """Parameters as a table holds them, in order; `metre` is what lengths are multiplied by."""
+        numbers: list[float] = []
+        for name, unit in self.parameters.items():
+            value = given[name]
+            if isinstance(value, tuple):
+                numbers += value
+            else:
+                numbers.append(value * metre if unit == METRES else value)
+        return numbers
+
+
+@dataclass(frozen=True)
+class _Function:
+    """What the kinds of a folder define, as `<verb>_<kind>`; the switch is `<verb>_<own>`."""
+
+    returns: str
+    verb: str
+    arguments: tuple[str, ...]  # type and name
+    otherwise: str  # what none of the kinds gives
+    number: str  # which kind it is
+    only: str = ""  # kinds without a parameter of that name do not define it
+
+    def switch(self, own: str, kinds: Collection[Kind]) -> str:
+        """The function that calls that of the kind whose number it is."""
+        names = [argument.split()[-1] for argument in self.arguments]
+        given = ", ".join(name for name in names if name != self.number)
+        lines = [f"{self.returns} {self.verb}_{own}({', '.join(self.arguments)}) {{"]
+        lines += [
+            f"    if ({self.number} == {kind.number}.0) return {self.verb}_{kind.name}({given});"
+            for kind in kinds
+            if not self.only or self.only in kind.parameters
+        ]
+        lines += [f"    {self.otherwise}", "}"]
+        return "\n".join(lines)
+
+
+_LOBE = ("Lobe lobe", "Shape shape")
+_THREE = (*_LOBE, "vec3 normal", "vec3 to_viewer", "vec3 to_light")
+_SAMPLE = (*_LOBE, "vec3 normal", "vec3 to_viewer", "vec2 u", "out vec3 weight")
+_PACK = ("float kind", "vec4 parameters", "vec4 more")
+_AT = ("Light light", "vec3 position")
+BSDF_FUNCTIONS = (
+    _Function("vec3", "pack", _PACK, "return vec3(0.0);", "kind"),
+    _Function("vec3", "eval", _THREE, "return vec3(0.0);", "lobe.kind"),
+    _Function("float", "pdf", _THREE, "return 0.0;", "lobe.kind"),
+    _Function("vec3", "sample", _SAMPLE, "weight = vec3(0.0);\n    return normal;", "lobe.kind"),
+    _Function("vec3", "albedo", (*_LOBE, "float cosine"), "return vec3(0.0);", "lobe.kind"),
+    _Function(
+        "vec3", "exchanged", (*_LOBE, "float from", "float to"), "return vec3(1.0);", "lobe.kind"
+    ),
+    _Function("Shape", "turned", (*_LOBE, "float angle"), "return shape;", "lobe.kind", "turn"),
+)
+LIGHT_FUNCTIONS = (
+    _Function("LightSample", "sample", (*_AT, "vec2 u"), "return no_light();", "light.kind"),
+    _Function("float", "pdf", (*_AT, "vec3 to_light"), "return 0.0;", "light.kind"),
+    _Function(
+        "Emitted",
+        "emit",
+        ("Light light", "vec2 u", "vec2 on_light"),
+        "return Emitted(light.position, light.axis);",
+        "light.kind",
+    ),
+    _Function("vec3", "flux", ("Light light",), "return vec3(0.0);", "light.kind"),
+)
+
+
+def lobe_kinds() -> Mapping[str, Kind]:
+    """Those of glsl/bsdf by name."""
+    return _kinds(source.glsl_root(), "bsdf")
+
+
+def light_kinds() -> Mapping[str, Kind]:
+    """Those of glsl/lights by name."""
+    return _kinds(source.glsl_root(), "lights")
+
+
+def check_kinds(scene: Scene) -> None:
+    """Raise SceneError naming the first light or lobe of a kind that is not there, or with other
+    parameters than its file says."""
+    for light in scene.lights:
+        _check(f"light {light.name!r}", light_kinds(), light.kind, light.parameters)
+    for material in scene.materials:
+        for lobe in material.lobes:
+            _check(f"material {material.name!r}", lobe_kinds(), lobe.kind, lobe.parameters)
+
+
+def made_bsdf(names: Collection[str]) -> Made:
+    """What a program includes as made/bsdf.glsl: lobes of these kinds, and a switch."""
+    return {"made/bsdf.glsl": _made("bsdf", lobe_kinds(), names, BSDF_FUNCTIONS, "kind")}
+
+
+def made_lights(names: Collection[str]) -> Made:
+    """What a program includes as made/lights.glsl: lights of these kinds, and a switch."""
+    return {"made/lights.glsl": _made("lights", light_kinds(), names, LIGHT_FUNCTIONS, "light")}
+
+
+def _check(who: str, kinds: Mapping[str, Kind], kind: str, given: Mapping[str, Any]) -> None:
+    if kind not in kinds:
+        raise SceneError(f"{who}: kind {kind!r} is none of {', '.join(kinds)}")
+    wanted = kinds[kind].parameters
+    if given.keys() != wanted.keys():
+        named = [", ".join(names) or "none" for names in (wanted, given)]
+        raise SceneError(f"{who}: the parameters of {kind} are {named[0]}; got {named[1]}")
+    for name, unit in wanted.items():
+        if isinstance(given[name], tuple) != (unit == COLOUR):
+            raise SceneError(f"{who}: {kind}'s {name} = {given[name]} is not what its file says")
+
+
+def _made(
+    folder: str,
+    kinds: Mapping[str, Kind],
+    names: Collection[str],
+    functions: Collection[_Function],
+    own: str,
+) -> str:
+    used = [kinds[name] for name in sorted(names)]
+    lines = [f'#include "{folder}/{kind.name}.glsl"' for kind in used]
+    lines += [function.switch(own, used) for function in functions]
+    return "\n".join(lines) + "\n"
+
+
+@lru_cache(maxsize=16)
+def _kinds(root: Path, folder: str) -> Mapping[str, Kind]:
+    files = sorted((root / folder).glob("*.glsl"))
+    return {file.stem: _read(file, number) for number, file in enumerate(files, 1)}
+
+
+def _read(file: Path, number: int) -> Kind:
+    """StreamError if the file's head does not say what its parameters are."""
+    head = file.read_text(encoding="utf-8").split("\n\n", 1)[0].replace("// ", "")
+    found = _PARAMETERS.search(head)
+    if not found:
+        raise StreamError(f'{file}: its head has no line "// Parameters: ..."')
+    named = [] if found[1] == "none" else _PARAMETER.findall(found[1])
+    return Kind(file.stem, number, dict(named), "delta lobe" in head)

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""SceneNeeds: what a scene has a use for. Nothing else is compiled, allocated or run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...streams import Defines, Made
+from ..scene import Light, Scene
+from ..settings import Settings
+from .geometry import Mesh
+from .kinds import lobe_kinds, made_bsdf, made_lights
+
+MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
+# Lights that every visible point asks; where there are more, it asks so many, by chance.
+MOST_SHADOW_RAYS = 64
+
+
+@dataclass(frozen=True)
+class SceneNeeds:
+    """The scene summed up once; the pipeline is built from it."""
+
+    surfaces: bool  # there are triangles to see
+    shadow_rays: int  # of a visible point; none if photons carry the direct light
+    drawn_lights: bool  # there are more lights than these, so they are drawn
+    hidden_highlights: bool  # photons carry the direct light, and lobes would have reflected it
+    photons: bool  # light can reach a diffuse surface by a path that photons stand for
+    secondary_rays: bool  # a surface sends some
+    chain_depth: int
+    photon_bounces: int
+    lobes: int  # that a visible point has at most, besides Lambert's
+    lobe_kinds: frozenset[str]
+    light_kinds: frozenset[str]
+    tangents: bool = False  # lobes turn with them
+
+    @staticmethod
+    def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
+        """Look at the lights that emit, and at the materials of the triangles that were kept."""
+        surfaces = len(mesh.triangles) > 0
+        used = np.unique(mesh.triangles["material"].astype(int)) if surfaces else []
+        materials = [scene.materials[i] for i in used]
+        diffuse = any(material.is_diffuse for material in materials)
+        lobes = [[lobe.kind for lobe in m.lobes if lobe.reflects] for m in materials]
+        kinds = {kind for of_one in lobes for kind in of_one}
+        broad = any(not lobe_kinds()[kind].is_delta for kind in kinds)
+        asked = bool(emitting) and (diffuse or broad) and not settings.direct_by_photons
+        return SceneNeeds(
+            surfaces=surfaces,
+            shadow_rays=min(len(emitting), MOST_SHADOW_RAYS) if asked else 0,
+            drawn_lights=len(emitting) > MOST_SHADOW_RAYS,
+            hidden_highlights=bool(emitting) and broad and settings.direct_by_photons,
+            photons=bool(emitting) and diffuse and settings.photons_a_pass > 0,
+            secondary_rays=bool(kinds) and settings.mirror_depth > 0,
+            chain_depth=settings.mirror_depth,
+            photon_bounces=settings.photon_bounces,
+            lobes=min(max(map(len, lobes), default=0), MOST_LOBES),
+            lobe_kinds=frozenset(kinds),
+            light_kinds=frozenset(light.kind for light in emitting),
+            tangents=len(mesh.tangents) > 0,
+        )
+
+    @cached_property
+    def eye_defines(self) -> Defines:
+        """What kernels of visible points are compiled with."""
+        defines = {"EYE": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
+        return defines | ({"TWO_LOBES": 1} if self.lobes > 1 else {})
+
+    @cached_property
+    def direct_defines(self) -> Defines:
+        """What kernels of shadow rays are compiled with: no light is seen in delta lobes."""
+        broad = any(not lobe_kinds()[kind].is_delta for kind in self.lobe_kinds)
+        defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
+        return {**defines, **(self.eye_defines if broad else {})}
+
+    @cached_property
+    def photon_defines(self) -> Defines:
+        """What kernels of photons are compiled with. A photon meets one lobe besides Lambert's."""
+        return {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
+
+    @property
+    def _tangent_defines(self) -> dict[str, int]:
+        return {"TANGENTS": 1} if self.tangents else {}
+
+    @cached_property
+    def made(self) -> Made:
+        """The includes that are made for the scene: its kinds of lobes and lights."""
+        return {**made_bsdf(self.lobe_kinds), **made_lights(self.light_kinds)}

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene as tables: what kernels read, in scene units (geometry.py)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ...streams import TABLE_WIDTH, Device, Kernel, Stream, Table, Uniform
+from ...streams.device import Layer
+from ..errors import SceneError
+from ..kernels.records import FLUX, LIGHT, MATERIAL, MATERIAL_LOBE
+from ..scene import Light, Material, Scene
+from .geometry import Frame, Mesh
+from .kinds import light_kinds, lobe_kinds, made_lights
+
+
+def light_table(lights: tuple[Light, ...], frame: Frame) -> NDArray[Any]:
+    """(L,) of LIGHT, one at least; which of them photons start at is not said yet."""
+    table = LIGHT.zeros(max(len(lights), 1))
+    kinds = light_kinds()
+    for row, light in zip(table, lights, strict=False):
+        kind = kinds[light.kind]
+        axis = np.asarray(light.direction, np.float64)
+        row["position"] = frame.points(light.position)
+        row["kind"] = kind.number
+        row["axis"] = axis / np.linalg.norm(axis)
+        row["power"] = np.asarray(light.power) / frame.scale**2
+        numbers = kind.numbers(light.parameters, 1.0 / frame.scale)
+        row["parameters"][: len(numbers)] = numbers
+    return table
+
+
+def choose_lights(table: NDArray[Any], flux: NDArray[Any]) -> None:
+    """Let photons start at the lights of a table by their fluxes (L, 3)."""
+    power = np.zeros(len(table))
+    power[: len(flux)] = flux.mean(axis=1)
+    if power.sum() > 0:
+        table["chosen"] = power / power.sum()
+        table["cdf"] = np.cumsum(power / power.sum())
+
+
+def material_tables(materials: tuple[Material, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """(M,) of MATERIAL and (L,) of MATERIAL_LOBE, one at least of each."""
+    kinds = lobe_kinds()
+    lobes = [[lobe for lobe in material.lobes if lobe.reflects] for material in materials]
+    table = MATERIAL.zeros(max(len(materials), 1))
+    of_lobes = MATERIAL_LOBE.zeros(max(sum(map(len, lobes)), 1))
+    first = 0
+    for row, material, own in zip(table, materials, lobes, strict=False):
+        row["albedo"], row["first_lobe"], row["lobes"] = material.diffuse, first, len(own)
+        for lobe_row, lobe in zip(of_lobes[first : first + len(own)], own, strict=True):
+            kind = kinds[lobe.kind]
+            lobe_row["colour"], lobe_row["kind"] = lobe.colour, kind.number
+            lobe_row["weight"], lobe_row["covered"] = lobe.weight, lobe.covered
+            numbers = kind.numbers(lobe.parameters)
+            lobe_row["parameters"], lobe_row["more"] = np.resize([*numbers, *[0.0] * 8], (2, 4))
+        first += len(own)
+    return table, of_lobes
+
+
+def texels_of(table: NDArray[Any]) -> NDArray[np.float32]:
+    """A table's elements as float32 (..., 4)."""
+    return table.view(np.float32).reshape(-1, 4)
+
+
+def upload_table(device: Device, data: NDArray[Any]) -> moderngl.Texture:
+    """`data` (..., 4) float32 or (n,) uint32 as a texture TABLE_WIDTH texels wide."""
+    texels = data.reshape(-1, 4) if data.dtype == np.float32 else data.reshape(-1, 1)
+    rows = max(1, -(-len(texels) // TABLE_WIDTH))
+    if rows > device.texture_limit:
+        raise SceneError(
+            f"{len(texels)} table entries do not fit a texture of {device.name} "
+            f"({TABLE_WIDTH * device.texture_limit} at most)"
+        )
+    kind = "f4" if data.dtype == np.float32 else "u4"
+    texture: moderngl.Texture = device.texture((TABLE_WIDTH, rows), texels.shape[1], kind)
+    write_table(texture, texels)
+    return texture
+
+
+def write_table(texture: moderngl.Texture, texels: NDArray[Any]) -> None:
+    """Write texels (n, channels) from a table's beginning; what is left of the last row is 0."""
+    whole = len(texels) // TABLE_WIDTH
+    if whole:
+        texture.write(texels[: whole * TABLE_WIDTH], viewport=(0, 0, TABLE_WIDTH, whole))
+    if whole < texture.size[1]:
+        rest = np.zeros((TABLE_WIDTH, texels.shape[1]), texels.dtype)
+        rest[: len(texels) - whole * TABLE_WIDTH] = texels[whole * TABLE_WIDTH :]
+        texture.write(rest, viewport=(0, whole, TABLE_WIDTH, 1))
+
+
+class LightFlux(Kernel):
+    """The flux that each light emits."""
+
+    stem = "light_flux"
+    outputs = {"flux": FLUX}
+    uniforms = {"light_count": Uniform("int")}
+    tables = {"lights": Table(LIGHT)}
+
+
+def flux_of(
+    device: Device, layer: Layer, lights: tuple[Light, ...], table: moderngl.Texture
+) -> NDArray[np.float32]:
+    """What the lights of a table emit, (L, 3) [W / scene units^2]."""
+    made = made_lights({light.kind for light in lights})
+    kernel = LightFlux(device, layer, made=made)
+    size = min(len(lights), TABLE_WIDTH), -(-len(lights) // TABLE_WIDTH)
+    stream = Stream(device, FLUX, size)
+    kernel.run({"flux": stream}, {"lights": table}, {"light_count": len(lights)})
+    flux = stream.download().reshape(-1, 4)[: len(lights), :3]
+    stream.release()
+    kernel.release()
+    return flux
+
+
+class Tables:
+    """The scene's textures on a device."""
+
+    def __init__(
+        self,
+        device: Device,
+        textures: dict[str, moderngl.Texture],
+        emitters: tuple[Light, ...],
+        lights: NDArray[Any],
+    ) -> None:
+        """`emitters`: the lights that emit; `lights`: of LIGHT, as the texture of that name holds
+        them."""
+        self._device, self.textures = device, textures
+        self.emitters, self.lights = emitters, lights
+
+    @staticmethod
+    def upload(
+        device: Device,
+        layer: Layer,
+        scene: Scene,
+        frame: Frame,
+        mesh: Mesh,
+        reads_tree: bool = True,
+    ) -> Tables:
+        """Make them; `reads_tree`: whether kernels do."""
+        materials, lobes = material_tables(scene.materials)
+        emitters = scene.emitters
+        lights = light_table(emitters, frame)
+        tables = {
+            "triangles": mesh.triangles,
+            "corner_normals": mesh.normals,
+            "materials": materials,
+            "material_lobes": lobes,
+            "lights": lights,
+        }
+        if len(mesh.tangents):
+            tables["corner_tangents"] = mesh.tangents
+        textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
+        textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
+        if emitters:
+            flux = flux_of(device, layer, emitters, textures["lights"])
+            shines = (flux > 0.0).any(axis=1)  # a cone without width does not
+            emitters = tuple(x for x, is_on in zip(emitters, shines, strict=True) if is_on)
+            lights = light_table(emitters, frame)
+            choose_lights(lights, flux[shines])
+            write_table(textures["lights"], texels_of(lights))
+        return Tables(device, textures, emitters, lights)
+
+    def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
+        """Those tables that a kernel declares."""
+        return {name: self.textures[name] for name in kernel.tables if name in self.textures}
+
+    def release(self) -> None:
+        """Put the textures back."""
+        for texture in self.textures.values():
+            self._device.put_back(texture)

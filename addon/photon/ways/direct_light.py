@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Direct light at visible points, by shadow rays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...streams import Device, Kernel, PingPong, Stream
+from ...streams.device import Layer
+from ..kernels.direct import Direct, ShadowRays, Unshadowed
+from ..kernels.launch import Streams, launch
+from ..kernels.records import HIT, RADIANCE, RAY_DIRECTION, RAY_ORIGIN
+from ..stage.needs import SceneNeeds
+from ..stage.tables import Tables
+
+RAYS_AT_ONCE = 4  # shadow rays of a point that one call of another tracer's takes
+
+
+class DirectLight:
+    """By a kernel that traces the rays itself: one launch, whatever the number of lights."""
+
+    def __init__(self, device: Device, layer: Layer, needs: SceneNeeds) -> None:
+        self._kernel = Direct(device, layer, needs.direct_defines, made=needs.made)
+
+    def add(
+        self, total: PingPong, streams: Streams, tables: Tables, uniforms: dict[str, Any]
+    ) -> None:
+        """Write the light at the points of `streams` to `total`."""
+        values = uniforms | {"light_count": len(tables.lights)}
+        launch(self._kernel, {**streams, "direct": total.back}, tables, values)
+        total.swap()
+
+    def launches(self) -> dict[str, int]:
+        """How often each kernel has run."""
+        return {self._kernel.stem: self._kernel.launches}
+
+    def release(self) -> None:
+        """Free the kernel."""
+        self._kernel.release()
+
+
+class TracedDirectLight:
+    """By rays that a kernel of its own traces: some rays of all points in one call."""
+
+    def __init__(
+        self,
+        device: Device,
+        layer: Layer,
+        needs: SceneNeeds,
+        any_hit: Kernel,
+        size: tuple[int, int],
+    ) -> None:
+        """`any_hit`: what traces; `size`: of the points' streams."""
+        self._rays = needs.shadow_rays
+        self._aim = ShadowRays(device, layer, needs.direct_defines, made=needs.made)
+        self._any_hit, self._add = any_hit, Unshadowed(device, layer)
+        several = size[0], size[1] * min(self._rays, RAYS_AT_ONCE)
+        records = {"shadow_origin": RAY_ORIGIN, "shadow_direction": RAY_DIRECTION}
+        records |= {"shadow_hit": HIT, "unshadowed": RADIANCE}
+        self._streams = {name: Stream(device, record, several) for name, record in records.items()}
+
+    def add(
+        self, total: PingPong, streams: Streams, tables: Tables, uniforms: dict[str, Any]
+    ) -> None:
+        """As DirectLight.add."""
+        own, values = self._streams, uniforms | {"light_count": len(tables.lights)}
+        found = {name: own[name].texture for name in ("unshadowed", "shadow_hit")}
+        for first in range(0, self._rays, RAYS_AT_ONCE):
+            launch(self._aim, {**streams, **own}, tables, values | {"first_ray": first})
+            rays = {name: own[f"shadow_{name}"] for name in ("origin", "direction", "hit")}
+            launch(self._any_hit, rays, tables)
+            self._add.run({"sum": total.front, "direct": total.back}, found)
+            total.swap()
+
+    def launches(self) -> dict[str, int]:
+        """How often each kernel has run."""
+        kernels = self._aim, self._any_hit, self._add
+        return {kernel.stem: kernel.launches for kernel in kernels}
+
+    def release(self) -> None:
+        """Free streams and kernels."""
+        for stream in self._streams.values():
+            stream.release()
+        for kernel in (self._aim, self._any_hit, self._add):
+            kernel.release()
