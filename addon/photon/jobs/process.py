@@ -183,7 +183,7 @@ class RendererProcess:
         code = (
             f"import sys; sys.path[:1] = {path!r}\n"
             f"from importlib import import_module\n"
-            f"import_module({package.name + '.photon.worker'!r})"
+            f"import_module({package.name + '.photon.jobs.worker'!r})"
         )
         # Its other end closes with this process, however that ends (worker.py, _watch).
         lifeline, self._lifeline = os.pipe() if os.name == "posix" else (-1, -1)
