@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.photon.scene import (
+    BLACK,
     MIRROR,
     Camera,
     Light,
@@ -20,6 +21,7 @@ from addon.photon.scene import (
     phong,
     point_light,
     spot_light,
+    world_light,
 )
 from addon.photon.stage.geometry import Mesh
 from addon.photon.stage.tables import texels_of
@@ -51,6 +53,11 @@ def plain_light(
     return spot_light(
         name, position, power, direction, size=spot_size, blend=spot_blend, radius=radius
     )
+
+
+def backdrop(radiance: Any) -> tuple[Light, ...]:
+    """A world that is seen and lights nothing; none if it is black."""
+    return (world_light("backdrop", radiance, ("camera", "chains")),) if any(radiance) else ()
 
 
 def with_cone(light: Light, size: float) -> Light:
@@ -175,16 +182,17 @@ class Builder:
         view: Camera,
         lights: Sequence[Light] = (),
         materials: Sequence[Material] = (GREY,),
+        background: Any = BLACK,
         **kwargs: Any,
     ) -> Scene:
-        """The collected triangles as a Scene."""
+        """The collected triangles as a Scene, before a world that is seen and lights nothing."""
 
         def joined(parts: list[Any], shape: tuple[int, ...], dtype: Any) -> Any:
             return np.concatenate(parts).astype(dtype) if parts else np.zeros(shape, dtype)
 
         return Scene(
             camera=view,
-            lights=tuple(lights),
+            lights=(*lights, *backdrop(background)),
             materials=tuple(materials),
             vertices=joined(self.vertices, (0, 3), np.float64),
             triangles=joined(self.triangles, (0, 3), np.int32),
@@ -362,7 +370,7 @@ def random_room(seed: int) -> Scene:
             )
         else:
             lights.append(plain_light(f"point{i}", "POINT", position, power))
-    background = colour(0.0, 0.3) if side else (0.0, 0.0, 0.0)
+    background = colour(0.0, 0.3) if side else BLACK
     view = camera((rng.uniform(-2, 2), -10.5, rng.uniform(2, 4)), (0, 0, 2.8), 44)
     return built.scene(view, lights, [*walls, *things], background=background)
 

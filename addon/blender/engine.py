@@ -49,6 +49,7 @@ COMPONENTS = {
     "use_pass_direct": Pass("Direct", "RGB", "COLOR"),
     "use_pass_indirect": Pass("Indirect", "RGB", "COLOR"),
     "use_pass_mirror": Pass("Mirror", "RGB", "COLOR"),
+    "use_pass_emission": Pass("Emission", "RGB", "COLOR"),
     "use_pass_background": Pass("Background", "RGB", "COLOR"),
 }
 

@@ -104,7 +104,6 @@ class RENDER_PT_photon_stream_light_paths(_Panel, bpy.types.Panel):
         col.prop(settings, "mirror_depth")
         layout.prop(settings, "specular_model")
         col = layout.column()
-        col.prop(settings, "ambient")
         col.prop(settings, "direct_by_photons")
 
 

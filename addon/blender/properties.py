@@ -172,11 +172,6 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
         max=1024,
         default=DEFAULTS.mirror_depth,
     )
-    ambient: BoolProperty(
-        name="Ambient Light",
-        description="Add the world's colour to every surface, unshadowed",
-        default=DEFAULTS.ambient,
-    )
     boundary_correction: BoolProperty(
         name="Boundary Correction",
         description="Correct the dark seams that density estimation leaves at edges and corners, "
@@ -233,6 +228,9 @@ class PhotonStreamViewLayer(bpy.types.PropertyGroup):
     use_pass_mirror: BoolProperty(
         name="Mirror", description="What mirrors and glossy surfaces reflect", default=True
     )
+    use_pass_emission: BoolProperty(
+        name="Emission", description="Lights that are seen themselves", default=True
+    )
     use_pass_background: BoolProperty(
         name="Background", description="The world where no surface is in front", default=True
     )
@@ -269,7 +267,6 @@ def settings_from(
         splat_shape=p.splat_shape.lower(),
         photon_bounces=p.photon_bounces,
         mirror_depth=p.mirror_depth,
-        ambient=p.ambient,
         boundary_correction=p.boundary_correction,
         direct_by_photons=p.direct_by_photons,
         transparent=scene.render.film_transparent,

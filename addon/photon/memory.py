@@ -24,6 +24,7 @@ from .photons.photon_mapper import STREAM_WIDTH, pilot_photons
 from .scene import Scene
 from .settings import Settings
 from .stage.needs import MOST_LOBES
+from .stage.tables import is_seen
 from .ways.direct_light import RAYS_AT_ONCE
 
 TEXEL = 16  # [bytes]
@@ -32,7 +33,7 @@ FIXED = 80 << 20  # programs, a grid of the smallest
 GRIDS = (40 + 60) << 20
 # A pixel's on the host: the images and the squared errors of its parts while a picture is made;
 # and the images twice more, the last preview's in shared memory and what was asked for of them.
-PICTURE = 84 + 40 + 2 * 84
+PICTURE = 96 + 40 + 2 * 96
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 # A photon's: six textures of paths, three of a bounce's ends and four of shaded points, and two
 # more of these if there are lobes; and all that have half the size of another (photon_mapper.py).
@@ -79,7 +80,7 @@ class Budget:
     def __init__(self, scene: Scene, settings: Settings, device: Device, layer: str) -> None:
         """`layer`: "fragment", "compute" or "native". Raises as `check`."""
         self._settings, self._layer, self._device = settings, layer, device
-        self._triangles, self._lights = len(scene.triangles), len(scene.emitters)
+        self._triangles, self._emitters = len(scene.triangles), scene.emitters
         self._tangents = TANGENTS if len(scene.corner_tangents) else 0
         used = np.bincount(scene.material, minlength=len(scene.materials))
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
@@ -155,7 +156,7 @@ class Budget:
     def film_textures(self) -> int:
         """How many textures there are for each pixel: a sum and its low part of each of film.py's
         images, and four of batches; natively there are arrays of as many bytes."""
-        return 2 * (5 + 2 * self._has_mirrors + self._has_photons) + 4
+        return 2 * (5 + 2 * self._has_mirrors + self._has_photons + self._has_emitters) + 4
 
     @cached_property
     def strip_textures(self) -> int:
@@ -163,9 +164,8 @@ class Budget:
         settings, native = self._settings, self._layer == "native"
         count = 22 + 2 * self._lobes + (0 if native else SPARE)
         if native and not settings.direct_by_photons:
-            count += 4 * min(self._lights, RAYS_AT_ONCE)  # shadow rays
-        if self._has_mirrors:
-            count += 6
+            count += 4 * min(len(self._emitters), RAYS_AT_ONCE)  # shadow rays
+        count += 6 * self._has_mirrors + 3 * self._has_emitters
         if self._has_photons:
             count += 1 + settings.boundary_correction  # cuts and coverage
             count += settings.estimator == "splat"  # reach
@@ -178,6 +178,11 @@ class Budget:
         return self._settings.mirror_depth > 0 and self._lobes > 0
 
     @cached_property
+    def _has_emitters(self) -> bool:
+        """To be seen."""
+        return any(map(is_seen, self._emitters))
+
+    @cached_property
     def _lobes(self) -> int:
         """That a visible point has at most."""
         counts = (sum(lobe.reflects for lobe in m.lobes) for m in self._materials)
@@ -185,7 +190,7 @@ class Budget:
 
     @cached_property
     def _has_photons(self) -> bool:
-        return self._lights > 0 and self._triangles > 0 and self._settings.photons_a_pass > 0
+        return bool(self._emitters) and self._triangles > 0 and self._settings.photons_a_pass > 0
 
     @property
     def _pixels(self) -> int:

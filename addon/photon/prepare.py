@@ -11,7 +11,7 @@ from ..streams import Device, StreamError
 from .errors import DeviceError, PhotonStreamError
 from .eye.images import PassImages
 from .eye.paths import Eye
-from .film.picture import FILM_IMAGES, MIRROR_IMAGES
+from .film.picture import EMISSION_IMAGES, FILM_IMAGES, MIRROR_IMAGES
 from .film.strips import StripFilm, strips_of
 from .memory import Budget
 from .phases import Phases
@@ -100,6 +100,7 @@ class _Preparation:
             images = PassImages(way, tables, scene, settings, needs, eye)
             self._own.append(images.release)
             names = [*FILM_IMAGES, *(MIRROR_IMAGES if needs.secondary_rays else ())]
+            names += EMISSION_IMAGES if needs.emitters_seen else ()
             film = StripFilm(way, strips, names + ["blur"] * needs.photons)
             self._own.append(film.release)
             film.prepare()
@@ -196,7 +197,7 @@ def _warnings(scene: Scene, mesh: Mesh, needs: SceneNeeds) -> tuple[str, ...]:
     if not needs.surfaces:
         warnings.append("the scene has no triangles to render")
     if not scene.lights:
-        warnings.append("the scene has no spotlight or point light")
+        warnings.append("the scene has no light")
     for light in scene.lights:
         if max(light.power) <= 0:
             warnings.append(f"light {light.name!r} has no power")

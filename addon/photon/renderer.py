@@ -84,7 +84,8 @@ class Renderer:
             path: Path | None = self.eye.send(index, strip.region)
             while path and path.alive:
                 self.eye.shade(path)
-                image.add(path, self.eye.direct(path), self.eye.indirect(path, photons))
+                emitted, direct = self.eye.emitted(path), self.eye.direct(path)
+                image.add(path, emitted, direct, self.eye.indirect(path, photons))
                 path = self.eye.scatter(path)
                 if path and self.photons and strip is self.film.strips[-1]:
                     self.photons.prefetch(index + 1)  # while the host waits for what is alive

@@ -53,7 +53,6 @@ class Settings:
     splat_shape: SplatShape = "quad"
     photon_bounces: int = 64  # scattering events a photon path may have
     mirror_depth: int = 8  # secondary rays a chain may have
-    ambient: bool = False  # add the paper's ambient term, k_d times the world's radiance
     boundary_correction: bool = True  # cut discs, and divide by their share on the surface
     direct_by_photons: bool = False  # store first hits too and trace no shadow rays
     transparent: bool = False  # the world leaves alpha 0

@@ -15,6 +15,7 @@ from .kernels.combine import CombineAll, CombineMirror, CombinePrimary
 from .kernels.coverage import Coverage
 from .kernels.cuts import Cuts
 from .kernels.direct import Direct, ShadowRays, Unshadowed
+from .kernels.emitted import Emitted
 from .kernels.eye_rays import EyeRays
 from .kernels.gather import Gather
 from .kernels.generator import Generator
@@ -39,9 +40,6 @@ PLAIN: tuple[type[Kernel], ...] = (
     Unshadowed,
     Cuts,
     Blur,
-    CombinePrimary,
-    CombineMirror,
-    CombineAll,
     Accumulate,
     AccumulateTwo,
     AccumulateBatches,
@@ -89,7 +87,7 @@ def needs() -> Iterator[SceneNeeds]:
 
 
 def _needs(
-    lobes: int, lobe_kinds: frozenset[str], light_kinds: frozenset[str], drawn: bool
+    lobes: int, of_lobes: frozenset[str], of_lights: frozenset[str], drawn: bool
 ) -> SceneNeeds:
     return SceneNeeds(
         surfaces=True,
@@ -98,11 +96,13 @@ def _needs(
         hidden_highlights=False,
         photons=True,
         secondary_rays=lobes > 0,
+        emitters_seen=True,
+        weighed=any(not lobe_kinds()[kind].is_delta for kind in of_lobes),
         chain_depth=1,
         photon_bounces=1,
         lobes=lobes,
-        lobe_kinds=lobe_kinds,
-        light_kinds=light_kinds,
+        lobe_kinds=of_lobes,
+        light_kinds=of_lights,
     )
 
 
@@ -115,6 +115,9 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     for name in get_args(Filter):
         yield Gather, {f"FILTER_{name.upper()}": 1}, {}
         yield Coverage, {f"FILTER_{name.upper()}": 1}, {}
+    for kernel in (CombinePrimary, CombineMirror, CombineAll):
+        for defines in ({}, {"EMITTERS": 1}):
+            yield kernel, defines, {}
     for scene in needs():
         for kernel in (Generator, LightFlux):
             yield kernel, {}, scene.made
@@ -123,7 +126,7 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield Shade, scene.eye_defines, scene.made
         if scene.lobes:
             yield Scatter, scene.eye_defines, scene.made
-        for kernel in (Direct, ShadowRays):
+        for kernel in (Direct, ShadowRays, Emitted):
             yield kernel, scene.direct_defines, scene.made
 
 

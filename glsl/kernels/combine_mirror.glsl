@@ -9,13 +9,16 @@ void kernel() {
     Radiance sum = load_sum();
     Radiance indirect_sum = load_indirect_sum();
     vec3 throughput = load_throughput().throughput;
-    vec3 seen = background, indirect = vec3(0.0);
+    vec3 seen = vec3(0.0), indirect = vec3(0.0);
+#ifdef EMITTERS
+    seen = load_emitted().radiance + load_environment().radiance;
+#endif
     float weight = 0.0, coverage = load_coverage().share;
     if (is_hit(load_hit())) {
         vec3 diffuse = load_diffuse().albedo;
         weight = mean(throughput * diffuse);
-        seen = load_direct().radiance;
-        indirect = diffuse / PI * load_irradiance().irradiance + diffuse * ambient * coverage;
+        seen += load_direct().radiance;
+        indirect = diffuse / PI * load_irradiance().irradiance;
     }
     store_total(Radiance(sum.radiance + throughput * seen, sum.alpha + weight));
     store_indirect_total(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the eye sees directly: direct, indirect (with the ambient term) and background.
+// What the eye sees directly: direct, indirect, emitters and background.
 #include "lib/hit.glsl"
 #include "lib/constants.glsl"
 #include "lib/colour.glsl"
@@ -11,12 +11,15 @@ void kernel() {
     // the film divides mean by mean, for the mean of quotients would be biased.
     float weight = seen ? mean(diffuse) : 0.0;
     float coverage = load_coverage().share;
-    vec3 indirect = seen
-        ? diffuse / PI * load_irradiance().irradiance + diffuse * ambient * coverage
-        : vec3(0.0);
+    vec3 indirect = seen ? diffuse / PI * load_irradiance().irradiance : vec3(0.0);
     store_direct_seen(Radiance(seen ? load_direct().radiance : vec3(0.0), weight));
     store_indirect_seen(Radiance(indirect, weight * coverage));
-    store_background_seen(Radiance(seen ? vec3(0.0) : background * background_alpha, seen ? 1.0 : background_alpha));
+    vec3 background = vec3(0.0);
+#ifdef EMITTERS
+    store_emission_seen(Radiance(load_emitted().radiance, 1.0));
+    background = load_environment().radiance * background_alpha;
+#endif
+    store_background_seen(Radiance(background, seen ? 1.0 : background_alpha));
     // The normal's alpha carries the depth along the view axis.
     float depth = dot(load_place().position - eye, view_axis);
     store_normal_seen(Radiance(seen ? load_shading().normal : vec3(0.0), seen ? depth : 0.0));

@@ -15,7 +15,7 @@ void kernel() {
     Light light = light_at(choose_light((float(photon) + shift.x) / float(photons)));
     vec3 flux = flux_light(light);
     if (light.chosen <= 0.0 || !(largest(flux) > 0.0)) skip();
-    Emitted emitted = emit_light(light, u.xy, on_light.xy);
+    LightRay emitted = emit_light(light, u.xy, on_light.xy);
     // Lifted off a surface that the light may lie in, as all rays are that leave one.
     store_origin(RayOrigin(emitted.origin + emitted.direction * SURFACE_OFFSET, -1.0));
     store_direction(RayDirection(emitted.direction, T_MAX));

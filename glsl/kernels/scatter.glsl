@@ -18,20 +18,18 @@ void kernel() {
     Shading shading = load_shading();
     vec3 to_viewer = -load_direction().direction;
     vec4 u = random4(seed, pass_index, uint(pixel(element())), DIMENSION_SCATTER + uint(depth));
+    float share = 1.0;
 #ifdef TWO_LOBES
     float cosine = max(0.0, dot(to_viewer, shading.normal));
     Lobe other = load_lobe1();
     Shape other_shape = load_shape1();
-    float first = mean(albedo_lobe(lobe, shape, cosine)), second = mean(albedo_lobe(other, other_shape, cosine));
-    if (second > 0.0) {
-        float share = first / (first + second);
-        if (u.w >= share) {
-            lobe = other;
-            shape = other_shape;
-            share = 1.0 - share;
-        }
-        shape.weight /= share;
+    share = share_of_first(lobe, shape, other, other_shape, cosine);
+    if (u.w >= share) {
+        lobe = other;
+        shape = other_shape;
+        share = 1.0 - share;
     }
+    shape.weight /= share;
 #endif
     if (!is_lobe(lobe)) skip();
     vec3 weight;
@@ -42,5 +40,9 @@ void kernel() {
     if (!(dot(outgoing, facing.normal) > 0.0) || !(u.z < survival)) skip();
     store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
     store_next_direction(RayDirection(outgoing, T_MAX));
-    store_next_throughput(Throughput(throughput / survival));
+    float density = 0.0;
+#ifdef WEIGHED
+    density = share * pdf_lobe(lobe, shape, normal, to_viewer, outgoing);
+#endif
+    store_next_throughput(Throughput(throughput / survival, density));
 }

@@ -13,7 +13,16 @@ struct LightSample {
 LightSample no_light() { return LightSample(vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0); }
 
 // Where a photon starts, and where to.
-struct Emitted { vec3 origin; vec3 direction; };
+struct LightRay { vec3 origin; vec3 direction; };
+
+// Whom a light is found by: bits of Light.found_by.
+const int BY_CAMERA = 1;
+const int BY_DIFFUSE = 2;    // shadow rays of diffuse surfaces
+const int BY_GLOSSY = 4;     // shadow rays of lobes
+const int BY_CHAINS = 8;     // rays of lobes
+const int IS_WORLD = 16;     // it is what lies behind all
+
+bool is_found(Light light, int by) { return (int(light.found_by) & by) != 0; }
 
 // 1 - cos of the angle between unit vectors, precise for small angles.
 float versine_between(vec3 a, vec3 b) {
@@ -23,11 +32,28 @@ float versine_between(vec3 a, vec3 b) {
 
 // In a direction about the light's axis. A sphere of even radiance seen from afar is a disc: the photon
 // starts on it, lifted to the sphere.
-Emitted emitted_by_sphere(Light light, float versine, float turn, vec2 on_light, float radius) {
+LightRay emitted_by_sphere(Light light, float versine, float turn, vec2 on_light, float radius) {
     vec3 direction = frame_about(light.axis) * direction_from_versine(versine, 2.0 * PI * turn);
     vec2 disc = sample_disc(on_light);
     vec3 lift = vec3(disc, sqrt(max(0.0, 1.0 - dot(disc, disc)))) * radius;
-    return Emitted(light.position + frame_about(direction) * lift, direction);
+    return LightRay(light.position + frame_about(direction) * lift, direction);
+}
+
+// From afar in a direction: through a disc that the scene, of this radius about the origin, lies behind.
+LightRay emitted_by_surroundings(vec3 direction, vec2 on_disc, float radius) {
+    vec3 place = vec3(sample_disc(on_disc), -1.0) * radius;
+    return LightRay(frame_about(direction) * place, direction);
+}
+
+// The radiance of a sphere of even brightness about a light, where a ray first meets it from outside and before
+// `far`; and how bright a point light of `power` makes it.
+vec3 seen_sphere(Light light, float radius, vec3 origin, vec3 direction, float far) {
+    vec3 to_middle = light.position - origin;
+    float along = dot(to_middle, direction), radius2 = radius * radius;
+    vec3 off = to_middle - along * direction;
+    float beside2 = dot(off, off);
+    if (!(along > 0.0) || !(beside2 < radius2) || dot(to_middle, to_middle) <= radius2) return vec3(0.0);
+    return along - sqrt(radius2 - beside2) < far ? light.power / (4.0 * PI * PI * radius2) : vec3(0.0);
 }
 
 #include "made/lights.glsl"

@@ -28,6 +28,11 @@ vec3 eval_lobe(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_ligh
     return shape.weight * eval_kind(lobe, shape, normal, to_viewer, to_light);
 }
 
+// The density of sample_lobe [1/sr]; 0 for delta lobes.
+float pdf_lobe(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
+    return pdf_kind(lobe, shape, normal, to_viewer, to_light);
+}
+
 // A direction to the light, with the density of the lobe, and what it weighs.
 vec3 sample_lobe(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, out vec3 weight) {
     vec3 to_light = sample_kind(lobe, shape, normal, to_viewer, u, weight);
@@ -44,6 +49,12 @@ vec3 sample_lobe_for_photon(Lobe lobe, Shape shape, vec3 normal, vec3 to_light, 
 
 // What it reflects of the light from everywhere to a viewer at this cosine, no more than 1.
 vec3 albedo_lobe(Lobe lobe, Shape shape, float cosine) { return shape.weight * albedo_kind(lobe, shape, cosine); }
+
+// The probability that a point of two lobes sends its ray by the first: it goes by what they reflect.
+float share_of_first(Lobe first, Shape first_shape, Lobe second, Shape second_shape, float cosine) {
+    float own = mean(albedo_lobe(first, first_shape, cosine)), other = mean(albedo_lobe(second, second_shape, cosine));
+    return other > 0.0 ? own / (own + other) : 1.0;
+}
 
 // The share of light that gets through it, to and fro, to what it lies over, as Cycles layers closures: by
 // the viewer's direction alone, and the same for all colours. That is not reciprocal: whoever goes from the

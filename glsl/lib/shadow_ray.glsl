@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a light would send to a visible point and on to the viewer, and the shadow ray that decides.
-//
-// A point asks SHADOW_RAYS lights: all there are, or where DRAWN, so many by chance, as bright as their
-// probability is small.
 #include "lib/rng.glsl"
 #include "lib/pixel.glsl"
 #include "lib/light_choice.glsl"
@@ -35,27 +32,44 @@ struct ShadowRay {
     vec3 radiance;  // [W/(m^2 sr)], of the light that the ray would find; 0: there is no ray
 };
 
-vec3 eval_bsdf(VisiblePoint point, vec3 to_light) {
-    vec3 value = point.diffuse.albedo / PI;
+// What a point reflects of a light. Where rays of a lobe may find the light as well, this is the part of
+// shadow rays by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other.
+vec3 eval_bsdf(VisiblePoint point, Light light, vec3 to_light) {
+    vec3 value = is_found(light, BY_DIFFUSE) ? point.diffuse.albedo / PI : vec3(0.0);
 #ifdef LOBES
+    if (!is_found(light, BY_GLOSSY)) return value;
     vec3 normal = raised_normal(point.shading.normal, point.facing.normal, point.to_viewer);
-    value += eval_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light);
+    vec3 first = eval_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light);
 #ifdef TWO_LOBES
-    value += eval_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
+    vec3 second = eval_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
+#endif
+#ifdef WEIGHED
+    float own = density_of_rays_to(light, point.place.position, point.facing.normal, to_light);
+    if (own > 0.0 && depth < chain_depth) {
+        float share = 1.0;
+#ifdef TWO_LOBES
+        float cosine = max(0.0, dot(point.to_viewer, point.shading.normal));
+        share = share_of_first(point.lobe0, point.shape0, point.lobe1, point.shape1, cosine);
+        float density1 = pdf_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
+        second *= own / (own + (1.0 - share) * density1);
+#endif
+        first *= own / (own + share * pdf_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light));
+    }
+#endif
+    value += first;
+#ifdef TWO_LOBES
+    value += second;
 #endif
 #endif
     return value;
 }
 
-// Which light a point's shadow ray of this number goes to, and how many such lights it stands for.
-int light_of(int number, out float times) {
-    times = 1.0;
+// Which light a point's shadow ray of this number goes to.
+int light_of(int number) {
 #ifdef DRAWN
     uint dimension = DIMENSION_CHOICE + uint(depth) * 0x10000u;
     float u = random4(seed, pass_index, uint(pixel(source_element())), dimension).x;
-    int chosen = choose_light((float(number) + u) / float(SHADOW_RAYS));
-    times = 1.0 / (float(SHADOW_RAYS) * light_at(chosen).chosen);
-    return chosen;
+    return choose_light((float(number) + u) / float(SHADOW_RAYS));
 #else
     return number;
 #endif
@@ -63,15 +77,13 @@ int light_of(int number, out float times) {
 
 ShadowRay shadow_ray(VisiblePoint point, int number) {
     ShadowRay none = ShadowRay(RayOrigin(vec3(0.0), 0.0), RayDirection(vec3(0.0), 0.0), vec3(0.0));
-    float times;
-    int chosen = light_of(number, times);
+    Light light = light_at(light_of(number));
     uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
     vec2 u = random4(seed, pass_index, uint(pixel(source_element())), dimension).xy;
-    LightSample found = sample_light(light_at(chosen), point.place.position, u);
+    LightSample found = sample_light(light, point.place.position, point.facing.normal, u);
     float cosine = dot(found.to_light, point.shading.normal);
     if (cosine <= 0.0 || dot(found.to_light, point.facing.normal) <= 0.0 || found.share <= 0.0) return none;
-    vec3 radiance = found.irradiance * (found.share * cosine * eval_bsdf(point, found.to_light));
-    radiance *= times;
+    vec3 radiance = found.irradiance * (found.share * cosine * eval_bsdf(point, light, found.to_light) / rays_to(light));
     if (!(largest(radiance) > 0.0)) return none;
     vec3 origin = offset_origin(point.place.position, point.facing.normal, found.to_light);
     // Ends short of the light, so that a light on a surface is not hidden by it: by what the origin

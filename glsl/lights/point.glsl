@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A point light in Blender's units, I = P / (4 PI) [W/sr], or a sphere of even radiance that is as bright.
-// Parameters: radius [m].
+// Parameters: radius [m]. Power: W.
 
 // A direction uniform in the cone that the light's sphere fills.
-LightSample sample_point(Light light, vec3 position, vec2 u) {
+LightSample sample_point(Light light, vec3 position, vec3 normal, vec2 u) {
     float radius = light.parameters.x;
     vec3 axis_to_light = light.position - position;
     float distance2 = dot(axis_to_light, axis_to_light);
@@ -26,7 +26,7 @@ LightSample sample_point(Light light, vec3 position, vec2 u) {
 }
 
 // Per solid angle; 0 for a light without size, whose direction is the only one.
-float pdf_point(Light light, vec3 position, vec3 to_light) {
+float pdf_point(Light light, vec3 position, vec3 normal, vec3 to_light) {
     vec3 axis = light.position - position;
     float distance2 = dot(axis, axis), sine2 = light.parameters.x * light.parameters.x / distance2;
     if (!(sine2 > 0.0 && sine2 < 1.0)) return 0.0;
@@ -34,8 +34,12 @@ float pdf_point(Light light, vec3 position, vec3 to_light) {
     return versine_between(to_light, axis * inversesqrt(distance2)) <= widest ? 1.0 / (2.0 * PI * widest) : 0.0;
 }
 
-Emitted emit_point(Light light, vec2 u, vec2 on_light) {
+LightRay emit_point(Light light, vec2 u, vec2 on_light) {
     return emitted_by_sphere(light, 2.0 * u.x, u.y, on_light, light.parameters.x);
+}
+
+vec3 seen_point(Light light, vec3 origin, vec3 direction, float far) {
+    return seen_sphere(light, light.parameters.x, origin, direction, far);
 }
 
 vec3 flux_point(Light light) { return light.power; }

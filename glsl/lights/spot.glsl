@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A spotlight in Blender's units: a point light, of which a cone is left. Full power inside the inner cone, a
 // smooth step down to darkness at the outer one.
-// Parameters: radius [m], outer [1 - cos], inner [1 - cos].
+// Parameters: radius [m], outer [1 - cos], inner [1 - cos]. Power: W.
 #include "lights/point.glsl"
 
 // The share of P / (4 PI) that leaves at 1 - cos(theta) = versine from the axis.
@@ -28,16 +28,23 @@ float sample_spot_versine(Light light, float u) {
     return outer - t * fading;
 }
 
-LightSample sample_spot(Light light, vec3 position, vec2 u) {
-    LightSample found = sample_point(light, position, u);
+LightSample sample_spot(Light light, vec3 position, vec3 normal, vec2 u) {
+    LightSample found = sample_point(light, position, normal, u);
     found.share = spot_share(light, versine_between(-found.to_light, light.axis));
     return found;
 }
 
-float pdf_spot(Light light, vec3 position, vec3 to_light) { return pdf_point(light, position, to_light); }
+float pdf_spot(Light light, vec3 position, vec3 normal, vec3 to_light) {
+    return pdf_point(light, position, normal, to_light);
+}
 
-Emitted emit_spot(Light light, vec2 u, vec2 on_light) {
+LightRay emit_spot(Light light, vec2 u, vec2 on_light) {
     return emitted_by_sphere(light, sample_spot_versine(light, u.x), u.y, on_light, light.parameters.x);
+}
+
+vec3 seen_spot(Light light, vec3 origin, vec3 direction, float far) {
+    vec3 radiance = seen_sphere(light, light.parameters.x, origin, direction, far);
+    return radiance * spot_share(light, versine_between(-direction, light.axis));
 }
 
 // Integral of spot_share over all directions, over 4 PI.

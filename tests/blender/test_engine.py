@@ -383,7 +383,7 @@ def test_unwritable_report_is_an_error(room, tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("what", "said"), [("LIGHT", "no spotlight or point light"), ("MESH", "no triangles")]
+    ("what", "said"), [("LIGHT", "the scene has no light"), ("MESH", "no triangles")]
 )
 def test_missing_things_are_a_word_not_an_error(room, what, said) -> None:
     for obj in list(room.objects):

@@ -49,7 +49,6 @@ def test_every_setting_has_a_property(scene) -> None:
         ("splat_shape", "POINT"),
         ("photon_bounces", 5),
         ("mirror_depth", 3),
-        ("ambient", True),
         ("boundary_correction", False),
         ("direct_by_photons", True),
         ("device_index", 1),

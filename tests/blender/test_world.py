@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The world is a constant background."""
+"""The world lights by one radiance."""
 
 from __future__ import annotations
 
@@ -22,15 +22,16 @@ def new_world(scene: bpy.types.Scene) -> bpy.types.NodeTree:
 
 
 def test_no_world_is_black(export) -> None:
-    assert export()[0].background == (0.0, 0.0, 0.0)
+    assert not export()[0].lights
 
 
 def test_colour_times_strength(scene, export) -> None:
     tree = new_world(scene)
     finish(tree, add_node(tree, "ShaderNodeBackground", Color=(0.1, 0.2, 0.4, 1), Strength=2.0))
     exported, report = export()
-    assert exported.background == pytest.approx((0.2, 0.4, 0.8))
-    assert [e.feature for e in report.of("approximated") if "World" in e.object] == ["World light"]
+    (world,) = exported.lights
+    assert (world.kind, world.power) == ("world", pytest.approx((0.2, 0.4, 0.8)))
+    assert [e.feature for e in report.of("exact") if "World" in e.object] == ["Background"]
 
 
 def test_black_world_is_exact(scene, export) -> None:
@@ -49,7 +50,7 @@ def test_camera_ray_switch(scene, export) -> None:
     tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
     finish(tree, mix)
     exported, report = export()
-    assert exported.background == pytest.approx((0.6,) * 3)
+    assert exported.lights[0].power == pytest.approx((0.6,) * 3)
     assert "Light Path" in [e.feature for e in report.of("approximated")]
 
 

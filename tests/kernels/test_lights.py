@@ -13,30 +13,26 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.kernels.records import LIGHT
 from addon.photon.scene import Light
-from addon.photon.stage.geometry import Frame
-from addon.photon.stage.kinds import light_kinds, made_lights
-from addon.photon.stage.tables import light_table
-from addon.streams import Table
+from addon.photon.stage.kinds import light_kinds
 from tests.kernels.conftest import Bench
+from tests.kernels.light_probe import (
+    COUNT,
+    DENSITY,
+    EMIT,
+    FLUX,
+    FRAME,
+    SAMPLE,
+    numbers,
+    probe,
+)
 from tests.kernels.statistics import Cells, assert_density
+from tests.kernels.test_seen_lights import SEEN_LIGHTS
 from tests.scenes import plain_light
-from tests.unit.glsl_files import VALUE, declare
 
-COUNT = 1 << 18
-SAMPLE, DENSITY, EMIT, FLUX = range(4)
-FRAME = Frame(np.array([0.5, -1.0, 2.0]), 2.0)
 POWER = (8.0, 4.0, 2.0)
 PLACE = np.array([0.3, 0.2, 0.1])  # in scene units
 SKEW = (0.36, 0.48, -0.8)
-PROBE = declare(
-    "probe_light",
-    {"first": VALUE, "second": VALUE},
-    inputs={"a": VALUE, "b": VALUE},
-    tables={"lights": Table(LIGHT)},
-    structure=("ASK",),
-)
 
 
 def everywhere(light: Light, directions: Any) -> Any:
@@ -86,31 +82,8 @@ EACH = [
 
 
 def test_every_kind_is_tested() -> None:
-    assert CASES.keys() == light_kinds().keys()
-
-
-def probe(bench: Bench, light: Light, ask: int, a: Any, b: Any) -> tuple[Any, Any]:
-    """The kernel's two outputs, (n, 4) each."""
-    inputs = {}
-    for name, given in (("a", a), ("b", b)):
-        inputs[name] = np.zeros((len(b), 4), np.float32)
-        inputs[name][:, : np.shape(given)[-1]] = given
-    result = bench.run(
-        PROBE,
-        inputs,
-        tables={"lights": light_table((light,), FRAME)},
-        defines={"ASK": ask},
-        made=made_lights({light.kind}),
-    )
-    first, second = result["first"].astype(float), result["second"].astype(float)
-    assert np.isfinite(first).all() and np.isfinite(second).all()
-    return first, second
-
-
-def numbers(seed: int = 11) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Two of 24 bits each, twice, as random4 gives them."""
-    both = np.random.default_rng(seed).integers(0, 1 << 24, (2, COUNT, 2)) / (1 << 24)
-    return both[0], both[1]
+    """Here, or where several kinds are held against each other."""
+    assert CASES.keys() | {light.kind for light in SEEN_LIGHTS} == light_kinds().keys()
 
 
 def emitted(bench: Bench, light: Light, seed: int = 11) -> tuple[Any, Any]:

@@ -151,21 +151,23 @@ vec3 albedo_toy(Lobe lobe, Shape shape, float cosine) { return shape.parameters.
 
 TOY_LIGHT = """// SPDX-License-Identifier: GPL-3.0-or-later
 // A point light that shines into the half space before it alone.
-// Parameters: gain, unused [m].
+// Parameters: gain, unused [m]. Power: W.
 
-LightSample sample_toy(Light light, vec3 position, vec2 u) {
+LightSample sample_toy(Light light, vec3 position, vec3 normal, vec2 u) {
     vec3 to = light.position - position;
     float far = length(to);
     vec3 irradiance = light.parameters.x * light.power / (4.0 * PI * far * far);
     return LightSample(to / far, far, irradiance, dot(to, light.axis) < 0.0 ? 1.0 : 0.0);
 }
 
-float pdf_toy(Light light, vec3 position, vec3 to_light) { return 0.0; }
+float pdf_toy(Light light, vec3 position, vec3 normal, vec3 to_light) { return 0.0; }
 
-Emitted emit_toy(Light light, vec2 u, vec2 on_light) {
+LightRay emit_toy(Light light, vec2 u, vec2 on_light) {
     vec3 direction = direction_from_versine(u.x, 2.0 * PI * u.y);
-    return Emitted(light.position, frame_about(light.axis) * direction);
+    return LightRay(light.position, frame_about(light.axis) * direction);
 }
+
+vec3 seen_toy(Light light, vec3 origin, vec3 direction, float far) { return vec3(0.0); }
 
 vec3 flux_toy(Light light) { return 0.5 * light.parameters.x * light.power; }
 """

@@ -119,7 +119,7 @@ def test_a_border_render_is_the_crop_of_the_whole(
     ("pixels", "settings"),
     [
         (48 * 7, {}),  # six strips of seven rows, the last ones overlapping
-        (48 * 20, {"transparent": True, "ambient": True, "seed": 7}),
+        (48 * 20, {"transparent": True, "seed": 7}),
         (1, {"region": (7, 5, 30, 18)}),  # a row each
         (23 * 4, {"region": (7, 5, 30, 33), "boundary_correction": False}),
         (48 * 13, {"direct_by_photons": True, "mirror_depth": 2}),

@@ -11,7 +11,16 @@ import pytest
 
 from addon.streams import Device
 from tests.measure import not_finite, render_clean
-from tests.scenes import GREY, Builder, camera, cornell, orthographic, plain_light, replace
+from tests.scenes import (
+    GREY,
+    Builder,
+    backdrop,
+    camera,
+    cornell,
+    orthographic,
+    plain_light,
+    replace,
+)
 from tests.stability.table import Measured
 
 
@@ -84,7 +93,7 @@ def test_sizes(device: Device, measured: Measured, layer: str, size: tuple[int, 
     """No pixel is left out, at sizes that no group of threads divides."""
     if layer == "compute" and not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
-    scene = replace(cornell(), background=(0.5,) * 3)
+    scene = replace(cornell(), lights=(*cornell().lights, *backdrop((0.5,) * 3)))
     width, height = size
     images = render_clean(device, scene, width=width, height=height, layer=layer, photons=2000)
     assert images["Combined"].shape == (height, width, 4)

@@ -13,7 +13,7 @@ from addon.photon.prepare import prepare
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from addon.streams import Device
-from tests.scenes import cornell, plain_material
+from tests.scenes import backdrop, cornell, plain_material
 from tests.stability.table import Measured
 
 PARTS = ("Direct", "Indirect", "Mirror")
@@ -121,7 +121,8 @@ def test_zero_area(device: Device, corners: Any, measured: Measured) -> None:
 @pytest.mark.stability(18, 19)
 def test_nothing_but_bad_triangles(device: Device) -> None:
     scene = replace(cornell(), vertices=np.full_like(cornell().vertices, np.nan))
-    images, warnings = render(device, replace(scene, background=(0.5, 0.5, 0.5)))
+    lights = (*scene.lights, *backdrop((0.5, 0.5, 0.5)))
+    images, warnings = render(device, replace(scene, lights=lights))
     count = len(scene.triangles)
     assert f"{count} triangles with NaN or infinite vertices were skipped" in warnings
     assert "the scene has no triangles to render" in warnings

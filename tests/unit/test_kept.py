@@ -129,7 +129,7 @@ SETTING_STEPS: list[tuple[dict[str, Any], int]] = [  # changes, and passes of ph
     ({"region": (2, 3, 7, 9)}, 0),
     ({"radius": 0.5}, 0),
     ({"radius_shrink": 1.0, "filter": "cone", "boundary_correction": False}, 0),
-    ({"mirror_depth": 1, "ambient": True, "transparent": True}, 0),
+    ({"mirror_depth": 1, "transparent": True}, 0),
     ({"passes": 4}, 2),
     ({"first_pass": 3}, 1),
     ({"seed": 1}, ALL),

@@ -20,7 +20,8 @@ from addon.photon.settings import Settings
 from addon.photon.stage.kinds import check_kinds, light_kinds, lobe_kinds, made_bsdf, made_lights
 from addon.photon.variants import kernels
 from addon.streams import Device, HostKernel, Kernel, StreamError
-from tests.scenes import cornell, plain_light
+from tests.kernels.test_seen_lights import SEEN_LIGHTS
+from tests.scenes import cornell
 from tests.unit.glsl_files import use_root, write
 
 
@@ -177,7 +178,7 @@ def test_variants_are_what_scenes_need(device: Device, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(Kernel, "source", classmethod(spy))
     scene = cornell()
-    lights = (*scene.lights, plain_light("bulb", "POINT", (5, 5, 5), (9.0,) * 3))
+    lights = (*scene.lights, *SEEN_LIGHTS)  # of every kind
     scenes = [scene]
     for lobes in ((phong((0.1,) * 3, 9.0),), (phong((0.1,) * 3),), (phong((0.1,) * 3, 9.0),) * 2):
         shiny = Material("shiny", (0.1,) * 3, lobes)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import SceneError
-from addon.photon.scene import MIRROR, Camera, Lobe, Material, Scene
+from addon.photon.scene import MIRROR, Camera, Lobe, Material, Scene, world_light
 from addon.photon.stage.kinds import check_kinds
 from tests.scenes import cornell, plain_light, plain_material
 
@@ -137,11 +137,6 @@ def test_rest_of_the_camera(camera: dict[str, Any]) -> None:
         replace(scene, camera=replace(scene.camera, **camera)).check()
 
 
-def test_background() -> None:
-    with pytest.raises(SceneError, match=r"scene\.background"):
-        replace(cornell(), background=(np.nan, 0.0, 0.0)).check()
-
-
 # Snapshots.
 
 
@@ -159,6 +154,7 @@ def awkward() -> Scene:
                 'Lämpchen "1"\n', "SPOT", (third, -0.0, 1e300), (0.1, 0.2, 0.3), spot_blend=third
             ),
             plain_light("", "POINT", (0.0, 0.0, 0.0), (1e-9, 0.0, 0.0), radius=third),
+            world_light("sky", (third, 0.0, 1e-20), ("camera",)),
         ),
         materials=(
             *scene.materials,
@@ -167,7 +163,6 @@ def awkward() -> Scene:
         ),
         vertices=vertices,
         surfaces=(*scene.surfaces, "床 \u0000 floor"),
-        background=(third, 0.0, 1e-20),
     )
 
 

@@ -36,7 +36,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "filter": ("constant", "cone", "gaussian", "epanechnikov"),
     "splat_shape": ("triangle", "quad", "point"),
 }
-SWITCHES = {"ambient", "boundary_correction", "direct_by_photons", "transparent"}
+SWITCHES = {"boundary_correction", "direct_by_photons", "transparent"}
 
 
 def test_defaults_are_in_range() -> None:

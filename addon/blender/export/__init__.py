@@ -52,13 +52,12 @@ def snapshot(
         else:
             geometry.add(obj, matrix, materials, notes)
     world = getattr(view_layer, "world_override", None) or scene.world
-    background = export_world(world, notes)
+    lights += export_world(world, notes)
     exported = Scene(
         camera=exported_camera,
         lights=tuple(lights),
         materials=tuple(materials.materials),
         surfaces=tuple(geometry.surfaces),
-        background=background,
         **geometry.arrays(),
     )
     exported.check()

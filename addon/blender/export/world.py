@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Export the world as a constant background, and note what the scene asks of it in vain."""
+"""Export the world as light of one radiance, and note what the scene asks of it in vain."""
 
 from __future__ import annotations
 
 import bpy
 import numpy as np
 
+from ...photon.scene import Light, world_light
 from .materials import has_nodes
 from .nodes import Colour, Graph, Scope, colour_of, source, value_of
 from .report import Notes
@@ -13,10 +14,10 @@ from .report import Notes
 BLACK = (0.0, 0.0, 0.0)
 
 
-def export_world(world: bpy.types.World | None, notes: Notes) -> Colour:
-    """Return the radiance of the background [W/(m^2 sr)]."""
+def export_world(world: bpy.types.World | None, notes: Notes) -> tuple[Light, ...]:
+    """Return the lights that the world is."""
     if world is None:
-        return BLACK
+        return ()
     owner = f"World '{world.name}'"
     if has_nodes(world):
         graph = Graph(world.node_tree, owner, notes)
@@ -30,14 +31,10 @@ def export_world(world: bpy.types.World | None, notes: Notes) -> Colour:
     valid = np.where(np.isfinite(radiance), radiance, 0.0).clip(0.0)
     if not np.array_equal(valid, radiance):
         notes.approximated(owner, "Colour", "negative or not finite: clamped to 0")
-    if valid.any():
-        notes.approximated(
-            owner, "World light", "seen as the background; it lights by the ambient term only"
-        )
-    else:
-        notes.exact(owner, "Background", "black")
+    if not notes.mention(owner):
+        notes.exact(owner, "Background")
     r, g, b = (float(channel) for channel in valid)
-    return r, g, b
+    return (world_light(world.name, (r, g, b)),) if valid.any() else ()
 
 
 def _radiance(graph: Graph, node: bpy.types.Node | None, scope: Scope) -> Colour:

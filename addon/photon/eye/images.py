@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from ...streams import PingPong, Stream
-from ..film.picture import FILM_IMAGES
+from ..film.picture import EMISSION_IMAGES, FILM_IMAGES, MIRROR_IMAGES
 from ..kernels.blur import Blur
 from ..kernels.combine import CombineAll, CombineMirror, CombinePrimary
 from ..kernels.launch import launch
@@ -15,8 +15,6 @@ from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from ..ways.way import Way
 from .paths import Eye, Path
-
-PARTS = ("direct", "indirect", "mirror", "mirror_indirect", "background", "blur")
 
 
 class PassImages:
@@ -33,19 +31,19 @@ class PassImages:
     ) -> None:
         device, layer, size = way.device, way.layer, eye.streams["hit"].size
         self._tables, self._eye = tables, eye
-        self._primary, self._all = CombinePrimary(device, layer), CombineAll(device, layer)
-        self._mirror = CombineMirror(device, layer) if needs.secondary_rays else None
+        defines = needs.emitter_defines
+        self._primary = CombinePrimary(device, layer, defines)
+        self._all = CombineAll(device, layer, defines)
+        self._mirror = CombineMirror(device, layer, defines) if needs.secondary_rays else None
         self._blur = Blur(device, layer) if needs.photons else None
-        self._seen = {name: Stream(device, RADIANCE, size) for name in FILM_IMAGES}
+        names = (*FILM_IMAGES, *(EMISSION_IMAGES if needs.emitters_seen else ()))
+        self._seen = {name: Stream(device, RADIANCE, size) for name in names}
         self._blurs = PingPong(device, BLUR, size)
         self._mirrors: dict[str, PingPong] = {}
         if needs.secondary_rays:
-            names = "mirror", "mirror_indirect"
-            self._mirrors = {name: PingPong(device, RADIANCE, size) for name in names}
-        ambient = scene.background if settings.ambient else (0.0, 0.0, 0.0)
+            pairs = {name: PingPong(device, RADIANCE, size) for name in MIRROR_IMAGES}
+            self._mirrors = pairs
         self._world = {
-            "ambient": ambient,
-            "background": scene.background,
             "background_alpha": 0.0 if settings.transparent else 1.0,
             **eye.view_axis(),
         }
@@ -56,9 +54,18 @@ class PassImages:
             pair.restart(self._eye.streams["zeros"])
         return self
 
-    def add(self, path: Path, direct: Stream, indirect: tuple[Stream, Stream]) -> None:
-        """Add what a path's rays see: direct light, irradiance and its coverage."""
+    def add(
+        self,
+        path: Path,
+        emitted: tuple[Stream, Stream] | None,
+        direct: Stream,
+        indirect: tuple[Stream, Stream],
+    ) -> None:
+        """Add what a path's rays see: lights and the world, if there are any to see; direct light;
+        irradiance and its coverage."""
         streams = {**self._eye.streams, "direct": direct, "throughput": path.throughput}
+        if emitted:
+            streams |= dict(zip(("emitted", "environment"), emitted, strict=True))
         streams |= dict(zip(("irradiance", "coverage"), indirect, strict=True))
         if path.depth == 0:
             seen = {f"{name}_seen": stream for name, stream in self._seen.items()}
@@ -71,12 +78,12 @@ class PassImages:
             self._blurs.swap()
 
     def finish(self) -> dict[str, Stream]:
-        """By name: PARTS, normal and combined."""
+        """By name, and combined of all."""
         zeros = self._eye.streams["zeros"]
         images = self._seen | {"blur": self._blurs.front}
-        images |= dict.fromkeys(("mirror", "mirror_indirect"), zeros)
+        images |= dict.fromkeys(MIRROR_IMAGES, zeros)
         images |= {name: pair.front for name, pair in self._mirrors.items()}
-        seen = {f"{name}_seen": images[name] for name in PARTS}
+        seen = {f"{name}_seen": image for name, image in images.items()}
         launch(self._all, seen | {"combined": images["combined"]}, self._tables)
         return images
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...streams import TEXEL, Count, Device, Kernel, PingPong, Stream
 from ...streams.declaration import present
+from ..kernels.emitted import Emitted
 from ..kernels.eye_rays import EyeRays
 from ..kernels.launch import launch, launch_and_count
 from ..kernels.records import (
@@ -90,7 +91,9 @@ class Eye:
             self._tracer = way.tracer()
             self._shade = Shade(device, layer, needs.eye_defines, made=needs.made)
         self._direct_light = way.direct_light(needs, size) if needs.shadow_rays else None
-        self._scatter: Scatter | None = None
+        self._emitted = self._scatter = None
+        if needs.emitters_seen:
+            self._emitted = Emitted(device, layer, needs.direct_defines, made=needs.made)
         if needs.secondary_rays:
             self._scatter = Scatter(device, layer, needs.eye_defines, made=needs.made)
         self._cuts = self._coverage = None
@@ -103,6 +106,8 @@ class Eye:
         needs = self._needs
         ones = {"hit": HIT, **present({**POINT, **LOBES}, needs.eye_defines)}
         ones |= {"irradiance": IRRADIANCE, "zeros": TEXEL}
+        if needs.emitters_seen:
+            ones |= {"emitted": RADIANCE, "environment": RADIANCE}
         twos = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "direct": RADIANCE}
         if needs.photons:
             ones["cuts"] = CUTS
@@ -171,6 +176,14 @@ class Eye:
         launch(self._tracer, self._of(path), self._tables)
         launch(self._shade, self._of(path), self._tables, self._draw(path))
         path.is_shaded = True
+
+    def emitted(self, path: Path) -> tuple[Stream, Stream] | None:
+        """What rays meet of lights, and of the world; None if there is none to see."""
+        if not self._emitted:
+            return None
+        streams = {**self._of(path), "throughput": path.throughput}
+        launch(self._emitted, streams, self._tables, self._draw(path))
+        return self.streams["emitted"], self.streams["environment"]
 
     def direct(self, path: Path) -> Stream:
         """Direct light at the points."""
@@ -252,8 +265,8 @@ class Eye:
             self._direct_light.release()
 
     def _kernels(self) -> list[Kernel]:
-        known = self._eye_rays, self._tracer, self._shade, self._scatter, self._cuts, self._coverage
-        return [kernel for kernel in known if kernel]
+        known = self._eye_rays, self._tracer, self._shade, self._emitted, self._scatter
+        return [kernel for kernel in (*known, self._cuts, self._coverage) if kernel]
 
     def _of(self, path: Path) -> dict[str, Stream]:
         """What there is of a path."""
@@ -276,8 +289,7 @@ class Eye:
         kernel = self._coverage
         if kernel is None:
             return self._unit_coverage
-        draw = self._draw(path)
-        del draw["pass_index"]
+        draw = {n: value for n, value in self._draw(path).items() if n in kernel.uniforms}
         kernel.run(
             {name: self.streams[name] for name in (*POINT, "cuts", "coverage")},
             self._tables.of(kernel) | radii.tables(kernel),
@@ -286,11 +298,14 @@ class Eye:
         return self.streams["coverage"]
 
     def _draw(self, path: Path) -> dict[str, Any]:
-        """What random numbers of a pixel depend on."""
+        """What random numbers of a pixel depend on, and which lights there are."""
         return {
             "seed": self._settings.seed,
             "pass_index": path.index,
             "depth": path.depth,
+            "chain_depth": self._needs.chain_depth,
+            "light_count": len(self._tables.lights),
+            "seen_lights": self._tables.seen_lights,
             "frame_size": (self._settings.width, self._settings.height),
             "region_origin": path.region[:2],
         }

@@ -14,15 +14,16 @@ from .film import Images
 
 FILM_IMAGES = ("direct", "indirect", "background", "normal", "combined")
 MIRROR_IMAGES = ("mirror", "mirror_indirect")  # only of scenes with mirrors or lobes
-PARTS = ("Direct", "Indirect", "Mirror", "Background")
+EMISSION_IMAGES = ("emission",)  # only of scenes with emitters that can be seen
+PARTS = ("Direct", "Indirect", "Mirror", "Emission", "Background")
 LEAST_COVERAGE = 0.02  # a mean below it is noise: dividing by it would make fireflies
 
 
 def picture_of(means: Images) -> dict[str, NDArray[np.float32]]:
     """The images by Blender's names, float32, row 0 at the bottom.
 
-    Combined (h, w, 4) premultiplied RGBA; Direct, Indirect, Mirror, Background, Normal (h, w, 3).
-    Combined is the sum of the four light passes.
+    Combined (h, w, 4) premultiplied RGBA; PARTS and Normal (h, w, 3).
+    Combined is the sum of the five light passes.
     """
     shape = means["direct"].shape[:2]
     images = {"Combined": np.empty((*shape, 4), np.float32)}
@@ -39,10 +40,12 @@ def picture_of(means: Images) -> dict[str, NDArray[np.float32]]:
 def _rows_of(means: Images) -> dict[str, NDArray[np.float64]]:
     """As picture_of."""
     mirror, mirror_indirect = mirror_images(means)
+    shape = (*means["direct"].shape[:2], 3)
     parts = {
         "Direct": means["direct"][..., :3],
         "Indirect": _uncovered(means["indirect"], means["direct"][..., 3:]),
         "Mirror": mirror[..., :3] + _uncovered(mirror_indirect, mirror[..., 3:]),
+        "Emission": means["emission"][..., :3] if "emission" in means else np.zeros(shape),
         "Background": means["background"][..., :3],
     }
     alpha = np.clip(means["background"][..., 3:], 0.0, 1.0)

@@ -38,7 +38,7 @@ Images = dict[str, NDArray[np.float32]]
 
 TICK = 0.05  # [s] between looks at a render under way
 SHARED_MEMORY = "/dev/shm"
-IMAGE_BYTES = 84  # a pixel: 21 floats over all images
+IMAGE_BYTES = 96  # a pixel: 24 floats over all images
 CANCEL_GRACE = 0.08  # [s] for the child to end its pass; then it is killed
 PREVIEW_SHARE = 0.1  # of the time may go into previews
 _HINTS = (
@@ -53,8 +53,8 @@ class Progress:
     """What the renderer says about a render under way.
 
     `images`, when there is a new picture: {"Combined": (h, w, 4) premultiplied RGBA,
-    "Direct"/"Indirect"/"Mirror"/"Background"/"Normal": (h, w, 3), "Depth"/"Error": (h, w, 1)}
-    float32, row 0 at the bottom, of the rendered region.
+    "Direct"/"Indirect"/"Mirror"/"Emission"/"Background"/"Normal": (h, w, 3),
+    "Depth"/"Error": (h, w, 1)} float32, row 0 at the bottom, of the rendered region.
     """
 
     phase: str  # e.g. "Starting", "Rendering"

@@ -1,12 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Uniform
+from ...streams import Kernel, Ports, Uniform, When
 from .records import BLUR, COVERAGE, DIFFUSE, HIT, IRRADIANCE, PLACE, RADIANCE, SHADING, THROUGHPUT
+
+# What rays meet of lights and the world, in scenes where there is any to see.
+_EMITTERS: Ports = {
+    "emitted": When("EMITTERS", RADIANCE),
+    "environment": When("EMITTERS", RADIANCE),
+}
 
 
 class CombinePrimary(Kernel):
-    """Split what the eye sees into the images direct, indirect, background and normal."""
+    """Split what the eye sees into the images direct, indirect, emission, background and normal."""
 
     stem = "combine_primary"
+    structure = ("EMITTERS",)
     inputs = {
         "hit": HIT,
         "place": PLACE,
@@ -15,16 +22,16 @@ class CombinePrimary(Kernel):
         "direct": RADIANCE,
         "irradiance": IRRADIANCE,
         "coverage": COVERAGE,
+        **_EMITTERS,
     }
     outputs = {
         "direct_seen": RADIANCE,
         "indirect_seen": RADIANCE,
+        "emission_seen": When("EMITTERS", RADIANCE),
         "background_seen": RADIANCE,
         "normal_seen": RADIANCE,
     }
     uniforms = {
-        "ambient": Uniform("vec3"),
-        "background": Uniform("vec3"),
         "background_alpha": Uniform("float"),
         "eye": Uniform("vec3"),
         "view_axis": Uniform("vec3"),
@@ -35,6 +42,7 @@ class CombineMirror(Kernel):
     """Add what a secondary ray sees to the mirror image."""
 
     stem = "combine_mirror"
+    structure = ("EMITTERS",)
     inputs = {
         "sum": RADIANCE,
         "indirect_sum": RADIANCE,
@@ -44,21 +52,23 @@ class CombineMirror(Kernel):
         "irradiance": IRRADIANCE,
         "coverage": COVERAGE,
         "throughput": THROUGHPUT,
+        **_EMITTERS,
     }
     outputs = {"total": RADIANCE, "indirect_total": RADIANCE}
-    uniforms = {"ambient": Uniform("vec3"), "background": Uniform("vec3")}
 
 
 class CombineAll(Kernel):
-    """Add the images up: combined = direct + indirect + mirror + background."""
+    """Add the images up: combined = direct + indirect + mirror + emission + background."""
 
     stem = "combine_all"
+    structure = ("EMITTERS",)
     inputs = {
         "direct_seen": RADIANCE,
         "indirect_seen": RADIANCE,
         "mirror_seen": RADIANCE,
         "mirror_indirect_seen": RADIANCE,
         "background_seen": RADIANCE,
+        "emission_seen": When("EMITTERS", RADIANCE),
         "blur_seen": BLUR,
     }
     outputs = {"combined": RADIANCE}

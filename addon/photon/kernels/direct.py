@@ -2,17 +2,18 @@
 """Direct light at visible points: one kernel that traces its shadow rays itself, or, for devices
 whose rays another one traces, the two around that."""
 
-from ...streams import Kernel, Table, Uniform
+from ...streams import Kernel, Table, Uniform, When
 from ...streams.declaration import Ports
 from .records import HIT, LIGHT, NODE, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, TRIANGLE
 from .shade import LOBES, POINT
 
-_STRUCTURE = ("SHADOW_RAYS", "DRAWN", "LOBES", "TWO_LOBES")
+_STRUCTURE = ("SHADOW_RAYS", "DRAWN", "LOBES", "TWO_LOBES", "WEIGHED")
 _INPUTS: Ports = {**POINT, "direction": RAY_DIRECTION, **LOBES}
 _UNIFORMS = {
     "seed": Uniform("uint"),
     "pass_index": Uniform("uint"),
     "depth": Uniform("int"),
+    "chain_depth": When("WEIGHED", Uniform("int")),
     "light_count": Uniform("int"),
     "frame_size": Uniform("ivec2"),
     "region_origin": Uniform("ivec2"),

@@ -14,7 +14,9 @@ RAY_DIRECTION = Record(
 )  # unit; zero: no ray
 HIT = Record("Hit", {"t": "float", "triangle": "float", "u": "float", "v": "float"})  # number + 1
 FLUX = Record("Flux", {"flux": "vec3", "photon": "float"})  # [W], linear RGB, >= 0; its number
-THROUGHPUT = Record("Throughput", {"throughput": "vec3"})  # of a chain of secondary rays
+# Of a chain of secondary rays; the density with which a lobe sent its last one [1/sr], 0 for a
+# delta lobe.
+THROUGHPUT = Record("Throughput", {"throughput": "vec3", "density": "float"})
 
 # Streams of shaded points: where rays end, and the BSDF there.
 PLACE = Record("Place", {"position": "vec3", "surface": "float"})  # surface number + 1
@@ -96,7 +98,10 @@ LIGHT = Record(
         "chosen": "float",  # probability with which a photon starts here
         "power": "vec3",  # P per channel, so that power / distance^2 is W/m^2
         "cdf": "float",  # sum of `chosen` up to and including this light
+        "across": "vec3",  # unit, at a right angle to the axis
+        "found_by": "float",  # bits, see light.glsl
         "parameters": "vec4",
+        "more": "vec4",
     },
 )
 

@@ -21,7 +21,7 @@ from .deposits import DEPOSIT_BYTES, Copy, Deposits
 # [bytes] of deposits that are kept: an eighth of the memory that Blender asks for at least, and as
 # much as a GPU of 4 GB can spare; less where a render leaves less (`leave_room`).
 BUDGET = 1 << 30
-VIEW = ("camera", "background")  # what of a scene eye rays alone meet
+VIEW = ("camera",)  # what of a scene eye rays alone meet
 
 
 class Mapper(Protocol):

@@ -3,6 +3,7 @@
 
 from .values import (
     BLACK,
+    FOUND_BY,
     MIRROR,
     RGB,
     SNAPSHOT_VERSION,
@@ -15,10 +16,12 @@ from .values import (
     phong,
     point_light,
     spot_light,
+    world_light,
 )
 
 __all__ = [
     "BLACK",
+    "FOUND_BY",
     "MIRROR",
     "RGB",
     "SNAPSHOT_VERSION",
@@ -31,4 +34,5 @@ __all__ = [
     "phong",
     "point_light",
     "spot_light",
+    "world_light",
 ]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..errors import SceneError
 
-SNAPSHOT_VERSION = 2
+SNAPSHOT_VERSION = 3
 CameraKind = Literal["PERSP", "ORTHO"]
 RGB = tuple[float, float, float]  # or x, y, z
 BLACK: RGB = (0.0, 0.0, 0.0)
@@ -47,27 +47,43 @@ class Camera:
     clip_end: float = np.inf  # [m]
 
 
+# Who may find a light: the eye's rays; shadow rays of diffuse surfaces and of lobes; rays of lobes.
+FOUND_BY = ("camera", "diffuse", "glossy", "chains")
+
+
 @dataclass(frozen=True)
 class Light:
-    """A light of one of the kinds of glsl/lights, whose files say what the parameters are."""
+    """A light of one of the kinds of glsl/lights, whose files say what the parameters are, and in
+    what unit the power is."""
 
     name: str
     kind: str
     position: RGB  # [m]
-    power: RGB  # P [W] per channel, >= 0
+    power: RGB  # per channel, >= 0
     direction: RGB = (0.0, 0.0, -1.0)  # its axis
-    parameters: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, float | RGB] = field(default_factory=dict)
+    across: RGB = (1.0, 0.0, 0.0)  # for kinds that are no bodies of revolution about the axis
+    found_by: tuple[str, ...] = FOUND_BY
 
     def check(self) -> None:
         """Raise SceneError naming the light and the first value out of its range."""
         who = f"light {self.name!r}"
         _check_finite(f"{who}: position", self.position)
         _check_finite(f"{who}: power", self.power, 0.0)
-        _check_finite(f"{who}: direction", self.direction)
         for name, value in self.parameters.items():
             _check_finite(f"{who}: {name}", value, 0.0)
-        if not any(self.direction):
-            raise SceneError(f"{who}: direction {self.direction} has no length")
+        for what, axis in (("direction", self.direction), ("across", self.across)):
+            _check_finite(f"{who}: {what}", axis)
+            if not any(axis):
+                raise SceneError(f"{who}: {what} {axis} has no length")
+        unknown = set(self.found_by) - set(FOUND_BY)
+        if unknown:
+            raise SceneError(f"{who}: found_by {unknown.pop()!r} is none of {', '.join(FOUND_BY)}")
+
+    @property
+    def lights_surfaces(self) -> bool:
+        """Whether shadow rays and photons ask for it."""
+        return "diffuse" in self.found_by or "glossy" in self.found_by
 
 
 def point_light(name: str, position: RGB, power: RGB, radius: float = 0.0) -> Light:
@@ -94,6 +110,11 @@ def spot_light(
     outer = 2.0 * math.sin(size / 4.0) ** 2  # 1 - cos(size / 2), exact for small angles
     parameters = {"radius": radius, "outer": outer, "inner": outer * (1.0 - blend)}
     return Light(name, "spot", position, power, direction, parameters)
+
+
+def world_light(name: str, radiance: RGB, found_by: tuple[str, ...] = FOUND_BY) -> Light:
+    """A world of one radiance [W/(m^2 sr)] from everywhere."""
+    return Light(name, "world", BLACK, radiance, found_by=found_by)
 
 
 @dataclass(frozen=True)
@@ -208,7 +229,6 @@ class Scene:
     material: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into materials
     surface: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into surfaces
     surfaces: tuple[str, ...] = ()  # object names
-    background: RGB = BLACK  # world radiance [W/(m^2 sr)]
 
     @property
     def emitters(self) -> tuple[Light, ...]:
@@ -246,7 +266,6 @@ class Scene:
                     f"scene.{name}{list(where)} = {int(array[where])} is outside [0, {limit})"
                 )
         self._check_camera()
-        _check_finite("scene.background", self.background, 0.0)
         for light in self.lights:
             light.check()
         for material in self.materials:
@@ -280,7 +299,6 @@ class Scene:
             "lights": [_plain(light) for light in self.lights],
             "materials": [_plain(material) for material in self.materials],
             "surfaces": list(self.surfaces),
-            "background": list(self.background),
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, *_LATER)}
         with open(path, "wb") as file:
@@ -311,14 +329,17 @@ def _read(data: Any) -> Scene:
             f"snapshot version {version}, this Photon Stream reads {', '.join(map(str, _READERS))}"
         )
     read_light, read_material = _READERS[version]
+    lights = tuple(read_light(_tuples(light)) for light in header["lights"])
+    background = tuple(header.get("background", BLACK))  # before version 3
+    if any(background):
+        lights += (world_light("World", background),)
     camera = dict(header["camera"], matrix=np.array(header["camera"]["matrix"], np.float64))
     camera["window"] = tuple(map(float, camera["window"]))
     return Scene(
         camera=Camera(**camera),
-        lights=tuple(read_light(_tuples(light)) for light in header["lights"]),
+        lights=lights,
         materials=tuple(read_material(_tuples(m)) for m in header["materials"]),
         surfaces=tuple(header["surfaces"]),
-        background=tuple(header["background"]),
         **{name: data[name] for name in (*_ARRAYS, *(name for name in _LATER if name in data))},
     )
 
@@ -329,6 +350,10 @@ def _read_material(values: dict[str, Any]) -> Material:
 
 def _read_lobe(values: dict[str, Any]) -> Lobe:
     return Lobe(**_tuples(values) | {"parameters": _tuples(values["parameters"])})
+
+
+def _read_light(values: dict[str, Any]) -> Light:
+    return Light(**values | {"parameters": _tuples(values["parameters"])})
 
 
 def _read_light_1(values: dict[str, Any]) -> Light:
@@ -351,7 +376,8 @@ def _read_material_1(values: dict[str, Any]) -> Material:
 # By the version of a snapshot.
 _READERS: dict[int, tuple[Callable[..., Light], Callable[..., Material]]] = {
     1: (_read_light_1, _read_material_1),
-    2: (lambda values: Light(**values), _read_material),
+    2: (_read_light, _read_material),
+    3: (_read_light, _read_material),
 }
 
 

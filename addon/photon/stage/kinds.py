@@ -18,9 +18,13 @@ from ...streams import Made, StreamError, source
 from ..errors import SceneError
 from ..scene import Scene
 
-_PARAMETERS = re.compile(r"^Parameters: ([^.]*)\.$", re.M)
+_PARAMETERS = re.compile(r"^Parameters: ([^.]*)\.( Power: .*)?$", re.M)
+_POWER = re.compile(r"\bPower: (.+)\.$", re.M)
 _PARAMETER = re.compile(r"(\w+)(?: \[([^\]]*)\])?")
 METRES = "m"
+WATTS = "W"
+RADIANCE = "W/(m^2 sr)"  # the world's
+SCENE = "scene"  # what is known only of the whole scene: the radius of a sphere about it
 COLOUR = "rgb"
 
 
@@ -32,14 +36,34 @@ class Kind:
     number: int  # in tables and streams; 0 is no lobe
     parameters: Mapping[str, str]  # their units by name, in order
     is_delta: bool  # it reflects each direction into one other
+    power: str  # of a light: its unit
+
+    def is_met(self, given: Mapping[str, Any]) -> bool:
+        """Whether a ray can meet such a light by chance: the first parameter is its size."""
+        first = next(iter(self.parameters))
+        return self.parameters[first] == SCENE or given[first] > 0.0
+
+    @property
+    def is_world(self) -> bool:
+        """Whether it is what lies behind all else."""
+        return self.power == RADIANCE
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """The parameters that a scene gives."""
+        return tuple(name for name, unit in self.parameters.items() if unit != SCENE)
 
     def numbers(
-        self, given: Mapping[str, float | tuple[float, ...]], metre: float = 1.0
+        self,
+        given: Mapping[str, float | tuple[float, ...]],
+        metre: float = 1.0,
+        bounds: float = 0.0,
     ) -> list[float]:
-        """Parameters as a table holds them, in order; `metre` is what lengths are multiplied by."""
+        """Parameters as a table holds them, in order; `metre` is what lengths are multiplied by,
+        `bounds` the radius of a sphere about the scene."""
         numbers: list[float] = []
         for name, unit in self.parameters.items():
-            value = given[name]
+            value = bounds if unit == SCENE else given[name]
             if isinstance(value, tuple):
                 numbers += value
             else:
@@ -76,7 +100,8 @@ _LOBE = ("Lobe lobe", "Shape shape")
 _THREE = (*_LOBE, "vec3 normal", "vec3 to_viewer", "vec3 to_light")
 _SAMPLE = (*_LOBE, "vec3 normal", "vec3 to_viewer", "vec2 u", "out vec3 weight")
 _PACK = ("float kind", "vec4 parameters", "vec4 more")
-_AT = ("Light light", "vec3 position")
+_AT = ("Light light", "vec3 position", "vec3 normal")
+_RAY = ("Light light", "vec3 origin", "vec3 direction", "float far")
 BSDF_FUNCTIONS = (
     _Function("vec3", "pack", _PACK, "return vec3(0.0);", "kind"),
     _Function("vec3", "eval", _THREE, "return vec3(0.0);", "lobe.kind"),
@@ -92,12 +117,13 @@ LIGHT_FUNCTIONS = (
     _Function("LightSample", "sample", (*_AT, "vec2 u"), "return no_light();", "light.kind"),
     _Function("float", "pdf", (*_AT, "vec3 to_light"), "return 0.0;", "light.kind"),
     _Function(
-        "Emitted",
+        "LightRay",
         "emit",
         ("Light light", "vec2 u", "vec2 on_light"),
-        "return Emitted(light.position, light.axis);",
+        "return LightRay(light.position, light.axis);",
         "light.kind",
     ),
+    _Function("vec3", "seen", _RAY, "return vec3(0.0);", "light.kind"),
     _Function("vec3", "flux", ("Light light",), "return vec3(0.0);", "light.kind"),
 )
 
@@ -135,12 +161,12 @@ def made_lights(names: Collection[str]) -> Made:
 def _check(who: str, kinds: Mapping[str, Kind], kind: str, given: Mapping[str, Any]) -> None:
     if kind not in kinds:
         raise SceneError(f"{who}: kind {kind!r} is none of {', '.join(kinds)}")
-    wanted = kinds[kind].parameters
-    if given.keys() != wanted.keys():
+    wanted = kinds[kind].given
+    if given.keys() != set(wanted):
         named = [", ".join(names) or "none" for names in (wanted, given)]
         raise SceneError(f"{who}: the parameters of {kind} are {named[0]}; got {named[1]}")
-    for name, unit in wanted.items():
-        if isinstance(given[name], tuple) != (unit == COLOUR):
+    for name in wanted:
+        if isinstance(given[name], tuple) != (kinds[kind].parameters[name] == COLOUR):
             raise SceneError(f"{who}: {kind}'s {name} = {given[name]} is not what its file says")
 
 
@@ -170,4 +196,5 @@ def _read(file: Path, number: int) -> Kind:
     if not found:
         raise StreamError(f'{file}: its head has no line "// Parameters: ..."')
     named = [] if found[1] == "none" else _PARAMETER.findall(found[1])
-    return Kind(file.stem, number, dict(named), "delta lobe" in head)
+    power = _POWER.search(head)
+    return Kind(file.stem, number, dict(named), "delta lobe" in head, power[1] if power else "")

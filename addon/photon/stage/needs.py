@@ -12,7 +12,7 @@ from ...streams import Defines, Made
 from ..scene import Light, Scene
 from ..settings import Settings
 from .geometry import Mesh
-from .kinds import lobe_kinds, made_bsdf, made_lights
+from .kinds import light_kinds, lobe_kinds, made_bsdf, made_lights
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 # Lights that every visible point asks; where there are more, it asks so many, by chance.
@@ -29,6 +29,8 @@ class SceneNeeds:
     hidden_highlights: bool  # photons carry the direct light, and lobes would have reflected it
     photons: bool  # light can reach a diffuse surface by a path that photons stand for
     secondary_rays: bool  # a surface sends some
+    emitters_seen: bool  # lights or the world, by the eye or by secondary rays
+    weighed: bool  # shadow rays and rays of lobes may find the same light
     chain_depth: int
     photon_bounces: int
     lobes: int  # that a visible point has at most, besides Lambert's
@@ -46,14 +48,20 @@ class SceneNeeds:
         lobes = [[lobe.kind for lobe in m.lobes if lobe.reflects] for m in materials]
         kinds = {kind for of_one in lobes for kind in of_one}
         broad = any(not lobe_kinds()[kind].is_delta for kind in kinds)
-        asked = bool(emitting) and (diffuse or broad) and not settings.direct_by_photons
+        lighting = [light for light in emitting if light.lights_surfaces]
+        asked = bool(lighting) and (diffuse or broad) and not settings.direct_by_photons
+        chains = bool(kinds) and settings.mirror_depth > 0
+        met = [light for light in emitting if light_kinds()[light.kind].is_met(light.parameters)]
+        by_chains = chains and any("chains" in light.found_by for light in met)
         return SceneNeeds(
             surfaces=surfaces,
             shadow_rays=min(len(emitting), MOST_SHADOW_RAYS) if asked else 0,
             drawn_lights=len(emitting) > MOST_SHADOW_RAYS,
-            hidden_highlights=bool(emitting) and broad and settings.direct_by_photons,
-            photons=bool(emitting) and diffuse and settings.photons_a_pass > 0,
-            secondary_rays=bool(kinds) and settings.mirror_depth > 0,
+            hidden_highlights=bool(lighting) and broad and settings.direct_by_photons,
+            photons=bool(lighting) and diffuse and settings.photons_a_pass > 0,
+            secondary_rays=chains,
+            emitters_seen=by_chains or any("camera" in light.found_by for light in met),
+            weighed=asked and broad and by_chains and any("glossy" in x.found_by for x in met),
             chain_depth=settings.mirror_depth,
             photon_bounces=settings.photon_bounces,
             lobes=min(max(map(len, lobes), default=0), MOST_LOBES),
@@ -63,10 +71,16 @@ class SceneNeeds:
         )
 
     @cached_property
+    def emitter_defines(self) -> Defines:
+        """What kernels of images are compiled with."""
+        return {"EMITTERS": 1} if self.emitters_seen else {}
+
+    @cached_property
     def eye_defines(self) -> Defines:
         """What kernels of visible points are compiled with."""
         defines = {"EYE": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
-        return defines | ({"TWO_LOBES": 1} if self.lobes > 1 else {})
+        defines |= {"TWO_LOBES": 1} if self.lobes > 1 else {}
+        return defines | ({"WEIGHED": 1} if self.weighed else {})
 
     @cached_property
     def direct_defines(self) -> Defines:

@@ -13,13 +13,24 @@ from ...streams import TABLE_WIDTH, Device, Kernel, Stream, Table, Uniform
 from ...streams.device import Layer
 from ..errors import SceneError
 from ..kernels.records import FLUX, LIGHT, MATERIAL, MATERIAL_LOBE
-from ..scene import Light, Material, Scene
+from ..scene import FOUND_BY, RGB, Light, Material, Scene
 from .geometry import Frame, Mesh
-from .kinds import light_kinds, lobe_kinds, made_lights
+from .kinds import WATTS, light_kinds, lobe_kinds, made_lights
+
+# Bits of a light's found_by in GLSL (lib/light.glsl).
+FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
+IS_WORLD = 1 << len(FOUND_BY)
 
 
-def light_table(lights: tuple[Light, ...], frame: Frame) -> NDArray[Any]:
-    """(L,) of LIGHT, one at least; which of them photons start at is not said yet."""
+def is_seen(light: Light) -> bool:
+    """Whether any ray may meet the light itself."""
+    found = "camera" in light.found_by or "chains" in light.found_by
+    return found and light_kinds()[light.kind].is_met(light.parameters)
+
+
+def light_table(lights: tuple[Light, ...], frame: Frame, bounds: float = 0.0) -> NDArray[Any]:
+    """(L,) of LIGHT, one at least; which of them photons start at is not said yet. `bounds`: the
+    radius of a sphere about the scene [scene units]."""
     table = LIGHT.zeros(max(len(lights), 1))
     kinds = light_kinds()
     for row, light in zip(table, lights, strict=False):
@@ -28,10 +39,24 @@ def light_table(lights: tuple[Light, ...], frame: Frame) -> NDArray[Any]:
         row["position"] = frame.points(light.position)
         row["kind"] = kind.number
         row["axis"] = axis / np.linalg.norm(axis)
-        row["power"] = np.asarray(light.power) / frame.scale**2
-        numbers = kind.numbers(light.parameters, 1.0 / frame.scale)
-        row["parameters"][: len(numbers)] = numbers
+        row["across"] = _across(axis, light.across)
+        row["power"] = np.asarray(light.power) / (frame.scale**2 if kind.power == WATTS else 1.0)
+        numbers = kind.numbers(light.parameters, 1.0 / frame.scale, bounds)
+        row["parameters"], row["more"] = np.resize([*numbers, *[0.0] * 8], (2, 4))
+        bits = [FOUND_BITS[name] for name in light.found_by]
+        row["found_by"] = sum(bits) + (IS_WORLD if kind.is_world else 0)
     return table
+
+
+def _across(axis: NDArray[np.float64], across: RGB) -> NDArray[np.float64]:
+    """`across` made perpendicular to an axis, and unit; any such if it goes along."""
+    axis = axis / np.linalg.norm(axis)
+    for given in (across, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):
+        beside = np.asarray(given, np.float64) - np.dot(given, axis) * axis
+        if np.linalg.norm(beside) > 1e-6 * np.linalg.norm(given):
+            break
+    unit: NDArray[np.float64] = beside / np.linalg.norm(beside)
+    return unit
 
 
 def choose_lights(table: NDArray[Any], flux: NDArray[Any]) -> None:
@@ -131,6 +156,7 @@ class Tables:
         them."""
         self._device, self.textures = device, textures
         self.emitters, self.lights = emitters, lights
+        self.seen_lights = sum(map(is_seen, emitters))  # the first ones
 
     @staticmethod
     def upload(
@@ -143,8 +169,9 @@ class Tables:
     ) -> Tables:
         """Make them; `reads_tree`: whether kernels do."""
         materials, lobes = material_tables(scene.materials)
-        emitters = scene.emitters
-        lights = light_table(emitters, frame)
+        emitters = tuple(sorted(scene.emitters, key=is_seen, reverse=True))
+        bounds = float(np.linalg.norm(mesh.extent))
+        lights = light_table(emitters, frame, bounds)
         tables = {
             "triangles": mesh.triangles,
             "corner_normals": mesh.normals,
@@ -159,9 +186,12 @@ class Tables:
         if emitters:
             flux = flux_of(device, layer, emitters, textures["lights"])
             shines = (flux > 0.0).any(axis=1)  # a cone without width does not
+            if not bounds:  # nothing is lit
+                shines |= [light_kinds()[light.kind].is_world for light in emitters]
             emitters = tuple(x for x, is_on in zip(emitters, shines, strict=True) if is_on)
-            lights = light_table(emitters, frame)
-            choose_lights(lights, flux[shines])
+            lights = light_table(emitters, frame, bounds)
+            photons = [light.lights_surfaces for light in emitters]
+            choose_lights(lights, flux[shines] * np.array(photons)[:, None])
             write_table(textures["lights"], texels_of(lights))
         return Tables(device, textures, emitters, lights)
 

@@ -26,8 +26,7 @@ class DirectLight:
         self, total: PingPong, streams: Streams, tables: Tables, uniforms: dict[str, Any]
     ) -> None:
         """Write the light at the points of `streams` to `total`."""
-        values = uniforms | {"light_count": len(tables.lights)}
-        launch(self._kernel, {**streams, "direct": total.back}, tables, values)
+        launch(self._kernel, {**streams, "direct": total.back}, tables, uniforms)
         total.swap()
 
     def launches(self) -> dict[str, int]:
@@ -63,10 +62,10 @@ class TracedDirectLight:
         self, total: PingPong, streams: Streams, tables: Tables, uniforms: dict[str, Any]
     ) -> None:
         """As DirectLight.add."""
-        own, values = self._streams, uniforms | {"light_count": len(tables.lights)}
+        own = self._streams
         found = {name: own[name].texture for name in ("unshadowed", "shadow_hit")}
         for first in range(0, self._rays, RAYS_AT_ONCE):
-            launch(self._aim, {**streams, **own}, tables, values | {"first_ray": first})
+            launch(self._aim, {**streams, **own}, tables, uniforms | {"first_ray": first})
             rays = {name: own[f"shadow_{name}"] for name in ("origin", "direction", "hit")}
             launch(self._any_hit, rays, tables)
             self._add.run({"sum": total.front, "direct": total.back}, found)

@@ -1,24 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The only light, by ASK: 0 a sample from a place by two numbers, 1 the density of a direction from a
-// place, 2 what is emitted by four numbers, 3 its flux.
+// place, 2 what is emitted by four numbers, 3 its flux, 4 what a ray from a place sees of it.
 #include "lib/light.glsl"
 
 void kernel() {
     Light light = light_at(0);
     vec4 a = load_a().value, b = load_b().value;
+    vec3 normal = load_c().value.xyz;
     vec4 first = vec4(0.0), second = vec4(0.0);
 #if ASK == 0
-    LightSample found = sample_light(light, a.xyz, b.xy);
+    LightSample found = sample_light(light, a.xyz, normal, b.xy);
     first = vec4(found.to_light, found.far);
     second = vec4(found.irradiance, found.share);
 #elif ASK == 1
-    first = vec4(pdf_light(light, a.xyz, b.xyz));
+    first = vec4(pdf_light(light, a.xyz, normal, b.xyz));
 #elif ASK == 2
-    Emitted emitted = emit_light(light, a.xy, b.xy);
+    LightRay emitted = emit_light(light, a.xy, b.xy);
     first = vec4(emitted.origin, 1.0);
     second = vec4(emitted.direction, 1.0);
-#else
+#elif ASK == 3
     first = vec4(flux_light(light), 1.0);
+#else
+    first = vec4(seen_light(light, a.xyz, b.xyz, a.w), 1.0);
 #endif
     store_first(Value(first));
     store_second(Value(second));
