@@ -18,7 +18,7 @@ from .phases import Phases
 from .photons.kept import Kept, Mapper, Stage
 from .photons.photon_mapper import pilot_photons
 from .photons.photon_pass import Photons
-from .photons.radius_field import RadiusField, grids_over
+from .photons.radius_field import RadiusField, limits_by
 from .photons.splat import Splat
 from .renderer import Parts, Renderer
 from .scene import Scene
@@ -92,7 +92,7 @@ class _Preparation:
         self.warnings = _warnings(self._scene, stage.mesh, needs)
         with self._phases.timed("programs"):
             mapper = self._start_pilot(stage, needs) if needs.photons else None
-            strips = strips_of(settings.frame_region, self._device)
+            strips = strips_of(settings.frame_region, way.strip_pixels)
             tables, scene, size = stage.tables, self._scene, strips[0].size
             eye = Eye(way, tables, stage.frame, scene, settings, needs, size)
             self._own.append(eye.release)
@@ -110,7 +110,7 @@ class _Preparation:
 
     def _find_room(self) -> Budget:
         """The budget; what only makes a render start sooner goes where there is no room for it."""
-        arguments = self._scene, self._settings, self._device, self._way.name
+        arguments = self._scene, self._settings, self._way
         for make_room in (self._device.drop_spare, self._kept.release):
             try:
                 return Budget(*arguments)
@@ -146,28 +146,29 @@ class _Preparation:
             else:
                 field = self._find_radii(mapper, stage.mesh, eye, budget)
             self._own.append(field.release)
-        ahead = way.keeps_lists
+        ahead = way.works_alone
         return Photons(mapper, self._kept, settings, field, splat, grid, ahead, self._phases)
 
     def _find_radii(self, mapper: Mapper, mesh: Mesh, eye: Eye, budget: Budget) -> RadiusField:
         """Radii by where pass 0's photons fall."""
         photons_a_pass, photons = self._settings.photons_a_pass, pilot_photons(self._settings)
         deposits = self._kept.finish(mapper)
-        grids = grids_over(self._device, deposits)  # a GPU looks while the host looks for room
+        grids = self._way.radius_grids(deposits)  # a GPU looks while the host looks for room
         landed = deposits.count / photons
         try:
             budget.check(landed)
         except PhotonStreamError:
             self._kept.forget_photons()  # there may be room without them
-            budget = Budget(self._scene, self._settings, self._device, self._way.name)
+            budget = Budget(self._scene, self._settings, self._way)
             budget.check(landed)
         mapper.unfinished = deposits.dropped = 0
         times = photons_a_pass / photons
         wanted = photons_per_disc(photons_a_pass) / times
         pixel, place = eye.footprint()
-        field = RadiusField.by_density(
-            self._device, deposits, grids, wanted, times, mesh.area, pixel, place
-        )
+        sides, box = grids()
+        area = min(mesh.area, box)
+        limits = limits_by(wanted, times, deposits.count, area, pixel, place)
+        field = RadiusField(self._way.radii(deposits, sides, limits))
         self._kept.leave_room(budget.spare(landed))  # while a GPU makes them
         return field
 

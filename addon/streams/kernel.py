@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from functools import lru_cache, partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import moderngl
 
@@ -28,6 +28,18 @@ from .source import Made, Source, StreamError, every_branch, expand
 from .stream import TEXEL, Stream
 
 _MOST_CHECKED = 64  # sets of streams that a kernel remembers; a pass has fewer
+
+
+class Placed(Protocol):
+    """A table that is made where it is asked for."""
+
+    @property
+    def on_device(self) -> moderngl.Texture:
+        """For GLSL."""
+
+    @property
+    def on_host(self) -> Any:
+        """For kernels that the host computes."""
 
 
 class Kernel:
@@ -184,6 +196,11 @@ class Kernel:
         if self.layer == "compute":
             return self._dispatch(targets, size, count)
         return self._draw(targets, count)
+
+    @staticmethod
+    def placed(table: Placed) -> Any:
+        """A table where this kernel reads it."""
+        return table.on_device
 
     def release(self) -> None:
         """Free what is its own; the program is the device's."""

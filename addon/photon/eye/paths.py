@@ -77,7 +77,7 @@ class Eye:
     ) -> None:
         """`size`: of a region."""
         device, layer = way.device, way.layer
-        self._waits = way.keeps_lists  # while the host asks it something
+        self._waits = way.works_alone  # while the host asks it something
         self._tables, self._settings, self._needs = tables, settings, needs
         self._ended: dict[Region, int] = {}
         self._sent: Path | None = None  # ahead

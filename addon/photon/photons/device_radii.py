@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import moderngl
@@ -50,19 +51,30 @@ class Limits(NamedTuple):
     eye: Sequence[float] | None
 
 
-class DeviceRadii(NamedTuple):
+class DeviceRadii:
     """Radii of which the host knows little, and that late."""
 
-    table: moderngl.Texture  # as glsl/lib/radius.glsl reads it
-    telling: Reading  # the largest, and those at some of the photons: bits of float32
+    def __init__(self, device: Device, table: moderngl.Texture, telling: Reading) -> None:
+        """`table`: as glsl/lib/radius.glsl reads it; `telling`: the largest, and those at some of
+        the photons: bits of float32."""
+        self._device, self.on_device, self._telling = device, table, telling
 
     def told(self) -> tuple[float, float]:
-        """The median over the photons, and the largest (waits for the device)."""
-        radii = np.frombuffer(self.telling.data(), np.float32)
+        """As Found's (waits for the device)."""
+        radii = np.frombuffer(self._telling.data(), np.float32)
         largest, middle = float(radii[0]), (len(radii) - 1) // 2
         if len(radii) == 1:
             return largest, largest
         return float(np.partition(radii[1:], middle)[middle]), largest
+
+    @cached_property
+    def on_host(self) -> native.RadiusField:
+        """As Found's."""
+        return native.RadiusField.of_table(self._device.texels(self.on_device), self.told()[0])
+
+    def release(self) -> None:
+        """As Found's."""
+        self._device.put_back(self.on_device)
 
 
 def step_of(count: int, most: int) -> int:
@@ -155,4 +167,4 @@ def radii_on_device(
     telling = device.ask(told, 1 + samples)
     for buffer in (sums, radii, told):
         device.put_back(buffer)
-    return DeviceRadii(table, telling)
+    return DeviceRadii(device, table, telling)

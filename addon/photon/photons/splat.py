@@ -129,10 +129,9 @@ class Splat:
         self._count, *self._photons = deposits.tables()
         self._radii = radii
 
-    def estimate(
-        self, place: Stream, facing: Stream, cuts: Stream, irradiance: Stream, view: View
-    ) -> None:
-        """Write the irradiance at each visible point."""
+    def estimate(self, points: Mapping[str, Stream], irradiance: Stream, view: View) -> None:
+        """Write the irradiance [W/m^2] at points: place, facing, cuts."""
+        place, facing, cuts = (points[name] for name in ("place", "facing", "cuts"))
         self._launches += 1
         if self._count == 0 or self._radii is None:
             irradiance.clear()
@@ -151,7 +150,7 @@ class Splat:
         textures = (
             *self._photons,
             *(stream.texture for stream in (place, facing, self._reaches, cuts)),
-            self._radii.field.table,
+            self._radii.field.on_device,
         )
         for unit, texture in enumerate(textures):
             texture.use(location=unit)
