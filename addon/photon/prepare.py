@@ -19,7 +19,7 @@ from .photons.kept import Kept, Mapper, Stage
 from .photons.photon_mapper import pilot_photons
 from .photons.photon_pass import Photons
 from .photons.radius_field import RadiusField, limits_by
-from .photons.splat import Splat
+from .photons.splats import Splats
 from .renderer import Parts, Renderer
 from .scene import Scene
 from .settings import Settings, filter_define
@@ -134,7 +134,7 @@ class _Preparation:
         define = filter_define(settings)
         splat = grid = None
         if settings.estimator == "splat":
-            splat = Splat(self._device, way.layer, settings.splat_shape, define)
+            splat = Splats(self._device, way.layer, settings.splat_shape, define)
             self._own.append(splat.release)
         if not splat or needs.secondary_rays:
             kinds = [False] * (not splat) + [True] * needs.secondary_rays

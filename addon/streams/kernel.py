@@ -221,7 +221,7 @@ class Kernel:
         self._program.program.run(*groups)
         self.device.ctx.memory_barrier()
         self.device.launched()
-        return partial(self._counted, self.device.ask(self.device.alive, 1)) if count else _no_count
+        return partial(self._counted, self.device.ask(self.device.alive, 1)) if count else no_count
 
     def _counted(self, reading: Reading) -> int:
         (total,) = reading.numbers()
@@ -236,7 +236,7 @@ class Kernel:
             framebuffer.clear()
         if not count:
             self._quad.render(moderngl.TRIANGLES, vertices=3)
-            return _no_count
+            return no_count
         with self.device.samples_passed as query:
             self._quad.render(moderngl.TRIANGLES, vertices=3)
         return lambda: int(query.samples)
@@ -298,7 +298,8 @@ class Kernel:
                 )
 
 
-def _no_count() -> int:
+def no_count() -> int:
+    """What a launch that does not count has found."""
     return 0
 
 

@@ -28,7 +28,7 @@ from ..kernels.scatter import Scatter
 from ..kernels.shade import LOBES, POINT, Shade
 from ..photons.photon_pass import PhotonPass
 from ..photons.radius_field import Radii
-from ..photons.splat import View
+from ..photons.splats import View
 from ..scene import Scene
 from ..settings import Region, Settings
 from ..stage.geometry import Frame

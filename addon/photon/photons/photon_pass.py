@@ -11,7 +11,7 @@ from ..settings import Settings
 from .kept import Kept, Mapper
 from .photon_grid import Gathering
 from .radius_field import Radii, RadiusField, shrink_of
-from .splat import Splat, View
+from .splats import Splats, View
 
 
 class PhotonPass:
@@ -39,7 +39,7 @@ class Photons:
         kept: Kept,
         settings: Settings,
         field: RadiusField,
-        splat: Splat | None,
+        splat: Splats | None,
         grid: Gathering | None,
         traces_ahead: bool,
         phases: Phases,
