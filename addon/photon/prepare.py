@@ -50,8 +50,8 @@ def photons_per_disc(photons: int) -> float:
     """How many photons of a first pass a disc shall hold.
 
     The error after n passes of P photons depends on radius and n P alone, and radii shrink with
-    (n P)^(-1/6); so P photons a pass want P^(2/3) a disc. Measured on cornell_classic: 150 is best
-    of 64, 150 and 384 at P = 16384, 384 at 65536. More than 400 cost more time than they save.
+    (n P)^(-1/6); so P photons a pass want P^(2/3) a disc. More than 400 cost more time than
+    they save.
     """
     return float(min(max(150.0 * (photons / 16384) ** (2 / 3), 16.0), 400.0))
 

@@ -299,8 +299,7 @@ class Eye:
 def probes_of(index: int) -> dict[str, int]:
     """How many coverage probes pass `index` sends from a point, and how many were sent before.
 
-    More at first: the quotient of few probes is off at edges. Measured on cornell_classic: after
-    one pass relMSE 0.05 with 4 of them, 0.016 with 8, 0.015 with 16.
+    More at first: the quotient of few probes is off at edges.
     """
     first = 8 * min(index, 3)
     return {"probes": 8 if index < 3 else 4, "first_probe": first + 4 * max(index - 3, 0)}
