@@ -17,8 +17,10 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ...streams import TABLE_WIDTH, Device, Program, Reading
+from ...streams import TABLE_WIDTH, Device, Program, Reading, Table
 from ...streams.compute import clear
+from ...streams.declaration import declare_tables
+from ..kernels.records import RADIUS_GRID
 from .deposits import Deposits
 
 AXES = range(3)
@@ -30,10 +32,12 @@ ENOUGH, OUTSIDE = 1 << 12, 0.005
 LONGEST = 2 * 65 + 1
 THREADS = 16  # that share a line along x
 _ROWS = f"const int THREADS = {THREADS}, MOST_A_THREAD = {-(-LONGEST // THREADS)};"
+_GRID = RADIUS_GRID.glsl()
 DECLARATIONS = {  # what programs are compiled with
     "radius_box": f"const int MOST_SAMPLED = {ENOUGH};",
-    "radius_sum_rows": _ROWS,
-    "radius_flatten_rows": _ROWS,
+    **dict.fromkeys(("radius_count", "radius_sum", "radius_find", "radius_flatten"), _GRID),
+    **dict.fromkeys(("radius_sum_rows", "radius_flatten_rows"), _GRID + _ROWS),
+    "radius_tell": "\n".join([_GRID, *declare_tables({"radii": Table(RADIUS_GRID)})]),
 }
 # Gives the grids of native.radius_grids, and the area of the box about them.
 Grids = Callable[[], tuple[NDArray[np.float32], float]]
@@ -121,10 +125,11 @@ def most_lines(sides: Sequence[Sequence[int]], axis: int) -> int:
 def radii_on_device(
     device: Device, deposits: Deposits, grids: NDArray[np.float32], limits: Limits
 ) -> DeviceRadii:
-    """The radii by deposits that are on the device; `grids` (6, 16) as of native.radius_grids."""
+    """The radii by deposits that are on the device; `grids` (6, 16) are of RADIUS_GRID."""
     count, place, deposit = deposits.tables()
     photons = {"place": place, "deposit": deposit}
-    cells = [[int(n) for n in row[4:7]] for row in grids.tolist()]  # numpy is slow at so few
+    sides = grids.view(RADIUS_GRID.dtype)["cells"][:, 0].tolist()
+    cells = [[int(n) for n in side] for side in sides]  # numpy is slow at so few
     nodes, corners = ([[k * n + 1 for n in side] for side in cells] for k in (1, 2))
     assert max(map(max, corners)) <= LONGEST
     all_nodes, all_corners = (sum(map(math.prod, sides)) for sides in (nodes, corners))

@@ -15,6 +15,7 @@ import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ...streams import Device, Kernel, Table, Uniform
+from ..kernels.records import RADIUS_GRID
 from ..stage.tables import upload_table
 from .device_radii import Grids, Limits, step_of
 
@@ -22,7 +23,7 @@ SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most
 WIDEST = 1.4  # no radius is larger, in radii that even light would have
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
 UNIFORMS = {"shrink": Uniform("float")}
-TABLES = {"radii": Table()}
+TABLES = {"radii": Table(RADIUS_GRID)}
 
 
 class Found(Protocol):
