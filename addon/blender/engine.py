@@ -287,7 +287,7 @@ def border_region(render: bpy.types.RenderSettings, size: tuple[int, int]) -> Re
 
 def blender_bytes(passes: list[Pass], settings: Settings) -> int:
     """Return what a view layer takes in Blender [bytes]: float32, and twice while it is rendered,
-    in the engine's result and in the one shown. Measured: 136 a pixel for 17 channels."""
+    in the engine's result and in the one shown."""
     x0, y0, x1, y1 = settings.frame_region
     return 2 * 4 * sum(len(entry.channels) for entry in passes) * (x1 - x0) * (y1 - y0)
 

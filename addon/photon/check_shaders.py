@@ -31,7 +31,9 @@ def programs() -> Iterator[tuple[str, str, Source]]:
             GROUPS if "sum_over_lanes" in read(f"kernels/{kernel.stem}.glsl", name) else (1,)
         ):
             yield name, "comp", kernel.source("compute", COMPUTE_VERSION, defines, lanes, made)
-    for name, vertex, fragment in variants.splats(FRAGMENT_VERSION):
+    for drawing, shape, defines in variants.drawn():
+        name = " ".join([drawing.stem, shape, *defines])
+        vertex, fragment = drawing.sources(FRAGMENT_VERSION, shape, defines)
         yield name, "vert", vertex
         yield name, "frag", fragment
     for stem, declarations, made in variants.compute_programs():

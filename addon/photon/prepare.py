@@ -18,8 +18,8 @@ from .phases import Phases
 from .photons.kept import Kept, Mapper, Stage
 from .photons.photon_mapper import pilot_photons
 from .photons.photon_pass import Photons
-from .photons.radius_field import RadiusField, grids_over
-from .photons.splat import Splat
+from .photons.radius_field import RadiusField, limits_by
+from .photons.splats import Splats
 from .renderer import Parts, Renderer
 from .scene import Scene
 from .settings import Settings, filter_define
@@ -50,8 +50,8 @@ def photons_per_disc(photons: int) -> float:
     """How many photons of a first pass a disc shall hold.
 
     The error after n passes of P photons depends on radius and n P alone, and radii shrink with
-    (n P)^(-1/6); so P photons a pass want P^(2/3) a disc. Measured on cornell_classic: 150 is best
-    of 64, 150 and 384 at P = 16384, 384 at 65536. More than 400 cost more time than they save.
+    (n P)^(-1/6); so P photons a pass want P^(2/3) a disc. More than 400 cost more time than
+    they save.
     """
     return float(min(max(150.0 * (photons / 16384) ** (2 / 3), 16.0), 400.0))
 
@@ -92,7 +92,7 @@ class _Preparation:
         self.warnings = _warnings(self._scene, stage.mesh, needs)
         with self._phases.timed("programs"):
             mapper = self._start_pilot(stage, needs) if needs.photons else None
-            strips = strips_of(settings.frame_region, self._device)
+            strips = strips_of(settings.frame_region, way.strip_pixels)
             tables, scene, size = stage.tables, self._scene, strips[0].size
             eye = Eye(way, tables, stage.frame, scene, settings, needs, size)
             self._own.append(eye.release)
@@ -111,7 +111,7 @@ class _Preparation:
 
     def _find_room(self) -> Budget:
         """The budget; what only makes a render start sooner goes where there is no room for it."""
-        arguments = self._scene, self._settings, self._device, self._way.name
+        arguments = self._scene, self._settings, self._way
         for make_room in (self._device.drop_spare, self._kept.release):
             try:
                 return Budget(*arguments)
@@ -135,7 +135,7 @@ class _Preparation:
         define = filter_define(settings)
         splat = grid = None
         if settings.estimator == "splat":
-            splat = Splat(self._device, way.layer, settings.splat_shape, define)
+            splat = Splats(self._device, way.layer, settings.splat_shape, define)
             self._own.append(splat.release)
         if not splat or needs.secondary_rays:
             kinds = [False] * (not splat) + [True] * needs.secondary_rays
@@ -147,28 +147,29 @@ class _Preparation:
             else:
                 field = self._find_radii(mapper, stage.mesh, eye, budget)
             self._own.append(field.release)
-        ahead = way.keeps_lists
+        ahead = way.works_alone
         return Photons(mapper, self._kept, settings, field, splat, grid, ahead, self._phases)
 
     def _find_radii(self, mapper: Mapper, mesh: Mesh, eye: Eye, budget: Budget) -> RadiusField:
         """Radii by where pass 0's photons fall."""
         photons_a_pass, photons = self._settings.photons_a_pass, pilot_photons(self._settings)
         deposits = self._kept.finish(mapper)
-        grids = grids_over(self._device, deposits)  # a GPU looks while the host looks for room
+        grids = self._way.radius_grids(deposits)  # a GPU looks while the host looks for room
         landed = deposits.count / photons
         try:
             budget.check(landed)
         except PhotonStreamError:
             self._kept.forget_photons()  # there may be room without them
-            budget = Budget(self._scene, self._settings, self._device, self._way.name)
+            budget = Budget(self._scene, self._settings, self._way)
             budget.check(landed)
         mapper.unfinished = deposits.dropped = 0
         times = photons_a_pass / photons
         wanted = photons_per_disc(photons_a_pass) / times
         pixel, place = eye.footprint()
-        field = RadiusField.by_density(
-            self._device, deposits, grids, wanted, times, mesh.area, pixel, place
-        )
+        sides, box = grids()
+        area = min(mesh.area, box)
+        limits = limits_by(wanted, times, deposits.count, area, pixel, place)
+        field = RadiusField(self._way.radii(deposits, sides, limits))
         self._kept.leave_room(budget.spare(landed))  # while a GPU makes them
         return field
 

@@ -15,8 +15,7 @@ Filter = Literal["constant", "cone", "gaussian", "epanechnikov"]
 SplatShape = Literal["triangle", "quad", "point"]
 Region = tuple[int, int, int, int]
 
-# That tell the error: after four it was estimated up to 1.95 times too large in ten rooms
-# (tests/regression/test_error.py), after eight 1.28 times.
+# That tell the error: after fewer it is often estimated much too large.
 FEWEST_PASSES = 8
 FEWEST_PHOTONS, MOST_PHOTONS = 1 << 12, 1 << 22  # a pass, unless the user says
 
@@ -108,9 +107,7 @@ class Settings:
     def photons_a_pass(self) -> int:
         """The photons of a pass. By themselves two for each pixel of the frame, within limits.
 
-        Measured at 256x256 on 2 cores, relMSE at equal time: twice as many as pixels give 0.8
-        (cornell_classic) to 0.65 (door_ajar) of what as many as pixels give, four times as many the
-        same again or more, and take longer for a first picture.
+        At equal time fewer leave more error, and more take longer for a first picture.
         """
         if self.photons is not None:
             return self.photons

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import get_args
 
-from ..streams import Defines, Kernel, Made
-from ..streams.source import Source
+from ..streams import Defines, DrawKernel, Kernel, Made
 from .film.film import Accumulate, AccumulateBatches, AccumulateTwo
 from .kernels.blur import Blur
 from .kernels.combine import CombineAll, CombineMirror, CombinePrimary
@@ -24,11 +23,11 @@ from .kernels.reach import Reach
 from .kernels.reflector import Reflector
 from .kernels.scatter import Scatter
 from .kernels.shade import Shade
+from .kernels.splat import Splat
 from .kernels.tracer import Tracer
 from .photons.bounces import Bounces, declarations
 from .photons.device_radii import DECLARATIONS
-from .photons.splat import splat_sources
-from .settings import Filter, SplatShape
+from .settings import FILTER_DEFINES, Filter, SplatShape
 from .stage.kinds import light_kinds, lobe_kinds
 from .stage.needs import MOST_LOBES, MOST_SHADOW_RAYS, SceneNeeds
 from .stage.tables import LightFlux
@@ -138,9 +137,8 @@ def compute_programs() -> Iterator[tuple[str, str, Made]]:
         yield Bounces.stem, declarations(scene.photon_defines), scene.made
 
 
-def splats(version: int) -> Iterator[tuple[str, Source, Source]]:
-    """Each splat program as (name, vertex source, fragment source)."""
+def drawn() -> Iterator[tuple[type[DrawKernel], SplatShape, Defines]]:
+    """Each kernel that draws, what it may draw, and each of its defines."""
     for shape in get_args(SplatShape):
-        for name in get_args(Filter):
-            defines = {f"FILTER_{name.upper()}": 1}
-            yield f"splat {shape} {name}", *splat_sources(version, shape, defines)
+        for name in FILTER_DEFINES:
+            yield Splat, shape, {name: 1}

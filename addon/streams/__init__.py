@@ -2,7 +2,8 @@
 """A stream programming framework over OpenGL (Marino & Abbate, sec. 3). Knows no rendering.
 
 A `Stream` is a fixed-size 2D array of records; a `Kernel` is a GLSL function that runs once an
-element, reads streams and writes up to four. How that happens is the physical layer's business.
+element, reads streams and writes others; a `DrawKernel` draws items over the elements that they add
+to. How that happens is the physical layer's business.
 """
 
 from .compute import Compaction, Program, Scan
@@ -19,6 +20,7 @@ from .declaration import (
     in_registers,
 )
 from .device import Device
+from .draw import DrawKernel
 from .host import HostKernel
 from .kernel import Kernel
 from .readback import Reading
@@ -35,6 +37,7 @@ __all__ = [
     "Declaration",
     "Defines",
     "Device",
+    "DrawKernel",
     "HostKernel",
     "Items",
     "Kernel",

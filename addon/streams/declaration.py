@@ -98,20 +98,7 @@ class Declaration:
     def header(self, layer: Layer, version: int, defines: Defines, lanes: int) -> str:
         """What precedes the kernel's file in its program."""
         compute = layer == "compute"
-        records = records_of({**self.inputs, **self.outputs}, self.tables)
-        records |= {record.name: record for record in self.records}
-        lines = [f"#version {max(version, 430) if compute else version} core"]
-        lines += [f"#define {name} {value}" for name, value in defines.items()]
-        lines.append(_BEFORE_400)
-        lines += [record.glsl() for record in records.values()]
-        lines.append("uniform ivec2 stream_size;")
-        lines += [f"uniform {u.kind} {name};" for name, u in self.uniforms.items()]
-        lines += declare_tables(self.tables)
-        lists = [(name, t.kind) for name, t in self.tables.items() if isinstance(t, Items)]
-        for binding, (name, kind) in enumerate(lists, FIRST_LIST):
-            lines += (
-                _list_in_buffer(name, kind, binding) if compute else _list_in_texture(name, kind)
-            )
+        lines = self.common_header(max(version, 430) if compute else version, defines, compute)
         lines.append(f"#define LANES {lanes}")
         if compute:
             lines.append(_compute_prelude(lanes))
@@ -128,6 +115,27 @@ class Declaration:
             )
         lines += self._outputs(compute, lanes)
         return "\n".join(lines)
+
+    def common_header(
+        self, version: int, defines: Defines, lists_in_buffers: bool = False
+    ) -> list[str]:
+        """Lines of every stage: records, uniforms and tables."""
+        records = records_of({**self.inputs, **self.outputs}, self.tables)
+        records |= {record.name: record for record in self.records}
+        lines = [f"#version {version} core"]
+        lines += [f"#define {name} {value}" for name, value in defines.items()]
+        lines.append(_BEFORE_400)
+        lines += [record.glsl() for record in records.values()]
+        lines.append("uniform ivec2 stream_size;")
+        lines += [f"uniform {u.kind} {name};" for name, u in self.uniforms.items()]
+        lines += declare_tables(self.tables)
+        lists = [(name, t.kind) for name, t in self.tables.items() if isinstance(t, Items)]
+        for binding, (name, kind) in enumerate(lists, FIRST_LIST):
+            if lists_in_buffers:
+                lines += _list_in_buffer(name, kind, binding)
+            else:
+                lines += _list_in_texture(name, kind)
+        return lines
 
     def _outputs(self, compute: bool, lanes: int) -> list[str]:
         lines = []

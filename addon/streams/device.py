@@ -113,7 +113,7 @@ class Device:
     def choose_layer(self, wanted: str) -> Layer:
         """The physical layer for `wanted` = "auto", "fragment" or "compute".
 
-        Measured: on software OpenGL fragment programs are the faster, on GPUs compute programs.
+        On software OpenGL fragment programs are the faster, on GPUs compute programs.
         """
         if wanted == "compute" and not self.has_compute:
             raise StreamError(f"{self.name} has no compute programs (OpenGL {self.version})")
@@ -257,8 +257,8 @@ class Device:
     def _finish_drawing(self) -> None:
         """Wait until textures hold what was drawn into them, before the host reads one.
 
-        Reading one waits for that in OpenGL, but not always in Mesa 22.3's llvmpipe: of 300 films
-        of 50 short passes, while other work kept the cores busy, 35 lacked most of their passes.
+        Reading one waits for that in OpenGL, but not always in Mesa 22.3's llvmpipe: while
+        other work kept the cores busy, films of short passes lacked most of these.
         """
         if self.is_software:
             self.ctx.finish()

@@ -10,7 +10,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from .device import Device
-from .kernel import Kernel
+from .kernel import Kernel, Placed
 from .stream import Stream
 
 
@@ -49,6 +49,11 @@ class HostKernel(Kernel):
         streams[name].upload(output)
         alive = int(output.any(axis=-1).sum()) if count else 0
         return lambda: alive
+
+    @staticmethod
+    def placed(table: Placed) -> Any:
+        """As Kernel's."""
+        return table.on_host
 
     def release(self) -> None:
         """Nothing is held on the device."""

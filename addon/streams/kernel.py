@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from functools import lru_cache, partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import moderngl
 
@@ -28,6 +28,18 @@ from .source import Made, Source, StreamError, every_branch, expand
 from .stream import TEXEL, Stream
 
 _MOST_CHECKED = 64  # sets of streams that a kernel remembers; a pass has fewer
+
+
+class Placed(Protocol):
+    """A table that is made where it is asked for."""
+
+    @property
+    def on_device(self) -> moderngl.Texture:
+        """For GLSL."""
+
+    @property
+    def on_host(self) -> Any:
+        """For kernels that the host computes."""
 
 
 class Kernel:
@@ -185,6 +197,11 @@ class Kernel:
             return self._dispatch(targets, size, count)
         return self._draw(targets, count)
 
+    @staticmethod
+    def placed(table: Placed) -> Any:
+        """A table where this kernel reads it."""
+        return table.on_device
+
     def release(self) -> None:
         """Free what is its own; the program is the device's."""
         if self.layer != "compute":
@@ -204,7 +221,7 @@ class Kernel:
         self._program.program.run(*groups)
         self.device.ctx.memory_barrier()
         self.device.launched()
-        return partial(self._counted, self.device.ask(self.device.alive, 1)) if count else _no_count
+        return partial(self._counted, self.device.ask(self.device.alive, 1)) if count else no_count
 
     def _counted(self, reading: Reading) -> int:
         (total,) = reading.numbers()
@@ -219,7 +236,7 @@ class Kernel:
             framebuffer.clear()
         if not count:
             self._quad.render(moderngl.TRIANGLES, vertices=3)
-            return _no_count
+            return no_count
         with self.device.samples_passed as query:
             self._quad.render(moderngl.TRIANGLES, vertices=3)
         return lambda: int(query.samples)
@@ -281,7 +298,8 @@ class Kernel:
                 )
 
 
-def _no_count() -> int:
+def no_count() -> int:
+    """What a launch that does not count has found."""
     return 0
 
 

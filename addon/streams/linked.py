@@ -11,7 +11,7 @@ _NEVER = b"", object()  # nothing marshals to that, and it is nothing's value
 
 class Linked:
     """A program of a device, shared by all that run it, and its uniforms, which are written only
-    where they change: a seventh of the host's time for a pass went there."""
+    where they change: that takes the host time."""
 
     def __init__(self, program: Any) -> None:
         self.program = program

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Set all channels of all texels: OpenGL's own way takes an H200 a hundred times as long.
+// Set all channels of all texels: OpenGL's own way takes some GPUs far longer.
 layout(rgba32f, binding = 0) writeonly uniform image2D filled;
 uniform float value;
 

@@ -11,11 +11,11 @@ uniform sampler2D deposit;
 void count_on(int axis, float cosine, vec3 position) {
     if (!(abs(cosine) >= FACING)) return;
     int side = side_facing(axis, cosine);
-    SideGrid grid = grid_of(side);
+    RadiusGrid grid = grid_of(side);
     vec3 at = (position - grid.origin) / grid.cell_size;
-    if (any(lessThan(at, vec3(0.0))) || any(greaterThan(at, vec3(grid.cells)))) return;
-    ivec3 cell = clamp(ivec3((position - grid.origin) / (0.5 * grid.cell_size)), ivec3(0), 2 * grid.cells - 1);
-    atomicAdd(sums[first_corner(side) + index_in(corners_of(grid), cell + 1)], 1u);
+    if (any(lessThan(at, vec3(0.0))) || any(greaterThan(at, grid.cells))) return;
+    ivec3 cell = clamp(ivec3((position - grid.origin) / (0.5 * grid.cell_size)), ivec3(0), 2 * ivec3(grid.cells) - 1);
+    atomicAdd(sums[first_corner(grid) + index_in(corners_of(grid), cell + 1)], 1u);
 }
 
 void main() {

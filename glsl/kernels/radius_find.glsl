@@ -17,7 +17,7 @@ const float UNEVEN = 0.05;
 const int AROUND = 4;
 
 // Photons in the box of so many cells to each side of a node.
-float photons_about(SideGrid grid, int first, ivec3 node, int cells) {
+float photons_about(RadiusGrid grid, int first, ivec3 node, int cells) {
     ivec3 n = corners_of(grid), low = max(2 * node - cells, 0), high = min(2 * node + cells, n - 1);
     uint found = sums[first + index_in(n, high)] - sums[first + index_in(n, ivec3(low.x, high.yz))];
     found -= sums[first + index_in(n, ivec3(high.x, low.y, high.z))] - sums[first + index_in(n, ivec3(low.xy, high.z))];
@@ -27,15 +27,15 @@ float photons_about(SideGrid grid, int first, ivec3 node, int cells) {
 }
 
 // The area of a side's surfaces in such a box, if they fill the box about all photons.
-float area_about(int side, vec3 place, float size, float fine) {
-    vec3 length = min(place + size, grids[4 * side + 3].xyz) - max(place - size, grids[4 * side + 2].xyz);
+float area_about(int side, RadiusGrid grid, vec3 place, float size, float fine) {
+    vec3 length = min(place + size, grid.high) - max(place - size, grid.low);
     length = max(length, vec3(fine));
     return side < 2 ? length.y * length.z : (side < 4 ? length.x * length.z : length.x * length.y);
 }
 
-float radius_at(int side, SideGrid grid, ivec3 node, vec3 place, float least) {
-    int first = first_corner(side);
-    ivec3 n = 2 * grid.cells;
+float radius_at(int side, RadiusGrid grid, ivec3 node, vec3 place, float least) {
+    int first = first_corner(grid);
+    ivec3 n = 2 * ivec3(grid.cells);
     int widest = max(n.x, max(n.y, n.z)), cells = 1, inner_cells = 0;
     float needed = photons * BOX, fine = 0.5 * grid.cell_size, size = fine, inner = 0.0;
     float found = photons_about(grid, first, node, 1);
@@ -51,8 +51,8 @@ float radius_at(int side, SideGrid grid, ivec3 node, vec3 place, float least) {
     }
     float best = size * sqrt(needed / max(found, 1.0e-6));
     if (inner_cells > 0) {
-        float density = inner / area_about(side, place, float(inner_cells) * fine, fine);
-        float ratio = density / (found / area_about(side, place, size, fine));
+        float density = inner / area_about(side, grid, place, float(inner_cells) * fine, fine);
+        float ratio = density / (found / area_about(side, grid, place, size, fine));
         float uneven = (ratio - 1.0) * min(1.0 / ratio, 1.0);
         float square = uneven * uneven - 1.0 / inner - 1.0 / found - UNEVEN;
         if (square > 0.0) {
@@ -67,10 +67,10 @@ void main() {
     int side = thread() / most_a_side, i = thread() % most_a_side;
     if (thread() < 4 * grids.length()) radii[thread()] = grids[thread() / 4][thread() % 4];
     if (thread() >= count) return;
-    SideGrid grid = grid_of(side);
+    RadiusGrid grid = grid_of(side);
     if (i >= number_of(nodes_of(grid))) return;
     ivec3 node = place_in(nodes_of(grid), i);
     vec3 place = grid.origin + grid.cell_size * vec3(node);
     float least = pixel * (eye.w > 0.0 ? length(place - eye.xyz) : 1.0);
-    radii[grid.first + i] = radius_at(side, grid, node, place, least);
+    radii[first_node(grid) + i] = radius_at(side, grid, node, place, least);
 }

@@ -20,9 +20,9 @@ void sweep(int at, int step, int length, float steepest) {
 void main() {
     int side = thread() / most_a_side, at, step, length;
     if (thread() >= count) return;
-    SideGrid grid = grid_of(side);
+    RadiusGrid grid = grid_of(side);
     if (!line_in(nodes_of(grid), axis, thread() % most_a_side, at, step, length)) return;
-    at += grid.first;
+    at += first_node(grid);
     sweep(at, step, length, 0.25 * grid.cell_size);
     sweep(at + (length - 1) * step, -step, length, 0.25 * grid.cell_size);
 }

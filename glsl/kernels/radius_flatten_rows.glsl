@@ -8,8 +8,8 @@ const float NONE = 1.0e30;
 
 void main() {
     int line = thread() / THREADS, side = min(line / most_a_side, 5), part = int(gl_LocalInvocationID.x);
-    SideGrid grid = grid_of(side);
-    Share share = share_of(nodes_of(grid), line % most_a_side, grid.first);
+    RadiusGrid grid = grid_of(side);
+    Share share = share_of(nodes_of(grid), line % most_a_side, first_node(grid));
     float steepest = 0.25 * grid.cell_size, some[MOST_A_THREAD];
     for (int k = 0; k < MOST_A_THREAD; k++) some[k] = k < share.here ? radii[share.at + share.first + k] : NONE;
     for (int k = 1; k < MOST_A_THREAD; k++) some[k] = min(some[k], some[k - 1] + steepest);

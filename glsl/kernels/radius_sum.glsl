@@ -7,8 +7,9 @@ uniform int axis;
 void main() {
     int side = thread() / most_a_side, at, step, length;
     if (thread() >= count) return;
-    if (!line_in(corners_of(grid_of(side)), axis, thread() % most_a_side, at, step, length)) return;
-    at += first_corner(side);
+    RadiusGrid grid = grid_of(side);
+    if (!line_in(corners_of(grid), axis, thread() % most_a_side, at, step, length)) return;
+    at += first_corner(grid);
     uint sum = 0u, some[AT_ONCE];
     for (int done = 0; done < length; done += AT_ONCE, at += AT_ONCE * step) {
         for (int k = 0; k < AT_ONCE; k++) some[k] = done + k < length ? sums[at + k * step] : 0u;

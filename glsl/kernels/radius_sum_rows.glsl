@@ -7,7 +7,8 @@ shared uint parts[gl_WorkGroupSize.x];
 
 void main() {
     int line = thread() / THREADS, side = min(line / most_a_side, 5), part = int(gl_LocalInvocationID.x);
-    Share share = share_of(corners_of(grid_of(side)), line % most_a_side, first_corner(side));
+    RadiusGrid grid = grid_of(side);
+    Share share = share_of(corners_of(grid), line % most_a_side, first_corner(grid));
     int here = part / THREADS;
     for (int i = share.own; i < share.all; i += THREADS) lines[here][i] = sums[share.at + i];
     barrier();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The largest radius, and those at some of the photons.
 #include "lib/packing.glsl"
-uniform sampler2D radii;
 uniform float shrink;
 #include "lib/radius.glsl"
 layout(std430, binding = 0) buffer Told { uint largest; float some[]; };

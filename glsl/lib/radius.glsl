@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The gather radius at every place of a surface: native/src/radius/field.rs. Uses the table radii: for each
-// side four texels, its grid's origin and which number of the table its first node is, cells and their
-// size, and two of use to lib/radius_grid.glsl; then the nodes, x fastest, four a texel.
+// The gather radius at every place of a surface: native/src/radius/field.rs. Uses the table radii:
+// each side's grid, then their nodes, four a texel.
 #include "lib/table.glsl"
 #include "lib/facing.glsl"
 
@@ -15,12 +14,12 @@ float node_radius(int at) {
 float radius_along_x(int at, float share) { return mix(node_radius(at), node_radius(at + 1), share); }
 
 float radius_on(int side, vec3 position) {
-    vec4 origin = texelFetch(radii, ivec2(4 * side, 0), 0), extent = texelFetch(radii, ivec2(4 * side + 1, 0), 0);
-    vec3 at = clamp((position - origin.xyz) / extent.w, vec3(0.0), extent.xyz);
-    ivec3 cells = ivec3(extent.xyz), cell = min(ivec3(at), cells - 1);
+    RadiusGrid grid = radius_grid_at(side);
+    vec3 at = clamp((position - grid.origin) / grid.cell_size, vec3(0.0), grid.cells);
+    ivec3 cells = ivec3(grid.cells), cell = min(ivec3(at), cells - 1);
     vec3 share = at - vec3(cell);
     int row = cells.x + 1, layer = row * (cells.y + 1);
-    int first = int(origin.w) + cell.z * layer + cell.y * row + cell.x;
+    int first = int(grid.first) + cell.z * layer + cell.y * row + cell.x;
     float near = mix(radius_along_x(first, share.x), radius_along_x(first + row, share.x), share.y);
     first += layer;
     float far = mix(radius_along_x(first, share.x), radius_along_x(first + row, share.x), share.y);

@@ -1,30 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Where the gather radii are made, as native/src/radius makes them: at the nodes of a grid for each of
 // the six sides of surfaces. Photons are counted in cells half as wide.
-// For each side its origin and which of all radii its first one is; its cells and their size; the lowest
-// corner of the box about its photons and which of all counts its first one is; the highest corner.
-uniform vec4 grids[24];
+uniform vec4 grids[24];  // a RadiusGrid for each side
 uniform int most_a_side;  // elements: a side's are numbered from its number times so many
 
 // Elements of a line that a thread reads before it writes any: it waits for memory once, not for each.
 const int AT_ONCE = 16;
 
-struct SideGrid { vec3 origin; float cell_size; ivec3 cells; int first; };
-
-SideGrid grid_of(int side) {
-    vec4 origin = grids[4 * side], extent = grids[4 * side + 1];
-    return SideGrid(origin.xyz, extent.w, ivec3(extent.xyz), int(origin.w));
+RadiusGrid grid_of(int side) {
+    int at = 4 * side;
+    return unpack_RadiusGrid(grids[at], grids[at + 1], grids[at + 2], grids[at + 3]);
 }
 
-ivec3 nodes_of(SideGrid grid) { return grid.cells + 1; }
+ivec3 nodes_of(RadiusGrid grid) { return ivec3(grid.cells) + 1; }
+
+// Which of all radii is a side's first.
+int first_node(RadiusGrid grid) { return int(grid.first); }
 
 // The corners of the cells in which photons are counted.
-ivec3 corners_of(SideGrid grid) { return 2 * grid.cells + 1; }
+ivec3 corners_of(RadiusGrid grid) { return 2 * ivec3(grid.cells) + 1; }
 
 int number_of(ivec3 n) { return n.x * n.y * n.z; }
 
 // Which of all sides' corners is a side's first.
-int first_corner(int side) { return int(grids[4 * side + 2].w); }
+int first_corner(RadiusGrid grid) { return int(grid.first_corner); }
 
 int index_in(ivec3 n, ivec3 at) { return (at.z * n.y + at.y) * n.x + at.x; }
 

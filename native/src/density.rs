@@ -127,8 +127,8 @@ fn dot<L: Lanes>(a: [L; 3], b: [L; 3]) -> L {
 }
 
 /// Over the photons about a point, the filter times flux, and the inner filter times the channels' sum, but
-/// for constants. The filter is a constant where this is called: to ask for it at each group of photons took
-/// 1.4 times as long.
+/// for constants. The filter is a constant where this is called: to ask for it at each group of photons takes
+/// longer.
 #[inline(always)]
 fn sums_about<L: Lanes>(map: &PhotonMap, point: &Point, filter: Filter) -> [f32; 4] {
     let is_cut = point.cuts != [0.0; 4];

@@ -3,7 +3,7 @@
 //! addon/photon/kernels/records.py declares them: whoever imports the core compares the two.
 
 /// Records by name, and their fields in order.
-pub const LAYOUTS: [(&str, &str); 13] = [
+pub const LAYOUTS: [(&str, &str); 14] = [
     ("RayOrigin", "vec3 position; float source"),
     ("RayDirection", "vec3 direction; float t_max"),
     ("Hit", "float t; float triangle; float u; float v"),
@@ -14,6 +14,10 @@ pub const LAYOUTS: [(&str, &str); 13] = [
     ("Cuts", "vec2 first; vec2 second"),
     ("Deposit", "vec3 flux; float normal"),
     ("Triangle", "vec3 a; float material; vec3 b; float surface; vec3 c; float number"),
+    (
+        "RadiusGrid",
+        "vec3 origin; float first; vec3 cells; float cell_size; vec3 low; float first_corner; vec3 high",
+    ),
     ("CornerNormals", "vec3 a; vec3 b; vec3 c"),
     ("PlainMaterial", "vec3 diffuse; float exponent; vec3 specular"),
     (

@@ -44,7 +44,7 @@ pub(crate) fn from_frame(n: [f32; 3], local: [f32; 3]) -> [f32; 3] {
 }
 
 /// Sine and cosine of `turns` full turns, 0 <= turns <= 1, to 1.2e-7: a library's, which must reduce
-/// any angle, takes three times as long. Polynomials of Cephes' sinf and cosf.
+/// any angle, takes longer. Polynomials of Cephes' sinf and cosf.
 pub(crate) fn sin_cos_of_turns(turns: f32) -> (f32, f32) {
     let quarter = (4.0 * turns + 0.5).floor();
     let x = (turns - 0.25 * quarter) * (2.0 * PI); // within an eighth of a turn; the difference is exact

@@ -60,7 +60,7 @@ def measure(number: str, size: int, layer: str) -> tuple[int, list[float], list[
     return (
         size,
         [*start, *fastest],
-        [Budget(scene, settings, device, renderer.way.name).needed(), taken],
+        [Budget(scene, settings, renderer.way).needed(), taken],
     )
 
 

@@ -64,9 +64,9 @@ class Seen:
         self.points: list[Any] = []
         estimate = PhotonGrid.estimate
 
-        def looked_at(grid: Any, place: Any, facing: Any, *args: Any, **kwargs: Any) -> None:
-            self.points.append((place.download(), facing.download()))
-            estimate(grid, place, facing, *args, **kwargs)
+        def looked_at(grid: Any, points: Any, *args: Any, **kwargs: Any) -> None:
+            self.points.append((points["place"].download(), points["facing"].download()))
+            estimate(grid, points, *args, **kwargs)
 
         monkeypatch.setattr(PhotonGrid, "estimate", looked_at)
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,12 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.kernels.records import DEPOSIT, PLACE
-from addon.photon.photons import device_photon_mapper, photon_grid
+from addon.photon.photons import device_photon_mapper, grid_sort, photon_grid
 from addon.photon.photons.deposits import Deposits, DeviceDeposits, HostDeposits
 from addon.photon.photons.radius_field import RadiusField
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
+from addon.photon.ways.way import ResidentWay, Way
 from addon.streams import Device, Reading, Stream
 from tests.measure import render
 from tests.scenes import cornell
@@ -160,9 +162,15 @@ def test_poison_does_not_spread(
 # The grid.
 
 
+def grid_of(way: Way) -> Any:
+    """Over a box of two a side."""
+    mesh: Any = SimpleNamespace(extent=np.ones(3), area=24.0)
+    return way.photon_grid(mesh, Settings(), [False])
+
+
 def count_host_sorts(monkeypatch: pytest.MonkeyPatch, max_ranked: int) -> list[int]:
     """Set the limit; the list grows with each of the device's grids that the host had to sort."""
-    monkeypatch.setattr(photon_grid, "MAX_RANKED", max_ranked)
+    monkeypatch.setattr(grid_sort, "MAX_RANKED", max_ranked)
     counts: list[int] = []
     arrays = DeviceDeposits.arrays  # the host has no other way to them
 
@@ -174,7 +182,7 @@ def count_host_sorts(monkeypatch: pytest.MonkeyPatch, max_ranked: int) -> list[i
     return counts
 
 
-@pytest.mark.parametrize("max_ranked", [photon_grid.MAX_RANKED, 3])
+@pytest.mark.parametrize("max_ranked", [grid_sort.MAX_RANKED, 3])
 @pytest.mark.parametrize("radius", [0.01, 0.2, 5.0])
 def test_device_sort_equals_native_sort(
     device: Device, monkeypatch: pytest.MonkeyPatch, max_ranked: int, radius: float
@@ -184,14 +192,15 @@ def test_device_sort_equals_native_sort(
     by_host = count_host_sorts(monkeypatch, max_ranked)
     bounces = [landed(seed) for seed in range(6)]
     tables: list[list[NDArray[np.float32]]] = []
-    for kind in (HostDeposits, DeviceDeposits):
+    for kind, way in (
+        (HostDeposits, Way(device, "compute")),
+        (DeviceDeposits, ResidentWay(device)),
+    ):
         deposits = kind(device)
         make_room(deposits, *bounces)
         for bounce in bounces:
             deposits.append(*streams(device, *bounce))
-        grid = photon_grid.PhotonGrid(
-            device, "compute", Settings(), (1.0, 1.0, 1.0), area=24.0, on_host=False
-        )
+        grid = grid_of(way)
         grid.prepare(deposits, RadiusField.even(device, radius).of_pass(1.0))
         count = deposits.tables()[0]
         places, fluxes = (
@@ -218,15 +227,12 @@ def test_crowds_are_not_ranked_unasked(device: Device, monkeypatch: pytest.Monke
     make_room(deposits, *bounces)
     for bounce in bounces:
         deposits.append(*streams(device, *bounce))
-    grid = photon_grid.PhotonGrid(
-        device, "compute", Settings(), (1.0, 1.0, 1.0), area=24.0, on_host=False
-    )
+    grid = grid_of(ResidentWay(device))
     radii = RadiusField.even(device, 5.0).of_pass(1.0)  # one cell holds them all
     grid.prepare(deposits, radii)
-    sort, ranked = grid._device_sort, []
-    assert sort
+    sort, ranked = grid._sort, []
     for max_ranked in (3, 1 << 20):
-        monkeypatch.setattr(photon_grid, "MAX_RANKED", max_ranked)
+        monkeypatch.setattr(grid_sort, "MAX_RANKED", max_ranked)
         sort._reading = None  # as in a first pass
         sort._buffers["places"].write(np.full(4 * deposits.count, 7.0, np.float32))
         grid.prepare(deposits, radii)
@@ -241,7 +247,7 @@ def test_several_launches_sum_as_one(device: Device, monkeypatch: pytest.MonkeyP
     """Where photons crowd, each launch adds to what those before it have summed."""
     pictures = []
     for most in (1 << 20, 64):
-        monkeypatch.setattr(photon_grid, "MAX_ADDED", most)
+        monkeypatch.setattr(grid_sort, "MAX_ADDED", most)
         settings = Settings(width=24, height=24, passes=2, photons=2000, layer="fragment")
         renderer = prepare(cornell(True), settings, device)
         for _ in range(settings.passes):
@@ -255,7 +261,7 @@ def test_several_launches_sum_as_one(device: Device, monkeypatch: pytest.MonkeyP
         np.testing.assert_allclose(parts[name], whole[name], rtol=1e-5, atol=1e-7)
 
 
-@pytest.mark.parametrize("max_ranked", [photon_grid.MAX_RANKED, 3])
+@pytest.mark.parametrize("max_ranked", [grid_sort.MAX_RANKED, 3])
 @pytest.mark.parametrize("radius", [0.0, 5.0])
 def test_pictures_are_bit_equal(
     device: Device, monkeypatch: pytest.MonkeyPatch, max_ranked: int, radius: float

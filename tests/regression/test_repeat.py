@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.film import strips
 from addon.photon.film.film import Exposure, merged
 from addon.photon.film.picture import picture_of
+from addon.photon.film.strips import strips_of
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
+from addon.photon.ways import way
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import cornell
@@ -138,8 +139,8 @@ def test_strips_are_the_whole(
     ways = {"layer": layer, "estimator": estimator, "passes": 8} | settings
     whole = picture(device, **ways)
     for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
-        monkeypatch.setattr(strips, name, pixels)
-    assert len(strips.strips_of(Settings(**CHOICES | ways).frame_region, device)) > 1
+        monkeypatch.setattr(way, name, pixels)
+    assert len(strips_of(Settings(**CHOICES | ways).frame_region, pixels)) > 1
     part = picture(device, **ways)
     for name, image in whole.items():
         np.testing.assert_array_equal(part[name], image, err_msg=name)

@@ -82,3 +82,44 @@ def test_streams_alone_loads_no_photon() -> None:
     command = [sys.executable, "-c", code]
     result = subprocess.run(command, cwd=ADDON.parent, capture_output=True, text=True, check=True)
     assert "addon.streams.kernel" in result.stdout and "addon.photon" not in result.stdout
+
+
+# What tells devices apart, and the ways to use them: asked for in ways/ alone.
+ASKING = {"is_software", "prefers_native", "keeps_lists", "has_compute", "choose_layer"}
+TOLD_APART = {"HostKernel", "HostDeposits", "DeviceDeposits", "HostRadii", "DeviceRadii"}
+TOLD_APART |= {"Way", "ResidentWay", "NativeWay", "PhotonGrid", "NativePhotonGrid"}
+LAYERS = {"fragment", "compute", "native"}
+
+
+def questions(text: str) -> Iterator[int]:
+    """Lines that ask which device runs: by an attribute, a class, or a layer's name."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Attribute) and node.attr in ASKING:
+            yield node.lineno
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            names = {name.id for name in ast.walk(node) if isinstance(name, ast.Name)}
+            if node.func.id == "isinstance" and names & TOLD_APART:
+                yield node.lineno
+        if isinstance(node, ast.Compare):
+            sides = (node.left, *node.comparators)
+            if any(isinstance(x, ast.Constant) and x.value in LAYERS for x in sides):
+                yield node.lineno
+
+
+def test_only_ways_asks_which_device_runs() -> None:
+    asked = {
+        f"{file.relative_to(ADDON)}:{line}"
+        for room in ("photon", "blender")
+        for file in (ADDON / room).rglob("*.py")
+        for line in questions(file.read_text(encoding="utf-8"))
+    }
+    assert {place for place in asked if not place.startswith("photon/ways/")} == set()
+    assert asked  # ways/ does
+
+
+@pytest.mark.parametrize(
+    "text", ["x = device.is_software", "isinstance(a, (HostKernel, B))", 'y = way.name == "native"']
+)
+def test_questions_are_seen(text: str) -> None:
+    assert list(questions(text)) == [1]
+    assert not list(questions("isinstance(a, float) or layer == other"))

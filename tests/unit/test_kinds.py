@@ -18,7 +18,7 @@ from addon.photon.prepare import prepare
 from addon.photon.scene import Light, Lobe, Material, Scene, phong
 from addon.photon.settings import Settings
 from addon.photon.stage.kinds import check_kinds, light_kinds, lobe_kinds, made_bsdf, made_lights
-from addon.photon.variants import kernels
+from addon.photon.variants import drawn, kernels
 from addon.streams import Device, HostKernel, Kernel, StreamError
 from tests.kernels.test_seen_lights import SEEN_LIGHTS
 from tests.scenes import cornell
@@ -143,7 +143,8 @@ def test_layouts_that_differ(theirs: dict[str, str], message: str) -> None:
 def test_every_kernel_has_variants() -> None:
     """Each class, with each define of its structure on and off."""
     found: dict[type[Kernel], list[Any]] = {}
-    for kernel, defines, _ in kernels():
+    listed = [(kernel, defines) for kernel, defines, _ in kernels()]
+    for kernel, defines in [*listed, *((kernel, defines) for kernel, _, defines in drawn())]:
         found.setdefault(kernel, []).append({*defines} & {*kernel.structure})
     waiting, classes = [Kernel], set()
     while waiting:

@@ -13,13 +13,15 @@ import pytest
 
 from addon.photon import memory
 from addon.photon.errors import SceneError, SettingsError
-from addon.photon.film import strips
 from addon.photon.memory import Budget
-from addon.photon.photons import photon_grid
+from addon.photon.photons import grid_sort
 from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene, phong
 from addon.photon.settings import Settings
+from addon.photon.ways import way
+from addon.photon.ways.sizes import FIXED
+from addon.photon.ways.way import way_of
 from addon.streams import Device, Stream, StreamError
 from tests.scenes import cornell
 
@@ -29,17 +31,20 @@ SMALL = Settings(width=24, height=16, photons=1000, passes=1)
 MEASURE = """
 import sys
 from addon.photon.memory import Budget
-from addon.photon.ways.way import open_device
+from addon.photon.ways.way import open_device, way_of
 from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings
+from addon.photon.ways import way
+from addon.photon.ways.sizes import FIXED
+from addon.photon.ways.way import way_of
 from tests.bench.host import resident
 from tests.scenes import cornell, hills
 layer, size, photons, quads = sys.argv[1], *map(int, sys.argv[2:])
 settings = Settings(width=size, height=size, photons=photons, layer=layer, passes=1)
 scene = hills(quads) if quads else cornell(True)
 device = open_device(settings)
-budget = Budget(scene, settings, device, layer)
+budget = Budget(scene, settings, way_of(settings, device))
 before = resident("VmRSS")
 renderer = prepare(scene, settings, device)
 renderer.render_pass()
@@ -99,9 +104,9 @@ def test_textures_are_counted(
     strip: int,
     settings: dict[str, Any],
 ) -> None:
-    monkeypatch.setattr(strips, "STRIP_PIXELS", strip)
-    monkeypatch.setattr(strips, "GPU_STRIP_PIXELS", strip)
-    monkeypatch.setattr(photon_grid, "MAX_ADDED", 64)  # several launches, as where photons crowd
+    monkeypatch.setattr(way, "STRIP_PIXELS", strip)
+    monkeypatch.setattr(way, "GPU_STRIP_PIXELS", strip)
+    monkeypatch.setattr(grid_sort, "MAX_ADDED", 64)  # several launches, as where photons crowd
     made = []
     init = Stream.__init__
 
@@ -112,7 +117,7 @@ def test_textures_are_counted(
     monkeypatch.setattr(Stream, "__init__", counted)
     renderer = prepare(scene_of(lobes, lights), replace(SMALL, **settings), device)
     renderer.render_pass()
-    budget = Budget(renderer.scene, renderer.settings, device, renderer.way.name)
+    budget = Budget(renderer.scene, renderer.settings, renderer.way)
     renderer.release()
     count = 24 * 16 // strip
     on_host = renderer.way.name == "native"  # the film is in arrays, of as many bytes
@@ -147,7 +152,7 @@ def test_too_large(
     match: str,
 ) -> None:
     """Refused before anything is taken, with what is needed, what there is and what to lower."""
-    free = memory.FIXED + (1_000_000 if not settings else 900_000_000)
+    free = FIXED + (1_000_000 if not settings else 900_000_000)
     monkeypatch.setattr(memory, "free_host_memory", lambda: free)
     monkeypatch.setattr(Device, "texture", None)
     needs = r"needs about [\d.]+ GB of memory and [\d.]+ GB are free; [\d.]+ GB of it are "
@@ -181,7 +186,7 @@ def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPa
     """What the photons that tell the radii say is looked at, too."""
     settings = replace(SMALL, photons=1 << 20, layer="native")
     monkeypatch.setattr(memory, "MOST_GUESSED", 0.0)
-    guess = Budget(cornell(), settings, device, "native").needed()
+    guess = Budget(cornell(), settings, way_of(Settings(layer="native"), device)).needed()
     monkeypatch.setattr(memory, "free_host_memory", lambda: guess)
     with pytest.raises(SettingsError, match="for 1048576 photons: lower the photons a pass"):
         prepare(cornell(), settings, device)
@@ -189,11 +194,18 @@ def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPa
 
 def test_what_the_caller_takes(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Blender's own copies of the picture count as the renderer's do."""
-    needed = Budget(cornell(), SMALL, device, "native").needed()
+    native = way_of(Settings(layer="native"), device)
+    needed = Budget(cornell(), SMALL, native).needed()
     monkeypatch.setattr(memory, "free_host_memory", lambda: needed + 1_000_000)
-    Budget(cornell(), replace(SMALL, caller_bytes=900_000), device, "native")
+    Budget(
+        cornell(), replace(SMALL, caller_bytes=900_000), way_of(Settings(layer="native"), device)
+    )
     with pytest.raises(SettingsError, match="for 384 pixels: lower the resolution"):
-        Budget(cornell(), replace(SMALL, caller_bytes=1_100_000_000), device, "native")
+        Budget(
+            cornell(),
+            replace(SMALL, caller_bytes=1_100_000_000),
+            way_of(Settings(layer="native"), device),
+        )
 
 
 def test_sides_of_textures(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -224,15 +236,15 @@ def test_memory_of_a_gpu(device: Device, monkeypatch: pytest.MonkeyPatch) -> Non
     free = 900_000_000
     monkeypatch.setattr(device, "free_memory", lambda: free, raising=False)
     with pytest.raises(SettingsError, match=r"of memory on .* and 0.9 GB are free; .* pixels"):
-        Budget(cornell(), settings, device, "compute")
+        Budget(cornell(), settings, way_of(Settings(layer="compute"), device))
     free = 1_100_000_000
-    assert Budget(cornell(), settings, device, "compute").needed() > free
+    assert Budget(cornell(), settings, way_of(Settings(layer="compute"), device)).needed() > free
     monkeypatch.setattr(memory, "free_host_memory", lambda: 500_000_000)
     with pytest.raises(SettingsError, match="of memory and 0.5 GB are free"):
-        Budget(cornell(), settings, device, "compute")
+        Budget(cornell(), settings, way_of(Settings(layer="compute"), device))
     free = None  # a driver that does not tell
     monkeypatch.setattr(memory, "free_host_memory", lambda: None)
-    Budget(cornell(), replace(settings, width=16384), device, "compute")
+    Budget(cornell(), replace(settings, width=16384), way_of(Settings(layer="compute"), device))
 
 
 def test_texture_without_room(device: Device) -> None:

@@ -10,18 +10,13 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
-from addon.photon.photons import radius_field
 from addon.photon.photons.deposits import Copy, DeviceDeposits
-from addon.photon.photons.radius_field import (
-    SAMPLE,
-    RadiusField,
-    grids_over,
-    radii_on_device,
-    sample_of,
-    shrink_of,
-)
+from addon.photon.photons.device_radii import radii_on_device
+from addon.photon.photons.radius_field import SAMPLE, sample_of, shrink_of
 from addon.photon.prepare import photons_per_disc, prepare
 from addon.photon.settings import Settings
+from addon.photon.ways import way
+from addon.photon.ways.way import ResidentWay
 from addon.streams import TABLE_WIDTH, Device
 from tests.measure import render
 from tests.scenes import Builder, camera, cornell, plain_light, with_cone
@@ -178,7 +173,7 @@ def test_the_device_finds_where_photons_are(device: Device, count: int, flat: bo
     deposits = DeviceDeposits(device)
     copy = Copy(count, tuple(device.ctx.buffer(part) for part in rows))
     deposits.paste(copy)
-    grids, area = grids_over(device, deposits)()
+    grids, area = ResidentWay(device).radius_grids(deposits)()
     expected, box = native.radius_grids(sample_of(place, deposit, SAMPLE))
     np.testing.assert_array_equal(grids, expected)
     assert area == box
@@ -202,7 +197,7 @@ def test_the_device_finds_the_same(
         expected = native.RadiusField(*places, grids, **limits._asdict())
         used = grids.size + int((grids[:, 4:7] + 1).prod(axis=1).sum())
         table = expected.table().ravel()[:used]
-        found = np.frombuffer(made.table.read(), np.float32)[:used]
+        found = np.frombuffer(made.on_device.read(), np.float32)[:used]
         np.testing.assert_array_equal(found[: grids.size], table[: grids.size])
         # A GPU may count a photon at a cell's border in the next one.
         radii = table[grids.size :]
@@ -211,14 +206,12 @@ def test_the_device_finds_the_same(
         typical, largest = made.told()  # the first by 2047 photons, native.RadiusField's by all
         assert typical == pytest.approx(expected.typical(), rel=2e-2)
         assert largest == pytest.approx(expected.largest(), rel=1e-5)
-        np.testing.assert_array_equal(
-            RadiusField(device, made).on_host.table().ravel()[:used], found
-        )
+        np.testing.assert_array_equal(made.on_host.table().ravel()[:used], found)
         compared.append(deposits.count > 0)
         return made
 
     monkeypatch.setattr(device, "prefers_native", False)
-    monkeypatch.setattr(radius_field, "radii_on_device", both)
+    monkeypatch.setattr(way, "radii_on_device", both)
     lights = cornell().lights
     if photons == 1:  # which nothing stops
         lights = (replace(lights[0], direction=(0.0, 0.0, 1.0), position=(5.0, 5.0, 30.0)),)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.film import strips
 from addon.photon.film.film import Film
 from addon.photon.film.strips import StripFilm, strips_of
 from addon.photon.kernels.records import RADIANCE
 from addon.photon.prepare import prepare
 from addon.photon.settings import Region, Settings
-from addon.photon.ways.way import Way
+from addon.photon.ways import way
+from addon.photon.ways.way import Way, way_of
 from addon.streams import Device, Stream
 from tests.scenes import cornell
 
@@ -27,7 +27,7 @@ def pixels(monkeypatch: pytest.MonkeyPatch) -> Any:
 
     def limit(count: int) -> None:
         for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
-            monkeypatch.setattr(strips, name, count)
+            monkeypatch.setattr(way, name, count)
 
     return limit
 
@@ -36,9 +36,8 @@ def pixels(monkeypatch: pytest.MonkeyPatch) -> Any:
 @pytest.mark.parametrize(
     "region", [(0, 0, 8, 100), (0, 0, 1, 1), (3, 5, 10, 68), (0, 7, 800, 8), (2, 3, 3, 400)]
 )
-def test_each_row_once(device: Device, pixels: Any, most: int, region: Region) -> None:
-    pixels(most)
-    found = strips_of(region, device)
+def test_each_row_once(most: int, region: Region) -> None:
+    found = strips_of(region, most)
     x0, y0, x1, y1 = region
     rows = np.concatenate([np.arange(y1 - y0)[strip.rows] for strip in found])
     assert (rows == np.arange(y1 - y0)).all()
@@ -55,16 +54,16 @@ def test_each_row_once(device: Device, pixels: Any, most: int, region: Region) -
 
 def test_what_is_usual_is_one_strip(device: Device) -> None:
     size = (720, 720) if device.is_software else (1920, 1080)
-    assert len(strips_of((0, 0, *size), device)) == 1
-    assert len(strips_of((0, 0, 4096, 4096), device)) > 1
+    most = way_of(Settings(), device).strip_pixels
+    assert len(strips_of((0, 0, *size), most)) == 1
+    assert len(strips_of((0, 0, 4096, 4096), most)) > 1
 
 
-def test_films_are_one(device: Device, layer: Any, pixels: Any) -> None:
+def test_films_are_one(device: Device, layer: Any) -> None:
     """Sums, squares and passes of strips that overlap, as of one film."""
     width, height, passes = 6, 11, 7
-    pixels(width * 4)
     region = (2, 3, 2 + width, 3 + height)
-    found = strips_of(region, device)
+    found = strips_of(region, width * 4)
     assert [strip.height for strip in found] == [3, 4, 4]
     data = np.random.default_rng(3).normal(size=(passes, height, width, 4)).astype(np.float32)
     whole = Film(device, layer, (width, height), NAMES)

@@ -29,7 +29,7 @@ from ..kernels.scatter import Scatter
 from ..kernels.shade import LOBES, POINT, Shade
 from ..photons.photon_pass import PhotonPass
 from ..photons.radius_field import Radii
-from ..photons.splat import View
+from ..photons.splats import View
 from ..scene import Scene
 from ..settings import Region, Settings
 from ..stage.geometry import Frame
@@ -78,7 +78,7 @@ class Eye:
     ) -> None:
         """`size`: of a region."""
         device, layer = way.device, way.layer
-        self._waits = way.keeps_lists  # while the host asks it something
+        self._waits = way.works_alone  # while the host asks it something
         self._tables, self._settings, self._needs = tables, settings, needs
         self._ended: dict[Region, int] = {}
         self._sent: Path | None = None  # ahead
@@ -314,8 +314,7 @@ class Eye:
 def probes_of(index: int) -> dict[str, int]:
     """How many coverage probes pass `index` sends from a point, and how many were sent before.
 
-    More at first: the quotient of few probes is off at edges. Measured on cornell_classic: after
-    one pass relMSE 0.05 with 4 of them, 0.016 with 8, 0.015 with 16.
+    More at first: the quotient of few probes is off at edges.
     """
     first = 8 * min(index, 3)
     return {"probes": 8 if index < 3 else 4, "first_probe": first + 4 * max(index - 3, 0)}

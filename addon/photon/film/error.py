@@ -25,8 +25,7 @@ EXTRAPOLATION = 3.0
 # Where less of the disc than this lies on the surface, the coverage's own noise hides the change:
 # such pixels take the mean of the others, if those are at least LEAST_EVEN of all. Half discs
 # count: next to what stands on a surface cuts tell the coverage without noise, and there is most of
-# the bias. Measured on ten random rooms after 64 passes, estimated over true: 0.78 to 1.17 with
-# 0.4, 0.76 to 1.17 with 0.6, 0.66 to 1.13 with 0.98.
+# the bias.
 EVEN = 0.4
 LEAST_EVEN = 0.1
 # A pixel's own variance is known to 1 / sqrt(2 (batches - 1)): pooled over as many neighbours as

@@ -179,8 +179,8 @@ class Film:
 
 
 class HostFilm:
-    """What Film is, in arrays, for software OpenGL, where a stream is read as fast as memory is: a
-    pass of 256x256 adds in 3 ms where Film's kernels take 14 (2 cores)."""
+    """What Film is, in arrays, for software OpenGL: there streams are read as fast as memory is,
+    and numpy adds faster than Film's kernels do."""
 
     def __init__(self, size: tuple[int, int], names: Sequence[str]) -> None:
         shape = (size[1], size[0], 4)

@@ -8,17 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...streams import Device, Stream
+from ...streams import Stream
 from ..kernels.records import SUM
 from ..settings import Region
 from ..ways.way import Way
-from .film import SPARE, Exposure, Film, HostFilm, Images, Squares
-
-# Pixels of a strip at most, but for a row of more. Measured on software OpenGL at 1024x1024 and
-# 2048x2048: a pass takes as long in strips of 2^19 and of 2^20, a tenth more in strips of 2^17. A
-# GPU wants more at a time, and has what a frame of 1920x1080 takes.
-STRIP_PIXELS = 1 << 19
-GPU_STRIP_PIXELS = 1 << 21
+from .film import Exposure, Film, HostFilm, Images, Squares
 
 
 @dataclass(frozen=True)
@@ -44,11 +38,11 @@ class Strip:
         return int(self.rows.stop - self.rows.start)
 
 
-def strips_of(region: Region, device: Device) -> tuple[Strip, ...]:
-    """The strips of a region of the frame, from the bottom, as they suit a device."""
+def strips_of(region: Region, most: int) -> tuple[Strip, ...]:
+    """The strips of a region of the frame, from the bottom, of `most` pixels, but for a row of
+    more."""
     x0, y0, x1, y1 = region
     height = y1 - y0
-    most = STRIP_PIXELS if device.is_software else GPU_STRIP_PIXELS
     count = -(-height // max(1, most // (x1 - x0)))
     tall = -(-height // count)
     starts = [k * (height - tall) // max(1, count - 1) for k in range(count)]
@@ -69,8 +63,7 @@ class StripFilm:
     ) -> None:
         self.strips = strips
         size = strips[0].size
-        spare = SPARE if way.film_streams else 0
-        self._spare = [Stream(way.device, SUM, size) for _ in range(spare)]
+        self._spare = [Stream(way.device, SUM, size) for _ in range(way.film_spares)]
         self._films: list[Film | HostFilm] = [way.film(size, names, self._spare) for _ in strips]
 
     def prepare(self) -> None:

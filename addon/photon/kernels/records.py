@@ -105,6 +105,20 @@ LIGHT = Record(
     },
 )
 
+# A side's grid in the table of radii (lib/radius.glsl), whose later texels hold the nodes' radii.
+RADIUS_GRID = Record(
+    "RadiusGrid",
+    {
+        "origin": "vec3",
+        "first": "float",  # which number of the table its first node is, x fastest
+        "cells": "vec3",  # one less than nodes
+        "cell_size": "float",
+        "low": "vec3",  # the box about its photons
+        "first_corner": "float",  # of the finer cells that count them, of all sides'
+        "high": "vec3",
+    },
+)
+
 # What the native core reads of materials and lights that it knows (native/src/paths.rs).
 PLAIN_MATERIAL = Record(
     "PlainMaterial",

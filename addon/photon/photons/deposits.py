@@ -144,8 +144,8 @@ class HostDeposits:
 class DeviceDeposits:
     """Deposits in textures that grow; compute programs append to them.
 
-    How many there are is on the device too, and asked for when it must be known: waiting for it at
-    each bounce left an H200 idle for a third of the time that a pass's photons took.
+    How many there are is on the device too, and asked for when it must be known: a GPU idles while
+    the host waits for it.
     """
 
     def __init__(self, device: Device) -> None:

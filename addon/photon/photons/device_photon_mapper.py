@@ -18,8 +18,7 @@ from .deposits import DeviceDeposits
 from .photon_mapper import STREAM_WIDTH, Paths, PathsBySize, draw_of, first_to_deposit
 
 # Rows for what lands in one launch: photons take as many bounces in it as that has room for, for a
-# launch costs a GPU more than dead photons do unless there are many. 524288 photons of a pass of
-# cornell_classic on an H200, four bounces a launch -> so: 30 -> 8 launches, 1.8 -> 1.05 ms.
+# launch costs a GPU more than dead photons do unless there are many.
 LANDED_ROWS = 2048
 # After the first pass the host does not ask, but goes by what the passes before found, an eighth
 # more, and this: by chance they differ by the square root of their number.

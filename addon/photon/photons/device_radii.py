@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The radii by compute programs, where photons stay on the device: native/src/radius there.
 
-An H200's host took 12 ms for them by 131072 photons, and 26 by 524288 (cornell_classic, 512x512);
-these programs take 0.25, and as long to launch. The host waits for the boxes that photons lie in,
-to know how large the grids are.
+A host takes many passes' time for them. It waits here for the boxes that photons lie in alone, to
+know how large the grids are.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import moderngl
@@ -17,8 +17,10 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ...streams import TABLE_WIDTH, Device, Program, Reading
+from ...streams import TABLE_WIDTH, Device, Program, Reading, Table
 from ...streams.compute import clear
+from ...streams.declaration import declare_tables
+from ..kernels.records import RADIUS_GRID
 from .deposits import Deposits
 
 AXES = range(3)
@@ -30,10 +32,12 @@ ENOUGH, OUTSIDE = 1 << 12, 0.005
 LONGEST = 2 * 65 + 1
 THREADS = 16  # that share a line along x
 _ROWS = f"const int THREADS = {THREADS}, MOST_A_THREAD = {-(-LONGEST // THREADS)};"
+_GRID = RADIUS_GRID.glsl()
 DECLARATIONS = {  # what programs are compiled with
     "radius_box": f"const int MOST_SAMPLED = {ENOUGH};",
-    "radius_sum_rows": _ROWS,
-    "radius_flatten_rows": _ROWS,
+    **dict.fromkeys(("radius_count", "radius_sum", "radius_find", "radius_flatten"), _GRID),
+    **dict.fromkeys(("radius_sum_rows", "radius_flatten_rows"), _GRID + _ROWS),
+    "radius_tell": "\n".join([_GRID, *declare_tables({"radii": Table(RADIUS_GRID)})]),
 }
 # Gives the grids of native.radius_grids, and the area of the box about them.
 Grids = Callable[[], tuple[NDArray[np.float32], float]]
@@ -50,19 +54,30 @@ class Limits(NamedTuple):
     eye: Sequence[float] | None
 
 
-class DeviceRadii(NamedTuple):
+class DeviceRadii:
     """Radii of which the host knows little, and that late."""
 
-    table: moderngl.Texture  # as glsl/lib/radius.glsl reads it
-    telling: Reading  # the largest, and those at some of the photons: bits of float32
+    def __init__(self, device: Device, table: moderngl.Texture, telling: Reading) -> None:
+        """`table`: as glsl/lib/radius.glsl reads it; `telling`: the largest, and those at some of
+        the photons: bits of float32."""
+        self._device, self.on_device, self._telling = device, table, telling
 
     def told(self) -> tuple[float, float]:
-        """The median over the photons, and the largest (waits for the device)."""
-        radii = np.frombuffer(self.telling.data(), np.float32)
+        """As Found's (waits for the device)."""
+        radii = np.frombuffer(self._telling.data(), np.float32)
         largest, middle = float(radii[0]), (len(radii) - 1) // 2
         if len(radii) == 1:
             return largest, largest
         return float(np.partition(radii[1:], middle)[middle]), largest
+
+    @cached_property
+    def on_host(self) -> native.RadiusField:
+        """As Found's."""
+        return native.RadiusField.of_table(self._device.texels(self.on_device), self.told()[0])
+
+    def release(self) -> None:
+        """As Found's."""
+        self._device.put_back(self.on_device)
 
 
 def step_of(count: int, most: int) -> int:
@@ -110,10 +125,11 @@ def most_lines(sides: Sequence[Sequence[int]], axis: int) -> int:
 def radii_on_device(
     device: Device, deposits: Deposits, grids: NDArray[np.float32], limits: Limits
 ) -> DeviceRadii:
-    """The radii by deposits that are on the device; `grids` (6, 16) as of native.radius_grids."""
+    """The radii by deposits that are on the device; `grids` (6, 16) are of RADIUS_GRID."""
     count, place, deposit = deposits.tables()
     photons = {"place": place, "deposit": deposit}
-    cells = [[int(n) for n in row[4:7]] for row in grids.tolist()]  # numpy is slow at so few
+    sides = grids.view(RADIUS_GRID.dtype)["cells"][:, 0].tolist()
+    cells = [[int(n) for n in side] for side in sides]  # numpy is slow at so few
     nodes, corners = ([[k * n + 1 for n in side] for side in cells] for k in (1, 2))
     assert max(map(max, corners)) <= LONGEST
     all_nodes, all_corners = (sum(map(math.prod, sides)) for sides in (nodes, corners))
@@ -155,4 +171,4 @@ def radii_on_device(
     telling = device.ask(told, 1 + samples)
     for buffer in (sums, radii, told):
         device.put_back(buffer)
-    return DeviceRadii(table, telling)
+    return DeviceRadii(device, table, telling)

@@ -22,8 +22,7 @@ from .deposits import HostDeposits
 
 STREAM_WIDTH = 1024  # photons a row
 # Photons of pass 0 that tell the radii, whichever passes are rendered. Where it has no more, they
-# are its own and are not traced again: to the first picture 0.77 s, and 0.90 by 131072 photons
-# (cornell_classic, 512x512, 2 cores).
+# are its own and are not traced again, and the first picture comes sooner than by fewer.
 PILOT_PHOTONS = 1 << 19
 
 
@@ -203,7 +202,7 @@ class PhotonMapper:
         """The photons that are alive, in order, in streams of half the size or less if they fit.
 
         On software OpenGL a dead photon costs as much as its SIMD neighbours' longest path:
-        without this, the photons of a pass took 1.4 times as long (cornell_classic, cornell_box).
+        in full streams those that live would take longer.
         """
         smaller = self._paths.halved(paths, alive)
         if smaller is paths:

@@ -9,9 +9,9 @@ from ...streams import Stream
 from ..phases import Phases
 from ..settings import Settings
 from .kept import Kept, Mapper
-from .photon_grid import PhotonGrid
+from .photon_grid import Gathering
 from .radius_field import Radii, RadiusField, shrink_of
-from .splat import Splat, View
+from .splats import Splats, View
 
 
 class PhotonPass:
@@ -39,8 +39,8 @@ class Photons:
         kept: Kept,
         settings: Settings,
         field: RadiusField,
-        splat: Splat | None,
-        grid: PhotonGrid | None,
+        splat: Splats | None,
+        grid: Gathering | None,
         traces_ahead: bool,
         phases: Phases,
     ) -> None:
@@ -76,13 +76,11 @@ class Photons:
         self, points: Mapping[str, Stream], irradiance: Stream, view: View | None
     ) -> None:
         """As PhotonPass.gather, of the photons that landed last."""
-        place, facing, cuts = points["place"], points["facing"], points["cuts"]
         if self.splat and view:
-            self.splat.estimate(place, facing, cuts, irradiance, view)
+            self.splat.estimate(points, irradiance, view)
         else:
             assert self.grid
-            zeros = points["zeros"]
-            self.grid.estimate(place, facing, cuts, irradiance, zeros, in_chain=view is None)
+            self.grid.estimate(points, irradiance, in_chain=view is None)
 
     def radius(self, index: int) -> float:
         """The radius of a pass, typical of where photons fall [scene units]."""

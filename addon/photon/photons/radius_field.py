@@ -7,30 +7,65 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, Protocol
 
 import moderngl
 import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ...streams import Device, HostKernel, Kernel, Table, Uniform
+from ...streams import Device, Kernel, Table, Uniform
+from ..kernels.records import RADIUS_GRID
 from ..stage.tables import upload_table
-from .deposits import Deposits, HostDeposits
-from .device_radii import (
-    DeviceRadii,
-    Grids,
-    Limits,
-    grids_on_device,
-    radii_on_device,
-    step_of,
-)
+from .device_radii import Grids, Limits, step_of
 
 SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most
 WIDEST = 1.4  # no radius is larger, in radii that even light would have
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
 UNIFORMS = {"shrink": Uniform("float")}
-TABLES = {"radii": Table()}
+TABLES = {"radii": Table(RADIUS_GRID)}
+
+
+class Found(Protocol):
+    """Radii by density, where they were made: HostRadii or DeviceRadii."""
+
+    def told(self) -> tuple[float, float]:
+        """The median over the photons, and the largest; waits for who made them [scene units]."""
+
+    @property
+    def on_device(self) -> moderngl.Texture:
+        """What GLSL reads; made for the first kernel that does."""
+
+    @property
+    def on_host(self) -> native.RadiusField:
+        """What native kernels read; downloaded for the first that does, if it has to be."""
+
+    def release(self) -> None:
+        """Put the texture back."""
+
+
+class HostRadii:
+    """Radii that the native core has made."""
+
+    def __init__(self, device: Device, made: native.RadiusField) -> None:
+        self._device, self.on_host = device, made
+        self._table: moderngl.Texture | None = None
+
+    def told(self) -> tuple[float, float]:
+        """As Found's."""
+        return self.on_host.typical(), self.on_host.largest()
+
+    @property
+    def on_device(self) -> moderngl.Texture:
+        """As Found's."""
+        if self._table is None:
+            self._table = upload_table(self._device, self.on_host.table())
+        return self._table
+
+    def release(self) -> None:
+        """As Found's."""
+        if self._table:
+            self._device.put_back(self._table)
 
 
 class RadiusField:
@@ -42,86 +77,70 @@ class RadiusField:
     the axes that they face: the light on one side of a wall says nothing about the other.
     """
 
-    def __init__(
-        self, device: Device, made: native.RadiusField | DeviceRadii, is_even: bool = False
-    ) -> None:
-        self._device, self.is_even = device, is_even
-        self._made = made
-        self._native: native.RadiusField | None = None
-        self._table: moderngl.Texture | None = None
-        if isinstance(made, DeviceRadii):
-            self._table = made.table
-        else:
-            self._native = made
-
-    @classmethod
-    def by_density(
-        cls,
-        device: Device,
-        deposits: Deposits,
-        grids: Grids,
-        wanted: float,
-        times: float,
-        area: float,
-        pixel: float,
-        eye: Sequence[float] | None,
-    ) -> RadiusField:
-        """`deposits`: photons, of which a disc shall hold `wanted`, and a pass has `times` so many;
-        `grids`: of `grids_over` them; `area`: of the surfaces they may fall on;
-        `pixel`: its width at distance 1 from the eye, or everywhere."""
-        sides, box = grids()
-        even = math.sqrt(wanted * (min(area, box) or 1.0) / (math.pi * max(deposits.count, 1)))
-        limits = Limits(wanted, times, min(WIDEST * even, 2.0), pixel, eye)
-        if isinstance(deposits, HostDeposits):
-            return cls(device, _on_host(*deposits.arrays(), sides, limits))
-        return cls(device, radii_on_device(device, deposits, sides, limits))
+    def __init__(self, found: Found, is_even: bool = False) -> None:
+        self._found, self.is_even = found, is_even
 
     @classmethod
     def even(cls, device: Device, radius: float) -> RadiusField:
         """One radius everywhere."""
         none = np.zeros((0, 4), np.float32)
         limits = Limits(1.0, 1.0, radius, radius, None)
-        return cls(device, _on_host(none, none, native.radius_grids(none)[0], limits), True)
+        found = radii_on_host(device, (none, none), native.radius_grids(none)[0], limits)
+        return cls(found, is_even=True)
 
     @cached_property
     def told(self) -> tuple[float, float]:
         """The median of the radii over the photons, and the largest; waits for the device that
         made them [scene units]."""
-        made = self._made
-        return made.told() if isinstance(made, DeviceRadii) else (made.typical(), made.largest())
+        return self._found.told()
 
     @property
-    def table(self) -> moderngl.Texture:
-        """What GLSL reads; made for the first kernel that does."""
-        if self._table is None:
-            self._table = upload_table(self._device, self.on_host.table())
-        return self._table
+    def on_device(self) -> moderngl.Texture:
+        """As Found's."""
+        return self._found.on_device
 
     @property
     def on_host(self) -> native.RadiusField:
-        """What native kernels read; downloaded for who asks where the device made it."""
-        if self._native is None:
-            assert self._table
-            self._native = native.RadiusField.of_table(
-                self._device.texels(self._table), self.told[0]
-            )
-        return self._native
+        """As Found's."""
+        return self._found.on_host
 
     def of_pass(self, shrink: float) -> Radii:
         """The radii of a pass whose radii are `shrink` times the first pass's."""
         return Radii(self, shrink, {"shrink": shrink})
 
     def release(self) -> None:
-        """Put the table back."""
-        if self._table:
-            self._device.put_back(self._table)
+        """Put what it found back."""
+        self._found.release()
 
 
-def grids_over(device: Device, deposits: Deposits) -> Grids:
-    """Where most of the deposits are; a device that has them begins to look."""
-    if isinstance(deposits, HostDeposits) or not deposits.count:
-        return partial(native.radius_grids, sample_of(*deposits.arrays(), SAMPLE))
-    return grids_on_device(device, deposits, SAMPLE)
+def limits_by(
+    wanted: float,
+    times: float,
+    photons: int,
+    area: float,
+    pixel: float,
+    eye: Sequence[float] | None,
+) -> Limits:
+    """How radii are to be: a disc shall hold `wanted` of so many photons, of which a pass has
+    `times` as many; `area`: of the surfaces they may fall on; `pixel`: its width at distance 1
+    from the eye, or everywhere."""
+    even = math.sqrt(wanted * (area or 1.0) / (math.pi * max(photons, 1)))
+    return Limits(wanted, times, min(WIDEST * even, 2.0), pixel, eye)
+
+
+def grids_on_host(place: NDArray[np.float32], deposit: NDArray[np.float32]) -> Grids:
+    """Where most of the deposits are, looked up when it is called."""
+    return partial(native.radius_grids, sample_of(place, deposit, SAMPLE))
+
+
+def radii_on_host(
+    device: Device,
+    deposits: tuple[NDArray[np.float32], NDArray[np.float32]],
+    grids: NDArray[np.float32],
+    limits: Limits,
+) -> HostRadii:
+    """The radii by places and deposits (P, 4)."""
+    return HostRadii(device, native.RadiusField(*deposits, grids, **limits._asdict()))
 
 
 def sample_of(
@@ -130,15 +149,6 @@ def sample_of(
     """Every so many-th photon's position and packed normal, (`most` or fewer, 4)."""
     step = step_of(len(place), most)
     return np.concatenate([place[::step, :3], deposit[::step, 3:]], axis=1)
-
-
-def _on_host(
-    place: NDArray[np.float32],
-    deposit: NDArray[np.float32],
-    grids: NDArray[np.float32],
-    limits: Limits,
-) -> native.RadiusField:
-    return native.RadiusField(place, deposit, grids, **limits._asdict())
 
 
 @dataclass(frozen=True)
@@ -160,9 +170,8 @@ class Radii:
         return self.field.told[1] * self.shrink
 
     def tables(self, kernel: Kernel) -> dict[str, Any]:
-        """TABLES, for a GLSL or a native kernel."""
-        on_host = isinstance(kernel, HostKernel)
-        return {"radii": self.field.on_host if on_host else self.field.table}
+        """TABLES, as a GLSL or a native kernel reads them."""
+        return {"radii": kernel.placed(self.field)}
 
 
 def shrink_of(alpha: float, index: int) -> float:

@@ -7,9 +7,11 @@ Whoever traces, sorts and sums gives the same picture: a way is a choice of who 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
+import numpy as np
 import photon_stream_native as native
+from numpy.typing import NDArray
 
 from ...streams import Device, Kernel, Stream, StreamError
 from ...streams.device import Layer
@@ -18,17 +20,28 @@ from ..film.film import Film, HostFilm
 from ..kernels.coverage import Coverage
 from ..kernels.cuts import Cuts
 from ..kernels.tracer import Tracer
+from ..photons.deposits import Deposits
 from ..photons.device_photon_mapper import DevicePhotonMapper
+from ..photons.device_radii import Grids, Limits, grids_on_device, radii_on_device
+from ..photons.grid_sort import DeviceSort, HostSort, Sort
 from ..photons.native_photon_mapper import NativePhotonMapper, knows
-from ..photons.photon_grid import PhotonGrid
+from ..photons.photon_grid import Cells, Gathering, Lanes, PhotonGrid, lanes_of_gpu
 from ..photons.photon_mapper import PhotonMapper
+from ..photons.radius_field import SAMPLE, Found, grids_on_host, radii_on_host
 from ..scene import Scene
 from ..settings import Settings, filter_define
 from ..stage.geometry import Mesh
 from ..stage.needs import SceneNeeds
-from ..stage.tables import Tables
+from ..stage.tables import Tables, upload_table
 from .direct_light import DirectLight, TracedDirectLight
 from .native_kernels import NativeCoverage, NativeCuts, NativeTracer, triangles_of
+from .native_photon_grid import NativePhotonGrid
+from .sizes import NativeSizes, ResidentSizes, Sizes
+
+# Pixels of a strip. Shorter strips take longer a pass; a GPU wants more at a time, and has what a
+# frame of 1920x1080 takes.
+STRIP_PIXELS = 1 << 19
+GPU_STRIP_PIXELS = 1 << 21
 
 
 class PhotonSource(Protocol):
@@ -43,11 +56,18 @@ class PhotonSource(Protocol):
 
 
 class Way:
-    """GLSL by fragment or compute programs; lists on the host, or where the device keeps them."""
+    """GLSL by fragment or compute programs, with lists on the host."""
+
+    works_alone = False  # while the host does other work
 
     def __init__(self, device: Device, layer: Layer) -> None:
         self.device, self.layer, self.name = device, layer, str(layer)
-        self.keeps_lists = device.keeps_lists(layer)  # and computes while the host does other work
+        self.sizes = Sizes(device, layer)
+
+    @property
+    def strip_pixels(self) -> int:
+        """That are rendered together at most, but for a row of more."""
+        return STRIP_PIXELS if self.device.is_software else GPU_STRIP_PIXELS
 
     def prepare_mesh(self, mesh: Mesh) -> None:
         """Take the triangles of a scene, before anything else is asked for."""
@@ -82,15 +102,34 @@ class Way:
         self, stage: PhotonSource, settings: Settings, needs: SceneNeeds
     ) -> PhotonMapper | NativePhotonMapper | DevicePhotonMapper:
         """What traces photons."""
-        if self.keeps_lists:
-            return DevicePhotonMapper(self.device, stage.tables, settings, needs)
         tracer = self.tracer()
         return PhotonMapper(self.device, self.layer, stage.tables, settings, needs, tracer)
 
-    def photon_grid(self, mesh: Mesh, settings: Settings, in_chains: Sequence[bool]) -> PhotonGrid:
+    def radius_grids(self, deposits: Deposits) -> Grids:
+        """Where most of the deposits are; called when it must be known."""
+        return grids_on_host(*deposits.arrays())
+
+    def radii(self, deposits: Deposits, grids: NDArray[np.float32], limits: Limits) -> Found:
+        """The radii by deposits, and by the grids over them."""
+        return radii_on_host(self.device, deposits.arrays(), grids, limits)
+
+    def photon_grid(self, mesh: Mesh, settings: Settings, in_chains: Sequence[bool]) -> Gathering:
         """What sorts photons and gathers them: for visible points of eye rays, of chains."""
-        extent, area = mesh.extent, mesh.area
-        return PhotonGrid(self.device, self.layer, settings, extent, area, False, in_chains)
+        return self._gathering(mesh, settings, in_chains, HostSort(self._list), Lanes())
+
+    def _list(self, values: NDArray[Any]) -> Any:
+        """One that kernels read."""
+        if self.layer == "compute":
+            return self.device.ctx.buffer(values)
+        return upload_table(self.device, values)
+
+    def _gathering(
+        self, mesh: Mesh, settings: Settings, in_chains: Sequence[bool], sort: Sort, lanes: Lanes
+    ) -> PhotonGrid:
+        defines, cells = filter_define(settings), Cells(mesh.extent)
+        return PhotonGrid(
+            self.device, self.layer, defines, cells, mesh.area, sort, lanes, in_chains
+        )
 
     def film(
         self, size: tuple[int, int], names: Sequence[str], spare: list[Stream]
@@ -99,21 +138,46 @@ class Way:
         return Film(self.device, self.layer, size, names, spare)
 
     @property
-    def film_streams(self) -> bool:
-        """Whether films are streams, and write to spare ones."""
-        return True
+    def film_spares(self) -> int:
+        """How many streams films of a size may write to."""
+        return self.sizes.film_spares
+
+
+class ResidentWay(Way):
+    """GLSL by compute programs, with lists that never leave the device."""
+
+    works_alone = True
+
+    def __init__(self, device: Device) -> None:
+        super().__init__(device, "compute")
+        self.sizes = ResidentSizes(device, "compute")
+
+    def photon_mapper(
+        self, stage: PhotonSource, settings: Settings, needs: SceneNeeds
+    ) -> PhotonMapper | NativePhotonMapper | DevicePhotonMapper:
+        return DevicePhotonMapper(self.device, stage.tables, settings, needs)
+
+    def radius_grids(self, deposits: Deposits) -> Grids:
+        """At once."""
+        if not deposits.count:
+            return super().radius_grids(deposits)
+        return grids_on_device(self.device, deposits, SAMPLE)
+
+    def radii(self, deposits: Deposits, grids: NDArray[np.float32], limits: Limits) -> Found:
+        return radii_on_device(self.device, deposits, grids, limits)
+
+    def photon_grid(self, mesh: Mesh, settings: Settings, in_chains: Sequence[bool]) -> Gathering:
+        lanes = lanes_of_gpu(settings.width * settings.height)
+        return self._gathering(mesh, settings, in_chains, DeviceSort(self.device), lanes)
 
 
 class NativeWay(Way):
     """The native core traces, cuts, probes, sorts, gathers and sums; the rest is fragment programs.
-
-    Measured: on software OpenGL that takes a fifth of the time of fragment programs alone
-    (cornell_box, 512x512, 262144 photons).
-    """
+    On software OpenGL that takes a fraction of the time of fragment programs alone."""
 
     def __init__(self, device: Device) -> None:
         super().__init__(device, "fragment")
-        self.name = "native"
+        self.name, self.sizes = "native", NativeSizes(device, "fragment")
         self._triangles: native.Tracer | None = None
 
     def prepare_mesh(self, mesh: Mesh) -> None:
@@ -157,18 +221,13 @@ class NativeWay(Way):
             self.device, scene, stage.tables, mesh, settings, needs, self.triangles
         )
 
-    def photon_grid(self, mesh: Mesh, settings: Settings, in_chains: Sequence[bool]) -> PhotonGrid:
-        extent, area = mesh.extent, mesh.area
-        return PhotonGrid(self.device, self.layer, settings, extent, area, True, in_chains)
+    def photon_grid(self, mesh: Mesh, settings: Settings, in_chains: Sequence[bool]) -> Gathering:
+        return NativePhotonGrid(self.device, settings.filter, Cells(mesh.extent))
 
     def film(
         self, size: tuple[int, int], names: Sequence[str], spare: list[Stream]
     ) -> Film | HostFilm:
         return HostFilm(size, names)
-
-    @property
-    def film_streams(self) -> bool:
-        return False
 
 
 def way_of(settings: Settings, device: Device) -> Way:
@@ -177,7 +236,8 @@ def way_of(settings: Settings, device: Device) -> Way:
     if settings.layer == "native" or (settings.layer == "auto" and device.is_software):
         return NativeWay(device)
     try:
-        return Way(device, device.choose_layer(settings.layer))
+        layer = device.choose_layer(settings.layer)
+        return ResidentWay(device) if device.keeps_lists(layer) else Way(device, layer)
     except StreamError as error:
         raise DeviceError(str(error)) from error
 

@@ -40,9 +40,8 @@ pub struct Bvh {
     pub skipped_not_finite: usize,
     pub skipped_degenerate: usize,
     /// SAH cost over the areas of the triangles' own boxes: how much the tree adds to what it is about. It
-    /// grows where a refitted tree gets worse than one that was built there: in 27 deformations of two balls
-    /// in a room rays took about 1.1 times as long where it was 1.1 times as large, and 1.2 to 1.45 times at
-    /// 1.2. Relative to the area of the root, cost also grows with the triangles, for every tree.
+    /// grows where a refitted tree gets worse than one that was built there, about as much as rays take
+    /// longer in it. Relative to the area of the root, cost also grows with the triangles, for every tree.
     pub cost: f64,
 }
 

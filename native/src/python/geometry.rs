@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Trees over triangles, and rays through them, as functions of arrays.
 
-use numpy::{PyArray1, PyReadonlyArrayDyn};
+use numpy::{Element, PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
-use super::arrays::{F32Array, F64Array, I32Array, Rows, array, new_matrix, rows};
+use super::arrays::{I32Array, Rows, array, new_matrix, rows};
 use super::run;
 use crate::trace::{Rays, Tree};
-use crate::watertight::{Hit, Triangle};
-use crate::{brute_force, bvh, refit};
+use crate::watertight::Triangle;
+use crate::{InvalidInput, brute_force, bvh, refit};
 
 /// Build a BVH over triangles, the same on any number of threads.
 ///
@@ -93,7 +93,7 @@ pub(super) fn refit_bvh<'py>(
 /// Raises ValueError for nodes that do not describe a tree over corners, a skip outside [-1, K)
 /// and arrays that do not fit together.
 #[pyfunction]
-#[allow(clippy::type_complexity, clippy::too_many_arguments)]
+#[allow(clippy::too_many_arguments)]
 pub(super) fn trace<'py>(
     py: Python<'py>,
     nodes: &Bound<'py, PyAny>,
@@ -102,20 +102,10 @@ pub(super) fn trace<'py>(
     directions: &Bound<'py, PyAny>,
     t_max: &Bound<'py, PyAny>,
     skip: &Bound<'py, PyAny>,
-) -> PyResult<(F32Array<'py>, I32Array<'py>, F32Array<'py>, F32Array<'py>)> {
-    let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
-    let corners = array::<f32>(corners, "corners", &[None, Some(3), Some(3)])?;
-    let rays = RayArrays::new(origins, directions, t_max, skip)?;
-    let (nodes, corners, rays) = (nodes.as_slice()?, triangles(&corners)?, rays.view()?);
-    let hits = run(py, || {
-        rays.check(corners.len())?;
-        Ok(Tree::new(nodes, corners)?.trace(&rays))
-    })?;
-    let column = |get: &dyn Fn(&Hit) -> f32, miss: f32| {
-        PyArray1::from_iter(py, hits.iter().map(|hit| hit.as_ref().map_or(miss, |(_, hit)| get(hit))))
-    };
-    let position = PyArray1::from_iter(py, hits.iter().map(|hit| hit.map_or(-1, |(position, _)| position)));
-    Ok((column(&|hit| hit.t, f32::INFINITY), position, column(&|hit| hit.u, 0.0), column(&|hit| hit.v, 0.0)))
+) -> PyResult<Hits<'py, f32>> {
+    let traced = Traced::new([corners, origins, directions, t_max, skip])?;
+    let hits = traced.through(py, nodes, |tree, rays| tree.trace(rays))?;
+    Ok(columns(py, hits.into_iter().map(|hit| hit.map(|(at, hit)| (at, [hit.t, hit.u, hit.v])))))
 }
 
 /// Tell which rays hit anything in 0 < t < t_max. Arguments and errors as for trace.
@@ -132,15 +122,8 @@ pub(super) fn occluded<'py>(
     t_max: &Bound<'py, PyAny>,
     skip: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyArray1<bool>>> {
-    let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
-    let corners = array::<f32>(corners, "corners", &[None, Some(3), Some(3)])?;
-    let rays = RayArrays::new(origins, directions, t_max, skip)?;
-    let (nodes, corners, rays) = (nodes.as_slice()?, triangles(&corners)?, rays.view()?);
-    let found = run(py, || {
-        rays.check(corners.len())?;
-        Ok(Tree::new(nodes, corners)?.occluded(&rays))
-    })?;
-    Ok(PyArray1::from_vec(py, found))
+    let traced = Traced::new([corners, origins, directions, t_max, skip])?;
+    Ok(PyArray1::from_vec(py, traced.through(py, nodes, |tree, rays| tree.occluded(rays))?))
 }
 
 /// Find the closest hit of each ray by testing every triangle in float64: an oracle for tests.
@@ -148,7 +131,6 @@ pub(super) fn occluded<'py>(
 /// Arguments and errors as for trace, without nodes. Returns (t float64[R], triangle int32[R],
 /// u float64[R], v float64[R]). Independent of trace's algorithm, and not watertight.
 #[pyfunction]
-#[allow(clippy::type_complexity)]
 pub(super) fn trace_brute_force<'py>(
     py: Python<'py>,
     corners: &Bound<'py, PyAny>,
@@ -156,40 +138,41 @@ pub(super) fn trace_brute_force<'py>(
     directions: &Bound<'py, PyAny>,
     t_max: &Bound<'py, PyAny>,
     skip: &Bound<'py, PyAny>,
-) -> PyResult<(F64Array<'py>, I32Array<'py>, F64Array<'py>, F64Array<'py>)> {
-    let corners = array::<f32>(corners, "corners", &[None, Some(3), Some(3)])?;
-    let rays = RayArrays::new(origins, directions, t_max, skip)?;
-    let (corners, rays) = (triangles(&corners)?, rays.view()?);
-    let hits = run(py, || {
-        rays.check(corners.len())?;
-        Ok(brute_force::trace(corners, &rays))
-    })?;
-    let column = |get: &dyn Fn(&brute_force::Hit64) -> f64, miss: f64| {
-        PyArray1::from_iter(py, hits.iter().map(|hit| hit.as_ref().map_or(miss, get)))
-    };
-    let position = PyArray1::from_iter(py, hits.iter().map(|hit| hit.map_or(-1, |hit| hit.0)));
-    Ok((column(&|hit| hit.1, f64::INFINITY), position, column(&|hit| hit.2, 0.0), column(&|hit| hit.3, 0.0)))
+) -> PyResult<Hits<'py, f64>> {
+    let traced = Traced::new([corners, origins, directions, t_max, skip])?;
+    let hits = traced.run(py, |corners, rays| Ok(brute_force::trace(corners, rays)))?;
+    Ok(columns(py, hits.into_iter().map(|hit| hit.map(|(at, t, u, v)| (at, [t, u, v])))))
 }
 
-fn triangles<'a>(array: &'a PyReadonlyArrayDyn<f32>) -> PyResult<&'a [Triangle]> {
-    Ok(rows::<f32, 3>(array)?.as_chunks::<3>().0)
+/// (t, triangle, u, v) of rays.
+type Hits<'py, T> =
+    (Bound<'py, PyArray1<T>>, I32Array<'py>, Bound<'py, PyArray1<T>>, Bound<'py, PyArray1<T>>);
+
+/// Of each ray's triangle and [t, u, v], or a miss.
+fn columns<'py, T: Element + Copy + From<f32>>(
+    py: Python<'py>,
+    hits: impl Iterator<Item = Option<(i32, [T; 3])>>,
+) -> Hits<'py, T> {
+    let miss = (-1, [f32::INFINITY, 0.0, 0.0].map(T::from));
+    let hits: Vec<_> = hits.map(|hit| hit.unwrap_or(miss)).collect();
+    let column = |k: usize| PyArray1::from_iter(py, hits.iter().map(|(_, numbers)| numbers[k]));
+    (column(0), PyArray1::from_iter(py, hits.iter().map(|&(at, _)| at)), column(1), column(2))
 }
 
-struct RayArrays<'py> {
+/// Triangles, and rays that may hit them.
+struct Traced<'py> {
+    corners: PyReadonlyArrayDyn<'py, f32>,
     origins: PyReadonlyArrayDyn<'py, f32>,
     directions: PyReadonlyArrayDyn<'py, f32>,
     t_max: PyReadonlyArrayDyn<'py, f32>,
     skip: PyReadonlyArrayDyn<'py, i32>,
 }
 
-impl<'py> RayArrays<'py> {
-    fn new(
-        origins: &Bound<'py, PyAny>,
-        directions: &Bound<'py, PyAny>,
-        t_max: &Bound<'py, PyAny>,
-        skip: &Bound<'py, PyAny>,
-    ) -> PyResult<Self> {
-        Ok(RayArrays {
+impl<'py> Traced<'py> {
+    /// Of the arguments after nodes.
+    fn new([corners, origins, directions, t_max, skip]: [&Bound<'py, PyAny>; 5]) -> PyResult<Self> {
+        Ok(Traced {
+            corners: array(corners, "corners", &[None, Some(3), Some(3)])?,
             origins: array(origins, "origins", &[None, Some(3)])?,
             directions: array(directions, "directions", &[None, Some(3)])?,
             t_max: array(t_max, "t_max", &[None])?,
@@ -197,12 +180,34 @@ impl<'py> RayArrays<'py> {
         })
     }
 
-    fn view(&self) -> PyResult<Rays<'_>> {
-        Ok(Rays {
+    /// What `work` finds of the triangles and the rays.
+    fn run<T: Send>(
+        &self,
+        py: Python,
+        work: impl FnOnce(&[Triangle], &Rays) -> Result<T, InvalidInput> + Send,
+    ) -> PyResult<T> {
+        let corners = rows::<f32, 3>(&self.corners)?.as_chunks::<3>().0;
+        let rays = Rays {
             origins: rows(&self.origins)?,
             directions: rows(&self.directions)?,
             t_max: self.t_max.as_slice()?,
             skip: self.skip.as_slice()?,
+        };
+        run(py, || {
+            rays.check(corners.len())?;
+            work(corners, &rays)
         })
+    }
+
+    /// The same by a tree over the triangles.
+    fn through<T: Send>(
+        &self,
+        py: Python,
+        nodes: &Bound<PyAny>,
+        work: impl FnOnce(&Tree, &Rays) -> T + Send,
+    ) -> PyResult<T> {
+        let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
+        let nodes = nodes.as_slice()?;
+        self.run(py, |corners, rays| Ok(work(&Tree::new(nodes, corners)?, rays)))
     }
 }

@@ -138,9 +138,7 @@ impl RadiusField {
         self.sides.iter().fold(0.0, |most, side| most.max(side.largest))
     }
 
-    /// What glsl/lib/radius.glsl reads: for each side four texels, its grid's origin and which number here
-    /// its first node is, cells and their size, the lowest corner of the box about its photons and which of
-    /// all sides' corners of fine cells its first one is, the highest corner of the box; then the nodes.
+    /// What glsl/lib/radius.glsl reads: the sides' grids, then their nodes, four a texel.
     pub fn table(&self) -> Vec<f32> {
         let sides = std::array::from_fn(|side| self.sides[side].field);
         let mut table = Fields { sides, area: 0.0 }.table();

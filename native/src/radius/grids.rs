@@ -20,7 +20,7 @@ const ENOUGH: usize = 1 << 12;
 /// Cells along an axis of the grid that counts photons, in one of the radii's.
 pub(super) const FINE: usize = 2;
 
-/// Numbers that tell a grid, see [`super::RadiusField::table`].
+/// Numbers that tell a grid: RadiusGrid of [`crate::layouts`].
 pub const GRID_FLOATS: usize = 16;
 
 /// Where a side's radii are told.
@@ -124,7 +124,7 @@ impl Fields {
         Ok(Fields { sides, area: 2.0 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]) })
     }
 
-    /// As in [`super::RadiusField::table`].
+    /// The sides' grids, each as RadiusGrid of [`crate::layouts`].
     pub fn table(&self) -> Vec<f32> {
         let (mut first, mut first_corner) = (GRID_FLOATS * SIDES, 0);
         let mut table = Vec::with_capacity(first);

@@ -171,10 +171,10 @@ class _Counter:
         return run
 
     def _count_pairs(self, function: Any) -> Any:
-        def run(grid: Any, place: Any, facing: Any, *args: Any, **kwargs: Any) -> None:
+        def run(grid: Any, points: Any, *args: Any, **kwargs: Any) -> None:
             assert self._radii
-            points = place.download(), facing.download()
-            self.work.pairs.append(count_pairs(*points, *self._photons, self._radii))
-            function(grid, place, facing, *args, **kwargs)
+            place, facing = points["place"].download(), points["facing"].download()
+            self.work.pairs.append(count_pairs(place, facing, *self._photons, self._radii))
+            function(grid, points, *args, **kwargs)
 
         return run

@@ -16,7 +16,8 @@ from addon.photon.photons.device_photon_mapper import DevicePhotonMapper
 from addon.photon.photons.native_photon_mapper import NativePhotonMapper
 from addon.photon.photons.photon_grid import PhotonGrid
 from addon.photon.photons.photon_mapper import PhotonMapper
-from addon.photon.photons.splat import Splat
+from addon.photon.photons.splats import Splats
+from addon.photon.ways.native_photon_grid import NativePhotonGrid
 from addon.streams import Device, HostKernel, Kernel, Program, Stream
 
 PHOTONS, PHOTON_MAP, EYE = "photons", "photon map", "eye"  # the parts of a pass
@@ -95,8 +96,8 @@ class Watch:
             (PhotonMapper, "start"): self._as_part(PHOTONS),
             (NativePhotonMapper, "start"): self._as_part(PHOTONS),
             (PhotonGrid, "prepare"): self._as_part(PHOTON_MAP),
-            (Splat, "prepare"): self._as_part(PHOTON_MAP),
-            (Splat, "estimate"): self._named(lambda _: "splat"),
+            (NativePhotonGrid, "prepare"): self._as_part(PHOTON_MAP),
+            (Splats, "prepare"): self._as_part(PHOTON_MAP),
         }
         launches = {
             (moderngl.ComputeShader, "run"): self._timed,

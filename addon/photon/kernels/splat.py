@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from ...streams import DrawKernel, Items, Uniform
+from ..photons import radius_field
+from ..settings import FILTER_DEFINES
+from .records import CUTS, FACING, IRRADIANCE, PLACE, REACH
+
+
+class Splat(DrawKernel):
+    """Add each photon to the visible points around it by a splat (Marino & Abbate, Splatting)."""
+
+    stem = "splat"
+    structure = FILTER_DEFINES
+    inputs = {"place": PLACE, "facing": FACING, "reach": REACH, "cuts": CUTS}
+    outputs = {"irradiance": IRRADIANCE}
+    passed = {"photon": "vec4", "flux": "vec4"}
+    uniforms = {
+        "world_to_camera": Uniform("mat4"),
+        "window": Uniform("vec4"),
+        "field_is_even": Uniform("bool"),
+        "orthographic": Uniform("bool"),
+    } | radius_field.UNIFORMS
+    tables = {"photon_place": Items(), "photon_deposit": Items(), **radius_field.TABLES}

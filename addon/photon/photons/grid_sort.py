@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Photons in order of their grid cells: sorted by the native core, or by compute programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, Protocol
+
+import moderngl
+import numpy as np
+import photon_stream_native as native
+from numpy.typing import NDArray
+
+from ...streams import Device, Program, Reading, Scan
+from ...streams.compute import clear
+from .deposits import Deposits
+
+MAX_RANKED = 8192  # photons in a cell that the device still ranks
+MOST_UINT = (1 << 32) - 1
+# Photons that a launch may add to a point where they crowd. Mesa's llvmpipe ends all loops of a
+# program after 65535 steps in sum, without a word; SIMD neighbours' steps add up.
+MAX_ADDED = 1 << 14
+
+Grid = Mapping[str, Any]  # its origin, cell size and cells: uniforms of kernels that read it
+
+
+class Sorted(NamedTuple):
+    """Photons in order of their cells."""
+
+    lists: dict[str, Any]  # the gather's
+    photons: int
+    launch: int  # photons that a launch may look at
+    own: tuple[Any, ...] = ()  # of the lists, what ends with the pass
+
+
+NOTHING = Sorted({}, 0, 0)
+
+
+class Sort(Protocol):
+    """What sorts a pass's photons."""
+
+    def run(self, deposits: Deposits, grid: Grid, span: int) -> Sorted:
+        """The deposits by cells, where a disc spans `span` cells at most."""
+
+    def release(self) -> None:
+        """Free what is on the device."""
+
+
+class HostSort:
+    """By the native core's stable counting sort."""
+
+    def __init__(self, upload: Callable[[NDArray[Any]], Any]) -> None:
+        """`upload`: makes a list that kernels read of an array."""
+        self._upload = upload
+
+    def run(self, deposits: Deposits, grid: Grid, span: int) -> Sorted:
+        """As Sort's."""
+        place, deposit = deposits.arrays()
+        if len(place) == 0:
+            return NOTHING
+        origin = np.array(grid["grid_origin"], np.float32)
+        start, order = native.sort_photons(place, origin, grid["cell_size"], grid["grid_cells"])
+        data = {"photon_place": place[order], "photon_deposit": deposit[order], "cell_start": start}
+        lists = {name: self._upload(values) for name, values in data.items()}
+        return Sorted(lists, len(place), _photons_a_launch(start, span), tuple(lists.values()))
+
+    def release(self) -> None:
+        """Nothing is held."""
+
+
+def _photons_a_launch(start: NDArray[np.uint32], span: int) -> int:
+    """All, unless a point might meet too many: in `span` by `span` rows of `span` cells at most."""
+    count = int(start[-1])
+    most = span**2 * int((start[span:] - start[:-span]).max()) if len(start) > span else count
+    return MAX_ADDED if min(most, count) > 2 * MAX_ADDED else count
+
+
+class DeviceSort:
+    """The gather's lists, by compute programs: the same order as the native core's."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._count, self._scatter, self._rank = (
+            Program(device, f"grid_{step}") for step in ("count", "scatter", "rank")
+        )
+        self._scan = Scan(device)
+        self._host = HostSort(device.ctx.buffer)
+        self._fullest = device.buffer(4)
+        self._reading: Reading | None = None  # of it, in the last pass
+        self._buffers: dict[str, moderngl.Buffer] = {}
+
+    def run(self, deposits: Deposits, grid: Grid, span: int) -> Sorted:
+        count, place, deposit = deposits.tables()
+        if count == 0:
+            return NOTHING
+        ctx, cells = self._device.ctx, math.prod(grid["grid_cells"])
+        counts = self._buffer("counts", cells + 1)
+        starts = self._buffer("starts", cells + 1)
+        listed = self._buffer("listed", count)
+        clear(self._device, counts, cells + 1)
+        clear(self._device, self._fullest, 1)
+        self._count.run(count, [counts, self._fullest], {"place": place}, uniforms=grid)
+        # Ranking costs the square of a cell's photons: a crowded focus goes to the host. Whether
+        # there is one the last pass tells, for which no host waits; the first waits for its own,
+        # and ranks none until then.
+        last, self._reading = self._reading, self._device.ask(self._fullest, 1)
+        if last and _is_crowded(last):
+            return self._host.run(deposits, grid, span)
+        ctx.copy_buffer(starts, counts, 4 * (cells + 1))
+        self._scan.run(starts, cells + 1)
+        self._scatter.run(count, [counts, starts, listed], {"place": place}, uniforms=grid)
+        places, fluxes = (self._buffer(name, 4 * count) for name in ("places", "deposits"))
+        textures = {"place": place, "deposit": deposit}
+        self._rank.run(
+            count,
+            [starts, listed, places, fluxes, self._fullest],
+            textures,
+            uniforms={**grid, "most_ranked": MOST_UINT if last else MAX_RANKED},
+        )
+        if not last and _is_crowded(self._reading):
+            return self._host.run(deposits, grid, span)
+        lists = {"photon_place": places, "photon_deposit": fluxes, "cell_start": starts}
+        return Sorted(lists, count, count)  # a GPU ends no loop early
+
+    def _buffer(self, name: str, count: int) -> moderngl.Buffer:
+        """A buffer of `count` numbers at least, kept from pass to pass."""
+        if name not in self._buffers or self._buffers[name].size < 4 * count:
+            if name in self._buffers:
+                self._device.put_back(self._buffers[name])
+            self._buffers[name] = self._device.buffer(4 * count)
+        return self._buffers[name]
+
+    def release(self) -> None:
+        self._scan.release()
+        for buffer in (self._fullest, *self._buffers.values()):
+            self._device.put_back(buffer)
+
+
+def _is_crowded(fullest: Reading) -> bool:
+    (photons,) = fullest.numbers()
+    return photons > MAX_RANKED

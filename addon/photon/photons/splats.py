@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Indirect light by rasterising photons (Marino & Abbate, Splatting)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ...streams import Defines, Device, Stream
+from ...streams.device import Layer
+from ..kernels.reach import Reach
+from ..kernels.records import REACH
+from ..kernels.splat import Splat
+from ..settings import SplatShape
+from .deposits import Deposits
+from .radius_field import Radii
+
+
+@dataclass(frozen=True)
+class View:
+    """How visible points project to the screen: what eye_rays.glsl inverted."""
+
+    world_to_camera: tuple[float, ...]  # column-major, scene units
+    window: tuple[float, float, float, float]  # (left, right, bottom, top) of the streams' pixels
+    orthographic: bool
+
+
+class Splats:
+    """Adds each photon to the visible points around it by blending one splat a photon.
+
+    Reaches only points that the camera sees directly; those seen in mirrors need Gather.
+    """
+
+    def __init__(self, device: Device, layer: Layer, shape: SplatShape, defines: Defines) -> None:
+        """`defines`: the filter."""
+        self._device = device
+        self._reaches: Stream | None = None
+        self._reach, self._splat = Reach(device, layer), Splat(device, shape, defines)
+        self._deposits: Deposits | None = None
+        self._radii: Radii | None = None
+
+    def prepare(self, deposits: Deposits, radii: Radii) -> None:
+        """Take a pass's deposits and radii."""
+        self._deposits, self._radii = deposits, radii
+
+    def estimate(self, points: Mapping[str, Stream], irradiance: Stream, view: View) -> None:
+        """Write the irradiance [W/m^2] at points: place, facing, cuts."""
+        assert self._deposits and self._radii
+        count, *photons = self._deposits.tables()
+        if count == 0:
+            irradiance.clear()
+            return
+        reach = self._reach_of(points)
+        streams = {name: points[name] for name in ("place", "facing", "cuts")}
+        self._splat.run(
+            {**streams, "reach": reach, "irradiance": irradiance},
+            dict(zip(("photon_place", "photon_deposit"), photons, strict=True))
+            | self._radii.tables(self._splat),
+            {
+                "world_to_camera": view.world_to_camera,
+                "window": view.window,
+                "field_is_even": self._radii.field.is_even,
+                "orthographic": view.orthographic,
+            }
+            | self._radii.uniforms,
+            items=count,
+        )
+
+    def launches(self) -> dict[str, int]:
+        """How often each kernel has run."""
+        return {kernel.stem: kernel.launches for kernel in (self._splat, self._reach)}
+
+    def release(self) -> None:
+        """Free what is its own; the programs are the device's."""
+        self._release_reaches()
+        self._reach.release()
+        self._splat.release()
+
+    def _reach_of(self, points: Mapping[str, Stream]) -> Stream:
+        """How far each point looks."""
+        place, radii = points["place"], self._radii
+        assert radii
+        if self._reaches is None or self._reaches.size != place.size:
+            self._release_reaches()
+            self._reaches = Stream(self._device, REACH, place.size)
+        streams = {"place": place, "facing": points["facing"], "reach": self._reaches}
+        self._reach.run(streams, radii.tables(self._reach), radii.uniforms)
+        return self._reaches
+
+    def _release_reaches(self) -> None:
+        if self._reaches:
+            self._reaches.release()

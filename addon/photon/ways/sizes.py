@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What memory each way takes [bytes], and where: measured as peak resident sizes, or counted
+(tests/unit/test_memory.py holds them to both)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from ...streams import TABLE_WIDTH, Device
+from ...streams.device import Layer
+from ..film.film import SPARE
+from ..photons.device_photon_mapper import landed_rows
+from ..photons.photon_mapper import STREAM_WIDTH
+from .direct_light import RAYS_AT_ONCE
+
+TEXEL = 16
+FIXED = 80 << 20  # programs, a grid of the smallest
+# On a GPU: photon_grid.MAX_CELLS in two buffers, and the grids of device_radii.py.
+GRIDS = (40 + 60) << 20
+# A photon's: six textures of paths, three of a bounce's ends and four of shaded points, and two
+# more of these if there are lobes; and all that have half the size of another (photon_mapper.py).
+PATHS, LOBE_PATHS = 2 * 13 * TEXEL, 2 * 2 * TEXEL
+RESIDENT_PATHS = 2 * 6 * TEXEL  # on a GPU with compute programs
+RESIDENT_ROOM = 6 * TEXEL  # in the list: device_photon_mapper.GUESSED and some
+DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
+LISTED = 136  # bytes a deposit, in lists and sorted
+SORTED = 5 * (2 * TEXEL + 4) // 4  # in the lists that Gather reads: Device.buffer
+RESIDENT_LISTED = 6 * TEXEL  # in textures a quarter longer, and those before that were too short
+SPLATS = 512  # software OpenGL's vertices
+# A triangle's while its tree is built, on a soup of them; a grid of them takes four fifths.
+BUILD, NATIVE_BUILD = 340, 520
+TABLES, NATIVE_TABLES = 10 * TEXEL, 6 * TEXEL  # corners, normals and at worst a node
+
+
+class Bytes(NamedTuple):
+    """What something takes."""
+
+    device: float = 0.0  # in the GPU's memory, or what textures take where OpenGL is software
+    host: float = 0.0
+
+
+@dataclass(frozen=True)
+class Pool:
+    """Memory of which there is so much."""
+
+    name: str
+    free: int | None  # [bytes]; None: unknown
+    fixed: int  # what every render takes of it
+    holds_host: bool
+    holds_device: bool
+
+    def taken(self, size: Bytes) -> float:
+        """Its share."""
+        return self.holds_host * size.host + self.holds_device * size.device
+
+
+@dataclass(frozen=True)
+class PhotonCounts:
+    """How many photons there are, and what they do."""
+
+    passes: Sequence[int]  # the photons of a pass, and of that which tells the radii
+    landed: float  # deposits of a pass
+    most_bounces: int
+    has_lobes: bool
+    are_drawn: bool  # as splats
+
+    @property
+    def a_pass(self) -> int:
+        """The photons of a pass."""
+        return self.passes[0]
+
+
+class Sizes:
+    """Of GLSL with lists on the host."""
+
+    build = BUILD  # of a triangle, on the host
+    tables = TABLES  # of a triangle, on the device
+
+    def __init__(self, device: Device, layer: Layer) -> None:
+        self.device, self.layer = device, layer
+
+    def pools(self, free_host: int | None) -> tuple[Pool, ...]:
+        """What memory there is; what is on the device in the last."""
+        if self.device.is_software:
+            return (Pool("memory", free_host, FIXED, True, True),)
+        free, name = self.device.free_memory(), self.device.name
+        host = Pool("memory", free_host, FIXED, True, False)
+        return host, Pool(f"memory on {name}", free, FIXED + GRIDS, False, True)
+
+    def photons(self, counts: PhotonCounts) -> Bytes:
+        """Of paths, deposits and the photon map."""
+        size = self.paths(counts)
+        if counts.are_drawn and self.device.is_software:
+            return Bytes(size.device + SPLATS * counts.landed, size.host)
+        return size
+
+    def paths(self, counts: PhotonCounts) -> Bytes:
+        """The same without splats."""
+        paths = PATHS + (LOBE_PATHS if counts.has_lobes else 0)
+        return Bytes(
+            paths * counts.a_pass + SORTED * counts.landed,
+            DOWNLOADED * counts.a_pass + LISTED * counts.landed,
+        )
+
+    def triangles(self, count: int, tangents: int) -> Bytes:
+        """Of triangles with so many bytes of tangents each."""
+        tables = 0 if self.device.is_software else tangents + self.tables  # less than building
+        return Bytes(tables * count, (tangents + self.build) * count)
+
+    film_spares = SPARE  # streams that films of a size write to
+
+    def shadow_textures(self, rays: int) -> int:
+        """Of a strip's size, for so many shadow rays of a point."""
+        return 0
+
+    gather_textures = 2  # of a strip's size: what launches add to where photons crowd
+
+    def waiting(self, pixels: int, strip: int) -> int:
+        """Texels that a film of so many pixels keeps for the first look. The first pass's normals
+        wait for that, and are read by way of a buffer of a strip's size."""
+        return pixels + strip
+
+    @property
+    def most_photons(self) -> float:
+        """That streams hold."""
+        return self.device.texture_limit * STREAM_WIDTH
+
+    def most_deposits(self, is_known: bool) -> float:
+        """That tables and lists hold; `is_known`: how many there are, which lists wait for."""
+        most = self.device.texture_limit * TABLE_WIDTH
+        if self.layer == "compute" and is_known:
+            most = min(most, self.device.buffer_limit // TEXEL)  # the lists that Gather reads
+        return most
+
+
+class ResidentSizes(Sizes):
+    """Of GLSL with lists on the device."""
+
+    def paths(self, counts: PhotonCounts) -> Bytes:
+        rows = sum(landed_rows(photons, counts.most_bounces) for photons in {*counts.passes})
+        paths = RESIDENT_PATHS * sum({*counts.passes}) + 2 * TEXEL * STREAM_WIDTH * rows
+        lists = RESIDENT_ROOM * counts.a_pass + (RESIDENT_LISTED + SORTED) * counts.landed
+        return Bytes(paths + lists)
+
+
+class NativeSizes(Sizes):
+    """Of the native core."""
+
+    build, tables = NATIVE_BUILD, NATIVE_TABLES
+    film_spares = gather_textures = 0
+
+    def paths(self, counts: PhotonCounts) -> Bytes:
+        return Bytes(0.0, LISTED * counts.landed)
+
+    def shadow_textures(self, rays: int) -> int:
+        return 4 * min(rays, RAYS_AT_ONCE)
+
+    def waiting(self, pixels: int, strip: int) -> int:
+        return 0  # the look takes more than they do
+
+    @property
+    def most_photons(self) -> float:
+        return math.inf
+
+    def most_deposits(self, is_known: bool) -> float:
+        return math.inf
