@@ -39,6 +39,7 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
     "radius": {"type": float, "metavar": "R", "help": "of density estimation; 0: automatic"},
     "estimator": {"choices": ("auto", "splat", "gather"), "help": "sums photons up"},
     "layer": {"choices": ("auto", "fragment", "compute", "native"), "help": "runs the kernels"},
+    "illuminance": {"action": "store_true", "help": "a pass of it in .exr [lx], for build.py lux"},
     "report": {"type": Path, "metavar": "FILE", "help": "what was approximated or left out, JSON"},
 }
 
@@ -58,7 +59,9 @@ def render(args: argparse.Namespace) -> int:
     options = [str(file.resolve())]
     for name in RENDER_OPTIONS:
         value = getattr(args, name.replace("-", "_"))
-        if value is not None:
+        if value is True:
+            options += [f"--{name}"]
+        elif value not in (None, False):
             options += [f"--{name}", str(value.resolve() if isinstance(value, Path) else value)]
     if snapshot:
         ensure("run", "native")
@@ -74,6 +77,17 @@ def render(args: argparse.Namespace) -> int:
         return run([*background, "--python", COMMAND, "--", *options], env, held=INTERRUPT)
     ensure("run", "native", "blender")
     return run([PYTHON, COMMAND, *options], held=INTERRUPT)
+
+
+def lux(args: argparse.Namespace) -> int:
+    """A picture's illuminance in false colours."""
+    ensure("run", "native")
+    options: list[Any] = [args.file.resolve()]
+    for name in ("output", "most"):
+        value = getattr(args, name)
+        if value is not None:
+            options += [f"--{name}", value.resolve() if isinstance(value, Path) else value]
+    return run([PYTHON, "-m", "addon.photon.jobs.lux", *options], cwd=ROOT)
 
 
 def measure(bench: str, options: list[Any], blender: bool) -> int:
@@ -114,6 +128,11 @@ def main(argv: list[str]) -> int:
         flags = ["-o", "--output"] if name == "output" else [f"--{name}"]
         sub.add_argument(*flags, **kind)
     sub.add_argument("--blender", metavar="PATH", help="render inside this installed Blender")
+    sub = commands.add_parser("lux", help="show a picture's illuminance in false colours")
+    sub.set_defaults(do=lux)
+    sub.add_argument("file", type=Path, help=".exr of render --illuminance, or of Blender")
+    sub.add_argument("-o", "--output", type=Path, metavar="FILE", help=".png")
+    sub.add_argument("--most", type=float, metavar="LX", help="top of the scale; else automatic")
     sub = commands.add_parser("test", help="run every check; arguments after -- go to pytest")
     sub.set_defaults(do=checks.test, pytest=theirs)
     sub.add_argument("--stability", action="store_true", help="only the stability table's tests")

@@ -75,6 +75,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     add("--radius", type=float, help="first radius in metres; 0: automatic")
     add("--estimator", choices=get_args(Estimator))
     add("--layer", choices=get_args(Layer))
+    add("--illuminance", action="store_true", help="a pass of it in .exr [lx]")
     add("--report", type=Path, metavar="FILE", help="write what was approximated as JSON")
     add("--engine", default=PhotonStreamEngine.bl_idname, help="default: %(default)s")
     options = parser.parse_args(argv)
@@ -237,6 +238,8 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
         for view_layer in scene.view_layers:
             view_layer.use_pass_z = view_layer.use_pass_normal = True
             view_layer.photon_stream.use_pass_error = True
+            if options.illuminance:
+                view_layer.photon_stream.use_pass_illuminance = True
 
 
 def resize(render: bpy.types.RenderSettings, width: int | None, height: int | None) -> None:

@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 
 from ..photon.errors import PhotonStreamError, RenderError, SceneError
+from ..photon.film.false_colour import false_colour, scene_linear
 from ..photon.jobs.console import status_text
 from ..photon.jobs.process import Images, Progress
 from ..photon.scene import Scene
@@ -54,6 +55,12 @@ COMPONENTS = {
 }
 
 
+LIGHTING = {
+    "use_pass_illuminance": Pass("Illuminance", "X", "VALUE"),
+    "use_pass_illuminance_view": Pass("Illuminance View", "RGB", "COLOR"),
+}
+
+
 def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
     """Return the passes that a view layer asks for."""
     passes = [COMBINED]
@@ -63,6 +70,7 @@ def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
         passes.append(NORMAL)
     own = view_layer.photon_stream
     passes += [entry for flag, entry in COMPONENTS.items() if getattr(own, flag)]
+    passes += [entry for flag, entry in LIGHTING.items() if getattr(own, flag)]
     return [*passes, ERROR] if own.use_pass_error else passes
 
 
@@ -145,9 +153,14 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
         view_layer = depsgraph.view_layer_eval
         properties = scene.photon_stream
         passes = passes_of(view_layer)
+        settings = replace(
+            settings,
+            caller_bytes=blender_bytes(passes, settings),
+            illuminance=any(entry in passes for entry in LIGHTING.values()),
+        )
         return Job(
             scene=exported,
-            settings=replace(settings, caller_bytes=blender_bytes(passes, settings)),
+            settings=settings,
             report=report,
             passes=passes,
             scene_name=scene.name,
@@ -302,7 +315,11 @@ def write_images(layer: bpy.types.RenderLayer, passes: list[Pass], images: Image
     """Copy the renderer's images into the passes of a result's layer."""
     for entry in passes:
         target = layer.passes.find_by_name(entry.name, "")
-        flat = np.ascontiguousarray(images[entry.name], np.float32).reshape(-1)
+        if entry.name == "Illuminance View":
+            image = scene_linear(false_colour(images["Illuminance"], legend_inside=True))
+        else:
+            image = images[entry.name]
+        flat = np.ascontiguousarray(image, np.float32).reshape(-1)
         target.rect.foreach_set(flat)
 
 

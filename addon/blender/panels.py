@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from .engine import COMPONENTS, PhotonStreamEngine
+from .engine import COMPONENTS, LIGHTING, PhotonStreamEngine
 from .session import SESSION
 
 ENGINE = PhotonStreamEngine.bl_idname
@@ -188,6 +188,9 @@ class VIEWLAYER_PT_photon_stream_passes(_Panel, bpy.types.Panel):
         col.prop(view_layer.photon_stream, "use_pass_error")
         col = layout.column(heading="Light", align=True)
         for flag in COMPONENTS:
+            col.prop(view_layer.photon_stream, flag)
+        col = layout.column(heading="Lighting", align=True)
+        for flag in LIGHTING:
             col.prop(view_layer.photon_stream, flag)
 
 

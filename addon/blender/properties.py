@@ -234,6 +234,17 @@ class PhotonStreamViewLayer(bpy.types.PropertyGroup):
     use_pass_background: BoolProperty(
         name="Background", description="The world where no surface is in front", default=True
     )
+    use_pass_illuminance: BoolProperty(
+        name="Illuminance",
+        description="Light that falls on diffuse surfaces [lx], whatever they reflect",
+        default=False,
+    )
+    use_pass_illuminance_view: BoolProperty(
+        name="Illuminance View",
+        description="Illuminance in false colours, with iso-lines and a legend in lux; "
+        "for the view transform Standard",
+        default=False,
+    )
     use_pass_error: BoolProperty(
         name="Error",
         description="Estimated error of each pixel, of noise and of the radius together",

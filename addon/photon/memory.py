@@ -117,7 +117,9 @@ class Budget:
     def film_textures(self) -> int:
         """How many textures there are for each pixel: a sum and its low part of each of film.py's
         images, and four of batches; natively there are arrays of as many bytes."""
-        return 2 * (5 + 2 * self._has_mirrors + self._has_photons + self._has_emitters) + 4
+        settings = self._settings
+        images = 5 + 2 * self._has_mirrors + self._has_photons + self._has_emitters
+        return 2 * (images + settings.illuminance) + 4
 
     @cached_property
     def strip_textures(self) -> int:
@@ -125,8 +127,8 @@ class Budget:
         settings, sizes = self._settings, self._sizes
         count = 22 + 2 * self._lobes + sizes.film_spares
         if not settings.direct_by_photons:
-            count += sizes.shadow_textures(len(self._emitters))
-        count += 6 * self._has_mirrors + 3 * self._has_emitters
+            count += sizes.shadow_textures(len(self._emitters), settings.illuminance)
+        count += 6 * self._has_mirrors + 3 * self._has_emitters + 3 * settings.illuminance
         if self._has_photons:
             count += 1 + settings.boundary_correction  # cuts and coverage
             count += settings.estimator == "splat"  # reach

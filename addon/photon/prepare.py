@@ -11,7 +11,7 @@ from ..streams import Device, StreamError
 from .errors import DeviceError, PhotonStreamError
 from .eye.images import PassImages
 from .eye.paths import Eye
-from .film.picture import EMISSION_IMAGES, FILM_IMAGES, MIRROR_IMAGES
+from .film.picture import EMISSION_IMAGES, FILM_IMAGES, ILLUMINANCE_IMAGES, MIRROR_IMAGES
 from .film.strips import StripFilm, strips_of
 from .memory import Budget
 from .phases import Phases
@@ -101,6 +101,7 @@ class _Preparation:
             self._own.append(images.release)
             names = [*FILM_IMAGES, *(MIRROR_IMAGES if needs.secondary_rays else ())]
             names += EMISSION_IMAGES if needs.emitters_seen else ()
+            names += ILLUMINANCE_IMAGES if needs.illuminance else ()
             film = StripFilm(way, strips, names + ["blur"] * needs.photons)
             self._own.append(film.release)
             film.prepare()

@@ -55,6 +55,7 @@ class Settings:
     boundary_correction: bool = True  # cut discs, and divide by their share on the surface
     direct_by_photons: bool = False  # store first hits too and trace no shadow rays
     transparent: bool = False  # the world leaves alpha 0
+    illuminance: bool = False  # an image of it, too
     device_index: int = 0  # which EGL device
     time_limit: float = 0.0  # [s]; 0: none
     noise_threshold: float = 0.0  # relative error, noise and bias, that ends the render; 0: none

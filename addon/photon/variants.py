@@ -36,7 +36,6 @@ from .stage.tables import LightFlux
 PLAIN: tuple[type[Kernel], ...] = (
     EyeRays,
     Projector,
-    Unshadowed,
     Cuts,
     Blur,
     Accumulate,
@@ -114,9 +113,14 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     for name in get_args(Filter):
         yield Gather, {f"FILTER_{name.upper()}": 1}, {}
         yield Coverage, {f"FILTER_{name.upper()}": 1}, {}
+    lux: Defines = {"ILLUMINANCE": 1}
     for kernel in (CombinePrimary, CombineMirror, CombineAll):
         for defines in ({}, {"EMITTERS": 1}):
             yield kernel, defines, {}
+    for defines in ({}, {"EMITTERS": 1}):
+        yield CombinePrimary, {**defines, **lux}, {}
+    yield Unshadowed, {}, {}
+    yield Unshadowed, lux, {}
     for scene in needs():
         for kernel in (Generator, LightFlux):
             yield kernel, {}, scene.made
@@ -127,6 +131,8 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
             yield Scatter, scene.eye_defines, scene.made
         for kernel in (Direct, ShadowRays, Emitted):
             yield kernel, scene.direct_defines, scene.made
+        for kernel in (Direct, ShadowRays):
+            yield kernel, {**scene.direct_defines, **lux}, scene.made
 
 
 def compute_programs() -> Iterator[tuple[str, str, Made]]:

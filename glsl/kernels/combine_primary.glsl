@@ -3,6 +3,7 @@
 #include "lib/hit.glsl"
 #include "lib/constants.glsl"
 #include "lib/colour.glsl"
+#include "lib/diffuse.glsl"
 
 void kernel() {
     bool seen = is_hit(load_hit());
@@ -20,6 +21,11 @@ void kernel() {
     background = load_environment().radiance * background_alpha;
 #endif
     store_background_seen(Radiance(background, seen ? 1.0 : background_alpha));
+#ifdef ILLUMINANCE
+    float there = seen && is_diffuse(load_diffuse()) ? 1.0 : 0.0;
+    float by_photons = there * lux_of(load_irradiance().irradiance);
+    store_illuminance_seen(IlluminanceSeen(there * load_illuminance().lux, by_photons, there, there * coverage));
+#endif
     // The normal's alpha carries the depth along the view axis.
     float depth = dot(load_place().position - eye, view_axis);
     store_normal_seen(Radiance(seen ? load_shading().normal : vec3(0.0), seen ? depth : 0.0));

@@ -8,11 +8,17 @@ void kernel() {
     VisiblePoint point = visible_point();
     if (!is_place(point.place)) skip();
     vec3 sum = vec3(0.0);
+    float lux = 0.0;
     for (int i = 0; i < SHADOW_RAYS; i++) {
         ShadowRay ray = shadow_ray(point, i);
-        if (!(largest(ray.radiance) > 0.0)) continue;
+        if (!is_ray(ray)) continue;
         RayHit found = trace(ray.origin.position, ray.direction.direction, ray.direction.t_max, int(ray.origin.source));
-        if (found.triangle < 0) sum += ray.radiance;
+        if (found.triangle >= 0) continue;
+        sum += ray.radiance;
+        lux += ray.lux;
     }
     store_direct(Radiance(sum, 1.0));
+#ifdef ILLUMINANCE
+    store_illuminance(Illuminance(lux));
+#endif
 }

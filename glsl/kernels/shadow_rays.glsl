@@ -8,8 +8,11 @@ void kernel() {
     int number = first_ray + repetition();
     if (!is_place(point.place) || number >= SHADOW_RAYS) skip();
     ShadowRay ray = shadow_ray(point, number);
-    if (!(largest(ray.radiance) > 0.0)) skip();
+    if (!is_ray(ray)) skip();
     store_shadow_origin(ray.origin);
     store_shadow_direction(ray.direction);
     store_unshadowed(Radiance(ray.radiance, 1.0));
+#ifdef ILLUMINANCE
+    store_unshadowed_lux(Illuminance(ray.lux));
+#endif
 }

@@ -30,7 +30,10 @@ struct ShadowRay {
     RayOrigin origin;
     RayDirection direction;
     vec3 radiance;  // [W/(m^2 sr)], of the light that the ray would find; 0: there is no ray
+    float lux;      // illuminance of diffuse surfaces by it
 };
+
+bool is_ray(ShadowRay ray) { return largest(ray.radiance) > 0.0 || ray.lux > 0.0; }
 
 // What a point reflects of a light. Where rays of a lobe may find the light as well, this is the part of
 // shadow rays by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other.
@@ -76,18 +79,23 @@ int light_of(int number) {
 }
 
 ShadowRay shadow_ray(VisiblePoint point, int number) {
-    ShadowRay none = ShadowRay(RayOrigin(vec3(0.0), 0.0), RayDirection(vec3(0.0), 0.0), vec3(0.0));
+    ShadowRay none = ShadowRay(RayOrigin(vec3(0.0), 0.0), RayDirection(vec3(0.0), 0.0), vec3(0.0), 0.0);
     Light light = light_at(light_of(number));
     uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
     vec2 u = random4(seed, pass_index, uint(pixel(source_element())), dimension).xy;
     LightSample found = sample_light(light, point.place.position, point.facing.normal, u);
     float cosine = dot(found.to_light, point.shading.normal);
     if (cosine <= 0.0 || dot(found.to_light, point.facing.normal) <= 0.0 || found.share <= 0.0) return none;
-    vec3 radiance = found.irradiance * (found.share * cosine * eval_bsdf(point, light, found.to_light) / rays_to(light));
-    if (!(largest(radiance) > 0.0)) return none;
+    vec3 irradiance = found.irradiance * (found.share * cosine / rays_to(light));
+    vec3 radiance = irradiance * eval_bsdf(point, light, found.to_light);
+    float lux = 0.0;
+#ifdef ILLUMINANCE
+    if (is_diffuse(point.diffuse) && is_found(light, BY_DIFFUSE)) lux = lux_of(irradiance);
+#endif
+    if (!(largest(radiance) > 0.0 || lux > 0.0)) return none;
     vec3 origin = offset_origin(point.place.position, point.facing.normal, found.to_light);
     // Ends short of the light, so that a light on a surface is not hidden by it: by what the origin
     // was lifted, and as much again for the rounding of the light and of the surface.
     float far = found.far - 2.0 * distance(origin, point.place.position);
-    return ShadowRay(RayOrigin(origin, point.shading.triangle), RayDirection(found.to_light, far), radiance);
+    return ShadowRay(RayOrigin(origin, point.shading.triangle), RayDirection(found.to_light, far), radiance, lux);
 }

@@ -8,7 +8,7 @@ from ..film.picture import EMISSION_IMAGES, FILM_IMAGES, MIRROR_IMAGES
 from ..kernels.blur import Blur
 from ..kernels.combine import CombineAll, CombineMirror, CombinePrimary
 from ..kernels.launch import launch
-from ..kernels.records import BLUR, RADIANCE
+from ..kernels.records import BLUR, ILLUMINANCE_SEEN, RADIANCE
 from ..scene import Scene
 from ..settings import Settings
 from ..stage.needs import SceneNeeds
@@ -32,12 +32,14 @@ class PassImages:
         device, layer, size = way.device, way.layer, eye.streams["hit"].size
         self._tables, self._eye = tables, eye
         defines = needs.emitter_defines
-        self._primary = CombinePrimary(device, layer, defines)
+        self._primary = CombinePrimary(device, layer, {**defines, **needs.illuminance_defines})
         self._all = CombineAll(device, layer, defines)
         self._mirror = CombineMirror(device, layer, defines) if needs.secondary_rays else None
         self._blur = Blur(device, layer) if needs.photons else None
         names = (*FILM_IMAGES, *(EMISSION_IMAGES if needs.emitters_seen else ()))
         self._seen = {name: Stream(device, RADIANCE, size) for name in names}
+        if needs.illuminance:
+            self._seen["illuminance"] = Stream(device, ILLUMINANCE_SEEN, size)
         self._blurs = PingPong(device, BLUR, size)
         self._mirrors: dict[str, PingPong] = {}
         if needs.secondary_rays:
@@ -58,12 +60,12 @@ class PassImages:
         self,
         path: Path,
         emitted: tuple[Stream, Stream] | None,
-        direct: Stream,
+        direct: dict[str, Stream],
         indirect: tuple[Stream, Stream],
     ) -> None:
-        """Add what a path's rays see: lights and the world, if there are any to see; direct light;
-        irradiance and its coverage."""
-        streams = {**self._eye.streams, "direct": direct, "throughput": path.throughput}
+        """Add what a path's rays see: lights and the world, if there are any to see; direct light,
+        and illuminance where it is asked for; irradiance and its coverage."""
+        streams = {**self._eye.streams, **direct, "throughput": path.throughput}
         if emitted:
             streams |= dict(zip(("emitted", "environment"), emitted, strict=True))
         streams |= dict(zip(("irradiance", "coverage"), indirect, strict=True))

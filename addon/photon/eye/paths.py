@@ -19,6 +19,7 @@ from ..kernels.records import (
     COVERAGE,
     CUTS,
     HIT,
+    ILLUMINANCE,
     IRRADIANCE,
     RADIANCE,
     RAY_DIRECTION,
@@ -52,7 +53,7 @@ class Path:
     count: Count | None  # of the rays that are alive; None: they are taken to be
     ended: dict[Region, int]  # at which depth all had in a region
     is_shaded: bool = False
-    direct: Stream | None = None  # light, once it is known
+    direct: dict[str, Stream] | None = None  # light, once it is known
 
     @property
     def alive(self) -> bool:
@@ -113,6 +114,8 @@ class Eye:
             ones["cuts"] = CUTS
             if self._coverage:
                 ones["coverage"] = COVERAGE
+        if needs.illuminance:
+            twos["illuminance"] = ILLUMINANCE
         if needs.secondary_rays:
             twos["throughput"] = THROUGHPUT
         self.streams = {name: Stream(device, record, size) for name, record in ones.items()}
@@ -185,14 +188,16 @@ class Eye:
         launch(self._emitted, streams, self._tables, self._draw(path))
         return self.streams["emitted"], self.streams["environment"]
 
-    def direct(self, path: Path) -> Stream:
-        """Direct light at the points."""
+    def direct(self, path: Path) -> dict[str, Stream]:
+        """Direct light at the points, "direct", and its "illuminance" if that is asked for."""
         if path.direct is None:
-            total = self._pairs["direct"]
-            total.restart(self.streams["zeros"])
+            names = ("direct", "illuminance") if self._needs.illuminance else ("direct",)
+            totals = {name: self._pairs[name] for name in names}
+            for total in totals.values():
+                total.restart(self.streams["zeros"])
             if self._direct_light:
-                self._direct_light.add(total, self._of(path), self._tables, self._draw(path))
-            path.direct = total.front
+                self._direct_light.add(totals, self._of(path), self._tables, self._draw(path))
+            path.direct = {name: total.front for name, total in totals.items()}
         return path.direct
 
     def indirect(self, path: Path, photons: PhotonPass | None) -> tuple[Stream, Stream]:

@@ -15,6 +15,7 @@ from .film import Images
 FILM_IMAGES = ("direct", "indirect", "background", "normal", "combined")
 MIRROR_IMAGES = ("mirror", "mirror_indirect")  # only of scenes with mirrors or lobes
 EMISSION_IMAGES = ("emission",)  # only of scenes with emitters that can be seen
+ILLUMINANCE_IMAGES = ("illuminance",)  # where it is asked for
 PARTS = ("Direct", "Indirect", "Mirror", "Emission", "Background")
 LEAST_COVERAGE = 0.02  # a mean below it is noise: dividing by it would make fireflies
 
@@ -22,12 +23,15 @@ LEAST_COVERAGE = 0.02  # a mean below it is noise: dividing by it would make fir
 def picture_of(means: Images) -> dict[str, NDArray[np.float32]]:
     """The images by Blender's names, float32, row 0 at the bottom.
 
-    Combined (h, w, 4) premultiplied RGBA; PARTS and Normal (h, w, 3).
+    Combined (h, w, 4) premultiplied RGBA; PARTS and Normal (h, w, 3);
+    Illuminance (h, w, 1) [lx], if it is there, of diffuse surfaces that the eye sees directly.
     Combined is the sum of the five light passes.
     """
     shape = means["direct"].shape[:2]
     images = {"Combined": np.empty((*shape, 4), np.float32)}
     images |= {name: np.empty((*shape, 3), np.float32) for name in (*PARTS, "Normal")}
+    if "illuminance" in means:
+        images["Illuminance"] = np.empty((*shape, 1), np.float32)
 
     def work(rows: slice) -> None:
         for name, image in _rows_of({name: mean[rows] for name, mean in means.items()}).items():
@@ -50,7 +54,20 @@ def _rows_of(means: Images) -> dict[str, NDArray[np.float64]]:
     }
     alpha = np.clip(means["background"][..., 3:], 0.0, 1.0)
     combined = np.concatenate([sum(parts.values()), alpha], axis=-1)
-    return {"Combined": combined, **parts, "Normal": means["normal"][..., :3]}
+    images = {"Combined": combined, **parts, "Normal": means["normal"][..., :3]}
+    if "illuminance" in means:
+        images["Illuminance"] = _illuminance(means["illuminance"])
+    return images
+
+
+def _illuminance(mean: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(h, w, 1) [lx] of records.ILLUMINANCE_SEEN, over the part of a pixel that shows surfaces."""
+    direct, indirect, there, covered = np.moveaxis(mean, -1, 0)
+    shown = np.divide(direct, there, where=there > 0, out=np.zeros_like(there))
+    covered = np.maximum(covered, LEAST_COVERAGE * there)
+    photons = np.divide(indirect, covered, where=there > 0, out=np.zeros_like(there))
+    lux: NDArray[np.float64] = (shown + photons)[..., None]
+    return lux
 
 
 def mirror_images(means: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any]]:

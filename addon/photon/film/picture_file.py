@@ -18,7 +18,7 @@ from ..errors import RenderError
 from .blocks import in_blocks
 
 LAYER = "ViewLayer"  # Blender's default view layer, so that readers find the same channel names
-_CHANNELS = {"Normal": "XYZ", "Depth": "Z", "Error": "X"}
+_CHANNELS = {"Normal": "XYZ", "Depth": "Z", "Error": "X", "Illuminance": "X"}
 
 
 def check_writable(path: Path) -> None:

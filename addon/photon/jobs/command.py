@@ -33,13 +33,16 @@ SETTING_OPTIONS: dict[str, Any] = {
     "radius": float,
     "estimator": get_args(Estimator),
     "layer": get_args(Layer),
+    "illuminance": bool,
 }
 
 
 def add_setting_options(parser: argparse.ArgumentParser) -> None:
     """Add one option a setting; those not given stay None."""
     for name, kind in SETTING_OPTIONS.items():
-        if isinstance(kind, tuple):
+        if kind is bool:
+            parser.add_argument(f"--{name}", action="store_true", default=None)
+        elif isinstance(kind, tuple):
             parser.add_argument(f"--{name}", choices=kind)
         else:
             parser.add_argument(f"--{name}", type=kind, metavar="N")

@@ -1,6 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Ports, Uniform, When
-from .records import BLUR, COVERAGE, DIFFUSE, HIT, IRRADIANCE, PLACE, RADIANCE, SHADING, THROUGHPUT
+from .records import (
+    BLUR,
+    COVERAGE,
+    DIFFUSE,
+    HIT,
+    ILLUMINANCE,
+    ILLUMINANCE_SEEN,
+    IRRADIANCE,
+    PLACE,
+    RADIANCE,
+    SHADING,
+    THROUGHPUT,
+)
 
 # What rays meet of lights and the world, in scenes where there is any to see.
 _EMITTERS: Ports = {
@@ -13,18 +25,20 @@ class CombinePrimary(Kernel):
     """Split what the eye sees into the images direct, indirect, emission, background and normal."""
 
     stem = "combine_primary"
-    structure = ("EMITTERS",)
+    structure = ("EMITTERS", "ILLUMINANCE")
     inputs = {
         "hit": HIT,
         "place": PLACE,
         "diffuse": DIFFUSE,
         "shading": SHADING,
         "direct": RADIANCE,
+        "illuminance": When("ILLUMINANCE", ILLUMINANCE),
         "irradiance": IRRADIANCE,
         "coverage": COVERAGE,
         **_EMITTERS,
     }
     outputs = {
+        "illuminance_seen": When("ILLUMINANCE", ILLUMINANCE_SEEN),
         "direct_seen": RADIANCE,
         "indirect_seen": RADIANCE,
         "emission_seen": When("EMITTERS", RADIANCE),

@@ -4,10 +4,10 @@ whose rays another one traces, the two around that."""
 
 from ...streams import Kernel, Table, Uniform, When
 from ...streams.declaration import Ports
-from .records import HIT, LIGHT, NODE, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, TRIANGLE
+from .records import HIT, ILLUMINANCE, LIGHT, NODE, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, TRIANGLE
 from .shade import LOBES, POINT
 
-_STRUCTURE = ("SHADOW_RAYS", "DRAWN", "LOBES", "TWO_LOBES", "WEIGHED")
+_STRUCTURE = ("SHADOW_RAYS", "DRAWN", "LOBES", "TWO_LOBES", "WEIGHED", "ILLUMINANCE")
 _INPUTS: Ports = {**POINT, "direction": RAY_DIRECTION, **LOBES}
 _UNIFORMS = {
     "seed": Uniform("uint"),
@@ -27,7 +27,7 @@ class Direct(Kernel):
     structure = _STRUCTURE
     records = (RAY_ORIGIN, RAY_DIRECTION)
     inputs = _INPUTS
-    outputs = {"direct": RADIANCE}
+    outputs = {"direct": RADIANCE, "illuminance": When("ILLUMINANCE", ILLUMINANCE)}
     uniforms = _UNIFORMS
     tables = {"nodes": Table(NODE), "triangles": Table(TRIANGLE), "lights": Table(LIGHT)}
 
@@ -43,6 +43,7 @@ class ShadowRays(Kernel):
         "shadow_origin": RAY_ORIGIN,
         "shadow_direction": RAY_DIRECTION,
         "unshadowed": RADIANCE,
+        "unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
     }
     uniforms = {**_UNIFORMS, "first_ray": Uniform("int")}
     tables = {"lights": Table(LIGHT)}
@@ -52,7 +53,12 @@ class Unshadowed(Kernel):
     """Add what those shadow rays find that meet nothing."""
 
     stem = "unshadowed"
+    structure = ("ILLUMINANCE",)
     records = (HIT,)
-    inputs = {"sum": RADIANCE}
-    outputs = {"direct": RADIANCE}
-    tables = {"unshadowed": Table(), "shadow_hit": Table()}
+    inputs = {"sum": RADIANCE, "lux_sum": When("ILLUMINANCE", ILLUMINANCE)}
+    outputs = {"direct": RADIANCE, "illuminance": When("ILLUMINANCE", ILLUMINANCE)}
+    tables = {
+        "unshadowed": Table(),
+        "unshadowed_lux": When("ILLUMINANCE", Table()),
+        "shadow_hit": Table(),
+    }

@@ -32,6 +32,13 @@ SHAPE = Record("Shape", {"parameters": "vec3", "weight": "float"})  # weight: ti
 RADIANCE = Record("Radiance", {"radiance": "vec3", "alpha": "float"})  # [W/(m^2 sr)]
 # [W/m^2]; `inner` is the channels' mean within the inner radius (density.glsl)
 IRRADIANCE = Record("Irradiance", {"irradiance": "vec3", "inner": "float"})
+ILLUMINANCE = Record("Illuminance", {"lux": "float"})
+# What the eye sees of illuminance: by shadow rays and by photons, uncorrected [lx]; the share of
+# the picture that shows diffuse surfaces, without and with the coverage there.
+ILLUMINANCE_SEEN = Record(
+    "IlluminanceSeen",
+    {"direct": "float", "indirect": "float", "there": "float", "covered": "float"},
+)
 DEPOSIT = Record("Deposit", {"flux": "vec3", "normal": "float"})  # [W]; geometric normal, packed
 REACH = Record("Reach", {"radius": "float"})  # [scene units]
 # Half planes that end a visible point's disc (lib/cuts.glsl) [1 / scene units]; zero: no cut

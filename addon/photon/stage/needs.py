@@ -37,6 +37,7 @@ class SceneNeeds:
     lobe_kinds: frozenset[str]
     light_kinds: frozenset[str]
     tangents: bool = False  # lobes turn with them
+    illuminance: bool = False  # is asked for
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
@@ -68,12 +69,18 @@ class SceneNeeds:
             lobe_kinds=frozenset(kinds),
             light_kinds=frozenset(light.kind for light in emitting),
             tangents=len(mesh.tangents) > 0,
+            illuminance=settings.illuminance,
         )
 
     @cached_property
     def emitter_defines(self) -> Defines:
         """What kernels of images are compiled with."""
         return {"EMITTERS": 1} if self.emitters_seen else {}
+
+    @cached_property
+    def illuminance_defines(self) -> Defines:
+        """What kernels are compiled with that tell illuminance, where it is asked for."""
+        return {"ILLUMINANCE": 1} if self.illuminance else {}
 
     @cached_property
     def eye_defines(self) -> Defines:
@@ -87,7 +94,7 @@ class SceneNeeds:
         """What kernels of shadow rays are compiled with: no light is seen in delta lobes."""
         broad = any(not lobe_kinds()[kind].is_delta for kind in self.lobe_kinds)
         defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
-        return {**defines, **(self.eye_defines if broad else {})}
+        return {**defines, **(self.eye_defines if broad else {}), **self.illuminance_defines}
 
     @cached_property
     def photon_defines(self) -> Defines:

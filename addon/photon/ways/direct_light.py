@@ -3,16 +3,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from ...streams import Device, Kernel, PingPong, Stream
 from ...streams.device import Layer
 from ..kernels.direct import Direct, ShadowRays, Unshadowed
 from ..kernels.launch import Streams, launch
-from ..kernels.records import HIT, RADIANCE, RAY_DIRECTION, RAY_ORIGIN
+from ..kernels.records import HIT, ILLUMINANCE, RADIANCE, RAY_DIRECTION, RAY_ORIGIN
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 
+Totals = Mapping[str, PingPong]
+_SUMS = {"direct": "sum", "illuminance": "lux_sum"}  # what Unshadowed calls them before it adds
 RAYS_AT_ONCE = 4  # shadow rays of a point that one call of another tracer's takes
 
 
@@ -23,11 +26,14 @@ class DirectLight:
         self._kernel = Direct(device, layer, needs.direct_defines, made=needs.made)
 
     def add(
-        self, total: PingPong, streams: Streams, tables: Tables, uniforms: dict[str, Any]
+        self, totals: Totals, streams: Streams, tables: Tables, uniforms: dict[str, Any]
     ) -> None:
-        """Write the light at the points of `streams` to `total`."""
-        launch(self._kernel, {**streams, "direct": total.back}, tables, uniforms)
-        total.swap()
+        """Write the light at the points of `streams` to `totals`, "direct" and, where it is asked
+        for, "illuminance"."""
+        backs = {name: total.back for name, total in totals.items()}
+        launch(self._kernel, {**streams, **backs}, tables, uniforms)
+        for total in totals.values():
+            total.swap()
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
@@ -52,24 +58,29 @@ class TracedDirectLight:
         """`any_hit`: what traces; `size`: of the points' streams."""
         self._rays = needs.shadow_rays
         self._aim = ShadowRays(device, layer, needs.direct_defines, made=needs.made)
-        self._any_hit, self._add = any_hit, Unshadowed(device, layer)
+        self._any_hit = any_hit
+        self._add = Unshadowed(device, layer, needs.illuminance_defines)
         several = size[0], size[1] * min(self._rays, RAYS_AT_ONCE)
         records = {"shadow_origin": RAY_ORIGIN, "shadow_direction": RAY_DIRECTION}
         records |= {"shadow_hit": HIT, "unshadowed": RADIANCE}
+        records |= {"unshadowed_lux": ILLUMINANCE} if needs.illuminance else {}
         self._streams = {name: Stream(device, record, several) for name, record in records.items()}
 
     def add(
-        self, total: PingPong, streams: Streams, tables: Tables, uniforms: dict[str, Any]
+        self, totals: Totals, streams: Streams, tables: Tables, uniforms: dict[str, Any]
     ) -> None:
         """As DirectLight.add."""
         own = self._streams
-        found = {name: own[name].texture for name in ("unshadowed", "shadow_hit")}
+        found = {name: own[name].texture for name in self._add.tables}
         for first in range(0, self._rays, RAYS_AT_ONCE):
             launch(self._aim, {**streams, **own}, tables, uniforms | {"first_ray": first})
             rays = {name: own[f"shadow_{name}"] for name in ("origin", "direction", "hit")}
             launch(self._any_hit, rays, tables)
-            self._add.run({"sum": total.front, "direct": total.back}, found)
-            total.swap()
+            backs = {name: total.back for name, total in totals.items()}
+            sums = {_SUMS[name]: total.front for name, total in totals.items()}
+            self._add.run(sums | backs, found)
+            for total in totals.values():
+                total.swap()
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""

@@ -112,7 +112,7 @@ class Sizes:
 
     film_spares = SPARE  # streams that films of a size write to
 
-    def shadow_textures(self, rays: int) -> int:
+    def shadow_textures(self, rays: int, illuminance: bool) -> int:
         """Of a strip's size, for so many shadow rays of a point."""
         return 0
 
@@ -155,8 +155,8 @@ class NativeSizes(Sizes):
     def paths(self, counts: PhotonCounts) -> Bytes:
         return Bytes(0.0, LISTED * counts.landed)
 
-    def shadow_textures(self, rays: int) -> int:
-        return 4 * min(rays, RAYS_AT_ONCE)
+    def shadow_textures(self, rays: int, illuminance: bool) -> int:
+        return (4 + illuminance) * min(rays, RAYS_AT_ONCE)
 
     def waiting(self, pixels: int, strip: int) -> int:
         return 0  # the look takes more than they do
