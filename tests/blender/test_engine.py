@@ -30,7 +30,7 @@ from .build import add_light, add_mesh, add_node, finish, new_material, shader_m
 pytestmark = pytest.mark.blender
 
 ROOT = Path(__file__).resolve().parents[2]
-COMPONENTS = ("Direct", "Indirect", "Mirror", "Background")
+COMPONENTS = ("Direct", "Indirect", "Mirror", "Emission", "Background")
 
 
 @pytest.fixture
@@ -89,10 +89,24 @@ def test_components_sum_to_combined(room, tmp_path) -> None:
     total = sum(passes[name] for name in COMPONENTS)
     np.testing.assert_allclose(total, passes["Combined"][..., :3], rtol=1e-5, atol=1e-6)
     for name in COMPONENTS:
-        assert passes[name].max() > 0.0, name
+        assert passes[name].max() > 0.0 or name == "Emission", name
         assert np.isfinite(passes[name]).all(), name
     assert (passes["Combined"][..., 3] == 1.0).all()
     assert passes["Depth"].min() == pytest.approx(10.0, abs=3.0)
+
+
+def test_illuminance(room, tmp_path) -> None:
+    """In lux; and its view, which tells places by their colours."""
+    own = room.view_layers[0].photon_stream
+    own.use_pass_illuminance = own.use_pass_illuminance_view = True
+    room.render.resolution_x = 96
+    passes = render_exr(room, tmp_path / "a.exr")
+    lux, view = passes["Illuminance"][..., 0], passes["Illuminance View"]
+    on_floor = 683 * 500 / (4 * math.pi) / 36 + 683 * math.pi * 0.2  # spot and sky, about
+    assert np.median(lux[lux > 0]) == pytest.approx(on_floor, rel=0.7)
+    assert view.shape == (32, 96, 3) and np.isfinite(view).all()
+    left = view[:, :48]
+    assert left.max() > 0.3 and not left[lux[:, :48] == 0].any()
 
 
 @pytest.mark.parametrize("model", SpecularModel)
