@@ -131,7 +131,7 @@ class Budget:
         count += 6 * self._has_mirrors + 3 * self._has_emitters + 3 * settings.illuminance
         if self._has_photons:
             count += 1 + settings.boundary_correction  # cuts and coverage
-            count += settings.estimator == "splat"  # reach
+            count += 2 * (settings.estimator == "splat")  # reach, and a part of the splats
             if self._has_mirrors or settings.estimator != "splat":
                 count += sizes.gather_textures
         return count

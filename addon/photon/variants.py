@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import get_args
 
 from ..streams import Defines, DrawKernel, Kernel, Made
+from ..streams.draw import AddPart
 from .film.film import Accumulate, AccumulateBatches, AccumulateTwo
 from .kernels.blur import Blur
 from .kernels.combine import CombineAll, CombineMirror, CombinePrimary
@@ -42,6 +43,7 @@ PLAIN: tuple[type[Kernel], ...] = (
     AccumulateTwo,
     AccumulateBatches,
     Reach,
+    AddPart,
 )
 COMPUTE = (
     "scan_blocks",

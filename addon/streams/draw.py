@@ -13,7 +13,7 @@ from .declaration import Defines, Items
 from .device import Device
 from .kernel import Kernel, no_count
 from .source import Source, StreamError, every_branch, expand
-from .stream import Stream
+from .stream import TEXEL, Stream
 
 Shape = Literal["triangle", "quad", "point"]
 
@@ -24,9 +24,17 @@ _MODES = {
     "point": moderngl.POINTS,
 }
 _UNLIMITED = 1.0e30
-# Drivers end a draw that takes them seconds, and buffers lose what was written to them: a pass of
-# large items is drawn in parts.
-MOST_ITEMS = 1 << 14
+# Items are drawn in parts, which are then added up: a float32 sum of more loses what each adds to
+# it. And drivers end a draw that takes them seconds; buffers lose what was written to them.
+MOST_ITEMS = 1 << 12
+
+
+class AddPart(Kernel):
+    """What is blended to a sum, of the elements that a part of the items has drawn to."""
+
+    stem = "add_part"
+    inputs = {"part": TEXEL}
+    outputs = {"sum": TEXEL}
 
 
 class DrawKernel(Kernel):
@@ -49,6 +57,8 @@ class DrawKernel(Kernel):
         self.inputs, self.outputs = declaration.inputs, declaration.outputs
         self.uniforms, self.tables = declaration.uniforms, declaration.tables
         shapes: tuple[Shape, ...] = (shape, "quad") if shape == "point" else (shape,)
+        self._add = AddPart(device, "fragment")
+        self._part: Stream | None = None
         self._drawn = [self._shape(each, defines or {}) for each in shapes]
         limits = (device.point_size_limit,) if shape == "point" else ()
         self._sizes = list(zip((0.0, *limits), (*limits, _UNLIMITED), strict=True))
@@ -92,7 +102,7 @@ class DrawKernel(Kernel):
         uniforms: Mapping[str, Any] | None = None,
         items: int = 0,
     ) -> None:
-        """Clear the outputs, and draw so many items to them; bound as Kernel's."""
+        """Clear the output, and draw so many items to it; bound as Kernel's."""
         self._launch(streams, tables or {}, uniforms or {}, False, items)
 
     def _launch(
@@ -107,32 +117,56 @@ class DrawKernel(Kernel):
         size = self._check_bindings(streams, tables, uniforms)
         self.launches += 1
         textures = [streams[name].texture for name in self.inputs]
-        for unit, texture in enumerate([*textures, *(tables[name] for name in self.tables)]):
-            texture.use(location=unit)
-        framebuffer = self.device.framebuffer([streams[name].texture for name in self.outputs])
-        framebuffer.use()
-        framebuffer.clear()
-        ctx = self.device.ctx
+        textures += [tables[name] for name in self.tables]
+        (name,) = self.outputs
+        for program in (program for _, program, _ in self._drawn):
+            for uniform, value in {**uniforms, "stream_size": size}.items():
+                program.set(uniform, value)
+        ctx, whole = self.device.ctx, streams[name]
+        self.device.framebuffer([whole.texture]).clear()
         ctx.enable(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
         ctx.blend_func = moderngl.ONE, moderngl.ONE
-        for (shape, program, corners), (above, up_to) in zip(self._drawn, self._sizes, strict=True):
-            own = {"stream_size": size, "pixels_above": above, "pixels_up_to": up_to}
-            for name, value in {**uniforms, **own}.items():
-                program.set(name, value)
-            for first in range(0, items, MOST_ITEMS):
-                program.set("first_item", first)
-                several = min(MOST_ITEMS, items - first)
-                corners.render(_MODES[shape], vertices=_VERTICES[shape], instances=several)
+        for first in range(0, items, MOST_ITEMS):
+            for unit, texture in enumerate(textures):
+                texture.use(location=unit)
+            several = min(MOST_ITEMS, items - first)
+            if items <= MOST_ITEMS:
+                self._draw_items(whole, first, several)
+                continue
+            part = self._part_like(whole)
+            self.device.framebuffer([part.texture]).clear()
+            self._draw_items(part, first, several)
+            self._add.run({"part": part, "sum": whole})
         ctx.disable(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
         return no_count
+
+    def _draw_items(self, target: Stream, first: int, several: int) -> None:
+        self.device.framebuffer([target.texture]).use()
+        for (shape, program, corners), (above, up_to) in zip(self._drawn, self._sizes, strict=True):
+            own = {"first_item": first, "pixels_above": above, "pixels_up_to": up_to}
+            for name, value in own.items():
+                program.set(name, value)
+            corners.render(_MODES[shape], vertices=_VERTICES[shape], instances=several)
+
+    def _part_like(self, whole: Stream) -> Stream:
+        if self._part is None or self._part.size != whole.size:
+            if self._part:
+                self._part.release()
+            self._part = Stream(self.device, TEXEL, whole.size)
+        return self._part
 
     def release(self) -> None:
         """Free what is its own; the programs are the device's."""
         for _, _, corners in self._drawn:
             corners.release()
+        self._add.release()
+        if self._part:
+            self._part.release()
 
     @classmethod
     def _check_vertices(cls, path: str, text: str) -> None:
+        if len(cls.outputs) > 1:
+            raise StreamError(f"{cls.__name__}: {len(cls.outputs)} outputs, 1 is possible")
         if "void vertex()" not in text:
             raise StreamError(f"{cls.__name__}: {path} defines no `void vertex()`")
         for name in cls.passed:

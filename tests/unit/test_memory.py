@@ -22,7 +22,7 @@ from addon.photon.settings import Settings
 from addon.photon.ways import way
 from addon.photon.ways.sizes import FIXED
 from addon.photon.ways.way import way_of
-from addon.streams import Device, Stream, StreamError
+from addon.streams import Device, Stream, StreamError, draw
 from tests.scenes import cornell
 
 ROOT = Path(__file__).parents[2]
@@ -107,6 +107,7 @@ def test_textures_are_counted(
     monkeypatch.setattr(way, "STRIP_PIXELS", strip)
     monkeypatch.setattr(way, "GPU_STRIP_PIXELS", strip)
     monkeypatch.setattr(grid_sort, "MAX_ADDED", 64)  # several launches, as where photons crowd
+    monkeypatch.setattr(draw, "MOST_ITEMS", 64)
     made = []
     init = Stream.__init__
 
