@@ -131,10 +131,11 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield Shade, scene.eye_defines, scene.made
         if scene.lobes:
             yield Scatter, scene.eye_defines, scene.made
-        for kernel in (Direct, ShadowRays, Emitted):
-            yield kernel, scene.direct_defines, scene.made
+        yield Emitted, scene.direct_defines, scene.made
         for kernel in (Direct, ShadowRays):
-            yield kernel, {**scene.direct_defines, **lux}, scene.made
+            for bent in (scene, replace(scene, smooth=True)):
+                yield kernel, bent.direct_defines, scene.made
+                yield kernel, {**bent.direct_defines, **lux}, scene.made
 
 
 def compute_programs() -> Iterator[tuple[str, str, Made]]:

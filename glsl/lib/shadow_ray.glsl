@@ -9,6 +9,9 @@
 #ifdef LOBES
 #include "lib/lobe.glsl"
 #endif
+#ifdef SMOOTH
+#include "lib/terminator.glsl"
+#endif
 
 struct VisiblePoint {
     Place place;
@@ -85,7 +88,18 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     vec2 u = random4(seed, pass_index, uint(pixel(source_element())), dimension).xy;
     LightSample found = sample_light(light, point.place.position, point.facing.normal, u);
     float cosine = dot(found.to_light, point.shading.normal);
-    if (cosine <= 0.0 || dot(found.to_light, point.facing.normal) <= 0.0 || found.share <= 0.0) return none;
+    float above = dot(found.to_light, point.facing.normal), lift = 0.0;
+    if (cosine <= 0.0 || found.share <= 0.0) return none;
+#ifdef SMOOTH
+    float share = terminator_share(cosine, above);
+    if (share > 0.0) {
+        lift = height_to_smooth(int(point.shading.triangle), point.place.position, point.shading.normal);
+        if (above <= 0.0 && lift <= 0.0) return none;
+        lift *= share;
+    }
+#else
+    if (above <= 0.0) return none;
+#endif
     vec3 irradiance = found.irradiance * (found.share * cosine / rays_to(light));
     vec3 radiance = irradiance * eval_bsdf(point, light, found.to_light);
     float lux = 0.0;
@@ -93,7 +107,8 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     if (is_diffuse(point.diffuse) && is_found(light, BY_DIFFUSE)) lux = lux_of(irradiance);
 #endif
     if (!(largest(radiance) > 0.0 || lux > 0.0)) return none;
-    vec3 origin = offset_origin(point.place.position, point.facing.normal, found.to_light);
+    vec3 origin = offset_origin(point.place.position, point.facing.normal, point.facing.normal);
+    origin += lift * point.shading.normal;
     // Ends short of the light, so that a light on a surface is not hidden by it: by what the origin
     // was lifted, and as much again for the rounding of the light and of the surface.
     float far = found.far - 2.0 * distance(origin, point.place.position);

@@ -228,7 +228,7 @@ def test_lobes_of_a_point(device: Device, compiled: list[str], count: int) -> No
     run(device, shiny(*kinds[:count]))
     several = " TWO_LOBES" if count > 1 else ""
     assert f"shade EYE LOBES{several}" in compiled and f"scatter LOBES{several}" in compiled
-    assert f"direct SHADOW_RAYS LOBES{several}" in compiled
+    assert f"direct SHADOW_RAYS SMOOTH LOBES{several}" in compiled
     assert "shade PHOTONS LOBES" in compiled and "reflector LOBES" in compiled
     # Lobes that reflect nothing are none.
     compiled.clear()
@@ -239,7 +239,14 @@ def test_lobes_of_a_point(device: Device, compiled: list[str], count: int) -> No
 def test_mirrors_show_no_light(device: Device, compiled: list[str]) -> None:
     """Direct light asks nothing of delta lobes."""
     run(device, shiny(phong((0.5,) * 3)))
-    assert "direct SHADOW_RAYS" in compiled and "shade EYE LOBES" in compiled
+    assert "direct SHADOW_RAYS SMOOTH" in compiled and "shade EYE LOBES" in compiled
+
+
+def test_only_bent_surfaces_have_a_terminator(device: Device, compiled: list[str]) -> None:
+    scene = cornell()
+    flat = np.repeat(scene.corner_normals[:, :1], 3, axis=1)
+    run(device, replace(scene, corner_normals=flat))
+    assert "direct SHADOW_RAYS" in compiled
 
 
 @pytest.mark.parametrize("more", [0, 1])
@@ -248,7 +255,7 @@ def test_more_lights_than_a_point_asks(device: Device, compiled: list[str], more
     off = replace(scene.lights[0], power=(0.0, 0.0, 0.0))  # does not count
     lights = scene.lights * (MOST_SHADOW_RAYS + more)
     launches, _ = run(device, replace(scene, lights=(off, *lights)))
-    assert f"direct SHADOW_RAYS{' DRAWN' if more else ''}" in compiled
+    assert f"direct SHADOW_RAYS{' DRAWN' if more else ''} SMOOTH" in compiled
     assert launches["direct"] == PASSES
 
 

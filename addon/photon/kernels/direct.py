@@ -4,10 +4,20 @@ whose rays another one traces, the two around that."""
 
 from ...streams import Kernel, Table, Uniform, When
 from ...streams.declaration import Ports
-from .records import HIT, ILLUMINANCE, LIGHT, NODE, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, TRIANGLE
+from .records import (
+    CORNER_NORMALS,
+    HIT,
+    ILLUMINANCE,
+    LIGHT,
+    NODE,
+    RADIANCE,
+    RAY_DIRECTION,
+    RAY_ORIGIN,
+    TRIANGLE,
+)
 from .shade import LOBES, POINT
 
-_STRUCTURE = ("SHADOW_RAYS", "DRAWN", "LOBES", "TWO_LOBES", "WEIGHED", "ILLUMINANCE")
+_STRUCTURE = ("SHADOW_RAYS", "DRAWN", "LOBES", "TWO_LOBES", "WEIGHED", "ILLUMINANCE", "SMOOTH")
 _INPUTS: Ports = {**POINT, "direction": RAY_DIRECTION, **LOBES}
 _UNIFORMS = {
     "seed": Uniform("uint"),
@@ -29,7 +39,12 @@ class Direct(Kernel):
     inputs = _INPUTS
     outputs = {"direct": RADIANCE, "illuminance": When("ILLUMINANCE", ILLUMINANCE)}
     uniforms = _UNIFORMS
-    tables = {"nodes": Table(NODE), "triangles": Table(TRIANGLE), "lights": Table(LIGHT)}
+    tables = {
+        "nodes": Table(NODE),
+        "triangles": Table(TRIANGLE),
+        "lights": Table(LIGHT),
+        "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
+    }
 
 
 class ShadowRays(Kernel):
@@ -46,7 +61,11 @@ class ShadowRays(Kernel):
         "unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
     }
     uniforms = {**_UNIFORMS, "first_ray": Uniform("int")}
-    tables = {"lights": Table(LIGHT)}
+    tables = {
+        "lights": Table(LIGHT),
+        "triangles": When("SMOOTH", Table(TRIANGLE)),
+        "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
+    }
 
 
 class Unshadowed(Kernel):

@@ -38,6 +38,7 @@ class SceneNeeds:
     light_kinds: frozenset[str]
     tangents: bool = False  # lobes turn with them
     illuminance: bool = False  # is asked for
+    smooth: bool = False  # triangles stand for a bent surface
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
@@ -70,6 +71,7 @@ class SceneNeeds:
             light_kinds=frozenset(light.kind for light in emitting),
             tangents=len(mesh.tangents) > 0,
             illuminance=settings.illuminance,
+            smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc"),
         )
 
     @cached_property
@@ -94,6 +96,7 @@ class SceneNeeds:
         """What kernels of shadow rays are compiled with: no light is seen in delta lobes."""
         broad = any(not lobe_kinds()[kind].is_delta for kind in self.lobe_kinds)
         defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
+        defines |= {"SMOOTH": 1} if self.smooth else {}
         return {**defines, **(self.eye_defines if broad else {}), **self.illuminance_defines}
 
     @cached_property

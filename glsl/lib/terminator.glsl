@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How far the smooth surface that a mesh stands for lies above one of its triangles: shadow rays begin
+// there, or triangles that turn from the light would be black where the smooth surface is lit (Hanika 2021,
+// "Hacking the Shadow Terminator"). Uses the tables of triangles and of their normals.
+#include "lib/triangle.glsl"
+
+// Cosines to the light below which that is done, as Blender has it of objects ("Geometry Offset").
+const float TERMINATOR = 0.1;
+
+// The height of the quadratic surface through the corners that bends with their normals; 0: no higher.
+float height_to_smooth(int triangle, vec3 position, vec3 shading) {
+    Triangle t = triangle_at(triangle);
+    CornerNormals n = corner_normals_at(triangle);
+    vec3 ab = t.b - t.a, ac = t.c - t.a, at = position - t.a, area = cross(ab, ac);
+    float all = dot(area, area), b = dot(cross(at, ac), area), c = dot(cross(ab, at), area);
+    vec3 share = clamp(vec3(all - b - c, b, c) / max(all, 1.0e-30), 0.0, 1.0);
+    float bent = dot(n.b - n.a, ab) * share.x * share.y + dot(n.c - n.a, ac) * share.x * share.z;
+    bent += dot(n.c - n.b, t.c - t.b) * share.y * share.z;
+    vec3 mean = share.x * n.a + share.y * n.b + share.z * n.c;
+    return max(0.0, 0.5 * (dot(mean, shading) < 0.0 ? -bent : bent));
+}
+
+// Of it what a shadow ray begins above its place, by the cosines to the light; as in Cycles.
+float terminator_share(float shading, float geometric) {
+    float all = shading < TERMINATOR ? 2.0 - (geometric + shading) / TERMINATOR : 1.0 - geometric / TERMINATOR;
+    return clamp(all, 0.0, 1.0);
+}
