@@ -112,7 +112,16 @@ class RENDER_PT_photon_stream_film(_Panel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        self.split_layout().prop(context.scene.render, "film_transparent", text="Transparent")
+        layout = self.split_layout()
+        cycles = getattr(context.scene, "cycles", None)  # whose settings it shares
+        if cycles:
+            layout.prop(cycles, "film_exposure")
+        layout.prop(context.scene.render, "film_transparent", text="Transparent")
+        if cycles:
+            col = layout.column()
+            col.prop(cycles, "pixel_filter_type")
+            if cycles.pixel_filter_type != "BOX":
+                col.prop(cycles, "filter_width", text="Width")
 
 
 class RENDER_PT_photon_stream_performance(_Panel, bpy.types.Panel):

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from ..photon.settings import FEWEST_PASSES, Region, Settings
+from ..photon.settings import FEWEST_PASSES, PixelFilter, Region, Settings
 
 DEFAULTS = Settings()
 
@@ -37,6 +39,12 @@ SPECULAR_MODELS = (
     ("GGX", "GGX", "Microfacets as Cycles has them", 0),
     ("PHONG", "Phong", "The lobes of the paper that Photon Stream implements", 1),
 )
+# By Cycles' names.
+PIXEL_FILTERS: dict[str, PixelFilter] = {
+    "BOX": "box",
+    "GAUSSIAN": "gauss",
+    "BLACKMAN_HARRIS": "blackman_harris",
+}
 SPLAT_SHAPES = (
     ("TRIANGLE", "Triangle", "One triangle around the disc", 0),
     ("QUAD", "Quad", "Two triangles around the disc", 1),
@@ -283,7 +291,19 @@ def settings_from(
         transparent=scene.render.film_transparent,
         device_index=p.device_index,
         time_limit=p.time_limit,
+        **film_of(scene),
     )
+
+
+def film_of(scene: bpy.types.Scene) -> dict[str, Any]:
+    """Return the settings of the film, which are Cycles' own; its defaults where it is absent."""
+    cycles = getattr(scene, "cycles", None)
+    kind = getattr(cycles, "pixel_filter_type", "BLACKMAN_HARRIS")
+    return {
+        "pixel_filter": PIXEL_FILTERS[kind],
+        "pixel_width": getattr(cycles, "filter_width", 1.5),
+        "exposure": getattr(cycles, "film_exposure", 1.0),
+    }
 
 
 def register() -> None:

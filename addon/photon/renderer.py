@@ -17,7 +17,7 @@ from .errors import DeviceError
 from .eye.images import PassImages
 from .eye.paths import Eye, Path
 from .film.error import Error, error_of
-from .film.picture import picture_of
+from .film.picture import exposed, picture_of
 from .film.strips import StripFilm
 from .phases import Phases
 from .photons.kept import Stage
@@ -96,8 +96,11 @@ class Renderer:
 
     def images(self) -> dict[str, NDArray[np.float32]]:
         """The picture so far; see `picture_of`. Depth (h, w, 1) [m] is of the first pass, Error
-        (h, w, 1) [W/(m^2 sr)] is `Error.image`."""
-        return self._look() | {"Depth": self._depth, "Error": self.error().image}
+        (h, w, 1) [W/(m^2 sr)] is `Error.image`. Light is multiplied by the exposure."""
+        images = self._look() | {"Error": self.error().image}
+        if self.settings.exposure != 1.0:
+            images = exposed(images, self.settings.exposure)
+        return images | {"Depth": self._depth}
 
     def error(self) -> Error:
         """How far the picture so far is from the converged one."""

@@ -12,6 +12,7 @@ from .errors import SettingsError
 Estimator = Literal["auto", "splat", "gather"]
 Layer = Literal["auto", "fragment", "compute", "native"]
 Filter = Literal["constant", "cone", "gaussian", "epanechnikov"]
+PixelFilter = Literal["box", "gauss", "blackman_harris"]
 SplatShape = Literal["triangle", "quad", "point"]
 Region = tuple[int, int, int, int]
 
@@ -56,6 +57,9 @@ class Settings:
     direct_by_photons: bool = False  # store first hits too and trace no shadow rays
     transparent: bool = False  # the world leaves alpha 0
     illuminance: bool = False  # an image of it, too
+    pixel_filter: PixelFilter = "box"
+    pixel_width: float = 1.0  # [px] of other filters than the box, in Blender's sense
+    exposure: float = 1.0  # times the picture
     device_index: int = 0  # which EGL device
     time_limit: float = 0.0  # [s]; 0: none
     noise_threshold: float = 0.0  # relative error, noise and bias, that ends the render; 0: none
@@ -75,6 +79,8 @@ class Settings:
             ("seed", 0, (1 << 32) - 1),
             ("photon_bounces", 1, 1024),
             ("mirror_depth", 0, 1024),
+            ("pixel_width", 0.0, 1e3),
+            ("exposure", 0.0, 1e6),
             ("device_index", 0, 255),
             ("time_limit", 0.0, math.inf),
             ("noise_threshold", 0.0, math.inf),
@@ -93,6 +99,7 @@ class Settings:
             ("layer", Layer),
             ("filter", Filter),
             ("splat_shape", SplatShape),
+            ("pixel_filter", PixelFilter),
         ):
             if getattr(self, name) not in get_args(kind):
                 raise SettingsError(

@@ -21,19 +21,24 @@ BLEND_SCENES = Path(__file__).resolve().parents[2] / "blend_scenes"
 
 # Set by the frame, the region and the film, or of no use in Blender.
 NOT_PROPERTIES = {"width", "height", "region", "first_pass", "transparent", "caller_bytes"}
+FILM = {"pixel_filter", "pixel_width", "exposure"}  # Cycles' properties
 
 
 def test_defaults_agree(scene) -> None:
     settings, default = settings_from(scene, (512, 512)), Settings()
     for field in fields(Settings):  # Blender keeps numbers as float32
         expected = getattr(default, field.name)
+        if field.name in FILM:
+            expected = {"pixel_filter": "blackman_harris", "pixel_width": 1.5, "exposure": 1.0}[
+                field.name
+            ]
         if isinstance(expected, float):
             expected = pytest.approx(expected, rel=1e-7)
         assert getattr(settings, field.name) == expected
 
 
 def test_every_setting_has_a_property(scene) -> None:
-    names = {field.name for field in fields(Settings)} - NOT_PROPERTIES
+    names = {field.name for field in fields(Settings)} - NOT_PROPERTIES - FILM
     assert names <= set(scene.photon_stream.bl_rna.properties.keys())
 
 
@@ -74,6 +79,19 @@ def test_fewer_min_passes_of_an_older_file(scene) -> None:
     stored["min_passes"] = 4
     assert scene.photon_stream.min_passes == 4
     settings_from(scene, (512, 512)).check()
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [("BOX", "box"), ("GAUSSIAN", "gauss"), ("BLACKMAN_HARRIS", "blackman_harris")],
+)
+def test_the_film_is_that_of_cycles(scene, kind, expected) -> None:
+    cycles = scene.cycles
+    cycles.pixel_filter_type, cycles.filter_width, cycles.film_exposure = kind, 0.0, 0.0
+    settings = settings_from(scene, (8, 8))
+    settings.check()
+    assert settings.pixel_filter == expected
+    assert settings.pixel_width == pytest.approx(0.01) and settings.exposure == 0.0
 
 
 def test_radius_needs_its_switch(scene) -> None:

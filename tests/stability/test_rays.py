@@ -13,9 +13,10 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
-from addon.photon.eye.paths import pixel_jitter
+from addon.photon.eye.samples import pixel_jitter
 from addon.photon.kernels.tracer import Tracer
 from addon.photon.scene import Scene
+from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.flip import mean_flip
 from tests.kernels.conftest import Bench
@@ -151,7 +152,7 @@ def test_contact_shadow(device: Device, measured: Measured) -> None:
         [GREY],
     )
     found = render(device, scene, photons=0, width=n, height=n)["Direct"][..., 0] == 0
-    jx, jy = pixel_jitter(0, 0)
+    jx, jy = pixel_jitter(Settings(), 0)
     x, y = np.meshgrid((np.arange(n) + jx) / n * size - 1.5, (np.arange(n) + jy) / n * size - 2)
     p = np.stack([x, y, np.zeros_like(x)], -1)
     with np.errstate(divide="ignore"):

@@ -24,6 +24,8 @@ RANGES: list[tuple[str, Any, Any, tuple[Any, ...]]] = [
     ("seed", 0, (1 << 32) - 1, (-1, 1 << 32)),
     ("photon_bounces", 1, 1024, (0, 1025)),
     ("mirror_depth", 0, 1024, (-1, 1025)),
+    ("pixel_width", 0.0, 1e3, (-0.1, 1001.0)),
+    ("exposure", 0.0, 1e6, (-0.1, math.inf)),
     ("device_index", 0, 255, (-1, 256)),
     ("time_limit", 0.0, 1e9, (-0.1,)),
     ("noise_threshold", 0.0, 1e9, (-0.1,)),
@@ -34,6 +36,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "estimator": ("auto", "splat", "gather"),
     "layer": ("auto", "fragment", "compute", "native"),
     "filter": ("constant", "cone", "gaussian", "epanechnikov"),
+    "pixel_filter": ("box", "gauss", "blackman_harris"),
     "splat_shape": ("triangle", "quad", "point"),
 }
 SWITCHES = {"boundary_correction", "direct_by_photons", "transparent"}

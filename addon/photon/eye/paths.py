@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -37,6 +36,7 @@ from ..stage.geometry import Frame
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from ..ways.way import Way
+from .samples import pixel_jitter
 
 _FAR = 1.0e37  # clip distances beyond float32's use
 
@@ -145,7 +145,7 @@ class Eye:
             return sent
         settings, camera = self._settings, self._camera
         x0, y0, x1, y1 = region
-        jitter = pixel_jitter(settings.seed, index)
+        jitter = pixel_jitter(settings, index)
         left, right, bottom, top = camera["window"]
         origin, direction = self._pairs["origin"].front, self._pairs["direction"].front
         self._eye_rays.run(
@@ -323,19 +323,6 @@ def probes_of(index: int) -> dict[str, int]:
     """
     first = 8 * min(index, 3)
     return {"probes": 8 if index < 3 else 4, "first_probe": first + 4 * max(index - 3, 0)}
-
-
-def pixel_jitter(seed: int, index: int) -> tuple[float, float]:
-    """Where in its pixel each eye ray of a pass goes: the R2 sequence (Roberts 2018), shifted by
-    the seed."""
-    step = np.array([0.7548776662466927, 0.5698402909980532])
-    x, y = (_first_jitter(seed) + index * step) % 1.0
-    return float(x), float(y)
-
-
-@lru_cache(maxsize=16)
-def _first_jitter(seed: int) -> Any:
-    return np.random.Generator(np.random.Philox(seed)).random(2)
 
 
 def _camera_in_scene_units(scene: Scene, frame: Frame) -> Mapping[str, Any]:

@@ -41,6 +41,17 @@ def picture_of(means: Images) -> dict[str, NDArray[np.float32]]:
     return images
 
 
+def exposed(
+    images: Mapping[str, NDArray[np.float32]], exposure: float
+) -> dict[str, NDArray[np.float32]]:
+    """Images with their light multiplied: not Normal, nor alpha."""
+    made = dict(images)
+    for name in ("Combined", *PARTS, "Error"):
+        made[name] = images[name].copy()
+        made[name][..., :3] *= np.float32(exposure)
+    return made
+
+
 def _rows_of(means: Images) -> dict[str, NDArray[np.float64]]:
     """As picture_of."""
     mirror, mirror_indirect = mirror_images(means)
