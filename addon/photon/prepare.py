@@ -89,7 +89,7 @@ class _Preparation:
         with self._phases.timed("bvh"):
             stage = self._kept.stage(self._scene, way)
         needs = SceneNeeds.of(self._scene, settings, stage.mesh, stage.tables.emitters)
-        self.warnings = _warnings(self._scene, stage.mesh, needs)
+        self.warnings = _warnings(self._scene, settings, stage.mesh, needs)
         with self._phases.timed("programs"):
             mapper = self._start_pilot(stage, needs) if needs.photons else None
             strips = strips_of(settings.frame_region, way.strip_pixels)
@@ -135,7 +135,7 @@ class _Preparation:
         way, settings = self._way, self._settings
         define = filter_define(settings)
         splat = grid = None
-        if settings.estimator == "splat":
+        if settings.estimator == "splat" and needs.projects:
             splat = Splats(self._device, way.layer, settings.splat_shape, define)
             self._own.append(splat.release)
         if not splat or needs.secondary_rays:
@@ -166,7 +166,7 @@ class _Preparation:
         mapper.unfinished = deposits.dropped = 0
         times = photons_a_pass / photons
         wanted = photons_per_disc(photons_a_pass) / times
-        pixel, place = eye.footprint()
+        pixel, place = eye.camera.footprint()
         sides, box = grids()
         area = min(mesh.area, box)
         limits = limits_by(wanted, times, deposits.count, area, pixel, place)
@@ -186,8 +186,11 @@ def _conserving(scene: Scene) -> tuple[Scene, tuple[str, ...]]:
     return replace(scene, materials=materials), warnings
 
 
-def _warnings(scene: Scene, mesh: Mesh, needs: SceneNeeds) -> tuple[str, ...]:
+def _warnings(scene: Scene, settings: Settings, mesh: Mesh, needs: SceneNeeds) -> tuple[str, ...]:
     warnings = []
+    if settings.estimator == "splat" and not needs.projects:
+        what = "depth of field" if scene.camera.lens else "panoramas"
+        warnings.append(f"photons are gathered: splats know no {what}")
     if needs.hidden_highlights:
         warnings.append("direct light by photons: highlights of glossy surfaces are missing")
     if mesh.tree.not_finite:

@@ -29,13 +29,12 @@ from .kernels.tracer import Tracer
 from .photons.bounces import Bounces, declarations
 from .photons.device_radii import DECLARATIONS
 from .settings import FILTER_DEFINES, Filter, SplatShape
-from .stage.kinds import light_kinds, lobe_kinds
+from .stage.kinds import camera_kinds, light_kinds, lobe_kinds, made_camera
 from .stage.needs import MOST_LOBES, MOST_SHADOW_RAYS, SceneNeeds
 from .stage.tables import LightFlux
 
 # Those that no define changes.
 PLAIN: tuple[type[Kernel], ...] = (
-    EyeRays,
     Projector,
     Cuts,
     Blur,
@@ -112,6 +111,9 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield kernel, {}, {}
     for defines in ({}, {"ANY_HIT": 1}):
         yield Tracer, defines, {}
+    for camera in camera_kinds():
+        for defines in ({}, {"LENS": 1}):
+            yield EyeRays, defines, made_camera(camera)
     for name in get_args(Filter):
         yield Gather, {f"FILTER_{name.upper()}": 1}, {}
         yield Coverage, {f"FILTER_{name.upper()}": 1}, {}
@@ -119,8 +121,11 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     for kernel in (CombinePrimary, CombineMirror, CombineAll):
         for defines in ({}, {"EMITTERS": 1}):
             yield kernel, defines, {}
+    around: Defines = {"PANORAMIC": 1}
     for defines in ({}, {"EMITTERS": 1}):
         yield CombinePrimary, {**defines, **lux}, {}
+        yield CombinePrimary, {**defines, **around}, {}
+        yield CombinePrimary, {**defines, **lux, **around}, {}
     yield Unshadowed, {}, {}
     yield Unshadowed, lux, {}
     for scene in needs():

@@ -20,7 +20,7 @@ void kernel() {
     store_emission_seen(Radiance(load_emitted().radiance, 1.0));
     background = load_environment().radiance * background_alpha;
 #endif
-    store_background_seen(Radiance(background, seen ? 1.0 : background_alpha));
+    float alpha = seen ? 1.0 : background_alpha;
 #ifdef ILLUMINANCE
     float there = seen && is_diffuse(load_diffuse()) ? 1.0 : 0.0;
     float by_photons = there * lux_of(load_irradiance().irradiance);
@@ -28,5 +28,10 @@ void kernel() {
 #endif
     // The normal's alpha carries the depth along the view axis.
     float depth = dot(load_place().position - eye, view_axis);
+#ifdef PANORAMIC
+    if (load_direction().direction == vec3(0.0)) alpha = 1.0;  // black, as Cycles leaves it
+    depth = distance(load_place().position, eye);
+#endif
+    store_background_seen(Radiance(background, alpha));
     store_normal_seen(Radiance(seen ? load_shading().normal : vec3(0.0), seen ? depth : 0.0));
 }

@@ -1,15 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One ray a pixel through a common jitter of the pixel grid: splats then fall exactly on pixels.
-#include "lib/constants.glsl"
+// Where the camera has a LENS, each pixel's ray goes through another point of it.
+#include "lib/eye_ray.glsl"
+#include "made/camera.glsl"
+#ifdef LENS
+#include "lib/lens.glsl"
+#include "lib/pixel.glsl"
+#include "lib/rng.glsl"
+#endif
 
 void kernel() {
     vec2 at = (vec2(element() + region_origin) + jitter) / vec2(frame_size);
-    vec2 p = mix(window.xz, window.yw, at);
-    vec3 local = orthographic ? vec3(0.0, 0.0, -1.0) : vec3(p, -1.0);
-    vec3 start = orthographic ? vec3(p, 0.0) : vec3(0.0);
-    float stretch = length(local);  // clip distances are along the view axis, rays are not
-    vec3 direction = mat3(camera) * (local / stretch);
-    vec3 origin = (camera * vec4(start, 1.0)).xyz + direction * (clip.x * stretch);
+    EyeRay ray = ray_camera(mix(window.xz, window.yw, at));
+    float stretch = length(ray.direction);  // clip distances are along the view axis, rays are not
+    if (stretch == 0.0) skip();
+    vec3 local = ray.direction / stretch;
+#ifdef LENS
+    vec2 start = random4(seed, 0u, uint(pixel(element())), DIMENSION_LENS).xy;
+    vec2 p = lens.x * sample_aperture(lens_sequence(start, pass_index), blades, lens.y) * vec2(lens.z, 1.0);
+    vec3 on_lens = p.x * ray.lens_x + p.y * ray.lens_y;
+    local = normalize(ray.direction * focus - on_lens);
+    ray.start += on_lens;
+#endif
+    vec3 direction = mat3(camera) * local;
+    vec3 origin = (camera * vec4(ray.start, 1.0)).xyz + direction * (clip.x * stretch);
     store_origin(RayOrigin(origin, -1.0));
     store_direction(RayDirection(direction, min((clip.y - clip.x) * stretch, T_MAX)));
 }

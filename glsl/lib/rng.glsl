@@ -38,6 +38,13 @@ vec2 r2_sequence(vec2 start, uint n) {
     return fract(start + vec2((step * n) >> 8u) * (1.0 / 16777216.0));
 }
 
+// The same for two dimensions more: of 1500 pairs of steps by chance, the one whose combinations with R2's, by whole
+// numbers up to 20, stay farthest from whole numbers. So points of both sequences fill all four dimensions evenly.
+vec2 lens_sequence(vec2 start, uint n) {
+    uvec2 step = uvec2(2726840505u, 1455715471u);  // 2^32 times 0.63489203, 0.33893517
+    return fract(start + vec2((step * n) >> 8u) * (1.0 / 16777216.0));
+}
+
 // Where each kernel's dimensions begin; a path's bounce or depth is added.
 const uint DIMENSION_LIGHT = 0u;        // which light, and its direction
 const uint DIMENSION_LIGHT_POINT = 1u;  // where on the light
@@ -46,5 +53,6 @@ const uint DIMENSION_SHADE_PHOTON = 0x800u;  // + bounce
 const uint DIMENSION_SCATTER = 0x1000u;  // + depth
 const uint DIMENSION_COVERAGE = 0x1800u;  // + depth
 const uint DIMENSION_SHADE = 0x1c00u;  // + depth
+const uint DIMENSION_LENS = 0xf100u;
 const uint DIMENSION_DIRECT = 0x2000u;  // + shadow ray + 0x10000 * depth
 const uint DIMENSION_CHOICE = 0xf000u;  // + 0x10000 * depth: of lights

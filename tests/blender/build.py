@@ -84,3 +84,10 @@ def shader_material(kind: str, name: str = "Material", **inputs: Any) -> bpy.typ
 def features(report: Report, status: str) -> list[str]:
     """What a report says of materials."""
     return [entry.feature for entry in report.of(status) if entry.object.startswith("Material")]
+
+
+def unknown_lens(data: bpy.types.Camera) -> None:
+    """A panorama of a kind that we do not render."""
+    data.type = "PANO"
+    where = data if hasattr(data, "panorama_type") else data.cycles
+    where.panorama_type = "FISHEYE_LENS_POLYNOMIAL"

@@ -101,14 +101,26 @@ def convert(export: Export) -> Convert:
 
 
 @pytest.fixture
-def cycles(tmp_path: Path) -> Callable[[], Picture]:
+def cycles(cycles_mean: Callable[[int, int], Picture]) -> Callable[[], Picture]:
     """Return what Cycles makes of the open scene: (h, w, 4) premultiplied, the sky transparent."""
 
     def run() -> Picture:
+        cycles = bpy.context.scene.cycles
+        cycles.pixel_filter_type, cycles.filter_width = "BOX", 1.0
+        return cycles_mean(4, 0)
+
+    return run
+
+
+@pytest.fixture
+def cycles_mean(tmp_path: Path) -> Callable[[int, int], Picture]:
+    """Return the same of so many samples and a seed, with the scene's own pixel filter."""
+
+    def run(samples: int, seed: int) -> Picture:
         scene = bpy.context.scene
-        scene.render.engine, scene.cycles.device, scene.cycles.samples = "CYCLES", "CPU", 4
+        scene.render.engine, scene.cycles.device = "CYCLES", "CPU"
+        scene.cycles.samples, scene.cycles.seed = samples, seed
         scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
-        scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
         scene.render.film_transparent = True
         settings = scene.render.image_settings
         settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGBA", "32"

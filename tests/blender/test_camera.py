@@ -15,6 +15,8 @@ from addon.blender.export import snapshot
 from addon.photon.errors import SceneError
 from addon.photon.scene import Camera
 
+from .build import add_object, unknown_lens
+
 pytestmark = pytest.mark.blender
 
 POINTS = [Vector(p) for p in ((0.3, -0.2, 0.1), (-1.0, 0.5, 0.0), (2.0, 1.0, -3.0), (0, 0, 1))]
@@ -89,9 +91,34 @@ def test_clipping(scene, export) -> None:
     assert (camera.clip_start, camera.clip_end) == (0.25, 40.0)
 
 
-def test_depth_of_field_is_reported(scene, export) -> None:
-    scene.camera.data.dof.use_dof = True
-    assert any(entry.feature == "Depth of Field" for entry in export()[1].of("ignored"))
+def test_depth_of_field(scene, export) -> None:
+    """Cycles' aperture, and where it is focused: at a distance, or along the axis to an object."""
+    assert export()[0].camera.lens is None
+    data = scene.camera.data
+    dof = data.dof
+    data.lens, dof.use_dof, dof.focus_distance, dof.aperture_fstop = 80.0, True, 3.0, 2.0
+    dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio = 5, 0.25, 2.0
+    lens = export()[0].camera.lens
+    assert (lens.radius, lens.focus) == pytest.approx((0.02, 3.0))
+    assert (lens.blades, lens.rotation, lens.ratio) == (5, 0.25, 2.0)
+    dof.focus_object = add_object("Focus", None, location=(3.0, 1.0, 4.0))
+    assert export()[0].camera.lens.focus == pytest.approx(6.0)
+    dof.focus_object.location = (0.0, 0.0, 12.0)  # behind
+    assert export()[0].camera.lens.focus == pytest.approx(2.0)
+    data.type, dof.aperture_fstop = "ORTHO", 0.0
+    assert export()[0].camera.lens.radius == pytest.approx(0.5e5)
+
+
+def test_focus_on_a_bone(scene, export) -> None:
+    armature = add_object("Rig", bpy.data.armatures.new("Rig"), location=(0.0, 0.0, 1.0))
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    bone = armature.data.edit_bones.new("Bone")
+    bone.head, bone.tail = (0.0, 0.0, 2.0), (1.0, 0.0, 2.0)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    dof = scene.camera.data.dof
+    dof.use_dof, dof.focus_object, dof.focus_subtarget = True, armature, "Bone"
+    assert export()[0].camera.lens.focus == pytest.approx(7.0)
 
 
 @pytest.mark.stability(38)
@@ -101,9 +128,9 @@ def test_no_camera(scene) -> None:
         snapshot(bpy.context.evaluated_depsgraph_get())
 
 
-def test_panorama_is_refused(scene, export) -> None:
-    scene.camera.data.type = "PANO"
-    with pytest.raises(SceneError, match="Camera 'Camera' has lens type PANO"):
+def test_panoramas_that_are_refused(scene, export) -> None:
+    unknown_lens(scene.camera.data)
+    with pytest.raises(SceneError, match="Camera 'Camera' is of type FISHEYE_LENS_POLYNOMIAL: Ph"):
         export()
 
 

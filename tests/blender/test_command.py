@@ -23,7 +23,7 @@ from addon.blender import command
 from addon.blender.export.camera import frame_size
 from addon.photon.scene import Scene
 
-from .build import add_light, add_mesh
+from .build import add_light, add_mesh, unknown_lens
 
 pytestmark = pytest.mark.blender
 
@@ -151,8 +151,8 @@ def failing(blend: Path, tmp_path: Path, capfd) -> str:
 
 def test_errors_are_one_line(blend, scene, tmp_path, capfd, monkeypatch) -> None:
     """Blender's own error reporting would say each once more, or twice."""
-    scene.camera.data.type = "PANO"
-    assert failing(blend, tmp_path, capfd).startswith("Error: Camera 'Camera' has lens type PANO")
+    unknown_lens(scene.camera.data)
+    assert failing(blend, tmp_path, capfd).startswith("Error: Camera 'Camera' is of type FISHEYE")
     bpy.context.scene.camera.data.type = "PERSP"  # of the file that was opened
     monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent")
     assert failing(blend, tmp_path, capfd).startswith("Error: no OpenGL 3.3 context")

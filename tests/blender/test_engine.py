@@ -25,7 +25,15 @@ from addon.photon.jobs.process import Progress, RendererProcess
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 
-from .build import add_light, add_mesh, add_node, finish, new_material, shader_material
+from .build import (
+    add_light,
+    add_mesh,
+    add_node,
+    finish,
+    new_material,
+    shader_material,
+    unknown_lens,
+)
 
 pytestmark = pytest.mark.blender
 
@@ -333,16 +341,16 @@ def test_memory_that_blender_takes(room) -> None:
 
 
 def test_bad_scene_is_an_error(room) -> None:
-    room.camera.data.type = "PANO"
-    with pytest.raises(RuntimeError, match="PANO"):
+    unknown_lens(room.camera.data)
+    with pytest.raises(RuntimeError, match="POLYNOMIAL"):
         bpy.ops.render.render()
 
 
 def test_persistent_data_forgets_the_last_frame(room) -> None:
     """Blender then keeps the engine: neither error nor report may outlive their frame."""
     room.render.use_persistent_data = True
-    room.camera.data.type = "PANO"
-    with pytest.raises(RuntimeError, match="PANO"):
+    unknown_lens(room.camera.data)
+    with pytest.raises(RuntimeError, match="POLYNOMIAL"):
         bpy.ops.render.render()
     room.camera.data.type = "PERSP"
     sun = add_light("Sun", "SUN")
@@ -365,12 +373,12 @@ def test_error_of_one_scene_among_several(monkeypatch) -> None:
 def test_one_error_is_one_line(room, capfd) -> None:
     """In the background; and the view layers that come after are spared."""
     room.view_layers.new("Second")
-    room.camera.data.type = "PANO"
+    unknown_lens(room.camera.data)
     with pytest.raises(RuntimeError) as raised:
         bpy.ops.render.render()
-    assert str(raised.value).count("PANO") == 1
+    assert str(raised.value).count("POLYNOMIAL") == 1
     said = capfd.readouterr()
-    assert (said.out + said.err).count("PANO") == 1
+    assert (said.out + said.err).count("POLYNOMIAL") == 1
 
 
 def test_stereoscopy_is_refused(room) -> None:

@@ -4,14 +4,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from addon.photon.scene import Scene
+from addon.photon.eye.samples import pixel_jitter
+from addon.photon.renderer import NO_DEPTH
+from addon.photon.scene import Camera, Lens, Scene
+from addon.photon.settings import Settings
 from addon.streams import Device
-from tests.measure import render
+from tests.measure import render, rendered
 from tests.scenes import Builder, closed_sphere, orthographic
 
 
@@ -66,3 +70,142 @@ def test_exposure_multiplies_light_alone(device: Device) -> None:
         if name == "Combined":
             factor[3] = 1.0
         np.testing.assert_allclose(brighter[name], image * factor, rtol=1e-6)
+
+
+def behind_glass(lens: Lens, distance: float) -> Scene:
+    """The half plane so far away, 16 x 4 pixels of a quarter of a metre there."""
+    plate = Builder().quad((-90, -90, 0), (0, -90, 0), (0, 90, 0), (-90, 90, 0))
+    matrix = np.eye(4)
+    matrix[2, 3] = distance
+    half = 2.0 / distance
+    return plate.scene(Camera("PERSP", matrix, (-half, half, -half / 4, half / 4), lens=lens))
+
+
+def of_disc(x: Any) -> Any:
+    """The share of a unit disc that lies left of x."""
+    x = np.clip(x, -1, 1)
+    return 0.5 + (x * np.sqrt(1 - x * x) + np.arcsin(x)) / np.pi
+
+
+def of_square(x: Any) -> Any:
+    """Of a square in the unit circle, upright."""
+    return np.clip(0.5 + x / math.sqrt(2), 0, 1)
+
+
+def of_diamond(x: Any) -> Any:
+    x = np.clip(x, -1, 1)
+    return 0.5 + x - np.sign(x) * x * x / 2
+
+
+@pytest.mark.stability(74)
+@pytest.mark.parametrize(
+    ("lens", "left_of", "ratio"),
+    [
+        (Lens(0.6, 1.0), of_disc, 1.0),
+        (Lens(0.6, 9.0, blades=2), of_disc, 1.0),
+        (Lens(0.6, 1.0, blades=4), of_square, 1.0),
+        (Lens(0.6, 1.0, blades=4, rotation=math.pi / 4, ratio=2.0), of_diamond, 2.0),
+    ],
+)
+def test_circles_of_confusion(device: Device, lens: Lens, left_of: Any, ratio: float) -> None:
+    """An edge at another distance than the focus has the aperture's spread, 0.5 %."""
+    distance = 3.0
+    scene = behind_glass(lens, distance)
+    images = render(device, scene, width=16, height=4, photons=0, passes=2048, transparent=True)
+    # A ray through p of the focus and l of the lens: at the plate l (1 - distance / focus) + p.
+    radius = lens.radius / ratio * abs(1 - distance / lens.focus)
+    fine = (np.arange(16 * 64) + 0.5) / (4 * 64) - 2.0
+    expected = 1 - left_of(fine / radius).reshape(16, 64).mean(axis=1)
+    alpha = images["Combined"][..., 3]
+    assert 0.02 < expected[6] < 0.98 or 0.02 < expected[5] < 0.98
+    np.testing.assert_allclose(alpha.mean(axis=0), expected, atol=0.005)
+    np.testing.assert_allclose(alpha, np.tile(expected, (4, 1)), atol=0.02)
+
+
+def test_what_is_in_focus_is_sharp(device: Device) -> None:
+    settings: dict[str, Any] = {"width": 16, "height": 4, "photons": 0, "transparent": True}
+    scene = behind_glass(Lens(0.6, 3.0), 3.0)
+    alpha = render(device, scene, passes=64, **settings)["Combined"][..., 3]
+    np.testing.assert_allclose(alpha[:, :8], 1.0)
+    np.testing.assert_allclose(alpha[:, 8:], 0.0)
+
+
+def test_photons_are_gathered_behind_a_lens(device: Device) -> None:
+    """Splats need places on the screen; both estimators then give the same picture."""
+    scene = closed_sphere(0.5)
+    scene = replace(scene, camera=replace(scene.camera, lens=Lens(0.1, 1.0)))
+    with rendered(device, scene, estimator="splat", radius=0.2) as renderer:
+        assert renderer.estimator == "gather"
+        assert "photons are gathered: splats know no depth of field" in renderer.warnings
+        splat = renderer.images()
+    gathered = render(device, scene, estimator="gather", radius=0.2)
+    np.testing.assert_array_equal(splat["Combined"], gathered["Combined"])
+    indirect = splat["Indirect"].mean()
+    assert indirect == pytest.approx(0.5 / math.pi, rel=0.02)  # E_indirect = 1
+
+
+# Where panoramas look: (x, y) in [-1, 1]^2 of the picture to the direction before the camera.
+
+
+def equirectangular(x: Any, y: Any) -> Any:
+    longitude, latitude = np.pi * x, np.pi / 2 * y
+    level = np.cos(latitude)
+    return [level * np.sin(longitude), np.sin(latitude), -level * np.cos(longitude)]
+
+
+def fisheye(x: Any, y: Any, angle: Any) -> Any:
+    far = np.hypot(x, y)
+    return [np.sin(angle) * x / far, np.sin(angle) * y / far, -np.cos(angle)]
+
+
+def mirrorball(x: Any, y: Any) -> Any:
+    """The view along -Z, reflected by the ball's side that faces it, as the ball's image shows it:
+    what is behind the ball is at its rim, and what the camera looks at in the middle."""
+    z = np.sqrt(np.maximum(0, 1 - x * x - y * y))
+    return [2 * z * x, 2 * z * y, 1 - 2 * z * z]
+
+
+PANORAMAS: dict[str, Any] = {
+    "EQUIRECTANGULAR": (
+        {
+            "longitude_min": -math.pi,
+            "longitude_max": math.pi,
+            "latitude_min": -math.pi / 2,
+            "latitude_max": math.pi / 2,
+        },
+        equirectangular,
+    ),
+    "FISHEYE_EQUIDISTANT": (
+        {"fisheye_fov": 4.0},
+        lambda x, y: fisheye(x, y, 2.0 * np.hypot(x, y)),
+    ),
+    "FISHEYE_EQUISOLID": (
+        {"fisheye_lens": 10.0, "fisheye_fov": 3.0, "sensor_width": 30.0, "sensor_height": 20.0},
+        lambda x, y: fisheye(
+            15 * x, 10 * y, 2 * np.arcsin(np.minimum(1, np.hypot(15 * x, 10 * y) / 20))
+        ),
+    ),
+    "MIRRORBALL": ({}, mirrorball),
+}
+
+
+@pytest.mark.parametrize("kind", PANORAMAS)
+def test_panoramas_look_where_they_say(device: Device, kind: str) -> None:
+    """From within a sphere: its normals, and depth, which is the distance along the ray."""
+    parameters, direction = PANORAMAS[kind]
+    matrix = np.eye(4)
+    matrix[:3, :3] = [[0, 0, -1], [1, 0, 0], [0, -1, 0]]
+    view = Camera(kind, matrix, (0.0, 1.0, 0.0, 1.0), parameters=parameters)
+    scene = replace(closed_sphere(0.5), camera=view)
+    images = render(device, scene, width=48, height=32, photons=0)
+    jx, jy = pixel_jitter(Settings(), 0)
+    x, y = np.meshgrid((np.arange(48) + jx) / 24 - 1, (np.arange(32) + jy) / 16 - 1)
+    inside = (np.hypot(x, y) <= 1) | (kind == "EQUIRECTANGULAR")
+    if kind == "FISHEYE_EQUISOLID":
+        inside = np.hypot(15 * x, 10 * y) <= 20 * math.sin(0.75)
+    towards = np.stack(direction(x, y), -1) @ matrix[:3, :3].T
+    assert inside.mean() > 0.5
+    np.testing.assert_allclose(images["Normal"][inside], -towards[inside], atol=2e-3)
+    np.testing.assert_allclose(images["Depth"][inside], 1.0, atol=2e-3)
+    assert (images["Depth"][~inside] == NO_DEPTH).all()
+    assert (images["Combined"][~inside] == (0, 0, 0, 1)).all()

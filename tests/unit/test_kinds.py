@@ -113,6 +113,24 @@ def test_lights_that_are_refused(device: Device, light: Light, message: str) -> 
             refuse(replace(cornell(), lights=(light,)))
 
 
+@pytest.mark.parametrize(
+    ("camera", "message"),
+    [
+        ({"kind": "PANO"}, "scene.camera: kind 'pano' is none of .*ortho, persp"),
+        (
+            {"kind": "FISHEYE_EQUIDISTANT"},
+            "of fisheye_equidistant are fisheye_fov; got none",
+        ),
+        ({"parameters": {"fov": 1.0}}, "scene.camera: the parameters of persp are none; got fov"),
+    ],
+)
+def test_cameras_that_are_refused(device: Device, camera: Any, message: str) -> None:
+    scene = cornell()
+    for refuse in (check_kinds, lambda scene: prepare(scene, Settings(8, 8), device)):
+        with pytest.raises(SceneError, match=message):
+            refuse(replace(scene, camera=replace(scene.camera, **camera)))
+
+
 def test_native_layouts_are_ours() -> None:
     import photon_stream_native as native
 

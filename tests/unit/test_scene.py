@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import SceneError
-from addon.photon.scene import MIRROR, Camera, Lobe, Material, Scene, world_light
+from addon.photon.scene import MIRROR, Camera, Lens, Lobe, Material, Scene, world_light
 from addon.photon.stage.kinds import check_kinds
 from tests.scenes import cornell, plain_light, plain_material
 
@@ -125,7 +125,10 @@ def test_material(material: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     "camera",
     [
-        {"kind": "PANO"},
+        {"parameters": {"fov": np.nan}},
+        {"lens": Lens(-1.0, 1.0)},
+        {"lens": Lens(1.0, np.nan)},
+        {"lens": Lens(1.0, 1.0, ratio=0.0)},
         {"clip_start": np.nan},
         {"clip_end": np.nan},
         {"matrix": np.zeros((4, 4))},  # numpy.linalg.LinAlgError in the ray tracer

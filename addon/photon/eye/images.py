@@ -32,7 +32,8 @@ class PassImages:
         device, layer, size = way.device, way.layer, eye.streams["hit"].size
         self._tables, self._eye = tables, eye
         defines = needs.emitter_defines
-        self._primary = CombinePrimary(device, layer, {**defines, **needs.illuminance_defines})
+        of_primary = {**defines, **needs.illuminance_defines, **needs.camera_defines}
+        self._primary = CombinePrimary(device, layer, of_primary)
         self._all = CombineAll(device, layer, defines)
         self._mirror = CombineMirror(device, layer, defines) if needs.secondary_rays else None
         self._blur = Blur(device, layer) if needs.photons else None
@@ -47,7 +48,7 @@ class PassImages:
             self._mirrors = pairs
         self._world = {
             "background_alpha": 0.0 if settings.transparent else 1.0,
-            **eye.view_axis(),
+            **eye.camera.view_axis(),
         }
 
     def begin(self) -> PassImages:
@@ -65,7 +66,7 @@ class PassImages:
     ) -> None:
         """Add what a path's rays see: lights and the world, if there are any to see; direct light,
         and illuminance where it is asked for; irradiance and its coverage."""
-        streams = {**self._eye.streams, **direct, "throughput": path.throughput}
+        streams = {**self._eye.of(path), **direct, "throughput": path.throughput}
         if emitted:
             streams |= dict(zip(("emitted", "environment"), emitted, strict=True))
         streams |= dict(zip(("irradiance", "coverage"), indirect, strict=True))

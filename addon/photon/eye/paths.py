@@ -3,16 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from ...streams import TEXEL, Count, Device, Kernel, PingPong, Stream
 from ...streams.declaration import present
 from ..kernels.emitted import Emitted
-from ..kernels.eye_rays import EyeRays
 from ..kernels.launch import launch, launch_and_count
 from ..kernels.records import (
     COVERAGE,
@@ -36,9 +32,7 @@ from ..stage.geometry import Frame
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from ..ways.way import Way
-from .samples import pixel_jitter
-
-_FAR = 1.0e37  # clip distances beyond float32's use
+from .camera import EyeCamera
 
 
 @dataclass
@@ -83,9 +77,7 @@ class Eye:
         self._tables, self._settings, self._needs = tables, settings, needs
         self._ended: dict[Region, int] = {}
         self._sent: Path | None = None  # ahead
-        self._camera = _camera_in_scene_units(scene, frame)
-        self._world_to_camera = _column_major(np.linalg.inv(self._camera["matrix"]))
-        self._eye_rays = EyeRays(device, layer)
+        self.camera = EyeCamera(device, layer, scene, frame, settings, needs)
         self._shade: Shade | None = None
         self._tracer: Kernel | None = None
         if needs.surfaces:
@@ -143,48 +135,23 @@ class Eye:
         sent, self._sent = self._sent, None
         if sent and (sent.index, sent.region) == (index, region):
             return sent
-        settings, camera = self._settings, self._camera
-        x0, y0, x1, y1 = region
-        jitter = pixel_jitter(settings, index)
-        left, right, bottom, top = camera["window"]
-        origin, direction = self._pairs["origin"].front, self._pairs["direction"].front
-        self._eye_rays.run(
-            {"origin": origin, "direction": direction},
-            uniforms={
-                "camera": _column_major(camera["matrix"]),
-                "window": camera["window"],
-                "clip": camera["clip"],
-                "orthographic": camera["orthographic"],
-                "frame_size": (settings.width, settings.height),
-                "region_origin": (x0, y0),
-                "jitter": jitter,
-            },
-        )
-        # A pixel's centre on the screen is where its jittered ray went.
-        u0, v0 = x0 + jitter[0] - 0.5, y0 + jitter[1] - 0.5
-        du, dv = (right - left) / settings.width, (top - bottom) / settings.height
-        window = (
-            left + u0 * du,
-            left + (u0 + x1 - x0) * du,
-            bottom + v0 * dv,
-            bottom + (v0 + y1 - y0) * dv,
-        )
-        view = View(self._world_to_camera, window, camera["orthographic"])
+        rays = (self._pairs[name].front for name in ("origin", "direction"))
+        view = self.camera.send(index, region, *rays)
         return Path(index, region, 0, self._unit, view, None, self._ended)
 
     def shade(self, path: Path) -> None:
         """Find where the rays end, and evaluate the materials there."""
         if path.is_shaded or not (self._tracer and self._shade):
             return  # without surfaces the streams were made clear: no hits, no places
-        launch(self._tracer, self._of(path), self._tables)
-        launch(self._shade, self._of(path), self._tables, self._draw(path))
+        launch(self._tracer, self.of(path), self._tables)
+        launch(self._shade, self.of(path), self._tables, self._draw(path))
         path.is_shaded = True
 
     def emitted(self, path: Path) -> tuple[Stream, Stream] | None:
         """What rays meet of lights, and of the world; None if there is none to see."""
         if not self._emitted:
             return None
-        streams = {**self._of(path), "throughput": path.throughput}
+        streams = {**self.of(path), "throughput": path.throughput}
         launch(self._emitted, streams, self._tables, self._draw(path))
         return self.streams["emitted"], self.streams["environment"]
 
@@ -196,7 +163,7 @@ class Eye:
             for total in totals.values():
                 total.restart(self.streams["zeros"])
             if self._direct_light:
-                self._direct_light.add(totals, self._of(path), self._tables, self._draw(path))
+                self._direct_light.add(totals, self.of(path), self._tables, self._draw(path))
             path.direct = {name: total.front for name, total in totals.items()}
         return path.direct
 
@@ -219,7 +186,7 @@ class Eye:
         if not self._scatter or path.depth == self._needs.chain_depth:
             return None
         pairs = [self._pairs[name] for name in ("origin", "direction", "throughput")]
-        streams = {**self._of(path), "throughput": path.throughput}
+        streams = {**self.of(path), "throughput": path.throughput}
         streams |= dict(
             zip(
                 ("next_origin", "next_direction", "next_throughput"),
@@ -236,20 +203,6 @@ class Eye:
             pair.swap()
         depth, throughput = path.depth + 1, pairs[2].front
         return Path(path.index, path.region, depth, throughput, None, count, self._ended)
-
-    def footprint(self) -> tuple[float, list[float] | None]:
-        """How wide a pixel is at distance 1 from the eye, or everywhere and None [scene units]."""
-        left, right, _, _ = self._camera["window"]
-        eye = None if self._camera["orthographic"] else self._camera["matrix"][:3, 3].tolist()
-        return (right - left) / self._settings.width, eye
-
-    def view_axis(self) -> dict[str, tuple[float, ...]]:
-        """Where the eye is, and where it looks [scene units]."""
-        matrix = self._camera["matrix"]
-        return {
-            "eye": tuple(map(float, matrix[:3, 3])),
-            "view_axis": tuple(map(float, -matrix[:3, 2])),
-        }
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
@@ -270,10 +223,10 @@ class Eye:
             self._direct_light.release()
 
     def _kernels(self) -> list[Kernel]:
-        known = self._eye_rays, self._tracer, self._shade, self._emitted, self._scatter
+        known = self.camera.kernel, self._tracer, self._shade, self._emitted, self._scatter
         return [kernel for kernel in (*known, self._cuts, self._coverage) if kernel]
 
-    def _of(self, path: Path) -> dict[str, Stream]:
+    def of(self, path: Path) -> dict[str, Stream]:
         """What there is of a path."""
         rays = {name: self._pairs[name].front for name in ("origin", "direction")}
         return {**self.streams, **rays}
@@ -323,21 +276,3 @@ def probes_of(index: int) -> dict[str, int]:
     """
     first = 8 * min(index, 3)
     return {"probes": 8 if index < 3 else 4, "first_probe": first + 4 * max(index - 3, 0)}
-
-
-def _camera_in_scene_units(scene: Scene, frame: Frame) -> Mapping[str, Any]:
-    camera = scene.camera
-    matrix = np.array(camera.matrix, np.float64)
-    matrix[:3, 3] = frame.points(matrix[:3, 3])
-    orthographic = camera.kind == "ORTHO"
-    unit = frame.scale if orthographic else 1.0
-    return {
-        "matrix": matrix,
-        "window": tuple(edge / unit for edge in camera.window),
-        "clip": tuple(min(c / frame.scale, _FAR) for c in (camera.clip_start, camera.clip_end)),
-        "orthographic": orthographic,
-    }
-
-
-def _column_major(matrix: Any) -> tuple[float, ...]:
-    return tuple(map(float, matrix.T.ravel()))

@@ -10,6 +10,7 @@ from .records import (
     IRRADIANCE,
     PLACE,
     RADIANCE,
+    RAY_DIRECTION,
     SHADING,
     THROUGHPUT,
 )
@@ -22,11 +23,13 @@ _EMITTERS: Ports = {
 
 
 class CombinePrimary(Kernel):
-    """Split what the eye sees into the images direct, indirect, emission, background and normal."""
+    """Split what the eye sees into the images direct, indirect, emission, background and normal; a
+    PANORAMIC one may have no ray in a pixel."""
 
     stem = "combine_primary"
-    structure = ("EMITTERS", "ILLUMINANCE")
+    structure = ("EMITTERS", "ILLUMINANCE", "PANORAMIC")
     inputs = {
+        "direction": When("PANORAMIC", RAY_DIRECTION),
         "hit": HIT,
         "place": PLACE,
         "diffuse": DIFFUSE,

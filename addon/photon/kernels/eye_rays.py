@@ -1,19 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Uniform
+from ...streams import Kernel, Uniform, When
 from .records import RAY_DIRECTION, RAY_ORIGIN
 
 
 class EyeRays(Kernel):
-    """Send one ray through each pixel of a region of the frame."""
+    """Send one ray through each pixel of a region of the frame, and a point of the LENS."""
 
     stem = "eye_rays"
+    structure = ("LENS",)
     outputs = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION}
     uniforms = {
         "camera": Uniform("mat4"),
+        "camera_parameters": Uniform("vec4"),
         "window": Uniform("vec4"),
         "clip": Uniform("vec2"),
-        "orthographic": Uniform("bool"),
         "frame_size": Uniform("ivec2"),
         "region_origin": Uniform("ivec2"),
         "jitter": Uniform("vec2"),
+        "lens": When("LENS", Uniform("vec3")),  # radius, rotation, width over height
+        "focus": When("LENS", Uniform("float")),
+        "blades": When("LENS", Uniform("int")),
+        "seed": When("LENS", Uniform("uint")),
+        "pass_index": When("LENS", Uniform("uint")),
     }

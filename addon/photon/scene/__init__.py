@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is rendered: plain values, no Blender, no device."""
 
+from .camera import Camera, Lens
 from .values import (
     BLACK,
     FOUND_BY,
     MIRROR,
     RGB,
     SNAPSHOT_VERSION,
-    Camera,
-    CameraKind,
     Light,
     Lobe,
     Material,
@@ -26,7 +25,7 @@ __all__ = [
     "RGB",
     "SNAPSHOT_VERSION",
     "Camera",
-    "CameraKind",
+    "Lens",
     "Light",
     "Lobe",
     "Material",

@@ -73,7 +73,9 @@ def unpack(arrays: Sequence[NDArray[Any]]) -> Scene:
         return _RECORDS[kind](**{name: _tuples(value) for name, value in values.items()})
 
     try:
-        scene: Scene = json.loads(arrays[0].tobytes(), object_hook=whole)
+        scene = json.loads(arrays[0].tobytes(), object_hook=whole)
+        if not isinstance(scene, Scene):
+            raise TypeError(f"{type(scene).__name__} is no scene")
         scene.check()
     except (PhotonStreamError, MemoryError):
         raise

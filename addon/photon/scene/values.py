@@ -12,15 +12,16 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, is_dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SceneError
+from .camera import Camera, Lens
+from .checks import check_finite
 
 SNAPSHOT_VERSION = 3
-CameraKind = Literal["PERSP", "ORTHO"]
 RGB = tuple[float, float, float]  # or x, y, z
 BLACK: RGB = (0.0, 0.0, 0.0)
 MIRROR = np.inf  # Phong exponent of a perfect mirror
@@ -30,21 +31,6 @@ FRESNEL_LOBES = ("ggx_dielectric", "ggx_metal")
 
 def _empty(shape: tuple[int, ...], dtype: Any) -> Any:
     return field(default_factory=lambda: np.zeros(shape, dtype))
-
-
-@dataclass(frozen=True)
-class Camera:
-    """A pinhole or orthographic camera that looks along its local -Z with +Y up.
-
-    `window` is (left, right, bottom, top) of the whole frame: for PERSP on the plane at unit
-    distance, for ORTHO in metres. It holds lens, sensor fit, shift and pixel aspect.
-    """
-
-    kind: CameraKind
-    matrix: NDArray[np.float64]  # (4, 4) camera to world, a rigid motion
-    window: tuple[float, float, float, float]
-    clip_start: float = 0.0  # [m] along the view axis
-    clip_end: float = np.inf  # [m]
 
 
 # Who may find a light: the eye's rays; shadow rays of diffuse surfaces and of lobes; rays of lobes.
@@ -68,12 +54,12 @@ class Light:
     def check(self) -> None:
         """Raise SceneError naming the light and the first value out of its range."""
         who = f"light {self.name!r}"
-        _check_finite(f"{who}: position", self.position)
-        _check_finite(f"{who}: power", self.power, 0.0)
+        check_finite(f"{who}: position", self.position)
+        check_finite(f"{who}: power", self.power, 0.0)
         for name, value in self.parameters.items():
-            _check_finite(f"{who}: {name}", value, 0.0)
+            check_finite(f"{who}: {name}", value, 0.0)
         for what, axis in (("direction", self.direction), ("across", self.across)):
-            _check_finite(f"{who}: {what}", axis)
+            check_finite(f"{who}: {what}", axis)
             if not any(axis):
                 raise SceneError(f"{who}: {what} {axis} has no length")
         unknown = set(self.found_by) - set(FOUND_BY)
@@ -130,11 +116,11 @@ class Lobe:
 
     def check(self, who: str) -> None:
         """Raise SceneError naming the lobe's owner and the first value out of its range."""
-        _check_finite(f"{who}: colour", self.colour, 0.0)
-        _check_finite(f"{who}: covered", self.covered, 0.0)
-        _check_finite(f"{who}: weight", self.weight, 0.0)
+        check_finite(f"{who}: colour", self.colour, 0.0)
+        check_finite(f"{who}: covered", self.covered, 0.0)
+        check_finite(f"{who}: weight", self.weight, 0.0)
         for name, value in self.parameters.items():
-            _check_finite(f"{who}: {name}", value, 0.0)
+            check_finite(f"{who}: {name}", value, 0.0)
 
     @property
     def reflects(self) -> bool:
@@ -171,7 +157,7 @@ class Material:
 
     def check(self) -> None:
         """Raise SceneError naming the material and the first value out of its range."""
-        _check_finite(f"material {self.name!r}: diffuse", self.diffuse, 0.0)
+        check_finite(f"material {self.name!r}: diffuse", self.diffuse, 0.0)
         for lobe in self.lobes:
             lobe.check(f"material {self.name!r}: {lobe.kind}")
 
@@ -265,31 +251,11 @@ class Scene:
                 raise SceneError(
                     f"scene.{name}{list(where)} = {int(array[where])} is outside [0, {limit})"
                 )
-        self._check_camera()
+        self.camera.check()
         for light in self.lights:
             light.check()
         for material in self.materials:
             material.check()
-
-    def _check_camera(self) -> None:
-        camera = self.camera
-        if camera.kind not in get_args(CameraKind):
-            raise SceneError(
-                f"scene.camera.kind = {camera.kind!r} is none of {get_args(CameraKind)}"
-            )
-        matrix = camera.matrix
-        if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
-            raise SceneError("scene.camera.matrix: expected 4x4 finite numbers")
-        if np.linalg.matrix_rank(matrix) < 4:
-            raise SceneError("scene.camera.matrix has no inverse")
-        left, right, bottom, top = camera.window
-        if not (np.isfinite(camera.window).all() and left < right and bottom < top):
-            raise SceneError(f"scene.camera.window {camera.window} is empty or not finite")
-        if not 0.0 <= camera.clip_start < camera.clip_end:  # also refuses NaN
-            raise SceneError(
-                f"scene.camera: clip_start {camera.clip_start}, clip_end {camera.clip_end}: "
-                "expected 0 <= start < end"
-            )
 
     def save(self, path: str | Path) -> None:
         """Write the snapshot as an .npz file (arrays, and one JSON text for the rest)."""
@@ -335,6 +301,8 @@ def _read(data: Any) -> Scene:
         lights += (world_light("World", background),)
     camera = dict(header["camera"], matrix=np.array(header["camera"]["matrix"], np.float64))
     camera["window"] = tuple(map(float, camera["window"]))
+    if camera.get("lens"):
+        camera["lens"] = Lens(**camera["lens"])
     return Scene(
         camera=Camera(**camera),
         lights=lights,
@@ -384,13 +352,6 @@ _READERS: dict[int, tuple[Callable[..., Light], Callable[..., Material]]] = {
 def _colour(values: Any) -> RGB:
     red, green, blue = map(float, values)
     return red, green, blue
-
-
-def _check_finite(what: str, values: Any, low: float = -np.inf) -> None:
-    """Raise SceneError unless all numbers are finite and at least `low`."""
-    array = np.asarray(values, np.float64)
-    if not (np.isfinite(array).all() and (array >= low).all()):
-        raise SceneError(f"{what} = {values} is not finite or below {low}")
 
 
 _ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The kinds of lobes and lights: a GLSL file each, whose head says what its parameters are.
+"""The kinds of lobes, lights and cameras: a GLSL file each, whose head says what its
+parameters are.
 
 A kind is there once its file is: nothing lists them. Programs are made with the kinds that a scene
 has, and one switch.
@@ -30,7 +31,7 @@ COLOUR = "rgb"
 
 @dataclass(frozen=True)
 class Kind:
-    """A lobe or a light, as its file declares it."""
+    """A lobe, a light or a camera, as its file declares it."""
 
     name: str
     number: int  # in tables and streams; 0 is no lobe
@@ -138,9 +139,16 @@ def light_kinds() -> Mapping[str, Kind]:
     return _kinds(source.glsl_root(), "lights")
 
 
+def camera_kinds() -> Mapping[str, Kind]:
+    """Those of glsl/cameras by name, in small letters."""
+    return _kinds(source.glsl_root(), "cameras")
+
+
 def check_kinds(scene: Scene) -> None:
-    """Raise SceneError naming the first light or lobe of a kind that is not there, or with other
-    parameters than its file says."""
+    """Raise SceneError naming the camera, or the first light or lobe, if it is of a kind that is
+    not there, or has other parameters than its file says."""
+    camera = scene.camera
+    _check("scene.camera", camera_kinds(), camera.kind.lower(), camera.parameters)
     for light in scene.lights:
         _check(f"light {light.name!r}", light_kinds(), light.kind, light.parameters)
     for material in scene.materials:
@@ -156,6 +164,15 @@ def made_bsdf(names: Collection[str]) -> Made:
 def made_lights(names: Collection[str]) -> Made:
     """What a program includes as made/lights.glsl: lights of these kinds, and a switch."""
     return {"made/lights.glsl": _made("lights", light_kinds(), names, LIGHT_FUNCTIONS, "light")}
+
+
+def made_camera(name: str) -> Made:
+    """What a program includes as made/camera.glsl: the rays of that kind."""
+    lines = [
+        f'#include "cameras/{name}.glsl"',
+        f"EyeRay ray_camera(vec2 at) {{ return ray_{name}(at); }}",
+    ]
+    return {"made/camera.glsl": "\n".join(lines) + "\n"}
 
 
 def _check(who: str, kinds: Mapping[str, Kind], kind: str, given: Mapping[str, Any]) -> None:

@@ -12,7 +12,7 @@ from ...streams import Defines, Made
 from ..scene import Light, Scene
 from ..settings import Settings
 from .geometry import Mesh
-from .kinds import light_kinds, lobe_kinds, made_bsdf, made_lights
+from .kinds import light_kinds, lobe_kinds, made_bsdf, made_camera, made_lights
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 # Lights that every visible point asks; where there are more, it asks so many, by chance.
@@ -39,6 +39,9 @@ class SceneNeeds:
     tangents: bool = False  # lobes turn with them
     illuminance: bool = False  # is asked for
     smooth: bool = False  # triangles stand for a bent surface
+    camera_kind: str = "persp"
+    lens: bool = False  # the camera has one: not all is in focus
+    panorama: bool = False
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
@@ -72,6 +75,9 @@ class SceneNeeds:
             tangents=len(mesh.tangents) > 0,
             illuminance=settings.illuminance,
             smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc"),
+            camera_kind=scene.camera.kind.lower(),
+            lens=scene.camera.lens is not None,
+            panorama=scene.camera.is_panorama,
         )
 
     @cached_property
@@ -104,11 +110,27 @@ class SceneNeeds:
         """What kernels of photons are compiled with. A photon meets one lobe besides Lambert's."""
         return {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
 
+    @cached_property
+    def camera_defines(self) -> Defines:
+        """What kernels of the camera are compiled with."""
+        lens = {"LENS": 1} if self.lens else {}
+        return lens | ({"PANORAMIC": 1} if self.panorama else {})
+
+    @property
+    def projects(self) -> bool:
+        """Whether places of the scene have one place on the screen, where splats are drawn."""
+        return not (self.lens or self.panorama)
+
     @property
     def _tangent_defines(self) -> dict[str, int]:
         return {"TANGENTS": 1} if self.tangents else {}
 
     @cached_property
     def made(self) -> Made:
-        """The includes that are made for the scene: its kinds of lobes and lights."""
-        return {**made_bsdf(self.lobe_kinds), **made_lights(self.light_kinds)}
+        """The includes that are made for the scene: its kinds of lobes and lights, and its
+        camera's."""
+        return {
+            **made_bsdf(self.lobe_kinds),
+            **made_lights(self.light_kinds),
+            **made_camera(self.camera_kind),
+        }

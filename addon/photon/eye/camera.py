@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The eye: where its rays start, and where they go."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...streams import Device, Stream
+from ...streams.device import Layer
+from ..kernels.eye_rays import EyeRays
+from ..kernels.records import RAY_DIRECTION, RAY_ORIGIN
+from ..photons.splats import View
+from ..scene import Scene
+from ..settings import Region, Settings
+from ..stage.geometry import Frame
+from ..stage.kinds import camera_kinds
+from ..stage.needs import SceneNeeds
+from .samples import pixel_jitter
+
+_FAR = 1.0e37  # clip distances beyond float32's use
+_SHARP = 1.0e15  # squares of focus distances beyond it are no float32
+
+
+class EyeCamera:
+    """Sends eye rays through the scene's camera, in scene units."""
+
+    def __init__(
+        self,
+        device: Device,
+        layer: Layer,
+        scene: Scene,
+        frame: Frame,
+        settings: Settings,
+        needs: SceneNeeds,
+    ) -> None:
+        camera = scene.camera
+        self._device, self._camera, self._settings = device, camera, settings
+        self.kernel = EyeRays(device, layer, needs.camera_defines, made=needs.made)
+        self._matrix = np.array(camera.matrix, np.float64)
+        self._matrix[:3, 3] = frame.points(self._matrix[:3, 3])
+        self._is_orthographic = camera.kind == "ORTHO"
+        unit = frame.scale if self._is_orthographic else 1.0
+        self._window = tuple(edge / unit for edge in camera.window)
+        numbers = camera_kinds()[camera.kind.lower()].numbers(camera.parameters, 1 / frame.scale)
+        self._uniforms: dict[str, Any] = {
+            "camera_parameters": (*numbers, 0.0, 0.0, 0.0, 0.0)[:4],
+            "clip": tuple(min(c / frame.scale, _FAR) for c in (camera.clip_start, camera.clip_end)),
+        }
+        if lens := camera.lens:
+            self._uniforms |= {
+                "lens": (lens.radius / frame.scale, lens.rotation, 1.0 / lens.ratio),
+                "focus": min(lens.focus / frame.scale, _SHARP),
+                "blades": lens.blades,
+                "seed": settings.seed,
+            }
+
+    def send(self, index: int, region: Region, origin: Stream, direction: Stream) -> View:
+        """Send one ray of a pass through each pixel of a region; where points project then."""
+        settings, window = self._settings, self._window
+        x0, y0, x1, y1 = region
+        jitter = pixel_jitter(settings, index)
+        self.kernel.run(
+            {"origin": origin, "direction": direction},
+            uniforms=self._uniforms
+            | ({"pass_index": index} if self._camera.lens else {})
+            | {
+                "camera": _column_major(self._matrix),
+                "window": window,
+                "frame_size": (settings.width, settings.height),
+                "region_origin": (x0, y0),
+                "jitter": jitter,
+            },
+        )
+        # A pixel's centre on the screen is where its jittered ray went.
+        left, right, bottom, top = window
+        u0, v0 = x0 + jitter[0] - 0.5, y0 + jitter[1] - 0.5
+        du, dv = (right - left) / settings.width, (top - bottom) / settings.height
+        window = (
+            left + u0 * du,
+            left + (u0 + x1 - x0) * du,
+            bottom + v0 * dv,
+            bottom + (v0 + y1 - y0) * dv,
+        )
+        world_to_camera = _column_major(np.linalg.inv(self._matrix))
+        return View(world_to_camera, window, self._is_orthographic)
+
+    def footprint(self) -> tuple[float, list[float] | None]:
+        """How wide a pixel is at distance 1 from the eye, or everywhere and None [scene units]."""
+        left, right, _, _ = self._window
+        eye = None if self._is_orthographic else self._matrix[:3, 3].tolist()
+        if self._camera.is_panorama:
+            return self._middle_angle(), eye
+        return (right - left) / self._settings.width, eye
+
+    def view_axis(self) -> dict[str, tuple[float, ...]]:
+        """Where the eye is, and where it looks [scene units]."""
+        return {
+            "eye": tuple(map(float, self._matrix[:3, 3])),
+            "view_axis": tuple(map(float, -self._matrix[:3, 2])),
+        }
+
+    def _middle_angle(self) -> float:
+        """Between the rays of two neighbouring pixels in the middle of the picture [rad]."""
+        x, y = self._settings.width // 2, self._settings.height // 2
+        rays = [Stream(self._device, record, (2, 1)) for record in (RAY_ORIGIN, RAY_DIRECTION)]
+        for ray in rays:
+            ray.clear()
+        self.send(self._settings.first_pass, (x, y, x + 2, y + 1), *rays)
+        first, second = rays[1].download()[0, :, :3].astype(np.float64)
+        for ray in rays:
+            ray.release()
+        return float(np.linalg.norm(first - second))
+
+
+def _column_major(matrix: NDArray[np.float64]) -> tuple[float, ...]:
+    return tuple(map(float, matrix.T.ravel()))

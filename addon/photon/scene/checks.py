@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all values of a scene are asked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import SceneError
+
+
+def check_finite(what: str, values: Any, low: float = -np.inf) -> None:
+    """Raise SceneError unless all numbers are finite and at least `low`."""
+    array = np.asarray(values, np.float64)
+    if not (np.isfinite(array).all() and (array >= low).all()):
+        raise SceneError(f"{what} = {values} is not finite or below {low}")
