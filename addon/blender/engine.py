@@ -149,7 +149,7 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
         settings = settings_from(scene, size, border_region(scene.render, size))
         settings.check()
         model = SpecularModel(scene.photon_stream.specular_model)
-        exported, report = snapshot(depsgraph, self.camera_override, model)
+        exported, report = snapshot(depsgraph, self.camera_override, model, self.frame_set)
         view_layer = depsgraph.view_layer_eval
         properties = scene.photon_stream
         passes = passes_of(view_layer)

@@ -32,7 +32,7 @@ class SnapshotEngine(bpy.types.RenderEngine):
 
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         try:
-            self.found.append(snapshot(depsgraph, model=self.model))
+            self.found.append(snapshot(depsgraph, model=self.model, frame_set=self.frame_set))
         except Exception as error:
             self.found.append(error)
 

@@ -103,3 +103,53 @@ def test_lenses_that_see_nothing(scene, quads, cycles_mean, export, device, dof)
     theirs = cycles_mean(16, 1)
     assert np.isfinite(ours["Combined"]).all()
     assert ours["Combined"][..., 3].mean() == pytest.approx(theirs[..., 3].mean(), abs=0.01)
+
+
+def moving(scene) -> None:
+    """The camera goes, turns and zooms between frames 0 and 2, faster in the second half."""
+    scene.render.use_motion_blur = True
+    for frame, side, turn, lens in ((0, -0.3, 0.2, 20), (1, 0.1, 0.5, 22), (2, 0.6, 0.6, 30)):
+        scene.camera.location[0] = side
+        scene.camera.rotation_euler[2] = turn
+        scene.camera.data.lens = lens
+        scene.camera.keyframe_insert("location", frame=frame)
+        scene.camera.keyframe_insert("rotation_euler", frame=frame)
+        scene.camera.data.keyframe_insert("lens", frame=frame)
+    scene.frame_set(1)
+
+
+@pytest.mark.stability(74)
+@pytest.mark.parametrize(
+    ("shutter", "position", "steps", "curve"),
+    [
+        (1.0, "CENTER", 1, (1.0, 1.0, 1.0)),
+        (0.8, "START", 2, (1.0, 1.0, 1.0)),
+        (0.8, "END", 1, (0.0, 0.3, 1.0)),
+        (0.0, "CENTER", 1, (1.0, 1.0, 1.0)),
+    ],
+)
+def test_moving_cameras(
+    scene, quads, cycles_mean, export, device, shutter, position, steps, curve
+) -> None:
+    moving(scene)
+    render, camera = scene.render, scene.camera
+    render.motion_blur_shutter, render.motion_blur_position = shutter, position
+    camera.cycles.motion_steps = steps
+    for point, height in zip(render.motion_blur_shutter_curve.curves[0].points, curve, strict=True):
+        point.location[1] = height
+    render.motion_blur_shutter_curve.update()
+    compare(cycles_mean, export, device)
+    assert scene.frame_current == 1 and scene.frame_subframe == 0.0
+
+
+def test_a_camera_that_blurs_nothing(scene, quads, export) -> None:
+    """Still, or told to be, as of the middle of the exposure."""
+    scene.render.use_motion_blur, scene.render.motion_blur_position = True, "START"
+    assert export()[0].camera.motion is None
+    moving(scene)
+    scene.camera.cycles.use_motion_blur = False
+    scene.render.motion_blur_shutter = 2.0
+    exported = export()[0].camera
+    assert exported.motion is None
+    scene.frame_set(2)
+    np.testing.assert_allclose(exported.matrix, scene.camera.matrix_world, atol=1e-6)

@@ -63,8 +63,13 @@ def test_sky_texture_is_named(scene, export) -> None:
 
 
 def test_scene_wide_features_are_named(scene, export) -> None:
+    """Rolling Shutter and Overscan among them, which are no part of the picture."""
     scene.render.use_motion_blur = True
-    assert "Motion Blur" in [e.feature for e in export()[1].of("ignored")]
+    scene.cycles.rolling_shutter_type = "TOP"
+    scene.eevee.use_overscan = True
+    report = export()[1]
+    assert [e.feature for e in report.of("approximated")] == ["Motion Blur"]
+    assert [e.feature for e in report.of("ignored")] == ["Rolling Shutter", "Overscan"]
 
 
 def test_sample_clamping_is_named(scene, export) -> None:

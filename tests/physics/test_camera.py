@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from addon.photon.eye.camera import between
 from addon.photon.eye.samples import pixel_jitter
 from addon.photon.renderer import NO_DEPTH
-from addon.photon.scene import Camera, Lens, Scene
+from addon.photon.scene import Camera, Lens, Motion, Scene
 from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.measure import render, rendered
-from tests.scenes import Builder, closed_sphere, orthographic
+from tests.scenes import Builder, closed_sphere, orthographic, plain_light
 
 
 def half_plane() -> Scene:
@@ -209,3 +210,40 @@ def test_panoramas_look_where_they_say(device: Device, kind: str) -> None:
     np.testing.assert_allclose(images["Depth"][inside], 1.0, atol=2e-3)
     assert (images["Depth"][~inside] == NO_DEPTH).all()
     assert (images["Combined"][~inside] == (0, 0, 0, 1)).all()
+
+
+def test_cameras_turn_evenly() -> None:
+    """A quarter of a rotation about one axis, and of half a turn, whose axis has two signs."""
+    for degrees in (0.0, 90.0, 180.0):
+        matrices = np.stack([np.eye(4)] * 2)
+        matrices[1, :3, :3] = about_x(degrees)
+        matrices[1, :3, 3] = 4.0, 0.0, -2.0
+        quarter = between(matrices, 0.25)
+        np.testing.assert_allclose(quarter[:3, 3], (1.0, 0.0, -0.5))
+        signs = [about_x(sign * degrees / 4) for sign in (1, -1)[: 1 + (degrees == 180)]]
+        assert min(np.abs(quarter[:3, :3] - turned).max() for turned in signs) < 1e-12
+        np.testing.assert_allclose(between(matrices, 1.0), matrices[1], atol=1e-12)
+
+
+def about_x(degrees: float) -> Any:
+    sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    return np.array([[1, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
+
+
+@pytest.mark.stability(74)
+@pytest.mark.parametrize("estimator", ["splat", "gather"])
+def test_an_edge_passes_by(device: Device, estimator: str) -> None:
+    """A camera that goes by four pixels: the edge's light is a ramp, by photons as well."""
+    scene = half_plane()
+    matrices = np.stack([scene.camera.matrix] * 2)
+    matrices[1, 0, 3] += 4.0
+    light = plain_light("lamp", "POINT", (-30, 0, 40), (1e5,) * 3)
+    scene = replace(scene, camera=replace(scene.camera, motion=Motion(matrices)), lights=(light,))
+    settings: dict[str, Any] = {"width": 16, "height": 4, "passes": 256, "transparent": True}
+    settings |= {"direct_by_photons": True, "photons": 4000, "radius": 8.0}
+    images = render(device, scene, estimator=estimator, **settings)
+    expected = 1 - np.clip((np.arange(-8, 8, 1 / 64) + 4 + 1 / 128) / 4, 0, 1)
+    expected = expected.reshape(16, 64).mean(axis=1)
+    np.testing.assert_allclose(images["Combined"][..., 3].mean(axis=0), expected, atol=0.015)
+    light = images["Combined"][..., 0].mean(axis=0)
+    np.testing.assert_allclose(light[4:8] / light[2], expected[4:8], atol=0.06)

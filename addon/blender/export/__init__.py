@@ -6,11 +6,12 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ...photon.scene import Light, Scene
+from ...photon.scene import Camera, Light, Scene
 from .camera import export_camera
 from .geometry import Geometry, note_visibility
 from .lights import export_light
 from .materials import MaterialTable
+from .motion import FrameSet, Shutter, with_motion
 from .report import Entry, Notes, Report
 from .shaders import SpecularModel
 from .world import export_world, note_scene
@@ -22,16 +23,34 @@ def snapshot(
     depsgraph: bpy.types.Depsgraph,
     camera: bpy.types.Object | None = None,
     model: SpecularModel = SpecularModel.GGX,
+    frame_set: FrameSet | None = None,
 ) -> tuple[Scene, Report]:
     """Copy the evaluated scene out of Blender; nothing of the result refers to Blender's memory.
 
-    `camera` replaces the scene's; `model` is what glossy shaders become. Raises SceneError if the
-    scene cannot be rendered at all.
+    `camera` replaces the scene's; `model` is what glossy shaders become; `frame_set` evaluates the
+    scene at another time: without it nothing moves. Raises SceneError if the scene cannot be
+    rendered at all.
     """
     notes = Notes()
     scene = depsgraph.scene_eval
-    view_layer = depsgraph.view_layer_eval
     exported_camera = export_camera(camera or scene.camera, depsgraph, notes)
+    if not (frame_set and scene.render.use_motion_blur):
+        return _snapshot(exported_camera, depsgraph, model, notes)
+    shutter = Shutter(scene, frame_set)
+    try:
+        seen = camera or scene.camera
+        exported_camera = with_motion(exported_camera, seen, depsgraph, shutter, notes)
+        return _snapshot(exported_camera, depsgraph, model, notes)
+    finally:
+        shutter.leave()
+
+
+def _snapshot(
+    camera: Camera, depsgraph: bpy.types.Depsgraph, model: SpecularModel, notes: Notes
+) -> tuple[Scene, Report]:
+    """As snapshot, of what stands still."""
+    scene = depsgraph.scene_eval
+    view_layer = depsgraph.view_layer_eval
     note_scene(scene, view_layer, notes)
     materials = MaterialTable(notes, model, view_layer.material_override)
     geometry = Geometry()
@@ -54,7 +73,7 @@ def snapshot(
     world = getattr(view_layer, "world_override", None) or scene.world
     lights += export_world(world, notes)
     exported = Scene(
-        camera=exported_camera,
+        camera=camera,
         lights=tuple(lights),
         materials=tuple(materials.materials),
         surfaces=tuple(geometry.surfaces),

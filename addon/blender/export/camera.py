@@ -25,7 +25,7 @@ SMALLEST_F_STOP = 1e-5  # Cycles'
 def export_camera(
     camera: bpy.types.Object | None, depsgraph: bpy.types.Depsgraph, notes: Notes
 ) -> Camera:
-    """Return the camera as the renderer needs it; raise SceneError if there is none."""
+    """Return the camera as it is at the current frame; raise SceneError if there is none."""
     scene = depsgraph.scene_eval
     if camera is None:
         raise SceneError(f"Scene '{scene.name}' has no camera")

@@ -81,7 +81,11 @@ def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: N
             detail = f"what is brighter than {most:g} stays so"
             notes.ignored(name, f"Clamp {kind.capitalize()}", detail)
     if scene.render.use_motion_blur:
-        notes.ignored(name, "Motion Blur", "everything stands still within a frame")
+        notes.approximated(name, "Motion Blur", "only the camera moves within a frame")
+        if getattr(cycles, "rolling_shutter_type", "NONE") != "NONE":
+            notes.ignored(name, "Rolling Shutter", "all rows are exposed at once")
+    if getattr(getattr(scene, "eevee", None), "use_overscan", False):
+        notes.ignored(name, "Overscan", "it is EEVEE's")
     if scene.render.use_freestyle and view_layer.use_freestyle:
         notes.ignored(name, "Freestyle", "no lines are drawn")
     for layer in _collections(view_layer.layer_collection):

@@ -18,7 +18,7 @@ from ..settings import Region, Settings
 from ..stage.geometry import Frame
 from ..stage.kinds import camera_kinds
 from ..stage.needs import SceneNeeds
-from .samples import pixel_jitter
+from .samples import instant, pixel_jitter
 
 _FAR = 1.0e37  # clip distances beyond float32's use
 _SHARP = 1.0e15  # squares of focus distances beyond it are no float32
@@ -41,6 +41,9 @@ class EyeCamera:
         self.kernel = EyeRays(device, layer, needs.camera_defines, made=needs.made)
         self._matrix = np.array(camera.matrix, np.float64)
         self._matrix[:3, 3] = frame.points(self._matrix[:3, 3])
+        if camera.motion:
+            self._matrices = camera.motion.matrices.copy()
+            self._matrices[:, :3, 3] = frame.points(self._matrices[:, :3, 3])
         self._is_orthographic = camera.kind == "ORTHO"
         unit = frame.scale if self._is_orthographic else 1.0
         self._window = tuple(edge / unit for edge in camera.window)
@@ -59,7 +62,8 @@ class EyeCamera:
 
     def send(self, index: int, region: Region, origin: Stream, direction: Stream) -> View:
         """Send one ray of a pass through each pixel of a region; where points project then."""
-        settings, window = self._settings, self._window
+        settings = self._settings
+        matrix, window = self._at(index)
         x0, y0, x1, y1 = region
         jitter = pixel_jitter(settings, index)
         self.kernel.run(
@@ -67,7 +71,7 @@ class EyeCamera:
             uniforms=self._uniforms
             | ({"pass_index": index} if self._camera.lens else {})
             | {
-                "camera": _column_major(self._matrix),
+                "camera": _column_major(matrix),
                 "window": window,
                 "frame_size": (settings.width, settings.height),
                 "region_origin": (x0, y0),
@@ -84,7 +88,7 @@ class EyeCamera:
             bottom + v0 * dv,
             bottom + (v0 + y1 - y0) * dv,
         )
-        world_to_camera = _column_major(np.linalg.inv(self._matrix))
+        world_to_camera = _column_major(np.linalg.inv(matrix))
         return View(world_to_camera, window, self._is_orthographic)
 
     def footprint(self) -> tuple[float, list[float] | None]:
@@ -102,6 +106,15 @@ class EyeCamera:
             "view_axis": tuple(map(float, -self._matrix[:3, 2])),
         }
 
+    def _at(self, index: int) -> tuple[NDArray[np.float64], tuple[float, ...]]:
+        """Where the camera is at a pass's instant, and its window."""
+        motion = self._camera.motion
+        if not motion:
+            return self._matrix, self._window
+        time = instant(self._settings, index, motion.shutter)
+        zoom = float(np.interp(time, (0.0, 0.5, 1.0), motion.zooms))
+        return between(self._matrices, time), tuple(edge * zoom for edge in self._window)
+
     def _middle_angle(self) -> float:
         """Between the rays of two neighbouring pixels in the middle of the picture [rad]."""
         x, y = self._settings.width // 2, self._settings.height // 2
@@ -113,6 +126,38 @@ class EyeCamera:
         for ray in rays:
             ray.release()
         return float(np.linalg.norm(first - second))
+
+
+def between(matrices: NDArray[np.float64], time: float) -> NDArray[np.float64]:
+    """One of rigid motions (S, 4, 4) at even instants, at a time in [0, 1]: it goes straight, and
+    turns evenly about one axis, from each to the next."""
+    place = time * (len(matrices) - 1)
+    first = matrices[int(place)]
+    last = matrices[min(int(place) + 1, len(matrices) - 1)]
+    part = place - int(place)
+    result: NDArray[np.float64] = first + part * (last - first)
+    result[:3, :3] = _turned(last[:3, :3] @ first[:3, :3].T, part) @ first[:3, :3]
+    return result
+
+
+def _turned(rotation: NDArray[np.float64], part: float) -> NDArray[np.float64]:
+    """A part of a rotation (Rodrigues)."""
+    skew = (rotation - rotation.T) / 2.0
+    axis = np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
+    sine, cosine = float(np.linalg.norm(axis)), (float(np.trace(rotation)) - 1.0) / 2.0
+    angle = np.arctan2(sine, cosine)
+    if sine > 1e-12:
+        cross = skew / sine
+    elif cosine > 0.0:
+        return np.eye(3)
+    else:  # half a turn, about the axis that it keeps
+        column = int(np.argmax(np.diag(rotation)))
+        kept = rotation[:, column] + np.eye(3)[column]
+        x, y, z = kept / np.linalg.norm(kept)
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    angle *= part
+    turned: NDArray[np.float64] = np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+    return np.eye(3) + turned
 
 
 def _column_major(matrix: NDArray[np.float64]) -> tuple[float, ...]:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is rendered: plain values, no Blender, no device."""
 
-from .camera import Camera, Lens
+from .camera import Camera, Lens, Motion
 from .values import (
     BLACK,
     FOUND_BY,
@@ -29,6 +29,7 @@ __all__ = [
     "Light",
     "Lobe",
     "Material",
+    "Motion",
     "Scene",
     "phong",
     "point_light",

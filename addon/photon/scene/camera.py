@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,25 @@ class Lens:
 
 
 @dataclass(frozen=True)
+class Motion:
+    """Where a camera is while its shutter is open."""
+
+    matrices: NDArray[np.float64]  # (S, 4, 4) at even instants, the first and the last included
+    # The window's size at the first, middle and last instant, over what it is.
+    zooms: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    shutter: tuple[float, ...] = ()  # how open it is, at even instants; (): all the time the same
+
+    def check(self) -> None:
+        """Raise SceneError naming the first value out of its range."""
+        shape = self.matrices.shape
+        if len(shape) != 3 or shape[0] < 1 or shape[1:] != (4, 4):
+            raise SceneError(f"scene.camera.motion.matrices: expected (S, 4, 4), got {shape}")
+        check_finite("scene.camera.motion.matrices", self.matrices)
+        check_finite("scene.camera.motion.zooms", self.zooms, 1e-9)
+        check_finite("scene.camera.motion.shutter", self.shutter, 0.0)
+
+
+@dataclass(frozen=True)
 class Camera:
     """A camera of one of the kinds of glsl/cameras that looks along its local -Z with +Y up.
 
@@ -48,11 +68,27 @@ class Camera:
     clip_end: float = np.inf  # [m]
     parameters: Mapping[str, float] = field(default_factory=dict)
     lens: Lens | None = None  # of a pinhole: none
+    motion: Motion | None = None  # None: it stands still
 
     @property
     def is_panorama(self) -> bool:
         """Whether it sees in directions that no plane shows."""
         return self.kind not in ("PERSP", "ORTHO")
+
+    @staticmethod
+    def read(values: Mapping[str, Any]) -> Camera:
+        """The camera of a snapshot's JSON; raises whatever a malformed one leads to."""
+        read = dict(values, matrix=np.array(values["matrix"], np.float64))
+        read["window"] = tuple(map(float, values["window"]))
+        if values.get("lens"):
+            read["lens"] = Lens(**values["lens"])
+        if motion := values.get("motion"):
+            read["motion"] = Motion(
+                np.array(motion["matrices"], np.float64),
+                tuple(motion["zooms"]),
+                tuple(motion["shutter"]),
+            )
+        return Camera(**read)
 
     def check(self) -> None:
         """Raise SceneError naming the first value out of its range."""
@@ -73,3 +109,5 @@ class Camera:
             check_finite(f"scene.camera: {name}", value)
         if self.lens:
             self.lens.check()
+        if self.motion:
+            self.motion.check()

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SceneError
-from .camera import Camera, Lens
+from .camera import Camera
 from .checks import check_finite
 
 SNAPSHOT_VERSION = 3
@@ -299,12 +299,8 @@ def _read(data: Any) -> Scene:
     background = tuple(header.get("background", BLACK))  # before version 3
     if any(background):
         lights += (world_light("World", background),)
-    camera = dict(header["camera"], matrix=np.array(header["camera"]["matrix"], np.float64))
-    camera["window"] = tuple(map(float, camera["window"]))
-    if camera.get("lens"):
-        camera["lens"] = Lens(**camera["lens"])
     return Scene(
-        camera=Camera(**camera),
+        camera=Camera.read(header["camera"]),
         lights=lights,
         materials=tuple(read_material(_tuples(m)) for m in header["materials"]),
         surfaces=tuple(header["surfaces"]),
