@@ -8,7 +8,9 @@ from typing import Any
 
 import bpy
 
+from ..photon.stage.kinds import camera_kinds
 from .engine import COMPONENTS, LIGHTING, PhotonStreamEngine
+from .export.camera import panorama_of
 from .session import SESSION
 
 ENGINE = PhotonStreamEngine.bl_idname
@@ -124,6 +126,30 @@ class RENDER_PT_photon_stream_film(_Panel, bpy.types.Panel):
                 col.prop(cycles, "filter_width", text="Width")
 
 
+class RENDER_PT_photon_stream_motion_blur(_Panel, bpy.types.Panel):
+    bl_label = "Motion Blur"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.render, "use_motion_blur", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.split_layout()
+        render, camera = context.scene.render, context.scene.camera
+        layout.active = render.use_motion_blur
+        col = layout.column()
+        col.prop(render, "motion_blur_position", text="Position")
+        col.prop(render, "motion_blur_shutter")
+        steps = getattr(camera, "cycles", None)  # whose settings of the camera it shares
+        if steps:
+            row = layout.column(align=True, heading="Camera Steps").row(align=True)
+            row.prop(steps, "use_motion_blur", text="")
+            sub = row.row()
+            sub.active = steps.use_motion_blur
+            sub.prop(steps, "motion_steps", text="")
+        layout.template_curve_mapping(render, "motion_blur_shutter_curve")
+
+
 class RENDER_PT_photon_stream_performance(_Panel, bpy.types.Panel):
     bl_label = "Performance"
     bl_options = {"DEFAULT_CLOSED"}
@@ -203,6 +229,26 @@ class VIEWLAYER_PT_photon_stream_passes(_Panel, bpy.types.Panel):
             col.prop(view_layer.photon_stream, flag)
 
 
+class DATA_PT_photon_stream_panorama(_Panel, bpy.types.Panel):
+    bl_label = "Panorama"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.camera and context.camera.type == "PANO" and super().poll(context)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        col = self.split_layout().column()
+        properties = panorama_of(context.camera)
+        col.prop(properties, "panorama_type")
+        kind = camera_kinds().get(properties.panorama_type.lower())
+        if kind is None:
+            col.label(text="Photon Stream does not render this kind", icon="ERROR")
+        for name in kind.parameters if kind else ():
+            if not name.startswith("sensor_"):  # the sensor's, as the camera's panel has it
+                col.prop(properties, name)
+
+
 class DATA_PT_photon_stream_light(_Panel, bpy.types.Panel):
     bl_label = "Light"
     bl_context = "data"
@@ -258,10 +304,12 @@ CLASSES = (
     RENDER_PT_photon_stream_photons,
     RENDER_PT_photon_stream_light_paths,
     RENDER_PT_photon_stream_film,
+    RENDER_PT_photon_stream_motion_blur,
     RENDER_PT_photon_stream_performance,
     RENDER_PT_photon_stream_simplify,
     RENDER_PT_photon_stream_report,
     VIEWLAYER_PT_photon_stream_passes,
+    DATA_PT_photon_stream_panorama,
     DATA_PT_photon_stream_light,
     DATA_PT_photon_stream_spot,
 )

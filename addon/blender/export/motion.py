@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import replace
 
 import bpy
@@ -68,6 +69,7 @@ def with_motion(
         seen = camera.original.evaluated_get(depsgraph)
         matrices.append(rigid(np.array(seen.matrix_world, np.float64), name, notes))
         windows.append(window_of(seen, depsgraph))
+    note_moving(depsgraph, shutter, notes)
     shutter.go(0.5)
     middle = steps // 2
     standing = replace(exported, matrix=matrices[middle])
@@ -89,3 +91,37 @@ def steps_of(camera: bpy.types.Object) -> int:
     if not getattr(cycles, "use_motion_blur", True):
         return 1
     return int((2 << (max(1, getattr(cycles, "motion_steps", 1)) - 1)) + 1)
+
+
+def note_moving(depsgraph: bpy.types.Depsgraph, shutter: Shutter, notes: Notes) -> None:
+    """Write down what else moves while the shutter is open."""
+    shutter.go(0.0)
+    first = dict(_places(depsgraph))
+    shutter.go(1.0)
+    for key, (owner, place) in _places(depsgraph):
+        if key not in first or first[key][1] != place:
+            notes.ignored(owner, "Motion Blur", "it stands still, as in the middle of the exposure")
+
+
+def _places(depsgraph: bpy.types.Depsgraph) -> Iterator[tuple[Hashable, tuple[str, bytes]]]:
+    """Yield whatever Cycles would blur, by what tells it apart: who it is, and where its points
+    are, as far as Cycles would look."""
+    for instance in depsgraph.object_instances:  # its items do not outlive an iteration
+        obj = instance.object
+        owner = instance.parent if instance.is_instance else obj
+        cycles = getattr(owner, "cycles", None)
+        if not instance.show_self or not getattr(cycles, "use_motion_blur", True):
+            continue
+        place = np.array(instance.matrix_world, np.float32).tobytes()
+        if (
+            obj.type == "MESH"
+            and not instance.is_instance
+            and getattr(cycles, "use_deform_motion", True)
+        ):
+            points = np.empty(3 * len(obj.data.vertices), np.float32)
+            obj.data.vertices.foreach_get("co", points)
+            place += hashlib.blake2b(points.tobytes(), digest_size=16).digest()
+        if obj.type not in ("CAMERA", "EMPTY", "ARMATURE"):
+            kind = "Light" if obj.type == "LIGHT" else "Object"
+            key = obj.name, owner.name, tuple(instance.persistent_id)
+            yield key, (f"{kind} '{owner.name}'", place)
