@@ -27,6 +27,7 @@ class Tracer:
         photons: int,
         bounces: int,
         first_hits: bool,
+        directions: bool,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], int]: ...
     def cuts(
         self,
@@ -86,6 +87,7 @@ class PhotonMap:
         origin: Sequence[float],
         cell_size: float,
         cells: tuple[int, int, int],
+        directions: bool = False,
     ) -> None: ...
     def gather(
         self,
@@ -96,6 +98,18 @@ class PhotonMap:
         shrink: float,
         filter: str,
     ) -> NDArray[np.float32]: ...
+    def gather_gloss(
+        self,
+        place: NDArray[np.float32],
+        facing: NDArray[np.float32],
+        cuts: NDArray[np.float32],
+        gathered: NDArray[np.float32],
+        lobe: NDArray[np.float32],
+        peak: NDArray[np.float32],
+        radii: RadiusField,
+        shrink: float,
+        filter: str,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
 
 def radius_grids(sample: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]: ...
 def radius_grids_about(boxes: NDArray[np.uint32]) -> tuple[NDArray[np.float32], float]: ...

@@ -19,9 +19,11 @@ import numpy as np
 from ..streams import TABLE_WIDTH
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film.strips import strips_of
+from .photons.native_photon_mapper import knows_lobes
 from .photons.photon_mapper import pilot_photons
 from .scene import Scene
 from .settings import Settings
+from .stage.gathered import can_gather, send_rays
 from .stage.needs import MOST_LOBES
 from .stage.tables import is_seen
 from .ways.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool
@@ -66,6 +68,7 @@ class Budget:
         self._tangents = TANGENTS if len(scene.corner_tangents) else 0
         used = np.bincount(scene.material, minlength=len(scene.materials))
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
+        self._can_gather = can_gather(scene, settings, self._materials)
         self._strip = strips_of(settings.frame_region, way.strip_pixels)[0].size
         self._pools = way.sizes.pools(free_host_memory())
         self.check()
@@ -133,12 +136,19 @@ class Budget:
             count += 1 + settings.boundary_correction  # cuts and coverage
             count += 2 * (settings.estimator == "splat")  # reach, and a part of the splats
             if self._has_mirrors or settings.estimator != "splat":
-                count += sizes.gather_textures
+                kinds = {lobe.kind for m in self._materials for lobe in m.lobes if lobe.reflects}
+                known = knows_lobes(self._lobes, kinds)
+                count += sizes.gather_textures(self._gathers_lobes, known)
         return count
 
     @cached_property
     def _has_mirrors(self) -> bool:
-        return self._settings.mirror_depth > 0 and self._lobes > 0
+        sends_rays = not self._gathers_lobes or any(map(send_rays, self._materials))
+        return self._settings.mirror_depth > 0 and self._lobes > 0 and sends_rays
+
+    @cached_property
+    def _gathers_lobes(self) -> bool:
+        return self._has_photons and self._can_gather
 
     @cached_property
     def _has_emitters(self) -> bool:
@@ -164,8 +174,8 @@ class Budget:
         """How often a photon lands; before it is known, as if all walls were the brightest."""
         if known is not None:
             return known
-        diffuse = [m for m in self._materials if m.is_diffuse]
-        albedo = max((np.mean(m.head_on()) for m in diffuse), default=0.0)
+        gather = [m for m in self._materials if m.is_diffuse or self._can_gather]
+        albedo = max((np.mean(m.head_on()) for m in gather), default=0.0)
         bounces = self._settings.photon_bounces
         several = float(np.sum(albedo ** np.arange(1, bounces + 1)))
         return min(several, MOST_GUESSED) + float(self._settings.direct_by_photons)

@@ -140,7 +140,7 @@ class _Preparation:
             self._own.append(splat.release)
         if not splat or needs.secondary_rays:
             kinds = [False] * (not splat) + [True] * needs.secondary_rays
-            grid = way.photon_grid(stage.mesh, settings, kinds)
+            grid = way.photon_grid(stage.mesh, settings, needs, kinds)
             self._own.append(grid.release)
         with self._phases.timed("radius"):
             if settings.radius:

@@ -19,6 +19,7 @@ from .kernels.emitted import Emitted
 from .kernels.eye_rays import EyeRays
 from .kernels.gather import Gather
 from .kernels.generator import Generator
+from .kernels.plain_lobe import PlainLobe
 from .kernels.projector import Projector
 from .kernels.reach import Reach
 from .kernels.reflector import Reflector
@@ -28,16 +29,14 @@ from .kernels.splat import Splat
 from .kernels.tracer import Tracer
 from .photons.bounces import Bounces, declarations
 from .photons.device_radii import DECLARATIONS
-from .settings import FILTER_DEFINES, Filter, SplatShape
+from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
 from .stage.kinds import camera_kinds, light_kinds, lobe_kinds, made_camera
 from .stage.needs import MOST_LOBES, MOST_SHADOW_RAYS, SceneNeeds
 from .stage.tables import LightFlux
 
 # Those that no define changes.
 PLAIN: tuple[type[Kernel], ...] = (
-    Projector,
     Cuts,
-    Blur,
     Accumulate,
     AccumulateTwo,
     AccumulateBatches,
@@ -71,7 +70,8 @@ COMPUTE = (
 def needs() -> Iterator[SceneNeeds]:
     """Every kind of scene, as far as programs tell them apart: no lobes, each kind alone and all
     together, one of them at a point or two, with tangents and without; each kind of light alone and
-    all together; lights that are all asked, and lights that are drawn."""
+    all together; lights that are all asked, and lights that are drawn; lobes that send
+    rays, and lobes that gather photons."""
     lights = [frozenset({kind}) for kind in light_kinds()]
     lobes = [frozenset({kind}) for kind in lobe_kinds()]
     all_lights, all_lobes = frozenset(light_kinds()), frozenset(lobe_kinds())
@@ -80,9 +80,13 @@ def needs() -> Iterator[SceneNeeds]:
             yield _needs(0, frozenset(), of_lights, drawn)
         for of_lobes in (*lobes, all_lobes):
             for count in range(1, MOST_LOBES + 1):
-                yield _needs(count, of_lobes, all_lights, drawn)
-                if any("turn" in lobe_kinds()[kind].parameters for kind in of_lobes):
-                    yield replace(_needs(count, of_lobes, all_lights, drawn), tangents=True)
+                scene = _needs(count, of_lobes, all_lights, drawn)
+                turns = any("turn" in lobe_kinds()[kind].parameters for kind in of_lobes)
+                for tangents in (False, True)[: 1 + turns]:
+                    yield replace(scene, tangents=tangents)
+                    for weighed in {scene.weighed, False}:  # no rays are, where all lobes gather
+                        gathering = replace(scene, gathered_lobes=True, weighed=weighed)
+                        yield replace(gathering, tangents=tangents)
 
 
 def _needs(
@@ -131,9 +135,16 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     for scene in needs():
         for kernel in (Generator, LightFlux):
             yield kernel, {}, scene.made
-        for kernel in (Shade, Reflector):
+        for kernel in (Shade, Projector, Reflector):
             yield kernel, scene.photon_defines, scene.made
-        yield Shade, scene.eye_defines, scene.made
+        for kernel in (Shade, Blur):
+            yield kernel, scene.eye_defines, scene.made
+        if scene.gathered_lobes:
+            yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
+            yield PlainLobe, scene.gather_defines, scene.made
+        for kernel in (CombinePrimary, CombineMirror):
+            for emitters in ({}, scene.emitter_defines):
+                yield kernel, {**emitters, **scene.gather_defines}, {}
         if scene.lobes:
             yield Scatter, scene.eye_defines, scene.made
         yield Emitted, scene.direct_defines, scene.made

@@ -31,7 +31,8 @@ class HostKernel(Kernel):
         tables: Mapping[str, Any],
         uniforms: Mapping[str, Any],
     ) -> Any:
-        """The one output from the inputs, float32 (h, w, 4); tables are what the host reads."""
+        """The output from the inputs, float32 (h, w, 4), or a tuple of several; tables are what the
+        host reads."""
 
     def _launch(
         self,
@@ -40,14 +41,16 @@ class HostKernel(Kernel):
         uniforms: Mapping[str, Any],
         count: bool,
     ) -> Callable[[], int]:
-        """As Kernel's; what counts are the elements that are not zero, and there is no wait."""
+        """As Kernel's; what counts are the elements of the first output that are not zero, and
+        there is no wait."""
         self._check_bindings(streams, tables, uniforms)
         self.launches += 1
         inputs = {name: streams[name].download() for name in self.inputs}
-        output = self.compute(inputs, tables, uniforms)
-        (name,) = self.outputs
-        streams[name].upload(output)
-        alive = int(output.any(axis=-1).sum()) if count else 0
+        found = self.compute(inputs, tables, uniforms)
+        outputs = found if isinstance(found, tuple) else (found,)
+        for name, output in zip(self.outputs, outputs, strict=True):
+            streams[name].upload(output)
+        alive = int(outputs[0].any(axis=-1).sum()) if count else 0
         return lambda: alive
 
     @staticmethod

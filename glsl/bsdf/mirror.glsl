@@ -15,4 +15,6 @@ vec3 sample_mirror(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, 
 
 vec3 albedo_mirror(Lobe lobe, Shape shape, float cosine) { return lobe.colour; }
 
+float roughness_mirror(Lobe lobe, Shape shape) { return 0.0; }
+
 vec3 exchanged_mirror(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

@@ -33,4 +33,7 @@ vec3 sample_phong(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, o
 // No more than this: what would go below the surface is lost.
 vec3 albedo_phong(Lobe lobe, Shape shape, float cosine) { return lobe.colour; }
 
+// Of microfacets about as broad.
+float roughness_phong(Lobe lobe, Shape shape) { return sqrt(sqrt(2.0 / (shape.parameters.x + 2.0))); }
+
 vec3 exchanged_phong(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

@@ -19,6 +19,10 @@ void kernel() {
         weight = mean(throughput * diffuse);
         seen += load_direct().radiance;
         indirect = diffuse / PI * load_irradiance().irradiance;
+#ifdef GATHERED_LOBES
+        weight += mean(throughput) * load_gathered().albedo;
+        indirect += load_gloss().radiance;
+#endif
     }
     store_total(Radiance(sum.radiance + throughput * seen, sum.alpha + weight));
     store_indirect_total(

@@ -13,6 +13,10 @@ void kernel() {
     float weight = seen ? mean(diffuse) : 0.0;
     float coverage = load_coverage().share;
     vec3 indirect = seen ? diffuse / PI * load_irradiance().irradiance : vec3(0.0);
+#ifdef GATHERED_LOBES
+    if (seen) indirect += load_gloss().radiance;
+    if (seen) weight += load_gathered().albedo;
+#endif
     store_direct_seen(Radiance(seen ? load_direct().radiance : vec3(0.0), weight));
     store_indirect_seen(Radiance(indirect, weight * coverage));
     vec3 background = vec3(0.0);

@@ -88,7 +88,7 @@ vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, vec2 u, float radius) {
 
 void kernel() {
     Place place = load_place();
-    if (!is_place(place) || !is_diffuse(load_diffuse())) skip();
+    if (!is_place(place) || !gathers(load_diffuse())) skip();
     Facing facing = load_facing();
     vec3 normal = facing.normal;
     int triangle = int(load_shading().triangle);

@@ -12,7 +12,7 @@
 
 void kernel() {
     Place place = load_place();
-    if (!is_place(place) || !is_diffuse(load_diffuse())) skip();
+    if (!is_place(place) || !gathers(load_diffuse())) skip();
     Facing facing = load_facing();
     float radius = radius_at(place.position, facing.normal);
     if (!(radius > 0.0)) skip();

@@ -4,9 +4,56 @@
 #include "lib/cuts.glsl"
 #include "lib/radius.glsl"
 #include "lib/place.glsl"
+#ifdef GATHERED_LOBES
+#include "lib/gathered.glsl"
 
-// The sum over photons within the radius, or the share of it that this lane adds up.
-vec4 sum_about(Place place, vec3 normal, float radius) {
+// A point's lobes that gather photons.
+struct Gatherer { float albedo; Lobe lobe0; Shape shape0; Lobe lobe1; Shape shape1; vec3 normal; vec3 to_viewer; };
+
+// By how much light from the grazing side of a smooth normal is brighter than the flux that fell, at most.
+const float MOST_BRIGHTER = 4.0;
+
+Gatherer gatherer_of(vec3 geometric) {
+    Gatherer g;
+    g.lobe0 = load_lobe0();
+    g.shape0 = load_shape0();
+    g.lobe1 = Lobe(vec3(0.0), 0.0);
+    g.shape1 = Shape(vec3(0.0), 0.0);
+#ifdef TWO_LOBES
+    g.lobe1 = load_lobe1();
+    g.shape1 = load_shape1();
+#endif
+    g.shape0.weight *= gathered_share(g.lobe0, g.shape0);
+    g.shape1.weight *= gathered_share(g.lobe1, g.shape1);
+    g.to_viewer = -load_direction().direction;
+    vec3 shading = load_shading().normal;
+    g.normal = raised_normal(shading, geometric, g.to_viewer);
+    float cosine = max(0.0, dot(g.to_viewer, shading));
+    g.albedo = 0.0;
+    if (g.shape0.weight > 0.0) g.albedo += mean(albedo_lobe(g.lobe0, g.shape0, cosine));
+    if (g.shape1.weight > 0.0) g.albedo += mean(albedo_lobe(g.lobe1, g.shape1, cosine));
+    return g;
+}
+
+// What the lobes send on to the viewer of a photon's flux [1/sr]. The flux fell on the geometric normal, and
+// lobes are about the shading normal: the quotient of cosines is what a ray of theirs would weigh.
+vec3 gathered_bsdf(Gatherer g, vec3 geometric, vec3 to_light) {
+    float cosine = dot(to_light, g.normal), fell = dot(to_light, geometric);
+    if (cosine <= 0.0 || fell <= 0.0) return vec3(0.0);
+    vec3 value = vec3(0.0);
+    if (g.shape0.weight > 0.0) value = eval_lobe(g.lobe0, g.shape0, g.normal, g.to_viewer, to_light);
+    if (g.shape1.weight > 0.0) value += eval_lobe(g.lobe1, g.shape1, g.normal, g.to_viewer, to_light);
+    return value * min(cosine / fell, MOST_BRIGHTER);
+}
+#endif
+
+// Sums over photons within the radius, or the shares of them that this lane adds up.
+struct Sums { vec4 irradiance; vec4 gloss; };
+#ifndef GATHERED_LOBES
+struct Gatherer { float albedo; };
+#endif
+
+Sums sums_about(Place place, vec3 normal, float radius, Gatherer gatherer) {
     float inverse_r2 = 1.0 / (radius * radius);
     // The margin covers the rounding of photons to cells.
     vec3 reach = vec3(radius * 1.00001 + 1.0e-7);
@@ -16,7 +63,7 @@ vec4 sum_about(Place place, vec3 normal, float radius) {
     high = min(high, grid_cells - 1);
     Cuts cuts = load_cuts();
     vec3 first = cut_in_space(cuts.first, normal), second = cut_in_space(cuts.second, normal);
-    vec4 irradiance = vec4(0.0);
+    Sums sums = Sums(vec4(0.0), vec4(0.0));
     for (int z = low.z; z <= high.z; z++) {
         for (int y = low.y; y <= high.y; y++) {
             int row = (z * grid_cells.y + y) * grid_cells.x;
@@ -27,20 +74,40 @@ vec4 sum_about(Place place, vec3 normal, float radius) {
                 vec3 offset = photon.xyz - place.position;
                 float d2 = dot(offset, offset);
                 if (d2 * inverse_r2 > 1.0 || dot(offset, first) > 1.0 || dot(offset, second) > 1.0) continue;
-                irradiance += photon_share(photon, photon_deposit(i), place.position, place.surface, normal, inverse_r2);
+                vec4 deposit = photon_deposit(i);
+                vec4 share = photon_share(photon, deposit, place.position, place.surface, normal, inverse_r2);
+                sums.irradiance += share;
+#ifdef GATHERED_LOBES
+                if (gatherer.albedo == 0.0 || share == vec4(0.0)) continue;
+                vec3 value = gathered_bsdf(gatherer, normal, direction_with_flux(deposit.rgb));
+                float inner = inner_filter_shape(d2 * inverse_r2);
+                sums.gloss += vec4(value * share.rgb, mean(value * deposit.rgb) * inner);
+#endif
             }
         }
     }
-    return irradiance * filter_peak(radius * radius);
+    float peak = filter_peak(radius * radius);
+    return Sums(sums.irradiance * peak, sums.gloss * peak);
 }
 
 void kernel() {
     Place place = load_place();
     vec3 normal = load_facing().normal;
     float radius = radius_at(place.position, normal);
-    vec4 irradiance = vec4(0.0);
-    if (is_place(place) && radius > 0.0) irradiance = sum_about(place, normal, radius);
-    irradiance = sum_over_lanes(irradiance);
+    Sums sums = Sums(vec4(0.0), vec4(0.0));
+#ifdef GATHERED_LOBES
+    Gatherer gatherer = gatherer_of(normal);
+#else
+    Gatherer gatherer = Gatherer(0.0);
+#endif
+    if (is_place(place) && radius > 0.0) sums = sums_about(place, normal, radius, gatherer);
+    vec4 irradiance = sum_over_lanes(sums.irradiance);
     Irradiance sum = load_sum();
     store_irradiance(Irradiance(sum.irradiance + irradiance.rgb, sum.inner + irradiance.a));
+#ifdef GATHERED_LOBES
+    vec4 gloss = sum_over_lanes(sums.gloss);
+    Gloss gloss_sum = load_gloss_sum();
+    store_gathered(Gathered(gatherer.normal, is_place(place) ? gatherer.albedo : 0.0));
+    store_gloss(Gloss(gloss_sum.radiance + gloss.rgb, gloss_sum.inner + gloss.a));
+#endif
 }

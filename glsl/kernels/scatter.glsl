@@ -5,6 +5,7 @@
 #include "lib/offset.glsl"
 #include "lib/place.glsl"
 #include "lib/lobe.glsl"
+#include "lib/gathered.glsl"
 
 // Chains that carry less than this go on by Russian roulette.
 const float ROULETTE_BELOW = 0.05;
@@ -12,7 +13,7 @@ const float ROULETTE_BELOW = 0.05;
 void kernel() {
     Place place = load_place();
     Lobe lobe = load_lobe0();
-    Shape shape = load_shape0();
+    Shape shape = shape_of_rays(lobe, load_shape0());
     if (!is_place(place)) skip();
     Facing facing = load_facing();
     Shading shading = load_shading();
@@ -22,7 +23,7 @@ void kernel() {
 #ifdef TWO_LOBES
     float cosine = max(0.0, dot(to_viewer, shading.normal));
     Lobe other = load_lobe1();
-    Shape other_shape = load_shape1();
+    Shape other_shape = shape_of_rays(other, load_shape1());
     share = share_of_first(lobe, shape, other, other_shape, cosine);
     if (u.w >= share) {
         lobe = other;

@@ -26,6 +26,13 @@ void kernel() {
     lobes.shape0 = turned_kind(lobes.lobe0, lobes.shape0, angle);
     lobes.shape1 = turned_kind(lobes.lobe1, lobes.shape1, angle);
 #endif
+#ifdef GATHERED_LOBES
+    bool has_broad = gathered_share(lobes.lobe0, lobes.shape0) + gathered_share(lobes.lobe1, lobes.shape1) > 0.0;
+    if (has_broad) diffuse = with_photons(diffuse);
+#endif
+#ifdef DIRECTIONS
+    if (gathers_some(material)) diffuse = with_photons(diffuse);
+#endif
     store_lobe0(lobes.lobe0);
     store_shape0(lobes.shape0);
 #ifdef TWO_LOBES

@@ -198,6 +198,12 @@ vec2 turned_ggx_shape(vec2 shape, float angle) {
     return vec2(shape.x, shape.y + 2.0 * (steps * TURN_STEPS + turned - rest));
 }
 
+// The roughness in the direction in which the lobe is sharpest.
+float least_ggx_roughness(vec2 shape) {
+    float steps = floor(floor(shape.y * 0.5) / TURN_STEPS);
+    return sqrt(shape.x * exp2(steps * (-1.0 / ASPECT_STEPS)));
+}
+
 // The tint in one number, 8 bits a channel.
 float pack_ggx_tint(vec3 tint) {
     vec3 q = floor(clamp(tint, 0.0, 1.0) * 255.0 + 0.5);

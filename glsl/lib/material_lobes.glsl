@@ -7,7 +7,7 @@
 // its probability, so that passes average to all. A photon has one lobe, which covers the albedo or not,
 // for the direction in which it will leave is not known yet: of a material of several such layers one is
 // chosen by chance.
-#include "lib/lobe.glsl"
+#include "lib/gathered.glsl"
 #include "lib/diffuse.glsl"
 #include "lib/rng.glsl"
 #ifdef EYE
@@ -33,6 +33,18 @@ float choice() {
 float probable_albedo(MaterialLobe l, float cosine) {
     return mean(albedo_lobe(lobe_of(l), shape_of(l, 1.0), cosine)) + 1.0e-6;
 }
+
+#ifdef DIRECTIONS
+// Whether any lobe of a material does.
+bool gathers_some(Material material) {
+    float share = 0.0;
+    for (int i = 0; i < int(material.lobes); i++) {
+        MaterialLobe l = material_lobe_at(int(material.first_lobe) + i);
+        share += gathered_share(lobe_of(l), shape_of(l, 1.0));
+    }
+    return share > 0.0;
+}
+#endif
 
 #ifdef EYE
 Lobes lobes_of(Material material, float cosine, inout Diffuse diffuse) {
@@ -80,7 +92,7 @@ Lobes lobes_of(Material material, float cosine, inout Diffuse diffuse) {
     int first = int(material.first_lobe), lobes = int(material.lobes);
     if (lobes == 0) return found;
     MaterialLobe l = material_lobe_at(first);
-    bool is_bare = is_diffuse(diffuse);
+    bool is_bare = gathers(diffuse);
     if (lobes == 1 && !(is_bare && largest(l.covered) > 0.0)) {
         found.lobe0 = lobe_of(l);
         found.shape0 = shape_of(l, 1.0);
@@ -105,7 +117,7 @@ Lobes lobes_of(Material material, float cosine, inout Diffuse diffuse) {
             found.lobe0 = lobe_of(l);
             found.shape0 = shape_of(l, own / all);
             diffuse = covered_diffuse(l.covered * (all / own));
-            if (is_bare) diffuse.flags = IS_DIFFUSE + IS_COVERED;  // others of its layers are, if not this
+            if (is_bare) diffuse.flags = GATHERS + IS_COVERED;  // others of its layers are, if not this
             return found;
         }
         left -= own;

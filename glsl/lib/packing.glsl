@@ -19,3 +19,16 @@ vec3 unpack_along(float code) {
 }
 
 vec3 unpack_direction(float code) { return normalize(unpack_along(code)); }
+
+// A flux that carries a packed direction in the last 8 bits of each channel: it keeps 16 bits, and its mean.
+// No channel is 0, whose last bits devices may take for 0.
+vec3 flux_with_direction(vec3 flux, vec3 direction) {
+    uint code = uint(pack_direction(direction));
+    uvec3 last = uvec3(code >> 16, code >> 8, code) & 0xffu;
+    return uintBitsToFloat((floatBitsToUint(max(flux, vec3(1.0e-30))) & 0xffffff00u) | last);
+}
+
+vec3 direction_with_flux(vec3 flux) {
+    uvec3 last = floatBitsToUint(flux) & 0xffu;
+    return unpack_direction(float((last.x << 16) | (last.y << 8) | last.z));
+}

@@ -7,7 +7,7 @@
 #include "lib/diffuse.glsl"
 #include "lib/offset.glsl"
 #ifdef LOBES
-#include "lib/lobe.glsl"
+#include "lib/gathered.glsl"
 #endif
 #ifdef SMOOTH
 #include "lib/terminator.glsl"
@@ -38,6 +38,14 @@ struct ShadowRay {
 
 bool is_ray(ShadowRay ray) { return largest(ray.radiance) > 0.0 || ray.lux > 0.0; }
 
+#ifdef WEIGHED
+// Of a lobe, of which rays that find the light as well have a part.
+float part_of_shadow_rays(float own, float density, Shape whole, Shape rays) {
+    float by_rays = whole.weight > 0.0 ? rays.weight / whole.weight : 0.0;
+    return 1.0 - by_rays + by_rays * (own / (own + density));
+}
+#endif
+
 // What a point reflects of a light. Where rays of a lobe may find the light as well, this is the part of
 // shadow rays by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other.
 vec3 eval_bsdf(VisiblePoint point, Light light, vec3 to_light) {
@@ -50,16 +58,19 @@ vec3 eval_bsdf(VisiblePoint point, Light light, vec3 to_light) {
     vec3 second = eval_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
 #endif
 #ifdef WEIGHED
+    Shape rays0 = shape_of_rays(point.lobe0, point.shape0);
     float own = density_of_rays_to(light, point.place.position, point.facing.normal, to_light);
     if (own > 0.0 && depth < chain_depth) {
         float share = 1.0;
 #ifdef TWO_LOBES
         float cosine = max(0.0, dot(point.to_viewer, point.shading.normal));
-        share = share_of_first(point.lobe0, point.shape0, point.lobe1, point.shape1, cosine);
+        Shape rays1 = shape_of_rays(point.lobe1, point.shape1);
+        share = share_of_first(point.lobe0, rays0, point.lobe1, rays1, cosine);
         float density1 = pdf_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
-        second *= own / (own + (1.0 - share) * density1);
+        second *= part_of_shadow_rays(own, (1.0 - share) * density1, point.shape1, rays1);
 #endif
-        first *= own / (own + share * pdf_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light));
+        float density0 = pdf_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light);
+        first *= part_of_shadow_rays(own, share * density0, point.shape0, rays0);
     }
 #endif
     value += first;

@@ -6,8 +6,9 @@ use rayon::prelude::*;
 use crate::InvalidInput;
 use crate::cuts::Cuts;
 use crate::filter::{Filter, INNER_AREA, SAME_ORIENTATION};
+use crate::gloss::Gloss;
 use crate::lanes::{COUNTING, Lanes, Row, WIDTH, widest};
-use crate::packing::unpack_direction;
+use crate::packing::{direction_with_flux, unpack_direction};
 use crate::photons::{self, Grid};
 use crate::radius::RadiusField;
 use crate::vector::from_frame;
@@ -29,14 +30,47 @@ pub struct PhotonMap {
     grid: Grid,
     cell_start: Vec<u32>,
     groups: Vec<Group>,
+    /// To the light, of each group; empty if no lobe asks.
+    directions: Vec<[Row; 3]>,
+}
+
+/// Visible points as streams: positions and surfaces (0: no point), normals, and cuts as [`crate::cuts::cuts`]
+/// writes them.
+#[derive(Clone, Copy)]
+pub struct Points<'a> {
+    pub places: &'a [[f32; 4]],
+    pub facings: &'a [[f32; 4]],
+    pub cuts: &'a [[f32; 4]],
+}
+
+/// Their lobes as streams of Gathered, PlainLobe and PlainPeak (layouts.rs).
+#[derive(Clone, Copy)]
+pub struct Lobes<'a> {
+    pub gathered: &'a [[f32; 4]],
+    pub lobes: &'a [[f32; 4]],
+    pub peaks: &'a [[f32; 4]],
+}
+
+/// How far points look, and how much photons count for them.
+#[derive(Clone, Copy)]
+pub struct Discs<'a> {
+    pub radii: &'a RadiusField,
+    pub shrink: f32,
+    pub filter: Filter,
 }
 
 impl PhotonMap {
-    /// `places` are positions and surfaces, `deposits` fluxes and packed normals.
+    /// `places` are positions and surfaces, `deposits` fluxes and packed normals; with `directions`
+    /// fluxes carry the direction to the light.
     ///
     /// # Errors
     /// As [`photons::sort`]; arrays of different lengths.
-    pub fn new(places: &[[f32; 4]], deposits: &[[f32; 4]], grid: Grid) -> Result<PhotonMap, InvalidInput> {
+    pub fn new(
+        places: &[[f32; 4]],
+        deposits: &[[f32; 4]],
+        grid: Grid,
+        directions: bool,
+    ) -> Result<PhotonMap, InvalidInput> {
         if places.len() != deposits.len() {
             return Err(InvalidInput(format!(
                 "deposits has {} rows, but places has {}",
@@ -46,31 +80,39 @@ impl PhotonMap {
         }
         let (cell_start, order) = photons::sort(places.as_flattened(), 4, &grid)?;
         let groups = order.par_chunks(WIDTH).map(|photons| Group::of(photons, places, deposits)).collect();
-        Ok(PhotonMap { grid, cell_start, groups })
+        let directions = if directions {
+            order.par_chunks(WIDTH).map(|photons| directions_of(photons, deposits)).collect()
+        } else {
+            Vec::new()
+        };
+        Ok(PhotonMap { grid, cell_start, groups, directions })
+    }
+
+    /// Whether photons have directions, if there are any.
+    pub fn has_directions(&self) -> bool {
+        self.directions.len() == self.groups.len()
     }
 
     /// The irradiance at visible points, and the channels' mean within the inner radius; zeros where
     /// there is none (glsl/kernels/gather.glsl).
-    /// `places` are positions and surfaces (0: no point), `facings` normals, `cuts` as
-    /// [`crate::cuts::cuts`] writes them; a point's radius is what `radii` says, times `shrink`.
-    #[allow(clippy::too_many_arguments)]
-    pub fn gather(
+    pub fn gather(&self, points: &Points, discs: &Discs, out: &mut [[f32; 4]]) {
+        let indices = out.par_chunks_mut(POINTS_A_TASK).enumerate();
+        indices.for_each(|(chunk, out)| gather_chunk(self, points, discs, chunk * POINTS_A_TASK, out));
+    }
+
+    /// The same, and what the points' lobes send on of the photons, likewise. The map has directions.
+    pub fn gather_gloss(
         &self,
-        places: &[[f32; 4]],
-        facings: &[[f32; 4]],
-        cuts: &[[f32; 4]],
-        radii: &RadiusField,
-        shrink: f32,
-        filter: Filter,
+        points: &Points,
+        lobes: &Lobes,
+        discs: &Discs,
         out: &mut [[f32; 4]],
+        gloss: &mut [[f32; 4]],
     ) {
-        out.par_chunks_mut(POINTS_A_TASK)
-            .zip(places.par_chunks(POINTS_A_TASK))
-            .zip(facings.par_chunks(POINTS_A_TASK))
-            .zip(cuts.par_chunks(POINTS_A_TASK))
-            .for_each(|(((out, places), facings), cuts)| {
-                gather_chunk(self, places, facings, cuts, radii, shrink, filter, out);
-            });
+        let both = out.par_chunks_mut(POINTS_A_TASK).zip(gloss.par_chunks_mut(POINTS_A_TASK)).enumerate();
+        both.for_each(|(chunk, (out, gloss))| {
+            gather_gloss_chunk(self, points, lobes, discs, chunk * POINTS_A_TASK, out, gloss);
+        });
     }
 
     /// The first and last cell along an axis that `radius` around a position may touch.
@@ -104,6 +146,19 @@ impl Group {
     }
 }
 
+/// Of photons by their numbers, eight or fewer.
+fn directions_of(photons: &[u32], deposits: &[[f32; 4]]) -> [Row; 3] {
+    let mut rows = [Row([0.0; WIDTH]); 3];
+    for (lane, &photon) in photons.iter().enumerate() {
+        let [r, g, b, _] = deposits[photon as usize];
+        let direction = direction_with_flux([r, g, b]);
+        for axis in 0..3 {
+            rows[axis].0[lane] = direction[axis];
+        }
+    }
+    rows
+}
+
 /// A visible point whose photons are summed up.
 struct Point {
     position: [f32; 3],
@@ -128,9 +183,14 @@ fn dot<L: Lanes>(a: [L; 3], b: [L; 3]) -> L {
 
 /// Over the photons about a point, the filter times flux, and the inner filter times the channels' sum, but
 /// for constants. The filter is a constant where this is called: to ask for it at each group of photons takes
-/// longer.
+/// longer. So is whether there is a lobe, for which the other four are the same but for its peak's channels.
 #[inline(always)]
-fn sums_about<L: Lanes>(map: &PhotonMap, point: &Point, filter: Filter) -> [f32; 4] {
+fn sums_about<L: Lanes>(
+    map: &PhotonMap,
+    point: &Point,
+    filter: Filter,
+    gloss: Option<&Gloss>,
+) -> [[f32; 4]; 2] {
     let is_cut = point.cuts != [0.0; 4];
     let [in_x, in_y, in_z] = point.cells;
     let r2 = point.radius * point.radius;
@@ -140,6 +200,8 @@ fn sums_about<L: Lanes>(map: &PhotonMap, point: &Point, filter: Filter) -> [f32;
     let (first, second) = (L::splat3(a), L::splat3(b));
     let (none, one) = (L::splat(0.0), L::splat(1.0));
     let (mut red, mut green, mut blue, mut inner) = (none, none, none, none);
+    let mut sent = [none; 4];
+    let peak = L::splat3(gloss.map_or([0.0; 3], Gloss::peak));
     for row_z in in_z.0..=in_z.1 {
         for row_y in in_y.0..=in_y.1 {
             let row = (row_z * map.grid.cells[1] + row_y) * map.grid.cells[0];
@@ -152,6 +214,7 @@ fn sums_about<L: Lanes>(map: &PhotonMap, point: &Point, filter: Filter) -> [f32;
             // the same side.
             for block in groups.chunks(BLOCK) {
                 let (mut r, mut g, mut b, mut i) = (none, none, none, none);
+                let mut on = [none; 4];
                 for photons in block {
                     let number = next; // of its first photon
                     next += WIDTH;
@@ -181,52 +244,105 @@ fn sums_about<L: Lanes>(map: &PhotonMap, point: &Point, filter: Filter) -> [f32;
                     g = g + flux[1] * weight;
                     b = b + flux[2] * weight;
                     let inside = near & x2.less_equal(L::splat(INNER_AREA));
-                    let weight = filter.shapes(x2 * L::splat(1.0 / INNER_AREA)).keep(inside);
-                    i = i + (flux[0] + flux[1] + flux[2]) * weight;
+                    let inner_weight = filter.shapes(x2 * L::splat(1.0 / INNER_AREA)).keep(inside);
+                    i = i + (flux[0] + flux[1] + flux[2]) * inner_weight;
+                    if let Some(gloss) = gloss {
+                        let value = gloss.eval(L::load3(&map.directions[number / WIDTH]));
+                        let weight = weight * value;
+                        on[0] = on[0] + flux[0] * weight;
+                        on[1] = on[1] + flux[1] * weight;
+                        on[2] = on[2] + flux[2] * weight;
+                        on[3] = on[3] + dot(flux, peak) * (inner_weight * value);
+                    }
                 }
                 (red, green, blue, inner) = (red + r, green + g, blue + b, inner + i);
+                if gloss.is_some() {
+                    for (sum, part) in sent.iter_mut().zip(on) {
+                        *sum = *sum + part;
+                    }
+                }
             }
         }
     }
-    [red.sum(), green.sum(), blue.sum(), inner.sum()]
+    let [sent_red, sent_green, sent_blue, sent_inner] = sent;
+    let sent = [sent_red.sum(), sent_green.sum(), sent_blue.sum(), sent_inner.sum()];
+    [[red.sum(), green.sum(), blue.sum(), inner.sum()], sent]
+}
+
+/// A point and what it looks for; None: no photon can be there.
+#[inline(always)]
+fn point_at(map: &PhotonMap, points: &Points, discs: &Discs, at: usize) -> Option<Point> {
+    let [x, y, z, surface] = points.places[at];
+    let [nx, ny, nz, _] = points.facings[at];
+    if surface == 0.0 {
+        return None;
+    }
+    let normal = [nx, ny, nz];
+    let radius = discs.radii.at([x, y, z], normal) * discs.shrink;
+    if radius <= 0.0 {
+        return None; // no normal
+    }
+    let cells = [map.reach(x, 0, radius)?, map.reach(y, 1, radius)?, map.reach(z, 2, radius)?];
+    Some(Point { position: [x, y, z], surface, normal, cuts: points.cuts[at], radius, cells })
+}
+
+#[inline(always)]
+fn sums_by_filter<L: Lanes>(
+    map: &PhotonMap,
+    point: &Point,
+    filter: Filter,
+    gloss: Option<&Gloss>,
+) -> [[f32; 4]; 2] {
+    match filter {
+        Filter::Constant => sums_about::<L>(map, point, Filter::Constant, gloss),
+        Filter::Cone => sums_about::<L>(map, point, Filter::Cone, gloss),
+        Filter::Gaussian => sums_about::<L>(map, point, Filter::Gaussian, gloss),
+        Filter::Epanechnikov => sums_about::<L>(map, point, Filter::Epanechnikov, gloss),
+    }
+}
+
+/// Sums times what they lack: the filter's peak, and a channel's factor.
+#[inline(always)]
+fn scaled(sums: [f32; 4], peak: f32, channels: [f32; 3]) -> [f32; 4] {
+    let inner = sums[3] * (peak / INNER_AREA / 3.0);
+    [sums[0] * peak * channels[0], sums[1] * peak * channels[1], sums[2] * peak * channels[2], inner]
 }
 
 widest! {
-    #[allow(clippy::too_many_arguments)]
-    fn gather_chunk<L>(
-        map: &PhotonMap,
-        places: &[[f32; 4]],
-        facings: &[[f32; 4]],
-        cuts: &[[f32; 4]],
-        radii: &RadiusField,
-        shrink: f32,
-        filter: Filter,
-        out: &mut [[f32; 4]],
-    ) {
-        let points = places.iter().zip(facings).zip(cuts);
-        for (((&[x, y, z, surface], facing), &cuts), out) in points.zip(out) {
+    fn gather_chunk<L>(map: &PhotonMap, points: &Points, discs: &Discs, first: usize, out: &mut [[f32; 4]]) {
+        for (i, out) in out.iter_mut().enumerate() {
             *out = [0.0; 4];
-            if surface == 0.0 {
-                continue;
+            let Some(point) = point_at(map, points, discs, first + i) else { continue };
+            let [sums, _] = sums_by_filter::<L>(map, &point, discs.filter, None);
+            *out = scaled(sums, discs.filter.peak(point.radius * point.radius), [1.0; 3]);
+        }
+    }
+}
+
+widest! {
+    fn gather_gloss_chunk<L>(
+        map: &PhotonMap,
+        points: &Points,
+        lobes: &Lobes,
+        discs: &Discs,
+        first: usize,
+        out: &mut [[f32; 4]],
+        gloss: &mut [[f32; 4]],
+    ) {
+        for (i, (out, sent)) in out.iter_mut().zip(gloss).enumerate() {
+            (*out, *sent) = ([0.0; 4], [0.0; 4]);
+            let at = first + i;
+            let Some(point) = point_at(map, points, discs, at) else { continue };
+            let peak = discs.filter.peak(point.radius * point.radius);
+            let lobe = Gloss::of(lobes.gathered[at], lobes.lobes[at], lobes.peaks[at], point.normal);
+            if let Some(lobe) = lobe {
+                let [sums, of_lobe] = sums_by_filter::<L>(map, &point, discs.filter, Some(&lobe));
+                *out = scaled(sums, peak, [1.0; 3]);
+                *sent = scaled(of_lobe, peak, lobe.peak());
+            } else {
+                let [sums, _] = sums_by_filter::<L>(map, &point, discs.filter, None);
+                *out = scaled(sums, peak, [1.0; 3]);
             }
-            let normal = [facing[0], facing[1], facing[2]];
-            let radius = radii.at([x, y, z], normal) * shrink;
-            if radius <= 0.0 {
-                continue; // no normal
-            }
-            let reach = (map.reach(x, 0, radius), map.reach(y, 1, radius), map.reach(z, 2, radius));
-            let (Some(in_x), Some(in_y), Some(in_z)) = reach else { continue };
-            let cells = [in_x, in_y, in_z];
-            let point = Point { position: [x, y, z], surface, normal, cuts, radius, cells };
-            let sums = match filter {
-                Filter::Constant => sums_about::<L>(map, &point, Filter::Constant),
-                Filter::Cone => sums_about::<L>(map, &point, Filter::Cone),
-                Filter::Gaussian => sums_about::<L>(map, &point, Filter::Gaussian),
-                Filter::Epanechnikov => sums_about::<L>(map, &point, Filter::Epanechnikov),
-            };
-            let peak = filter.peak(radius * radius);
-            let inner = sums[3] * (peak / INNER_AREA / 3.0);
-            *out = [sums[0] * peak, sums[1] * peak, sums[2] * peak, inner];
         }
     }
 }

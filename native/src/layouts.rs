@@ -3,7 +3,7 @@
 //! addon/photon/kernels/records.py declares them: whoever imports the core compares the two.
 
 /// Records by name, and their fields in order.
-pub const LAYOUTS: [(&str, &str); 14] = [
+pub const LAYOUTS: [(&str, &str); 17] = [
     ("RayOrigin", "vec3 position; float source"),
     ("RayDirection", "vec3 direction; float t_max"),
     ("Hit", "float t; float triangle; float u; float v"),
@@ -19,7 +19,10 @@ pub const LAYOUTS: [(&str, &str); 14] = [
         "vec3 origin; float first; vec3 cells; float cell_size; vec3 low; float first_corner; vec3 high",
     ),
     ("CornerNormals", "vec3 a; vec3 b; vec3 c"),
-    ("PlainMaterial", "vec3 diffuse; float exponent; vec3 specular"),
+    ("PlainMaterial", "vec3 diffuse; float exponent; vec3 specular; float gathers"),
+    ("Gathered", "vec3 normal; float albedo"),
+    ("PlainLobe", "vec3 mirrored; float exponent"),
+    ("PlainPeak", "vec3 peak"),
     (
         "PlainLight",
         "vec3 position; float radius; vec3 axis; float outer; vec3 power; float inner; float chosen; float cdf",

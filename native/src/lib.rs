@@ -15,6 +15,7 @@ pub mod cuts;
 pub mod density;
 pub mod filter;
 
+mod gloss;
 mod lanes;
 pub mod layouts;
 mod packing;

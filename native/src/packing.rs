@@ -10,6 +10,21 @@ pub(crate) fn pack_direction(n: [f32; 3]) -> f32 {
     x * 4096.0 + y
 }
 
+/// A flux that carries a packed direction in the last bits of its channels.
+pub(crate) fn flux_with_direction(flux: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
+    let code = pack_direction(direction) as u32;
+    std::array::from_fn(|k| {
+        let last = code >> (16 - 8 * k) & 0xff;
+        f32::from_bits(flux[k].max(1.0e-30).to_bits() & !0xff | last)
+    })
+}
+
+/// The direction of [`flux_with_direction`].
+pub(crate) fn direction_with_flux(flux: [f32; 3]) -> [f32; 3] {
+    let [x, y, z] = flux.map(|channel| channel.to_bits() & 0xff);
+    unpack_direction((x << 16 | y << 8 | z) as f32)
+}
+
 /// The other half of the octahedron.
 fn folded(e: [f32; 2]) -> [f32; 2] {
     let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };

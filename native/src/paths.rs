@@ -7,7 +7,7 @@ use std::f32::consts::PI;
 use rayon::prelude::*;
 
 use crate::lanes::widest;
-use crate::packing::pack_direction;
+use crate::packing::{flux_with_direction, pack_direction};
 use crate::random::{DIMENSION_LIGHT, DIMENSION_LIGHT_POINT, DIMENSION_REFLECT, random4};
 use crate::trace::Tree;
 use crate::vector::{dot, from_frame, normal_of, point_in, sin_cos_of_turns};
@@ -45,6 +45,8 @@ pub struct Emission {
     pub bounces: u32,
     /// Whether photons are stored where they land first, too.
     pub first_hits: bool,
+    /// Whether fluxes carry the direction to the light.
+    pub directions: bool,
 }
 
 /// Where photons landed on diffuse surfaces, in order of bounce and photon.
@@ -116,8 +118,14 @@ widest! {
                     continue;
                 };
                 let Some(surface) = Surface::at(scene, position, hit, photon.direction) else { continue };
-                if (bounce > 0 || emission.first_hits) && largest(surface.diffuse) > 0.0 {
-                    let ([x, y, z], [r, g, b]) = (surface.position, photon.flux);
+                if (bounce > 0 || emission.first_hits) && surface.gathers {
+                    let [x, y, z] = surface.position;
+                    let to_light = photon.direction.map(|x| -x);
+                    let [r, g, b] = if emission.directions {
+                        flux_with_direction(photon.flux, to_light)
+                    } else {
+                        photon.flux
+                    };
                     landed.places.push([x, y, z, surface.surface + 1.0]);
                     landed.deposits.push([r, g, b, pack_direction(surface.geometric)]);
                 }
@@ -179,13 +187,14 @@ struct Surface {
     diffuse: Vector,
     specular: Vector,
     exponent: f32,
+    gathers: bool,
 }
 
 impl Surface {
     fn at(scene: &Scene, position: i32, hit: Hit, direction: Vector) -> Option<Surface> {
         let triangle = &scene.corners[position as usize];
         let material = triangle[0][3];
-        let [[dr, dg, db, exponent], [sr, sg, sb, _]] = *scene.materials.get(material as usize)?;
+        let [[dr, dg, db, exponent], [sr, sg, sb, gathers]] = *scene.materials.get(material as usize)?;
         let geometric = normal_of(triangle);
         let geometric = if dot(geometric, direction) > 0.0 { geometric.map(|n| -n) } else { geometric };
         let shading = point_in(&scene.normals[position as usize], hit.u, hit.v);
@@ -200,6 +209,7 @@ impl Surface {
             diffuse: [dr, dg, db],
             specular: [sr, sg, sb],
             exponent,
+            gathers: largest([dr, dg, db]) > 0.0 || gathers > 0.0,
         })
     }
 }

@@ -17,6 +17,7 @@ from addon.photon.photons.deposits import Deposits, DeviceDeposits, HostDeposits
 from addon.photon.photons.radius_field import RadiusField
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
+from addon.photon.variants import needs
 from addon.photon.ways.way import ResidentWay, Way
 from addon.streams import Device, Reading, Stream
 from tests.measure import render
@@ -165,7 +166,7 @@ def test_poison_does_not_spread(
 def grid_of(way: Way) -> Any:
     """Over a box of two a side."""
     mesh: Any = SimpleNamespace(extent=np.ones(3), area=24.0)
-    return way.photon_grid(mesh, Settings(), [False])
+    return way.photon_grid(mesh, Settings(), next(needs()), [False])
 
 
 def count_host_sorts(monkeypatch: pytest.MonkeyPatch, max_ranked: int) -> list[int]:

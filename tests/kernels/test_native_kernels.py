@@ -119,6 +119,7 @@ class TestPhotons:
         choose_lights(table, np.ones((len(table), 3)))
         lights = texels_of(_lights(table)).reshape(len(table), -1, 4)
         draw: Any = {"seed": 1, "pass_index": 0, "photons": 100, "bounces": 3, "first_hits": True}
+        draw["directions"] = False
         count = len(SCENE.materials)
         materials = texels_of(_materials(SCENE.materials)).reshape(count, -1, 4)
         assert len(tracer.photons(normals, materials, lights, **draw)[0]) > 100

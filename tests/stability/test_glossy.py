@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from addon.photon.scene import Lobe, Material, Scene
+from addon.photon.stage.gathered import GATHERED_FROM, GATHERED_WHOLLY
 from addon.streams import Device
 from tests.measure import fallen, render_clean, rendered
 from tests.scenes import Builder, camera, plain_light, plain_material, replace
@@ -88,7 +89,7 @@ def test_no_jump_at_any_roughness(
     device: Device, measured: Measured, thorough: bool, kind: str
 ) -> None:
     """Across thresholds; and in small steps, of which each is the mean of its neighbours."""
-    few = [0.02, 0.038, 0.05, 0.1, 0.25, 0.5, 0.75]
+    few = [0.02, 0.038, 0.05, 0.1, 0.25, GATHERED_FROM, 0.45, GATHERED_WHOLLY, 0.75]
     across = [x for step in few for x in (step * 0.9995, step * 1.0005)]
     found = np.abs(changes(device, kind, across)[::2]).max()
     assert measured(f"at thresholds, {kind}", found, "%") <= 0.01

@@ -83,9 +83,10 @@ def test_estimate_is_what_is_used(
 
 def scene_of(lobes: int, lights: int) -> Scene:
     """With so many lobes at a point, and so many lights."""
-    scene = cornell(mirror=lobes > 0)
-    glossy = replace(scene.materials[0], lobes=(phong((0.1,) * 3, 9.0), phong((0.1,) * 3)))
-    materials = scene.materials if lobes < 2 else (glossy, *scene.materials[1:])
+    scene = cornell(mirror=lobes > 1)
+    of_walls = phong((0.1,) * 3, 9.0), phong((0.1,) * 3)  # of which the first gathers
+    walls = replace(scene.materials[0], lobes=of_walls[:lobes])
+    materials = (walls, *scene.materials[1:])
     return replace(scene, materials=materials, lights=scene.lights * lights)
 
 

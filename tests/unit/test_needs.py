@@ -224,7 +224,7 @@ def shiny(*lobes: Lobe) -> Scene:
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_lobes_of_a_point(device: Device, compiled: list[str], count: int) -> None:
     """The programs have room for as many as a point has, two at most; photons meet one."""
-    kinds = phong((0.1,) * 3, 9.0), phong((0.1,) * 3), phong((0.1,) * 3, 30.0)
+    kinds = phong((0.1,) * 3, 900.0), phong((0.1,) * 3), phong((0.1,) * 3, 3000.0)
     run(device, shiny(*kinds[:count]))
     several = " TWO_LOBES" if count > 1 else ""
     assert f"shade EYE LOBES{several}" in compiled and f"scatter LOBES{several}" in compiled
@@ -234,6 +234,29 @@ def test_lobes_of_a_point(device: Device, compiled: list[str], count: int) -> No
     compiled.clear()
     run(device, shiny(*(replace(kind, colour=(0.0, 0.0, 0.0)) for kind in kinds)))
     assert "shade" in compiled and not any("LOBES" in name for name in compiled)
+
+
+def gathering(compiled: list[str]) -> list[str]:
+    return [name for name in compiled if "GATHERED_LOBES" in name or "DIRECTIONS" in name]
+
+
+def test_broad_lobes_gather_photons(device: Device, compiled: list[str]) -> None:
+    """Where all are broad no secondary rays are sent; where none is nobody asks for directions."""
+    broad, half, sharp = (phong((0.1,) * 3, 2 / r**4 - 2) for r in (0.6, 0.45, 0.3))
+    launches, images = run(device, shiny(broad))
+    assert not MIRROR & launches.keys() and not images["Mirror"].any()
+    stems = {name.split()[0] for name in gathering(compiled)}
+    assert stems == {"shade", "projector", "gather", "combine_primary", "blur"}
+    for lobes in ((half,), (sharp, broad)):
+        launches, images = run(device, shiny(*lobes))
+        assert launches.keys() >= MIRROR and images["Mirror"].any()
+    compiled.clear()
+    run(device, shiny(sharp))
+    for no_photons in ({"photons": 0}, {"mirror_depth": 0}, {"estimator": "splat"}):
+        run(device, shiny(broad), **no_photons)
+    met_alone = replace(cornell().lights[0], found_by=("camera", "diffuse", "chains"))
+    run(device, replace(shiny(broad), lights=(met_alone,)))  # by rays of lobes, not by shadow rays
+    assert not gathering(compiled)
 
 
 def test_mirrors_show_no_light(device: Device, compiled: list[str]) -> None:

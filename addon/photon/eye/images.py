@@ -31,12 +31,12 @@ class PassImages:
     ) -> None:
         device, layer, size = way.device, way.layer, eye.streams["hit"].size
         self._tables, self._eye = tables, eye
-        defines = needs.emitter_defines
+        defines = {**needs.emitter_defines, **needs.gather_defines}
         of_primary = {**defines, **needs.illuminance_defines, **needs.camera_defines}
         self._primary = CombinePrimary(device, layer, of_primary)
         self._all = CombineAll(device, layer, defines)
         self._mirror = CombineMirror(device, layer, defines) if needs.secondary_rays else None
-        self._blur = Blur(device, layer) if needs.photons else None
+        self._blur = Blur(device, layer, defines) if needs.photons else None
         names = (*FILM_IMAGES, *(EMISSION_IMAGES if needs.emitters_seen else ()))
         self._seen = {name: Stream(device, RADIANCE, size) for name in names}
         if needs.illuminance:

@@ -22,7 +22,7 @@ from ..kernels.records import (
     THROUGHPUT,
 )
 from ..kernels.scatter import Scatter
-from ..kernels.shade import LOBES, POINT, Shade
+from ..kernels.shade import GLOSSY, LOBES, POINT, Shade
 from ..photons.photon_pass import PhotonPass
 from ..photons.radius_field import Radii
 from ..photons.splats import View
@@ -97,7 +97,7 @@ class Eye:
     def _make_streams(self, device: Device, size: tuple[int, int]) -> None:
         """Those that the scene has a use for, at once, for the first pass to find them."""
         needs = self._needs
-        ones = {"hit": HIT, **present({**POINT, **LOBES}, needs.eye_defines)}
+        ones = {"hit": HIT, **present({**POINT, **LOBES, **GLOSSY}, needs.eye_defines)}
         ones |= {"irradiance": IRRADIANCE, "zeros": TEXEL}
         if needs.emitters_seen:
             ones |= {"emitted": RADIANCE, "environment": RADIANCE}
@@ -174,7 +174,7 @@ class Eye:
             return irradiance, self._unit_coverage
         self._find_cuts(photons.radii)
         coverage = self._find_coverage(path, photons.radii)
-        photons.gather(self.streams, irradiance, path.view)
+        photons.gather(self.of(path), irradiance, path.view)
         return irradiance, coverage
 
     def scatter(self, path: Path) -> Path | None:

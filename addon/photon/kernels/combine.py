@@ -14,6 +14,7 @@ from .records import (
     SHADING,
     THROUGHPUT,
 )
+from .shade import GLOSSY
 
 # What rays meet of lights and the world, in scenes where there is any to see.
 _EMITTERS: Ports = {
@@ -27,7 +28,7 @@ class CombinePrimary(Kernel):
     PANORAMIC one may have no ray in a pixel."""
 
     stem = "combine_primary"
-    structure = ("EMITTERS", "ILLUMINANCE", "PANORAMIC")
+    structure = ("EMITTERS", "ILLUMINANCE", "PANORAMIC", "GATHERED_LOBES")
     inputs = {
         "direction": When("PANORAMIC", RAY_DIRECTION),
         "hit": HIT,
@@ -39,6 +40,7 @@ class CombinePrimary(Kernel):
         "irradiance": IRRADIANCE,
         "coverage": COVERAGE,
         **_EMITTERS,
+        **GLOSSY,
     }
     outputs = {
         "illuminance_seen": When("ILLUMINANCE", ILLUMINANCE_SEEN),
@@ -59,7 +61,7 @@ class CombineMirror(Kernel):
     """Add what a secondary ray sees to the mirror image."""
 
     stem = "combine_mirror"
-    structure = ("EMITTERS",)
+    structure = ("EMITTERS", "GATHERED_LOBES")
     inputs = {
         "sum": RADIANCE,
         "indirect_sum": RADIANCE,
@@ -70,6 +72,7 @@ class CombineMirror(Kernel):
         "coverage": COVERAGE,
         "throughput": THROUGHPUT,
         **_EMITTERS,
+        **GLOSSY,
     }
     outputs = {"total": RADIANCE, "indirect_total": RADIANCE}
 

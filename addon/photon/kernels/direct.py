@@ -15,9 +15,18 @@ from .records import (
     RAY_ORIGIN,
     TRIANGLE,
 )
-from .shade import LOBES, POINT
+from .shade import GATHERED_LOBES, LOBES, POINT
 
-_STRUCTURE = ("SHADOW_RAYS", "DRAWN", "LOBES", "TWO_LOBES", "WEIGHED", "ILLUMINANCE", "SMOOTH")
+_STRUCTURE = (
+    "SHADOW_RAYS",
+    "DRAWN",
+    "LOBES",
+    "TWO_LOBES",
+    "WEIGHED",
+    "ILLUMINANCE",
+    "SMOOTH",
+    *GATHERED_LOBES,
+)
 _INPUTS: Ports = {**POINT, "direction": RAY_DIRECTION, **LOBES}
 _UNIFORMS = {
     "seed": Uniform("uint"),

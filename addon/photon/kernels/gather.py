@@ -1,17 +1,40 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Items, Kernel, Uniform
+from ...streams import Items, Kernel, Uniform, When
 from ..photons import radius_field
 from ..settings import FILTER_DEFINES
-from .records import CUTS, FACING, IRRADIANCE, PLACE
+from .records import (
+    CUTS,
+    FACING,
+    GLOSS,
+    IRRADIANCE,
+    PLACE,
+    RAY_DIRECTION,
+    SHADING,
+)
+from .shade import GATHERED_LOBES, GLOSSY, LOBES
+
+_GATHERER = {
+    "shading": SHADING,
+    "direction": RAY_DIRECTION,
+    "gloss_sum": GLOSS,
+}
 
 
 class Gather(Kernel):
-    """Add the photons around each visible point from a sorted grid (Jensen 2001, sec. 7)."""
+    """Add the photons around each visible point from a sorted grid (Jensen 2001, sec. 7), and what
+    its lobes send on of each."""
 
     stem = "gather"
-    structure = FILTER_DEFINES
-    inputs = {"place": PLACE, "facing": FACING, "cuts": CUTS, "sum": IRRADIANCE}
-    outputs = {"irradiance": IRRADIANCE}
+    structure = (*FILTER_DEFINES, *GATHERED_LOBES, "LOBES", "TWO_LOBES")
+    inputs = {
+        "place": PLACE,
+        "facing": FACING,
+        "cuts": CUTS,
+        "sum": IRRADIANCE,
+        **LOBES,
+        **{name: When("GATHERED_LOBES", port) for name, port in _GATHERER.items()},
+    }
+    outputs = {"irradiance": IRRADIANCE, **GLOSSY}
     uniforms = {
         "grid_origin": Uniform("vec3"),
         "cell_size": Uniform("float"),

@@ -1,11 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel
-from .records import DEPOSIT, DIFFUSE, FACING, FLUX, PLACE
+from ...streams import Kernel, When
+from .records import DEPOSIT, DIFFUSE, FACING, FLUX, PLACE, RAY_DIRECTION
 
 
 class Projector(Kernel):
-    """Deposit photons in world space on diffuse surfaces (Marino & Abbate, Projector)."""
+    """Deposit photons in world space on surfaces that gather (Marino & Abbate, Projector)."""
 
     stem = "projector"
-    inputs = {"place": PLACE, "facing": FACING, "diffuse": DIFFUSE, "flux": FLUX}
+    structure = ("DIRECTIONS",)
+    inputs = {
+        "place": PLACE,
+        "facing": FACING,
+        "diffuse": DIFFUSE,
+        "flux": FLUX,
+        "direction": When("DIRECTIONS", RAY_DIRECTION),
+    }
     outputs = {"landed": PLACE, "deposit": DEPOSIT}

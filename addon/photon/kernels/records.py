@@ -39,7 +39,13 @@ ILLUMINANCE_SEEN = Record(
     "IlluminanceSeen",
     {"direct": "float", "indirect": "float", "there": "float", "covered": "float"},
 )
-DEPOSIT = Record("Deposit", {"flux": "vec3", "normal": "float"})  # [W]; geometric normal, packed
+# What lobes that gather send on to the viewer of the photons about a point [W/(m^2 sr)]; `inner` as
+# of irradiance.
+GLOSS = Record("Gloss", {"radiance": "vec3", "inner": "float"})
+# The normal of those lobes, and their mean albedo towards the viewer; 0: none gathers.
+GATHERED = Record("Gathered", {"normal": "vec3", "albedo": "float"})
+# [W], with DIRECTIONS that to the light in its last bits (packing.glsl); geometric normal, packed
+DEPOSIT = Record("Deposit", {"flux": "vec3", "normal": "float"})
 REACH = Record("Reach", {"radius": "float"})  # [scene units]
 # Half planes that end a visible point's disc (lib/cuts.glsl) [1 / scene units]; zero: no cut
 CUTS = Record("Cuts", {"first": "vec2", "second": "vec2"})
@@ -133,8 +139,12 @@ PLAIN_MATERIAL = Record(
         "diffuse": "vec3",
         "exponent": "float",  # of Phong's lobe; below 0: a mirror
         "specular": "vec3",
+        "gathers": "float",  # 1: photons land here, whether it is diffuse or not
     },
 )
+# Phong's lobe that gathers photons: the viewer's mirrored direction, and the BSDF there [1/sr].
+PLAIN_LOBE = Record("PlainLobe", {"mirrored": "vec3", "exponent": "float"})
+PLAIN_PEAK = Record("PlainPeak", {"peak": "vec3"})
 PLAIN_LIGHT = Record(
     "PlainLight",
     {

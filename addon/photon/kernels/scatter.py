@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Uniform
 from .records import FACING, PLACE, RAY_DIRECTION, RAY_ORIGIN, SHADING, THROUGHPUT
-from .shade import LOBES
+from .shade import GATHERED_LOBES, LOBES
 
 
 class Scatter(Kernel):
     """Send the secondary rays of lobes (Marino & Abbate, mirror pass)."""
 
     stem = "scatter"
-    structure = ("LOBES", "TWO_LOBES", "WEIGHED")
+    structure = ("LOBES", "TWO_LOBES", "WEIGHED", *GATHERED_LOBES)
     inputs = {
         "place": PLACE,
         "facing": FACING,

@@ -6,6 +6,8 @@ from .records import (
     DIFFUSE,
     FACING,
     FLUX,
+    GATHERED,
+    GLOSS,
     HIT,
     LOBE,
     MATERIAL,
@@ -26,12 +28,19 @@ LOBES: Ports = {
     "shape1": When("TWO_LOBES", SHAPE),
 }
 
+# What gathering brings through lobes.
+GLOSSY: Ports = {
+    "gloss": When("GATHERED_LOBES", GLOSS),
+    "gathered": When("GATHERED_LOBES", GATHERED),
+}
+GATHERED_LOBES = ("GATHERED_LOBES", "GATHERED_FROM", "GATHERED_WHOLLY")
+
 
 class Shade(Kernel):
     """Evaluate the material where rays end, for the eye's (EYE) and photons (PHOTONS) alike."""
 
     stem = "shade"
-    structure = ("EYE", "PHOTONS", "LOBES", "TWO_LOBES", "TANGENTS")
+    structure = ("EYE", "PHOTONS", "LOBES", "TWO_LOBES", "TANGENTS", "DIRECTIONS", *GATHERED_LOBES)
     inputs = {"direction": RAY_DIRECTION, "hit": HIT, "flux": When("PHOTONS", FLUX)}
     outputs = {**POINT, **LOBES}
     uniforms = {

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from ...streams import Device
 from ..kernels.records import PLAIN_LIGHT, PLAIN_MATERIAL
 from ..scene import Material, Scene
 from ..settings import Settings
+from ..stage.gathered import gather_some
 from ..stage.geometry import Mesh
 from ..stage.kinds import light_kinds
 from ..stage.needs import SceneNeeds
@@ -25,11 +27,16 @@ LOBES = frozenset({"mirror", "phong"})
 LIGHTS = frozenset({"point", "spot"})
 
 
+def knows_lobes(lobes: int, kinds: Collection[str]) -> bool:
+    """Whether the native core can gather photons with so many lobes a point, of these kinds."""
+    return lobes <= 1 and LOBES.issuperset(kinds)
+
+
 def knows(scene: Scene, needs: SceneNeeds) -> bool:
     """Whether the native core can trace a scene's photons."""
     lobes = [lobe for material in scene.materials for lobe in material.lobes if lobe.reflects]
     plain = all(lobe.weight == 1.0 and not any(lobe.covered) for lobe in lobes)
-    return plain and needs.lobes <= 1 and needs.lobe_kinds <= LOBES and needs.light_kinds <= LIGHTS
+    return plain and knows_lobes(needs.lobes, needs.lobe_kinds) and needs.light_kinds <= LIGHTS
 
 
 class NativePhotonMapper:
@@ -50,7 +57,11 @@ class NativePhotonMapper:
         self._settings, self._needs, self._triangles = settings, needs, triangles
         self._tables = [
             table.view(np.float32).reshape(len(table), -1, 4)
-            for table in (mesh.normals, _materials(scene.materials), _lights(tables.lights))
+            for table in (
+                mesh.normals,
+                _materials(scene.materials, needs.gathered_lobes),
+                _lights(tables.lights),
+            )
         ]
         self._launches = 0
         self.deposits = HostDeposits(device)
@@ -76,6 +87,7 @@ class NativePhotonMapper:
             photons=self._settings.photons_a_pass if photons is None else photons,
             bounces=self._needs.photon_bounces,
             first_hits=self._settings.direct_by_photons,
+            directions=self._needs.gathered_lobes,
         )
         self.deposits.extend(place, deposit)
         self.unfinished += unfinished
@@ -89,11 +101,12 @@ class NativePhotonMapper:
         self.deposits.release()
 
 
-def _materials(materials: tuple[Material, ...]) -> NDArray[Any]:
+def _materials(materials: tuple[Material, ...], gathered_lobes: bool = False) -> NDArray[Any]:
     """(M,) of PLAIN_MATERIAL, one at least."""
     table = PLAIN_MATERIAL.zeros(max(len(materials), 1))
     for row, material in zip(table, materials, strict=False):
         row["diffuse"] = material.diffuse
+        row["gathers"] = gathered_lobes and gather_some(material)
         for lobe in material.lobes:
             if lobe.reflects:
                 row["specular"] = lobe.colour

@@ -10,10 +10,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Defines, Device, PingPong, Stream
+from ...streams import Defines, Device, Made, PingPong, Stream
 from ...streams.device import Layer
 from ..kernels.gather import Gather
-from ..kernels.records import IRRADIANCE
 from .deposits import Deposits
 from .grid_sort import NOTHING, Sort
 from .radius_field import Radii
@@ -27,6 +26,10 @@ PHOTONS_A_CELL, NARROWEST = 120.0, 0.35
 # surface, few points are left, none beside its like.
 LANES, LANES_OF_CHAINS = 8, 32
 POINTS_THAT_FILL = 1 << 20
+
+
+# What a launch's sums begin with.
+_BEGINS = {"irradiance": "sum", "gloss": "gloss_sum"}
 
 
 class Lanes(NamedTuple):
@@ -68,7 +71,8 @@ class Gathering(Protocol):
         self, points: Mapping[str, Stream], irradiance: Stream, in_chain: bool = False
     ) -> None:
         """Write the irradiance [W/m^2] at points: place, facing, cuts and zeros, with which sums
-        begin; `in_chain`: of secondary rays."""
+        begin; and where lobes gather photons, the points' gloss and gathered. `in_chain`: of
+        secondary rays."""
 
     @property
     def launches(self) -> int:
@@ -91,9 +95,12 @@ class PhotonGrid:
         sort: Sort,
         lanes: Lanes,
         in_chains: Iterable[bool] = (False,),
+        made: Made | None = None,
     ) -> None:
-        """`defines`: the filter; `area`: of the scene's surfaces [scene units]; `in_chains`:
-        whether for visible points of secondary rays, of eye rays, or both."""
+        """`defines`: the filter, and lobes that gather; `made`: what those are; `area`: of the
+        scene's surfaces [scene units]; `in_chains`: whether for visible points of secondary rays,
+        of eye rays, or both."""
+        self._made = made
         self._device, self._layer, self._defines = device, layer, defines
         self._cells, self._area, self._sort, self._lanes = cells, area, sort, lanes
         self._kernels: dict[int, Gather] = {}  # by their lanes
@@ -102,7 +109,7 @@ class PhotonGrid:
         self._sorted = NOTHING
         self._uniforms: dict[str, Any] = {}
         self._radii: Radii | None = None
-        self._sums: dict[tuple[int, int], PingPong] = {}  # by size; where one launch is too long
+        self._sums: dict[Any, PingPong] = {}  # by size and output; where one launch is too long
 
     def prepare(self, deposits: Deposits, radii: Radii) -> None:
         """As Gathering's."""
@@ -120,38 +127,46 @@ class PhotonGrid:
     ) -> None:
         """As Gathering's."""
         assert self._radii
-        ports = {name: points[name] for name in ("place", "facing", "cuts")}
+        kernel = self._kernel(in_chain)
         lists, count, launch, _ = self._sorted
+        found = {name: points[name] for name in kernel.outputs if name != "irradiance"}
+        found["irradiance"] = irradiance
         if count == 0:
-            irradiance.clear()
+            for stream in found.values():
+                stream.clear()
             return
-        kernel, so_far = self._kernel(in_chain), points["zeros"]
+        ports = {name: points[name] for name in kernel.inputs if name not in _BEGINS.values()}
+        sums = {name: points["zeros"] for name in found if name in _BEGINS}
         for first in range(0, count, launch):
             end = first + launch
-            sums = None if end >= count else self._sums_of(irradiance.size)
+            pairs = {name: self._pair(found[name], name) for name in sums if end < count}
+            begin = {_BEGINS[name]: stream for name, stream in sums.items()}
             kernel.run(
-                ports | {"sum": so_far, "irradiance": sums.back if sums else irradiance},
+                ports | begin | found | {name: pair.back for name, pair in pairs.items()},
                 lists | self._radii.tables(kernel),
                 self._uniforms | {"photon_range": (first, end)},
             )
-            if sums:
-                sums.swap()
-                so_far = sums.front
+            for name, pair in pairs.items():
+                pair.swap()
+                sums[name] = pair.front
 
     @property
     def launches(self) -> int:
         """As Gathering's."""
         return sum(kernel.launches for kernel in self._kernels.values())
 
-    def _sums_of(self, size: tuple[int, int]) -> PingPong:
-        if size not in self._sums:
-            self._sums[size] = PingPong(self._device, IRRADIANCE, size)
-        return self._sums[size]
+    def _pair(self, like: Stream, name: str) -> PingPong:
+        key = like.size, name
+        if key not in self._sums:
+            self._sums[key] = PingPong(self._device, like.record, like.size)
+        return self._sums[key]
 
     def _kernel(self, in_chain: bool) -> Gather:
         lanes = self._lanes.chain if in_chain else self._lanes.eye
         if lanes not in self._kernels:
-            self._kernels[lanes] = Gather(self._device, self._layer, self._defines, lanes)
+            self._kernels[lanes] = Gather(
+                self._device, self._layer, self._defines, lanes, self._made
+            )
         return self._kernels[lanes]
 
     def _forget(self) -> None:

@@ -150,7 +150,7 @@ class PhotonMapper:
             Generator(device, layer, made=made),
             tracer,
             Shade(device, layer, defines, made=made),
-            Projector(device, layer),
+            Projector(device, layer, defines),
             Reflector(device, layer, defines, made=made),
         )
 

@@ -129,6 +129,16 @@ class Lobe:
         return (self.weight > 0.0 and own) or max(self.covered) > 0.0
 
     @property
+    def roughness(self) -> float:
+        """Of microfacets as broad as the lobe, where it is sharpest, as glsl/bsdf has it; 1 of a
+        kind whose parameters do not tell."""
+        given: Mapping[str, Any] = self.parameters
+        if "exponent" in given:
+            return float((2.0 / (given["exponent"] + 2.0)) ** 0.25)
+        alphas = [given[name] for name in ("alpha_x", "alpha_y") if name in given]
+        return math.sqrt(min(alphas, default=0.0 if self.kind == "mirror" else 1.0))
+
+    @property
     def is_anisotropic(self) -> bool:
         """Whether it is rougher along its tangent than across, or the other way round."""
         return self.parameters.get("alpha_x") != self.parameters.get("alpha_y")

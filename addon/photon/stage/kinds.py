@@ -112,6 +112,7 @@ BSDF_FUNCTIONS = (
     _Function(
         "vec3", "exchanged", (*_LOBE, "float from", "float to"), "return vec3(1.0);", "lobe.kind"
     ),
+    _Function("float", "roughness", _LOBE, "return 0.0;", "lobe.kind"),
     _Function("Shape", "turned", (*_LOBE, "float angle"), "return shape;", "lobe.kind", "turn"),
 )
 LIGHT_FUNCTIONS = (

@@ -11,6 +11,7 @@ import numpy as np
 from ...streams import Defines, Made
 from ..scene import Light, Scene
 from ..settings import Settings
+from .gathered import BLEND, can_gather, send_rays
 from .geometry import Mesh
 from .kinds import light_kinds, lobe_kinds, made_bsdf, made_camera, made_lights
 
@@ -42,6 +43,7 @@ class SceneNeeds:
     camera_kind: str = "persp"
     lens: bool = False  # the camera has one: not all is in focus
     panorama: bool = False
+    gathered_lobes: bool = False  # some are broad enough to gather photons with
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
@@ -55,7 +57,9 @@ class SceneNeeds:
         broad = any(not lobe_kinds()[kind].is_delta for kind in kinds)
         lighting = [light for light in emitting if light.lights_surfaces]
         asked = bool(lighting) and (diffuse or broad) and not settings.direct_by_photons
-        chains = bool(kinds) and settings.mirror_depth > 0
+        gathered = bool(lighting) and can_gather(scene, settings, materials)
+        rays = bool(kinds) and not (gathered and not any(map(send_rays, materials)))
+        chains = rays and settings.mirror_depth > 0
         met = [light for light in emitting if light_kinds()[light.kind].is_met(light.parameters)]
         by_chains = chains and any("chains" in light.found_by for light in met)
         return SceneNeeds(
@@ -63,7 +67,7 @@ class SceneNeeds:
             shadow_rays=min(len(emitting), MOST_SHADOW_RAYS) if asked else 0,
             drawn_lights=len(emitting) > MOST_SHADOW_RAYS,
             hidden_highlights=bool(lighting) and broad and settings.direct_by_photons,
-            photons=bool(lighting) and diffuse and settings.photons_a_pass > 0,
+            photons=bool(lighting) and (diffuse or gathered) and settings.photons_a_pass > 0,
             secondary_rays=chains,
             emitters_seen=by_chains or any("camera" in light.found_by for light in met),
             weighed=asked and broad and by_chains and any("glossy" in x.found_by for x in met),
@@ -78,6 +82,7 @@ class SceneNeeds:
             camera_kind=scene.camera.kind.lower(),
             lens=scene.camera.lens is not None,
             panorama=scene.camera.is_panorama,
+            gathered_lobes=gathered,
         )
 
     @cached_property
@@ -93,9 +98,19 @@ class SceneNeeds:
     @cached_property
     def eye_defines(self) -> Defines:
         """What kernels of visible points are compiled with."""
+        return self._lobe_defines | self._gathered_defines("GATHERED_LOBES")
+
+    @property
+    def _lobe_defines(self) -> dict[str, int | float]:
+        defines: dict[str, int | float]
         defines = {"EYE": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
         defines |= {"TWO_LOBES": 1} if self.lobes > 1 else {}
         return defines | ({"WEIGHED": 1} if self.weighed else {})
+
+    @cached_property
+    def gather_defines(self) -> Defines:
+        """What kernels are compiled with that know of gathered lobes, where there are any."""
+        return self.eye_defines if self.gathered_lobes else {}
 
     @cached_property
     def direct_defines(self) -> Defines:
@@ -103,12 +118,19 @@ class SceneNeeds:
         broad = any(not lobe_kinds()[kind].is_delta for kind in self.lobe_kinds)
         defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
         defines |= {"SMOOTH": 1} if self.smooth else {}
-        return {**defines, **(self.eye_defines if broad else {}), **self.illuminance_defines}
+        # What a lobe gathers matters where rays and shadow rays share a light alone.
+        of_lobes = self.eye_defines if self.weighed else self._lobe_defines
+        return {**defines, **(of_lobes if broad else {}), **self.illuminance_defines}
 
     @cached_property
     def photon_defines(self) -> Defines:
         """What kernels of photons are compiled with. A photon meets one lobe besides Lambert's."""
-        return {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
+        defines: dict[str, int | float]
+        defines = {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
+        return defines | self._gathered_defines("DIRECTIONS")
+
+    def _gathered_defines(self, whose: str) -> dict[str, int | float]:
+        return {whose: 1, **BLEND} if self.gathered_lobes else {}
 
     @cached_property
     def camera_defines(self) -> Defines:
@@ -122,7 +144,7 @@ class SceneNeeds:
         return not (self.lens or self.panorama)
 
     @property
-    def _tangent_defines(self) -> dict[str, int]:
+    def _tangent_defines(self) -> dict[str, int | float]:
         return {"TANGENTS": 1} if self.tangents else {}
 
     @cached_property

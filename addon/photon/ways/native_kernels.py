@@ -14,15 +14,28 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ...streams import Device, HostKernel
+from ...streams import Device, HostKernel, Stream
+from ...streams.declaration import Ports
+from ...streams.device import Layer
 from ..kernels.coverage import Coverage
 from ..kernels.cuts import Cuts
 from ..kernels.gather import Gather
-from ..kernels.records import CUTS, FACING, PLACE
+from ..kernels.plain_lobe import PlainLobe
+from ..kernels.records import (
+    CUTS,
+    FACING,
+    GATHERED,
+    GLOSS,
+    IRRADIANCE,
+    PLACE,
+    PLAIN_LOBE,
+    PLAIN_PEAK,
+)
 from ..kernels.tracer import Tracer
 from ..photons.deposits import Deposits
 from ..photons.radius_field import TABLES, UNIFORMS
 from ..stage.geometry import Mesh
+from ..stage.needs import SceneNeeds
 
 Arrays = Mapping[str, NDArray[Any]]
 Values = Mapping[str, Any]
@@ -104,10 +117,11 @@ class NativeGather(HostKernel):
     """Gather from photons that the native core has sorted."""
 
     stem = Gather.stem
-    inputs = {"place": PLACE, "facing": FACING, "cuts": CUTS}
-    outputs = Gather.outputs
+    inputs: Ports = {"place": PLACE, "facing": FACING, "cuts": CUTS}
+    outputs: Ports = {"irradiance": IRRADIANCE}
     uniforms = UNIFORMS
     tables = TABLES
+    directions = False  # whether photons' directions count
 
     def __init__(self, device: Device, filter_name: str) -> None:
         super().__init__(device)
@@ -117,9 +131,12 @@ class NativeGather(HostKernel):
     def sort(self, deposits: Deposits, grid: Values) -> None:
         """Take a pass's deposits into the grid's cells."""
         place, deposit = deposits.arrays()
-        self._map = native.PhotonMap(
-            place, deposit, grid["grid_origin"], grid["cell_size"], grid["grid_cells"]
-        )
+        origin, cell, cells = grid["grid_origin"], grid["cell_size"], grid["grid_cells"]
+        self._map = native.PhotonMap(place, deposit, origin, cell, cells, self.directions)
+
+    def estimate(self, points: Mapping[str, Stream], tables: Values, uniforms: Values) -> None:
+        """Run on what it asks of points' streams."""
+        self.run({name: points[name] for name in (*self.inputs, *self.outputs)}, tables, uniforms)
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """Irradiances; none before any photon was sorted."""
@@ -129,6 +146,57 @@ class NativeGather(HostKernel):
             inputs["place"],
             inputs["facing"],
             inputs["cuts"],
+            tables["radii"],
+            uniforms["shrink"],
+            self._filter,
+        )
+
+
+class NativeGlossGather(NativeGather):
+    """The same, and what Phong's lobes send on."""
+
+    inputs = {
+        **NativeGather.inputs,
+        "gathered": GATHERED,
+        "plain_lobe": PLAIN_LOBE,
+        "plain_peak": PLAIN_PEAK,
+    }
+    outputs = {"irradiance": IRRADIANCE, "gloss": GLOSS}
+    directions = True
+
+    def __init__(self, device: Device, layer: Layer, filter_name: str, needs: SceneNeeds) -> None:
+        super().__init__(device, filter_name)
+        self._plain_lobe = PlainLobe(device, layer, needs.gather_defines, made=needs.made)
+        self._streams: dict[str, Stream] = {}  # what it writes
+
+    def estimate(self, points: Mapping[str, Stream], tables: Values, uniforms: Values) -> None:
+        """Look at the lobes first."""
+        size = points["place"].size
+        for name, record in (("plain_lobe", PLAIN_LOBE), ("plain_peak", PLAIN_PEAK)):
+            if name not in self._streams or self._streams[name].size != size:
+                self._streams[name] = Stream(self.device, record, size)
+        points = {**points, **self._streams}
+        kernel = self._plain_lobe
+        kernel.run({name: points[name] for name in (*kernel.inputs, *kernel.outputs)})
+        super().estimate(points, tables, uniforms)
+
+    def release(self) -> None:
+        """Free streams and program."""
+        self._plain_lobe.release()
+        for stream in self._streams.values():
+            stream.release()
+
+    def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
+        """Irradiances and radiances; none before any photon was sorted."""
+        if self._map is None:
+            return (np.zeros_like(inputs["place"]),) * 2
+        return self._map.gather_gloss(
+            inputs["place"],
+            inputs["facing"],
+            inputs["cuts"],
+            inputs["gathered"],
+            inputs["plain_lobe"],
+            inputs["plain_peak"],
             tables["radii"],
             uniforms["shrink"],
             self._filter,

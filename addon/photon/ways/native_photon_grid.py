@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...streams import Device, Stream
+from ...streams import Stream
 from ..photons.deposits import Deposits
 from ..photons.photon_grid import Cells
 from ..photons.radius_field import Radii
@@ -17,8 +17,8 @@ WIDTH = 0.7  # of a cell, in radii: wider ones and narrower ones are slower to l
 class NativePhotonGrid:
     """What PhotonGrid does, by the native core's sort and gather."""
 
-    def __init__(self, device: Device, filter_name: str, cells: Cells) -> None:
-        self._kernel, self._cells = NativeGather(device, filter_name), cells
+    def __init__(self, kernel: NativeGather, cells: Cells) -> None:
+        self._kernel, self._cells = kernel, cells
         self._radii: Radii | None = None
 
     def prepare(self, deposits: Deposits, radii: Radii) -> None:
@@ -31,9 +31,8 @@ class NativePhotonGrid:
     ) -> None:
         """As Gathering's."""
         assert self._radii
-        ports = {name: points[name] for name in ("place", "facing", "cuts")}
         tables = self._radii.tables(self._kernel)
-        self._kernel.run(ports | {"irradiance": irradiance}, tables, self._radii.uniforms)
+        self._kernel.estimate({**points, "irradiance": irradiance}, tables, self._radii.uniforms)
 
     @property
     def launches(self) -> int:

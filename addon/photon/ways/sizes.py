@@ -116,7 +116,10 @@ class Sizes:
         """Of a strip's size, for so many shadow rays of a point."""
         return 0
 
-    gather_textures = 2  # of a strip's size: what launches add to where photons crowd
+    def gather_textures(self, gathers_lobes: bool, knows_lobes: bool) -> int:
+        """Of a strip's size: what launches add to where photons crowd; of lobes that gather the
+        same, and what they bring. `knows_lobes`: whether the native core can."""
+        return 6 if gathers_lobes else 2
 
     def waiting(self, pixels: int, strip: int) -> int:
         """Texels that a film of so many pixels keeps for the first look. The first pass's normals
@@ -150,13 +153,18 @@ class NativeSizes(Sizes):
     """Of the native core."""
 
     build, tables = NATIVE_BUILD, NATIVE_TABLES
-    film_spares = gather_textures = 0
+    film_spares = 0
 
     def paths(self, counts: PhotonCounts) -> Bytes:
         return Bytes(0.0, LISTED * counts.landed)
 
     def shadow_textures(self, rays: int, illuminance: bool) -> int:
         return (4 + illuminance) * min(rays, RAYS_AT_ONCE)
+
+    def gather_textures(self, gathers_lobes: bool, knows_lobes: bool) -> int:
+        if not gathers_lobes:
+            return 0
+        return 4 if knows_lobes else super().gather_textures(gathers_lobes, knows_lobes)
 
     def waiting(self, pixels: int, strip: int) -> int:
         return 0  # the look takes more than they do

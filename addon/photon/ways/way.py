@@ -24,7 +24,7 @@ from ..photons.deposits import Deposits
 from ..photons.device_photon_mapper import DevicePhotonMapper
 from ..photons.device_radii import Grids, Limits, grids_on_device, radii_on_device
 from ..photons.grid_sort import DeviceSort, HostSort, Sort
-from ..photons.native_photon_mapper import NativePhotonMapper, knows
+from ..photons.native_photon_mapper import NativePhotonMapper, knows, knows_lobes
 from ..photons.photon_grid import Cells, Gathering, Lanes, PhotonGrid, lanes_of_gpu
 from ..photons.photon_mapper import PhotonMapper
 from ..photons.radius_field import SAMPLE, Found, grids_on_host, radii_on_host
@@ -34,7 +34,14 @@ from ..stage.geometry import Mesh
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables, upload_table
 from .direct_light import DirectLight, TracedDirectLight
-from .native_kernels import NativeCoverage, NativeCuts, NativeTracer, triangles_of
+from .native_kernels import (
+    NativeCoverage,
+    NativeCuts,
+    NativeGather,
+    NativeGlossGather,
+    NativeTracer,
+    triangles_of,
+)
 from .native_photon_grid import NativePhotonGrid
 from .sizes import NativeSizes, ResidentSizes, Sizes
 
@@ -113,9 +120,11 @@ class Way:
         """The radii by deposits, and by the grids over them."""
         return radii_on_host(self.device, deposits.arrays(), grids, limits)
 
-    def photon_grid(self, mesh: Mesh, settings: Settings, in_chains: Sequence[bool]) -> Gathering:
+    def photon_grid(
+        self, mesh: Mesh, settings: Settings, needs: SceneNeeds, in_chains: Sequence[bool]
+    ) -> Gathering:
         """What sorts photons and gathers them: for visible points of eye rays, of chains."""
-        return self._gathering(mesh, settings, in_chains, HostSort(self._list), Lanes())
+        return self._gathering(mesh, settings, needs, in_chains, HostSort(self._list), Lanes())
 
     def _list(self, values: NDArray[Any]) -> Any:
         """One that kernels read."""
@@ -124,12 +133,17 @@ class Way:
         return upload_table(self.device, values)
 
     def _gathering(
-        self, mesh: Mesh, settings: Settings, in_chains: Sequence[bool], sort: Sort, lanes: Lanes
+        self,
+        mesh: Mesh,
+        settings: Settings,
+        needs: SceneNeeds,
+        in_chains: Sequence[bool],
+        sort: Sort,
+        lanes: Lanes,
     ) -> PhotonGrid:
-        defines, cells = filter_define(settings), Cells(mesh.extent)
-        return PhotonGrid(
-            self.device, self.layer, defines, cells, mesh.area, sort, lanes, in_chains
-        )
+        defines, cells = {**filter_define(settings), **needs.gather_defines}, Cells(mesh.extent)
+        device, layer, area = self.device, self.layer, mesh.area
+        return PhotonGrid(device, layer, defines, cells, area, sort, lanes, in_chains, needs.made)
 
     def film(
         self, size: tuple[int, int], names: Sequence[str], spare: list[Stream]
@@ -166,9 +180,12 @@ class ResidentWay(Way):
     def radii(self, deposits: Deposits, grids: NDArray[np.float32], limits: Limits) -> Found:
         return radii_on_device(self.device, deposits, grids, limits)
 
-    def photon_grid(self, mesh: Mesh, settings: Settings, in_chains: Sequence[bool]) -> Gathering:
+    def photon_grid(
+        self, mesh: Mesh, settings: Settings, needs: SceneNeeds, in_chains: Sequence[bool]
+    ) -> Gathering:
         lanes = lanes_of_gpu(settings.width * settings.height)
-        return self._gathering(mesh, settings, in_chains, DeviceSort(self.device), lanes)
+        sort = DeviceSort(self.device)
+        return self._gathering(mesh, settings, needs, in_chains, sort, lanes)
 
 
 class NativeWay(Way):
@@ -221,8 +238,16 @@ class NativeWay(Way):
             self.device, scene, stage.tables, mesh, settings, needs, self.triangles
         )
 
-    def photon_grid(self, mesh: Mesh, settings: Settings, in_chains: Sequence[bool]) -> Gathering:
-        return NativePhotonGrid(self.device, settings.filter, Cells(mesh.extent))
+    def photon_grid(
+        self, mesh: Mesh, settings: Settings, needs: SceneNeeds, in_chains: Sequence[bool]
+    ) -> Gathering:
+        if not needs.gathered_lobes:
+            kernel = NativeGather(self.device, settings.filter)
+        elif knows_lobes(needs.lobes, needs.lobe_kinds):
+            kernel = NativeGlossGather(self.device, self.layer, settings.filter, needs)
+        else:
+            return super().photon_grid(mesh, settings, needs, in_chains)
+        return NativePhotonGrid(kernel, Cells(mesh.extent))
 
     def film(
         self, size: tuple[int, int], names: Sequence[str], spare: list[Stream]

@@ -13,8 +13,9 @@ use crate::{density, photons};
 
 /// A pass's photons in the cells of a grid, for gathering.
 ///
-/// PhotonMap(place, deposit, origin, cell_size, cells): place float32[P, 4] (position, surface + 1),
-/// deposit float32[P, 4] (flux, packed normal); the grid as for sort_photons, which says what is
+/// PhotonMap(place, deposit, origin, cell_size, cells, directions=False): place float32[P, 4] (position, surface + 1),
+/// deposit float32[P, 4] (flux, packed normal; with directions the flux carries that to the
+/// light); the grid as for sort_photons, which says what is
 /// refused.
 #[pyclass(frozen, module = "photon_stream_native")]
 pub(super) struct PhotonMap(density::PhotonMap);
@@ -22,6 +23,7 @@ pub(super) struct PhotonMap(density::PhotonMap);
 #[pymethods]
 impl PhotonMap {
     #[new]
+    #[pyo3(signature = (place, deposit, origin, cell_size, cells, directions=false))]
     fn new(
         py: Python,
         place: &Bound<PyAny>,
@@ -29,12 +31,13 @@ impl PhotonMap {
         origin: [f32; 3],
         cell_size: f32,
         cells: [usize; 3],
+        directions: bool,
     ) -> PyResult<PhotonMap> {
         let place = array::<f32>(place, "place", &[None, Some(4)])?;
         let deposit = array::<f32>(deposit, "deposit", &[None, Some(4)])?;
         let (place, deposit) = (rows(&place)?, rows(&deposit)?);
         let grid = photons::Grid { origin, cell_size, cells };
-        Ok(PhotonMap(run(py, || density::PhotonMap::new(place, deposit, grid))?))
+        Ok(PhotonMap(run(py, || density::PhotonMap::new(place, deposit, grid, directions))?))
     }
 
     /// Sum the photons around each visible point.
@@ -58,11 +61,57 @@ impl PhotonMap {
         let filter = Filter::named(filter)?;
         new_stream(py, &place, |out| {
             let (place, facing, cuts) = (rows(&place)?, rows(&facing)?, rows(&cuts)?);
+            let points = density::Points { places: place, facings: facing, cuts };
+            let discs = density::Discs { radii: &radii.0, shrink, filter };
             run(py, || {
-                self.0.gather(place, facing, cuts, &radii.0, shrink, filter, out);
+                self.0.gather(&points, &discs, out);
                 Ok(())
             })
         })
+    }
+
+    /// The same for points with Phong's lobes, of a map with directions.
+    ///
+    /// Takes besides the streams gathered (normal of the lobe, albedo; 0: no lobe), lobe (mirrored direction,
+    /// exponent) and peak (BSDF there). Returns the irradiance and, alike, the radiance that lobes send on.
+    #[allow(clippy::too_many_arguments)]
+    fn gather_gloss<'py>(
+        &self,
+        py: Python<'py>,
+        place: &Bound<'py, PyAny>,
+        facing: &Bound<'py, PyAny>,
+        cuts: &Bound<'py, PyAny>,
+        gathered: &Bound<'py, PyAny>,
+        lobe: &Bound<'py, PyAny>,
+        peak: &Bound<'py, PyAny>,
+        radii: &RadiusField,
+        shrink: f32,
+        filter: &str,
+    ) -> PyResult<(Stream<'py>, Stream<'py>)> {
+        if !self.0.has_directions() {
+            return Err(PyValueError::new_err("the photons of this map have no directions"));
+        }
+        let named = [("place", place), ("facing", facing), ("cuts", cuts)];
+        let of_lobes = [("gathered", gathered), ("lobe", lobe), ("peak", peak)];
+        let [place, facing, cuts, gathered, lobe, peak] =
+            streams([named[0], named[1], named[2], of_lobes[0], of_lobes[1], of_lobes[2]])?;
+        let filter = Filter::named(filter)?;
+        let mut irradiance = None;
+        let gloss = new_stream(py, &place, |gloss| {
+            irradiance = Some(new_stream(py, &place, |out| {
+                let points =
+                    density::Points { places: rows(&place)?, facings: rows(&facing)?, cuts: rows(&cuts)? };
+                let lobes =
+                    density::Lobes { gathered: rows(&gathered)?, lobes: rows(&lobe)?, peaks: rows(&peak)? };
+                let discs = density::Discs { radii: &radii.0, shrink, filter };
+                run(py, || {
+                    self.0.gather_gloss(&points, &lobes, &discs, out, gloss);
+                    Ok(())
+                })
+            })?);
+            Ok(())
+        })?;
+        Ok((irradiance.expect("made with the gloss"), gloss))
     }
 }
 

@@ -69,12 +69,13 @@ impl Tracer {
     /// Takes the tables of the scene: normals float32[K, 3, 4] at the triangles' corners, materials
     /// float32[M, 2, 4] and lights float32[L, 4, 4] laid out as LAYOUTS says of PlainMaterial and
     /// PlainLight; what random numbers depend on: seed, pass_index; how many photons; how often each may
-    /// bounce; and whether first hits are stored, too. A photon on a material that is not there ends.
+    /// bounce; whether first hits are stored, too; and whether fluxes carry
+    /// the direction to the light. A photon on a material that is not there ends.
     ///
     /// Returns (place float32[P, 4], deposit float32[P, 4], unfinished): position and surface + 1,
     /// flux and packed normal, in order of bounce and photon; and how many the last bounce cut off.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (normals, materials, lights, *, seed, pass_index, photons, bounces, first_hits))]
+    #[pyo3(signature = (normals, materials, lights, *, seed, pass_index, photons, bounces, first_hits, directions))]
     fn photons<'py>(
         &self,
         py: Python<'py>,
@@ -86,6 +87,7 @@ impl Tracer {
         photons: u32,
         bounces: u32,
         first_hits: bool,
+        directions: bool,
     ) -> PyResult<(Rows<'py>, Rows<'py>, usize)> {
         let normals = array::<f32>(normals, "normals", &[Some(self.corners.len()), Some(3), Some(4)])?;
         let materials = array::<f32>(materials, "materials", &[None, Some(2), Some(4)])?;
@@ -97,7 +99,7 @@ impl Tracer {
             materials: rows::<f32, 4>(&materials)?.as_chunks().0,
             lights: rows::<f32, 4>(&lights)?.as_chunks().0,
         };
-        let emission = paths::Emission { photons, seed, pass_index, bounces, first_hits };
+        let emission = paths::Emission { photons, seed, pass_index, bounces, first_hits, directions };
         let landed = run(py, || Ok(paths::trace_photons(&scene, &emission)))?;
         Ok((new_rows(py, landed.places)?, new_rows(py, landed.deposits)?, landed.unfinished))
     }

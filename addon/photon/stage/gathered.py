@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which lobes photons are gathered with (glsl/lib/gathered.glsl)."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from ..scene import Light, Material, Scene
+from ..settings import Settings
+
+# Roughness from which on photons are gathered with a share of a lobe, and with all of it. Sharper
+# lobes see few of the photons about a point, and most light by a ray.
+GATHERED_FROM, GATHERED_WHOLLY = 0.4, 0.5
+BLEND = {"GATHERED_FROM": GATHERED_FROM, "GATHERED_WHOLLY": GATHERED_WHOLLY}
+
+
+def gather_some(material: Material) -> bool:
+    """Whether photons are gathered with any of its lobes, wholly or in part."""
+    return any(lobe.reflects and lobe.roughness > GATHERED_FROM for lobe in material.lobes)
+
+
+def send_rays(material: Material) -> bool:
+    """Whether any of its lobes, or a part of one, sends rays where others gather."""
+    return any(lobe.reflects and lobe.roughness < GATHERED_WHOLLY for lobe in material.lobes)
+
+
+def _is_met_by_rays_alone(light: Light) -> bool:
+    """Whether lobes reflect it where their rays meet it, and no shadow ray finds it for them."""
+    return "chains" in light.found_by and "glossy" not in light.found_by
+
+
+def can_gather(scene: Scene, settings: Settings, materials: Collection[Material]) -> bool:
+    """Whether photons are gathered with lobes of these materials, if there are photons."""
+    return (
+        settings.photons_a_pass > 0
+        and settings.mirror_depth > 0
+        and settings.estimator != "splat"  # a splat knows no lobes
+        and not any(map(_is_met_by_rays_alone, scene.lights))
+        and any(map(gather_some, materials))
+    )

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Lobes that are broad enough to gather photons with (Hachisuka & Jensen 2009). Sharp ones send rays; between
+// GATHERED_FROM and GATHERED_WHOLLY a share of the lobe does either, so that no picture jumps where one ends.
+#include "lib/lobe.glsl"
+
+#if defined(GATHERED_LOBES) || defined(DIRECTIONS)
+float gathered_share(Lobe lobe, Shape shape) {
+    return is_lobe(lobe) ? smoothstep(GATHERED_FROM, GATHERED_WHOLLY, roughness_kind(lobe, shape)) : 0.0;
+}
+#endif
+
+// What is left of the lobe to rays.
+Shape shape_of_rays(Lobe lobe, Shape shape) {
+#ifdef GATHERED_LOBES
+    shape.weight *= 1.0 - gathered_share(lobe, shape);
+#endif
+    return shape;
+}

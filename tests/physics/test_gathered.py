@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lobes that gather photons show what their rays would: natively, by fragment and by compute
+programs, and whatever share of a lobe does either."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.photon.scene import Lobe, Material, Scene, phong, world_light
+from addon.photon.stage import gathered
+from addon.streams import Device
+from tests.measure import render
+from tests.scenes import Builder, camera, cornell, plain_light, replace
+
+BLACK = (0.0, 0.0, 0.0)
+ROUGHNESS = 0.5
+
+
+def microfacets(kind: str, colour: Any, **more: Any) -> Lobe:
+    alpha = ROUGHNESS**2
+    shape = {"alpha_x": alpha, "alpha_y": alpha, "turn": 0.0, "compensated": 1.0}
+    return Lobe(kind, colour, shape | more)
+
+
+METAL = microfacets("ggx_metal", (0.5, 0.4, 0.2), tint=(0.8, 0.9, 1.0))
+COAT = microfacets("ggx_dielectric", (0.04,) * 3, ior=1.5)
+PHONG = phong((0.4, 0.4, 0.2), 2 / ROUGHNESS**4 - 2)
+MATERIALS = {
+    "phong": Material("phong", (0.2, 0.3, 0.1), (PHONG,)),
+    "metal": Material("metal", BLACK, (METAL,)),
+    "two": Material("two", (0.1, 0.1, 0.2), (COAT, phong((0.3, 0.2, 0.1), 20.0))),
+}
+
+
+def room(material: Material) -> Scene:
+    """A closed room whose every wall wears it."""
+    scene = cornell()
+    view = camera((5, 0.5, 5), (5, 10, 4), 70)
+    return replace(scene, camera=view, materials=(material,) * len(scene.materials))
+
+
+def share(monkeypatch: pytest.MonkeyPatch, of_lobe: float) -> None:
+    """Gather photons with such a share of lobes of ROUGHNESS: 0, 0.5 or 1."""
+    begin = {0.0: 2.0, 0.5: ROUGHNESS - 0.2, 1.0: 0.1}[of_lobe]
+    end = {0.0: 3.0, 0.5: ROUGHNESS + 0.2, 1.0: 0.2}[of_lobe]
+    monkeypatch.setattr(gathered, "GATHERED_FROM", begin)
+    monkeypatch.setattr(gathered, "GATHERED_WHOLLY", end)
+    both = {"GATHERED_FROM": begin, "GATHERED_WHOLLY": end}
+    for name, value in both.items():
+        monkeypatch.setitem(gathered.BLEND, name, value)
+
+
+def light(images: dict[str, Any]) -> Any:
+    """But for the lamps' own: the mean of each quarter of the picture."""
+    seen = (images["Indirect"] + images["Mirror"])[..., :3].astype(float)
+    side = len(seen) // 2
+    return seen.reshape(2, side, 2, side, 3).mean(axis=(1, 3)).reshape(4, 3)
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_gathered_is_what_rays_see(
+    device: Device, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """And nothing jumps where the share of a lobe that gathers changes (stability row 64)."""
+    options: dict[str, Any] = {"width": 12, "height": 12, "photons": 8192, "radius": 0.8}
+    options |= {"passes": 160, "radius_shrink": 2 / 3}
+    found = {}
+    for of_lobe in (0.0, 0.5, 1.0):
+        share(monkeypatch, of_lobe)
+        images = render(device, room(MATERIALS[name]), **options)
+        found[of_lobe] = light(images)
+        assert images["Mirror"].any() == (of_lobe < 1.0)
+    for of_lobe in (0.5, 1.0):
+        print(found[of_lobe].mean() / found[0.0].mean() - 1)
+        np.testing.assert_allclose(found[of_lobe], found[0.0], atol=0.1 * found[0.0].mean())
+        np.testing.assert_allclose(found[of_lobe].mean(), found[0.0].mean(), rtol=0.01)
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_lights_are_seen_once(device: Device, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """By shadow rays and by rays of lobes together: a lamp of some size, and the world."""
+    built = Builder().quad((-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0))
+    lamp = plain_light("lamp", "POINT", (0.0, 1.2, 1.0), (60.0, 40.0, 30.0), radius=0.4)
+    lights = [lamp, world_light("sky", (0.3, 0.4, 0.5))]
+    plate = built.scene(camera((0, -2.5, 2), (0, 0.3, 0), 25), lights, [MATERIALS[name]])
+    options: dict[str, Any] = {"width": 16, "height": 16, "photons": 64, "passes": 128}
+    found = []
+    for of_lobe in (0.0, 0.5, 1.0):
+        share(monkeypatch, of_lobe)
+        images = render(device, plate, **options)
+        found.append(images["Combined"][..., :3].astype(float).mean(axis=(0, 1)))
+    np.testing.assert_allclose(found[1], found[0], rtol=0.01)
+    np.testing.assert_allclose(found[2], found[0], rtol=0.01)
+
+
+@pytest.mark.parametrize("layer", ["fragment", "compute"])
+@pytest.mark.parametrize("name", MATERIALS)
+def test_all_ways_gather_alike(
+    device: Device, monkeypatch: pytest.MonkeyPatch, layer: str, name: str
+) -> None:
+    """Phong's lobes natively by powers of their own; photons' directions to the last bit."""
+    if layer == "compute" and not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    share(monkeypatch, 0.5)
+    options: dict[str, Any] = {"width": 16, "height": 16, "photons": 4096, "radius": 1.5}
+    native, other = (
+        render(device, room(MATERIALS[name]), passes=2, layer=way, **options)["Indirect"]
+        for way in ("native", layer)
+    )
+    assert native.mean() > 0.01
+    assert (np.abs(other - native) > 2e-3 * native.max()).mean() < 0.01
+    np.testing.assert_allclose(other.mean(axis=(0, 1)), native.mean(axis=(0, 1)), rtol=2e-3)
