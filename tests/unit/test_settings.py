@@ -39,7 +39,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "pixel_filter": ("box", "gauss", "blackman_harris"),
     "splat_shape": ("triangle", "quad", "point"),
 }
-SWITCHES = {"boundary_correction", "direct_by_photons", "transparent"}
+SWITCHES = {"boundary_correction", "direct_by_photons", "transparent", "illuminance"}
 
 
 def test_defaults_are_in_range() -> None:
