@@ -16,6 +16,13 @@ vec3 direction_from_versine(float v, float phi) {
     return vec3(sine * cos(phi), sine * sin(phi), 1.0 - v);
 }
 
+// x - sin x, without cancellation, x in [0, PI].
+float beyond_sine(float x) {
+    float x2 = x * x;
+    if (x > 0.5) return x - sin(x);
+    return x * x2 * (1.0 / 6.0 - x2 * (1.0 / 120.0 - x2 * (1.0 / 5040.0)));
+}
+
 // Uniform on the unit disc; pdf 1 / PI.
 vec2 sample_disc(vec2 u) {
     float r = sqrt(u.x), phi = 2.0 * PI * u.y;

@@ -2,20 +2,23 @@
 """What is rendered: plain values, no Blender, no device."""
 
 from .camera import Camera, Lens, Motion
-from .values import (
-    BLACK,
+from .checks import BLACK, RGB
+from .lights import (
     FOUND_BY,
-    MIRROR,
-    RGB,
-    SNAPSHOT_VERSION,
     Light,
+    area_light,
+    point_light,
+    spot_light,
+    sun_light,
+    world_light,
+)
+from .values import (
+    MIRROR,
+    SNAPSHOT_VERSION,
     Lobe,
     Material,
     Scene,
     phong,
-    point_light,
-    spot_light,
-    world_light,
 )
 
 __all__ = [
@@ -31,8 +34,10 @@ __all__ = [
     "Material",
     "Motion",
     "Scene",
+    "area_light",
     "phong",
     "point_light",
     "spot_light",
+    "sun_light",
     "world_light",
 ]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all values of a scene are asked."""
+"""Numbers of a scene, and what all are asked."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import SceneError
+
+RGB = tuple[float, float, float]  # or x, y, z
+BLACK: RGB = (0.0, 0.0, 0.0)
 
 
 def check_finite(what: str, values: Any, low: float = -np.inf) -> None:

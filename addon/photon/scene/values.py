@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scene as the renderer sees it: plain frozen data, no Blender.
 
-World space, lengths in metres, linear RGB, powers in watts. Blender's units: a light's
-`power` is Blender's P = energy * colour * 2^exposure.
+World space, lengths in metres, linear RGB.
 """
 
 from __future__ import annotations
@@ -19,11 +18,10 @@ from numpy.typing import NDArray
 
 from ..errors import SceneError
 from .camera import Camera
-from .checks import check_finite
+from .checks import BLACK, RGB, check_finite
+from .lights import Light, point_light, spot_light, world_light
 
 SNAPSHOT_VERSION = 3
-RGB = tuple[float, float, float]  # or x, y, z
-BLACK: RGB = (0.0, 0.0, 0.0)
 MIRROR = np.inf  # Phong exponent of a perfect mirror
 # Kinds of lobes whose colour is their reflectance head-on: black ones reflect at grazing angles.
 FRESNEL_LOBES = ("ggx_dielectric", "ggx_metal")
@@ -31,76 +29,6 @@ FRESNEL_LOBES = ("ggx_dielectric", "ggx_metal")
 
 def _empty(shape: tuple[int, ...], dtype: Any) -> Any:
     return field(default_factory=lambda: np.zeros(shape, dtype))
-
-
-# Who may find a light: the eye's rays; shadow rays of diffuse surfaces and of lobes; rays of lobes.
-FOUND_BY = ("camera", "diffuse", "glossy", "chains")
-
-
-@dataclass(frozen=True)
-class Light:
-    """A light of one of the kinds of glsl/lights, whose files say what the parameters are, and in
-    what unit the power is."""
-
-    name: str
-    kind: str
-    position: RGB  # [m]
-    power: RGB  # per channel, >= 0
-    direction: RGB = (0.0, 0.0, -1.0)  # its axis
-    parameters: Mapping[str, float | RGB] = field(default_factory=dict)
-    across: RGB = (1.0, 0.0, 0.0)  # for kinds that are no bodies of revolution about the axis
-    found_by: tuple[str, ...] = FOUND_BY
-
-    def check(self) -> None:
-        """Raise SceneError naming the light and the first value out of its range."""
-        who = f"light {self.name!r}"
-        check_finite(f"{who}: position", self.position)
-        check_finite(f"{who}: power", self.power, 0.0)
-        for name, value in self.parameters.items():
-            check_finite(f"{who}: {name}", value, 0.0)
-        for what, axis in (("direction", self.direction), ("across", self.across)):
-            check_finite(f"{who}: {what}", axis)
-            if not any(axis):
-                raise SceneError(f"{who}: {what} {axis} has no length")
-        unknown = set(self.found_by) - set(FOUND_BY)
-        if unknown:
-            raise SceneError(f"{who}: found_by {unknown.pop()!r} is none of {', '.join(FOUND_BY)}")
-
-    @property
-    def lights_surfaces(self) -> bool:
-        """Whether shadow rays and photons ask for it."""
-        return "diffuse" in self.found_by or "glossy" in self.found_by
-
-
-def point_light(name: str, position: RGB, power: RGB, radius: float = 0.0) -> Light:
-    """A point light, or a sphere of a radius [m]."""
-    return Light(name, "point", position, power, parameters={"radius": radius})
-
-
-def spot_light(
-    name: str,
-    position: RGB,
-    power: RGB,
-    direction: RGB = (0.0, 0.0, -1.0),
-    *,
-    size: float,
-    blend: float,
-    radius: float = 0.0,
-) -> Light:
-    """A spotlight, whose cone is `size` [rad] wide, in [0, pi], and fades in a share `blend` of
-    it, in [0, 1]; SceneError for others."""
-    if not 0.0 <= size <= np.pi * (1 + 1e-6):
-        raise SceneError(f"light {name!r}: spot size {size} is outside [0, pi]")
-    if not 0.0 <= blend <= 1.0:
-        raise SceneError(f"light {name!r}: spot blend {blend} is outside [0, 1]")
-    outer = 2.0 * math.sin(size / 4.0) ** 2  # 1 - cos(size / 2), exact for small angles
-    parameters = {"radius": radius, "outer": outer, "inner": outer * (1.0 - blend)}
-    return Light(name, "spot", position, power, direction, parameters)
-
-
-def world_light(name: str, radiance: RGB, found_by: tuple[str, ...] = FOUND_BY) -> Light:
-    """A world of one radiance [W/(m^2 sr)] from everywhere."""
-    return Light(name, "world", BLACK, radiance, found_by=found_by)
 
 
 @dataclass(frozen=True)

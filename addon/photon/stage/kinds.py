@@ -45,6 +45,11 @@ class Kind:
         return self.parameters[first] == SCENE or given[first] > 0.0
 
     @property
+    def is_far(self) -> bool:
+        """Whether it is about the scene."""
+        return SCENE in self.parameters.values()
+
+    @property
     def is_world(self) -> bool:
         """Whether it is what lies behind all else."""
         return self.power == RADIANCE

@@ -187,7 +187,7 @@ class Tables:
             flux = flux_of(device, layer, emitters, textures["lights"])
             shines = (flux > 0.0).any(axis=1)  # a cone without width does not
             if not bounds:  # nothing is lit
-                shines |= [light_kinds()[light.kind].is_world for light in emitters]
+                shines |= [light_kinds()[light.kind].is_far for light in emitters]
             emitters = tuple(x for x, is_on in zip(emitters, shines, strict=True) if is_on)
             lights = light_table(emitters, frame, bounds)
             photons = [light.lights_surfaces for light in emitters]

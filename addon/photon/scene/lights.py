@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lights: what they all have, and one of each kind in Blender's units.
+
+A light's `power` is Blender's P = energy * colour * 2^exposure.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import SceneError
+from .checks import BLACK, RGB, check_finite
+
+# Half a spread [rad]: a narrower one is as good as parallel.
+LEAST_SPREAD = 1e-3
+# Who may find a light: the eye's rays; shadow rays of diffuse surfaces and of lobes; rays of lobes.
+FOUND_BY = ("camera", "diffuse", "glossy", "chains")
+
+
+@dataclass(frozen=True)
+class Light:
+    """A light of one of the kinds of glsl/lights, whose files say what the parameters are, and in
+    what unit the power is."""
+
+    name: str
+    kind: str
+    position: RGB  # [m]
+    power: RGB  # per channel, >= 0
+    direction: RGB = (0.0, 0.0, -1.0)  # its axis
+    parameters: Mapping[str, float | RGB] = field(default_factory=dict)
+    across: RGB = (1.0, 0.0, 0.0)  # for kinds that are no bodies of revolution about the axis
+    found_by: tuple[str, ...] = FOUND_BY
+
+    def check(self) -> None:
+        """Raise SceneError naming the light and the first value out of its range."""
+        who = f"light {self.name!r}"
+        check_finite(f"{who}: position", self.position)
+        check_finite(f"{who}: power", self.power, 0.0)
+        for name, value in self.parameters.items():
+            check_finite(f"{who}: {name}", value, 0.0)
+        for what, axis in (("direction", self.direction), ("across", self.across)):
+            check_finite(f"{who}: {what}", axis)
+            if not any(axis):
+                raise SceneError(f"{who}: {what} {axis} has no length")
+        unknown = set(self.found_by) - set(FOUND_BY)
+        if unknown:
+            raise SceneError(f"{who}: found_by {unknown.pop()!r} is none of {', '.join(FOUND_BY)}")
+
+    @property
+    def lights_surfaces(self) -> bool:
+        """Whether shadow rays and photons ask for it."""
+        return "diffuse" in self.found_by or "glossy" in self.found_by
+
+
+def point_light(name: str, position: RGB, power: RGB, radius: float = 0.0) -> Light:
+    """A point light, or a sphere of a radius [m]."""
+    return Light(name, "point", position, power, parameters={"radius": radius})
+
+
+def spot_light(
+    name: str,
+    position: RGB,
+    power: RGB,
+    direction: RGB = (0.0, 0.0, -1.0),
+    *,
+    size: float,
+    blend: float,
+    radius: float = 0.0,
+) -> Light:
+    """A spotlight, whose cone is `size` [rad] wide, in [0, pi], and fades in a share `blend` of
+    it, in [0, 1]; SceneError for others."""
+    if not 0.0 <= size <= np.pi * (1 + 1e-6):
+        raise SceneError(f"light {name!r}: spot size {size} is outside [0, pi]")
+    if not 0.0 <= blend <= 1.0:
+        raise SceneError(f"light {name!r}: spot blend {blend} is outside [0, 1]")
+    outer = 2.0 * math.sin(size / 4.0) ** 2  # 1 - cos(size / 2), exact for small angles
+    parameters = {"radius": radius, "outer": outer, "inner": outer * (1.0 - blend)}
+    return Light(name, "spot", position, power, direction, parameters)
+
+
+def area_light(
+    name: str,
+    position: RGB,
+    power: RGB,
+    direction: RGB = (0.0, 0.0, -1.0),
+    across: RGB = (1.0, 0.0, 0.0),
+    *,
+    size: tuple[float, float],
+    is_round: bool = False,
+    spread: float = math.pi,
+    found_by: tuple[str, ...] = FOUND_BY,
+) -> Light:
+    """A rectangle, or an ellipse, `size` [m] across and along. It shines as far as half of `spread`
+    [rad] off its direction, all the flux of `power`; SceneError for no size, or a spread outside
+    [0, pi]."""
+    if not 0.0 <= spread <= np.pi * (1 + 1e-6):
+        raise SceneError(f"light {name!r}: spread {spread} is outside [0, pi]")
+    if not min(size) > 0.0:
+        raise SceneError(f"light {name!r}: size {size} is not positive")
+    half = min(max(spread / 2.0, LEAST_SPREAD), math.pi / 2)
+    cotangent = 0.0 if spread >= math.pi * (1 - 1e-6) else 1.0 / math.tan(half)
+    width, height = size
+    parameters = {"width": width, "height": height, "round": float(is_round)}
+    parameters |= {"cotangent": cotangent, "gain": 1.0 / (1.0 - half * cotangent)}
+    return Light(name, "area", position, power, direction, parameters, across, found_by)
+
+
+def sun_light(
+    name: str,
+    irradiance: RGB,
+    direction: RGB = (0.0, 0.0, -1.0),
+    angle: float = 0.0,
+    found_by: tuple[str, ...] = FOUND_BY,
+) -> Light:
+    """A disc in the sky, `angle` [rad] wide, that brings `irradiance` [W/m^2] to what faces it;
+    SceneError for an angle outside [0, pi]."""
+    if not 0.0 <= angle <= np.pi * (1 + 1e-6):
+        raise SceneError(f"light {name!r}: angle {angle} is outside [0, pi]")
+    widest = 2.0 * math.sin(angle / 4.0) ** 2  # 1 - cos(angle / 2), exact for small angles
+    parameters = {"widest": widest}
+    return Light(name, "sun", BLACK, irradiance, direction, parameters, found_by=found_by)
+
+
+def world_light(name: str, radiance: RGB, found_by: tuple[str, ...] = FOUND_BY) -> Light:
+    """A world of one radiance [W/(m^2 sr)] from everywhere."""
+    return Light(name, "world", BLACK, radiance, found_by=found_by)
