@@ -136,7 +136,9 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         for kernel in (Generator, LightFlux):
             yield kernel, {}, scene.made
         for kernel in (Shade, Projector, Reflector):
-            yield kernel, scene.photon_defines, scene.made
+            for arrivals in (False, True):
+                found = replace(scene, arrivals=arrivals)
+                yield kernel, found.photon_defines, scene.made
         for kernel in (Shade, Blur):
             yield kernel, scene.eye_defines, scene.made
         if scene.gathered_lobes:
@@ -159,7 +161,9 @@ def compute_programs() -> Iterator[tuple[str, str, Made]]:
     for stem in COMPUTE:
         yield stem, DECLARATIONS.get(stem, ""), {}
     for scene in needs():
-        yield Bounces.stem, declarations(scene.photon_defines), scene.made
+        for arrivals in (False, True):
+            defines = replace(scene, arrivals=arrivals).photon_defines
+            yield Bounces.stem, declarations(defines), scene.made
 
 
 def drawn() -> Iterator[tuple[type[DrawKernel], SplatShape, Defines]]:

@@ -2,6 +2,7 @@
 // Emit photons of equal flux from the lights (Marino & Abbate, Generator).
 #include "lib/rng.glsl"
 #include "lib/light_choice.glsl"
+#include "lib/from_light.glsl"
 #include "lib/colour.glsl"
 
 void kernel() {
@@ -12,12 +13,13 @@ void kernel() {
     vec4 on_light = random4(seed, pass_index, uint(photon), DIMENSION_LIGHT_POINT);
     // Systematic sampling over the photons, so each light gets its share to within one photon, and exactly
     // its share in the mean over passes.
-    Light light = light_at(choose_light((float(photon) + shift.x) / float(photons)));
+    int number = choose_light((float(photon) + shift.x) / float(photons));
+    Light light = light_at(number);
     vec3 flux = flux_light(light);
     if (light.chosen <= 0.0 || !(largest(flux) > 0.0)) skip();
     LightRay emitted = emit_light(light, u.xy, on_light.xy);
     // Lifted off a surface that the light may lie in, as all rays are that leave one.
-    store_origin(RayOrigin(emitted.origin + emitted.direction * SURFACE_OFFSET, -1.0));
+    store_origin(RayOrigin(emitted.origin + emitted.direction * SURFACE_OFFSET, from_light(number)));
     store_direction(RayDirection(emitted.direction, T_MAX));
-    store_flux(Flux(flux / (float(photons) * light.chosen), float(photon)));
+    store_flux(Flux(flux * (emitted.weight / (float(photons) * light.chosen)), float(photon)));
 }

@@ -9,6 +9,9 @@
 #ifdef LOBES
 #include "lib/lobe.glsl"
 #endif
+#ifdef ARRIVALS
+#include "lib/arrival.glsl"
+#endif
 
 void kernel() {
     Place place = load_place();
@@ -34,6 +37,9 @@ void kernel() {
         // wrong side, so the energy ledger closes whatever the shading normals are.
         outgoing = frame_about(facing.normal) * sample_cosine_hemisphere(u.yz);
         flux *= diffuse.albedo / by_diffuse;
+#ifdef ARRIVALS
+        flux *= share_of_arrival(load_origin(), place.position, BY_DIFFUSE);
+#endif
 #ifdef LOBES
         // It goes on to the eye: that is the direction by which layers are weighed.
         if (is_covered(diffuse)) flux *= passed_by_lobe(lobe, shape, max(0.0, dot(outgoing, shading.normal)));
@@ -42,6 +48,9 @@ void kernel() {
         vec3 normal = raised_normal(shading.normal, facing.normal, -incoming);
         outgoing = sample_lobe_for_photon(lobe, shape, normal, -incoming, u.yz, weight);
         flux *= weight / by_lobe;
+#ifdef ARRIVALS
+        flux *= share_of_arrival(load_origin(), place.position, BY_GLOSSY);
+#endif
 #endif
     } else {
         skip();

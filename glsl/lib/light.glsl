@@ -12,8 +12,8 @@ struct LightSample {
 
 LightSample no_light() { return LightSample(vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0); }
 
-// Where a photon starts, and where to.
-struct LightRay { vec3 origin; vec3 direction; };
+// Where a photon starts, where to, and its flux over the light's.
+struct LightRay { vec3 origin; vec3 direction; float weight; };
 
 // Whom a light is found by: bits of Light.found_by.
 const int BY_CAMERA = 1;
@@ -21,6 +21,15 @@ const int BY_DIFFUSE = 2;    // shadow rays of diffuse surfaces
 const int BY_GLOSSY = 4;     // shadow rays of lobes
 const int BY_CHAINS = 8;     // rays of lobes
 const int IS_WORLD = 16;     // it is what lies behind all
+const int IS_SOFT = 32;      // it is a disc that faces whoever looks
+
+// Its strength at a distance over what falls off with the distance squared (table of lights).
+float share_at(Light light, float far) {
+    if (light.falloff == 0.0 && light.smoothing == 0.0) return 1.0;
+    float distance2 = far * far;
+    float share = light.smoothing > 0.0 ? distance2 / (light.smoothing + distance2) : 1.0;
+    return light.falloff == 2.0 ? share * distance2 : (light.falloff == 1.0 ? share * far : share);
+}
 
 bool is_found(Light light, int by) { return (int(light.found_by) & by) != 0; }
 
@@ -30,30 +39,45 @@ float versine_between(vec3 a, vec3 b) {
     return min(0.5 * dot(d, d), 2.0);  // rounding must not leave a point light's "cone"
 }
 
-// In a direction about the light's axis. A sphere of even radiance seen from afar is a disc: the photon
-// starts on it, lifted to the sphere.
-LightRay emitted_by_sphere(Light light, float versine, float turn, vec2 on_light, float radius) {
-    vec3 direction = frame_about(light.axis) * direction_from_versine(versine, 2.0 * PI * turn);
+vec3 about_axis(Light light, float versine, float turn) {
+    return frame_about(light.axis) * direction_from_versine(versine, 2.0 * PI * turn);
+}
+
+// A sphere of even radiance seen from afar is a disc: the photon starts on it, or lifted to the sphere.
+LightRay emitted_by_sphere(Light light, vec3 direction, vec2 on_light, float radius, bool is_lifted) {
     vec2 disc = sample_disc(on_light);
-    vec3 lift = vec3(disc, sqrt(max(0.0, 1.0 - dot(disc, disc)))) * radius;
-    return LightRay(light.position + frame_about(direction) * lift, direction);
+    vec3 lift = vec3(disc, is_lifted ? sqrt(max(0.0, 1.0 - dot(disc, disc))) : 0.0) * radius;
+    return LightRay(light.position + frame_about(direction) * lift, direction, 1.0);
 }
 
 // From afar in a direction: through a disc that the scene, of this radius about the origin, lies behind.
 LightRay emitted_by_surroundings(vec3 direction, vec2 on_disc, float radius) {
     vec3 place = vec3(sample_disc(on_disc), -1.0) * radius;
-    return LightRay(frame_about(direction) * place, direction);
+    return LightRay(frame_about(direction) * place, direction, 1.0);
 }
 
-// The radiance of a sphere of even brightness about a light, where a ray first meets it from outside and before
-// `far`; and how bright a point light of `power` makes it.
-vec3 seen_sphere(Light light, float radius, vec3 origin, vec3 direction, float far) {
+// What a ray sees of a light: the radiance where it first meets the light before `far`, and how far that is; else 0.
+// Of a sphere of even brightness about a light, from inside too; and how bright a point light of `power` makes it.
+vec4 seen_sphere(Light light, float radius, vec3 origin, vec3 direction, float far) {
     vec3 to_middle = light.position - origin;
     float along = dot(to_middle, direction), radius2 = radius * radius;
     vec3 off = to_middle - along * direction;
     float beside2 = dot(off, off);
-    if (!(along > 0.0) || !(beside2 < radius2) || dot(to_middle, to_middle) <= radius2) return vec3(0.0);
-    return along - sqrt(radius2 - beside2) < far ? light.power / (4.0 * PI * PI * radius2) : vec3(0.0);
+    bool is_inside = dot(to_middle, to_middle) <= radius2;
+    if (!(beside2 < radius2) || !(along > 0.0 || is_inside)) return vec4(0.0);
+    float to_middle_plane = sqrt(radius2 - beside2);
+    float met = along + (is_inside ? to_middle_plane : -to_middle_plane);
+    return met < far ? vec4(light.power / (4.0 * PI * PI * radius2), met) : vec4(0.0);
+}
+
+// Of as bright a disc about the light, which faces the ray's origin.
+vec4 seen_facing_disc(Light light, float radius, vec3 origin, vec3 direction, float far) {
+    vec3 to_middle = light.position - origin;
+    float along = dot(to_middle, direction), distance2 = dot(to_middle, to_middle), radius2 = radius * radius;
+    vec3 off = to_middle - along * direction;
+    if (!(along > 0.0) || !(dot(off, off) * distance2 < radius2 * along * along)) return vec4(0.0);
+    float met = distance2 / along;
+    return met < far ? vec4(light.power / (4.0 * PI * PI * radius2), met) : vec4(0.0);
 }
 
 #include "made/lights.glsl"

@@ -102,16 +102,17 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     float above = dot(found.to_light, point.facing.normal), lift = 0.0;
     if (cosine <= 0.0 || found.share <= 0.0) return none;
 #ifdef SMOOTH
-    float share = terminator_share(cosine, above);
-    if (share > 0.0) {
+    float terminator = terminator_share(cosine, above);
+    if (terminator > 0.0) {
         lift = height_to_smooth(int(point.shading.triangle), point.place.position, point.shading.normal);
         if (above <= 0.0 && lift <= 0.0) return none;
-        lift *= share;
+        lift *= terminator;
     }
 #else
     if (above <= 0.0) return none;
 #endif
-    vec3 irradiance = found.irradiance * (found.share * cosine / rays_to(light));
+    float share = found.share * share_at(light, found.far);
+    vec3 irradiance = found.irradiance * (share * cosine / rays_to(light));
     vec3 radiance = irradiance * eval_bsdf(point, light, found.to_light);
     float lux = 0.0;
 #ifdef ILLUMINANCE

@@ -108,16 +108,16 @@ LightRay emit_area(Light light, vec2 u, vec2 on_light) {
     vec3 direction = vec3(sin(angle) * vec2(cos(turn), sin(turn)), cos(angle));
     vec2 place = light.parameters.z > 0.0 ? 0.5 * sample_disc(on_light) : on_light - 0.5;
     mat3 frame = frame_of_area(light);
-    return LightRay(light.position + frame * vec3(place * light.parameters.xy, 0.0), normalize(frame * direction));
+    return LightRay(light.position + frame * vec3(place * light.parameters.xy, 0.0), normalize(frame * direction), 1.0);
 }
 
-vec3 seen_area(Light light, vec3 origin, vec3 direction, float far) {
+vec4 seen_area(Light light, vec3 origin, vec3 direction, float far) {
     mat3 frame = frame_of_area(light);
     vec3 place = (origin - light.position) * frame, local = direction * frame;
-    if (!(place.z > 0.0) || !(local.z < 0.0)) return vec3(0.0);
+    if (!(place.z > 0.0) || !(local.z < 0.0)) return vec4(0.0);
     float along = -place.z / local.z;
-    if (!(along < far) || !is_in_area(light, place.xy + along * local.xy)) return vec3(0.0);
-    return light.power * (spread_share(light, -local.z) / (PI * surface_of(light)));
+    if (!(along < far) || !is_in_area(light, place.xy + along * local.xy)) return vec4(0.0);
+    return vec4(light.power * (spread_share(light, -local.z) / (PI * surface_of(light))), along);
 }
 
 vec3 flux_area(Light light) { return light.power; }

@@ -16,9 +16,9 @@ float pdf_sun(Light light, vec3 position, vec3 normal, vec3 to_light) {
     return widest > 0.0 && versine_between(to_light, -light.axis) <= widest ? 1.0 / (2.0 * PI * widest) : 0.0;
 }
 
-vec3 seen_sun(Light light, vec3 origin, vec3 direction, float far) {
-    if (far < T_MAX) return vec3(0.0);
-    return light.power * (pdf_sun(light, origin, direction, direction) / mean_cosine_of_sun(light));
+vec4 seen_sun(Light light, vec3 origin, vec3 direction, float far) {
+    if (far < T_MAX) return vec4(0.0);
+    return vec4(light.power * (pdf_sun(light, origin, direction, direction) / mean_cosine_of_sun(light)), T_MAX);
 }
 
 LightRay emit_sun(Light light, vec2 u, vec2 on_light) {

@@ -14,8 +14,8 @@ float pdf_world(Light light, vec3 position, vec3 normal, vec3 to_light) {
     return pdf_cosine_hemisphere(dot(normal, to_light));
 }
 
-vec3 seen_world(Light light, vec3 origin, vec3 direction, float far) {
-    return far >= T_MAX ? light.power : vec3(0.0);
+vec4 seen_world(Light light, vec3 origin, vec3 direction, float far) {
+    return far >= T_MAX ? vec4(light.power, T_MAX) : vec4(0.0);
 }
 
 LightRay emit_world(Light light, vec2 u, vec2 on_light) {

@@ -11,7 +11,7 @@ import pytest
 
 from addon.photon.stage.kinds import light_kinds
 
-from .build import add_light
+from .build import add_light, add_node
 
 pytestmark = pytest.mark.blender
 
@@ -49,31 +49,102 @@ def test_spot(export) -> None:
     assert ("Light 'Spot'", "Spot light") in reported(report, "exact")
 
 
-@pytest.mark.parametrize(
-    ("radius", "camera", "glossy", "said"),
-    [
-        (0.5, False, True, "its sphere lights, but is not seen in mirrors"),
-        (0.5, True, True, "its sphere lights, but is not seen directly or in mirrors"),
-        (0.5, True, False, "its sphere lights, but is not seen directly"),
-        (0.5, False, False, ""),
-        (0.0, True, True, ""),
-    ],
-)
-def test_point_with_radius(export, radius, camera, glossy, said) -> None:
-    """The sphere that Cycles would show is named."""
-    obj = add_light("Point", "POINT", energy=10.0, shadow_soft_size=radius)
-    obj.visible_camera, obj.visible_glossy = camera, glossy
-    if hasattr(obj.data, "use_soft_falloff"):
-        obj.data.use_soft_falloff = False
+@pytest.mark.parametrize("soft", [False, True])
+def test_point_with_radius(export, soft) -> None:
+    obj = add_light("Point", "POINT", energy=10.0, shadow_soft_size=0.5)
+    if not hasattr(obj.data, "use_soft_falloff"):
+        pytest.skip("this Blender's lights lack the property")
+    obj.data.use_soft_falloff = soft
     scene, report = export()
     (light,) = scene.lights
-    assert (light.kind, light.parameters) == ("point", {"radius": radius})
+    assert (light.kind, light.parameters) == ("point", {"radius": 0.5, "soft": float(soft)})
     assert list(light.parameters) == list(light_kinds()["point"].parameters)
-    assert [e.detail for e in report.of("approximated") if e.feature == "Radius"] == [said] * bool(
-        said
+    assert ("Light 'Point'", "Point light") in reported(report, "exact")
+
+
+EVERYONE = ("camera", "diffuse", "glossy", "chains")
+
+
+@pytest.mark.parametrize(
+    ("hidden", "by_rays", "found_by"),
+    [
+        ((), True, EVERYONE),
+        ((), False, ("diffuse", "glossy")),
+        (("camera",), True, ("diffuse", "glossy", "chains")),
+        (("diffuse",), True, ("camera", "glossy", "chains")),
+        (("glossy",), True, ("camera", "diffuse")),
+    ],
+)
+def test_who_finds_it(export, hidden, by_rays, found_by) -> None:
+    """As in renders of Cycles 5.0, for all kinds alike."""
+    for kind in ("POINT", "SPOT", "AREA", "SUN"):
+        obj = add_light(kind, kind)
+        obj.visible_camera = True  # which lights are not by default
+        for who in hidden:
+            setattr(obj, f"visible_{who}", False)
+        obj.data.cycles.use_multiple_importance_sampling = by_rays
+    lights = export()[0].lights
+    assert [light.found_by for light in lights] == [found_by] * 4
+
+
+@pytest.mark.parametrize(
+    ("shape", "scale", "size", "is_round"),
+    [
+        ("SQUARE", (1.0, 1.0, 1.0), (0.5, 0.5), 0.0),
+        ("RECTANGLE", (2.0, 1.0, 3.0), (1.0, 2.0), 0.0),
+        ("DISK", (1.0, 1.0, 1.0), (0.5, 0.5), 1.0),
+        ("ELLIPSE", (2.0, 1.0, 3.0), (1.0, 2.0), 1.0),
+    ],
+)
+def test_area(export, shape, scale, size, is_round) -> None:
+    """Its size goes with the object's scale, axis by axis."""
+    add_light(
+        "Area",
+        "AREA",
+        energy=3.0,
+        shape=shape,
+        size=0.5,
+        size_y=2.0,
+        scale=scale,
+        rotation_euler=(0.0, 0.0, math.pi / 2),
     )
-    exact = ("Light 'Point'", "Point light") in reported(report, "exact")
-    assert exact == (not said and glossy)
+    scene, report = export()
+    (light,) = scene.lights
+    parameters = light.parameters
+    assert (parameters["width"], parameters["height"]) == pytest.approx(size)
+    assert (parameters["round"], parameters["cotangent"], parameters["gain"]) == (is_round, 0, 1)
+    assert light.power == pytest.approx((3.0,) * 3)
+    assert light.direction == pytest.approx((0.0, 0.0, -1.0), abs=1e-6)
+    assert light.across == pytest.approx((0.0, 1.0, 0.0), abs=1e-6)
+    assert ("Light 'Area'", "Area light") in reported(report, "exact")
+
+
+def test_an_area_light_without_size_is_dark(export) -> None:
+    add_light("Area", "AREA", size=0.0)
+    assert not export()[0].lights
+
+
+def test_spread(export) -> None:
+    add_light("Area", "AREA", spread=math.radians(60))
+    parameters = export()[0].lights[0].parameters
+    assert parameters["cotangent"] == pytest.approx(math.sqrt(3), rel=1e-5)
+    assert parameters["gain"] == pytest.approx(1 / (1 - math.pi / 6 * math.sqrt(3)), rel=1e-5)
+
+
+def test_sun(export) -> None:
+    add_light("Sun", "SUN", energy=3.0, angle=0.2, rotation_euler=(0.0, math.pi / 2, 0.0))
+    scene, report = export()
+    (light,) = scene.lights
+    assert (light.kind, light.power) == ("sun", pytest.approx((3.0,) * 3))
+    assert light.parameters["widest"] == pytest.approx(1 - math.cos(0.1))
+    assert light.direction == pytest.approx((-1.0, 0.0, 0.0), abs=1e-6)
+    assert ("Light 'Sun'", "Sun light") in reported(report, "exact")
+
+
+def test_a_stretched_spot(export) -> None:
+    add_light("Spot", "SPOT", scale=(2.0, 1.0, 4.0))
+    parameters = export()[0].lights[0].parameters
+    assert (parameters["stretch_x"], parameters["stretch_y"]) == pytest.approx((0.5, 0.25))
 
 
 def test_several_at_once(export) -> None:
@@ -83,17 +154,21 @@ def test_several_at_once(export) -> None:
 
 
 @pytest.mark.parametrize(
-    ("properties", "factor"),
+    ("kind", "properties", "factor"),
     [
-        ({"exposure": 2.0}, (4.0, 4.0, 4.0)),
-        ({"normalize": False, "shadow_soft_size": 0.5}, (math.pi,) * 3),
-        ({"normalize": False, "shadow_soft_size": 0.0}, (4.0, 4.0, 4.0)),
+        ("POINT", {"exposure": 2.0}, (4.0, 4.0, 4.0)),
+        ("POINT", {"normalize": False, "shadow_soft_size": 0.5}, (math.pi,) * 3),
+        ("POINT", {"normalize": False, "shadow_soft_size": 0.0}, (4.0, 4.0, 4.0)),
+        ("AREA", {"normalize": False, "size": 0.5}, (0.25,) * 3),
+        ("AREA", {"normalize": False, "size": 0.5, "shape": "DISK"}, (math.pi / 16,) * 3),
+        ("SUN", {"normalize": False, "angle": 0.5}, (0.19231,) * 3),
+        ("SUN", {"normalize": False, "angle": 0.0}, (1.0,) * 3),
         # What Blender 5.0 shows for 3000 K.
-        ({"use_temperature": True, "temperature": 3000.0}, (1.77084, 0.84428, 0.27222)),
+        ("POINT", {"use_temperature": True, "temperature": 3000.0}, (1.77084, 0.84428, 0.27222)),
     ],
 )
-def test_power_as_cycles_has_it(export, properties, factor) -> None:
-    obj = add_light("Light", "POINT", energy=10.0)
+def test_power_as_cycles_has_it(export, kind, properties, factor) -> None:
+    obj = add_light("Light", kind, energy=10.0)
     if not hasattr(obj.data, next(iter(properties))):
         pytest.skip("this Blender's lights lack the property")
     for key, value in properties.items():
@@ -119,21 +194,44 @@ def test_negative_energy_is_clamped_and_reported(export) -> None:
     assert entry.object == "Light 'Dark'" and "-5" in entry.detail
 
 
-@pytest.mark.parametrize("kind", ["SUN", "AREA"])
-def test_other_kinds_are_named(export, kind) -> None:
-    add_light("Lamp", kind)
+def emission(light: bpy.types.Light) -> bpy.types.Node:
+    """The Emission node of a light that is given nodes."""
+    light.use_nodes = True
+    return next(node for node in light.node_tree.nodes if node.type == "EMISSION")
+
+
+@pytest.mark.parametrize("kelvin", [500, 1500, 3000, 5000, 9000, 20000])
+def test_blackbody(export, kelvin) -> None:
+    """As Blender shows the same temperature."""
+    light = add_light("Light", "POINT", energy=1.0).data
+    colour = emission(light).inputs["Color"]
+    node = add_node(light.node_tree, "ShaderNodeBlackbody", Temperature=kelvin)
+    light.node_tree.links.new(node.outputs[0], colour)
+    other = add_light("Other", "POINT", energy=1.0, use_temperature=True, temperature=kelvin)
+    found, wanted = (light.power for light in export()[0].lights)
+    assert other.data.use_temperature
+    np.testing.assert_allclose(found, wanted, atol=4e-3)
+
+
+@pytest.mark.parametrize(("socket", "power"), [("Quadratic", 0), ("Linear", 1), ("Constant", 2)])
+def test_light_falloff(export, socket, power) -> None:
+    light = add_light("Light", "POINT", energy=2.0).data
+    strength, tree = emission(light).inputs["Strength"], light.node_tree
+    node = add_node(tree, "ShaderNodeLightFalloff", Strength=3.0, Smooth=0.5)
+    half = add_node(tree, "ShaderNodeMath")
+    half.operation = "MULTIPLY"
+    half.inputs[1].default_value = 0.5
+    tree.links.new(node.outputs[socket], half.inputs[0])
+    tree.links.new(half.outputs[0], strength)
     scene, report = export()
-    assert scene.lights == ()
-    assert ("Light 'Lamp'", f"{kind.capitalize()} light") in reported(report, "ignored")
+    (found,) = scene.lights
+    assert (found.falloff, found.smoothing, found.power) == (power, 0.5, (3.0, 3.0, 3.0))
+    assert ("Light 'Light'", "Point light") in reported(report, "exact")
 
 
 def test_unknown_features_are_named(export) -> None:
-    obj = add_light("Lamp", "SPOT", use_shadow=False, scale=(1.0, 1.0, 2.0), shadow_soft_size=0.0)
-    obj.visible_glossy = False
-    report = export()[1]
-    assert ("Light 'Lamp'", "Cast Shadow off") in reported(report, "ignored")
-    assert ("Light 'Lamp'", "Ray Visibility") in reported(report, "ignored")
-    assert ("Light 'Lamp'", "Uneven scale") in reported(report, "approximated")
+    add_light("Lamp", "SPOT", use_shadow=False)
+    assert ("Light 'Lamp'", "Cast Shadow off") in reported(export()[1], "ignored")
 
 
 @pytest.mark.parametrize("bounces", [0, 1023, 1024])

@@ -209,12 +209,18 @@ def test_irradiance(one_bench: Bench, light: Light, away: float) -> None:
             assert (np.abs(each.mean(axis=0) - expected) <= error + 1e-4 * expected).all()
 
 
-def test_nothing_inside_a_sphere(one_bench: Bench) -> None:
+def test_lit_from_all_around_inside_a_sphere(one_bench: Bench) -> None:
+    """As in Cycles, a spotlight too."""
     for light in (CASES["point"].lights[2], CASES["spot"].lights[3]):
         inside = replace(light, parameters={**light.parameters, "radius": 1.0})
         place = np.broadcast_to(PLACE + np.array([0.1, 0.0, 0.0]), (COUNT, 3))
-        _, brought = probe(one_bench, inside, SAMPLE, place, numbers()[0])
-        assert not (brought[:, :3] * brought[:, 3:]).any()
+        found, brought = probe(one_bench, inside, SAMPLE, place, numbers()[0])
+        each = brought[:, :3] * (brought[:, 3:] * found[:, 2:3])
+        np.testing.assert_allclose(
+            each, np.tile(np.divide(POWER, 4 * np.pi), (COUNT, 1)), rtol=1e-4
+        )
+        met = place + found[:, :3] * found[:, 3:] - PLACE
+        np.testing.assert_allclose(np.linalg.norm(met, axis=1) * FRAME.scale, 1.0, rtol=1e-5)
 
 
 @pytest.mark.parametrize("light", EACH)

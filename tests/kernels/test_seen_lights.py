@@ -11,7 +11,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.scene import Light, area_light, sun_light, world_light
+from addon.photon.scene import (
+    Light,
+    area_light,
+    point_light,
+    spot_light,
+    sun_light,
+    world_light,
+)
 from tests.kernels.conftest import Bench
 from tests.kernels.light_probe import (
     BOUNDS,
@@ -45,6 +52,18 @@ def _at(middle: Any) -> tuple[float, float, float]:
 SEEN_LIGHTS = (
     plain_light("point", "POINT", _at(MIDDLE), POWER, radius=0.8),
     plain_light("spot", "SPOT", _at(MIDDLE), POWER, SKEW, 0.6, math.radians(140), 0.4),
+    point_light("soft point", _at(MIDDLE), POWER, 1.6, soft=True),
+    spot_light(
+        "stretched",
+        _at(MIDDLE),
+        POWER,
+        SKEW,
+        size=math.radians(120),
+        blend=0.4,
+        radius=0.6,
+        across=(1.0, 0.2, 0.5),
+        stretch=(1.8, 0.7),
+    ),
     *(
         area_light(
             name, _at(MIDDLE), POWER, SKEW, (1.0, 0.2, 0.5), size=size, is_round=r, spread=spread
@@ -151,19 +170,24 @@ def test_photons_bring_what_samples_bring(one_bench: Bench, light: Light) -> Non
     places = PLACE + radius * np.sqrt(u)[:, None] * flat
     sampled = sampled_irradiance(one_bench, light, places)
     flux, _ = probe(one_bench, light, FLUX, np.zeros((1, 3)), np.zeros((1, 3)))
-    landed, many = 0, 0
+    landed, many, brought = 0, 0, 0.0
     for seed in range(30, 38):
-        origin, direction = (x[:, :3] for x in probe(one_bench, light, EMIT, *numbers(seed)))
+        emitted, direction = probe(one_bench, light, EMIT, *numbers(seed))
+        origin, weight, direction = emitted[:, :3], emitted[:, 3], direction[:, :3]
         falling = direction @ NORMAL
         with np.errstate(divide="ignore", invalid="ignore"):
             t = (PLACE - origin) @ NORMAL / falling
         met = origin + direction * t[:, None]
-        landed += int(
-            ((falling < 0) & (t > 0) & (np.linalg.norm(met - PLACE, axis=1) < radius)).sum()
-        )
+        lands = (falling < 0) & (t > 0) & (np.linalg.norm(met - PLACE, axis=1) < radius)
+        back = np.concatenate([met[lands], np.full((lands.sum(), 1), FAR)], axis=1)
+        seen, _ = probe(one_bench, light, SEEN, back, -direction[lands])
+        is_soft = light.parameters.get("soft")
+        assert is_soft or (seen[:, 3] > 0).mean() > 0.999
+        brought += float((weight[lands] * (seen[:, 3] > 0)).sum())
+        landed += int(lands.sum())
         many += COUNT
+    scale = brought / landed * flux[0, :3] / (np.pi * radius**2)
     share = landed / many
-    scale = flux[0, :3] / (np.pi * radius**2)
     assert landed > 5000
     assert_equal(sampled, (share * scale, math.sqrt(share / many) * scale))
 

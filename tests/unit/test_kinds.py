@@ -30,7 +30,11 @@ def test_what_heads_say() -> None:
     assert lobe_kinds()["mirror"].is_delta and not lobe_kinds()["phong"].is_delta
     assert not lobe_kinds()["mirror"].parameters
     spot = light_kinds()["spot"]
-    assert spot.parameters == {"radius": "m", "outer": "1 - cos", "inner": "1 - cos"}
+    assert list(spot.parameters.items())[:3] == [
+        ("radius", "m"),
+        ("soft", "0 or 1"),
+        ("outer", "1 - cos"),
+    ]
     for kinds in (lobe_kinds(), light_kinds()):
         assert sorted(kind.number for kind in kinds.values()) == [*range(1, len(kinds) + 1)]
 
@@ -102,8 +106,8 @@ def test_lobes_that_are_refused(device: Device, lobe: Lobe, message: str) -> Non
     [
         (Light("sun", "AREA", (0, 0, 0), (1, 1, 1)), "light 'sun': kind 'AREA' is none of "),
         (
-            Light("sun", "spot", (0, 0, 0), (1, 1, 1), parameters={"radius": 0.0}),
-            "light 'sun': the parameters of spot are radius, outer, inner; got radius",
+            Light("sun", "point", (0, 0, 0), (1, 1, 1), parameters={"radius": 0.0}),
+            "light 'sun': the parameters of point are radius, soft; got radius",
         ),
     ],
 )

@@ -382,7 +382,7 @@ def edit(file: Path, change: Callable[[dict[str, Any], dict[str, Any]], None]) -
 @pytest.mark.parametrize("version", [0, SNAPSHOT_VERSION + 1, "1", None])
 def test_other_version(file: Path, version: Any) -> None:
     edit(file, lambda _, header: header.update(version=version))
-    refused(file, rf"snapshot version {version}, this Photon Stream reads 1, 2, 3")
+    refused(file, rf"snapshot version {version}, this Photon Stream reads 1, 2, 3, 4")
 
 
 @pytest.mark.parametrize("name", [*ARRAYS, "header"])

@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, When
-from .records import DEPOSIT, DIFFUSE, FACING, FLUX, PLACE, RAY_DIRECTION
+from ...streams import Kernel, Table, When
+from .records import DEPOSIT, DIFFUSE, FACING, FLUX, LIGHT, PLACE, RAY_DIRECTION, RAY_ORIGIN
 
 
 class Projector(Kernel):
     """Deposit photons in world space on surfaces that gather (Marino & Abbate, Projector)."""
 
     stem = "projector"
-    structure = ("DIRECTIONS",)
+    structure = ("DIRECTIONS", "ARRIVALS")
     inputs = {
         "place": PLACE,
         "facing": FACING,
         "diffuse": DIFFUSE,
         "flux": FLUX,
         "direction": When("DIRECTIONS", RAY_DIRECTION),
+        "origin": When("ARRIVALS", RAY_ORIGIN),
     }
     outputs = {"landed": PLACE, "deposit": DEPOSIT}
+    tables = {"lights": When("ARRIVALS", Table(LIGHT))}

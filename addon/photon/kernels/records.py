@@ -115,6 +115,8 @@ LIGHT = Record(
         "found_by": "float",  # bits, see light.glsl
         "parameters": "vec4",
         "more": "vec4",
+        "falloff": "float",  # power of the distance that it does not fall off with: 0, 1 or 2
+        "smoothing": "float",  # squared distance within which it is weaker
     },
 )
 

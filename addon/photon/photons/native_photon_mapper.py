@@ -36,6 +36,8 @@ def knows(scene: Scene, needs: SceneNeeds) -> bool:
     """Whether the native core can trace a scene's photons."""
     lobes = [lobe for material in scene.materials for lobe in material.lobes if lobe.reflects]
     plain = all(lobe.weight == 1.0 and not any(lobe.covered) for lobe in lobes)
+    if needs.arrivals or any(light.is_stretched for light in scene.lights):
+        return False
     return plain and knows_lobes(needs.lobes, needs.lobe_kinds) and needs.light_kinds <= LIGHTS
 
 
@@ -121,6 +123,6 @@ def _lights(lights: NDArray[Any]) -> NDArray[Any]:
         table[name] = lights[name]
     is_spot = lights["kind"] == light_kinds()["spot"].number
     table["radius"] = lights["parameters"][:, 0]
-    table["outer"] = np.where(is_spot, lights["parameters"][:, 1], 2.0)
-    table["inner"] = np.where(is_spot, lights["parameters"][:, 2], 2.0)
+    table["outer"] = np.where(is_spot, lights["parameters"][:, 2], 2.0)
+    table["inner"] = np.where(is_spot, lights["parameters"][:, 3], 2.0)
     return table

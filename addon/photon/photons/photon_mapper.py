@@ -150,7 +150,7 @@ class PhotonMapper:
             Generator(device, layer, made=made),
             tracer,
             Shade(device, layer, defines, made=made),
-            Projector(device, layer, defines),
+            Projector(device, layer, defines, made=needs.made),
             Reflector(device, layer, defines, made=made),
         )
 

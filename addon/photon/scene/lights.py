@@ -34,6 +34,9 @@ class Light:
     parameters: Mapping[str, float | RGB] = field(default_factory=dict)
     across: RGB = (1.0, 0.0, 0.0)  # for kinds that are no bodies of revolution about the axis
     found_by: tuple[str, ...] = FOUND_BY
+    # At a distance t [m] it is t^falloff t^2 / (smoothing + t^2) times as strong.
+    falloff: int = 0  # 0: it falls off with the distance squared; 1; 2: not at all
+    smoothing: float = 0.0  # [m^2]
 
     def check(self) -> None:
         """Raise SceneError naming the light and the first value out of its range."""
@@ -42,6 +45,9 @@ class Light:
         check_finite(f"{who}: power", self.power, 0.0)
         for name, value in self.parameters.items():
             check_finite(f"{who}: {name}", value, 0.0)
+        check_finite(f"{who}: smoothing", self.smoothing, 0.0)
+        if self.falloff not in (0, 1, 2):
+            raise SceneError(f"{who}: falloff {self.falloff} is none of 0, 1, 2")
         for what, axis in (("direction", self.direction), ("across", self.across)):
             check_finite(f"{who}: {what}", axis)
             if not any(axis):
@@ -51,14 +57,35 @@ class Light:
             raise SceneError(f"{who}: found_by {unknown.pop()!r} is none of {', '.join(FOUND_BY)}")
 
     @property
+    def cares_who_is_lit(self) -> bool:
+        """Whether it brings something else than its flux, by how far and what a surface is."""
+        all_kinds = {"diffuse", "glossy"} <= set(self.found_by)
+        falls_off = not (self.falloff or self.smoothing)
+        return not (all_kinds and falls_off) or bool(self.parameters.get("soft"))
+
+    @property
+    def is_stretched(self) -> bool:
+        """Whether its cone is not round."""
+        return {self.parameters.get(f"stretch_{x}", 1.0) for x in "xy"} != {1.0}
+
+    @property
     def lights_surfaces(self) -> bool:
         """Whether shadow rays and photons ask for it."""
         return "diffuse" in self.found_by or "glossy" in self.found_by
 
 
-def point_light(name: str, position: RGB, power: RGB, radius: float = 0.0) -> Light:
-    """A point light, or a sphere of a radius [m]."""
-    return Light(name, "point", position, power, parameters={"radius": radius})
+def point_light(
+    name: str,
+    position: RGB,
+    power: RGB,
+    radius: float = 0.0,
+    soft: bool = False,
+    found_by: tuple[str, ...] = FOUND_BY,
+) -> Light:
+    """A point light, or a sphere of a radius [m]; with a soft falloff a disc instead that faces
+    whoever looks."""
+    parameters = {"radius": radius, "soft": float(soft and radius > 0.0)}
+    return Light(name, "point", position, power, parameters=parameters, found_by=found_by)
 
 
 def spot_light(
@@ -70,16 +97,22 @@ def spot_light(
     size: float,
     blend: float,
     radius: float = 0.0,
+    soft: bool = False,
+    across: RGB = (1.0, 0.0, 0.0),
+    stretch: tuple[float, float] = (1.0, 1.0),
+    found_by: tuple[str, ...] = FOUND_BY,
 ) -> Light:
     """A spotlight, whose cone is `size` [rad] wide, in [0, pi], and fades in a share `blend` of
-    it, in [0, 1]; SceneError for others."""
+    it, in [0, 1]; SceneError for others. Then it is stretched, across and the other way."""
     if not 0.0 <= size <= np.pi * (1 + 1e-6):
         raise SceneError(f"light {name!r}: spot size {size} is outside [0, pi]")
     if not 0.0 <= blend <= 1.0:
         raise SceneError(f"light {name!r}: spot blend {blend} is outside [0, 1]")
     outer = 2.0 * math.sin(size / 4.0) ** 2  # 1 - cos(size / 2), exact for small angles
-    parameters = {"radius": radius, "outer": outer, "inner": outer * (1.0 - blend)}
-    return Light(name, "spot", position, power, direction, parameters)
+    parameters = {"radius": radius, "soft": float(soft and radius > 0.0)}
+    parameters |= {"outer": outer, "inner": outer * (1.0 - blend)}
+    parameters |= {"stretch_x": stretch[0], "stretch_y": stretch[1]}
+    return Light(name, "spot", position, power, direction, parameters, across, found_by)
 
 
 def area_light(

@@ -21,7 +21,7 @@ from .camera import Camera
 from .checks import BLACK, RGB, check_finite
 from .lights import Light, point_light, spot_light, world_light
 
-SNAPSHOT_VERSION = 3
+SNAPSHOT_VERSION = 4
 MIRROR = np.inf  # Phong exponent of a perfect mirror
 # Kinds of lobes whose colour is their reflectance head-on: black ones reflect at grazing angles.
 FRESNEL_LOBES = ("ggx_dielectric", "ggx_metal")
@@ -258,6 +258,13 @@ def _read_light(values: dict[str, Any]) -> Light:
     return Light(**values | {"parameters": _tuples(values["parameters"])})
 
 
+def _read_light_3(values: dict[str, Any]) -> Light:
+    """Before spheres might be soft, and cones stretched."""
+    new = {"point": {"soft": 0.0}, "spot": {"soft": 0.0, "stretch_x": 1.0, "stretch_y": 1.0}}
+    parameters = _tuples(values["parameters"]) | new.get(values["kind"], {})
+    return Light(**values | {"parameters": parameters})
+
+
 def _read_light_1(values: dict[str, Any]) -> Light:
     """What Photon Stream 0.1 wrote: two kinds, all fields of both."""
     name, position, power, radius = (values[x] for x in ("name", "position", "power", "radius"))
@@ -278,8 +285,9 @@ def _read_material_1(values: dict[str, Any]) -> Material:
 # By the version of a snapshot.
 _READERS: dict[int, tuple[Callable[..., Light], Callable[..., Material]]] = {
     1: (_read_light_1, _read_material_1),
-    2: (_read_light, _read_material),
-    3: (_read_light, _read_material),
+    2: (_read_light_3, _read_material),
+    3: (_read_light_3, _read_material),
+    4: (_read_light, _read_material),
 }
 
 

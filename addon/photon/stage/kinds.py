@@ -127,10 +127,10 @@ LIGHT_FUNCTIONS = (
         "LightRay",
         "emit",
         ("Light light", "vec2 u", "vec2 on_light"),
-        "return LightRay(light.position, light.axis);",
+        "return LightRay(light.position, light.axis, 1.0);",
         "light.kind",
     ),
-    _Function("vec3", "seen", _RAY, "return vec3(0.0);", "light.kind"),
+    _Function("vec4", "seen", _RAY, "return vec4(0.0);", "light.kind"),
     _Function("vec3", "flux", ("Light light",), "return vec3(0.0);", "light.kind"),
 )
 

@@ -44,6 +44,7 @@ class SceneNeeds:
     lens: bool = False  # the camera has one: not all is in focus
     panorama: bool = False
     gathered_lobes: bool = False  # some are broad enough to gather photons with
+    arrivals: bool = False  # what photons bring hangs on where they first land
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
@@ -83,6 +84,7 @@ class SceneNeeds:
             lens=scene.camera.lens is not None,
             panorama=scene.camera.is_panorama,
             gathered_lobes=gathered,
+            arrivals=any(light.cares_who_is_lit for light in lighting),
         )
 
     @cached_property
@@ -127,10 +129,15 @@ class SceneNeeds:
         """What kernels of photons are compiled with. A photon meets one lobe besides Lambert's."""
         defines: dict[str, int | float]
         defines = {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
-        return defines | self._gathered_defines("DIRECTIONS")
+        return {**defines, **self._gathered_defines("DIRECTIONS"), **self.arrival_defines}
 
     def _gathered_defines(self, whose: str) -> dict[str, int | float]:
         return {whose: 1, **BLEND} if self.gathered_lobes else {}
+
+    @cached_property
+    def arrival_defines(self) -> Defines:
+        """What kernels of photons that land are compiled with."""
+        return {"ARRIVALS": 1} if self.arrivals else {}
 
     @cached_property
     def camera_defines(self) -> Defines:

@@ -20,6 +20,7 @@ from .kinds import WATTS, light_kinds, lobe_kinds, made_lights
 # Bits of a light's found_by in GLSL (lib/light.glsl).
 FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
 IS_WORLD = 1 << len(FOUND_BY)
+IS_SOFT = 2 * IS_WORLD
 
 
 def is_seen(light: Light) -> bool:
@@ -44,7 +45,10 @@ def light_table(lights: tuple[Light, ...], frame: Frame, bounds: float = 0.0) ->
         numbers = kind.numbers(light.parameters, 1.0 / frame.scale, bounds)
         row["parameters"], row["more"] = np.resize([*numbers, *[0.0] * 8], (2, 4))
         bits = [FOUND_BITS[name] for name in light.found_by]
-        row["found_by"] = sum(bits) + (IS_WORLD if kind.is_world else 0)
+        more = (IS_WORLD if kind.is_world else 0) + (IS_SOFT if light.parameters.get("soft") else 0)
+        row["found_by"] = sum(bits) + more
+        row["falloff"], row["smoothing"] = light.falloff, light.smoothing / frame.scale**2
+        row["power"] *= frame.scale**light.falloff  # whose distance is one of scene units
     return table
 
 

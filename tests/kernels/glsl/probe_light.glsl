@@ -16,12 +16,12 @@ void kernel() {
     first = vec4(pdf_light(light, a.xyz, normal, b.xyz));
 #elif ASK == 2
     LightRay emitted = emit_light(light, a.xy, b.xy);
-    first = vec4(emitted.origin, 1.0);
+    first = vec4(emitted.origin, emitted.weight);
     second = vec4(emitted.direction, 1.0);
 #elif ASK == 3
     first = vec4(flux_light(light), 1.0);
 #else
-    first = vec4(seen_light(light, a.xyz, b.xyz, a.w), 1.0);
+    first = seen_light(light, a.xyz, b.xyz, a.w);
 #endif
     store_first(Value(first));
     store_second(Value(second));

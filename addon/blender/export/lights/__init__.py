@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's lights become lights of the renderer: a reader a kind, found by its Blender type."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ....photon.scene import Light
+from ..report import Notes
+from . import area, point, spot, sun
+from .common import Lamp, note_light
+
+__all__ = ["export_light"]
+
+READERS: dict[str, Callable[[Lamp], Light | None]] = {
+    "AREA": area.read,
+    "POINT": point.read,
+    "SPOT": spot.read,
+    "SUN": sun.read,
+}
+
+
+def export_light(obj: bpy.types.Object, matrix: NDArray[np.float64], notes: Notes) -> Light | None:
+    """Return the light placed by `matrix`, or None if it is left out."""
+    lamp = Lamp(obj, matrix, f"Light '{obj.name}'", notes)
+    if obj.data.type not in READERS:
+        notes.ignored(lamp.owner, f"{obj.data.type.capitalize()} light", "it is left out")
+        return None
+    if not np.isfinite(matrix).all():
+        notes.ignored(lamp.owner, "Transform", "it is not finite, so the light is left out")
+        return None
+    note_light(lamp)
+    light = READERS[obj.data.type](lamp)
+    if not notes.mention(lamp.owner):
+        notes.exact(lamp.owner, f"{obj.data.type.capitalize()} light")
+    return light

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What lights of all kinds have: their place, their power, who sees them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ....photon.scene import RGB, Light
+from ..report import Notes
+from .strength import strength_of
+
+# Two axes count as equally long within matrix_world's float32 rounding.
+EVEN_SCALE = 1e-4
+# Cycles' default for a light's own Max Bounces: as many as the scene allows.
+ALL_BOUNCES = 1024
+# RNA names of what only EEVEE knows, with their neutral values.
+EEVEE_FACTORS = {"diffuse_factor": "Diffuse", "specular_factor": "Specular"}
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """A light object that is being read."""
+
+    obj: bpy.types.Object
+    matrix: NDArray[np.float64]  # (4, 4) to the world
+    owner: str  # "Light 'Sun'"
+    notes: Notes
+
+    @property
+    def name(self) -> str:
+        return str(self.obj.name)
+
+    @property
+    def data(self) -> Any:
+        return self.obj.data
+
+    def axes(self) -> tuple[RGB, RGB, RGB] | None:
+        """Its x axis, the direction that it shines in, and the lengths of its axes; None for one
+        whose scale is zero, which is noted."""
+        lengths = np.linalg.norm(self.matrix[:3, :3], axis=0)
+        if not lengths.min() > 0.0:
+            self.notes.ignored(
+                self.owner, "Transform", "its scale is zero, so the light is left out"
+            )
+            return None
+        x, _, z = (self.matrix[:3, :3] / lengths).T
+        return triple(x), triple(-z), triple(lengths)
+
+
+def finished(lamp: Lamp, light: Light, surface: float) -> Light:
+    """A light of power 1 with the power that Cycles gives it, and found by whom Cycles shows it to.
+
+    `surface`: what power is multiplied by where it is not that of the light as a whole. Each factor
+    was checked against the irradiance that Cycles renders.
+    """
+    data, notes = lamp.data, lamp.notes
+    power = np.array(data.color[:], np.float64) * data.energy
+    power *= 2.0 ** getattr(data, "exposure", 0.0)  # Blender 4.4 on
+    if getattr(data, "use_temperature", False):  # Blender 4.5 on
+        power *= np.array(data.temperature_color[:], np.float64)
+    if not getattr(data, "normalize", True):
+        power *= surface
+    # 5.1 deprecates the switch: there, a light with a tree uses it.
+    if data.node_tree and (bpy.app.version >= (5, 1) or data.use_nodes):
+        strength = strength_of(data.node_tree, lamp.owner, notes)
+        power *= strength.colour
+        light = replace(light, falloff=strength.falloff, smoothing=strength.smoothing)
+    if not np.isfinite(power).all():
+        notes.approximated(lamp.owner, "Power", f"{_numbers(power)} W is not finite: set to 0")
+        power = np.where(np.isfinite(power), power, 0.0)
+    if power.min() < 0.0:
+        notes.approximated(lamp.owner, "Negative power", f"{_numbers(power)} W is clamped to 0")
+        power = power.clip(0.0)
+    return replace(light, power=triple(power), found_by=_found_by(lamp))
+
+
+def _found_by(lamp: Lamp) -> tuple[str, ...]:
+    """As in Cycles: where its rays are not to find a light, the eye's are not either."""
+    cycles = getattr(lamp.data, "cycles", None)
+    by_rays = getattr(cycles, "use_multiple_importance_sampling", True)
+    visible = {name: getattr(lamp.obj, f"visible_{name}", True) for name in VISIBLE}
+    found = {
+        "camera": visible["camera"] and by_rays,
+        "diffuse": visible["diffuse"],
+        "glossy": visible["glossy"],
+        "chains": visible["glossy"] and by_rays,
+    }
+    return tuple(name for name, is_found in found.items() if is_found)
+
+
+VISIBLE = ("camera", "diffuse", "glossy")
+
+
+def note_light(lamp: Lamp) -> None:
+    """Write down what the light asks for and the renderer does not know."""
+    obj, data, name, notes = lamp.obj, lamp.data, lamp.owner, lamp.notes
+    cycles = getattr(data, "cycles", None)
+    if not data.use_shadow or not getattr(cycles, "cast_shadow", True):
+        notes.ignored(name, "Cast Shadow off", "its light is shadowed all the same")
+    bounces = getattr(cycles, "max_bounces", ALL_BOUNCES)
+    if bounces < ALL_BOUNCES:
+        notes.ignored(name, "Max Bounces", f"its light goes on after {bounces} bounces")
+    if getattr(cycles, "is_portal", False):
+        notes.ignored(name, "Portal", "it lights")
+    for flag, label in EEVEE_FACTORS.items():
+        if getattr(data, flag, 1.0) != 1.0:
+            notes.ignored(name, f"{label} factor", "as in Cycles")
+    linking = getattr(obj, "light_linking", None)
+    if linking and (linking.receiver_collection or linking.blocker_collection):
+        notes.ignored(name, "Light Linking", "it lights every object")
+
+
+def triple(values: Any) -> RGB:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _numbers(values: NDArray[np.float64]) -> str:
+    return "(" + ", ".join(f"{value:g}" for value in values) + ")"

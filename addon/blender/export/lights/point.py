@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Point lights."""
+
+from __future__ import annotations
+
+import math
+
+from ....photon.scene import Light, point_light
+from .common import Lamp, finished, triple
+
+
+def read(lamp: Lamp) -> Light:
+    radius, soft = size_of(lamp)
+    light = point_light(lamp.name, triple(lamp.matrix[:3, 3]), (1.0, 1.0, 1.0), radius, soft)
+    return finished(lamp, light, surface_of(radius))
+
+
+def size_of(lamp: Lamp) -> tuple[float, bool]:
+    """The radius [m], and whether the falloff is soft."""
+    radius = max(0.0, float(lamp.data.shadow_soft_size))
+    return radius, bool(getattr(lamp.data, "use_soft_falloff", False))  # Blender 4.3 on
+
+
+def surface_of(radius: float) -> float:
+    """What Cycles multiplies by where power is not of the whole light: 4 for one without size."""
+    return 4.0 * math.pi * radius * radius if radius > 0.0 else 4.0

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a light lets be of its photons where they first land: they bring what shadow rays from there would find.
+#include "lib/light.glsl"
+#include "lib/from_light.glsl"
+
+// The share of a photon's flux that a kind of surface may have, BY_DIFFUSE or BY_GLOSSY.
+float share_of_arrival(RayOrigin origin, vec3 place, int by) {
+    if (!is_from_light(origin)) return 1.0;
+    Light light = light_at(light_of(origin));
+    if (!is_found(light, by)) return 0.0;
+    vec3 way = place - origin.position;
+    float far = length(way);
+    // A disc that faces whoever looks: from nearby, less of it is seen than of what it is from afar.
+    if (is_found(light, IS_SOFT) && !(seen_light(light, place, -way / far, T_MAX).w > 0.0)) return 0.0;
+    return share_at(light, far);
+}
