@@ -133,8 +133,15 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     yield Unshadowed, {}, {}
     yield Unshadowed, lux, {}
     for scene in needs():
-        for kernel in (Generator, LightFlux):
-            yield kernel, {}, scene.made
+        yield LightFlux, {}, scene.made
+        for profiles in (False, True):
+            found = replace(scene, profiles=profiles)
+            yield Generator, found.profile_defines, scene.made
+            yield Emitted, found.direct_defines, scene.made
+            for kernel in (Direct, ShadowRays):
+                for bent in (found, replace(found, smooth=True)):
+                    yield kernel, bent.direct_defines, scene.made
+                    yield kernel, {**bent.direct_defines, **lux}, scene.made
         for kernel in (Shade, Projector, Reflector):
             for arrivals in (False, True):
                 found = replace(scene, arrivals=arrivals)
@@ -149,11 +156,6 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
                 yield kernel, {**emitters, **scene.gather_defines}, {}
         if scene.lobes:
             yield Scatter, scene.eye_defines, scene.made
-        yield Emitted, scene.direct_defines, scene.made
-        for kernel in (Direct, ShadowRays):
-            for bent in (scene, replace(scene, smooth=True)):
-                yield kernel, bent.direct_defines, scene.made
-                yield kernel, {**bent.direct_defines, **lux}, scene.made
 
 
 def compute_programs() -> Iterator[tuple[str, str, Made]]:

@@ -28,7 +28,7 @@ void kernel() {
         Light light = light_at(i);
         if (!is_found(light, depth == 0 ? BY_CAMERA : BY_CHAINS)) continue;
         vec4 seen = seen_light(light, origin.position, direction, far);
-        vec3 radiance = seen.xyz * share_at(light, seen.w);
+        vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
         if (!(largest(radiance) > 0.0)) continue;
 #ifdef WEIGHED
         if (depth > 0) radiance *= weight_of_chain(light, origin, direction, load_throughput().density);

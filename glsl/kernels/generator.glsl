@@ -17,7 +17,7 @@ void kernel() {
     Light light = light_at(number);
     vec3 flux = flux_light(light);
     if (light.chosen <= 0.0 || !(largest(flux) > 0.0)) skip();
-    LightRay emitted = emit_light(light, u.xy, on_light.xy);
+    LightRay emitted = emitted_by_light(light, u.xy, on_light.xy);
     // Lifted off a surface that the light may lie in, as all rays are that leave one.
     store_origin(RayOrigin(emitted.origin + emitted.direction * SURFACE_OFFSET, from_light(number)));
     store_direction(RayDirection(emitted.direction, T_MAX));

@@ -80,4 +80,24 @@ vec4 seen_facing_disc(Light light, float radius, vec3 origin, vec3 direction, fl
     return met < far ? vec4(light.power / (4.0 * PI * PI * radius2), met) : vec4(0.0);
 }
 
+#ifdef PROFILES
+#include "lib/profile.glsl"
+#endif
 #include "made/lights.glsl"
+
+// What its nodes make of a light where it is met at a distance in a direction.
+float share_by_nodes(Light light, vec3 to_light, float far) {
+#ifdef PROFILES
+    return share_at(light, far) * profile_share(light, -to_light);
+#else
+    return share_at(light, far);
+#endif
+}
+
+LightRay emitted_by_light(Light light, vec2 u, vec2 on_light) {
+    LightRay emitted = emit_light(light, u, on_light);
+#ifdef PROFILES
+    emitted.weight *= profile_share(light, emitted.direction);
+#endif
+    return emitted;
+}

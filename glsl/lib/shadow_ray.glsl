@@ -111,7 +111,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
 #else
     if (above <= 0.0) return none;
 #endif
-    float share = found.share * share_at(light, found.far);
+    float share = found.share * share_by_nodes(light, found.to_light, found.far);
     vec3 irradiance = found.irradiance * (share * cosine / rays_to(light));
     vec3 radiance = irradiance * eval_bsdf(point, light, found.to_light);
     float lux = 0.0;

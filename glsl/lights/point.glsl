@@ -70,6 +70,14 @@ LightRay emitted_by_point(Light light, vec3 direction, vec2 on_light) {
 }
 
 LightRay emit_point(Light light, vec2 u, vec2 on_light) {
+#ifdef PROFILES
+    if (has_profile(light)) {
+        float weight;
+        LightRay emitted = emitted_by_point(light, sample_profile(light, u, weight), on_light);
+        emitted.weight = weight;
+        return emitted;
+    }
+#endif
     return emitted_by_point(light, about_axis(light, 2.0 * u.x, u.y), on_light);
 }
 

@@ -56,19 +56,19 @@ def open_room(case: Case) -> Scene:
     render = scene.render
     render.resolution_x = render.resolution_y = SIZE
     render.resolution_percentage = 100
-    glossy = _material("Glossy", "ShaderNodeBsdfPrincipled", (0.8, 0.6, 0.3))
+    glossy = new_material("Glossy", "ShaderNodeBsdfPrincipled", (0.8, 0.6, 0.3))
     inputs = glossy.node_tree.nodes["Shader"].inputs
     inputs["Metallic"].default_value = case.metallic
     inputs["Roughness"].default_value = case.roughness
     inputs["IOR"].default_value = 1.5
-    grey = _material("Grey", "ShaderNodeBsdfDiffuse", (0.7, 0.7, 0.7))
-    red = _material("Red", "ShaderNodeBsdfDiffuse", (0.7, 0.2, 0.2))
+    grey = new_material("Grey", "ShaderNodeBsdfDiffuse", (0.7, 0.7, 0.7))
+    red = new_material("Red", "ShaderNodeBsdfDiffuse", (0.7, 0.2, 0.2))
     a, h = HALF, HEIGHT
-    _add_quad("Floor", [(-a, -a, 0), (a, -a, 0), (a, a, 0), (-a, a, 0)], glossy)
-    _add_quad("Ceiling", [(-a, a, h), (a, a, h), (a, -a, h), (-a, -a, h)], grey)
-    _add_quad("Back", [(-a, a, h), (a, a, h), (a, a, 0), (-a, a, 0)], grey)
-    _add_quad("Left", [(-a, -a, h), (-a, a, h), (-a, a, 0), (-a, -a, 0)], red)
-    _add_quad("Right", [(a, -a, 0), (a, a, 0), (a, a, h), (a, -a, h)], grey)
+    add_quad("Floor", [(-a, -a, 0), (a, -a, 0), (a, a, 0), (-a, a, 0)], glossy)
+    add_quad("Ceiling", [(-a, a, h), (a, a, h), (a, -a, h), (-a, -a, h)], grey)
+    add_quad("Back", [(-a, a, h), (a, a, h), (a, a, 0), (-a, a, 0)], grey)
+    add_quad("Left", [(-a, -a, h), (-a, a, h), (-a, a, 0), (-a, -a, 0)], red)
+    add_quad("Right", [(a, -a, 0), (a, a, 0), (a, a, h), (a, -a, h)], grey)
     bpy.ops.mesh.primitive_uv_sphere_add(
         segments=64, ring_count=32, radius=0.8, location=(0.2, 0.3, 1.0)
     )
@@ -78,7 +78,7 @@ def open_room(case: Case) -> Scene:
     _add_light(case.light)
     camera = bpy.data.cameras.new("Camera")
     camera.lens = 48
-    scene.camera = _add(camera, (0, -7, 2))
+    scene.camera = add(camera, (0, -7, 2))
     scene.camera.rotation_euler = (math.pi / 2, 0, 0)
     exported, report = snapshot(bpy.context.evaluated_depsgraph_get())
     lost = [e for e in report.entries if e.status == "ignored" and e.feature != "Clamp Indirect"]
@@ -86,7 +86,7 @@ def open_room(case: Case) -> Scene:
     return exported
 
 
-def _material(name: str, kind: str, colour: tuple[float, float, float]) -> bpy.types.Material:
+def new_material(name: str, kind: str, colour: tuple[float, float, float]) -> bpy.types.Material:
     material = bpy.data.materials.new(name)
     if bpy.app.version < (5, 0):
         material.use_nodes = True
@@ -99,25 +99,25 @@ def _material(name: str, kind: str, colour: tuple[float, float, float]) -> bpy.t
     return material
 
 
-def _add(data: bpy.types.ID, location: Any = (0, 0, 0)) -> bpy.types.Object:
+def add(data: bpy.types.ID, location: Any = (0, 0, 0)) -> bpy.types.Object:
     obj = bpy.data.objects.new(data.name, data)
     obj.location = location
     bpy.context.scene.collection.objects.link(obj)
     return obj
 
 
-def _add_quad(name: str, corners: Any, material: bpy.types.Material) -> None:
+def add_quad(name: str, corners: Any, material: bpy.types.Material) -> None:
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
     mesh.materials.append(material)
-    _add(mesh)
+    add(mesh)
 
 
 def _add_light(kind: str) -> None:
     data = bpy.data.lights.new("Lamp", "SPOT" if kind == "up" else "POINT")
     data.energy, data.shadow_soft_size = 300.0, 0.3 if kind == "sphere" else 0.0
     data.use_soft_falloff = False
-    lamp = _add(data, LAMP)
+    lamp = add(data, LAMP)
     lamp.visible_camera = False  # ours is not seen either
     if kind == "up":
         data.spot_size, data.spot_blend = math.radians(120), 0.5

@@ -13,6 +13,7 @@ runs are added to it.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -32,12 +33,29 @@ def noise(runs: Any) -> Any:
     return error / runs.mean(axis=0)
 
 
-def load() -> dict[str, Any]:
+def load(file: Path = FILE) -> dict[str, Any]:
     """The means of the blocks of every run, by case: (runs, blocks, blocks, 3)."""
-    if not FILE.exists():
+    if not file.exists():
         return {}
-    with np.load(FILE) as data:
+    with np.load(file) as data:
         return {name: data[name] for name in data.files}
+
+
+def add_runs(
+    file: Path, cases: Iterable[str], open_case: Callable[[str], object], runs: int, samples: int
+) -> None:
+    """Render runs of cases that `open_case` makes, and add them to a file."""
+    found = load(file)
+    for _ in range(runs):
+        for case in cases:
+            open_case(case)
+            had = found.get(case, ())
+            blocks = block_means(render_loaded(samples, len(had) + 1)).astype(np.float16)
+            found[case] = np.concatenate([had, blocks[None]]) if len(had) else blocks[None]
+            if len(had):
+                shares = np.percentile(noise(found[case]), (50, 95))
+                print(f"{case}: noise {shares[0]:.2%} median, {shares[1]:.2%} 95th percentile")
+        np.savez_compressed(file, **found)  # type: ignore[arg-type]
 
 
 def main() -> None:
@@ -47,17 +65,8 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=12)
     parser.add_argument("--samples", type=int, default=1024, help="a run and pixel")
     args = parser.parse_args()
-    found = load()
-    for _ in range(args.runs):
-        for case in [case for case in CASES if not args.case or case.name in args.case]:
-            open_room(case)
-            had = found.get(case.name, ())
-            blocks = block_means(render_loaded(args.samples, len(had) + 1)).astype(np.float16)
-            found[case.name] = np.concatenate([had, blocks[None]]) if len(had) else blocks[None]
-            if len(had):
-                shares = np.percentile(noise(found[case.name]), (50, 95))
-                print(f"{case.name}: noise {shares[0]:.2%} median, {shares[1]:.2%} 95th percentile")
-        np.savez_compressed(FILE, **found)  # type: ignore[arg-type]
+    cases = {case.name: case for case in CASES}
+    add_runs(FILE, args.case or cases, lambda name: open_room(cases[name]), args.runs, args.samples)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from .records import (
     ILLUMINANCE,
     LIGHT,
     NODE,
+    PROFILE,
     RADIANCE,
     RAY_DIRECTION,
     RAY_ORIGIN,
@@ -26,8 +27,10 @@ _STRUCTURE = (
     "ILLUMINANCE",
     "SMOOTH",
     *GATHERED_LOBES,
+    "PROFILES",
 )
 _INPUTS: Ports = {**POINT, "direction": RAY_DIRECTION, **LOBES}
+_LIGHTS = {"lights": Table(LIGHT), "profiles": When("PROFILES", Table(PROFILE))}
 _UNIFORMS = {
     "seed": Uniform("uint"),
     "pass_index": Uniform("uint"),
@@ -51,7 +54,7 @@ class Direct(Kernel):
     tables = {
         "nodes": Table(NODE),
         "triangles": Table(TRIANGLE),
-        "lights": Table(LIGHT),
+        **_LIGHTS,
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }
 
@@ -71,7 +74,7 @@ class ShadowRays(Kernel):
     }
     uniforms = {**_UNIFORMS, "first_ray": Uniform("int")}
     tables = {
-        "lights": Table(LIGHT),
+        **_LIGHTS,
         "triangles": When("SMOOTH", Table(TRIANGLE)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
-from .records import HIT, LIGHT, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE
+from .records import HIT, LIGHT, PROFILE, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE
 
 
 class Emitted(Kernel):
     """Find the lights that rays meet, and the world that they end in."""
 
     stem = "emitted"
-    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN")
+    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN", "PROFILES")
     inputs = {
         "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,
@@ -20,4 +20,8 @@ class Emitted(Kernel):
         "light_count": Uniform("int"),
         "seen_lights": Uniform("int"),
     }
-    tables = {"lights": Table(LIGHT), "triangles": When("WEIGHED", Table(TRIANGLE))}
+    tables = {
+        "lights": Table(LIGHT),
+        "profiles": When("PROFILES", Table(PROFILE)),
+        "triangles": When("WEIGHED", Table(TRIANGLE)),
+    }

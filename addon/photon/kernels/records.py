@@ -117,8 +117,15 @@ LIGHT = Record(
         "more": "vec4",
         "falloff": "float",  # power of the distance that it does not fall off with: 0, 1 or 2
         "smoothing": "float",  # squared distance within which it is weaker
+        "first": "float",  # element of its profile; rows and columns of that, or 0
+        "rows": "float",
+        "columns": "float",
     },
 )
+# How bright a light is in a direction, over its mean; and of the cell from there to the next row
+# and column the mean of its corners, and which share of photons goes to cells up to it: `along` its
+# row, and, of rows, `down`.
+PROFILE = Record("Profile", {"share": "float", "mean": "float", "along": "float", "down": "float"})
 
 # A side's grid in the table of radii (lib/radius.glsl), whose later texels hold the nodes' radii.
 RADIUS_GRID = Record(

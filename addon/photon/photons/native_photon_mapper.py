@@ -36,7 +36,7 @@ def knows(scene: Scene, needs: SceneNeeds) -> bool:
     """Whether the native core can trace a scene's photons."""
     lobes = [lobe for material in scene.materials for lobe in material.lobes if lobe.reflects]
     plain = all(lobe.weight == 1.0 and not any(lobe.covered) for lobe in lobes)
-    if needs.arrivals or any(light.is_stretched for light in scene.lights):
+    if needs.arrivals or needs.profiles or any(light.is_stretched for light in scene.lights):
         return False
     return plain and knows_lobes(needs.lobes, needs.lobe_kinds) and needs.light_kinds <= LIGHTS
 

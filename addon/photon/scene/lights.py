@@ -37,6 +37,9 @@ class Light:
     # At a distance t [m] it is t^falloff t^2 / (smoothing + t^2) times as strong.
     falloff: int = 0  # 0: it falls off with the distance squared; 1; 2: not at all
     smoothing: float = 0.0  # [m^2]
+    # How bright it is in each direction, times that: rows of even polar angles, from its direction
+    # to behind it, of even azimuths, as IES files have them; none: equally.
+    profile: tuple[tuple[float, ...], ...] = ()
 
     def check(self) -> None:
         """Raise SceneError naming the light and the first value out of its range."""
@@ -46,6 +49,10 @@ class Light:
         for name, value in self.parameters.items():
             check_finite(f"{who}: {name}", value, 0.0)
         check_finite(f"{who}: smoothing", self.smoothing, 0.0)
+        if self.profile:
+            check_finite(f"{who}: profile", self.profile, 0.0)
+            if len(self.profile) < 2 or not self.profile[0]:
+                raise SceneError(f"{who}: a profile has two rows or more, of one column or more")
         if self.falloff not in (0, 1, 2):
             raise SceneError(f"{who}: falloff {self.falloff} is none of 0, 1, 2")
         for what, axis in (("direction", self.direction), ("across", self.across)):

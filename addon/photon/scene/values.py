@@ -255,7 +255,8 @@ def _read_lobe(values: dict[str, Any]) -> Lobe:
 
 
 def _read_light(values: dict[str, Any]) -> Light:
-    return Light(**values | {"parameters": _tuples(values["parameters"])})
+    profile = tuple(map(tuple, values["profile"]))
+    return Light(**values | {"parameters": _tuples(values["parameters"]), "profile": profile})
 
 
 def _read_light_3(values: dict[str, Any]) -> Light:

@@ -44,6 +44,7 @@ class SceneNeeds:
     lens: bool = False  # the camera has one: not all is in focus
     panorama: bool = False
     gathered_lobes: bool = False  # some are broad enough to gather photons with
+    profiles: bool = False  # lights are not equally bright in all directions
     arrivals: bool = False  # what photons bring hangs on where they first land
 
     @staticmethod
@@ -84,6 +85,7 @@ class SceneNeeds:
             lens=scene.camera.lens is not None,
             panorama=scene.camera.is_panorama,
             gathered_lobes=gathered,
+            profiles=any(light.profile for light in emitting),
             arrivals=any(light.cares_who_is_lit for light in lighting),
         )
 
@@ -122,7 +124,13 @@ class SceneNeeds:
         defines |= {"SMOOTH": 1} if self.smooth else {}
         # What a lobe gathers matters where rays and shadow rays share a light alone.
         of_lobes = self.eye_defines if self.weighed else self._lobe_defines
-        return {**defines, **(of_lobes if broad else {}), **self.illuminance_defines}
+        more = {**self.illuminance_defines, **self.profile_defines}
+        return {**defines, **(of_lobes if broad else {}), **more}
+
+    @cached_property
+    def profile_defines(self) -> Defines:
+        """What kernels are compiled with that ask lights how bright they are."""
+        return {"PROFILES": 1} if self.profiles else {}
 
     @cached_property
     def photon_defines(self) -> Defines:

@@ -16,6 +16,7 @@ from ..kernels.records import FLUX, LIGHT, MATERIAL, MATERIAL_LOBE
 from ..scene import FOUND_BY, RGB, Light, Material, Scene
 from .geometry import Frame, Mesh
 from .kinds import WATTS, light_kinds, lobe_kinds, made_lights
+from .profiles import mean_of, profile_table
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
 FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
@@ -48,7 +49,12 @@ def light_table(lights: tuple[Light, ...], frame: Frame, bounds: float = 0.0) ->
         more = (IS_WORLD if kind.is_world else 0) + (IS_SOFT if light.parameters.get("soft") else 0)
         row["found_by"] = sum(bits) + more
         row["falloff"], row["smoothing"] = light.falloff, light.smoothing / frame.scale**2
-        row["power"] *= frame.scale**light.falloff  # whose distance is one of scene units
+        # The distance is one of scene units, and the profile's mean 1.
+        row["power"] *= frame.scale**light.falloff * mean_of(light)
+    profiles = [np.shape(light.profile) if light.profile else (0, 0) for light in lights]
+    table["rows"][: len(lights)], table["columns"][: len(lights)] = np.reshape(profiles, (-1, 2)).T
+    sizes = np.prod(np.reshape(profiles, (-1, 2)), axis=1)
+    table["first"][: len(lights)] = np.cumsum(sizes) - sizes
     return table
 
 
@@ -197,6 +203,8 @@ class Tables:
             photons = [light.lights_surfaces for light in emitters]
             choose_lights(lights, flux[shines] * np.array(photons)[:, None])
             write_table(textures["lights"], texels_of(lights))
+        if any(light.profile for light in emitters):
+            textures["profiles"] = upload_table(device, texels_of(profile_table(emitters)))
         return Tables(device, textures, emitters, lights)
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:

@@ -69,7 +69,12 @@ def finished(lamp: Lamp, light: Light, surface: float) -> Light:
     if data.node_tree and (bpy.app.version >= (5, 1) or data.use_nodes):
         strength = strength_of(data.node_tree, lamp.owner, notes)
         power *= strength.colour
-        light = replace(light, falloff=strength.falloff, smoothing=strength.smoothing)
+        light = replace(
+            light,
+            falloff=strength.falloff,
+            smoothing=strength.smoothing,
+            profile=strength.profile,
+        )
     if not np.isfinite(power).all():
         notes.approximated(lamp.owner, "Power", f"{_numbers(power)} W is not finite: set to 0")
         power = np.where(np.isfinite(power), power, 0.0)

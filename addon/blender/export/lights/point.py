@@ -4,6 +4,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+
+import numpy as np
 
 from ....photon.scene import Light, point_light
 from .common import Lamp, finished, triple
@@ -12,6 +15,9 @@ from .common import Lamp, finished, triple
 def read(lamp: Lamp) -> Light:
     radius, soft = size_of(lamp)
     light = point_light(lamp.name, triple(lamp.matrix[:3, 3]), (1.0, 1.0, 1.0), radius, soft)
+    if np.linalg.norm(lamp.matrix[:3, :3], axis=0).min() > 0.0:  # else it has no directions
+        _, _, axes = lamp.matrix[:3, :3].T
+        light = replace(light, direction=triple(-axes), across=triple(lamp.matrix[:3, 0]))
     return finished(lamp, light, surface_of(radius))
 
 

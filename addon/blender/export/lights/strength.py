@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from ..nodes import Graph, Scope, colour_of, source, value_of
 from ..report import Notes
 from .blackbody import blackbody
+from .ies import UNREADABLE, read_ies
 
 # Powers of the distance in the sockets of Light Falloff, by name.
 FALLOFFS = {"Quadratic": 0, "Linear": 1, "Constant": 2}
@@ -24,10 +26,11 @@ class Strength:
     colour: NDArray[np.float64]
     falloff: int = 0
     smoothing: float = 0.0
+    profile: tuple[tuple[float, ...], ...] = ()
 
     @property
     def varies(self) -> bool:
-        return bool(self.falloff or self.smoothing)
+        return bool(self.falloff or self.smoothing or self.profile)
 
 
 def strength_of(tree: bpy.types.NodeTree, owner: str, notes: Notes) -> Strength:
@@ -56,9 +59,31 @@ def _strength(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> Stren
         found = _strength(graph, node.inputs["Strength"], inner)
         smoothing = value_of(graph, node.inputs["Smooth"], inner)
         return replace(found, falloff=FALLOFFS[end.name], smoothing=max(0.0, smoothing))
+    if node is not None and node.type == "TEX_IES":
+        found = _strength(graph, node.inputs["Strength"], inner)
+        if node.inputs["Vector"].is_linked:
+            graph.notes.approximated(graph.owner, "IES Vector", "the light's own direction is used")
+        ies = read_ies(_text(node))
+        if ies is None:
+            detail = f"no IES file that can be read: {UNREADABLE:g} everywhere, as in Cycles"
+            graph.notes.approximated(graph.owner, f"IES Texture '{node.name}'", detail)
+            return replace(found, colour=found.colour * UNREADABLE)
+        return replace(found, profile=ies.profile())
     if node is not None and node.type == "MATH" and node.operation == "MULTIPLY":
         first, second = (_strength(graph, node.inputs[index], inner) for index in (0, 1))
         if not (first.varies and second.varies):
             varying, constant = (first, second) if first.varies else (second, first)
             return replace(varying, colour=varying.colour * constant.colour)
     return Strength(np.full(3, value_of(graph, socket, scope)))
+
+
+def _text(node: bpy.types.Node) -> str:
+    """What an IES Texture's file says; nothing if it is not there."""
+    if node.mode == "INTERNAL":
+        return str(node.ies.as_string()) if node.ies else ""
+    library = node.id_data.library
+    path = Path(bpy.path.abspath(node.filepath, library=library))
+    try:
+        return path.read_text(encoding="latin-1")
+    except OSError:
+        return ""
