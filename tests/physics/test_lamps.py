@@ -10,7 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.scene import Light, Lobe, Material, area_light, sun_light
+from addon.photon.scene import (
+    Light,
+    Lobe,
+    Material,
+    area_light,
+    point_light,
+    spot_light,
+    sun_light,
+)
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
 from tests.scenes import Builder, orthographic, plain_material
@@ -69,11 +77,55 @@ class Case:
     irradiance: Any  # [W/m^2] at places (n, 3), of a power of 1
 
 
+def at(place: Any) -> tuple[Any, Any, Any]:
+    """Of places as a light straight above the middle has them: directions, squared distances, and
+    cosines on the floor."""
+    to = np.asarray(place) - np.array([0.0, 0.0, HEIGHT])
+    distance2 = (to**2).sum(axis=1)
+    direction = to / np.sqrt(distance2)[:, None]
+    return direction, distance2, -direction[:, 2]
+
+
+def soft(place: Any) -> Any:
+    _, distance2, cosine = at(place)
+    return cosine / (4 * math.pi * (distance2 + RADIUS**2))
+
+
+def stretched(place: Any) -> Any:
+    """A cone of 80 deg without blend, stretched."""
+    direction, distance2, cosine = at(place)
+    local = direction / (*STRETCH, 1.0)
+    inside = -local[:, 2] / np.linalg.norm(local, axis=1) > math.cos(math.radians(40))
+    return inside * cosine / (4 * math.pi * distance2)
+
+
+def brightness(polar: Any, azimuth: Any) -> Any:
+    return (0.3 + np.cos(polar) ** 2) * (1 + 0.5 * np.cos(azimuth - 0.7))
+
+
+def profile(place: Any) -> Any:
+    """Azimuths of IES files: 0 points against y, 90 deg against x."""
+    direction, distance2, cosine = at(place)
+    azimuth = np.arctan2(-direction[:, 0], -direction[:, 1])
+    return brightness(np.arccos(cosine), azimuth) * cosine / (4 * math.pi * distance2)
+
+
+def falling_off(place: Any) -> Any:
+    """A small light, linearly and smoothly."""
+    _, distance2, cosine = at(place)
+    return np.sqrt(distance2) / (0.4 + distance2) * cosine / (4 * math.pi)
+
+
 def lamp(name: str, size: tuple[float, float], is_round: bool, spread: float = math.pi) -> Light:
     position = (0.0, 0.0, HEIGHT)
     return area_light(name, position, POWER, size=size, is_round=is_round, spread=spread)
 
 
+STRETCH = (1.5, 0.6)
+PROFILE = brightness(np.linspace(0, math.pi, 181)[:, None], np.radians(np.arange(0, 360, 5)))
+ABOVE = (0.0, 0.0, HEIGHT)
+CONE = {"size": math.radians(80), "blend": 0.0}
+BARE = point_light("linear", ABOVE, POWER)
 SIZE, SLATS = (0.5, 1.2), math.radians(80)
 AREA = SIZE[0] * SIZE[1]
 RADIUS = 0.45
@@ -87,6 +139,13 @@ CASES = (
         lamp("softbox", SIZE, False, SLATS),
         lambda x: grating(SIZE, SLATS, x) / (math.pi * AREA),
     ),
+    Case(point_light("soft", ABOVE, POWER, RADIUS, soft=True), soft),
+    Case(spot_light("stretched", ABOVE, POWER, **CONE, stretch=STRETCH), stretched),
+    Case(
+        replace(point_light("ies", ABOVE, POWER), profile=tuple(map(tuple, PROFILE.tolist()))),
+        profile,
+    ),
+    Case(replace(BARE, falloff=1, smoothing=0.4), falling_off),
     Case(sun_light("delta sun", POWER, TILT), lambda x: np.full(len(x), 0.8)),
     Case(sun_light("sun", POWER, TILT, math.radians(5)), lambda x: np.full(len(x), 0.8)),
 )
@@ -113,7 +172,8 @@ def test_by_shadow_rays(device: Device, case: Case) -> None:
 @pytest.mark.parametrize("case", EACH)
 def test_by_photons(device: Device, case: Case) -> None:
     """What falls on all of the floor."""
-    steps = ((np.arange(20) + 0.5) / 20 * 2 - 1) * HALF
+    many = 20 if case.light.name == "softbox" else 200
+    steps = ((np.arange(many) + 0.5) / many * 2 - 1) * HALF
     x, y = np.meshgrid(steps, steps)
     places = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], -1)
     expected = np.multiply(POWER, case.irradiance(places).mean() * 4 * HALF**2)
@@ -152,3 +212,19 @@ def test_by_lobes(device: Device, light: Light, alpha: float) -> None:
         return
     np.testing.assert_allclose(found["lobes"], found["both"], 1e-2)
     np.testing.assert_allclose(found["shadow rays"], found["both"], 1e-2)
+
+
+@pytest.mark.parametrize("hidden", ["", "diffuse", "glossy"])
+def test_photons_of_what_surfaces_find(device: Device, hidden: str) -> None:
+    """A light that diffuse or glossy surfaces do not find throws nothing back from them."""
+    found_by = tuple(name for name in ("diffuse", "glossy") if name != hidden)
+    light = replace(CASES[0].light, found_by=found_by)
+    view = orthographic((0.0, 0.0, 0.4), (1, 0, 0), (0, 1, 0), 0.5)
+    a = HALF
+    for material, by in ((0, "diffuse"), (1, "glossy")):
+        built = Builder().quad((-a, -a, 0), (a, -a, 0), (a, a, 0), (-a, a, 0), material)
+        built.quad((-a, -a, 2), (-a, a, 2), (a, a, 2), (a, -a, 2))
+        materials = [plain_material("grey"), plain_material("mirror", (0.0,) * 3, (0.9,) * 3)]
+        scene = built.scene(view, [light], materials)
+        with rendered(device, scene, width=8, height=8, photons=20_000, radius=0.2) as renderer:
+            assert fallen(renderer)[1].any() == (by != hidden)
