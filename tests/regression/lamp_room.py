@@ -50,8 +50,8 @@ LAMPS: dict[str, Lamp] = {
         OVERHEAD,
         (10, -10, 20),
         (2, 1, 1.5),
-        {"energy": 600.0, "spot_size": math.radians(90), "spot_blend": 0.4}
-        | {"shadow_soft_size": 0.3},
+        {"energy": 300.0, "spot_size": math.radians(90), "spot_blend": 0.4}
+        | {"shadow_soft_size": 0.5},
     ),
     "linear": (
         "AREA",
@@ -82,6 +82,10 @@ def open_case(name: str) -> Scene:
 
 def _make_room(kind: str, place: Any, turn: Any, scale: Any, settings: dict[str, Any]) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
+    if kind == "SPOT":  # what it leaves dark would be noise alone
+        world = bpy.context.scene.world = bpy.data.worlds.new("World")
+        background = world.node_tree.nodes["Background"]
+        background.inputs["Color"].default_value = (0.5, 0.5, 0.5, 1.0)
     grey = new_material("Grey", "ShaderNodeBsdfDiffuse", (0.6, 0.6, 0.6))
     red = new_material("Red", "ShaderNodeBsdfDiffuse", (0.6, 0.2, 0.2))
     mirror = new_material("Mirror", "ShaderNodeBsdfGlossy", (0.8, 0.8, 0.8))

@@ -11,6 +11,7 @@ import pytest
 
 from addon.streams import Device
 from tests.measure import render
+from tests.stability.table import Measured
 
 from .blocks import block_means, compare_means
 from .lamp_room import CASES, DEFAULT, SIZE, open_case
@@ -24,8 +25,11 @@ PASSES, FEW_PASSES, PHOTONS = 256, 48, 65536
 ALWAYS = ("softbox", "soft point", DEFAULT)
 
 
+@pytest.mark.stability(66)
 @pytest.mark.parametrize("case", CASES)
-def test_lamps_are_those_of_cycles(device: Device, case: str, thorough: bool) -> None:
+def test_lamps_are_those_of_cycles(
+    device: Device, case: str, thorough: bool, measured: Measured
+) -> None:
     if not thorough and case not in ALWAYS:
         pytest.skip("runs with --stability")
     exported = open_case(case)
@@ -45,8 +49,8 @@ def test_lamps_are_those_of_cycles(device: Device, case: str, thorough: bool) ->
         keep = np.abs(reference / reference[0, 0] - 1).max(axis=-1) > MEDIAN
     found = compare_means(block_means(images["Combined"][..., :3]), reference, keep)
     print(f"\n{case}: median {found.median:.2%}, 95th {found.high:.2%}, mean {found.bias:.2%}")
-    assert found.median <= MEDIAN
-    assert found.high <= HIGH
+    assert measured("blocks against Cycles' in the median", found.median, "%") <= MEDIAN
+    assert measured("at the 95th percentile", found.high, "%") <= HIGH
     assert abs(found.bias) <= MEDIAN / 2
 
 

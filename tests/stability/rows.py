@@ -67,5 +67,6 @@ ROWS: dict[int, tuple[str, str]] = {
     57: ("three OpenGL drivers: undefined behaviour", "mean FLIP <= 0.01 between devices"),
     64: ("roughness 1e-4 to 1, mirror limit: pdf -> infinity", "no jump > 1 %; Cycles to 1 %"),
     65: ("glossy on smooth normals at grazing: light from behind", "no black, energy <= 1"),
+    66: ("a lamp of each kind, seen and mirrored", "Cycles to 1 %"),
     74: ("depth of field, motion blur: lens samples, refits", "as Cycles to 1 %"),
 }
