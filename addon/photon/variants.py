@@ -134,7 +134,7 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     yield Unshadowed, lux, {}
     for scene in needs():
         for kernel in (Generator, LightFlux):
-            yield kernel, {}, scene.made
+            yield kernel, scene.light_defines, scene.made
         for kernel in (Shade, Projector, Reflector):
             yield kernel, scene.photon_defines, scene.made
         for kernel in (Shade, Blur):

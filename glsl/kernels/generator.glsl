@@ -13,9 +13,10 @@ void kernel() {
     // Systematic sampling over the photons, so each light gets its share to within one photon, and exactly
     // its share in the mean over passes.
     Light light = light_at(choose_light((float(photon) + shift.x) / float(photons)));
-    vec3 flux = flux_light(light);
-    if (light.chosen <= 0.0 || !(largest(flux) > 0.0)) skip();
+    if (light.chosen <= 0.0) skip();
     LightRay emitted = emit_light(light, u.xy, on_light.xy);
+    vec3 flux = carried_light(light, emitted.direction);
+    if (!(largest(flux) > 0.0)) skip();
     // Lifted off a surface that the light may lie in, as all rays are that leave one.
     store_origin(RayOrigin(emitted.origin + emitted.direction * SURFACE_OFFSET, -1.0));
     store_direction(RayDirection(emitted.direction, T_MAX));

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.scene import Light, world_light
+from addon.photon.scene import Light, environment_light, world_light
 from tests.kernels.conftest import Bench
 from tests.kernels.light_probe import (
     BOUNDS,
+    CARRIED,
     COUNT,
     DENSITY,
     EMIT,
@@ -46,6 +47,7 @@ SEEN_LIGHTS = (
     plain_light("point", "POINT", _at(MIDDLE), POWER, radius=0.8),
     plain_light("spot", "SPOT", _at(MIDDLE), POWER, SKEW, 0.6, math.radians(140), 0.4),
     world_light("world", POWER),
+    environment_light("environment", 0, POWER, SKEW, (0.6, -0.8, 0.0)),
 )
 EACH = [pytest.param(light, id=light.name) for light in SEEN_LIGHTS]
 
@@ -137,21 +139,23 @@ def test_photons_bring_what_samples_bring(one_bench: Bench, light: Light) -> Non
     places = PLACE + radius * np.sqrt(u)[:, None] * flat
     sampled = sampled_irradiance(one_bench, light, places)
     flux, _ = probe(one_bench, light, FLUX, np.zeros((1, 3)), np.zeros((1, 3)))
-    landed, many = 0, 0
+    landed, many, carried = 0, 0, []
     for seed in range(30, 38):
         origin, direction = (x[:, :3] for x in probe(one_bench, light, EMIT, *numbers(seed)))
         falling = direction @ NORMAL
         with np.errstate(divide="ignore", invalid="ignore"):
             t = (PLACE - origin) @ NORMAL / falling
         met = origin + direction * t[:, None]
-        landed += int(
-            ((falling < 0) & (t > 0) & (np.linalg.norm(met - PLACE, axis=1) < radius)).sum()
-        )
+        inside = (falling < 0) & (t > 0) & (np.linalg.norm(met - PLACE, axis=1) < radius)
+        each = probe(one_bench, light, CARRIED, direction, direction)[0][:, :3]
+        # What an image emits, which only says how many photons start there, is summed by pixels.
+        np.testing.assert_allclose(each.mean(axis=0), flux[0, :3], 2e-2)
+        landed += int(inside.sum())
         many += COUNT
-    share = landed / many
-    scale = flux[0, :3] / (np.pi * radius**2)
+        carried.append(each * (inside[:, None] / (np.pi * radius**2)))
+    brought = np.concatenate(carried)
     assert landed > 5000
-    assert_equal(sampled, (share * scale, math.sqrt(share / many) * scale))
+    assert_equal(sampled, (brought.mean(axis=0), brought.std(axis=0) / math.sqrt(many)))
 
 
 @pytest.mark.parametrize("light", EACH)

@@ -26,8 +26,10 @@ _STRUCTURE = (
     "ILLUMINANCE",
     "SMOOTH",
     *GATHERED_LOBES,
+    "ENVIRONMENT",
 )
 _INPUTS: Ports = {**POINT, "direction": RAY_DIRECTION, **LOBES}
+_LIGHTS = {"lights": Table(LIGHT), "environments": When("ENVIRONMENT", Table())}
 _UNIFORMS = {
     "seed": Uniform("uint"),
     "pass_index": Uniform("uint"),
@@ -51,7 +53,7 @@ class Direct(Kernel):
     tables = {
         "nodes": Table(NODE),
         "triangles": Table(TRIANGLE),
-        "lights": Table(LIGHT),
+        **_LIGHTS,
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }
 
@@ -71,7 +73,7 @@ class ShadowRays(Kernel):
     }
     uniforms = {**_UNIFORMS, "first_ray": Uniform("int")}
     tables = {
-        "lights": Table(LIGHT),
+        **_LIGHTS,
         "triangles": When("SMOOTH", Table(TRIANGLE)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }

@@ -7,7 +7,7 @@ class Emitted(Kernel):
     """Find the lights that rays meet, and the world that they end in."""
 
     stem = "emitted"
-    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN")
+    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN", "ENVIRONMENT")
     inputs = {
         "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,
@@ -20,4 +20,8 @@ class Emitted(Kernel):
         "light_count": Uniform("int"),
         "seen_lights": Uniform("int"),
     }
-    tables = {"lights": Table(LIGHT), "triangles": When("WEIGHED", Table(TRIANGLE))}
+    tables = {
+        "lights": Table(LIGHT),
+        "environments": When("ENVIRONMENT", Table()),
+        "triangles": When("WEIGHED", Table(TRIANGLE)),
+    }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Table, Uniform
+from ...streams import Kernel, Table, Uniform, When
 from .records import FLUX, LIGHT, RAY_DIRECTION, RAY_ORIGIN
 
 
@@ -7,6 +7,7 @@ class Generator(Kernel):
     """Emit photons of equal flux from the lights (Marino & Abbate, Generator)."""
 
     stem = "generator"
+    structure = ("ENVIRONMENT",)
     outputs = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "flux": FLUX}
     uniforms = {
         "seed": Uniform("uint"),
@@ -14,4 +15,4 @@ class Generator(Kernel):
         "photons": Uniform("int"),
         "light_count": Uniform("int"),
     }
-    tables = {"lights": Table(LIGHT)}
+    tables = {"lights": Table(LIGHT), "environments": When("ENVIRONMENT", Table())}

@@ -2,6 +2,7 @@
 """What is rendered: plain values, no Blender, no device."""
 
 from .camera import Camera, Lens, Motion
+from .images import Image
 from .values import (
     BLACK,
     FOUND_BY,
@@ -12,6 +13,7 @@ from .values import (
     Lobe,
     Material,
     Scene,
+    environment_light,
     phong,
     point_light,
     spot_light,
@@ -25,12 +27,14 @@ __all__ = [
     "RGB",
     "SNAPSHOT_VERSION",
     "Camera",
+    "Image",
     "Lens",
     "Light",
     "Lobe",
     "Material",
     "Motion",
     "Scene",
+    "environment_light",
     "phong",
     "point_light",
     "spot_light",

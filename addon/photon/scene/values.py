@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ..errors import SceneError
 from .camera import Camera
 from .checks import check_finite
+from .images import Image
 
 SNAPSHOT_VERSION = 3
 RGB = tuple[float, float, float]  # or x, y, z
@@ -101,6 +102,19 @@ def spot_light(
 def world_light(name: str, radiance: RGB, found_by: tuple[str, ...] = FOUND_BY) -> Light:
     """A world of one radiance [W/(m^2 sr)] from everywhere."""
     return Light(name, "world", BLACK, radiance, found_by=found_by)
+
+
+def environment_light(
+    name: str,
+    image: int,
+    factor: RGB = (1.0, 1.0, 1.0),
+    up: RGB = (0.0, 0.0, 1.0),
+    middle: RGB = (1.0, 0.0, 0.0),
+    found_by: tuple[str, ...] = FOUND_BY,
+) -> Light:
+    """A world whose radiance is a factor times that of one of the scene's images, of all directions
+    from `up` at its upper edge, and `middle` in the middle of its rows."""
+    return Light(name, "environment", BLACK, factor, up, {"image": image}, middle, found_by)
 
 
 @dataclass(frozen=True)
@@ -225,6 +239,7 @@ class Scene:
     material: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into materials
     surface: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into surfaces
     surfaces: tuple[str, ...] = ()  # object names
+    images: tuple[Image, ...] = ()
 
     @property
     def emitters(self) -> tuple[Light, ...]:
@@ -262,8 +277,15 @@ class Scene:
                     f"scene.{name}{list(where)} = {int(array[where])} is outside [0, {limit})"
                 )
         self.camera.check()
+        for image in self.images:
+            image.check()
         for light in self.lights:
             light.check()
+            number = light.parameters.get("image", 0)
+            if "image" in light.parameters and number not in range(len(self.images)):
+                raise SceneError(
+                    f"light {light.name!r}: image {number} is none of {len(self.images)}"
+                )
         for material in self.materials:
             material.check()
 
@@ -275,8 +297,10 @@ class Scene:
             "lights": [_plain(light) for light in self.lights],
             "materials": [_plain(material) for material in self.materials],
             "surfaces": list(self.surfaces),
+            "images": [image.name for image in self.images],
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, *_LATER)}
+        arrays |= {f"image{number}": image.pixels for number, image in enumerate(self.images)}
         with open(path, "wb") as file:
             np.savez(file, header=np.array(json.dumps(header)), **arrays)
 
@@ -314,6 +338,10 @@ def _read(data: Any) -> Scene:
         lights=lights,
         materials=tuple(read_material(_tuples(m)) for m in header["materials"]),
         surfaces=tuple(header["surfaces"]),
+        images=tuple(
+            Image(name, data[f"image{number}"])
+            for number, name in enumerate(header.get("images", ()))
+        ),
         **{name: data[name] for name in (*_ARRAYS, *(name for name in _LATER if name in data))},
     )
 

@@ -13,7 +13,7 @@ from ..scene import Light, Scene
 from ..settings import Settings
 from .gathered import BLEND, can_gather, send_rays
 from .geometry import Mesh
-from .kinds import light_kinds, lobe_kinds, made_bsdf, made_camera, made_lights
+from .kinds import light_defines, light_kinds, lobe_kinds, made_bsdf, made_camera, made_lights
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 # Lights that every visible point asks; where there are more, it asks so many, by chance.
@@ -119,8 +119,13 @@ class SceneNeeds:
         defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
         defines |= {"SMOOTH": 1} if self.smooth else {}
         # What a lobe gathers matters where rays and shadow rays share a light alone.
-        of_lobes = self.eye_defines if self.weighed else self._lobe_defines
-        return {**defines, **(of_lobes if broad else {}), **self.illuminance_defines}
+        of_lobes = (self.eye_defines if self.weighed else self._lobe_defines) if broad else {}
+        return {**defines, **self.light_defines, **of_lobes, **self.illuminance_defines}
+
+    @cached_property
+    def light_defines(self) -> Defines:
+        """What kernels that ask lights are compiled with."""
+        return light_defines(self.light_kinds)
 
     @cached_property
     def photon_defines(self) -> Defines:
