@@ -333,7 +333,7 @@ def test_blender_makes_no_room_for_what_is_refused(room, monkeypatch, tmp_path, 
 def test_memory_that_blender_takes(room) -> None:
     """Its passes, twice while they are rendered, of the border alone."""
     passes = engine.passes_of(room.view_layers[0])
-    assert sum(len(entry.channels) for entry in passes) == 21
+    assert sum(len(entry.channels) for entry in passes) == 24
     settings = Settings(width=100, height=80)
     assert engine.blender_bytes(passes, settings) == 168 * 8000
     border = replace(settings, region=(10, 10, 20, 40))
@@ -411,6 +411,8 @@ def test_missing_things_are_a_word_not_an_error(room, what, said) -> None:
     for obj in list(room.objects):
         if obj.type == what:
             bpy.data.objects.remove(obj)
+    if what == "LIGHT":  # the world is one
+        room.world = None
     bpy.ops.render.render()
     report = SESSION.reports["Scene"]
     assert sum(said in warning for warning in report.warnings) == 1

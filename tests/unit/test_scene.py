@@ -15,7 +15,17 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import SceneError
-from addon.photon.scene import MIRROR, Camera, Lens, Lobe, Material, Motion, Scene, world_light
+from addon.photon.scene import (
+    MIRROR,
+    SNAPSHOT_VERSION,
+    Camera,
+    Lens,
+    Lobe,
+    Material,
+    Motion,
+    Scene,
+    world_light,
+)
 from addon.photon.scene.snapshot import same
 from addon.photon.stage.kinds import check_kinds
 from tests.scenes import cornell, plain_light, plain_material
@@ -239,7 +249,7 @@ def as_version_1(header: dict[str, Any]) -> None:
     ]
 
 
-def test_version_1_is_read_as_version_2(file: Path) -> None:
+def test_version_1_is_read_as_the_last_one(file: Path) -> None:
     edit(file, lambda _, header: as_version_1(header))
     scene = Scene.load(file)
     check_kinds(scene)
@@ -261,7 +271,7 @@ def test_version_1_is_read_as_version_2(file: Path) -> None:
     again = Scene.load(file)
     assert again.lights == scene.lights and again.materials == scene.materials
     with np.load(file) as data:
-        assert json.loads(str(data["header"]))["version"] == 2
+        assert json.loads(str(data["header"]))["version"] == SNAPSHOT_VERSION
 
 
 def test_a_bad_value_of_version_1(file: Path) -> None:
@@ -361,10 +371,10 @@ def edit(file: Path, change: Callable[[dict[str, Any], dict[str, Any]], None]) -
     np.savez(file, header=np.array(json.dumps(header)), **arrays)
 
 
-@pytest.mark.parametrize("version", [0, 3, "1", None])
+@pytest.mark.parametrize("version", [0, 4, "1", None])
 def test_other_version(file: Path, version: Any) -> None:
     edit(file, lambda _, header: header.update(version=version))
-    refused(file, rf"snapshot version {version}, this Photon Stream reads 1, 2")
+    refused(file, rf"snapshot version {version}, this Photon Stream reads 1, 2, 3")
 
 
 @pytest.mark.parametrize("name", [*ARRAYS, "header"])
