@@ -335,9 +335,9 @@ def test_memory_that_blender_takes(room) -> None:
     passes = engine.passes_of(room.view_layers[0])
     assert sum(len(entry.channels) for entry in passes) == 24
     settings = Settings(width=100, height=80)
-    assert engine.blender_bytes(passes, settings) == 168 * 8000
+    assert engine.blender_bytes(passes, settings) == 192 * 8000
     border = replace(settings, region=(10, 10, 20, 40))
-    assert engine.blender_bytes(passes, border) == 168 * 300
+    assert engine.blender_bytes(passes, border) == 192 * 300
 
 
 def test_bad_scene_is_an_error(room) -> None:
