@@ -41,6 +41,7 @@ _ADVICE = {
     "pixels": "lower the resolution or render a border region",
     "photons": "lower the photons a pass and render more passes",
     "triangles": "give the scene fewer triangles",
+    "image pixels": "give the world a smaller image",
 }
 
 
@@ -54,7 +55,7 @@ class Part:
 
     def refusal(self, text: str) -> PhotonStreamError:
         """The error that names what to lower."""
-        kind = SceneError if self.name == "triangles" else SettingsError
+        kind = SceneError if self.name in ("triangles", "image pixels") else SettingsError
         return kind(f"{text}: {_ADVICE[self.name]}")
 
 
@@ -66,6 +67,7 @@ class Budget:
         self._settings, self._device, self._sizes = settings, way.device, way.sizes
         self._triangles, self._emitters = len(scene.triangles), scene.emitters
         self._tangents = TANGENTS if len(scene.corner_tangents) else 0
+        self._image_pixels = sum(image.pixels.size // 3 for image in scene.images)
         used = np.bincount(scene.material, minlength=len(scene.materials))
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._can_gather = can_gather(scene, settings, self._materials)
@@ -106,7 +108,7 @@ class Budget:
             self._lobes > 0,
             settings.estimator == "splat",
         )
-        strip = self._strip[0] * self._strip[1]
+        strip, images = self._strip[0] * self._strip[1], self._image_pixels
         texels = self.film_textures * count + self.strip_textures * strip
         texels += sizes.waiting(count, strip)
         host = PICTURE * count + STRIP * strip + settings.caller_bytes
@@ -114,6 +116,7 @@ class Budget:
             Part("pixels", count, Bytes(TEXEL * texels, host)),
             Part("photons", photons, sizes.photons(counts)),
             Part("triangles", self._triangles, sizes.triangles(self._triangles, self._tangents)),
+            Part("image pixels", images, Bytes(TEXEL * images, TEXEL * images)),
         )
 
     @cached_property
@@ -183,7 +186,7 @@ class Budget:
     def _check_textures(self, parts: Sequence[Part], deposits: float | None) -> None:
         """What no memory helps: the sides of textures, and the size of buffers."""
         limit, name = self._device.texture_limit, self._device.name
-        pixels, photons, triangles = parts
+        pixels, photons, triangles, images = parts
         if max(self._strip) > limit:
             width, height = self._strip
             size = f"{width}x{height} pixels are more than {limit} a side"
@@ -194,6 +197,8 @@ class Budget:
             raise photons.refusal(f"{photons.count} photons a pass are more than {name} holds")
         if triangles.count > min(MOST_TRIANGLES, limit * TABLE_WIDTH // 4):
             raise triangles.refusal(f"{triangles.count} triangles are more than {name} holds")
+        if images.count > limit * TABLE_WIDTH:
+            raise images.refusal(f"{images.count} pixels are more than {name} holds")
 
 
 def free_host_memory() -> int | None:

@@ -30,7 +30,7 @@ from .kernels.tracer import Tracer
 from .photons.bounces import Bounces, declarations
 from .photons.device_radii import DECLARATIONS
 from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
-from .stage.kinds import camera_kinds, light_kinds, lobe_kinds, made_camera
+from .stage.kinds import camera_kinds, light_defines, light_kinds, lobe_kinds, made_camera
 from .stage.needs import MOST_LOBES, MOST_SHADOW_RAYS, SceneNeeds
 from .stage.tables import LightFlux
 
@@ -133,10 +133,10 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     yield Unshadowed, {}, {}
     yield Unshadowed, lux, {}
     for scene in needs():
-        yield LightFlux, {}, scene.made
+        yield LightFlux, light_defines(scene.light_kinds), scene.made
         for profiles in (False, True):
             found = replace(scene, profiles=profiles)
-            yield Generator, found.profile_defines, scene.made
+            yield Generator, found.light_defines, scene.made
             yield Emitted, found.direct_defines, scene.made
             for kernel in (Direct, ShadowRays):
                 for bent in (found, replace(found, smooth=True)):

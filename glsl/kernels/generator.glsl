@@ -15,11 +15,12 @@ void kernel() {
     // its share in the mean over passes.
     int number = choose_light((float(photon) + shift.x) / float(photons));
     Light light = light_at(number);
-    vec3 flux = flux_light(light);
-    if (light.chosen <= 0.0 || !(largest(flux) > 0.0)) skip();
+    if (light.chosen <= 0.0) skip();
     LightRay emitted = emitted_by_light(light, u.xy, on_light.xy);
+    vec3 flux = carried_light(light, emitted.direction) * emitted.weight;
+    if (!(largest(flux) > 0.0)) skip();
     // Lifted off a surface that the light may lie in, as all rays are that leave one.
     store_origin(RayOrigin(emitted.origin + emitted.direction * SURFACE_OFFSET, from_light(number)));
     store_direction(RayDirection(emitted.direction, T_MAX));
-    store_flux(Flux(flux * (emitted.weight / (float(photons) * light.chosen)), float(photon)));
+    store_flux(Flux(flux / (float(photons) * light.chosen), float(photon)));
 }

@@ -411,7 +411,7 @@ def test_missing_things_are_a_word_not_an_error(room, what, said) -> None:
     for obj in list(room.objects):
         if obj.type == what:
             bpy.data.objects.remove(obj)
-    if what == "LIGHT":
+    if what == "LIGHT":  # the world is one
         room.world = None
     bpy.ops.render.render()
     report = SESSION.reports["Scene"]

@@ -1,10 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The world lights by one radiance."""
+"""What the world's nodes become."""
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import bpy
+import numpy as np
 import pytest
+
+from addon.blender.export import environment, world_nodes
+from addon.photon.scene import FOUND_BY
 
 from .build import add_node, finish
 
@@ -40,26 +47,160 @@ def test_black_world_is_exact(scene, export) -> None:
     assert not [e for e in export()[1].of("approximated") if "World" in e.object]
 
 
-def test_camera_ray_switch(scene, export) -> None:
-    tree = new_world(scene)
+def switched(tree: bpy.types.NodeTree, output: str) -> None:
+    """Two greys, of which the second is where Light Path says so."""
     mix = tree.nodes.new("ShaderNodeMixShader")
     for index, level in ((1, 0.1), (2, 0.6)):
         shader = add_node(tree, "ShaderNodeBackground", Color=(level, level, level, 1))
         tree.links.new(shader.outputs[0], mix.inputs[index])
     path = tree.nodes.new("ShaderNodeLightPath")
-    tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
+    tree.links.new(path.outputs[output], mix.inputs[0])
     finish(tree, mix)
+
+
+@pytest.mark.parametrize(
+    ("output", "second", "status"),
+    [
+        ("Is Camera Ray", {"camera"}, "exact"),
+        ("Is Glossy Ray", {"glossy", "chains"}, "exact"),
+        ("Is Diffuse Ray", {"diffuse"}, "approximated"),
+        ("Ray Length", set(), "approximated"),
+    ],
+)
+def test_light_path(scene, export, output, second, status) -> None:
+    """A world of its own for each that finds lights."""
+    switched(new_world(scene), output)
     exported, report = export()
-    assert exported.lights[0].power == pytest.approx((0.6,) * 3)
-    assert "Light Path" in [e.feature for e in report.of("approximated")]
+    found = {light.power[0]: {*light.found_by} for light in exported.lights}
+    first = {*FOUND_BY} - second
+    assert found == {near(0.1): first} | ({near(0.6): second} if second else {})
+    assert [e.status for e in report.entries if "World" in e.object] == [status]
 
 
-def test_sky_texture_is_named(scene, export) -> None:
+def near(level: float) -> float:
+    return float(np.float32(level))
+
+
+def test_strength_by_light_path(scene, export) -> None:
+    """Through Math nodes, and a group's sockets."""
+    tree = new_world(scene)
+    path = tree.nodes.new("ShaderNodeLightPath")
+    less = add_node(tree, "ShaderNodeMath")
+    less.operation = "SUBTRACT"
+    less.inputs[0].default_value = 3.0
+    tree.links.new(path.outputs["Is Camera Ray"], less.inputs[1])
+    finish(tree, add_node(tree, "ShaderNodeBackground", Strength=less.outputs[0]))
+    tree.nodes["Background"].inputs["Color"].default_value = (1.0, 0.5, 0.25, 1.0)
+    found = {light.found_by: light.power for light in export()[0].lights}
+    assert found == {("camera",): (2.0, 1.0, 0.5), FOUND_BY[1:]: (3.0, 1.5, 0.75)}
+
+
+def test_ray_visibility(scene, export) -> None:
+    tree = new_world(scene)
+    finish(tree, add_node(tree, "ShaderNodeBackground"))
+    scene.world.cycles_visibility.camera = False
+    assert export()[0].lights[0].found_by == FOUND_BY[1:]
+    scene.world.cycles_visibility.camera = True
+    scene.world.cycles_visibility.glossy = False
+    assert export()[0].lights[0].found_by == ("camera", "diffuse")
+
+
+def image_of(pixels: np.ndarray, **options: Any) -> bpy.types.Image:
+    height, width = pixels.shape[:2]
+    image = bpy.data.images.new("Sky", width, height, **options)
+    image.pixels.foreach_set(pixels.astype(np.float32).ravel())
+    return image
+
+
+def with_texture(scene: bpy.types.Scene, image: bpy.types.Image | None) -> bpy.types.Node:
+    tree = new_world(scene)
+    node = tree.nodes.new("ShaderNodeTexEnvironment")
+    node.image = image
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=node.outputs[0], Strength=2.0))
+    return node
+
+
+RANDOM = np.random.default_rng(2).random((8, 16, 4))
+RANDOM[..., 3] = 1.0
+
+
+def test_environment_texture(scene, export) -> None:
+    """Its pixels as they are; a Mapping node turns the light."""
+    node = with_texture(scene, image_of(RANDOM, float_buffer=True))
+    tree = scene.world.node_tree
+    place = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+    mapping = add_node(tree, "ShaderNodeMapping", Vector=place, Rotation=(0.0, 0.0, math.pi / 2))
+    tree.links.new(mapping.outputs[0], node.inputs[0])
+    exported, report = export()
+    (light,), (image,) = exported.lights, exported.images
+    assert (light.kind, light.power, light.parameters) == ("environment", (2.0,) * 3, {"image": 0})
+    np.testing.assert_array_equal(image.pixels, RANDOM[..., :3].astype(np.float32))
+    assert light.direction == pytest.approx((0.0, 0.0, 1.0), abs=1e-6)
+    # What is at -Y is looked up at +X: in the middle.
+    assert light.across == pytest.approx((0.0, -1.0, 0.0), abs=1e-6)
+    assert [e.status for e in report.entries if "World" in e.object] == ["exact"]
+
+
+def test_bytes_are_decoded(scene, export) -> None:
+    stored = np.rint(RANDOM * 255) / 255
+    with_texture(scene, image_of(stored))
+    (image,) = export()[0].images
+    low, high = stored / 12.92, ((stored + 0.055) / 1.055) ** 2.4
+    linear = np.where(stored <= 0.04045, low, high)[..., :3]
+    np.testing.assert_allclose(image.pixels, linear, rtol=1e-5, atol=1e-6)
+
+
+def test_an_image_of_one_colour_is_a_colour(scene, export) -> None:
+    with_texture(scene, image_of(np.full((8, 16, 4), 0.25), float_buffer=True))
+    exported, _ = export()
+    assert not exported.images and exported.lights[0].power == (0.5,) * 3
+
+
+def test_missing_image_is_magenta(scene, export) -> None:
+    with_texture(scene, None)
+    exported, report = export()
+    assert exported.lights[0].power == (2.0, 0.0, 2.0)
+    assert "magenta" in next(e.detail for e in report.of("approximated") if "World" in e.object)
+
+
+def test_large_images_become_smaller(scene, export, monkeypatch) -> None:
+    monkeypatch.setattr(environment, "MOST_PIXELS", 32)
+    with_texture(scene, image_of(RANDOM, float_buffer=True))
+    exported, report = export()
+    expected = RANDOM[..., :3].reshape(4, 2, 8, 2, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(exported.images[0].pixels, expected, rtol=1e-6)
+    assert "2 x 2" in next(e.detail for e in report.of("approximated") if "World" in e.object)
+
+
+def test_sky_texture(scene, export) -> None:
+    """As an image; the same one as long as its values stay."""
     tree = new_world(scene)
     sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sky_type = "PREETHAM"
     finish(tree, add_node(tree, "ShaderNodeBackground", Color=sky.outputs[0]))
-    entries = [e for e in export()[1].of("approximated") if "Color from" in e.feature]
-    assert len(entries) == 1
+    first, report = export()
+    assert first.lights[0].kind == "environment" and first.images[0].pixels.shape[1] >= 1024
+    assert "Sky" in next(e.feature for e in report.of("approximated") if "World" in e.object)
+    tree.nodes["Background"].inputs["Strength"].default_value = 3.0
+    second = export()[0]
+    assert second.images[0].pixels is first.images[0].pixels
+    assert second.lights[0].power == (3.0,) * 3
+
+
+def test_what_cannot_be_evaluated_is_named(scene, export, monkeypatch) -> None:
+    """By the node that asks for more than a direction, or by what Blender said."""
+    tree = new_world(scene)
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sky_type = "PREETHAM"
+    path = tree.nodes.new("ShaderNodeLightPath")
+    power = add_node(tree, "ShaderNodeGamma", Color=sky.outputs[0], Gamma=path.outputs["Ray Depth"])
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=power.outputs[0]))
+    (entry,) = (e for e in export()[1].of("ignored") if "World" in e.object)
+    assert "Gamma" in entry.feature and "'Light Path'" in entry.detail
+    tree.links.remove(power.inputs["Gamma"].links[0])
+    monkeypatch.setattr(world_nodes, "PATIENCE", 1e-3)
+    (entry,) = (e for e in export()[1].of("ignored") if "World" in e.object)
+    assert "Blender could not evaluate it" in entry.detail and "timed out" in entry.detail
 
 
 def test_scene_wide_features_are_named(scene, export) -> None:

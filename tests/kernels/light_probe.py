@@ -9,16 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.photon.kernels.records import LIGHT
-from addon.photon.scene import Light
+from addon.photon.scene import Image, Light
+from addon.photon.stage.environments import environment_table
 from addon.photon.stage.geometry import Frame
-from addon.photon.stage.kinds import made_lights
+from addon.photon.stage.kinds import light_defines, made_lights
 from addon.photon.stage.tables import light_table
-from addon.streams import Table
+from addon.streams import Table, When
 from tests.kernels.conftest import Bench
 from tests.unit.glsl_files import VALUE, declare
 
 COUNT = 1 << 18
-SAMPLE, DENSITY, EMIT, FLUX, SEEN = range(5)
+SAMPLE, DENSITY, EMIT, FLUX, SEEN, CARRIED = range(6)
 FRAME = Frame(np.array([0.5, -1.0, 2.0]), 2.0)
 BOUNDS = 1.5  # [scene units]
 UP = (0.0, 0.0, 1.0)
@@ -26,9 +27,14 @@ PROBE = declare(
     "probe_light",
     {"first": VALUE, "second": VALUE},
     inputs={"a": VALUE, "b": VALUE, "c": VALUE},
-    tables={"lights": Table(LIGHT)},
-    structure=("ASK",),
+    tables={"lights": Table(LIGHT), "environments": When("ENVIRONMENT", Table())},
+    structure=("ASK", "ENVIRONMENT"),
 )
+
+
+# Of coarse pixels, dark ones and ones of other colours among them.
+IMAGE = Image("blobs", np.random.default_rng(3).gamma(0.5, 1.0, (6, 12, 3)).astype(np.float32))
+IMAGE.pixels[1:3, 2:6] = 0.0
 
 
 def probe(
@@ -39,11 +45,15 @@ def probe(
     for name, given in (("a", a), ("b", b), ("c", normal)):
         inputs[name] = np.zeros((len(b), 4), np.float32)
         inputs[name][:, : np.shape(given)[-1]] = given
+    texels, places = environment_table((IMAGE,))
     result = bench.run(
         PROBE,
         inputs,
-        tables={"lights": light_table((light,), FRAME, BOUNDS)},
-        defines={"ASK": ask},
+        tables={
+            "lights": light_table((light,), FRAME, BOUNDS, places),
+            "environments": texels,
+        },
+        defines={"ASK": ask, **light_defines({light.kind})},
         made=made_lights({light.kind}),
     )
     first, second = result["first"].astype(float), result["second"].astype(float)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from addon.photon.scene import (
     Light,
     area_light,
+    environment_light,
     point_light,
     spot_light,
     sun_light,
@@ -22,6 +23,7 @@ from addon.photon.scene import (
 from tests.kernels.conftest import Bench
 from tests.kernels.light_probe import (
     BOUNDS,
+    CARRIED,
     COUNT,
     DENSITY,
     EMIT,
@@ -79,6 +81,7 @@ SEEN_LIGHTS = (
     sun_light("sun", POWER, SKEW, math.radians(20)),
     sun_light("wide sun", POWER, SKEW, math.radians(180)),
     world_light("world", POWER),
+    environment_light("environment", 0, POWER, SKEW, (0.6, -0.8, 0.0)),
 )
 EACH = [pytest.param(light, id=light.name) for light in SEEN_LIGHTS]
 
@@ -170,7 +173,7 @@ def test_photons_bring_what_samples_bring(one_bench: Bench, light: Light) -> Non
     places = PLACE + radius * np.sqrt(u)[:, None] * flat
     sampled = sampled_irradiance(one_bench, light, places)
     flux, _ = probe(one_bench, light, FLUX, np.zeros((1, 3)), np.zeros((1, 3)))
-    landed, many, brought = 0, 0, 0.0
+    landed, many, carried = 0, 0, []
     for seed in range(30, 38):
         emitted, direction = probe(one_bench, light, EMIT, *numbers(seed))
         origin, weight, direction = emitted[:, :3], emitted[:, 3], direction[:, :3]
@@ -179,17 +182,21 @@ def test_photons_bring_what_samples_bring(one_bench: Bench, light: Light) -> Non
             t = (PLACE - origin) @ NORMAL / falling
         met = origin + direction * t[:, None]
         lands = (falling < 0) & (t > 0) & (np.linalg.norm(met - PLACE, axis=1) < radius)
-        back = np.concatenate([met[lands], np.full((lands.sum(), 1), FAR)], axis=1)
+        back = np.concatenate([met, np.full((COUNT, 1), FAR)], axis=1)[lands]
         seen, _ = probe(one_bench, light, SEEN, back, -direction[lands])
         is_soft = light.parameters.get("soft")
         assert is_soft or (seen[:, 3] > 0).mean() > 0.999
-        brought += float((weight[lands] * (seen[:, 3] > 0)).sum())
+        each = probe(one_bench, light, CARRIED, direction, direction)[0][:, :3]
+        # What an image emits, which only says how many photons start there, is summed by pixels.
+        np.testing.assert_allclose(each.mean(axis=0), flux[0, :3], 2e-2)
+        counts = np.zeros(COUNT)
+        counts[lands] = weight[lands] * (seen[:, 3] > 0)
         landed += int(lands.sum())
         many += COUNT
-    scale = brought / landed * flux[0, :3] / (np.pi * radius**2)
-    share = landed / many
+        carried.append(each * counts[:, None] / (np.pi * radius**2))
+    brought = np.concatenate(carried)
     assert landed > 5000
-    assert_equal(sampled, (share * scale, math.sqrt(share / many) * scale))
+    assert_equal(sampled, (brought.mean(axis=0), brought.std(axis=0) / math.sqrt(many)))
 
 
 @pytest.mark.parametrize("light", EACH)

@@ -20,6 +20,7 @@ from addon.photon.settings import Settings
 from addon.photon.stage.kinds import check_kinds, light_kinds, lobe_kinds, made_bsdf, made_lights
 from addon.photon.variants import drawn, kernels
 from addon.streams import Device, HostKernel, Kernel, StreamError
+from tests.kernels.light_probe import IMAGE
 from tests.kernels.test_seen_lights import SEEN_LIGHTS
 from tests.scenes import cornell
 from tests.unit.glsl_files import use_root, write
@@ -207,6 +208,7 @@ def test_variants_are_what_scenes_need(device: Device, monkeypatch: pytest.Monke
     for lobes in ((phong((0.1,) * 3, 9.0),), (phong((0.1,) * 3),), (phong((0.1,) * 3, 9.0),) * 2):
         shiny = Material("shiny", (0.1,) * 3, lobes)
         scene = replace(scene, materials=(shiny, *scene.materials[1:]))
+        scene = replace(scene, images=(IMAGE,))
         scenes += [replace(scene, lights=lights), replace(scene, lights=lights * 40)]
     for each in scenes:
         prepare(each, Settings(8, 8, photons=8, layer="fragment"), device).release()

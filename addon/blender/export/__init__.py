@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ...photon.scene import Camera, Light, Scene
+from ...photon.scene import Camera, Image, Light, Scene
 from .camera import export_camera
 from .geometry import Geometry, note_visibility
 from .lights import export_light
@@ -71,12 +71,14 @@ def _snapshot(
         else:
             geometry.add(obj, matrix, materials, notes)
     world = getattr(view_layer, "world_override", None) or scene.world
-    lights += export_world(world, notes)
+    images: list[Image] = []
+    lights += export_world(world, images, notes)
     exported = Scene(
         camera=camera,
         lights=tuple(lights),
         materials=tuple(materials.materials),
         surfaces=tuple(geometry.surfaces),
+        images=tuple(images),
         **geometry.arrays(),
     )
     exported.check()

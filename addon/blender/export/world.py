@@ -1,21 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Export the world as light of one radiance, and note what the scene asks of it in vain."""
+"""Export the world as lights, and note what the scene asks of it in vain."""
 
 from __future__ import annotations
 
 import bpy
 import numpy as np
 
-from ...photon.scene import Light, world_light
+from ...photon.scene import FOUND_BY, RGB, Image, Light, environment_light, world_light
+from .lights.common import ALL_BOUNCES
 from .materials import has_nodes
-from .nodes import Colour, Graph, Scope, colour_of, source, value_of
+from .nodes import Graph
+from .radiance import ONE, Factor, Sum, radiance
 from .report import Notes
 
-BLACK = (0.0, 0.0, 0.0)
 
-
-def export_world(world: bpy.types.World | None, notes: Notes) -> tuple[Light, ...]:
-    """Return the lights that the world is."""
+def export_world(
+    world: bpy.types.World | None, images: list[Image], notes: Notes
+) -> tuple[Light, ...]:
+    """Return the lights that the world is, and append the images that they refer to."""
     if world is None:
         return ()
     owner = f"World '{world.name}'"
@@ -24,51 +26,53 @@ def export_world(world: bpy.types.World | None, notes: Notes) -> tuple[Light, ..
         output = graph.output("OUTPUT_WORLD")
         if output is not None and output.inputs["Volume"].is_linked:
             notes.ignored(owner, "Volume", "not rendered")
-        node, scope = graph.surface("OUTPUT_WORLD")
-        radiance = np.array(_radiance(graph, node, scope))
+        total = radiance(graph, *graph.surface("OUTPUT_WORLD"))
     else:
-        radiance = np.array(world.color[:], np.float64)
-    valid = np.where(np.isfinite(radiance), radiance, 0.0).clip(0.0)
-    if not np.array_equal(valid, radiance):
-        notes.approximated(owner, "Colour", "negative or not finite: clamped to 0")
+        total = Sum(ONE * np.array(world.color[:], np.float64))
+    note_world(world, owner, notes)
+    visible = _visible(world)
+    lights = [
+        world_light(world.name, colour, found_by)
+        for colour, found_by in _by_factor(total.colour * visible, owner, notes)
+    ]
+    for name, turned, factor in total.images:
+        middle, _, up = ((float(x), float(y), float(z)) for x, y, z in turned.rows)
+        found = _by_factor(factor * visible, owner, notes)
+        lights += [
+            environment_light(world.name, len(images), colour, up, middle, found_by)
+            for colour, found_by in found
+        ]
+        if found:
+            images.append(Image(name, turned.pixels))
     if not notes.mention(owner):
         notes.exact(owner, "Background")
-    r, g, b = (float(channel) for channel in valid)
-    return (world_light(world.name, (r, g, b)),) if valid.any() else ()
+    return tuple(lights)
 
 
-def _radiance(graph: Graph, node: bpy.types.Node | None, scope: Scope) -> Colour:
-    if node is None:
-        return BLACK
-    if node.type in ("BACKGROUND", "EMISSION"):
-        strength = value_of(graph, node.inputs["Strength"], scope)
-        r, g, b = colour_of(graph, node.inputs["Color"], scope)
-        return r * strength, g * strength, b * strength
-    if node.type == "MIX_SHADER":
-        factor = _mix_factor(graph, node, scope)
-        first, second = (_radiance(graph, *_input(node, index, scope)) for index in (1, 2))
-        r, g, b = ((1.0 - factor) * a + factor * b for a, b in zip(first, second, strict=True))
-        return r, g, b
-    if node.type == "ADD_SHADER":
-        first, second = (_radiance(graph, *_input(node, index, scope)) for index in (0, 1))
-        r, g, b = (a + b for a, b in zip(first, second, strict=True))
-        return r, g, b
-    graph.notes.ignored(graph.owner, f"{node.bl_label} '{node.name}'", "black is used")
-    return BLACK
+def _by_factor(factor: Factor, owner: str, notes: Notes) -> list[tuple[RGB, tuple[str, ...]]]:
+    """Each factor that is not black, and those that find it."""
+    valid = np.where(np.isfinite(factor), factor, 0.0).clip(0.0)
+    if not np.array_equal(valid, factor):
+        notes.approximated(owner, "Colour", "negative or not finite: clamped to 0")
+    found: dict[RGB, tuple[str, ...]] = {}
+    for by, (r, g, b) in zip(FOUND_BY, valid.tolist(), strict=True):
+        if any((r, g, b)):
+            found[r, g, b] = (*found.get((r, g, b), ()), by)
+    return list(found.items())
 
 
-def _mix_factor(graph: Graph, node: bpy.types.Node, scope: Scope) -> float:
-    feeding, end, _ = source(node.inputs[0], scope)
-    # The customary switch between what the camera sees and what lights the scene.
-    if feeding is not None and feeding.type == "LIGHT_PATH":
-        graph.notes.approximated(graph.owner, "Light Path", "the camera's side is used everywhere")
-        return 1.0 if end.name == "Is Camera Ray" else 0.0
-    return min(max(value_of(graph, node.inputs[0], scope), 0.0), 1.0)
+def _visible(world: bpy.types.World) -> Factor:
+    """(4, 1), of each of FOUND_BY: 0 for those that the world's ray visibility excludes."""
+    flags = getattr(world, "cycles_visibility", None)
+    names = ("camera", "diffuse", "glossy", "glossy")
+    return np.array([[float(getattr(flags, name, True))] for name in names])
 
 
-def _input(node: bpy.types.Node, index: int, scope: Scope) -> tuple[bpy.types.Node | None, Scope]:
-    found, _, inner = source(node.inputs[index], scope)
-    return found, inner
+def note_world(world: bpy.types.World, owner: str, notes: Notes) -> None:
+    """Write down what the world asks for and the renderer does not know."""
+    bounces = getattr(getattr(world, "cycles", None), "max_bounces", ALL_BOUNCES)
+    if bounces < ALL_BOUNCES:
+        notes.ignored(owner, "Max Bounces", f"its light goes on after {bounces} bounces")
 
 
 def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: Notes) -> None:

@@ -4,13 +4,12 @@ whose rays another one traces, the two around that."""
 
 from ...streams import Kernel, Table, Uniform, When
 from ...streams.declaration import Ports
+from .lights import LIGHT_DEFINES, LIGHT_TABLES
 from .records import (
     CORNER_NORMALS,
     HIT,
     ILLUMINANCE,
-    LIGHT,
     NODE,
-    PROFILE,
     RADIANCE,
     RAY_DIRECTION,
     RAY_ORIGIN,
@@ -27,10 +26,9 @@ _STRUCTURE = (
     "ILLUMINANCE",
     "SMOOTH",
     *GATHERED_LOBES,
-    "PROFILES",
+    *LIGHT_DEFINES,
 )
 _INPUTS: Ports = {**POINT, "direction": RAY_DIRECTION, **LOBES}
-_LIGHTS = {"lights": Table(LIGHT), "profiles": When("PROFILES", Table(PROFILE))}
 _UNIFORMS = {
     "seed": Uniform("uint"),
     "pass_index": Uniform("uint"),
@@ -54,7 +52,7 @@ class Direct(Kernel):
     tables = {
         "nodes": Table(NODE),
         "triangles": Table(TRIANGLE),
-        **_LIGHTS,
+        **LIGHT_TABLES,
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }
 
@@ -74,7 +72,7 @@ class ShadowRays(Kernel):
     }
     uniforms = {**_UNIFORMS, "first_ray": Uniform("int")}
     tables = {
-        **_LIGHTS,
+        **LIGHT_TABLES,
         "triangles": When("SMOOTH", Table(TRIANGLE)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
-from .records import HIT, LIGHT, PROFILE, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE
+from .lights import LIGHT_DEFINES, LIGHT_TABLES
+from .records import HIT, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE
 
 
 class Emitted(Kernel):
     """Find the lights that rays meet, and the world that they end in."""
 
     stem = "emitted"
-    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN", "PROFILES")
+    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN", *LIGHT_DEFINES)
     inputs = {
         "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,
@@ -21,7 +22,6 @@ class Emitted(Kernel):
         "seen_lights": Uniform("int"),
     }
     tables = {
-        "lights": Table(LIGHT),
-        "profiles": When("PROFILES", Table(PROFILE)),
+        **LIGHT_TABLES,
         "triangles": When("WEIGHED", Table(TRIANGLE)),
     }

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Table, Uniform, When
-from .records import FLUX, LIGHT, PROFILE, RAY_DIRECTION, RAY_ORIGIN
+from ...streams import Kernel, Uniform
+from .lights import LIGHT_DEFINES, LIGHT_TABLES
+from .records import FLUX, RAY_DIRECTION, RAY_ORIGIN
 
 
 class Generator(Kernel):
     """Emit photons of equal flux from the lights (Marino & Abbate, Generator)."""
 
     stem = "generator"
-    structure = ("PROFILES",)
+    structure = LIGHT_DEFINES
     outputs = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "flux": FLUX}
     uniforms = {
         "seed": Uniform("uint"),
@@ -15,4 +16,4 @@ class Generator(Kernel):
         "photons": Uniform("int"),
         "light_count": Uniform("int"),
     }
-    tables = {"lights": Table(LIGHT), "profiles": When("PROFILES", Table(PROFILE))}
+    tables = LIGHT_TABLES

@@ -7,7 +7,7 @@ class Projector(Kernel):
     """Deposit photons in world space on surfaces that gather (Marino & Abbate, Projector)."""
 
     stem = "projector"
-    structure = ("DIRECTIONS", "ARRIVALS")
+    structure = ("DIRECTIONS", "ARRIVALS", "ENVIRONMENT")
     inputs = {
         "place": PLACE,
         "facing": FACING,
@@ -17,4 +17,7 @@ class Projector(Kernel):
         "origin": When("ARRIVALS", RAY_ORIGIN),
     }
     outputs = {"landed": PLACE, "deposit": DEPOSIT}
-    tables = {"lights": When("ARRIVALS", Table(LIGHT))}
+    tables = {
+        "lights": When("ARRIVALS", Table(LIGHT)),
+        "environments": When("ENVIRONMENT", Table()),
+    }

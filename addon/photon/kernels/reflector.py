@@ -8,7 +8,7 @@ class Reflector(Kernel):
     """Scatter or absorb each photon by Russian roulette (Marino & Abbate, Reflector)."""
 
     stem = "reflector"
-    structure = ("LOBES", "ARRIVALS")
+    structure = ("LOBES", "ARRIVALS", "ENVIRONMENT")
     inputs = {
         "origin": When("ARRIVALS", RAY_ORIGIN),
         "direction": RAY_DIRECTION,
@@ -18,4 +18,7 @@ class Reflector(Kernel):
     }
     outputs = {"next_origin": RAY_ORIGIN, "next_direction": RAY_DIRECTION, "next_flux": FLUX}
     uniforms = {"seed": Uniform("uint"), "pass_index": Uniform("uint"), "bounce": Uniform("int")}
-    tables = {"lights": When("ARRIVALS", Table(LIGHT))}
+    tables = {
+        "lights": When("ARRIVALS", Table(LIGHT)),
+        "environments": When("ENVIRONMENT", Table()),
+    }

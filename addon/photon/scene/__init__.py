@@ -3,10 +3,12 @@
 
 from .camera import Camera, Lens, Motion
 from .checks import BLACK, RGB
+from .images import Image
 from .lights import (
     FOUND_BY,
     Light,
     area_light,
+    environment_light,
     point_light,
     spot_light,
     sun_light,
@@ -28,6 +30,7 @@ __all__ = [
     "RGB",
     "SNAPSHOT_VERSION",
     "Camera",
+    "Image",
     "Lens",
     "Light",
     "Lobe",
@@ -35,6 +38,7 @@ __all__ = [
     "Motion",
     "Scene",
     "area_light",
+    "environment_light",
     "phong",
     "point_light",
     "spot_light",

@@ -168,3 +168,16 @@ def sun_light(
 def world_light(name: str, radiance: RGB, found_by: tuple[str, ...] = FOUND_BY) -> Light:
     """A world of one radiance [W/(m^2 sr)] from everywhere."""
     return Light(name, "world", BLACK, radiance, found_by=found_by)
+
+
+def environment_light(
+    name: str,
+    image: int,
+    factor: RGB = (1.0, 1.0, 1.0),
+    up: RGB = (0.0, 0.0, 1.0),
+    middle: RGB = (1.0, 0.0, 0.0),
+    found_by: tuple[str, ...] = FOUND_BY,
+) -> Light:
+    """A world whose radiance is a factor times that of one of the scene's images, of all directions
+    from `up` at its upper edge, and `middle` in the middle of its rows."""
+    return Light(name, "environment", BLACK, factor, up, {"image": image}, middle, found_by)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ..errors import SceneError
 from .camera import Camera
 from .checks import BLACK, RGB, check_finite
+from .images import Image
 from .lights import Light, point_light, spot_light, world_light
 
 SNAPSHOT_VERSION = 4
@@ -153,6 +154,7 @@ class Scene:
     material: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into materials
     surface: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into surfaces
     surfaces: tuple[str, ...] = ()  # object names
+    images: tuple[Image, ...] = ()
 
     @property
     def emitters(self) -> tuple[Light, ...]:
@@ -190,8 +192,15 @@ class Scene:
                     f"scene.{name}{list(where)} = {int(array[where])} is outside [0, {limit})"
                 )
         self.camera.check()
+        for image in self.images:
+            image.check()
         for light in self.lights:
             light.check()
+            number = light.parameters.get("image", 0)
+            if "image" in light.parameters and number not in range(len(self.images)):
+                raise SceneError(
+                    f"light {light.name!r}: image {number} is none of {len(self.images)}"
+                )
         for material in self.materials:
             material.check()
 
@@ -203,8 +212,10 @@ class Scene:
             "lights": [_plain(light) for light in self.lights],
             "materials": [_plain(material) for material in self.materials],
             "surfaces": list(self.surfaces),
+            "images": [image.name for image in self.images],
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, *_LATER)}
+        arrays |= {f"image{number}": image.pixels for number, image in enumerate(self.images)}
         with open(path, "wb") as file:
             np.savez(file, header=np.array(json.dumps(header)), **arrays)
 
@@ -242,6 +253,10 @@ def _read(data: Any) -> Scene:
         lights=lights,
         materials=tuple(read_material(_tuples(m)) for m in header["materials"]),
         surfaces=tuple(header["surfaces"]),
+        images=tuple(
+            Image(name, data[f"image{number}"])
+            for number, name in enumerate(header.get("images", ()))
+        ),
         **{name: data[name] for name in (*_ARRAYS, *(name for name in _LATER if name in data))},
     )
 

@@ -9,13 +9,13 @@ has, and one switch.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from ...streams import Made, StreamError, source
+from ...streams import Defines, Made, StreamError, source
 from ..errors import SceneError
 from ..scene import Scene
 
@@ -27,6 +27,7 @@ WATTS = "W"
 RADIANCE = "W/(m^2 sr)"  # the world's
 SCENE = "scene"  # what is known only of the whole scene: the radius of a sphere about it
 COLOUR = "rgb"
+IMAGE = "image"  # the number of one of the scene's; in tables, where it is
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,11 @@ class Kind:
         return self.power == RADIANCE
 
     @property
+    def has_image(self) -> bool:
+        """Whether it refers to an image."""
+        return IMAGE in self.parameters.values()
+
+    @property
     def given(self) -> tuple[str, ...]:
         """The parameters that a scene gives."""
         return tuple(name for name, unit in self.parameters.items() if unit != SCENE)
@@ -64,12 +70,15 @@ class Kind:
         given: Mapping[str, float | tuple[float, ...]],
         metre: float = 1.0,
         bounds: float = 0.0,
+        images: Sequence[tuple[float, ...]] = (),
     ) -> list[float]:
         """Parameters as a table holds them, in order; `metre` is what lengths are multiplied by,
-        `bounds` the radius of a sphere about the scene."""
+        `bounds` the radius of a sphere about the scene, `images` what stands for each."""
         numbers: list[float] = []
         for name, unit in self.parameters.items():
             value = bounds if unit == SCENE else given[name]
+            if unit == IMAGE and isinstance(value, (int, float)):
+                value = images[int(value)]
             if isinstance(value, tuple):
                 numbers += value
             else:
@@ -132,6 +141,15 @@ LIGHT_FUNCTIONS = (
     ),
     _Function("vec4", "seen", _RAY, "return vec4(0.0);", "light.kind"),
     _Function("vec3", "flux", ("Light light",), "return vec3(0.0);", "light.kind"),
+    # That of a photon times what the light has photons, which differs where colours do.
+    _Function(
+        "vec3",
+        "carried",
+        ("Light light", "vec3 direction"),
+        "return flux_light(light);",
+        "light.kind",
+        "image",
+    ),
 )
 
 
@@ -179,6 +197,11 @@ def made_camera(name: str) -> Made:
         f"EyeRay ray_camera(vec2 at) {{ return ray_{name}(at); }}",
     ]
     return {"made/camera.glsl": "\n".join(lines) + "\n"}
+
+
+def light_defines(names: Collection[str]) -> Defines:
+    """What a program is compiled with that includes these."""
+    return {"ENVIRONMENT": 1} if any(light_kinds()[name].has_image for name in names) else {}
 
 
 def _check(who: str, kinds: Mapping[str, Kind], kind: str, given: Mapping[str, Any]) -> None:

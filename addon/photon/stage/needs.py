@@ -13,7 +13,7 @@ from ..scene import Light, Scene
 from ..settings import Settings
 from .gathered import BLEND, can_gather, send_rays
 from .geometry import Mesh
-from .kinds import light_kinds, lobe_kinds, made_bsdf, made_camera, made_lights
+from .kinds import light_defines, light_kinds, lobe_kinds, made_bsdf, made_camera, made_lights
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 # Lights that every visible point asks; where there are more, it asks so many, by chance.
@@ -123,14 +123,14 @@ class SceneNeeds:
         defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
         defines |= {"SMOOTH": 1} if self.smooth else {}
         # What a lobe gathers matters where rays and shadow rays share a light alone.
-        of_lobes = self.eye_defines if self.weighed else self._lobe_defines
-        more = {**self.illuminance_defines, **self.profile_defines}
-        return {**defines, **(of_lobes if broad else {}), **more}
+        of_lobes = (self.eye_defines if self.weighed else self._lobe_defines) if broad else {}
+        return {**defines, **self.light_defines, **of_lobes, **self.illuminance_defines}
 
     @cached_property
-    def profile_defines(self) -> Defines:
-        """What kernels are compiled with that ask lights how bright they are."""
-        return {"PROFILES": 1} if self.profiles else {}
+    def light_defines(self) -> Defines:
+        """What kernels that ask lights are compiled with."""
+        profiles = {"PROFILES": 1} if self.profiles else {}
+        return {**light_defines(self.light_kinds), **profiles}
 
     @cached_property
     def photon_defines(self) -> Defines:
@@ -145,7 +145,7 @@ class SceneNeeds:
     @cached_property
     def arrival_defines(self) -> Defines:
         """What kernels of photons that land are compiled with."""
-        return {"ARRIVALS": 1} if self.arrivals else {}
+        return {"ARRIVALS": 1, **light_defines(self.light_kinds)} if self.arrivals else {}
 
     @cached_property
     def camera_defines(self) -> Defines:

@@ -9,13 +9,14 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import TABLE_WIDTH, Device, Kernel, Stream, Table, Uniform
+from ...streams import TABLE_WIDTH, Device, Kernel, Stream, Table, Uniform, When
 from ...streams.device import Layer
 from ..errors import SceneError
 from ..kernels.records import FLUX, LIGHT, MATERIAL, MATERIAL_LOBE
 from ..scene import FOUND_BY, RGB, Light, Material, Scene
+from .environments import Place, environment_table
 from .geometry import Frame, Mesh
-from .kinds import WATTS, light_kinds, lobe_kinds, made_lights
+from .kinds import WATTS, light_defines, light_kinds, lobe_kinds, made_lights
 from .profiles import mean_of, profile_table
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
@@ -30,9 +31,11 @@ def is_seen(light: Light) -> bool:
     return found and light_kinds()[light.kind].is_met(light.parameters)
 
 
-def light_table(lights: tuple[Light, ...], frame: Frame, bounds: float = 0.0) -> NDArray[Any]:
+def light_table(
+    lights: tuple[Light, ...], frame: Frame, bounds: float = 0.0, places: tuple[Place, ...] = ()
+) -> NDArray[Any]:
     """(L,) of LIGHT, one at least; which of them photons start at is not said yet. `bounds`: the
-    radius of a sphere about the scene [scene units]."""
+    radius of a sphere about the scene [scene units]; `places`: of its images."""
     table = LIGHT.zeros(max(len(lights), 1))
     kinds = light_kinds()
     for row, light in zip(table, lights, strict=False):
@@ -43,7 +46,7 @@ def light_table(lights: tuple[Light, ...], frame: Frame, bounds: float = 0.0) ->
         row["axis"] = axis / np.linalg.norm(axis)
         row["across"] = _across(axis, light.across)
         row["power"] = np.asarray(light.power) / (frame.scale**2 if kind.power == WATTS else 1.0)
-        numbers = kind.numbers(light.parameters, 1.0 / frame.scale, bounds)
+        numbers = kind.numbers(light.parameters, 1.0 / frame.scale, bounds, places)
         row["parameters"], row["more"] = np.resize([*numbers, *[0.0] * 8], (2, 4))
         bits = [FOUND_BITS[name] for name in light.found_by]
         more = (IS_WORLD if kind.is_world else 0) + (IS_SOFT if light.parameters.get("soft") else 0)
@@ -132,20 +135,22 @@ class LightFlux(Kernel):
     """The flux that each light emits."""
 
     stem = "light_flux"
+    structure = ("ENVIRONMENT",)
     outputs = {"flux": FLUX}
     uniforms = {"light_count": Uniform("int")}
-    tables = {"lights": Table(LIGHT)}
+    tables = {"lights": Table(LIGHT), "environments": When("ENVIRONMENT", Table())}
 
 
 def flux_of(
-    device: Device, layer: Layer, lights: tuple[Light, ...], table: moderngl.Texture
+    device: Device, layer: Layer, lights: tuple[Light, ...], tables: dict[str, moderngl.Texture]
 ) -> NDArray[np.float32]:
     """What the lights of a table emit, (L, 3) [W / scene units^2]."""
-    made = made_lights({light.kind for light in lights})
-    kernel = LightFlux(device, layer, made=made)
+    kinds = {light.kind for light in lights}
+    kernel = LightFlux(device, layer, light_defines(kinds), made=made_lights(kinds))
     size = min(len(lights), TABLE_WIDTH), -(-len(lights) // TABLE_WIDTH)
     stream = Stream(device, FLUX, size)
-    kernel.run({"flux": stream}, {"lights": table}, {"light_count": len(lights)})
+    own = {name: tables[name] for name in kernel.tables}
+    kernel.run({"flux": stream}, own, {"light_count": len(lights)})
     flux = stream.download().reshape(-1, 4)[: len(lights), :3]
     stream.release()
     kernel.release()
@@ -181,7 +186,8 @@ class Tables:
         materials, lobes = material_tables(scene.materials)
         emitters = tuple(sorted(scene.emitters, key=is_seen, reverse=True))
         bounds = float(np.linalg.norm(mesh.extent))
-        lights = light_table(emitters, frame, bounds)
+        environments, places = environment_table(scene.images)
+        lights = light_table(emitters, frame, bounds, places)
         tables = {
             "triangles": mesh.triangles,
             "corner_normals": mesh.normals,
@@ -193,13 +199,15 @@ class Tables:
             tables["corner_tangents"] = mesh.tangents
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
+        if places:
+            textures["environments"] = upload_table(device, environments)
         if emitters:
-            flux = flux_of(device, layer, emitters, textures["lights"])
+            flux = flux_of(device, layer, emitters, textures)
             shines = (flux > 0.0).any(axis=1)  # a cone without width does not
             if not bounds:  # nothing is lit
                 shines |= [light_kinds()[light.kind].is_far for light in emitters]
             emitters = tuple(x for x, is_on in zip(emitters, shines, strict=True) if is_on)
-            lights = light_table(emitters, frame, bounds)
+            lights = light_table(emitters, frame, bounds, places)
             photons = [light.lights_surfaces for light in emitters]
             choose_lights(lights, flux[shines] * np.array(photons)[:, None])
             write_table(textures["lights"], texels_of(lights))

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The only light, by ASK: 0 a sample from a place by two numbers, 1 the density of a direction from a
-// place, 2 what is emitted by four numbers, 3 its flux, 4 what a ray from a place sees of it.
+// place, 2 what is emitted by four numbers, 3 its flux, 4 what a ray from a place sees of it, 5 a photon's flux.
 #include "lib/light.glsl"
 
 void kernel() {
@@ -20,6 +20,8 @@ void kernel() {
     second = vec4(emitted.direction, 1.0);
 #elif ASK == 3
     first = vec4(flux_light(light), 1.0);
+#elif ASK == 5
+    first = vec4(carried_light(light, b.xyz), 1.0);
 #else
     first = seen_light(light, a.xyz, b.xyz, a.w);
 #endif

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Read an Environment Texture: its pixels as they are, turned by the nodes that feed its vector."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from mathutils import Euler, Matrix
+from numpy.typing import NDArray
+
+from .nodes import Scope, source
+
+MOST_PIXELS = 8192 * 4096
+# Colour spaces whose stored numbers are linear Rec. 709, Blender's scene colours by default.
+LINEAR = {"Linear Rec.709", "Linear", "Non-Color", "Raw"}
+
+
+@dataclass(frozen=True)
+class Turned:
+    """An image of all directions, and the rotation from the world's into it."""
+
+    pixels: NDArray[np.float32]  # (height, width, 3)
+    rows: NDArray[np.float64]  # (3, 3): what is the middle, a quarter to the left, and up in it
+    fewer: int = 1  # how many pixels, each way, became one
+
+
+def read_turned(node: bpy.types.Node, scope: Scope) -> Turned | None:
+    """The image of an Environment Texture that is there; None if its pixels need more than a turn,
+    or are not linear colours or sRGB."""
+    image = node.image
+    linear = image.is_float or image.colorspace_settings.name in {*LINEAR, "sRGB"}
+    if node.projection != "EQUIRECTANGULAR" or image.source not in ("FILE", "GENERATED"):
+        return None
+    matrix = _direction(node, scope)
+    if matrix is None or not linear or min(image.size) < 1:
+        return None
+    lengths = np.linalg.norm(matrix, axis=1)
+    if lengths.min() <= 0.0:
+        return None
+    rows = matrix / lengths.mean()
+    if np.abs(rows @ rows.T - np.eye(3)).max() > 1e-5:
+        return None
+    pixels, fewer = linear_pixels(image)
+    if np.linalg.det(rows) < 0.0:  # a mirror image
+        pixels, rows = np.ascontiguousarray(pixels[:, ::-1]), rows * [[1.0], [-1.0], [1.0]]
+    return Turned(pixels, rows, fewer)
+
+
+def linear_pixels(image: bpy.types.Image) -> tuple[NDArray[np.float32], int]:
+    """(height, width, 3), finite and not negative, the lowest row first; of large images the mean
+    of so many pixels each way."""
+    width, height = image.size
+    raw = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(raw)
+    pixels = raw.reshape(height, width, -1)
+    pixels = pixels[..., :3] if pixels.shape[2] >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
+    # Blender hands out the bytes of 8-bit images as they are stored.
+    if not image.is_float and image.colorspace_settings.name == "sRGB":
+        pixels = np.where(pixels <= 0.04045, pixels / 12.92, ((pixels + 0.055) / 1.055) ** 2.4)
+    fewer = 1
+    while width * height > MOST_PIXELS * fewer * fewer:
+        fewer += 1
+    if fewer > 1:
+        rows, columns = height // fewer, width // fewer
+        whole = pixels[: rows * fewer, : columns * fewer]
+        pixels = whole.reshape(rows, fewer, columns, fewer, 3).mean(axis=(1, 3))
+    finite = np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0)
+    return np.ascontiguousarray(np.maximum(finite, 0.0), np.float32), fewer
+
+
+def _direction(node: bpy.types.Node, scope: Scope) -> NDArray[np.float64] | None:
+    """What takes the world's directions to those that a texture looks up, if it is linear."""
+    feeding, end, inner = source(node.inputs["Vector"], scope)
+    if feeding is None:
+        # A vector of its own, of a group's input, say, is the same everywhere.
+        return np.eye(3) if not node.inputs["Vector"].is_linked else None
+    if feeding.type == "TEX_COORD" and end.name == "Generated":
+        return np.eye(3)
+    if feeding.type == "MAPPING":
+        before, own = _direction(feeding, inner), _mapping(feeding, inner)
+        return None if before is None or own is None else own @ before
+    return None
+
+
+def _mapping(node: bpy.types.Node, scope: Scope) -> NDArray[np.float64] | None:
+    """A Mapping node's matrix, if it moves nothing and scales all alike."""
+    values = {}
+    for name in ("Location", "Rotation", "Scale"):
+        socket = node.inputs[name]
+        feeding, end, _ = source(socket, scope)
+        if feeding is not None or not hasattr(end, "default_value"):
+            return None
+        values[name] = np.array(end.default_value[:], np.float64)
+    if node.vector_type in ("POINT", "TEXTURE") and values["Location"].any():
+        return None
+    turn = np.array(Matrix(Euler(values["Rotation"]).to_matrix()), np.float64)
+    scale = np.diag(values["Scale"])
+    if np.ptp(np.abs(values["Scale"])) > 1e-6 * np.abs(values["Scale"]).max():
+        return None
+    if node.vector_type == "TEXTURE":
+        return np.asarray(scale @ turn.T)  # of equal lengths, the inverse but for the length
+    return np.asarray(turn @ scale)

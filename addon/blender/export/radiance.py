@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A world's nodes as a sum: of colours and of images, each times a factor for each of those that
+may find a light (Light Path nodes tell them apart)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...photon.scene import FOUND_BY
+from .environment import Turned, read_turned
+from .nodes import MAGENTA, Graph, Scope, colour_of, missing, source
+from .world_nodes import Unsuited, evaluate
+
+Factor = NDArray[np.float64]  # (4, 3), of each of FOUND_BY and each channel
+ONE: Factor = np.ones((len(FOUND_BY), 3))
+# What Light Path tells each of FOUND_BY; other outputs are 0 to all. In Cycles a shadow ray is none
+# of these, whatever surface sent it: what it shows then depends on how it draws its samples.
+LIGHT_PATH = {
+    "Is Camera Ray": (1.0, 0.0, 0.0, 0.0),
+    "Is Diffuse Ray": (0.0, 1.0, 0.0, 0.0),
+    "Is Glossy Ray": (0.0, 0.0, 1.0, 1.0),
+    "Is Reflection Ray": (0.0, 1.0, 1.0, 1.0),
+    "Is Singular Ray": (0.0, 0.0, 0.0, 1.0),
+}
+SAME_IN_CYCLES = {"Is Camera Ray", "Is Glossy Ray"}
+EVEN = 1e-6  # relative: an image of such differences is a colour
+ARITHMETIC: dict[str, Callable[..., Any]] = {
+    "ADD": np.add,
+    "SUBTRACT": np.subtract,
+    "MULTIPLY": np.multiply,
+    "MAXIMUM": np.maximum,
+    "MINIMUM": np.minimum,
+    "GREATER_THAN": np.greater,
+    "LESS_THAN": np.less,
+}
+
+
+@dataclass
+class Sum:
+    """What a world radiates."""
+
+    colour: Factor = field(default_factory=lambda: np.zeros_like(ONE))
+    images: list[tuple[str, Turned, Factor]] = field(default_factory=list)  # each with a name
+
+    def add_image(self, name: str, turned: Turned, factor: Factor) -> None:
+        first = turned.pixels[0, 0].astype(np.float64)
+        if np.ptp(turned.pixels, axis=(0, 1)).max() <= EVEN * first.max():
+            self.colour += factor * first
+        else:
+            self.images.append((name, turned, factor))
+
+
+class _Uneven(Exception):
+    """A number differs from direction to direction."""
+
+
+def radiance(graph: Graph, node: bpy.types.Node | None, scope: Scope) -> Sum:
+    """The sum of what a shader radiates; what is no such sum is noted."""
+    total = Sum()
+    if node is not None:
+        _shader(graph, node, node.outputs[0], scope, ONE, total)
+    return total
+
+
+def _shader(
+    graph: Graph,
+    node: bpy.types.Node | None,
+    output: bpy.types.NodeSocket,
+    scope: Scope,
+    factor: Factor,
+    total: Sum,
+) -> None:
+    if node is None or not factor.any():
+        return
+    try:
+        if node.type in ("BACKGROUND", "EMISSION"):
+            strength = _number(graph, node.inputs["Strength"], scope)
+            _colour(graph, node.inputs["Color"], scope, factor * strength, total)
+            return
+        if node.type in ("MIX_SHADER", "ADD_SHADER"):
+            parts = [factor, factor]
+            if node.type == "MIX_SHADER":
+                share = _number(graph, node.inputs[0], scope).clip(0.0, 1.0)
+                parts = [factor * (1.0 - share), factor * share]
+            for socket, part in zip(node.inputs[-2:], parts, strict=True):
+                feeding, end, inner = source(socket, scope)
+                _shader(graph, feeding, end, inner, part, total)
+            return
+    except _Uneven:
+        pass
+    try:
+        total.add_image(node.name, _evaluated(graph, node, output, scope), factor)
+    except Unsuited as reason:
+        label = f"{node.bl_label} '{node.name}'"
+        graph.notes.ignored(graph.owner, label, f"black is used: {reason}")
+
+
+def _colour(
+    graph: Graph, socket: bpy.types.NodeSocket, scope: Scope, factor: Factor, total: Sum
+) -> None:
+    node, end, inner = source(socket, scope)
+    if not factor.any():
+        return
+    if node is None or node.type in ("RGB", "VALUE"):
+        total.colour += factor * _constant(end)
+        return
+    try:
+        try:
+            if node.type == "TEX_ENVIRONMENT" and end.name == "Color":
+                _environment(graph, node, end, inner, factor, total)
+            elif _is_mix(node):
+                _mix(graph, node, inner, factor, total)
+            else:
+                total.colour += factor * _number(graph, socket, scope)
+        except _Uneven:
+            total.add_image(node.name, _evaluated(graph, node, end, inner), factor)
+    except Unsuited as reason:
+        graph.notes.ignored(graph.owner, f"{node.bl_label} '{node.name}'", str(reason))
+        total.colour += factor * colour_of(graph, socket, scope)
+
+
+def _environment(
+    graph: Graph,
+    node: bpy.types.Node,
+    end: bpy.types.NodeSocket,
+    scope: Scope,
+    factor: Factor,
+    total: Sum,
+) -> None:
+    absent = missing(node)
+    if absent:
+        graph.notes.approximated(graph.owner, f"'{node.name}'", f"{absent}: magenta")
+        total.colour += factor * MAGENTA
+        return
+    turned = read_turned(node, scope)
+    if turned is None:
+        turned = _evaluated(graph, node, end, scope)
+    elif node.interpolation != "Linear":
+        how = f"{node.interpolation.lower()}, rendered as linear"
+        graph.notes.approximated(graph.owner, f"Interpolation of '{node.name}'", how)
+    if turned.fewer > 1:
+        detail = f"{turned.fewer} x {turned.fewer} of its pixels become one"
+        graph.notes.approximated(graph.owner, f"Image of '{node.name}'", detail)
+    total.add_image(node.image.name, turned, factor)
+
+
+def _mix(graph: Graph, node: bpy.types.Node, scope: Scope, factor: Factor, total: Sum) -> None:
+    """Raises _Uneven before anything is added."""
+    new = node.type == "MIX"
+    first = 6 if new else 1  # of the sockets of colours, which other types' are before
+    share = _number(graph, node.inputs[0], scope)
+    if not new or node.clamp_factor:
+        share = share.clip(0.0, 1.0)
+    a, b = node.inputs[first], node.inputs[first + 1]
+    if node.blend_type == "MIX":
+        _colour(graph, a, scope, factor * (1.0 - share), total)
+        _colour(graph, b, scope, factor * share, total)
+    elif node.blend_type == "ADD":
+        _colour(graph, a, scope, factor, total)
+        _colour(graph, b, scope, factor * share, total)
+    elif node.blend_type == "MULTIPLY":
+        for one, other in ((a, b), (b, a)):
+            feeding, end, _ = source(other, scope)
+            if (feeding is None or feeding.type in ("RGB", "VALUE")) and (
+                other == b or (share == 1.0).all()
+            ):
+                by = 1.0 - share + share * _constant(end)
+                _colour(graph, one, scope, factor * by, total)
+                return
+        raise _Uneven
+    else:
+        raise _Uneven
+
+
+def _is_mix(node: bpy.types.Node) -> bool:
+    if node.type == "MIX":
+        return bool(node.data_type == "RGBA" and not node.clamp_result)
+    return bool(node.type == "MIX_RGB" and not node.use_clamp)
+
+
+def _number(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> NDArray[np.float64]:
+    """(4, 1), of each of FOUND_BY. Raises _Uneven."""
+    node, end, inner = source(socket, scope)
+    if node is None or node.type in ("RGB", "VALUE"):
+        return np.full((len(FOUND_BY), 1), _constant(end) @ (0.2126, 0.7152, 0.0722))
+    if node.type == "LIGHT_PATH":
+        told = LIGHT_PATH.get(end.name, (0.0,) * len(FOUND_BY))
+        if end.name not in SAME_IN_CYCLES:
+            detail = "diffuse surfaces, lobes and the camera are told apart"
+            graph.notes.approximated(graph.owner, f"Light Path's {end.name}", detail)
+        return np.array(told)[:, None]
+    if node.type == "MATH" and node.operation in ARITHMETIC:
+        a, b = (_number(graph, each, inner) for each in node.inputs[:2])
+        result = ARITHMETIC[node.operation](a, b).astype(np.float64)
+        return result.clip(0.0, 1.0) if node.use_clamp else result
+    raise _Uneven
+
+
+def _constant(end: bpy.types.NodeSocket) -> NDArray[np.float64]:
+    """(3,), of a socket that nothing feeds."""
+    value: Any = getattr(end, "default_value", 0.0)
+    if isinstance(value, (int, float)):
+        return np.full(3, float(value))
+    return np.array(value[:3], np.float64)
+
+
+def _evaluated(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Turned:
+    pixels = evaluate(node, output, scope)
+    height, width = pixels.shape[:2]
+    detail = f"an image of {width} x {height} pixels stands for it"
+    graph.notes.approximated(graph.owner, f"{node.bl_label} '{node.name}'", detail)
+    return Turned(pixels, np.eye(3))

@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What nodes make of every direction, as an image: Blender itself evaluates them, by Cycles in a
+process of its own (world_script.py), once for each graph and its values."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import subprocess
+import sys
+import tempfile
+from collections import OrderedDict
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from .nodes import Scope, source
+
+WIDTH, MOST_WIDTH = 1024, 4096  # [px] of what is evaluated: as much as its largest image
+PATIENCE = 120.0  # [s]
+KEPT = 8  # images of graphs that were evaluated last
+# Types of nodes whose values depend on more than a direction.
+UNSUITED = {
+    "AMBIENT_OCCLUSION",
+    "ATTRIBUTE",
+    "BEVEL",
+    "CAMERA",
+    "HAIR_INFO",
+    "LIGHT_PATH",
+    "OBJECT_INFO",
+    "PARTICLE_INFO",
+    "POINT_INFO",
+    "SCRIPT",
+    "UVALONGSTROKE",
+    "UVMAP",
+    "VERTEX_COLOR",
+    "VOLUME_INFO",
+    "WIREFRAME",
+}
+UNSUITED_OUTPUTS = {"Camera", "Window"}  # of Texture Coordinate
+
+_kept: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
+
+
+class Unsuited(Exception):
+    """Nodes cannot be evaluated; the text says which, or why."""
+
+
+def evaluate(node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope) -> Any:
+    """The radiance or colour of an output in every direction, float32 (height, width, 3), as an
+    Environment Texture has it. Raises Unsuited."""
+    with tempfile.TemporaryDirectory() as folder:
+        graph = _Description(Path(folder))
+        graph.add(node, output, scope)
+        nodes = graph.nodes
+        given = {
+            "nodes": nodes,
+            "is_shader": output.type == "SHADER",
+            "width": min(max([WIDTH, *graph.widths]), MOST_WIDTH) // 2 * 2,
+        }
+        key = json.dumps(given, sort_keys=True).replace(json.dumps(folder)[1:-1], "")
+        if key in _kept:
+            _kept.move_to_end(key)
+        else:
+            _kept[key] = _evaluated(given, Path(folder))
+            if len(_kept) > KEPT:
+                _kept.popitem(last=False)
+        return _kept[key]
+
+
+def _evaluated(given: dict[str, Any], folder: Path) -> NDArray[np.float32]:
+    description, output = folder / "nodes.json", folder / "world.npy"
+    description.write_text(json.dumps(given), encoding="utf-8")
+    script = str(Path(__file__).with_name("world_script.py"))
+    if bpy.app.binary_path:
+        options = ["--background", "--factory-startup", "--python-exit-code", "1"]
+        command = [bpy.app.binary_path, *options, "--python", script, "--"]
+    else:  # bpy as a module
+        command = [sys.executable, script]
+    try:
+        done = subprocess.run(
+            [*command, str(description), str(output)],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=PATIENCE,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise Unsuited(f"Blender could not evaluate it: {error}") from None
+    if done.returncode or not output.is_file():
+        last = (done.stderr.strip() or done.stdout.strip()).splitlines()[-1:]
+        raise Unsuited(f"Blender could not evaluate it: {' '.join(last)}")
+    pixels = np.nan_to_num(np.load(output), nan=0.0, posinf=0.0, neginf=0.0)
+    return np.maximum(pixels, np.float32(0.0))
+
+
+class _Description:
+    """A graph as JSON, without groups, reroutes and names: values, and links by number."""
+
+    def __init__(self, folder: Path) -> None:
+        """`folder`: where pixels go that no file has."""
+        self.nodes: list[dict[str, Any]] = []
+        self.widths: list[int] = []  # of its images [px]
+        self._folder = folder
+        self._numbers: dict[tuple[int, ...], int] = {}
+
+    def add(self, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope) -> int:
+        """A node after those that feed it; its number."""
+        key = (node.as_pointer(), *(group.as_pointer() for group in scope))
+        if key in self._numbers:
+            return self._numbers[key]
+        camera = node.type == "TEX_COORD" and output.name in UNSUITED_OUTPUTS
+        if node.type in UNSUITED or camera:
+            raise Unsuited(f"'{node.name}' tells more than a direction")
+        values: dict[int, Any] = {}
+        links: dict[int, list[int]] = {}
+        for index, socket in enumerate(node.inputs):
+            feeding, end, inner = source(socket, scope)
+            if feeding is not None:
+                links[index] = [self.add(feeding, end, inner), _index(feeding.outputs, end)]
+            elif hasattr(end, "default_value") and hasattr(socket, "default_value"):
+                values[index] = _fitting(_plain(end.default_value), socket)
+        described = {
+            "kind": node.bl_idname,
+            "properties": _properties(node, bpy.types.Node),
+            "values": values,
+            "links": links,
+            "output": _index(node.outputs, output),
+            **self._more(node),
+        }
+        self.nodes.append(described)
+        self._numbers[key] = len(self.nodes) - 1
+        return self._numbers[key]
+
+    def _more(self, node: bpy.types.Node) -> dict[str, Any]:
+        more: dict[str, Any] = {}
+        for name, property in node.bl_rna.properties.items():
+            if name in bpy.types.Node.bl_rna.properties or property.type != "POINTER":
+                continue
+            value = getattr(node, name)
+            if name == "color_ramp":
+                more["ramp"] = _ramp(value)
+            elif name == "mapping" and isinstance(value, bpy.types.CurveMapping):
+                more["curves"] = _curves(value)
+            elif name == "image" and value is not None:
+                more["image"] = self._image(value, node)
+            elif isinstance(value, bpy.types.ID) and not isinstance(value, bpy.types.NodeTree):
+                raise Unsuited(f"'{node.name}' refers to '{value.name}'")
+        return more
+
+    def _image(self, image: bpy.types.Image, node: bpy.types.Node) -> dict[str, Any]:
+        if image.source not in ("FILE", "GENERATED"):
+            raise Unsuited(f"image '{image.name}' of '{node.name}' is moving or tiled")
+        described = {"colours": image.colorspace_settings.name, "alpha": image.alpha_mode}
+        self.widths.append(image.size[0])
+        path = Path(image.filepath_from_user())
+        is_file = image.source == "FILE" and not image.packed_file and not image.is_dirty
+        if is_file and path.is_file():
+            changed = path.stat().st_mtime_ns
+            return {**described, "path": str(path.resolve()), "changed": changed}
+        width, height = image.size
+        pixels = np.empty((height, width, image.channels), np.float32)
+        image.pixels.foreach_get(pixels.ravel())
+        whole = np.ones((height, width, 4), np.float32)
+        whole[..., : image.channels] = pixels
+        name = f"{hashlib.blake2b(whole.tobytes(), digest_size=16).hexdigest()}.npy"
+        np.save(self._folder / name, whole)
+        return {**described, "pixels": str(self._folder / name), "is_float": image.is_float}
+
+
+def _properties(owner: Any, base: Any) -> dict[str, Any]:
+    """The plain values of an RNA struct that its base does not have."""
+    return {
+        name: _plain(getattr(owner, name))
+        for name, property in owner.bl_rna.properties.items()
+        if name not in base.bl_rna.properties
+        and not property.is_readonly
+        and property.type in ("BOOLEAN", "INT", "FLOAT", "ENUM", "STRING")
+    }
+
+
+def _ramp(ramp: bpy.types.ColorRamp) -> dict[str, Any]:
+    names = ("color_mode", "interpolation", "hue_interpolation")
+    elements = [[element.position, _plain(element.color)] for element in ramp.elements]
+    return {**{name: getattr(ramp, name) for name in names}, "elements": elements}
+
+
+def _curves(mapping: bpy.types.CurveMapping) -> dict[str, Any]:
+    curves = [
+        [[_plain(point.location), point.handle_type] for point in curve.points]
+        for curve in mapping.curves
+    ]
+    return {"properties": _properties(mapping, bpy.types.bpy_struct), "curves": curves}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, set):  # of flags
+        return sorted(value)
+    return [float(item) for item in value]
+
+
+def _fitting(value: Any, socket: bpy.types.NodeSocket) -> Any:
+    """A group's value as the socket inside holds it."""
+    wanted = _plain(socket.default_value)
+    if isinstance(wanted, list):
+        numbers = [*value] if isinstance(value, list) else [float(value)] * 3
+        return [*numbers, 1.0][: len(wanted)]
+    return sum(value[:3]) / 3.0 if isinstance(value, list) else value
+
+
+def _index(sockets: Any, socket: bpy.types.NodeSocket) -> int:
+    return next(index for index, each in enumerate(sockets) if each == socket)

@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What kernels read that ask lights, whatever their kinds."""
+
+from ...streams import Table, When
+from .records import LIGHT, PROFILE
+
+LIGHT_DEFINES = ("PROFILES", "ENVIRONMENT")
+LIGHT_TABLES = {
+    "lights": Table(LIGHT),
+    "profiles": When("PROFILES", Table(PROFILE)),
+    "environments": When("ENVIRONMENT", Table()),
+}

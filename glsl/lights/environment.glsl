@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The world by an image of all directions, as Blender's Environment Texture has it: longitude across, latitude from
+// the lowest row up, and interpolated between the centres of pixels. The light's axis is up in the image, and its
+// middle column lies across. Directions are drawn by the image, or by the cosine, half of them each.
+// Parameters: bounds [scene], image [image]. Power: W/(m^2 sr).
+#include "lib/table.glsl"
+#include "lib/sampling.glsl"
+
+// An image in the table of environments: what it emits in all, a texel a row with the share of photons that
+// start in this row and those below it, then the pixels, with the share in this one and those before it in its row.
+struct Environment { int rows; int pixels; int width; int height; };
+
+Environment environment_of(Light light) {
+    int first = int(light.parameters.y) * TABLE_WIDTH, width = int(light.parameters.z), height = int(light.parameters.w);
+    return Environment(first + 1, first + 1 + height, width, height);
+}
+
+vec4 environment_texel(int index) { return texelFetch(environments, table_texel(index), 0); }
+
+float up_to_row(Environment image, int row) { return row < 0 ? 0.0 : environment_texel(image.rows + row).x; }
+
+float up_to_pixel(Environment image, int row, int column) {
+    return column < 0 ? 0.0 : environment_texel(image.pixels + row * image.width + column).w;
+}
+
+vec3 pixel_radiance(Environment image, int row, int column) {
+    int inside = clamp(row, 0, image.height - 1), around = (column + image.width) % image.width;
+    return environment_texel(image.pixels + inside * image.width + around).rgb;
+}
+
+// Where a direction is in the image, in pixels from its lower left corner.
+vec2 place_in(Environment image, Light light, vec3 direction) {
+    float x = dot(direction, light.across), y = dot(direction, cross(light.axis, light.across));
+    float up = atan(dot(direction, light.axis), length(vec2(x, y)));
+    float around = x == 0.0 && y == 0.0 ? 0.0 : atan(y, x);
+    return vec2(0.5 - around / (2.0 * PI), 0.5 + up / PI) * vec2(image.width, image.height);
+}
+
+vec3 environment_radiance(Light light, vec3 direction) {
+    Environment image = environment_of(light);
+    vec2 place = place_in(image, light, direction) - 0.5, part = fract(place);
+    ivec2 at = ivec2(floor(place));
+    vec3 low = mix(pixel_radiance(image, at.y, at.x), pixel_radiance(image, at.y, at.x + 1), part.x);
+    vec3 high = mix(pixel_radiance(image, at.y + 1, at.x), pixel_radiance(image, at.y + 1, at.x + 1), part.x);
+    return light.power * mix(low, high, part.y);
+}
+
+// The density of directions drawn by the image [1/sr], even within a pixel.
+float pdf_by_image(Light light, vec3 direction) {
+    Environment image = environment_of(light);
+    ivec2 size = ivec2(image.width, image.height);
+    ivec2 at = clamp(ivec2(place_in(image, light, direction)), ivec2(0), size - 1);
+    float share = up_to_row(image, at.y) - up_to_row(image, at.y - 1);
+    share *= up_to_pixel(image, at.y, at.x) - up_to_pixel(image, at.y, at.x - 1);
+    // The difference of two sines of latitude is a product.
+    float height = 2.0 * sin(PI * (float(at.y) + 0.5) / float(size.y)) * sin(0.5 * PI / float(size.y));
+    return share * float(size.x) / (2.0 * PI * height);
+}
+
+// A direction with that density.
+vec3 sample_by_image(Light light, vec2 u) {
+    Environment image = environment_of(light);
+    int row = 0, last = image.height - 1;
+    while (row < last) {
+        int middle = (row + last) / 2;
+        if (u.y < up_to_row(image, middle)) last = middle; else row = middle + 1;
+    }
+    int column = 0;
+    last = image.width - 1;
+    while (column < last) {
+        int middle = (column + last) / 2;
+        if (u.x < up_to_pixel(image, row, middle)) last = middle; else column = middle + 1;
+    }
+    vec2 begin = vec2(up_to_pixel(image, row, column - 1), up_to_row(image, row - 1));
+    vec2 end = vec2(up_to_pixel(image, row, column), up_to_row(image, row));
+    vec2 within = clamp((u - begin) / max(end - begin, 1.0e-30), 0.0, 1.0);
+    float around = 2.0 * PI * (0.5 - (float(column) + within.x) / float(image.width));
+    // Even in the cosine of the angle from the nearer pole, by half the angle, for its precision there.
+    bool is_low = 2 * row < image.height;
+    int from_pole = is_low ? row : image.height - 1 - row;
+    vec2 half_sines = sin(0.5 * PI / float(image.height) * vec2(from_pole, from_pole + 1));
+    half_sines *= half_sines;
+    vec3 local = direction_from_versine(2.0 * mix(half_sines.x, half_sines.y, is_low ? within.y : 1.0 - within.y), around);
+    if (is_low) local.z = -local.z;
+    return mat3(light.across, cross(light.axis, light.across), light.axis) * local;
+}
+
+float pdf_environment(Light light, vec3 position, vec3 normal, vec3 to_light) {
+    return 0.5 * pdf_by_image(light, to_light) + 0.5 * pdf_cosine_hemisphere(dot(normal, to_light));
+}
+
+LightSample sample_environment(Light light, vec3 position, vec3 normal, vec2 u) {
+    vec3 to_light = u.x < 0.5 ? sample_by_image(light, vec2(2.0 * u.x, u.y))
+        : frame_about(normal) * sample_cosine_hemisphere(vec2(2.0 * u.x - 1.0, u.y));
+    float density = pdf_environment(light, position, normal, to_light);
+    if (!(dot(normal, to_light) > 0.0) || !(density > 0.0)) return LightSample(to_light, T_MAX, vec3(0.0), 0.0);
+    return LightSample(to_light, T_MAX, environment_radiance(light, to_light) / density, 1.0);
+}
+
+vec4 seen_environment(Light light, vec3 origin, vec3 direction, float far) {
+    return far >= T_MAX ? vec4(environment_radiance(light, direction), T_MAX) : vec4(0.0);
+}
+
+LightRay emit_environment(Light light, vec2 u, vec2 on_light) {
+    return emitted_by_surroundings(-sample_by_image(light, u), on_light, light.parameters.x);
+}
+
+float area_of_bounds(Light light) { return PI * light.parameters.x * light.parameters.x; }
+
+vec3 flux_environment(Light light) {
+    Environment image = environment_of(light);
+    return light.power * environment_texel(image.rows - 1).rgb * area_of_bounds(light);
+}
+
+vec3 carried_environment(Light light, vec3 direction) {
+    float density = pdf_by_image(light, -direction);
+    return density > 0.0 ? environment_radiance(light, -direction) * (area_of_bounds(light) / density) : vec3(0.0);
+}
