@@ -3,6 +3,9 @@
 #include "lib/rng.glsl"
 #include "lib/light_choice.glsl"
 #include "lib/colour.glsl"
+#ifdef VISIBILITY
+#include "lib/photon_ray.glsl"
+#endif
 
 void kernel() {
     int photon = element_index();
@@ -12,12 +15,18 @@ void kernel() {
     vec4 on_light = random4(seed, pass_index, uint(photon), DIMENSION_LIGHT_POINT);
     // Systematic sampling over the photons, so each light gets its share to within one photon, and exactly
     // its share in the mean over passes.
-    Light light = light_at(choose_light((float(photon) + shift.x) / float(photons)));
+    int chosen = choose_light((float(photon) + shift.x) / float(photons));
+    Light light = light_at(chosen);
     vec3 flux = flux_light(light);
     if (light.chosen <= 0.0 || !(largest(flux) > 0.0)) skip();
     LightRay emitted = emit_light(light, u.xy, on_light.xy);
     // Lifted off a surface that the light may lie in, as all rays are that leave one.
     store_origin(RayOrigin(emitted.origin + emitted.direction * SURFACE_OFFSET, -1.0));
-    store_direction(RayDirection(emitted.direction, T_MAX));
+    float t_max = T_MAX;
+#ifdef VISIBILITY
+    LightLimit limit = light_limit_at(chosen);
+    t_max = t_max_of(PhotonRay(limit.shadowed > 0.0 ? RAY_SHADOW : RAY_UNSHADOWED, int(limit.bounces)));
+#endif
+    store_direction(RayDirection(emitted.direction, t_max));
     store_flux(Flux(flux / (float(photons) * light.chosen), float(photon)));
 }

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import Light, point_light, spot_light
+from ...photon.scene import MOST_BOUNCES, Light, point_light, spot_light
 from .nodes import Graph, colour_of, value_of
 from .report import Notes
 
@@ -17,8 +18,6 @@ from .report import Notes
 EVEN_SCALE = 1e-4
 # How a light's sphere would be seen, by the RNA names of its object's ray visibility.
 VISIBLE = {"visible_camera": "directly", "visible_glossy": "in mirrors"}
-# Cycles' default for a light's own Max Bounces: as many as the scene allows.
-ALL_BOUNCES = 1024
 # RNA names of what only EEVEE knows, with their neutral values.
 EEVEE_FACTORS = {"diffuse_factor": "Diffuse", "specular_factor": "Specular"}
 
@@ -53,7 +52,7 @@ def export_light(obj: bpy.types.Object, matrix: NDArray[np.float64], notes: Note
         )
     if not notes.mention(name):
         notes.exact(name, f"{data.type.capitalize()} light")
-    return light
+    return limited(light, data)
 
 
 def light_power(data: bpy.types.Light, name: str, notes: Notes) -> tuple[float, float, float]:
@@ -92,15 +91,22 @@ def shader_factor(tree: bpy.types.NodeTree, name: str, notes: Notes) -> NDArray[
     return np.array(colour_of(graph, node.inputs["Color"], scope)) * strength
 
 
+def limited(light: Light, data: bpy.types.Light) -> Light:
+    """The light with its Cast Shadow and Max Bounces."""
+    cycles = getattr(data, "cycles", None)
+    bounces = min(getattr(cycles, "max_bounces", MOST_BOUNCES), MOST_BOUNCES)
+    # Cycles had a switch of its own up to Blender 4.2.
+    shadow = data.use_shadow and getattr(cycles, "cast_shadow", True)
+    return replace(light, casts_shadow=bool(shadow), max_bounces=bounces)
+
+
 def note_light(obj: bpy.types.Object, name: str, notes: Notes) -> None:
     """Write down what the light asks for and the renderer does not know."""
     data = obj.data
     cycles = getattr(data, "cycles", None)
-    if not data.use_shadow or not getattr(cycles, "cast_shadow", True):
-        notes.ignored(name, "Cast Shadow off", "its light is shadowed all the same")
-    bounces = getattr(cycles, "max_bounces", ALL_BOUNCES)
-    if bounces < ALL_BOUNCES:
-        notes.ignored(name, "Max Bounces", f"its light goes on after {bounces} bounces")
+    if getattr(cycles, "max_bounces", MOST_BOUNCES) < MOST_BOUNCES:
+        what = "its light in mirrors may have bounced as often before; none of its caustics escape"
+        notes.approximated(name, "Max Bounces", what)
     if data.shadow_soft_size > 0.0 and getattr(data, "use_soft_falloff", False):
         notes.approximated(
             name, "Soft Falloff", "rendered as a sphere; the light nearer than its size differs"

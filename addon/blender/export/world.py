@@ -88,16 +88,3 @@ def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: N
         notes.ignored(name, "Overscan", "it is EEVEE's")
     if scene.render.use_freestyle and view_layer.use_freestyle:
         notes.ignored(name, "Freestyle", "no lines are drawn")
-    for layer in _collections(view_layer.layer_collection):
-        if layer.holdout:
-            notes.ignored(f"Collection '{layer.name}'", "Holdout", "rendered normally")
-        if layer.indirect_only:
-            notes.ignored(f"Collection '{layer.name}'", "Indirect Only", "rendered normally")
-
-
-def _collections(layer: bpy.types.LayerCollection) -> list[bpy.types.LayerCollection]:
-    found = [layer]
-    for child in layer.children:
-        if not child.exclude:
-            found += _collections(child)
-    return found

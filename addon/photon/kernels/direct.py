@@ -9,11 +9,13 @@ from .records import (
     HIT,
     ILLUMINANCE,
     LIGHT,
+    LIGHT_LIMIT,
     NODE,
     RADIANCE,
     RAY_DIRECTION,
     RAY_ORIGIN,
     TRIANGLE,
+    VISIBILITY,
 )
 from .shade import GATHERED_LOBES, LOBES, POINT
 
@@ -26,6 +28,7 @@ _STRUCTURE = (
     "ILLUMINANCE",
     "SMOOTH",
     *GATHERED_LOBES,
+    "VISIBILITY",
 )
 _INPUTS: Ports = {**POINT, "direction": RAY_DIRECTION, **LOBES}
 _UNIFORMS = {
@@ -37,6 +40,7 @@ _UNIFORMS = {
     "frame_size": Uniform("ivec2"),
     "region_origin": Uniform("ivec2"),
 }
+_LIGHTS = {"lights": Table(LIGHT), "light_limits": When("VISIBILITY", Table(LIGHT_LIMIT))}
 
 
 class Direct(Kernel):
@@ -51,8 +55,9 @@ class Direct(Kernel):
     tables = {
         "nodes": Table(NODE),
         "triangles": Table(TRIANGLE),
-        "lights": Table(LIGHT),
+        "visibility": When("VISIBILITY", Table(VISIBILITY)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
+        **_LIGHTS,
     }
 
 
@@ -71,9 +76,9 @@ class ShadowRays(Kernel):
     }
     uniforms = {**_UNIFORMS, "first_ray": Uniform("int")}
     tables = {
-        "lights": Table(LIGHT),
         "triangles": When("SMOOTH", Table(TRIANGLE)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
+        **_LIGHTS,
     }
 
 

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Table, Uniform
-from .records import FLUX, LIGHT, RAY_DIRECTION, RAY_ORIGIN
+from ...streams import Kernel, Table, Uniform, When
+from .records import FLUX, LIGHT, LIGHT_LIMIT, RAY_DIRECTION, RAY_ORIGIN
 
 
 class Generator(Kernel):
     """Emit photons of equal flux from the lights (Marino & Abbate, Generator)."""
 
     stem = "generator"
+    structure = ("VISIBILITY",)
     outputs = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "flux": FLUX}
     uniforms = {
         "seed": Uniform("uint"),
@@ -14,4 +15,7 @@ class Generator(Kernel):
         "photons": Uniform("int"),
         "light_count": Uniform("int"),
     }
-    tables = {"lights": Table(LIGHT)}
+    tables = {
+        "lights": Table(LIGHT),
+        "light_limits": When("VISIBILITY", Table(LIGHT_LIMIT)),
+    }

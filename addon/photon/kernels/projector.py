@@ -7,12 +7,12 @@ class Projector(Kernel):
     """Deposit photons in world space on surfaces that gather (Marino & Abbate, Projector)."""
 
     stem = "projector"
-    structure = ("DIRECTIONS",)
+    structure = ("INCOMING", "DIRECTIONS", "VISIBILITY", "FIRST_HITS")
     inputs = {
         "place": PLACE,
         "facing": FACING,
         "diffuse": DIFFUSE,
         "flux": FLUX,
-        "direction": When("DIRECTIONS", RAY_DIRECTION),
+        "direction": When("INCOMING", RAY_DIRECTION),
     }
     outputs = {"landed": PLACE, "deposit": DEPOSIT}

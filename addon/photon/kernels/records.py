@@ -118,6 +118,10 @@ LIGHT = Record(
     },
 )
 
+# Which rays meet a surface, by its number: bits, see ray_bits.glsl and visibility.glsl.
+VISIBILITY = Record("Visibility", {"rays": "float"})
+LIGHT_LIMIT = Record("LightLimit", {"bounces": "float", "shadowed": "float"})  # or 0: never
+
 # A side's grid in the table of radii (lib/radius.glsl), whose later texels hold the nodes' radii.
 RADIUS_GRID = Record(
     "RadiusGrid",

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Uniform
-from .records import FLUX, RAY_DIRECTION, RAY_ORIGIN
+from ...streams import Kernel, Table, Uniform, When
+from .records import FLUX, RAY_DIRECTION, RAY_ORIGIN, VISIBILITY
 from .shade import FIRST_LOBE, POINT
 
 
@@ -8,7 +8,8 @@ class Reflector(Kernel):
     """Scatter or absorb each photon by Russian roulette (Marino & Abbate, Reflector)."""
 
     stem = "reflector"
-    structure = ("LOBES",)
+    structure = ("LOBES", "VISIBILITY")
     inputs = {"direction": RAY_DIRECTION, "flux": FLUX, **POINT, **FIRST_LOBE}
     outputs = {"next_origin": RAY_ORIGIN, "next_direction": RAY_DIRECTION, "next_flux": FLUX}
     uniforms = {"seed": Uniform("uint"), "pass_index": Uniform("uint"), "bounce": Uniform("int")}
+    tables = {"visibility": When("VISIBILITY", Table(VISIBILITY))}

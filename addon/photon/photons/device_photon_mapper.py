@@ -73,7 +73,7 @@ class DevicePhotonMapper:
     ) -> None:
         self._device, self._tables, self._settings = device, tables, settings
         self._most_bounces = needs.photon_bounces + 1  # with that in which a photon is cut off
-        self._generator = Generator(device, "compute", made=needs.made)
+        self._generator = Generator(device, "compute", needs.photon_defines, made=needs.made)
         self._bounces = Bounces(device, needs.photon_defines, needs.made)
         self._compaction = Compaction(device, "paths")
         self._tally = Tally(device, self._most_bounces)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ..errors import SceneError
 from .camera import Camera
 from .checks import check_finite
+from .visibility import ALL_RAYS, HOLDOUT, MOST_BOUNCES
 
 SNAPSHOT_VERSION = 3
 RGB = tuple[float, float, float]  # or x, y, z
@@ -50,6 +51,8 @@ class Light:
     parameters: Mapping[str, float | RGB] = field(default_factory=dict)
     across: RGB = (1.0, 0.0, 0.0)  # for kinds that are no bodies of revolution about the axis
     found_by: tuple[str, ...] = FOUND_BY
+    casts_shadow: bool = True
+    max_bounces: int = MOST_BOUNCES  # between it and the eye; 0: direct light alone
 
     def check(self) -> None:
         """Raise SceneError naming the light and the first value out of its range."""
@@ -62,6 +65,10 @@ class Light:
             check_finite(f"{who}: {what}", axis)
             if not any(axis):
                 raise SceneError(f"{who}: {what} {axis} has no length")
+        if not 0 <= self.max_bounces <= MOST_BOUNCES:
+            raise SceneError(
+                f"{who}: max_bounces {self.max_bounces} is outside [0, {MOST_BOUNCES}]"
+            )
         unknown = set(self.found_by) - set(FOUND_BY)
         if unknown:
             raise SceneError(f"{who}: found_by {unknown.pop()!r} is none of {', '.join(FOUND_BY)}")
@@ -225,6 +232,8 @@ class Scene:
     material: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into materials
     surface: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into surfaces
     surfaces: tuple[str, ...] = ()  # object names
+    # (S,) bits of visibility.py. (0,): all rays meet all surfaces.
+    visible: NDArray[np.uint8] = _empty((0,), np.uint8)
 
     @property
     def emitters(self) -> tuple[Light, ...]:
@@ -235,6 +244,7 @@ class Scene:
         """Raise SceneError if arrays do not fit together or a value is outside its range."""
         count = len(self.triangles)
         tangents = count if len(self.corner_tangents) else 0
+        visible = len(self.surfaces) if len(self.visible) else 0
         for name, shape, dtype in (
             ("vertices", (len(self.vertices), 3), np.float64),
             ("triangles", (count, 3), np.int32),
@@ -242,6 +252,7 @@ class Scene:
             ("corner_tangents", (tangents, 3, 3), np.float32),
             ("material", (count,), np.int32),
             ("surface", (count,), np.int32),
+            ("visible", (visible,), np.uint8),
         ):
             array = getattr(self, name)
             if array.shape != shape or array.dtype != dtype:
@@ -261,6 +272,8 @@ class Scene:
                 raise SceneError(
                     f"scene.{name}{list(where)} = {int(array[where])} is outside [0, {limit})"
                 )
+        if (self.visible & ~np.uint8(ALL_RAYS | HOLDOUT)).any():
+            raise SceneError(f"scene.visible: {int(self.visible.max())} has bits of no ray")
         self.camera.check()
         for light in self.lights:
             light.check()
@@ -361,7 +374,7 @@ def _colour(values: Any) -> RGB:
 
 
 _ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")
-_LATER = ("corner_tangents",)  # which older files don't have
+_LATER = ("corner_tangents", "visible")  # which older files don't have
 
 
 def _plain(value: Any) -> Any:

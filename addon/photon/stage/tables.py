@@ -16,6 +16,7 @@ from ..kernels.records import FLUX, LIGHT, MATERIAL, MATERIAL_LOBE
 from ..scene import FOUND_BY, RGB, Light, Material, Scene
 from .geometry import Frame, Mesh
 from .kinds import WATTS, light_kinds, lobe_kinds, made_lights
+from .limits import is_limited, limit_table, visibility_table
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
 FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
@@ -181,6 +182,9 @@ class Tables:
         }
         if len(mesh.tangents):
             tables["corner_tangents"] = mesh.tangents
+        if len(scene.visible) or is_limited(emitters):
+            tables["visibility"] = visibility_table(scene)
+            tables["light_limits"] = limit_table(emitters)
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         if emitters:
@@ -193,6 +197,8 @@ class Tables:
             photons = [light.lights_surfaces for light in emitters]
             choose_lights(lights, flux[shines] * np.array(photons)[:, None])
             write_table(textures["lights"], texels_of(lights))
+            if "light_limits" in textures:
+                write_table(textures["light_limits"], texels_of(limit_table(emitters)))
         return Tables(device, textures, emitters, lights)
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
