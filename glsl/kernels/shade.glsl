@@ -17,7 +17,9 @@
 #ifdef EYE
 #ifdef VISIBILITY
 // Mirrors show what is there.
-bool is_held_out(Surface surface) { return depth == 0 && (visibility_of(surface.surface) & HOLDOUT) != 0; }
+bool is_held_out(Surface surface, Material material) {
+    return depth == 0 && (material.holdout > 0.0 || (visibility_of(surface.surface) & HOLDOUT) != 0);
+}
 #endif
 #endif
 
@@ -33,7 +35,7 @@ void kernel() {
     Lobes lobes = lobes_of(material, cosine, diffuse);
 #ifdef EYE
 #ifdef VISIBILITY
-    if (is_held_out(surface)) lobes.lobe0 = lobes.lobe1 = Lobe(vec3(0.0), 0.0);
+    if (is_held_out(surface, material)) lobes.lobe0 = lobes.lobe1 = Lobe(vec3(0.0), 0.0);
 #endif
 #endif
 #ifdef TANGENTS
@@ -60,7 +62,7 @@ void kernel() {
     store_shading(Shading(surface.shading, float(hit_triangle(hit))));
 #ifdef EYE
 #ifdef VISIBILITY
-    if (is_held_out(surface)) diffuse = Diffuse(vec3(0.0), IS_HOLDOUT);
+    if (is_held_out(surface, material)) diffuse = Diffuse(vec3(0.0), IS_HOLDOUT);
 #endif
 #endif
     store_diffuse(diffuse);

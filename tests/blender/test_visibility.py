@@ -9,7 +9,16 @@ import pytest
 
 from addon.photon.scene import ALL_RAYS, HOLDOUT, RAY_BITS, RAYS
 
-from .build import add_mesh, add_object, new_mesh
+from .build import (
+    add_mesh,
+    add_node,
+    add_object,
+    features,
+    finish,
+    new_material,
+    new_mesh,
+    shader_material,
+)
 
 pytestmark = pytest.mark.blender
 
@@ -70,3 +79,28 @@ def test_holdout_of_an_object(export) -> None:
     """It is more than Indirect Only, as in Cycles."""
     add_mesh("Thing", is_holdout=True)
     assert bits_of(export) == {"Thing": ALL_RAYS + HOLDOUT}
+
+
+def test_holdout_shader(convert) -> None:
+    hole, report = convert(shader_material("ShaderNodeHoldout"))
+    assert hole.holdout and not any(hole.diffuse) and not hole.lobes
+    assert features(report, "exact") == ["Shader"]
+
+
+@pytest.mark.parametrize("share", [0.3, 1.0])
+def test_partly_holdout(convert, share) -> None:
+    material, tree = new_material()
+    mixed = add_node(tree, "ShaderNodeMixShader")
+    mixed.inputs[0].default_value = share
+    for socket, kind in ((1, "ShaderNodeBsdfDiffuse"), (2, "ShaderNodeHoldout")):
+        tree.links.new(add_node(tree, kind).outputs[0], mixed.inputs[socket])
+    finish(tree, mixed)
+    mixture, report = convert(material)
+    assert mixture.holdout == (share == 1.0)
+    assert features(report, "approximated") == ["Partly holdout"] * (share < 1.0)
+
+
+def test_light_groups_are_named(export) -> None:
+    bpy.context.view_layer.lightgroups.add(name="Key")
+    (entry,) = export()[1].of("ignored")
+    assert entry.feature == "Light Groups" and "Combined_Key" in entry.detail

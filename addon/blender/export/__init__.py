@@ -14,7 +14,7 @@ from .materials import MaterialTable
 from .motion import FrameSet, Shutter, with_motion
 from .report import Entry, Notes, Report
 from .shaders import SpecularModel
-from .visibility import visible_bits
+from .visibility import note_light_groups, visible_bits
 from .world import export_world, note_scene
 
 __all__ = ["Entry", "Report", "SpecularModel", "snapshot"]
@@ -53,6 +53,7 @@ def _snapshot(
     scene = depsgraph.scene_eval
     view_layer, layer = depsgraph.view_layer_eval, depsgraph.view_layer
     note_scene(scene, view_layer, notes)
+    note_light_groups(view_layer, notes)
     materials = MaterialTable(notes, model, view_layer.material_override)
     geometry = Geometry()
     lights: list[Light] = []

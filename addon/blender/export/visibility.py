@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ...photon.scene import ALL_RAYS, HOLDOUT, RAY_BITS
+from .report import Notes
 
 
 def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.ViewLayer) -> int:
@@ -24,3 +25,10 @@ def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.V
     if in_collections.indirect_only_get(view_layer=layer):
         bits &= ~RAY_BITS["camera"]
     return bits
+
+
+def note_light_groups(layer: bpy.types.ViewLayer, notes: Notes) -> None:
+    """Write down that what a view layer's light groups send is not told apart."""
+    names = ", ".join(f"Combined_{group.name}" for group in layer.lightgroups)
+    if names:
+        notes.ignored(f"View Layer '{layer.name}'", "Light Groups", f"there are no passes {names}")

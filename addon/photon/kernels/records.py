@@ -87,8 +87,11 @@ NODE = Record(
         "right_count": "float",
     },
 )
-# Lambert's albedo that no lobe covers; which elements of the table of lobes are the material's.
-MATERIAL = Record("Material", {"albedo": "vec3", "first_lobe": "float", "lobes": "float"})
+# Lambert's albedo that no lobe covers; which elements of the table of lobes are the material's;
+# holdout 1: the eye sees nothing there.
+MATERIAL = Record(
+    "Material", {"albedo": "vec3", "first_lobe": "float", "lobes": "float", "holdout": "float"}
+)
 # A lobe as in the streams, and the albedo of what it lies over.
 MATERIAL_LOBE = Record(
     "MaterialLobe",

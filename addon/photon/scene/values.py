@@ -171,6 +171,7 @@ class Material:
     name: str
     diffuse: RGB = (0.8, 0.8, 0.8)  # albedo
     lobes: tuple[Lobe, ...] = ()
+    holdout: bool = False  # the eye sees nothing there, and nothing behind it
 
     def check(self) -> None:
         """Raise SceneError naming the material and the first value out of its range."""

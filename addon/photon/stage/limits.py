@@ -16,6 +16,12 @@ def is_limited(lights: tuple[Light, ...]) -> bool:
     return any(not x.casts_shadow or x.max_bounces < MOST_BOUNCES for x in lights)
 
 
+def knows_rays(scene: Scene, lights: tuple[Light, ...]) -> bool:
+    """Whether something may depend on which ray it is."""
+    held_out = any(material.holdout for material in scene.materials)
+    return len(scene.visible) > 0 or held_out or is_limited(lights)
+
+
 def visibility_table(scene: Scene) -> NDArray[Any]:
     """(S,) of VISIBILITY, one at least."""
     table = VISIBILITY.zeros(max(len(scene.surfaces), 1))

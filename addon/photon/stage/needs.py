@@ -86,7 +86,9 @@ class SceneNeeds:
             lens=scene.camera.lens is not None,
             panorama=scene.camera.is_panorama,
             gathered_lobes=gathered,
-            visibility=is_limited(emitting) or bool((mesh.visible != ALL_RAYS).any()),
+            visibility=is_limited(emitting)
+            or any(material.holdout for material in materials)
+            or bool((mesh.visible != ALL_RAYS).any()),
             first_hits=settings.direct_by_photons,
         )
 

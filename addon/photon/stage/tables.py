@@ -16,7 +16,7 @@ from ..kernels.records import FLUX, LIGHT, MATERIAL, MATERIAL_LOBE
 from ..scene import FOUND_BY, RGB, Light, Material, Scene
 from .geometry import Frame, Mesh
 from .kinds import WATTS, light_kinds, lobe_kinds, made_lights
-from .limits import is_limited, limit_table, visibility_table
+from .limits import knows_rays, limit_table, visibility_table
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
 FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
@@ -84,6 +84,7 @@ def material_tables(materials: tuple[Material, ...]) -> tuple[NDArray[Any], NDAr
             lobe_row["weight"], lobe_row["covered"] = lobe.weight, lobe.covered
             numbers = kind.numbers(lobe.parameters)
             lobe_row["parameters"], lobe_row["more"] = np.resize([*numbers, *[0.0] * 8], (2, 4))
+        row["holdout"] = float(material.holdout)
         first += len(own)
     return table, of_lobes
 
@@ -182,7 +183,7 @@ class Tables:
         }
         if len(mesh.tangents):
             tables["corner_tangents"] = mesh.tangents
-        if len(scene.visible) or is_limited(emitters):
+        if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
             tables["light_limits"] = limit_table(emitters)
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
