@@ -14,7 +14,7 @@ import pytest
 
 from addon.photon.errors import SceneError
 from addon.photon.prepare import prepare
-from addon.photon.scene import ALL_RAYS, HOLDOUT, MOST_BOUNCES, RAYS, Scene
+from addon.photon.scene import ALL_RAYS, HOLDOUT, MOST_BOUNCES, RAY_BITS, RAYS, Scene
 from addon.photon.scene.snapshot import pack, same, unpack
 from addon.photon.settings import Settings
 from addon.photon.variants import kernels, needs
@@ -112,3 +112,15 @@ def test_every_program_is_checked_with_and_without() -> None:
     assert {scene.visibility for scene in needs()} == {False, True}
     found = {k.stem for k, defines, _ in kernels() if "VISIBILITY" in defines}
     assert found >= {"tracer", "shade", "reflector", "projector", "generator", "direct"}
+
+
+@pytest.mark.parametrize("ray", RAYS)
+def test_lobes_gather_where_their_rays_would_find_the_same(device: Device, ray: str) -> None:
+    """As those of diffuse lobes: a photon that has landed does not say which may have found it."""
+    scene = cornell(lobe=True)
+    visible = np.full(len(scene.surfaces), ALL_RAYS, np.uint8)
+    visible[5] -= RAY_BITS[ray]
+    renderer = prepare(replace(scene, visible=visible), SETTINGS, device)
+    renderer.release()
+    assert renderer.needs.visibility
+    assert renderer.needs.gathered_lobes == (ray not in ("diffuse", "glossy"))
