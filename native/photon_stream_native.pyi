@@ -12,9 +12,18 @@ MAX_LEAF: int
 LAYOUTS: dict[str, str]
 
 class Tracer:
-    def __init__(self, nodes: NDArray[np.float32], corners: NDArray[np.float32]) -> None: ...
+    def __init__(
+        self,
+        nodes: NDArray[np.float32],
+        corners: NDArray[np.float32],
+        visible: NDArray[np.uint8] | None = None,
+    ) -> None: ...
     def trace(
-        self, origin: NDArray[np.float32], direction: NDArray[np.float32], any_hit: bool
+        self,
+        origin: NDArray[np.float32],
+        direction: NDArray[np.float32],
+        any_hit: bool,
+        rays: int = 255,
     ) -> NDArray[np.float32]: ...
     def photons(
         self,

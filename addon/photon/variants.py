@@ -29,6 +29,7 @@ from .kernels.splat import Splat
 from .kernels.tracer import Tracer
 from .photons.bounces import Bounces, declarations
 from .photons.device_radii import DECLARATIONS
+from .scene import ALL_RAYS
 from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
 from .stage.kinds import camera_kinds, light_defines, light_kinds, lobe_kinds, made_camera
 from .stage.needs import MOST_LOBES, MOST_SHADOW_RAYS, SceneNeeds
@@ -71,7 +72,7 @@ def needs() -> Iterator[SceneNeeds]:
     """Every kind of scene, as far as programs tell them apart: no lobes, each kind alone and all
     together, one of them at a point or two, with tangents and without; each kind of light alone and
     all together; lights that are all asked, and lights that are drawn; lobes that send
-    rays, and lobes that gather photons."""
+    rays, and lobes that gather photons; surfaces that not all rays meet."""
     lights = [frozenset({kind}) for kind in light_kinds()]
     lobes = [frozenset({kind}) for kind in lobe_kinds()]
     all_lights, all_lobes = frozenset(light_kinds()), frozenset(lobe_kinds())
@@ -87,6 +88,14 @@ def needs() -> Iterator[SceneNeeds]:
                     for weighed in {scene.weighed, False}:  # no rays are, where all lobes gather
                         gathering = replace(scene, gathered_lobes=True, weighed=weighed)
                         yield replace(gathering, tangents=tangents)
+    for count in range(MOST_LOBES + 1):
+        of_lobes = all_lobes if count else frozenset()
+        for first_hits in (False, True):
+            some = _needs(count, of_lobes, all_lights, drawn=True)
+            some = replace(some, visibility=True, first_hits=first_hits)
+            yield some
+            if count:
+                yield replace(some, gathered_lobes=True)
 
 
 def _needs(
@@ -113,8 +122,9 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     """Each kernel with each of its defines and includes; some are the same program."""
     for kernel in PLAIN:
         yield kernel, {}, {}
-    for defines in ({}, {"ANY_HIT": 1}):
+    for defines in ({}, {"VISIBILITY": ALL_RAYS}):
         yield Tracer, defines, {}
+        yield Tracer, {**defines, "ANY_HIT": 1}, {}
     for camera in camera_kinds():
         for defines in ({}, {"LENS": 1}):
             yield EyeRays, defines, made_camera(camera)
@@ -125,6 +135,7 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     for kernel in (CombinePrimary, CombineMirror, CombineAll):
         for defines in ({}, {"EMITTERS": 1}):
             yield kernel, defines, {}
+            yield kernel, {**defines, "VISIBILITY": 1}, {}
     around: Defines = {"PANORAMIC": 1}
     for defines in ({}, {"EMITTERS": 1}):
         yield CombinePrimary, {**defines, **lux}, {}
@@ -136,7 +147,7 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield LightFlux, light_defines(scene.light_kinds), scene.made
         for profiles in (False, True):
             found = replace(scene, profiles=profiles)
-            yield Generator, found.light_defines, scene.made
+            yield Generator, {**found.light_defines, **found.photon_defines}, scene.made
             yield Emitted, found.direct_defines, scene.made
             for kernel in (Direct, ShadowRays):
                 for bent in (found, replace(found, smooth=True)):

@@ -25,6 +25,9 @@ void kernel() {
     background = load_environment().radiance * background_alpha;
 #endif
     float alpha = seen ? 1.0 : background_alpha;
+#ifdef VISIBILITY
+    if (seen && is_holdout(load_diffuse())) alpha = 0.0;
+#endif
 #ifdef ILLUMINANCE
     float there = seen && is_diffuse(load_diffuse()) ? 1.0 : 0.0;
     float by_photons = there * lux_of(load_irradiance().irradiance);

@@ -4,6 +4,9 @@
 #include "lib/light_choice.glsl"
 #include "lib/from_light.glsl"
 #include "lib/colour.glsl"
+#ifdef VISIBILITY
+#include "lib/photon_ray.glsl"
+#endif
 
 void kernel() {
     int photon = element_index();
@@ -21,6 +24,11 @@ void kernel() {
     if (!(largest(flux) > 0.0)) skip();
     // Lifted off a surface that the light may lie in, as all rays are that leave one.
     store_origin(RayOrigin(emitted.origin + emitted.direction * SURFACE_OFFSET, from_light(number)));
-    store_direction(RayDirection(emitted.direction, T_MAX));
+    float t_max = T_MAX;
+#ifdef VISIBILITY
+    LightLimit limit = light_limit_at(number);
+    t_max = t_max_of(PhotonRay(limit.shadowed > 0.0 ? RAY_SHADOW : RAY_UNSHADOWED, int(limit.bounces)));
+#endif
+    store_direction(RayDirection(emitted.direction, t_max));
     store_flux(Flux(flux / (float(photons) * light.chosen), float(photon)));
 }

@@ -6,10 +6,25 @@
 #ifdef ARRIVALS
 #include "lib/arrival.glsl"
 #endif
+#ifdef VISIBILITY
+#include "lib/photon_ray.glsl"
+
+// Whether it may have been found by a ray from here: of light that has not been scattered, if that is stored.
+bool may_land() {
+    int rays = photon_ray(load_direction()).rays;
+#ifdef FIRST_HITS
+    if ((rays & (RAY_SHADOW + RAY_UNSHADOWED)) != 0) return true;
+#endif
+    return (rays & RAY_DIFFUSE) != 0;
+}
+#endif
 
 void kernel() {
     Place place = load_place();
     if (!is_place(place) || !gathers(load_diffuse())) skip();
+#ifdef VISIBILITY
+    if (!may_land()) skip();
+#endif
     vec3 flux = load_flux().flux;
 #ifdef ARRIVALS
     flux *= share_of_arrival(load_origin(), place.position, BY_DIFFUSE);

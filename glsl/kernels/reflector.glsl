@@ -12,6 +12,13 @@
 #ifdef ARRIVALS
 #include "lib/arrival.glsl"
 #endif
+#ifdef VISIBILITY
+#include "lib/visibility.glsl"
+#include "lib/photon_ray.glsl"
+
+// Whether a lobe of which rays are of this kind may scatter light that came by a ray.
+bool is_taken(PhotonRay ray, int by) { return (ray.rays & (by + RAY_SHADOW + RAY_UNSHADOWED)) != 0; }
+#endif
 
 void kernel() {
     Place place = load_place();
@@ -21,6 +28,7 @@ void kernel() {
     Diffuse diffuse = load_diffuse();
     Flux photon = load_flux();
     vec3 flux = photon.flux, outgoing;
+    float t_max = T_MAX;
     vec4 u = random4(seed, pass_index, uint(photon.photon), DIMENSION_REFLECT + uint(bounce));
     float by_diffuse = mean(diffuse.albedo), by_lobe = 0.0;
 #ifdef LOBES
@@ -31,6 +39,16 @@ void kernel() {
     float all = max(1.0, by_diffuse + by_lobe);
     by_diffuse /= all;
     by_lobe /= all;
+#endif
+#ifdef VISIBILITY
+    PhotonRay ray = photon_ray(load_direction());
+    int visible = visibility_of(surface_number(place)), behind = ray.rays & ~visible;
+    bool may_scatter = ray.bounces > 0 && (visible & RAYS_OF_LOBES) != 0;
+    // What the surface does not hide goes on behind it in the cases that are left, half of all at least.
+    float share = behind != 0 ? 0.5 : 1.0;
+    by_diffuse *= may_scatter && is_taken(ray, RAY_DIFFUSE) ? share : 0.0;
+    by_lobe *= may_scatter && is_taken(ray, RAY_GLOSSY) ? share : 0.0;
+    t_max = t_max_of(PhotonRay(visible & RAYS_OF_LOBES, ray.bounces - 1));
 #endif
     if (u.x < by_diffuse) {
         // About the geometric normal: on it the photon's flux fell, and no direction leaves the
@@ -52,11 +70,19 @@ void kernel() {
         flux *= share_of_arrival(load_origin(), place.position, BY_GLOSSY);
 #endif
 #endif
+#ifdef VISIBILITY
+    } else if (behind != 0) {
+        vec3 onward = load_direction().direction;
+        store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, onward), shading.triangle));
+        store_next_direction(RayDirection(onward, t_max_of(PhotonRay(behind, ray.bounces))));
+        store_next_flux(Flux(flux / (1.0 - by_diffuse - by_lobe), photon.photon));
+        return;
+#endif
     } else {
         skip();
     }
     if (!(dot(outgoing, facing.normal) > 0.0) || !(largest(flux) > 0.0)) skip();
     store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
-    store_next_direction(RayDirection(outgoing, T_MAX));
+    store_next_direction(RayDirection(outgoing, t_max));
     store_next_flux(Flux(flux, photon.photon));
 }

@@ -10,6 +10,18 @@
 #ifdef TANGENTS
 #include "lib/tangent.glsl"
 #endif
+#ifdef VISIBILITY
+#include "lib/visibility.glsl"
+#endif
+
+#ifdef EYE
+#ifdef VISIBILITY
+// Mirrors show what is there.
+bool is_held_out(Surface surface, Material material) {
+    return depth == 0 && (material.holdout > 0.0 || (visibility_of(surface.surface) & HOLDOUT) != 0);
+}
+#endif
+#endif
 
 void kernel() {
     Hit hit = load_hit();
@@ -21,6 +33,11 @@ void kernel() {
 #ifdef LOBES
     float cosine = max(0.0, -dot(direction, surface.shading));
     Lobes lobes = lobes_of(material, cosine, diffuse);
+#ifdef EYE
+#ifdef VISIBILITY
+    if (is_held_out(surface, material)) lobes.lobe0 = lobes.lobe1 = Lobe(vec3(0.0), 0.0);
+#endif
+#endif
 #ifdef TANGENTS
     float angle = tangent_angle(hit, raised_normal(surface.shading, surface.geometric, -direction));
     lobes.shape0 = turned_kind(lobes.lobe0, lobes.shape0, angle);
@@ -43,5 +60,10 @@ void kernel() {
     store_place(Place(surface.position, stored_surface(surface.surface)));
     store_facing(Facing(surface.geometric, surface.side));
     store_shading(Shading(surface.shading, float(hit_triangle(hit))));
+#ifdef EYE
+#ifdef VISIBILITY
+    if (is_held_out(surface, material)) diffuse = Diffuse(vec3(0.0), IS_HOLDOUT);
+#endif
+#endif
     store_diffuse(diffuse);
 }

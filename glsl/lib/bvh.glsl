@@ -4,6 +4,9 @@
 // Wider is not faster on GPUs, with eight children a node and their boxes in 8 bits, and storage buffers in
 // place of textures would gain little.
 #include "lib/constants.glsl"
+#ifdef VISIBILITY
+#include "lib/visibility.glsl"
+#endif
 
 const int BVH_STACK = 64;  // the native build keeps every tree shallower
 // Ize 2013, "Robust BVH Ray Traversal": 1 + 2 gamma(3) makes the slab test conservative.
@@ -69,6 +72,9 @@ bool hit_triangle_at(ShearedRay ray, Slabs slabs, int index, float t_max, out ve
     vec3 low = min(min(corners.a, corners.b), corners.c), high = max(max(corners.a, corners.b), corners.c);
     t = max(t, enter_box(low, high, slabs, t_max));
     tuv = vec3(t, v / det, w / det);  // weights of the second and third corner
+#ifdef VISIBILITY
+    if ((visibility_of(corners.surface) & VISIBILITY) == 0) return false;
+#endif
     return t <= t_max;
 }
 

@@ -94,7 +94,12 @@ int light_of(int number) {
 
 ShadowRay shadow_ray(VisiblePoint point, int number) {
     ShadowRay none = ShadowRay(RayOrigin(vec3(0.0), 0.0), RayDirection(vec3(0.0), 0.0), vec3(0.0), 0.0);
-    Light light = light_at(light_of(number));
+    int chosen = light_of(number);
+    Light light = light_at(chosen);
+#ifdef VISIBILITY
+    LightLimit limit = light_limit_at(chosen);
+    if (float(depth) > limit.bounces) return none;
+#endif
     uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
     vec2 u = random4(seed, pass_index, uint(pixel(source_element())), dimension).xy;
     LightSample found = sample_light(light, point.place.position, point.facing.normal, u);
@@ -124,5 +129,8 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     // Ends short of the light, so that a light on a surface is not hidden by it: by what the origin
     // was lifted, and as much again for the rounding of the light and of the surface.
     float far = found.far - 2.0 * distance(origin, point.place.position);
+#ifdef VISIBILITY
+    if (!(limit.shadowed > 0.0)) far = 0.0;  // nothing is in its way
+#endif
     return ShadowRay(RayOrigin(origin, point.shading.triangle), RayDirection(found.to_light, far), radiance, lux);
 }

@@ -9,7 +9,7 @@ use crate::lanes::{Lanes, widest};
 use crate::packing::{pack_direction, unpack_direction};
 use crate::radius::RadiusField;
 use crate::random::{DIMENSION_COVERAGE, r2_sequence, random4};
-use crate::trace::Tree;
+use crate::trace::{Tree, Visible};
 use crate::vector::{dot, frame_about, normal_of, point_in, sin_cos_of_turns};
 use crate::watertight::Ray;
 use crate::watertight::SURFACE_OFFSET;
@@ -164,7 +164,9 @@ fn probe_surface<L: Lanes>(
     let mut found = [0.0; 2];
     for _ in 0..MOST_LAYERS {
         let Some(ray) = Ray::new(origin, normal.map(|n| -n)) else { break };
-        let Some((position, hit)) = tree.closest::<L>(&ray, left, source, stack) else { break };
+        let Some((position, hit)) = tree.closest::<L>(&ray, left, source, Visible::TO_ALL, stack) else {
+            break;
+        };
         let triangle = &corners[position as usize];
         let geometric = normal_of(triangle);
         let side = if dot(geometric, normal) < 0.0 { -1.0 } else { 1.0 }; // the one the ray came from

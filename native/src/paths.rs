@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::lanes::widest;
 use crate::packing::{flux_with_direction, pack_direction};
 use crate::random::{DIMENSION_LIGHT, DIMENSION_LIGHT_POINT, DIMENSION_REFLECT, random4};
-use crate::trace::Tree;
+use crate::trace::{Tree, Visible};
 use crate::vector::{dot, from_frame, normal_of, point_in, sin_cos_of_turns};
 use crate::watertight::SURFACE_OFFSET;
 use crate::watertight::{Hit, Ray};
@@ -113,7 +113,7 @@ widest! {
             for at in 0..paths.len() {
                 let photon: Photon = paths[at];
                 let Some(ray) = Ray::new(photon.origin, photon.direction) else { continue };
-                let Some((position, hit)) = scene.tree.closest::<L>(&ray, T_MAX, photon.source, &mut stack)
+                let Some((position, hit)) = scene.tree.closest::<L>(&ray, T_MAX, photon.source, Visible::TO_ALL, &mut stack)
                 else {
                     continue;
                 };

@@ -66,6 +66,26 @@ impl Rays<'_> {
     }
 }
 
+/// Which triangles rays meet.
+#[derive(Clone, Copy)]
+pub struct Visible<'a> {
+    /// A bit for each class of rays that meets a triangle, in leaf order; empty: all meet all.
+    pub bits: &'a [u8],
+    /// The classes that the rays are of.
+    pub rays: u8,
+}
+
+impl Visible<'static> {
+    pub const TO_ALL: Visible<'static> = Visible { bits: &[], rays: u8::MAX };
+}
+
+impl Visible<'_> {
+    #[inline(always)]
+    fn meets(&self, position: i32) -> bool {
+        self.bits.is_empty() || self.bits[position as usize] & self.rays != 0
+    }
+}
+
 /// A tree for tracing, from a node array that has been checked: every reference is in range, and
 /// a traversal ends.
 pub struct Tree {
@@ -132,6 +152,7 @@ impl Tree {
         ray: &Ray,
         t_max: f32,
         skip: i32,
+        visible: Visible,
         stack: &mut Stack,
     ) -> Option<(i32, Hit)> {
         let mut best: Option<(i32, Hit)> = None;
@@ -143,6 +164,7 @@ impl Tree {
                     hit.t < limit || (hit.t == limit && before())
                 }
             };
+            let closer = closer && visible.meets(position);
             if closer {
                 best = Some((position, hit));
             }
@@ -158,11 +180,12 @@ impl Tree {
         ray: &Ray,
         t_max: f32,
         skip: i32,
+        visible: Visible,
         stack: &mut Stack,
     ) -> Option<(i32, Hit)> {
         let mut found = None;
         self.wide.traverse::<L>(ray, t_max, skip, stack, |position, hit, limit| {
-            found = (hit.t < limit).then_some((position, hit));
+            found = (hit.t < limit && visible.meets(position)).then_some((position, hit));
             found.is_none().then_some(limit)
         });
         found
@@ -195,17 +218,19 @@ impl Tree {
         let origins: Vec<_> = rays.origins.iter().zip(rays.skip).map(|(&o, &s)| join(o, s as f32)).collect();
         let directions: Vec<_> = rays.directions.iter().zip(rays.t_max).map(|(&d, &t)| join(d, t)).collect();
         let mut hits = vec![None; origins.len()];
-        self.trace_records(&origins, &directions, any, &mut hits, |hit| hit);
+        self.trace_records(&origins, &directions, any, Visible::TO_ALL, &mut hits, |hit| hit);
         hits
     }
 
     /// Trace rays laid out as the renderer's streams: origins and the position of a triangle that
     /// each passes through, or -1; directions and how far each goes. `any` stops at some hit.
+    /// The caller has checked that `visible` has a triangle's bits for each.
     pub fn trace_records<T: Send>(
         &self,
         origins: &[[f32; 4]],
         directions: &[[f32; 4]],
         any: bool,
+        visible: Visible,
         out: &mut [T],
         convert: impl Fn(Option<(i32, Hit)>) -> T + Sync,
     ) {
@@ -215,7 +240,7 @@ impl Tree {
             .for_each(|((out, origins), directions)| {
                 let mut hits = [None; RAYS_A_TASK];
                 let found = &mut hits[..out.len()];
-                trace_chunk(self, origins, directions, any, found);
+                trace_chunk(self, origins, directions, any, visible, found);
                 for (out, hit) in out.iter_mut().zip(&*found) {
                     *out = convert(*hit);
                 }
@@ -229,6 +254,7 @@ widest! {
         origins: &[[f32; 4]],
         directions: &[[f32; 4]],
         any: bool,
+        visible: Visible,
         hits: &mut [Option<(i32, Hit)>],
     ) {
         let mut stack = Stack::new();
@@ -239,9 +265,9 @@ widest! {
                 && let Some(ray) = Ray::new([ox, oy, oz], [dx, dy, dz])
             {
                 *hit = if any {
-                    tree.any::<L>(&ray, t_max, skip as i32, &mut stack)
+                    tree.any::<L>(&ray, t_max, skip as i32, visible, &mut stack)
                 } else {
-                    tree.closest::<L>(&ray, t_max, skip as i32, &mut stack)
+                    tree.closest::<L>(&ray, t_max, skip as i32, visible, &mut stack)
                 };
             }
         }

@@ -312,52 +312,13 @@ def test_nan_vertices_pass_through(export) -> None:
     assert np.isnan(export()[0].vertices).any()
 
 
-@pytest.mark.parametrize("kind", ["mesh", "curve", "instancer"])
-@pytest.mark.parametrize(
-    ("flag", "rays"),
-    [
-        ("visible_camera", "Camera"),
-        ("visible_diffuse", "Diffuse"),
-        ("visible_glossy", "Glossy"),
-        ("visible_transmission", "Transmission"),
-        ("visible_volume_scatter", "Volume Scatter"),
-        ("visible_shadow", "Shadow"),
-    ],
-)
-def test_ray_visibility_is_named(export, kind, flag, rays) -> None:
-    """An instancer's counts for what it instances."""
-    if kind == "mesh":
-        obj = add_mesh("Thing")
-    elif kind == "curve":
-        curve = bpy.data.curves.new("Curve", "CURVE")
-        curve.splines.new("POLY").points.add(1)
-        curve.splines[0].points[1].co = (1, 0, 0, 1)
-        curve.extrude = 0.1
-        obj = add_object("Thing", curve)
-    else:
-        parts = bpy.data.collections.new("Parts")
-        parts.objects.link(bpy.data.objects.new("Part", new_mesh("Part")))
-        obj = add_object("Thing", None, instance_type="COLLECTION", instance_collection=parts)
-    setattr(obj, flag, False)
-    scene, report = export()
-    assert len(scene.triangles) == 2
-    (entry,) = report.of("ignored")
-    assert (entry.object, entry.feature) == ("Object 'Thing'", "Ray Visibility")
-    assert entry.detail == f"visible to {rays} rays all the same"
-
-
-@pytest.mark.parametrize(
-    ("flag", "value", "feature"),
-    [
-        ("is_holdout", True, "Holdout"),
-        ("is_shadow_catcher", True, "Shadow Catcher"),
-    ],
-)
-def test_unknown_object_features_are_reported(export, flag, value, feature) -> None:
-    setattr(add_mesh("Plane", QUAD), flag, value)
+def test_unknown_object_features_are_reported(export) -> None:
+    add_mesh("Plane", QUAD, is_shadow_catcher=True)
     scene, report = export()
     assert scene.surfaces == ("Plane",)
-    assert ("Object 'Plane'", feature) in [(e.object, e.feature) for e in report.of("ignored")]
+    assert ("Object 'Plane'", "Shadow Catcher") in [
+        (e.object, e.feature) for e in report.of("ignored")
+    ]
 
 
 def test_hair_is_reported(export) -> None:

@@ -230,19 +230,28 @@ def test_light_falloff(export, socket, power) -> None:
 
 
 def test_unknown_features_are_named(export) -> None:
-    add_light("Lamp", "SPOT", use_shadow=False)
-    assert ("Light 'Lamp'", "Cast Shadow off") in reported(export()[1], "ignored")
+    obj = add_light("Lamp", "SPOT", use_shadow=False)
+    obj.light_linking.receiver_collection = bpy.data.collections.new("Lit")
+    assert ("Light 'Lamp'", "Light Linking") in reported(export()[1], "ignored")
 
 
 @pytest.mark.parametrize("bounces", [0, 1023, 1024])
-def test_its_own_max_bounces_are_named(export, bounces) -> None:
+def test_its_own_max_bounces(export, bounces) -> None:
     """Blender's default, 1024, is as many as the scene allows."""
     obj = add_light("Lamp", "SPOT", shadow_soft_size=0.0)
     obj.data.cycles.max_bounces = bounces
-    found = [entry for entry in export()[1].of("ignored") if entry.feature == "Max Bounces"]
-    assert [(e.object, str(bounces) in e.detail) for e in found] == (
-        [("Light 'Lamp'", True)] if bounces < 1024 else []
-    )
+    scene, report = export()
+    assert scene.lights[0].max_bounces == bounces
+    found = [e.object for e in report.of("approximated") if e.feature == "Max Bounces"]
+    assert found == (["Light 'Lamp'"] if bounces < 1024 else [])
+
+
+@pytest.mark.parametrize("shadow", [True, False])
+def test_cast_shadow(export, shadow) -> None:
+    add_light("Lamp", "POINT", shadow_soft_size=0.0, use_shadow=shadow)
+    scene, report = export()
+    assert scene.lights[0].casts_shadow == shadow
+    assert not report.of("ignored") and not report.of("approximated")
 
 
 def test_blender_without_cycles(export, monkeypatch) -> None:
@@ -250,8 +259,8 @@ def test_blender_without_cycles(export, monkeypatch) -> None:
     add_light("Lamp", "SPOT", shadow_soft_size=0.0, use_shadow=False)
     for kind in ("Light", "Scene"):
         monkeypatch.delattr(getattr(bpy.types, kind), "cycles")
-    entries = export()[1].of("ignored")
-    assert [(e.object, e.feature) for e in entries] == [("Light 'Lamp'", "Cast Shadow off")]
+    scene, report = export()
+    assert not scene.lights[0].casts_shadow and not report.of("ignored")
 
 
 def test_hidden_light_is_off(export) -> None:

@@ -10,7 +10,9 @@ import photon_stream_native as native
 import pytest
 from numpy.typing import NDArray
 
+from addon.photon.kernels.records import VISIBILITY
 from addon.photon.kernels.tracer import Tracer
+from addon.photon.stage.tables import texels_of
 from tests.kernels.conftest import Bench
 from tests.scenes import icosphere
 from tests.stability.table import Measured
@@ -29,7 +31,9 @@ class Mesh:
         texels[..., :3] = self.corners
         self.tables = {"nodes": self.nodes, "triangles": texels}
 
-    def trace(self, bench: Bench, rays: Any, any_hit: bool = False) -> NDArray[np.float32]:
+    def trace(
+        self, bench: Bench, rays: Any, any_hit: bool = False, **defines: int
+    ) -> NDArray[np.float32]:
         """Hits (n, 4): t, triangle + 1, u, v."""
         origins, directions, t_max, skip = rays
         result = bench.run(
@@ -39,7 +43,7 @@ class Mesh:
                 "direction": np.concatenate([directions, t_max[:, None]], 1),
             },
             tables=self.tables,
-            defines={"ANY_HIT": 1} if any_hit else {},
+            defines={"ANY_HIT": 1, **defines} if any_hit else defines,
         )
         assert result["alive"] == np.count_nonzero(result["hit"][:, 1])
         return result["hit"]
@@ -88,6 +92,39 @@ def test_any_hit_equals_native(bench: Bench, t_max: float) -> None:
     assert 0.1 < occluded.mean() < 0.99
     assert ((hit[:, 1] > 0) == occluded).mean() >= 0.9999
     assert (hit[:, 0] < t_max).all()
+
+
+@pytest.mark.parametrize("any_hit", [False, True])
+def test_rays_pass_what_is_not_visible_to_them(bench: Bench, any_hit: bool) -> None:
+    """As in the native core, and as if it were not there."""
+    mesh, some = soup(), rays(50_000, 0.5 if any_hit else T_MAX)
+    rng = np.random.default_rng(3)
+    surfaces = rng.integers(0, 5, len(mesh.corners))
+    table = VISIBILITY.zeros(5)
+    table["rays"] = 0, 1, 4, 2, 7
+    mesh.tables["triangles"][:, 1, 3] = surfaces  # type: ignore[call-overload]
+    mesh.tables |= {"visibility": texels_of(table)}
+    hit = mesh.trace(bench, some, any_hit, VISIBILITY=5)
+    there = np.isin(surfaces, (1, 2, 4))
+    assert there[hit[hit[:, 1] > 0, 1].astype(int) - 1].all()
+    bits = table["rays"].astype(np.uint8)[surfaces]
+    core = native.Tracer(mesh.nodes, mesh.tables["triangles"], bits)
+    origin = np.concatenate([some[0], some[3][:, None]], 1).astype(np.float32)[None]
+    direction = np.concatenate([some[1], some[2][:, None]], 1)[None]
+    ours = core.trace(origin, direction, any_hit, 5)[0]
+    left = mesh.corners[there]
+    indices = np.arange(3 * len(left), dtype=np.int32).reshape(-1, 3)
+    nodes, order, *_ = native.build_bvh(left.reshape(-1, 3), indices)
+    expected = native.trace(nodes, left[order], *some)
+    for found in (hit, ours):
+        assert ((found[:, 1] > 0) == (expected[1] >= 0)).mean() > 0.9999
+        if not any_hit:
+            both = (found[:, 1] > 0) & (expected[1] >= 0)
+            assert np.isclose(found[both, 0], expected[0][both], rtol=1e-3, atol=1e-5).all()
+    everything = core.trace(origin, direction, any_hit)[0]
+    assert (everything[:, 1] > 0).sum() > (ours[:, 1] > 0).sum()
+    with pytest.raises(ValueError, match=r"visible"):
+        native.Tracer(mesh.nodes, mesh.tables["triangles"], bits[:-1])
 
 
 def test_reach_and_source(bench: Bench) -> None:

@@ -8,12 +8,13 @@ import numpy as np
 
 from ...photon.scene import Camera, Image, Light, Scene
 from .camera import export_camera
-from .geometry import Geometry, note_visibility
+from .geometry import Geometry
 from .lights import export_light
 from .materials import MaterialTable
 from .motion import FrameSet, Shutter, with_motion
 from .report import Entry, Notes, Report
 from .shaders import SpecularModel
+from .visibility import note_light_groups, visible_bits
 from .world import export_world, note_scene
 
 __all__ = ["Entry", "Report", "SpecularModel", "snapshot"]
@@ -50,8 +51,9 @@ def _snapshot(
 ) -> tuple[Scene, Report]:
     """As snapshot, of what stands still."""
     scene = depsgraph.scene_eval
-    view_layer = depsgraph.view_layer_eval
+    view_layer, layer = depsgraph.view_layer_eval, depsgraph.view_layer
     note_scene(scene, view_layer, notes)
+    note_light_groups(view_layer, notes)
     materials = MaterialTable(notes, model, view_layer.material_override)
     geometry = Geometry()
     lights: list[Light] = []
@@ -61,15 +63,13 @@ def _snapshot(
         obj = instance.object
         if not instance.show_self or (viewport and obj.hide_render):
             continue
-        if instance.is_instance:  # visible where it and its instancer are
-            note_visibility(instance.parent, notes)
         matrix = np.array(instance.matrix_world, np.float64)
         if obj.type == "LIGHT":
             light = export_light(obj, matrix, notes)
             if light is not None:
                 lights.append(light)
         else:
-            geometry.add(obj, matrix, materials, notes)
+            geometry.add(obj, matrix, visible_bits(instance, layer), materials, notes)
     world = getattr(view_layer, "world_override", None) or scene.world
     images: list[Image] = []
     lights += export_world(world, images, notes)

@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...photon.scene import ALL_RAYS
 from .materials import MaterialTable
 from .report import Notes
 from .tangents import Tangent, corner_tangents
@@ -28,14 +29,6 @@ NOT_RENDERED = {
     "VOLUME": "volume",
     "GPENCIL": "grease pencil",
     "GREASEPENCIL": "grease pencil",
-}
-RAY_VISIBILITY = {
-    "visible_camera": "Camera",
-    "visible_diffuse": "Diffuse",
-    "visible_glossy": "Glossy",
-    "visible_transmission": "Transmission",
-    "visible_volume_scatter": "Volume Scatter",
-    "visible_shadow": "Shadow",
 }
 
 
@@ -61,6 +54,7 @@ class Geometry:
     material: list[NDArray[np.int32]] = field(default_factory=list)
     surface: list[NDArray[np.int32]] = field(default_factory=list)
     surfaces: list[str] = field(default_factory=list)
+    visible: list[int] = field(default_factory=list)
     vertex_count: int = 0
     _local: dict[int, LocalMesh] = field(default_factory=dict)
     _tangents: dict[tuple[int, Tangent], NDArray[np.float64] | None] = field(default_factory=dict)
@@ -69,10 +63,12 @@ class Geometry:
         self,
         obj: bpy.types.Object,
         matrix: NDArray[np.float64],
+        visible: int,
         materials: MaterialTable,
         notes: Notes,
     ) -> None:
-        """Append one object or instance that is placed by `matrix`."""
+        """Append one object or instance that is placed by `matrix` and seen by rays of the bits
+        `visible`."""
         if obj.type in BECOME_MESHES or obj.type in NO_GEOMETRY:
             return
         name = f"Object '{obj.name}'"
@@ -88,12 +84,12 @@ class Geometry:
             return
         slots = material_slots(obj, materials)
         material = slots[np.clip(mesh.slot, 0, len(slots) - 1)]
-        visible = material >= 0  # a material without any surface, such as a volume's
+        there = material >= 0  # a material without any surface, such as a volume's
         vertices, triangles, normals = placed(mesh, matrix)
         tangents = self._tangents_of(obj, matrix, material, materials, notes)
-        if not visible.all():
-            triangles, normals, material = triangles[visible], normals[visible], material[visible]
-            tangents = None if tangents is None else tangents[visible]
+        if not there.all():
+            triangles, normals, material = triangles[there], normals[there], material[there]
+            tangents = None if tangents is None else tangents[there]
         self.vertices.append(vertices)
         self.triangles.append(triangles + np.int32(self.vertex_count))
         self.corner_normals.append(normals)
@@ -101,6 +97,7 @@ class Geometry:
         self.material.append(material)
         self.surface.append(np.full(len(triangles), len(self.surfaces), np.int32))
         self.surfaces.append(obj.name)
+        self.visible.append(visible)
         self.vertex_count += len(vertices)
 
     def arrays(self) -> dict[str, Any]:
@@ -112,6 +109,7 @@ class Geometry:
             "corner_tangents": self._joined_tangents(),
             "material": _joined(self.material, (0,), np.int32),
             "surface": _joined(self.surface, (0,), np.int32),
+            "visible": np.array(self.visible if {*self.visible} - {ALL_RAYS} else [], np.uint8),
         }
 
     def _mesh_of(self, obj: bpy.types.Object) -> LocalMesh:
@@ -280,11 +278,8 @@ def material_slots(obj: bpy.types.Object, materials: MaterialTable) -> NDArray[n
 
 def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
     """Write down what the object asks for and the renderer does not know."""
-    if obj.is_holdout:
-        notes.ignored(name, "Holdout", "rendered as a normal object")
     if obj.is_shadow_catcher:
         notes.ignored(name, "Shadow Catcher", "rendered as a normal object")
-    note_visibility(obj, notes)
     linking = getattr(obj, "light_linking", None)
     if linking and (linking.receiver_collection or linking.blocker_collection):
         notes.ignored(name, "Light Linking", "every light lights every object")
@@ -294,14 +289,6 @@ def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
             notes.ignored(name, "Particle Hair", f"'{system.name}' is not rendered")
         elif settings.render_type in ("HALO", "LINE"):
             notes.ignored(name, "Particles", f"'{system.name}' is not rendered")
-
-
-def note_visibility(obj: bpy.types.Object, notes: Notes) -> None:
-    """Write down to which rays the object, or what it instances, should not be visible."""
-    rays = [label for flag, label in RAY_VISIBILITY.items() if not getattr(obj, flag, True)]
-    if rays:
-        detail = f"visible to {', '.join(rays)} rays all the same"
-        notes.ignored(f"Object '{obj.name}'", "Ray Visibility", detail)
 
 
 def _read(items: Any, name: str, count: int, dtype: Any = np.float32) -> NDArray[Any]:

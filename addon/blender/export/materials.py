@@ -113,7 +113,12 @@ def bounded(bsdf: Bsdf, name: str, owner: str, notes: Notes) -> Material:
         )
         for lobe in bsdf.lobes
     )
-    material = Material(name, triple(diffuse), tuple(lobe for lobe in lobes if lobe.reflects))
+    held_out = bsdf.holdout >= 1.0 - ROUNDING
+    if bsdf.holdout > 0.0 and not held_out:
+        what = f"{bsdf.holdout:.3g} of it is rendered black and opaque"
+        notes.approximated(owner, "Partly holdout", what)
+    own = tuple(lobe for lobe in lobes if lobe.reflects)
+    material = Material(name, triple(diffuse), own, held_out)
     total = material.head_on()
     if total.max() > 1.0 + ROUNDING:
         text = _text(total)

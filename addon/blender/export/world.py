@@ -3,11 +3,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
-from ...photon.scene import FOUND_BY, RGB, Image, Light, environment_light, world_light
-from .lights.common import ALL_BOUNCES
+from ...photon.scene import (
+    FOUND_BY,
+    MOST_BOUNCES,
+    RGB,
+    Image,
+    Light,
+    environment_light,
+    world_light,
+)
 from .materials import has_nodes
 from .nodes import Graph
 from .radiance import ONE, Factor, Sum, radiance
@@ -29,7 +38,6 @@ def export_world(
         total = radiance(graph, *graph.surface("OUTPUT_WORLD"))
     else:
         total = Sum(ONE * np.array(world.color[:], np.float64))
-    note_world(world, owner, notes)
     visible = _visible(world)
     lights = [
         world_light(world.name, colour, found_by)
@@ -46,7 +54,9 @@ def export_world(
             images.append(Image(name, turned.pixels))
     if not notes.mention(owner):
         notes.exact(owner, "Background")
-    return tuple(lights)
+    cycles = getattr(world, "cycles", None)
+    bounces = min(getattr(cycles, "max_bounces", MOST_BOUNCES), MOST_BOUNCES)
+    return tuple(replace(light, max_bounces=bounces) for light in lights)
 
 
 def _by_factor(factor: Factor, owner: str, notes: Notes) -> list[tuple[RGB, tuple[str, ...]]]:
@@ -68,13 +78,6 @@ def _visible(world: bpy.types.World) -> Factor:
     return np.array([[float(getattr(flags, name, True))] for name in names])
 
 
-def note_world(world: bpy.types.World, owner: str, notes: Notes) -> None:
-    """Write down what the world asks for and the renderer does not know."""
-    bounces = getattr(getattr(world, "cycles", None), "max_bounces", ALL_BOUNCES)
-    if bounces < ALL_BOUNCES:
-        notes.ignored(owner, "Max Bounces", f"its light goes on after {bounces} bounces")
-
-
 def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: Notes) -> None:
     """Write down scene-wide features that are not simulated."""
     name = f"Scene '{scene.name}'"
@@ -92,16 +95,3 @@ def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: N
         notes.ignored(name, "Overscan", "it is EEVEE's")
     if scene.render.use_freestyle and view_layer.use_freestyle:
         notes.ignored(name, "Freestyle", "no lines are drawn")
-    for layer in _collections(view_layer.layer_collection):
-        if layer.holdout:
-            notes.ignored(f"Collection '{layer.name}'", "Holdout", "rendered normally")
-        if layer.indirect_only:
-            notes.ignored(f"Collection '{layer.name}'", "Indirect Only", "rendered normally")
-
-
-def _collections(layer: bpy.types.LayerCollection) -> list[bpy.types.LayerCollection]:
-    found = [layer]
-    for child in layer.children:
-        if not child.exclude:
-            found += _collections(child)
-    return found

@@ -79,9 +79,10 @@ class Eye:
         self._sent: Path | None = None  # ahead
         self.camera = EyeCamera(device, layer, scene, frame, settings, needs)
         self._shade: Shade | None = None
-        self._tracer: Kernel | None = None
+        self._tracers: list[Kernel] = []  # of eye rays, and of others if those see something else
         if needs.surfaces:
-            self._tracer = way.tracer()
+            kinds = ("camera", "glossy")[: 1 + (needs.secondary_rays and needs.visibility)]
+            self._tracers = [way.tracer(rays=needs.rays(kind)) for kind in kinds]
             self._shade = Shade(device, layer, needs.eye_defines, made=needs.made)
         self._direct_light = way.direct_light(needs, size) if needs.shadow_rays else None
         self._emitted = self._scatter = None
@@ -141,9 +142,10 @@ class Eye:
 
     def shade(self, path: Path) -> None:
         """Find where the rays end, and evaluate the materials there."""
-        if path.is_shaded or not (self._tracer and self._shade):
+        if path.is_shaded or not (self._tracers and self._shade):
             return  # without surfaces the streams were made clear: no hits, no places
-        launch(self._tracer, self.of(path), self._tables)
+        tracer = self._tracers[min(path.depth, len(self._tracers) - 1)]
+        launch(tracer, self.of(path), self._tables)
         launch(self._shade, self.of(path), self._tables, self._draw(path))
         path.is_shaded = True
 
@@ -223,7 +225,7 @@ class Eye:
             self._direct_light.release()
 
     def _kernels(self) -> list[Kernel]:
-        known = self.camera.kernel, self._tracer, self._shade, self._emitted, self._scatter
+        known = self.camera.kernel, *self._tracers, self._shade, self._emitted, self._scatter
         return [kernel for kernel in (*known, self._cuts, self._coverage) if kernel]
 
     def of(self, path: Path) -> dict[str, Stream]:

@@ -28,7 +28,7 @@ class CombinePrimary(Kernel):
     PANORAMIC one may have no ray in a pixel."""
 
     stem = "combine_primary"
-    structure = ("EMITTERS", "ILLUMINANCE", "PANORAMIC", "GATHERED_LOBES")
+    structure = ("EMITTERS", "ILLUMINANCE", "PANORAMIC", "GATHERED_LOBES", "VISIBILITY")
     inputs = {
         "direction": When("PANORAMIC", RAY_DIRECTION),
         "hit": HIT,

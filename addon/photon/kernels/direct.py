@@ -4,7 +4,7 @@ whose rays another one traces, the two around that."""
 
 from ...streams import Kernel, Table, Uniform, When
 from ...streams.declaration import Ports
-from .lights import LIGHT_DEFINES, LIGHT_TABLES
+from .lights import LIGHT_DEFINES, LIGHT_TABLES, LIMITS
 from .records import (
     CORNER_NORMALS,
     HIT,
@@ -14,6 +14,7 @@ from .records import (
     RAY_DIRECTION,
     RAY_ORIGIN,
     TRIANGLE,
+    VISIBILITY,
 )
 from .shade import GATHERED_LOBES, LOBES, POINT
 
@@ -27,6 +28,7 @@ _STRUCTURE = (
     "SMOOTH",
     *GATHERED_LOBES,
     *LIGHT_DEFINES,
+    "VISIBILITY",
 )
 _INPUTS: Ports = {**POINT, "direction": RAY_DIRECTION, **LOBES}
 _UNIFORMS = {
@@ -53,6 +55,8 @@ class Direct(Kernel):
         "nodes": Table(NODE),
         "triangles": Table(TRIANGLE),
         **LIGHT_TABLES,
+        **LIMITS,
+        "visibility": When("VISIBILITY", Table(VISIBILITY)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }
 
@@ -73,6 +77,7 @@ class ShadowRays(Kernel):
     uniforms = {**_UNIFORMS, "first_ray": Uniform("int")}
     tables = {
         **LIGHT_TABLES,
+        **LIMITS,
         "triangles": When("SMOOTH", Table(TRIANGLE)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }

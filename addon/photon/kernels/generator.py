@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Uniform
-from .lights import LIGHT_DEFINES, LIGHT_TABLES
+from .lights import LIGHT_DEFINES, LIGHT_TABLES, LIMITS
 from .records import FLUX, RAY_DIRECTION, RAY_ORIGIN
 
 
@@ -8,7 +8,7 @@ class Generator(Kernel):
     """Emit photons of equal flux from the lights (Marino & Abbate, Generator)."""
 
     stem = "generator"
-    structure = LIGHT_DEFINES
+    structure = (*LIGHT_DEFINES, "VISIBILITY")
     outputs = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "flux": FLUX}
     uniforms = {
         "seed": Uniform("uint"),
@@ -16,4 +16,4 @@ class Generator(Kernel):
         "photons": Uniform("int"),
         "light_count": Uniform("int"),
     }
-    tables = LIGHT_TABLES
+    tables = {**LIGHT_TABLES, **LIMITS}

@@ -2,7 +2,7 @@
 """What kernels read that ask lights, whatever their kinds."""
 
 from ...streams import Table, When
-from .records import LIGHT, PROFILE
+from .records import LIGHT, LIGHT_LIMIT, PROFILE
 
 LIGHT_DEFINES = ("PROFILES", "ENVIRONMENT")
 LIGHT_TABLES = {
@@ -10,3 +10,4 @@ LIGHT_TABLES = {
     "profiles": When("PROFILES", Table(PROFILE)),
     "environments": When("ENVIRONMENT", Table()),
 }
+LIMITS = {"light_limits": When("VISIBILITY", Table(LIGHT_LIMIT))}

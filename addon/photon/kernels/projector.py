@@ -7,13 +7,13 @@ class Projector(Kernel):
     """Deposit photons in world space on surfaces that gather (Marino & Abbate, Projector)."""
 
     stem = "projector"
-    structure = ("DIRECTIONS", "ARRIVALS", "ENVIRONMENT")
+    structure = ("INCOMING", "DIRECTIONS", "ARRIVALS", "ENVIRONMENT", "VISIBILITY", "FIRST_HITS")
     inputs = {
         "place": PLACE,
         "facing": FACING,
         "diffuse": DIFFUSE,
         "flux": FLUX,
-        "direction": When("DIRECTIONS", RAY_DIRECTION),
+        "direction": When("INCOMING", RAY_DIRECTION),
         "origin": When("ARRIVALS", RAY_ORIGIN),
     }
     outputs = {"landed": PLACE, "deposit": DEPOSIT}

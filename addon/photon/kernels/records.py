@@ -87,8 +87,11 @@ NODE = Record(
         "right_count": "float",
     },
 )
-# Lambert's albedo that no lobe covers; which elements of the table of lobes are the material's.
-MATERIAL = Record("Material", {"albedo": "vec3", "first_lobe": "float", "lobes": "float"})
+# Lambert's albedo that no lobe covers; which elements of the table of lobes are the material's;
+# holdout 1: the eye sees nothing there.
+MATERIAL = Record(
+    "Material", {"albedo": "vec3", "first_lobe": "float", "lobes": "float", "holdout": "float"}
+)
 # A lobe as in the streams, and the albedo of what it lies over.
 MATERIAL_LOBE = Record(
     "MaterialLobe",
@@ -126,6 +129,10 @@ LIGHT = Record(
 # and column the mean of its corners, and which share of photons goes to cells up to it: `along` its
 # row, and, of rows, `down`.
 PROFILE = Record("Profile", {"share": "float", "mean": "float", "along": "float", "down": "float"})
+
+# Which rays meet a surface, by its number: bits, see ray_bits.glsl and visibility.glsl.
+VISIBILITY = Record("Visibility", {"rays": "float"})
+LIGHT_LIMIT = Record("LightLimit", {"bounces": "float", "shadowed": "float"})  # or 0: never
 
 # A side's grid in the table of radii (lib/radius.glsl), whose later texels hold the nodes' radii.
 RADIUS_GRID = Record(

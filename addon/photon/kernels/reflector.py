@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
-from .records import FLUX, LIGHT, RAY_DIRECTION, RAY_ORIGIN
+from .records import FLUX, LIGHT, RAY_DIRECTION, RAY_ORIGIN, VISIBILITY
 from .shade import FIRST_LOBE, POINT
 
 
@@ -8,7 +8,7 @@ class Reflector(Kernel):
     """Scatter or absorb each photon by Russian roulette (Marino & Abbate, Reflector)."""
 
     stem = "reflector"
-    structure = ("LOBES", "ARRIVALS", "ENVIRONMENT")
+    structure = ("LOBES", "ARRIVALS", "ENVIRONMENT", "VISIBILITY")
     inputs = {
         "origin": When("ARRIVALS", RAY_ORIGIN),
         "direction": RAY_DIRECTION,
@@ -21,4 +21,5 @@ class Reflector(Kernel):
     tables = {
         "lights": When("ARRIVALS", Table(LIGHT)),
         "environments": When("ENVIRONMENT", Table()),
+        "visibility": When("VISIBILITY", Table(VISIBILITY)),
     }

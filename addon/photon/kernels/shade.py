@@ -17,6 +17,7 @@ from .records import (
     SHADING,
     SHAPE,
     TRIANGLE,
+    VISIBILITY,
 )
 
 # What a point is, as Shade writes it.
@@ -40,7 +41,16 @@ class Shade(Kernel):
     """Evaluate the material where rays end, for the eye's (EYE) and photons (PHOTONS) alike."""
 
     stem = "shade"
-    structure = ("EYE", "PHOTONS", "LOBES", "TWO_LOBES", "TANGENTS", "DIRECTIONS", *GATHERED_LOBES)
+    structure = (
+        "EYE",
+        "PHOTONS",
+        "LOBES",
+        "TWO_LOBES",
+        "TANGENTS",
+        "DIRECTIONS",
+        "VISIBILITY",
+        *GATHERED_LOBES,
+    )
     inputs = {"direction": RAY_DIRECTION, "hit": HIT, "flux": When("PHOTONS", FLUX)}
     outputs = {**POINT, **LOBES}
     uniforms = {
@@ -57,4 +67,5 @@ class Shade(Kernel):
         "corner_tangents": When("TANGENTS", Table(CORNER_TANGENTS)),
         "materials": Table(MATERIAL),
         "material_lobes": When("LOBES", Table(MATERIAL_LOBE)),
+        "visibility": When("VISIBILITY", Table(VISIBILITY)),
     }

@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Table
-from .records import HIT, NODE, RAY_DIRECTION, RAY_ORIGIN, TRIANGLE
+from ...streams import Kernel, Table, When
+from .records import HIT, NODE, RAY_DIRECTION, RAY_ORIGIN, TRIANGLE, VISIBILITY
 
 
 class Tracer(Kernel):
-    """Intersect rays with the triangles: the closest hit, or with ANY_HIT some hit."""
+    """Intersect rays with the triangles: the closest hit, or with ANY_HIT some hit; with VISIBILITY
+    of triangles that are visible to one of the rays whose bits it has."""
 
     stem = "tracer"
-    structure = ("ANY_HIT",)
+    structure = ("ANY_HIT", "VISIBILITY")
     inputs = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION}
     outputs = {"hit": HIT}
-    tables = {"nodes": Table(NODE), "triangles": Table(TRIANGLE)}
+    tables = {
+        "nodes": Table(NODE),
+        "triangles": Table(TRIANGLE),
+        "visibility": When("VISIBILITY", Table(VISIBILITY)),
+    }

@@ -73,7 +73,8 @@ class DevicePhotonMapper:
     ) -> None:
         self._device, self._tables, self._settings = device, tables, settings
         self._most_bounces = needs.photon_bounces + 1  # with that in which a photon is cut off
-        self._generator = Generator(device, "compute", needs.light_defines, made=needs.made)
+        defines = {**needs.light_defines, **needs.photon_defines}
+        self._generator = Generator(device, "compute", defines, made=needs.made)
         self._bounces = Bounces(device, needs.photon_defines, needs.made)
         self._compaction = Compaction(device, "paths")
         self._tally = Tally(device, self._most_bounces)

@@ -147,7 +147,7 @@ class PhotonMapper:
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
         defines, made = needs.photon_defines, needs.made
         self._kernels = (
-            Generator(device, layer, needs.light_defines, made=made),
+            Generator(device, layer, {**needs.light_defines, **defines}, made=made),
             tracer,
             Shade(device, layer, defines, made=made),
             Projector(device, layer, defines, made=needs.made),

@@ -22,11 +22,17 @@ from .values import (
     Scene,
     phong,
 )
+from .visibility import ALL_RAYS, HOLDOUT, MOST_BOUNCES, RAY_BITS, RAYS
 
 __all__ = [
+    "ALL_RAYS",
     "BLACK",
     "FOUND_BY",
+    "HOLDOUT",
     "MIRROR",
+    "MOST_BOUNCES",
+    "RAYS",
+    "RAY_BITS",
     "RGB",
     "SNAPSHOT_VERSION",
     "Camera",

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import SceneError
 from .checks import BLACK, RGB, check_finite
+from .visibility import MOST_BOUNCES
 
 # Half a spread [rad]: a narrower one is as good as parallel.
 LEAST_SPREAD = 1e-3
@@ -34,6 +35,8 @@ class Light:
     parameters: Mapping[str, float | RGB] = field(default_factory=dict)
     across: RGB = (1.0, 0.0, 0.0)  # for kinds that are no bodies of revolution about the axis
     found_by: tuple[str, ...] = FOUND_BY
+    casts_shadow: bool = True
+    max_bounces: int = MOST_BOUNCES  # between it and the eye; 0: direct light alone
     # At a distance t [m] it is t^falloff t^2 / (smoothing + t^2) times as strong.
     falloff: int = 0  # 0: it falls off with the distance squared; 1; 2: not at all
     smoothing: float = 0.0  # [m^2]
@@ -59,6 +62,10 @@ class Light:
             check_finite(f"{who}: {what}", axis)
             if not any(axis):
                 raise SceneError(f"{who}: {what} {axis} has no length")
+        if not 0 <= self.max_bounces <= MOST_BOUNCES:
+            raise SceneError(
+                f"{who}: max_bounces {self.max_bounces} is outside [0, {MOST_BOUNCES}]"
+            )
         unknown = set(self.found_by) - set(FOUND_BY)
         if unknown:
             raise SceneError(f"{who}: found_by {unknown.pop()!r} is none of {', '.join(FOUND_BY)}")

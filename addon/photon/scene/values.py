@@ -21,6 +21,7 @@ from .camera import Camera
 from .checks import BLACK, RGB, check_finite
 from .images import Image
 from .lights import Light, point_light, spot_light, world_light
+from .visibility import ALL_RAYS, HOLDOUT
 
 SNAPSHOT_VERSION = 4
 MIRROR = np.inf  # Phong exponent of a perfect mirror
@@ -93,6 +94,7 @@ class Material:
     name: str
     diffuse: RGB = (0.8, 0.8, 0.8)  # albedo
     lobes: tuple[Lobe, ...] = ()
+    holdout: bool = False  # the eye sees nothing there, and nothing behind it
 
     def check(self) -> None:
         """Raise SceneError naming the material and the first value out of its range."""
@@ -155,6 +157,8 @@ class Scene:
     surface: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into surfaces
     surfaces: tuple[str, ...] = ()  # object names
     images: tuple[Image, ...] = ()
+    # (S,) bits of visibility.py. (0,): all rays meet all surfaces.
+    visible: NDArray[np.uint8] = _empty((0,), np.uint8)
 
     @property
     def emitters(self) -> tuple[Light, ...]:
@@ -165,6 +169,7 @@ class Scene:
         """Raise SceneError if arrays do not fit together or a value is outside its range."""
         count = len(self.triangles)
         tangents = count if len(self.corner_tangents) else 0
+        visible = len(self.surfaces) if len(self.visible) else 0
         for name, shape, dtype in (
             ("vertices", (len(self.vertices), 3), np.float64),
             ("triangles", (count, 3), np.int32),
@@ -172,6 +177,7 @@ class Scene:
             ("corner_tangents", (tangents, 3, 3), np.float32),
             ("material", (count,), np.int32),
             ("surface", (count,), np.int32),
+            ("visible", (visible,), np.uint8),
         ):
             array = getattr(self, name)
             if array.shape != shape or array.dtype != dtype:
@@ -191,6 +197,8 @@ class Scene:
                 raise SceneError(
                     f"scene.{name}{list(where)} = {int(array[where])} is outside [0, {limit})"
                 )
+        if (self.visible & ~np.uint8(ALL_RAYS | HOLDOUT)).any():
+            raise SceneError(f"scene.visible: {int(self.visible.max())} has bits of no ray")
         self.camera.check()
         for image in self.images:
             image.check()
@@ -313,7 +321,7 @@ def _colour(values: Any) -> RGB:
 
 
 _ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")
-_LATER = ("corner_tangents",)  # which older files don't have
+_LATER = ("corner_tangents", "visible")  # which older files don't have
 
 
 def _plain(value: Any) -> Any:

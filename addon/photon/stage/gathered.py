@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from ..scene import Light, Material, Scene
+from ..scene import RAY_BITS, Light, Material, Scene
 from ..settings import Settings
 
 # Roughness from which on photons are gathered with a share of a lobe, and with all of it. Sharper
@@ -29,6 +29,13 @@ def _is_met_by_rays_alone(light: Light) -> bool:
     return "chains" in light.found_by and "glossy" not in light.found_by
 
 
+def _are_told_apart(scene: Scene) -> bool:
+    """Whether rays of diffuse lobes and of others meet other surfaces: a photon that has landed
+    does not say which of these may have found it."""
+    diffuse, glossy = (scene.visible & RAY_BITS[ray] > 0 for ray in ("diffuse", "glossy"))
+    return bool((diffuse != glossy).any())
+
+
 def can_gather(scene: Scene, settings: Settings, materials: Collection[Material]) -> bool:
     """Whether photons are gathered with lobes of these materials, if there are photons."""
     return (
@@ -36,5 +43,6 @@ def can_gather(scene: Scene, settings: Settings, materials: Collection[Material]
         and settings.mirror_depth > 0
         and settings.estimator != "splat"  # a splat knows no lobes
         and not any(map(_is_met_by_rays_alone, scene.lights))
+        and not _are_told_apart(scene)
         and any(map(gather_some, materials))
     )

@@ -88,6 +88,7 @@ class Mesh:
     triangles: NDArray[Any]  # (K,) of TRIANGLE
     normals: NDArray[Any]  # (K,) of CORNER_NORMALS
     tangents: NDArray[Any]  # (K,) of CORNER_TANGENTS; (0,): nothing is anisotropic
+    visible: NDArray[np.uint8]  # (K,) bits of Scene.visible; (0,): all rays meet all
     area: float  # of diffuse triangles [scene units^2]
     extent: NDArray[np.float32]  # (3,) largest |x|, |y|, |z| of the corners
 
@@ -125,6 +126,7 @@ class Mesh:
             triangle,
             _at_corners(CORNER_NORMALS, scene.corner_normals, order),
             _at_corners(CORNER_TANGENTS, scene.corner_tangents, order if turned else order[:0]),
+            scene.visible[scene.surface[order]] if len(scene.visible) else scene.visible,
             area=float(areas.sum()),
             extent=np.array(extent, np.float32),
         )

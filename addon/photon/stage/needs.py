@@ -9,11 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from ...streams import Defines, Made
-from ..scene import Light, Scene
+from ..scene import ALL_RAYS, RAY_BITS, RAYS, Light, Scene
 from ..settings import Settings
 from .gathered import BLEND, can_gather, send_rays
 from .geometry import Mesh
 from .kinds import light_defines, light_kinds, lobe_kinds, made_bsdf, made_camera, made_lights
+from .limits import is_limited
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 # Lights that every visible point asks; where there are more, it asks so many, by chance.
@@ -46,6 +47,8 @@ class SceneNeeds:
     gathered_lobes: bool = False  # some are broad enough to gather photons with
     profiles: bool = False  # lights are not equally bright in all directions
     arrivals: bool = False  # what photons bring hangs on where they first land
+    visibility: bool = False  # rays pass through some surfaces, or lights are limited
+    first_hits: bool = False  # photons carry the direct light
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
@@ -87,12 +90,16 @@ class SceneNeeds:
             gathered_lobes=gathered,
             profiles=any(light.profile for light in emitting),
             arrivals=any(light.cares_who_is_lit for light in lighting),
+            visibility=is_limited(emitting)
+            or any(material.holdout for material in materials)
+            or bool((mesh.visible != ALL_RAYS).any()),
+            first_hits=settings.direct_by_photons,
         )
 
     @cached_property
     def emitter_defines(self) -> Defines:
         """What kernels of images are compiled with."""
-        return {"EMITTERS": 1} if self.emitters_seen else {}
+        return ({"EMITTERS": 1} if self.emitters_seen else {}) | self.rays("camera")
 
     @cached_property
     def illuminance_defines(self) -> Defines:
@@ -109,6 +116,7 @@ class SceneNeeds:
         defines: dict[str, int | float]
         defines = {"EYE": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
         defines |= {"TWO_LOBES": 1} if self.lobes > 1 else {}
+        defines |= {"EYE": 1} | self.rays("camera") if self.visibility else {}
         return defines | ({"WEIGHED": 1} if self.weighed else {})
 
     @cached_property
@@ -124,7 +132,8 @@ class SceneNeeds:
         defines |= {"SMOOTH": 1} if self.smooth else {}
         # What a lobe gathers matters where rays and shadow rays share a light alone.
         of_lobes = (self.eye_defines if self.weighed else self._lobe_defines) if broad else {}
-        return {**defines, **self.light_defines, **of_lobes, **self.illuminance_defines}
+        shadow = {**self.illuminance_defines, **self.rays("shadow")}
+        return {**defines, **self.light_defines, **of_lobes, **shadow}
 
     @cached_property
     def light_defines(self) -> Defines:
@@ -137,7 +146,17 @@ class SceneNeeds:
         """What kernels of photons are compiled with. A photon meets one lobe besides Lambert's."""
         defines: dict[str, int | float]
         defines = {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
-        return {**defines, **self._gathered_defines("DIRECTIONS"), **self.arrival_defines}
+        if self.visibility and self.first_hits:
+            defines |= {"FIRST_HITS": 1}
+        if self.visibility or self.gathered_lobes:
+            defines |= {"INCOMING": 1}
+        defines |= self.rays(*RAYS) | self._gathered_defines("DIRECTIONS")
+        return {**defines, **self.arrival_defines}
+
+    def rays(self, *names: str) -> dict[str, int]:
+        """What a kernel is compiled with that traces rays of these names, if it makes a difference:
+        their bits."""
+        return {"VISIBILITY": sum(RAY_BITS[name] for name in names)} if self.visibility else {}
 
     def _gathered_defines(self, whose: str) -> dict[str, int | float]:
         return {whose: 1, **BLEND} if self.gathered_lobes else {}

@@ -17,6 +17,7 @@ from ..scene import FOUND_BY, RGB, Light, Material, Scene
 from .environments import Place, environment_table
 from .geometry import Frame, Mesh
 from .kinds import WATTS, light_defines, light_kinds, lobe_kinds, made_lights
+from .limits import knows_rays, limit_table, visibility_table
 from .profiles import mean_of, profile_table
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
@@ -96,6 +97,7 @@ def material_tables(materials: tuple[Material, ...]) -> tuple[NDArray[Any], NDAr
             lobe_row["weight"], lobe_row["covered"] = lobe.weight, lobe.covered
             numbers = kind.numbers(lobe.parameters)
             lobe_row["parameters"], lobe_row["more"] = np.resize([*numbers, *[0.0] * 8], (2, 4))
+        row["holdout"] = float(material.holdout)
         first += len(own)
     return table, of_lobes
 
@@ -197,6 +199,9 @@ class Tables:
         }
         if len(mesh.tangents):
             tables["corner_tangents"] = mesh.tangents
+        if knows_rays(scene, emitters):
+            tables["visibility"] = visibility_table(scene)
+            tables["light_limits"] = limit_table(emitters)
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         if places:
@@ -211,6 +216,8 @@ class Tables:
             photons = [light.lights_surfaces for light in emitters]
             choose_lights(lights, flux[shines] * np.array(photons)[:, None])
             write_table(textures["lights"], texels_of(lights))
+            if "light_limits" in textures:
+                write_table(textures["light_limits"], texels_of(limit_table(emitters)))
         if any(light.profile for light in emitters):
             textures["profiles"] = upload_table(device, texels_of(profile_table(emitters)))
         return Tables(device, textures, emitters, lights)

@@ -39,22 +39,34 @@ from ..stage.needs import SceneNeeds
 
 Arrays = Mapping[str, NDArray[Any]]
 Values = Mapping[str, Any]
+EVERY_RAY = 255
 
 
 class NativeTracer(HostKernel):
-    """Tracer, or with `any_hit` its ANY_HIT variant, with vector instructions on all cores."""
+    """Tracer, or with `any_hit` its ANY_HIT variant, with vector instructions on all cores.
+
+    `rays` are the bits that its VISIBILITY has.
+    """
 
     stem = Tracer.stem
     inputs = Tracer.inputs
     outputs = Tracer.outputs
 
-    def __init__(self, device: Device, triangles: native.Tracer, any_hit: bool = False) -> None:
+    def __init__(
+        self,
+        device: Device,
+        triangles: native.Tracer,
+        any_hit: bool = False,
+        rays: int = EVERY_RAY,
+    ) -> None:
         super().__init__(device)
-        self._triangles, self._any_hit = triangles, any_hit
+        self._triangles, self._any_hit, self._rays = triangles, any_hit, rays
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """Hits of the rays."""
-        return self._triangles.trace(inputs["origin"], inputs["direction"], self._any_hit)
+        return self._triangles.trace(
+            inputs["origin"], inputs["direction"], self._any_hit, self._rays
+        )
 
 
 class NativeCuts(HostKernel):
@@ -205,4 +217,5 @@ class NativeGlossGather(NativeGather):
 
 def triangles_of(mesh: Mesh) -> native.Tracer:
     """A scene's triangles for the native kernels."""
-    return native.Tracer(mesh.tree.nodes, mesh.corners)
+    visible = mesh.visible if len(mesh.visible) else None
+    return native.Tracer(mesh.tree.nodes, mesh.corners, visible)

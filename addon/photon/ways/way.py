@@ -13,7 +13,7 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ...streams import Device, Kernel, Stream, StreamError
+from ...streams import Defines, Device, Kernel, Stream, StreamError
 from ...streams.device import Layer
 from ..errors import DeviceError
 from ..film.film import Film, HostFilm
@@ -28,13 +28,14 @@ from ..photons.native_photon_mapper import NativePhotonMapper, knows, knows_lobe
 from ..photons.photon_grid import Cells, Gathering, Lanes, PhotonGrid, lanes_of_gpu
 from ..photons.photon_mapper import PhotonMapper
 from ..photons.radius_field import SAMPLE, Found, grids_on_host, radii_on_host
-from ..scene import Scene
+from ..scene import RAYS, Scene
 from ..settings import Settings, filter_define
 from ..stage.geometry import Mesh
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables, upload_table
 from .direct_light import DirectLight, TracedDirectLight
 from .native_kernels import (
+    EVERY_RAY,
     NativeCoverage,
     NativeCuts,
     NativeGather,
@@ -87,9 +88,10 @@ class Way:
         """Whether kernels read the tree's table."""
         return True
 
-    def tracer(self, any_hit: bool = False) -> Kernel:
-        """What finds where rays end."""
-        return Tracer(self.device, self.layer, {"ANY_HIT": 1} if any_hit else None)
+    def tracer(self, any_hit: bool = False, rays: Defines | None = None) -> Kernel:
+        """What finds where rays end; `rays`: of which kinds they are (SceneNeeds.rays)."""
+        defines = {**(rays or {}), **({"ANY_HIT": 1} if any_hit else {})}
+        return Tracer(self.device, self.layer, defines)
 
     def cuts(self) -> Kernel:
         """What cuts discs off."""
@@ -109,7 +111,7 @@ class Way:
         self, stage: PhotonSource, settings: Settings, needs: SceneNeeds
     ) -> PhotonMapper | NativePhotonMapper | DevicePhotonMapper:
         """What traces photons."""
-        tracer = self.tracer()
+        tracer = self.tracer(rays=needs.rays(*RAYS))
         return PhotonMapper(self.device, self.layer, stage.tables, settings, needs, tracer)
 
     def radius_grids(self, deposits: Deposits) -> Grids:
@@ -214,8 +216,9 @@ class NativeWay(Way):
     def reads_tree(self) -> bool:
         return False
 
-    def tracer(self, any_hit: bool = False) -> Kernel:
-        return NativeTracer(self.device, self.triangles, any_hit)
+    def tracer(self, any_hit: bool = False, rays: Defines | None = None) -> Kernel:
+        bits = int((rays or {}).get("VISIBILITY", EVERY_RAY))
+        return NativeTracer(self.device, self.triangles, any_hit, bits)
 
     def cuts(self) -> Kernel:
         return NativeCuts(self.device, self.triangles)
@@ -226,7 +229,8 @@ class NativeWay(Way):
     def direct_light(
         self, needs: SceneNeeds, size: tuple[int, int]
     ) -> DirectLight | TracedDirectLight:
-        return TracedDirectLight(self.device, self.layer, needs, self.tracer(any_hit=True), size)
+        any_hit = self.tracer(any_hit=True, rays=needs.rays("shadow"))
+        return TracedDirectLight(self.device, self.layer, needs, any_hit, size)
 
     def photon_mapper(
         self, stage: PhotonSource, settings: Settings, needs: SceneNeeds

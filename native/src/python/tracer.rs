@@ -8,33 +8,45 @@ use super::arrays::{Rows, Stream, array, new_rows, new_stream, rows, streams};
 use super::radius_field::RadiusField;
 use super::run;
 use crate::filter::Filter;
-use crate::trace::Tree;
+use crate::trace::{Tree, Visible};
 use crate::watertight::Triangle;
 use crate::{bvh, coverage, cuts, paths};
 
 /// Traces the rays of streams through a scene's triangles.
 ///
-/// Tracer(nodes, corners): nodes as from build_bvh; corners float32[K, 3, 4], the triangles in leaf
-/// order, whose fourth numbers are material, surface and the triangle's number in the scene. Raises
-/// ValueError as trace does.
+/// Tracer(nodes, corners, visible=None): nodes as from build_bvh; corners float32[K, 3, 4], the triangles in
+/// leaf order, whose fourth numbers are material, surface and the triangle's number in the scene; visible
+/// uint8[K], a bit for each class of rays that meets a triangle, or None: all do. Raises ValueError as trace
+/// does.
 #[pyclass(frozen, module = "photon_stream_native")]
 pub(super) struct Tracer {
     tree: Tree,
     corners: Vec<[[f32; 4]; 3]>,
+    visible: Vec<u8>,
 }
 
 #[pymethods]
 impl Tracer {
     #[new]
-    fn new(py: Python, nodes: &Bound<PyAny>, corners: &Bound<PyAny>) -> PyResult<Tracer> {
+    #[pyo3(signature = (nodes, corners, visible=None))]
+    fn new(
+        py: Python,
+        nodes: &Bound<PyAny>,
+        corners: &Bound<PyAny>,
+        visible: Option<&Bound<PyAny>>,
+    ) -> PyResult<Tracer> {
         let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
         let corners = array::<f32>(corners, "corners", &[None, Some(3), Some(4)])?;
         let nodes = nodes.as_slice()?;
         let corners = rows::<f32, 4>(&corners)?.as_chunks::<3>().0.to_vec();
+        let visible = match visible {
+            Some(bits) => array::<u8>(bits, "visible", &[Some(corners.len())])?.as_slice()?.to_vec(),
+            None => Vec::new(),
+        };
         run(py, || {
             let points: Vec<Triangle> = corners.iter().map(|t| t.map(|[x, y, z, _]| [x, y, z])).collect();
             let numbers = corners.iter().map(|t| t[2][3] as u32).collect();
-            Ok(Tracer { tree: Tree::new(nodes, &points)?.numbered(numbers), corners })
+            Ok(Tracer { tree: Tree::new(nodes, &points)?.numbered(numbers), corners, visible })
         })
     }
 
@@ -43,19 +55,23 @@ impl Tracer {
     ///
     /// Takes streams float32[H, W, 4]: origin (position, leaf position of a triangle to pass
     /// through or -1) and direction (vector, how far it goes). Returns hits float32[H, W, 4]: t,
-    /// leaf position + 1, u, v; zeros for a miss.
+    /// leaf position + 1, u, v; zeros for a miss. The rays meet the triangles that are visible to one of the
+    /// classes whose bits are set in rays.
+    #[pyo3(signature = (origin, direction, any_hit, rays=255))]
     fn trace<'py>(
         &self,
         py: Python<'py>,
         origin: &Bound<'py, PyAny>,
         direction: &Bound<'py, PyAny>,
         any_hit: bool,
+        rays: u8,
     ) -> PyResult<Stream<'py>> {
+        let visible = Visible { bits: &self.visible, rays };
         let [origin, direction] = streams([("origin", origin), ("direction", direction)])?;
         new_stream(py, &origin, |out| {
             let (origin, direction) = (rows(&origin)?, rows(&direction)?);
             run(py, || {
-                self.tree.trace_records(origin, direction, any_hit, out, |hit| match hit {
+                self.tree.trace_records(origin, direction, any_hit, visible, out, |hit| match hit {
                     Some((position, hit)) => [hit.t, (position + 1) as f32, hit.u, hit.v],
                     None => [0.0; 4],
                 });

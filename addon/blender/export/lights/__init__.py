@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ....photon.scene import Light
 from ..report import Notes
 from . import area, point, spot, sun
-from .common import Lamp, note_light
+from .common import Lamp, limited, note_light
 
 __all__ = ["export_light"]
 
@@ -37,4 +37,4 @@ def export_light(obj: bpy.types.Object, matrix: NDArray[np.float64], notes: Note
     light = READERS[obj.data.type](lamp)
     if not notes.mention(lamp.owner):
         notes.exact(lamp.owner, f"{obj.data.type.capitalize()} light")
-    return light
+    return limited(light, obj.data) if light else None

@@ -10,14 +10,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ....photon.scene import RGB, Light
+from ....photon.scene import MOST_BOUNCES, RGB, Light
 from ..report import Notes
 from .strength import strength_of
 
 # Two axes count as equally long within matrix_world's float32 rounding.
 EVEN_SCALE = 1e-4
-# Cycles' default for a light's own Max Bounces: as many as the scene allows.
-ALL_BOUNCES = 1024
 # RNA names of what only EEVEE knows, with their neutral values.
 EEVEE_FACTORS = {"diffuse_factor": "Diffuse", "specular_factor": "Specular"}
 
@@ -101,15 +99,22 @@ def _found_by(lamp: Lamp) -> tuple[str, ...]:
 VISIBLE = ("camera", "diffuse", "glossy")
 
 
+def limited(light: Light, data: bpy.types.Light) -> Light:
+    """The light with its Cast Shadow and Max Bounces."""
+    cycles = getattr(data, "cycles", None)
+    bounces = min(getattr(cycles, "max_bounces", MOST_BOUNCES), MOST_BOUNCES)
+    # Cycles had a switch of its own up to Blender 4.2.
+    shadow = data.use_shadow and getattr(cycles, "cast_shadow", True)
+    return replace(light, casts_shadow=bool(shadow), max_bounces=bounces)
+
+
 def note_light(lamp: Lamp) -> None:
     """Write down what the light asks for and the renderer does not know."""
     obj, data, name, notes = lamp.obj, lamp.data, lamp.owner, lamp.notes
     cycles = getattr(data, "cycles", None)
-    if not data.use_shadow or not getattr(cycles, "cast_shadow", True):
-        notes.ignored(name, "Cast Shadow off", "its light is shadowed all the same")
-    bounces = getattr(cycles, "max_bounces", ALL_BOUNCES)
-    if bounces < ALL_BOUNCES:
-        notes.ignored(name, "Max Bounces", f"its light goes on after {bounces} bounces")
+    if getattr(cycles, "max_bounces", MOST_BOUNCES) < MOST_BOUNCES:
+        what = "its light in mirrors may have bounced as often before; none of its caustics escape"
+        notes.approximated(name, "Max Bounces", what)
     if getattr(cycles, "is_portal", False):
         notes.ignored(name, "Portal", "it lights")
     for flag, label in EEVEE_FACTORS.items():

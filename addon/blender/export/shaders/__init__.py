@@ -49,6 +49,10 @@ def _emission(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularM
     return BLACK
 
 
+def _holdout(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
+    return Bsdf(BLACK.diffuse, holdout=1.0)
+
+
 READERS: dict[str, Reader] = {
     "ADD_SHADER": partial(mix.read_add, read=read_shader),
     "BSDF_DIFFUSE": diffuse.read,
@@ -61,6 +65,7 @@ READERS: dict[str, Reader] = {
     "BSDF_TRANSLUCENT": _scattering,
     "BSDF_TRANSPARENT": mix.read_transparent,
     "EMISSION": _emission,
+    "HOLDOUT": _holdout,
     "MIX_SHADER": partial(mix.read_mix, read=read_shader),
     "SUBSURFACE_SCATTERING": _scattering,
 }

@@ -41,11 +41,12 @@ class Bsdf:
     diffuse: Colour
     lobes: tuple[Lobe, ...] = ()
     tangent: Tangent | None = None  # of those that are anisotropic
+    holdout: float = 0.0  # the share through which the eye sees nothing
 
     def scaled(self, factor: float) -> Bsdf:
         """As much of it as a Mix Shader takes."""
         lobes = tuple(_scaled(lobe, factor) for lobe in self.lobes)
-        return Bsdf(factor * self.diffuse, lobes, self.tangent)
+        return Bsdf(factor * self.diffuse, lobes, self.tangent, factor * self.holdout)
 
     def plus(self, other: Bsdf) -> Bsdf:
         """Both; lobes of one shape become one."""
@@ -56,7 +57,8 @@ class Bsdf:
                 lobes.append(lobe)
             else:
                 lobes[at] = _joined(lobes[at], lobe)
-        return Bsdf(self.diffuse + other.diffuse, tuple(lobes), self.tangent or other.tangent)
+        diffuse, tangent = self.diffuse + other.diffuse, self.tangent or other.tangent
+        return Bsdf(diffuse, tuple(lobes), tangent, self.holdout + other.holdout)
 
 
 BLACK = Bsdf(np.zeros(3))

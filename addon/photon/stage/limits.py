@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which rays meet surfaces, and how far lights go, as tables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numpy.typing import NDArray
+
+from ..kernels.records import LIGHT_LIMIT, VISIBILITY
+from ..scene import ALL_RAYS, MOST_BOUNCES, Light, Scene
+
+
+def is_limited(lights: tuple[Light, ...]) -> bool:
+    """Whether one of them casts no shadow, or not all of its light goes on."""
+    return any(not x.casts_shadow or x.max_bounces < MOST_BOUNCES for x in lights)
+
+
+def knows_rays(scene: Scene, lights: tuple[Light, ...]) -> bool:
+    """Whether something may depend on which ray it is."""
+    held_out = any(material.holdout for material in scene.materials)
+    return len(scene.visible) > 0 or held_out or is_limited(lights)
+
+
+def visibility_table(scene: Scene) -> NDArray[Any]:
+    """(S,) of VISIBILITY, one at least."""
+    table = VISIBILITY.zeros(max(len(scene.surfaces), 1))
+    table["rays"] = ALL_RAYS
+    if len(scene.visible):
+        table["rays"] = scene.visible
+    return table
+
+
+def limit_table(lights: tuple[Light, ...]) -> NDArray[Any]:
+    """(L,) of LIGHT_LIMIT, one at least."""
+    table = LIGHT_LIMIT.zeros(max(len(lights), 1))
+    for row, light in zip(table, lights, strict=False):
+        row["bounces"], row["shadowed"] = light.max_bounces, float(light.casts_shadow)
+    return table

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a photon's ray is where visibility counts. The path from the eye goes it the other way: a photon from A that
+// scatters at B by a lobe was found at A by a ray of that lobe, and one from a light by a shadow ray. So surfaces
+// that are not visible to such a ray do not end it, and B itself need not be. It is not known yet what B is: a
+// photon has the bits of all rays that may have sent it, and surfaces take from these.
+#include "lib/constants.glsl"
+#include "lib/ray_bits.glsl"
+
+struct PhotonRay {
+    int rays;     // below 64
+    int bounces;  // that are left to it
+};
+
+// Photons go as far as there is something: any distance beyond the scene will do, and says what the ray is.
+float t_max_of(PhotonRay ray) { return T_MAX / float(1 + ray.rays + 64 * ray.bounces); }
+
+PhotonRay photon_ray(RayDirection direction) {
+    int number = int(T_MAX / direction.t_max + 0.5) - 1;
+    return PhotonRay(number % 64, number / 64);
+}

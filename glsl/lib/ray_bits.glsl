@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Rays by what sent them, a bit each (addon/photon/scene/visibility.py).
+
+const int RAY_CAMERA = 1;
+const int RAY_DIFFUSE = 2;
+const int RAY_GLOSSY = 4;
+const int RAY_TRANSMISSION = 8;
+const int RAY_SHADOW = 16;
+const int RAY_UNSHADOWED = 32;  // to a light that casts no shadow: no surface is visible to it
+const int RAYS_OF_LOBES = RAY_DIFFUSE + RAY_GLOSSY + RAY_TRANSMISSION;

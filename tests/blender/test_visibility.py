@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""To which rays objects are visible: by themselves, what instances them, and their collections."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+from addon.photon.scene import ALL_RAYS, HOLDOUT, RAY_BITS, RAYS
+
+from .build import (
+    add_mesh,
+    add_node,
+    add_object,
+    features,
+    finish,
+    new_material,
+    new_mesh,
+    shader_material,
+)
+
+pytestmark = pytest.mark.blender
+
+
+def bits_of(export) -> dict[str, int]:
+    scene, report = export()
+    assert not report.of("ignored") and not report.of("approximated")
+    return dict(zip(scene.surfaces, scene.visible.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("kind", ["mesh", "curve", "instance", "instancer"])
+@pytest.mark.parametrize("ray", RAYS)
+def test_ray_visibility(export, kind, ray) -> None:
+    """An instancer's counts for what it instances."""
+    add_mesh("Beside")
+    if kind == "mesh":
+        obj = add_mesh("Thing")
+    elif kind == "curve":
+        curve = bpy.data.curves.new("Curve", "CURVE")
+        curve.splines.new("POLY").points.add(1)
+        curve.splines[0].points[1].co = (1, 0, 0, 1)
+        curve.extrude = 0.1
+        obj = add_object("Thing", curve)
+    else:
+        parts, part = (
+            bpy.data.collections.new("Parts"),
+            bpy.data.objects.new("Thing", new_mesh("Part")),
+        )
+        parts.objects.link(part)
+        obj = add_object("Group", None, instance_type="COLLECTION", instance_collection=parts)
+        obj = part if kind == "instance" else obj
+    setattr(obj, f"visible_{ray}", False)
+    assert bits_of(export) == {"Beside": ALL_RAYS, "Thing": ALL_RAYS - RAY_BITS[ray]}
+
+
+def test_nothing_is_said_where_all_is_visible(export) -> None:
+    add_mesh("Thing", visible_volume_scatter=False)  # there are no volumes
+    scene, _ = export()
+    assert scene.visible.shape == (0,) and scene.visible.dtype == np.uint8
+
+
+@pytest.mark.parametrize(
+    ("flag", "bits"),
+    [("holdout", ALL_RAYS + HOLDOUT), ("indirect_only", ALL_RAYS - RAY_BITS["camera"])],
+)
+def test_collections(export, flag, bits) -> None:
+    add_mesh("Beside")
+    scene = bpy.context.scene
+    inside = bpy.data.collections.new("Inside")
+    scene.collection.children.link(inside)
+    inside.objects.link(bpy.data.objects.new("Thing", new_mesh("Mesh")))
+    assert export()[0].visible.shape == (0,)
+    setattr(bpy.context.view_layer.layer_collection.children["Inside"], flag, True)
+    assert bits_of(export) == {"Beside": ALL_RAYS, "Thing": bits}
+
+
+def test_holdout_of_an_object(export) -> None:
+    """It is more than Indirect Only, as in Cycles."""
+    add_mesh("Thing", is_holdout=True)
+    assert bits_of(export) == {"Thing": ALL_RAYS + HOLDOUT}
+
+
+def test_holdout_shader(convert) -> None:
+    hole, report = convert(shader_material("ShaderNodeHoldout"))
+    assert hole.holdout and not any(hole.diffuse) and not hole.lobes
+    assert features(report, "exact") == ["Shader"]
+
+
+@pytest.mark.parametrize("share", [0.3, 1.0])
+def test_partly_holdout(convert, share) -> None:
+    material, tree = new_material()
+    mixed = add_node(tree, "ShaderNodeMixShader")
+    mixed.inputs[0].default_value = share
+    for socket, kind in ((1, "ShaderNodeBsdfDiffuse"), (2, "ShaderNodeHoldout")):
+        tree.links.new(add_node(tree, kind).outputs[0], mixed.inputs[socket])
+    finish(tree, mixed)
+    mixture, report = convert(material)
+    assert mixture.holdout == (share == 1.0)
+    assert features(report, "approximated") == ["Partly holdout"] * (share < 1.0)
+
+
+def test_light_groups_are_named(export) -> None:
+    bpy.context.view_layer.lightgroups.add(name="Key")
+    (entry,) = export()[1].of("ignored")
+    assert entry.feature == "Light Groups" and "Combined_Key" in entry.detail
