@@ -92,6 +92,17 @@ int light_of(int number) {
 #endif
 }
 
+#ifdef ENVIRONMENT
+// Of an even pass and the next one, one draws from each half of the numbers, which one is up to chance: from an
+// image, and by the cosine.
+float halved_by_pass(float u, uint dimension) {
+    uint pair = 0x80000000u + (pass_index >> 1);
+    bool first = random4(seed, pair, uint(pixel(source_element())), dimension).x < 0.5;
+    bool is_even = (pass_index & 1u) == 0u;
+    return min(0.5 * (u + (first == is_even ? 0.0 : 1.0)), 0.99999994);
+}
+#endif
+
 ShadowRay shadow_ray(VisiblePoint point, int number) {
     ShadowRay none = ShadowRay(RayOrigin(vec3(0.0), 0.0), RayDirection(vec3(0.0), 0.0), vec3(0.0), 0.0);
     int chosen = light_of(number);
@@ -102,6 +113,9 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
 #endif
     uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
     vec2 u = random4(seed, pass_index, uint(pixel(source_element())), dimension).xy;
+#ifdef ENVIRONMENT
+    u.x = halved_by_pass(u.x, dimension);
+#endif
     LightSample found = sample_light(light, point.place.position, point.facing.normal, u);
     float cosine = dot(found.to_light, point.shading.normal);
     float above = dot(found.to_light, point.facing.normal), lift = 0.0;

@@ -11,7 +11,8 @@
 struct Environment { int rows; int pixels; int width; int height; };
 
 Environment environment_of(Light light) {
-    int first = int(light.parameters.y) * TABLE_WIDTH, width = int(light.parameters.z), height = int(light.parameters.w);
+    int first = int(light.parameters.y) * TABLE_WIDTH;
+    int width = int(light.parameters.z), height = int(light.parameters.w);
     return Environment(first + 1, first + 1 + height, width, height);
 }
 
@@ -32,30 +33,51 @@ vec3 pixel_radiance(Environment image, int row, int column) {
 vec2 place_in(Environment image, Light light, vec3 direction) {
     float x = dot(direction, light.across), y = dot(direction, cross(light.axis, light.across));
     float up = atan(dot(direction, light.axis), length(vec2(x, y)));
-    float around = x == 0.0 && y == 0.0 ? 0.0 : atan(y, x);
-    return vec2(0.5 - around / (2.0 * PI), 0.5 + up / PI) * vec2(image.width, image.height);
+    float turn = x == 0.0 && y == 0.0 ? 0.0 : atan(y, x);
+    return vec2(0.5 - turn / (2.0 * PI), 0.5 + up / PI) * vec2(image.width, image.height);
 }
 
-vec3 environment_radiance(Light light, vec3 direction) {
-    Environment image = environment_of(light);
+// What lies about a place: interpolated across below and above it, the row below, and how far above that it is.
+struct Around { vec3 low; vec3 high; int row; float part; };
+
+Around around(Environment image, Light light, vec3 direction) {
     vec2 place = place_in(image, light, direction) - 0.5, part = fract(place);
     ivec2 at = ivec2(floor(place));
     vec3 low = mix(pixel_radiance(image, at.y, at.x), pixel_radiance(image, at.y, at.x + 1), part.x);
     vec3 high = mix(pixel_radiance(image, at.y + 1, at.x), pixel_radiance(image, at.y + 1, at.x + 1), part.x);
-    return light.power * mix(low, high, part.y);
+    return Around(low, high, at.y, part.y);
 }
 
-// The density of directions drawn by the image [1/sr], even within a pixel.
+vec3 environment_radiance(Light light, vec3 direction) {
+    Around found = around(environment_of(light), light, direction);
+    return light.power * mix(found.low, found.high, found.part);
+}
+
+float solid_angle_of_row(Environment image, int row) {
+    int inside = clamp(row, 0, image.height - 1);
+    // The difference of two sines of latitude is a product.
+    float height = 2.0 * sin(PI * (float(inside) + 0.5) / float(image.height)) * sin(0.5 * PI / float(image.height));
+    return height * 2.0 * PI / float(image.width);
+}
+
+float brightness(vec3 radiance) { return dot(radiance, vec3(0.2126, 0.7152, 0.0722)); }
+
+// The density of directions drawn by the image [1/sr]: of pixels by luminance times solid angle, and about each
+// as its radiance is interpolated, so that where light is bright it is nearly even over its density.
 float pdf_by_image(Light light, vec3 direction) {
     Environment image = environment_of(light);
-    ivec2 size = ivec2(image.width, image.height);
-    ivec2 at = clamp(ivec2(place_in(image, light, direction)), ivec2(0), size - 1);
-    float share = up_to_row(image, at.y) - up_to_row(image, at.y - 1);
-    share *= up_to_pixel(image, at.y, at.x) - up_to_pixel(image, at.y, at.x - 1);
-    // The difference of two sines of latitude is a product.
-    float height = 2.0 * sin(PI * (float(at.y) + 0.5) / float(size.y)) * sin(0.5 * PI / float(size.y));
-    return share * float(size.x) / (2.0 * PI * height);
+    float total = brightness(environment_texel(image.rows - 1).rgb);
+    if (!(total > 0.0)) return 0.0;
+    Around found = around(image, light, direction);
+    float low = brightness(found.low) * solid_angle_of_row(image, found.row);
+    float high = brightness(found.high) * solid_angle_of_row(image, found.row + 1);
+    float across = length(direction - dot(direction, light.axis) * light.axis);
+    float pixels = float(image.width * image.height) / (2.0 * PI * PI * max(across, 1.0e-6));  // a steradian
+    return mix(low, high, found.part) / total * pixels;
 }
+
+// A number in (-1, 1) by a tent's density.
+float sample_tent(float u) { return u < 0.5 ? sqrt(2.0 * u) - 1.0 : 1.0 - sqrt(2.0 - 2.0 * u); }
 
 // A direction with that density.
 vec3 sample_by_image(Light light, vec2 u) {
@@ -74,14 +96,10 @@ vec3 sample_by_image(Light light, vec2 u) {
     vec2 begin = vec2(up_to_pixel(image, row, column - 1), up_to_row(image, row - 1));
     vec2 end = vec2(up_to_pixel(image, row, column), up_to_row(image, row));
     vec2 within = clamp((u - begin) / max(end - begin, 1.0e-30), 0.0, 1.0);
-    float around = 2.0 * PI * (0.5 - (float(column) + within.x) / float(image.width));
-    // Even in the cosine of the angle from the nearer pole, by half the angle, for its precision there.
-    bool is_low = 2 * row < image.height;
-    int from_pole = is_low ? row : image.height - 1 - row;
-    vec2 half_sines = sin(0.5 * PI / float(image.height) * vec2(from_pole, from_pole + 1));
-    half_sines *= half_sines;
-    vec3 local = direction_from_versine(2.0 * mix(half_sines.x, half_sines.y, is_low ? within.y : 1.0 - within.y), around);
-    if (is_low) local.z = -local.z;
+    float x = float(column) + 0.5 + sample_tent(within.x), y = abs(float(row) + 0.5 + sample_tent(within.y));
+    y = min(y, 2.0 * float(image.height) - y);  // the outermost rows go on to the poles
+    float turn = 2.0 * PI * (0.5 - x / float(image.width)), up = PI * (y / float(image.height) - 0.5);
+    vec3 local = vec3(cos(up) * cos(turn), cos(up) * sin(turn), sin(up));
     return mat3(light.across, cross(light.axis, light.across), light.axis) * local;
 }
 

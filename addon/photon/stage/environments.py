@@ -32,34 +32,21 @@ def environment_table(images: Sequence[Image]) -> tuple[NDArray[np.float32], tup
 
 
 def _fill(texels: NDArray[np.float32], pixels: NDArray[np.float32]) -> None:
-    """Pixels are drawn by luminance times solid angle, of what lies between them too."""
+    """Pixels are drawn by luminance times solid angle."""
     height, width = pixels.shape[:2]
     angles = solid_angles(height, width)
     of_pixels = texels[1 + height :].reshape(height, width, 4)
     emitted, total = np.zeros(height), np.zeros(3)
     for low in range(0, height, ROWS_AT_ONCE):
         rows = np.arange(low, min(low + ROWS_AT_ONCE, height))
-        means = _means(pixels, rows)
-        total += np.einsum("hwc,h->c", means, angles[rows], dtype=np.float64)
-        sums = np.cumsum(means @ LUMINANCE, axis=1, dtype=np.float64)
+        total += np.einsum("hwc,h->c", pixels[rows], angles[rows], dtype=np.float64)
+        sums = np.cumsum(pixels[rows] @ LUMINANCE, axis=1, dtype=np.float64)
         emitted[rows] = sums[:, -1] * angles[rows]
         of_pixels[rows, :, :3] = pixels[rows]
         of_pixels[rows, :, 3] = sums / np.maximum(sums[:, -1:], np.finfo(np.float64).tiny)
     texels[0, :3] = total
     if emitted.any():
         texels[1 : 1 + height, 0] = np.cumsum(emitted) / emitted.sum()
-
-
-def _means(pixels: NDArray[np.float32], rows: NDArray[np.int64]) -> NDArray[np.float32]:
-    """What is interpolated, in the mean over each pixel: pixels are 0 where their neighbours shine
-    into them."""
-    last = len(pixels) - 1
-    middle = pixels[rows]
-    low, high = pixels[np.maximum(rows - 1, 0)], pixels[np.minimum(rows + 1, last)]
-    along = 0.125 * low + 0.75 * middle + 0.125 * high
-    across = np.roll(along, 1, axis=1) + np.roll(along, -1, axis=1)
-    means: NDArray[np.float32] = 0.75 * along + 0.125 * across
-    return means
 
 
 def solid_angles(height: int, width: int) -> NDArray[np.float64]:
