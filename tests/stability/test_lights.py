@@ -166,7 +166,7 @@ def test_tiny_spheres_are_points(device: Device, measured: Measured) -> None:
     scene = closed_sphere(0.5)
     point = render_clean(device, scene, photons=50000, radius=0.3)
     for size in (1e-30, 1e-9, 1e-6, 1e-4, 1e-2):
-        light = replace(scene.lights[0], parameters={"radius": size})
+        light = plain_light("light", "POINT", (0, 0, 0), scene.lights[0].power, radius=size)
         images = render_clean(device, replace(scene, lights=(light,)), photons=50000, radius=0.3)
         for name in ("Direct", "Indirect"):
             error = abs(images[name].mean() / point[name].mean() - 1)

@@ -26,7 +26,7 @@ from addon.photon.prepare import prepare
 from addon.photon.scene import Scene, phong
 from addon.photon.settings import Settings
 from addon.streams import Device, Kernel, StreamError
-from tests.scenes import cornell, plain_light, plain_material, with_cone
+from tests.scenes import backdrop, cornell, plain_light, plain_material, with_cone
 
 SETTINGS = Settings(width=16, height=12, passes=2, photons=1500, photon_bounces=3)
 ALL = SETTINGS.passes  # the first one finds the radii, too
@@ -111,7 +111,7 @@ SCENE_STEPS: list[SceneStep] = [
     ("nothing", lambda s: s, False),
     ("camera", lambda s: moved(s, 0.7), False),
     ("lens", lambda s: replace(s, camera=replace(s.camera, window=(-0.5, 0.4, -0.3, 0.3))), False),
-    ("background", lambda s: replace(s, background=(0.1, 0.2, 0.3)), False),
+    ("a world", lambda s: replace(s, lights=(*s.lights, *backdrop((0.1, 0.2, 0.3)))), True),
     ("light's place", lambda s: relit(s, position=(4.0, 5.0, 9.9)), True),
     ("camera again", lambda s: moved(s, -0.2), False),
     ("light's power", lambda s: relit(s, power=(3000.0, 2000.0, 3000.0)), True),
