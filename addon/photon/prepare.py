@@ -201,7 +201,7 @@ def _warnings(scene: Scene, settings: Settings, mesh: Mesh, needs: SceneNeeds) -
         warnings.append(f"{mesh.tree.degenerate} triangles of zero area were skipped")
     if not needs.surfaces:
         warnings.append("the scene has no triangles to render")
-    if not scene.lights:
+    if not scene.lights and not needs.glows:
         warnings.append("the scene has no light")
     for light in scene.lights:
         if max(light.power) <= 0:

@@ -30,6 +30,7 @@ from .kernels.tracer import Tracer
 from .photons.bounces import Bounces, declarations
 from .photons.device_radii import DECLARATIONS
 from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
+from .stage.glow import TRIANGLE
 from .stage.kinds import camera_kinds, light_kinds, lobe_kinds, made_camera
 from .stage.needs import MOST_LOBES, MOST_SHADOW_RAYS, SceneNeeds
 from .stage.tables import LightFlux
@@ -75,23 +76,26 @@ def needs() -> Iterator[SceneNeeds]:
     lights = [frozenset({kind}) for kind in light_kinds()]
     lobes = [frozenset({kind}) for kind in lobe_kinds()]
     all_lights, all_lobes = frozenset(light_kinds()), frozenset(lobe_kinds())
+    lights.append(all_lights - {TRIANGLE})
     for drawn in (False, True):
         for of_lights in (*lights, all_lights):
             yield _needs(0, frozenset(), of_lights, drawn)
         for of_lobes in (*lobes, all_lobes):
             for count in range(1, MOST_LOBES + 1):
-                scene = _needs(count, of_lobes, all_lights, drawn)
-                turns = any("turn" in lobe_kinds()[kind].parameters for kind in of_lobes)
-                for tangents in (False, True)[: 1 + turns]:
-                    yield replace(scene, tangents=tangents)
-                    for weighed in {scene.weighed, False}:  # no rays are, where all lobes gather
-                        gathering = replace(scene, gathered_lobes=True, weighed=weighed)
-                        yield replace(gathering, tangents=tangents)
+                for of_lights in (all_lights, all_lights - {TRIANGLE}):
+                    scene = _needs(count, of_lobes, of_lights, drawn)
+                    turns = any("turn" in lobe_kinds()[kind].parameters for kind in of_lobes)
+                    for tangents in (False, True)[: 1 + turns]:
+                        yield replace(scene, tangents=tangents)
+                        for weighed in {scene.weighed, False}:  # no rays, where all lobes gather
+                            gathering = replace(scene, gathered_lobes=True, weighed=weighed)
+                            yield replace(gathering, tangents=tangents)
 
 
 def _needs(
     lobes: int, of_lobes: frozenset[str], of_lights: frozenset[str], drawn: bool
 ) -> SceneNeeds:
+    glows = TRIANGLE in of_lights
     return SceneNeeds(
         surfaces=True,
         shadow_rays=MOST_SHADOW_RAYS if drawn else 2,
@@ -100,6 +104,7 @@ def _needs(
         photons=True,
         secondary_rays=lobes > 0,
         emitters_seen=True,
+        glows=glows,
         weighed=any(not lobe_kinds()[kind].is_delta for kind in of_lobes),
         chain_depth=1,
         photon_bounces=1,
@@ -147,7 +152,7 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
                 yield kernel, {**emitters, **scene.gather_defines}, {}
         if scene.lobes:
             yield Scatter, scene.eye_defines, scene.made
-        yield Emitted, scene.direct_defines, scene.made
+        yield Emitted, scene.emitted_defines, scene.made
         for kernel in (Direct, ShadowRays):
             for bent in (scene, replace(scene, smooth=True)):
                 yield kernel, bent.direct_defines, scene.made

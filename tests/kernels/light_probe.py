@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from addon.photon.kernels.records import LIGHT
 from addon.photon.scene import Light
 from addon.photon.stage.geometry import Frame
-from addon.photon.stage.kinds import made_lights
+from addon.photon.stage.kinds import light_kinds, made_lights
 from addon.photon.stage.tables import light_table
 from addon.streams import Table
 from tests.kernels.conftest import Bench
@@ -32,9 +32,11 @@ PROBE = declare(
 
 
 def probe(
-    bench: Bench, light: Light, ask: int, a: Any, b: Any, normal: Any = UP
+    bench: Bench, light: Light | NDArray[Any], ask: int, a: Any, b: Any, normal: Any = UP
 ) -> tuple[Any, Any]:
-    """The kernel's two outputs, (n, 4) each."""
+    """The kernel's two outputs, (n, 4) each; `light`: or its row of LIGHT."""
+    table = light_table((light,), FRAME, BOUNDS) if isinstance(light, Light) else light
+    (kind,) = (name for name, kind in light_kinds().items() if kind.number == table["kind"][0])
     inputs = {}
     for name, given in (("a", a), ("b", b), ("c", normal)):
         inputs[name] = np.zeros((len(b), 4), np.float32)
@@ -42,9 +44,9 @@ def probe(
     result = bench.run(
         PROBE,
         inputs,
-        tables={"lights": light_table((light,), FRAME, BOUNDS)},
+        tables={"lights": table},
         defines={"ASK": ask},
-        made=made_lights({light.kind}),
+        made=made_lights({kind}),
     )
     first, second = result["first"].astype(float), result["second"].astype(float)
     assert np.isfinite(first).all() and np.isfinite(second).all()

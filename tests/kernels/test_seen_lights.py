@@ -5,13 +5,16 @@ are of one light, whatever its kind."""
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.scene import Light, world_light
+from addon.photon.scene import BLACK, Light, Material, world_light
+from addon.photon.stage.geometry import Mesh
+from addon.photon.stage.glow import triangle_lights
 from tests.kernels.conftest import Bench
 from tests.kernels.light_probe import (
     BOUNDS,
@@ -26,7 +29,7 @@ from tests.kernels.light_probe import (
     probe,
 )
 from tests.kernels.statistics import Cells, assert_density
-from tests.scenes import plain_light
+from tests.scenes import Builder, camera, plain_light
 
 POWER = (8.0, 4.0, 2.0)
 SKEW = (0.36, 0.48, -0.8)
@@ -47,7 +50,19 @@ SEEN_LIGHTS = (
     plain_light("spot", "SPOT", _at(MIDDLE), POWER, SKEW, 0.6, math.radians(140), 0.4),
     world_light("world", POWER),
 )
+
+
+def glowing_triangle() -> NDArray[Any]:
+    """Across the middle, seen from below at a slant, larger than what is sampled by area."""
+    b = Builder().add([[0, 0, 0], [1.6, 0.2, 0.1], [0.3, 1.4, -0.2]], [[0, 1, 2]])
+    glow = Material("glow", BLACK, (), POWER)
+    scene = b.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [glow])
+    scene = replace(scene, vertices=scene.vertices + _at(MIDDLE - 0.25))
+    return triangle_lights(Mesh.build(scene, FRAME), scene.materials)
+
+
 EACH = [pytest.param(light, id=light.name) for light in SEEN_LIGHTS]
+EACH.append(pytest.param(glowing_triangle(), id="triangle"))
 
 
 def directions_above(normal: NDArray[Any], u: NDArray[Any]) -> NDArray[Any]:

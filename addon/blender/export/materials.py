@@ -113,7 +113,9 @@ def bounded(bsdf: Bsdf, name: str, owner: str, notes: Notes) -> Material:
         )
         for lobe in bsdf.lobes
     )
-    material = Material(name, triple(diffuse), tuple(lobe for lobe in lobes if lobe.reflects))
+    reflecting = tuple(lobe for lobe in lobes if lobe.reflects)
+    glow = np.nan_to_num(bsdf.emission, nan=0.0, posinf=0.0)
+    material = Material(name, triple(diffuse), reflecting, triple(glow))
     total = material.head_on()
     if total.max() > 1.0 + ROUNDING:
         text = _text(total)

@@ -1,13 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
-from .records import HIT, LIGHT, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE
+from .records import (
+    HIT,
+    LIGHT,
+    MATERIAL,
+    RADIANCE,
+    RAY_DIRECTION,
+    RAY_ORIGIN,
+    THROUGHPUT,
+    TRIANGLE,
+)
 
 
 class Emitted(Kernel):
-    """Find the lights that rays meet, and the world that they end in."""
+    """Find the lights that rays meet, what glows where they end, and the world that is behind."""
 
     stem = "emitted"
-    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN")
+    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN", "GLOWS", "SURFACES")
     inputs = {
         "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,
@@ -19,5 +28,10 @@ class Emitted(Kernel):
         "depth": Uniform("int"),
         "light_count": Uniform("int"),
         "seen_lights": Uniform("int"),
+        "lamps": When("GLOWS", Uniform("int")),
     }
-    tables = {"lights": Table(LIGHT), "triangles": When("WEIGHED", Table(TRIANGLE))}
+    tables = {
+        "lights": Table(LIGHT),
+        "triangles": When("SURFACES", Table(TRIANGLE)),
+        "materials": When("GLOWS", Table(MATERIAL)),
+    }

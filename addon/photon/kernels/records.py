@@ -87,8 +87,12 @@ NODE = Record(
         "right_count": "float",
     },
 )
-# Lambert's albedo that no lobe covers; which elements of the table of lobes are the material's.
-MATERIAL = Record("Material", {"albedo": "vec3", "first_lobe": "float", "lobes": "float"})
+# Lambert's albedo that no lobe covers; which elements of the table of lobes are the material's; the
+# radiance of both its sides [W/(m^2 sr)].
+MATERIAL = Record(
+    "Material",
+    {"albedo": "vec3", "first_lobe": "float", "lobes": "float", "emission": "vec3"},
+)
 # A lobe as in the streams, and the albedo of what it lies over.
 MATERIAL_LOBE = Record(
     "MaterialLobe",

@@ -24,8 +24,9 @@ _POWER = re.compile(r"\bPower: (.+)\.$", re.M)
 _PARAMETER = re.compile(r"(\w+)(?: \[([^\]]*)\])?")
 METRES = "m"
 WATTS = "W"
-RADIANCE = "W/(m^2 sr)"  # the world's
+RADIANCE = "W/(m^2 sr)"
 SCENE = "scene"  # what is known only of the whole scene: the radius of a sphere about it
+MESH = "mesh"  # what a triangle has
 COLOUR = "rgb"
 
 
@@ -47,12 +48,17 @@ class Kind:
     @property
     def is_world(self) -> bool:
         """Whether it is what lies behind all else."""
-        return self.power == RADIANCE
+        return self.power == RADIANCE and SCENE in self.parameters.values()
+
+    @property
+    def is_of_mesh(self) -> bool:
+        """Whether its lights are triangles that glow: no scene gives such a light."""
+        return MESH in self.parameters.values()
 
     @property
     def given(self) -> tuple[str, ...]:
         """The parameters that a scene gives."""
-        return tuple(name for name, unit in self.parameters.items() if unit != SCENE)
+        return tuple(name for name, unit in self.parameters.items() if unit not in (SCENE, MESH))
 
     def numbers(
         self,
@@ -177,8 +183,9 @@ def made_camera(name: str) -> Made:
 
 
 def _check(who: str, kinds: Mapping[str, Kind], kind: str, given: Mapping[str, Any]) -> None:
-    if kind not in kinds:
-        raise SceneError(f"{who}: kind {kind!r} is none of {', '.join(kinds)}")
+    if kind not in kinds or kinds[kind].is_of_mesh:
+        known = [name for name, of_one in kinds.items() if not of_one.is_of_mesh]
+        raise SceneError(f"{who}: kind {kind!r} is none of {', '.join(known)}")
     wanted = kinds[kind].given
     if given.keys() != set(wanted):
         named = [", ".join(names) or "none" for names in (wanted, given)]

@@ -15,6 +15,7 @@ from ..errors import SceneError
 from ..kernels.records import FLUX, LIGHT, MATERIAL, MATERIAL_LOBE
 from ..scene import FOUND_BY, RGB, Light, Material, Scene
 from .geometry import Frame, Mesh
+from .glow import triangle_lights
 from .kinds import WATTS, light_kinds, lobe_kinds, made_lights
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
@@ -77,6 +78,7 @@ def material_tables(materials: tuple[Material, ...]) -> tuple[NDArray[Any], NDAr
     first = 0
     for row, material, own in zip(table, materials, lobes, strict=False):
         row["albedo"], row["first_lobe"], row["lobes"] = material.diffuse, first, len(own)
+        row["emission"] = material.emission
         for lobe_row, lobe in zip(of_lobes[first : first + len(own)], own, strict=True):
             kind = kinds[lobe.kind]
             lobe_row["colour"], lobe_row["kind"] = lobe.colour, kind.number
@@ -127,19 +129,43 @@ class LightFlux(Kernel):
     tables = {"lights": Table(LIGHT)}
 
 
-def flux_of(
-    device: Device, layer: Layer, lights: tuple[Light, ...], table: moderngl.Texture
-) -> NDArray[np.float32]:
+def flux_of(device: Device, layer: Layer, lights: NDArray[Any]) -> NDArray[np.float32]:
     """What the lights of a table emit, (L, 3) [W / scene units^2]."""
-    made = made_lights({light.kind for light in lights})
-    kernel = LightFlux(device, layer, made=made)
+    numbers = set(lights["kind"])
+    made = made_lights({name for name, kind in light_kinds().items() if kind.number in numbers})
+    kernel, table = LightFlux(device, layer, made=made), upload_table(device, texels_of(lights))
     size = min(len(lights), TABLE_WIDTH), -(-len(lights) // TABLE_WIDTH)
     stream = Stream(device, FLUX, size)
     kernel.run({"flux": stream}, {"lights": table}, {"light_count": len(lights)})
     flux = stream.download().reshape(-1, 4)[: len(lights), :3]
     stream.release()
     kernel.release()
+    device.put_back(table)
     return flux
+
+
+def lights_of(
+    device: Device, layer: Layer, scene: Scene, frame: Frame, mesh: Mesh
+) -> tuple[tuple[Light, ...], NDArray[Any]]:
+    """The lamps that emit, those that are seen first; and the table of LIGHT, one at least: theirs
+    and that of triangles that glow."""
+    lamps = tuple(sorted(scene.emitters, key=is_seen, reverse=True))
+    bounds = float(np.linalg.norm(mesh.extent))
+    of_mesh = triangle_lights(mesh, scene.materials)
+    if not lamps and not len(of_mesh):
+        return lamps, light_table(lamps, frame, bounds)
+    of_lamps = light_table(lamps, frame, bounds)[: len(lamps)]
+    flux = flux_of(device, layer, np.concatenate([of_lamps, of_mesh]))
+    shines = (flux[: len(lamps)] > 0.0).any(axis=1)  # a cone without width does not
+    if not bounds:  # nothing is lit
+        shines |= [light_kinds()[lamp.kind].is_world for lamp in lamps]
+    flux[: len(lamps)] *= np.array([[lamp.lights_surfaces] for lamp in lamps]).reshape(-1, 1)
+    kept = np.concatenate([shines, np.ones(len(of_mesh), bool)])
+    lights = np.concatenate([of_lamps, of_mesh])[kept]
+    if not len(lights):
+        lights = light_table((), frame, bounds)
+    choose_lights(lights, flux[kept])
+    return tuple(x for x, is_on in zip(lamps, shines, strict=True) if is_on), lights
 
 
 class Tables:
@@ -152,8 +178,8 @@ class Tables:
         emitters: tuple[Light, ...],
         lights: NDArray[Any],
     ) -> None:
-        """`emitters`: the lights that emit; `lights`: of LIGHT, as the texture of that name holds
-        them."""
+        """`emitters`: the lamps that emit; `lights`: of LIGHT, theirs and those of triangles, as
+        the texture of that name holds them."""
         self._device, self.textures = device, textures
         self.emitters, self.lights = emitters, lights
         self.seen_lights = sum(map(is_seen, emitters))  # the first ones
@@ -169,9 +195,7 @@ class Tables:
     ) -> Tables:
         """Make them; `reads_tree`: whether kernels do."""
         materials, lobes = material_tables(scene.materials)
-        emitters = tuple(sorted(scene.emitters, key=is_seen, reverse=True))
-        bounds = float(np.linalg.norm(mesh.extent))
-        lights = light_table(emitters, frame, bounds)
+        emitters, lights = lights_of(device, layer, scene, frame, mesh)
         tables = {
             "triangles": mesh.triangles,
             "corner_normals": mesh.normals,
@@ -183,16 +207,6 @@ class Tables:
             tables["corner_tangents"] = mesh.tangents
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
-        if emitters:
-            flux = flux_of(device, layer, emitters, textures["lights"])
-            shines = (flux > 0.0).any(axis=1)  # a cone without width does not
-            if not bounds:  # nothing is lit
-                shines |= [light_kinds()[light.kind].is_world for light in emitters]
-            emitters = tuple(x for x, is_on in zip(emitters, shines, strict=True) if is_on)
-            lights = light_table(emitters, frame, bounds)
-            photons = [light.lights_surfaces for light in emitters]
-            choose_lights(lights, flux[shines] * np.array(photons)[:, None])
-            write_table(textures["lights"], texels_of(lights))
         return Tables(device, textures, emitters, lights)
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:

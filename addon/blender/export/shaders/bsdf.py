@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import bpy
@@ -36,16 +36,17 @@ class SpecularModel(Enum):
 
 @dataclass(frozen=True)
 class Bsdf:
-    """The albedo of a diffuse lobe that nothing covers, and other lobes."""
+    """The albedo of a diffuse lobe that nothing covers, other lobes, and what it emits."""
 
     diffuse: Colour
     lobes: tuple[Lobe, ...] = ()
     tangent: Tangent | None = None  # of those that are anisotropic
+    emission: Colour = field(default_factory=lambda: np.zeros(3))  # radiance [W/(m^2 sr)]
 
     def scaled(self, factor: float) -> Bsdf:
         """As much of it as a Mix Shader takes."""
         lobes = tuple(_scaled(lobe, factor) for lobe in self.lobes)
-        return Bsdf(factor * self.diffuse, lobes, self.tangent)
+        return Bsdf(factor * self.diffuse, lobes, self.tangent, factor * self.emission)
 
     def plus(self, other: Bsdf) -> Bsdf:
         """Both; lobes of one shape become one."""
@@ -56,7 +57,8 @@ class Bsdf:
                 lobes.append(lobe)
             else:
                 lobes[at] = _joined(lobes[at], lobe)
-        return Bsdf(self.diffuse + other.diffuse, tuple(lobes), self.tangent or other.tangent)
+        diffuse, emission = self.diffuse + other.diffuse, self.emission + other.emission
+        return Bsdf(diffuse, tuple(lobes), self.tangent or other.tangent, emission)
 
 
 BLACK = Bsdf(np.zeros(3))
