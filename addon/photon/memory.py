@@ -35,7 +35,7 @@ PICTURE = 96 + 40 + 2 * 96
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host
-LIGHTS = 6 * TEXEL  # of one that glows, and twice as much on the host
+LIGHTS = (6 + 1 + 4 * 3) * TEXEL  # of one that glows with its nodes, and twice that on the host
 MOST_TRIANGLES = (1 << 24) - 1  # float32 numbers them
 
 _ADVICE = {

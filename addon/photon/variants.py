@@ -32,8 +32,9 @@ from .photons.device_radii import DECLARATIONS
 from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
 from .stage.glow import TRIANGLE
 from .stage.kinds import camera_kinds, light_kinds, lobe_kinds, made_camera
-from .stage.needs import MOST_LOBES, MOST_SHADOW_RAYS, SceneNeeds
-from .stage.tables import LightFlux
+from .stage.light_tree import DRAWN_RAYS
+from .stage.needs import MOST_LOBES, SceneNeeds
+from .stage.tables import BoundsOfLights, LightFlux
 
 # Those that no define changes.
 PLAIN: tuple[type[Kernel], ...] = (
@@ -98,7 +99,7 @@ def _needs(
     glows = TRIANGLE in of_lights
     return SceneNeeds(
         surfaces=True,
-        shadow_rays=MOST_SHADOW_RAYS if drawn else 2,
+        shadow_rays=DRAWN_RAYS if drawn else 2,
         drawn_lights=drawn,
         hidden_highlights=False,
         photons=True,
@@ -138,7 +139,7 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     yield Unshadowed, {}, {}
     yield Unshadowed, lux, {}
     for scene in needs():
-        for kernel in (Generator, LightFlux):
+        for kernel in (Generator, LightFlux, BoundsOfLights):
             yield kernel, {}, scene.made
         for kernel in (Shade, Projector, Reflector):
             yield kernel, scene.photon_defines, scene.made

@@ -1,30 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Find the lights that a ray meets, what glows where it ends, and the world that is behind. Lamps hide nothing: a
 // ray goes on behind them.
-#include "lib/light_choice.glsl"
+#include "lib/asked_lights.glsl"
 #include "lib/hit.glsl"
 #include "lib/colour.glsl"
 #ifdef WEIGHED
 #include "lib/triangle.glsl"
 
 // The part of a lobe's ray in what it finds of a light that a shadow ray could have found (shadow_ray.glsl).
-float weight_of_chain(Light light, RayOrigin origin, vec3 direction, float density) {
+float weight_of_chain(int number, RayOrigin origin, vec3 direction, float density) {
     if (!(density > 0.0)) return 1.0;  // a delta lobe, for which there are no shadow rays
     Triangle from = triangle_at(int(origin.source));
     vec3 normal = normal_of(from.b - from.a, from.c - from.a);
     if (dot(normal, direction) < 0.0) normal = -normal;
-    return density / (density + density_of_rays_to(light, origin.position, normal, direction));
+    float rays = rays_to(number, origin.position, normal);
+    return density / (density + density_of_rays(rays, light_at(number), origin.position, normal, direction));
 }
 
 #ifdef GLOWS
 // Triangles that glow are the last lights, in the order of their numbers in the scene.
-Light light_of_triangle(float number) {
+int light_of_triangle(float number) {
     int low = lamps, high = light_count - 1;
     while (low < high) {
         int middle = (low + high) / 2;
         if (light_at(middle).parameters.w < number) low = middle + 1; else high = middle;
     }
-    return light_at(low);
+    return low;
 }
 #endif
 #endif
@@ -43,7 +44,7 @@ void kernel() {
         vec3 radiance = seen_light(light, origin.position, direction, far);
         if (!(largest(radiance) > 0.0)) continue;
 #ifdef WEIGHED
-        if (depth > 0) radiance *= weight_of_chain(light, origin, direction, load_throughput().density);
+        if (depth > 0) radiance *= weight_of_chain(i, origin, direction, load_throughput().density);
 #endif
         if (is_found(light, IS_WORLD)) world += radiance; else emitted += radiance;
     }
@@ -53,7 +54,7 @@ void kernel() {
         vec3 glow = material_at(int(triangle.material)).emission;
 #ifdef WEIGHED
         if (depth > 0 && largest(glow) > 0.0) {
-            Light light = light_of_triangle(triangle.number);
+            int light = light_of_triangle(triangle.number);
             glow *= weight_of_chain(light, origin, direction, load_throughput().density);
         }
 #endif

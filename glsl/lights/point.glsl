@@ -42,4 +42,6 @@ vec3 seen_point(Light light, vec3 origin, vec3 direction, float far) {
     return seen_sphere(light, light.parameters.x, origin, direction, far);
 }
 
+LightBounds bounds_point(Light light) { return sphere_bounds(light, light.parameters.x, ALL_AROUND); }
+
 vec3 flux_point(Light light) { return light.power; }

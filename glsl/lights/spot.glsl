@@ -47,5 +47,7 @@ vec3 seen_spot(Light light, vec3 origin, vec3 direction, float far) {
     return radiance * spot_share(light, versine_between(-direction, light.axis));
 }
 
+LightBounds bounds_spot(Light light) { return sphere_bounds(light, light.parameters.x, 1.0 - light.parameters.y); }
+
 // Integral of spot_share over all directions, over 4 PI.
 vec3 flux_spot(Light light) { return light.power * (PI * (light.parameters.z + light.parameters.y) / (4.0 * PI)); }

@@ -8,7 +8,7 @@
 // Seen larger than this it is sampled by solid angle [sr]: by area, what is near would be noise. At the upper end
 // the place lies in the triangle.
 const float LARGE = 0.01;
-const float ALL_AROUND = 6.28;
+const float MOST = 6.28;
 // Shadow rays end so far above it, or they would meet it: as far as they are lifted off the surface that they leave,
 // and as much again for rounding.
 const float ABOVE = 3.0 * SURFACE_OFFSET;
@@ -17,7 +17,7 @@ float area_of(Light light) {
     return 0.5 * length(cross(light.parameters.xyz - light.position, light.more.xyz - light.position));
 }
 
-bool is_large(float angle) { return angle > LARGE && angle < ALL_AROUND; }
+bool is_large(float angle) { return angle > LARGE && angle < MOST; }
 
 // Per solid angle, in a direction that meets it so far away.
 float density_by_area(Light light, vec3 to_light, float far) {
@@ -68,6 +68,11 @@ vec3 seen_triangle(Light light, vec3 origin, vec3 direction, float far) {
     if (!is_within(normalize(a), normalize(b), normalize(c), direction)) return vec3(0.0);
     float falling = dot(light.axis, direction);
     return falling != 0.0 && dot(light.axis, a) / falling < far ? light.power : vec3(0.0);
+}
+
+LightBounds bounds_triangle(Light light) {
+    vec3 a = light.position, b = light.parameters.xyz, c = light.more.xyz;
+    return LightBounds(min(a, min(b, c)), max(a, max(b, c)), light.axis, 1.0, BOTH_SIDES);
 }
 
 vec3 flux_triangle(Light light) { return light.power * (2.0 * PI * area_of(light)); }

@@ -13,7 +13,7 @@ import pytest
 from addon.photon.prepare import prepare
 from addon.photon.scene import Lobe, Material, Scene, phong
 from addon.photon.settings import Settings
-from addon.photon.stage.needs import MOST_SHADOW_RAYS
+from addon.photon.stage.light_tree import MOST_ASKED
 from addon.streams import Device, Kernel
 from tests.scenes import Builder, backdrop, cornell, plain_material, with_cone
 from tests.stability.table import Measured
@@ -276,7 +276,7 @@ def test_only_bent_surfaces_have_a_terminator(device: Device, compiled: list[str
 def test_more_lights_than_a_point_asks(device: Device, compiled: list[str], more: int) -> None:
     scene = cornell()
     off = replace(scene.lights[0], power=(0.0, 0.0, 0.0))  # does not count
-    lights = scene.lights * (MOST_SHADOW_RAYS + more)
+    lights = scene.lights * (MOST_ASKED + more)
     launches, _ = run(device, replace(scene, lights=(off, *lights)))
     assert f"direct SHADOW_RAYS{' DRAWN' if more else ''} SMOOTH" in compiled
     assert launches["direct"] == PASSES

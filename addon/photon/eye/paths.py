@@ -264,6 +264,7 @@ class Eye:
             "chain_depth": self._needs.chain_depth,
             "light_count": len(self._tables.lights),
             "seen_lights": self._tables.seen_lights,
+            "distant_lights": self._tables.distant_lights,
             "lamps": len(self._tables.emitters),
             "frame_size": (self._settings.width, self._settings.height),
             "region_origin": path.region[:2],

@@ -9,6 +9,8 @@ from .records import (
     HIT,
     ILLUMINANCE,
     LIGHT,
+    LIGHT_NODE,
+    LIGHT_PLACE,
     NODE,
     RADIANCE,
     RAY_DIRECTION,
@@ -34,8 +36,15 @@ _UNIFORMS = {
     "depth": Uniform("int"),
     "chain_depth": When("WEIGHED", Uniform("int")),
     "light_count": Uniform("int"),
+    "distant_lights": When("DRAWN", Uniform("int")),
     "frame_size": Uniform("ivec2"),
     "region_origin": Uniform("ivec2"),
+}
+# Of those that shadow rays ask.
+LIGHTS = {
+    "lights": Table(LIGHT),
+    "light_nodes": When("DRAWN", Table(LIGHT_NODE)),
+    "light_places": When("DRAWN", Table(LIGHT_PLACE)),
 }
 
 
@@ -51,7 +60,7 @@ class Direct(Kernel):
     tables = {
         "nodes": Table(NODE),
         "triangles": Table(TRIANGLE),
-        "lights": Table(LIGHT),
+        **LIGHTS,
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }
 
@@ -71,7 +80,7 @@ class ShadowRays(Kernel):
     }
     uniforms = {**_UNIFORMS, "first_ray": Uniform("int")}
     tables = {
-        "lights": Table(LIGHT),
+        **LIGHTS,
         "triangles": When("SMOOTH", Table(TRIANGLE)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }

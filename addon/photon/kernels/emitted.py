@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
+from .direct import LIGHTS
 from .records import (
     HIT,
-    LIGHT,
     MATERIAL,
     RADIANCE,
     RAY_DIRECTION,
@@ -26,12 +26,13 @@ class Emitted(Kernel):
     outputs = {"emitted": RADIANCE, "environment": RADIANCE}
     uniforms = {
         "depth": Uniform("int"),
-        "light_count": Uniform("int"),
         "seen_lights": Uniform("int"),
+        "light_count": Uniform("int"),
+        "distant_lights": When("DRAWN", Uniform("int")),
         "lamps": When("GLOWS", Uniform("int")),
     }
     tables = {
-        "lights": Table(LIGHT),
+        **LIGHTS,
         "triangles": When("SURFACES", Table(TRIANGLE)),
         "materials": When("GLOWS", Table(MATERIAL)),
     }

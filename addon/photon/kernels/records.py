@@ -121,6 +121,25 @@ LIGHT = Record(
         "more": "vec4",
     },
 )
+# Where a light is and where it shines (LightBounds of light.glsl), in streams.
+LIGHT_LOW = Record("LightLow", {"low": "vec3", "spread": "float"})
+LIGHT_HIGH = Record("LightHigh", {"high": "vec3", "reach": "float"})
+LIGHT_AXIS = Record("LightAxis", {"axis": "vec3", "is_light": "float"})
+# The same of all lights below a node of their tree (light_tree.glsl).
+LIGHT_NODE = Record(
+    "LightNode",
+    {
+        "low": "vec3",
+        "flux": "float",  # [W / scene units^2], the channels' mean
+        "high": "vec3",
+        "spread": "float",
+        "axis": "vec3",
+        "reach": "float",
+    },
+)
+# A light's place in the order of the tree; which light is at this place; of a distant light, its
+# share of all of them.
+LIGHT_PLACE = Record("LightPlace", {"place": "float", "light": "float", "share": "float"})
 
 # A side's grid in the table of radii (lib/radius.glsl), whose later texels hold the nodes' radii.
 RADIUS_GRID = Record(

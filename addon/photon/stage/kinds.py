@@ -48,7 +48,12 @@ class Kind:
     @property
     def is_world(self) -> bool:
         """Whether it is what lies behind all else."""
-        return self.power == RADIANCE and SCENE in self.parameters.values()
+        return self.power == RADIANCE and self.is_distant
+
+    @property
+    def is_distant(self) -> bool:
+        """Whether it shines on all of the scene from afar."""
+        return SCENE in self.parameters.values()
 
     @property
     def is_of_mesh(self) -> bool:
@@ -88,6 +93,7 @@ class _Function:
     otherwise: str  # what none of the kinds gives
     number: str  # which kind it is
     only: str = ""  # kinds without a parameter of that name do not define it
+    is_near: bool = False  # distant kinds do not define it
 
     def switch(self, own: str, kinds: Collection[Kind]) -> str:
         """The function that calls that of the kind whose number it is."""
@@ -98,6 +104,7 @@ class _Function:
             f"    if ({self.number} == {kind.number}.0) return {self.verb}_{kind.name}({given});"
             for kind in kinds
             if not self.only or self.only in kind.parameters
+            if not (self.is_near and kind.is_distant)
         ]
         lines += [f"    {self.otherwise}", "}"]
         return "\n".join(lines)
@@ -133,6 +140,14 @@ LIGHT_FUNCTIONS = (
     ),
     _Function("vec3", "seen", _RAY, "return vec3(0.0);", "light.kind"),
     _Function("vec3", "flux", ("Light light",), "return vec3(0.0);", "light.kind"),
+    _Function(
+        "LightBounds",
+        "bounds",
+        ("Light light",),
+        "return sphere_bounds(light, 0.0, ALL_AROUND);",
+        "light.kind",
+        is_near=True,
+    ),
 )
 
 

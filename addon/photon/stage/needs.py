@@ -15,10 +15,9 @@ from .gathered import BLEND, can_gather, send_rays
 from .geometry import Mesh
 from .glow import TRIANGLE, glowing
 from .kinds import light_kinds, lobe_kinds, made_bsdf, made_camera, made_lights
+from .light_tree import DRAWN_RAYS, MOST_ASKED
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
-# Lights that every visible point asks; where there are more, it asks so many, by chance.
-MOST_SHADOW_RAYS = 64
 
 
 @dataclass(frozen=True)
@@ -67,10 +66,11 @@ class SceneNeeds:
         met = [light for light in emitting if light_kinds()[light.kind].is_met(light.parameters)]
         by_chains = chains and (glows or any("chains" in light.found_by for light in met))
         of_mesh = frozenset({TRIANGLE} if glows else ())
+        drawn = lights > MOST_ASKED
         return SceneNeeds(
             surfaces=surfaces,
-            shadow_rays=min(lights, MOST_SHADOW_RAYS) if asked else 0,
-            drawn_lights=lights > MOST_SHADOW_RAYS,
+            shadow_rays=(DRAWN_RAYS if drawn else lights) if asked else 0,
+            drawn_lights=drawn,
             hidden_highlights=lighting and broad and settings.direct_by_photons,
             photons=lighting and (diffuse or gathered) and settings.photons_a_pass > 0,
             secondary_rays=chains,

@@ -9,14 +9,23 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import TABLE_WIDTH, Device, Kernel, Stream, Table, Uniform
+from ...streams import TABLE_WIDTH, Device, Kernel, Made, Stream, Table, Uniform
 from ...streams.device import Layer
 from ..errors import SceneError
-from ..kernels.records import FLUX, LIGHT, MATERIAL, MATERIAL_LOBE
+from ..kernels.records import (
+    FLUX,
+    LIGHT,
+    LIGHT_AXIS,
+    LIGHT_HIGH,
+    LIGHT_LOW,
+    MATERIAL,
+    MATERIAL_LOBE,
+)
 from ..scene import FOUND_BY, RGB, Light, Material, Scene
 from .geometry import Frame, Mesh
 from .glow import triangle_lights
 from .kinds import WATTS, light_kinds, lobe_kinds, made_lights
+from .light_tree import MOST_ASKED, Bounds, light_tree
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
 FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
@@ -120,6 +129,12 @@ def write_table(texture: moderngl.Texture, texels: NDArray[Any]) -> None:
         texture.write(rest, viewport=(0, whole, TABLE_WIDTH, 1))
 
 
+def kinds_of(lights: NDArray[Any]) -> Made:
+    """The include that is made for a table's lights."""
+    numbers = set(lights["kind"])
+    return made_lights({name for name, kind in light_kinds().items() if kind.number in numbers})
+
+
 class LightFlux(Kernel):
     """The flux that each light emits."""
 
@@ -129,27 +144,66 @@ class LightFlux(Kernel):
     tables = {"lights": Table(LIGHT)}
 
 
+class BoundsOfLights(Kernel):
+    """Where each light is, and where it shines."""
+
+    stem = "light_bounds"
+    outputs = {"low": LIGHT_LOW, "high": LIGHT_HIGH, "axis": LIGHT_AXIS}
+    uniforms = {"light_count": Uniform("int")}
+    tables = {"lights": Table(LIGHT)}
+
+
 def flux_of(device: Device, layer: Layer, lights: NDArray[Any]) -> NDArray[np.float32]:
     """What the lights of a table emit, (L, 3) [W / scene units^2]."""
-    numbers = set(lights["kind"])
-    made = made_lights({name for name, kind in light_kinds().items() if kind.number in numbers})
-    kernel, table = LightFlux(device, layer, made=made), upload_table(device, texels_of(lights))
-    size = min(len(lights), TABLE_WIDTH), -(-len(lights) // TABLE_WIDTH)
-    stream = Stream(device, FLUX, size)
-    kernel.run({"flux": stream}, {"lights": table}, {"light_count": len(lights)})
-    flux = stream.download().reshape(-1, 4)[: len(lights), :3]
-    stream.release()
+    (flux,) = _of_each(LightFlux(device, layer, made=kinds_of(lights)), lights)
+    return flux[:, :3]
+
+
+def tree_of(device: Device, layer: Layer, lights: NDArray[Any], extent: float) -> tuple[Any, Any]:
+    """The tree of a table's lights, of which the distant ones are the first, and their places in
+    it; see light_tree."""
+    flux = flux_of(device, layer, lights).mean(axis=1).astype(np.float64)
+    flux[lights["chosen"] == 0.0] = 0.0  # it lights nothing
+    kernel = BoundsOfLights(device, layer, made=kinds_of(lights))
+    low, high, axis = (found.astype(np.float64) for found in _of_each(kernel, lights))
+    bounds = Bounds(low[:, :3], high[:, :3], axis[:, :3], low[:, 3], high[:, 3], flux)
+    first = count_distant(lights)
+    return light_tree(bounds.at(np.s_[first:]), flux[:first], extent)
+
+
+def count_distant(lights: NDArray[Any]) -> int:
+    """How many of a table's lights are: the first ones."""
+    numbers = [kind.number for kind in light_kinds().values() if kind.is_distant]
+    return int(np.isin(lights["kind"], numbers).sum())
+
+
+def _of_each(kernel: Kernel, lights: NDArray[Any]) -> list[NDArray[np.float32]]:
+    """A kernel's outputs, run once for each light of a table, (L, 4) each."""
+    device, count = kernel.device, len(lights)
+    table, size = (
+        upload_table(device, texels_of(lights)),
+        (min(count, TABLE_WIDTH), -(-count // TABLE_WIDTH)),
+    )
+    streams = {name: Stream(device, record, size) for name, record in kernel.outputs.items()}
+    kernel.run(streams, {"lights": table}, {"light_count": count})
+    found = [stream.download().reshape(-1, 4)[:count] for stream in streams.values()]
+    for stream in streams.values():
+        stream.release()
     kernel.release()
     device.put_back(table)
-    return flux
+    return found
+
+
+def _rank(lamp: Light) -> tuple[bool, bool]:
+    return not light_kinds()[lamp.kind].is_distant, not is_seen(lamp)
 
 
 def lights_of(
     device: Device, layer: Layer, scene: Scene, frame: Frame, mesh: Mesh
 ) -> tuple[tuple[Light, ...], NDArray[Any]]:
-    """The lamps that emit, those that are seen first; and the table of LIGHT, one at least: theirs
-    and that of triangles that glow."""
-    lamps = tuple(sorted(scene.emitters, key=is_seen, reverse=True))
+    """The lamps that emit, distant ones first and then those that are seen; and the table of LIGHT,
+    one at least: theirs and that of triangles that glow."""
+    lamps = tuple(sorted(scene.emitters, key=_rank))
     bounds = float(np.linalg.norm(mesh.extent))
     of_mesh = triangle_lights(mesh, scene.materials)
     if not lamps and not len(of_mesh):
@@ -182,7 +236,9 @@ class Tables:
         the texture of that name holds them."""
         self._device, self.textures = device, textures
         self.emitters, self.lights = emitters, lights
-        self.seen_lights = sum(map(is_seen, emitters))  # the first ones
+        seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
+        self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
+        self.distant_lights = count_distant(lights) if emitters else 0  # the first ones
 
     @staticmethod
     def upload(
@@ -203,6 +259,10 @@ class Tables:
             "material_lobes": lobes,
             "lights": lights,
         }
+        if len(lights) > MOST_ASKED:
+            extent = float(np.linalg.norm(mesh.extent))
+            trees = tree_of(device, layer, lights, extent)
+            tables |= dict(zip(("light_nodes", "light_places"), trees, strict=True))
         if len(mesh.tangents):
             tables["corner_tangents"] = mesh.tangents
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
