@@ -139,7 +139,9 @@ class Budget:
         settings, sizes = self._settings, self._sizes
         count = 22 + 2 * self._lobes + sizes.film_spares
         if not settings.direct_by_photons:
-            count += sizes.shadow_textures(len(self._emitters) + self._glowing, settings.illuminance)
+            count += sizes.shadow_textures(
+                len(self._emitters) + self._glowing, settings.illuminance
+            )
         count += 6 * self._has_mirrors + 3 * self._has_emitters + 3 * settings.illuminance
         if self._has_photons:
             count += 1 + settings.boundary_correction  # cuts and coverage

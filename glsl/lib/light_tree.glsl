@@ -15,6 +15,9 @@ float cosine_less(float a, float b) {
     return a >= b ? 1.0 : a * b + sqrt(max(0.0, 1.0 - a * a)) * sqrt(max(0.0, 1.0 - b * b));
 }
 
+// Where light grazes it, a smooth surface is lit from below its triangles too.
+const float LEAST_INCIDENT = 0.05;
+
 // How much light of a node may arrive, up to a factor; 0 only where there is none.
 float importance(LightNode node, vec3 position, vec3 normal) {
     vec3 to_middle = 0.5 * (node.low + node.high) - position, reach = 0.5 * (node.high - node.low);
@@ -23,6 +26,9 @@ float importance(LightNode node, vec3 position, vec3 normal) {
     vec3 to_light = to_middle * inversesqrt(distance2);
     float within = sqrt(1.0 - radius2 / distance2);  // the cosine of half the angle that the node fills
     float incident = cosine_less(dot(to_light, normal), within);
+#ifdef SMOOTH
+    incident = max(incident, LEAST_INCIDENT);
+#endif
     float off = -dot(to_light, node.axis);
     if (node.reach >= BOTH_SIDES) off = abs(off);
     float leaving = cosine_less(cosine_less(off, node.spread), within);

@@ -129,5 +129,14 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     // Ends short of the light, so that a light on a surface is not hidden by it: by what the origin
     // was lifted, and as much again for the rounding of the light and of the surface.
     float far = found.far - 2.0 * distance(origin, point.place.position);
-    return ShadowRay(RayOrigin(origin, point.shading.triangle), RayDirection(found.to_light, far), radiance, lux);
+    vec3 direction = found.to_light;
+#ifdef SMOOTH
+    if (lift > 0.0 && found.far < T_MAX) {
+        // From as high as that it goes to the same place on the light, in another direction.
+        vec3 to_place = point.place.position + found.to_light * found.far - origin;
+        far = length(to_place);
+        direction = to_place / max(far, 1.0e-30);
+    }
+#endif
+    return ShadowRay(RayOrigin(origin, point.shading.triangle), RayDirection(direction, far), radiance, lux);
 }

@@ -7,6 +7,7 @@ Run as `python -m tests.bench.many_lights`.
 from __future__ import annotations
 
 import time
+from itertools import pairwise
 from typing import Any
 from unittest.mock import patch
 
@@ -43,7 +44,7 @@ def strips(count: int) -> Scene:
     """Three below the ceiling, of so many triangles."""
     built, x = room(), np.linspace(-2.9, 2.9, count // 6 + 1)
     for y in (-2, 0, 2):
-        for a, b in zip(x, x[1:], strict=False):
+        for a, b in pairwise(x):
             low, high = y - 0.05, y + 0.05
             built.quad((a, low, 1.95), (b, low, 1.95), (b, high, 1.95), (a, high, 1.95), 1)
     return built.scene(VIEW, [], [GREY, GLOW])

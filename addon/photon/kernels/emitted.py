@@ -16,7 +16,7 @@ class Emitted(Kernel):
     """Find the lights that rays meet, what glows where they end, and the world that is behind."""
 
     stem = "emitted"
-    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN", "GLOWS", "SURFACES")
+    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN", "GLOWS", "SURFACES", "SMOOTH")
     inputs = {
         "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,

@@ -39,7 +39,7 @@ class Bounds:
 def light_tree(lights: Bounds, distant: Doubles, extent: float) -> tuple[Any, Any]:
     """LIGHT_NODEs and (L,) of LIGHT_PLACE, for lights of which the first ones are distant, of these
     fluxes; `extent`: how far away they count as."""
-    order = _in_order(lights)
+    order = in_order((lights.low + lights.high) / 2)
     count, first = len(order), len(distant)
     places = LIGHT_PLACE.zeros(first + count)
     places["place"][first + order] = np.arange(count)
@@ -88,10 +88,9 @@ def _levels(count: int) -> list[tuple[Any, Any]]:
     return levels
 
 
-def _in_order(lights: Bounds) -> NDArray[np.int64]:
-    """Lights so that those of a node are close together: halved along the longest side of the box
-    about their middles, and again. The heap's shape is that of _halves."""
-    middles = (lights.low + lights.high) / 2
+def in_order(middles: Doubles) -> NDArray[np.int64]:
+    """Lights (n, 3) so that those of a node are close together: halved along the longest side of
+    the box about their middles, and again. The heap's shape is that of _halves."""
     count = len(middles)
     order = np.arange(count)
     for begin, size in _levels(count)[:-1]:

@@ -74,8 +74,16 @@ def choose_lights(table: NDArray[Any], flux: NDArray[Any]) -> None:
     power = np.zeros(len(table))
     power[: len(flux)] = flux.mean(axis=1)
     if power.sum() > 0:
-        table["chosen"] = power / power.sum()
-        table["cdf"] = np.cumsum(power / power.sum())
+        set_shares(table, power / power.sum())
+
+
+def set_shares(table: NDArray[Any], shares: NDArray[np.float64]) -> None:
+    """Let photons start at the lights of a table with these probabilities."""
+    table["cdf"] = np.minimum(np.cumsum(shares), 1.0)
+    last = np.flatnonzero(shares)[-1]
+    table["cdf"][last:] = 1.0
+    # What numbers of float32 between two of them draw: of a million lights not the share itself.
+    table["chosen"] = np.diff(table["cdf"], prepend=np.float32(0.0))
 
 
 def material_tables(materials: tuple[Material, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -236,6 +244,7 @@ class Tables:
         the texture of that name holds them."""
         self._device, self.textures = device, textures
         self.emitters, self.lights = emitters, lights
+        self.by_flux = lights["chosen"].astype(np.float64)
         seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
         self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
         self.distant_lights = count_distant(lights) if emitters else 0  # the first ones
@@ -268,6 +277,11 @@ class Tables:
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         return Tables(device, textures, emitters, lights)
+
+    def choose(self, shares: NDArray[np.float64]) -> None:
+        """Let photons start at lights with these probabilities."""
+        set_shares(self.lights, shares)
+        write_table(self.textures["lights"], texels_of(self.lights))
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
         """Those tables that a kernel declares."""
