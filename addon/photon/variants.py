@@ -153,7 +153,8 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
                 yield kernel, {**emitters, **scene.gather_defines}, {}
         if scene.lobes:
             yield Scatter, scene.eye_defines, scene.made
-        yield Emitted, scene.emitted_defines, scene.made
+        for bent in (scene, replace(scene, smooth=True)):
+            yield Emitted, bent.emitted_defines, scene.made
         for kernel in (Direct, ShadowRays):
             for bent in (scene, replace(scene, smooth=True)):
                 yield kernel, bent.direct_defines, scene.made

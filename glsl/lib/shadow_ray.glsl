@@ -134,8 +134,8 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     if (lift > 0.0 && found.far < T_MAX) {
         // From as high as that it goes to the same place on the light, in another direction.
         vec3 to_place = point.place.position + found.to_light * found.far - origin;
-        far = length(to_place);
-        direction = to_place / max(far, 1.0e-30);
+        direction = to_place / max(length(to_place), 1.0e-30);
+        far = length(to_place) - 2.0 * SURFACE_OFFSET;
     }
 #endif
     return ShadowRay(RayOrigin(origin, point.shading.triangle), RayDirection(direction, far), radiance, lux);
