@@ -35,6 +35,7 @@ PICTURE = 96 + 40 + 2 * 96
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host
+LIGHTS = (6 + 1 + 4 * 3) * TEXEL  # of one that glows with its nodes, and twice that on the host
 MOST_TRIANGLES = (1 << 24) - 1  # float32 numbers them
 
 _ADVICE = {
@@ -69,6 +70,8 @@ class Budget:
         self._tangents = TANGENTS if len(scene.corner_tangents) else 0
         self._image_pixels = sum(image.pixels.size // 3 for image in scene.images)
         used = np.bincount(scene.material, minlength=len(scene.materials))
+        glows = np.array([material.glows for material in scene.materials], bool)
+        self._glowing = int(used[glows].sum())
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._can_gather = can_gather(scene, settings, self._materials)
         self._strip = strips_of(settings.frame_region, way.strip_pixels)[0].size
@@ -115,9 +118,15 @@ class Budget:
         return (
             Part("pixels", count, Bytes(TEXEL * texels, host)),
             Part("photons", photons, sizes.photons(counts)),
-            Part("triangles", self._triangles, sizes.triangles(self._triangles, self._tangents)),
+            Part("triangles", self._triangles, self._of_triangles()),
             Part("image pixels", images, Bytes(TEXEL * images, TEXEL * images)),
         )
+
+    def _of_triangles(self) -> Bytes:
+        """What they take, and those of them that glow besides."""
+        found = self._sizes.triangles(self._triangles, self._tangents)
+        lights = LIGHTS * self._glowing
+        return Bytes(found.device + lights, found.host + 2 * lights)
 
     @cached_property
     def film_textures(self) -> int:
@@ -133,7 +142,9 @@ class Budget:
         settings, sizes = self._settings, self._sizes
         count = 22 + 2 * self._lobes + sizes.film_spares
         if not settings.direct_by_photons:
-            count += sizes.shadow_textures(len(self._emitters), settings.illuminance)
+            count += sizes.shadow_textures(
+                len(self._emitters) + self._glowing, settings.illuminance
+            )
         count += 6 * self._has_mirrors + 3 * self._has_emitters + 3 * settings.illuminance
         if self._has_photons:
             count += 1 + settings.boundary_correction  # cuts and coverage
@@ -156,7 +167,7 @@ class Budget:
     @cached_property
     def _has_emitters(self) -> bool:
         """To be seen."""
-        return any(map(is_seen, self._emitters))
+        return self._glowing > 0 or any(map(is_seen, self._emitters))
 
     @cached_property
     def _lobes(self) -> int:
@@ -166,7 +177,8 @@ class Budget:
 
     @cached_property
     def _has_photons(self) -> bool:
-        return bool(self._emitters) and self._triangles > 0 and self._settings.photons_a_pass > 0
+        lit = bool(self._emitters) or self._glowing > 0
+        return lit and self._triangles > 0 and self._settings.photons_a_pass > 0
 
     @property
     def _pixels(self) -> int:

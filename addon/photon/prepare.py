@@ -6,9 +6,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 
 from ..streams import Device, StreamError
 from .errors import DeviceError, PhotonStreamError
+from .eye.camera import EyeCamera
 from .eye.images import PassImages
 from .eye.paths import Eye
 from .film.picture import EMISSION_IMAGES, FILM_IMAGES, ILLUMINANCE_IMAGES, MIRROR_IMAGES
@@ -19,6 +21,7 @@ from .photons.kept import Kept, Mapper, Stage
 from .photons.photon_mapper import pilot_photons
 from .photons.photon_pass import Photons
 from .photons.radius_field import RadiusField, limits_by
+from .photons.shares import VIEW, Cells, find_shares, groups_of, seen_places
 from .photons.splats import Splats
 from .renderer import Parts, Renderer
 from .scene import Scene
@@ -124,10 +127,31 @@ class _Preparation:
         """What traces photons, and, unless the user has set it, those that tell the radius."""
         mapper = self._way.photon_mapper(stage, self._settings, needs)
         self._own.append(mapper.release)
+        with self._phases.timed("shares"):
+            self._share(stage, mapper, needs)
         if not self._settings.radius:
             with self._phases.timed("radius"):
                 self._kept.start(mapper, self._settings, 0, pilot_photons(self._settings))
         return mapper
+
+    def _share(self, stage: Stage, mapper: Mapper, needs: SceneNeeds) -> None:
+        """Let photons start where what they bring is seen."""
+        tables = stage.tables
+        if len(groups_of(tables)) < 2:
+            return
+        tables.choose(tables.by_flux)
+        settings = replace(self._settings, width=VIEW, height=VIEW, region=None, first_pass=0)
+        way, scene = self._way, self._scene
+        camera = EyeCamera(way.device, way.layer, scene, stage.frame, settings, needs)
+        tracer = way.tracer()
+        places = seen_places(way.device, partial(camera.send, 0), tracer, tables)
+        cells = Cells(*camera.footprint())
+        for kernel in (camera.kernel, tracer):
+            kernel.release()
+        shares = find_shares(mapper, tables, cells, places)
+        if shares is not None:
+            tables.choose(shares)
+        mapper.unfinished = mapper.deposits.dropped = 0
 
     def _photons(
         self, mapper: Mapper, stage: Stage, needs: SceneNeeds, eye: Eye, budget: Budget
@@ -201,7 +225,7 @@ def _warnings(scene: Scene, settings: Settings, mesh: Mesh, needs: SceneNeeds) -
         warnings.append(f"{mesh.tree.degenerate} triangles of zero area were skipped")
     if not needs.surfaces:
         warnings.append("the scene has no triangles to render")
-    if not scene.lights:
+    if not scene.lights and not needs.glows:
         warnings.append("the scene has no light")
     for light in scene.lights:
         if max(light.power) <= 0:

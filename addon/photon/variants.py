@@ -31,9 +31,11 @@ from .photons.bounces import Bounces, declarations
 from .photons.device_radii import DECLARATIONS
 from .scene import ALL_RAYS
 from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
+from .stage.glow import TRIANGLE
 from .stage.kinds import camera_kinds, light_defines, light_kinds, lobe_kinds, made_camera
-from .stage.needs import MOST_LOBES, MOST_SHADOW_RAYS, SceneNeeds
-from .stage.tables import LightFlux
+from .stage.light_tree import DRAWN_RAYS
+from .stage.needs import MOST_LOBES, SceneNeeds
+from .stage.tables import BoundsOfLights, LightFlux
 
 # Those that no define changes.
 PLAIN: tuple[type[Kernel], ...] = (
@@ -76,18 +78,20 @@ def needs() -> Iterator[SceneNeeds]:
     lights = [frozenset({kind}) for kind in light_kinds()]
     lobes = [frozenset({kind}) for kind in lobe_kinds()]
     all_lights, all_lobes = frozenset(light_kinds()), frozenset(lobe_kinds())
+    lights.append(all_lights - {TRIANGLE})
     for drawn in (False, True):
         for of_lights in (*lights, all_lights):
             yield _needs(0, frozenset(), of_lights, drawn)
         for of_lobes in (*lobes, all_lobes):
             for count in range(1, MOST_LOBES + 1):
-                scene = _needs(count, of_lobes, all_lights, drawn)
-                turns = any("turn" in lobe_kinds()[kind].parameters for kind in of_lobes)
-                for tangents in (False, True)[: 1 + turns]:
-                    yield replace(scene, tangents=tangents)
-                    for weighed in {scene.weighed, False}:  # no rays are, where all lobes gather
-                        gathering = replace(scene, gathered_lobes=True, weighed=weighed)
-                        yield replace(gathering, tangents=tangents)
+                for of_lights in (all_lights, all_lights - {TRIANGLE}):
+                    scene = _needs(count, of_lobes, of_lights, drawn)
+                    turns = any("turn" in lobe_kinds()[kind].parameters for kind in of_lobes)
+                    for tangents in (False, True)[: 1 + turns]:
+                        yield replace(scene, tangents=tangents)
+                        for weighed in {scene.weighed, False}:  # no rays, where all lobes gather
+                            gathering = replace(scene, gathered_lobes=True, weighed=weighed)
+                            yield replace(gathering, tangents=tangents)
     for count in range(MOST_LOBES + 1):
         of_lobes = all_lobes if count else frozenset()
         for first_hits in (False, True):
@@ -101,14 +105,16 @@ def needs() -> Iterator[SceneNeeds]:
 def _needs(
     lobes: int, of_lobes: frozenset[str], of_lights: frozenset[str], drawn: bool
 ) -> SceneNeeds:
+    glows = TRIANGLE in of_lights
     return SceneNeeds(
         surfaces=True,
-        shadow_rays=MOST_SHADOW_RAYS if drawn else 2,
+        shadow_rays=DRAWN_RAYS if drawn else 2,
         drawn_lights=drawn,
         hidden_highlights=False,
         photons=True,
         secondary_rays=lobes > 0,
         emitters_seen=True,
+        glows=glows,
         weighed=any(not lobe_kinds()[kind].is_delta for kind in of_lobes),
         chain_depth=1,
         photon_bounces=1,
@@ -144,13 +150,14 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     yield Unshadowed, {}, {}
     yield Unshadowed, lux, {}
     for scene in needs():
-        yield LightFlux, light_defines(scene.light_kinds), scene.made
+        for kernel in (LightFlux, BoundsOfLights):
+            yield kernel, light_defines(scene.light_kinds), scene.made
         for profiles in (False, True):
             found = replace(scene, profiles=profiles)
             yield Generator, {**found.light_defines, **found.photon_defines}, scene.made
-            yield Emitted, found.direct_defines, scene.made
-            for kernel in (Direct, ShadowRays):
-                for bent in (found, replace(found, smooth=True)):
+            for bent in (found, replace(found, smooth=True)):
+                yield Emitted, bent.emitted_defines, scene.made
+                for kernel in (Direct, ShadowRays):
                     yield kernel, bent.direct_defines, scene.made
                     yield kernel, {**bent.direct_defines, **lux}, scene.made
         for kernel in (Shade, Projector, Reflector):

@@ -21,7 +21,11 @@ void kernel() {
     store_indirect_seen(Radiance(indirect, weight * coverage));
     vec3 background = vec3(0.0);
 #ifdef EMITTERS
-    store_emission_seen(Radiance(load_emitted().radiance, 1.0));
+    vec3 emitted = load_emitted().radiance;
+#ifdef VISIBILITY
+    if (seen && is_holdout(load_diffuse())) emitted = vec3(0.0);
+#endif
+    store_emission_seen(Radiance(emitted, 1.0));
     background = load_environment().radiance * background_alpha;
 #endif
     float alpha = seen ? 1.0 : background_alpha;

@@ -1,19 +1,33 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Find the lights that a ray meets, and the world that it ends in. Lights hide nothing: a ray goes on behind them.
-#include "lib/light_choice.glsl"
+// Find the lights that a ray meets, what glows where it ends, and the world that is behind. Lamps hide nothing: a
+// ray goes on behind them.
+#include "lib/asked_lights.glsl"
 #include "lib/hit.glsl"
 #include "lib/colour.glsl"
 #ifdef WEIGHED
 #include "lib/triangle.glsl"
 
 // The part of a lobe's ray in what it finds of a light that a shadow ray could have found (shadow_ray.glsl).
-float weight_of_chain(Light light, RayOrigin origin, vec3 direction, float density) {
+float weight_of_chain(int number, RayOrigin origin, vec3 direction, float density) {
     if (!(density > 0.0)) return 1.0;  // a delta lobe, for which there are no shadow rays
     Triangle from = triangle_at(int(origin.source));
     vec3 normal = normal_of(from.b - from.a, from.c - from.a);
     if (dot(normal, direction) < 0.0) normal = -normal;
-    return density / (density + density_of_rays_to(light, origin.position, normal, direction));
+    float rays = rays_to(number, origin.position, normal);
+    return density / (density + density_of_rays(rays, light_at(number), origin.position, normal, direction));
 }
+
+#ifdef GLOWS
+// Triangles that glow are the last lights, in the order of their numbers in the scene.
+int light_of_triangle(float number) {
+    int low = lamps, high = light_count - 1;
+    while (low < high) {
+        int middle = (low + high) / 2;
+        if (light_at(middle).parameters.w < number) low = middle + 1; else high = middle;
+    }
+    return low;
+}
+#endif
 #endif
 
 void kernel() {
@@ -23,7 +37,7 @@ void kernel() {
     Hit hit = load_hit();
     RayOrigin origin = load_origin();
     float far = is_hit(hit) ? hit.t : T_MAX;
-    vec3 lamps = vec3(0.0), world = vec3(0.0);
+    vec3 emitted = vec3(0.0), world = vec3(0.0);
     for (int i = 0; i < seen_lights; i++) {
         Light light = light_at(i);
         if (!is_found(light, depth == 0 ? BY_CAMERA : BY_CHAINS)) continue;
@@ -31,10 +45,23 @@ void kernel() {
         vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
         if (!(largest(radiance) > 0.0)) continue;
 #ifdef WEIGHED
-        if (depth > 0) radiance *= weight_of_chain(light, origin, direction, load_throughput().density);
+        if (depth > 0) radiance *= weight_of_chain(i, origin, direction, load_throughput().density);
 #endif
-        if (is_found(light, IS_WORLD)) world += radiance; else lamps += radiance;
+        if (is_found(light, IS_WORLD)) world += radiance; else emitted += radiance;
     }
-    store_emitted(Radiance(lamps, 1.0));
+#ifdef GLOWS
+    if (is_hit(hit)) {
+        Triangle triangle = triangle_at(hit_triangle(hit));
+        vec3 glow = material_at(int(triangle.material)).emission;
+#ifdef WEIGHED
+        if (depth > 0 && largest(glow) > 0.0) {
+            int light = light_of_triangle(triangle.number);
+            glow *= weight_of_chain(light, origin, direction, load_throughput().density);
+        }
+#endif
+        emitted += glow;
+    }
+#endif
+    store_emitted(Radiance(emitted, 1.0));
     store_environment(Radiance(world, 1.0));
 }

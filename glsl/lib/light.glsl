@@ -15,6 +15,17 @@ LightSample no_light() { return LightSample(vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0),
 // Where a photon starts, where to, and its flux over the light's.
 struct LightRay { vec3 origin; vec3 direction; float weight; };
 
+// Where a light is, and where it shines: off the axis by an angle of the cosine `spread`, and from there on as far as
+// that of the cosine `reach`, ever less.
+struct LightBounds { vec3 low; vec3 high; vec3 axis; float spread; float reach; };
+
+const float ALL_AROUND = -1.0;  // a spread
+const float BOTH_SIDES = 2.0;   // a reach: along the axis and against it, to a right angle
+
+LightBounds sphere_bounds(Light light, float radius, float spread) {
+    return LightBounds(light.position - radius, light.position + radius, light.axis, spread, 1.0);
+}
+
 // Whom a light is found by: bits of Light.found_by.
 const int BY_CAMERA = 1;
 const int BY_DIFFUSE = 2;    // shadow rays of diffuse surfaces

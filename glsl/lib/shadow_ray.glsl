@@ -2,7 +2,7 @@
 // What a light would send to a visible point and on to the viewer, and the shadow ray that decides.
 #include "lib/rng.glsl"
 #include "lib/pixel.glsl"
-#include "lib/light_choice.glsl"
+#include "lib/asked_lights.glsl"
 #include "lib/place.glsl"
 #include "lib/diffuse.glsl"
 #include "lib/offset.glsl"
@@ -47,8 +47,8 @@ float part_of_shadow_rays(float own, float density, Shape whole, Shape rays) {
 #endif
 
 // What a point reflects of a light. Where rays of a lobe may find the light as well, this is the part of
-// shadow rays by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other.
-vec3 eval_bsdf(VisiblePoint point, Light light, vec3 to_light) {
+// so many shadow rays by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other.
+vec3 eval_bsdf(VisiblePoint point, Light light, float rays, vec3 to_light) {
     vec3 value = is_found(light, BY_DIFFUSE) ? point.diffuse.albedo / PI : vec3(0.0);
 #ifdef LOBES
     if (!is_found(light, BY_GLOSSY)) return value;
@@ -59,7 +59,7 @@ vec3 eval_bsdf(VisiblePoint point, Light light, vec3 to_light) {
 #endif
 #ifdef WEIGHED
     Shape rays0 = shape_of_rays(point.lobe0, point.shape0);
-    float own = density_of_rays_to(light, point.place.position, point.facing.normal, to_light);
+    float own = density_of_rays(rays, light, point.place.position, point.facing.normal, to_light);
     if (own > 0.0 && depth < chain_depth) {
         float share = 1.0;
 #ifdef TWO_LOBES
@@ -81,13 +81,17 @@ vec3 eval_bsdf(VisiblePoint point, Light light, vec3 to_light) {
     return value;
 }
 
-// Which light a point's shadow ray of this number goes to.
-int light_of(int number) {
+// Which light a point's shadow ray of this number goes to, and how many of them do in the mean.
+int light_of(VisiblePoint point, int number, out float rays) {
 #ifdef DRAWN
     uint dimension = DIMENSION_CHOICE + uint(depth) * 0x10000u;
     float u = random4(seed, pass_index, uint(pixel(source_element())), dimension).x;
-    return choose_light((float(number) + u) / float(SHADOW_RAYS));
+    u = (float(number) + u) / float(SHADOW_RAYS);
+    Drawn drawn = draw_light(point.place.position, point.facing.normal, u);
+    rays = float(SHADOW_RAYS) * drawn.probability;
+    return drawn.light;
 #else
+    rays = 1.0;
     return number;
 #endif
 }
@@ -105,7 +109,9 @@ float halved_by_pass(float u, uint dimension) {
 
 ShadowRay shadow_ray(VisiblePoint point, int number) {
     ShadowRay none = ShadowRay(RayOrigin(vec3(0.0), 0.0), RayDirection(vec3(0.0), 0.0), vec3(0.0), 0.0);
-    int chosen = light_of(number);
+    float rays;
+    int chosen = light_of(point, number, rays);
+    if (!(rays > 0.0)) return none;
     Light light = light_at(chosen);
 #ifdef VISIBILITY
     LightLimit limit = light_limit_at(chosen);
@@ -131,8 +137,8 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     if (above <= 0.0) return none;
 #endif
     float share = found.share * share_by_nodes(light, found.to_light, found.far);
-    vec3 irradiance = found.irradiance * (share * cosine / rays_to(light));
-    vec3 radiance = irradiance * eval_bsdf(point, light, found.to_light);
+    vec3 irradiance = found.irradiance * (share * cosine / rays);
+    vec3 radiance = irradiance * eval_bsdf(point, light, rays, found.to_light);
     float lux = 0.0;
 #ifdef ILLUMINANCE
     if (is_diffuse(point.diffuse) && is_found(light, BY_DIFFUSE)) lux = lux_of(irradiance);
@@ -143,8 +149,17 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     // Ends short of the light, so that a light on a surface is not hidden by it: by what the origin
     // was lifted, and as much again for the rounding of the light and of the surface.
     float far = found.far - 2.0 * distance(origin, point.place.position);
+    vec3 direction = found.to_light;
+#ifdef SMOOTH
+    if (lift > 0.0 && found.far < T_MAX) {
+        // From as high as that it goes to the same place on the light, in another direction.
+        vec3 to_place = point.place.position + found.to_light * found.far - origin;
+        direction = to_place / max(length(to_place), 1.0e-30);
+        far = length(to_place) - 2.0 * SURFACE_OFFSET;
+    }
+#endif
 #ifdef VISIBILITY
     if (!(limit.shadowed > 0.0)) far = 0.0;  // nothing is in its way
 #endif
-    return ShadowRay(RayOrigin(origin, point.shading.triangle), RayDirection(found.to_light, far), radiance, lux);
+    return ShadowRay(RayOrigin(origin, point.shading.triangle), RayDirection(direction, far), radiance, lux);
 }

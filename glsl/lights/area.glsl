@@ -120,4 +120,10 @@ vec4 seen_area(Light light, vec3 origin, vec3 direction, float far) {
     return vec4(light.power * (spread_share(light, -local.z) / (PI * surface_of(light))), along);
 }
 
+LightBounds bounds_area(Light light) {
+    mat3 frame = frame_of_area(light);
+    vec3 half_size = 0.5 * (abs(frame[0]) * light.parameters.x + abs(frame[1]) * light.parameters.y);
+    return LightBounds(light.position - half_size, light.position + half_size, light.axis, 1.0, 0.0);
+}
+
 vec3 flux_area(Light light) { return light.power; }

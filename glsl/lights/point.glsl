@@ -81,4 +81,6 @@ LightRay emit_point(Light light, vec2 u, vec2 on_light) {
     return emitted_by_point(light, about_axis(light, 2.0 * u.x, u.y), on_light);
 }
 
+LightBounds bounds_point(Light light) { return sphere_bounds(light, light.parameters.x, ALL_AROUND); }
+
 vec3 flux_point(Light light) { return light.power; }

@@ -66,5 +66,13 @@ vec4 seen_spot(Light light, vec3 origin, vec3 direction, float far) {
     return seen;
 }
 
+// Stretched, the cone is as wide as where it is stretched most.
+LightBounds bounds_spot(Light light) {
+    float cosine = max(0.0, 1.0 - light.parameters.z), sine2 = max(0.0, 1.0 - cosine * cosine);
+    float wider = max(1.0, max(light.more.x, light.more.y));
+    cosine /= sqrt(cosine * cosine + sine2 * wider * wider);
+    return sphere_bounds(light, light.parameters.x, cosine);
+}
+
 // Integral of spot_share over all directions, over 4 PI, of a cone that is not stretched.
 vec3 flux_spot(Light light) { return light.power * (PI * (light.parameters.w + light.parameters.z) / (4.0 * PI)); }

@@ -134,7 +134,6 @@ def test_black_reflects_at_grazing_angles(convert, cycles, scene, metallic) -> N
         ({"Alpha": 0.5}, "ignored", "Alpha"),
         ({"Coat_Weight": 1.0}, "ignored", "Coat"),
         ({"Sheen_Weight": 1.0}, "ignored", "Sheen"),
-        ({"Emission_Strength": 2.0}, "ignored", "Emission"),
         ({"Subsurface_Weight": 0.5}, "approximated", "Subsurface"),
         ({"Transmission_Weight": 0.5}, "approximated", "Transmission"),
     ],

@@ -250,7 +250,8 @@ def test_of_two_outputs_that_of_cycles_counts(convert, scene, cycles) -> None:
     tree.links.new(shader.outputs[0], own.inputs["Surface"])
     converted, report = convert(material)
     assert converted.diffuse == (0.0, 0.0, 0.0)
-    assert features(report, "ignored") == ["Emission 'Emission'"]
+    assert converted.emission == pytest.approx(RED[:3])
+    assert features(report, "exact") == ["Shader"]
     scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 1.0
     np.testing.assert_allclose(cycles()[0, 0], RED, rtol=1e-4)
 

@@ -307,7 +307,6 @@ def test_too_bright_sums_of_ggx(convert) -> None:
 @pytest.mark.parametrize(
     ("kind", "status"),
     [
-        ("ShaderNodeEmission", "ignored"),
         ("ShaderNodeBsdfRefraction", "ignored"),
         ("ShaderNodeBsdfGlass", "approximated"),
         ("ShaderNodeBsdfTranslucent", "approximated"),

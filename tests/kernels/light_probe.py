@@ -12,7 +12,7 @@ from addon.photon.kernels.records import LIGHT
 from addon.photon.scene import Image, Light
 from addon.photon.stage.environments import environment_table
 from addon.photon.stage.geometry import Frame
-from addon.photon.stage.kinds import light_defines, made_lights
+from addon.photon.stage.kinds import light_defines, light_kinds, made_lights
 from addon.photon.stage.tables import light_table
 from addon.streams import Table, When
 from tests.kernels.conftest import Bench
@@ -38,23 +38,23 @@ IMAGE.pixels[1:3, 2:6] = 0.0
 
 
 def probe(
-    bench: Bench, light: Light, ask: int, a: Any, b: Any, normal: Any = UP
+    bench: Bench, light: Light | NDArray[Any], ask: int, a: Any, b: Any, normal: Any = UP
 ) -> tuple[Any, Any]:
-    """The kernel's two outputs, (n, 4) each."""
+    """The kernel's two outputs, (n, 4) each; `light`: or its row of LIGHT."""
+    texels, places = environment_table((IMAGE,))
+    is_row = not isinstance(light, Light)
+    table = light if is_row else light_table((light,), FRAME, BOUNDS, places)
+    (kind,) = (name for name, kind in light_kinds().items() if kind.number == table["kind"][0])
     inputs = {}
     for name, given in (("a", a), ("b", b), ("c", normal)):
         inputs[name] = np.zeros((len(b), 4), np.float32)
         inputs[name][:, : np.shape(given)[-1]] = given
-    texels, places = environment_table((IMAGE,))
     result = bench.run(
         PROBE,
         inputs,
-        tables={
-            "lights": light_table((light,), FRAME, BOUNDS, places),
-            "environments": texels,
-        },
-        defines={"ASK": ask, **light_defines({light.kind})},
-        made=made_lights({light.kind}),
+        tables={"lights": table, "environments": texels},
+        defines={"ASK": ask, **light_defines({kind})},
+        made=made_lights({kind}),
     )
     first, second = result["first"].astype(float), result["second"].astype(float)
     assert np.isfinite(first).all() and np.isfinite(second).all()

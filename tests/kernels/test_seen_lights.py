@@ -5,6 +5,7 @@ are of one light, whatever its kind."""
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,9 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.scene import (
+    BLACK,
     Light,
+    Material,
     area_light,
     environment_light,
     point_light,
@@ -20,6 +23,8 @@ from addon.photon.scene import (
     sun_light,
     world_light,
 )
+from addon.photon.stage.geometry import Mesh
+from addon.photon.stage.glow import triangle_lights
 from tests.kernels.conftest import Bench
 from tests.kernels.light_probe import (
     BOUNDS,
@@ -35,7 +40,7 @@ from tests.kernels.light_probe import (
     probe,
 )
 from tests.kernels.statistics import Cells, assert_density
-from tests.scenes import plain_light
+from tests.scenes import Builder, camera, plain_light
 
 POWER = (8.0, 4.0, 2.0)
 SKEW = (0.36, 0.48, -0.8)
@@ -83,7 +88,19 @@ SEEN_LIGHTS = (
     world_light("world", POWER),
     environment_light("environment", 0, POWER, SKEW, (0.6, -0.8, 0.0)),
 )
+
+
+def glowing_triangle() -> NDArray[Any]:
+    """Across the middle, seen from below at a slant, larger than what is sampled by area."""
+    b = Builder().add([[0, 0, 0], [1.6, 0.2, 0.1], [0.3, 1.4, -0.2]], [[0, 1, 2]])
+    glow = Material("glow", BLACK, (), POWER)
+    scene = b.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [glow])
+    scene = replace(scene, vertices=scene.vertices + _at(MIDDLE - 0.25))
+    return triangle_lights(Mesh.build(scene, FRAME), scene.materials)
+
+
 EACH = [pytest.param(light, id=light.name) for light in SEEN_LIGHTS]
+EACH.append(pytest.param(glowing_triangle(), id="triangle"))
 
 
 def directions_above(normal: NDArray[Any], u: NDArray[Any]) -> NDArray[Any]:
@@ -184,7 +201,7 @@ def test_photons_bring_what_samples_bring(one_bench: Bench, light: Light) -> Non
         lands = (falling < 0) & (t > 0) & (np.linalg.norm(met - PLACE, axis=1) < radius)
         back = np.concatenate([met, np.full((COUNT, 1), FAR)], axis=1)[lands]
         seen, _ = probe(one_bench, light, SEEN, back, -direction[lands])
-        is_soft = light.parameters.get("soft")
+        is_soft = isinstance(light, Light) and light.parameters.get("soft")
         assert is_soft or (seen[:, 3] > 0).mean() > 0.999
         each = probe(one_bench, light, CARRIED, direction, direction)[0][:, :3]
         # What an image emits, which only says how many photons start there, is summed by pixels.

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from addon.photon.scene import Light, Lobe, Material, Scene, phong
-from addon.photon.stage.needs import MOST_SHADOW_RAYS
+from addon.photon.stage.light_tree import MOST_ASKED
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import Builder, camera, orthographic, plain_light, plain_material
@@ -102,7 +102,7 @@ def test_more_lights_than_shadow_rays(picture: Picture) -> None:
     """Those that are drawn bring what all bring, pass by pass within their noise."""
     rng = np.random.default_rng(5)
     lights = []
-    for i in range(MOST_SHADOW_RAYS + 40):
+    for i in range(MOST_ASKED + 40):
         power = tuple(10 ** rng.uniform(-2, 1) * rng.uniform(0.2, 1, 3))
         place = (*rng.uniform(-1.5, 1.5, 2), rng.uniform(0.5, 1.5))
         kind = "SPOT" if i % 3 else "POINT"
@@ -170,6 +170,8 @@ LightRay emit_toy(Light light, vec2 u, vec2 on_light) {
 }
 
 vec3 seen_toy(Light light, vec3 origin, vec3 direction, float far) { return vec3(0.0); }
+
+LightBounds bounds_toy(Light light) { return sphere_bounds(light, 0.0, ALL_AROUND); }
 
 vec3 flux_toy(Light light) { return 0.5 * light.parameters.x * light.power; }
 """

@@ -13,7 +13,7 @@ import pytest
 from addon.photon.prepare import prepare
 from addon.photon.scene import Lobe, Material, Scene, phong
 from addon.photon.settings import Settings
-from addon.photon.stage.needs import MOST_SHADOW_RAYS
+from addon.photon.stage.light_tree import MOST_ASKED
 from addon.streams import Device, Kernel
 from tests.scenes import Builder, backdrop, cornell, plain_material, with_cone
 from tests.stability.table import Measured
@@ -276,7 +276,7 @@ def test_only_bent_surfaces_have_a_terminator(device: Device, compiled: list[str
 def test_more_lights_than_a_point_asks(device: Device, compiled: list[str], more: int) -> None:
     scene = cornell()
     off = replace(scene.lights[0], power=(0.0, 0.0, 0.0))  # does not count
-    lights = scene.lights * (MOST_SHADOW_RAYS + more)
+    lights = scene.lights * (MOST_ASKED + more)
     launches, _ = run(device, replace(scene, lights=(off, *lights)))
     assert f"direct SHADOW_RAYS{' DRAWN' if more else ''} SMOOTH" in compiled
     assert launches["direct"] == PASSES
@@ -293,3 +293,17 @@ def test_native_way_of_shadow_rays(device: Device, compiled: list[str]) -> None:
     compiled.clear()
     run(device, replace(scene, lights=()), layer="native")
     assert not {"shadow_rays", "unshadowed"} & stems(compiled)
+
+
+def test_what_glows(device: Device, compiled: list[str]) -> None:
+    """Its triangles are lights: shadow rays and photons without a lamp. Only they ask for more."""
+    scene = replace(cornell(), lights=())
+    run(device, scene)
+    assert not {"direct", "generator", "emitted"} & stems(compiled)
+    compiled.clear()
+    material = scene.materials[0]
+    glowing = replace(material, emission=(1.0, 1.0, 1.0))
+    images = run(device, replace(scene, materials=(glowing, *scene.materials[1:])))[1]
+    assert {"direct", "generator"} <= stems(compiled)
+    assert any(name.split()[0] == "emitted" and "GLOWS" in name for name in compiled)
+    assert all(images[name].max() > 0 for name in ("Direct", "Indirect", "Emission"))

@@ -291,6 +291,16 @@ def test_a_bad_value_of_version_1(file: Path) -> None:
     refused(file, "light 'spot': spot blend 5.0 is outside")
 
 
+def test_emission_is_saved(file: Path) -> None:
+    """Materials that older files hold do not glow."""
+    scene = cornell()
+    first, *others = scene.materials
+    replace(scene, materials=(replace(first, emission=(1.0, 2.0, 0.1)), *others)).save(file)
+    assert Scene.load(file).materials[0].emission == (1.0, 2.0, 0.1)
+    edit(file, lambda _, header: [material.pop("emission") for material in header["materials"]])
+    assert Scene.load(file).materials == scene.materials
+
+
 def test_lobes_are_saved(file: Path) -> None:
     """All that one has."""
     lobe = Lobe("phong", (0.1, 0.2, 0.3), {"exponent": 3.0}, 0.5, (0.4, 0.3, 0.2))

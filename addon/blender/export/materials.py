@@ -118,7 +118,8 @@ def bounded(bsdf: Bsdf, name: str, owner: str, notes: Notes) -> Material:
         what = f"{bsdf.holdout:.3g} of it is rendered black and opaque"
         notes.approximated(owner, "Partly holdout", what)
     own = tuple(lobe for lobe in lobes if lobe.reflects)
-    material = Material(name, triple(diffuse), own, held_out)
+    glow = np.nan_to_num(bsdf.emission, nan=0.0, posinf=0.0)
+    material = Material(name, triple(diffuse), own, triple(glow), held_out)
     total = material.head_on()
     if total.max() > 1.0 + ROUNDING:
         text = _text(total)

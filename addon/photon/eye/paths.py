@@ -87,7 +87,7 @@ class Eye:
         self._direct_light = way.direct_light(needs, size) if needs.shadow_rays else None
         self._emitted = self._scatter = None
         if needs.emitters_seen:
-            self._emitted = Emitted(device, layer, needs.direct_defines, made=needs.made)
+            self._emitted = Emitted(device, layer, needs.emitted_defines, made=needs.made)
         if needs.secondary_rays:
             self._scatter = Scatter(device, layer, needs.eye_defines, made=needs.made)
         self._cuts = self._coverage = None
@@ -266,6 +266,8 @@ class Eye:
             "chain_depth": self._needs.chain_depth,
             "light_count": len(self._tables.lights),
             "seen_lights": self._tables.seen_lights,
+            "distant_lights": self._tables.distant_lights,
+            "lamps": len(self._tables.emitters),
             "frame_size": (self._settings.width, self._settings.height),
             "region_origin": path.region[:2],
         }

@@ -4,7 +4,7 @@ whose rays another one traces, the two around that."""
 
 from ...streams import Kernel, Table, Uniform, When
 from ...streams.declaration import Ports
-from .lights import LIGHT_DEFINES, LIGHT_TABLES, LIMITS
+from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, LIMITS
 from .records import (
     CORNER_NORMALS,
     HIT,
@@ -37,6 +37,7 @@ _UNIFORMS = {
     "depth": Uniform("int"),
     "chain_depth": When("WEIGHED", Uniform("int")),
     "light_count": Uniform("int"),
+    "distant_lights": When("DRAWN", Uniform("int")),
     "frame_size": Uniform("ivec2"),
     "region_origin": Uniform("ivec2"),
 }
@@ -56,6 +57,7 @@ class Direct(Kernel):
         "triangles": Table(TRIANGLE),
         **LIGHT_TABLES,
         **LIMITS,
+        **CHOICE,
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }
@@ -78,6 +80,7 @@ class ShadowRays(Kernel):
     tables = {
         **LIGHT_TABLES,
         **LIMITS,
+        **CHOICE,
         "triangles": When("SMOOTH", Table(TRIANGLE)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }

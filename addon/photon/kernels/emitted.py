@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
-from .lights import LIGHT_DEFINES, LIGHT_TABLES
-from .records import HIT, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE
+from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES
+from .records import HIT, MATERIAL, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE
 
 
 class Emitted(Kernel):
-    """Find the lights that rays meet, and the world that they end in."""
+    """Find the lights that rays meet, what glows where they end, and the world that is behind."""
 
     stem = "emitted"
-    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN", *LIGHT_DEFINES)
+    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN", "GLOWS", "SURFACES", "SMOOTH", *LIGHT_DEFINES)
     inputs = {
         "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,
@@ -18,10 +18,14 @@ class Emitted(Kernel):
     outputs = {"emitted": RADIANCE, "environment": RADIANCE}
     uniforms = {
         "depth": Uniform("int"),
-        "light_count": Uniform("int"),
         "seen_lights": Uniform("int"),
+        "light_count": Uniform("int"),
+        "distant_lights": When("DRAWN", Uniform("int")),
+        "lamps": When("GLOWS", Uniform("int")),
     }
     tables = {
         **LIGHT_TABLES,
-        "triangles": When("WEIGHED", Table(TRIANGLE)),
+        **CHOICE,
+        "triangles": When("SURFACES", Table(TRIANGLE)),
+        "materials": When("GLOWS", Table(MATERIAL)),
     }

@@ -2,7 +2,7 @@
 """What kernels read that ask lights, whatever their kinds."""
 
 from ...streams import Table, When
-from .records import LIGHT, LIGHT_LIMIT, PROFILE
+from .records import LIGHT, LIGHT_LIMIT, LIGHT_NODE, LIGHT_PLACE, PROFILE
 
 LIGHT_DEFINES = ("PROFILES", "ENVIRONMENT")
 LIGHT_TABLES = {
@@ -11,3 +11,8 @@ LIGHT_TABLES = {
     "environments": When("ENVIRONMENT", Table()),
 }
 LIMITS = {"light_limits": When("VISIBILITY", Table(LIGHT_LIMIT))}
+# What those read besides that choose among them.
+CHOICE = {
+    "light_nodes": When("DRAWN", Table(LIGHT_NODE)),
+    "light_places": When("DRAWN", Table(LIGHT_PLACE)),
+}

@@ -88,9 +88,16 @@ NODE = Record(
     },
 )
 # Lambert's albedo that no lobe covers; which elements of the table of lobes are the material's;
-# holdout 1: the eye sees nothing there.
+# holdout 1: the eye sees nothing there; the radiance of both its sides [W/(m^2 sr)].
 MATERIAL = Record(
-    "Material", {"albedo": "vec3", "first_lobe": "float", "lobes": "float", "holdout": "float"}
+    "Material",
+    {
+        "albedo": "vec3",
+        "first_lobe": "float",
+        "emission": "vec3",
+        "lobes": "float",
+        "holdout": "float",
+    },
 )
 # A lobe as in the streams, and the albedo of what it lies over.
 MATERIAL_LOBE = Record(
@@ -133,6 +140,25 @@ PROFILE = Record("Profile", {"share": "float", "mean": "float", "along": "float"
 # Which rays meet a surface, by its number: bits, see ray_bits.glsl and visibility.glsl.
 VISIBILITY = Record("Visibility", {"rays": "float"})
 LIGHT_LIMIT = Record("LightLimit", {"bounces": "float", "shadowed": "float"})  # or 0: never
+# Where a light is and where it shines (LightBounds of light.glsl), in streams.
+LIGHT_LOW = Record("LightLow", {"low": "vec3", "spread": "float"})
+LIGHT_HIGH = Record("LightHigh", {"high": "vec3", "reach": "float"})
+LIGHT_AXIS = Record("LightAxis", {"axis": "vec3", "is_light": "float"})
+# The same of all lights below a node of their tree (light_tree.glsl).
+LIGHT_NODE = Record(
+    "LightNode",
+    {
+        "low": "vec3",
+        "flux": "float",  # [W / scene units^2], the channels' mean
+        "high": "vec3",
+        "spread": "float",
+        "axis": "vec3",
+        "reach": "float",
+    },
+)
+# A light's place in the order of the tree; which light is at this place; of a distant light, its
+# share of all of them.
+LIGHT_PLACE = Record("LightPlace", {"place": "float", "light": "float", "share": "float"})
 
 # A side's grid in the table of radii (lib/radius.glsl), whose later texels hold the nodes' radii.
 RADIUS_GRID = Record(

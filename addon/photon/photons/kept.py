@@ -132,6 +132,7 @@ class Kept:
             settings.photons_a_pass,
             settings.photon_bounces,
             settings.direct_by_photons,
+            self._stage.tables.lights["chosen"].tobytes() if self._stage else b"",
         )
         if source != self._source:
             self.forget_photons()

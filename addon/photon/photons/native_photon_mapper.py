@@ -59,14 +59,8 @@ class NativePhotonMapper:
     ) -> None:
         """`triangles`: those of `mesh`."""
         self._settings, self._needs, self._triangles = settings, needs, triangles
-        self._tables = [
-            table.view(np.float32).reshape(len(table), -1, 4)
-            for table in (
-                mesh.normals,
-                _materials(scene.materials, needs.gathered_lobes),
-                _lights(tables.lights),
-            )
-        ]
+        self._scene, self._normals = tables, _plain(mesh.normals)
+        self._materials = _plain(_materials(scene.materials, needs.gathered_lobes))
         self._launches = 0
         self.deposits = HostDeposits(device)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
@@ -85,7 +79,9 @@ class NativePhotonMapper:
         self._launches += 1
         self.deposits.clear()
         place, deposit, unfinished = self._triangles.photons(
-            *self._tables,
+            self._normals,
+            self._materials,
+            _plain(_lights(self._scene.lights)),
             seed=self._settings.seed,
             pass_index=index,
             photons=self._settings.photons_a_pass if photons is None else photons,
@@ -103,6 +99,10 @@ class NativePhotonMapper:
     def release(self) -> None:
         """Free what is on the device."""
         self.deposits.release()
+
+
+def _plain(table: NDArray[Any]) -> NDArray[np.float32]:
+    return table.view(np.float32).reshape(len(table), -1, 4)
 
 
 def _materials(materials: tuple[Material, ...], gathered_lobes: bool = False) -> NDArray[Any]:

@@ -89,18 +89,25 @@ def phong(colour: RGB, exponent: float = MIRROR) -> Lobe:
 
 @dataclass(frozen=True)
 class Material:
-    """BSDF = albedo / pi of a diffuse lobe that nothing covers, and other lobes."""
+    """BSDF = albedo / pi of a diffuse lobe that nothing covers, and other lobes; and what glows."""
 
     name: str
     diffuse: RGB = (0.8, 0.8, 0.8)  # albedo
     lobes: tuple[Lobe, ...] = ()
+    emission: RGB = BLACK  # radiance on both sides [W/(m^2 sr)]
     holdout: bool = False  # the eye sees nothing there, and nothing behind it
 
     def check(self) -> None:
         """Raise SceneError naming the material and the first value out of its range."""
         check_finite(f"material {self.name!r}: diffuse", self.diffuse, 0.0)
+        check_finite(f"material {self.name!r}: emission", self.emission, 0.0)
         for lobe in self.lobes:
             lobe.check(f"material {self.name!r}: {lobe.kind}")
+
+    @property
+    def glows(self) -> bool:
+        """Whether its triangles are lights."""
+        return max(self.emission) > 0
 
     @property
     def is_diffuse(self) -> bool:

@@ -24,8 +24,9 @@ _POWER = re.compile(r"\bPower: (.+)\.$", re.M)
 _PARAMETER = re.compile(r"(\w+)(?: \[([^\]]*)\])?")
 METRES = "m"
 WATTS = "W"
-RADIANCE = "W/(m^2 sr)"  # the world's
+RADIANCE = "W/(m^2 sr)"
 SCENE = "scene"  # what is known only of the whole scene: the radius of a sphere about it
+MESH = "mesh"  # what a triangle has
 COLOUR = "rgb"
 IMAGE = "image"  # the number of one of the scene's; in tables, where it is
 
@@ -46,14 +47,19 @@ class Kind:
         return self.parameters[first] == SCENE or given[first] > 0.0
 
     @property
-    def is_far(self) -> bool:
-        """Whether it is about the scene."""
+    def is_world(self) -> bool:
+        """Whether it is what lies behind all else."""
+        return self.power == RADIANCE and self.is_distant
+
+    @property
+    def is_distant(self) -> bool:
+        """Whether it shines on all of the scene from afar."""
         return SCENE in self.parameters.values()
 
     @property
-    def is_world(self) -> bool:
-        """Whether it is what lies behind all else."""
-        return self.power == RADIANCE
+    def is_of_mesh(self) -> bool:
+        """Whether its lights are triangles that glow: no scene gives such a light."""
+        return MESH in self.parameters.values()
 
     @property
     def has_image(self) -> bool:
@@ -63,7 +69,7 @@ class Kind:
     @property
     def given(self) -> tuple[str, ...]:
         """The parameters that a scene gives."""
-        return tuple(name for name, unit in self.parameters.items() if unit != SCENE)
+        return tuple(name for name, unit in self.parameters.items() if unit not in (SCENE, MESH))
 
     def numbers(
         self,
@@ -96,6 +102,7 @@ class _Function:
     otherwise: str  # what none of the kinds gives
     number: str  # which kind it is
     only: str = ""  # kinds without a parameter of that name do not define it
+    is_near: bool = False  # distant kinds do not define it
 
     def switch(self, own: str, kinds: Collection[Kind]) -> str:
         """The function that calls that of the kind whose number it is."""
@@ -106,6 +113,7 @@ class _Function:
             f"    if ({self.number} == {kind.number}.0) return {self.verb}_{kind.name}({given});"
             for kind in kinds
             if not self.only or self.only in kind.parameters
+            if not (self.is_near and kind.is_distant)
         ]
         lines += [f"    {self.otherwise}", "}"]
         return "\n".join(lines)
@@ -149,6 +157,14 @@ LIGHT_FUNCTIONS = (
         "return flux_light(light);",
         "light.kind",
         "image",
+    ),
+    _Function(
+        "LightBounds",
+        "bounds",
+        ("Light light",),
+        "return sphere_bounds(light, 0.0, ALL_AROUND);",
+        "light.kind",
+        is_near=True,
     ),
 )
 
@@ -205,8 +221,9 @@ def light_defines(names: Collection[str]) -> Defines:
 
 
 def _check(who: str, kinds: Mapping[str, Kind], kind: str, given: Mapping[str, Any]) -> None:
-    if kind not in kinds:
-        raise SceneError(f"{who}: kind {kind!r} is none of {', '.join(kinds)}")
+    if kind not in kinds or kinds[kind].is_of_mesh:
+        known = [name for name, of_one in kinds.items() if not of_one.is_of_mesh]
+        raise SceneError(f"{who}: kind {kind!r} is none of {', '.join(known)}")
     wanted = kinds[kind].given
     if given.keys() != set(wanted):
         named = [", ".join(names) or "none" for names in (wanted, given)]

@@ -31,9 +31,10 @@ def visibility_table(scene: Scene) -> NDArray[Any]:
     return table
 
 
-def limit_table(lights: tuple[Light, ...]) -> NDArray[Any]:
-    """(L,) of LIGHT_LIMIT, one at least."""
-    table = LIGHT_LIMIT.zeros(max(len(lights), 1))
+def limit_table(lights: tuple[Light, ...], count: int) -> NDArray[Any]:
+    """(count,) of LIGHT_LIMIT, those of some lights first; of the others nothing is limited."""
+    table = LIGHT_LIMIT.zeros(count)
+    table["bounces"], table["shadowed"] = MOST_BOUNCES, 1.0
     for row, light in zip(table, lights, strict=False):
         row["bounces"], row["shadowed"] = light.max_bounces, float(light.casts_shadow)
     return table

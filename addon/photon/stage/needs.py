@@ -13,12 +13,12 @@ from ..scene import ALL_RAYS, RAY_BITS, RAYS, Light, Scene
 from ..settings import Settings
 from .gathered import BLEND, can_gather, send_rays
 from .geometry import Mesh
+from .glow import TRIANGLE, glowing
 from .kinds import light_defines, light_kinds, lobe_kinds, made_bsdf, made_camera, made_lights
+from .light_tree import DRAWN_RAYS, MOST_ASKED
 from .limits import is_limited
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
-# Lights that every visible point asks; where there are more, it asks so many, by chance.
-MOST_SHADOW_RAYS = 64
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,7 @@ class SceneNeeds:
     photons: bool  # light can reach a diffuse surface by a path that photons stand for
     secondary_rays: bool  # a surface sends some
     emitters_seen: bool  # lights or the world, by the eye or by secondary rays
+    glows: bool  # triangles do
     weighed: bool  # shadow rays and rays of lobes may find the same light
     chain_depth: int
     photon_bounces: int
@@ -52,7 +53,7 @@ class SceneNeeds:
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
-        """Look at the lights that emit, and at the materials of the triangles that were kept."""
+        """Look at the lamps that emit, and at the materials of the triangles that were kept."""
         surfaces = len(mesh.triangles) > 0
         used = np.unique(mesh.triangles["material"].astype(int)) if surfaces else []
         materials = [scene.materials[i] for i in used]
@@ -60,27 +61,35 @@ class SceneNeeds:
         lobes = [[lobe.kind for lobe in m.lobes if lobe.reflects] for m in materials]
         kinds = {kind for of_one in lobes for kind in of_one}
         broad = any(not lobe_kinds()[kind].is_delta for kind in kinds)
-        lighting = [light for light in emitting if light.lights_surfaces]
-        asked = bool(lighting) and (diffuse or broad) and not settings.direct_by_photons
-        gathered = bool(lighting) and can_gather(scene, settings, materials)
+        triangles = len(glowing(mesh, scene.materials))
+        glows, lights = triangles > 0, len(emitting) + triangles
+        lighting = glows or any(light.lights_surfaces for light in emitting)
+        asked = lighting and (diffuse or broad) and not settings.direct_by_photons
+        gathered = lighting and can_gather(scene, settings, materials)
         rays = bool(kinds) and not (gathered and not any(map(send_rays, materials)))
         chains = rays and settings.mirror_depth > 0
         met = [light for light in emitting if light_kinds()[light.kind].is_met(light.parameters)]
-        by_chains = chains and any("chains" in light.found_by for light in met)
+        by_chains = chains and (glows or any("chains" in light.found_by for light in met))
+        of_mesh = frozenset({TRIANGLE} if glows else ())
+        drawn = lights > MOST_ASKED
         return SceneNeeds(
             surfaces=surfaces,
-            shadow_rays=min(len(emitting), MOST_SHADOW_RAYS) if asked else 0,
-            drawn_lights=len(emitting) > MOST_SHADOW_RAYS,
-            hidden_highlights=bool(lighting) and broad and settings.direct_by_photons,
-            photons=bool(lighting) and (diffuse or gathered) and settings.photons_a_pass > 0,
+            shadow_rays=(DRAWN_RAYS if drawn else lights) if asked else 0,
+            drawn_lights=drawn,
+            hidden_highlights=lighting and broad and settings.direct_by_photons,
+            photons=lighting and (diffuse or gathered) and settings.photons_a_pass > 0,
             secondary_rays=chains,
-            emitters_seen=by_chains or any("camera" in light.found_by for light in met),
-            weighed=asked and broad and by_chains and any("glossy" in x.found_by for x in met),
+            emitters_seen=by_chains or glows or any("camera" in x.found_by for x in met),
+            glows=glows,
+            weighed=asked
+            and broad
+            and by_chains
+            and (glows or any("glossy" in x.found_by for x in met)),
             chain_depth=settings.mirror_depth,
             photon_bounces=settings.photon_bounces,
             lobes=min(max(map(len, lobes), default=0), MOST_LOBES),
             lobe_kinds=frozenset(kinds),
-            light_kinds=frozenset(light.kind for light in emitting),
+            light_kinds=of_mesh | {light.kind for light in emitting},
             tangents=len(mesh.tangents) > 0,
             illuminance=settings.illuminance,
             smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc"),
@@ -89,7 +98,7 @@ class SceneNeeds:
             panorama=scene.camera.is_panorama,
             gathered_lobes=gathered,
             profiles=any(light.profile for light in emitting),
-            arrivals=any(light.cares_who_is_lit for light in lighting),
+            arrivals=any(x.cares_who_is_lit for x in emitting if x.lights_surfaces),
             visibility=is_limited(emitting)
             or any(material.holdout for material in materials)
             or bool((mesh.visible != ALL_RAYS).any()),
@@ -126,7 +135,7 @@ class SceneNeeds:
 
     @cached_property
     def direct_defines(self) -> Defines:
-        """What kernels of shadow rays are compiled with: no light is seen in delta lobes."""
+        """What kernels of shadow rays are compiled with: no lamp is seen in delta lobes."""
         broad = any(not lobe_kinds()[kind].is_delta for kind in self.lobe_kinds)
         defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
         defines |= {"SMOOTH": 1} if self.smooth else {}
@@ -140,6 +149,12 @@ class SceneNeeds:
         """What kernels that ask lights are compiled with."""
         profiles = {"PROFILES": 1} if self.profiles else {}
         return {**light_defines(self.light_kinds), **profiles}
+
+    @cached_property
+    def emitted_defines(self) -> Defines:
+        """What the kernel that finds lights is compiled with."""
+        defines = {**self.direct_defines, **({"GLOWS": 1} if self.glows else {})}
+        return defines | ({"SURFACES": 1} if self.glows or self.weighed else {})
 
     @cached_property
     def photon_defines(self) -> Defines:

@@ -12,13 +12,25 @@ from numpy.typing import NDArray
 from ...streams import TABLE_WIDTH, Device, Kernel, Stream, Table, Uniform, When
 from ...streams.device import Layer
 from ..errors import SceneError
-from ..kernels.records import FLUX, LIGHT, MATERIAL, MATERIAL_LOBE
+from ..kernels.records import (
+    FLUX,
+    LIGHT,
+    LIGHT_AXIS,
+    LIGHT_HIGH,
+    LIGHT_LOW,
+    MATERIAL,
+    MATERIAL_LOBE,
+)
 from ..scene import FOUND_BY, RGB, Light, Material, Scene
 from .environments import Place, environment_table
 from .geometry import Frame, Mesh
+from .glow import triangle_lights
 from .kinds import WATTS, light_defines, light_kinds, lobe_kinds, made_lights
+from .light_tree import MOST_ASKED, Bounds, light_tree
 from .limits import knows_rays, limit_table, visibility_table
 from .profiles import mean_of, profile_table
+
+Textures = dict[str, moderngl.Texture]
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
 FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
@@ -78,8 +90,16 @@ def choose_lights(table: NDArray[Any], flux: NDArray[Any]) -> None:
     power = np.zeros(len(table))
     power[: len(flux)] = flux.mean(axis=1)
     if power.sum() > 0:
-        table["chosen"] = power / power.sum()
-        table["cdf"] = np.cumsum(power / power.sum())
+        set_shares(table, power / power.sum())
+
+
+def set_shares(table: NDArray[Any], shares: NDArray[np.float64]) -> None:
+    """Let photons start at the lights of a table with these probabilities."""
+    table["cdf"] = np.minimum(np.cumsum(shares), 1.0)
+    last = np.flatnonzero(shares)[-1]
+    table["cdf"][last:] = 1.0
+    # What numbers of float32 between two of them draw: of a million lights not the share itself.
+    table["chosen"] = np.diff(table["cdf"], prepend=np.float32(0.0))
 
 
 def material_tables(materials: tuple[Material, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -91,6 +111,7 @@ def material_tables(materials: tuple[Material, ...]) -> tuple[NDArray[Any], NDAr
     first = 0
     for row, material, own in zip(table, materials, lobes, strict=False):
         row["albedo"], row["first_lobe"], row["lobes"] = material.diffuse, first, len(own)
+        row["emission"] = material.emission
         for lobe_row, lobe in zip(of_lobes[first : first + len(own)], own, strict=True):
             kind = kinds[lobe.kind]
             lobe_row["colour"], lobe_row["kind"] = lobe.colour, kind.number
@@ -133,6 +154,12 @@ def write_table(texture: moderngl.Texture, texels: NDArray[Any]) -> None:
         texture.write(rest, viewport=(0, whole, TABLE_WIDTH, 1))
 
 
+def kinds_of(lights: NDArray[Any]) -> set[str]:
+    """Those of a table's lights."""
+    numbers = set(lights["kind"])
+    return {name for name, kind in light_kinds().items() if kind.number in numbers}
+
+
 class LightFlux(Kernel):
     """The flux that each light emits."""
 
@@ -143,20 +170,107 @@ class LightFlux(Kernel):
     tables = {"lights": Table(LIGHT), "environments": When("ENVIRONMENT", Table())}
 
 
+class BoundsOfLights(Kernel):
+    """Where each light is, and where it shines."""
+
+    stem = "light_bounds"
+    outputs = {"low": LIGHT_LOW, "high": LIGHT_HIGH, "axis": LIGHT_AXIS}
+    uniforms = {"light_count": Uniform("int")}
+    structure = ("ENVIRONMENT",)
+    tables = {"lights": Table(LIGHT), "environments": When("ENVIRONMENT", Table())}
+
+
 def flux_of(
-    device: Device, layer: Layer, lights: tuple[Light, ...], tables: dict[str, moderngl.Texture]
+    device: Device, layer: Layer, lights: NDArray[Any], more: Textures
 ) -> NDArray[np.float32]:
-    """What the lights of a table emit, (L, 3) [W / scene units^2]."""
-    kinds = {light.kind for light in lights}
-    kernel = LightFlux(device, layer, light_defines(kinds), made=made_lights(kinds))
-    size = min(len(lights), TABLE_WIDTH), -(-len(lights) // TABLE_WIDTH)
-    stream = Stream(device, FLUX, size)
-    own = {name: tables[name] for name in kernel.tables}
-    kernel.run({"flux": stream}, own, {"light_count": len(lights)})
-    flux = stream.download().reshape(-1, 4)[: len(lights), :3]
-    stream.release()
+    """What the lights of a table emit, (L, 3) [W / scene units^2]; `more`: the other tables that
+    lights ask."""
+    (flux,) = _of_each(LightFlux, device, layer, lights, more)
+    return flux[:, :3]
+
+
+def tree_of(
+    device: Device, layer: Layer, lights: NDArray[Any], extent: float, more: Textures
+) -> tuple[Any, Any]:
+    """The tree of a table's lights, of which the distant ones are the first, and their places in
+    it; see light_tree."""
+    flux = flux_of(device, layer, lights, more).mean(axis=1).astype(np.float64)
+    flux[lights["chosen"] == 0.0] = 0.0  # it lights nothing
+    found = _of_each(BoundsOfLights, device, layer, lights, more)
+    low, high, axis = (of_one.astype(np.float64) for of_one in found)
+    bounds = Bounds(low[:, :3], high[:, :3], axis[:, :3], low[:, 3], high[:, 3], flux)
+    first = count_distant(lights)
+    return light_tree(bounds.at(np.s_[first:]), flux[:first], extent)
+
+
+def joined(*tables: NDArray[Any]) -> NDArray[Any]:
+    """Tables of LIGHT as one; numpy's own joints lose what fills a record up to whole texels."""
+    table, first = LIGHT.zeros(sum(map(len, tables))), 0
+    for part in tables:
+        table[first : first + len(part)] = part
+        first += len(part)
+    return table
+
+
+def count_distant(lights: NDArray[Any]) -> int:
+    """How many of a table's lights are: the first ones."""
+    numbers = [kind.number for kind in light_kinds().values() if kind.is_distant]
+    return int(np.isin(lights["kind"], numbers).sum())
+
+
+def _of_each(
+    kind: type[Kernel], device: Device, layer: Layer, lights: NDArray[Any], more: Textures
+) -> list[NDArray[np.float32]]:
+    """A kernel's outputs, run once for each light of a table, (L, 4) each."""
+    kinds, count = kinds_of(lights), len(lights)
+    kernel = kind(device, layer, light_defines(kinds), made=made_lights(kinds))
+    table = upload_table(device, texels_of(lights))
+    size = min(count, TABLE_WIDTH), -(-count // TABLE_WIDTH)
+    own = {name: of_one for name, of_one in more.items() if name in kernel.tables}
+    streams = {name: Stream(device, record, size) for name, record in kernel.outputs.items()}
+    kernel.run(streams, {"lights": table, **own}, {"light_count": count})
+    found = [stream.download().reshape(-1, 4)[:count] for stream in streams.values()]
+    for stream in streams.values():
+        stream.release()
     kernel.release()
-    return flux
+    device.put_back(table)
+    return found
+
+
+def _rank(lamp: Light) -> tuple[bool, bool]:
+    return not light_kinds()[lamp.kind].is_distant, not is_seen(lamp)
+
+
+def lights_of(
+    device: Device,
+    layer: Layer,
+    scene: Scene,
+    frame: Frame,
+    mesh: Mesh,
+    places: tuple[Place, ...],
+    more: Textures,
+) -> tuple[tuple[Light, ...], NDArray[Any]]:
+    """The lamps that emit, distant ones first and then those that are seen; and the table of LIGHT,
+    one at least: theirs and that of triangles that glow."""
+    lamps = tuple(sorted(scene.emitters, key=_rank))
+    bounds = float(np.linalg.norm(mesh.extent))
+    of_mesh = triangle_lights(mesh, scene.materials)
+    if not lamps and not len(of_mesh):
+        return lamps, light_table(lamps, frame, bounds)
+    of_lamps = light_table(lamps, frame, bounds, places)[: len(lamps)]
+    flux = flux_of(device, layer, joined(of_lamps, of_mesh), more)
+    shines = (flux[: len(lamps)] > 0.0).any(axis=1)  # a cone without width does not
+    if not bounds:  # nothing is lit
+        shines |= [light_kinds()[lamp.kind].is_distant for lamp in lamps]
+    flux[: len(lamps)] *= np.array([[lamp.lights_surfaces] for lamp in lamps]).reshape(-1, 1)
+    kept = np.concatenate([shines, np.ones(len(of_mesh), bool)])
+    lamps = tuple(lamp for lamp, is_on in zip(lamps, shines, strict=True) if is_on)
+    of_lamps = light_table(lamps, frame, bounds, places)  # their profiles lie one after the other
+    lights = joined(of_lamps[: len(lamps)], of_mesh)
+    if not len(lights):
+        lights = of_lamps
+    choose_lights(lights, flux[kept])
+    return lamps, lights
 
 
 class Tables:
@@ -169,11 +283,14 @@ class Tables:
         emitters: tuple[Light, ...],
         lights: NDArray[Any],
     ) -> None:
-        """`emitters`: the lights that emit; `lights`: of LIGHT, as the texture of that name holds
-        them."""
+        """`emitters`: the lamps that emit; `lights`: of LIGHT, theirs and those of triangles, as
+        the texture of that name holds them."""
         self._device, self.textures = device, textures
         self.emitters, self.lights = emitters, lights
-        self.seen_lights = sum(map(is_seen, emitters))  # the first ones
+        self.by_flux = lights["chosen"].astype(np.float64)
+        seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
+        self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
+        self.distant_lights = count_distant(lights) if emitters else 0  # the first ones
 
     @staticmethod
     def upload(
@@ -186,10 +303,9 @@ class Tables:
     ) -> Tables:
         """Make them; `reads_tree`: whether kernels do."""
         materials, lobes = material_tables(scene.materials)
-        emitters = tuple(sorted(scene.emitters, key=is_seen, reverse=True))
-        bounds = float(np.linalg.norm(mesh.extent))
         environments, places = environment_table(scene.images)
-        lights = light_table(emitters, frame, bounds, places)
+        more = {"environments": upload_table(device, environments)} if places else {}
+        emitters, lights = lights_of(device, layer, scene, frame, mesh, places, more)
         tables = {
             "triangles": mesh.triangles,
             "corner_normals": mesh.normals,
@@ -197,30 +313,26 @@ class Tables:
             "material_lobes": lobes,
             "lights": lights,
         }
+        if len(lights) > MOST_ASKED:
+            extent = float(np.linalg.norm(mesh.extent))
+            trees = tree_of(device, layer, lights, extent, more)
+            tables |= dict(zip(("light_nodes", "light_places"), trees, strict=True))
         if len(mesh.tangents):
             tables["corner_tangents"] = mesh.tangents
         if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
-            tables["light_limits"] = limit_table(emitters)
+            tables["light_limits"] = limit_table(emitters, len(lights))
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
-        if places:
-            textures["environments"] = upload_table(device, environments)
-        if emitters:
-            flux = flux_of(device, layer, emitters, textures)
-            shines = (flux > 0.0).any(axis=1)  # a cone without width does not
-            if not bounds:  # nothing is lit
-                shines |= [light_kinds()[light.kind].is_far for light in emitters]
-            emitters = tuple(x for x, is_on in zip(emitters, shines, strict=True) if is_on)
-            lights = light_table(emitters, frame, bounds, places)
-            photons = [light.lights_surfaces for light in emitters]
-            choose_lights(lights, flux[shines] * np.array(photons)[:, None])
-            write_table(textures["lights"], texels_of(lights))
-            if "light_limits" in textures:
-                write_table(textures["light_limits"], texels_of(limit_table(emitters)))
+        textures |= more
         if any(light.profile for light in emitters):
             textures["profiles"] = upload_table(device, texels_of(profile_table(emitters)))
         return Tables(device, textures, emitters, lights)
+
+    def choose(self, shares: NDArray[np.float64]) -> None:
+        """Let photons start at lights with these probabilities."""
+        set_shares(self.lights, shares)
+        write_table(self.textures["lights"], texels_of(self.lights))
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
         """Those tables that a kernel declares."""

@@ -9,7 +9,7 @@ from functools import partial
 import bpy
 
 from ..nodes import Graph, Scope
-from . import diffuse, glass, glossy, metallic, mix, principled
+from . import diffuse, emission, glass, glossy, metallic, mix, principled
 from .bsdf import BLACK, CLEAR, Bsdf, Colour, SpecularModel, as_diffuse, triple
 
 __all__ = [
@@ -43,12 +43,6 @@ def _scattering(graph: Graph, node: bpy.types.Node, scope: Scope, model: Specula
     return as_diffuse(graph, node, scope)
 
 
-def _emission(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
-    what = "it neither glows nor lights anything"
-    graph.notes.ignored(graph.owner, f"Emission '{node.name}'", what)
-    return BLACK
-
-
 def _holdout(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     return Bsdf(BLACK.diffuse, holdout=1.0)
 
@@ -64,7 +58,7 @@ READERS: dict[str, Reader] = {
     "BSDF_TOON": _scattering,
     "BSDF_TRANSLUCENT": _scattering,
     "BSDF_TRANSPARENT": mix.read_transparent,
-    "EMISSION": _emission,
+    "EMISSION": emission.read,
     "HOLDOUT": _holdout,
     "MIX_SHADER": partial(mix.read_mix, read=read_shader),
     "SUBSURFACE_SCATTERING": _scattering,

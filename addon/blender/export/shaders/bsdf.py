@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import bpy
@@ -36,17 +36,24 @@ class SpecularModel(Enum):
 
 @dataclass(frozen=True)
 class Bsdf:
-    """The albedo of a diffuse lobe that nothing covers, and other lobes."""
+    """The albedo of a diffuse lobe that nothing covers, other lobes, and what it emits."""
 
     diffuse: Colour
     lobes: tuple[Lobe, ...] = ()
     tangent: Tangent | None = None  # of those that are anisotropic
     holdout: float = 0.0  # the share through which the eye sees nothing
+    emission: Colour = field(default_factory=lambda: np.zeros(3))  # radiance [W/(m^2 sr)]
 
     def scaled(self, factor: float) -> Bsdf:
         """As much of it as a Mix Shader takes."""
         lobes = tuple(_scaled(lobe, factor) for lobe in self.lobes)
-        return Bsdf(factor * self.diffuse, lobes, self.tangent, factor * self.holdout)
+        return Bsdf(
+            factor * self.diffuse,
+            lobes,
+            self.tangent,
+            factor * self.holdout,
+            factor * self.emission,
+        )
 
     def plus(self, other: Bsdf) -> Bsdf:
         """Both; lobes of one shape become one."""
@@ -57,8 +64,13 @@ class Bsdf:
                 lobes.append(lobe)
             else:
                 lobes[at] = _joined(lobes[at], lobe)
-        diffuse, tangent = self.diffuse + other.diffuse, self.tangent or other.tangent
-        return Bsdf(diffuse, tuple(lobes), tangent, self.holdout + other.holdout)
+        return Bsdf(
+            self.diffuse + other.diffuse,
+            tuple(lobes),
+            self.tangent or other.tangent,
+            self.holdout + other.holdout,
+            self.emission + other.emission,
+        )
 
 
 BLACK = Bsdf(np.zeros(3))

@@ -23,6 +23,7 @@ from .bsdf import (
     phong_of,
     triple,
 )
+from .emission import radiance
 from .metallic import metal
 from .microfacets import along, microfacets
 
@@ -37,12 +38,13 @@ def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel)
     base = np.maximum(colour(graph, node, "Base Color", scope), 0.0)
     metallic = min(max(value("Metallic"), 0.0), 1.0)
     _note(graph, node, scope, metallic)
+    glow = radiance(graph, node, scope, "Emission Color", "Emission Strength")
+    found = Bsdf(np.zeros(3), emission=glow)
     if model is SpecularModel.PHONG:
-        return _as_phong(graph, node, scope, base, metallic)
-    found = Bsdf(np.zeros(3))
+        return found.plus(_as_phong(graph, node, scope, base, metallic))
     if metallic > 0.0:
         tint = colour(graph, node, "Specular Tint", scope)
-        found = metal(graph, node, scope, model, base, tint).scaled(metallic)
+        found = found.plus(metal(graph, node, scope, model, base, tint).scaled(metallic))
     if metallic < 1.0:
         found = found.plus(_dielectric(graph, node, scope, base).scaled(1.0 - metallic))
     return found
@@ -133,10 +135,6 @@ def _note(graph: Graph, node: bpy.types.Node, scope: Scope, metallic: float) -> 
     for name in ("Coat Weight", "Sheen Weight", "Thin Film Thickness"):
         if value(name) > 0.0:
             notes.ignored(owner, name.rsplit(" ", 1)[0], "left out")
-    strength = value("Emission Strength")
-    glow = node.inputs.get("Emission Color")
-    if strength and glow and (glow.is_linked or any(glow.default_value[:3])):
-        notes.ignored(owner, "Emission", "it neither glows nor lights anything")
     note_normal(graph, node)
     if linked(node, "Coat Normal"):
         notes.ignored(owner, "Coat Normal")

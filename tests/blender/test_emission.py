@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Emission nodes and Principled's emission become a material's radiance."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+from addon.blender.export import SpecularModel
+
+from .build import CUBE, add_mesh, add_node, features, finish, new_material, shader_material
+from .lobes import BLACK, DIFFUSE, PRINCIPLED, near
+
+pytestmark = pytest.mark.blender
+
+EMISSION = "ShaderNodeEmission"
+WARM = (1.0, 0.5, 0.25, 1.0)
+
+
+@pytest.mark.parametrize(("strength", "expected"), [(3.0, (3.0, 1.5, 0.75)), (-1.0, BLACK)])
+def test_emission(convert, strength, expected) -> None:
+    material = shader_material(EMISSION, Color=WARM, Strength=strength)
+    converted, report = convert(material)
+    assert converted.emission == near(expected)
+    assert converted.diffuse == BLACK and not converted.lobes
+    assert features(report, "exact") == ["Shader"]
+
+
+@pytest.mark.parametrize("metallic", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("model", SpecularModel)
+def test_principled(convert, metallic, model) -> None:
+    """Whatever it reflects."""
+    given = {"Emission_Color": WARM, "Emission_Strength": 2.0, "Metallic": metallic}
+    material = shader_material(PRINCIPLED, **given)
+    converted, _ = convert(material, model)
+    bpy.data.objects.remove(bpy.data.objects["Plane"])
+    node = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    node.inputs["Emission Strength"].default_value = 0.0
+    bare, _ = convert(material, model)
+    assert converted.emission == near((2.0, 1.0, 0.5)) and bare.emission == BLACK
+    assert (converted.diffuse, converted.lobes) == (bare.diffuse, bare.lobes)
+
+
+@pytest.mark.parametrize(
+    ("joint", "factor", "share"),
+    [
+        ("ShaderNodeMixShader", 0.25, 0.75),
+        ("ShaderNodeMixShader", 1.0, 0.0),
+        ("ShaderNodeAddShader", None, 1.0),
+    ],
+)
+def test_mixed(convert, joint, factor, share) -> None:
+    material, tree = new_material()
+    both = tree.nodes.new(joint)
+    if factor is not None:
+        both.inputs["Fac"].default_value = factor
+    sockets = list(both.inputs)[-2:]
+    emission = add_node(tree, EMISSION, Color=WARM, Strength=4.0)
+    tree.links.new(emission.outputs[0], sockets[0])
+    grey = add_node(tree, DIFFUSE, Color=(0.5, 0.5, 0.5, 1.0))
+    tree.links.new(grey.outputs[0], sockets[1])
+    finish(tree, both)
+    converted, _ = convert(material)
+    assert converted.emission == near(tuple(share * np.array((4.0, 2.0, 1.0))))
+    assert converted.diffuse == near((0.5 if factor is None else 0.5 * factor,) * 3)
+
+
+def test_each_instance_glows(export, scene) -> None:
+    """Where it is."""
+    cube = add_mesh("Cube", CUBE)
+    cube.data.materials.append(shader_material(EMISSION, Strength=1.0))
+    copy = bpy.data.objects.new("Copy", cube.data)
+    copy.location = (5, 0, 0)
+    scene.collection.objects.link(copy)
+    exported, _ = export()
+    glows = np.array([m.glows for m in exported.materials])[exported.material]
+    assert glows.all() and len(glows) == 24
+    assert np.ptp(exported.vertices[exported.triangles].mean(axis=(0, 1))[:1]) == 0
+    assert exported.vertices[:, 0].max() == pytest.approx(6.0)

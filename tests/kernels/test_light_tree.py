@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The tree of lights: what it draws has the probability that it says, and none is forgotten that
+could bring light."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.photon.kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE
+from addon.photon.scene import BLACK, Light, Material, point_light, spot_light, world_light
+from addon.photon.stage.geometry import Frame, Mesh
+from addon.photon.stage.glow import triangle_lights
+from addon.photon.stage.kinds import made_lights
+from addon.photon.stage.tables import choose_lights, flux_of, joined, kinds_of, light_table, tree_of
+from addon.streams import Table, Uniform
+from tests.kernels.conftest import Bench
+from tests.scenes import Builder, camera
+from tests.unit.glsl_files import VALUE, declare
+
+DRAW, PROBABILITY, EMIT = range(3)
+COUNT = 1 << 17
+HERE = Frame(np.zeros(3), 1.0)
+EXTENT = 1.5
+PROBE = declare(
+    "probe_light_tree",
+    {"first": VALUE, "second": VALUE},
+    inputs={"a": VALUE, "b": VALUE},
+    uniforms={"light_count": Uniform("int"), "distant_lights": Uniform("int")},
+    tables={
+        "lights": Table(LIGHT),
+        "light_nodes": Table(LIGHT_NODE),
+        "light_places": Table(LIGHT_PLACE),
+    },
+    structure=("ASK",),
+)
+# Among lights and beside them, upwards and down, near a wall, and far away.
+PLACES = np.array(
+    [[0.1, 0.05, 0.0], [0.9, -0.8, 0.3], [0.0, 0.0, -1.0], [0.31, 0.2, 0.4], [5, 5, 5]]
+)
+NORMALS = np.array([[0, 0, 1], [0, 0, -1], [0.6, 0.0, 0.8], [-1, 0, 0], [0, -0.6, -0.8]], float)
+
+
+def lamps(count: int, seed: int) -> tuple[Light, ...]:
+    """Bulbs and spots of all sizes and powers."""
+    rng = np.random.default_rng(seed)
+    made: list[Light] = []
+    for i in range(count):
+        position = tuple(map(float, rng.uniform(-1, 1, 3)))
+        power = (float(10 ** rng.uniform(-2, 2)),) * 3
+        radius = float(rng.choice([0.0, 0.02, 0.2]))
+        if i % 2:
+            axis = tuple(map(float, rng.normal(size=3)))
+            size = float(rng.uniform(0.2, math.pi))
+            made.append(spot_light("", position, power, axis, size=size, blend=0.3, radius=radius))
+        else:
+            made.append(point_light("", position, power, radius))
+    return tuple(made)
+
+
+def triangles(seed: int) -> NDArray[Any]:
+    """A ball that glows, and a sheet."""
+    built = Builder().sphere((0.4, 0.2, 0.3), 0.2, subdivisions=1)
+    x = np.linspace(-1, 1, 8)
+    for a, b in pairwise(x):
+        built.quad((a, -1, 0.9), (b, -1, 0.9), (b, 1, 0.9), (a, 1, 0.9))
+    scene = built.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [Material("", BLACK, (), (1, 2, 3))])
+    return triangle_lights(Mesh.build(scene, HERE), scene.materials)
+
+
+TABLES = {
+    "lamps": lambda: light_table(lamps(101, 1), HERE),
+    "triangles": lambda: triangles(2),
+    "all": lambda: joined(
+        light_table((world_light("a", (0.1,) * 3), world_light("b", (0.2,) * 3)), HERE, EXTENT),
+        light_table(lamps(64, 3), HERE),
+        triangles(4),
+    ),
+    "world": lambda: light_table((world_light("a", (0.1,) * 3),), HERE, EXTENT),
+    "one": lambda: light_table(lamps(1, 5), HERE),
+    "two": lambda: light_table(lamps(2, 6), HERE),
+}
+
+
+class Asked:
+    """Of a table of lights and its tree."""
+
+    def __init__(self, bench: Bench, lights: NDArray[Any]) -> None:
+        self.bench, self.lights = bench, lights
+        device, layer = bench.device, bench.layer
+        flux = flux_of(device, layer, lights, {})
+        choose_lights(lights, flux)
+        self.flux = flux.mean(axis=1)
+        self.nodes, self.places = tree_of(device, layer, lights, EXTENT, {})
+        self.distant = int((self.places["share"] > 0).sum())
+
+    def __call__(self, ask: int, place: Any, normal: Any, numbers: Any) -> NDArray[Any]:
+        return self.both(ask, place, normal, numbers)[0]
+
+    def both(self, ask: int, place: Any, normal: Any, numbers: Any) -> tuple[Any, Any]:
+        a = np.zeros((len(numbers), 4), np.float32)
+        a[:, :3], a[:, 3] = place, numbers
+        b = np.zeros((len(numbers), 4), np.float32)
+        b[:, :3] = normal
+        found = self.bench.run(
+            PROBE,
+            {"a": a, "b": b},
+            {"light_count": len(self.lights), "distant_lights": self.distant},
+            {"lights": self.lights, "light_nodes": self.nodes, "light_places": self.places},
+            defines={"ASK": ask},
+            made=made_lights(kinds_of(self.lights)),
+        )
+        return found["first"].astype(float), found["second"].astype(float)
+
+
+@pytest.mark.parametrize("at", range(len(PLACES)))
+@pytest.mark.parametrize("name", TABLES)
+def test_draws_have_their_probabilities(one_bench: Bench, name: str, at: int) -> None:
+    asked = Asked(one_bench, TABLES[name]())
+    count = len(asked.lights)
+    place, normal = PLACES[at], NORMALS[at]
+    probabilities = asked(PROBABILITY, place, normal, np.arange(count))[:, 0]
+    # Whole, but for what is lost where a node may bring something and no light in it does.
+    u = (np.arange(COUNT) + 0.5) / COUNT
+    drawn = asked(DRAW, place, normal, u)
+    lost = (drawn[:, 1] == 0.0).mean()
+    assert probabilities.sum() == pytest.approx(1.0 - lost, abs=1e-4)
+    there = drawn[:, 1] > 0
+    np.testing.assert_allclose(
+        drawn[there, 1], probabilities[drawn[there, 0].astype(int)], rtol=1e-3
+    )
+    # Of an even comb of numbers each light has its share, to a number or two at each end of it.
+    found = np.bincount(drawn[there, 0].astype(int), minlength=count) / COUNT
+    assert np.abs(found - probabilities).max() < 4.0 / COUNT + 1e-5
+
+
+@pytest.mark.parametrize("name", ["lamps", "triangles", "all"])
+def test_no_light_that_could_arrive_is_forgotten(one_bench: Bench, name: str) -> None:
+    """Wherever a photon of a light arrives, it may be drawn."""
+    asked = Asked(one_bench, TABLES[name]())
+    rng = np.random.default_rng(7)
+    number = np.repeat(np.arange(asked.distant, len(asked.lights)), 64)
+    both = rng.random((2, len(number), 3)).astype(np.float32)
+    origin, direction = asked.both(EMIT, both[0], both[1], number)
+    place = origin[:, :3] + direction[:, :3] * rng.uniform(0.01, 2.0, (len(number), 1))
+    normal = rng.normal(size=place.shape)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    falling = (normal * direction[:, :3]).sum(axis=1)
+    normal *= -np.sign(falling)[:, None]
+    probability = asked(PROBABILITY, place, normal, number)[:, 0]
+    bright = (asked.flux[number] > 0) & (np.abs(falling) > 1e-3)
+    assert bright.sum() > 1000 and (probability[bright] > 0).all()
