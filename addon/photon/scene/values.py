@@ -297,14 +297,15 @@ def _read_light_3(values: dict[str, Any]) -> Light:
 
 
 def _read_light_1(values: dict[str, Any]) -> Light:
-    """What Photon Stream 0.1 wrote: two kinds, all fields of both."""
+    """What Photon Stream 0.1 wrote: two kinds, all fields of both; lights were not seen."""
     name, position, power, radius = (values[x] for x in ("name", "position", "power", "radius"))
-    if values["kind"] == "POINT":
-        return point_light(name, position, power, radius)
-    size, blend = values["spot_size"], values["spot_blend"]
-    return spot_light(
-        name, position, power, values["direction"], size=size, blend=blend, radius=radius
-    )
+    light = point_light(name, position, power, radius)
+    if values["kind"] != "POINT":
+        size, blend = values["spot_size"], values["spot_blend"]
+        light = spot_light(
+            name, position, power, values["direction"], size=size, blend=blend, radius=radius
+        )
+    return replace(light, found_by=("diffuse", "glossy"))
 
 
 def _read_material_1(values: dict[str, Any]) -> Material:
