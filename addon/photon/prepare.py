@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from ..streams import Device, StreamError
 from .errors import DeviceError, PhotonStreamError
@@ -21,7 +22,7 @@ from .photons.kept import Kept, Mapper, Stage
 from .photons.photon_mapper import pilot_photons
 from .photons.photon_pass import Photons
 from .photons.radius_field import RadiusField, limits_by
-from .photons.shares import VIEW, Cells, find_shares, groups_of, seen_places
+from .photons.shares import VIEW, Cells, Shares, groups_of, seen_places
 from .photons.splats import Splats
 from .renderer import Parts, Renderer
 from .scene import Scene
@@ -68,6 +69,7 @@ class _Preparation:
         self._kept = kept or Kept(way.device, budget=0)
         self._own: list[Callable[[], None]] = [] if kept else [self._kept.release]
         self.warnings: tuple[str, ...] = ()
+        self._shares: Shares | None = None  # if there is more than one light
 
     @contextmanager
     def undone(self) -> Iterator[None]:
@@ -127,31 +129,25 @@ class _Preparation:
         """What traces photons, and, unless the user has set it, those that tell the radius."""
         mapper = self._way.photon_mapper(stage, self._settings, needs)
         self._own.append(mapper.release)
-        with self._phases.timed("shares"):
-            self._share(stage, mapper, needs)
+        if len(groups_of(stage.tables)) > 1:
+            self._shares = Shares(mapper, stage.tables, partial(self._look, stage, needs))
+            self._shares.set(0)
         if not self._settings.radius:
             with self._phases.timed("radius"):
                 self._kept.start(mapper, self._settings, 0, pilot_photons(self._settings))
         return mapper
 
-    def _share(self, stage: Stage, mapper: Mapper, needs: SceneNeeds) -> None:
-        """Let photons start where what they bring is seen."""
-        tables = stage.tables
-        if len(groups_of(tables)) < 2:
-            return
-        tables.choose(tables.by_flux)
+    def _look(self, stage: Stage, needs: SceneNeeds) -> tuple[Cells, Any]:
+        """Places that the picture shows, and cells for them."""
         settings = replace(self._settings, width=VIEW, height=VIEW, region=None, first_pass=0)
         way, scene = self._way, self._scene
         camera = EyeCamera(way.device, way.layer, scene, stage.frame, settings, needs)
         tracer = way.tracer()
-        places = seen_places(way.device, partial(camera.send, 0), tracer, tables)
+        places = seen_places(way.device, partial(camera.send, 0), tracer, stage.tables)
         cells = Cells(*camera.footprint())
         for kernel in (camera.kernel, tracer):
             kernel.release()
-        shares = find_shares(mapper, tables, cells, places)
-        if shares is not None:
-            tables.choose(shares)
-        mapper.unfinished = mapper.deposits.dropped = 0
+        return cells, places
 
     def _photons(
         self, mapper: Mapper, stage: Stage, needs: SceneNeeds, eye: Eye, budget: Budget
@@ -173,7 +169,9 @@ class _Preparation:
                 field = self._find_radii(mapper, stage.mesh, eye, budget)
             self._own.append(field.release)
         ahead = way.works_alone
-        return Photons(mapper, self._kept, settings, field, splat, grid, ahead, self._phases)
+        photons = Photons(mapper, self._kept, settings, field, splat, grid, ahead, self._phases)
+        photons.shares = self._shares
+        return photons
 
     def _find_radii(self, mapper: Mapper, mesh: Mesh, eye: Eye, budget: Budget) -> RadiusField:
         """Radii by where pass 0's photons fall."""

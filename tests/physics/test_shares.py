@@ -36,7 +36,7 @@ def room(*lights: Any, glow: Material = WALL) -> Scene:
 
 def chosen(device: Device, scene: Scene, **settings: Any) -> NDArray[Any]:
     """With which probability photons start at each light."""
-    with rendered(device, scene, **(SETTINGS | {"passes": 1} | settings)) as renderer:
+    with rendered(device, scene, **(SETTINGS | {"passes": 2} | settings)) as renderer:
         found: NDArray[Any] = renderer.eye._tables.lights["chosen"].copy()
         return found
 
@@ -97,3 +97,15 @@ def test_one_light_asks_nothing(device: Device) -> None:
     launched = renderer.launches()["generator"]
     renderer.release()
     assert launched == 1
+
+
+def test_a_first_picture_waits_for_nothing(device: Device) -> None:
+    """Where lights are alike its photons go by flux; the next pass's by what is learned."""
+    scene = room(CANDLE, LAMP)
+    settings = Settings(8, 8, photons=100, layer="fragment")
+    renderer = prepare(scene, settings, device)
+    renderer.render_pass()
+    assert renderer.launches()["generator"] == 1
+    renderer.render_pass()
+    assert renderer.launches()["generator"] == 4
+    renderer.release()

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import DeviceError
-from addon.photon.film import strips
 from addon.photon.kernels.eye_rays import EyeRays
 from addon.photon.photons import kept as kept_module
 from addon.photon.photons.deposits import DEPOSIT_BYTES, DeviceDeposits, HostDeposits
@@ -25,6 +24,7 @@ from addon.photon.photons.photon_pass import Photons
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene, phong
 from addon.photon.settings import Settings
+from addon.photon.ways import way
 from addon.streams import Device, Kernel, StreamError
 from tests.scenes import backdrop, cornell, plain_light, plain_material, with_cone
 
@@ -220,7 +220,7 @@ def test_early_photons_change_nothing(
             if not is_early:
                 patch.setattr(Photons, "prefetch", lambda *_: None)
             for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
-                patch.setattr(strips, name, pixels)
+                patch.setattr(way, name, pixels)
             pictures.append(render(device, cornell(mirror=True), settings).images)
     assert pictures[0] == pictures[1] == pictures[2]
 

@@ -69,6 +69,7 @@ class _Key(NamedTuple):
 
     number: int
     photons: int
+    shares: bytes  # of the lights
 
 
 class _Pass(NamedTuple):
@@ -92,7 +93,7 @@ class Kept:
         self._passes: dict[_Key, _Pass] = {}
         self.photon_bytes = 0  # that the deposits of these take
         self._spare = self.budget
-        self._key = _Key(-1, 0)  # of the pass that was started
+        self._key = _Key(-1, 0, b"")  # of the pass that was started
         self._tracing: Mapper | None = None  # who has started it and not finished
         self._before = 0, 0  # photons unfinished and dropped when it was
 
@@ -132,12 +133,12 @@ class Kept:
             settings.photons_a_pass,
             settings.photon_bounces,
             settings.direct_by_photons,
-            self._stage.tables.lights["chosen"].tobytes() if self._stage else b"",
         )
         if source != self._source:
             self.forget_photons()
             self._source = source
-        key = _Key(index, settings.photons_a_pass if photons is None else photons)
+        shares = self._stage.tables.lights["chosen"].tobytes() if self._stage else b""
+        key = _Key(index, settings.photons_a_pass if photons is None else photons, shares)
         if (self._tracing, self._key) == (mapper, key):
             return
         self._tracing, self._key, deposits = None, key, mapper.deposits
@@ -148,7 +149,7 @@ class Kept:
             deposits.held = key, kept.unfinished, kept.dropped
         else:
             self._before = mapper.unfinished, deposits.dropped
-            mapper.start(*key)
+            mapper.start(key.number, key.photons)
             self._tracing = mapper
 
     def finish(self, mapper: Mapper) -> Deposits:

@@ -11,6 +11,7 @@ from ..settings import Settings
 from .kept import Kept, Mapper
 from .photon_grid import Gathering
 from .radius_field import Radii, RadiusField, shrink_of
+from .shares import Shares
 from .splats import Splats, View
 
 
@@ -49,16 +50,22 @@ class Photons:
         self.mapper, self.field, self.splat, self.grid = mapper, field, splat, grid
         self._kept, self._settings = kept, settings
         self._traces_ahead, self._phases = traces_ahead, phases
+        self.shares: Shares | None = None  # if there is more than one light
         self.dropped = 0  # deposits that were not finite, of the passes so far
 
     def start(self, index: int) -> PhotonPass:
         """Launch a pass's photons, unless that was done."""
+        if self.shares:
+            with self._phases.timed("shares"):
+                self.shares.set(index)
         with self._phases.timed("photons"):
             self._kept.start(self.mapper, self._settings, index)
         return PhotonPass(self, self.field.of_pass(self._shrink(index)))
 
     def prefetch(self, index: int) -> None:
         """Launch the photons of a pass to come, where that costs this one nothing."""
+        if self.shares and not self.shares.are_learned:
+            return  # that takes longer
         if self._traces_ahead and index < self._settings.first_pass + self._settings.passes:
             self.start(index)
 

@@ -30,6 +30,9 @@ WIDE = 3.0  # eye rays a side of a cell, or a little more
 LEAST_BY_FLUX = 0.25
 # Where less is gained photons start by flux alone, whatever the view: so they serve the next one.
 LEAST_GAIN = 2.0
+# A light of so much less flux than another has so few photons by flux that a pass of them spoils
+# the mean of all.
+OUTSHINES = 16.0
 
 Doubles = NDArray[np.float64]
 
@@ -79,6 +82,48 @@ def groups_of(tables: Tables) -> list[NDArray[np.intp]]:
     near = used[len(distant) :]
     near = near[in_order(lights["position"][near].astype(np.float64))]
     return [part for part in (distant, *np.array_split(near, MOST_GROUPS - 1)) if len(part)]
+
+
+class Shares:
+    """Those of a pass's photons that start at each light.
+
+    Where lights are about as bright, what the passes after pass 0 know is learned before the first
+    of them: a first picture does not wait for it. Where one outshines another, all passes know.
+    """
+
+    def __init__(
+        self, mapper: Any, tables: Tables, look: Callable[[], tuple[Cells, Doubles]]
+    ) -> None:
+        """`look` finds places that the picture shows, and cells of a size for them."""
+        self._mapper, self._tables, self._look = mapper, tables, look
+        self._learned: Doubles | None = None
+        self._chosen: Doubles | None = None
+        fluxes = [tables.by_flux[group].sum() for group in groups_of(tables)]
+        self._first = 0 if max(fluxes) > OUTSHINES * min(fluxes) else 1  # pass that knows
+
+    def set(self, index: int) -> None:
+        """Let the photons of a pass start as they shall."""
+        knows = index >= self._first
+        if knows and not self.are_learned:
+            self._learn()
+        shares = self._learned if knows and self._learned is not None else self._tables.by_flux
+        if shares is not self._chosen:
+            self._tables.choose(shares)
+            self._chosen = shares
+
+    @property
+    def are_learned(self) -> bool:
+        """Whether a pass after pass 0 may be started without more photons than its own."""
+        return self._learned is not None
+
+    def _learn(self) -> None:
+        mapper = self._mapper
+        before = mapper.unfinished, mapper.deposits.dropped
+        found = find_shares(mapper, self._tables, *self._look())
+        mapper.unfinished, mapper.deposits.dropped = before
+        self._learned = self._tables.by_flux if found is None else found
+        self._tables.choose(self._tables.by_flux)
+        self._chosen = self._tables.by_flux
 
 
 def find_shares(mapper: Any, tables: Tables, cells: Cells, places: Doubles) -> Doubles | None:
