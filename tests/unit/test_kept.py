@@ -24,7 +24,7 @@ from addon.photon.photons.photon_pass import Photons
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene, phong
 from addon.photon.settings import Settings
-from addon.photon.ways import way
+from addon.photon.ways import way as ways
 from addon.streams import Device, Kernel, StreamError
 from tests.scenes import backdrop, cornell, plain_light, plain_material, with_cone
 
@@ -220,7 +220,7 @@ def test_early_photons_change_nothing(
             if not is_early:
                 patch.setattr(Photons, "prefetch", lambda *_: None)
             for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
-                patch.setattr(way, name, pixels)
+                patch.setattr(ways, name, pixels)
             pictures.append(render(device, cornell(mirror=True), settings).images)
     assert pictures[0] == pictures[1] == pictures[2]
 
