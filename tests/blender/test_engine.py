@@ -388,7 +388,8 @@ def test_stereoscopy_is_refused(room) -> None:
 
 
 def test_report_reaches_panel_and_file(room, tmp_path) -> None:
-    add_light("Sun", "SUN", use_shadow=False)
+    sun = add_light("Sun", "SUN")
+    sun.light_linking.receiver_collection = bpy.data.collections.new("Lit")
     path = tmp_path / "report.json"
     room.photon_stream.report_path = str(path)
     bpy.ops.render.render()

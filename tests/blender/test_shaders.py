@@ -80,6 +80,7 @@ SHADERS = {
     "BSDF_TRANSLUCENT": "ShaderNodeBsdfTranslucent",
     "BSDF_TRANSPARENT": "ShaderNodeBsdfTransparent",
     "EMISSION": "ShaderNodeEmission",
+    "HOLDOUT": "ShaderNodeHoldout",
     "SUBSURFACE_SCATTERING": "ShaderNodeSubsurfaceScattering",
 }
 JOINTS = {"ADD_SHADER": "ShaderNodeAddShader", "MIX_SHADER": "ShaderNodeMixShader"}

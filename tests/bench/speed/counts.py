@@ -136,10 +136,11 @@ class _Counter:
         aim = ShadowRays(device, "fragment", needs.direct_defines, made=needs.made)
         aimed = {
             name: Stream(device, record, (width, height * needs.shadow_rays))
-            for name, record in ShadowRays.outputs.items()
+            for name, record in aim.outputs.items()
         }
         points = {name: streams[name] for name in aim.inputs}
-        aim.run(points | aimed, {"lights": tables["lights"]}, {**uniforms, "first_ray": 0})
+        own = {name: tables[name] for name in aim.tables}
+        aim.run(points | aimed, own, {**uniforms, "first_ray": 0})
         rays = aimed["shadow_direction"].download()[..., :3].any(axis=-1)
         for item in (*aimed.values(), aim):
             item.release()
