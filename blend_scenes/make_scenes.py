@@ -23,6 +23,7 @@ import sys
 from pathlib import Path
 
 import bpy
+from lit_scenes import daylight, studio
 from mathutils import Vector
 from scene_parts import (
     SUNK,
@@ -295,6 +296,8 @@ SCENES = (
     door_ajar,
     many_lights,
     glossy_room,
+    studio,
+    daylight,
 )
 
 
