@@ -32,7 +32,7 @@ def studio() -> None:
     clay = material("Clay", (0.55, 0.30, 0.19))
     fruit = material("Fruit", (0.66, 0.40, 0.05))
     glaze = principled("Glaze", (0.04, 0.14, 0.19), 0.22)
-    backdrop("Backdrop", paper, 5.0, 2.4, 4.5, 1.2)
+    backdrop("Backdrop", paper, 2.2, 2.4, 2.6, 1.2)
     teapot(glaze, (-0.32, 0.15, -0.002), 32)
     bowl = [(0, 0.02), (0.14, 0.02), (0.15, 0), (0.17, 0), (0.30, 0.12), (0.38, 0.26)]
     inside = [(0.36, 0.265), (0.28, 0.14), (0.16, 0.05), (0, 0.04)]
