@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Render a .blend with Cycles as a reference: nothing clamped, blurred, denoised or cut short.
 
-The scenes of blend_scenes wear the paper's lobes, so Glossy BSDFs with a finite exponent are
+Some scenes of blend_scenes wear the paper's lobes: there, Glossy BSDFs with a finite exponent are
 replaced by the OSL closure phong_ramp, which is Lafortune & Willems 1994's lobe:
 k_s (n + 2) / (2 pi) cos^n.
 """
@@ -23,7 +23,8 @@ from addon.photon.scene import Scene
 
 BLEND_SCENES = Path(__file__).resolve().parents[2] / "blend_scenes"
 REFERENCES = BLEND_SCENES / "references"
-SCENES = ("cornell_box", "cornell_classic", "cornell_mirror")
+LIT = ("studio", "daylight")  # by lights of some size and a world
+SCENES = ("cornell_box", "cornell_classic", "cornell_mirror", *LIT)
 SIZE = 128  # [px] of the square references
 BOUNCES = 64
 
@@ -44,9 +45,17 @@ def open_blend(name: str, size: int = SIZE) -> Scene:
     render = bpy.context.scene.render
     render.resolution_x = render.resolution_y = size
     render.resolution_percentage = 100
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    exported, _ = snapshot(depsgraph, model=SpecularModel.PHONG)
+    model = saved_model()
+    exported, report = snapshot(bpy.context.evaluated_depsgraph_get(), model=model)
+    lost = [entry for entry in report.entries if entry.status != "exact"]
+    assert model is SpecularModel.PHONG or not lost, lost
     return exported
+
+
+def saved_model() -> SpecularModel:
+    """What the loaded file's property Specular Model says, with or without the add-on."""
+    saved = bpy.context.scene.get("photon_stream") or {}
+    return [*SpecularModel][saved.get("specular_model", 0)]
 
 
 def render_cycles(exported: Scene, samples: int, seed: int) -> Image:
