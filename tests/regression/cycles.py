@@ -26,6 +26,7 @@ REFERENCES = BLEND_SCENES / "references"
 LIT = ("studio", "daylight")  # by lights of some size and a world
 SCENES = ("cornell_box", "cornell_classic", "cornell_mirror", *LIT)
 SIZE = 128  # [px] of the square references
+SIZES = dict.fromkeys(SCENES, SIZE) | {"daylight": 64}  # the fewer pixels, the more samples each
 BOUNCES = 64
 
 PHONG_OSL = """
@@ -39,11 +40,11 @@ shader phong_lobe(float Exponent = 10, color Color = 0, output closure color BSD
 Image = NDArray[np.float32]
 
 
-def open_blend(name: str, size: int = SIZE) -> Scene:
-    """Load a scene of blend_scenes into Blender, `size` pixels square, and export it."""
+def open_blend(name: str, size: int | None = None) -> Scene:
+    """Load a scene of blend_scenes, `size` pixels square or as SIZES says, and export it."""
     bpy.ops.wm.open_mainfile(filepath=str(BLEND_SCENES / f"{name}.blend"))
     render = bpy.context.scene.render
-    render.resolution_x = render.resolution_y = size
+    render.resolution_x = render.resolution_y = size or SIZES[name]
     render.resolution_percentage = 100
     model = saved_model()
     exported, report = snapshot(bpy.context.evaluated_depsgraph_get(), model=model)

@@ -22,7 +22,7 @@ from tests.measure import render
 from tests.stability.table import Measured
 
 from .blocks import Difference, compare, smooth_blocks
-from .cycles import LIT, REFERENCES, SCENES, SIZE, open_blend, read_exr, render_cycles
+from .cycles import LIT, REFERENCES, SCENES, SIZE, SIZES, open_blend, read_exr, render_cycles
 
 pytestmark = pytest.mark.blender
 
@@ -45,8 +45,8 @@ def differences(
     images = render(
         device,
         exported,
-        width=SIZE,
-        height=SIZE,
+        width=SIZES[name],
+        height=SIZES[name],
         passes=passes,
         photons=photons,
         radius_shrink=2 / 3,
