@@ -32,7 +32,7 @@ MARGIN = 1  # [px] around edges
 # Passes and photons of the scenes that LIT names. Few photons find the window of daylight, and few
 # shadow rays what is bright beyond it.
 QUICK = {"studio": (12, 65536)}
-MANY = {"studio": (128, 65536), "daylight": (256, 131072)}
+MANY = {"studio": (128, 65536), "daylight": (512, 131072)}
 
 Record = Callable[[str, object], None]
 
@@ -92,7 +92,7 @@ def test_area_lights_sun_and_sky_are_those_of_cycles(
     for which, some in (("smooth", found), ("all", everywhere)):
         told = f"median {some.median:.2%}, 95th {some.high:.2%}, mean {some.bias:.2%}"
         print(f"\n{name}, {which} blocks ({some.share:.0%}): {told}")
-    assert found.share > 0.4
+    assert found.share > 0.25
     assert measured(f"{name}: smooth blocks in the median", found.median, "%") <= MEDIAN
     assert measured(f"{name}: at the 95th percentile", found.high, "%") <= HIGH
     assert measured(f"{name}: all blocks in the median", everywhere.median, "%") <= MEDIAN
