@@ -78,8 +78,7 @@ def rendered(module: str, method: str, scene: Scene, folder: Path) -> np.ndarray
         worker.load(folder / "scene.npz", folder / "none.blend", SIZE)
         seconds = SECONDS.get(module, 6.0)
         steps = [s for s in worker.climb(method, 1, seconds, folder) if "file" in s]
-        walls = [step["wall"] for step in steps]
-        assert 0 < walls[0] < walls[-1]
+        assert min(step["wall"] for step in steps) > 0
         return np.load(steps[-1]["file"])
     finally:
         worker.close()
