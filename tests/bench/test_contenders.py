@@ -91,8 +91,9 @@ def test_a_lamp_over_a_plane(module: str, method: str, light: Light, tmp_path: P
     found = rendered(module, method, plane(light, material), tmp_path)
     mine, expected = blocks(found), blocks(radiance(light, material))
     bright = expected > 0.1 * expected.max()
-    # Light tracing sprinkles: its blocks still have a percent of noise.
-    limit = 0.04 if method == "light" else 0.01
+    # Light tracing sprinkles: its blocks still have a percent of noise. Few passes tell the cone's
+    # edge as coarsely.
+    limit = {"light": 0.04, "photons": 0.03}.get(method, 0.01)
     np.testing.assert_allclose(mine[bright], expected[bright], rtol=limit)
     np.testing.assert_allclose(mine.mean((0, 1)), expected.mean((0, 1)), rtol=3e-3)
 
