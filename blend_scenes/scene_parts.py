@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Sequence
 
 import bpy
+import numpy as np
 
 # isort: split
 import bmesh  # these two can be imported only after bpy
@@ -262,6 +263,51 @@ def sheet(
     return obj
 
 
+def tube(
+    name: str, mat, path: Callable[[float], Sequence[float]], radius: Callable[[float], float],
+    rings: int = 32, segments: int = 24,
+) -> bpy.types.Object:  # fmt: skip
+    """A smooth pipe, open at its ends, about the points (0, y, z) that a path has from 0 to 1."""
+    corners, faces = [], []
+    for i in range(rings + 1):
+        t = i / rings
+        before, here, after = (Vector(path(s)) for s in (t - 1e-3, t, t + 1e-3))
+        across = Vector((1, 0, 0))
+        up = (after - before).normalized().cross(across)
+        for k in range(segments):
+            a = 2 * math.pi * k / segments
+            corners.append(here + radius(t) * (math.cos(a) * across + math.sin(a) * up))
+            b, c = segments * i + k, segments * i + (k + 1) % segments
+            if i < rings:
+                faces.append((b, b + segments, c + segments, c))
+    return mesh_object(name, [mat], corners, faces, smooth=True)
+
+
+def backdrop(name: str, mat, wide: float, deep: float, high: float, bend: float):
+    """A sheet that lies on the floor from -deep to deep, bends, and rises to `high` behind."""
+    turn = [math.pi / 2 * i / 48 for i in range(49)]
+    bent = [(deep - bend + bend * math.sin(a), bend - bend * math.cos(a)) for a in turn]
+    profile = [(-deep, 0.0), *bent, (deep, high)]
+    corners = [(x, y, z) for y, z in profile for x in (-wide, wide)]
+    faces = [(2 * i, 2 * i + 1, 2 * i + 3, 2 * i + 2) for i in range(len(profile) - 1)]
+    return mesh_object(name, [mat], corners, faces, smooth=True)
+
+
+def wall_with_window(name: str, mats: Sequence, x: Sequence, y: Sequence, z: Sequence):
+    """A thick wall between the planes x, with a hole and its four sides.
+
+    x: inside, outside; y and z: the wall's end, the hole's two, the wall's other end. `mats`:
+    inside, the sides of the hole, outside.
+    """
+    corners = [(a, b, c) for a in x for c in z for b in y]
+    across = [(i, i + 1, i + 5, i + 4) for i in range(11) if i % 4 != 3 and i != 5]
+    inside, outside = across, [tuple(i + 16 for i in face) for face in across]
+    hole = [5, 6, 10, 9]
+    sides = [(a, b, b + 16, a + 16) for a, b in zip(hole, [*hole[1:], hole[0]], strict=True)]
+    which = [0] * len(inside) + [1] * len(sides) + [2] * len(outside)
+    return mesh_object(name, mats, corners, [*inside, *sides, *outside], which)
+
+
 def point_light(power: float, location, colour=(1, 1, 1)) -> bpy.types.Object:
     """A delta point light of `power` [W]."""
     light = bpy.data.lights.new("Point", "POINT")
@@ -284,6 +330,61 @@ def spotlight(
     obj.location = location
     obj.rotation_euler = (Vector(target) - Vector(location)).to_track_quat("-Z", "Y").to_euler()
     return obj
+
+
+def lamp(kind: str, name: str, location, target, **settings) -> bpy.types.Object:
+    """A light with settings of Blender's own names, aimed at `target`."""
+    light = bpy.data.lights.new(name, kind)
+    for key, value in settings.items():
+        setattr(light, key, value)
+    obj = add_object(name, light)
+    obj.location = location
+    obj.rotation_euler = (Vector(target) - Vector(location)).to_track_quat("-Z", "Y").to_euler()
+    return obj
+
+
+def world(strength: float, colour=(1, 1, 1)) -> bpy.types.Node:
+    """Light the scene from all around; the Background node."""
+    here = bpy.context.scene.world
+    here.name = "World"
+    background = here.node_tree.nodes["Background"]
+    background.inputs["Color"].default_value = (*colour, 1)
+    background.inputs["Strength"].default_value = strength
+    return background
+
+
+def sky(zenith: float, to_sun, ground, width: int = 128) -> None:
+    """A clear sky of so much radiance at its zenith, without the sun, over even ground: an image.
+
+    The CIE's standard clear sky (Kittler 1967), bluer where it is darker.
+    """
+    height = width // 2
+    azimuth = -2 * math.pi * (np.arange(width) + 0.5) / width  # of Blender's Environment Texture
+    height_angle = math.pi * ((np.arange(height) + 0.5) / height - 0.5)[:, None]
+    x, y, z = np.broadcast_arrays(
+        -np.cos(height_angle) * np.cos(azimuth),
+        np.cos(height_angle) * np.sin(azimuth),
+        np.sin(height_angle),
+    )
+    sun = np.array(Vector(to_sun).normalized())
+    away = np.arccos(np.clip(x * sun[0] + y * sun[1] + z * sun[2], -1, 1))
+
+    def glow(angle):
+        return 0.91 + 10 * np.exp(-3 * angle) + 0.45 * np.cos(angle) ** 2
+
+    depth = 1 - np.exp(-0.32 / np.maximum(z, 0.02))
+    shape = glow(away) * depth / (glow(math.acos(sun[2])) * (1 - math.exp(-0.32)))
+    white = (depth**1.5)[..., None]
+    colour = (1 - white) * (0.20, 0.42, 1.0) + white * (0.75, 0.88, 1.0)
+    pixels = np.ones((height, width, 4), np.float32)
+    pixels[..., :3] = np.where(z[..., None] > 0, zenith * shape[..., None] * colour, ground)
+    image = bpy.data.images.new("Sky", width, height, float_buffer=True)
+    image.pixels.foreach_set(pixels.ravel())
+    image.pack()
+    tree = bpy.context.scene.world.node_tree
+    node = tree.nodes.new("ShaderNodeTexEnvironment")
+    node.image, node.location = image, (-300, 300)
+    tree.links.new(node.outputs["Color"], world(1.0).inputs["Color"])
 
 
 def camera(location=(0, -18.6, HEIGHT / 2), target=None, lens: float = 50) -> bpy.types.Object:

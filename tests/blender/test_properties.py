@@ -149,7 +149,7 @@ def test_specular_models_are_the_exporters(scene) -> None:
 
 @pytest.mark.parametrize("path", sorted(BLEND_SCENES.glob("*.blend")), ids=lambda path: path.stem)
 def test_our_scenes_keep_their_lobes(path) -> None:
-    """Those whose glossy materials are the paper's say so; the others have no rough ones."""
+    """Those whose glossy materials are the paper's say so; the others are as Cycles has them."""
     bpy.ops.wm.open_mainfile(filepath=str(path))
     paper = path.stem in ("cornell_box", "glossy_room")
     assert bpy.context.scene.photon_stream.specular_model == ("PHONG" if paper else "GGX")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Render a .blend with Cycles as a reference: nothing clamped, blurred, denoised or cut short.
 
-The scenes of blend_scenes wear the paper's lobes, so Glossy BSDFs with a finite exponent are
+Some scenes of blend_scenes wear the paper's lobes: there, Glossy BSDFs with a finite exponent are
 replaced by the OSL closure phong_ramp, which is Lafortune & Willems 1994's lobe:
 k_s (n + 2) / (2 pi) cos^n.
 """
@@ -23,8 +23,10 @@ from addon.photon.scene import Scene
 
 BLEND_SCENES = Path(__file__).resolve().parents[2] / "blend_scenes"
 REFERENCES = BLEND_SCENES / "references"
-SCENES = ("cornell_box", "cornell_classic", "cornell_mirror")
+LIT = ("studio", "daylight")  # by lights of some size and a world
+SCENES = ("cornell_box", "cornell_classic", "cornell_mirror", *LIT)
 SIZE = 128  # [px] of the square references
+SIZES = dict.fromkeys(SCENES, SIZE) | {"daylight": 64}  # the fewer pixels, the more samples each
 BOUNCES = 64
 
 PHONG_OSL = """
@@ -38,15 +40,23 @@ shader phong_lobe(float Exponent = 10, color Color = 0, output closure color BSD
 Image = NDArray[np.float32]
 
 
-def open_blend(name: str, size: int = SIZE) -> Scene:
-    """Load a scene of blend_scenes into Blender, `size` pixels square, and export it."""
+def open_blend(name: str, size: int | None = None) -> Scene:
+    """Load a scene of blend_scenes, `size` pixels square or as SIZES says, and export it."""
     bpy.ops.wm.open_mainfile(filepath=str(BLEND_SCENES / f"{name}.blend"))
     render = bpy.context.scene.render
-    render.resolution_x = render.resolution_y = size
+    render.resolution_x = render.resolution_y = size or SIZES[name]
     render.resolution_percentage = 100
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    exported, _ = snapshot(depsgraph, model=SpecularModel.PHONG)
+    model = saved_model()
+    exported, report = snapshot(bpy.context.evaluated_depsgraph_get(), model=model)
+    lost = [entry for entry in report.entries if entry.status != "exact"]
+    assert model is SpecularModel.PHONG or not lost, lost
     return exported
+
+
+def saved_model() -> SpecularModel:
+    """What the loaded file's property Specular Model says, with or without the add-on."""
+    saved = bpy.context.scene.get("photon_stream") or {}
+    return [*SpecularModel][saved.get("specular_model", 0)]
 
 
 def render_cycles(exported: Scene, samples: int, seed: int) -> Image:

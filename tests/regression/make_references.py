@@ -3,8 +3,9 @@
 
     .venv/bin/python -m tests.regression.make_references [scene ...] [--samples N]
 
-Takes half an hour on two cores. Each reference is the mean of RUNS renders with seeds
-of their own; how far these differ is the noise that is printed and written in the file.
+Takes half an hour on two cores; studio was made with 512 samples and daylight with 1024. Each
+reference is the mean of RUNS renders with seeds of their own; how far these differ is the noise
+that is printed and written in the file.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import bpy
 import numpy as np
 
 from .blocks import block_means
-from .cycles import BOUNCES, REFERENCES, SCENES, SIZE, open_blend, render_cycles, write_exr
+from .cycles import BOUNCES, REFERENCES, SCENES, SIZES, open_blend, render_cycles, write_exr
 
 RUNS = 4
 
@@ -36,8 +37,9 @@ def main() -> None:
         blocks = np.array([block_means(run) for run in runs])
         with np.errstate(invalid="ignore"):
             noise = blocks.std(axis=0, ddof=1) / np.sqrt(RUNS) / blocks.mean(axis=0)
+        size = SIZES[name]
         notes = (
-            f"{name}.blend, Cycles of Blender {bpy.app.version_string}, {SIZE}x{SIZE}, "
+            f"{name}.blend, Cycles of Blender {bpy.app.version_string}, {size}x{size}, "
             f"{RUNS} runs of {args.samples} samples, {BOUNCES} bounces, box filter; standard "
             f"error of 8x8 block means: {np.nanmedian(noise):.3%} median, "
             f"{np.nanpercentile(noise, 95):.3%} 95th percentile"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The three scenes against Cycles: block means, with no factor between the two.
+"""Five scenes against Cycles: block means, with no factor between the two.
 
 The references in blend_scenes/references come from make_references.py, which renders for
 half an hour; here Cycles renders a few samples to see that they are still its pictures.
@@ -19,38 +19,49 @@ from addon.blender.export import SpecularModel, snapshot
 from addon.photon.scene import Scene
 from addon.streams import Device
 from tests.measure import render
+from tests.stability.table import Measured
 
-from .blocks import compare, smooth_blocks
-from .cycles import REFERENCES, SCENES, SIZE, open_blend, read_exr, render_cycles
+from .blocks import Difference, compare, smooth_blocks
+from .cycles import LIT, REFERENCES, SCENES, SIZE, SIZES, open_blend, read_exr, render_cycles
 
 pytestmark = pytest.mark.blender
 
 MEDIAN, HIGH = 0.01, 0.03  # relative, of blocks; HIGH at their 95th percentile
 PASSES, PHOTONS = 128, 262144  # our own noise is then a third of a percent in the median
 MARGIN = 1  # [px] around edges
+# Passes and photons of the scenes that LIT names. Few photons find the window of daylight, and few
+# shadow rays what is bright beyond it.
+QUICK = {"studio": (12, 65536)}
+MANY = {"studio": (128, 65536), "daylight": (512, 131072)}
 
 Record = Callable[[str, object], None]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SCENES)
-def test_block_means_are_those_of_cycles(
-    device: Device, name: str, record_property: Record
-) -> None:
+def differences(
+    device: Device, name: str, passes: int, photons: int
+) -> tuple[Difference, Difference]:
+    """Of smooth blocks, and of all."""
     exported = open_blend(name)
     images = render(
         device,
         exported,
-        width=SIZE,
-        height=SIZE,
-        passes=PASSES,
-        photons=PHOTONS,
+        width=SIZES[name],
+        height=SIZES[name],
+        passes=passes,
+        photons=photons,
         radius_shrink=2 / 3,
     )
     keep = smooth_blocks(images, exported.camera, MARGIN)
     ours, reference = images["Combined"][..., :3], read_exr(REFERENCES / f"{name}.exr")
-    found = compare(ours, reference, keep)
-    everywhere = compare(ours, reference, np.ones_like(keep))
+    return compare(ours, reference, keep), compare(ours, reference, np.ones_like(keep))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in SCENES if name not in LIT])
+def test_block_means_are_those_of_cycles(
+    device: Device, name: str, record_property: Record
+) -> None:
+    found, everywhere = differences(device, name, PASSES, PHOTONS)
     figures = {
         "median": found.median,
         "95th percentile": found.high,
@@ -67,6 +78,25 @@ def test_block_means_are_those_of_cycles(
     assert found.high <= HIGH
     assert everywhere.median <= MEDIAN
     assert everywhere.high <= HIGH
+
+
+@pytest.mark.stability(66)
+@pytest.mark.parametrize("name", LIT)
+def test_area_lights_sun_and_sky_are_those_of_cycles(
+    device: Device, name: str, thorough: bool, measured: Measured
+) -> None:
+    if not thorough and name not in QUICK:
+        pytest.skip("runs with --stability")
+    counts = MANY[name] if thorough else QUICK[name]
+    found, everywhere = differences(device, name, *counts)
+    for which, some in (("smooth", found), ("all", everywhere)):
+        told = f"median {some.median:.2%}, 95th {some.high:.2%}, mean {some.bias:.2%}"
+        print(f"\n{name}, {which} blocks ({some.share:.0%}): {told}")
+    assert found.share > 0.25
+    assert measured(f"{name}: smooth blocks in the median", found.median, "%") <= MEDIAN
+    assert measured(f"{name}: at the 95th percentile", found.high, "%") <= HIGH
+    assert measured(f"{name}: all blocks in the median", everywhere.median, "%") <= MEDIAN
+    assert abs(everywhere.bias) <= MEDIAN / 2
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -19,6 +19,14 @@ def specular_of(material: Material) -> tuple[RGB, float]:
     return lobe.colour, lobe.parameters.get("exponent", MIRROR)
 
 
+def check_converted(light: Light) -> None:
+    """ValueError for lights that the paper does not have."""
+    if light.kind not in ("point", "spot"):
+        raise ValueError(f"light {light.name!r} is of kind {light.kind}, which is not converted")
+    if light.parameters["radius"] > 0:
+        raise ValueError(f"light {light.name!r} has a radius: only delta lights are converted")
+
+
 def cone_of(light: Light) -> tuple[float, float]:
     """A spotlight's width [rad] and the share of it that fades."""
     outer, inner = light.parameters["outer"], light.parameters["inner"]

@@ -20,6 +20,8 @@ SCENES = (
     "glossy_room",
     "cornell_mirror",
     "cornell_box",
+    "studio",
+    "daylight",
 )
 # Left and lower edge [px] of the part of each picture that the page shows enlarged
 CROPS = {
@@ -31,6 +33,8 @@ CROPS = {
     "glossy_room": (60, 50),
     "cornell_mirror": (30, 130),
     "cornell_box": (110, 20),
+    "studio": (40, 80),
+    "daylight": (60, 60),
 }
 CROP = 80  # [px]
 

@@ -19,7 +19,7 @@ import pyluxcore
 
 from addon.photon.scene import Camera, Light, Material, Scene
 
-from ..plain import cone_of, specular_of
+from ..plain import check_converted, cone_of, specular_of
 from ..spot import spot_profile
 from .steps import Budget, Seconds, Step, now
 
@@ -193,8 +193,7 @@ def to_material(material: Material) -> dict[str, Any]:
 
 
 def to_light(made: Any, index: int, light: Light) -> dict[str, Any]:
-    if light.parameters["radius"] > 0:
-        raise ValueError(f"light {light.name!r} has a radius: only delta lights are converted")
+    check_converted(light)
     power = np.array(light.power)
     if light.kind == "point":  # emits gain * color / (4 pi) [W/sr]
         position = list(map(float, light.position))

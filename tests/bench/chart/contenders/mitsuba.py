@@ -22,7 +22,7 @@ import numpy as np
 
 from addon.photon.scene import Camera, Light, Material, Scene
 
-from ..plain import cone_of, specular_of
+from ..plain import check_converted, cone_of, specular_of
 from ..spot import spot_profile
 from .steps import Budget, Seconds, Step, doubling, now
 
@@ -149,8 +149,7 @@ def to_sensor(camera: Camera, size: int) -> dict[str, Any]:
 
 
 def to_emitter(light: Light) -> dict[str, Any]:
-    if light.parameters["radius"] > 0:
-        raise ValueError(f"light {light.name!r} has a radius: only delta lights are converted")
+    check_converted(light)
     intensity = {"type": "rgb", "value": [float(p) / (4 * math.pi) for p in light.power]}
     if light.kind == "point":
         return {"type": "point", "position": list(light.position), "intensity": intensity}

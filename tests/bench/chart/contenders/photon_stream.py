@@ -3,36 +3,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from addon.photon.photons.deposits import Deposits
+from addon.photon.photons.kept import Kept, Mapper
 from addon.photon.prepare import prepare
-from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
-from addon.photon.stage.geometry import Mesh
 from addon.photon.ways.way import open_device
+from addon.streams import Device
+from tests.bench.host import CORES
 
-from .steps import Budget, Step, doubling, now
+from .steps import Budget, Seconds, Step, doubling, now
 
 FEATURE_PASSES = 8
+SET_UP = ("bvh", "programs")  # phases that no clock counts
 METHODS = {"Photon Stream": "photons"}
 
 
-class Clocked(Renderer):
+class Late(Kept):
     """Launches the photons that tell the radii when all programs are made, and not before: what a
     GPU traces while the host makes programs no clock would count."""
 
-    def _start_pilot(self) -> None:
-        pass
+    def __init__(self, device: Device) -> None:
+        super().__init__(device, budget=0)
+        self.begun: Seconds | None = None
+        self._first: Callable[[], None] | None = None
 
-    def _start_first_pass(self, mesh: Mesh) -> None:
-        self.device.ctx.finish()
-        self._tick(self._phase)  # what is under way: making programs
-        self.begun, self.phases_before = now(), dict(self.seconds)
-        super()._start_pilot()
-        super()._start_first_pass(mesh)
+    def start(
+        self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
+    ) -> None:
+        launch = partial(super().start, mapper, settings, index, photons)
+        if self.begun:
+            launch()
+        else:
+            self._first = launch
+
+    def finish(self, mapper: Mapper) -> Deposits:
+        if self._first:
+            self.begun, first, self._first = now(), self._first, None
+            first()
+        return super().finish(mapper)
 
 
 class Engine:
@@ -71,10 +85,13 @@ class Engine:
             passes=1 << 24,
             photons=int(photons) if photons else None,
         )
-        renderer = Clocked(self.scene, settings, self.device)
+        kept = Late(self.device)
+        renderer = prepare(self.scene, settings, self.device, kept)
         budget.begin()
-        before = renderer.phases_before
-        seconds, done = now() - renderer.begun, 0
+        seconds, done = now() - (kept.begun or now()), 0
+        before = {phase: renderer.seconds[phase] for phase in SET_UP}
+        sent = renderer.seconds["eye"]  # the first rays, before the photons
+        seconds += Seconds(sent, sent * CORES)
         try:
             for effort in doubling():
                 start = now()
@@ -93,3 +110,4 @@ class Engine:
                     return
         finally:
             renderer.release()
+            kept.release()
