@@ -166,10 +166,10 @@ float pdf_toy(Light light, vec3 position, vec3 normal, vec3 to_light) { return 0
 
 LightRay emit_toy(Light light, vec2 u, vec2 on_light) {
     vec3 direction = direction_from_versine(u.x, 2.0 * PI * u.y);
-    return LightRay(light.position, frame_about(light.axis) * direction);
+    return LightRay(light.position, frame_about(light.axis) * direction, 1.0);
 }
 
-vec3 seen_toy(Light light, vec3 origin, vec3 direction, float far) { return vec3(0.0); }
+vec4 seen_toy(Light light, vec3 origin, vec3 direction, float far) { return vec4(0.0); }
 
 LightBounds bounds_toy(Light light) { return sphere_bounds(light, 0.0, ALL_AROUND); }
 

@@ -80,7 +80,9 @@ def test_progress(process: RendererProcess) -> None:
     shapes = {name: image.shape for name, image in last.images.items()}
     assert shapes == {
         "Combined": (16, 24, 4),
-        **dict.fromkeys(("Direct", "Indirect", "Mirror", "Background", "Normal"), (16, 24, 3)),
+        **dict.fromkeys(
+            ("Direct", "Indirect", "Mirror", "Emission", "Background", "Normal"), (16, 24, 3)
+        ),
         **dict.fromkeys(("Depth", "Error"), (16, 24, 1)),
     }
     assert all(image.dtype == np.float32 for image in last.images.values())
@@ -197,7 +199,7 @@ def test_warnings_come_once(process: RendererProcess) -> None:
     scene = replace(cornell(), lights=())
     events = list(process.render(scene, SMALL))
     warned = [event.warnings for event in events if event.warnings]
-    assert warned == [("the scene has no spotlight or point light",)]
+    assert warned == [("the scene has no light",)]
 
 
 # Cancelling.
