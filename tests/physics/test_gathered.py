@@ -60,7 +60,13 @@ def light(images: dict[str, Any]) -> Any:
     return seen.reshape(2, side, 2, side, 3).mean(axis=(1, 3)).reshape(4, 3)
 
 
-@pytest.mark.parametrize("name", MATERIALS)
+FEW = ("phong",)  # the others take long
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(x, marks=() if x in FEW else pytest.mark.thorough) for x in MATERIALS],
+)
 def test_gathered_is_what_rays_see(
     device: Device, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:

@@ -59,7 +59,7 @@ def open_room() -> None:
     bpy.context.object.data.materials.append(ball)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_block_means_are_those_of_cycles(device: Device, record_property: Record) -> None:
     open_room()
     exported, _ = snapshot(bpy.context.evaluated_depsgraph_get())

@@ -202,9 +202,9 @@ def open_scene(graph: Graph, folder: Path) -> None:
     scene.camera = camera
 
 
-FEW = (turned, for_the_camera, mirror_ball)  # the others are slow together
+FEW = (turned, for_the_camera, mirror_ball)  # the others take long together
 GRAPHS = [
-    pytest.param(graph, id=graph.__name__, marks=() if graph in FEW else pytest.mark.slow)
+    pytest.param(graph, id=graph.__name__, marks=() if graph in FEW else pytest.mark.thorough)
     for graph in (*EXACT, *EVALUATED)
 ]
 

@@ -123,6 +123,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("stability")
     text = "run the tests of the stability table alone, at their full counts, and print it"
     group.addoption("--stability", action="store_true", help=text)
+    group.addoption("--thorough", action="store_true", help="run what takes long, too")
     text = "also write the table there: .json, or .md"
     group.addoption("--stability-report", type=Path, metavar="FILE", help=text)
 
@@ -132,7 +133,11 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep the marked tests, if asked to."""
+    """Keep the marked tests, if asked to, and leave out what takes long unless asked for it."""
+    if not config.getoption("--thorough"):
+        for item in items:
+            if item.get_closest_marker("thorough"):
+                item.add_marker(pytest.mark.skip(reason="runs with --thorough"))
     for item in items:
         for number in _rows_of(item):
             if number not in ROWS:
@@ -180,5 +185,6 @@ def measured(request: pytest.FixtureRequest) -> Measured:
 
 @pytest.fixture
 def thorough(request: pytest.FixtureRequest) -> bool:
-    """Whether to run at full counts: with --stability."""
-    return bool(request.config.getoption("--stability"))
+    """Whether to run at full counts: with --stability or --thorough."""
+    options = request.config
+    return bool(options.getoption("--stability") or options.getoption("--thorough"))

@@ -321,9 +321,7 @@ def test_shadow_terminator(device: Device, measured: Measured) -> None:
     seen = images["Depth"][..., 0] < 100
     black = seen & (images["Direct"][..., 0] == 0) & (cosine > 0.02)
     share = measured("of the lit half black", black.sum() / (seen & (cosine > 0.02)).sum(), "%")
-    worst = measured("up to a cosine of", cosine[black].max())
-    assert 0.05 < share < 0.15 and worst < 0.2  # else the next line is not so any more
-    measured.falls_short("of 320 facets, those that turn away are dark where normals do not")
+    assert share <= 1e-3
 
 
 @pytest.mark.stability(26)
