@@ -6,6 +6,7 @@ Run as `python -m tests.bench.many_lights`.
 
 from __future__ import annotations
 
+import argparse
 import time
 from itertools import pairwise
 from typing import Any
@@ -71,6 +72,7 @@ def measured(
 
 
 def main() -> None:
+    argparse.ArgumentParser(description=__doc__).parse_args()
     device = Device()
     cases = [(f"{count} bulbs", bulbs(count), count <= 64) for count in (16, 64, 2000)]
     for name, scene, few in (*cases, ("3000 triangles", strips(3000), False)):
