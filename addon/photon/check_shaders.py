@@ -6,11 +6,14 @@ Each kernel is checked for both layers, with every value of its defines and numb
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 from ..streams.compute import compute_source
@@ -19,6 +22,7 @@ from ..streams.source import Source, read
 from . import variants
 
 FRAGMENT_VERSION, COMPUTE_VERSION = 330, 450
+AT_ONCE = 64  # programs of a call
 
 
 def programs() -> Iterator[tuple[str, str, Source]]:
@@ -40,26 +44,39 @@ def programs() -> Iterator[tuple[str, str, Source]]:
         yield stem, "comp", compute_source(stem, declarations=declarations, made=made)
 
 
+def _wrong(validator: str, batch: list[tuple[str, str, Source]]) -> list[str]:
+    """What is wrong with each program of a batch that has errors."""
+    with tempfile.TemporaryDirectory() as folder:
+        files = [Path(folder) / f"{k}.{stage}" for k, (_, stage, _) in enumerate(batch)]
+        for file, (_, _, source) in zip(files, batch, strict=True):
+            file.write_text(source.text, encoding="utf-8")
+        # One call for all: starting it takes longer than a program does. Which is wrong is asked
+        # of each alone.
+        if subprocess.run([validator, *files], capture_output=True).returncode == 0:
+            return []
+        wrong = []
+        for file, (name, stage, source) in zip(files, batch, strict=True):
+            result = subprocess.run([validator, file], capture_output=True, text=True)
+            if result.returncode:
+                wrong.append(f"{name} ({stage}):\n{source.explain(result.stdout)}")
+        return wrong
+
+
 def main() -> int:
     """Print each error with its file and line; 0 if there is none, or no validator."""
     validator = shutil.which("glslangValidator")
     if validator is None:
         print("shaders: not checked offline, glslangValidator is absent (Debian: glslang-tools)")
         return 0
-    failed = count = 0
-    with tempfile.TemporaryDirectory() as folder:
-        seen = set[tuple[str, str]]()
-        for name, stage, source in programs():
-            if (stage, source.text) in seen:
-                continue
-            seen.add((stage, source.text))
-            count += 1
-            file = Path(folder) / f"program.{stage}"
-            file.write_text(source.text, encoding="utf-8")
-            result = subprocess.run([validator, str(file)], capture_output=True, text=True)
-            if result.returncode:
+    unique = {(stage, source.text): (name, source) for name, stage, source in programs()}
+    found = [(name, stage, source) for (stage, _), (name, source) in unique.items()]
+    count, failed = len(found), 0
+    batches = [found[first : first + AT_ONCE] for first in range(0, count, AT_ONCE)]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for wrong in pool.map(partial(_wrong, validator), batches):
+            for text in wrong:
                 failed += 1
-                print(f"{name} ({stage}):\n{source.explain(result.stdout)}")
+                print(text)
     print(f"shaders: {count} programs checked, {failed} with errors")
     return 1 if failed else 0
 
