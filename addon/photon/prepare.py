@@ -169,9 +169,8 @@ class _Preparation:
                 field = self._find_radii(mapper, stage.mesh, eye, budget)
             self._own.append(field.release)
         ahead = way.works_alone
-        photons = Photons(mapper, self._kept, settings, field, splat, grid, ahead, self._phases)
-        photons.shares = self._shares
-        return photons
+        phases, shares = self._phases, self._shares
+        return Photons(mapper, self._kept, settings, field, splat, grid, ahead, phases, shares)
 
     def _find_radii(self, mapper: Mapper, mesh: Mesh, eye: Eye, budget: Budget) -> RadiusField:
         """Radii by where pass 0's photons fall."""

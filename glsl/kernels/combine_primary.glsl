@@ -19,19 +19,16 @@ void kernel() {
 #endif
     store_direct_seen(Radiance(seen ? load_direct().radiance : vec3(0.0), weight));
     store_indirect_seen(Radiance(indirect, weight * coverage));
+    bool held_out = false;
+#ifdef VISIBILITY
+    held_out = seen && is_holdout(load_diffuse());
+#endif
     vec3 background = vec3(0.0);
 #ifdef EMITTERS
-    vec3 emitted = load_emitted().radiance;
-#ifdef VISIBILITY
-    if (seen && is_holdout(load_diffuse())) emitted = vec3(0.0);
-#endif
-    store_emission_seen(Radiance(emitted, 1.0));
+    store_emission_seen(Radiance(held_out ? vec3(0.0) : load_emitted().radiance, 1.0));
     background = load_environment().radiance * background_alpha;
 #endif
-    float alpha = seen ? 1.0 : background_alpha;
-#ifdef VISIBILITY
-    if (seen && is_holdout(load_diffuse())) alpha = 0.0;
-#endif
+    float alpha = held_out ? 0.0 : (seen ? 1.0 : background_alpha);
 #ifdef ILLUMINANCE
     float there = seen && is_diffuse(load_diffuse()) ? 1.0 : 0.0;
     float by_photons = there * lux_of(load_irradiance().irradiance);

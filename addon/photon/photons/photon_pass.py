@@ -44,13 +44,15 @@ class Photons:
         grid: Gathering | None,
         traces_ahead: bool,
         phases: Phases,
+        shares: Shares | None,
     ) -> None:
         """`splat` draws what the eye sees directly, if there is one; `grid` gathers the rest.
-        `traces_ahead`: the device traces while the host waits for something else."""
+        `traces_ahead`: the device traces while the host waits for something else; `shares`: of
+        the photons, where there is more than one light."""
         self.mapper, self.field, self.splat, self.grid = mapper, field, splat, grid
         self._kept, self._settings = kept, settings
         self._traces_ahead, self._phases = traces_ahead, phases
-        self.shares: Shares | None = None  # if there is more than one light
+        self.shares = shares
         self.dropped = 0  # deposits that were not finite, of the passes so far
 
     def start(self, index: int) -> PhotonPass:

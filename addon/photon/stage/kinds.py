@@ -9,7 +9,7 @@ has, and one switch.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -101,8 +101,7 @@ class _Function:
     arguments: tuple[str, ...]  # type and name
     otherwise: str  # what none of the kinds gives
     number: str  # which kind it is
-    only: str = ""  # kinds without a parameter of that name do not define it
-    is_near: bool = False  # distant kinds do not define it
+    is_of: Callable[[Kind], bool] = lambda kind: True  # the kinds that define it
 
     def switch(self, own: str, kinds: Collection[Kind]) -> str:
         """The function that calls that of the kind whose number it is."""
@@ -112,8 +111,7 @@ class _Function:
         lines += [
             f"    if ({self.number} == {kind.number}.0) return {self.verb}_{kind.name}({given});"
             for kind in kinds
-            if not self.only or self.only in kind.parameters
-            if not (self.is_near and kind.is_distant)
+            if self.is_of(kind)
         ]
         lines += [f"    {self.otherwise}", "}"]
         return "\n".join(lines)
@@ -135,7 +133,14 @@ BSDF_FUNCTIONS = (
         "vec3", "exchanged", (*_LOBE, "float from", "float to"), "return vec3(1.0);", "lobe.kind"
     ),
     _Function("float", "roughness", _LOBE, "return 0.0;", "lobe.kind"),
-    _Function("Shape", "turned", (*_LOBE, "float angle"), "return shape;", "lobe.kind", "turn"),
+    _Function(
+        "Shape",
+        "turned",
+        (*_LOBE, "float angle"),
+        "return shape;",
+        "lobe.kind",
+        lambda kind: "turn" in kind.parameters,
+    ),
 )
 LIGHT_FUNCTIONS = (
     _Function("LightSample", "sample", (*_AT, "vec2 u"), "return no_light();", "light.kind"),
@@ -156,7 +161,7 @@ LIGHT_FUNCTIONS = (
         ("Light light", "vec3 direction"),
         "return flux_light(light);",
         "light.kind",
-        "image",
+        lambda kind: kind.has_image,
     ),
     _Function(
         "LightBounds",
@@ -164,7 +169,7 @@ LIGHT_FUNCTIONS = (
         ("Light light",),
         "return sphere_bounds(light, 0.0, ALL_AROUND);",
         "light.kind",
-        is_near=True,
+        lambda kind: not kind.is_distant,
     ),
 )
 

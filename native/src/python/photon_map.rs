@@ -43,9 +43,9 @@ impl PhotonMap {
     /// Sum the photons around each visible point.
     ///
     /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point), facing
-    /// (normal, unused) and cuts; radii, of which each is multiplied by shrink; filter (constant, cone, gaussian, epanechnikov). Returns
-    /// float32[H, W, 4]: irradiance in three channels, and their mean within the inner radius; zeros
-    /// where no photon can be.
+    /// (normal, unused) and cuts; radii, of which each is multiplied by shrink; filter (constant, cone,
+    /// gaussian, epanechnikov). Returns float32[H, W, 4]: irradiance in three channels, and their mean
+    /// within the inner radius; zeros where no photon can be.
     #[allow(clippy::too_many_arguments)]
     fn gather<'py>(
         &self,
@@ -91,10 +91,14 @@ impl PhotonMap {
         if !self.0.has_directions() {
             return Err(PyValueError::new_err("the photons of this map have no directions"));
         }
-        let named = [("place", place), ("facing", facing), ("cuts", cuts)];
-        let of_lobes = [("gathered", gathered), ("lobe", lobe), ("peak", peak)];
-        let [place, facing, cuts, gathered, lobe, peak] =
-            streams([named[0], named[1], named[2], of_lobes[0], of_lobes[1], of_lobes[2]])?;
+        let [place, facing, cuts, gathered, lobe, peak] = streams([
+            ("place", place),
+            ("facing", facing),
+            ("cuts", cuts),
+            ("gathered", gathered),
+            ("lobe", lobe),
+            ("peak", peak),
+        ])?;
         let filter = Filter::named(filter)?;
         let mut irradiance = None;
         let gloss = new_stream(py, &place, |gloss| {
