@@ -26,6 +26,7 @@ from .settings import Settings
 from .stage.gathered import can_gather, send_rays
 from .stage.needs import MOST_LOBES
 from .stage.tables import is_seen
+from .stage.textures import advice, bytes_of
 from .ways.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool
 from .ways.way import Way
 
@@ -53,11 +54,12 @@ class Part:
     name: str  # of _ADVICE
     count: int
     size: Bytes
+    advice: str = ""  # in place of that
 
     def refusal(self, text: str) -> PhotonStreamError:
         """The error that names what to lower."""
-        kind = SceneError if self.name in ("triangles", "image pixels") else SettingsError
-        return kind(f"{text}: {_ADVICE[self.name]}")
+        kind = SettingsError if self.name in ("pixels", "photons") else SceneError
+        return kind(f"{text}: {self.advice or _ADVICE[self.name]}")
 
 
 class Budget:
@@ -69,6 +71,7 @@ class Budget:
         self._triangles, self._emitters = len(scene.triangles), scene.emitters
         self._tangents = TANGENTS if len(scene.corner_tangents) else 0
         self._image_pixels = sum(image.pixels.size // 3 for image in scene.images)
+        self._textures = scene.textures
         used = np.bincount(scene.material, minlength=len(scene.materials))
         glows = np.array([material.glows for material in scene.materials], bool)
         self._glowing = int(used[glows].sum())
@@ -120,7 +123,17 @@ class Budget:
             Part("photons", photons, sizes.photons(counts)),
             Part("triangles", self._triangles, self._of_triangles()),
             Part("image pixels", images, Bytes(TEXEL * images, TEXEL * images)),
+            *self._of_textures(),
         )
+
+    def _of_textures(self) -> tuple[Part, ...]:
+        """What they take; and on the host the largest once more, while it is sent."""
+        if not self._textures:
+            return ()
+        size = bytes_of(self._textures)
+        largest = max(texture.pixels.nbytes for texture in self._textures)
+        named = advice(self._textures)
+        return (Part("bytes of textures", size, Bytes(size, largest), named),)
 
     def _of_triangles(self) -> Bytes:
         """What they take, and those of them that glow besides."""
@@ -198,7 +211,7 @@ class Budget:
     def _check_textures(self, parts: Sequence[Part], deposits: float | None) -> None:
         """What no memory helps: the sides of textures, and the size of buffers."""
         limit, name = self._device.texture_limit, self._device.name
-        pixels, photons, triangles, images = parts
+        pixels, photons, triangles, images, *_ = parts
         if max(self._strip) > limit:
             width, height = self._strip
             size = f"{width}x{height} pixels are more than {limit} a side"

@@ -80,6 +80,7 @@ class Device:
         self.prefers_native = self.is_software  # to sort and compact on the host
         self.has_compute = self.ctx.version_code >= 430
         self.texture_limit = min(int(info.get("GL_MAX_TEXTURE_SIZE", 4096)), 16384)
+        self.layer_limit = int(info.get("GL_MAX_ARRAY_TEXTURE_LAYERS", 256))
         # [bytes] that a program reads of one; 2^27 is the least that compute programs come with
         self.buffer_limit = int(info.get("GL_MAX_SHADER_STORAGE_BLOCK_SIZE", 1 << 27))
         self.point_size_limit = float(info["GL_POINT_SIZE_RANGE"][1])
@@ -155,7 +156,7 @@ class Device:
             self._framebuffers[key] = self._made(make, color_attachments=list(textures))
         return self._framebuffers[key]
 
-    def free(self, item: moderngl.Texture | moderngl.Buffer) -> None:
+    def free(self, item: moderngl.Texture | moderngl.TextureArray | moderngl.Buffer) -> None:
         """Release a buffer, or a texture and the framebuffers that draw into it."""
         if isinstance(item, moderngl.Texture):
             self._rest.use()
@@ -163,7 +164,7 @@ class Device:
                 self._framebuffers.pop(key).release()
         item.release()
 
-    def put_back(self, item: moderngl.Texture | moderngl.Buffer) -> None:
+    def put_back(self, item: moderngl.Texture | moderngl.TextureArray | moderngl.Buffer) -> None:
         """Take back a texture or buffer that is no longer used: for who asks for one like it.
 
         A GPU's driver finds memory for one when it is first used, which a first pass waits for.
@@ -172,7 +173,7 @@ class Device:
             self.free(item)
             return
         key: tuple[Any, ...]
-        if isinstance(item, moderngl.Texture):
+        if isinstance(item, (moderngl.Texture, moderngl.TextureArray)):
             key = item.size, item.components, item.dtype
         else:
             key = item.size, item.extra
@@ -267,7 +268,12 @@ class Device:
         """A texture read texel by texel, which may hold anything; StreamError if the device has no
         room for it."""
         spare = self._take((tuple(size), channels, dtype))
-        return spare or self._new_texture(size, channels, dtype)
+        return spare or self._new_texture(self.ctx.texture, size, channels, dtype)
+
+    def texture_array(self, size: tuple[int, int, int], dtype: str) -> Any:
+        """The same of several layers, of one channel."""
+        spare = self._take((tuple(size), 1, dtype))
+        return spare or self._new_texture(self.ctx.texture_array, size, 1, dtype)
 
     def buffer(self, size: int) -> moderngl.Buffer:
         """A buffer of `size` bytes, or a quarter or 256 more at most, which may hold anything."""
@@ -288,15 +294,16 @@ class Device:
             return self._new_buffer(size)
         return buffer
 
-    def _new_texture(self, size: tuple[int, int], channels: int, dtype: str) -> Any:
-        texture = self._made(self.ctx.texture, size, channels, dtype=dtype)
+    def _new_texture(
+        self, make: Callable[..., Any], size: tuple[int, ...], channels: int, dtype: str
+    ) -> Any:
+        texture = self._made(make, size, channels, dtype=dtype)
         if said := self._refused(texture):
             if not any(self._spare.values()):
-                raise StreamError(
-                    f"{self.name} has no room for {size[0]}x{size[1]} texels ({said})"
-                )
+                texels = "x".join(map(str, size))
+                raise StreamError(f"{self.name} has no room for {texels} texels ({said})")
             self.drop_spare()
-            return self._new_texture(size, channels, dtype)
+            return self._new_texture(make, size, channels, dtype)
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
 

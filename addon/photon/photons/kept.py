@@ -15,6 +15,7 @@ from ..scene.snapshot import same
 from ..settings import Settings
 from ..stage.geometry import Frame, Mesh, frame_of
 from ..stage.tables import Tables
+from ..stage.textures import Texels
 from ..ways.way import Way
 from .deposits import DEPOSIT_BYTES, Copy, Deposits
 
@@ -57,10 +58,15 @@ class Stage:
     tables: Tables
 
     @staticmethod
-    def build(scene: Scene, way: Way, frame: Frame, mesh: Mesh) -> Stage:
-        """Upload the tables of a scene's mesh; SceneError if that is impossible."""
+    def build(
+        scene: Scene, way: Way, frame: Frame, mesh: Mesh, texels: Texels | None = None
+    ) -> Stage:
+        """Upload the tables of a scene's mesh, beside its `texels`, which stay the caller's;
+        SceneError if that is impossible."""
         way.prepare_mesh(mesh)
         tables = Tables.upload(way.device, way.layer, scene, frame, mesh, way.reads_tree)
+        if texels:
+            tables.textures["texels"] = texels.array
         return Stage(scene, way, frame, mesh, tables)
 
 
@@ -89,6 +95,7 @@ class Kept:
         """`budget` [bytes] of deposits."""
         self._device, self.budget = device, budget
         self._stage: Stage | None = None
+        self._texels: Texels | None = None  # the stage's
         self._source: tuple[Any, ...] = ()  # what photons depend on besides the stage
         self._passes: dict[_Key, _Pass] = {}
         self.photon_bytes = 0  # that the deposits of these take
@@ -106,11 +113,13 @@ class Kept:
             return there
         tree = there.mesh.tree if there else None
         del there
-        self.release()  # first: there may not be room for both
+        self._release_stage()  # first: there may not be room for both
+        texels, self._texels = self._texels, None
+        self._texels = Texels.of(self._device, scene, texels)
         frame = frame_of(scene)
         mesh = Mesh.build(scene, frame, tree)
         del tree
-        self._stage = Stage.build(scene, way, frame, mesh)
+        self._stage = Stage.build(scene, way, frame, mesh, self._texels)
         return self._stage
 
     def leave_room(self, spare: int | None) -> None:
@@ -177,9 +186,17 @@ class Kept:
 
     def release(self) -> None:
         """Forget everything, and free it on the device."""
+        self._release_stage()
+        if self._texels:
+            self._texels.release()
+        self._texels = None
+
+    def _release_stage(self) -> None:
+        """But the textures: they take longest to send, and stay while materials change."""
         self._device.use()
         self.forget_photons()
         if self._stage:
+            self._stage.tables.textures.pop("texels", None)
             self._stage.tables.release()
         self._stage = self._tracing = None
 

@@ -3,7 +3,7 @@
 
 from .camera import Camera, Lens, Motion
 from .checks import BLACK, RGB
-from .images import Image
+from .images import Image, Texture
 from .lights import (
     FOUND_BY,
     Light,
@@ -43,6 +43,7 @@ __all__ = [
     "Material",
     "Motion",
     "Scene",
+    "Texture",
     "area_light",
     "environment_light",
     "phong",

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..errors import SceneError
 from .camera import Camera
 from .checks import BLACK, RGB, check_finite
-from .images import Image
+from .images import Image, Texture
 from .lights import Light, point_light, spot_light, world_light
 from .visibility import ALL_RAYS, HOLDOUT
 
@@ -164,6 +164,7 @@ class Scene:
     surface: NDArray[np.int32] = _empty((0,), np.int32)  # (T,) index into surfaces
     surfaces: tuple[str, ...] = ()  # object names
     images: tuple[Image, ...] = ()
+    textures: tuple[Texture, ...] = ()  # of programs
     # (S,) bits of visibility.py. (0,): all rays meet all surfaces.
     visible: NDArray[np.uint8] = _empty((0,), np.uint8)
 
@@ -209,6 +210,8 @@ class Scene:
         self.camera.check()
         for image in self.images:
             image.check()
+        for texture in self.textures:
+            texture.check()
         for light in self.lights:
             light.check()
             number = light.parameters.get("image", 0)
@@ -228,9 +231,11 @@ class Scene:
             "materials": [_plain(material) for material in self.materials],
             "surfaces": list(self.surfaces),
             "images": [image.name for image in self.images],
+            "textures": [[x.name, x.is_srgb, x.tile] for x in self.textures],
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, *_LATER)}
         arrays |= {f"image{number}": image.pixels for number, image in enumerate(self.images)}
+        arrays |= {f"texture{number}": x.pixels for number, x in enumerate(self.textures)}
         with open(path, "wb") as file:
             np.savez(file, header=np.array(json.dumps(header)), **arrays)
 
@@ -271,6 +276,10 @@ def _read(data: Any) -> Scene:
         images=tuple(
             Image(name, data[f"image{number}"])
             for number, name in enumerate(header.get("images", ()))
+        ),
+        textures=tuple(
+            Texture(name, data[f"texture{number}"], bool(is_srgb), int(tile))
+            for number, (name, is_srgb, tile) in enumerate(header.get("textures", ()))
         ),
         **{name: data[name] for name in (*_ARRAYS, *(name for name in _LATER if name in data))},
     )

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// An Image Texture, as Cycles 5.0 has it (kernel/svm/image.h): xyz is the colour in linear light, w alpha.
+// `image` is the number of the texture, or of the first of `tiles` textures, which lie in UDIM cells. Projection:
+// flat (0), box (1), sphere (2), tube (3). The box's faces are those of the normal in object space, and overlap by
+// `blend`. `separated` is 1: the colour is not multiplied by alpha.
+// Operands: vector.xyz blend, normal.xyz, image tiles interpolation extension, projection separated.
+#include "lib/constants.glsl"
+#include "lib/image.glsl"
+
+const vec4 NO_IMAGE = vec4(1.0, 0.0, 1.0, 1.0);
+
+vec2 on_sphere(vec3 at) {
+    float far = length(at);
+    if (!(far > 0.0)) return vec2(0.0);
+    float across = at.x == 0.0 && at.y == 0.0 ? 0.0 : 0.5 - atan(at.x, at.y) / (2.0 * PI);
+    return vec2(across, 1.0 - acos(clamp(at.z / far, -1.0, 1.0)) / PI);
+}
+
+vec2 on_tube(vec3 at) {
+    if (!(length(at.xy) > 0.0)) return vec2(0.0);
+    return vec2(0.5 - atan(at.x, at.y) / (2.0 * PI), 0.5 * (at.z + 1.0));
+}
+
+// How much of a box's faces across x, y and z one sees where the normal has these sizes, which add up to 1. Of each
+// pair the larger counts alone until the other is within the blend; of all three none is left out.
+vec3 box_weights(vec3 n, float blend) {
+    float limit = 0.5 * (1.0 + blend);
+    if (n.x > limit * (n.x + n.y) && n.x > limit * (n.x + n.z)) return vec3(1.0, 0.0, 0.0);
+    if (n.y > limit * (n.x + n.y) && n.y > limit * (n.y + n.z)) return vec3(0.0, 1.0, 0.0);
+    if (n.z > limit * (n.x + n.z) && n.z > limit * (n.y + n.z)) return vec3(0.0, 0.0, 1.0);
+    if (!(blend > 0.0)) return vec3(1.0, 0.0, 0.0);
+    float least = 0.5 * (1.0 - blend);
+    if (n.z < (1.0 - limit) * (n.y + n.x)) {
+        float x = clamp((n.x / (n.x + n.y) - least) / blend, 0.0, 1.0);
+        return vec3(x, 1.0 - x, 0.0);
+    }
+    if (n.x < (1.0 - limit) * (n.y + n.z)) {
+        float y = clamp((n.y / (n.y + n.z) - least) / blend, 0.0, 1.0);
+        return vec3(0.0, y, 1.0 - y);
+    }
+    if (n.y < (1.0 - limit) * (n.x + n.z)) {
+        float x = clamp((n.x / (n.x + n.z) - least) / blend, 0.0, 1.0);
+        return vec3(x, 0.0, 1.0 - x);
+    }
+    return ((2.0 - limit) * n + (limit - 1.0)) / (2.0 * limit - 1.0);
+}
+
+// Number of the texture of the UDIM cell that `uv` lies in, and where it is in that cell; -1: there is none.
+int tile_at(int first, int count, inout vec2 uv) {
+    if (any(isnan(uv)) || any(greaterThan(abs(uv), vec2(1.0e6)))) return -1;
+    ivec2 cell = ivec2(uv);
+    if (cell.x < 0 || cell.y < 0 || cell.x >= 10) return -1;
+    for (int i = first; i < first + count; i++) {
+        if (tile_of(i) == 1001 + 10 * cell.y + cell.x) {
+            uv -= vec2(cell);
+            return i;
+        }
+    }
+    return -1;
+}
+
+vec4 run_image(vec4 vector, vec4 normal, vec4 image, vec4 options) {
+    int number = int(image.x), tiles = int(image.y), interpolation = int(image.z), extension = int(image.w);
+    int projection = int(options.x);
+    bool separated = options.y > 0.0;
+    if (projection == 1) {
+        vec3 n = abs(normal.xyz);
+        vec3 weights = box_weights(n / (n.x + n.y + n.z), vector.w);
+        vec2 places[3] = vec2[3](
+            vec2(normal.x < 0.0 ? 1.0 - vector.y : vector.y, vector.z),
+            vec2(normal.y > 0.0 ? 1.0 - vector.x : vector.x, vector.z),
+            vec2(normal.z > 0.0 ? 1.0 - vector.y : vector.y, vector.x));
+        vec4 sum = vec4(0.0);
+        for (int face = 0; face < 3; face++) {
+            if (!(weights[face] > 0.0)) continue;
+            sum += weights[face] * sample_image(number, places[face], interpolation, extension, separated);
+        }
+        return sum;
+    }
+    vec2 uv = vector.xy;
+    if (projection == 2) uv = on_sphere(2.0 * vector.xyz - 1.0);
+    if (projection == 3) uv = on_tube(2.0 * vector.xyz - 1.0);
+    if (tiles > 0) number = tile_at(number, tiles, uv);
+    return number < 0 ? NO_IMAGE : sample_image(number, uv, interpolation, extension, separated);
+}
