@@ -32,7 +32,14 @@ from .photons.device_radii import DECLARATIONS
 from .scene import ALL_RAYS
 from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
 from .stage.glow import TRIANGLE
-from .stage.kinds import camera_kinds, light_defines, light_kinds, lobe_kinds, made_camera
+from .stage.kinds import (
+    camera_kinds,
+    light_defines,
+    light_kinds,
+    lobe_kinds,
+    made_camera,
+    node_kinds,
+)
 from .stage.light_tree import DRAWN_RAYS
 from .stage.needs import MOST_LOBES, SceneNeeds
 from .stage.tables import BoundsOfLights, LightFlux
@@ -74,7 +81,8 @@ def needs() -> Iterator[SceneNeeds]:
     """Every kind of scene, as far as programs tell them apart: no lobes, each kind alone and all
     together, one of them at a point or two, with tangents and without; each kind of light alone and
     all together; lights that are all asked, and lights that are drawn; lobes that send
-    rays, and lobes that gather photons; surfaces that not all rays meet."""
+    rays, and lobes that gather photons; surfaces that not all rays meet; programs of each kind of
+    node, with attributes and without."""
     lights = [frozenset({kind}) for kind in light_kinds()]
     lobes = [frozenset({kind}) for kind in lobe_kinds()]
     all_lights, all_lobes = frozenset(light_kinds()), frozenset(lobe_kinds())
@@ -100,6 +108,10 @@ def needs() -> Iterator[SceneNeeds]:
             yield some
             if count:
                 yield replace(some, gathered_lobes=True)
+        for nodes in (*(frozenset({kind}) for kind in node_kinds()), frozenset(node_kinds())):
+            for attributes in (0, 2):
+                some = _needs(count, of_lobes, all_lights, drawn=False)
+                yield replace(some, nodes=nodes, registers=8, attributes=attributes)
 
 
 def _needs(

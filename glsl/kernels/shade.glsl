@@ -4,6 +4,9 @@
 #include "lib/surface.glsl"
 #include "lib/place.glsl"
 #include "lib/diffuse.glsl"
+#ifdef PROGRAMS
+#include "lib/program.glsl"
+#endif
 #ifdef LOBES
 #include "lib/material_lobes.glsl"
 #endif
@@ -29,6 +32,12 @@ void kernel() {
     vec3 direction = load_direction().direction;
     Surface surface = surface_at(hit, direction);
     Material material = material_at(surface.material);
+#ifdef PROGRAMS
+    here = here_at(hit, direction, surface);
+    run_program(material);
+    material.albedo = reflectance_from(material.albedo_from, material.albedo);
+    if (is_given(material.normal_from)) surface.shading = normal_from(material.normal_from, surface);
+#endif
     Diffuse diffuse = bare_diffuse(material.albedo);
 #ifdef LOBES
     float cosine = max(0.0, -dot(direction, surface.shading));

@@ -22,6 +22,19 @@ Shape shape_of(MaterialLobe l, float probability) {
     return Shape(pack_kind(l.kind, l.parameters, l.more), l.weight / probability);
 }
 
+// Element of the table of lobes, with what its material's program gives.
+MaterialLobe lobe_at(int number) {
+    MaterialLobe l = material_lobe_at(number);
+#ifdef PROGRAMS
+    l.colour = reflectance_from(l.colour_from, l.colour);
+    l.covered = reflectance_from(l.covered_from, l.covered);
+    l.weight = number_from(l.weight_from, l.weight);
+    l.parameters = numbers_from(l.parameters_from, l.parameters);
+    l.more = numbers_from(l.more_from, l.more);
+#endif
+    return l;
+}
+
 float choice() {
 #ifdef EYE
     return random4(seed, pass_index, uint(pixel(element())), DIMENSION_SHADE + uint(depth)).x;
@@ -39,7 +52,7 @@ float probable_albedo(MaterialLobe l, float cosine) {
 bool gathers_some(Material material) {
     float share = 0.0;
     for (int i = 0; i < int(material.lobes); i++) {
-        MaterialLobe l = material_lobe_at(int(material.first_lobe) + i);
+        MaterialLobe l = lobe_at(int(material.first_lobe) + i);
         share += gathered_share(lobe_of(l), shape_of(l, 1.0));
     }
     return share > 0.0;
@@ -54,25 +67,25 @@ Lobes lobes_of(Material material, float cosine, inout Diffuse diffuse) {
     float others = 0.0;
     vec3 albedo = diffuse.albedo;
     for (int i = 0; i < lobes; i++) {
-        MaterialLobe l = material_lobe_at(first + i);
+        MaterialLobe l = lobe_at(first + i);
         if (largest(l.covered) > 0.0) albedo += l.covered * passed_by_lobe(lobe_of(l), shape_of(l, 1.0), cosine);
         if (i > 0) others += probable_albedo(l, cosine);
     }
     diffuse = bare_diffuse(albedo);
     if (lobes > 0) {
-        MaterialLobe l = material_lobe_at(first);
+        MaterialLobe l = lobe_at(first);
         found.lobe0 = lobe_of(l);
         found.shape0 = shape_of(l, 1.0);
     }
 #ifdef TWO_LOBES
     if (lobes == 2) {
-        MaterialLobe l = material_lobe_at(first + 1);
+        MaterialLobe l = lobe_at(first + 1);
         found.lobe1 = lobe_of(l);
         found.shape1 = shape_of(l, 1.0);
     } else if (lobes > 2) {
         float left = choice() * others;
         for (int i = 1; i < lobes; i++) {
-            MaterialLobe l = material_lobe_at(first + i);
+            MaterialLobe l = lobe_at(first + i);
             float own = probable_albedo(l, cosine);
             if (left < own || i == lobes - 1) {
                 found.lobe1 = lobe_of(l);
@@ -91,7 +104,7 @@ Lobes lobes_of(Material material, float cosine, inout Diffuse diffuse) {
     Lobes found = Lobes(none, Shape(vec3(0.0), 0.0), none, Shape(vec3(0.0), 0.0));
     int first = int(material.first_lobe), lobes = int(material.lobes);
     if (lobes == 0) return found;
-    MaterialLobe l = material_lobe_at(first);
+    MaterialLobe l = lobe_at(first);
     bool is_bare = gathers(diffuse);
     if (lobes == 1 && !(is_bare && largest(l.covered) > 0.0)) {
         found.lobe0 = lobe_of(l);
@@ -101,7 +114,7 @@ Lobes lobes_of(Material material, float cosine, inout Diffuse diffuse) {
     }
     float of_bare = mean(diffuse.albedo), all = of_bare;
     for (int i = 0; i < lobes; i++) {
-        l = material_lobe_at(first + i);
+        l = lobe_at(first + i);
         all += probable_albedo(l, cosine) + mean(l.covered);
         is_bare = is_bare || largest(l.covered) > 0.0;
     }
@@ -111,7 +124,7 @@ Lobes lobes_of(Material material, float cosine, inout Diffuse diffuse) {
         return found;
     }
     for (int i = 0; i < lobes; i++) {
-        l = material_lobe_at(first + i);
+        l = lobe_at(first + i);
         float own = probable_albedo(l, cosine) + mean(l.covered);
         if (left < own || i == lobes - 1) {
             found.lobe0 = lobe_of(l);

@@ -42,7 +42,9 @@ def test_million_metres_away_keeps_double_precision(export) -> None:
 def test_linked_duplicates_share_one_export(export, monkeypatch) -> None:
     found: list[Geometry] = []
     original = Geometry.arrays
-    monkeypatch.setattr(Geometry, "arrays", lambda self: found.append(self) or original(self))
+    monkeypatch.setattr(
+        Geometry, "arrays", lambda self, *given: found.append(self) or original(self, *given)
+    )
     mesh = new_mesh("Shared")
     for index in range(3):
         add_object(f"Plane {index}", mesh, location=(0, 0, index))

@@ -11,6 +11,7 @@ from addon.photon.kernels.records import CORNER_NORMALS, TRIANGLE
 from addon.photon.kernels.shade import Shade
 from addon.photon.scene import Material
 from addon.photon.stage.kinds import made_bsdf
+from addon.photon.stage.programs import program_tables
 from addon.photon.stage.tables import material_tables
 from addon.streams import Made
 from tests.kernels.conftest import Bench
@@ -30,7 +31,8 @@ def tables(material: Material) -> dict[str, NDArray[Any]]:
     normals = CORNER_NORMALS.zeros(1)
     for corner in "abc":
         normals[corner] = 0.0, 0.0, 1.0
-    materials, lobes = material_tables((BLACK, material))
+    both = (BLACK, material)
+    materials, lobes = material_tables(both, program_tables(both).compiled)
     return {
         "triangles": triangle,
         "corner_normals": normals,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from addon.photon.kernels.records import LOBE, MATERIAL_LOBE, SHAPE
 from addon.photon.scene import Lobe, Material
 from addon.photon.stage.kinds import lobe_kinds, made_bsdf
+from addon.photon.stage.programs import program_tables
 from addon.photon.stage.tables import material_tables
 from addon.streams import Uniform
 from tests.kernels.conftest import Bench
@@ -83,7 +84,8 @@ def test_every_kind_is_tested() -> None:
 
 def probe(bench: Bench, lobe: Lobe, viewer: Any, other: Any, **defines: int) -> tuple[Any, Any]:
     """The kernel's two outputs, (n, 4) each, of directions or numbers (n, 3 or 2)."""
-    row: Any = material_tables((Material("m", lobes=(lobe,)),))[1][0]
+    materials = (Material("m", lobes=(lobe,)),)
+    row: Any = material_tables(materials, program_tables(materials).compiled)[1][0]
     assert row.dtype == MATERIAL_LOBE.dtype
     inputs = {}
     for name, given in (("viewer", viewer), ("other", other)):

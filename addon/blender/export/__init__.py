@@ -79,7 +79,9 @@ def _snapshot(
         materials=tuple(materials.materials),
         surfaces=tuple(geometry.surfaces),
         images=tuple(images),
-        **geometry.arrays(),
+        **geometry.arrays(
+            materials.asked, any(material.program for material in materials.materials)
+        ),
     )
     exported.check()
     return exported, notes.finish()

@@ -10,7 +10,7 @@ import numpy as np
 from mathutils import Euler, Matrix
 from numpy.typing import NDArray
 
-from .nodes import Scope, source
+from .graph import Scope, source
 
 MOST_PIXELS = 8192 * 4096
 # Colour spaces whose stored numbers are linear Rec. 709, Blender's scene colours by default.

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...photon.scene import ALL_RAYS
+from .attributes import corner_attribute, space_of
+from .graph import Asked
 from .materials import MaterialTable
 from .report import Notes
 from .tangents import Tangent, corner_tangents
@@ -55,8 +57,11 @@ class Geometry:
     surface: list[NDArray[np.int32]] = field(default_factory=list)
     surfaces: list[str] = field(default_factory=list)
     visible: list[int] = field(default_factory=list)
+    objects: list[NDArray[np.float64]] = field(default_factory=list)
+    attributes: list[dict[int, NDArray[np.float32]]] = field(default_factory=list)
     vertex_count: int = 0
     _local: dict[int, LocalMesh] = field(default_factory=dict)
+    _attributes: dict[Any, NDArray[np.float32] | None] = field(default_factory=dict)
     _tangents: dict[tuple[int, Tangent], NDArray[np.float64] | None] = field(default_factory=dict)
 
     def add(
@@ -87,9 +92,11 @@ class Geometry:
         there = material >= 0  # a material without any surface, such as a volume's
         vertices, triangles, normals = placed(mesh, matrix)
         tangents = self._tangents_of(obj, matrix, material, materials, notes)
+        attributes = self._attributes_of(obj, is_mirroring(matrix), materials.asked)
         if not there.all():
             triangles, normals, material = triangles[there], normals[there], material[there]
             tangents = None if tangents is None else tangents[there]
+            attributes = {number: values[there] for number, values in attributes.items()}
         self.vertices.append(vertices)
         self.triangles.append(triangles + np.int32(self.vertex_count))
         self.corner_normals.append(normals)
@@ -98,11 +105,17 @@ class Geometry:
         self.surface.append(np.full(len(triangles), len(self.surfaces), np.int32))
         self.surfaces.append(obj.name)
         self.visible.append(visible)
+        self.objects.append(space_of(obj, matrix))
+        self.attributes.append(attributes)
         self.vertex_count += len(vertices)
 
-    def arrays(self) -> dict[str, Any]:
-        """Return the fields of Scene that hold geometry."""
+    def arrays(self, asked: Asked, has_programs: bool) -> dict[str, Any]:
+        """Return the fields of Scene that hold geometry; of attributes those that are asked, and
+        of objects what programs read."""
+        objects = np.array(self.objects) if has_programs and self.objects else np.zeros((0, 5, 4))
         return {
+            "corner_attributes": self._joined_attributes(len(asked.attributes)),
+            "objects": objects,
             "vertices": _joined(self.vertices, (0, 3), np.float64),
             "triangles": _joined(self.triangles, (0, 3), np.int32),
             "corner_normals": _joined(self.corner_normals, (0, 3, 3), np.float32),
@@ -157,6 +170,35 @@ class Geometry:
             read = partial(corner_tangents, tangent, *corners)
             self._tangents[key] = read_mesh(obj, read)
         return self._tangents[key]
+
+    def _attributes_of(
+        self, obj: bpy.types.Object, is_mirrored: bool, asked: Asked
+    ) -> dict[int, NDArray[np.float32]]:
+        """What the corners of an object's triangles have of what is asked, (T, 3, 4) by number."""
+        found = {}
+        for number, what in enumerate(asked.attributes):
+            key = obj.data.as_pointer(), what
+            if key not in self._attributes:
+                mesh = self._mesh_of(obj)
+                self._attributes[key] = read_mesh(
+                    obj, partial(corner_attribute, what, mesh.triangles)
+                )
+            values = self._attributes[key]
+            if values is not None:
+                found[number] = values[:, ::-1] if is_mirrored else values
+        return found
+
+    def _joined_attributes(self, count: int) -> NDArray[np.float32]:
+        """(T, count, 3, 4), zero where a mesh has none; (0, 0, 3, 4) if nothing is asked."""
+        if not count or not self.material:
+            return np.zeros((0, 0, 3, 4), np.float32)
+        joined = np.zeros((sum(map(len, self.material)), count, 3, 4), np.float32)
+        first = 0
+        for material, found in zip(self.material, self.attributes, strict=True):
+            for number, values in found.items():
+                joined[first : first + len(material), number] = values
+            first += len(material)
+        return joined
 
     def _joined_tangents(self) -> NDArray[np.float32]:
         """(T, 3, 3), zero where none is needed; (0, 3, 3) if that is everywhere."""

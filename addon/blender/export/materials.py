@@ -3,16 +3,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import Material
-from .nodes import Colour, Graph, colour_text
+from ...photon.scene import RGB, Lobe, Material, Result
+from .graph import Asked, Colour, colour_text
+from .nodes import graph_of
+from .programs import Program, Value
 from .report import Notes
-from .shaders import BLACK, CLEAR, Bsdf, SpecularModel, principled, read_shader, triple
+from .shaders import (
+    BLACK,
+    CLEAR,
+    Bsdf,
+    ShaderLobe,
+    SpecularModel,
+    principled,
+    read_shader,
+    triple,
+)
 from .tangents import Tangent
 
 NO_SURFACE = -1
@@ -20,6 +32,7 @@ NO_SURFACE = -1
 DEFAULT_GREY = (0.8, 0.8, 0.8)
 # Albedos of colours stored in float32 may pass 1 by this much without being worth a warning.
 ROUNDING = 1e-5
+COLOURS = {"tint"}  # parameters of lobes that are
 
 
 @dataclass
@@ -31,6 +44,7 @@ class MaterialTable:
     override: bpy.types.Material | None = None  # the view layer's
     materials: list[Material] = field(default_factory=list)
     tangents: list[Tangent | None] = field(default_factory=list)  # None: they need none
+    asked: Asked = field(default_factory=Asked)  # of meshes
     _numbers: dict[str | None, int] = field(default_factory=dict)
     _averages: dict[str, Colour | None] = field(default_factory=dict)
 
@@ -62,22 +76,23 @@ class MaterialTable:
         if material is None:
             if self.model is SpecularModel.PHONG or bpy.app.version < (5, 0, 0):
                 return Material("", DEFAULT_GREY), None
-            return bounded(principled.default(), "", "No material", self.notes), None
-        owner = f"Material '{material.name}'"
-        lobes = self._lobes(material, owner)
+            return bounded(principled.default(), Program(), "", "No material", self.notes), None
+        owner, program = f"Material '{material.name}'", Program()
+        lobes = self._lobes(material, owner, program)
         if lobes is CLEAR:
             self.notes.ignored(owner, "No surface", "objects or faces that wear it are left out")
             return None
-        exported = bounded(lobes, material.name, owner, self.notes)
+        exported = bounded(lobes, program, material.name, owner, self.notes)
         if not self.notes.mention(owner):
             self.notes.exact(owner, "Shader")
         return exported, lobes.tangent
 
-    def _lobes(self, material: bpy.types.Material, owner: str) -> Bsdf | None:
+    def _lobes(self, material: bpy.types.Material, owner: str, program: Program) -> Bsdf | None:
         if not has_nodes(material):
             self.notes.exact(owner, "Viewport colour", "it has no nodes")
-            return Bsdf(np.array(material.diffuse_color[:3], np.float64))
-        graph = Graph(material.node_tree, owner, self.notes, self._averages)
+            return Bsdf(Value.of(material.diffuse_color[:3]))
+        graph = graph_of(material.node_tree, owner, self.notes, self._averages, self.asked)
+        graph.program = program
         output = graph.output("OUTPUT_MATERIAL")
         if output is None:
             self.notes.exact(owner, "No Material Output", "black, as in Cycles")
@@ -101,31 +116,91 @@ def has_nodes(owner: bpy.types.Material | bpy.types.World) -> bool:
     return bpy.app.version >= (5, 0, 0) or owner.use_nodes
 
 
-def bounded(bsdf: Bsdf, name: str, owner: str, notes: Notes) -> Material:
-    """Return the material, with reflectances within [0, 1] that add up to 1 at most in each
-    channel; note what had to give."""
-    diffuse = _clamped(bsdf.diffuse, "Diffuse colour", owner, notes)
-    lobes = tuple(
-        replace(
-            lobe,
-            colour=triple(_clamped(np.array(lobe.colour), "Specular colour", owner, notes)),
-            covered=triple(_clamped(np.array(lobe.covered), "Diffuse colour", owner, notes)),
-        )
-        for lobe in bsdf.lobes
+def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -> Material:
+    """Return the material, with constant reflectances within [0, 1] that add up to 1 at most in
+    each channel; note what had to give. What varies the renderer bounds where it is used."""
+    found = _Found(owner, notes)
+    diffuse = found.colour(bsdf.diffuse, "Diffuse colour", "diffuse")
+    lobes = tuple(lobe for each in bsdf.lobes if (lobe := _lobe(each, owner, notes)).reflects)
+    if bsdf.normal is not None:
+        found.number(bsdf.normal, "normal", 0.0)
+    glow = (0.0, 0.0, 0.0)
+    if bsdf.emission.is_constant:
+        glow = triple(np.nan_to_num(bsdf.emission.colour, nan=0.0, posinf=0.0))
+    else:
+        notes.ignored(owner, "Emission", "it differs from point to point: none")
+    instructions, numbers = program.pruned(
+        result
+        for varying in (found.varying, *(x.varying for x in lobes))
+        for result in varying.values()
     )
-    held_out = bsdf.holdout >= 1.0 - ROUNDING
-    if bsdf.holdout > 0.0 and not held_out:
-        what = f"{bsdf.holdout:.3g} of it is rendered black and opaque"
-        notes.approximated(owner, "Partly holdout", what)
-    own = tuple(lobe for lobe in lobes if lobe.reflects)
-    glow = np.nan_to_num(bsdf.emission, nan=0.0, posinf=0.0)
-    material = Material(name, triple(diffuse), own, triple(glow), held_out)
+    material = Material(
+        name,
+        diffuse,
+        tuple(replace(lobe, varying=_moved(lobe.varying, numbers)) for lobe in lobes),
+        glow,
+        _is_held_out(bsdf.holdout, owner, notes),
+        instructions,
+        _moved(found.varying, numbers),
+    )
     total = material.head_on()
-    if total.max() > 1.0 + ROUNDING:
+    if not instructions and total.max() > 1.0 + ROUNDING:
         text = _text(total)
         what = f"diffuse + specular = {text} is scaled down to 1"
         notes.approximated(owner, "Albedo above 1", what)
     return material.conserving()
+
+
+@dataclass
+class _Found:
+    """Values as a scene's record has them: constants, and results by name."""
+
+    owner: str
+    notes: Notes
+    varying: dict[str, Result] = field(default_factory=dict)
+
+    def colour(self, value: Value, feature: str, name: str) -> RGB:
+        """A reflectance; of one that varies the most that it may be."""
+        if value.result is not None:
+            self.varying[name] = value.result
+            return (1.0, 1.0, 1.0)
+        return triple(_clamped(value.colour, feature, self.owner, self.notes))
+
+    def number(self, value: Value, name: str, otherwise: float) -> float:
+        """A number, `otherwise` if it varies."""
+        if value.result is not None:
+            self.varying[name] = value.result
+            return otherwise
+        return value.number
+
+
+def _lobe(lobe: ShaderLobe, owner: str, notes: Notes) -> Lobe:
+    found = _Found(owner, notes)
+    colour = found.colour(lobe.colour, "Specular colour", "colour")
+    covered = found.colour(lobe.covered, "Diffuse colour", "covered")
+    weight = found.number(lobe.weight, "weight", 1.0)
+    parameters: dict[str, float | RGB] = {
+        name: found.colour(value, name.capitalize(), name)
+        if name in COLOURS
+        else found.number(value, name, 1.0)
+        for name, value in lobe.parameters.items()
+    }
+    return Lobe(lobe.kind, colour, parameters, weight, covered, found.varying)
+
+
+def _moved(varying: Mapping[str, Result], numbers: Mapping[int, int]) -> dict[str, Result]:
+    return {
+        name: replace(result, instruction=numbers[result.instruction])
+        for name, result in varying.items()
+    }
+
+
+def _is_held_out(share: Value, owner: str, notes: Notes) -> bool:
+    if share.is_constant and (share.number >= 1.0 - ROUNDING or share.number <= 0.0):
+        return share.number > 0.0
+    part = f"{share.number:.3g} of it" if share.is_constant else "it"
+    notes.approximated(owner, "Partly holdout", f"{part} is rendered black and opaque")
+    return False
 
 
 def _clamped(

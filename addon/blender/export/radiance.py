@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...photon.scene import FOUND_BY
 from .environment import Turned, read_turned
-from .nodes import MAGENTA, Graph, Scope, colour_of, missing, source
+from .graph import MAGENTA, Graph, Scope, colour_of, missing, source
 from .world_nodes import Unsuited, evaluate
 
 Factor = NDArray[np.float64]  # (4, 3), of each of FOUND_BY and each channel

@@ -18,7 +18,7 @@ from ...photon.scene import (
     world_light,
 )
 from .materials import has_nodes
-from .nodes import Graph
+from .nodes import graph_of
 from .radiance import ONE, Factor, Sum, radiance
 from .report import Notes
 
@@ -31,7 +31,7 @@ def export_world(
         return ()
     owner = f"World '{world.name}'"
     if has_nodes(world):
-        graph = Graph(world.node_tree, owner, notes)
+        graph = graph_of(world.node_tree, owner, notes)
         output = graph.output("OUTPUT_WORLD")
         if output is not None and output.inputs["Volume"].is_linked:
             notes.ignored(owner, "Volume", "not rendered")

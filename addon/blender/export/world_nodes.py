@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .nodes import Scope, source
+from .graph import Scope, source
 
 WIDTH, MOST_WIDTH = 1024, 4096  # [px] of what is evaluated: as much as its largest image
 PATIENCE = 120.0  # [s]

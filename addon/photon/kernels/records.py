@@ -88,7 +88,8 @@ NODE = Record(
     },
 )
 # Lambert's albedo that no lobe covers; which elements of the table of lobes are the material's;
-# holdout 1: the eye sees nothing there; the radiance of both its sides [W/(m^2 sr)].
+# holdout 1: the eye sees nothing there; the radiance of both its sides [W/(m^2 sr)]; which
+# instructions are its program, and codes of results that stand for a value (lib/program.glsl).
 MATERIAL = Record(
     "Material",
     {
@@ -97,9 +98,14 @@ MATERIAL = Record(
         "emission": "vec3",
         "lobes": "float",
         "holdout": "float",
+        "first_instruction": "float",
+        "instructions": "float",
+        "albedo_from": "float",
+        "normal_from": "float",
+        "emission_from": "float",
     },
 )
-# A lobe as in the streams, and the albedo of what it lies over.
+# A lobe as in the streams, and the albedo of what it lies over. Codes as of materials; 0: none.
 MATERIAL_LOBE = Record(
     "MaterialLobe",
     {
@@ -109,6 +115,43 @@ MATERIAL_LOBE = Record(
         "weight": "float",
         "parameters": "vec4",  # in the order that the kind's file says
         "more": "vec4",
+        "parameters_from": "vec4",
+        "more_from": "vec4",
+        "colour_from": "float",
+        "covered_from": "float",
+        "weight_from": "float",
+    },
+)
+# Of a material's program: a kind of node, the register that holds its result, and its operands, as
+# codes: of a register, or below 0 of a constant.
+INSTRUCTION = Record(
+    "Instruction",
+    {
+        "kind": "float",
+        "result": "float",
+        "first": "float",
+        "second": "float",
+        "third": "float",
+        "fourth": "float",
+        "fifth": "float",
+        "sixth": "float",
+    },
+)
+CONSTANT = Record("Constant", {"value": "vec4"})
+# What programs may ask for at a triangle's corners.
+CORNER_ATTRIBUTE = Record("CornerAttribute", {"a": "vec4", "b": "vec4", "c": "vec4"})
+# From scene units to a space: the first element is world space [m], the one of a surface's number
+# plus one is its object's. Rows of an affine transform; the object's colour, place [m] and random
+# number.
+SPACE = Record(
+    "Space",
+    {
+        "x": "vec4",
+        "y": "vec4",
+        "z": "vec4",
+        "colour": "vec4",
+        "location": "vec3",
+        "random": "float",
     },
 )
 # glsl/lights has a file for each kind, which says what the parameters are.

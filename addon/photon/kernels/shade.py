@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Ports, Table, Uniform, When
 from .records import (
+    CONSTANT,
+    CORNER_ATTRIBUTE,
     CORNER_NORMALS,
     CORNER_TANGENTS,
     DIFFUSE,
@@ -9,6 +11,7 @@ from .records import (
     GATHERED,
     GLOSS,
     HIT,
+    INSTRUCTION,
     LOBE,
     MATERIAL,
     MATERIAL_LOBE,
@@ -16,6 +19,7 @@ from .records import (
     RAY_DIRECTION,
     SHADING,
     SHAPE,
+    SPACE,
     TRIANGLE,
     VISIBILITY,
 )
@@ -36,6 +40,15 @@ GLOSSY: Ports = {
 }
 GATHERED_LOBES = ("GATHERED_LOBES", "GATHERED_FROM", "GATHERED_WHOLLY")
 
+# What programs of materials read.
+PROGRAM_DEFINES = ("PROGRAMS", "ATTRIBUTES")
+PROGRAM_TABLES = {
+    "instructions": When("PROGRAMS", Table(INSTRUCTION)),
+    "constants": When("PROGRAMS", Table(CONSTANT)),
+    "spaces": When("PROGRAMS", Table(SPACE)),
+    "corner_attributes": When("ATTRIBUTES", Table(CORNER_ATTRIBUTE)),
+}
+
 
 class Shade(Kernel):
     """Evaluate the material where rays end, for the eye's (EYE) and photons (PHOTONS) alike."""
@@ -50,6 +63,7 @@ class Shade(Kernel):
         "DIRECTIONS",
         "VISIBILITY",
         *GATHERED_LOBES,
+        *PROGRAM_DEFINES,
     )
     inputs = {"direction": RAY_DIRECTION, "hit": HIT, "flux": When("PHOTONS", FLUX)}
     outputs = {**POINT, **LOBES}
@@ -68,4 +82,5 @@ class Shade(Kernel):
         "materials": Table(MATERIAL),
         "material_lobes": When("LOBES", Table(MATERIAL_LOBE)),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
+        **PROGRAM_TABLES,
     }

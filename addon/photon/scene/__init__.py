@@ -14,6 +14,7 @@ from .lights import (
     sun_light,
     world_light,
 )
+from .programs import Instruction, Result
 from .values import (
     MIRROR,
     SNAPSHOT_VERSION,
@@ -37,11 +38,13 @@ __all__ = [
     "SNAPSHOT_VERSION",
     "Camera",
     "Image",
+    "Instruction",
     "Lens",
     "Light",
     "Lobe",
     "Material",
     "Motion",
+    "Result",
     "Scene",
     "Texture",
     "area_light",

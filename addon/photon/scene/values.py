@@ -21,9 +21,10 @@ from .camera import Camera
 from .checks import BLACK, RGB, check_finite
 from .images import Image, Texture
 from .lights import Light, point_light, spot_light, world_light
+from .programs import Program, Varying, check_program, read_program, read_varying
 from .visibility import ALL_RAYS, HOLDOUT
 
-SNAPSHOT_VERSION = 4
+SNAPSHOT_VERSION = 5
 MIRROR = np.inf  # Phong exponent of a perfect mirror
 # Kinds of lobes whose colour is their reflectance head-on: black ones reflect at grazing angles.
 FRESNEL_LOBES = ("ggx_dielectric", "ggx_metal")
@@ -43,6 +44,8 @@ class Lobe:
     weight: float = 1.0  # times all that it reflects
     # The albedo of what it lies over, which has what the lobe lets through.
     covered: RGB = BLACK
+    # Its colour, weight, covered or parameters that the material's program gives in place of those.
+    varying: Varying = field(default_factory=dict)
 
     def check(self, who: str) -> None:
         """Raise SceneError naming the lobe's owner and the first value out of its range."""
@@ -55,23 +58,32 @@ class Lobe:
     @property
     def reflects(self) -> bool:
         """Whether it does, or has what it covers do."""
-        own = max(self.colour) > 0.0 or self.kind in FRESNEL_LOBES
-        return (self.weight > 0.0 and own) or max(self.covered) > 0.0
+        own = self.may_be("colour") or self.kind in FRESNEL_LOBES
+        return (self.may_be("weight") and own) or self.may_be("covered")
+
+    def may_be(self, name: str) -> bool:
+        """Whether its colour, weight or covered may be more than 0 anywhere."""
+        return name in self.varying or bool(np.max(getattr(self, name)) > 0.0)
 
     @property
-    def roughness(self) -> float:
+    def roughness(self) -> tuple[float, float]:
         """Of microfacets as broad as the lobe, where it is sharpest, as glsl/bsdf has it; 1 of a
-        kind whose parameters do not tell."""
+        kind whose parameters do not tell. The least and the most that it may be anywhere."""
         given: Mapping[str, Any] = self.parameters
+        if self.varying.keys() & {"exponent", "alpha_x", "alpha_y"}:
+            return 0.0, 1.0
         if "exponent" in given:
-            return float((2.0 / (given["exponent"] + 2.0)) ** 0.25)
-        alphas = [given[name] for name in ("alpha_x", "alpha_y") if name in given]
-        return math.sqrt(min(alphas, default=0.0 if self.kind == "mirror" else 1.0))
+            found = float((2.0 / (given["exponent"] + 2.0)) ** 0.25)
+        else:
+            alphas = [given[name] for name in ("alpha_x", "alpha_y") if name in given]
+            found = math.sqrt(min(alphas, default=0.0 if self.kind == "mirror" else 1.0))
+        return found, found
 
     @property
     def is_anisotropic(self) -> bool:
         """Whether it is rougher along its tangent than across, or the other way round."""
-        return self.parameters.get("alpha_x") != self.parameters.get("alpha_y")
+        given = {**self.parameters, **self.varying}
+        return given.get("alpha_x") != given.get("alpha_y")
 
     def head_on(self) -> NDArray[np.float64]:
         """The albedo with what it covers, for a viewer straight above; about that."""
@@ -96,13 +108,18 @@ class Material:
     lobes: tuple[Lobe, ...] = ()
     emission: RGB = BLACK  # radiance on both sides [W/(m^2 sr)]
     holdout: bool = False  # the eye sees nothing there, and nothing behind it
+    program: Program = ()
+    # Its diffuse albedo or shading normal that the program gives.
+    varying: Varying = field(default_factory=dict)
 
     def check(self) -> None:
         """Raise SceneError naming the material and the first value out of its range."""
-        check_finite(f"material {self.name!r}: diffuse", self.diffuse, 0.0)
-        check_finite(f"material {self.name!r}: emission", self.emission, 0.0)
+        who = f"material {self.name!r}"
+        check_finite(f"{who}: diffuse", self.diffuse, 0.0)
+        check_finite(f"{who}: emission", self.emission, 0.0)
         for lobe in self.lobes:
-            lobe.check(f"material {self.name!r}: {lobe.kind}")
+            lobe.check(f"{who}: {lobe.kind}")
+        check_program(who, self.program, [self.varying, *(lobe.varying for lobe in self.lobes)])
 
     @property
     def glows(self) -> bool:
@@ -112,7 +129,8 @@ class Material:
     @property
     def is_diffuse(self) -> bool:
         """Whether photons land on it."""
-        return max(self.diffuse) > 0 or any(max(lobe.covered) > 0 for lobe in self.lobes)
+        bare = max(self.diffuse) > 0 or "diffuse" in self.varying
+        return bare or any(lobe.may_be("covered") for lobe in self.lobes)
 
     @property
     def is_anisotropic(self) -> bool:
@@ -127,7 +145,10 @@ class Material:
         return albedo
 
     def conserving(self) -> Material:
-        """The material that reflects no more than it receives in any channel (scaled down)."""
+        """The material that reflects no more than it receives in any channel (scaled down). What
+        its program gives is bounded where it is used."""
+        if self.program:
+            return self
         total = self.head_on()
         if total.max() <= 1.0:
             return self
@@ -167,6 +188,11 @@ class Scene:
     textures: tuple[Texture, ...] = ()  # of programs
     # (S,) bits of visibility.py. (0,): all rays meet all surfaces.
     visible: NDArray[np.uint8] = _empty((0,), np.uint8)
+    # (T, A, 3, 4) that programs ask for, interpolated, such as UV maps. (T, 0, 3, 4): none do.
+    corner_attributes: NDArray[np.float32] = _empty((0, 0, 3, 4), np.float32)
+    # (S, 5, 4): the transform from world space to the object's, three rows; its colour; its place
+    # in world space and random number. (0, 5, 4): no program asks.
+    objects: NDArray[np.float64] = _empty((0, 5, 4), np.float64)
 
     @property
     def emitters(self) -> tuple[Light, ...]:
@@ -178,6 +204,8 @@ class Scene:
         count = len(self.triangles)
         tangents = count if len(self.corner_tangents) else 0
         visible = len(self.surfaces) if len(self.visible) else 0
+        attributes = self.corner_attributes.shape[1:2]
+        objects = len(self.surfaces) if len(self.objects) else 0
         for name, shape, dtype in (
             ("vertices", (len(self.vertices), 3), np.float64),
             ("triangles", (count, 3), np.int32),
@@ -186,6 +214,8 @@ class Scene:
             ("material", (count,), np.int32),
             ("surface", (count,), np.int32),
             ("visible", (visible,), np.uint8),
+            ("corner_attributes", (count if any(attributes) else 0, *attributes, 3, 4), np.float32),
+            ("objects", (objects, 5, 4), np.float64),
         ):
             array = getattr(self, name)
             if array.shape != shape or array.dtype != dtype:
@@ -286,11 +316,15 @@ def _read(data: Any) -> Scene:
 
 
 def _read_material(values: dict[str, Any]) -> Material:
-    return Material(**values | {"lobes": tuple(map(_read_lobe, values["lobes"]))})
+    lobes = tuple(map(_read_lobe, values["lobes"]))
+    program = read_program(values.get("program", ()))  # before version 5 there are none
+    varying = read_varying(values.get("varying", {}))
+    return Material(**values | {"lobes": lobes, "program": program, "varying": varying})
 
 
 def _read_lobe(values: dict[str, Any]) -> Lobe:
-    return Lobe(**_tuples(values) | {"parameters": _tuples(values["parameters"])})
+    own = {"parameters": _tuples(values["parameters"])}
+    return Lobe(**_tuples(values) | own | {"varying": read_varying(values.get("varying", {}))})
 
 
 def _read_light(values: dict[str, Any]) -> Light:
@@ -329,6 +363,7 @@ _READERS: dict[int, tuple[Callable[..., Light], Callable[..., Material]]] = {
     2: (_read_light_3, _read_material),
     3: (_read_light_3, _read_material),
     4: (_read_light, _read_material),
+    5: (_read_light, _read_material),
 }
 
 
@@ -338,7 +373,12 @@ def _colour(values: Any) -> RGB:
 
 
 _ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")
-_LATER = ("corner_tangents", "visible")  # which older files don't have
+_LATER = (
+    "corner_tangents",
+    "visible",
+    "corner_attributes",
+    "objects",
+)  # which older files don't have
 
 
 def _plain(value: Any) -> Any:

@@ -16,12 +16,12 @@ BLEND = {"GATHERED_FROM": GATHERED_FROM, "GATHERED_WHOLLY": GATHERED_WHOLLY}
 
 def gather_some(material: Material) -> bool:
     """Whether photons are gathered with any of its lobes, wholly or in part."""
-    return any(lobe.reflects and lobe.roughness > GATHERED_FROM for lobe in material.lobes)
+    return any(lobe.reflects and lobe.roughness[1] > GATHERED_FROM for lobe in material.lobes)
 
 
 def send_rays(material: Material) -> bool:
     """Whether any of its lobes, or a part of one, sends rays where others gather."""
-    return any(lobe.reflects and lobe.roughness < GATHERED_WHOLLY for lobe in material.lobes)
+    return any(lobe.reflects and lobe.roughness[0] < GATHERED_WHOLLY for lobe in material.lobes)
 
 
 def _is_met_by_rays_alone(light: Light) -> bool:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...streams import Record
 from ..errors import SceneError
-from ..kernels.records import CORNER_NORMALS, CORNER_TANGENTS, TRIANGLE
+from ..kernels.records import CORNER_ATTRIBUTE, CORNER_NORMALS, CORNER_TANGENTS, TRIANGLE
 from ..scene import Scene
 
 AREAS_AT_ONCE = 1 << 15
@@ -88,6 +88,7 @@ class Mesh:
     triangles: NDArray[Any]  # (K,) of TRIANGLE
     normals: NDArray[Any]  # (K,) of CORNER_NORMALS
     tangents: NDArray[Any]  # (K,) of CORNER_TANGENTS; (0,): nothing is anisotropic
+    attributes: NDArray[Any]  # (K A,) of CORNER_ATTRIBUTE, a triangle's one after the other
     visible: NDArray[np.uint8]  # (K,) bits of Scene.visible; (0,): all rays meet all
     area: float  # of diffuse triangles [scene units^2]
     extent: NDArray[np.float32]  # (3,) largest |x|, |y|, |z| of the corners
@@ -126,6 +127,7 @@ class Mesh:
             triangle,
             _at_corners(CORNER_NORMALS, scene.corner_normals, order),
             _at_corners(CORNER_TANGENTS, scene.corner_tangents, order if turned else order[:0]),
+            _attributes(scene.corner_attributes, order),
             scene.visible[scene.surface[order]] if len(scene.visible) else scene.visible,
             area=float(areas.sum()),
             extent=np.array(extent, np.float32),
@@ -145,6 +147,14 @@ def _at_corners(
     if not np.isfinite(texels.sum()):
         np.nan_to_num(texels, copy=False, posinf=0.0, neginf=0.0)
     return texels.reshape(len(order), 12).view(record.dtype).reshape(len(order))
+
+
+def _attributes(values: NDArray[np.float32], order: NDArray[np.int32]) -> NDArray[Any]:
+    """Attributes (T, A, 3, 4) of some triangles, of CORNER_ATTRIBUTE; what is not finite is 0."""
+    if not values.size:
+        return CORNER_ATTRIBUTE.zeros(0)
+    texels = np.nan_to_num(np.take(values, order, axis=0), posinf=0.0, neginf=0.0)
+    return texels.reshape(-1, 12).view(CORNER_ATTRIBUTE.dtype).reshape(-1)
 
 
 def _areas(corners: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The kinds of lobes, lights and cameras: a GLSL file each, whose head says what its
-parameters are.
+"""The kinds of lobes, lights, cameras and nodes: a GLSL file each, whose head says what its
+parameters are, or its operands.
 
 A kind is there once its file is: nothing lists them. Programs are made with the kinds that a scene
 has, and one switch.
@@ -17,8 +17,10 @@ from typing import Any
 
 from ...streams import Defines, Made, StreamError, source
 from ..errors import SceneError
-from ..scene import Scene
+from ..scene import Instruction, Scene
+from ..scene.programs import MOST_OPERANDS
 
+_OPERANDS = re.compile(r"^Operands: ([^\n]*)\.$", re.M)
 _PARAMETERS = re.compile(r"^Parameters: ([^.]*)\.( Power: .*)?$", re.M)
 _POWER = re.compile(r"\bPower: (.+)\.$", re.M)
 _PARAMETER = re.compile(r"(\w+)(?: \[([^\]]*)\])?")
@@ -28,6 +30,7 @@ RADIANCE = "W/(m^2 sr)"
 SCENE = "scene"  # what is known only of the whole scene: the radius of a sphere about it
 MESH = "mesh"  # what a triangle has
 COLOUR = "rgb"
+MATERIAL_VARYING = {"diffuse", "normal", "emission"}  # what of a material its program may give
 IMAGE = "image"  # the number of one of the scene's; in tables, where it is
 
 
@@ -189,9 +192,26 @@ def camera_kinds() -> Mapping[str, Kind]:
     return _kinds(source.glsl_root(), "cameras")
 
 
+@dataclass(frozen=True)
+class NodeKind:
+    """A node, as its file declares it."""
+
+    name: str
+    number: int  # in tables
+    # The names of what an operand's four numbers are; one name alone has all four, and one that
+    # ends in .xyz three.
+    operands: tuple[tuple[str, ...], ...]
+    choices: frozenset[str]  # those that tell what is computed: constants
+
+
+def node_kinds() -> Mapping[str, NodeKind]:
+    """Those of glsl/nodes by name."""
+    return _node_kinds(source.glsl_root())
+
+
 def check_kinds(scene: Scene) -> None:
-    """Raise SceneError naming the camera, or the first light or lobe, if it is of a kind that is
-    not there, or has other parameters than its file says."""
+    """Raise SceneError naming the camera, or the first light, lobe or instruction, if it is of a
+    kind that is not there, or has other parameters than its file says."""
     camera = scene.camera
     _check("scene.camera", camera_kinds(), camera.kind.lower(), camera.parameters)
     for light in scene.lights:
@@ -199,6 +219,11 @@ def check_kinds(scene: Scene) -> None:
     for material in scene.materials:
         for lobe in material.lobes:
             _check(f"material {material.name!r}", lobe_kinds(), lobe.kind, lobe.parameters)
+            known = {"colour", "covered", "weight", *lobe.parameters}
+            _check_varying(f"material {material.name!r}: {lobe.kind}", lobe.varying, known)
+        _check_varying(f"material {material.name!r}", material.varying, MATERIAL_VARYING)
+        for instruction in material.program:
+            _check_instruction(f"material {material.name!r}", instruction)
 
 
 def made_bsdf(names: Collection[str]) -> Made:
@@ -209,6 +234,19 @@ def made_bsdf(names: Collection[str]) -> Made:
 def made_lights(names: Collection[str]) -> Made:
     """What a program includes as made/lights.glsl: lights of these kinds, and a switch."""
     return {"made/lights.glsl": _made("lights", light_kinds(), names, LIGHT_FUNCTIONS, "light")}
+
+
+def made_nodes(names: Collection[str]) -> Made:
+    """What a program includes as made/nodes.glsl: nodes of these kinds, and a switch."""
+    used = [node_kinds()[name] for name in sorted(names)]
+    lines = [f'#include "nodes/{kind.name}.glsl"' for kind in used]
+    lines.append("vec4 run_node(Instruction node) {")
+    for kind in used:
+        fields = ("first", "second", "third", "fourth", "fifth", "sixth")[: len(kind.operands)]
+        given = ", ".join(f"operand(node.{name})" for name in fields)
+        lines.append(f"    if (node.kind == {kind.number}.0) return run_{kind.name}({given});")
+    lines += ["    return vec4(0.0);", "}"]
+    return {"made/nodes.glsl": "\n".join(lines) + "\n"}
 
 
 def made_camera(name: str) -> Made:
@@ -236,6 +274,21 @@ def _check(who: str, kinds: Mapping[str, Kind], kind: str, given: Mapping[str, A
     for name in wanted:
         if isinstance(given[name], tuple) != (kinds[kind].parameters[name] == COLOUR):
             raise SceneError(f"{who}: {kind}'s {name} = {given[name]} is not what its file says")
+
+
+def _check_varying(who: str, varying: Collection[str], known: Collection[str]) -> None:
+    for name in varying:
+        if name not in known:
+            raise SceneError(f"{who}: no program gives {name!r}, but {', '.join(sorted(known))}")
+
+
+def _check_instruction(who: str, instruction: Instruction) -> None:
+    kinds = node_kinds()
+    if instruction.kind not in kinds:
+        raise SceneError(f"{who}: node {instruction.kind!r} is none of {', '.join(kinds)}")
+    wanted, got = len(kinds[instruction.kind].operands), len(instruction.operands)
+    if wanted != got:
+        raise SceneError(f"{who}: {instruction.kind} has {wanted} operands, got {got}")
 
 
 def _made(
@@ -266,3 +319,27 @@ def _read(file: Path, number: int) -> Kind:
     named = [] if found[1] == "none" else _PARAMETER.findall(found[1])
     power = _POWER.search(head)
     return Kind(file.stem, number, dict(named), "delta lobe" in head, power[1] if power else "")
+
+
+@lru_cache(maxsize=16)
+def _node_kinds(root: Path) -> Mapping[str, NodeKind]:
+    files = sorted((root / "nodes").glob("*.glsl"))
+    return {file.stem: _read_node(file, number) for number, file in enumerate(files, 1)}
+
+
+def _read_node(file: Path, number: int) -> NodeKind:
+    """StreamError if the file's head does not say what its operands are."""
+    head = file.read_text(encoding="utf-8").split("\n\n", 1)[0].replace("// ", "")
+    found = _OPERANDS.search(head)
+    if not found:
+        raise StreamError(f'{file}: its head has no line "// Operands: ..."')
+    plain = found[1].replace("[", "").replace("]", "")
+    operands = [] if plain == "none" else [part.split() for part in plain.split(",")]
+    for names in operands:
+        room = sum(3 if name.endswith(".xyz") else 1 for name in names)
+        if not names or (len(names) > 1 and room > 4):
+            raise StreamError(f"{file}: operand {' '.join(names)!r} does not fit four numbers")
+    if len(operands) > MOST_OPERANDS:
+        raise StreamError(f"{file}: {len(operands)} operands, {MOST_OPERANDS} are possible")
+    choices = frozenset(re.findall(r"\[(\w+)\]", found[1]))
+    return NodeKind(file.stem, number, tuple(map(tuple, operands)), choices)

@@ -14,9 +14,18 @@ from ..settings import Settings
 from .gathered import BLEND, can_gather, send_rays
 from .geometry import Mesh
 from .glow import TRIANGLE, glowing
-from .kinds import light_defines, light_kinds, lobe_kinds, made_bsdf, made_camera, made_lights
+from .kinds import (
+    light_defines,
+    light_kinds,
+    lobe_kinds,
+    made_bsdf,
+    made_camera,
+    made_lights,
+    made_nodes,
+)
 from .light_tree import DRAWN_RAYS, MOST_ASKED
 from .limits import is_limited
+from .programs import registers_of
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 
@@ -50,6 +59,9 @@ class SceneNeeds:
     arrivals: bool = False  # what photons bring hangs on where they first land
     visibility: bool = False  # rays pass through some surfaces, or lights are limited
     first_hits: bool = False  # photons carry the direct light
+    nodes: frozenset[str] = frozenset()  # kinds of the materials' programs
+    registers: int = 0  # that these need
+    attributes: int = 0  # that a triangle's corners have
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
@@ -103,6 +115,9 @@ class SceneNeeds:
             or any(material.holdout for material in materials)
             or bool((mesh.visible != ALL_RAYS).any()),
             first_hits=settings.direct_by_photons,
+            nodes=frozenset(node.kind for m in materials for node in m.program),
+            registers=registers_of(materials),
+            attributes=scene.corner_attributes.shape[1],
         )
 
     @cached_property
@@ -118,7 +133,16 @@ class SceneNeeds:
     @cached_property
     def eye_defines(self) -> Defines:
         """What kernels of visible points are compiled with."""
-        return self._lobe_defines | self._gathered_defines("GATHERED_LOBES")
+        gathered = self._gathered_defines("GATHERED_LOBES")
+        return self._lobe_defines | gathered | self.program_defines
+
+    @cached_property
+    def program_defines(self) -> dict[str, int | float]:
+        """What kernels are compiled with that run the materials' programs, where there are any."""
+        if not self.nodes:
+            return {}
+        some = {"ATTRIBUTES": self.attributes} if self.attributes else {}
+        return {"PROGRAMS": max(self.registers, 1), **some}
 
     @property
     def _lobe_defines(self) -> dict[str, int | float]:
@@ -166,7 +190,7 @@ class SceneNeeds:
         if self.visibility or self.gathered_lobes:
             defines |= {"INCOMING": 1}
         defines |= self.rays(*RAYS) | self._gathered_defines("DIRECTIONS")
-        return {**defines, **self.arrival_defines}
+        return {**defines, **self.arrival_defines, **self.program_defines}
 
     def rays(self, *names: str) -> dict[str, int]:
         """What a kernel is compiled with that traces rays of these names, if it makes a difference:
@@ -204,4 +228,5 @@ class SceneNeeds:
             **made_bsdf(self.lobe_kinds),
             **made_lights(self.light_kinds),
             **made_camera(self.camera_kind),
+            **made_nodes(self.nodes),
         }

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import moderngl
@@ -20,8 +21,9 @@ from ..kernels.records import (
     LIGHT_LOW,
     MATERIAL,
     MATERIAL_LOBE,
+    SPACE,
 )
-from ..scene import FOUND_BY, RGB, Light, Material, Scene
+from ..scene import FOUND_BY, RGB, Light, Lobe, Material, Scene
 from .environments import Place, environment_table
 from .geometry import Frame, Mesh
 from .glow import triangle_lights
@@ -29,6 +31,7 @@ from .kinds import WATTS, light_defines, light_kinds, lobe_kinds, made_lights
 from .light_tree import MOST_ASKED, Bounds, light_tree
 from .limits import knows_rays, limit_table, visibility_table
 from .profiles import mean_of, profile_table
+from .programs import Compiled, program_tables
 
 Textures = dict[str, moderngl.Texture]
 
@@ -102,25 +105,55 @@ def set_shares(table: NDArray[Any], shares: NDArray[np.float64]) -> None:
     table["chosen"] = np.diff(table["cdf"], prepend=np.float32(0.0))
 
 
-def material_tables(materials: tuple[Material, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """(M,) of MATERIAL and (L,) of MATERIAL_LOBE, one at least of each."""
-    kinds = lobe_kinds()
+def material_tables(
+    materials: tuple[Material, ...], programs: Sequence[Compiled]
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """(M,) of MATERIAL and (L,) of MATERIAL_LOBE, one at least of each; `programs`: of each
+    material."""
     lobes = [[lobe for lobe in material.lobes if lobe.reflects] for material in materials]
     table = MATERIAL.zeros(max(len(materials), 1))
     of_lobes = MATERIAL_LOBE.zeros(max(sum(map(len, lobes)), 1))
     first = 0
-    for row, material, own in zip(table, materials, lobes, strict=False):
+    for row, material, own, program in zip(table, materials, lobes, programs, strict=False):
         row["albedo"], row["first_lobe"], row["lobes"] = material.diffuse, first, len(own)
         row["emission"] = material.emission
-        for lobe_row, lobe in zip(of_lobes[first : first + len(own)], own, strict=True):
-            kind = kinds[lobe.kind]
-            lobe_row["colour"], lobe_row["kind"] = lobe.colour, kind.number
-            lobe_row["weight"], lobe_row["covered"] = lobe.weight, lobe.covered
-            numbers = kind.numbers(lobe.parameters)
-            lobe_row["parameters"], lobe_row["more"] = np.resize([*numbers, *[0.0] * 8], (2, 4))
         row["holdout"] = float(material.holdout)
+        row["first_instruction"], row["instructions"] = program.first, len(material.program)
+        row["albedo_from"] = program.codes(material.varying, "diffuse")
+        row["normal_from"] = program.codes(material.varying, "normal")
+        row["emission_from"] = program.codes(material.varying, "emission")
+        for lobe_row, lobe in zip(of_lobes[first : first + len(own)], own, strict=True):
+            _fill_lobe(lobe_row, lobe, program)
         first += len(own)
     return table, of_lobes
+
+
+def _fill_lobe(row: Any, lobe: Lobe, program: Compiled) -> None:
+    """A row of MATERIAL_LOBE."""
+    kind = lobe_kinds()[lobe.kind]
+    row["colour"], row["kind"] = lobe.colour, kind.number
+    row["weight"], row["covered"] = lobe.weight, lobe.covered
+    codes: dict[str, Any] = {}  # of parameters, colours as often as they have channels
+    for name, value in lobe.parameters.items():
+        code = program.codes(lobe.varying, name)
+        codes[name] = (code,) * 3 if isinstance(value, tuple) else code
+    for suffix, values in (("", lobe.parameters), ("_from", codes)):
+        numbers = [*kind.numbers(values), *[0.0] * 8]
+        row[f"parameters{suffix}"], row[f"more{suffix}"] = np.resize(numbers, (2, 4))
+    for name in ("colour", "covered", "weight"):
+        row[f"{name}_from"] = program.codes(lobe.varying, name)
+
+
+def space_table(scene: Scene, frame: Frame) -> NDArray[Any]:
+    """(1 + S,) of SPACE: world space, and each surface's object's."""
+    table = SPACE.zeros(1 + len(scene.objects))
+    to_world = np.eye(4)
+    to_world[:3] = np.column_stack((frame.scale * np.eye(3), frame.centre))
+    rows = np.concatenate([np.eye(4)[None, :3], scene.objects[:, :3]]) @ to_world
+    table["x"], table["y"], table["z"] = np.moveaxis(rows, 1, 0)
+    table["colour"][1:] = scene.objects[:, 3]
+    table["location"][1:], table["random"][1:] = scene.objects[:, 4, :3], scene.objects[:, 4, 3]
+    return table
 
 
 def texels_of(table: NDArray[Any]) -> NDArray[np.float32]:
@@ -302,7 +335,8 @@ class Tables:
         reads_tree: bool = True,
     ) -> Tables:
         """Make them; `reads_tree`: whether kernels do."""
-        materials, lobes = material_tables(scene.materials)
+        programs = program_tables(scene.materials)
+        materials, lobes = material_tables(scene.materials, programs.compiled)
         environments, places = environment_table(scene.images)
         more = {"environments": upload_table(device, environments)} if places else {}
         emitters, lights = lights_of(device, layer, scene, frame, mesh, places, more)
@@ -319,6 +353,11 @@ class Tables:
             tables |= dict(zip(("light_nodes", "light_places"), trees, strict=True))
         if len(mesh.tangents):
             tables["corner_tangents"] = mesh.tangents
+        if any(material.program for material in scene.materials):
+            tables["instructions"], tables["constants"] = programs.instructions, programs.constants
+            tables["spaces"] = space_table(scene, frame)
+            if len(mesh.attributes):
+                tables["corner_attributes"] = mesh.attributes
         if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
             tables["light_limits"] = limit_table(emitters, len(lights))

@@ -10,7 +10,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..nodes import Graph, Scope, colour_of, source, value_of
+from ..graph import Graph, Scope, colour_of, source, value_of
+from ..nodes import graph_of
 from ..report import Notes
 from .blackbody import blackbody
 from .ies import UNREADABLE, read_ies
@@ -35,7 +36,7 @@ class Strength:
 
 def strength_of(tree: bpy.types.NodeTree, owner: str, notes: Notes) -> Strength:
     """Return colour times strength of the light's Emission node."""
-    graph = Graph(tree, owner, notes)
+    graph = graph_of(tree, owner, notes)
     node, scope = graph.surface("OUTPUT_LIGHT")
     if node is None:
         return Strength(np.zeros(3))

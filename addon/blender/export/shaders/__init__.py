@@ -8,15 +8,17 @@ from functools import partial
 
 import bpy
 
-from ..nodes import Graph, Scope
+from ..graph import Graph, Scope
+from ..programs import ONE
 from . import diffuse, emission, glass, glossy, metallic, mix, principled
-from .bsdf import BLACK, CLEAR, Bsdf, Colour, SpecularModel, as_diffuse, triple
+from .bsdf import BLACK, CLEAR, Bsdf, Colour, ShaderLobe, SpecularModel, as_diffuse, triple
 
 __all__ = [
     "BLACK",
     "CLEAR",
     "Bsdf",
     "Colour",
+    "ShaderLobe",
     "SpecularModel",
     "principled",
     "read_shader",
@@ -44,7 +46,7 @@ def _scattering(graph: Graph, node: bpy.types.Node, scope: Scope, model: Specula
 
 
 def _holdout(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
-    return Bsdf(BLACK.diffuse, holdout=1.0)
+    return Bsdf(holdout=ONE)
 
 
 READERS: dict[str, Reader] = {

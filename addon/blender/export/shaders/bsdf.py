@@ -3,17 +3,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ....photon.scene import RGB, Lobe, phong
-from ..nodes import Graph, Scope, colour_of, linked, value_of
+from ....photon.scene import RGB
+from ..graph import Graph, Scope, linked
+from ..programs import ONE, ZERO, Value, math, value
 from ..tangents import Tangent
 
 Colour = NDArray[np.float64]
@@ -35,24 +35,39 @@ class SpecularModel(Enum):
 
 
 @dataclass(frozen=True)
+class ShaderLobe:
+    """A lobe as the scene's Lobe, of values."""
+
+    kind: str
+    colour: Value
+    parameters: Mapping[str, Value]
+    weight: Value = ONE
+    covered: Value = ZERO
+
+    @property
+    def is_anisotropic(self) -> bool:
+        return self.parameters.get("alpha_x") != self.parameters.get("alpha_y")
+
+
+@dataclass(frozen=True)
 class Bsdf:
     """The albedo of a diffuse lobe that nothing covers, other lobes, and what it emits."""
 
-    diffuse: Colour
-    lobes: tuple[Lobe, ...] = ()
+    diffuse: Value = ZERO
+    lobes: tuple[ShaderLobe, ...] = ()
     tangent: Tangent | None = None  # of those that are anisotropic
-    holdout: float = 0.0  # the share through which the eye sees nothing
-    emission: Colour = field(default_factory=lambda: np.zeros(3))  # radiance [W/(m^2 sr)]
+    holdout: Value = ZERO  # the share through which the eye sees nothing
+    emission: Value = ZERO  # radiance [W/(m^2 sr)]
+    normal: Value | None = None  # in world space, if it is not the mesh's
 
-    def scaled(self, factor: float) -> Bsdf:
+    def scaled(self, factor: Value) -> Bsdf:
         """As much of it as a Mix Shader takes."""
-        lobes = tuple(_scaled(lobe, factor) for lobe in self.lobes)
-        return Bsdf(
-            factor * self.diffuse,
-            lobes,
-            self.tangent,
-            factor * self.holdout,
-            factor * self.emission,
+        return replace(
+            self,
+            diffuse=self.diffuse * factor,
+            lobes=tuple(_scaled(lobe, factor) for lobe in self.lobes),
+            holdout=self.holdout * factor,
+            emission=self.emission * factor,
         )
 
     def plus(self, other: Bsdf) -> Bsdf:
@@ -70,10 +85,11 @@ class Bsdf:
             self.tangent or other.tangent,
             self.holdout + other.holdout,
             self.emission + other.emission,
+            self.normal or other.normal,
         )
 
 
-BLACK = Bsdf(np.zeros(3))
+BLACK = Bsdf()
 # A shader that lets light pass straight through reflects nothing and hides nothing.
 CLEAR = None
 
@@ -82,22 +98,21 @@ CLEAR = None
 _PLAIN = ("mirror", "phong")
 
 
-def _scaled(lobe: Lobe, factor: float) -> Lobe:
+def _scaled(lobe: ShaderLobe, factor: Value) -> ShaderLobe:
     if lobe.kind in _PLAIN:
-        return replace(lobe, colour=triple(factor * np.array(lobe.colour)))
-    covered = triple(factor * np.array(lobe.covered))
-    return replace(lobe, weight=factor * lobe.weight, covered=covered)
+        return replace(lobe, colour=lobe.colour * factor)
+    return replace(lobe, weight=lobe.weight * factor, covered=lobe.covered * factor)
 
 
-def _joins(one: Lobe, other: Lobe) -> bool:
+def _joins(one: ShaderLobe, other: ShaderLobe) -> bool:
     same = (one.kind, one.parameters) == (other.kind, other.parameters)
     return same and (one.kind in _PLAIN or one.colour == other.colour)
 
 
-def _joined(one: Lobe, other: Lobe) -> Lobe:
+def _joined(one: ShaderLobe, other: ShaderLobe) -> ShaderLobe:
     if one.kind in _PLAIN:
-        return replace(one, colour=triple(np.add(one.colour, other.colour)))
-    covered = triple(np.add(one.covered, other.covered))
+        return replace(one, colour=one.colour + other.colour)
+    covered = one.covered + other.covered
     return replace(one, weight=one.weight + other.weight, covered=covered)
 
 
@@ -107,18 +122,18 @@ def triple(values: Colour) -> RGB:
     return red, green, blue
 
 
-def colour(graph: Graph, node: bpy.types.Node, name: str, scope: Scope) -> Colour:
+def colour(graph: Graph, node: bpy.types.Node, name: str, scope: Scope) -> Value:
     """The colour of an input, black if there is no such input."""
     socket = node.inputs.get(name)
-    return np.zeros(3) if socket is None else np.array(colour_of(graph, socket, scope))
+    return ZERO if socket is None else graph.value(socket, scope)
 
 
 def number(
     graph: Graph, node: bpy.types.Node, name: str, scope: Scope, default: float = 0.0
-) -> float:
+) -> Value:
     """The number of an input, `default` if there is no such input."""
     socket = node.inputs.get(name)
-    return default if socket is None else value_of(graph, socket, scope)
+    return value(default) if socket is None else graph.value(socket, scope)
 
 
 def note_normal(graph: Graph, node: bpy.types.Node) -> None:
@@ -130,7 +145,7 @@ def note_normal(graph: Graph, node: bpy.types.Node) -> None:
 def note_anisotropy(graph: Graph, node: bpy.types.Node, scope: Scope) -> None:
     """Say that reflections are not stretched."""
     for name in ("Anisotropy", "Anisotropic"):
-        if number(graph, node, name, scope):
+        if not number(graph, node, name, scope).is_just(0.0):
             graph.notes.approximated(graph.owner, name, "its reflections are round")
 
 
@@ -140,31 +155,37 @@ def as_diffuse(graph: Graph, node: bpy.types.Node, scope: Scope) -> Bsdf:
     return Bsdf(colour(graph, node, "Color", scope))
 
 
-def roughness_of(graph: Graph, node: bpy.types.Node, scope: Scope) -> float:
+def roughness_of(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value:
     """A node's roughness, in [0, 1]."""
-    return min(abs(number(graph, node, "Roughness", scope)), 1.0)
+    return math("MINIMUM", math("ABSOLUTE", number(graph, node, "Roughness", scope)), 1.0)
 
 
-def phong_of(graph: Graph, node: bpy.types.Node, k_s: Colour, scope: Scope) -> Lobe:
+def phong_of(graph: Graph, node: bpy.types.Node, k_s: Value, scope: Scope) -> ShaderLobe:
     """The paper's lobe of a node's roughness: exponent n = 2 / alpha^2 - 2, alpha = roughness^2."""
-    roughness = abs(number(graph, node, "Roughness", scope))
-    if roughness == 0.0:
-        return Lobe("mirror", triple(k_s))
-    exponent = max(0.0, 2.0 / roughness**4 - 2.0) if roughness > 1e-6 else math.inf
-    what = f"Roughness {roughness:.4g}"
-    if exponent > SHARPEST_EXPONENT:
+    roughness = math("ABSOLUTE", number(graph, node, "Roughness", scope))
+    mirror = ShaderLobe("mirror", k_s, {})
+    if roughness.is_just(0.0):
+        return mirror
+    steep = math("POWER", math("MAXIMUM", roughness, 1e-6), 4.0)
+    exponent = math("MAXIMUM", 2.0 / steep - 2.0, 0.0)
+    if not roughness.is_constant:
+        stands = "Phong lobes stand for Cycles' microfacets"
+        graph.notes.approximated(graph.owner, "Roughness", stands)
+        return ShaderLobe("phong", k_s, {"exponent": exponent.clamp(0.0, SHARPEST_EXPONENT)})
+    what = f"Roughness {roughness.number:.4g}"
+    if exponent.number > SHARPEST_EXPONENT:
         graph.notes.approximated(graph.owner, what, "rendered as a mirror")
-        return Lobe("mirror", triple(k_s))
-    stands = f"a Phong lobe of exponent {exponent:.4g} stands for Cycles' microfacets"
+        return mirror
+    stands = f"a Phong lobe of exponent {exponent.number:.4g} stands for Cycles' microfacets"
     graph.notes.approximated(graph.owner, what, stands)
-    return phong(triple(k_s), exponent)
+    return ShaderLobe("phong", k_s, {"exponent": exponent})
 
 
-def is_smooth(parameters: Mapping[str, float]) -> bool:
+def is_smooth(parameters: Mapping[str, Value]) -> bool:
     """Whether these are a perfect mirror's."""
-    return parameters["alpha_x"] * parameters["alpha_y"] <= SMOOTH
+    return not (parameters["alpha_x"] * parameters["alpha_y"]).may_exceed(SMOOTH)
 
 
-def clipped(values: Colour) -> Colour:
+def clipped(colour: Value) -> Value:
     """Colours as Cycles clamps reflectances."""
-    return np.clip(values, *UNIT)
+    return colour.clamp(*UNIT)

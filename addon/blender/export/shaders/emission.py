@@ -4,22 +4,23 @@
 from __future__ import annotations
 
 import bpy
-import numpy as np
 
-from ..nodes import Graph, Scope
-from .bsdf import Bsdf, Colour, SpecularModel, colour, number
+from ..graph import Graph, Scope
+from ..programs import ZERO, Value, math
+from .bsdf import Bsdf, SpecularModel, colour, number
 
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read an Emission node."""
-    return Bsdf(np.zeros(3), emission=radiance(graph, node, scope, "Color", "Strength"))
+    return Bsdf(emission=radiance(graph, node, scope, "Color", "Strength"))
 
 
 def radiance(
     graph: Graph, node: bpy.types.Node, scope: Scope, of_colour: str, of_strength: str
-) -> Colour:
+) -> Value:
     """What inputs of these names give [W/(m^2 sr)]; light that would be negative is none."""
     strength = number(graph, node, of_strength, scope)
-    if strength <= 0.0:
-        return np.zeros(3)
-    return np.maximum(strength * colour(graph, node, of_colour, scope), 0.0)
+    if not strength.may_exceed(0.0):
+        return ZERO
+    positive = math("MAXIMUM", strength, 0.0)
+    return math("MAXIMUM", positive * colour(graph, node, of_colour, scope), 0.0)

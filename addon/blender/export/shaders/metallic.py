@@ -6,18 +6,17 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ....photon.scene import RGB, Lobe
-from ..nodes import Graph, Scope
+from ..graph import Graph, Scope
+from ..programs import ONE, Value, math, value
 from .bsdf import (
     Bsdf,
-    Colour,
+    ShaderLobe,
     SpecularModel,
     clipped,
     colour,
     note_anisotropy,
     note_normal,
     phong_of,
-    triple,
 )
 from .microfacets import along, microfacets
 
@@ -44,28 +43,27 @@ def metal(
     node: bpy.types.Node,
     scope: Scope,
     model: SpecularModel,
-    base: Colour,
-    tint: Colour,
+    base: Value,
+    tint: Value,
 ) -> Bsdf:
     """Metal of a reflectance head-on, and at 82 degrees of `tint` over Schlick's curve."""
     if model is SpecularModel.PHONG:
         note_anisotropy(graph, node, scope)
         what = "its colour does not change to the edge"
         graph.notes.approximated(graph.owner, "Metal", what)
-        return Bsdf(np.zeros(3), (phong_of(graph, node, base, scope),))
-    tints: dict[str, float | RGB] = {"tint": triple(clipped(tint))}
-    parameters = {**microfacets(graph, node, scope), **tints}
-    lobe = Lobe("ggx_metal", triple(clipped(base)), parameters)
-    return along(graph, node, scope, Bsdf(np.zeros(3), (lobe,)))
+        return Bsdf(lobes=(phong_of(graph, node, base, scope),))
+    parameters = {**microfacets(graph, node, scope), "tint": clipped(tint)}
+    lobe = ShaderLobe("ggx_metal", clipped(base), parameters)
+    return along(graph, node, scope, Bsdf(lobes=(lobe,)))
 
 
-def conductor(index: Colour, extinction: Colour, cosine: float) -> Colour:
+def conductor(index: Value, extinction: Value, cosine: float) -> Value:
     """Unpolarised reflectance of metal of a complex index (Born & Wolf, sec. 14.2)."""
     n2, k2, c2 = index * index, extinction * extinction, cosine * cosine
     s2 = 1.0 - c2
     t = n2 - k2 - s2
-    a2b2 = np.sqrt(t * t + 4.0 * n2 * k2)
-    a = np.sqrt(np.maximum(0.5 * (a2b2 + t), 0.0))
+    a2b2 = math("SQRT", t * t + 4.0 * n2 * k2)
+    a = math("SQRT", 0.5 * (a2b2 + t))
     perpendicular = (a2b2 + c2 - 2.0 * a * cosine) / (a2b2 + c2 + 2.0 * a * cosine)
     along = (c2 * a2b2 + s2 * s2 - 2.0 * a * cosine * s2) / (
         c2 * a2b2 + s2 * s2 + 2.0 * a * cosine * s2
@@ -73,5 +71,5 @@ def conductor(index: Colour, extinction: Colour, cosine: float) -> Colour:
     return 0.5 * perpendicular * (1.0 + along)
 
 
-def _schlick(f0: Colour, cosine: float) -> Colour:
-    return f0 + (1.0 - f0) * (1.0 - cosine) ** 5
+def _schlick(f0: Value, cosine: float) -> Value:
+    return f0 + (ONE - f0) * value((1.0 - np.float64(cosine)) ** 5)

@@ -3,51 +3,60 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
+from math import pi
 
 import bpy
 
-from ..nodes import Graph, Scope, source
+from ..graph import Graph, Scope, source
+from ..programs import ONE, ZERO, Value, math, mix, value
 from ..tangents import Tangent
 from .bsdf import Bsdf, number, roughness_of
 
 ROUND = 1e-4  # the Glossy BSDF's anisotropy up to which it has none
 MOST = 0.99  # and what it is clamped to
+LEAST = 2e-5  # alpha of what is rough at some points: sharper lobes are mirrors
 
 
-def microfacets(graph: Graph, node: bpy.types.Node, scope: Scope) -> dict[str, float]:
+def microfacets(graph: Graph, node: bpy.types.Node, scope: Scope) -> dict[str, Value]:
     """The parameters that all GGX lobes have, of a node's roughness and distribution."""
-    alpha = roughness_of(graph, node, scope) ** 2
+    roughness = roughness_of(graph, node, scope)
+    alpha = roughness * roughness
     distribution = getattr(node, "distribution", "MULTI_GGX")
     if distribution not in ("GGX", "MULTI_GGX"):
         graph.notes.approximated(graph.owner, f"Distribution {distribution}", "rendered as GGX")
     alpha_x, alpha_y, turn = stretched(graph, node, scope, alpha)
-    compensated = float(distribution == "MULTI_GGX")
+    compensated = value(float(distribution == "MULTI_GGX"))
     return {"alpha_x": alpha_x, "alpha_y": alpha_y, "turn": turn, "compensated": compensated}
 
 
 def stretched(
-    graph: Graph, node: bpy.types.Node, scope: Scope, alpha: float
-) -> tuple[float, float, float]:
+    graph: Graph, node: bpy.types.Node, scope: Scope, alpha: Value
+) -> tuple[Value, Value, Value]:
     """A node's alpha along its tangent and across, and what it is turned by [rad]."""
     if node.type == "BSDF_GLOSSY":
-        amount = min(max(number(graph, node, "Anisotropy", scope), -MOST), MOST)
+        amount = number(graph, node, "Anisotropy", scope).clamp(-MOST, MOST)
         # Its tangent is the smoother way, the others' the rougher.
-        aspect = 1.0 - amount if amount > 0.0 else 1.0 / (1.0 + amount)
+        is_positive = math("GREATER_THAN", amount, 0.0)
+        aspect = mix(1.0 / (1.0 + amount), 1.0 - amount, is_positive)
         turn = "Rotation"
-        if abs(amount) <= ROUND:
-            return alpha, alpha, 0.0
+        if amount.is_constant and abs(amount.number) <= ROUND:
+            aspect = ONE
     else:
         principled = node.type == "BSDF_PRINCIPLED"
         name = "Anisotropic" if principled else "Anisotropy"
-        amount = min(max(number(graph, node, name, scope), 0.0), 1.0)
-        aspect = 1.0 / math.sqrt(1.0 - 0.9 * amount)
+        amount = number(graph, node, name, scope).clamp()
+        aspect = math("INVERSE_SQRT", 1.0 - amount * 0.9)
         turn = "Anisotropic Rotation" if principled else "Rotation"
-    if aspect == 1.0:
-        return alpha, alpha, 0.0
-    angle = 2.0 * math.pi * number(graph, node, turn, scope)
-    return min(alpha * aspect, 1.0), min(alpha / aspect, 1.0), angle % math.pi
+    if aspect.is_just(1.0):
+        return _bounded(alpha), _bounded(alpha), ZERO
+    angle = number(graph, node, turn, scope) * (2.0 * pi)
+    turned = math("FLOORED_MODULO", angle, pi)
+    return _bounded(alpha * aspect), _bounded(alpha / aspect), turned
+
+
+def _bounded(alpha: Value) -> Value:
+    return alpha.clamp(0.0 if alpha.is_constant else LEAST, 1.0)
 
 
 def along(graph: Graph, node: bpy.types.Node, scope: Scope, bsdf: Bsdf) -> Bsdf:

@@ -6,10 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import bpy
-import numpy as np
 
-from ..nodes import Graph, Scope, source, value_of
-from .bsdf import BLACK, CLEAR, UNIT, Bsdf, SpecularModel, colour
+from ..graph import Graph, Scope, source
+from .bsdf import CLEAR, Bsdf, SpecularModel, colour
 from .microfacets import note_tangents
 
 Read = Callable[[Graph, bpy.types.Node | None, Scope, SpecularModel], Bsdf | None]
@@ -19,11 +18,11 @@ def read_mix(
     graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel, read: Read
 ) -> Bsdf | None:
     """Read both shaders; `read` is what reads any."""
-    factor = min(max(value_of(graph, node.inputs[0], scope), 0.0), 1.0)
-    first = _input(graph, node, 1, scope, model, read) if factor < 1.0 else BLACK
-    second = _input(graph, node, 2, scope, model, read) if factor > 0.0 else BLACK
-    if factor in UNIT:
-        return first if factor == 0.0 else second
+    factor = graph.value(node.inputs[0], scope).clamp()
+    for whole, index in ((0.0, 1), (1.0, 2)):
+        if factor.is_just(whole):
+            return _input(graph, node, index, scope, model, read)
+    first, second = (_input(graph, node, index, scope, model, read) for index in (1, 2))
     if first is CLEAR and second is CLEAR:
         return CLEAR
     if first is CLEAR or second is CLEAR:
@@ -50,7 +49,7 @@ def read_transparent(
     graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel
 ) -> None:
     """Nothing is there to be read."""
-    if not np.array_equal(colour(graph, node, "Color", scope), np.ones(3)):
+    if not colour(graph, node, "Color", scope).is_just(1.0):
         graph.notes.approximated(graph.owner, "Transparent colour", "nothing is filtered")
     return CLEAR
 

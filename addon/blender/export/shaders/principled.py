@@ -3,17 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 
 import bpy
-import numpy as np
 
-from ....photon.scene import Lobe
-from ..nodes import Graph, Scope, linked, normal_reflectance
+from ..graph import Graph, Scope, linked
+from ..programs import ONE, ZERO, Value, math, mix, value
 from .bsdf import (
     NO_INTERFACE,
     Bsdf,
-    Colour,
+    ShaderLobe,
     SpecularModel,
     clipped,
     colour,
@@ -21,7 +21,6 @@ from .bsdf import (
     note_normal,
     number,
     phong_of,
-    triple,
 )
 from .emission import radiance
 from .metallic import metal
@@ -34,77 +33,80 @@ DEFAULT_BASE, DEFAULT_ROUGHNESS, DEFAULT_IOR = (0.8, 0.8, 0.8), 0.5, 1.5
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read metallic and dielectric shares; the rest is reported."""
-    value = partial(_number, graph, node, scope)
-    base = np.maximum(colour(graph, node, "Base Color", scope), 0.0)
-    metallic = min(max(value("Metallic"), 0.0), 1.0)
+    base = math("MAXIMUM", colour(graph, node, "Base Color", scope), 0.0)
+    metallic = _number(graph, node, scope, "Metallic").clamp()
     _note(graph, node, scope, metallic)
     glow = radiance(graph, node, scope, "Emission Color", "Emission Strength")
-    found = Bsdf(np.zeros(3), emission=glow)
+    found = Bsdf(emission=glow)
     if model is SpecularModel.PHONG:
         return found.plus(_as_phong(graph, node, scope, base, metallic))
-    if metallic > 0.0:
+    if metallic.may_exceed(0.0):
         tint = colour(graph, node, "Specular Tint", scope)
         found = found.plus(metal(graph, node, scope, model, base, tint).scaled(metallic))
-    if metallic < 1.0:
-        found = found.plus(_dielectric(graph, node, scope, base).scaled(1.0 - metallic))
+    if not metallic.is_just(1.0):
+        found = found.plus(_dielectric(graph, node, scope, base).scaled(ONE - metallic))
     return found
 
 
 def default() -> Bsdf:
     """What Cycles gives to objects without a material."""
-    alpha = DEFAULT_ROUGHNESS**2
-    parameters = {"alpha_x": alpha, "alpha_y": alpha, "turn": 0.0, "compensated": 1.0}
-    return over_diffuse(
-        np.array(DEFAULT_BASE), np.full(3, normal_reflectance(DEFAULT_IOR)), DEFAULT_IOR, parameters
-    )
+    alpha, ior = value(DEFAULT_ROUGHNESS**2), value(DEFAULT_IOR)
+    parameters = {"alpha_x": alpha, "alpha_y": alpha, "turn": ZERO, "compensated": ONE}
+    return over_diffuse(value(DEFAULT_BASE), head_on(ior), ior, parameters)
 
 
-def over_diffuse(base: Colour, f0: Colour, ior: float, parameters: dict[str, float]) -> Bsdf:
+def over_diffuse(base: Value, f0: Value, ior: Value, parameters: Mapping[str, Value]) -> Bsdf:
     """A dielectric's lobe, of a reflectance head-on, over a diffuse albedo."""
     given = {**parameters, "ior": ior}
-    return Bsdf(np.zeros(3), (Lobe("ggx_dielectric", triple(f0), given, covered=triple(base)),))
+    return Bsdf(lobes=(ShaderLobe("ggx_dielectric", f0, given, covered=base),))
 
 
-def _dielectric(graph: Graph, node: bpy.types.Node, scope: Scope, base: Colour) -> Bsdf:
-    value = partial(_number, graph, node, scope)
-    transmission = min(max(value("Transmission Weight"), 0.0), 1.0)
-    under = (1.0 - transmission) * base
-    f0, ior = level_of(value("IOR", 1.5), value("Specular IOR Level", 0.5))
-    if abs(ior - 1.0) < NO_INTERFACE:
+def head_on(ior: Value) -> Value:
+    """A dielectric's reflectance at normal incidence (Fresnel)."""
+    root = (ior - 1.0) / (ior + 1.0)
+    return root * root
+
+
+def _dielectric(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
+    given = partial(_number, graph, node, scope)
+    transmission = given("Transmission Weight").clamp()
+    under = (ONE - transmission) * base
+    f0, ior = level_of(given("IOR", 1.5), given("Specular IOR Level", 0.5))
+    if ior.is_constant and abs(ior.number - 1.0) < NO_INTERFACE:
         return Bsdf(under)
-    tint = np.maximum(colour(graph, node, "Specular Tint", scope), 0.0)
+    tint = math("MAXIMUM", colour(graph, node, "Specular Tint", scope), 0.0)
     parameters = microfacets(graph, node, scope)
     return along(graph, node, scope, over_diffuse(under, clipped(f0 * tint), ior, parameters))
 
 
-def level_of(ior: float, level: float) -> tuple[float, float]:
+def level_of(ior: Value, level: Value) -> tuple[Value, Value]:
     """A dielectric's reflectance head-on, and the index whose curve leads on from there.
 
     As Cycles has it: a Specular IOR Level other than 0.5 changes both.
     """
-    ior = max(ior, 1e-5)
-    f0 = normal_reflectance(ior)
-    if level == 0.5:
+    ior = math("MAXIMUM", ior, 1e-5 if ior.is_constant else 1.0 + 2.0 * NO_INTERFACE)
+    f0 = head_on(ior)
+    if level.is_just(0.5):
         return f0, ior
-    f0 *= 2.0 * max(level, 0.0)
-    root = min(f0, MOST_F0) ** 0.5
+    f0 = f0 * math("MAXIMUM", level * 2.0, 0.0)
+    root = math("SQRT", math("MINIMUM", f0, MOST_F0))
     raised = (1.0 + root) / (1.0 - root)
-    return f0, raised if ior >= 1.0 else 1.0 / raised
+    return f0, mix(raised, 1.0 / raised, math("LESS_THAN", ior, 1.0))
 
 
 def _as_phong(
-    graph: Graph, node: bpy.types.Node, scope: Scope, base: Colour, metallic: float
+    graph: Graph, node: bpy.types.Node, scope: Scope, base: Value, metallic: Value
 ) -> Bsdf:
     """Metallic share m: k_s = m * base; the rest: a reflecting layer F0 over (1 - F0) * base."""
-    value = partial(_number, graph, node, scope)
-    level = 2.0 * value("Specular IOR Level", 0.5)
-    layer = min(1.0, normal_reflectance(value("IOR", 1.5)) * level)
-    tinted = bool(layer) and metallic < 1.0
-    tint = colour(graph, node, "Specular Tint", scope) if tinted else np.ones(3)
-    transmission = min(max(value("Transmission Weight"), 0.0), 1.0)
-    k_s = metallic * base + (1.0 - metallic) * layer * tint
-    k_d = (1.0 - metallic) * (1.0 - transmission) * (1.0 - clipped(layer * tint)) * base
-    if not k_s.any():
+    given = partial(_number, graph, node, scope)
+    level = given("Specular IOR Level", 0.5) * 2.0
+    layer = math("MINIMUM", head_on(given("IOR", 1.5)) * level, 1.0)
+    tinted = layer.may_exceed(0.0) and not metallic.is_just(1.0)
+    tint = colour(graph, node, "Specular Tint", scope) if tinted else ONE
+    transmission = given("Transmission Weight").clamp()
+    k_s = metallic * base + (ONE - metallic) * layer * tint
+    k_d = (ONE - metallic) * (ONE - transmission) * (ONE - clipped(layer * tint)) * base
+    if k_s.is_just(0.0):
         return Bsdf(k_d)
     note_anisotropy(graph, node, scope)
     what = "its strength is that seen head-on"
@@ -114,26 +116,26 @@ def _as_phong(
 
 def _number(
     graph: Graph, node: bpy.types.Node, scope: Scope, name: str, default: float = 0.0
-) -> float:
+) -> Value:
     return number(graph, node, name, scope, default)
 
 
-def _note(graph: Graph, node: bpy.types.Node, scope: Scope, metallic: float) -> None:
+def _note(graph: Graph, node: bpy.types.Node, scope: Scope, metallic: Value) -> None:
     """Write down what the node asks for and the renderer does not know."""
     notes, owner = graph.notes, graph.owner
-    value = partial(_number, graph, node, scope)
-    if value("Alpha", 1.0) < 1.0 or linked(node, "Alpha"):
+    given = partial(_number, graph, node, scope)
+    if not given("Alpha", 1.0).is_just(1.0):
         notes.ignored(owner, "Alpha", "rendered opaque")
-    if metallic < 1.0:
-        if value("Transmission Weight") > 0.0:
+    if not metallic.is_just(1.0):
+        if given("Transmission Weight").may_exceed(0.0):
             what = "nothing is refracted: that light is absorbed"
             notes.approximated(owner, "Transmission", what)
-        if value("Subsurface Weight") > 0.0:
+        if given("Subsurface Weight").may_exceed(0.0):
             notes.approximated(owner, "Subsurface", "rendered as diffuse")
-        if value("Diffuse Roughness") > 0.0:
+        if given("Diffuse Roughness").may_exceed(0.0):
             notes.approximated(owner, "Diffuse roughness", "rendered as Lambertian")
     for name in ("Coat Weight", "Sheen Weight", "Thin Film Thickness"):
-        if value(name) > 0.0:
+        if given(name).may_exceed(0.0):
             notes.ignored(owner, name.rsplit(" ", 1)[0], "left out")
     note_normal(graph, node)
     if linked(node, "Coat Normal"):

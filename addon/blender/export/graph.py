@@ -1,21 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Walk shader node trees: follow links through reroutes and groups, read constants."""
+"""Walk shader node trees: follow links through reroutes and groups, read values."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
 
+from .programs import Program, Value
 from .report import Notes
 
 Colour = tuple[float, float, float]
 # The group nodes that were entered on the way to a node, outermost first.
 Scope = tuple[bpy.types.Node, ...]
 
-# Nodes that change a colour in a way that is not worked out: their Color input stands for it.
+# Nodes that change a colour: their Color input stands for it where a constant is wanted.
 ADJUSTMENTS = {"HUE_SAT", "BRIGHTCONTRAST", "GAMMA", "CURVE_RGB"}
 # Averaging reads every pixel; 4k x 4k takes about half a second and is the most worth waiting for.
 MOST_PIXELS = 4096 * 4096
@@ -23,6 +26,23 @@ MOST_PIXELS = 4096 * 4096
 MAGENTA = (1.0, 0.0, 1.0)
 # A tree deeper than this is taken for a loop.
 DEPTH = 64
+NUMBERS = ("VALUE", "INT", "BOOLEAN")  # types of sockets that hold one
+
+# What gives the value of one output of a node.
+Reader = Callable[["Graph", bpy.types.Node, bpy.types.NodeSocket, Scope], Value]
+
+
+@dataclass
+class Asked:
+    """What materials ask of meshes, by number: their corners' attributes."""
+
+    attributes: list[tuple[str, ...]] = field(default_factory=list)  # a kind, and maybe a name
+
+    def attribute(self, *what: str) -> int:
+        """The number of an attribute, such as "uv" of a name."""
+        if what not in self.attributes:
+            self.attributes.append(what)
+        return self.attributes.index(what)
 
 
 @dataclass
@@ -32,7 +52,12 @@ class Graph:
     tree: bpy.types.NodeTree
     owner: str  # "Material 'Glass'"
     notes: Notes
+    readers: Mapping[str, Reader] = field(default_factory=dict)  # by the node's type
     averages: dict[str, Colour | None] = field(default_factory=dict)  # by image name
+    asked: Asked = field(default_factory=Asked)
+    program: Program = field(default_factory=Program)
+    _known: dict[Any, Value] = field(default_factory=dict)
+    _reading: list[Any] = field(default_factory=list)  # outputs under way
 
     def output(self, kind: str) -> bpy.types.Node | None:
         """Return the active output node of the tree that serves Cycles."""
@@ -52,6 +77,55 @@ class Graph:
             return None, ()
         node, _, scope = source(output.inputs["Surface"], ())
         return node, scope
+
+    def input(self, node: bpy.types.Node, name: str, scope: Scope) -> Value:
+        """The value of an input by its name; KeyError if the node has none such."""
+        return self.value(node.inputs[name], scope)
+
+    def value(self, socket: bpy.types.NodeSocket, scope: Scope) -> Value:
+        """The value of an input: of what it is linked to, or its own. What no reader knows is
+        approximated by a constant, and noted."""
+        node, end, inner = source(socket, scope)
+        if node is None:
+            if not hasattr(end, "default_value"):
+                return Value.of(0.0)
+            return converted(Value.of(_numbers(end.default_value)), end.type, socket.type)
+        if node.type not in self.readers:
+            is_number = socket.type in NUMBERS
+            return Value.of((value_of if is_number else colour_of)(self, socket, scope))
+        return converted(self.output_value(node, end, inner), end.type, socket.type)
+
+    def output_value(
+        self, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+    ) -> Value:
+        """The value of an output of a node that a reader knows."""
+        key = node.as_pointer(), output.identifier, tuple(g.as_pointer() for g in scope)
+        if key not in self._known:
+            if key in self._reading:
+                self.notes.approximated(self.owner, f"'{node.name}'", "its links go in a circle: 0")
+                return Value.of(0.0)
+            self._reading.append(key)
+            read = self.readers[node.type](self, node, output, scope)
+            self._reading.pop()
+            self._known[key] = read
+        return self._known[key]
+
+
+def converted(value: Value, given: str, wanted: str) -> Value:
+    """A value of one type of socket as Blender makes one of another of it."""
+    if wanted in NUMBERS:
+        if given == "RGBA":
+            return value.part("luminance")
+        if given == "VECTOR":
+            return value.part("average")
+    return value
+
+
+def _numbers(value: Any) -> list[float]:
+    """A socket's default value."""
+    if isinstance(value, (bool, int, float)):
+        return [float(value)]
+    return [float(number) for number in list(value)[:4]]
 
 
 def source(
@@ -94,8 +168,10 @@ def colour_of(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> Colou
     node, end, scope = source(socket, scope)
     if node is None:
         return _as_colour(getattr(end, "default_value", 0.0))
-    if node.type in ("RGB", "VALUE"):
-        return _as_colour(end.default_value)
+    if node.type in graph.readers:
+        known = converted(graph.output_value(node, end, scope), end.type, socket.type)
+        if known.is_constant:
+            return known.rgb
     found = _upstream_average(graph, node, end, scope)
     if found is None:
         colour, what = _as_colour(socket.default_value), "the input's own value"
@@ -112,8 +188,10 @@ def value_of(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> float:
     node, end, scope = source(socket, scope)
     if node is None:
         return _as_value(getattr(end, "default_value", 0.0))
-    if node.type in ("RGB", "VALUE"):
-        return _as_value(end.default_value)
+    if node.type in graph.readers:
+        known = converted(graph.output_value(node, end, scope), end.type, socket.type)
+        if known.is_constant:
+            return known.number
     if node.type == "FRESNEL":
         ior = value_of(graph, node.inputs["IOR"], scope)
         value, what = normal_reflectance(ior), "the reflectance seen head-on,"

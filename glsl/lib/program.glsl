@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Run a material's program: its nodes in order, each into a register. PROGRAMS registers are enough for the
+// scene's. Uses the tables of instructions and constants.
+#include "lib/here.glsl"
+#include "lib/surface.glsl"
+#include "lib/colour.glsl"
+
+const int PARTS = 7;
+
+vec4 registers[PROGRAMS];
+
+// What a code stands for: a constant, a register, or a part of one in place of x, y and z.
+vec4 operand(float code) {
+    int number = int(code);
+    if (number < 0) return constant_at(-1 - number).value;
+    number -= 1;
+    vec4 value = registers[number / PARTS];
+    int part = number % PARTS;
+    if (part == 0) return value;
+    if (part <= 4) return value[part - 1].xxxx;
+    return part == 5 ? luminance(value.xyz).xxxx : mean(value.xyz).xxxx;
+}
+
+#include "made/nodes.glsl"
+
+Here here_at(Hit hit, vec3 direction, Surface surface) {
+    Here found;
+    found.position = surface.position;
+    found.geometric = surface.geometric;
+    found.shading = surface.shading;
+    found.to_viewer = -direction;
+    found.side = surface.side;
+    found.far = hit.t;
+    found.triangle = hit_triangle(hit);
+    found.corners = vec3(1.0 - hit.u - hit.v, hit.u, hit.v);
+    found.surface = int(surface.surface);
+    return found;
+}
+
+bool is_given(float code) { return code != 0.0; }
+
+void run_program(Material material) {
+    int first = int(material.first_instruction);
+    for (int i = first; i < first + int(material.instructions); i++) {
+        Instruction node = instruction_at(i);
+        registers[int(node.result)] = run_node(node);
+    }
+}
+
+// Results as a surface can have them.
+vec3 reflectance_from(float code, vec3 otherwise) {
+    return is_given(code) ? clamp(operand(code).xyz, 0.0, 1.0) : otherwise;
+}
+
+float number_from(float code, float otherwise) { return is_given(code) ? max(operand(code).x, 0.0) : otherwise; }
+
+vec4 numbers_from(vec4 codes, vec4 otherwise) {
+    return vec4(
+        number_from(codes.x, otherwise.x), number_from(codes.y, otherwise.y),
+        number_from(codes.z, otherwise.z), number_from(codes.w, otherwise.w));
+}
+
+// A shading normal that a program gives, on the ray's side of the surface.
+vec3 normal_from(float code, Surface surface) {
+    vec3 normal = operand(code).xyz;
+    float l2 = dot(normal, normal);
+    if (!(l2 > 1.0e-12) || isinf(l2)) return surface.shading;
+    normal *= inversesqrt(l2);
+    float above = dot(normal, surface.geometric);
+    if (above >= 1.0e-3) return normal;
+    return normalize(normal + (1.0e-3 - above) * surface.geometric);
+}
