@@ -21,7 +21,7 @@ vec3 logarithm(vec3 a, vec3 base) {
 
 vec4 run_functions(vec4 first, vec4 second, vec4 function) {
     vec3 a = first.xyz, b = second.xyz, result = vec3(0.0);
-    vec3 within = vec3(lessThanEqual(abs(a), vec3(1.0))), unit = clamp(a, -1.0, 1.0);
+    vec3 unit = clamp(a, -1.0, 1.0);
     switch (int(function.x)) {
     case 0: result = power(a, b); break;
     case 1: result = logarithm(a, b); break;
@@ -31,8 +31,8 @@ vec4 run_functions(vec4 first, vec4 second, vec4 function) {
     case 5: result = sin(a); break;
     case 6: result = cos(a); break;
     case 7: result = tan(a); break;
-    case 8: result = within * asin(unit); break;
-    case 9: result = within * acos(unit); break;
+    case 8: result = asin(unit); break;
+    case 9: result = acos(unit); break;
     case 10: result = atan(a); break;
     case 11: result = mix(atan(a, b), vec3(0.0), equal(abs(a) + abs(b), vec3(0.0))); break;
     case 12: result = sinh(a); break;

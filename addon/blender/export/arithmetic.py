@@ -57,8 +57,8 @@ def _ping_pong(a: Numbers, scale: Numbers) -> Numbers:
 
 
 def _within(function: Function) -> Function:
-    """0 outside of [-1, 1]."""
-    return lambda a: np.where(np.abs(a) <= 1.0, function(np.clip(a, -1.0, 1.0)), 0.0)
+    """As if what is outside of [-1, 1] were its end."""
+    return lambda a: function(np.clip(a, -1.0, 1.0))
 
 
 ARITHMETIC: dict[str, tuple[int, Function]] = {

@@ -7,15 +7,18 @@ import bpy
 
 from ..graph import Asked, Colour, Graph, Reader
 from ..report import Notes
-from . import attributes, constants, geometry, maths
+from . import attributes, constants, geometry, maths, vectors
 
 READERS: dict[str, Reader] = {
+    "COMBXYZ": vectors.read_combine,
     "MATH": maths.read,
     "NEW_GEOMETRY": geometry.read,
     "RGB": constants.read,
+    "SEPXYZ": vectors.read_separate,
     "TEX_COORD": attributes.read_coordinate,
     "UVMAP": attributes.read_uv_map,
     "VALUE": constants.read,
+    "VECT_MATH": vectors.read_math,
 }
 
 

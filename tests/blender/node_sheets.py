@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The cases of every node: a sheet a subject."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from . import vector_cases
+from .node_cases import Case
+
+SHEETS: Mapping[str, Sequence[Case]] = {
+    "vectors": vector_cases.CASES,
+}
