@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Run a material's program: its nodes in order, each into a register. PROGRAMS registers are enough for the
-// scene's. Uses the tables of instructions and constants.
+// Run a material's program: made/nodes.glsl has the nodes of the scene's, and what runs them. PROGRAMS registers
+// are enough. Uses the tables of instructions and constants.
 #include "lib/here.glsl"
 #include "lib/surface.glsl"
 #include "lib/colour.glsl"
@@ -38,14 +38,6 @@ Here here_at(Hit hit, vec3 direction, Surface surface) {
 }
 
 bool is_given(float code) { return code != 0.0; }
-
-void run_program(Material material) {
-    int first = int(material.first_instruction);
-    for (int i = first; i < first + int(material.instructions); i++) {
-        Instruction node = instruction_at(i);
-        registers[int(node.result)] = run_node(node);
-    }
-}
 
 // Results as a surface can have them.
 vec3 reflectance_from(float code, vec3 otherwise) {

@@ -7,7 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from addon.photon.kernels.records import CORNER_NORMALS, TRIANGLE
+from addon.photon.kernels.records import CORNER_NORMALS, SPACE, TRIANGLE
 from addon.photon.kernels.shade import Shade
 from addon.photon.scene import Material
 from addon.photon.stage.kinds import made_bsdf
@@ -32,8 +32,12 @@ def tables(material: Material) -> dict[str, NDArray[Any]]:
     for corner in "abc":
         normals[corner] = 0.0, 0.0, 1.0
     both = (BLACK, material)
-    materials, lobes = material_tables(both, program_tables(both).compiled)
+    programs = program_tables(both)
+    materials, lobes = material_tables(both, programs.compiled)
     return {
+        "instructions": programs.instructions,
+        "constants": programs.constants,
+        "spaces": SPACE.zeros(SURFACE + 2),
         "triangles": triangle,
         "corner_normals": normals,
         "materials": materials,

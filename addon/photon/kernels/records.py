@@ -100,6 +100,8 @@ MATERIAL = Record(
         "holdout": "float",
         "first_instruction": "float",
         "instructions": "float",
+        "first_constant": "float",
+        "shape": "float",  # of its program as straight code; 0: none
         "albedo_from": "float",
         "normal_from": "float",
         "emission_from": "float",

@@ -236,16 +236,19 @@ def made_lights(names: Collection[str]) -> Made:
     return {"made/lights.glsl": _made("lights", light_kinds(), names, LIGHT_FUNCTIONS, "light")}
 
 
-def made_nodes(names: Collection[str]) -> Made:
-    """What a program includes as made/nodes.glsl: nodes of these kinds, and a switch."""
+def made_nodes(names: Collection[str], code: str = "") -> Made:
+    """What a program includes as made/nodes.glsl: nodes of these kinds, and what runs them: `code`,
+    or without it the interpreter and a switch."""
     used = [node_kinds()[name] for name in sorted(names)]
     lines = [f'#include "nodes/{kind.name}.glsl"' for kind in used]
+    if code:
+        return {"made/nodes.glsl": "\n".join([*lines, code])}
     lines.append("vec4 run_node(Instruction node) {")
     for kind in used:
         fields = ("first", "second", "third", "fourth", "fifth", "sixth")[: len(kind.operands)]
         given = ", ".join(f"operand(node.{name})" for name in fields)
         lines.append(f"    if (node.kind == {kind.number}.0) return run_{kind.name}({given});")
-    lines += ["    return vec4(0.0);", "}"]
+    lines += ["    return vec4(0.0);", "}", '#include "lib/interpreter.glsl"']
     return {"made/nodes.glsl": "\n".join(lines) + "\n"}
 
 

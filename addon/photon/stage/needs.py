@@ -26,6 +26,7 @@ from .kinds import (
 from .light_tree import DRAWN_RAYS, MOST_ASKED
 from .limits import is_limited
 from .programs import registers_of
+from .straight import Shape, made_programs, shapes_of
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 
@@ -60,6 +61,7 @@ class SceneNeeds:
     visibility: bool = False  # rays pass through some surfaces, or lights are limited
     first_hits: bool = False  # photons carry the direct light
     nodes: frozenset[str] = frozenset()  # kinds of the materials' programs
+    shapes: tuple[Shape, ...] = ()  # of the programs, as straight code; none: interpreted
     registers: int = 0  # that these need
     attributes: int = 0  # that a triangle's corners have
 
@@ -84,6 +86,7 @@ class SceneNeeds:
         by_chains = chains and (glows or any("chains" in light.found_by for light in met))
         of_mesh = frozenset({TRIANGLE} if glows else ())
         drawn = lights > MOST_ASKED
+        shapes = shapes_of(scene.materials)
         return SceneNeeds(
             surfaces=surfaces,
             shadow_rays=(DRAWN_RAYS if drawn else lights) if asked else 0,
@@ -115,8 +118,9 @@ class SceneNeeds:
             or any(material.holdout for material in materials)
             or bool((mesh.visible != ALL_RAYS).any()),
             first_hits=settings.direct_by_photons,
-            nodes=frozenset(node.kind for m in materials for node in m.program),
-            registers=registers_of(materials),
+            nodes=frozenset(node.kind for m in scene.materials for node in m.program),
+            shapes=shapes,
+            registers=registers_of(scene.materials, shapes),
             attributes=scene.corner_attributes.shape[1],
         )
 
@@ -228,5 +232,5 @@ class SceneNeeds:
             **made_bsdf(self.lobe_kinds),
             **made_lights(self.light_kinds),
             **made_camera(self.camera_kind),
-            **made_nodes(self.nodes),
+            **made_nodes(self.nodes, made_programs(self.shapes) if self.shapes else ""),
         }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Programs of materials as tables (glsl/lib/program.glsl)."""
+"""Programs of materials as tables (glsl/lib/program.glsl), and which results are where."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from ..errors import SceneError
 from ..kernels.records import CONSTANT, INSTRUCTION
-from ..scene import Material, Result
+from ..scene import Instruction, Material, Result
 from ..scene.programs import MOST_OPERANDS, PARTS, Constant, Varying
 from .kinds import node_kinds
+from .straight import Shape, shape_of, shapes_of
 
 # More would not fit what GPUs have of memory for each thread that is quick.
 MOST_REGISTERS = 64
@@ -25,7 +26,9 @@ OPERANDS = ("first", "second", "third", "fourth", "fifth", "sixth")[:MOST_OPERAN
 class Compiled:
     """One material's program: where it begins, and in which register each result is."""
 
-    first: int
+    first: int  # instruction
+    first_constant: int
+    shape: int  # the number of its straight code; 0: none
     registers: Mapping[int, int]  # by instruction, of those that someone asks for
 
     def code(self, result: Result) -> float:
@@ -50,26 +53,43 @@ def program_tables(materials: Sequence[Material]) -> ProgramTables:
     """Make them; SceneError names the material whose program is too long."""
     count = sum(len(material.program) for material in materials)
     tables = ProgramTables(INSTRUCTION.zeros(max(count, 1)), CONSTANT.zeros(1))
-    constants: dict[Constant, int] = {}
-    first = 0
+    constants: list[Constant] = []
+    shapes, first = shapes_of(materials), 0
     for material in materials:
-        registers = allocated(material)
-        compiled = Compiled(first, registers)
-        rows = tables.instructions[first : first + len(material.program)]
-        for number, (row, instruction) in enumerate(zip(rows, material.program, strict=True)):
-            row["kind"] = node_kinds()[instruction.kind].number
-            row["result"] = registers.get(number, 0)
-            for name, operand in zip(OPERANDS, instruction.operands, strict=False):
-                if isinstance(operand, Result):
-                    row[name] = compiled.code(operand)
-                else:
-                    row[name] = -1.0 - constants.setdefault(operand, len(constants))
+        compiled = _compiled(material, first, len(constants), shapes)
+        for row, instruction in zip(tables.instructions[first:], material.program, strict=False):
+            _fill(row, instruction, compiled, constants)
+        for number, register in compiled.registers.items():
+            tables.instructions["result"][first + number] = register
         tables.compiled.append(compiled)
-        first += len(rows)
+        first += len(material.program)
     if constants:
         tables.constants = CONSTANT.zeros(len(constants))
-        tables.constants["value"] = np.array(list(constants))
+        tables.constants["value"] = np.array(constants)
     return tables
+
+
+def _fill(
+    row: Any, instruction: Instruction, compiled: Compiled, constants: list[Constant]
+) -> None:
+    """A row of INSTRUCTION; its constants go to the end of all. Straight code knows the others."""
+    row["kind"] = node_kinds()[instruction.kind].number
+    for name, operand in zip(OPERANDS, instruction.operands, strict=False):
+        if not isinstance(operand, Result):
+            constants.append(operand)
+            row[name] = -float(len(constants))
+        elif not compiled.shape:
+            row[name] = compiled.code(operand)
+
+
+def _compiled(
+    material: Material, first: int, first_constant: int, shapes: Sequence[Shape]
+) -> Compiled:
+    if not (shapes and material.program):
+        return Compiled(first, first_constant, 0, allocated(material))
+    shape = shape_of(material)
+    registers = {number: register for register, number in enumerate(shape.asked)}
+    return Compiled(first, first_constant, 1 + shapes.index(shape), registers)
 
 
 def allocated(material: Material) -> dict[int, int]:
@@ -111,6 +131,9 @@ def last_uses(material: Material) -> dict[int, int]:
     return ends
 
 
-def registers_of(materials: Sequence[Material]) -> int:
-    """How many registers the programs of materials need."""
+def registers_of(materials: Sequence[Material], shapes: Sequence[Shape]) -> int:
+    """How many registers the programs of materials need, as straight code of shapes if there are
+    any."""
+    if shapes:
+        return max(len(shape.asked) for shape in shapes)
     return max((1 + max(allocated(m).values(), default=-1) for m in materials), default=0)

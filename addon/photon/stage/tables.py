@@ -119,6 +119,7 @@ def material_tables(
         row["emission"] = material.emission
         row["holdout"] = float(material.holdout)
         row["first_instruction"], row["instructions"] = program.first, len(material.program)
+        row["first_constant"], row["shape"] = program.first_constant, program.shape
         row["albedo_from"] = program.codes(material.varying, "diffuse")
         row["normal_from"] = program.codes(material.varying, "normal")
         row["emission_from"] = program.codes(material.varying, "emission")

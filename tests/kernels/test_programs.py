@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Programs give what is folded of constants; straight code gives what the interpreter does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.blender.export.arithmetic import ARITHMETIC, FUNCTIONS
+from addon.photon.errors import SceneError
+from addon.photon.kernels.shade import Shade
+from addon.photon.scene import Instruction, Material, Result
+from addon.photon.stage import straight
+from addon.photon.stage.kinds import made_nodes
+from addon.photon.stage.programs import MOST_REGISTERS, allocated, program_tables, registers_of
+from addon.photon.stage.straight import made_programs, shapes_of
+
+from .conftest import Bench
+from .shading import BLACK, tables
+
+INPUTS = {
+    "direction": np.tile(np.array((0.0, 0.0, -1.0, 1.0), np.float32), (1, 1)),
+    "hit": np.array([[1.0, 1.0, 0.25, 0.25]], np.float32),
+}
+UNIFORMS = {"depth": 0, "frame_size": (8, 8), "region_origin": (0, 0), "seed": 1, "pass_index": 0}
+VALUES = (0.3, -1.7, 2.0, 0.0, 1.0, 7.25)
+
+
+def constant(value: float) -> tuple[float, float, float, float]:
+    return (value, value, value, 1.0)
+
+
+def shaded(bench: Bench, program: tuple[Instruction, ...], at: int = -1) -> Any:
+    """What Shade finds as albedo if that is a result of a program."""
+    result = Result(at % len(program))
+    material = Material("m", program=program, varying={"diffuse": result})
+    both = (BLACK, material)
+    shapes = shapes_of(both)
+    made = made_nodes({i.kind for i in program}, made_programs(shapes) if shapes else "")
+    defines = {"EYE": 1, "PROGRAMS": max(registers_of(both, shapes), 1)}
+    assert program_tables(both).compiled[1].shape == (1 if shapes else 0)
+    found = bench.run(Shade, INPUTS, UNIFORMS, tables(material), defines, made=made)
+    return found["diffuse"][0, :3]
+
+
+def operation(name: str, *operands: Any) -> Instruction:
+    """An instruction of arithmetic, or of functions."""
+    if name in ARITHMETIC:
+        padded = [*operands, constant(0.0), constant(0.0)][:3]
+        return Instruction("arithmetic", (*padded, constant(ARITHMETIC[name][0])))
+    padded = [*operands, constant(0.0)][:2]
+    return Instruction("functions", (*padded, constant(FUNCTIONS[name][0])))
+
+
+def scaled(program: list[Instruction]) -> tuple[Instruction, ...]:
+    """The last result where albedos are: a tenth of it about a half."""
+    last = Result(len(program) - 1)
+    return (*program, operation("MULTIPLY_ADD", last, constant(0.05), constant(0.5)))
+
+
+@pytest.mark.parametrize("name", [*ARITHMETIC, *FUNCTIONS])
+def test_constants_are_folded_to_what_shade_finds(one_bench: Bench, monkeypatch, name: str) -> None:
+    """By the interpreter, which has all operations in one program."""
+    monkeypatch.setattr(straight, "MOST_INSTRUCTIONS", 0)
+    function = {**ARITHMETIC, **FUNCTIONS}[name][1]
+    count = function.__code__.co_argcount if hasattr(function, "__code__") else function.nin
+    cases = [np.roll(VALUES, k)[:count] for k in range(len(VALUES))]
+    checked = 0
+    for values in cases:
+        with np.errstate(all="ignore"):
+            expected = float(function(*(np.array([v]) for v in values))[0])
+        if not abs(expected) < 9.0:
+            continue
+        program = scaled([operation(name, *map(constant, values))])
+        found = shaded(one_bench, program)
+        assert found == pytest.approx(0.5 + 0.05 * expected, abs=2e-5), values
+        checked += 1
+    assert checked
+
+
+def test_straight_code_gives_what_the_interpreter_does(bench: Bench, monkeypatch) -> None:
+    """To the bit, of results and their parts."""
+    program = scaled(
+        [
+            Instruction("combine", tuple(map(constant, (0.3, 0.7, 1.9, 0.2)))),
+            operation("MULTIPLY_ADD", Result(0), constant(1.5), Result(0, "w")),
+            operation("POWER", Result(1), constant(1.3)),
+            operation("SUBTRACT", Result(2, "luminance"), Result(1, "average")),
+            operation("ADD", Result(3), Result(2, "y")),
+        ]
+    )
+    found = [shaded(bench, program, at).copy() for at in (1, -1)]
+    monkeypatch.setattr(straight, "MOST_INSTRUCTIONS", 0)
+    assert np.array_equal(found, [shaded(bench, program, at) for at in (1, -1)])
+    assert np.min(found) > 0.0 and np.max(found) < 1.0 + 1e-6
+
+
+def test_materials_of_one_shape_share_code() -> None:
+    """They differ in constants; other choices are other code."""
+    first, second, other = (
+        Material("m", program=(operation(name, constant(x)),), varying={"diffuse": Result(0)})
+        for name, x in (("SINE", 0.1), ("SINE", 0.2), ("COSINE", 0.1))
+    )
+    assert len(shapes_of((first, second))) == 1
+    assert len(shapes_of((first, second, other))) == 2
+    table = program_tables((first, second, other))
+    assert [each.shape for each in table.compiled] == [1, 1, 2]
+    at = [each.first_constant for each in table.compiled]
+    assert table.constants["value"][at, 0] == pytest.approx([0.1, 0.2, 0.1])
+
+
+def test_registers_are_used_again() -> None:
+    chain = [operation("ABSOLUTE", constant(0.5))]
+    chain += [operation("ABSOLUTE", Result(number)) for number in range(199)]
+    material = Material("long", program=tuple(chain), varying={"diffuse": Result(199)})
+    assert max(allocated(material).values()) <= 1
+    wide = [operation("ABSOLUTE", constant(0.5)) for _ in range(MOST_REGISTERS + 1)]
+    wide.append(operation("ADD", Result(0), Result(1)))
+    for number in range(2, MOST_REGISTERS + 1):
+        wide.append(operation("ADD", Result(len(wide) - 1), Result(number)))
+    material = Material("wide", program=tuple(wide), varying={"diffuse": Result(len(wide) - 1)})
+    with pytest.raises(SceneError, match="'wide'"):
+        allocated(material)
