@@ -70,6 +70,8 @@ class Budget:
         self._settings, self._device, self._sizes = settings, way.device, way.sizes
         self._triangles, self._emitters = len(scene.triangles), scene.emitters
         self._tangents = TANGENTS if len(scene.corner_tangents) else 0
+        self._moving = sum(x.offsets.nbytes + x.normals.nbytes for x in scene.moving)
+        self._instants = 2 if scene.moving else 1  # at once: a mesh is made of the last one
         self._image_pixels = sum(image.pixels.size // 3 for image in scene.images)
         self._textures = scene.textures
         used = np.bincount(scene.material, minlength=len(scene.materials))
@@ -139,7 +141,8 @@ class Budget:
         """What they take, and those of them that glow besides."""
         found = self._sizes.triangles(self._triangles, self._tangents)
         lights = LIGHTS * self._glowing
-        return Bytes(found.device + lights, found.host + 2 * lights)
+        host = self._instants * (found.host + 2 * lights) + self._moving
+        return Bytes(found.device + lights, host)
 
     @cached_property
     def film_textures(self) -> int:

@@ -14,6 +14,7 @@ from .errors import DeviceError, PhotonStreamError
 from .eye.camera import EyeCamera
 from .eye.images import PassImages
 from .eye.paths import Eye
+from .eye.samples import instant
 from .film.picture import EMISSION_IMAGES, FILM_IMAGES, ILLUMINANCE_IMAGES, MIRROR_IMAGES
 from .film.strips import StripFilm, strips_of
 from .memory import Budget
@@ -93,6 +94,7 @@ class _Preparation:
         budget = self._find_room()
         with self._phases.timed("bvh"):
             stage = self._kept.stage(self._scene, way)
+            stage = stage.at(instant(settings, 0, self._scene.shutter))
         needs = SceneNeeds.of(self._scene, settings, stage.mesh, stage.tables.emitters)
         self.warnings = _warnings(self._scene, settings, stage.mesh, needs)
         with self._phases.timed("programs"):
@@ -110,8 +112,9 @@ class _Preparation:
             film = StripFilm(way, strips, names + ["blur"] * needs.photons)
             self._own.append(film.release)
             film.prepare()
-            with self._phases.timed("eye"):
-                eye.send_ahead(settings.first_pass, strips[0].region)
+            if not stage.movement or settings.first_pass == 0:  # else it is another instant
+                with self._phases.timed("eye"):
+                    eye.send_ahead(settings.first_pass, strips[0].region)
             photons = self._photons(mapper, stage, needs, eye, budget) if mapper else None
         return Parts(way, stage, needs, eye, images, film, photons, self._phases, self._own)
 
@@ -131,6 +134,8 @@ class _Preparation:
         self._own.append(mapper.release)
         if len(groups_of(stage.tables)) > 1:
             self._shares = Shares(mapper, stage.tables, partial(self._look, stage, needs))
+            if stage.movement:
+                self._shares.learn()  # at the instant of pass 0, whichever is the first
             self._shares.set(0)
         if not self._settings.radius:
             with self._phases.timed("radius"):
@@ -168,7 +173,7 @@ class _Preparation:
             else:
                 field = self._find_radii(mapper, stage.mesh, eye, budget)
             self._own.append(field.release)
-        ahead = way.works_alone
+        ahead = way.works_alone and not stage.movement
         phases, shares = self._phases, self._shares
         return Photons(mapper, self._kept, settings, field, splat, grid, ahead, phases, shares)
 

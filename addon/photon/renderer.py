@@ -16,6 +16,7 @@ from ..streams import StreamError
 from .errors import DeviceError
 from .eye.images import PassImages
 from .eye.paths import Eye, Path
+from .eye.samples import instant
 from .film.error import Error, error_of
 from .film.picture import exposed, picture_of
 from .film.strips import StripFilm
@@ -58,7 +59,8 @@ class Renderer:
     ) -> None:
         self.scene, self.settings, self.warnings = scene, settings, warnings
         self.way, self.device, self.needs = parts.way, parts.way.device, parts.needs
-        self.frame, self.triangles = parts.stage.frame, len(parts.stage.mesh.triangles)
+        self._stage, self.frame = parts.stage, parts.stage.frame
+        self.triangles = len(parts.stage.mesh.triangles)
         self.eye, self.film, self.photons = parts.eye, parts.film, parts.photons
         self._images, self._phases, self._own = parts.images, parts.phases, parts.own
         self._first_normals: list[moderngl.Buffer] = []  # and depths, of each strip: not read yet
@@ -78,6 +80,8 @@ class Renderer:
             raise DeviceError(str(error)) from error
 
     def _render(self, index: int) -> None:
+        with self._phases.timed("bvh"):
+            self._stage = self._stage.at(instant(self.settings, index, self.scene.shutter))
         photons = self.photons.start(index) if self.photons else None  # launched, not awaited
         for number, strip in enumerate(self.film.strips):
             image = self._images.begin()

@@ -12,7 +12,7 @@ import pytest
 from addon.blender.properties import film_of
 from tests.measure import render
 
-from .build import add_light, add_mesh
+from .build import add_mesh
 
 pytestmark = pytest.mark.blender
 
@@ -153,27 +153,3 @@ def test_a_camera_that_blurs_nothing(scene, quads, export) -> None:
     assert exported.motion is None
     scene.frame_set(2)
     np.testing.assert_allclose(exported.matrix, scene.camera.matrix_world, atol=1e-6)
-
-
-def test_what_else_moves_is_named(scene, export) -> None:
-    """By its place or its shape; not what Cycles holds still, too."""
-    scene.render.use_motion_blur = True
-    add_mesh("Still")
-    moved, held, bent = (add_mesh(name) for name in ("Moved", "Held", "Bent"))
-    lamp = add_light("Lamp", "POINT")
-    held.cycles.use_motion_blur = False
-    for obj in (moved, held, lamp):
-        for frame in (0, 2):
-            obj.location[0] = frame
-            obj.keyframe_insert("location", frame=frame)
-    bent.shape_key_add(name="Basis")
-    key = bent.shape_key_add(name="Key")
-    key.data[0].co = (-2, -2, 1)
-    for frame in (0, 2):
-        key.value = frame / 2
-        key.keyframe_insert("value", frame=frame)
-    scene.frame_set(1)
-    exported, report = export()
-    named = {e.object for e in report.of("ignored") if e.feature == "Motion Blur"}
-    assert named == {"Object 'Moved'", "Object 'Bent'", "Light 'Lamp'"}
-    assert exported.lights[0].position[0] == pytest.approx(1.0)

@@ -209,7 +209,6 @@ def test_scene_wide_features_are_named(scene, export) -> None:
     scene.cycles.rolling_shutter_type = "TOP"
     scene.eevee.use_overscan = True
     report = export()[1]
-    assert [e.feature for e in report.of("approximated")] == ["Motion Blur"]
     assert [e.feature for e in report.of("ignored")] == ["Rolling Shutter", "Overscan"]
 
 

@@ -15,7 +15,7 @@ from addon.photon.kernels.coverage import Coverage
 from addon.photon.kernels.cuts import Cuts
 from addon.photon.settings import Filter
 from addon.photon.stage.geometry import Frame, Mesh
-from addon.photon.ways.native_kernels import triangles_of
+from addon.photon.ways.native_kernels import tracer_of
 from tests.kernels.conftest import Bench
 from tests.scenes import GREY, Builder, cornell, corners_of, plain_material
 
@@ -85,7 +85,7 @@ def both_cuts_at(
     }
     points = {"place": place, "facing": facing, "diffuse": diffuse}
     glsl = bench.run(Cuts, points, {"shrink": 0.5}, tables)["cuts"]
-    ours = triangles_of(mesh).cuts(*(x[None] for x in points.values()), radii, shrink=0.5)[0]
+    ours = tracer_of(mesh).cuts(*(x[None] for x in points.values()), radii, shrink=0.5)[0]
     return glsl, ours
 
 
@@ -229,7 +229,7 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     mean = np.zeros((count, 4))
     for index in range(PASSES):
         draw["first_probe"] = index * PROBES
-        ours = triangles_of(mesh).coverage(
+        ours = tracer_of(mesh).coverage(
             *(x[None] for x in streams.values()), radii, filter=name, **draw
         )[0]
         glsl = one_bench.run(Coverage, streams, draw, tables, defines)["coverage"]

@@ -70,7 +70,7 @@ def triangles(seed: int) -> NDArray[Any]:
     for a, b in pairwise(x):
         built.quad((a, -1, 0.9), (b, -1, 0.9), (b, 1, 0.9), (a, 1, 0.9))
     scene = built.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [Material("", BLACK, (), (1, 2, 3))])
-    return triangle_lights(Mesh.build(scene, HERE), scene.materials)
+    return triangle_lights(scene, Mesh.build(scene, HERE))
 
 
 TABLES = {

@@ -17,7 +17,7 @@ from addon.photon.prepare import prepare
 from addon.photon.settings import Filter, Settings
 from addon.photon.stage.geometry import Mesh, frame_of
 from addon.photon.stage.tables import choose_lights, light_table, texels_of, upload_table
-from addon.photon.ways.native_kernels import NativeTracer, triangles_of
+from addon.photon.ways.native_kernels import NativeTracer, NativeTriangles, tracer_of
 from addon.streams import Device, Stream, StreamError
 from tests.measure import render
 from tests.scenes import cornell
@@ -113,7 +113,7 @@ class TestPhotons:
 
     def test_bad_tables(self) -> None:
         mesh = Mesh.build(SCENE, frame_of(SCENE))
-        tracer = triangles_of(mesh)
+        tracer = tracer_of(mesh)
         normals = texels_of(mesh.normals).reshape(-1, 3, 4)
         table = light_table(SCENE.lights, frame_of(SCENE))
         choose_lights(table, np.ones((len(table), 3)))
@@ -162,6 +162,13 @@ def test_ports_are_checked(device: Device) -> None:
     stream.release()
 
 
+def triangles_of(mesh: Mesh) -> NativeTriangles:
+    """Those of a mesh."""
+    triangles = NativeTriangles()
+    triangles.take(mesh)
+    return triangles
+
+
 def even(radius: float) -> Any:
     """One radius everywhere."""
     none = np.zeros((0, 4), np.float32)
@@ -173,7 +180,7 @@ class TestBindings:
     """What the native classes refuse."""
 
     def tracer(self) -> Any:
-        return triangles_of(Mesh.build(SCENE, frame_of(SCENE)))
+        return tracer_of(Mesh.build(SCENE, frame_of(SCENE)))
 
     def test_shapes(self) -> None:
         tracer, (origin, direction) = self.tracer(), rays()

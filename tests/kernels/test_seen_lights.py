@@ -96,7 +96,7 @@ def glowing_triangle() -> NDArray[Any]:
     glow = Material("glow", BLACK, (), POWER)
     scene = b.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [glow])
     scene = replace(scene, vertices=scene.vertices + _at(MIDDLE - 0.25))
-    return triangle_lights(Mesh.build(scene, FRAME), scene.materials)
+    return triangle_lights(scene, Mesh.build(scene, FRAME))
 
 
 EACH = [pytest.param(light, id=light.name) for light in SEEN_LIGHTS]

@@ -94,7 +94,7 @@ def prepare(scene: bpy.types.Scene, samples: int, seed: int) -> None:
     cycles.light_sampling_threshold = 0
     cycles.pixel_filter_type, cycles.filter_width = "BOX", 1.0
     cycles.film_exposure = 1.0
-    scene.render.use_border = scene.render.use_motion_blur = False
+    scene.render.use_border = False
     scene.render.use_simplify = False
     scene.render.film_transparent = False
     scene.render.use_compositing = scene.render.use_sequencer = False

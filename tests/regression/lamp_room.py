@@ -70,7 +70,7 @@ def open_case(name: str) -> Scene:
     if name == DEFAULT:
         bpy.ops.wm.read_factory_settings()
     else:
-        _make_room(*LAMPS[name])
+        make_room(*LAMPS[name])
     render = bpy.context.scene.render
     render.resolution_x = render.resolution_y = SIZE
     render.resolution_percentage = 100
@@ -80,7 +80,7 @@ def open_case(name: str) -> Scene:
     return exported
 
 
-def _make_room(kind: str, place: Any, turn: Any, scale: Any, settings: dict[str, Any]) -> None:
+def make_room(kind: str, place: Any, turn: Any, scale: Any, settings: dict[str, Any]) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     if kind == "SPOT":  # what it leaves dark would be noise alone
         world = bpy.context.scene.world = bpy.data.worlds.new("World")

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
+
 import bpy
 import numpy as np
 
@@ -11,9 +14,10 @@ from .camera import export_camera
 from .geometry import Geometry
 from .lights import export_light
 from .materials import MaterialTable
-from .motion import FrameSet, Shutter, with_motion
+from .motion import FrameSet, Shutter, Views
 from .report import Entry, Notes, Report
 from .shaders import SpecularModel
+from .tracks import Tracks
 from .visibility import note_light_groups, visible_bits
 from .world import export_world, note_scene
 
@@ -39,17 +43,23 @@ def snapshot(
         return _snapshot(exported_camera, depsgraph, model, notes)
     shutter = Shutter(scene, frame_set)
     try:
-        seen = camera or scene.camera
-        exported_camera = with_motion(exported_camera, seen, depsgraph, shutter, notes)
-        return _snapshot(exported_camera, depsgraph, model, notes)
+        views, tracks = Views(camera or scene.camera, depsgraph, notes), Tracks(depsgraph, notes)
+        tracks.follow(shutter, views)
+        moving = views.give(exported_camera, shutter.curve)
+        exported, report = _snapshot(moving, depsgraph, model, notes, tracks)
+        return replace(exported, shutter=shutter.curve if exported.moving else ()), report
     finally:
         shutter.leave()
 
 
 def _snapshot(
-    camera: Camera, depsgraph: bpy.types.Depsgraph, model: SpecularModel, notes: Notes
+    camera: Camera,
+    depsgraph: bpy.types.Depsgraph,
+    model: SpecularModel,
+    notes: Notes,
+    tracks: Tracks | None = None,
 ) -> tuple[Scene, Report]:
-    """As snapshot, of what stands still."""
+    """As snapshot, at an instant; `tracks` tell what moves then."""
     scene = depsgraph.scene_eval
     view_layer, layer = depsgraph.view_layer_eval, depsgraph.view_layer
     note_scene(scene, view_layer, notes)
@@ -69,7 +79,8 @@ def _snapshot(
             if light is not None:
                 lights.append(light)
         else:
-            geometry.add(obj, matrix, visible_bits(instance, layer), materials, notes)
+            follow = partial(tracks.moving, instance, matrix) if tracks else None
+            geometry.add(obj, matrix, visible_bits(instance, layer), materials, notes, follow)
     world = getattr(view_layer, "world_override", None) or scene.world
     images: list[Image] = []
     lights += export_world(world, images, notes)

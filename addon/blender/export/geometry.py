@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import ALL_RAYS
+from ...photon.scene import ALL_RAYS, Moving
 from .attributes import corner_attribute, space_of
 from .graph import Asked
 from .materials import MaterialTable
@@ -20,6 +20,8 @@ from .report import Notes
 from .tangents import Tangent, corner_tangents
 
 Read = TypeVar("Read")
+# How something moves in the scene: a mesh, its vertices' run, and its triangles' corners.
+Follow = Callable[["LocalMesh", tuple[int, int], NDArray[np.int32]], Moving | None]
 
 # Object types that Blender turns into meshes on the way; the depsgraph lists each of them a second
 # time, as the mesh that is exported.
@@ -35,12 +37,28 @@ NOT_RENDERED = {
 
 
 @dataclass(frozen=True)
-class LocalMesh:
-    """A mesh in its own space, triangulated; instances share it."""
+class Shape:
+    """What of a mesh may change while the shutter is open."""
 
     vertices: NDArray[np.float32]  # (V, 3) [m]
-    triangles: NDArray[np.int32]  # (T, 3)
     normals: NDArray[np.float32]  # (N, 3)
+    is_flat: bool  # these are its faces'
+
+    def fits(self, other: Shape) -> bool:
+        """Whether another one is of the same vertices."""
+        shapes = self.vertices.shape == other.vertices.shape
+        return shapes and (self.is_flat or self.normals.shape == other.normals.shape)
+
+    def same(self, other: Shape) -> bool:
+        """Whether another one is the same."""
+        return self.fits(other) and np.array_equal(self.vertices, other.vertices)
+
+
+@dataclass(frozen=True)
+class LocalMesh(Shape):
+    """A mesh in its own space, triangulated; instances share it."""
+
+    triangles: NDArray[np.int32]  # (T, 3)
     corners: NDArray[np.int32]  # (T, 3) indices into normals
     slot: NDArray[np.int32]  # (T,) material slot
 
@@ -59,6 +77,7 @@ class Geometry:
     visible: list[int] = field(default_factory=list)
     objects: list[NDArray[np.float64]] = field(default_factory=list)
     attributes: list[dict[int, NDArray[np.float32]]] = field(default_factory=list)
+    moving: list[Moving] = field(default_factory=list)
     vertex_count: int = 0
     _local: dict[int, LocalMesh] = field(default_factory=dict)
     _attributes: dict[Any, NDArray[np.float32] | None] = field(default_factory=dict)
@@ -71,9 +90,10 @@ class Geometry:
         visible: int,
         materials: MaterialTable,
         notes: Notes,
+        follow: Follow | None = None,
     ) -> None:
         """Append one object or instance that is placed by `matrix` and seen by rays of the bits
-        `visible`."""
+        `visible`; `follow` tells how it moves."""
         if obj.type in BECOME_MESHES or obj.type in NO_GEOMETRY:
             return
         name = f"Object '{obj.name}'"
@@ -107,6 +127,11 @@ class Geometry:
         self.visible.append(visible)
         self.objects.append(space_of(obj, matrix))
         self.attributes.append(attributes)
+        if follow:
+            run = self.vertex_count, self.vertex_count + len(vertices)
+            corners = mesh.corners[:, ::-1] if is_mirroring(matrix) else mesh.corners
+            if moving := follow(mesh, run, np.ascontiguousarray(corners[there])):
+                self.moving.append(moving)
         self.vertex_count += len(vertices)
 
     def arrays(self, asked: Asked, has_programs: bool) -> dict[str, Any]:
@@ -123,6 +148,7 @@ class Geometry:
             "material": _joined(self.material, (0,), np.int32),
             "surface": _joined(self.surface, (0,), np.int32),
             "visible": np.array(self.visible if {*self.visible} - {ALL_RAYS} else [], np.uint8),
+            "moving": tuple(self.moving),
         }
 
     def _mesh_of(self, obj: bpy.types.Object) -> LocalMesh:
@@ -235,28 +261,40 @@ def local_mesh(mesh: bpy.types.Mesh) -> LocalMesh:
     count = len(mesh.loop_triangles)
     if not count:
         none = np.zeros((0, 3), np.int32)
-        return LocalMesh(
-            np.zeros((0, 3), np.float32), none, np.zeros((0, 3), np.float32), none, none
-        )
+        empty = np.zeros((0, 3), np.float32)
+        return LocalMesh(empty, empty, False, none, none, none)
     loops = _read(mesh.loop_triangles, "loops", 3 * count, np.int32)
     faces = _read(mesh.loop_triangle_polygons, "value", count, np.int32)
     vertex_of = _read(mesh.attributes[".corner_vert"].data, "value", len(mesh.loops), np.int32)
     triangles = vertex_of[loops].reshape(-1, 3)
     loops = loops.reshape(-1, 3)
-    # Where all corners of a vertex or a face share a normal, that is a sixth of the normals.
-    normals, corners = {
-        "POINT": (mesh.vertex_normals, triangles),
-        "FACE": (mesh.polygon_normals, np.repeat(faces[:, None], 3, axis=1)),
-    }.get(mesh.normals_domain, (mesh.corner_normals, loops))
+    corners = {"POINT": triangles, "FACE": np.repeat(faces[:, None], 3, axis=1)}
     slots = mesh.attributes.get("material_index")
+    shape = shape_of(mesh)
     return LocalMesh(
-        _read(mesh.attributes["position"].data, "vector", 3 * len(mesh.vertices)).reshape(-1, 3),
+        shape.vertices,
+        shape.normals,
+        shape.is_flat,
         triangles,
-        _read(normals, "vector", 3 * len(normals)).reshape(-1, 3),
-        corners,
+        corners.get(mesh.normals_domain, loops),
         _read(slots.data, "value", len(mesh.polygons), np.int32)[faces]
         if slots
         else np.zeros(count, np.int32),
+    )
+
+
+def shape_of(mesh: bpy.types.Mesh) -> Shape:
+    """Copy what of a mesh may change out of Blender."""
+    # Where all corners of a vertex or a face share a normal, that is a sixth of the normals.
+    sources = {"POINT": mesh.vertex_normals, "FACE": mesh.polygon_normals}
+    normals = sources.get(mesh.normals_domain, mesh.corner_normals)
+    count = len(mesh.vertices)
+    positions = mesh.attributes["position"].data if count else []
+    vertices = _read(positions, "vector", 3 * count) if count else np.zeros(0, np.float32)
+    return Shape(
+        vertices.reshape(-1, 3),
+        _read(normals, "vector", 3 * len(normals)).reshape(-1, 3),
+        mesh.normals_domain == "FACE",
     )
 
 
@@ -268,21 +306,27 @@ def placed(
     Normals go with the inverse transpose. A mirroring transform reverses the winding, so the
     triangle's geometric normal stays on the side of its corner normals.
     """
-    linear, mirrored = matrix[:3, :3], is_mirroring(matrix)
-    vertices = mesh.vertices.astype(np.float64) @ linear.T + matrix[:3, 3]
-    cofactor = cofactor_of(matrix)
-    # Objects of millimetres or kilometres would under- or overflow in float32 before normalising.
-    normals = mesh.normals.astype(np.float64) @ (-cofactor if mirrored else cofactor).T
-    lengths = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
-    normals = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0)
+    vertices = mesh.vertices.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
     triangles, corners = mesh.triangles, mesh.corners
-    if mirrored:
+    if is_mirroring(matrix):
         triangles, corners = triangles[:, ::-1], corners[:, ::-1]
     return (
         vertices,
         np.ascontiguousarray(triangles),
-        np.take(normals.astype(np.float32), corners, axis=0),
+        np.take(placed_normals(mesh.normals, matrix), corners, axis=0),
     )
+
+
+def placed_normals(
+    normals: NDArray[np.float32], matrix: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Return normals (N, 3) in world space, of unit length."""
+    cofactor = cofactor_of(matrix)
+    # Objects of millimetres or kilometres would under- or overflow in float32 before normalising.
+    turned = normals.astype(np.float64) @ (-cofactor if is_mirroring(matrix) else cofactor).T
+    lengths = np.sqrt(np.einsum("ij,ij->i", turned, turned))[:, None]
+    turned = np.divide(turned, lengths, out=np.zeros_like(turned), where=lengths > 0.0)
+    return turned.astype(np.float32)
 
 
 def placed_tangents(

@@ -1,22 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Export where the camera is while the shutter is open."""
+"""Export where the camera is while the shutter is open; what else moves is tracks.py's."""
 
 from __future__ import annotations
 
-import hashlib
 import math
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ...photon.scene import Camera, Motion
-from .camera import rigid, window_of
+from .camera import Window, rigid, window_of
 from .report import Notes
 
 FrameSet = Callable[[int, float], None]  # RenderEngine.frame_set
 SHUTTER_SAMPLES = 256  # of the shutter curve
+MOST_STEPS = 129  # Cycles'
 
 
 class Shutter:
@@ -50,78 +52,61 @@ class Shutter:
         self._frame_set(whole, frame - whole)
 
 
-def with_motion(
-    exported: Camera,
-    camera: bpy.types.Object,
-    depsgraph: bpy.types.Depsgraph,
-    shutter: Shutter,
-    notes: Notes,
-) -> Camera:
-    """Return the camera with its motion, and where it is in the middle of the exposure.
+class Views:
+    """Where the camera is at its instants."""
 
-    Blender is left there: it is where everything that stands still within a frame is seen.
-    """
-    name = f"Camera '{camera.name}'"
-    steps = steps_of(camera)
-    matrices, windows = [], []
-    for step in range(steps):
-        shutter.go(step / (steps - 1) if steps > 1 else 0.5)
-        seen = camera.original.evaluated_get(depsgraph)
-        matrices.append(rigid(np.array(seen.matrix_world, np.float64), name, notes))
-        windows.append(window_of(seen, depsgraph))
-    note_moving(depsgraph, shutter, notes)
-    shutter.go(0.5)
-    middle = steps // 2
-    standing = replace(exported, matrix=matrices[middle])
-    zooms = (1.0, 1.0, 1.0)
-    if exported.kind == "PERSP":  # Cycles, too, lets no other camera zoom
-        standing = replace(standing, window=windows[middle])
-        widths = [right - left for left, right, _, _ in windows]
-        zooms = (widths[0] / widths[middle], 1.0, widths[-1] / widths[middle])
-    moves = any(not np.array_equal(matrix, matrices[middle]) for matrix in matrices)
-    if not moves and len(set(zooms)) == 1:
-        return standing
-    notes.exact(name, "Motion Blur")
-    return replace(standing, motion=Motion(np.array(matrices), zooms, shutter.curve))
+    def __init__(
+        self, camera: bpy.types.Object, depsgraph: bpy.types.Depsgraph, notes: Notes
+    ) -> None:
+        self._camera, self._depsgraph, self._notes = camera, depsgraph, notes
+        self.times = times_of(steps_of(camera))
+        self._name = f"Camera '{camera.name}'"
+        self._matrices: dict[float, NDArray[np.float64]] = {}
+        self._windows: dict[float, Window] = {}
 
+    def look(self, time: float) -> None:
+        """See where it is now."""
+        seen = self._camera.original.evaluated_get(self._depsgraph)
+        matrix = np.array(seen.matrix_world, np.float64)
+        self._matrices[time] = rigid(matrix, self._name, self._notes)
+        self._windows[time] = window_of(seen, self._depsgraph)
 
-def steps_of(camera: bpy.types.Object) -> int:
-    """Return at how many instants Cycles looks where it is; between them it moves evenly."""
-    cycles = getattr(camera, "cycles", None)
-    if not getattr(cycles, "use_motion_blur", True):
-        return 1
-    return int((2 << (max(1, getattr(cycles, "motion_steps", 1)) - 1)) + 1)
+    def give(self, exported: Camera, curve: tuple[float, ...]) -> Camera:
+        """The camera with its motion, and where it is in the middle of the exposure."""
+        matrices = [self._matrices[time] for time in self.times]
+        windows = [self._windows[time] for time in self.times]
+        middle = len(matrices) // 2
+        standing = replace(exported, matrix=matrices[middle])
+        zooms = (1.0, 1.0, 1.0)
+        if exported.kind == "PERSP":  # Cycles, too, lets no other camera zoom
+            standing = replace(standing, window=windows[middle])
+            widths = [right - left for left, right, _, _ in windows]
+            zooms = (widths[0] / widths[middle], 1.0, widths[-1] / widths[middle])
+        moves = any(not np.array_equal(matrix, matrices[middle]) for matrix in matrices)
+        if not moves and len(set(zooms)) == 1:
+            return standing
+        self._notes.exact(self._name, "Motion Blur")
+        return replace(standing, motion=Motion(np.array(matrices), zooms, curve))
 
 
-def note_moving(depsgraph: bpy.types.Depsgraph, shutter: Shutter, notes: Notes) -> None:
-    """Write down what else moves while the shutter is open."""
-    shutter.go(0.0)
-    first = dict(_places(depsgraph))
-    shutter.go(1.0)
-    for key, (owner, place) in _places(depsgraph):
-        if key not in first or first[key][1] != place:
-            notes.ignored(owner, "Motion Blur", "it stands still, as in the middle of the exposure")
+def steps_of(obj: bpy.types.Object, owner: bpy.types.Object | None = None) -> int:
+    """Return at how many instants Cycles looks where something is, between which it moves evenly;
+    1: it stands still. `owner`: whose instance it is."""
+    steps = 1
+    for one in {obj.name: obj, (owner or obj).name: owner or obj}.values():
+        cycles = getattr(one, "cycles", None)
+        if not getattr(cycles, "use_motion_blur", True):
+            return 1
+        steps = max(steps, getattr(cycles, "motion_steps", 1))
+    return min((2 << (steps - 1)) + 1, MOST_STEPS)
 
 
-def _places(depsgraph: bpy.types.Depsgraph) -> Iterator[tuple[Hashable, tuple[str, bytes]]]:
-    """Yield whatever Cycles would blur, by what tells it apart: who it is, and where its points
-    are, as far as Cycles would look."""
-    for instance in depsgraph.object_instances:  # its items do not outlive an iteration
-        obj = instance.object
-        owner = instance.parent if instance.is_instance else obj
-        cycles = getattr(owner, "cycles", None)
-        if not instance.show_self or not getattr(cycles, "use_motion_blur", True):
-            continue
-        place = np.array(instance.matrix_world, np.float32).tobytes()
-        if (
-            obj.type == "MESH"
-            and not instance.is_instance
-            and getattr(cycles, "use_deform_motion", True)
-        ):
-            points = np.empty(3 * len(obj.data.vertices), np.float32)
-            obj.data.vertices.foreach_get("co", points)
-            place += hashlib.blake2b(points.tobytes(), digest_size=16).digest()
-        if obj.type not in ("CAMERA", "EMPTY", "ARMATURE"):
-            kind = "Light" if obj.type == "LIGHT" else "Object"
-            key = obj.name, owner.name, tuple(instance.persistent_id)
-            yield key, (f"{kind} '{owner.name}'", place)
+def times_of(steps: int) -> tuple[float, ...]:
+    """Return so many even instants from 0 to 1, or the middle."""
+    return tuple(step / (steps - 1) for step in range(steps)) if steps > 1 else (0.5,)
+
+
+def bends(*objects: Any) -> bool:
+    """Return whether Cycles looks how the shapes of objects change."""
+    settings = (getattr(obj, "cycles", None) for obj in objects)
+    return all(getattr(cycles, "use_deform_motion", True) for cycles in settings)

@@ -87,10 +87,9 @@ def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: N
         if most > 0.0:
             detail = f"what is brighter than {most:g} stays so"
             notes.ignored(name, f"Clamp {kind.capitalize()}", detail)
-    if scene.render.use_motion_blur:
-        notes.approximated(name, "Motion Blur", "only the camera moves within a frame")
-        if getattr(cycles, "rolling_shutter_type", "NONE") != "NONE":
-            notes.ignored(name, "Rolling Shutter", "all rows are exposed at once")
+    rolling = getattr(cycles, "rolling_shutter_type", "NONE") != "NONE"
+    if scene.render.use_motion_blur and rolling:
+        notes.ignored(name, "Rolling Shutter", "all rows are exposed at once")
     if getattr(getattr(scene, "eevee", None), "use_overscan", False):
         notes.ignored(name, "Overscan", "it is EEVEE's")
     if scene.render.use_freestyle and view_layer.use_freestyle:

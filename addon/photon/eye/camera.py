@@ -17,6 +17,7 @@ from ..scene import Scene
 from ..settings import Region, Settings
 from ..stage.geometry import Frame
 from ..stage.kinds import camera_kinds
+from ..stage.movement import part_of_turn
 from ..stage.needs import SceneNeeds
 from .samples import instant, pixel_jitter
 
@@ -136,28 +137,8 @@ def between(matrices: NDArray[np.float64], time: float) -> NDArray[np.float64]:
     last = matrices[min(int(place) + 1, len(matrices) - 1)]
     part = place - int(place)
     result: NDArray[np.float64] = first + part * (last - first)
-    result[:3, :3] = _turned(last[:3, :3] @ first[:3, :3].T, part) @ first[:3, :3]
+    result[:3, :3] = part_of_turn(last[:3, :3] @ first[:3, :3].T, part) @ first[:3, :3]
     return result
-
-
-def _turned(rotation: NDArray[np.float64], part: float) -> NDArray[np.float64]:
-    """A part of a rotation (Rodrigues)."""
-    skew = (rotation - rotation.T) / 2.0
-    axis = np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
-    sine, cosine = float(np.linalg.norm(axis)), (float(np.trace(rotation)) - 1.0) / 2.0
-    angle = np.arctan2(sine, cosine)
-    if sine > 1e-12:
-        cross = skew / sine
-    elif cosine > 0.0:
-        return np.eye(3)
-    else:  # half a turn, about the axis that it keeps
-        column = int(np.argmax(np.diag(rotation)))
-        kept = rotation[:, column] + np.eye(3)[column]
-        x, y, z = kept / np.linalg.norm(kept)
-        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    angle *= part
-    turned: NDArray[np.float64] = np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
-    return np.eye(3) + turned
 
 
 def _column_major(matrix: NDArray[np.float64]) -> tuple[float, ...]:

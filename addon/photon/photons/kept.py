@@ -6,14 +6,18 @@ The paper's future work: while nothing but the camera moves, photons are not tra
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple, Protocol
+
+import numpy as np
 
 from ...streams import Device
 from ..scene import Scene
 from ..scene.snapshot import same
 from ..settings import Settings
 from ..stage.geometry import Frame, Mesh, frame_of
+from ..stage.glow import glowing
+from ..stage.movement import Movement
 from ..stage.tables import Tables
 from ..stage.textures import Texels
 from ..ways.way import Way
@@ -56,10 +60,17 @@ class Stage:
     frame: Frame
     mesh: Mesh
     tables: Tables
+    movement: Movement | None = None  # of what moves while the shutter is open
+    time: float | None = None  # of that; None: as the scene has it
 
     @staticmethod
     def build(
-        scene: Scene, way: Way, frame: Frame, mesh: Mesh, texels: Texels | None = None
+        scene: Scene,
+        way: Way,
+        frame: Frame,
+        mesh: Mesh,
+        texels: Texels | None = None,
+        movement: Movement | None = None,
     ) -> Stage:
         """Upload the tables of a scene's mesh, beside its `texels`, which stay the caller's;
         SceneError if that is impossible."""
@@ -67,7 +78,19 @@ class Stage:
         tables = Tables.upload(way.device, way.layer, scene, frame, mesh, way.reads_tree)
         if texels:
             tables.textures["texels"] = texels.array
-        return Stage(scene, way, frame, mesh, tables)
+        return Stage(scene, way, frame, mesh, tables, movement)
+
+    def at(self, time: float) -> Stage:
+        """The stage at an instant of the exposure. It takes tables and triangles of the last one
+        with it."""
+        if self.movement is None or time == self.time:
+            return self
+        now = self.movement.at(time)
+        mesh = Mesh.build(now, self.frame, self.mesh.tree, self.movement)
+        self.way.prepare_mesh(mesh)
+        relit = bool(np.isin(glowing(self.scene, mesh), self.movement.rows).any())
+        self.tables.move(self.way.layer, self.scene, now, self.frame, mesh, relit)
+        return replace(self, mesh=mesh, time=time)
 
 
 class _Key(NamedTuple):
@@ -110,16 +133,17 @@ class Kept:
         there = self._stage
         if there and there.way.name == way.name and same_but_view(there.scene, scene):
             way.share(there.way)
-            return there
+            return replace(there, time=None) if there.movement else there
         tree = there.mesh.tree if there else None
         del there
         self._release_stage()  # first: there may not be room for both
         texels, self._texels = self._texels, None
         self._texels = Texels.of(self._device, scene, texels)
-        frame = frame_of(scene)
-        mesh = Mesh.build(scene, frame, tree)
+        movement = Movement(scene) if scene.moving else None
+        frame = frame_of(scene, movement)
+        mesh = Mesh.build(scene, frame, tree, movement)
         del tree
-        self._stage = Stage.build(scene, way, frame, mesh, self._texels)
+        self._stage = Stage.build(scene, way, frame, mesh, self._texels, movement)
         return self._stage
 
     def leave_room(self, spare: int | None) -> None:

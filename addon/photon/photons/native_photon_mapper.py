@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import photon_stream_native as native
@@ -15,7 +15,6 @@ from ..kernels.records import PLAIN_LIGHT, PLAIN_MATERIAL
 from ..scene import Material, Scene
 from ..settings import Settings
 from ..stage.gathered import gather_some
-from ..stage.geometry import Mesh
 from ..stage.kinds import light_kinds
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
@@ -43,6 +42,13 @@ def knows(scene: Scene, needs: SceneNeeds) -> bool:
     return plain and knows_lobes(needs.lobes, needs.lobe_kinds) and needs.light_kinds <= LIGHTS
 
 
+class Triangles(Protocol):
+    """A scene's, where they are now."""
+
+    tracer: native.Tracer
+    normals: NDArray[Any]  # of CORNER_NORMALS
+
+
 class NativePhotonMapper:
     """What PhotonMapper does for the scenes that the native core knows: the same photons to
     rounding, sooner."""
@@ -52,14 +58,12 @@ class NativePhotonMapper:
         device: Device,
         scene: Scene,
         tables: Tables,
-        mesh: Mesh,
         settings: Settings,
         needs: SceneNeeds,
-        triangles: native.Tracer,
+        triangles: Triangles,
     ) -> None:
-        """`triangles`: those of `mesh`."""
         self._settings, self._needs, self._triangles = settings, needs, triangles
-        self._scene, self._normals = tables, _plain(mesh.normals)
+        self._scene = tables
         self._materials = _plain(_materials(scene.materials, needs.gathered_lobes))
         self._launches = 0
         self.deposits = HostDeposits(device)
@@ -78,8 +82,8 @@ class NativePhotonMapper:
         """Trace a pass."""
         self._launches += 1
         self.deposits.clear()
-        place, deposit, unfinished = self._triangles.photons(
-            self._normals,
+        place, deposit, unfinished = self._triangles.tracer.photons(
+            _plain(self._triangles.normals),
             self._materials,
             _plain(_lights(self._scene.lights)),
             seed=self._settings.seed,

@@ -104,8 +104,8 @@ class Shares:
     def set(self, index: int) -> None:
         """Let the photons of a pass start as they shall."""
         knows = index >= self._first
-        if knows and not self.are_learned:
-            self._learn()
+        if knows:
+            self.learn()
         shares = self._learned if knows and self._learned is not None else self._tables.by_flux
         if shares is not self._chosen:
             self._tables.choose(shares)
@@ -116,7 +116,10 @@ class Shares:
         """Whether a pass after pass 0 may be started without more photons than its own."""
         return self._learned is not None
 
-    def _learn(self) -> None:
+    def learn(self) -> None:
+        """Learn them, unless that was done."""
+        if self.are_learned:
+            return
         mapper = self._mapper
         before = mapper.unfinished, mapper.deposits.dropped
         found = find_shares(mapper, self._tables, *self._look())

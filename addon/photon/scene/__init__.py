@@ -14,6 +14,7 @@ from .lights import (
     sun_light,
     world_light,
 )
+from .moving import Moving
 from .programs import Instruction, Result
 from .values import (
     MIRROR,
@@ -44,6 +45,7 @@ __all__ = [
     "Lobe",
     "Material",
     "Motion",
+    "Moving",
     "Result",
     "Scene",
     "Texture",

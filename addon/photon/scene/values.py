@@ -21,6 +21,7 @@ from .camera import Camera
 from .checks import BLACK, RGB, check_finite
 from .images import Image, Texture
 from .lights import Light, point_light, spot_light, world_light
+from .moving import ARRAYS, Moving, check_moving
 from .programs import Program, Varying, check_program, read_program, read_varying
 from .visibility import ALL_RAYS, HOLDOUT
 
@@ -193,6 +194,9 @@ class Scene:
     # (S, 5, 4): the transform from world space to the object's, three rows; its colour; its place
     # in world space and random number. (0, 5, 4): no program asks.
     objects: NDArray[np.float64] = _empty((0, 5, 4), np.float64)
+    moving: tuple[Moving, ...] = ()  # what does not stand still where it is
+    # How open the shutter is meanwhile, at even instants; (): all the time the same.
+    shutter: tuple[float, ...] = ()
 
     @property
     def emitters(self) -> tuple[Light, ...]:
@@ -251,6 +255,10 @@ class Scene:
                 )
         for material in self.materials:
             material.check()
+        check_moving(self.moving, len(self.vertices), self.triangles)
+        check_finite("scene.shutter", self.shutter, 0.0)
+        if self.moving and self.camera.motion and self.camera.motion.shutter != self.shutter:
+            raise SceneError("scene.shutter is not the camera's")
 
     def save(self, path: str | Path) -> None:
         """Write the snapshot as an .npz file (arrays, and one JSON text for the rest)."""
@@ -262,10 +270,14 @@ class Scene:
             "surfaces": list(self.surfaces),
             "images": [image.name for image in self.images],
             "textures": [[x.name, x.is_srgb, x.tile] for x in self.textures],
+            "moving": [one.header() for one in self.moving],
+            "shutter": list(self.shutter),
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, *_LATER)}
         arrays |= {f"image{number}": image.pixels for number, image in enumerate(self.images)}
         arrays |= {f"texture{number}": x.pixels for number, x in enumerate(self.textures)}
+        for number, one in enumerate(self.moving):
+            arrays |= {f"moving{number}_{name}": getattr(one, name) for name in ARRAYS}
         with open(path, "wb") as file:
             np.savez(file, header=np.array(json.dumps(header)), **arrays)
 
@@ -311,6 +323,11 @@ def _read(data: Any) -> Scene:
             Texture(name, data[f"texture{number}"], bool(is_srgb), int(tile))
             for number, (name, is_srgb, tile) in enumerate(header.get("textures", ()))
         ),
+        moving=tuple(
+            Moving.read(one, {name: data[f"moving{number}_{name}"] for name in ARRAYS})
+            for number, one in enumerate(header.get("moving", ()))
+        ),
+        shutter=tuple(header.get("shutter", ())),
         **{name: data[name] for name in (*_ARRAYS, *(name for name in _LATER if name in data))},
     )
 

@@ -19,6 +19,7 @@ from ...streams import Record
 from ..errors import SceneError
 from ..kernels.records import CORNER_ATTRIBUTE, CORNER_NORMALS, CORNER_TANGENTS, TRIANGLE
 from ..scene import Scene
+from .movement import Movement
 
 AREAS_AT_ONCE = 1 << 15
 # A refitted tree is kept up to this cost over what it was when it was built: rays then take as much
@@ -38,8 +39,8 @@ class Frame:
         return (np.asarray(world, np.float64) - self.centre) / self.scale
 
 
-def frame_of(scene: Scene) -> Frame:
-    """The scene units of the finite vertices that triangles use."""
+def frame_of(scene: Scene, movement: Movement | None = None) -> Frame:
+    """The scene units of the finite vertices that triangles use, and of where they move."""
     is_used = np.zeros(len(scene.vertices), bool)
     is_used[scene.triangles] = True
     used = scene.vertices if is_used.all() else scene.vertices[is_used]
@@ -48,6 +49,9 @@ def frame_of(scene: Scene) -> Frame:
     if len(used) == 0:
         return Frame(np.zeros(3), 1.0)
     low, high = used.min(axis=0), used.max(axis=0)
+    if movement:
+        moved_low, moved_high = movement.box()
+        low, high = np.minimum(low, moved_low), np.maximum(high, moved_high)
     return Frame((low + high) / 2, float((high - low).max()) / 2 or 1.0)
 
 
@@ -99,8 +103,11 @@ class Mesh:
         return self.triangles.view(np.float32).reshape(-1, 3, 4)
 
     @staticmethod
-    def build(scene: Scene, frame: Frame, old: Tree | None = None) -> Mesh:
-        """Build the BVH natively, or refit an old one; SceneError if triangles are refused."""
+    def build(
+        scene: Scene, frame: Frame, old: Tree | None = None, movement: Movement | None = None
+    ) -> Mesh:
+        """Build the BVH natively, or refit an old one; SceneError if triangles are refused.
+        `movement`: how the scene moves, whose extent that of the mesh then is."""
         vertices = np.zeros((len(scene.vertices), 4), np.float32)
         with np.errstate(over="ignore"):  # beyond float32 is infinite, and skipped as such
             vertices[:, :3] = frame.points(scene.vertices)
@@ -112,6 +119,8 @@ class Mesh:
         order = tree.order
         corners = np.take(vertices, np.take(triangles, order, axis=0), axis=0)
         extent = [_greatest(corners[..., k]) for k in range(3)] if len(order) else [0.0] * 3
+        if movement:
+            extent = np.abs([*extent_of(movement, frame), extent]).max(axis=0)
         material = scene.material[order]
         triangle = corners.reshape(len(order), 12).view(TRIANGLE.dtype).reshape(len(order))
         triangle["material"] = material
@@ -132,6 +141,12 @@ class Mesh:
             area=float(areas.sum()),
             extent=np.array(extent, np.float32),
         )
+
+
+def extent_of(movement: Movement, frame: Frame) -> NDArray[np.float64]:
+    """The box (2, 3) that what moves is in [scene units]."""
+    box = np.array(movement.box())
+    return frame.points(box) if np.isfinite(box).all() else np.zeros((2, 3))
 
 
 def _at_corners(

@@ -69,13 +69,14 @@ class SceneNeeds:
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
         """Look at the lamps that emit, and at the materials of the triangles that were kept."""
         surfaces = len(mesh.triangles) > 0
-        used = np.unique(mesh.triangles["material"].astype(int)) if surfaces else []
+        shown = scene.material if scene.moving else mesh.triangles["material"].astype(int)
+        used = np.unique(shown) if surfaces else []
         materials = [scene.materials[i] for i in used]
         diffuse = any(material.is_diffuse for material in materials)
         lobes = [[lobe.kind for lobe in m.lobes if lobe.reflects] for m in materials]
         kinds = {kind for of_one in lobes for kind in of_one}
         broad = any(not lobe_kinds()[kind].is_delta for kind in kinds)
-        triangles = len(glowing(mesh, scene.materials))
+        triangles = len(glowing(scene, mesh))
         glows, lights = triangles > 0, len(emitting) + triangles
         lighting = glows or any(light.lights_surfaces for light in emitting)
         asked = lighting and (diffuse or broad) and not settings.direct_by_photons
@@ -107,7 +108,8 @@ class SceneNeeds:
             light_kinds=of_mesh | {light.kind for light in emitting},
             tangents=len(mesh.tangents) > 0,
             illuminance=settings.illuminance,
-            smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc"),
+            smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc")
+            or any(one.normals.size > 0 for one in scene.moving),
             camera_kind=scene.camera.kind.lower(),
             lens=scene.camera.lens is not None,
             panorama=scene.camera.is_panorama,

@@ -288,7 +288,7 @@ def lights_of(
     one at least: theirs and that of triangles that glow."""
     lamps = tuple(sorted(scene.emitters, key=_rank))
     bounds = float(np.linalg.norm(mesh.extent))
-    of_mesh = triangle_lights(mesh, scene.materials)
+    of_mesh = triangle_lights(scene, mesh)
     if not lamps and not len(of_mesh):
         return lamps, light_table(lamps, frame, bounds)
     of_lamps = light_table(lamps, frame, bounds, places)[: len(lamps)]
@@ -307,6 +307,16 @@ def lights_of(
     return lamps, lights
 
 
+def light_trees(
+    device: Device, layer: Layer, lights: NDArray[Any], mesh: Mesh, more: Textures
+) -> dict[str, NDArray[Any]]:
+    """The tables of a tree of lights, where there are enough for one."""
+    if len(lights) <= MOST_ASKED:
+        return {}
+    nodes, places = tree_of(device, layer, lights, float(np.linalg.norm(mesh.extent)), more)
+    return {"light_nodes": nodes, "light_places": places}
+
+
 class Tables:
     """The scene's textures on a device."""
 
@@ -316,12 +326,14 @@ class Tables:
         textures: dict[str, moderngl.Texture],
         emitters: tuple[Light, ...],
         lights: NDArray[Any],
+        places: tuple[Place, ...] = (),
     ) -> None:
         """`emitters`: the lamps that emit; `lights`: of LIGHT, theirs and those of triangles, as
-        the texture of that name holds them."""
-        self._device, self.textures = device, textures
+        the texture of that name holds them; `places`: of the scene's images."""
+        self._device, self.textures, self._places = device, textures, places
         self.emitters, self.lights = emitters, lights
-        self.by_flux = lights["chosen"].astype(np.float64)
+        self.by_flux = lights["chosen"].astype(np.float64)  # as the scene has them
+        self._flux_now = self._shares = self.by_flux
         seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
         self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
         self.distant_lights = count_distant(lights) if emitters else 0  # the first ones
@@ -348,10 +360,7 @@ class Tables:
             "material_lobes": lobes,
             "lights": lights,
         }
-        if len(lights) > MOST_ASKED:
-            extent = float(np.linalg.norm(mesh.extent))
-            trees = tree_of(device, layer, lights, extent, more)
-            tables |= dict(zip(("light_nodes", "light_places"), trees, strict=True))
+        tables |= light_trees(device, layer, lights, mesh, more)
         if len(mesh.tangents):
             tables["corner_tangents"] = mesh.tangents
         if any(material.program for material in scene.materials):
@@ -367,12 +376,57 @@ class Tables:
         textures |= more
         if any(light.profile for light in emitters):
             textures["profiles"] = upload_table(device, texels_of(profile_table(emitters)))
-        return Tables(device, textures, emitters, lights)
+        return Tables(device, textures, emitters, lights, places)
 
     def choose(self, shares: NDArray[np.float64]) -> None:
-        """Let photons start at lights with these probabilities."""
-        set_shares(self.lights, shares)
+        """Let photons start at lights with these probabilities; where triangles that glow have
+        moved, with as much more as their flux has grown."""
+        self._shares = shares
+        set_shares(self.lights, self._shares_now())
         write_table(self.textures["lights"], texels_of(self.lights))
+
+    def _shares_now(self) -> NDArray[np.float64]:
+        if self._flux_now is self.by_flux:
+            return self._shares
+        there = self.by_flux > 0.0
+        gain = np.divide(self._shares, self.by_flux, out=np.ones(len(there)), where=there)
+        grown: NDArray[np.float64] = self._flux_now * gain
+        return grown / grown.sum() if grown.any() else self._shares
+
+    def move(
+        self, layer: Layer, scene: Scene, now: Scene, frame: Frame, mesh: Mesh, relit: bool
+    ) -> None:
+        """Let triangles be where a mesh of the scene has them, as it is `now`; `relit`: some of
+        those that have moved glow."""
+        tables = {
+            "triangles": mesh.triangles,
+            "corner_normals": mesh.normals,
+            "corner_tangents": mesh.tangents,
+            "corner_attributes": mesh.attributes,
+        }
+        tables = {name: table for name, table in tables.items() if name in self.textures}
+        if "spaces" in self.textures:
+            tables["spaces"] = space_table(now, frame)
+        if relit:
+            more = {name: self.textures[name] for name in ("environments",) if self._places}
+            found = lights_of(self._device, layer, scene, frame, mesh, self._places, more)
+            _, self.lights = found
+            self._flux_now = self.lights["chosen"].astype(np.float64)
+            set_shares(self.lights, self._shares_now())
+            tables["lights"] = self.lights
+            tables |= light_trees(self._device, layer, self.lights, mesh, more)
+        for name, table in tables.items():
+            self._renew(name, texels_of(table))
+        if "nodes" in self.textures:
+            self._renew("nodes", mesh.tree.nodes)
+
+    def _renew(self, name: str, data: NDArray[np.float32]) -> None:
+        texels, texture = data.reshape(-1, 4), self.textures[name]
+        if texture.size[1] == max(1, -(-len(texels) // TABLE_WIDTH)):
+            write_table(texture, texels)
+        else:
+            self._device.put_back(texture)
+            self.textures[name] = upload_table(self._device, texels)
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
         """Those tables that a kernel declares."""

@@ -42,6 +42,23 @@ Values = Mapping[str, Any]
 EVERY_RAY = 255
 
 
+class NativeTriangles:
+    """A scene's triangles for the native kernels: those of the mesh that was taken last."""
+
+    tracer: native.Tracer
+    normals: NDArray[Any]  # of CORNER_NORMALS
+
+    def take(self, mesh: Mesh) -> None:
+        """Hold those of a mesh from now on."""
+        self.tracer, self.normals = tracer_of(mesh), mesh.normals
+
+
+def tracer_of(mesh: Mesh) -> native.Tracer:
+    """What the native core traces a mesh's triangles by."""
+    visible = mesh.visible if len(mesh.visible) else None
+    return native.Tracer(mesh.tree.nodes, mesh.corners, visible)
+
+
 class NativeTracer(HostKernel):
     """Tracer, or with `any_hit` its ANY_HIT variant, with vector instructions on all cores.
 
@@ -55,7 +72,7 @@ class NativeTracer(HostKernel):
     def __init__(
         self,
         device: Device,
-        triangles: native.Tracer,
+        triangles: NativeTriangles,
         any_hit: bool = False,
         rays: int = EVERY_RAY,
     ) -> None:
@@ -64,7 +81,7 @@ class NativeTracer(HostKernel):
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """Hits of the rays."""
-        return self._triangles.trace(
+        return self._triangles.tracer.trace(
             inputs["origin"], inputs["direction"], self._any_hit, self._rays
         )
 
@@ -78,13 +95,13 @@ class NativeCuts(HostKernel):
     uniforms = Cuts.uniforms
     tables = TABLES
 
-    def __init__(self, device: Device, triangles: native.Tracer) -> None:
+    def __init__(self, device: Device, triangles: NativeTriangles) -> None:
         super().__init__(device)
         self._triangles = triangles
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """The half planes."""
-        return self._triangles.cuts(
+        return self._triangles.tracer.cuts(
             inputs["place"], inputs["facing"], inputs["diffuse"], tables["radii"], **uniforms
         )
 
@@ -107,13 +124,13 @@ class NativeCoverage(HostKernel):
         "region_origin",
     )
 
-    def __init__(self, device: Device, triangles: native.Tracer, filter_name: str) -> None:
+    def __init__(self, device: Device, triangles: NativeTriangles, filter_name: str) -> None:
         super().__init__(device)
         self._triangles, self._filter = triangles, filter_name
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """The shares."""
-        return self._triangles.coverage(
+        return self._triangles.tracer.coverage(
             inputs["place"],
             inputs["facing"],
             inputs["shading"],
@@ -213,9 +230,3 @@ class NativeGlossGather(NativeGather):
             uniforms["shrink"],
             self._filter,
         )
-
-
-def triangles_of(mesh: Mesh) -> native.Tracer:
-    """A scene's triangles for the native kernels."""
-    visible = mesh.visible if len(mesh.visible) else None
-    return native.Tracer(mesh.tree.nodes, mesh.corners, visible)

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
-import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ...streams import Defines, Device, Kernel, Stream, StreamError
@@ -41,7 +40,7 @@ from .native_kernels import (
     NativeGather,
     NativeGlossGather,
     NativeTracer,
-    triangles_of,
+    NativeTriangles,
 )
 from .native_photon_grid import NativePhotonGrid
 from .sizes import NativeSizes, ResidentSizes, Sizes
@@ -78,7 +77,8 @@ class Way:
         return STRIP_PIXELS if self.device.is_software else GPU_STRIP_PIXELS
 
     def prepare_mesh(self, mesh: Mesh) -> None:
-        """Take the triangles of a scene, before anything else is asked for."""
+        """Take the triangles of a scene, before anything else is asked for, and whenever they have
+        moved."""
 
     def share(self, other: Way) -> None:
         """Take what another one of this kind made of the same triangles."""
@@ -197,20 +197,14 @@ class NativeWay(Way):
     def __init__(self, device: Device) -> None:
         super().__init__(device, "fragment")
         self.name, self.sizes = "native", NativeSizes(device, "fragment")
-        self._triangles: native.Tracer | None = None
+        self.triangles = NativeTriangles()  # of the scene
 
     def prepare_mesh(self, mesh: Mesh) -> None:
-        self._triangles = triangles_of(mesh)
+        self.triangles.take(mesh)
 
     def share(self, other: Way) -> None:
         assert isinstance(other, NativeWay)
-        self._triangles = other.triangles
-
-    @property
-    def triangles(self) -> native.Tracer:
-        """Those of the scene."""
-        assert self._triangles
-        return self._triangles
+        self.triangles = other.triangles
 
     @property
     def reads_tree(self) -> bool:
@@ -237,9 +231,8 @@ class NativeWay(Way):
     ) -> PhotonMapper | NativePhotonMapper | DevicePhotonMapper:
         if not knows(stage.scene, needs):
             return super().photon_mapper(stage, settings, needs)
-        scene, mesh = stage.scene, stage.mesh
         return NativePhotonMapper(
-            self.device, scene, stage.tables, mesh, settings, needs, self.triangles
+            self.device, stage.scene, stage.tables, settings, needs, self.triangles
         )
 
     def photon_grid(
