@@ -48,10 +48,16 @@ class Items:
 
 @dataclass(frozen=True)
 class When:
-    """A port, uniform or table that is there only if the kernel is compiled with a define."""
+    """A port, uniform or table that is there only if the kernel is compiled with a define, or with
+    one of several."""
 
-    define: str
+    define: str | tuple[str, ...]
     item: Any
+
+    def is_there(self, defines: Collection[str]) -> bool:
+        """Whether it is, with these."""
+        wanted = (self.define,) if isinstance(self.define, str) else self.define
+        return any(define in defines for define in wanted)
 
 
 Ports = Mapping[str, Any]  # of Record, or When
@@ -62,7 +68,7 @@ def present(items: Mapping[str, Any], defines: Collection[str]) -> dict[str, Any
     chosen = {
         name: item.item if isinstance(item, When) else item
         for name, item in items.items()
-        if not isinstance(item, When) or item.define in defines
+        if not isinstance(item, When) or item.is_there(defines)
     }
     return chosen
 

@@ -6,6 +6,9 @@
 #include "lib/colour.glsl"
 #ifdef WEIGHED
 #include "lib/triangle.glsl"
+#ifdef TWO_SIDED
+#include "lib/two_sided.glsl"
+#endif
 
 // The part of a lobe's ray in what it finds of a light that a shadow ray could have found (shadow_ray.glsl).
 float weight_of_chain(int number, RayOrigin origin, vec3 direction, float density) {
@@ -14,6 +17,9 @@ float weight_of_chain(int number, RayOrigin origin, vec3 direction, float densit
     vec3 normal = normal_of(from.b - from.a, from.c - from.a);
     if (dot(normal, direction) < 0.0) normal = -normal;
     float rays = rays_to(number, origin.position, normal);
+#ifdef TWO_SIDED
+    rays *= share_of_side(int(origin.source));
+#endif
     return density / (density + density_of_rays(rays, light_at(number), origin.position, normal, direction));
 }
 

@@ -16,8 +16,17 @@
 #include "lib/visibility.glsl"
 #include "lib/photon_ray.glsl"
 
-// Whether a lobe of which rays are of this kind may scatter light that came by a ray.
+// Whether a lobe of which rays are of these kinds may scatter light that came by a ray.
 bool is_taken(PhotonRay ray, int by) { return (ray.rays & (by + RAY_SHADOW + RAY_UNSHADOWED)) != 0; }
+
+#ifdef LOBES
+int rays_of(Lobe lobe) {
+#ifdef TRANSMITS
+    if (transmits_kind(lobe.kind)) return RAY_GLOSSY + RAY_TRANSMISSION;
+#endif
+    return RAY_GLOSSY;
+}
+#endif
 #endif
 
 void kernel() {
@@ -30,6 +39,7 @@ void kernel() {
     vec3 flux = photon.flux, outgoing;
     float t_max = T_MAX;
     vec4 u = random4(seed, pass_index, uint(photon.photon), DIMENSION_REFLECT + uint(bounce));
+    vec3 normal = facing.normal;
     float by_diffuse = mean(diffuse.albedo), by_lobe = 0.0;
 #ifdef LOBES
     Lobe lobe = load_lobe0();
@@ -47,7 +57,9 @@ void kernel() {
     // What the surface does not hide goes on behind it in the cases that are left, half of all at least.
     float share = behind != 0 ? 0.5 : 1.0;
     by_diffuse *= may_scatter && is_taken(ray, RAY_DIFFUSE) ? share : 0.0;
-    by_lobe *= may_scatter && is_taken(ray, RAY_GLOSSY) ? share : 0.0;
+#ifdef LOBES
+    by_lobe *= may_scatter && is_taken(ray, rays_of(lobe)) ? share : 0.0;
+#endif
     t_max = t_max_of(PhotonRay(visible & RAYS_OF_LOBES, ray.bounces - 1));
 #endif
     if (u.x < by_diffuse) {
@@ -63,9 +75,14 @@ void kernel() {
         if (is_covered(diffuse)) flux *= passed_by_lobe(lobe, shape, max(0.0, dot(outgoing, shading.normal)));
     } else if (u.x < by_diffuse + by_lobe) {
         vec3 weight;
-        vec3 normal = raised_normal(shading.normal, facing.normal, -incoming);
+        normal = raised_normal(shading.normal, facing.normal, -incoming);
         outgoing = sample_lobe_for_photon(lobe, shape, normal, -incoming, u.yz, weight);
         flux *= weight / by_lobe;
+#ifdef TRANSMITS
+#ifdef VISIBILITY
+        if (!is_taken(ray, dot(outgoing, facing.normal) < 0.0 ? RAY_TRANSMISSION : RAY_GLOSSY)) skip();
+#endif
+#endif
 #ifdef ARRIVALS
         flux *= share_of_arrival(load_origin(), place.position, BY_GLOSSY);
 #endif
@@ -81,7 +98,7 @@ void kernel() {
     } else {
         skip();
     }
-    if (!(dot(outgoing, facing.normal) > 0.0) || !(largest(flux) > 0.0)) skip();
+    if (!(dot(outgoing, facing.normal) * dot(outgoing, normal) > 0.0) || !(largest(flux) > 0.0)) skip();
     store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
     store_next_direction(RayDirection(outgoing, t_max));
     store_next_flux(Flux(flux, photon.photon));

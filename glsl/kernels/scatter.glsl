@@ -38,7 +38,7 @@ void kernel() {
     vec3 outgoing = sample_lobe(lobe, shape, normal, to_viewer, u.xy, weight);
     vec3 throughput = load_throughput().throughput * weight;
     float survival = min(1.0, largest(throughput) / ROULETTE_BELOW);
-    if (!(dot(outgoing, facing.normal) > 0.0) || !(u.z < survival)) skip();
+    if (!is_onward(outgoing, facing.normal, normal) || !(u.z < survival)) skip();
     store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
     store_next_direction(RayDirection(outgoing, T_MAX));
     float density = 0.0;

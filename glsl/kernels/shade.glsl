@@ -52,6 +52,10 @@ void kernel() {
     lobes.shape0 = turned_kind(lobes.lobe0, lobes.shape0, angle);
     lobes.shape1 = turned_kind(lobes.lobe1, lobes.shape1, angle);
 #endif
+#ifdef TRANSMITS
+    lobes.shape0 = sided_kind(lobes.lobe0, lobes.shape0, surface.side);
+    lobes.shape1 = sided_kind(lobes.lobe1, lobes.shape1, surface.side);
+#endif
 #ifdef GATHERED_LOBES
     bool has_broad = gathered_share(lobes.lobe0, lobes.shape0) + gathered_share(lobes.lobe1, lobes.shape1) > 0.0;
     if (has_broad) diffuse = with_photons(diffuse);

@@ -23,6 +23,9 @@ vec3 raised_normal(vec3 shading, vec3 geometric, vec3 to_viewer) {
 
 bool is_lobe(Lobe lobe) { return lobe.kind > 0.0; }
 
+// Whether a direction that a lobe gave leads on: it is on the same side of the surface as of the lobe's normal.
+bool is_onward(vec3 outgoing, vec3 geometric, vec3 normal) { return dot(outgoing, geometric) * dot(outgoing, normal) > 0.0; }
+
 // BSDF [1/sr]; mirrors reflect no delta light.
 vec3 eval_lobe(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
     return shape.weight * eval_kind(lobe, shape, normal, to_viewer, to_light);
@@ -43,7 +46,7 @@ vec3 sample_lobe(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, ou
 // The same for a photon that came from the light, and goes on to the viewer.
 vec3 sample_lobe_for_photon(Lobe lobe, Shape shape, vec3 normal, vec3 to_light, vec2 u, out vec3 weight) {
     vec3 to_viewer = sample_lobe(lobe, shape, normal, to_light, u, weight);
-    weight *= exchanged_kind(lobe, shape, max(0.0, dot(to_light, normal)), max(0.0, dot(to_viewer, normal)));
+    weight *= exchanged_kind(lobe, shape, max(0.0, dot(to_light, normal)), dot(to_viewer, normal));
     return to_viewer;
 }
 

@@ -12,6 +12,9 @@
 #ifdef SMOOTH
 #include "lib/terminator.glsl"
 #endif
+#ifdef TWO_SIDED
+#include "lib/two_sided.glsl"
+#endif
 
 struct VisiblePoint {
     Place place;
@@ -52,7 +55,13 @@ vec3 eval_bsdf(VisiblePoint point, Light light, float rays, vec3 to_light) {
     vec3 value = is_found(light, BY_DIFFUSE) ? point.diffuse.albedo / PI : vec3(0.0);
 #ifdef LOBES
     if (!is_found(light, BY_GLOSSY)) return value;
-    vec3 normal = raised_normal(point.shading.normal, point.facing.normal, point.to_viewer);
+    vec3 shading = point.shading.normal, geometric = point.facing.normal;
+#ifdef TWO_SIDED
+    bool is_behind = dot(point.to_viewer, geometric) < 0.0;
+    if (is_behind) shading = -shading;
+    if (is_behind) geometric = -geometric;
+#endif
+    vec3 normal = raised_normal(shading, geometric, point.to_viewer);
     vec3 first = eval_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light);
 #ifdef TWO_LOBES
     vec3 second = eval_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
@@ -63,7 +72,7 @@ vec3 eval_bsdf(VisiblePoint point, Light light, float rays, vec3 to_light) {
     if (own > 0.0 && depth < chain_depth) {
         float share = 1.0;
 #ifdef TWO_LOBES
-        float cosine = max(0.0, dot(point.to_viewer, point.shading.normal));
+        float cosine = max(0.0, dot(point.to_viewer, shading));
         Shape rays1 = shape_of_rays(point.lobe1, point.shape1);
         share = share_of_first(point.lobe0, rays0, point.lobe1, rays1, cosine);
         float density1 = pdf_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
@@ -72,6 +81,12 @@ vec3 eval_bsdf(VisiblePoint point, Light light, float rays, vec3 to_light) {
         float density0 = pdf_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light);
         first *= part_of_shadow_rays(own, share * density0, point.shape0, rays0);
     }
+#endif
+#ifdef TWO_SIDED
+    if (is_behind && !transmits_kind(point.lobe0.kind)) first = vec3(0.0);
+#ifdef TWO_LOBES
+    if (is_behind && !transmits_kind(point.lobe1.kind)) second = vec3(0.0);
+#endif
 #endif
     value += first;
 #ifdef TWO_LOBES
@@ -96,31 +111,48 @@ int light_of(VisiblePoint point, int number, out float rays) {
 #endif
 }
 
-#ifdef ENVIRONMENT
-// Of an even pass and the next one, one draws from each half of the numbers, which one is up to chance: from an
-// image, and by the cosine.
-float halved_by_pass(float u, uint dimension) {
+#if defined(ENVIRONMENT) || defined(TWO_SIDED)
+// Of an even pass and the next one, which one is up to chance, one is 0 and the other 1; twice.
+vec2 half_of_passes(uint dimension) {
     uint pair = 0x80000000u + (pass_index >> 1);
-    bool first = random4(seed, pair, uint(pixel(source_element())), dimension).x < 0.5;
+    vec2 chance = random4(seed, pair, uint(pixel(source_element())), dimension).xy;
     bool is_even = (pass_index & 1u) == 0u;
-    return min(0.5 * (u + (first == is_even ? 0.0 : 1.0)), 0.99999994);
+    return vec2((chance.x < 0.5) == is_even ? 0.0 : 1.0, (chance.y < 0.5) == is_even ? 0.0 : 1.0);
+}
+#endif
+
+#ifdef TWO_SIDED
+// The same place for light that comes from behind, which has nothing but what lobes let through.
+VisiblePoint from_behind(VisiblePoint point) {
+    point.facing.normal = -point.facing.normal;
+    point.shading.normal = -point.shading.normal;
+    point.diffuse.albedo = vec3(0.0);
+    return point;
 }
 #endif
 
 ShadowRay shadow_ray(VisiblePoint point, int number) {
     ShadowRay none = ShadowRay(RayOrigin(vec3(0.0), 0.0), RayDirection(vec3(0.0), 0.0), vec3(0.0), 0.0);
+    uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
+#ifdef TWO_SIDED
+    float share_of_rays = share_of_side(int(point.shading.triangle));
+    if (share_of_rays < 1.0 && half_of_passes(dimension).y > 0.0) point = from_behind(point);
+#endif
     float rays;
     int chosen = light_of(point, number, rays);
     if (!(rays > 0.0)) return none;
+#ifdef TWO_SIDED
+    rays *= share_of_rays;
+#endif
     Light light = light_at(chosen);
 #ifdef VISIBILITY
     LightLimit limit = light_limit_at(chosen);
     if (float(depth) > limit.bounces) return none;
 #endif
-    uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
     vec2 u = random4(seed, pass_index, uint(pixel(source_element())), dimension).xy;
 #ifdef ENVIRONMENT
-    u.x = halved_by_pass(u.x, dimension);
+    // One of the two draws from an image, the other by the cosine.
+    u.x = min(0.5 * (u.x + half_of_passes(dimension).x), 0.99999994);
 #endif
     LightSample found = sample_light(light, point.place.position, point.facing.normal, u);
     float cosine = dot(found.to_light, point.shading.normal);

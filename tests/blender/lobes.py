@@ -18,7 +18,7 @@ RED = (0.8, 0.2, 0.1, 1.0)
 GOLD = (0.9, 0.6, 0.2, 1.0)
 DIFFUSE, GLOSSY = "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy"
 PRINCIPLED, GLASS = "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfGlass"
-METALLIC = "ShaderNodeBsdfMetallic"
+METALLIC, REFRACTION = "ShaderNodeBsdfMetallic", "ShaderNodeBsdfRefraction"
 needs_metallic = pytest.mark.skipif(
     bpy.app.version < (4, 3), reason="Metallic BSDF came with Blender 4.3"
 )

@@ -21,6 +21,7 @@ from .lobes import (
     METALLIC,
     PRINCIPLED,
     RED,
+    REFRACTION,
     assert_lobe,
     microfacets,
     near,
@@ -56,24 +57,30 @@ def test_principled(convert, metallic, level, ior, transmission) -> None:
     f0 = f0_of(ior) * 2.0 * level
     curve = (1.0 + math.sqrt(f0)) / (1.0 - math.sqrt(f0))
     curve = curve if ior >= 1.0 else 1.0 / curve
-    under = tuple((1.0 - metallic) * (1.0 - transmission) * c for c in RED[:3])
+    opaque = (1.0 - metallic) * (1.0 - transmission)
+    under = tuple(opaque * c for c in RED[:3])
     lobes = list(material.lobes)
     if metallic > 0.0:
         parameters = microfacets(roughness) | {"tint": tint}
         assert_lobe(lobes.pop(0), "ggx_metal", RED[:3], parameters, weight=metallic)
-    if metallic < 1.0 and f0 > 0.0:
+    if metallic < 1.0 and transmission > 0.0:
+        kind = "glass" if ior == 1.0 else "ggx_glass"
+        rough = {} if ior == 1.0 else {"alpha": roughness**2, "compensated": 1.0}
+        parameters = rough | {"ior": ior, "tint": tint, "reflects": 1.0}
+        root = tuple(math.sqrt(c) for c in RED[:3])
+        share = transmission * (1.0 - metallic)
+        assert_lobe(lobes.pop(0), kind, root, parameters, weight=share)
+    if opaque > 0.0 and f0 > 0.0:
         (lobe,) = lobes
         parameters = microfacets(roughness) | {"ior": curve}
         colour = tuple(f0 * channel for channel in tint)
-        weighed = {"weight": 1.0 - metallic, "covered": under}
+        weighed = {"weight": opaque, "covered": under}
         assert_lobe(lobe, "ggx_dielectric", colour, parameters, **weighed)
         assert material.diffuse == BLACK
     else:
         assert not lobes
         assert material.diffuse == near(under)
-    approximated = ["Transmission"] * (transmission > 0.0 and metallic < 1.0)
-    assert features(report, "approximated") == approximated
-    assert features(report, "exact") == ["Shader"] * (not approximated)
+    assert features(report, "exact") == ["Shader"]
 
 
 @pytest.mark.parametrize(
@@ -135,7 +142,6 @@ def test_black_reflects_at_grazing_angles(convert, cycles, scene, metallic) -> N
         ({"Coat_Weight": 1.0}, "ignored", "Coat"),
         ({"Sheen_Weight": 1.0}, "ignored", "Sheen"),
         ({"Subsurface_Weight": 0.5}, "approximated", "Subsurface"),
-        ({"Transmission_Weight": 0.5}, "approximated", "Transmission"),
     ],
 )
 @pytest.mark.parametrize("model", SpecularModel)
@@ -232,25 +238,20 @@ def test_metallic_of_physical_conductor(convert, name) -> None:
 
 
 @pytest.mark.parametrize("ior", [0.75, 1.0, 1.33, 2.0])
-def test_glass(convert, ior) -> None:
-    """Its colour tints the reflection at every angle: of grey glass, as a weight."""
-    grey = (0.5, 0.5, 0.5, 1.0)
-    material, report = convert(shader_material(GLASS, Color=grey, IOR=ior, Roughness=0.2))
+@pytest.mark.parametrize(("kind", "reflects"), [(GLASS, 2.0), (REFRACTION, 0.0)])
+@pytest.mark.parametrize("roughness", [0.0037, 0.0039, 0.2])
+def test_glass(convert, kind, reflects, ior, roughness) -> None:
+    """Smooth up to a roughness of 0.0038, as in Cycles, and where it is no glass at all."""
+    material, report = convert(shader_material(kind, Color=RED, IOR=ior, Roughness=roughness))
     assert material.diffuse == BLACK
-    if ior == 1.0:
-        assert not material.lobes
-    else:
-        (lobe,) = material.lobes
-        parameters = microfacets(0.2) | {"ior": ior}
-        assert_lobe(lobe, "ggx_dielectric", (f0_of(ior),) * 3, parameters, weight=0.5)
-    assert features(report, "approximated") == ["Glass BSDF"]
-
-
-def test_coloured_glass(convert) -> None:
-    material, report = convert(shader_material(GLASS, Color=RED, IOR=1.5, Roughness=0.2))
     (lobe,) = material.lobes
-    parameters = microfacets(0.2) | {"ior": 1.5}
-    assert lobe.weight * np.array(lobe.colour) == near(0.04 * np.array(RED[:3]))
-    colour = 0.04 * np.array(RED[:3]) / 0.8
-    assert_lobe(lobe, "ggx_dielectric", colour, parameters, weight=0.8)
-    assert "Glass colour" in features(report, "approximated")
+    parameters = {"ior": ior, "tint": (1.0, 1.0, 1.0), "reflects": reflects}
+    if roughness < 0.0038 or ior == 1.0:
+        assert_lobe(lobe, "glass", RED[:3], parameters)
+    else:
+        rough = {"alpha": roughness**2, "compensated": float(kind == GLASS)}
+        assert_lobe(lobe, "ggx_glass", RED[:3], rough | parameters)
+        if kind == REFRACTION:  # its own default is another
+            assert features(report, "approximated") == ["Distribution BECKMANN"]
+            return
+    assert features(report, "exact") == ["Shader"]

@@ -75,6 +75,7 @@ SHADERS = {
     "BSDF_GLOSSY": GLOSSY,
     "BSDF_METALLIC": METALLIC,
     "BSDF_PRINCIPLED": PRINCIPLED,
+    "BSDF_REFRACTION": "ShaderNodeBsdfRefraction",
     "BSDF_SHEEN": "ShaderNodeBsdfSheen",
     "BSDF_TOON": "ShaderNodeBsdfToon",
     "BSDF_TRANSLUCENT": "ShaderNodeBsdfTranslucent",
@@ -84,8 +85,12 @@ SHADERS = {
     "SUBSURFACE_SCATTERING": "ShaderNodeSubsurfaceScattering",
 }
 JOINTS = {"ADD_SHADER": "ShaderNodeAddShader", "MIX_SHADER": "ShaderNodeMixShader"}
-SPECULAR = {"BSDF_GLASS", "BSDF_GLOSSY", "BSDF_METALLIC", "BSDF_PRINCIPLED", *JOINTS}
-KINDS = {GGX: {"mirror", "ggx", "ggx_metal", "ggx_dielectric"}, PHONG: {"mirror", "phong"}}
+GLASSY = {"BSDF_GLASS", "BSDF_REFRACTION"}
+SPECULAR = {"BSDF_GLOSSY", "BSDF_METALLIC", "BSDF_PRINCIPLED", *GLASSY, *JOINTS}
+KINDS = {
+    GGX: {"mirror", "ggx", "ggx_metal", "ggx_dielectric", "glass", "ggx_glass"},
+    PHONG: {"mirror", "phong", "glass", "ggx_glass"},
+}
 
 
 def variants(kind: str) -> list[bpy.types.Material]:
@@ -181,7 +186,6 @@ def test_hardly_rough_glossy_is_a_mirror_and_says_so(convert) -> None:
         ({}, 0.5 * (1 - 0.04), 0.04),
         ({"Metallic": 0.5}, 0.25 * (1 - 0.04), 0.25 + 0.02),
         ({"IOR": 2.0}, 0.5 * (1 - 1 / 9), 1 / 9),
-        ({"Transmission_Weight": 1.0}, 0.0, 0.04),
     ],
 )
 def test_principled_as_phong(convert, inputs, diffuse, reflected) -> None:
@@ -205,11 +209,11 @@ def test_metallic_as_phong(convert) -> None:
     assert "Metal" in features(report, "approximated")
 
 
-def test_glass_as_phong(convert) -> None:
-    material, report = convert(shader_material(GLASS, Color=RED, IOR=2.0, Roughness=0.5), PHONG)
-    assert (material.diffuse, specular(material)) == (BLACK, near(tuple(c / 9 for c in RED[:3])))
-    assert exponent(material) == pytest.approx(30.0)
-    assert "Glass BSDF" in features(report, "approximated")
+@pytest.mark.parametrize("model", SpecularModel)
+def test_glass_is_the_same_in_either_model(convert, model) -> None:
+    material, report = convert(shader_material(GLASS, Color=RED, IOR=2.0, Roughness=0.5), model)
+    assert [lobe.kind for lobe in material.lobes] == ["ggx_glass"]
+    assert features(report, "exact") == ["Shader"]
 
 
 # Several shaders.
@@ -308,8 +312,7 @@ def test_too_bright_sums_of_ggx(convert) -> None:
 @pytest.mark.parametrize(
     ("kind", "status"),
     [
-        ("ShaderNodeBsdfRefraction", "ignored"),
-        ("ShaderNodeBsdfGlass", "approximated"),
+        ("ShaderNodeBsdfHair", "ignored"),
         ("ShaderNodeBsdfTranslucent", "approximated"),
         ("ShaderNodeSubsurfaceScattering", "approximated"),
     ],

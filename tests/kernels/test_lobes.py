@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every lobe of glsl/bsdf: samples by its density, weights, albedo, energy, reciprocity."""
+"""Every lobe of glsl/bsdf: samples by its density, weights, albedo, energy, reciprocity.
+
+What lets light through has most of its tests in test_glass_lobes.py."""
 
 from __future__ import annotations
 
@@ -46,6 +48,11 @@ def microfacets(**more: Any) -> tuple[Mapping[str, Any], ...]:
     return tuple(dict(zip(names, shape, strict=True)) | more for shape in shapes)
 
 
+def glass(ior: float, reflects: float) -> Mapping[str, Any]:
+    """Of a kind that reflects, and how."""
+    return {"ior": ior, "tint": WHITE, "reflects": reflects}
+
+
 # A kind without an entry fails.
 CASES = {
     "mirror": Case(({},)),
@@ -53,6 +60,22 @@ CASES = {
     "ggx": Case(microfacets(), is_reciprocal=False, estimate=0.008),
     "ggx_metal": Case(microfacets(tint=(1.0, 0.6, 0.2)), is_reciprocal=False, estimate=0.35),
     "ggx_dielectric": Case(microfacets(ior=1.5), is_reciprocal=False, estimate=0.015),
+    "glass": Case((glass(1.5, 2.0), glass(1 / 1.5, 1.0), glass(1.0, 0.0))),
+    "ggx_glass": Case(
+        tuple(
+            glass(ior, reflects) | {"alpha": alpha, "compensated": compensated}
+            for ior, reflects, alpha, compensated in (
+                (1.5, 2.0, 0.04, 1.0),
+                (1 / 1.5, 2.0, 0.04, 1.0),
+                (1.33, 1.0, 0.25, 1.0),
+                (1 / 1.5, 2.0, 0.6, 1.0),
+                (2.4, 2.0, 0.25, 0.0),
+                (1.5, 0.0, 0.25, 0.0),
+                (1 / 1.5, 0.0, 0.1, 0.0),
+            )
+        ),
+        is_reciprocal=False,
+    ),
 }
 EACH = [
     pytest.param(
@@ -61,8 +84,9 @@ EACH = [
     for kind, case in CASES.items()
     for parameters in case.parameters
 ]
-BROAD = [each for each in EACH if not lobe_kinds()[each.values[0].kind].is_delta]
-DELTA = [each for each in EACH if each not in BROAD]
+ABOVE = [each for each in EACH if not lobe_kinds()[each.values[0].kind].transmits]
+BROAD = [each for each in ABOVE if not lobe_kinds()[each.values[0].kind].is_delta]
+DELTA = [each for each in ABOVE if each not in BROAD]
 PROBE = declare(
     "probe_lobe",
     {"first": VALUE, "second": VALUE},
@@ -74,7 +98,7 @@ PROBE = declare(
         "more": Uniform("vec4"),
     },
     records=(LOBE, SHAPE),
-    structure=("SAMPLE",),
+    structure=("SAMPLE", "PHOTON"),
 )
 
 

@@ -9,6 +9,7 @@ from .records import (
     CORNER_NORMALS,
     HIT,
     ILLUMINANCE,
+    MATERIAL,
     NODE,
     RADIANCE,
     RAY_DIRECTION,
@@ -26,6 +27,7 @@ _STRUCTURE = (
     "WEIGHED",
     "ILLUMINANCE",
     "SMOOTH",
+    "TWO_SIDED",
     *GATHERED_LOBES,
     *LIGHT_DEFINES,
     "VISIBILITY",
@@ -58,6 +60,7 @@ class Direct(Kernel):
         **LIGHT_TABLES,
         **LIMITS,
         **CHOICE,
+        "materials": When("TWO_SIDED", Table(MATERIAL)),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }
@@ -81,7 +84,8 @@ class ShadowRays(Kernel):
         **LIGHT_TABLES,
         **LIMITS,
         **CHOICE,
-        "triangles": When("SMOOTH", Table(TRIANGLE)),
+        "triangles": When(("SMOOTH", "TWO_SIDED"), Table(TRIANGLE)),
+        "materials": When("TWO_SIDED", Table(MATERIAL)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }
 

@@ -8,7 +8,16 @@ class Emitted(Kernel):
     """Find the lights that rays meet, what glows where they end, and the world that is behind."""
 
     stem = "emitted"
-    structure = ("WEIGHED", "SHADOW_RAYS", "DRAWN", "GLOWS", "SURFACES", "SMOOTH", *LIGHT_DEFINES)
+    structure = (
+        "WEIGHED",
+        "SHADOW_RAYS",
+        "DRAWN",
+        "GLOWS",
+        "SURFACES",
+        "SMOOTH",
+        "TWO_SIDED",
+        *LIGHT_DEFINES,
+    )
     inputs = {
         "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,
@@ -27,5 +36,5 @@ class Emitted(Kernel):
         **LIGHT_TABLES,
         **CHOICE,
         "triangles": When("SURFACES", Table(TRIANGLE)),
-        "materials": When("GLOWS", Table(MATERIAL)),
+        "materials": When(("GLOWS", "TWO_SIDED"), Table(MATERIAL)),
     }

@@ -89,7 +89,8 @@ NODE = Record(
 )
 # Lambert's albedo that no lobe covers; which elements of the table of lobes are the material's;
 # holdout 1: the eye sees nothing there; the radiance of both its sides [W/(m^2 sr)]; which
-# instructions are its program, and codes of results that stand for a value (lib/program.glsl).
+# instructions are its program, and codes of results that stand for a value (lib/program.glsl);
+# two_sided 1: a rough lobe lets light through from behind.
 MATERIAL = Record(
     "Material",
     {
@@ -105,6 +106,7 @@ MATERIAL = Record(
         "albedo_from": "float",
         "normal_from": "float",
         "emission_from": "float",
+        "two_sided": "float",
     },
 )
 # A lobe as in the streams, and the albedo of what it lies over. Codes as of materials; 0: none.

@@ -60,6 +60,7 @@ class Shade(Kernel):
         "LOBES",
         "TWO_LOBES",
         "TANGENTS",
+        "TRANSMITS",
         "DIRECTIONS",
         "VISIBILITY",
         *GATHERED_LOBES,

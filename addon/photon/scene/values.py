@@ -28,7 +28,9 @@ from .visibility import ALL_RAYS, HOLDOUT
 SNAPSHOT_VERSION = 5
 MIRROR = np.inf  # Phong exponent of a perfect mirror
 # Kinds of lobes whose colour is their reflectance head-on: black ones reflect at grazing angles.
-FRESNEL_LOBES = ("ggx_dielectric", "ggx_metal")
+FRESNEL_LOBES = ("ggx_dielectric", "ggx_metal", "glass", "ggx_glass")
+# Kinds that gather no photons, however rough they are.
+SEND_RAYS = ("mirror", "glass", "ggx_glass")
 
 
 def _empty(shape: tuple[int, ...], dtype: Any) -> Any:
@@ -68,8 +70,9 @@ class Lobe:
 
     @property
     def roughness(self) -> tuple[float, float]:
-        """Of microfacets as broad as the lobe, where it is sharpest, as glsl/bsdf has it; 1 of a
-        kind whose parameters do not tell. The least and the most that it may be anywhere."""
+        """Of microfacets as broad as the lobe, where it is sharpest, as glsl/bsdf has it; 0 of a
+        kind that gathers no photons, and 1 where parameters do not tell. The least and the most
+        that it may be anywhere."""
         given: Mapping[str, Any] = self.parameters
         if self.varying.keys() & {"exponent", "alpha_x", "alpha_y"}:
             return 0.0, 1.0
@@ -77,7 +80,7 @@ class Lobe:
             found = float((2.0 / (given["exponent"] + 2.0)) ** 0.25)
         else:
             alphas = [given[name] for name in ("alpha_x", "alpha_y") if name in given]
-            found = math.sqrt(min(alphas, default=0.0 if self.kind == "mirror" else 1.0))
+            found = math.sqrt(min(alphas, default=0.0 if self.kind in SEND_RAYS else 1.0))
         return found, found
 
     @property

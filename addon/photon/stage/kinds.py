@@ -31,6 +31,7 @@ SCENE = "scene"  # what is known only of the whole scene: the radius of a sphere
 MESH = "mesh"  # what a triangle has
 COLOUR = "rgb"
 MATERIAL_VARYING = {"diffuse", "normal", "emission"}  # what of a material its program may give
+BY_SIDE = "by side"  # what counts from the other side is its inverse
 IMAGE = "image"  # the number of one of the scene's; in tables, where it is
 
 
@@ -42,7 +43,13 @@ class Kind:
     number: int  # in tables and streams; 0 is no lobe
     parameters: Mapping[str, str]  # their units by name, in order
     is_delta: bool  # it reflects each direction into one other
+    transmits: bool  # light from behind, as well
     power: str  # of a light: its unit
+
+    @property
+    def is_two_sided(self) -> bool:
+        """Whether shadow rays find light for it behind the surface, too."""
+        return self.transmits and not self.is_delta
 
     def is_met(self, given: Mapping[str, Any]) -> bool:
         """Whether a ray can meet such a light by chance: the first parameter is its size."""
@@ -143,6 +150,17 @@ BSDF_FUNCTIONS = (
         "return shape;",
         "lobe.kind",
         lambda kind: "turn" in kind.parameters,
+    ),
+    _Function(
+        "Shape",
+        "sided",
+        (*_LOBE, "float side"),
+        "return shape;",
+        "lobe.kind",
+        lambda kind: BY_SIDE in kind.parameters.values(),
+    ),
+    _Function(
+        "bool", "transmits", ("float kind",), "return false;", "kind", lambda kind: kind.transmits
     ),
 )
 LIGHT_FUNCTIONS = (
@@ -321,7 +339,8 @@ def _read(file: Path, number: int) -> Kind:
         raise StreamError(f'{file}: its head has no line "// Parameters: ..."')
     named = [] if found[1] == "none" else _PARAMETER.findall(found[1])
     power = _POWER.search(head)
-    return Kind(file.stem, number, dict(named), "delta lobe" in head, power[1] if power else "")
+    is_delta, transmits = "delta lobe" in head, "on both sides" in head
+    return Kind(file.stem, number, dict(named), is_delta, transmits, power[1] if power else "")
 
 
 @lru_cache(maxsize=16)

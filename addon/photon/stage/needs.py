@@ -155,6 +155,7 @@ class SceneNeeds:
         defines: dict[str, int | float]
         defines = {"EYE": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
         defines |= {"TWO_LOBES": 1} if self.lobes > 1 else {}
+        defines |= self._transmitting_defines
         defines |= {"EYE": 1} | self.rays("camera") if self.visibility else {}
         return defines | ({"WEIGHED": 1} if self.weighed else {})
 
@@ -169,6 +170,8 @@ class SceneNeeds:
         broad = any(not lobe_kinds()[kind].is_delta for kind in self.lobe_kinds)
         defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
         defines |= {"SMOOTH": 1} if self.smooth else {}
+        if any(lobe_kinds()[kind].is_two_sided for kind in self.lobe_kinds):
+            defines |= {"TWO_SIDED": 1}
         # What a lobe gathers matters where rays and shadow rays share a light alone.
         of_lobes = (self.eye_defines if self.weighed else self._lobe_defines) if broad else {}
         shadow = {**self.illuminance_defines, **self.rays("shadow")}
@@ -184,6 +187,8 @@ class SceneNeeds:
     def emitted_defines(self) -> Defines:
         """What the kernel that finds lights is compiled with."""
         defines = {**self.direct_defines, **({"GLOWS": 1} if self.glows else {})}
+        if not self.weighed:
+            defines.pop("TWO_SIDED", None)
         return defines | ({"SURFACES": 1} if self.glows or self.weighed else {})
 
     @cached_property
@@ -191,6 +196,7 @@ class SceneNeeds:
         """What kernels of photons are compiled with. A photon meets one lobe besides Lambert's."""
         defines: dict[str, int | float]
         defines = {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
+        defines |= self._transmitting_defines
         if self.visibility and self.first_hits:
             defines |= {"FIRST_HITS": 1}
         if self.visibility or self.gathered_lobes:
@@ -221,6 +227,11 @@ class SceneNeeds:
     def projects(self) -> bool:
         """Whether places of the scene have one place on the screen, where splats are drawn."""
         return not (self.lens or self.panorama)
+
+    @property
+    def _transmitting_defines(self) -> dict[str, int | float]:
+        some = any(lobe_kinds()[kind].transmits for kind in self.lobe_kinds)
+        return {"TRANSMITS": 1} if some else {}
 
     @property
     def _tangent_defines(self) -> dict[str, int | float]:

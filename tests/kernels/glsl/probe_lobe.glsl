@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// With SAMPLE a direction and its weight for two uniform numbers, else BSDF and density, and albedo.
+// With SAMPLE a direction and its weight for two uniform numbers, a PHOTON's or the eye's, else BSDF and density, and albedo.
 #include "lib/lobe.glsl"
 
 void kernel() {
@@ -8,7 +8,12 @@ void kernel() {
     vec3 normal = vec3(0.0, 0.0, 1.0);
     vec3 to_viewer = load_viewer().value.xyz, other = load_other().value.xyz;
 #ifdef SAMPLE
-    vec3 weight, to_light = sample_lobe(lobe, shape, normal, to_viewer, other.xy, weight);
+    vec3 weight, to_light;
+#ifdef PHOTON
+    to_light = sample_lobe_for_photon(lobe, shape, normal, to_viewer, other.xy, weight);
+#else
+    to_light = sample_lobe(lobe, shape, normal, to_viewer, other.xy, weight);
+#endif
     store_first(Value(vec4(to_light, 1.0)));
     store_second(Value(vec4(weight, 1.0)));
 #else

@@ -56,6 +56,7 @@ READERS: dict[str, Reader] = {
     "BSDF_GLOSSY": glossy.read,
     "BSDF_METALLIC": metallic.read,
     "BSDF_PRINCIPLED": principled.read,
+    "BSDF_REFRACTION": glass.read_refraction,
     "BSDF_SHEEN": _scattering,
     "BSDF_TOON": _scattering,
     "BSDF_TRANSLUCENT": _scattering,

@@ -1,34 +1,65 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Glass BSDF: a dielectric's reflection; what it would refract is absorbed."""
+"""Glass BSDF, Refraction BSDF, and what Principled BSDF lets through."""
 
 from __future__ import annotations
 
 import bpy
 
 from ..graph import Graph, Scope
-from ..programs import ZERO, math
-from .bsdf import NO_INTERFACE, Bsdf, SpecularModel, clipped, colour, number, phong_of
-from .microfacets import microfacets
-from .principled import head_on, over_diffuse
+from ..programs import ONE, ZERO, Value, math, value
+from .bsdf import (
+    NO_INTERFACE,
+    SMOOTH,
+    Bsdf,
+    ShaderLobe,
+    SpecularModel,
+    clipped,
+    colour,
+    note_normal,
+    number,
+    roughness_of,
+)
+from .microfacets import LEAST, is_compensated
+
+# What reflection is multiplied by (glsl/lib/glass.glsl).
+NOTHING, ALL, COLOUR = ZERO, ONE, value(2.0)
 
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
-    """Read the node's reflection."""
-    graph.notes.approximated(
-        graph.owner, f"{node.bl_label}", "nothing is refracted: only its reflection is rendered"
-    )
-    ior = math("MAXIMUM", number(graph, node, "IOR", scope, 1.5), 1e-5)
-    f0, tint = head_on(ior), colour(graph, node, "Color", scope)
-    if model is SpecularModel.PHONG:
-        return Bsdf(lobes=(phong_of(graph, node, f0 * tint, scope),))
-    if ior.is_constant and abs(ior.number - 1.0) < NO_INTERFACE:
-        return Bsdf()
-    if tint.is_constant and tint.colour.min() < tint.colour.max():
-        graph.notes.approximated(graph.owner, "Glass colour", "its reflections whiten to the edge")
-    # The colour tints what is reflected at every angle: as a weight where it is grey.
-    parts = [clipped(tint).part(name) for name in "xyz"]
-    weight = math("MAXIMUM", math("MAXIMUM", parts[0], parts[1]), parts[2])
-    if not weight.may_exceed(0.0):
-        return Bsdf()
-    parameters = microfacets(graph, node, scope)
-    return over_diffuse(ZERO, clipped(f0 * tint / weight), ior, parameters).scaled(weight)
+    """Read a Glass BSDF, whose colour tints what it reflects as well."""
+    return _of_node(graph, node, scope, COLOUR)
+
+
+def read_refraction(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
+    """Read a Refraction BSDF: where all would be reflected it is black."""
+    return _of_node(graph, node, scope, NOTHING)
+
+
+def glass(
+    graph: Graph,
+    node: bpy.types.Node,
+    scope: Scope,
+    passed: Value,
+    reflects: Value,
+    tint: Value = ONE,
+) -> ShaderLobe:
+    """The lobe of a node's roughness and index; `passed`: what refraction is multiplied by, `tint`:
+    what reflection head-on is."""
+    index = number(graph, node, "IOR", scope, 1.5)
+    parameters = {"ior": math("MAXIMUM", index, 1e-5), "tint": clipped(tint), "reflects": reflects}
+    roughness = roughness_of(graph, node, scope)
+    alpha = roughness * roughness
+    is_nothing = index.is_constant and abs(index.number - 1.0) < NO_INTERFACE
+    if is_nothing or not (alpha * alpha).may_exceed(SMOOTH):
+        return ShaderLobe("glass", clipped(passed), parameters)
+    alpha = alpha.clamp(0.0 if alpha.is_constant else LEAST, 1.0)
+    compensated = is_compensated(graph, node)
+    rough = {"alpha": alpha, "compensated": ZERO if reflects is NOTHING else compensated}
+    return ShaderLobe("ggx_glass", clipped(passed), rough | parameters)
+
+
+def _of_node(graph: Graph, node: bpy.types.Node, scope: Scope, reflects: Value) -> Bsdf:
+    note_normal(graph, node)
+    passed = colour(graph, node, "Color", scope)
+    lobe = glass(graph, node, scope, passed, reflects)
+    return Bsdf(lobes=(lobe,)) if lobe.colour.may_exceed(0.0) else Bsdf()

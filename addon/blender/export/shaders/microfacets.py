@@ -22,12 +22,17 @@ def microfacets(graph: Graph, node: bpy.types.Node, scope: Scope) -> dict[str, V
     """The parameters that all GGX lobes have, of a node's roughness and distribution."""
     roughness = roughness_of(graph, node, scope)
     alpha = roughness * roughness
+    compensated = is_compensated(graph, node)
+    alpha_x, alpha_y, turn = stretched(graph, node, scope, alpha)
+    return {"alpha_x": alpha_x, "alpha_y": alpha_y, "turn": turn, "compensated": compensated}
+
+
+def is_compensated(graph: Graph, node: bpy.types.Node) -> Value:
+    """1 if a node's distribution gives back what is lost between microfacets, else 0."""
     distribution = getattr(node, "distribution", "MULTI_GGX")
     if distribution not in ("GGX", "MULTI_GGX"):
         graph.notes.approximated(graph.owner, f"Distribution {distribution}", "rendered as GGX")
-    alpha_x, alpha_y, turn = stretched(graph, node, scope, alpha)
-    compensated = value(float(distribution == "MULTI_GGX"))
-    return {"alpha_x": alpha_x, "alpha_y": alpha_y, "turn": turn, "compensated": compensated}
+    return value(float(distribution == "MULTI_GGX"))
 
 
 def stretched(

@@ -23,6 +23,7 @@ from .bsdf import (
     phong_of,
 )
 from .emission import radiance
+from .glass import ALL, glass
 from .metallic import metal
 from .microfacets import along, microfacets
 
@@ -70,13 +71,27 @@ def head_on(ior: Value) -> Value:
 def _dielectric(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
     given = partial(_number, graph, node, scope)
     transmission = given("Transmission Weight").clamp()
-    under = (ONE - transmission) * base
+    found = Bsdf()
+    if transmission.may_exceed(0.0):
+        found = found.plus(_glass(graph, node, scope, base).scaled(transmission))
+    if transmission.is_just(1.0):
+        return found
+    return found.plus(_opaque(graph, node, scope, base).scaled(ONE - transmission))
+
+
+def _glass(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
+    tint = math("MAXIMUM", colour(graph, node, "Specular Tint", scope), 0.0)
+    return Bsdf(lobes=(glass(graph, node, scope, math("SQRT", clipped(base)), ALL, tint),))
+
+
+def _opaque(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
+    given = partial(_number, graph, node, scope)
     f0, ior = level_of(given("IOR", 1.5), given("Specular IOR Level", 0.5))
     if ior.is_constant and abs(ior.number - 1.0) < NO_INTERFACE:
-        return Bsdf(under)
+        return Bsdf(base)
     tint = math("MAXIMUM", colour(graph, node, "Specular Tint", scope), 0.0)
     parameters = microfacets(graph, node, scope)
-    return along(graph, node, scope, over_diffuse(under, clipped(f0 * tint), ior, parameters))
+    return along(graph, node, scope, over_diffuse(base, clipped(f0 * tint), ior, parameters))
 
 
 def level_of(ior: Value, level: Value) -> tuple[Value, Value]:
@@ -104,14 +119,18 @@ def _as_phong(
     tinted = layer.may_exceed(0.0) and not metallic.is_just(1.0)
     tint = colour(graph, node, "Specular Tint", scope) if tinted else ONE
     transmission = given("Transmission Weight").clamp()
-    k_s = metallic * base + (ONE - metallic) * layer * tint
+    k_s = metallic * base + (ONE - metallic) * (ONE - transmission) * layer * tint
     k_d = (ONE - metallic) * (ONE - transmission) * (ONE - clipped(layer * tint)) * base
+    found = Bsdf(k_d)
+    if transmission.may_exceed(0.0) and not metallic.is_just(1.0):
+        share = transmission * (ONE - metallic)
+        found = found.plus(_glass(graph, node, scope, base).scaled(share))
     if k_s.is_just(0.0):
-        return Bsdf(k_d)
+        return found
     note_anisotropy(graph, node, scope)
     what = "its strength is that seen head-on"
     graph.notes.approximated(graph.owner, "Principled reflection", what)
-    return Bsdf(k_d, (phong_of(graph, node, k_s, scope),))
+    return found.plus(Bsdf(lobes=(phong_of(graph, node, k_s, scope),)))
 
 
 def _number(
@@ -127,9 +146,6 @@ def _note(graph: Graph, node: bpy.types.Node, scope: Scope, metallic: Value) -> 
     if not given("Alpha", 1.0).is_just(1.0):
         notes.ignored(owner, "Alpha", "rendered opaque")
     if not metallic.is_just(1.0):
-        if given("Transmission Weight").may_exceed(0.0):
-            what = "nothing is refracted: that light is absorbed"
-            notes.approximated(owner, "Transmission", what)
         if given("Subsurface Weight").may_exceed(0.0):
             notes.approximated(owner, "Subsurface", "rendered as diffuse")
         if given("Diffuse Roughness").may_exceed(0.0):

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Glass by closed forms, for rays of the eye and for photons."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.photon.scene import Lobe, Material, Scene, sun_light, world_light
+from addon.streams import Device
+from tests.measure import fallen, render, rendered
+from tests.scenes import Builder, camera, orthographic
+
+WHITE = (1.0, 1.0, 1.0)
+BLACK_WALL = Material("black", (1e-4,) * 3)
+GLOW = Material("glow", (0.0, 0.0, 0.0), emission=WHITE)
+# By the angle of incidence [deg], index 1.5, with all reflections inside.
+SLAB = {0: 0.92308, 30: 0.92027, 45: 0.90433, 60: 0.83623, 75: 0.59609}
+# Of a parallel beam on a ball of index 1.5: reflected, and with what left at the next two meetings.
+BALL = (0.09178, 0.09178 + 0.83554, 0.09178 + 0.83554 + 0.06118)
+
+
+def glass(ior: float = 1.5, colour: Any = WHITE, reflects: float = 2.0) -> Material:
+    """Smooth glass."""
+    parameters = {"ior": ior, "tint": WHITE, "reflects": reflects}
+    return Material("glass", (0.0, 0.0, 0.0), (Lobe("glass", colour, parameters),))
+
+
+def beam(away: Any, size: float) -> Any:
+    """A camera that looks at the origin from afar."""
+    right = np.cross((0.0, 1.0, 0.0) if abs(away[1]) < 0.9 else (0.0, 0.0, 1.0), away)
+    right /= np.linalg.norm(right)
+    return orthographic(4 * np.asarray(away), right, np.cross(away, right), size)
+
+
+def mean_of(device: Device, scene: Scene, **settings: Any) -> Any:
+    """The picture's, per channel."""
+    settings = {"width": 64, "height": 64, "passes": 8, "photons": 0, "mirror_depth": 32} | settings
+    return render(device, scene, **settings)["Combined"][..., :3].mean(axis=(0, 1), dtype=float)
+
+
+@pytest.mark.parametrize("angle", SLAB)
+def test_eyes_through_a_slab(device: Device, angle: float) -> None:
+    built = Builder().box((-9, -9, 0), (9, 9, 0.2), 0)
+    built.quad((-30, -30, -0.5), (30, -30, -0.5), (30, 30, -0.5), (-30, 30, -0.5), 1)
+    away = np.array([math.sin(math.radians(angle)), 0.0, math.cos(math.radians(angle))])
+    scene = built.scene(beam(away, 0.5), (), (glass(), GLOW))
+    assert mean_of(device, scene) == pytest.approx(SLAB[angle], rel=0.01)
+
+
+@pytest.mark.parametrize("angle", (0, 60))
+def test_photons_through_a_slab(device: Device, angle: float) -> None:
+    """On a floor, over what falls there without one."""
+    away = np.array([math.sin(math.radians(angle)), 0.0, math.cos(math.radians(angle))])
+    sun = sun_light("sun", WHITE, tuple(-away))
+    found = []
+    for material in (glass(), glass(1.0)):
+        built = Builder().box((-2, -2, 0), (2, 2, 0.1), 0)
+        built.quad((-1, -1, -0.1), (1, -1, -0.1), (1, 1, -0.1), (-1, 1, -0.1), 1)
+        scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), (material, BLACK_WALL))
+        with rendered(device, scene, photons=1 << 18, passes=1, width=8, height=8) as renderer:
+            found.append(fallen(renderer)[1])
+    assert found[0] / found[1] == pytest.approx(SLAB[angle], rel=0.01)
+    area = 4 * math.cos(math.radians(angle))
+    assert found[1] == pytest.approx(area, rel=0.02)
+
+
+@pytest.mark.parametrize("depth", (1, 2, 3))
+def test_ball_of_eyes_rays(device: Device, depth: int) -> None:
+    """A beam as wide as it, in a world of one radiance: what has left it after so many meetings."""
+    built, lights = (
+        Builder().sphere((0, 0, 0), 1.0, 0, subdivisions=6),
+        (world_light("world", WHITE),),
+    )
+    scene = built.scene(beam((0.0, -1.0, 0.0), 2.0), lights, (glass(),))
+    image = render(device, scene, width=96, height=96, passes=8, photons=0, mirror_depth=depth)
+    shown = image["Combined"][..., :3].mean(axis=-1, dtype=float)
+    y, x = (np.mgrid[:96, :96] + 0.5) / 48 - 1
+    inside = np.hypot(x, y) < 1 - 2 / 48
+    rim = np.mean(~inside & (np.hypot(x, y) < 1))
+    assert rim < 0.07
+    found = shown.sum() - np.count_nonzero(np.hypot(x, y) > 1)
+    assert found / (math.pi * 48**2) == pytest.approx(BALL[depth - 1], rel=0.01)
