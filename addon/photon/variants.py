@@ -19,6 +19,7 @@ from .kernels.emitted import Emitted
 from .kernels.eye_rays import EyeRays
 from .kernels.gather import Gather
 from .kernels.generator import Generator
+from .kernels.glow import Glow
 from .kernels.plain_lobe import PlainLobe
 from .kernels.projector import Projector
 from .kernels.reach import Reach
@@ -42,6 +43,7 @@ from .stage.kinds import (
 )
 from .stage.light_tree import DRAWN_RAYS
 from .stage.needs import MOST_LOBES, SceneNeeds
+from .stage.programs import ProgramNeeds
 from .stage.tables import BoundsOfLights, LightFlux
 
 # Those that no define changes.
@@ -111,7 +113,8 @@ def needs() -> Iterator[SceneNeeds]:
         for nodes in (*(frozenset({kind}) for kind in node_kinds()), frozenset(node_kinds())):
             for attributes in (0, 2):
                 some = _needs(count, of_lobes, all_lights, drawn=False)
-                yield replace(some, nodes=nodes, registers=8, attributes=attributes)
+                programs = ProgramNeeds(nodes, registers=8, attributes=attributes)
+                yield replace(some, programs=programs, glows_by_programs=True)
 
 
 def _needs(
@@ -178,6 +181,8 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
                 yield kernel, found.photon_defines, scene.made
         for kernel in (Shade, Blur):
             yield kernel, scene.eye_defines, scene.made
+        if scene.glows_by_programs:
+            yield Glow, scene.programs.defines, scene.made
         if scene.gathered_lobes:
             yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
             yield PlainLobe, scene.gather_defines, scene.made

@@ -58,7 +58,11 @@ void kernel() {
 #ifdef GLOWS
     if (is_hit(hit)) {
         Triangle triangle = triangle_at(hit_triangle(hit));
+#ifdef GLOWS_BY_PROGRAMS
+        vec3 glow = load_glow().radiance;
+#else
         vec3 glow = material_at(int(triangle.material)).emission;
+#endif
 #ifdef WEIGHED
         if (depth > 0 && largest(glow) > 0.0) {
             int light = light_of_triangle(triangle.number);

@@ -44,6 +44,9 @@ vec3 reflectance_from(float code, vec3 otherwise) {
     return is_given(code) ? clamp(operand(code).xyz, 0.0, 1.0) : otherwise;
 }
 
+// Radiance that is not negative, nor too much to be added up.
+vec3 radiance_from(float code) { return clamp(operand(code).xyz, 0.0, 1.0e18); }
+
 float number_from(float code, float otherwise) { return is_given(code) ? max(operand(code).x, 0.0) : otherwise; }
 
 vec4 numbers_from(vec4 codes, vec4 otherwise) {

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from addon.photon.kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE
 from addon.photon.scene import BLACK, Light, Material, point_light, spot_light, world_light
 from addon.photon.stage.geometry import Frame, Mesh
-from addon.photon.stage.glow import triangle_lights
+from addon.photon.stage.glow import glowing, triangle_lights
 from addon.photon.stage.kinds import made_lights
 from addon.photon.stage.tables import choose_lights, flux_of, joined, kinds_of, light_table, tree_of
 from addon.streams import Table, Uniform
@@ -70,7 +70,9 @@ def triangles(seed: int) -> NDArray[Any]:
     for a, b in pairwise(x):
         built.quad((a, -1, 0.9), (b, -1, 0.9), (b, 1, 0.9), (a, 1, 0.9))
     scene = built.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [Material("", BLACK, (), (1, 2, 3))])
-    return triangle_lights(scene, Mesh.build(scene, HERE))
+    mesh = Mesh.build(scene, HERE)
+    glow = np.array([material.emission for material in scene.materials])
+    return triangle_lights(scene, mesh, glow[scene.material[glowing(scene, mesh)]])
 
 
 TABLES = {

@@ -24,7 +24,7 @@ from addon.photon.scene import (
     world_light,
 )
 from addon.photon.stage.geometry import Mesh
-from addon.photon.stage.glow import triangle_lights
+from addon.photon.stage.glow import glowing, triangle_lights
 from tests.kernels.conftest import Bench
 from tests.kernels.light_probe import (
     BOUNDS,
@@ -96,7 +96,9 @@ def glowing_triangle() -> NDArray[Any]:
     glow = Material("glow", BLACK, (), POWER)
     scene = b.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [glow])
     scene = replace(scene, vertices=scene.vertices + _at(MIDDLE - 0.25))
-    return triangle_lights(scene, Mesh.build(scene, FRAME))
+    mesh = Mesh.build(scene, FRAME)
+    glow = np.array([material.emission for material in scene.materials])
+    return triangle_lights(scene, mesh, glow[scene.material[glowing(scene, mesh)]])
 
 
 EACH = [pytest.param(light, id=light.name) for light in SEEN_LIGHTS]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.scene import BLACK, Lobe, Material, Scene, point_light
+from addon.photon.scene import BLACK, Instruction, Lobe, Material, Result, Scene, point_light
 from addon.photon.stage import glow
 from addon.photon.stage.tables import FOUND_BITS
 from addon.streams import Device
@@ -133,3 +133,31 @@ def test_what_glows_is_seen(device: Device) -> None:
         np.testing.assert_allclose(images["Emission"][..., :3] / RADIANCE, 1.0, rtol=1e-6)
         reflected = 1e4 / (4 * np.pi * 50.0**2) * ALBEDO / np.pi
         np.testing.assert_allclose(images["Direct"][..., :3], reflected, rtol=1e-3)
+
+
+def test_what_a_program_gives_glows_as_a_constant_does(device: Device) -> None:
+    """Seen, by shadow rays and by photons; it lights as much as it radiates in the mean."""
+    program = (
+        Instruction("combine", tuple((x, x, x, 1.0) for x in (*RADIANCE, 1.0))),
+        Instruction("geometry", ((0.0,) * 4,)),  # a position, x from -1 to 1
+        Instruction("arithmetic", (Result(1, "x"), Result(0), Result(0), (4.0,) * 4)),
+    )
+    images = []
+    for result in (None, Result(0), Result(2)):
+        varying = {"emission": result} if result else {}
+        emission = BLACK if result else RADIANCE
+        glow = Material("glow", BLACK, (), emission, program=program, varying=varying)
+        scene = replace(under(RECTANGLES["far"]), materials=(GREY, glow))
+        scene = replace(scene, objects=np.tile(np.eye(5, 4), (2, 1, 1)))
+        images.append(render(device, scene, width=SIZE, height=SIZE, passes=16, photons=4096))
+    for name in ("Combined", "Direct", "Indirect"):
+        np.testing.assert_allclose(images[1][name], images[0][name], rtol=1e-5, atol=1e-7)
+    constant, gradient = (image["Direct"][..., :3].mean(axis=(0, 1)) for image in images[::2])
+    np.testing.assert_allclose(gradient, constant, rtol=0.03)
+    # Looked at from below: radiance (1 + x) times as much.
+    view = orthographic((0, 0, 0.1), (1, 0, 0), (0, -1, 0), 1.0)
+    seen = render(device, replace(scene, camera=view), width=SIZE, height=SIZE, passes=8, photons=0)
+    x = (np.arange(SIZE) + 0.5) / SIZE - 0.5
+    np.testing.assert_allclose(
+        seen["Combined"][SIZE // 2, :, 0], RADIANCE[0] * (1.0 + x), rtol=0.02
+    )

@@ -128,7 +128,7 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
     if bsdf.emission.is_constant:
         glow = triple(np.nan_to_num(bsdf.emission.colour, nan=0.0, posinf=0.0))
     else:
-        notes.ignored(owner, "Emission", "it differs from point to point: none")
+        found.number(bsdf.emission, "emission", 0.0)
     instructions, numbers = program.pruned(
         result
         for varying in (found.varying, *(x.varying for x in lobes))

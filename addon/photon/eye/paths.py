@@ -9,6 +9,7 @@ from typing import Any
 from ...streams import TEXEL, Count, Device, Kernel, PingPong, Stream
 from ...streams.declaration import present
 from ..kernels.emitted import Emitted
+from ..kernels.glow import Glow
 from ..kernels.launch import launch, launch_and_count
 from ..kernels.records import (
     COVERAGE,
@@ -85,9 +86,11 @@ class Eye:
             self._tracers = [way.tracer(rays=needs.rays(kind)) for kind in kinds]
             self._shade = Shade(device, layer, needs.eye_defines, made=needs.made)
         self._direct_light = way.direct_light(needs, size) if needs.shadow_rays else None
-        self._emitted = self._scatter = None
+        self._emitted = self._glow = self._scatter = None
         if needs.emitters_seen:
             self._emitted = Emitted(device, layer, needs.emitted_defines, made=needs.made)
+        if needs.glows_by_programs:
+            self._glow = Glow(device, layer, needs.programs.defines, made=needs.made)
         if needs.secondary_rays:
             self._scatter = Scatter(device, layer, needs.eye_defines, made=needs.made)
         self._cuts = self._coverage = None
@@ -102,6 +105,8 @@ class Eye:
         ones |= {"irradiance": IRRADIANCE, "zeros": TEXEL}
         if needs.emitters_seen:
             ones |= {"emitted": RADIANCE, "environment": RADIANCE}
+        if needs.glows_by_programs:
+            ones["glow"] = RADIANCE
         twos = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "direct": RADIANCE}
         if needs.photons:
             ones["cuts"] = CUTS
@@ -154,6 +159,8 @@ class Eye:
         if not self._emitted:
             return None
         streams = {**self.of(path), "throughput": path.throughput}
+        if self._glow:
+            launch(self._glow, streams, self._tables)
         launch(self._emitted, streams, self._tables, self._draw(path))
         return self.streams["emitted"], self.streams["environment"]
 
@@ -225,8 +232,9 @@ class Eye:
             self._direct_light.release()
 
     def _kernels(self) -> list[Kernel]:
-        known = self.camera.kernel, *self._tracers, self._shade, self._emitted, self._scatter
-        return [kernel for kernel in (*known, self._cuts, self._coverage) if kernel]
+        known = self.camera.kernel, *self._tracers, self._shade, self._glow, self._emitted
+        known += self._scatter, self._cuts, self._coverage
+        return [kernel for kernel in known if kernel]
 
     def of(self, path: Path) -> dict[str, Stream]:
         """What there is of a path."""

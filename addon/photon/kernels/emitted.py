@@ -13,6 +13,7 @@ class Emitted(Kernel):
         "SHADOW_RAYS",
         "DRAWN",
         "GLOWS",
+        "GLOWS_BY_PROGRAMS",
         "SURFACES",
         "SMOOTH",
         "TWO_SIDED",
@@ -23,6 +24,7 @@ class Emitted(Kernel):
         "direction": RAY_DIRECTION,
         "hit": HIT,
         "throughput": When("WEIGHED", THROUGHPUT),
+        "glow": When("GLOWS_BY_PROGRAMS", RADIANCE),
     }
     outputs = {"emitted": RADIANCE, "environment": RADIANCE}
     uniforms = {

@@ -113,7 +113,7 @@ class Material:
     emission: RGB = BLACK  # radiance on both sides [W/(m^2 sr)]
     holdout: bool = False  # the eye sees nothing there, and nothing behind it
     program: Program = ()
-    # Its diffuse albedo or shading normal that the program gives.
+    # Its diffuse albedo, shading normal or emission that the program gives.
     varying: Varying = field(default_factory=dict)
 
     def check(self) -> None:
@@ -128,7 +128,7 @@ class Material:
     @property
     def glows(self) -> bool:
         """Whether its triangles are lights."""
-        return max(self.emission) > 0
+        return max(self.emission) > 0 or "emission" in self.varying
 
     @property
     def is_diffuse(self) -> bool:

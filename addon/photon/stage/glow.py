@@ -3,17 +3,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...streams import TABLE_WIDTH, Device, Stream
+from ...streams.device import Layer
+from ..kernels.glow import Glow
 from ..kernels.records import LIGHT
 from ..scene import FOUND_BY, Scene
 from .geometry import Mesh
 from .kinds import light_kinds
+from .programs import ProgramNeeds
 
 TRIANGLE = "triangle"  # the kind
+POINTS = 64  # of a triangle that tell what it radiates in the mean, half of them on its back
 EVERYONE = (1 << len(FOUND_BY)) - 1  # finds them
 
 
@@ -29,32 +35,89 @@ def glowing(scene: Scene, mesh: Mesh) -> NDArray[np.intp]:
     return np.sort(mesh.triangles["number"][glows[shown]].astype(np.intp))
 
 
-def triangle_lights(scene: Scene, mesh: Mesh) -> NDArray[Any]:
-    """(n,) of LIGHT, of those that glow; which of them photons start at is not said yet. Those that
-    have no area in the mesh are dark."""
+def _places(mesh: Mesh, numbers: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Where in a mesh triangles of these numbers are; -1: nowhere, they have no area."""
+    order = np.argsort(mesh.triangles["number"])
+    there = mesh.triangles["number"][order]
+    if not len(there):
+        return np.full(len(numbers), -1)
+    at = np.minimum(np.searchsorted(there, numbers), len(there) - 1)
+    return np.where(there[at] == numbers, order[at], -1)
+
+
+def triangle_lights(scene: Scene, mesh: Mesh, radiance: NDArray[np.float64]) -> NDArray[Any]:
+    """(n,) of LIGHT, of those that glow, of a radiance (n, 3); which of them photons start at is
+    not said yet. Those that have no area in the mesh are dark."""
     numbers = glowing(scene, mesh)
     table = LIGHT.zeros(len(numbers))
     if not len(numbers):
         return table
-    order = np.argsort(mesh.triangles["number"])
-    there = mesh.triangles["number"][order]
-    at = np.minimum(np.searchsorted(there, numbers), max(len(there) - 1, 0))
-    is_there = there[at] == numbers if len(there) else np.zeros(len(numbers), bool)
+    places = _places(mesh, numbers)
+    is_there = places >= 0
     table["kind"], table["parameters"][:, 3] = light_kinds()[TRIANGLE].number, numbers
     table["axis"], table["across"] = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
     table["found_by"] = EVERYONE
-    table[is_there] = _of_each(table[is_there], mesh.triangles[order[at[is_there]]], scene)
+    table["power"][is_there] = radiance[is_there]
+    table[is_there] = _of_each(table[is_there], mesh.triangles[places[is_there]])
     return table
 
 
-def _of_each(table: NDArray[Any], triangles: NDArray[Any], scene: Scene) -> NDArray[Any]:
+def _of_each(table: NDArray[Any], triangles: NDArray[Any]) -> NDArray[Any]:
     """The lights of triangles of a mesh."""
     a, b, c = (triangles[corner].astype(np.float64) for corner in "abc")
     across, normal = b - a, np.cross(b - a, c - a)
     table["position"] = a
     table["axis"] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
     table["across"] = across / np.linalg.norm(across, axis=1, keepdims=True)
-    emission = np.array([material.emission for material in scene.materials])
-    table["power"] = emission[triangles["material"].astype(int)]
     table["parameters"][:, :3], table["more"][:, :3] = b, c
     return table
+
+
+def mean_glow(
+    device: Device, layer: Layer, mesh: Mesh, scene: Scene, textures: Mapping[str, Any]
+) -> NDArray[np.float64]:
+    """What triangles that glow radiate in the mean (n, 3): of those whose program tells, of POINTS
+    places on either side; `textures` are the tables that programs read."""
+    numbers = glowing(scene, mesh)
+    number = scene.material[numbers]
+    emission = np.array([material.emission for material in scene.materials]).reshape(-1, 3)
+    found: NDArray[np.float64] = emission[number]
+    varying = [at for at, material in enumerate(scene.materials) if "emission" in material.varying]
+    if not varying:
+        return found
+    needs = ProgramNeeds.of(scene)
+    kernel = Glow(device, layer, needs.defines, made=needs.made)
+    tables = {name: textures[name] for name in kernel.tables}
+    places = _places(mesh, numbers)
+    wanted = np.flatnonzero(np.isin(number, varying) & (places >= 0))
+    for first in range(0, len(wanted), TABLE_WIDTH):
+        some = wanted[first : first + TABLE_WIDTH]
+        found[some] = _glow_of(kernel, mesh.triangles[places[some]], places[some], tables)
+    kernel.release()
+    return found
+
+
+def _glow_of(
+    kernel: Glow, triangles: NDArray[Any], places: NDArray[np.intp], tables: Mapping[str, Any]
+) -> NDArray[np.float64]:
+    size = len(places), POINTS
+    ports = {**kernel.inputs, **kernel.outputs}
+    streams = {name: Stream(kernel.device, record, size) for name, record in ports.items()}
+    a, b, c = (triangles[corner].astype(np.float64) for corner in "abc")
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    # Points of a sequence that covers the square evenly (Roberts 2018), folded to the triangle.
+    u, v = ((np.arange(POINTS)[:, None] + 0.5) * (0.7548776662, 0.5698402909)).T % 1.0
+    folded = u + v > 1.0
+    u, v = np.where(folded, 1.0 - u, u), np.where(folded, 1.0 - v, v)
+    hits, rays = (np.zeros((POINTS, len(places), 4), np.float32) for _ in range(2))
+    hits[..., 0], hits[..., 1] = 1.0, places + 1
+    hits[..., 2], hits[..., 3] = u[:, None], v[:, None]
+    rays[..., :3] = normals * np.where(np.arange(POINTS) % 2, 1.0, -1.0)[:, None, None]
+    streams["hit"].upload(hits)
+    streams["direction"].upload(rays)
+    kernel.run(streams, tables)
+    mean: NDArray[np.float64] = streams["glow"].download()[..., :3].mean(axis=0, dtype=float)
+    for stream in streams.values():
+        stream.release()
+    return mean

@@ -21,12 +21,10 @@ from .kinds import (
     made_bsdf,
     made_camera,
     made_lights,
-    made_nodes,
 )
 from .light_tree import DRAWN_RAYS, MOST_ASKED
 from .limits import is_limited
-from .programs import registers_of
-from .straight import Shape, made_programs, shapes_of
+from .programs import ProgramNeeds
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 
@@ -60,10 +58,8 @@ class SceneNeeds:
     arrivals: bool = False  # what photons bring hangs on where they first land
     visibility: bool = False  # rays pass through some surfaces, or lights are limited
     first_hits: bool = False  # photons carry the direct light
-    nodes: frozenset[str] = frozenset()  # kinds of the materials' programs
-    shapes: tuple[Shape, ...] = ()  # of the programs, as straight code; none: interpreted
-    registers: int = 0  # that these need
-    attributes: int = 0  # that a triangle's corners have
+    programs: ProgramNeeds = ProgramNeeds()  # of the materials
+    glows_by_programs: bool = False  # what some triangles emit differs from point to point
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
@@ -87,7 +83,6 @@ class SceneNeeds:
         by_chains = chains and (glows or any("chains" in light.found_by for light in met))
         of_mesh = frozenset({TRIANGLE} if glows else ())
         drawn = lights > MOST_ASKED
-        shapes = shapes_of(scene.materials)
         return SceneNeeds(
             surfaces=surfaces,
             shadow_rays=(DRAWN_RAYS if drawn else lights) if asked else 0,
@@ -120,10 +115,8 @@ class SceneNeeds:
             or any(material.holdout for material in materials)
             or bool((mesh.visible != ALL_RAYS).any()),
             first_hits=settings.direct_by_photons,
-            nodes=frozenset(node.kind for m in scene.materials for node in m.program),
-            shapes=shapes,
-            registers=registers_of(scene.materials, shapes),
-            attributes=scene.corner_attributes.shape[1],
+            programs=ProgramNeeds.of(scene),
+            glows_by_programs=glows and any("emission" in m.varying for m in materials),
         )
 
     @cached_property
@@ -140,15 +133,7 @@ class SceneNeeds:
     def eye_defines(self) -> Defines:
         """What kernels of visible points are compiled with."""
         gathered = self._gathered_defines("GATHERED_LOBES")
-        return self._lobe_defines | gathered | self.program_defines
-
-    @cached_property
-    def program_defines(self) -> dict[str, int | float]:
-        """What kernels are compiled with that run the materials' programs, where there are any."""
-        if not self.nodes:
-            return {}
-        some = {"ATTRIBUTES": self.attributes} if self.attributes else {}
-        return {"PROGRAMS": max(self.registers, 1), **some}
+        return self._lobe_defines | gathered | self.programs.defines
 
     @property
     def _lobe_defines(self) -> dict[str, int | float]:
@@ -187,6 +172,7 @@ class SceneNeeds:
     def emitted_defines(self) -> Defines:
         """What the kernel that finds lights is compiled with."""
         defines = {**self.direct_defines, **({"GLOWS": 1} if self.glows else {})}
+        defines |= {"GLOWS_BY_PROGRAMS": 1} if self.glows_by_programs else {}
         if not self.weighed:
             defines.pop("TWO_SIDED", None)
         return defines | ({"SURFACES": 1} if self.glows or self.weighed else {})
@@ -202,7 +188,7 @@ class SceneNeeds:
         if self.visibility or self.gathered_lobes:
             defines |= {"INCOMING": 1}
         defines |= self.rays(*RAYS) | self._gathered_defines("DIRECTIONS")
-        return {**defines, **self.arrival_defines, **self.program_defines}
+        return {**defines, **self.arrival_defines, **self.programs.defines}
 
     def rays(self, *names: str) -> dict[str, int]:
         """What a kernel is compiled with that traces rays of these names, if it makes a difference:
@@ -245,5 +231,5 @@ class SceneNeeds:
             **made_bsdf(self.lobe_kinds),
             **made_lights(self.light_kinds),
             **made_camera(self.camera_kind),
-            **made_nodes(self.nodes, made_programs(self.shapes) if self.shapes else ""),
+            **self.programs.made,
         }

@@ -10,16 +10,51 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...streams import Made
 from ..errors import SceneError
 from ..kernels.records import CONSTANT, INSTRUCTION
-from ..scene import Instruction, Material, Result
+from ..scene import Instruction, Material, Result, Scene
 from ..scene.programs import MOST_OPERANDS, PARTS, Constant, Varying
-from .kinds import node_kinds
-from .straight import Shape, shape_of, shapes_of
+from .kinds import made_nodes, node_kinds
+from .straight import Shape, made_programs, shape_of, shapes_of
 
 # More would not fit what GPUs have of memory for each thread that is quick.
 MOST_REGISTERS = 64
 OPERANDS = ("first", "second", "third", "fourth", "fifth", "sixth")[:MOST_OPERANDS]
+
+
+@dataclass(frozen=True)
+class ProgramNeeds:
+    """What programs need of the kernels that run them."""
+
+    nodes: frozenset[str] = frozenset()  # kinds
+    shapes: tuple[Shape, ...] = ()  # as straight code; none: interpreted
+    registers: int = 0
+    attributes: int = 0  # that a triangle's corners have
+
+    @staticmethod
+    def of(scene: Scene) -> ProgramNeeds:
+        """Those of all materials."""
+        shapes = shapes_of(scene.materials)
+        return ProgramNeeds(
+            frozenset(node.kind for material in scene.materials for node in material.program),
+            shapes,
+            registers_of(scene.materials, shapes),
+            scene.corner_attributes.shape[1],
+        )
+
+    @property
+    def defines(self) -> dict[str, int | float]:
+        """What they are compiled with; nothing where there is no program."""
+        if not self.nodes:
+            return {}
+        some = {"ATTRIBUTES": self.attributes} if self.attributes else {}
+        return {"PROGRAMS": max(self.registers, 1), **some}
+
+    @property
+    def made(self) -> Made:
+        """What they include."""
+        return made_nodes(self.nodes, made_programs(self.shapes) if self.shapes else "")
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from ..kernels.records import (
 from ..scene import FOUND_BY, RGB, Light, Lobe, Material, Scene
 from .environments import Place, environment_table
 from .geometry import Frame, Mesh
-from .glow import triangle_lights
+from .glow import mean_glow, triangle_lights
 from .kinds import WATTS, light_defines, light_kinds, lobe_kinds, made_lights
 from .light_tree import MOST_ASKED, Bounds, light_tree
 from .limits import knows_rays, limit_table, visibility_table
@@ -282,14 +282,15 @@ def lights_of(
     scene: Scene,
     frame: Frame,
     mesh: Mesh,
+    glow: NDArray[np.float64],
     places: tuple[Place, ...],
     more: Textures,
 ) -> tuple[tuple[Light, ...], NDArray[Any]]:
     """The lamps that emit, distant ones first and then those that are seen; and the table of LIGHT,
-    one at least: theirs and that of triangles that glow."""
+    one at least: theirs and that of triangles, which glow with a radiance (n, 3)."""
     lamps = tuple(sorted(scene.emitters, key=_rank))
     bounds = float(np.linalg.norm(mesh.extent))
-    of_mesh = triangle_lights(scene, mesh)
+    of_mesh = triangle_lights(scene, mesh, glow)
     if not lamps and not len(of_mesh):
         return lamps, light_table(lamps, frame, bounds)
     of_lamps = light_table(lamps, frame, bounds, places)[: len(lamps)]
@@ -316,6 +317,26 @@ def light_trees(
         return {}
     nodes, places = tree_of(device, layer, lights, float(np.linalg.norm(mesh.extent)), more)
     return {"light_nodes": nodes, "light_places": places}
+
+
+def _surface_tables(scene: Scene, frame: Frame, mesh: Mesh) -> dict[str, NDArray[Any]]:
+    """Triangles and what they are made of, by the tables' names."""
+    programs = program_tables(scene.materials)
+    materials, lobes = material_tables(scene.materials, programs.compiled)
+    tables = {
+        "triangles": mesh.triangles,
+        "corner_normals": mesh.normals,
+        "materials": materials,
+        "material_lobes": lobes,
+    }
+    if len(mesh.tangents):
+        tables["corner_tangents"] = mesh.tangents
+    if any(material.program for material in scene.materials):
+        tables["instructions"], tables["constants"] = programs.instructions, programs.constants
+        tables["spaces"] = space_table(scene, frame)
+        if len(mesh.attributes):
+            tables["corner_attributes"] = mesh.attributes
+    return tables
 
 
 class Tables:
@@ -349,34 +370,21 @@ class Tables:
         reads_tree: bool = True,
     ) -> Tables:
         """Make them; `reads_tree`: whether kernels do."""
-        programs = program_tables(scene.materials)
-        materials, lobes = material_tables(scene.materials, programs.compiled)
         environments, places = environment_table(scene.images)
         more = {"environments": upload_table(device, environments)} if places else {}
-        emitters, lights = lights_of(device, layer, scene, frame, mesh, places, more)
-        tables = {
-            "triangles": mesh.triangles,
-            "corner_normals": mesh.normals,
-            "materials": materials,
-            "material_lobes": lobes,
-            "lights": lights,
-        }
-        tables |= light_trees(device, layer, lights, mesh, more)
-        if len(mesh.tangents):
-            tables["corner_tangents"] = mesh.tangents
-        if any(material.program for material in scene.materials):
-            tables["instructions"], tables["constants"] = programs.instructions, programs.constants
-            tables["spaces"] = space_table(scene, frame)
-            if len(mesh.attributes):
-                tables["corner_attributes"] = mesh.attributes
+        tables = _surface_tables(scene, frame, mesh)
+        textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
+        textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
+        glow = mean_glow(device, layer, mesh, scene, textures)
+        emitters, lights = lights_of(device, layer, scene, frame, mesh, glow, places, more)
+        tables = {"lights": lights, **light_trees(device, layer, lights, mesh, more)}
         if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
             tables["light_limits"] = limit_table(emitters, len(lights))
-        textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
+        if any(light.profile for light in emitters):
+            tables["profiles"] = profile_table(emitters)
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         textures |= more
-        if any(light.profile for light in emitters):
-            textures["profiles"] = upload_table(device, texels_of(profile_table(emitters)))
         return Tables(device, textures, emitters, lights, places)
 
     def choose(self, shares: NDArray[np.float64]) -> None:
@@ -408,18 +416,24 @@ class Tables:
         tables = {name: table for name, table in tables.items() if name in self.textures}
         if "spaces" in self.textures:
             tables["spaces"] = space_table(now, frame)
-        if relit:
-            more = {name: self.textures[name] for name in ("environments",) if self._places}
-            found = lights_of(self._device, layer, scene, frame, mesh, self._places, more)
-            _, self.lights = found
-            self._flux_now = self.lights["chosen"].astype(np.float64)
-            set_shares(self.lights, self._shares_now())
-            tables["lights"] = self.lights
-            tables |= light_trees(self._device, layer, self.lights, mesh, more)
         for name, table in tables.items():
             self._renew(name, texels_of(table))
         if "nodes" in self.textures:
             self._renew("nodes", mesh.tree.nodes)
+        if relit:
+            self._relight(layer, scene, frame, mesh)
+
+    def _relight(self, layer: Layer, scene: Scene, frame: Frame, mesh: Mesh) -> None:
+        """Let the triangles that glow be lights where they are now."""
+        device, places = self._device, self._places
+        more = {name: self.textures[name] for name in ("environments",) if places}
+        glow = mean_glow(device, layer, mesh, scene, self.textures)
+        _, self.lights = lights_of(device, layer, scene, frame, mesh, glow, places, more)
+        self._flux_now = self.lights["chosen"].astype(np.float64)
+        set_shares(self.lights, self._shares_now())
+        tables = {"lights": self.lights, **light_trees(device, layer, self.lights, mesh, more)}
+        for name, table in tables.items():
+            self._renew(name, texels_of(table))
 
     def _renew(self, name: str, data: NDArray[np.float32]) -> None:
         texels, texture = data.reshape(-1, 4), self.textures[name]

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What glows where a ray ends.
+#include "lib/program.glsl"
+
+void kernel() {
+    Hit hit = load_hit();
+    if (!is_hit(hit)) skip();
+    vec3 direction = load_direction().direction;
+    Surface surface = surface_at(hit, direction);
+    Material material = material_at(surface.material);
+    vec3 emission = material.emission;
+    if (is_given(material.emission_from)) {
+        here = here_at(hit, direction, surface);
+        run_program(material);
+        emission = radiance_from(material.emission_from);
+    }
+    store_glow(Radiance(emission, 1.0));
+}
