@@ -17,8 +17,8 @@ vec4 operand(float code) {
     vec4 value = registers[number / PARTS];
     int part = number % PARTS;
     if (part == 0) return value;
-    if (part <= 4) return value[part - 1].xxxx;
-    return part == 5 ? luminance(value.xyz).xxxx : mean(value.xyz).xxxx;
+    if (part <= 4) return vec4(value[part - 1]);
+    return vec4(part == 5 ? luminance(value.xyz) : mean(value.xyz));
 }
 
 #include "made/nodes.glsl"

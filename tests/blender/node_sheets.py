@@ -5,9 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from . import vector_cases
+from . import procedural_cases, vector_cases
 from .node_cases import Case
 
 SHEETS: Mapping[str, Sequence[Case]] = {
     "vectors": vector_cases.CASES,
+    **procedural_cases.CASES,
 }
+LONG: Mapping[str, Sequence[Case]] = procedural_cases.LONG_CASES  # with --thorough

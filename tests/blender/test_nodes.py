@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import pytest
 
 from .node_cases import Case, first_of_each, lay_out, render_sheet, wrong_pixels
-from .node_sheets import SHEETS
+from .node_sheets import LONG, SHEETS
 
 pytestmark = pytest.mark.blender
 
@@ -30,6 +30,12 @@ def compare(export, cycles_mean, device, layer: str, cases: Sequence[Case]) -> N
 @pytest.mark.parametrize("sheet", SHEETS)
 def test_every_option(export, cycles_mean, device, sheet) -> None:
     compare(export, cycles_mean, device, "fragment", SHEETS[sheet])
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("sheet", LONG)
+def test_every_combination(export, cycles_mean, device, sheet) -> None:
+    compare(export, cycles_mean, device, "fragment", LONG[sheet])
 
 
 @pytest.mark.parametrize("layer", ["compute", "native"])

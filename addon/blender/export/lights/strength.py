@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ..graph import Graph, Scope, colour_of, source, value_of
 from ..nodes import graph_of
 from ..report import Notes
-from .blackbody import blackbody
 from .ies import UNREADABLE, read_ies
 
 # Powers of the distance in the sockets of Light Falloff, by name.
@@ -44,14 +43,8 @@ def strength_of(tree: bpy.types.NodeTree, owner: str, notes: Notes) -> Strength:
         notes.approximated(owner, "Nodes", "no plain Emission: its own colour is used")
         return Strength(np.ones(3))
     found = _strength(graph, node.inputs["Strength"], scope)
-    return replace(found, colour=found.colour * _colour(graph, node.inputs["Color"], scope))
-
-
-def _colour(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> NDArray[np.float64]:
-    node, _, inner = source(socket, scope)
-    if node is not None and node.type == "BLACKBODY":
-        return blackbody(value_of(graph, node.inputs["Temperature"], inner))
-    return np.array(colour_of(graph, socket, scope))
+    colour = np.array(colour_of(graph, node.inputs["Color"], scope))
+    return replace(found, colour=found.colour * colour)
 
 
 def _strength(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> Strength:

@@ -7,18 +7,45 @@ import bpy
 
 from ..graph import Asked, Colour, Graph, Reader
 from ..report import Notes
-from . import attributes, constants, geometry, maths, vectors
+from . import (
+    attributes,
+    brick,
+    checker,
+    constants,
+    gabor,
+    geometry,
+    glow,
+    gradient,
+    magic,
+    maths,
+    noise,
+    vectors,
+    voronoi,
+    wave,
+    white_noise,
+)
 
 READERS: dict[str, Reader] = {
+    "BLACKBODY": glow.read_blackbody,
     "COMBXYZ": vectors.read_combine,
     "MATH": maths.read,
     "NEW_GEOMETRY": geometry.read,
     "RGB": constants.read,
     "SEPXYZ": vectors.read_separate,
+    "TEX_BRICK": brick.read,
+    "TEX_CHECKER": checker.read,
     "TEX_COORD": attributes.read_coordinate,
+    "TEX_GABOR": gabor.read,
+    "TEX_GRADIENT": gradient.read,
+    "TEX_MAGIC": magic.read,
+    "TEX_NOISE": noise.read,
+    "TEX_VORONOI": voronoi.read,
+    "TEX_WAVE": wave.read,
+    "TEX_WHITE_NOISE": white_noise.read,
     "UVMAP": attributes.read_uv_map,
     "VALUE": constants.read,
     "VECT_MATH": vectors.read_math,
+    "WAVELENGTH": glow.read_wavelength,
 }
 
 

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blackbody and Wavelength: colours of light."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ....streams import source
+from ..blackbody import blackbody
+from ..graph import Graph, Scope
+from ..programs import Value
+
+WAVELENGTH = "nodes/wavelength.glsl"
+_TRIPLE = re.compile(r"vec3\(([\d.]+), ([\d.]+), ([\d.]+)\)")
+TO_RGB = np.array(
+    [
+        [3.2404542, -1.5371385, -0.4985314],
+        [-0.9692660, 1.8760108, 0.0415560],
+        [0.0556434, -0.2040259, 1.0572252],
+    ]
+)
+
+
+def read_blackbody(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Blackbody."""
+    temperature = graph.input(node, "Temperature", scope)
+    return graph.program.emit(
+        "blackbody", lambda kelvin: blackbody(kelvin[0]), temperature=temperature
+    )
+
+
+def read_wavelength(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Wavelength."""
+    wavelength = graph.input(node, "Wavelength", scope)
+    return graph.program.emit("wavelength", _colour_of_wavelength, wavelength=wavelength)
+
+
+@lru_cache(maxsize=1)
+def _matching_functions() -> NDArray[np.float64]:
+    """(81, 3), as the node's file has them."""
+    found = _TRIPLE.findall(source.read(WAVELENGTH, __name__))
+    return np.array(found, np.float64)
+
+
+def _colour_of_wavelength(nanometres: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3,), as nodes/wavelength.glsl."""
+    table = _matching_functions()
+    at = (nanometres[0] - 380.0) / 5.0
+    steps = np.arange(len(table))
+    xyz = [np.interp(at, steps, column, left=0.0, right=0.0) for column in table.T]
+    return np.maximum(TO_RGB @ xyz / 2.52, 0.0)

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Voronoi Texture's F1, with `second` F2, of one dimension, as Cycles 5.0 has it: xyz the colour, w the distance;
+// with `placed` xyz and w the place.
+// Operands: w, scale detail roughness lacunarity, randomness [normalized], [second] [placed].
+#include "lib/voronoi_points.glsl"
+
+vec4 run_voronoi_1d(vec4 w, vec4 octaves, vec4 shape, vec4 options) {
+    Cells cells = Cells(clamp(shape.x, 0.0, 1.0), METRIC_EUCLIDEAN, false, 0.0);
+    Layers layers = layers_of(octaves, shape.y);
+    vec4 place = vec4(w.x, 0.0, 0.0, 0.0) * octaves.x;
+    return voronoi_texture(
+        place, octaves.x, layers, cells, options.x > 0.5, false, 0.0, options.y > 0.5, 1
+    );
+}

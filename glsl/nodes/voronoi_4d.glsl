@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Voronoi Texture's F1, with `second` F2, of four dimensions, as Cycles 5.0 has it: xyz the colour, w the distance;
+// with `placed` xyz and w the place. `metric` counts as lib/voronoi.glsl does;
+// Minkowski's is a node of its own.
+// Operands: vector, w, scale detail roughness lacunarity, randomness [metric] [normalized], [second] [placed].
+#include "lib/voronoi_points.glsl"
+
+vec4 run_voronoi_4d(vec4 vector, vec4 w, vec4 octaves, vec4 shape, vec4 options) {
+    Cells cells = Cells(clamp(shape.x, 0.0, 1.0), int(shape.y), false, 0.0);
+    Layers layers = layers_of(octaves, shape.z);
+    vec4 place = vec4(vector.xyz, w.x) * octaves.x;
+    return voronoi_texture(
+        place, octaves.x, layers, cells, options.x > 0.5, false, 0.0, options.y > 0.5, 4
+    );
+}

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What readers of procedural textures ask of the program; what they give is in test_nodes.py."""
+
+from __future__ import annotations
+
+import pytest
+
+from addon.photon.stage.kinds import node_kinds
+
+from .build import add_node, features, finish, new_material
+
+pytestmark = pytest.mark.blender
+
+
+def test_texture_mapping_is_noted(convert) -> None:
+    """Old files may have one, which no panel shows."""
+    material, tree = new_material()
+    node = tree.nodes.new("ShaderNodeTexMagic")
+    node.texture_mapping.translation.x = 0.5
+    finish(tree, add_node(tree, "ShaderNodeBsdfDiffuse", Color=node.outputs["Color"]))
+    _, report = convert(material)
+    assert features(report, "approximated") == ["Texture Mapping of 'Magic Texture'"]
+
+
+def test_colour_is_found_only_where_it_is_asked_for(convert) -> None:
+    """It takes three times as long; both outputs take one instruction."""
+    material, tree = new_material()
+    node = tree.nodes.new("ShaderNodeTexNoise")
+    shader = add_node(tree, "ShaderNodeBsdfPrincipled", Roughness=node.outputs[0])
+    finish(tree, shader)
+    (alone,) = [each for each in convert(material)[0].program if each.kind == "noise_3d"]
+    tree.links.new(node.outputs["Color"], shader.inputs["Base Color"])
+    (both,) = [each for each in convert(material)[0].program if each.kind == "noise_3d"]
+    coloured = [names.index("coloured") for names in node_kinds()["noise_3d"].operands[-1:]]
+    assert [each.operands[-1][coloured[0]] for each in (alone, both)] == [0.0, 1.0]
+
+
+@pytest.mark.parametrize("kind", ["Blackbody", "Wavelength"])
+def test_constants_need_no_program(convert, kind) -> None:
+    material, tree = new_material()
+    node = add_node(tree, f"ShaderNode{kind}")
+    finish(tree, add_node(tree, "ShaderNodeBsdfDiffuse", Color=node.outputs[0]))
+    material, _ = convert(material)
+    assert not material.program and max(material.diffuse) > 0.0
