@@ -83,25 +83,17 @@ def needs() -> Iterator[SceneNeeds]:
     """Every kind of scene, as far as programs tell them apart: no lobes, each kind alone and all
     together, one of them at a point or two, with tangents and without; each kind of light alone and
     all together; lights that are all asked, and lights that are drawn; lobes that send
-    rays, and lobes that gather photons; surfaces that not all rays meet; programs of each kind of
-    node, with attributes and without."""
-    lights = [frozenset({kind}) for kind in light_kinds()]
-    lobes = [frozenset({kind}) for kind in lobe_kinds()]
+    rays, and lobes that gather photons; surfaces that not all rays meet. What does not meet in one
+    function is not crossed: single lobes with triangles that glow, say."""
     all_lights, all_lobes = frozenset(light_kinds()), frozenset(lobe_kinds())
-    lights.append(all_lights - {TRIANGLE})
+    dark = all_lights - {TRIANGLE}
     for drawn in (False, True):
-        for of_lights in (*lights, all_lights):
+        for of_lights in (*(frozenset({kind}) for kind in light_kinds()), dark, all_lights):
             yield _needs(0, frozenset(), of_lights, drawn)
-        for of_lobes in (*lobes, all_lobes):
-            for count in range(1, MOST_LOBES + 1):
-                for of_lights in (all_lights, all_lights - {TRIANGLE}):
-                    scene = _needs(count, of_lobes, of_lights, drawn)
-                    turns = any("turn" in lobe_kinds()[kind].parameters for kind in of_lobes)
-                    for tangents in (False, True)[: 1 + turns]:
-                        yield replace(scene, tangents=tangents)
-                        for weighed in {scene.weighed, False}:  # no rays, where all lobes gather
-                            gathering = replace(scene, gathered_lobes=True, weighed=weighed)
-                            yield replace(gathering, tangents=tangents)
+        for of_lights in (all_lights, dark):
+            yield from _of_lobes(all_lobes, of_lights, drawn)
+        for kind in lobe_kinds():
+            yield from _of_lobes(frozenset({kind}), dark, drawn)
     for count in range(MOST_LOBES + 1):
         of_lobes = all_lobes if count else frozenset()
         for first_hits in (False, True):
@@ -110,11 +102,30 @@ def needs() -> Iterator[SceneNeeds]:
             yield some
             if count:
                 yield replace(some, gathered_lobes=True)
-        for nodes in (*(frozenset({kind}) for kind in node_kinds()), frozenset(node_kinds())):
-            for attributes in (0, 2):
-                some = _needs(count, of_lobes, all_lights, drawn=False)
-                programs = ProgramNeeds(nodes, registers=8, attributes=attributes)
-                yield replace(some, programs=programs, glows_by_programs=True)
+
+
+def _of_lobes(
+    of_lobes: frozenset[str], of_lights: frozenset[str], drawn: bool
+) -> Iterator[SceneNeeds]:
+    turns = any("turn" in lobe_kinds()[kind].parameters for kind in of_lobes)
+    for count in range(1, MOST_LOBES + 1):
+        for tangents in (False, True)[: 1 + turns]:
+            scene = replace(_needs(count, of_lobes, of_lights, drawn), tangents=tangents)
+            yield scene
+            for weighed in {scene.weighed, False}:  # no rays, where all lobes gather
+                yield replace(scene, gathered_lobes=True, weighed=weighed)
+
+
+def program_needs() -> Iterator[SceneNeeds]:
+    """Scenes with programs: of each kind of node alone without lobes, and of all kinds with them;
+    with attributes and without."""
+    lobes, lights = frozenset(lobe_kinds()), frozenset(light_kinds())
+    alone = [(0, frozenset({kind})) for kind in node_kinds()]
+    for count, nodes in [*alone, *((count, frozenset(node_kinds())) for count in (0, 1, 2))]:
+        some = _needs(count, lobes if count else frozenset(), lights, drawn=False)
+        for attributes in (0, 2)[: 1 + ("attribute" in nodes)]:
+            programs = ProgramNeeds(nodes, registers=8, attributes=attributes)
+            yield replace(some, programs=programs, glows_by_programs=True)
 
 
 def _needs(
@@ -164,40 +175,49 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield CombinePrimary, {**defines, **lux, **around}, {}
     yield Unshadowed, {}, {}
     yield Unshadowed, lux, {}
+    for scene in program_needs():
+        yield Glow, scene.programs.defines, scene.made
+        yield Shade, scene.photon_defines, scene.made
+        yield Shade, scene.eye_defines, scene.made
+        yield Emitted, scene.emitted_defines, scene.made
     for scene in needs():
-        for kernel in (LightFlux, BoundsOfLights):
-            yield kernel, light_defines(scene.light_kinds), scene.made
-        for profiles in (False, True):
-            found = replace(scene, profiles=profiles)
-            yield Generator, {**found.light_defines, **found.photon_defines}, scene.made
-            for bent in (found, replace(found, smooth=True)):
-                yield Emitted, bent.emitted_defines, scene.made
-                for kernel in (Direct, ShadowRays):
-                    yield kernel, bent.direct_defines, scene.made
-                    yield kernel, {**bent.direct_defines, **lux}, scene.made
-        for kernel in (Shade, Projector, Reflector):
-            for arrivals in (False, True):
-                found = replace(scene, arrivals=arrivals)
-                yield kernel, found.photon_defines, scene.made
-        for kernel in (Shade, Blur):
-            yield kernel, scene.eye_defines, scene.made
-        if scene.glows_by_programs:
-            yield Glow, scene.programs.defines, scene.made
-        if scene.gathered_lobes:
-            yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
-            yield PlainLobe, scene.gather_defines, scene.made
-        for kernel in (CombinePrimary, CombineMirror):
-            for emitters in ({}, scene.emitter_defines):
-                yield kernel, {**emitters, **scene.gather_defines}, {}
-        if scene.lobes:
-            yield Scatter, scene.eye_defines, scene.made
+        yield from _of_scene(scene)
+
+
+def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]:
+    """Kernels of a scene; with all that lights and pictures may ask where lobes are not alone."""
+    alone = len(scene.lobe_kinds) == 1
+    for kernel in (LightFlux, BoundsOfLights):
+        yield kernel, light_defines(scene.light_kinds), scene.made
+    for profiles in (False, True):
+        found = replace(scene, profiles=profiles)
+        yield Generator, {**found.light_defines, **found.photon_defines}, scene.made
+        for bent in (found, replace(found, smooth=True))[: 1 + (not alone)]:
+            yield Emitted, bent.emitted_defines, scene.made
+            for kernel in (Direct, ShadowRays):
+                yield kernel, bent.direct_defines, scene.made
+                if not alone:
+                    yield kernel, {**bent.direct_defines, "ILLUMINANCE": 1}, scene.made
+    for kernel in (Shade, Projector, Reflector):
+        for arrivals in (False, True):
+            yield kernel, replace(scene, arrivals=arrivals).photon_defines, scene.made
+    for kernel in (Shade, Blur):
+        yield kernel, scene.eye_defines, scene.made
+    if scene.gathered_lobes:
+        yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
+        yield PlainLobe, scene.gather_defines, scene.made
+    for kernel in (CombinePrimary, CombineMirror):
+        for emitters in ({}, scene.emitter_defines):
+            yield kernel, {**emitters, **scene.gather_defines}, {}
+    if scene.lobes:
+        yield Scatter, scene.eye_defines, scene.made
 
 
 def compute_programs() -> Iterator[tuple[str, str, Made]]:
     """Each program that is no kernel, what it is compiled with, and its includes."""
     for stem in COMPUTE:
         yield stem, DECLARATIONS.get(stem, ""), {}
-    for scene in needs():
+    for scene in (*needs(), *program_needs()):
         for arrivals in (False, True):
             defines = replace(scene, arrivals=arrivals).photon_defines
             yield Bounces.stem, declarations(defines), scene.made
