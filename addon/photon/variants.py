@@ -192,7 +192,7 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
     for profiles in (False, True):
         found = replace(scene, profiles=profiles)
         yield Generator, {**found.light_defines, **found.photon_defines}, scene.made
-        for bent in (found, replace(found, smooth=True))[: 1 + (not alone)]:
+        for bent in (found, replace(found, smooth=True)):
             yield Emitted, bent.emitted_defines, scene.made
             for kernel in (Direct, ShadowRays):
                 yield kernel, bent.direct_defines, scene.made
