@@ -187,6 +187,7 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
 def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]:
     """Kernels of a scene; with all that lights and pictures may ask where lobes are not alone."""
     alone = len(scene.lobe_kinds) == 1
+    kernel: type[Kernel]
     for kernel in (LightFlux, BoundsOfLights):
         yield kernel, light_defines(scene.light_kinds), scene.made
     for profiles in (False, True):
