@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Arithmetic with each channel by itself, as Blender's Math and Vector Math nodes have it: what has no value is 0.
+// Arithmetic with each channel by itself, as Blender's Math and Vector Math nodes have it: what has no value is 0; and
+// what other nodes do to each channel.
 // The numbers of operations are those of addon/blender/export/arithmetic.py.
 // Operands: a, b, c, [operation].
 
@@ -19,6 +20,8 @@ vec3 ping_pong(vec3 a, vec3 scale) {
     vec3 back = abs(fract((a - scale) / (scale * 2.0)) * scale * 2.0 - scale);
     return mix(back, vec3(0.0), equal(scale, vec3(0.0)));
 }
+
+vec3 smoother_step(vec3 x) { return x * x * x * (x * (x * 6.0 - 15.0) + 10.0); }
 
 vec4 run_arithmetic(vec4 first, vec4 second, vec4 third, vec4 operation) {
     vec3 a = first.xyz, b = second.xyz, c = third.xyz, result = vec3(0.0);
@@ -48,6 +51,9 @@ vec4 run_arithmetic(vec4 first, vec4 second, vec4 third, vec4 operation) {
     case 22: result = wrapped(a, b, c); break;
     case 23: result = floor(ratio(a, b)) * b; break;
     case 24: result = ping_pong(a, b); break;
+    case 25: result = min(max(a, b), c); break;
+    case 26: result = smoothstep(vec3(0.0), vec3(1.0), a); break;
+    case 27: result = smoother_step(clamp(a, 0.0, 1.0)); break;
     }
     return vec4(result, 1.0);
 }

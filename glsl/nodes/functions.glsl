@@ -40,6 +40,7 @@ vec4 run_functions(vec4 first, vec4 second, vec4 function) {
     case 14: result = tanh(a); break;
     case 15: result = a * (PI / 180.0); break;
     case 16: result = a * (180.0 / PI); break;
+    case 17: result = mix(mix(a, pow(max(a, vec3(0.0)), b), greaterThan(a, vec3(0.0))), vec3(1.0), equal(b, vec3(0.0))); break;
     }
     return vec4(result, 1.0);
 }

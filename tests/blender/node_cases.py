@@ -35,7 +35,7 @@ FACES = 6  # along an uneven square's edge
 class Case:
     """A square of the sheet. What the output gives is mapped from [low, high] to [0, 1]."""
 
-    name: str
+    name: str  # the node's, a colon, and what is special
     build: Build
     low: float = 0.0
     high: float = 1.0
@@ -89,8 +89,8 @@ def three(x: Any, y: Any, z: Any) -> Build:
     return node("ShaderNodeCombineXYZ", {0: x, 1: y, 2: z})
 
 
-# Every hue, in many strengths; and its opposite, turned by a quarter.
-COLOUR = three(U, V, scaled(U, 1.0, 0.0))
+# Every hue, in many strengths, and no two channels alike in a pixel; and others than these.
+COLOUR = three(U, V, scaled(U, 0.98, 0.03))
 OTHER = three(scaled(V, 0.9, 0.1), U, scaled(V, 0.2, 0.7))
 # Each coordinate from -1.5 to 1.5.
 VECTOR = three(scaled(U, -1.5, 1.5), scaled(V, -1.5, 1.5), scaled(U, 1.5, -1.5))
@@ -173,9 +173,9 @@ def wrong_pixels(
 
 
 def first_of_each(sheets: Mapping[str, Sequence[Case]]) -> list[Case]:
-    """One case of each node: names begin with the node's, of one word or all words but the last."""
+    """One case of each node: names begin with the node's and a colon."""
     firsts: dict[str, Case] = {}
     for cases in sheets.values():
         for case in cases:
-            firsts.setdefault(case.name.rpartition(" ")[0] or case.name, case)
+            firsts.setdefault(case.name.partition(":")[0], case)
     return list(firsts.values())

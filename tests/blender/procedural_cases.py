@@ -26,7 +26,7 @@ def texture(
 ) -> Case:
     """An output of ShaderNodeTex`kind`, with what `limits` it may have."""
     build = node(f"ShaderNodeTex{kind}", inputs, output, **options)
-    return Case(f"{kind} {'/'.join(map(str, [output, *options.values()]))}", build, *limits)
+    return Case(f"{kind}: {'/'.join(map(str, [output, *options.values()]))}", build, *limits)
 
 
 def place(dimensions: str, vector: Build = VECTOR, w: Build = W) -> dict[str, Build]:
@@ -126,7 +126,7 @@ def patterns() -> list[Case]:
         texture("Gradient", "Fac", {"Vector": VECTOR}, (-0.2, 1.2), gradient_type=kind)
         for kind in GRADIENTS
     ]
-    found.append(Case("Gradient generated", node("ShaderNodeTexGradient")))
+    found.append(Case("Gradient: generated", node("ShaderNodeTexGradient")))
     colours = {"Color1": RED, "Color2": BLUE}
     for output in ("Color", "Fac"):
         checked = {"Vector": VECTOR, "Scale": 2.3} | colours
@@ -156,7 +156,7 @@ def randoms() -> list[Case]:
             inputs = common | {"Anisotropy": 0.6}
             found.append(texture("Gabor", output, inputs, gabor_type=kind))
         alike = texture("Gabor", "Value", common | {"Anisotropy": 1.0}, gabor_type=kind)
-        found.append(Case(f"Gabor anisotropic/{kind}", alike.build))
+        found.append(Case(f"Gabor: anisotropic/{kind}", alike.build))
     return found
 
 
@@ -166,7 +166,7 @@ def lights() -> list[Case]:
     for low, high in ((700.0, 2500.0), (2500.0, 13000.0)):
         inputs = {"Temperature": scaled(U, low, high)}
         build = node("ShaderNodeBlackbody", inputs)
-        found.append(Case(f"Blackbody {low:g}", build, 0.0, 6.0 if low < 2500.0 else 2.2))
+        found.append(Case(f"Blackbody: {low:g}", build, 0.0, 6.0 if low < 2500.0 else 2.2))
     build = node("ShaderNodeWavelength", {"Wavelength": scaled(U, 370.0, 790.0)})
     return [*found, Case("Wavelength", build)]
 

@@ -44,21 +44,21 @@ GIVES_A_NUMBER = {"DOT_PRODUCT", "DISTANCE", "LENGTH"}
 
 def _maths(operation: str) -> Case:
     built = node(MATH, {0: X, 1: Y, 2: 0.4}, operation=operation)
-    return Case(f"Math {operation}", built, *MATHS[operation])
+    return Case(f"Math: {operation}", built, *MATHS[operation])
 
 
 def _vectors(operation: str) -> Case:
     output = "Value" if operation in GIVES_A_NUMBER else "Vector"
     inputs = {0: VECTOR, 1: SECOND, 2: COLOUR, "Scale": 0.8} | STEADY.get(operation, {})
     built = node(VECTOR_MATH, inputs, output, operation=operation)
-    return Case(f"Vector Math {operation}", built, *VECTORS[operation])
+    return Case(f"Vector Math: {operation}", built, *VECTORS[operation])
 
 
 CASES = (
     *map(_maths, MATHS),
-    Case("Math clamped", node(MATH, {0: X, 1: Y}, operation="ADD", use_clamp=True)),
+    Case("Math: clamped", node(MATH, {0: X, 1: Y}, operation="ADD", use_clamp=True)),
     *map(_vectors, VECTORS),
-    *(Case(f"Separate XYZ {x}", node("ShaderNodeSeparateXYZ", {0: COLOUR}, x)) for x in "XYZ"),
+    *(Case(f"Separate XYZ: {x}", node("ShaderNodeSeparateXYZ", {0: COLOUR}, x)) for x in "XYZ"),
     Case("Combine XYZ", node("ShaderNodeCombineXYZ", {0: U, 1: 0.3, 2: V})),
     Case("UV as a number", node(MATH, {0: UV, 1: 1.0}, operation="MULTIPLY")),
     Case("Colour as a number", node(MATH, {0: node("ShaderNodeRGB"), 1: U}, operation="MULTIPLY")),

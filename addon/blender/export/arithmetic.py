@@ -56,6 +56,20 @@ def _ping_pong(a: Numbers, scale: Numbers) -> Numbers:
     return np.where(scale != 0.0, np.abs((part - np.floor(part)) * scale * 2.0 - scale), 0.0)
 
 
+def _smooth_step(a: Numbers) -> Numbers:
+    x = np.clip(a, 0.0, 1.0)
+    return x * x * (3.0 - 2.0 * x)
+
+
+def _smoother_step(a: Numbers) -> Numbers:
+    x = np.clip(a, 0.0, 1.0)
+    return x * x * x * (x * (x * 6.0 - 15.0) + 10.0)
+
+
+def _gamma(a: Numbers, b: Numbers) -> Numbers:
+    return np.where(b == 0.0, 1.0, np.where(a > 0.0, np.power(np.maximum(a, 1e-300), b), a))
+
+
 def _within(function: Function) -> Function:
     """As if what is outside of [-1, 1] were its end."""
     return lambda a: function(np.clip(a, -1.0, 1.0))
@@ -87,6 +101,10 @@ ARITHMETIC: dict[str, tuple[int, Function]] = {
     "WRAP": (22, _wrapped),
     "SNAP": (23, lambda a, b: np.floor(ratio(a, b)) * b),
     "PINGPONG": (24, _ping_pong),
+    # What other nodes have.
+    "CLAMP": (25, lambda a, b, c: np.minimum(np.maximum(a, b), c)),
+    "SMOOTHSTEP": (26, _smooth_step),
+    "SMOOTHERSTEP": (27, _smoother_step),
 }
 FUNCTIONS: dict[str, tuple[int, Function]] = {
     "POWER": (0, power),
@@ -106,4 +124,5 @@ FUNCTIONS: dict[str, tuple[int, Function]] = {
     "TANH": (14, np.tanh),
     "RADIANS": (15, np.radians),
     "DEGREES": (16, np.degrees),
+    "GAMMA": (17, _gamma),  # the Gamma node's power
 }

@@ -7,7 +7,7 @@ not becomes instructions, each of them once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...photon.scene import RGB, Instruction, Result
-from ...photon.scene.programs import Constant, Operand
+from ...photon.scene.programs import Constant, Operand, Rows
 from ...photon.stage.kinds import node_kinds
 from .arithmetic import ARITHMETIC, FUNCTIONS
 
@@ -30,33 +30,34 @@ class Program:
     instructions: list[Instruction] = field(default_factory=list)
     _numbers: dict[Instruction, int] = field(default_factory=dict)
 
-    def emit(self, kind: str, fold: Fold | None = None, /, **operands: Value) -> Value:
+    def emit(self, kind: str, fold: Fold | None = None, /, **operands: Value | Table) -> Value:
         """What a node of a kind gives; `operands` by the names in its file's head. With `fold` it
         is calculated at once if all operands are constant."""
         declared = node_kinds()[kind]
         given = {name.removesuffix(".xyz") for names in declared.operands for name in names}
         assert given == operands.keys(), f"{kind}: operands {sorted(given)}, got {sorted(operands)}"
         packed = [self._packed(names, operands) for names in declared.operands]
-        constants = [value.constant for value in packed if value.constant is not None]
+        constants = [each.constant for each in packed if each.constant is not None]
         if fold and len(constants) == len(packed):
             with np.errstate(all="ignore"):
                 return Value.of(fold(*constants))
         return self._append(kind, packed)
 
-    def _append(self, kind: str, operands: list[Value]) -> Value:
+    def _append(self, kind: str, operands: Sequence[Value | Table]) -> Value:
         instruction = Instruction(kind, tuple(value.operand for value in operands))
         if instruction not in self._numbers:
             self._numbers[instruction] = len(self.instructions)
             self.instructions.append(instruction)
         return Value(self, None, Result(self._numbers[instruction]))
 
-    def _packed(self, names: tuple[str, ...], operands: dict[str, Value]) -> Value:
+    def _packed(self, names: tuple[str, ...], operands: dict[str, Value | Table]) -> Value | Table:
         """Several values in one operand."""
         if len(names) == 1 and not names[0].endswith(".xyz"):
             return operands[names[0]]
         slots: list[Value] = []
         for name in names:
             value = operands[name.removesuffix(".xyz")]
+            assert isinstance(value, Value), f"{name}: a table is an operand of its own"
             slots += [value.part(p) for p in "xyz"] if name.endswith(".xyz") else [value]
         slots += [ZERO] * (4 - len(slots))
         if all(slot.constant is not None for slot in slots):
@@ -72,6 +73,19 @@ class Program:
                 needed |= {each.instruction for each in operands if isinstance(each, Result)}
         numbers = {old: new for new, old in enumerate(sorted(needed))}
         return tuple(_renumbered(self.instructions[old], numbers) for old in numbers), numbers
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Rows of four numbers (n, 4) that an instruction looks up."""
+
+    constant: NDArray[np.float64]
+
+    @property
+    def operand(self) -> Rows:
+        """As an instruction has it: what is not finite becomes 0."""
+        rows = np.nan_to_num(self.constant, posinf=0.0, neginf=0.0).tolist()
+        return Rows(tuple((x, y, z, w) for x, y, z, w in rows))
 
 
 def _renumbered(instruction: Instruction, numbers: Mapping[int, int]) -> Instruction:
@@ -182,7 +196,7 @@ class Value:
         return math("DIVIDE", other, self)
 
     def clamp(self, low: float = 0.0, high: float = 1.0) -> Value:
-        return math("MINIMUM", math("MAXIMUM", self, low), high)
+        return math("CLAMP", self, low, high)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Value):

@@ -24,7 +24,14 @@ class Result:
     part: str = "xyzw"  # one of PARTS
 
 
-Operand = Result | Constant
+@dataclass(frozen=True)
+class Rows:
+    """A table of constants, one at least, that an instruction looks up."""
+
+    rows: tuple[Constant, ...]
+
+
+Operand = Result | Constant | Rows
 
 
 @dataclass(frozen=True)
@@ -41,7 +48,9 @@ class Instruction:
             if isinstance(operand, Result):
                 check_result(f"{who}: instruction {number}, {self.kind}", operand, number)
             else:
-                check_finite(f"{who}: instruction {number}, {self.kind}", operand)
+                rows = operand.rows if isinstance(operand, Rows) else [operand]
+                for row in rows:
+                    check_finite(f"{who}: instruction {number}, {self.kind}", row)
 
 
 Program = tuple[Instruction, ...]
@@ -79,6 +88,12 @@ def read_varying(values: Mapping[str, Any]) -> Varying:
 
 def _read_operand(value: Any) -> Operand:
     if isinstance(value, Mapping):
+        if "rows" in value:
+            return Rows(tuple(map(_constant, value["rows"])))
         return Result(**value)
+    return _constant(value)
+
+
+def _constant(value: Any) -> Constant:
     x, y, z, w = map(float, value)
     return x, y, z, w

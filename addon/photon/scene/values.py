@@ -409,7 +409,9 @@ def _plain(value: Any) -> Any:
         return [_plain(item) for item in value]
     if is_dataclass(value):
         return {name: _plain(item) for name, item in vars(value).items()}
-    return dict(value) if isinstance(value, Mapping) else value
+    if isinstance(value, Mapping):
+        return {name: _plain(item) for name, item in value.items()}
+    return value
 
 
 def _tuples(values: dict[str, Any]) -> dict[str, Any]:

@@ -14,9 +14,9 @@ from ...streams import Made
 from ..errors import SceneError
 from ..kernels.records import CONSTANT, INSTRUCTION
 from ..scene import Instruction, Material, Result, Scene
-from ..scene.programs import MOST_OPERANDS, PARTS, Constant, Varying
+from ..scene.programs import MOST_OPERANDS, PARTS, Constant, Rows, Varying
 from .kinds import made_nodes, node_kinds
-from .straight import Shape, made_programs, shape_of, shapes_of
+from .straight import NONE, Shape, made_programs, shape_of, shapes_of
 
 # More would not fit what GPUs have of memory for each thread that is quick.
 MOST_REGISTERS = 64
@@ -88,31 +88,57 @@ def program_tables(materials: Sequence[Material]) -> ProgramTables:
     """Make them; SceneError names the material whose program is too long."""
     count = sum(len(material.program) for material in materials)
     tables = ProgramTables(INSTRUCTION.zeros(max(count, 1)), CONSTANT.zeros(1))
-    constants: list[Constant] = []
+    constants = _Constants()
     shapes, first = shapes_of(materials), 0
     for material in materials:
-        compiled = _compiled(material, first, len(constants), shapes)
+        compiled = _compiled(material, first, len(constants.values), shapes)
         for row, instruction in zip(tables.instructions[first:], material.program, strict=False):
             _fill(row, instruction, compiled, constants)
         for number, register in compiled.registers.items():
             tables.instructions["result"][first + number] = register
         tables.compiled.append(compiled)
         first += len(material.program)
-    if constants:
-        tables.constants = CONSTANT.zeros(len(constants))
-        tables.constants["value"] = np.array(constants)
+    values = constants.with_rows()
+    if values:
+        tables.constants = CONSTANT.zeros(len(values))
+        tables.constants["value"] = np.array(values)
     return tables
 
 
-def _fill(
-    row: Any, instruction: Instruction, compiled: Compiled, constants: list[Constant]
-) -> None:
+@dataclass
+class _Constants:
+    """The table of constants so far: those of operands in their order, and then all rows."""
+
+    values: list[Constant] = field(default_factory=list)
+    _tables: dict[int, Rows] = field(default_factory=dict)  # that values stand for
+
+    def add(self, operand: Constant | Rows) -> int:
+        """How many there are then."""
+        if isinstance(operand, Rows):
+            self._tables[len(self.values)] = operand
+            operand = NONE
+        self.values.append(operand)
+        return len(self.values)
+
+    def with_rows(self) -> list[Constant]:
+        """All. The constant that stands for rows says which is their first, and how many they are;
+        the same rows are there once."""
+        found = list(self.values)
+        places: dict[Rows, Constant] = {}
+        for number, table in self._tables.items():
+            if table not in places:
+                places[table] = (float(len(found)), float(len(table.rows)), 0.0, 0.0)
+                found += table.rows
+            found[number] = places[table]
+        return found
+
+
+def _fill(row: Any, instruction: Instruction, compiled: Compiled, constants: _Constants) -> None:
     """A row of INSTRUCTION; its constants go to the end of all. Straight code knows the others."""
     row["kind"] = node_kinds()[instruction.kind].number
     for name, operand in zip(OPERANDS, instruction.operands, strict=False):
         if not isinstance(operand, Result):
-            constants.append(operand)
-            row[name] = -float(len(constants))
+            row[name] = -float(constants.add(operand))
         elif not compiled.shape:
             row[name] = compiled.code(operand)
 

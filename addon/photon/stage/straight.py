@@ -11,13 +11,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..scene import Instruction, Material, Result
-from ..scene.programs import Operand, Program
+from ..scene.programs import Constant, Operand, Program, Rows
 from .kinds import NodeKind, node_kinds
 
 # Instructions of all shapes together up to which they are written out: drivers take longer the more
 # there are, and where branches are not jumped over, as on llvmpipe, each point runs all.
 MOST_INSTRUCTIONS = 64
 _SLOTS = "xyzw"
+NONE: Constant = (0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,9 @@ def _bare(instruction: Instruction) -> Instruction:
     declared = node_kinds()[instruction.kind]
     operands: list[Operand] = []
     for names, operand in zip(declared.operands, instruction.operands, strict=True):
-        if not isinstance(operand, Result):
+        if isinstance(operand, Rows):
+            operand = NONE
+        elif not isinstance(operand, Result):
             x, y, z, w = (
                 number if is_choice else 0.0
                 for number, is_choice in zip(operand, _choices(names, declared), strict=True)
@@ -87,6 +90,7 @@ def _function(number: int, shape: Shape) -> list[str]:
             if isinstance(operand, Result):
                 given.append(_part(operand))
             else:
+                assert not isinstance(operand, Rows)
                 given.append(_constant(operand, _choices(names, declared), constants))
                 constants += 1
         lines.append(f"    vec4 v{at} = run_{instruction.kind}({', '.join(given)});")
