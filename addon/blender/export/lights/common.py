@@ -37,10 +37,13 @@ class Lamp:
     def data(self) -> Any:
         return self.obj.data
 
-    def axes(self) -> tuple[RGB, RGB, RGB] | None:
+    def axes(self, has_size: bool = True) -> tuple[RGB, RGB, RGB] | None:
         """Its x axis, the direction that it shines in, and the lengths of its axes; None for one
-        whose scale is zero, which is noted."""
+        whose scale is zero, which is noted. Without a size it may be flat across its direction."""
         lengths = np.linalg.norm(self.matrix[:3, :3], axis=0)
+        flat = lengths[:2] <= 0.0
+        if not has_size and flat.any() and lengths[2] > 0.0:
+            return (1.0, 0.0, 0.0), triple(-self.matrix[:3, 2] / lengths[2]), triple(lengths)
         if not lengths.min() > 0.0:
             self.notes.ignored(
                 self.owner, "Transform", "its scale is zero, so the light is left out"

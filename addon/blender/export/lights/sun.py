@@ -11,7 +11,7 @@ from .common import Lamp, finished
 
 
 def read(lamp: Lamp) -> Light | None:
-    axes = lamp.axes()
+    axes = lamp.axes(has_size=False)
     if axes is None:
         return None
     angle = max(0.0, float(lamp.data.angle))
