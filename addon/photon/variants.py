@@ -118,13 +118,13 @@ def _of_lobes(
 
 def program_needs() -> Iterator[SceneNeeds]:
     """Scenes with programs: of each kind of node alone without lobes, and of all kinds with them;
-    with attributes and without."""
+    with attributes and normals, and without."""
     lobes, lights = frozenset(lobe_kinds()), frozenset(light_kinds())
     alone = [(0, frozenset({kind})) for kind in node_kinds()]
     for count, nodes in [*alone, *((count, frozenset(node_kinds())) for count in (0, 1, 2))]:
         some = _needs(count, lobes if count else frozenset(), lights, drawn=False)
         for attributes in (0, 2)[: 1 + ("attribute" in nodes)]:
-            programs = ProgramNeeds(nodes, registers=8, attributes=attributes)
+            programs = ProgramNeeds(nodes, (), 8, attributes, normals=attributes > 0)
             yield replace(some, programs=programs, glows_by_programs=True)
 
 
@@ -180,6 +180,9 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield Shade, scene.photon_defines, scene.made
         yield Shade, scene.eye_defines, scene.made
         yield Emitted, scene.emitted_defines, scene.made
+        if scene.programs.normals:
+            yield Direct, scene.direct_defines, scene.made
+            yield ShadowRays, scene.direct_defines, scene.made
     for scene in needs():
         yield from _of_scene(scene)
 

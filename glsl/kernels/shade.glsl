@@ -36,11 +36,15 @@ void kernel() {
     here = here_at(hit, direction, surface);
     run_program(material);
     material.albedo = reflectance_from(material.albedo_from, material.albedo);
-    if (is_given(material.normal_from)) surface.shading = normal_from(material.normal_from, surface);
+#endif
+#ifdef NORMALS
+    vec3 base = normal_from(material.base_from, surface.shading);
+    surface.shading = normal_from(material.normal_from, base);
 #endif
     Diffuse diffuse = bare_diffuse(material.albedo);
 #ifdef LOBES
-    float cosine = max(0.0, -dot(direction, surface.shading));
+    vec3 raised = raised_normal(surface.shading, surface.geometric, -direction);
+    float cosine = max(0.0, -dot(direction, raised));
     Lobes lobes = lobes_of(material, cosine, diffuse);
 #ifdef EYE
 #ifdef VISIBILITY
@@ -48,7 +52,7 @@ void kernel() {
 #endif
 #endif
 #ifdef TANGENTS
-    float angle = tangent_angle(hit, raised_normal(surface.shading, surface.geometric, -direction));
+    float angle = tangent_angle(hit, raised);
     lobes.shape0 = turned_kind(lobes.lobe0, lobes.shape0, angle);
     lobes.shape1 = turned_kind(lobes.lobe1, lobes.shape1, angle);
 #endif
@@ -69,6 +73,9 @@ void kernel() {
     store_lobe1(lobes.lobe1);
     store_shape1(lobes.shape1);
 #endif
+#endif
+#ifdef NORMALS
+    if (is_given(material.base_from) && gathers(diffuse)) diffuse = with_base(diffuse, base, surface.shading);
 #endif
     store_place(Place(surface.position, stored_surface(surface.surface)));
     store_facing(Facing(surface.geometric, surface.side));

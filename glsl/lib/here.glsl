@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The point that a material's program is asked about. Uses the tables of spaces and of corners' attributes.
+// The point that a material's program is asked about. Uses the tables of spaces and of corners' attributes, and
+// with BUMPS that of triangles: bumps ask for heights beside the point, a part of its footprint away.
 #include "lib/hit.glsl"
+#ifdef BUMPS
+#include "lib/triangle.glsl"
+#endif
 
 struct Here {
     vec3 position;   // [scene units]
@@ -12,6 +16,13 @@ struct Here {
     int triangle;
     vec3 corners;    // barycentric weights of the triangle's corners
     int surface;
+#ifdef BUMPS
+    float footprint;  // [scene units]
+    vec3 along;       // unit, in the triangle's plane
+    vec3 across;      // and at a right angle to it
+    vec3 corners_along;   // what a footprint along there changes of the weights
+    vec3 corners_across;
+#endif
 };
 
 Here here;
@@ -22,6 +33,58 @@ vec3 to_space(Space space, vec3 position) {
 }
 
 mat3 linear_part(Space space) { return transpose(mat3(space.x.xyz, space.y.xyz, space.z.xyz)); }
+
+// Where a value is asked for: so many footprints along and across from the point.
+vec3 shifted_position(vec4 shift) {
+#ifdef BUMPS
+    return here.position + here.footprint * (shift.x * here.along + shift.y * here.across);
+#else
+    return here.position;
+#endif
+}
+
+vec3 shifted_corners(vec4 shift) {
+#ifdef BUMPS
+    return here.corners + shift.x * here.corners_along + shift.y * here.corners_across;
+#else
+    return here.corners;
+#endif
+}
+
+#ifdef BUMPS
+// How wide a pixel is at a position, as the eye sees it. Photons don't know the eye: they outlast it.
+float footprint_at(vec3 position) {
+#ifdef FOOTPRINT
+    vec3 way = position - eye;
+    float l = max(length(way), 1.0e-30), cosine = max(0.1, pixel_width.z > 0.0 ? dot(way, view_axis) / l : 1.0);
+    // On a flat film pixels look narrower from the eye beside its middle: the mean of both sides'.
+    return pixel_width.x + pixel_width.y * l * cosine * sqrt(0.5 + 0.5 * cosine * cosine);
+#else
+    return 1.0e-3;
+#endif
+}
+
+// What a way in the plane of a triangle changes of the weights of its corners.
+vec3 change_of_corners(Triangle triangle, vec3 way) {
+    vec3 ab = triangle.b - triangle.a, ac = triangle.c - triangle.a, area = cross(ab, ac);
+    float b = dot(cross(way, ac), area), c = dot(cross(ab, way), area);
+    return vec3(-b - c, b, c) / max(dot(area, area), 1.0e-30);
+}
+
+// Find what is beside a point. The axes are those of Cycles (make_orthonormals), for what is too fine to be
+// seen looks alike then.
+void look_about(inout Here here) {
+    vec3 n = here.geometric;
+    bool is_diagonal = n.x == n.y && n.x == n.z;
+    here.along = normalize(is_diagonal ? vec3(n.z - n.y, n.x + n.z, -n.y - n.x) : vec3(n.z - n.y, n.x - n.z, n.y - n.x));
+    here.across = cross(n, here.along);
+    here.footprint = footprint_at(here.position);
+    Triangle triangle = triangle_at(here.triangle);
+    // Behind a triangle Cycles takes its sides the other way round.
+    here.corners_along = here.side * change_of_corners(triangle, here.footprint * here.along);
+    here.corners_across = here.side * change_of_corners(triangle, here.footprint * here.across);
+}
+#endif
 
 Space world_space() { return space_at(0); }
 Space object_space() { return space_at(here.surface + 1); }

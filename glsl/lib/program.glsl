@@ -34,6 +34,9 @@ Here here_at(Hit hit, vec3 direction, Surface surface) {
     found.triangle = hit_triangle(hit);
     found.corners = vec3(1.0 - hit.u - hit.v, hit.u, hit.v);
     found.surface = int(surface.surface);
+#ifdef BUMPS
+    look_about(found);
+#endif
     return found;
 }
 
@@ -55,13 +58,10 @@ vec4 numbers_from(vec4 codes, vec4 otherwise) {
         number_from(codes.z, otherwise.z), number_from(codes.w, otherwise.w));
 }
 
-// A shading normal that a program gives, on the ray's side of the surface.
-vec3 normal_from(float code, Surface surface) {
+// A unit normal that a program gives. As in Cycles it may point anywhere.
+vec3 normal_from(float code, vec3 otherwise) {
     vec3 normal = operand(code).xyz;
     float l2 = dot(normal, normal);
-    if (!(l2 > 1.0e-12) || isinf(l2)) return surface.shading;
-    normal *= inversesqrt(l2);
-    float above = dot(normal, surface.geometric);
-    if (above >= 1.0e-3) return normal;
-    return normalize(normal + (1.0e-3 - above) * surface.geometric);
+    if (!is_given(code) || !(l2 > 1.0e-12) || isinf(l2)) return otherwise;
+    return normal * inversesqrt(l2);
 }

@@ -12,6 +12,9 @@
 #ifdef SMOOTH
 #include "lib/terminator.glsl"
 #endif
+#ifdef NORMALS
+#include "lib/bump_shadowing.glsl"
+#endif
 #ifdef TWO_SIDED
 #include "lib/two_sided.glsl"
 #endif
@@ -22,7 +25,9 @@ struct VisiblePoint {
     Shading shading;
     Diffuse diffuse;
     vec3 to_viewer;
+    vec3 base;  // normal of the smooth surface, about which the shading normal may be bent
 #ifdef LOBES
+    vec3 raised;  // normal of the lobes, on the viewer's side
     Lobe lobe0;
     Shape shape0;
 #ifdef TWO_LOBES
@@ -49,19 +54,38 @@ float part_of_shadow_rays(float own, float density, Shape whole, Shape rays) {
 }
 #endif
 
-// What a point reflects of a light. Where rays of a lobe may find the light as well, this is the part of
-// so many shadow rays by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other.
-vec3 eval_bsdf(VisiblePoint point, Light light, float rays, vec3 to_light) {
-    vec3 value = is_found(light, BY_DIFFUSE) ? point.diffuse.albedo / PI : vec3(0.0);
-#ifdef LOBES
-    if (!is_found(light, BY_GLOSSY)) return value;
-    vec3 shading = point.shading.normal, geometric = point.facing.normal;
-#ifdef TWO_SIDED
-    bool is_behind = dot(point.to_viewer, geometric) < 0.0;
-    if (is_behind) shading = -shading;
-    if (is_behind) geometric = -geometric;
+// The cosine to a light of Lambert's lobe, or what stands for it.
+float cosine_of_diffuse(VisiblePoint point, vec3 to_light) {
+    float cosine = max(0.0, dot(to_light, point.shading.normal));
+#ifdef NORMALS
+    cosine *= bump_shadowing(point.base, point.shading.normal, to_light);
 #endif
-    vec3 normal = raised_normal(shading, geometric, point.to_viewer);
+    return cosine;
+}
+
+#ifdef LOBES
+// Whether the light comes from behind, seen from the viewer.
+bool is_behind(VisiblePoint point) {
+#ifdef TWO_SIDED
+    return dot(point.to_viewer, point.facing.normal) < 0.0;
+#else
+    return false;
+#endif
+}
+
+// The cosine of the other lobes.
+float cosine_of_lobes(VisiblePoint point, vec3 to_light) {
+    float cosine = dot(to_light, point.raised);
+#ifdef NORMALS
+    if (leaks(point.base, point.raised, to_light)) return 0.0;
+#endif
+    return max(0.0, is_behind(point) ? -cosine : cosine);
+}
+
+// What a point's lobes reflect of a light. Where rays of a lobe may find the light as well, this is the part of
+// so many shadow rays by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other.
+vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light) {
+    vec3 normal = point.raised;
     vec3 first = eval_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light);
 #ifdef TWO_LOBES
     vec3 second = eval_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
@@ -72,7 +96,8 @@ vec3 eval_bsdf(VisiblePoint point, Light light, float rays, vec3 to_light) {
     if (own > 0.0 && depth < chain_depth) {
         float share = 1.0;
 #ifdef TWO_LOBES
-        float cosine = max(0.0, dot(point.to_viewer, shading));
+        float cosine = dot(point.to_viewer, point.shading.normal);
+        cosine = max(0.0, is_behind(point) ? -cosine : cosine);
         Shape rays1 = shape_of_rays(point.lobe1, point.shape1);
         share = share_of_first(point.lobe0, rays0, point.lobe1, rays1, cosine);
         float density1 = pdf_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
@@ -83,18 +108,17 @@ vec3 eval_bsdf(VisiblePoint point, Light light, float rays, vec3 to_light) {
     }
 #endif
 #ifdef TWO_SIDED
-    if (is_behind && !transmits_kind(point.lobe0.kind)) first = vec3(0.0);
+    if (is_behind(point) && !transmits_kind(point.lobe0.kind)) first = vec3(0.0);
 #ifdef TWO_LOBES
-    if (is_behind && !transmits_kind(point.lobe1.kind)) second = vec3(0.0);
+    if (is_behind(point) && !transmits_kind(point.lobe1.kind)) second = vec3(0.0);
 #endif
 #endif
-    value += first;
 #ifdef TWO_LOBES
-    value += second;
+    first += second;
 #endif
-#endif
-    return value;
+    return first;
 }
+#endif
 
 // Which light a point's shadow ray of this number goes to, and how many of them do in the mean.
 int light_of(VisiblePoint point, int number, out float rays) {
@@ -126,6 +150,7 @@ vec2 half_of_passes(uint dimension) {
 VisiblePoint from_behind(VisiblePoint point) {
     point.facing.normal = -point.facing.normal;
     point.shading.normal = -point.shading.normal;
+    point.base = -point.base;
     point.diffuse.albedo = vec3(0.0);
     return point;
 }
@@ -155,13 +180,17 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     u.x = min(0.5 * (u.x + half_of_passes(dimension).x), 0.99999994);
 #endif
     LightSample found = sample_light(light, point.place.position, point.facing.normal, u);
-    float cosine = dot(found.to_light, point.shading.normal);
+    float cosine = cosine_of_diffuse(point, found.to_light), any_cosine = cosine;
     float above = dot(found.to_light, point.facing.normal), lift = 0.0;
-    if (cosine <= 0.0 || found.share <= 0.0) return none;
+#ifdef LOBES
+    float of_lobes = cosine_of_lobes(point, found.to_light);
+    any_cosine += of_lobes;
+#endif
+    if (any_cosine <= 0.0 || found.share <= 0.0) return none;
 #ifdef SMOOTH
-    float terminator = terminator_share(cosine, above);
+    float terminator = terminator_share(dot(found.to_light, point.base), above);
     if (terminator > 0.0) {
-        lift = height_to_smooth(int(point.shading.triangle), point.place.position, point.shading.normal);
+        lift = height_to_smooth(int(point.shading.triangle), point.place.position, point.base);
         if (above <= 0.0 && lift <= 0.0) return none;
         lift *= terminator;
     }
@@ -169,15 +198,22 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     if (above <= 0.0) return none;
 #endif
     float share = found.share * share_by_nodes(light, found.to_light, found.far);
-    vec3 irradiance = found.irradiance * (share * cosine / rays);
-    vec3 radiance = irradiance * eval_bsdf(point, light, rays, found.to_light);
+    vec3 irradiance = found.irradiance * (share / rays), radiance = vec3(0.0);
     float lux = 0.0;
+    if (is_found(light, BY_DIFFUSE)) {
+        radiance = irradiance * point.diffuse.albedo * (cosine / PI);
 #ifdef ILLUMINANCE
-    if (is_diffuse(point.diffuse) && is_found(light, BY_DIFFUSE)) lux = lux_of(irradiance);
+        if (is_diffuse(point.diffuse)) lux = lux_of(irradiance * cosine);
+#endif
+    }
+#ifdef LOBES
+    if (of_lobes > 0.0 && is_found(light, BY_GLOSSY)) {
+        radiance += irradiance * of_lobes * eval_lobes(point, light, rays, found.to_light);
+    }
 #endif
     if (!(largest(radiance) > 0.0 || lux > 0.0)) return none;
     vec3 origin = offset_origin(point.place.position, point.facing.normal, point.facing.normal);
-    origin += lift * point.shading.normal;
+    origin += lift * point.base;
     // Ends short of the light, so that a light on a surface is not hidden by it: by what the origin
     // was lifted, and as much again for the rounding of the light and of the surface.
     float far = found.far - 2.0 * distance(origin, point.place.position);

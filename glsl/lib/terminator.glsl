@@ -11,9 +11,7 @@ const float TERMINATOR = 0.1;
 float height_to_smooth(int triangle, vec3 position, vec3 shading) {
     Triangle t = triangle_at(triangle);
     CornerNormals n = corner_normals_at(triangle);
-    vec3 ab = t.b - t.a, ac = t.c - t.a, at = position - t.a, area = cross(ab, ac);
-    float all = dot(area, area), b = dot(cross(at, ac), area), c = dot(cross(ab, at), area);
-    vec3 share = clamp(vec3(all - b - c, b, c) / max(all, 1.0e-30), 0.0, 1.0);
+    vec3 ab = t.b - t.a, ac = t.c - t.a, share = corner_shares(t, position);
     float bent = dot(n.b - n.a, ab) * share.x * share.y + dot(n.c - n.a, ac) * share.x * share.z;
     bent += dot(n.c - n.b, t.c - t.b) * share.y * share.z;
     vec3 mean = share.x * n.a + share.y * n.b + share.z * n.c;

@@ -9,7 +9,13 @@ VisiblePoint visible_point() {
     point.shading = load_shading();
     point.diffuse = load_diffuse();
     point.to_viewer = -load_direction().direction;
+#ifdef NORMALS
+    point.base = base_normal(point.place, point.facing, point.shading, point.diffuse);
+#else
+    point.base = point.shading.normal;
+#endif
 #ifdef LOBES
+    point.raised = raised_normal(point.shading.normal, point.facing.normal, point.to_viewer);
     point.lobe0 = load_lobe0();
     point.shape0 = load_shape0();
 #ifdef TWO_LOBES

@@ -7,8 +7,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .nodes.attributes import GENERATED, UV
-from .tangents import undeformed, uv_of
+from .nodes.attributes import GENERATED, NORMAL, TANGENT, UV
+from .tangents import loops_of, signed_tangents, undeformed, uv_of
 
 
 def corner_attribute(
@@ -20,12 +20,32 @@ def corner_attribute(
         found = generated(mesh)[triangles]
     elif what[0] == UV and (what[1] or len(mesh.uv_layers)):  # else nothing, unlike for tangents
         found = uv_of(mesh, triangles, what[1])
+    elif what[0] == NORMAL:
+        found = normals_of(mesh, triangles)
+    elif what[0] == TANGENT:
+        uv = uv_of(mesh, triangles, what[1])
+        if uv is not None:
+            points = _positions(mesh)[triangles]
+            found = signed_tangents(points, normals_of(mesh, triangles), uv)
     if found is None:
         return None
     corners = np.zeros((len(triangles), 3, 4), np.float32)
-    corners[..., : found.shape[2]] = found
     corners[..., 3] = 1.0
+    corners[..., : found.shape[2]] = found
     return corners
+
+
+def normals_of(mesh: bpy.types.Mesh, triangles: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Normals of triangles' corners (T, 3, 3), unit."""
+    values = np.empty(3 * len(mesh.loops), np.float32)
+    mesh.corner_normals.foreach_get("vector", values)
+    return values.reshape(-1, 3)[loops_of(mesh, len(triangles))].astype(np.float64)
+
+
+def _positions(mesh: bpy.types.Mesh) -> NDArray[np.float64]:
+    values = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", values)
+    return values.reshape(-1, 3).astype(np.float64)
 
 
 def generated(mesh: bpy.types.Mesh) -> NDArray[np.float64]:

@@ -56,6 +56,8 @@ class Graph:
     averages: dict[str, Colour | None] = field(default_factory=dict)  # by image name
     asked: Asked = field(default_factory=Asked)
     program: Program = field(default_factory=Program)
+    # The world space normal of the smooth surface that displacement makes; None: the mesh's own.
+    displaced: Value | None = None
     _known: dict[Any, Value] = field(default_factory=dict)
     _reading: list[Any] = field(default_factory=list)  # outputs under way
 
@@ -95,11 +97,23 @@ class Graph:
             return Value.of((value_of if is_number else colour_of)(self, socket, scope))
         return converted(self.output_value(node, end, inner), end.type, socket.type)
 
+    def beside(
+        self, socket: bpy.types.NodeSocket, scope: Scope, width: float
+    ) -> tuple[Value, Value, Value]:
+        """The value of an input at the point, and so many footprints along and across from it."""
+        kept, found = self.program.shift, []
+        for shift in ((0.0, 0.0), (width, 0.0), (0.0, width)):
+            self.program.shift = shift
+            found.append(self.value(socket, scope))
+        self.program.shift = kept
+        return found[0], found[1], found[2]
+
     def output_value(
         self, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
     ) -> Value:
         """The value of an output of a node that a reader knows."""
-        key = node.as_pointer(), output.identifier, tuple(g.as_pointer() for g in scope)
+        way = tuple(g.as_pointer() for g in scope)
+        key = node.as_pointer(), output.identifier, way, self.program.shift
         if key not in self._known:
             if key in self._reading:
                 self.notes.approximated(self.owner, f"'{node.name}'", "its links go in a circle: 0")

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...photon.scene import RGB, Lobe, Material, Result
-from .graph import Asked, Colour, colour_text
+from .graph import Asked, Colour, Graph, colour_text
 from .nodes import graph_of
+from .nodes.normals import bump_of_displacement
 from .programs import Program, Value
 from .report import Notes
 from .shaders import (
@@ -99,14 +100,25 @@ class MaterialTable:
             return BLACK
         if output.inputs["Volume"].is_linked:
             self.notes.ignored(owner, "Volume", "not rendered")
-        if output.inputs["Displacement"].is_linked:
-            self.notes.ignored(owner, "Displacement", "not rendered")
+        graph.displaced = self._displaced(graph, output, material)
         node, scope = graph.surface("OUTPUT_MATERIAL")
         if node is None:
             if output.inputs["Volume"].is_linked:
                 return CLEAR
             self.notes.approximated(owner, "Surface", "no shader is linked to it: rendered black")
-        return read_shader(graph, node, scope, self.model)
+        lobes = read_shader(graph, node, scope, self.model)
+        return lobes if lobes is CLEAR else replace(lobes, base=graph.displaced)
+
+    def _displaced(
+        self, graph: Graph, output: bpy.types.Node, material: bpy.types.Material
+    ) -> Value | None:
+        """The normal of the surface that a material's displacement makes; None: the mesh's own."""
+        if not output.inputs["Displacement"].is_linked:
+            return None
+        if material.displacement_method != "BUMP":
+            what = "its surface is where it was: only its normals bend, as bumps"
+            self.notes.approximated(graph.owner, "Displacement", what)
+        return bump_of_displacement(graph, output.inputs["Displacement"])
 
 
 def has_nodes(owner: bpy.types.Material | bpy.types.World) -> bool:
@@ -122,8 +134,9 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
     found = _Found(owner, notes)
     diffuse = found.colour(bsdf.diffuse, "Diffuse colour", "diffuse")
     lobes = tuple(lobe for each in bsdf.lobes if (lobe := _lobe(each, owner, notes)).reflects)
-    if bsdf.normal is not None:
-        found.number(bsdf.normal, "normal", 0.0)
+    for name, normal in (("base", bsdf.base), ("normal", bsdf.normal)):
+        if normal is not None:
+            found.number(normal, name, 0.0)
     glow = (0.0, 0.0, 0.0)
     if bsdf.emission.is_constant:
         glow = triple(np.nan_to_num(bsdf.emission.colour, nan=0.0, posinf=0.0))

@@ -28,12 +28,17 @@ class Program:
     """A material's instructions so far."""
 
     instructions: list[Instruction] = field(default_factory=list)
+    # How many footprints beside the point values are asked for, along and across (lib/here.glsl):
+    # what its kind has an operand `shift` for.
+    shift: tuple[float, float] = (0.0, 0.0)
     _numbers: dict[Instruction, int] = field(default_factory=dict)
 
     def emit(self, kind: str, fold: Fold | None = None, /, **operands: Value | Table) -> Value:
         """What a node of a kind gives; `operands` by the names in its file's head. With `fold` it
         is calculated at once if all operands are constant."""
         declared = node_kinds()[kind]
+        if any("shift" in names for names in declared.operands):
+            operands = {"shift": Value.of((*self.shift, 0.0, 0.0)), **operands}
         given = {name.removesuffix(".xyz") for names in declared.operands for name in names}
         assert given == operands.keys(), f"{kind}: operands {sorted(given)}, got {sorted(operands)}"
         packed = [self._packed(names, operands) for names in declared.operands]

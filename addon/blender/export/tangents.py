@@ -81,12 +81,17 @@ def uv_of(
     layer = layers.get(name) if name else next((x for x in layers if x.active_render), None)
     if layer is None:
         return None
-    mesh.calc_loop_triangles()
-    loops = np.empty(3 * len(triangles), np.int32)
-    mesh.loop_triangles.foreach_get("loops", loops)
     values = np.empty(2 * len(mesh.loops), np.float32)
     layer.uv.foreach_get("vector", values)
-    return values.reshape(-1, 2)[loops].reshape(-1, 3, 2).astype(np.float64)
+    return values.reshape(-1, 2)[loops_of(mesh, len(triangles))].astype(np.float64)
+
+
+def loops_of(mesh: bpy.types.Mesh, count: int) -> NDArray[np.int32]:
+    """Which of a mesh's loops are the corners (count, 3) of its triangles."""
+    mesh.calc_loop_triangles()
+    loops = np.empty(3 * count, np.int32)
+    mesh.loop_triangles.foreach_get("loops", loops)
+    return loops.reshape(-1, 3)
 
 
 def on_sphere(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -108,6 +113,13 @@ def uv_tangents(
     MikkTSpace (Mikkelsen 2008): corners that share point, normal, UV and orientation have the mean
     of their triangles' directions of U, each projected on the corner's plane, by their angles.
     """
+    return signed_tangents(points, normals, uv)[..., :3]
+
+
+def signed_tangents(
+    points: NDArray[Any], normals: NDArray[Any], uv: NDArray[Any]
+) -> NDArray[np.float64]:
+    """The same with the sign (T, 3, 4) of the bitangents: 1 where UV goes round as the triangle."""
     points, normals = points.astype(np.float64), normals.astype(np.float64)
     edges, ways = points[:, 1:] - points[:, :1], uv[:, 1:] - uv[:, :1]
     area = ways[:, 0, 0] * ways[:, 1, 1] - ways[:, 0, 1] * ways[:, 1, 0]
@@ -125,8 +137,9 @@ def uv_tangents(
     np.add.at(sums, groups, own)
     # Where the map of a triangle is a line or a point, corners take what others have there.
     other = 2 * places + (sums[2 * places + 1].any(axis=2))
-    found = np.where(good[:, None, None], sums[groups], sums[other])
-    return _unit(found)
+    taken = np.where(good[:, None], groups, other)
+    signs = np.where(taken % 2 == 1, 1.0, -1.0)
+    return np.concatenate((_unit(sums[taken]), signs[..., None]), axis=2)
 
 
 def _places(*values: NDArray[Any]) -> NDArray[np.int64]:

@@ -100,6 +100,12 @@ class EyeCamera:
             return self._middle_angle(), eye
         return (right - left) / self._settings.width, eye
 
+    def widths(self) -> dict[str, tuple[float, ...]]:
+        """How wide a pixel is anywhere, as glsl/lib/here.glsl has it."""
+        width, eye = self.footprint()
+        widths = (0.0, width) if eye else (width, 0.0)
+        return {**self.view_axis(), "pixel_width": (*widths, float(not self._camera.is_panorama))}
+
     def view_axis(self) -> dict[str, tuple[float, ...]]:
         """Where the eye is, and where it looks [scene units]."""
         return {

@@ -79,6 +79,7 @@ class Eye:
         self._ended: dict[Region, int] = {}
         self._sent: Path | None = None  # ahead
         self.camera = EyeCamera(device, layer, scene, frame, settings, needs)
+        self._footprint = self.camera.widths() if needs.programs.bumps else {}
         self._shade: Shade | None = None
         self._tracers: list[Kernel] = []  # of eye rays, and of others if those see something else
         if needs.surfaces:
@@ -278,6 +279,7 @@ class Eye:
             "lamps": len(self._tables.emitters),
             "frame_size": (self._settings.width, self._settings.height),
             "region_origin": path.region[:2],
+            **self._footprint,
         }
 
 

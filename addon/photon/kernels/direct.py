@@ -28,6 +28,7 @@ _STRUCTURE = (
     "ILLUMINANCE",
     "SMOOTH",
     "TWO_SIDED",
+    "NORMALS",
     *GATHERED_LOBES,
     *LIGHT_DEFINES,
     "VISIBILITY",

@@ -107,6 +107,7 @@ MATERIAL = Record(
         "normal_from": "float",
         "emission_from": "float",
         "two_sided": "float",
+        "base_from": "float",
     },
 )
 # A lobe as in the streams, and the albedo of what it lies over. Codes as of materials; 0: none.

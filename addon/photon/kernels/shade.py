@@ -40,8 +40,8 @@ GLOSSY: Ports = {
 }
 GATHERED_LOBES = ("GATHERED_LOBES", "GATHERED_FROM", "GATHERED_WHOLLY")
 
-# What programs of materials read.
-PROGRAM_DEFINES = ("PROGRAMS", "ATTRIBUTES")
+# What programs of materials read. BUMPS: some bend normals by heights.
+PROGRAM_DEFINES = ("PROGRAMS", "ATTRIBUTES", "NORMALS", "BUMPS")
 PROGRAM_TABLES = {
     "instructions": When("PROGRAMS", Table(INSTRUCTION)),
     "constants": When("PROGRAMS", Table(CONSTANT)),
@@ -65,6 +65,7 @@ class Shade(Kernel):
         "VISIBILITY",
         *GATHERED_LOBES,
         *PROGRAM_DEFINES,
+        "FOOTPRINT",  # bumps are as fine as the eye sees
     )
     inputs = {"direction": RAY_DIRECTION, "hit": HIT, "flux": When("PHOTONS", FLUX)}
     outputs = {**POINT, **LOBES}
@@ -75,6 +76,10 @@ class Shade(Kernel):
         "depth": When("EYE", Uniform("int")),
         "frame_size": When("EYE", Uniform("ivec2")),
         "region_origin": When("EYE", Uniform("ivec2")),
+        "eye": When("FOOTPRINT", Uniform("vec3")),
+        "view_axis": When("FOOTPRINT", Uniform("vec3")),
+        # At the eye, by how much wider it is a unit farther, and whether the film is flat.
+        "pixel_width": When("FOOTPRINT", Uniform("vec3")),
     }
     tables = {
         "triangles": Table(TRIANGLE),

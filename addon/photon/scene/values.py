@@ -113,7 +113,8 @@ class Material:
     emission: RGB = BLACK  # radiance on both sides [W/(m^2 sr)]
     holdout: bool = False  # the eye sees nothing there, and nothing behind it
     program: Program = ()
-    # Its diffuse albedo, shading normal or emission that the program gives.
+    # Its diffuse albedo, emission, the normal of its smooth surface, "base", or the shading normal
+    # about that one, that the program gives.
     varying: Varying = field(default_factory=dict)
 
     def check(self) -> None:

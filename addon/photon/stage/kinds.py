@@ -30,7 +30,7 @@ RADIANCE = "W/(m^2 sr)"
 SCENE = "scene"  # what is known only of the whole scene: the radius of a sphere about it
 MESH = "mesh"  # what a triangle has
 COLOUR = "rgb"
-MATERIAL_VARYING = {"diffuse", "normal", "emission"}  # what of a material its program may give
+MATERIAL_VARYING = {"diffuse", "base", "normal", "emission"}  # what its program may give
 BY_SIDE = "by side"  # what counts from the other side is its inverse
 IMAGE = "image"  # the number of one of the scene's; in tables, where it is
 

@@ -133,7 +133,8 @@ class SceneNeeds:
     def eye_defines(self) -> Defines:
         """What kernels of visible points are compiled with."""
         gathered = self._gathered_defines("GATHERED_LOBES")
-        return self._lobe_defines | gathered | self.programs.defines
+        seen = {"FOOTPRINT": 1} if self.programs.bumps else {}
+        return self._lobe_defines | gathered | self.programs.defines | seen
 
     @property
     def _lobe_defines(self) -> dict[str, int | float]:
@@ -154,12 +155,13 @@ class SceneNeeds:
         """What kernels of shadow rays are compiled with: no lamp is seen in delta lobes."""
         broad = any(not lobe_kinds()[kind].is_delta for kind in self.lobe_kinds)
         defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
-        defines |= {"SMOOTH": 1} if self.smooth else {}
+        defines |= {"SMOOTH": 1} if self.smooth or self.programs.normals else {}
         if any(lobe_kinds()[kind].is_two_sided for kind in self.lobe_kinds):
             defines |= {"TWO_SIDED": 1}
         # What a lobe gathers matters where rays and shadow rays share a light alone.
         of_lobes = (self.eye_defines if self.weighed else self._lobe_defines) if broad else {}
-        shadow = {**self.illuminance_defines, **self.rays("shadow")}
+        normals = {"NORMALS": 1} if self.programs.normals else {}
+        shadow = {**self.illuminance_defines, **self.rays("shadow"), **normals}
         return {**defines, **self.light_defines, **of_lobes, **shadow}
 
     @cached_property

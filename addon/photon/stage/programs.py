@@ -31,6 +31,7 @@ class ProgramNeeds:
     shapes: tuple[Shape, ...] = ()  # as straight code; none: interpreted
     registers: int = 0
     attributes: int = 0  # that a triangle's corners have
+    normals: bool = False  # some give those
 
     @staticmethod
     def of(scene: Scene) -> ProgramNeeds:
@@ -41,14 +42,22 @@ class ProgramNeeds:
             shapes,
             registers_of(scene.materials, shapes),
             scene.corner_attributes.shape[1],
+            any(material.varying.keys() & {"base", "normal"} for material in scene.materials),
         )
+
+    @property
+    def bumps(self) -> bool:
+        """Whether heights are asked for beside a point."""
+        return "bump" in self.nodes
 
     @property
     def defines(self) -> dict[str, int | float]:
         """What they are compiled with; nothing where there is no program."""
         if not self.nodes:
             return {}
-        some = {"ATTRIBUTES": self.attributes} if self.attributes else {}
+        some: dict[str, int | float] = {"ATTRIBUTES": self.attributes} if self.attributes else {}
+        some |= {"NORMALS": 1} if self.normals else {}
+        some |= {"BUMPS": 1} if self.bumps else {}
         return {"PROGRAMS": max(self.registers, 1), **some}
 
     @property

@@ -122,6 +122,7 @@ def material_tables(
         row["first_constant"], row["shape"] = program.first_constant, program.shape
         row["albedo_from"] = program.codes(material.varying, "diffuse")
         row["normal_from"] = program.codes(material.varying, "normal")
+        row["base_from"] = program.codes(material.varying, "base")
         row["emission_from"] = program.codes(material.varying, "emission")
         row["two_sided"] = any(lobe_kinds()[lobe.kind].is_two_sided for lobe in own)
         for lobe_row, lobe in zip(of_lobes[first : first + len(own)], own, strict=True):

@@ -10,12 +10,17 @@ from ..programs import Value
 from .geometry import GEOMETRY
 
 GENERATED = "generated"
+NORMAL = "normal"  # of the object's space, unit
+TANGENT = "tangent"  # of a UV map's name, with the sign of the bitangent
 UV = "uv"  # of a name; without one the map that is active in renders
 
 
 def attribute(graph: Graph, *what: str) -> Value:
     """What the corners of the meshes have of a kind, and maybe a name."""
-    return graph.program.emit("attribute", number=Value.of(graph.asked.attribute(*what)))
+    number = Value.of(graph.asked.attribute(*what))
+    if what[0] in (NORMAL, TANGENT):  # of the point itself, as in Cycles
+        return graph.program.emit("attribute", number=number, shift=Value.of((0.0, 0.0, 0.0, 0.0)))
+    return graph.program.emit("attribute", number=number)
 
 
 def here(graph: Graph, what: str) -> Value:
@@ -34,6 +39,9 @@ def read_coordinate(
         case "Generated":
             return attribute(graph, GENERATED)
         case "Normal":
+            if any(graph.program.shift):
+                what = "a bump by them is flat"
+                graph.notes.approximated(graph.owner, "Normal coordinates", what)
             return here(graph, "object normal")
         case "UV":
             return attribute(graph, UV, "")

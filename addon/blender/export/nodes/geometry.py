@@ -23,6 +23,8 @@ GEOMETRY = {
 
 def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope) -> Value:
     """Read an output; Pointiness, Random Per Island and Tangent are noted."""
+    if output.name == "Normal" and graph.displaced:
+        return graph.displaced
     which = GEOMETRY.get(output.name.lower())
     if which is None:
         value = 0.5 if output.name == "Pointiness" else 0.0

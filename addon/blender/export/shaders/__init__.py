@@ -12,6 +12,7 @@ from ..graph import Graph, Scope
 from ..programs import ONE
 from . import diffuse, emission, glass, glossy, metallic, mix, principled
 from .bsdf import BLACK, CLEAR, Bsdf, Colour, ShaderLobe, SpecularModel, as_diffuse, triple
+from .normals import with_normal
 
 __all__ = [
     "BLACK",
@@ -38,7 +39,8 @@ def read_shader(
     if reader is None:
         graph.notes.ignored(graph.owner, f"{node.bl_label} '{node.name}'", "reflects nothing")
         return BLACK
-    return reader(graph, node, scope, model)
+    found = reader(graph, node, scope, model)
+    return found if found is CLEAR else with_normal(graph, node, scope, found)
 
 
 def _scattering(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....photon.scene import RGB
-from ..graph import Graph, Scope, linked
+from ..graph import Graph, Scope
 from ..programs import ONE, ZERO, Value, math, value
 from ..tangents import Tangent
 
@@ -58,7 +58,10 @@ class Bsdf:
     tangent: Tangent | None = None  # of those that are anisotropic
     holdout: Value = ZERO  # the share through which the eye sees nothing
     emission: Value = ZERO  # radiance [W/(m^2 sr)]
-    normal: Value | None = None  # in world space, if it is not the mesh's
+    # In world space: the shading normal, if nodes give one, and that of the smooth surface about
+    # it, if it is not the mesh's.
+    normal: Value | None = None
+    base: Value | None = None
 
     def scaled(self, factor: Value) -> Bsdf:
         """As much of it as a Mix Shader takes."""
@@ -86,6 +89,7 @@ class Bsdf:
             self.holdout + other.holdout,
             self.emission + other.emission,
             self.normal or other.normal,
+            self.base or other.base,
         )
 
 
@@ -134,12 +138,6 @@ def number(
     """The number of an input, `default` if there is no such input."""
     socket = node.inputs.get(name)
     return value(default) if socket is None else graph.value(socket, scope)
-
-
-def note_normal(graph: Graph, node: bpy.types.Node) -> None:
-    """Say that a normal or bump map is not used."""
-    if linked(node, "Normal"):
-        graph.notes.ignored(graph.owner, "Normal or bump map", "the mesh's own normals are used")
 
 
 def note_anisotropy(graph: Graph, node: bpy.types.Node, scope: Scope) -> None:

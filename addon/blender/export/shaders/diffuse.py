@@ -6,12 +6,11 @@ from __future__ import annotations
 import bpy
 
 from ..graph import Graph, Scope
-from .bsdf import Bsdf, SpecularModel, colour, note_normal, number
+from .bsdf import Bsdf, SpecularModel, colour, number
 
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read the node's albedo."""
     if number(graph, node, "Roughness", scope).may_exceed(0.0):
         graph.notes.approximated(graph.owner, "Diffuse roughness", "rendered as Lambertian")
-    note_normal(graph, node)
     return Bsdf(colour(graph, node, "Color", scope))

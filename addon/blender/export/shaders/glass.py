@@ -15,7 +15,6 @@ from .bsdf import (
     SpecularModel,
     clipped,
     colour,
-    note_normal,
     number,
     roughness_of,
 )
@@ -59,7 +58,6 @@ def glass(
 
 
 def _of_node(graph: Graph, node: bpy.types.Node, scope: Scope, reflects: Value) -> Bsdf:
-    note_normal(graph, node)
     passed = colour(graph, node, "Color", scope)
     lobe = glass(graph, node, scope, passed, reflects)
     return Bsdf(lobes=(lobe,)) if lobe.colour.may_exceed(0.0) else Bsdf()

@@ -13,7 +13,6 @@ from .bsdf import (
     colour,
     is_smooth,
     note_anisotropy,
-    note_normal,
     phong_of,
 )
 from .microfacets import along, microfacets
@@ -21,7 +20,6 @@ from .microfacets import along, microfacets
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read the node's lobe."""
-    note_normal(graph, node)
     reflectance = colour(graph, node, "Color", scope)
     if model is SpecularModel.PHONG:
         note_anisotropy(graph, node, scope)

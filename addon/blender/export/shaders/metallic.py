@@ -15,7 +15,6 @@ from .bsdf import (
     clipped,
     colour,
     note_anisotropy,
-    note_normal,
     phong_of,
 )
 from .microfacets import along, microfacets
@@ -25,7 +24,6 @@ COSINE_82 = 1.0 / 7.0  # of the angle at which the F82 tint counts
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read the node's lobe."""
-    note_normal(graph, node)
     if node.fresnel_type == "PHYSICAL_CONDUCTOR":
         index, extinction = (colour(graph, node, name, scope) for name in ("IOR", "Extinction"))
         graph.notes.approximated(

@@ -10,6 +10,7 @@ import bpy
 from ..graph import Graph, Scope, source
 from .bsdf import CLEAR, Bsdf, SpecularModel, colour
 from .microfacets import note_tangents
+from .normals import about_one_normal
 
 Read = Callable[[Graph, bpy.types.Node | None, Scope, SpecularModel], Bsdf | None]
 
@@ -29,7 +30,9 @@ def read_mix(
         _note_opaque(graph, node)
         return second if first is CLEAR else first
     note_tangents(graph, first, second)
-    return first.scaled(1.0 - factor).plus(second.scaled(factor))
+    shares = first.scaled(1.0 - factor), second.scaled(factor)
+    first, second = about_one_normal(graph, *shares)
+    return first.plus(second)
 
 
 def read_add(
@@ -42,6 +45,7 @@ def read_add(
             _note_opaque(graph, node)
         return second if first is CLEAR else first
     note_tangents(graph, first, second)
+    first, second = about_one_normal(graph, first, second)
     return first.plus(second)
 
 

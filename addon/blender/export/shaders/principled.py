@@ -18,7 +18,6 @@ from .bsdf import (
     clipped,
     colour,
     note_anisotropy,
-    note_normal,
     number,
     phong_of,
 )
@@ -153,6 +152,5 @@ def _note(graph: Graph, node: bpy.types.Node, scope: Scope, metallic: Value) -> 
     for name in ("Coat Weight", "Sheen Weight", "Thin Film Thickness"):
         if given(name).may_exceed(0.0):
             notes.ignored(owner, name.rsplit(" ", 1)[0], "left out")
-    note_normal(graph, node)
     if linked(node, "Coat Normal"):
         notes.ignored(owner, "Coat Normal")

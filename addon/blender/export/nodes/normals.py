@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Normal Map and Bump: world space normals; Displacement and Vector Displacement: ways in world
+space, of which Cycles by default makes a bump too."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..graph import Graph, Scope, linked
+from ..programs import ZERO, Value, value
+from .attributes import NORMAL, TANGENT, attribute, here
+
+SPACES = {"TANGENT": 0, "OBJECT": 1, "WORLD": 2, "BLENDER_OBJECT": 3, "BLENDER_WORLD": 4}
+WIDTH = 0.1  # the default of a Bump node's Filter Width, and that of displacement
+
+
+def read_normal_map(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Normal Map."""
+    in_tangents = node.space == "TANGENT"
+    return graph.program.emit(
+        "normal_map",
+        colour=graph.input(node, "Color", scope),
+        tangent=attribute(graph, TANGENT, node.uv_map) if in_tangents else ZERO,
+        normal=attribute(graph, NORMAL) if in_tangents else ZERO,
+        strength=graph.input(node, "Strength", scope),
+        space=Value.of(SPACES[node.space]),
+    )
+
+
+def read_bump(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Bump."""
+    normal = graph.input(node, "Normal", scope) if linked(node, "Normal") else smooth(graph)
+    if not linked(node, "Height"):
+        return normal
+    width = graph.input(node, "Filter Width", scope) if "Filter Width" in node.inputs else None
+    wide = width.number if width is not None and width.is_constant else WIDTH
+    distance = graph.input(node, "Distance", scope)
+    heights = graph.beside(node.inputs["Height"], scope, wide)
+    strength = graph.input(node, "Strength", scope)
+    return bent(
+        graph, normal, heights, distance * -1.0 if node.invert else distance, strength, wide
+    )
+
+
+def bent(
+    graph: Graph,
+    normal: Value,
+    heights: tuple[Value, Value, Value],
+    distance: Value,
+    strength: Value,
+    width: float,
+) -> Value:
+    """A normal bent by heights at a point, and along and across from it."""
+    if all(height == heights[0] for height in heights) or distance.is_just(0.0):
+        return normal
+    height, along, across = heights
+    return graph.program.emit(
+        "bump",
+        normal=normal,
+        height=height,
+        along=along,
+        across=across,
+        strength=strength,
+        distance=distance,
+        width=Value.of(width),
+    )
+
+
+def read_displacement(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Displacement."""
+    height, midlevel, scale = (graph.input(node, x, scope) for x in ("Height", "Midlevel", "Scale"))
+    up = graph.input(node, "Normal", scope) if linked(node, "Normal") else smooth(graph)
+    if node.space == "OBJECT":
+        up = graph.program.emit("in_world", direction=graph.program.emit("in_object", normal=up))
+    return up * ((height - midlevel) * scale)
+
+
+def read_vector_displacement(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Vector Displacement."""
+    vector, midlevel, scale = (graph.input(node, x, scope) for x in ("Vector", "Midlevel", "Scale"))
+    way = (vector - midlevel) * scale
+    if node.space == "TANGENT":
+        frame = graph.program.emit(
+            "tangent_space",
+            vector=way,
+            tangent=attribute(graph, TANGENT, ""),
+            normal=graph.program.emit("in_object", normal=smooth(graph)),
+        )
+        return graph.program.emit("in_world", direction=frame)
+    return graph.program.emit("in_world", direction=way) if node.space == "OBJECT" else way
+
+
+def bump_of_displacement(graph: Graph, socket: bpy.types.NodeSocket) -> Value | None:
+    """The normal that a material's displacement makes; None if that is the mesh's own."""
+    normal = here(graph, "normal")
+    ways = graph.beside(socket, (), WIDTH)
+    height, along, across = ((way * normal).part("average") * 3.0 for way in ways)
+    found = bent(graph, normal, (height, along, across), value(1.0), value(1.0), WIDTH)
+    return None if found == normal else found
+
+
+def smooth(graph: Graph) -> Value:
+    """The normal of the smooth surface."""
+    return graph.displaced or here(graph, "normal")
