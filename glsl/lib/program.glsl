@@ -9,6 +9,8 @@ const int PARTS = 7;
 
 vec4 registers[PROGRAMS];
 
+bool is_given(float code) { return code != 0.0; }
+
 // What a code stands for: a constant, a register, or a part of one in place of x, y and z.
 vec4 operand(float code) {
     int number = int(code);
@@ -39,8 +41,6 @@ Here here_at(Hit hit, vec3 direction, Surface surface) {
 #endif
     return found;
 }
-
-bool is_given(float code) { return code != 0.0; }
 
 // Results as a surface can have them.
 vec3 reflectance_from(float code, vec3 otherwise) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Gabor Texture of two dimensions, as Cycles 5.0 has it: x (and w) the value, y the phase, z the intensity.
 // `orientation`: of the waves [rad].
+// Long to compile.
 // Operands: vector, scale frequency anisotropy orientation.
 #include "lib/gabor.glsl"
 

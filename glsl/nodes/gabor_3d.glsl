@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Gabor Texture of three dimensions, as Cycles 5.0 has it: x (and w) the value, y the phase, z the intensity.
 // `orientation`: along the waves, of any length.
+// Long to compile.
 // Operands: vector, orientation, scale frequency anisotropy.
 #include "lib/gabor.glsl"
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Noise Texture of one dimension, as Cycles 5.0 has it: xyz the colour, w the factor; unless `coloured`, both
-// the factor. `kind` counts as lib/fractal.glsl does.
-// Operands: w, scale detail roughness lacunarity, offset gain distortion [kind], [normalized] [coloured].
+// the factor. `kind` counts as lib/fractal.glsl does. Without `distorted` the distortion is 0.
+// Long to compile.
+// Operands: w, scale detail roughness lacunarity, offset gain distortion [kind], [normalized] [coloured] [distorted].
 #include "lib/noise.glsl"
 
 vec4 run_noise_1d(vec4 w, vec4 octaves, vec4 shape, vec4 options) {
     Fractal fractal = fractal_of(octaves, shape, options);
-    return noise_texture(vec4(w.x, 0.0, 0.0, 0.0) * octaves.x, fractal, shape.z, options.y > 0.5, 1);
+    float distortion = options.z > 0.5 ? shape.z : 0.0;
+    return noise_texture(vec4(w.x, 0.0, 0.0, 0.0) * octaves.x, fractal, distortion, options.y > 0.5, 1);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Voronoi Texture's F1, with `second` F2, of one dimension, as Cycles 5.0 has it: xyz the colour, w the distance;
 // with `placed` xyz and w the place.
+// Long to compile.
 // Operands: w, scale detail roughness lacunarity, randomness [normalized], [second] [placed].
 #include "lib/voronoi_points.glsl"
 

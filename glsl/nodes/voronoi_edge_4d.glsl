@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Voronoi Texture's Distance to Edge of four dimensions, as Cycles 5.0 has it, in xyz and w.
+// Long to compile.
 // Operands: vector, w, scale detail roughness lacunarity, randomness [normalized].
 #include "lib/voronoi_edge.glsl"
 

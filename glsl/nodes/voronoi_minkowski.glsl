@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Voronoi Texture's F1, F2 and Smooth F1 by Minkowski's metric, of two to four dimensions, as Cycles 5.0 has it: xyz
 // the colour, w the distance; with `placed` xyz and w the place. `feature`: 0 F1, 1 F2, 2 Smooth F1.
+// Long to compile.
 // Operands: vector, w, scale detail roughness lacunarity, randomness exponent [normalized], [feature] smoothness [placed] [dimensions].
 #include "lib/voronoi_points.glsl"
 

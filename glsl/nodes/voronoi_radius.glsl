@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Voronoi Texture's N-Sphere Radius of one to four dimensions, as Cycles 5.0 has it, in xyz and w: half the distance
 // between the nearest point and the one nearest to that (intern/cycles/kernel/svm/voronoi.h).
+// Long to compile.
 // Operands: vector, w, scale randomness [dimensions].
 #include "lib/voronoi.glsl"
 

@@ -2,6 +2,7 @@
 // Voronoi Texture's Smooth F1 of two dimensions, as Cycles 5.0 has it: xyz the colour, w the distance;
 // with `placed` xyz and w the place. `metric` counts as lib/voronoi.glsl does;
 // Minkowski's is a node of its own.
+// Long to compile.
 // Operands: vector, scale detail roughness lacunarity, randomness [metric] [normalized], smoothness [placed].
 #include "lib/voronoi_points.glsl"
 

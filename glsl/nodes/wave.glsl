@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Wave Texture, as Cycles 5.0 has it (intern/cycles/kernel/svm/wave.h), in xyz and w, in [0, 1]. `rings`: else bands.
 // `direction`: 0, 1, 2 an axis, 3 diagonal or spherical. `profile`: 0 sine, 1 saw, 2 triangle.
+// Long to compile.
 // Operands: vector, scale distortion detail detail_scale, detail_roughness phase, [rings] [direction] [profile].
 #include "lib/constants.glsl"
 #include "lib/fractal.glsl"

@@ -57,7 +57,7 @@ def voronoi(
 ) -> Case:
     inputs: dict[str, Any] = place(d) | OCTAVES | {"Randomness": 0.8, "Smoothness": 0.7}
     inputs["Exponent"] = 1.7
-    limits = (0.0, 1.0)
+    limits = (0.0, 1.0 if normalize else 5.0)
     if output in ("Position", "W"):
         inputs["Detail"], limits = 0.0, (-3.0, 3.0)
     if feature == "N_SPHERE_RADIUS":

@@ -5,11 +5,21 @@ from __future__ import annotations
 
 import pytest
 
+from addon.photon.stage import straight
 from addon.photon.stage.kinds import node_kinds
 
 from .build import add_node, features, finish, new_material
+from .procedural_cases import noise, voronoi
+from .test_nodes import compare
 
 pytestmark = pytest.mark.blender
+
+
+def test_straight_code(export, cycles_mean, device) -> None:
+    """A sheet is for the interpreter; few nodes are not, which know their choices as constants."""
+    cases = [noise("3D", "FBM", "Color", Distortion=0.6), voronoi("2D", "F2", "Color", "CHEBYCHEV")]
+    compare(export, cycles_mean, device, "fragment", cases)
+    assert len(straight.shapes_of(export()[0].materials)) == len(cases)
 
 
 def test_texture_mapping_is_noted(convert) -> None:

@@ -220,6 +220,7 @@ class NodeKind:
     # ends in .xyz three.
     operands: tuple[tuple[str, ...], ...]
     choices: frozenset[str]  # those that tell what is computed: constants
+    is_long: bool  # to compile, as its head says
 
 
 def node_kinds() -> Mapping[str, NodeKind]:
@@ -261,10 +262,14 @@ def made_nodes(names: Collection[str], code: str = "") -> Made:
     lines = [f'#include "nodes/{kind.name}.glsl"' for kind in used]
     if code:
         return {"made/nodes.glsl": "\n".join([*lines, code])}
+    # Operands are fetched once for all kinds: for each it would be more code than most of them are.
+    fields = ("first", "second", "third", "fourth", "fifth", "sixth")
+    most = max((len(kind.operands) for kind in used), default=0)
     lines.append("vec4 run_node(Instruction node) {")
+    for name in fields[:most]:
+        lines.append(f"    vec4 {name} = is_given(node.{name}) ? operand(node.{name}) : vec4(0.0);")
     for kind in used:
-        fields = ("first", "second", "third", "fourth", "fifth", "sixth")[: len(kind.operands)]
-        given = ", ".join(f"operand(node.{name})" for name in fields)
+        given = ", ".join(fields[: len(kind.operands)])
         lines.append(f"    if (node.kind == {kind.number}.0) return run_{kind.name}({given});")
     lines += ["    return vec4(0.0);", "}", '#include "lib/interpreter.glsl"']
     return {"made/nodes.glsl": "\n".join(lines) + "\n"}
@@ -364,4 +369,5 @@ def _read_node(file: Path, number: int) -> NodeKind:
     if len(operands) > MOST_OPERANDS:
         raise StreamError(f"{file}: {len(operands)} operands, {MOST_OPERANDS} are possible")
     choices = frozenset(re.findall(r"\[(\w+)\]", found[1]))
-    return NodeKind(file.stem, number, tuple(map(tuple, operands)), choices)
+    is_long = "Long to compile." in head
+    return NodeKind(file.stem, number, tuple(map(tuple, operands)), choices, is_long)

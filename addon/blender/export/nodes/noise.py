@@ -22,13 +22,14 @@ INPUTS = ("Scale", "Detail", "Roughness", "Lacunarity", "Offset", "Gain", "Disto
 
 def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope) -> Value:
     """Read the factor or the colour. Without links to the colour two channels are saved."""
-    dimensions = node.noise_dimensions
+    dimensions, inputs = node.noise_dimensions, numbers(graph, node, scope, *INPUTS)
     result = graph.program.emit(
         f"noise_{dimensions.lower()}",
         **place(graph, node, scope, dimensions),
-        **numbers(graph, node, scope, *INPUTS),
+        **inputs,
         kind=choice(KINDS[node.noise_type]),
         normalized=choice(node.normalize),
         coloured=choice(node.outputs["Color"].is_linked),
+        distorted=choice(not inputs["distortion"].is_just(0.0)),
     )
     return result if output.identifier == "Color" else result.part("w")
