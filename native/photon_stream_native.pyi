@@ -37,6 +37,9 @@ class Tracer:
         bounces: int,
         first_hits: bool,
         directions: bool,
+        numbered: bool = False,
+        aims: NDArray[np.float32] | None = None,
+        aim_nodes: NDArray[np.float32] | None = None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], int]: ...
     def cuts(
         self,
@@ -120,6 +123,24 @@ class PhotonMap:
         filter: str,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
 
+def aim_tree(
+    numbers: NDArray[np.float32], masses: NDArray[np.float32], least: float
+) -> tuple[NDArray[np.float32], float]: ...
+def aim_density(
+    nodes: NDArray[np.float32], numbers: NDArray[np.float32]
+) -> NDArray[np.float32]: ...
+def aimed_numbers(
+    nodes: NDArray[np.float32],
+    root: int,
+    numbers: NDArray[np.float32],
+    photons: NDArray[np.uint32],
+    *,
+    seed: int,
+    pass_index: int,
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
+def random_numbers(
+    elements: NDArray[np.uint32], seed: int, pass_index: int, dimension: int
+) -> NDArray[np.float32]: ...
 def radius_grids(sample: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]: ...
 def radius_grids_about(boxes: NDArray[np.uint32]) -> tuple[NDArray[np.float32], float]: ...
 def build_bvh(

@@ -7,24 +7,25 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
-from typing import Any
+
+import numpy as np
 
 from ..streams import Device, StreamError
 from .errors import DeviceError, PhotonStreamError
-from .eye.camera import EyeCamera
 from .eye.images import PassImages
-from .eye.paths import Eye
+from .eye.paths import Eye, Path
 from .eye.samples import instant
 from .film.picture import EMISSION_IMAGES, FILM_IMAGES, ILLUMINANCE_IMAGES, MIRROR_IMAGES
 from .film.strips import StripFilm, strips_of
 from .memory import Budget
 from .phases import Phases
+from .photons.aim import Aiming
 from .photons.kept import Kept, Mapper, Stage
 from .photons.photon_mapper import pilot_photons
 from .photons.photon_pass import Photons
 from .photons.radius_field import RadiusField, limits_by
-from .photons.shares import VIEW, Cells, Shares, groups_of, seen_places
 from .photons.splats import Splats
+from .photons.view import VIEW, View
 from .renderer import Parts, Renderer
 from .scene import Scene
 from .settings import Settings, filter_define
@@ -70,7 +71,7 @@ class _Preparation:
         self._kept = kept or Kept(way.device, budget=0)
         self._own: list[Callable[[], None]] = [] if kept else [self._kept.release]
         self.warnings: tuple[str, ...] = ()
-        self._shares: Shares | None = None  # if there is more than one light
+        self._aiming: Aiming | None = None
 
     @contextmanager
     def undone(self) -> Iterator[None]:
@@ -132,27 +133,35 @@ class _Preparation:
         """What traces photons, and, unless the user has set it, those that tell the radius."""
         mapper = self._way.photon_mapper(stage, self._settings, needs)
         self._own.append(mapper.release)
-        if len(groups_of(stage.tables)) > 1:
-            self._shares = Shares(mapper, stage.tables, partial(self._look, stage, needs))
-            if stage.movement:
-                self._shares.learn()  # at the instant of pass 0, whichever is the first
-            self._shares.set(0)
+        look = partial(self._look, stage, needs)
+        moves = stage.movement is not None  # passes learn at the instant of pass 0
+        self._aiming = Aiming(mapper, stage.tables, self._settings.seed, look, at_once=moves)
+        with self._phases.timed("aim"):
+            self._aiming.set(0)
         if not self._settings.radius:
             with self._phases.timed("radius"):
                 self._kept.start(mapper, self._settings, 0, pilot_photons(self._settings))
         return mapper
 
-    def _look(self, stage: Stage, needs: SceneNeeds) -> tuple[Cells, Any]:
-        """Places that the picture shows, and cells for them."""
+    def _look(self, stage: Stage, needs: SceneNeeds) -> View:
+        """What the picture shows, in mirrors too."""
+        region = (0, 0, VIEW, VIEW)
         settings = replace(self._settings, width=VIEW, height=VIEW, region=None, first_pass=0)
-        way, scene = self._way, self._scene
-        camera = EyeCamera(way.device, way.layer, scene, stage.frame, settings, needs)
-        tracer = way.tracer()
-        places = seen_places(way.device, partial(camera.send, 0), tracer, stage.tables)
-        cells = Cells(*camera.footprint())
-        for kernel in (camera.kernel, tracer):
-            kernel.release()
-        return cells, places
+        bare = replace(needs, shadow_rays=0, emitters_seen=False, photons=False, illuminance=False)
+        tables, frame, scene = stage.tables, stage.frame, self._scene
+        eye = Eye(self._way, tables, frame, scene, settings, bare, region[2:])
+        eye.prepare()
+        places, weights = [], []
+        path: Path | None = eye.send(0, region)
+        while path and path.alive:
+            eye.shade(path)
+            found, weight = eye.gathering(path)
+            places.append(found)
+            weights.append(weight)
+            path = eye.scatter(path)
+        view = View(*eye.camera.footprint(), np.concatenate(places), np.concatenate(weights))
+        eye.release()
+        return view
 
     def _photons(
         self, mapper: Mapper, stage: Stage, needs: SceneNeeds, eye: Eye, budget: Budget
@@ -172,10 +181,26 @@ class _Preparation:
                 field = RadiusField.even(self._device, settings.radius / stage.frame.scale)
             else:
                 field = self._find_radii(mapper, stage.mesh, eye, budget)
-            self._own.append(field.release)
+        find = partial(self._find_again, mapper, stage.mesh, eye)
         ahead = way.works_alone and not stage.movement
-        phases, shares = self._phases, self._shares
-        return Photons(mapper, self._kept, settings, field, splat, grid, ahead, phases, shares)
+        phases, aiming = self._phases, self._aiming
+        assert aiming
+        photons = Photons(
+            mapper, self._kept, settings, field, splat, grid, ahead, phases, aiming, find
+        )
+        self._own.append(photons.release_field)
+        return photons
+
+    def _find_again(self, mapper: Mapper, mesh: Mesh, eye: Eye) -> RadiusField | None:
+        """Radii by photons of pass 0 as they start now; None: the user has set it."""
+        if self._settings.radius:
+            return None
+        before = mapper.unfinished, mapper.deposits.dropped
+        self._kept.start(mapper, self._settings, 0, pilot_photons(self._settings))
+        budget = Budget(self._scene, self._settings, self._way)
+        field = self._find_radii(mapper, mesh, eye, budget)
+        mapper.unfinished, mapper.deposits.dropped = before
+        return field
 
     def _find_radii(self, mapper: Mapper, mesh: Mesh, eye: Eye, budget: Budget) -> RadiusField:
         """Radii by where pass 0's photons fall."""

@@ -195,7 +195,9 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
         yield kernel, light_defines(scene.light_kinds), scene.made
     for profiles in (False, True):
         found = replace(scene, profiles=profiles)
-        yield Generator, {**found.light_defines, **found.photon_defines}, scene.made
+        emitting: Defines = {**found.light_defines, **found.photon_defines}
+        for aimed in ({}, {"AIMED": 1}):
+            yield Generator, {**emitting, **aimed}, scene.made
         for bent in (found, replace(found, smooth=True)):
             yield Emitted, bent.emitted_defines, scene.made
             for kernel in (Direct, ShadowRays):

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Emit photons of equal flux from the lights (Marino & Abbate, Generator).
+// Emit photons of equal flux from the lights (Marino & Abbate, Generator); from lights that are aimed more of
+// them, each of less flux, where they count.
 #include "lib/rng.glsl"
 #include "lib/light_choice.glsl"
 #include "lib/from_light.glsl"
 #include "lib/colour.glsl"
+#ifdef AIMED
+#include "lib/aim.glsl"
+#endif
 #ifdef VISIBILITY
 #include "lib/photon_ray.glsl"
 #endif
@@ -19,7 +23,16 @@ void kernel() {
     int number = choose_light((float(photon) + shift.x) / float(photons));
     Light light = light_at(number);
     if (light.chosen <= 0.0) skip();
-    LightRay emitted = emitted_by_light(light, u.xy, on_light.xy);
+    vec4 numbers = vec4(u.xy, on_light.xy);
+#ifdef AIMED
+    LightAim own = light_aim_at(number);
+    float weight = own.root > 0.0 ? aim(int(own.root) - 1, seed, pass_index, uint(photon), numbers) : 1.0;
+#endif
+    LightRay emitted = emitted_by_light(light, numbers.xy, numbers.zw);
+#ifdef AIMED
+    if (own.root > 0.0 && number < distant_lights) emitted = about_middle(emitted, own.middle, numbers.zw);
+    emitted.weight *= weight;
+#endif
     vec3 flux = carried_light(light, emitted.direction) * emitted.weight;
     if (!(largest(flux) > 0.0)) skip();
     // Lifted off a surface that the light may lie in, as all rays are that leave one.

@@ -34,5 +34,5 @@ void kernel() {
 #ifdef DIRECTIONS
     flux = flux_with_direction(flux, -load_direction().direction);
 #endif
-    store_deposit(Deposit(flux, pack_direction(load_facing().normal)));
+    store_deposit(Deposit(flux, numbered ? float(load_flux().photon) : pack_direction(load_facing().normal)));
 }

@@ -3,7 +3,7 @@
 //! addon/photon/kernels/records.py declares them: whoever imports the core compares the two.
 
 /// Records by name, and their fields in order.
-pub const LAYOUTS: [(&str, &str); 17] = [
+pub const LAYOUTS: [(&str, &str); 19] = [
     ("RayOrigin", "vec3 position; float source"),
     ("RayDirection", "vec3 direction; float t_max"),
     ("Hit", "float t; float triangle; float u; float v"),
@@ -19,6 +19,8 @@ pub const LAYOUTS: [(&str, &str); 17] = [
         "vec3 origin; float first; vec3 cells; float cell_size; vec3 low; float first_corner; vec3 high",
     ),
     ("CornerNormals", "vec3 a; vec3 b; vec3 c"),
+    ("LightAim", "vec3 middle; float root"),
+    ("AimNode", "float axis; float share; float first"),
     ("PlainMaterial", "vec3 diffuse; float exponent; vec3 specular; float gathers"),
     ("Gathered", "vec3 normal; float albedo"),
     ("PlainLobe", "vec3 mirrored; float exponent"),

@@ -7,6 +7,7 @@
 //! software, [`trace`], [`paths`], [`cuts`], [`coverage`] and [`density`] take the place of GLSL kernels. Python
 //! sees them through the module `python` (cargo feature `python`).
 
+pub mod aim;
 mod bounds;
 pub mod brute_force;
 pub mod bvh;

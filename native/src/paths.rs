@@ -6,6 +6,7 @@ use std::f32::consts::PI;
 
 use rayon::prelude::*;
 
+use crate::aim;
 use crate::lanes::widest;
 use crate::packing::{flux_with_direction, pack_direction};
 use crate::random::{DIMENSION_LIGHT, DIMENSION_LIGHT_POINT, DIMENSION_REFLECT, random4};
@@ -33,6 +34,10 @@ pub struct Scene<'a> {
     pub materials: &'a [[[f32; 4]; 2]],
     /// PlainLight of layouts.rs.
     pub lights: &'a [[[f32; 4]; 4]],
+    /// LightAim of layouts.rs for each light, or none: nothing is aimed.
+    pub aims: &'a [[f32; 4]],
+    /// AimNode.
+    pub aim_nodes: &'a [aim::Node],
 }
 
 /// Which photons.
@@ -47,6 +52,8 @@ pub struct Emission {
     pub first_hits: bool,
     /// Whether fluxes carry the direction to the light.
     pub directions: bool,
+    /// Whether the photons' numbers take the place of normals.
+    pub numbered: bool,
 }
 
 /// Where photons landed on diffuse surfaces, in order of bounce and photon.
@@ -127,7 +134,12 @@ widest! {
                         photon.flux
                     };
                     landed.places.push([x, y, z, surface.surface + 1.0]);
-                    landed.deposits.push([r, g, b, pack_direction(surface.geometric)]);
+                    let normal = if emission.numbered {
+                        photon.number as f32
+                    } else {
+                        pack_direction(surface.geometric)
+                    };
+                    landed.deposits.push([r, g, b, normal]);
                 }
                 if let Some(next) = reflect(emission, bounce, &photon, &surface, position) {
                     paths[alive] = next;
@@ -158,16 +170,23 @@ fn generate(scene: &Scene, emission: &Emission, number: u32, shift: f32) -> Opti
     if chosen <= 0.0 {
         return None;
     }
+    let on_light = draw(number, DIMENSION_LIGHT_POINT);
+    let numbers = [u[0], u[1], on_light[0], on_light[1]];
+    let (u, weight) = match scene.aims.get(low) {
+        Some(&[.., root]) if root > 0.0 => {
+            aim::aimed(scene.aim_nodes, root as usize - 1, numbers, |dimension| draw(number, dimension))
+        }
+        _ => (numbers, 1.0),
+    };
     let versine = sample_spot(inner, outer, u[0]);
     let direction = from_frame([ax, ay, az], direction_from_versine(versine, u[1]));
     let mut lift = [0.0; 3];
     if radius > 0.0 {
-        let v = draw(number, DIMENSION_LIGHT_POINT);
-        let disc = sample_disc([v[0], v[1]]);
+        let disc = sample_disc([u[2], u[3]]);
         let up = (1.0 - disc[0] * disc[0] - disc[1] * disc[1]).max(0.0).sqrt();
         lift = from_frame(direction, [disc[0], disc[1], up].map(|x| x * radius));
     }
-    let emitted = PI * (inner + outer) / (4.0 * PI) / (emission.photons as f32 * chosen);
+    let emitted = PI * (inner + outer) / (4.0 * PI) / (emission.photons as f32 * chosen) * weight;
     let position = [x, y, z];
     Some(Photon {
         origin: std::array::from_fn(|k| position[k] + lift[k] + direction[k] * SURFACE_OFFSET),

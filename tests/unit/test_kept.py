@@ -17,6 +17,7 @@ import pytest
 from addon.photon.errors import DeviceError
 from addon.photon.kernels.eye_rays import EyeRays
 from addon.photon.photons import kept as kept_module
+from addon.photon.photons.aim import Aiming
 from addon.photon.photons.deposits import DEPOSIT_BYTES, DeviceDeposits, HostDeposits
 from addon.photon.photons.device_photon_mapper import DevicePhotonMapper
 from addon.photon.photons.kept import Kept, Stage, same_but_view
@@ -61,6 +62,12 @@ def render(
         return Frame(traced, images, info)
     finally:
         renderer.release()
+
+
+@pytest.fixture(autouse=True)
+def not_aimed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What few photons tell of where others shall start is asked for each view anew."""
+    monkeypatch.setattr(Aiming, "_learn", lambda self: self._plain)
 
 
 @pytest.fixture

@@ -6,6 +6,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ...streams import TEXEL, Count, Device, Kernel, PingPong, Stream
 from ...streams.declaration import present
 from ..kernels.emitted import Emitted
@@ -154,6 +157,16 @@ class Eye:
         launch(tracer, self.of(path), self._tables)
         launch(self._shade, self.of(path), self._tables, self._draw(path))
         path.is_shaded = True
+
+    def gathering(self, path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Where points of a path gather photons, (n, 3), and what share of a pixel sees each;
+        waits for the device."""
+        place, diffuse, throughput = (
+            stream.download().reshape(-1, 4).astype(np.float64)
+            for stream in (self.streams["place"], self.streams["diffuse"], path.throughput)
+        )
+        there = (place[:, 3] > 0.0) & (diffuse[:, 3] > 0.0)
+        return place[there, :3], throughput[there, :3].mean(axis=1)
 
     def emitted(self, path: Path) -> tuple[Stream, Stream] | None:
         """What rays meet of lights, and of the world; None if there is none to see."""

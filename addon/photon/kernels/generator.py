@@ -1,19 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Uniform
+from ...streams import Kernel, Table, Uniform, When
 from .lights import LIGHT_DEFINES, LIGHT_TABLES, LIMITS
-from .records import FLUX, RAY_DIRECTION, RAY_ORIGIN
+from .records import AIM_NODE, FLUX, LIGHT_AIM, RAY_DIRECTION, RAY_ORIGIN
 
 
 class Generator(Kernel):
     """Emit photons of equal flux from the lights (Marino & Abbate, Generator)."""
 
     stem = "generator"
-    structure = (*LIGHT_DEFINES, "VISIBILITY")
+    structure = (*LIGHT_DEFINES, "VISIBILITY", "AIMED")
     outputs = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "flux": FLUX}
     uniforms = {
         "seed": Uniform("uint"),
         "pass_index": Uniform("uint"),
         "photons": Uniform("int"),
         "light_count": Uniform("int"),
+        "distant_lights": When("AIMED", Uniform("int")),
     }
-    tables = {**LIGHT_TABLES, **LIMITS}
+    tables = {
+        **LIGHT_TABLES,
+        **LIMITS,
+        "light_aims": When("AIMED", Table(LIGHT_AIM)),
+        "aim_nodes": When("AIMED", Table(AIM_NODE)),
+    }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Table, When
+from ...streams import Kernel, Table, Uniform, When
 from .records import DEPOSIT, DIFFUSE, FACING, FLUX, LIGHT, PLACE, RAY_DIRECTION, RAY_ORIGIN
 
 
@@ -17,6 +17,7 @@ class Projector(Kernel):
         "origin": When("ARRIVALS", RAY_ORIGIN),
     }
     outputs = {"landed": PLACE, "deposit": DEPOSIT}
+    uniforms = {"numbered": Uniform("bool")}  # the photon takes the normal's place
     tables = {
         "lights": When("ARRIVALS", Table(LIGHT)),
         "environments": When("ENVIRONMENT", Table()),

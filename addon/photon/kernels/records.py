@@ -188,6 +188,12 @@ PROFILE = Record("Profile", {"share": "float", "mean": "float", "along": "float"
 # Which rays meet a surface, by its number: bits, see ray_bits.glsl and visibility.glsl.
 VISIBILITY = Record("Visibility", {"rays": "float"})
 LIGHT_LIMIT = Record("LightLimit", {"bounces": "float", "shadowed": "float"})  # or 0: never
+# Where photons start that count (lib/aim.glsl): of a light afar, on a disc about this place; which
+# node is its tree's root, plus one, or 0: anywhere.
+LIGHT_AIM = Record("LightAim", {"middle": "vec3", "root": "float"})
+# A box in the numbers that a light's photons are drawn by: the axis that it is halved along, the
+# probability of the lower half, and which node that one is, before the other; 0: it is not halved.
+AIM_NODE = Record("AimNode", {"axis": "float", "share": "float", "first": "float"})
 # Where a light is and where it shines (LightBounds of light.glsl), in streams.
 LIGHT_LOW = Record("LightLow", {"low": "vec3", "spread": "float"})
 LIGHT_HIGH = Record("LightHigh", {"high": "vec3", "reach": "float"})

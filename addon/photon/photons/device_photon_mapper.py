@@ -7,14 +7,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ...streams import Compaction, Device, Reading, Stream, Tally
-from ..kernels.generator import Generator
 from ..kernels.records import DEPOSIT, PLACE
 from ..settings import Settings
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from .bounces import Bounces
 from .deposits import DeviceDeposits
+from .emission import Emission, rays_of
 from .photon_mapper import STREAM_WIDTH, Paths, PathsBySize, draw_of, first_to_deposit
 
 # Rows for what lands in one launch: photons take as many bounces in it as that has room for, for a
@@ -38,6 +41,7 @@ class _Flight:
 
     index: int
     photons: int
+    numbered: bool  # deposits have their numbers
     paths: Paths
     landed: tuple[Stream, Stream]  # in a launch: places and deposits, a bounce's above the last's
     alive: int  # or more than are
@@ -73,8 +77,7 @@ class DevicePhotonMapper:
     ) -> None:
         self._device, self._tables, self._settings = device, tables, settings
         self._most_bounces = needs.photon_bounces + 1  # with that in which a photon is cut off
-        defines = {**needs.light_defines, **needs.photon_defines}
-        self._generator = Generator(device, "compute", defines, made=needs.made)
+        self._emission = Emission(device, "compute", tables, needs)
         self._bounces = Bounces(device, needs.photon_defines, needs.made)
         self._compaction = Compaction(device, "paths")
         self._tally = Tally(device, self._most_bounces)
@@ -91,11 +94,12 @@ class DevicePhotonMapper:
         self.start(index, photons)
         return self.finish()
 
-    def start(self, index: int, photons: int | None = None) -> None:
-        """Launch a pass as far as the passes before tell what it needs, and wait for nothing."""
+    def start(self, index: int, photons: int | None = None, numbered: bool = False) -> None:
+        """Launch a pass as far as the passes before tell what it needs, and wait for nothing;
+        `numbered`: as PhotonMapper.start."""
         photons = self._settings.photons_a_pass if photons is None else photons
         self._dropped = self.deposits.dropped
-        flight = self._flight = self._emit(index, photons)
+        flight = self._flight = self._emit(index, photons, numbered)
         # By rule of three from passes of other photons, such as the one that tells the radii.
         foreseen = min(
             self._foreseen.values(),
@@ -136,28 +140,29 @@ class DevicePhotonMapper:
         foreseen.landed = max(foreseen.landed, landed)
         return self.deposits
 
+    def rays(self, index: int, photons: int) -> NDArray[np.float64]:
+        """As PhotonMapper.rays."""
+        paths = self._paths.of(photons)
+        self._emission.run(paths.fronts(), draw_of(self._settings, index), photons)
+        return rays_of(paths.fronts())
+
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        return {kernel.stem: kernel.launches for kernel in (self._generator, self._bounces)}
+        return self._emission.launches() | {self._bounces.stem: self._bounces.launches}
 
-    def _emit(self, index: int, photons: int) -> _Flight:
+    def _emit(self, index: int, photons: int, numbered: bool) -> _Flight:
         """Begin a pass."""
         paths = self._paths.of(photons)
-        self._generator.run(
-            paths.fronts(),
-            self._tables.of(self._generator),
-            draw_of(self._settings, index)
-            | {"photons": photons, "light_count": len(self._tables.lights)},
-        )
+        self._emission.run(paths.fronts(), draw_of(self._settings, index), photons)
         self.deposits.clear()
         self._tally.clear()
         landed = self._landed_of(landed_rows(photons, self._most_bounces))
-        return _Flight(index, photons, paths, landed, photons)
+        return _Flight(index, photons, numbered, paths, landed, photons)
 
     def _again(self, flight: _Flight) -> _Flight:
         """Begin a pass that more photons took than was foreseen once more."""
         self.deposits.dropped = self._dropped
-        return self._emit(flight.index, flight.photons)
+        return self._emit(flight.index, flight.photons, flight.numbered)
 
     def _end(self, flight: _Flight) -> list[int]:
         """Trace a pass's photons until they have ended; how many were alive after each launch."""
@@ -187,7 +192,7 @@ class DevicePhotonMapper:
             self._tally.buffer,
             draw_of(self._settings, flight.index)
             | {"alive_slot": self._tally.next_slot(), "first_bounce": first, "bounces": bounces}
-            | {"first_to_deposit": first_to_deposit(self._settings)},
+            | {"first_to_deposit": first_to_deposit(self._settings), "numbered": flight.numbered},
         )
         self.deposits.append(*flight.landed, rows=bounces * paths.rows)
         paths.swap()
@@ -225,7 +230,7 @@ class DevicePhotonMapper:
         """Free streams and kernels."""
         self._paths.release()
         self._release_landed()
-        for item in (self._generator, self._compaction, self._tally, self.deposits):
+        for item in (self._emission, self._compaction, self._tally, self.deposits):
             item.release()
 
 

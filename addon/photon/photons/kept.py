@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...streams import Device
 from ..scene import Scene
@@ -38,11 +39,14 @@ class Mapper(Protocol):
     def deposits(self) -> Deposits:
         """Where the photons of the last pass landed."""
 
-    def start(self, index: int, photons: int | None = None) -> None:
-        """Launch a pass."""
+    def start(self, index: int, photons: int | None = None, numbered: bool = False) -> None:
+        """Launch a pass; `numbered`: its deposits have numbers in place of normals."""
 
     def finish(self) -> Deposits:
         """Its deposits."""
+
+    def rays(self, index: int, photons: int) -> NDArray[np.float64]:
+        """Where a pass's photons start, and where they go."""
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
@@ -98,7 +102,7 @@ class _Key(NamedTuple):
 
     number: int
     photons: int
-    shares: bytes  # of the lights
+    starts: bytes  # how they start at lights
 
 
 class _Pass(NamedTuple):
@@ -170,8 +174,8 @@ class Kept:
         if source != self._source:
             self.forget_photons()
             self._source = source
-        shares = self._stage.tables.lights["chosen"].tobytes() if self._stage else b""
-        key = _Key(index, settings.photons_a_pass if photons is None else photons, shares)
+        starts = self._stage.tables.starts() if self._stage else b""
+        key = _Key(index, settings.photons_a_pass if photons is None else photons, starts)
         if (self._tracing, self._key) == (mapper, key):
             return
         self._tracing, self._key, deposits = None, key, mapper.deposits

@@ -17,7 +17,7 @@ from ..settings import Settings
 from ..stage.gathered import gather_some
 from ..stage.kinds import light_kinds
 from ..stage.needs import SceneNeeds
-from ..stage.tables import Tables
+from ..stage.tables import Tables, texels_of
 from .deposits import HostDeposits
 
 # The kinds of lobes and lights that the native core knows; for scenes of others, or of several
@@ -78,8 +78,13 @@ class NativePhotonMapper:
         """As PhotonMapper.finish."""
         return self.deposits
 
-    def start(self, index: int, photons: int | None = None) -> None:
-        """Trace a pass."""
+    def rays(self, index: int, photons: int) -> NDArray[np.float64]:
+        """As PhotonMapper.rays: none, for these lights are not afar."""
+        return np.zeros((photons, 6))
+
+    def start(self, index: int, photons: int | None = None, numbered: bool = False) -> None:
+        """Trace a pass; `numbered`: as PhotonMapper.start."""
+        aims = self._scene.aims
         self._launches += 1
         self.deposits.clear()
         place, deposit, unfinished = self._triangles.tracer.photons(
@@ -92,6 +97,9 @@ class NativePhotonMapper:
             bounces=self._needs.photon_bounces,
             first_hits=self._settings.direct_by_photons,
             directions=self._needs.gathered_lobes,
+            numbered=numbered,
+            aims=texels_of(aims.lights) if aims else None,
+            aim_nodes=texels_of(aims.nodes) if aims else None,
         )
         self.deposits.extend(place, deposit)
         self.unfinished += unfinished

@@ -6,10 +6,10 @@ from __future__ import annotations
 from typing import Any, Generic, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...streams import Device, Kernel, PingPong, Stream
 from ...streams.device import Layer
-from ..kernels.generator import Generator
 from ..kernels.launch import launch, launch_and_count
 from ..kernels.projector import Projector
 from ..kernels.records import DEPOSIT, FLUX, HIT, PLACE, RAY_DIRECTION, RAY_ORIGIN
@@ -19,6 +19,7 @@ from ..settings import Settings
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from .deposits import HostDeposits
+from .emission import Emission, rays_of
 
 STREAM_WIDTH = 1024  # photons a row
 # Photons of pass 0 that tell the radii, whichever passes are rendered. Where it has no more, they
@@ -146,8 +147,8 @@ class PhotonMapper:
         self.deposits = HostDeposits(device)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
         defines, made = needs.photon_defines, needs.made
+        self._emission = Emission(device, layer, tables, needs)
         self._kernels = (
-            Generator(device, layer, {**needs.light_defines, **defines}, made=made),
             tracer,
             Shade(device, layer, defines, made=made),
             Projector(device, layer, defines, made=needs.made),
@@ -160,17 +161,13 @@ class PhotonMapper:
         self.start(index, photons)
         return self.finish()
 
-    def start(self, index: int, photons: int | None = None) -> None:
-        """Trace a pass until all its photons have ended."""
+    def start(self, index: int, photons: int | None = None, numbered: bool = False) -> None:
+        """Trace a pass until all its photons have ended; `numbered`: deposits have their photons'
+        numbers in place of normals."""
         photons = self._settings.photons_a_pass if photons is None else photons
-        generator, tracer, shade, projector, reflector = self._kernels
+        tracer, shade, projector, reflector = self._kernels
         paths = self._paths.of(photons)
-        generator.run(
-            paths.fronts(),
-            self._tables.of(generator),
-            draw_of(self._settings, index)
-            | {"photons": photons, "light_count": len(self._tables.lights)},
-        )
+        self._emission.run(paths.fronts(), draw_of(self._settings, index), photons)
         self.deposits.clear()
         alive = photons
         for bounce in range(self._needs.photon_bounces + 1):
@@ -181,7 +178,7 @@ class PhotonMapper:
             launch(tracer, streams, self._tables)
             launch(shade, streams, self._tables, draw)
             if bounce >= first_to_deposit(self._settings):
-                launch(projector, streams, self._tables)
+                launch(projector, streams, self._tables, {"numbered": numbered})
                 self.deposits.append(paths.landed, paths.deposit)
             alive = launch_and_count(reflector, streams, self._tables, draw).wait()
             paths.swap()
@@ -194,9 +191,16 @@ class PhotonMapper:
         """The deposits of the pass that was started."""
         return self.deposits
 
+    def rays(self, index: int, photons: int) -> NDArray[np.float64]:
+        """Where a pass's photons start, and where they go, (photons or more, 6)."""
+        paths = self._paths.of(photons)
+        self._emission.run(paths.fronts(), draw_of(self._settings, index), photons)
+        return rays_of(paths.fronts())
+
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        return {kernel.stem: kernel.launches for kernel in self._kernels}
+        own = {kernel.stem: kernel.launches for kernel in self._kernels}
+        return self._emission.launches() | own
 
     def _compacted(self, paths: _PathsAndEnds, alive: int) -> _PathsAndEnds:
         """The photons that are alive, in order, in streams of half the size or less if they fit.
@@ -217,7 +221,7 @@ class PhotonMapper:
     def release(self) -> None:
         """Free streams and kernels."""
         self._paths.release()
-        for kernel in self._kernels:
+        for kernel in (self._emission, *self._kernels):
             kernel.release()
         self.deposits.release()
 

@@ -3,15 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from ...streams import Stream
 from ..phases import Phases
 from ..settings import Settings
+from .aim import Aiming
 from .kept import Kept, Mapper
 from .photon_grid import Gathering
 from .radius_field import Radii, RadiusField, shrink_of
-from .shares import Shares
 from .splats import Splats, View
 
 
@@ -44,29 +44,39 @@ class Photons:
         grid: Gathering | None,
         traces_ahead: bool,
         phases: Phases,
-        shares: Shares | None,
+        aiming: Aiming,
+        find_field: Callable[[], RadiusField | None],
     ) -> None:
         """`splat` draws what the eye sees directly, if there is one; `grid` gathers the rest.
-        `traces_ahead`: the device traces while the host waits for something else; `shares`: of
-        the photons, where there is more than one light."""
+        `traces_ahead`: the device traces while the host waits for something else;
+        `aiming`: where photons start; `find_field`: radii for photons that start elsewhere."""
         self.mapper, self.field, self.splat, self.grid = mapper, field, splat, grid
         self._kept, self._settings = kept, settings
         self._traces_ahead, self._phases = traces_ahead, phases
-        self.shares = shares
+        self._aiming, self._find_field = aiming, find_field
         self.dropped = 0  # deposits that were not finite, of the passes so far
 
     def start(self, index: int) -> PhotonPass:
         """Launch a pass's photons, unless that was done."""
-        if self.shares:
-            with self._phases.timed("shares"):
-                self.shares.set(index)
+        if not self._aiming.knows(index):
+            with self._phases.timed("aim"):
+                self._aim(index)
+        self._aiming.set(index)
         with self._phases.timed("photons"):
             self._kept.start(self.mapper, self._settings, index)
         return PhotonPass(self, self.field.of_pass(self._shrink(index)))
 
+    def _aim(self, index: int) -> None:
+        """Learn where a pass's photons start, and their radii if that is elsewhere."""
+        self._aiming.set(index)
+        field = self._find_field() if self._aiming.is_aimed else None
+        if field:
+            self.field.release()
+            self.field = field
+
     def prefetch(self, index: int) -> None:
         """Launch the photons of a pass to come, where that costs this one nothing."""
-        if self.shares and not self.shares.are_learned:
+        if not self._aiming.knows(index):
             return  # that takes longer
         if self._traces_ahead and index < self._settings.first_pass + self._settings.passes:
             self.start(index)
@@ -101,6 +111,10 @@ class Photons:
         if self.grid:
             counts["gather"] = self.grid.launches
         return counts | (self.splat.launches() if self.splat else {})
+
+    def release_field(self) -> None:
+        """Free the radii."""
+        self.field.release()
 
     def release(self) -> None:
         """Free everything on the device."""

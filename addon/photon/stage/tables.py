@@ -24,6 +24,7 @@ from ..kernels.records import (
     SPACE,
 )
 from ..scene import FOUND_BY, RGB, Light, Lobe, Material, Scene
+from .aims import Aims
 from .environments import Place, environment_table
 from .geometry import Frame, Mesh
 from .glow import mean_glow, triangle_lights
@@ -357,6 +358,8 @@ class Tables:
         self.emitters, self.lights = emitters, lights
         self.by_flux = lights["chosen"].astype(np.float64)  # as the scene has them
         self._flux_now = self._shares = self.by_flux
+
+        self.aims: Aims | None = None
         seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
         self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
         self.distant_lights = count_distant(lights) if emitters else 0  # the first ones
@@ -443,6 +446,22 @@ class Tables:
         else:
             self._device.put_back(texture)
             self.textures[name] = upload_table(self._device, texels)
+
+    def aim(self, aims: Aims | None) -> None:
+        """Let photons start where aims say, or None: anywhere."""
+        if aims is self.aims:
+            return
+        for name in ("light_aims", "aim_nodes"):
+            if name in self.textures:
+                self._device.put_back(self.textures.pop(name))
+        self.aims = aims
+        if aims:
+            self.textures["light_aims"] = upload_table(self._device, texels_of(aims.lights))
+            self.textures["aim_nodes"] = upload_table(self._device, texels_of(aims.nodes))
+
+    def starts(self) -> bytes:
+        """How photons start at lights, for comparison."""
+        return self.lights["chosen"].tobytes() + (self.aims.bytes() if self.aims else b"")
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
         """Those tables that a kernel declares."""

@@ -4,6 +4,7 @@
 //! Every function checks its arrays, releases the GIL while it works and turns a panic, which
 //! would be a bug here, into a RuntimeError.
 
+mod aim;
 mod arrays;
 mod geometry;
 mod photon_map;
@@ -37,6 +38,14 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<radius_field::RadiusField>()?;
     module.add_function(wrap_pyfunction!(radius_field::radius_grids, module)?)?;
     module.add_function(wrap_pyfunction!(radius_field::radius_grids_about, module)?)?;
+    for function in [
+        wrap_pyfunction!(aim::aim_tree, module)?,
+        wrap_pyfunction!(aim::aim_density, module)?,
+        wrap_pyfunction!(aim::aimed_numbers, module)?,
+        wrap_pyfunction!(aim::random_numbers, module)?,
+    ] {
+        module.add_function(function)?;
+    }
     module.add_function(wrap_pyfunction!(geometry::build_bvh, module)?)?;
     module.add_function(wrap_pyfunction!(geometry::refit_bvh, module)?)?;
     module.add_function(wrap_pyfunction!(geometry::trace, module)?)?;

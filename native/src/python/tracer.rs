@@ -86,12 +86,14 @@ impl Tracer {
     /// float32[M, 2, 4] and lights float32[L, 4, 4] laid out as LAYOUTS says of PlainMaterial and
     /// PlainLight; what random numbers depend on: seed, pass_index; how many photons; how often each may
     /// bounce; whether first hits are stored, too; and whether fluxes carry
-    /// the direction to the light. A photon on a material that is not there ends.
+    /// the direction to the light. A photon on a material that is not there ends. numbered: each deposit has its
+    /// photon's number in its normal's place. aims float32[L, 4] and aim_nodes float32[N, 4], as LightAim and
+    /// AimNode: how photons start at lights.
     ///
     /// Returns (place float32[P, 4], deposit float32[P, 4], unfinished): position and surface + 1,
     /// flux and packed normal, in order of bounce and photon; and how many the last bounce cut off.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (normals, materials, lights, *, seed, pass_index, photons, bounces, first_hits, directions))]
+    #[pyo3(signature = (normals, materials, lights, *, seed, pass_index, photons, bounces, first_hits, directions, numbered=false, aims=None, aim_nodes=None))]
     fn photons<'py>(
         &self,
         py: Python<'py>,
@@ -104,18 +106,28 @@ impl Tracer {
         bounces: u32,
         first_hits: bool,
         directions: bool,
+        numbered: bool,
+        aims: Option<&Bound<'py, PyAny>>,
+        aim_nodes: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Rows<'py>, Rows<'py>, usize)> {
         let normals = array::<f32>(normals, "normals", &[Some(self.corners.len()), Some(3), Some(4)])?;
         let materials = array::<f32>(materials, "materials", &[None, Some(2), Some(4)])?;
         let lights = array::<f32>(lights, "lights", &[None, Some(4), Some(4)])?;
+        let aims = aims.map(|aims| array::<f32>(aims, "aims", &[Some(lights.shape()[0]), Some(4)]));
+        let aims = aims.transpose()?;
+        let aim_nodes = aim_nodes.map(|nodes| array::<f32>(nodes, "aim_nodes", &[None, Some(4)]));
+        let aim_nodes = aim_nodes.transpose()?;
         let scene = paths::Scene {
+            aims: aims.as_ref().map_or(Ok(&[][..]), rows)?,
+            aim_nodes: aim_nodes.as_ref().map_or(Ok(&[][..]), rows)?,
             tree: &self.tree,
             corners: &self.corners,
             normals: rows::<f32, 4>(&normals)?.as_chunks().0,
             materials: rows::<f32, 4>(&materials)?.as_chunks().0,
             lights: rows::<f32, 4>(&lights)?.as_chunks().0,
         };
-        let emission = paths::Emission { photons, seed, pass_index, bounces, first_hits, directions };
+        let emission =
+            paths::Emission { photons, seed, pass_index, bounces, first_hits, directions, numbered };
         let landed = run(py, || Ok(paths::trace_photons(&scene, &emission)))?;
         Ok((new_rows(py, landed.places)?, new_rows(py, landed.deposits)?, landed.unfinished))
     }

@@ -90,7 +90,8 @@ class Engine:
         budget.begin()
         seconds, done = now() - (kept.begun or now()), 0
         before = {phase: renderer.seconds[phase] for phase in SET_UP}
-        sent = renderer.seconds["eye"]  # the first rays, before the photons
+        # The first rays, and what tells where photons start, before those.
+        sent = renderer.seconds["eye"] + renderer.seconds.get("aim", 0.0)
         seconds += Seconds(sent, sent * CORES)
         try:
             for effort in doubling():

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Photons start where they count: at which lights and where, few photons tell before.
+
+All of it is a function of seed and scene, made again by whoever needs it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..stage.tables import Tables
+from .starts import Starts, even_shares, groups_of, proposed, starts_by, variance
+from .told import Told, told_by
+from .view import View
+
+FIRST_PASS = 1 << 31  # numbers no pass of a picture has
+FIRST_PHOTONS, MOST_FIRST = 4096, 16384  # of each group of lights, and of all at most
+# Then, where it may be worth it, of all, twice: by what was told before.
+PHOTONS = (1 << 15, 1 << 16)
+WIDE = 2.5  # how much wider cells are for the first photons
+# Where half of what is seen has no photon, more look for it: of light from afar at all distances.
+ENOUGH_KNOWN = 0.5
+PROMISING = 1.3  # over the variance without; by a half of the first photons, of the other half
+# Where less is gained photons start by flux alone, whatever the view: so they serve the next one.
+LEAST_GAIN_OF_SHARES = 2.0
+LEAST_GAIN = 1.5
+# A light of so much less flux than another has so few photons by flux that a pass of them spoils
+# the mean of all.
+OUTSHINES = 16.0
+
+
+class Aiming:
+    """Lets photons of a pass start where they count.
+
+    Where all lights are near and about as bright, what the passes after pass 0 know is learned
+    before the first of them: a first picture does not wait for it. Else all passes know: one of few
+    photons where they count would spoil the mean of all.
+    """
+
+    def __init__(
+        self,
+        mapper: Any,
+        tables: Tables,
+        seed: int,
+        look: Callable[[], View],
+        at_once: bool = False,
+    ) -> None:
+        """`look` finds what the picture shows; `at_once`: all passes shall know."""
+        self._mapper, self._tables, self._seed, self._look = mapper, tables, seed, look
+        self._plain = self._used = Starts(tables.by_flux, None)
+        self._learned: Starts | None = None
+        fluxes = [tables.by_flux[group].sum() for group in groups_of(tables)]
+        outshone = bool(fluxes) and max(fluxes) > OUTSHINES * min(fluxes)
+        self._first = 0 if at_once or outshone or tables.distant_lights else 1  # pass that knows
+        self._use(self._plain)
+
+    def knows(self, index: int) -> bool:
+        """Whether a pass may be started without more photons than its own."""
+        return index < self._first or self._learned is not None
+
+    @property
+    def is_aimed(self) -> bool:
+        """Whether photons start elsewhere than in pass 0 now."""
+        return self._first > 0 and self._used.aims is not None
+
+    def set(self, index: int) -> None:
+        """Let the photons of a pass start as they shall."""
+        if not self.knows(index):
+            mapper = self._mapper
+            before = mapper.unfinished, mapper.deposits.dropped
+            self._learned = self._learn()
+            mapper.unfinished, mapper.deposits.dropped = before
+        starts = self._learned if index >= self._first else self._plain
+        if starts and starts is not self._used:
+            self._use(starts)
+
+    def _use(self, starts: Starts) -> None:
+        self._tables.choose(starts.shares)
+        self._tables.aim(starts.aims)
+        self._used = starts
+
+    def _learn(self) -> Starts:
+        view, tables = self._look(), self._tables
+        if not len(view.places):
+            return self._plain
+        told = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
+        plain = starts = self._by_shares(told, view) if told else self._plain
+        for at, photons in enumerate(PHOTONS, 1):
+            if not self._is_unknown(told) and not (told and self._promises(told, view)):
+                return plain
+            starts = self._next(told, view)
+            mixed = (starts.shares + even_shares(tables)) / 2
+            told = self._trace(Starts(mixed, starts.aims), at, view, photons)
+            if told is None:
+                return plain
+        assert told
+        gain = variance(told, tables, plain) / variance(told, tables, starts)
+        return starts_by(told, tables, view) if gain >= LEAST_GAIN else plain
+
+    @property
+    def _first_photons(self) -> int:
+        return min(FIRST_PHOTONS * len(groups_of(self._tables)), MOST_FIRST)
+
+    def _trace(self, starts: Starts, at: int, view: View, photons: int) -> Told | None:
+        self._use(starts)
+        index, wide = FIRST_PASS + at, 1.0 if at else WIDE
+        return told_by(self._mapper, self._tables, view, self._seed, index, photons, wide)
+
+    def _by_shares(self, told: Told, view: View) -> Starts:
+        """By lights alone, if that is worth it."""
+        tables = self._tables
+        starts = starts_by(told, tables, view, are_aimed=False)
+        gain = variance(told, tables, self._plain) / variance(told, tables, starts)
+        return starts if gain >= LEAST_GAIN_OF_SHARES else self._plain
+
+    def _promises(self, told: Told, view: View) -> bool:
+        """Whether what half of the photons tell is worth it to the others."""
+        one, other = told.part(np.s_[::2]), told.part(np.s_[1::2])
+        tables = self._tables
+        by_one = starts_by(one, tables, view)
+        if by_one.aims is None:
+            return False
+        shares_alone = starts_by(one, tables, view, are_aimed=False)
+        best = min(variance(other, tables, starts) for starts in (self._plain, shares_alone))
+        return best >= PROMISING * variance(other, tables, by_one)
+
+    def _is_unknown(self, told: Told | None) -> bool:
+        """Whether light may reach more than photons have told."""
+        return told is None or told.known < ENOUGH_KNOWN
+
+    def _next(self, told: Told | None, view: View) -> Starts:
+        """By what is known, and where that is little, light from afar by what the picture shows."""
+        tables = self._tables
+        if tables.distant_lights and self._is_unknown(told):
+            origin, direction = np.split(self._mapper.rays(FIRST_PASS, 1)[0], 2)
+            return Starts(even_shares(tables), proposed(tables, view, float(-origin @ direction)))
+        return starts_by(told, tables, view) if told else self._plain

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""With which probability photons start at each light, and where on it: by what reaches the
+picture.
+
+With shares p of the photons, lights add a / p each to the irradiance's relative variance, of which
+the least is left where p goes with the root of a. So do parts of what one light emits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import photon_stream_native as native
+from numpy.typing import NDArray
+
+from ..stage.aims import Aim, Aims
+from ..stage.light_tree import in_order
+from ..stage.tables import Tables
+from .told import Told, disc_about
+from .view import Doubles, View
+
+MOST_GROUPS = 16  # of lights, whose photons are told apart
+# What these photons have not met must be found by others: at least so many start by flux alone, and
+# at most, for places that no light reaches are none to wait for.
+LEAST_PLAIN, MOST_PLAIN = 0.25, 0.5
+TELLING = 24  # photons of a light that tell where others shall start
+PULL = 1e-3  # to the middle of the picture, over that to where rays meet
+NEAREST = 0.1  # of the way from the eye to what it sees: no photons are closer together at first
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Where photons start."""
+
+    shares: Doubles  # (L,) the probabilities of lights
+    aims: Aims | None
+
+
+def groups_of(tables: Tables) -> list[NDArray[np.intp]]:
+    """The lights that photons may start at, by what is close together; those afar each alone."""
+    lights = tables.lights
+    used = np.flatnonzero(tables.by_flux > 0.0)
+    if len(used) <= MOST_GROUPS:
+        return [used[i : i + 1] for i in range(len(used))]
+    distant = used[used < tables.distant_lights]
+    near = used[len(distant) :]
+    near = near[in_order(lights["position"][near].astype(np.float64))]
+    alone = [distant[i : i + 1] for i in range(len(distant))]
+    alone = [distant] if len(distant) > MOST_GROUPS // 2 else alone
+    return [*alone, *np.array_split(near, MOST_GROUPS - len(alone))]
+
+
+def even_shares(tables: Tables) -> Doubles:
+    """As many photons of each group of lights, and within it by flux."""
+    groups, shares = groups_of(tables), np.zeros(len(tables.by_flux))
+    for group in groups:
+        shares[group] = tables.by_flux[group] / tables.by_flux[group].sum() / len(groups)
+    return shares
+
+
+def starts_by(told: Told, tables: Tables, view: View, are_aimed: bool = True) -> Starts:
+    """Those that leave the least variance."""
+    least = max(LEAST_PLAIN, 1.0 - told.known)
+    aims = _aims_by(told, tables, view, min(least, MOST_PLAIN)) if are_aimed else {}
+    moments = _moments(told, tables, aims)
+    flux, groups = tables.by_flux, groups_of(tables)
+    of_group = np.array([flux[group].sum() for group in groups])
+    parts = [moments[group] / flux[group] for group in groups]
+    deviation = np.sqrt([part.sum() * own for part, own in zip(parts, of_group, strict=True)])
+    least = min(least, MOST_PLAIN) if are_aimed else least
+    share = least * of_group + (1.0 - least) * deviation / deviation.sum()
+    shares = np.zeros(len(flux))
+    for group, own, all_of_it in zip(groups, share, of_group, strict=True):
+        shares[group] = flux[group] * (own / all_of_it)
+    return Starts(shares, Aims(len(flux), aims) if aims else None)
+
+
+def variance(told: Told, tables: Tables, starts: Starts) -> float:
+    """What a pass's photons would leave that start so, up to a factor."""
+    moments = _moments(told, tables, starts.aims.by_light if starts.aims else {})
+    there = moments > 0.0
+    return float((moments[there] / starts.shares[there]).sum())
+
+
+def proposed(tables: Tables, view: View, extent: float) -> Aims:
+    """Lights afar aimed at all distances from what the picture shows alike, before any photon tells
+    where; `extent`: the radius of the discs that photons start on."""
+    middle = np.median(view.places, axis=0)
+    away = float(np.quantile(view.away(view.places), 0.1))
+    reach = extent + float(np.linalg.norm(middle))
+    halvings = int(2.0 * np.log2(max(reach / max(NEAREST * away, 1e-7), 1.0)))
+    nodes = np.zeros((2 * halvings + 1, 4), np.float32)
+    # Each halves a disc's inner part again, and that one is the first of its halves.
+    order = np.arange(halvings)
+    at = np.maximum(2 * order - 1, 0)
+    nodes[at, 0], nodes[at, 2] = 2.0, 2 * order + 1
+    nodes[at, 1] = (halvings - order) / (halvings - order + 1.0)
+    aims = {light: Aim(nodes, middle) for light in range(tables.distant_lights)}
+    return Aims(len(tables.by_flux), aims)
+
+
+def _aims_by(told: Told, tables: Tables, view: View, least: float) -> dict[int, Aim]:
+    """Those of lights that have a group for themselves, where they leave less variance."""
+    aims = {}
+    for group in groups_of(tables):
+        light = int(group[0])
+        own = told.part(np.flatnonzero(told.light == light))
+        if len(group) > 1 or len(own.mass) < TELLING:
+            continue
+        middle = _middle(own, view) if light < tables.distant_lights else np.zeros(3)
+        numbers, larger = _about(own, middle, light < tables.distant_lights)
+        masses = own.mass * larger
+        nodes, _ = native.aim_tree(numbers, (masses / masses.max()).astype(np.float32), least)
+        if len(nodes) > 1:
+            aims[light] = Aim(nodes, middle)
+    return aims
+
+
+def _moments(told: Told, tables: Tables, aims: dict[int, Aim]) -> Doubles:
+    """What each light adds to the variance, times its photons."""
+    mass = told.mass.copy()
+    for light, aim in aims.items():
+        those = np.flatnonzero(told.light == light)
+        numbers, larger = _about(told.part(those), aim.middle, light < tables.distant_lights)
+        mass[those] *= larger / native.aim_density(aim.nodes, numbers)
+    moments: Doubles = np.bincount(told.light, mass, len(tables.by_flux)).astype(np.float64)
+    return moments
+
+
+def _about(told: Told, middle: Doubles, is_afar: bool) -> tuple[NDArray[np.float32], Doubles]:
+    """The numbers by which photons of one light start, about a middle if it is afar, and how much
+    less dense they are."""
+    if not is_afar:
+        return told.numbers, np.ones(len(told.mass))
+    on_disc, larger = disc_about(middle, told.rays)
+    return np.concatenate([told.numbers[:, :2], on_disc], axis=1), larger
+
+
+def _middle(told: Told, view: View) -> Doubles:
+    """Where rays that count come closest together, as in a window."""
+    origin, direction = told.rays[:, :3], told.rays[:, 3:]
+    weight = np.sqrt(told.mass)
+    across = np.eye(3) - direction[:, :, None] * direction[:, None, :]
+    across *= weight[:, None, None]
+    pull = PULL * weight.sum()
+    begin = np.median(view.places, axis=0)
+    matrix = across.sum(axis=0) + pull * np.eye(3)
+    toward = np.einsum("nij,nj->i", across, origin) + pull * begin
+    found: Doubles = np.linalg.solve(matrix, toward)
+    return found

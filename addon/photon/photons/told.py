@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a pass of few photons tells: which of them reach what the picture shows, and how they
+started."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import photon_stream_native as native
+from numpy.typing import NDArray
+
+from ..stage.tables import Tables
+from .view import Doubles, View
+
+LIGHT, LIGHT_POINT = 0, 1  # dimensions of random numbers, as in glsl/lib/rng.glsl
+OF_PASS = 0xFFFFFFFF  # the element whose numbers are a pass's
+
+
+@dataclass(frozen=True)
+class Told:
+    """Photons that have landed."""
+
+    light: NDArray[np.int64]  # (n,) that each started at
+    numbers: NDArray[np.float32]  # (n, 4) in [0, 1) that it started by
+    rays: Doubles  # (n, 6) where it started, and where to
+    mass: Doubles  # (n,) what it adds to the picture's variance, if none were aimed
+    known: float  # the share of what the picture shows that some reached
+
+    def part(self, which: Any) -> Told:
+        """Some of them."""
+        numbers, rays = self.numbers[which], self.rays[which]
+        return Told(self.light[which], numbers, rays, self.mass[which], self.known)
+
+
+def told_by(
+    mapper: Any, tables: Tables, view: View, seed: int, index: int, photons: int, wide: float
+) -> Told | None:
+    """Trace photons of a pass; None if none of them is of any use. `wide`: as of View.cells.
+
+    A light of n photons adds a / n to the irradiance's relative variance in each cell, of which a
+    photon that brings a share of the cell's flux tells the share's square.
+    """
+    mapper.start(index, photons, numbered=True)
+    place, deposit = mapper.finish().arrays()
+    flux = deposit[:, :3].mean(axis=1).astype(np.float64)
+    met = np.concatenate(
+        [view.cells(x, wide) for x in (view.places, place[:, :3].astype(np.float64))]
+    )
+    _, cell = np.unique(met, return_inverse=True)
+    count, first = int(cell.max(initial=-1)) + 1, len(view.places)
+    seen = np.bincount(cell[:first], view.weights, count)
+    total = np.bincount(cell[first:], flux, count)
+    known = (seen > 0.0) & (total > 0.0)
+    if not known.any():
+        return None
+    importance = np.where(known, seen / np.where(known, total, 1.0) ** 2, 0.0)
+    number, photon = np.unique(deposit[:, 3].astype(np.uint32), return_inverse=True)
+    mass = np.bincount(photon, importance[cell[first:]] * flux**2, len(number))
+    light = _lights_of(tables, number, seed, index, photons)
+    numbers, weight = _numbers_of(tables, light, number, seed, index)
+    # Of so many photons of each light.
+    mass = mass * photons * tables.lights["chosen"][light].astype(np.float64)
+    rays = np.zeros((len(number), 6))
+    if tables.distant_lights:
+        rays = mapper.rays(index, photons)[number]
+        weight = weight * _widened(tables, light, rays)
+    return Told(light, numbers, rays, mass / weight, float(seen[known].sum() / seen.sum()))
+
+
+def _lights_of(
+    tables: Tables, number: NDArray[np.uint32], seed: int, index: int, photons: int
+) -> NDArray[np.int64]:
+    """The lights that photons start at (glsl/kernels/generator.glsl)."""
+    shift = native.random_numbers(np.array([OF_PASS], np.uint32), seed, index, LIGHT)[0, 0]
+    share = (number.astype(np.float32) + shift) / np.float32(photons)
+    found = np.searchsorted(tables.lights["cdf"], share, side="right")
+    lights: NDArray[np.int64] = np.minimum(found, len(tables.lights) - 1)
+    return lights
+
+
+def _numbers_of(
+    tables: Tables, light: NDArray[np.int64], number: NDArray[np.uint32], seed: int, index: int
+) -> tuple[NDArray[np.float32], Doubles]:
+    """What photons start by, and their flux over what it is where none are aimed."""
+    both = [native.random_numbers(number, seed, index, of)[:, :2] for of in (LIGHT, LIGHT_POINT)]
+    numbers, weight = np.concatenate(both, axis=1), np.ones(len(number))
+    for own, aim in (tables.aims.by_light if tables.aims else {}).items():
+        those = np.flatnonzero(light == own)
+        numbers[those], weight[those] = native.aimed_numbers(
+            aim.nodes, 0, numbers[those], number[those], seed=seed, pass_index=index
+        )
+    return numbers, weight
+
+
+def _widened(tables: Tables, light: NDArray[np.int64], rays: Doubles) -> Doubles:
+    """How much larger the discs are that aimed photons start on."""
+    weight = np.ones(len(light))
+    for own, aim in (tables.aims.by_light if tables.aims else {}).items():
+        if own < tables.distant_lights:
+            those = light == own
+            weight[those] = disc_about(aim.middle, rays[those])[1]
+    return weight
+
+
+def disc_about(middle: Doubles, rays: Doubles) -> tuple[NDArray[np.float32], Doubles]:
+    """By which two numbers rays (n, 6) of a light afar start on a disc about a place, and how much
+    larger it is than the one about the scene (glsl/lib/aim.glsl)."""
+    origin, direction = rays[:, :3], rays[:, 3:]
+    x, y = _frames(direction)
+    radius = -(origin * direction).sum(axis=1)
+    aside = np.column_stack([x @ middle, y @ middle])
+    place = np.column_stack([(x * origin).sum(axis=1), (y * origin).sum(axis=1)]) - aside
+    reach = radius + np.linalg.norm(aside, axis=1)
+    reach = np.where(reach > 0.0, reach, 1.0)
+    turn = np.arctan2(place[:, 1], place[:, 0]) / (2.0 * np.pi) % 1.0
+    numbers = np.column_stack([(place**2).sum(axis=1) / reach**2, turn]).astype(np.float32)
+    larger = (reach / np.where(radius > 0.0, radius, 1.0)) ** 2
+    return np.clip(numbers, 0.0, np.float32(1.0 - 2.0**-24)), larger
+
+
+def _frames(n: Doubles) -> tuple[Doubles, Doubles]:
+    """Both vectors across unit vectors (n, 3), as frame_about of glsl/lib/sampling.glsl."""
+    s = np.where(n[:, 2] >= 0.0, 1.0, -1.0)
+    a = -1.0 / (s + n[:, 2])
+    b = n[:, 0] * n[:, 1] * a
+    x = np.column_stack([1.0 + s * n[:, 0] ** 2 * a, s * b, -s * n[:, 0]])
+    return x, np.column_stack([b, s + n[:, 1] ** 2 * a, -n[:, 1]])

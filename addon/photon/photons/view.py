@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the picture shows: places that gather photons, found by few rays through all of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+VIEW = 64  # eye rays a side
+WIDE = 3.0  # eye rays a side of a cell, or a little more
+
+MIX = np.int64(0x2545F4914F6CDD1D)  # odd, of many bits: cells' numbers differ
+
+Doubles = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class View:
+    """Places that the picture shows, and cells of space, each about as large as another in it."""
+
+    pixel: float  # how wide an eye ray's is at distance 1 from the eye
+    eye: list[float] | None  # None: it is as wide everywhere
+    places: Doubles  # (n, 3)
+    weights: Doubles  # (n,) how much of a pixel each is
+
+    def cells(self, places: Doubles, wide: float = 1.0) -> NDArray[np.int64]:
+        """Numbers of those that places (n, 3) are in, (n,); `wide`: times as wide as they would be.
+        Few share one by chance."""
+        level = np.floor(np.log2(np.maximum(self.away(places), 1e-9)))
+        at = np.floor(places / (WIDE * wide * self.pixel * 2.0**level)[:, None])
+        number: NDArray[np.int64] = level.astype(np.int64)
+        for axis in range(3):
+            number = (number ^ at[:, axis].astype(np.int64)) * MIX
+        return number
+
+    def away(self, places: Doubles) -> Doubles:
+        """How far they are from the eye, or 1."""
+        if self.eye is None:
+            return np.ones(len(places))
+        far: Doubles = np.linalg.norm(places - np.array(self.eye), axis=1)
+        return far

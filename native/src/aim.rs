@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Where photons start at a light: by a tree of boxes in the four numbers in [0, 1) that they are drawn by
+//! (glsl/lib/aim.glsl), made of photons that counted.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use crate::InvalidInput;
+use crate::random::random4;
+
+/// Where their dimensions of random numbers begin, as in glsl/lib/rng.glsl.
+const DIMENSION_AIM: u32 = 0x10;
+/// A box is split where its photons in so many parts of an axis differ.
+const PARTS: usize = 8;
+/// By more than chance alone makes them differ, times this.
+const SIGNIFICANT: f64 = 2.0;
+/// Photons that tell of a box at least.
+const TELLING: usize = 24;
+/// What a split gains at least, of all.
+const LEAST_GAIN: f64 = 2e-4;
+const MOST_BOXES: usize = 1024;
+const MOST_DEPTH: u32 = 96;
+/// No half of a box is less likely: random numbers have 24 bits.
+const LEAST_SHARE: f64 = 1.0 / 4096.0;
+
+/// AimNode of layouts.rs: the axis that it is halved along, the probability of the lower half, where both
+/// halves are, the lower one first; or 0, if it is not halved.
+pub type Node = [f32; 4];
+pub type Numbers = [f32; 4];
+
+/// Numbers of a photon by the tree whose root is at a place, and its flux over what plain numbers give it.
+#[inline]
+pub fn aimed(
+    nodes: &[Node],
+    root: usize,
+    numbers: Numbers,
+    draw: impl Fn(u32) -> [f32; 4],
+) -> (Numbers, f32) {
+    let (mut low, mut size, mut weight) = ([0.0f32; 4], [1.0f32; 4], 1.0f32);
+    let (mut at, mut depth, mut drawn) = (root, 0u32, [0.0; 4]);
+    while let Some(&[axis, share, first, _]) = nodes.get(at)
+        && first > 0.0
+        && depth < MOST_DEPTH
+    {
+        if depth.is_multiple_of(4) {
+            drawn = draw(DIMENSION_AIM + depth / 4);
+        }
+        let is_low = drawn[depth as usize % 4] < share;
+        let axis = axis as usize & 3;
+        size[axis] *= 0.5;
+        low[axis] += if is_low { 0.0 } else { size[axis] };
+        weight *= 0.5 / if is_low { share } else { 1.0 - share };
+        at = first as usize + usize::from(!is_low);
+        depth += 1;
+    }
+    (std::array::from_fn(|k| (low[k] + size[k] * numbers[k]).min(1.0 - f32::EPSILON / 2.0)), weight)
+}
+
+/// The same for photons of a pass.
+pub fn aimed_photons(
+    nodes: &[Node],
+    root: usize,
+    seed: u32,
+    pass_index: u32,
+    photons: &[u32],
+    numbers: &[Numbers],
+) -> (Vec<Numbers>, Vec<f32>) {
+    let of_one = |(&photon, &numbers): (&u32, &Numbers)| {
+        aimed(nodes, root, numbers, |dimension| random4(seed, pass_index, photon, dimension))
+    };
+    photons.iter().zip(numbers).map(of_one).unzip()
+}
+
+/// How likely numbers are by a tree, over how likely they are without.
+pub fn density(nodes: &[Node], numbers: &[Numbers]) -> Vec<f32> {
+    let of_one = |numbers: &Numbers| {
+        let (mut low, mut size, mut density, mut at) = ([0.0f32; 4], [1.0f32; 4], 1.0f32, 0);
+        while let Some(&[axis, share, first, _]) = nodes.get(at)
+            && first > 0.0
+        {
+            let axis = axis as usize & 3;
+            size[axis] *= 0.5;
+            let is_low = numbers[axis] < low[axis] + size[axis];
+            low[axis] += if is_low { 0.0 } else { size[axis] };
+            density *= 2.0 * if is_low { share } else { 1.0 - share };
+            at = first as usize + usize::from(!is_low);
+        }
+        density
+    };
+    numbers.iter().map(of_one).collect()
+}
+
+/// A box that may be split.
+struct Leaf {
+    node: usize,
+    low: [f64; 4],
+    size: [f64; 4],
+    depth: u32,
+    /// Its samples, in `order`.
+    samples: std::ops::Range<usize>,
+    gain: f64,
+    axis: usize,
+}
+
+impl PartialEq for Leaf {
+    fn eq(&self, other: &Leaf) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Leaf {}
+impl PartialOrd for Leaf {
+    fn partial_cmp(&self, other: &Leaf) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Leaf {
+    fn cmp(&self, other: &Leaf) -> Ordering {
+        self.gain.total_cmp(&other.gain).then(other.node.cmp(&self.node))
+    }
+}
+
+/// What a node is while the tree grows.
+#[derive(Clone, Copy)]
+struct Grown {
+    axis: usize,
+    first: usize,
+    volume: f64,
+    /// The root of volume times mass: with a box's probability in proportion to it, the variance is least.
+    deviation: f64,
+}
+
+/// A tree by which numbers are as likely as it takes for the least variance, if `masses` are how much the
+/// squares of what numbers bring are where there are samples of them; `least`: the share of photons that
+/// goes by plain numbers. And by how much such photons' root of variance is that of plain ones'.
+///
+/// # Errors
+/// A number outside [0, 1), a mass that is not finite, or below 0.
+pub fn tree(numbers: &[Numbers], masses: &[f32], least: f64) -> Result<(Vec<Node>, f64), InvalidInput> {
+    if let Some(row) = numbers.iter().position(|at| !at.iter().all(|x| (0.0..1.0).contains(x))) {
+        return Err(InvalidInput(format!("numbers[{row}] = {:?} is outside [0, 1)", numbers[row])));
+    }
+    if let Some(row) = masses.iter().position(|mass| !(mass.is_finite() && *mass >= 0.0)) {
+        return Err(InvalidInput(format!("masses[{row}] = {} is no mass", masses[row])));
+    }
+    let mut order: Vec<u32> = (0..numbers.len() as u32).filter(|&i| masses[i as usize] > 0.0).collect();
+    let total: f64 = order.iter().map(|&i| f64::from(masses[i as usize])).sum();
+    let whole = Grown { axis: 0, first: 0, volume: 1.0, deviation: total.sqrt() };
+    let mut grown = vec![whole];
+    if total <= 0.0 {
+        return Ok((nodes_of(&grown, least), 1.0));
+    }
+    let mut heap = BinaryHeap::new();
+    let root = Leaf {
+        node: 0,
+        low: [0.0; 4],
+        size: [1.0; 4],
+        depth: 0,
+        samples: 0..order.len(),
+        gain: 0.0,
+        axis: 0,
+    };
+    let samples = Samples { numbers, masses };
+    heap.extend(samples.looked_at(root, &order, 1.0));
+    while let Some(leaf) = heap.pop() {
+        if leaf.gain < LEAST_GAIN * whole.deviation || grown.len() >= 2 * MOST_BOXES {
+            break;
+        }
+        let (axis, first, volume) = (leaf.axis, grown.len(), grown[leaf.node].volume / 2.0);
+        (grown[leaf.node].axis, grown[leaf.node].first) = (axis, first);
+        for half in samples.halves(&leaf, first, &mut order) {
+            let mass = samples.mass(&order[half.samples.clone()]);
+            grown.push(Grown { axis: 0, first: 0, volume, deviation: (volume * mass).sqrt() });
+            heap.extend(samples.looked_at(half, &order, volume));
+        }
+    }
+    let leaves = grown.iter().filter(|node| node.first == 0);
+    let aimed: f64 = leaves.map(|leaf| leaf.deviation).sum();
+    Ok((nodes_of(&grown, least), aimed / whole.deviation))
+}
+
+#[derive(Clone, Copy)]
+struct Samples<'a> {
+    numbers: &'a [Numbers],
+    masses: &'a [f32],
+}
+
+impl Samples<'_> {
+    fn mass(&self, of: &[u32]) -> f64 {
+        of.iter().map(|&i| f64::from(self.masses[i as usize])).sum()
+    }
+
+    /// A box with the axis along which its photons differ most, if they do by more than chance.
+    fn looked_at(&self, mut leaf: Leaf, order: &[u32], volume: f64) -> Option<Leaf> {
+        let own = &order[leaf.samples.clone()];
+        if own.len() < TELLING || leaf.depth + 1 >= MOST_DEPTH {
+            return None;
+        }
+        let (mut parts, mut sum, mut squares) = ([[0.0f64; PARTS]; 4], 0.0, 0.0);
+        for &i in own {
+            let mass = f64::from(self.masses[i as usize]);
+            (sum, squares) = (sum + mass, squares + mass * mass);
+            for (axis, parts) in parts.iter_mut().enumerate() {
+                let at = (f64::from(self.numbers[i as usize][axis]) - leaf.low[axis]) / leaf.size[axis];
+                parts[((at * PARTS as f64) as usize).min(PARTS - 1)] += mass;
+            }
+        }
+        let deviation = (volume * sum).sqrt();
+        let chance = (PARTS - 1) as f64 / 8.0 * squares / (sum * sum);
+        for (axis, parts) in parts.iter().enumerate() {
+            // Halves of what is narrower than float32 tells are no halves.
+            if leaf.size[axis] < 1e-9 || (leaf.low[axis] > 0.0 && leaf.size[axis] < 1e-6 * leaf.low[axis]) {
+                continue;
+            }
+            let apart: f64 = parts.iter().map(|mass| (volume / PARTS as f64 * mass).sqrt()).sum();
+            let gain = deviation - apart;
+            if gain > SIGNIFICANT * chance * deviation && gain > leaf.gain {
+                (leaf.gain, leaf.axis) = (gain, axis);
+            }
+        }
+        (leaf.gain > 0.0).then_some(leaf)
+    }
+
+    /// Both halves of a box.
+    fn halves(&self, leaf: &Leaf, first: usize, order: &mut [u32]) -> [Leaf; 2] {
+        let (axis, range) = (leaf.axis, leaf.samples.clone());
+        let mut size = leaf.size;
+        size[axis] /= 2.0;
+        let middle = leaf.low[axis] + size[axis];
+        let own = &mut order[range.clone()];
+        own.sort_by_key(|&i| f64::from(self.numbers[i as usize][axis]) >= middle);
+        let lower = own.partition_point(|&i| f64::from(self.numbers[i as usize][axis]) < middle);
+        let split = range.start + lower;
+        [(leaf.low[axis], range.start..split), (middle, split..range.end)].map(|(begin, samples)| {
+            let mut low = leaf.low;
+            low[axis] = begin;
+            let node = first + usize::from(begin == middle);
+            Leaf { node, low, size, depth: leaf.depth + 1, samples, gain: 0.0, axis: 0 }
+        })
+    }
+}
+
+/// Nodes with their probabilities: those of leaves by their deviations, and a share by their volumes.
+fn nodes_of(grown: &[Grown], least: f64) -> Vec<Node> {
+    let all: f64 = grown.iter().filter(|node| node.first == 0).map(|node| node.deviation).sum();
+    let mut likely = vec![0.0; grown.len()];
+    for (at, node) in grown.iter().enumerate().rev() {
+        likely[at] = if node.first > 0 {
+            likely[node.first] + likely[node.first + 1]
+        } else if all > 0.0 {
+            least * node.volume + (1.0 - least) * node.deviation / all
+        } else {
+            node.volume
+        };
+    }
+    let of_one = |node: &Grown| {
+        if node.first == 0 {
+            return [0.0; 4];
+        }
+        let share = likely[node.first] / (likely[node.first] + likely[node.first + 1]);
+        let share = share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
+        [node.axis as f32, share as f32, node.first as f32, 0.0]
+    };
+    grown.iter().map(of_one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Even numbers, which count in a small box alone.
+    fn counting(high: f32) -> (Vec<Numbers>, Vec<f32>) {
+        let numbers: Vec<Numbers> = (0..1 << 14).map(|i| random4(1, 2, i, 3)).collect();
+        let masses = numbers.iter().map(|at| f32::from(at[0] < high && at[2] < high)).collect();
+        (numbers, masses)
+    }
+
+    #[test]
+    fn photons_go_where_they_count() {
+        let (numbers, masses) = counting(0.125);
+        let (nodes, deviation) = tree(&numbers, &masses, 0.25).unwrap();
+        assert!((deviation - 0.125).abs() < 0.02, "{deviation}");
+        let photons: Vec<u32> = (0..numbers.len() as u32).collect();
+        let (found, weights) = aimed_photons(&nodes, 0, 5, 6, &photons, &numbers);
+        let counts = |at: &Numbers| at[0] < 0.125 && at[2] < 0.125;
+        let share = found.iter().filter(|at| counts(at)).count() as f64 / found.len() as f64;
+        assert!((share - 0.754).abs() < 0.03, "{share}");
+        // As much flux as before, in the box and in all.
+        let flux = |inside: bool| -> f64 {
+            let both = found.iter().zip(&weights).filter(|(at, _)| !inside || counts(at));
+            both.map(|(_, &weight)| f64::from(weight)).sum::<f64>() / found.len() as f64
+        };
+        assert!((flux(true) * 64.0 - 1.0).abs() < 0.03 && (flux(false) - 1.0).abs() < 0.03);
+        for (density, weight) in density(&nodes, &found).iter().zip(&weights) {
+            assert!((density * weight - 1.0).abs() < 1e-5 && *weight < 4.1);
+        }
+    }
+
+    #[test]
+    fn chance_alone_splits_nothing() {
+        let (numbers, masses) = counting(1.0);
+        assert_eq!(tree(&numbers, &masses, 0.25).unwrap().0.len(), 1);
+        assert_eq!(tree(&[], &[], 0.25).unwrap(), (vec![[0.0; 4]], 1.0));
+    }
+
+    #[test]
+    fn bad_input() {
+        assert!(tree(&[[0.0, 1.0, 0.0, 0.0]], &[1.0], 0.25).is_err());
+        assert!(tree(&[[0.0; 4]], &[f32::NAN], 0.25).is_err());
+        assert!(tree(&[[0.0; 4]], &[-1.0], 0.25).is_err());
+    }
+}

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Where photons start at lights.
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use super::arrays::{F32Array, Rows, array, new_rows, rows};
+use super::run;
+use crate::aim;
+
+/// A tree of boxes in the numbers in [0, 1) that a light's photons are drawn by, with the probabilities of the
+/// least variance.
+///
+/// Takes numbers float32[n, 4] that samples were drawn by, and of each a mass float32[n], the square of what it
+/// brings over its density; least: the share of photons that goes by plain numbers, in [0, 1]. Returns nodes
+/// float32[m, 4] laid out as LAYOUTS says of AimNode, the root first, and the deviation that is left, over
+/// that of plain numbers. Raises ValueError for what is no number in [0, 1) or no mass.
+#[pyfunction]
+pub(super) fn aim_tree<'py>(
+    py: Python<'py>,
+    numbers: &Bound<'py, PyAny>,
+    masses: &Bound<'py, PyAny>,
+    least: f64,
+) -> PyResult<(Rows<'py>, f64)> {
+    let numbers = array::<f32>(numbers, "numbers", &[None, Some(4)])?;
+    let numbers = rows(&numbers)?;
+    let masses = array::<f32>(masses, "masses", &[Some(numbers.len())])?;
+    let masses = masses.as_slice()?;
+    let (nodes, deviation) = run(py, || aim::tree(numbers, masses, least))?;
+    Ok((new_rows(py, nodes)?, deviation))
+}
+
+/// How likely numbers float32[n, 4] are by a tree's nodes, over how likely they are without: float32[n].
+#[pyfunction]
+pub(super) fn aim_density<'py>(
+    py: Python<'py>,
+    nodes: &Bound<'py, PyAny>,
+    numbers: &Bound<'py, PyAny>,
+) -> PyResult<F32Array<'py>> {
+    let nodes = array::<f32>(nodes, "nodes", &[None, Some(4)])?;
+    let numbers = array::<f32>(numbers, "numbers", &[None, Some(4)])?;
+    let (nodes, numbers) = (rows(&nodes)?, rows(&numbers)?);
+    Ok(PyArray1::from_vec(py, run(py, || Ok(aim::density(nodes, numbers)))?))
+}
+
+/// The numbers of photons of a pass by the tree whose root is at a place of nodes: those that numbers
+/// float32[n, 4] become of the photons uint32[n]. Returns them, and the photons' flux over what it is without.
+#[pyfunction]
+#[pyo3(signature = (nodes, root, numbers, photons, *, seed, pass_index))]
+pub(super) fn aimed_numbers<'py>(
+    py: Python<'py>,
+    nodes: &Bound<'py, PyAny>,
+    root: usize,
+    numbers: &Bound<'py, PyAny>,
+    photons: &Bound<'py, PyAny>,
+    seed: u32,
+    pass_index: u32,
+) -> PyResult<(Rows<'py>, F32Array<'py>)> {
+    let nodes = array::<f32>(nodes, "nodes", &[None, Some(4)])?;
+    let numbers = array::<f32>(numbers, "numbers", &[None, Some(4)])?;
+    let (nodes, numbers) = (rows(&nodes)?, rows(&numbers)?);
+    let photons = array::<u32>(photons, "photons", &[Some(numbers.len())])?;
+    let photons = photons.as_slice()?;
+    let aimed = || Ok(aim::aimed_photons(nodes, root, seed, pass_index, photons, numbers));
+    let (numbers, weights) = run(py, aimed)?;
+    Ok((new_rows(py, numbers)?, PyArray1::from_vec(py, weights)))
+}
+
+/// Four numbers in [0, 1) of each of elements uint32[n]: float32[n, 4], as random4 of glsl/lib/rng.glsl.
+#[pyfunction]
+pub(super) fn random_numbers<'py>(
+    py: Python<'py>,
+    elements: &Bound<'py, PyAny>,
+    seed: u32,
+    pass_index: u32,
+    dimension: u32,
+) -> PyResult<Rows<'py>> {
+    let elements = array::<u32>(elements, "elements", &[None])?;
+    let elements = elements.as_slice()?;
+    let draw = |&element: &u32| crate::random::random4(seed, pass_index, element, dimension);
+    new_rows(py, elements.iter().map(draw).collect())
+}
