@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from addon.photon.photons.aim import Aiming
 from addon.streams import Device
 
 # The plugin of the stability table: its hooks and fixtures count as this file's.
@@ -27,6 +28,13 @@ def shared_device() -> Iterator[Device]:
     device = Device()
     yield device
     device.release()
+
+
+@pytest.fixture
+def not_aimed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Photons start anywhere at lights, by flux: a test counts them, or their noise."""
+    monkeypatch.setattr(Aiming, "_learn", lambda self: self._plain)
+    monkeypatch.setattr(Aiming, "knows", lambda *_: True)
 
 
 @pytest.fixture

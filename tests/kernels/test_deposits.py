@@ -264,6 +264,7 @@ def test_several_launches_sum_as_one(device: Device, monkeypatch: pytest.MonkeyP
 
 @pytest.mark.parametrize("max_ranked", [grid_sort.MAX_RANKED, 3])
 @pytest.mark.parametrize("radius", [0.0, 5.0])
+@pytest.mark.usefixtures("not_aimed")
 def test_pictures_are_bit_equal(
     device: Device, monkeypatch: pytest.MonkeyPatch, max_ranked: int, radius: float
 ) -> None:

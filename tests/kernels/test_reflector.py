@@ -215,7 +215,8 @@ def test_bounces_draw_other_numbers(bench: Bench) -> None:
 
 def project(bench: Bench, material: Material) -> dict[str, Any]:
     values = {"seed": 1, "pass_index": 2, "bounce": 0}
-    return bench.run(Projector, shade(bench, material, incoming(), values, PHOTONS))
+    points = shade(bench, material, incoming(), values, PHOTONS)
+    return bench.run(Projector, points, {"numbered": False})
 
 
 @pytest.mark.parametrize("diffuse", [(0.5, 0.5, 0.5), (0.0, 0.0, 1e-3)])

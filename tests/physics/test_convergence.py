@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 import numpy as np
+import pytest
 
 from addon.photon.scene import Scene
 from addon.streams import Device
@@ -46,6 +47,7 @@ def slope(device: Device, scene: Scene, truth: Any, image: str, **settings: Any)
     return float(np.polyfit(np.log(PASSES), np.log(squares) / 2, 1)[0])
 
 
+@pytest.mark.usefixtures("not_aimed")
 def test_case_12_photons(device: Device) -> None:
     """Probabilistic progressive photon mapping: alpha = 2/3 gives N^(-1/3) (Knaus & Zwicker)."""
     scene, truth = floor_under_a_lamp(0.0)

@@ -37,6 +37,7 @@ def test_furnace(device: Device) -> None:
     np.testing.assert_array_equal(images["Combined"][6:18, 6:18, :3], images["Direct"][6:18, 6:18])
 
 
+@pytest.mark.usefixtures("not_aimed")
 def test_furnace_by_photons(device: Device) -> None:
     """What falls on it is pi times the sky on all of its area."""
     scene = ball(plain_material("grey", (0.6, 0.4, 0.2)))

@@ -128,6 +128,7 @@ def test_thin_wall(device: Device, measured: Measured) -> None:
 @pytest.mark.parametrize(
     ("layer", "kernel", "a_pass"), [("fragment", "reflector", 201), ("native", "photons", 1)]
 )
+@pytest.mark.usefixtures("not_aimed")
 def test_closed_box_of_albedo_one(
     device: Device, measured: Measured, layer: str, kernel: str, a_pass: int
 ) -> None:

@@ -75,6 +75,7 @@ def changes(device: Device, kind: str, steps: list[float], **settings: Any) -> A
 @pytest.mark.stability(64)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("layer", ["native", "fragment"])
+@pytest.mark.usefixtures("not_aimed")
 def test_no_jump_at_the_mirror_limit(
     device: Device, measured: Measured, kind: str, layer: str
 ) -> None:
@@ -85,6 +86,7 @@ def test_no_jump_at_the_mirror_limit(
 
 @pytest.mark.stability(64)
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.usefixtures("not_aimed")
 def test_no_jump_at_any_roughness(
     device: Device, measured: Measured, thorough: bool, kind: str
 ) -> None:

@@ -17,7 +17,6 @@ import pytest
 from addon.photon.errors import DeviceError
 from addon.photon.kernels.eye_rays import EyeRays
 from addon.photon.photons import kept as kept_module
-from addon.photon.photons.aim import Aiming
 from addon.photon.photons.deposits import DEPOSIT_BYTES, DeviceDeposits, HostDeposits
 from addon.photon.photons.device_photon_mapper import DevicePhotonMapper
 from addon.photon.photons.kept import Kept, Stage, same_but_view
@@ -29,6 +28,8 @@ from addon.photon.ways import way as ways
 from addon.streams import Device, Kernel, StreamError
 from tests.scenes import backdrop, cornell, plain_light, plain_material, with_cone
 
+# What few photons tell of where others shall start is asked for each view anew.
+pytestmark = pytest.mark.usefixtures("not_aimed")
 SETTINGS = Settings(width=16, height=12, passes=2, photons=1500, photon_bounces=3)
 ALL = SETTINGS.passes  # the first one finds the radii, too
 WAYS = [
@@ -62,12 +63,6 @@ def render(
         return Frame(traced, images, info)
     finally:
         renderer.release()
-
-
-@pytest.fixture(autouse=True)
-def not_aimed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What few photons tell of where others shall start is asked for each view anew."""
-    monkeypatch.setattr(Aiming, "_learn", lambda self: self._plain)
 
 
 @pytest.fixture
