@@ -83,8 +83,8 @@ def needs() -> Iterator[SceneNeeds]:
     """Every kind of scene, as far as programs tell them apart: no lobes, each kind alone and all
     together, one of them at a point or two, with tangents and without; each kind of light alone and
     all together; lights that are all asked, and lights that are drawn; lobes that send
-    rays, and lobes that gather photons; surfaces that not all rays meet. What does not meet in one
-    function is not crossed: single lobes with triangles that glow, say."""
+    rays, and lobes that gather photons; surfaces that not all rays meet; lobes under others. What
+    does not meet in one function is not crossed: single lobes with triangles that glow, say."""
     all_lights, all_lobes = frozenset(light_kinds()), frozenset(lobe_kinds())
     dark = all_lights - {TRIANGLE}
     for drawn in (False, True):
@@ -102,6 +102,11 @@ def needs() -> Iterator[SceneNeeds]:
             yield some
             if count:
                 yield replace(some, gathered_lobes=True)
+            if count > 1:
+                layered = replace(some, layers=3, tangents=True)
+                yield layered
+                yield replace(layered, tinted=True)
+                yield replace(layered, tinted=True, gathered_lobes=True, visibility=False)
 
 
 def _of_lobes(

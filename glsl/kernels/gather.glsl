@@ -23,15 +23,15 @@ Gatherer gatherer_of(vec3 geometric) {
     g.lobe1 = load_lobe1();
     g.shape1 = load_shape1();
 #endif
-    g.shape0.weight *= gathered_share(g.lobe0, g.shape0);
-    g.shape1.weight *= gathered_share(g.lobe1, g.shape1);
+    g.shape0 = weighed(g.shape0, gathered_share(g.lobe0, g.shape0));
+    g.shape1 = weighed(g.shape1, gathered_share(g.lobe1, g.shape1));
     g.to_viewer = -load_direction().direction;
     vec3 shading = load_shading().normal;
     g.normal = raised_normal(shading, geometric, g.to_viewer);
     float cosine = max(0.0, dot(g.to_viewer, shading));
     g.albedo = 0.0;
-    if (g.shape0.weight > 0.0) g.albedo += mean(albedo_lobe(g.lobe0, g.shape0, cosine));
-    if (g.shape1.weight > 0.0) g.albedo += mean(albedo_lobe(g.lobe1, g.shape1, cosine));
+    if (has_weight(g.shape0)) g.albedo += mean(albedo_lobe(g.lobe0, g.shape0, cosine));
+    if (has_weight(g.shape1)) g.albedo += mean(albedo_lobe(g.lobe1, g.shape1, cosine));
     return g;
 }
 
@@ -41,8 +41,8 @@ vec3 gathered_bsdf(Gatherer g, vec3 geometric, vec3 to_light) {
     float cosine = dot(to_light, g.normal), fell = dot(to_light, geometric);
     if (cosine <= 0.0 || fell <= 0.0) return vec3(0.0);
     vec3 value = vec3(0.0);
-    if (g.shape0.weight > 0.0) value = eval_lobe(g.lobe0, g.shape0, g.normal, g.to_viewer, to_light);
-    if (g.shape1.weight > 0.0) value += eval_lobe(g.lobe1, g.shape1, g.normal, g.to_viewer, to_light);
+    if (has_weight(g.shape0)) value = eval_lobe(g.lobe0, g.shape0, g.normal, g.to_viewer, to_light);
+    if (has_weight(g.shape1)) value += eval_lobe(g.lobe1, g.shape1, g.normal, g.to_viewer, to_light);
     return value * min(cosine / fell, MOST_BRIGHTER);
 }
 #endif

@@ -7,8 +7,8 @@ void kernel() {
     Place place = load_place();
     Lobe lobe = load_lobe0();
     Shape shape = load_shape0();
-    shape.weight *= gathered_share(lobe, shape);
-    if (!is_place(place) || !(shape.weight > 0.0)) skip();
+    shape = weighed(shape, gathered_share(lobe, shape));
+    if (!is_place(place) || !has_weight(shape)) skip();
     vec3 to_viewer = -load_direction().direction, shading = load_shading().normal;
     vec3 normal = raised_normal(shading, load_facing().normal, to_viewer);
     vec3 mirrored = reflect(-to_viewer, normal);

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Scatter or absorb each photon by Russian roulette with the mean albedos of Lambert's lobe and of another; a
 // survivor's flux takes the surface's colour (Marino & Abbate, Reflector; Jensen 2001, sec. 5.2).
-#include "lib/rng.glsl"
-#include "lib/sampling.glsl"
+#include "lib/reflection.glsl"
 #include "lib/offset.glsl"
 #include "lib/place.glsl"
 #include "lib/diffuse.glsl"
-#ifdef LOBES
-#include "lib/lobe.glsl"
-#endif
 #ifdef ARRIVALS
 #include "lib/arrival.glsl"
 #endif
@@ -38,14 +34,18 @@ void kernel() {
     Flux photon = load_flux();
     vec3 flux = photon.flux, outgoing;
     float t_max = T_MAX;
-    vec4 u = random4(seed, pass_index, uint(photon.photon), DIMENSION_REFLECT + uint(bounce));
+    vec4 u = reflection_numbers(photon);
     vec3 normal = facing.normal;
     float by_diffuse = mean(diffuse.albedo), by_lobe = 0.0;
 #ifdef LOBES
     Lobe lobe = load_lobe0();
     Shape shape = load_shape0();
     vec3 incoming = load_direction().direction;
+    vec3 weight, raised = raised_normal(shading.normal, facing.normal, -incoming);
+    vec3 onward = sample_lobe_for_photon(lobe, shape, raised, -incoming, u.yz, weight);
+    // Where some directions weigh much more than others, by what this one does.
     by_lobe = mean(albedo_lobe(lobe, shape, max(0.0, -dot(incoming, shading.normal))));
+    if (by_cosine_kind(lobe, shape) > 0.0) by_lobe = mean(weight);
     float all = max(1.0, by_diffuse + by_lobe);
     by_diffuse /= all;
     by_lobe /= all;
@@ -63,20 +63,15 @@ void kernel() {
     t_max = t_max_of(PhotonRay(visible & RAYS_OF_LOBES, ray.bounces - 1));
 #endif
     if (u.x < by_diffuse) {
-        // About the geometric normal: on it the photon's flux fell, and no direction leaves the
-        // wrong side, so the energy ledger closes whatever the shading normals are.
-        outgoing = frame_about(facing.normal) * sample_cosine_hemisphere(u.yz);
+        outgoing = reflect_diffusely(facing, u);
         flux *= diffuse.albedo / by_diffuse;
 #ifdef ARRIVALS
         flux *= share_of_arrival(load_origin(), place.position, BY_DIFFUSE);
 #endif
 #ifdef LOBES
-        // It goes on to the eye: that is the direction by which layers are weighed.
-        if (is_covered(diffuse)) flux *= passed_by_lobe(lobe, shape, max(0.0, dot(outgoing, shading.normal)));
     } else if (u.x < by_diffuse + by_lobe) {
-        vec3 weight;
-        normal = raised_normal(shading.normal, facing.normal, -incoming);
-        outgoing = sample_lobe_for_photon(lobe, shape, normal, -incoming, u.yz, weight);
+        normal = raised;
+        outgoing = onward;
         flux *= weight / by_lobe;
 #ifdef TRANSMITS
 #ifdef VISIBILITY
@@ -89,9 +84,9 @@ void kernel() {
 #endif
 #ifdef VISIBILITY
     } else if (behind != 0) {
-        vec3 onward = load_direction().direction;
-        store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, onward), shading.triangle));
-        store_next_direction(RayDirection(onward, t_max_of(PhotonRay(behind, ray.bounces))));
+        vec3 through = load_direction().direction;
+        store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, through), shading.triangle));
+        store_next_direction(RayDirection(through, t_max_of(PhotonRay(behind, ray.bounces))));
         store_next_flux(Flux(flux / (1.0 - by_diffuse - by_lobe), photon.photon));
         return;
 #endif

@@ -30,7 +30,7 @@ void kernel() {
         shape = other_shape;
         share = 1.0 - share;
     }
-    shape.weight /= share;
+    shape = weighed(shape, 1.0 / share);
 #endif
     if (!is_lobe(lobe)) skip();
     vec3 weight;

@@ -41,24 +41,25 @@ void kernel() {
     vec3 base = normal_from(material.base_from, surface.shading);
     surface.shading = normal_from(material.normal_from, base);
 #endif
-    Diffuse diffuse = bare_diffuse(material.albedo);
+    Facing facing = Facing(surface.geometric, surface.side);
+    Shading shading = Shading(surface.shading, float(hit_triangle(hit)));
 #ifdef LOBES
+    float turn = 0.0;
     vec3 raised = raised_normal(surface.shading, surface.geometric, -direction);
-    float cosine = max(0.0, -dot(direction, raised));
-    Lobes lobes = lobes_of(material, cosine, diffuse);
+#ifdef TANGENTS
+    turn = tangent_angle(hit, raised);
+#endif
 #ifdef EYE
+    float cosine = max(0.0, -dot(direction, raised));
+    Diffuse diffuse = diffuse_below(material, cosine);
+    Lobes lobes = lobes_of(material, cosine, turn, surface.side);
 #ifdef VISIBILITY
     if (is_held_out(surface, material)) lobes.lobe0 = lobes.lobe1 = Lobe(vec3(0.0), 0.0);
 #endif
-#endif
-#ifdef TANGENTS
-    float angle = tangent_angle(hit, raised);
-    lobes.shape0 = turned_kind(lobes.lobe0, lobes.shape0, angle);
-    lobes.shape1 = turned_kind(lobes.lobe1, lobes.shape1, angle);
-#endif
-#ifdef TRANSMITS
-    lobes.shape0 = sided_kind(lobes.lobe0, lobes.shape0, surface.side);
-    lobes.shape1 = sided_kind(lobes.lobe1, lobes.shape1, surface.side);
+#else
+    vec3 onward = reflect_diffusely(facing, reflection_numbers(load_flux()));
+    Diffuse diffuse = diffuse_below(material, cosine_to_viewer(facing, shading, onward));
+    Lobes lobes = lobes_of(material, facing, shading, -direction, turn);
 #endif
 #ifdef GATHERED_LOBES
     bool has_broad = gathered_share(lobes.lobe0, lobes.shape0) + gathered_share(lobes.lobe1, lobes.shape1) > 0.0;
@@ -73,13 +74,15 @@ void kernel() {
     store_lobe1(lobes.lobe1);
     store_shape1(lobes.shape1);
 #endif
+#else
+    Diffuse diffuse = bare_diffuse(material.albedo);
 #endif
 #ifdef NORMALS
     if (is_given(material.base_from) && gathers(diffuse)) diffuse = with_base(diffuse, base, surface.shading);
 #endif
     store_place(Place(surface.position, stored_surface(surface.surface)));
-    store_facing(Facing(surface.geometric, surface.side));
-    store_shading(Shading(surface.shading, float(hit_triangle(hit))));
+    store_facing(facing);
+    store_shading(shading);
 #ifdef EYE
 #ifdef VISIBILITY
     if (is_held_out(surface, material)) diffuse = Diffuse(vec3(0.0), IS_HOLDOUT);

@@ -12,7 +12,8 @@ float gathered_share(Lobe lobe, Shape shape) {
 // What is left of the lobe to rays.
 Shape shape_of_rays(Lobe lobe, Shape shape) {
 #ifdef GATHERED_LOBES
-    shape.weight *= 1.0 - gathered_share(lobe, shape);
-#endif
+    return weighed(shape, 1.0 - gathered_share(lobe, shape));
+#else
     return shape;
+#endif
 }

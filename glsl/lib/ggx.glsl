@@ -204,6 +204,14 @@ float least_ggx_roughness(vec2 shape) {
     return sqrt(shape.x * exp2(steps * (-1.0 / ASPECT_STEPS)));
 }
 
+// The share of photons that goes by the cosine: what bounces between broad microfacets leaves towards the horizon,
+// where visible normals send few photons, which would weigh the more.
+float share_by_cosine(float roughness) { return 0.5 * smoothstep(0.5, 0.8, roughness); }
+
+float share_by_cosine_ggx(vec2 shape) {
+    return shape.y > 2.0 * floor(shape.y * 0.5) ? share_by_cosine(sqrt(shape.x)) : 0.0;
+}
+
 // The tint in one number, 8 bits a channel.
 float pack_ggx_tint(vec3 tint) {
     vec3 q = floor(clamp(tint, 0.0, 1.0) * 255.0 + 0.5);

@@ -2,6 +2,8 @@
 // Lobes besides Lambert's, whatever their kind: made/bsdf.glsl has those of the scene. Directions are unit
 // vectors away from the surface; weights are f cos / pdf. A lobe of kind 0 is none, and reflects nothing.
 #include "lib/colour.glsl"
+#include "lib/lobe_weight.glsl"
+#include "lib/sampling.glsl"
 #include "made/bsdf.glsl"
 
 // The normal of a point's lobes: the shading normal, turned towards the geometric one until the viewer's mirror
@@ -28,7 +30,7 @@ bool is_onward(vec3 outgoing, vec3 geometric, vec3 normal) { return dot(outgoing
 
 // BSDF [1/sr]; mirrors reflect no delta light.
 vec3 eval_lobe(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
-    return shape.weight * eval_kind(lobe, shape, normal, to_viewer, to_light);
+    return weight_of(shape) * eval_kind(lobe, shape, normal, to_viewer, to_light);
 }
 
 // The density of sample_lobe [1/sr]; 0 for delta lobes.
@@ -39,19 +41,37 @@ float pdf_lobe(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_ligh
 // A direction to the light, with the density of the lobe, and what it weighs.
 vec3 sample_lobe(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, out vec3 weight) {
     vec3 to_light = sample_kind(lobe, shape, normal, to_viewer, u, weight);
-    weight *= shape.weight;
+    weight *= weight_of(shape);
     return to_light;
 }
 
-// The same for a photon that came from the light, and goes on to the viewer.
+// The same for a photon that came from the light, and goes on to the viewer; some kinds send a share of photons by
+// the cosine alone.
 vec3 sample_lobe_for_photon(Lobe lobe, Shape shape, vec3 normal, vec3 to_light, vec2 u, out vec3 weight) {
-    vec3 to_viewer = sample_lobe(lobe, shape, normal, to_light, u, weight);
-    weight *= exchanged_kind(lobe, shape, max(0.0, dot(to_light, normal)), dot(to_viewer, normal));
+    float by_cosine = by_cosine_kind(lobe, shape);
+    vec3 to_viewer;
+    if (!(by_cosine > 0.0)) {
+        to_viewer = sample_lobe(lobe, shape, normal, to_light, u, weight);
+        weight *= exchanged_kind(lobe, shape, max(0.0, dot(to_light, normal)), dot(to_viewer, normal));
+        return to_viewer;
+    }
+    if (u.x < by_cosine) {
+        to_viewer = frame_about(normal) * sample_cosine_hemisphere(vec2(u.x / by_cosine, u.y));
+    } else {
+        u.x = (u.x - by_cosine) / (1.0 - by_cosine);
+        to_viewer = sample_lobe(lobe, shape, normal, to_light, u, weight);
+    }
+    float cosine = max(0.0, dot(to_viewer, normal)), density = pdf_lobe(lobe, shape, normal, to_light, to_viewer);
+    density = mix(density, pdf_cosine_hemisphere(cosine), by_cosine);
+    weight = vec3(0.0);
+    if (density > 0.0) weight = eval_lobe(lobe, shape, normal, to_viewer, to_light) * (cosine / density);
     return to_viewer;
 }
 
 // What it reflects of the light from everywhere to a viewer at this cosine, no more than 1.
-vec3 albedo_lobe(Lobe lobe, Shape shape, float cosine) { return shape.weight * albedo_kind(lobe, shape, cosine); }
+vec3 albedo_lobe(Lobe lobe, Shape shape, float cosine) {
+    return weight_of(shape) * albedo_kind(lobe, shape, cosine);
+}
 
 // The probability that a point of two lobes sends its ray by the first: it goes by what they reflect.
 float share_of_first(Lobe first, Shape first_shape, Lobe second, Shape second_shape, float cosine) {
@@ -60,8 +80,6 @@ float share_of_first(Lobe first, Shape first_shape, Lobe second, Shape second_sh
 }
 
 // The share of light that gets through it, to and fro, to what it lies over, as Cycles layers closures: by
-// the viewer's direction alone, and the same for all colours. That is not reciprocal: whoever goes from the
-// light to the eye has to ask for the direction that leads on to the eye.
-float passed_by_lobe(Lobe lobe, Shape shape, float cosine) {
-    return clamp(1.0 - largest(albedo_kind(lobe, shape, cosine)), 0.0, 1.0);
-}
+// the viewer's direction alone, and the same for all colours unless the lobe has a tint. That is not reciprocal:
+// whoever goes from the light to the eye has to ask for the direction that leads on to the eye.
+vec3 passed_by_lobe(Lobe lobe, Shape shape, float cosine) { return passed_kind(lobe, shape, cosine); }

@@ -1,26 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which lobes of its material a point has, and how much of Lambert's what lies over it leaves. Uses the
-// table of lobes.
+// Which lobes of its material a point has, and how much of them and of Lambert's what lies over them leaves. Uses
+// the table of lobes.
 //
-// An eye ray has up to two lobes, and the albedo that it sees through those that cover it. Of a material of
-// more, its first is one of them, and one of the others is the second, by chance: its weight is divided by
-// its probability, so that passes average to all. A photon has one lobe, which covers the albedo or not,
-// for the direction in which it will leave is not known yet: of a material of several such layers one is
-// chosen by chance.
+// An eye ray has up to two lobes. Of a material of more, its first is one of them, and one of the others is the
+// second, by chance: its weight is divided by its probability, so that passes average to all. A photon has one.
+// Both have the albedo that all lobes over it leave: by the direction to the viewer, which for a photon is the one
+// in which it goes on, if it does.
 #include "lib/gathered.glsl"
 #include "lib/diffuse.glsl"
 #include "lib/rng.glsl"
 #ifdef EYE
 #include "lib/pixel.glsl"
+#else
+#include "lib/reflection.glsl"
 #endif
 
 struct Lobes { Lobe lobe0; Shape shape0; Lobe lobe1; Shape shape1; };
 
 Lobe lobe_of(MaterialLobe l) { return Lobe(l.colour, l.kind); }
 
-Shape shape_of(MaterialLobe l, float probability) {
-    return Shape(pack_kind(l.kind, l.parameters, l.more), l.weight / probability);
+Shape shape_of(MaterialLobe l, vec3 by) {
+    return Shape(pack_kind(l.kind, l.parameters, l.more), packed_weight(l.weight * by));
 }
+
+Shape shape_of(MaterialLobe l) { return shape_of(l, vec3(1.0)); }
 
 // Element of the table of lobes, with what its material's program gives.
 MaterialLobe lobe_at(int number) {
@@ -43,8 +46,34 @@ float choice() {
 #endif
 }
 
-float probable_albedo(MaterialLobe l, float cosine) {
-    return mean(albedo_lobe(lobe_of(l), shape_of(l, 1.0), cosine)) + 1.0e-6;
+// What all that lies over a lobe lets through to a viewer at this cosine.
+vec3 passed_over(Material material, MaterialLobe l, float cosine) {
+    vec3 passed = vec3(1.0);
+#ifdef LAYERS
+    for (int i = 0; i < LAYERS && l.over > 0.0; i++) {
+        l = lobe_at(int(material.first_lobe + l.over) - 1);
+        passed *= passed_by_lobe(lobe_of(l), shape_of(l), cosine);
+    }
+#endif
+    return passed;
+}
+
+// Lambert's albedo to a viewer at this cosine, and whether photons land there, whatever the cosine.
+Diffuse diffuse_below(Material material, float cosine) {
+    vec3 albedo = material.albedo;
+    bool covers = false;
+    for (int i = 0; i < int(material.lobes); i++) {
+        MaterialLobe l = lobe_at(int(material.first_lobe) + i);
+        if (!(largest(l.covered) > 0.0)) continue;
+        covers = true;
+        albedo += l.covered * passed_by_lobe(lobe_of(l), shape_of(l), cosine) * passed_over(material, l, cosine);
+    }
+    Diffuse diffuse = bare_diffuse(albedo);
+    return covers ? with_photons(diffuse) : diffuse;
+}
+
+float probable_albedo(Material material, MaterialLobe l, float cosine) {
+    return mean(albedo_lobe(lobe_of(l), shape_of(l, passed_over(material, l, cosine)), cosine)) + 1.0e-6;
 }
 
 #ifdef DIRECTIONS
@@ -53,88 +82,82 @@ bool gathers_some(Material material) {
     float share = 0.0;
     for (int i = 0; i < int(material.lobes); i++) {
         MaterialLobe l = lobe_at(int(material.first_lobe) + i);
-        share += gathered_share(lobe_of(l), shape_of(l, 1.0));
+        share += gathered_share(lobe_of(l), shape_of(l));
     }
     return share > 0.0;
 }
 #endif
 
-#ifdef EYE
-Lobes lobes_of(Material material, float cosine, inout Diffuse diffuse) {
+Lobes no_lobes() {
     Lobe none = Lobe(vec3(0.0), 0.0);
-    Lobes found = Lobes(none, Shape(vec3(0.0), 0.0), none, Shape(vec3(0.0), 0.0));
+    Shape nothing = Shape(vec3(0.0), 0.0);
+    return Lobes(none, nothing, none, nothing);
+}
+
+// One of a material's lobes from the first of these on, by chance, and its probability.
+MaterialLobe drawn_lobe(Material material, int from, float cosine, out float probability) {
     int first = int(material.first_lobe), lobes = int(material.lobes);
-    float others = 0.0;
-    vec3 albedo = diffuse.albedo;
-    for (int i = 0; i < lobes; i++) {
-        MaterialLobe l = lobe_at(first + i);
-        if (largest(l.covered) > 0.0) albedo += l.covered * passed_by_lobe(lobe_of(l), shape_of(l, 1.0), cosine);
-        if (i > 0) others += probable_albedo(l, cosine);
+    MaterialLobe l = lobe_at(first + from);
+    probability = 1.0;
+    if (lobes == from + 1) return l;
+    float all = 0.0;
+    for (int i = from; i < lobes; i++) all += probable_albedo(material, lobe_at(first + i), cosine);
+    float left = choice() * all;
+    for (int i = from; i < lobes; i++) {
+        l = lobe_at(first + i);
+        float own = probable_albedo(material, l, cosine);
+        probability = own / all;
+        if (left < own) break;
+        left -= own;
     }
-    diffuse = bare_diffuse(albedo);
-    if (lobes > 0) {
-        MaterialLobe l = lobe_at(first);
-        found.lobe0 = lobe_of(l);
-        found.shape0 = shape_of(l, 1.0);
-    }
+    return l;
+}
+
+// `turn`: of the tangent (tangent.glsl); `side`: of the surface.
+Shape placed(Lobe lobe, Shape shape, float turn, float side) {
+    return sided_kind(lobe, turned_kind(lobe, shape, turn), side);
+}
+
+#ifdef EYE
+Lobes lobes_of(Material material, float cosine, float turn, float side) {
+    Lobes found = no_lobes();
+    if (!(material.lobes > 0.0)) return found;
+    MaterialLobe l = lobe_at(int(material.first_lobe));
+    found.lobe0 = lobe_of(l);
+    found.shape0 = placed(found.lobe0, shape_of(l, passed_over(material, l, cosine)), turn, side);
 #ifdef TWO_LOBES
-    if (lobes == 2) {
-        MaterialLobe l = lobe_at(first + 1);
-        found.lobe1 = lobe_of(l);
-        found.shape1 = shape_of(l, 1.0);
-    } else if (lobes > 2) {
-        float left = choice() * others;
-        for (int i = 1; i < lobes; i++) {
-            MaterialLobe l = lobe_at(first + i);
-            float own = probable_albedo(l, cosine);
-            if (left < own || i == lobes - 1) {
-                found.lobe1 = lobe_of(l);
-                found.shape1 = shape_of(l, own / others);
-                break;
-            }
-            left -= own;
-        }
-    }
+    if (!(material.lobes > 1.0)) return found;
+    float probability;
+    l = drawn_lobe(material, 1, cosine, probability);
+    found.lobe1 = lobe_of(l);
+    found.shape1 = placed(found.lobe1, shape_of(l, passed_over(material, l, cosine) / probability), turn, side);
 #endif
     return found;
 }
 #else
-Lobes lobes_of(Material material, float cosine, inout Diffuse diffuse) {
-    Lobe none = Lobe(vec3(0.0), 0.0);
-    Lobes found = Lobes(none, Shape(vec3(0.0), 0.0), none, Shape(vec3(0.0), 0.0));
-    int first = int(material.first_lobe), lobes = int(material.lobes);
-    if (lobes == 0) return found;
-    MaterialLobe l = lobe_at(first);
-    bool is_bare = gathers(diffuse);
-    if (lobes == 1 && !(is_bare && largest(l.covered) > 0.0)) {
-        found.lobe0 = lobe_of(l);
-        found.shape0 = shape_of(l, 1.0);
-        if (!is_bare) diffuse = covered_diffuse(l.covered);
-        return found;
+// By which layers are weighed for a photon that goes on to the eye, or for one that came through them.
+float cosine_to_viewer(Facing facing, Shading shading, vec3 onward) {
+    if (dot(onward, facing.normal) < 0.0) return abs(dot(onward, shading.normal));
+    return max(0.0, dot(onward, raised_normal(shading.normal, facing.normal, onward)));
+}
+
+Lobes lobes_of(Material material, Facing facing, Shading shading, vec3 to_light, float turn) {
+    Lobes found = no_lobes();
+    if (!(material.lobes > 0.0)) return found;
+    float probability;
+    MaterialLobe l = drawn_lobe(material, 0, max(0.0, dot(to_light, shading.normal)), probability);
+    found.lobe0 = lobe_of(l);
+    found.shape0 = placed(found.lobe0, shape_of(l, vec3(1.0 / probability)), turn, facing.side);
+#ifdef LAYERS
+    if (l.over > 0.0) {
+        vec3 weight;
+        vec2 u = reflection_numbers(load_flux()).yz;
+        vec3 normal = raised_normal(shading.normal, facing.normal, to_light);
+        vec3 onward = sample_lobe_for_photon(found.lobe0, found.shape0, normal, to_light, u, weight);
+        vec3 passed = passed_over(material, l, cosine_to_viewer(facing, shading, onward));
+        found.shape0 = weighed(found.shape0, passed);
     }
-    float of_bare = mean(diffuse.albedo), all = of_bare;
-    for (int i = 0; i < lobes; i++) {
-        l = lobe_at(first + i);
-        all += probable_albedo(l, cosine) + mean(l.covered);
-        is_bare = is_bare || largest(l.covered) > 0.0;
-    }
-    float left = choice() * all - of_bare;
-    if (left < 0.0) {
-        diffuse.albedo *= all / of_bare;
-        return found;
-    }
-    for (int i = 0; i < lobes; i++) {
-        l = lobe_at(first + i);
-        float own = probable_albedo(l, cosine) + mean(l.covered);
-        if (left < own || i == lobes - 1) {
-            found.lobe0 = lobe_of(l);
-            found.shape0 = shape_of(l, own / all);
-            diffuse = covered_diffuse(l.covered * (all / own));
-            if (is_bare) diffuse.flags = GATHERS + IS_COVERED;  // others of its layers are, if not this
-            return found;
-        }
-        left -= own;
-    }
+#endif
     return found;
 }
 #endif

@@ -48,8 +48,11 @@ bool is_ray(ShadowRay ray) { return largest(ray.radiance) > 0.0 || ray.lux > 0.0
 
 #ifdef WEIGHED
 // Of a lobe, of which rays that find the light as well have a part.
-float part_of_shadow_rays(float own, float density, Shape whole, Shape rays) {
-    float by_rays = whole.weight > 0.0 ? rays.weight / whole.weight : 0.0;
+float part_of_shadow_rays(float own, float density, Lobe lobe, Shape shape) {
+    float by_rays = 1.0;
+#ifdef GATHERED_LOBES
+    by_rays -= gathered_share(lobe, shape);
+#endif
     return 1.0 - by_rays + by_rays * (own / (own + density));
 }
 #endif
@@ -91,20 +94,19 @@ vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light) {
     vec3 second = eval_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
 #endif
 #ifdef WEIGHED
-    Shape rays0 = shape_of_rays(point.lobe0, point.shape0);
     float own = density_of_rays(rays, light, point.place.position, point.facing.normal, to_light);
     if (own > 0.0 && depth < chain_depth) {
         float share = 1.0;
 #ifdef TWO_LOBES
         float cosine = dot(point.to_viewer, point.shading.normal);
         cosine = max(0.0, is_behind(point) ? -cosine : cosine);
-        Shape rays1 = shape_of_rays(point.lobe1, point.shape1);
+        Shape rays0 = shape_of_rays(point.lobe0, point.shape0), rays1 = shape_of_rays(point.lobe1, point.shape1);
         share = share_of_first(point.lobe0, rays0, point.lobe1, rays1, cosine);
         float density1 = pdf_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
-        second *= part_of_shadow_rays(own, (1.0 - share) * density1, point.shape1, rays1);
+        second *= part_of_shadow_rays(own, (1.0 - share) * density1, point.lobe1, point.shape1);
 #endif
         float density0 = pdf_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light);
-        first *= part_of_shadow_rays(own, share * density0, point.shape0, rays0);
+        first *= part_of_shadow_rays(own, share * density0, point.lobe0, point.shape0);
     }
 #endif
 #ifdef TWO_SIDED

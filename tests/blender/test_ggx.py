@@ -139,8 +139,7 @@ def test_black_reflects_at_grazing_angles(convert, cycles, scene, metallic) -> N
     ("inputs", "status", "feature"),
     [
         ({"Alpha": 0.5}, "ignored", "Alpha"),
-        ({"Coat_Weight": 1.0}, "ignored", "Coat"),
-        ({"Sheen_Weight": 1.0}, "ignored", "Sheen"),
+        ({"Thin_Film_Thickness": 500.0}, "ignored", "Thin Film"),
         ({"Subsurface_Weight": 0.5}, "approximated", "Subsurface"),
     ],
 )

@@ -160,7 +160,8 @@ def test_missing_image_is_magenta_as_in_cycles(convert, scene, cycles, tmp_path,
     tree.links.new(texture.outputs["Alpha"], diffuse.inputs["Roughness"])
     finish(tree, diffuse)
     converted, report = convert(material)
-    assert converted.diffuse == (1.0, 0.0, 1.0)
+    (lobe,) = converted.lobes
+    assert (lobe.colour, lobe.parameters) == ((1.0, 0.0, 1.0), {"diffuse_roughness": 1.0})
     details = [entry.detail for entry in report.of("approximated")]
     assert f"{said}: magenta (1, 0, 1) is used" in details
     assert f"{said}: opaque 1 is used" in details

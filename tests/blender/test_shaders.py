@@ -87,8 +87,10 @@ SHADERS = {
 JOINTS = {"ADD_SHADER": "ShaderNodeAddShader", "MIX_SHADER": "ShaderNodeMixShader"}
 GLASSY = {"BSDF_GLASS", "BSDF_REFRACTION"}
 SPECULAR = {"BSDF_GLOSSY", "BSDF_METALLIC", "BSDF_PRINCIPLED", *GLASSY, *JOINTS}
+DIFFUSE_LOBES = {"BSDF_DIFFUSE", "BSDF_SHEEN"}  # of GGX's model: in the paper's they are Lambert's
+MICROFACETS = {"mirror", "ggx", "ggx_metal", "ggx_dielectric", "glass", "ggx_glass"}
 KINDS = {
-    GGX: {"mirror", "ggx", "ggx_metal", "ggx_dielectric", "glass", "ggx_glass"},
+    GGX: MICROFACETS | {"oren_nayar", "sheen", "velvet", "coat"},
     PHONG: {"mirror", "phong", "glass", "ggx_glass"},
 }
 
@@ -104,11 +106,15 @@ def variants(kind: str) -> list[bpy.types.Material]:
             continue
         material, tree = new_material()
         node = add_node(tree, **given)
-        for name, value in (("Roughness", roughness), ("Metallic", metallic)):
+        given = {"Roughness": roughness, "Metallic": metallic}
+        layers = ("Diffuse Roughness", "Coat Weight", "Sheen Weight")
+        for name, value in (given | dict.fromkeys(layers, metallic)).items():
             if name in node.inputs:
                 node.inputs[name].default_value = value
         if kind == "BSDF_METALLIC" and metallic:
             node.fresnel_type = "PHYSICAL_CONDUCTOR"
+        if kind == "BSDF_SHEEN" and metallic:
+            node.distribution = "ASHIKHMIN"
         assert node.type == kind
         finish(tree, node)
         found.append(material)
@@ -126,7 +132,7 @@ def test_lobes_have_what_their_files_ask_for(export, kind, model) -> None:
     scene, _ = export(model)
     check_kinds(scene)
     lobes = [lobe for material in scene.materials for lobe in material.lobes]
-    assert bool(lobes) == (kind in SPECULAR)
+    assert bool(lobes) == (kind in SPECULAR or (model is GGX and kind in DIFFUSE_LOBES))
     for lobe in lobes:
         assert lobe.kind in KINDS[model]
         asked = lobe_kinds()[lobe.kind].parameters
@@ -148,9 +154,79 @@ def test_diffuse(convert, model) -> None:
     assert not features(report, "approximated")
 
 
-def test_oren_nayar_is_approximated(convert) -> None:
-    report = convert(shader_material(DIFFUSE, Roughness=0.5))[1]
+def test_rough_diffuse(convert) -> None:
+    material, report = convert(shader_material(DIFFUSE, Color=RED, Roughness=0.5))
+    (lobe,) = material.lobes
+    assert_lobe(lobe, "oren_nayar", RED[:3], {"diffuse_roughness": 0.5})
+    assert material.diffuse == BLACK
+    assert features(report, "exact") == ["Shader"]
+    bpy.data.objects.remove(bpy.data.objects["Plane"])
+    report = convert(shader_material(DIFFUSE, Roughness=0.5), PHONG)[1]
     assert features(report, "approximated") == ["Diffuse roughness"]
+
+
+@pytest.mark.parametrize(
+    ("distribution", "kind", "name"),
+    [("MICROFIBER", "sheen", "roughness"), ("ASHIKHMIN", "velvet", "sigma")],
+)
+def test_sheen(convert, distribution, kind, name) -> None:
+    material, tree = new_material()
+    node = add_node(tree, "ShaderNodeBsdfSheen", Color=RED, Roughness=0.3)
+    node.distribution = distribution
+    finish(tree, node)
+    converted, report = convert(material)
+    (lobe,) = converted.lobes
+    assert_lobe(lobe, kind, RED[:3], {name: 0.3})
+    assert features(report, "exact") == ["Shader"]
+
+
+def test_principled_layers(convert) -> None:
+    """Sheen over a coat over a dielectric over a rough base; and what a Mix Shader makes of it."""
+    coat = {"Coat_Weight": 0.5, "Coat_Roughness": 0.2, "Coat_IOR": 1.6, "Coat_Tint": GOLD}
+    sheen = {"Sheen_Weight": 0.5, "Sheen_Roughness": 0.4, "Sheen_Tint": RED}
+    paint = {"Base_Color": RED, "Roughness": 0.3, "Diffuse_Roughness": 0.7, "IOR": 1.5}
+    layered = {"kind": PRINCIPLED} | coat | sheen | paint
+    expected = [
+        ("sheen", tuple(0.5 * c for c in RED[:3]), {"roughness": 0.4}, None),
+        ("coat", GOLD[:3], {"alpha": 0.04, "ior": 1.6, "cover": 0.5}, 0),
+        ("ggx_dielectric", (0.04,) * 3, microfacets(0.3) | {"ior": 1.5}, 1),
+        ("oren_nayar", RED[:3], {"diffuse_roughness": 0.7}, 2),
+    ]
+    material, report = convert(shader_material(**layered))
+    assert [lobe.over for lobe in material.lobes] == [over for *_, over in expected]
+    for lobe, given in zip(material.lobes, expected, strict=True):
+        assert_lobe(lobe, *given[:3])
+    assert features(report, "exact") == ["Shader"]
+    bpy.data.objects.remove(bpy.data.objects["Plane"])
+    material, _ = convert(mixed({"kind": PRINCIPLED, "Roughness": 0.3, "IOR": 1.5}, layered, 0.25))
+    assert [lobe.over for lobe in material.lobes] == [None, None, 1, 2, 3]
+    assert [lobe.weight for lobe in material.lobes] == near([0.75, *[0.25] * 4])
+
+
+def test_layers_over_lamberts_base(convert) -> None:
+    """Each takes the base that nothing is between; light that scatters below is diffuse."""
+    given = {"Base_Color": RED, "Coat_Weight": 1.0, "Specular_IOR_Level": 0.0}
+    (coat,) = convert(shader_material(PRINCIPLED, **given))[0].lobes
+    assert coat.kind == "coat" and coat.covered == near(RED[:3])
+    bpy.data.objects.remove(bpy.data.objects["Plane"])
+    given = {"Base_Color": RED, "Subsurface_Weight": 0.75, "Diffuse_Roughness": 0.5}
+    material, report = convert(shader_material(PRINCIPLED, **given))
+    interface, rough = material.lobes
+    assert interface.covered == near(tuple(0.75 * c for c in RED[:3]))
+    assert (rough.weight, rough.over) == (near(0.25), 0)
+    assert features(report, "approximated") == ["Subsurface"]
+
+
+def test_emission_below_a_coat(convert) -> None:
+    """A tinted coat of index 1 lets its tint through."""
+    glow = {"Emission_Color": GOLD, "Emission_Strength": 2.0}
+    coat = {"Coat_Weight": 0.5, "Coat_IOR": 1.0, "Coat_Tint": RED}
+    material, report = convert(shader_material(PRINCIPLED, **glow, **coat))
+    expected = (2.0 * g * (0.5 + 0.5 * r) for g, r in zip(GOLD[:3], RED[:3], strict=True))
+    assert max(material.emission) < 2.0
+    found = np.array(material.emission) / tuple(expected)
+    assert found.max() - found.min() < 0.2 and 0.5 < found.mean() < 1.0
+    assert features(report, "approximated") == ["Emission below a coat"]
 
 
 # The paper's lobes.

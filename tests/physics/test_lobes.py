@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.scene import Light, Lobe, Material, Scene, phong
+from addon.photon.scene import Light, Lobe, Material, Scene, phong, sun_light
 from addon.photon.stage.light_tree import MOST_ASKED
 from addon.streams import Device
 from tests.measure import render
@@ -95,6 +95,37 @@ def test_layers_under_grazing_light(picture: Picture, lobe: Lobe) -> None:
     assert not by_photons["Direct"].any()
     exact = np.multiply((0.8, 0.4, 0.2), 1 - max(lobe.colour)) / math.pi * math.cos(angle)
     np.testing.assert_allclose(by_rays, exact, rtol=2e-3)
+    np.testing.assert_allclose(by_photons["Indirect"].mean(axis=(0, 1)), by_rays, rtol=0.01)
+
+
+def layered(roughness: float) -> Material:
+    """Sheen over a tinted coat over a dielectric over a rough base; all gather from 0.5 on."""
+    alpha = roughness**2
+    shape = {"alpha_x": alpha, "alpha_y": alpha, "turn": 0.0, "compensated": 1.0, "ior": 1.5}
+    coat = {"alpha": alpha, "ior": 1.6, "cover": 0.8}
+    lobes = (
+        Lobe("sheen", (0.7, 0.5, 0.3), {"roughness": roughness}),
+        Lobe("coat", (0.5, 0.8, 0.9), coat, over=0),
+        Lobe("ggx_dielectric", (0.04,) * 3, shape, covered=(0.2, 0.3, 0.1), over=1),
+        Lobe("oren_nayar", (0.6, 0.4, 0.3), {"diffuse_roughness": 0.8}, over=2),
+    )
+    return Material("layered", NO_DIFFUSE, lobes)
+
+
+def test_lobes_under_lobes_gather(picture: Picture) -> None:
+    """Their direct light by photons is that by shadow rays, ten degrees above the horizon."""
+    angle = math.radians(80)
+    to_light = np.array([math.sin(angle), 0.0, math.cos(angle)])
+    sun = sun_light("sun", (math.pi,) * 3, tuple(-to_light))
+    built = Builder().quad((-2, -1, 0), (2, -1, 0), (2, 1, 0), (-2, 1, 0))
+    view = orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 0.8)
+    scene = built.scene(view, [sun], [layered(0.7)])
+    settings: dict[str, Any] = {"width": 12, "height": 12, "photons": 100_000, "radius": 0.1}
+    settings |= {"photon_bounces": 1, "passes": 16, "mirror_depth": 1}
+    by_rays = picture(scene, **settings | {"photons": 0})["Direct"].mean(axis=(0, 1))
+    by_photons = picture(scene, **settings, direct_by_photons=True)
+    assert not by_photons["Direct"].any() and not by_photons["Mirror"].any()
+    assert by_rays.min() > 0.01
     np.testing.assert_allclose(by_photons["Indirect"].mean(axis=(0, 1)), by_rays, rtol=0.01)
 
 
@@ -227,6 +258,33 @@ def test_photons_meet_a_toy_lobe(picture: Picture) -> None:
     )
     assert lambert.min() > 0.01
     np.testing.assert_allclose(toy, lambert, rtol=0.02)
+
+
+@pytest.mark.usefixtures("_toys")
+@pytest.mark.parametrize("roughness", [pytest.param(0.3, marks=pytest.mark.thorough), 0.8])
+def test_photons_meet_lobes_under_lobes(picture: Picture, roughness: float) -> None:
+    """They light a wall as a wall whose rays go to what lies in the light sees it: over what they
+    do of Lambert's floor, which has most of either's noise."""
+    b = Builder().quad((-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0), 0)
+    b.quad((-2, 2, 0.5), (2, 2, 0.5), (2, 2, 3), (-2, 2, 3), 1)
+    view = camera((0, -2, 1.75), (0, 2, 1.75), 28)
+    down = plain_light(
+        "spot", "SPOT", (0, 0, 2), (900.0,) * 3, (0, 0, -1), spot_size=2.4, spot_blend=0.0
+    )
+    settings: dict[str, Any] = {"width": 16, "height": 16, "photon_bounces": 1}
+    settings |= {"radius": 0.1, "photons": 100_000, "mirror_depth": 0}
+    by_rays = settings | {"photons": 0, "mirror_depth": 1, "passes": 64}
+    wall = plain_material("wall", LAMBERT.diffuse)
+
+    def both(floor: Material) -> Any:
+        seen = picture(b.scene(view, [down], [floor, TOY]), **by_rays)["Mirror"]
+        brought = picture(b.scene(view, [down], [floor, wall]), **settings, passes=16)["Indirect"]
+        return [image.mean(axis=(0, 1)) for image in (seen, brought)]
+
+    found, of_lambert = both(layered(roughness)), both(LAMBERT)
+    assert found[0].min() > 0.01
+    found = np.divide(found, of_lambert)
+    np.testing.assert_allclose(found[1], found[0], rtol=0.015)
 
 
 @pytest.mark.usefixtures("_toys")

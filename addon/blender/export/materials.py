@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import RGB, Lobe, Material, Result
+from ...photon.scene import RGB, Lobe, Material, Result, reflecting
 from .graph import Asked, Colour, Graph, colour_text
 from .nodes import graph_of
 from .nodes.normals import bump_of_displacement
@@ -133,7 +133,7 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
     each channel; note what had to give. What varies the renderer bounds where it is used."""
     found = _Found(owner, notes)
     diffuse = found.colour(bsdf.diffuse, "Diffuse colour", "diffuse")
-    lobes = tuple(lobe for each in bsdf.lobes if (lobe := _lobe(each, owner, notes)).reflects)
+    lobes = reflecting(tuple(_lobe(lobe, owner, notes) for lobe in bsdf.lobes))
     for name, normal in (("base", bsdf.base), ("normal", bsdf.normal)):
         if normal is not None:
             found.number(normal, name, 0.0)
@@ -198,7 +198,7 @@ def _lobe(lobe: ShaderLobe, owner: str, notes: Notes) -> Lobe:
         else found.number(value, name, 1.0)
         for name, value in lobe.parameters.items()
     }
-    return Lobe(lobe.kind, colour, parameters, weight, covered, found.varying)
+    return Lobe(lobe.kind, colour, parameters, weight, covered, found.varying, lobe.over)
 
 
 def _moved(varying: Mapping[str, Result], numbers: Mapping[int, int]) -> dict[str, Result]:

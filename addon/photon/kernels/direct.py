@@ -24,6 +24,7 @@ _STRUCTURE = (
     "DRAWN",
     "LOBES",
     "TWO_LOBES",
+    "TINTED",
     "WEIGHED",
     "ILLUMINANCE",
     "SMOOTH",

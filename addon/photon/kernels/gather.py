@@ -25,7 +25,7 @@ class Gather(Kernel):
     its lobes send on of each."""
 
     stem = "gather"
-    structure = (*FILTER_DEFINES, *GATHERED_LOBES, "LOBES", "TWO_LOBES")
+    structure = (*FILTER_DEFINES, *GATHERED_LOBES, "LOBES", "TWO_LOBES", "TINTED")
     inputs = {
         "place": PLACE,
         "facing": FACING,

@@ -26,7 +26,7 @@ SHADING = Record("Shading", {"normal": "vec3", "triangle": "float"})  # unit, on
 DIFFUSE = Record("Diffuse", {"albedo": "vec3", "flags": "float"})  # Lambert's lobe; diffuse.glsl
 # Another lobe: glsl/bsdf has a file for each kind, which says what colour and parameters are.
 LOBE = Record("Lobe", {"colour": "vec3", "kind": "float"})  # kind 0: no lobe
-SHAPE = Record("Shape", {"parameters": "vec3", "weight": "float"})  # weight: times all it reflects
+SHAPE = Record("Shape", {"parameters": "vec3", "weight": "float"})  # weight: see lobe_weight.glsl
 
 # Streams of light.
 RADIANCE = Record("Radiance", {"radiance": "vec3", "alpha": "float"})  # [W/(m^2 sr)]
@@ -110,7 +110,8 @@ MATERIAL = Record(
         "base_from": "float",
     },
 )
-# A lobe as in the streams, and the albedo of what it lies over. Codes as of materials; 0: none.
+# A lobe as in the streams; the albedo of what it lies over; which of the material's lobes lies over
+# it, its number plus one, or 0. Codes as of materials; 0: none.
 MATERIAL_LOBE = Record(
     "MaterialLobe",
     {
@@ -125,6 +126,7 @@ MATERIAL_LOBE = Record(
         "colour_from": "float",
         "covered_from": "float",
         "weight_from": "float",
+        "over": "float",
     },
 )
 # Of a material's program: a kind of node, the register that holds its result, and its operands, as

@@ -8,7 +8,7 @@ class Reflector(Kernel):
     """Scatter or absorb each photon by Russian roulette (Marino & Abbate, Reflector)."""
 
     stem = "reflector"
-    structure = ("LOBES", "TRANSMITS", "ARRIVALS", "ENVIRONMENT", "VISIBILITY")
+    structure = ("LOBES", "TINTED", "TRANSMITS", "ARRIVALS", "ENVIRONMENT", "VISIBILITY")
     inputs = {
         "origin": When("ARRIVALS", RAY_ORIGIN),
         "direction": RAY_DIRECTION,

@@ -8,7 +8,7 @@ class Scatter(Kernel):
     """Send the secondary rays of lobes (Marino & Abbate, mirror pass)."""
 
     stem = "scatter"
-    structure = ("LOBES", "TWO_LOBES", "WEIGHED", *GATHERED_LOBES)
+    structure = ("LOBES", "TWO_LOBES", "TINTED", "WEIGHED", *GATHERED_LOBES)
     inputs = {
         "place": PLACE,
         "facing": FACING,

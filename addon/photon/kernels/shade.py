@@ -59,6 +59,8 @@ class Shade(Kernel):
         "PHOTONS",
         "LOBES",
         "TWO_LOBES",
+        "LAYERS",
+        "TINTED",
         "TANGENTS",
         "TRANSMITS",
         "DIRECTIONS",

@@ -23,6 +23,7 @@ from .values import (
     Material,
     Scene,
     phong,
+    reflecting,
 )
 from .visibility import ALL_RAYS, HOLDOUT, MOST_BOUNCES, RAY_BITS, RAYS
 
@@ -53,6 +54,7 @@ __all__ = [
     "environment_light",
     "phong",
     "point_light",
+    "reflecting",
     "spot_light",
     "sun_light",
     "world_light",

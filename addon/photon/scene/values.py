@@ -28,9 +28,10 @@ from .visibility import ALL_RAYS, HOLDOUT
 SNAPSHOT_VERSION = 5
 MIRROR = np.inf  # Phong exponent of a perfect mirror
 # Kinds of lobes whose colour is their reflectance head-on: black ones reflect at grazing angles.
-FRESNEL_LOBES = ("ggx_dielectric", "ggx_metal", "glass", "ggx_glass")
+FRESNEL_LOBES = ("coat", "ggx_dielectric", "ggx_metal", "glass", "ggx_glass")
 # Kinds that gather no photons, however rough they are.
 SEND_RAYS = ("mirror", "glass", "ggx_glass")
+ALPHAS = ("alpha", "alpha_x", "alpha_y")  # parameters of microfacets
 
 
 def _empty(shape: tuple[int, ...], dtype: Any) -> Any:
@@ -49,6 +50,7 @@ class Lobe:
     covered: RGB = BLACK
     # Its colour, weight, covered or parameters that the material's program gives in place of those.
     varying: Varying = field(default_factory=dict)
+    over: int | None = None  # the material's lobe that lies over this one, before it in their order
 
     def check(self, who: str) -> None:
         """Raise SceneError naming the lobe's owner and the first value out of its range."""
@@ -74,12 +76,14 @@ class Lobe:
         kind that gathers no photons, and 1 where parameters do not tell. The least and the most
         that it may be anywhere."""
         given: Mapping[str, Any] = self.parameters
-        if self.varying.keys() & {"exponent", "alpha_x", "alpha_y"}:
+        alphas = [given[name] for name in ALPHAS if name in given]
+        if self.varying.keys() & {"exponent", "roughness", *ALPHAS}:
             return 0.0, 1.0
         if "exponent" in given:
             found = float((2.0 / (given["exponent"] + 2.0)) ** 0.25)
+        elif "roughness" in given:
+            found = float(given["roughness"])
         else:
-            alphas = [given[name] for name in ("alpha_x", "alpha_y") if name in given]
             found = math.sqrt(min(alphas, default=0.0 if self.kind in SEND_RAYS else 1.0))
         return found, found
 
@@ -89,11 +93,27 @@ class Lobe:
         given = {**self.parameters, **self.varying}
         return given.get("alpha_x") != given.get("alpha_y")
 
-    def head_on(self) -> NDArray[np.float64]:
-        """The albedo with what it covers, for a viewer straight above; about that."""
-        own = np.array(self.colour, np.float64)
-        under: NDArray[np.float64] = np.array(self.covered) * (1.0 - min(own.max(), 1.0))
-        return self.weight * own + under
+    def reflected_head_on(self) -> NDArray[np.float64]:
+        """What it reflects itself to a viewer straight above, but for its weight; about that."""
+        if self.kind == "coat":  # whose colour is its tint
+            given: Mapping[str, Any] = self.parameters
+            f0 = ((given["ior"] - 1.0) / (given["ior"] + 1.0)) ** 2
+            return np.full(3, min(given["cover"], 1.0) * f0)
+        if self.kind == "sheen":  # next to nothing
+            return np.zeros(3)
+        return np.array(self.colour, np.float64)
+
+
+def reflecting(lobes: tuple[Lobe, ...]) -> tuple[Lobe, ...]:
+    """Those that do, in their order. What others would lie over lies under what is over these."""
+    kept: list[Lobe] = []
+    places: list[int | None] = []  # of each lobe, or of what lies over it
+    for lobe in lobes:
+        over = None if lobe.over is None else places[lobe.over]
+        places.append(len(kept) if lobe.reflects else over)
+        if lobe.reflects:
+            kept.append(replace(lobe, over=over))
+    return tuple(kept)
 
 
 def phong(colour: RGB, exponent: float = MIRROR) -> Lobe:
@@ -122,8 +142,10 @@ class Material:
         who = f"material {self.name!r}"
         check_finite(f"{who}: diffuse", self.diffuse, 0.0)
         check_finite(f"{who}: emission", self.emission, 0.0)
-        for lobe in self.lobes:
+        for number, lobe in enumerate(self.lobes):
             lobe.check(f"{who}: {lobe.kind}")
+            if lobe.over is not None and lobe.over not in range(number):
+                raise SceneError(f"{who}: {lobe.kind}: over = {lobe.over} is no lobe before it")
         check_program(who, self.program, [self.varying, *(lobe.varying for lobe in self.lobes)])
 
     @property
@@ -145,8 +167,11 @@ class Material:
     def head_on(self) -> NDArray[np.float64]:
         """What it reflects of light from everywhere to a viewer straight above, per channel."""
         albedo = np.array(self.diffuse, np.float64)
+        passed: list[float] = []  # what gets through each, and through what lies over it
         for lobe in self.lobes:
-            albedo += lobe.head_on()
+            own, above = lobe.reflected_head_on(), 1.0 if lobe.over is None else passed[lobe.over]
+            passed.append(above * (1.0 - min(own.max(), 1.0)))
+            albedo += above * lobe.weight * own + passed[-1] * np.array(lobe.covered)
         return albedo
 
     def conserving(self) -> Material:
@@ -158,15 +183,11 @@ class Material:
         if total.max() <= 1.0:
             return self
         scale = np.maximum(total, 1.0)
-        lobes = tuple(
-            replace(
-                lobe,
-                colour=_colour(np.divide(lobe.colour, scale)),
-                covered=_colour(np.divide(lobe.covered, scale)),
-            )
-            for lobe in self.lobes
+        return replace(
+            self,
+            diffuse=_colour(np.divide(self.diffuse, scale)),
+            lobes=tuple(_divided(lobe, scale) for lobe in self.lobes),
         )
-        return replace(self, diffuse=_colour(np.divide(self.diffuse, scale)), lobes=lobes)
 
 
 @dataclass(frozen=True)
@@ -386,6 +407,11 @@ _READERS: dict[int, tuple[Callable[..., Light], Callable[..., Material]]] = {
     4: (_read_light, _read_material),
     5: (_read_light, _read_material),
 }
+
+
+def _divided(lobe: Lobe, by: NDArray[np.float64]) -> Lobe:
+    colour = lobe.colour if lobe.kind == "coat" else _colour(np.divide(lobe.colour, by))
+    return replace(lobe, colour=colour, covered=_colour(np.divide(lobe.covered, by)))
 
 
 def _colour(values: Any) -> RGB:

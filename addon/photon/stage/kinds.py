@@ -45,6 +45,7 @@ class Kind:
     is_delta: bool  # it reflects each direction into one other
     transmits: bool  # light from behind, as well
     power: str  # of a light: its unit
+    verbs: frozenset[str]  # of the functions that its file defines
 
     @property
     def is_two_sided(self) -> bool:
@@ -143,6 +144,22 @@ BSDF_FUNCTIONS = (
         "vec3", "exchanged", (*_LOBE, "float from", "float to"), "return vec3(1.0);", "lobe.kind"
     ),
     _Function("float", "roughness", _LOBE, "return 0.0;", "lobe.kind"),
+    _Function(
+        "vec3",
+        "passed",
+        (*_LOBE, "float cosine"),
+        "return vec3(clamp(1.0 - largest(albedo_kind(lobe, shape, cosine)), 0.0, 1.0));",
+        "lobe.kind",
+        lambda kind: "passed" in kind.verbs,
+    ),
+    _Function(
+        "float",
+        "by_cosine",
+        _LOBE,
+        "return 0.0;",
+        "lobe.kind",
+        lambda kind: "by_cosine" in kind.verbs,
+    ),
     _Function(
         "Shape",
         "turned",
@@ -338,14 +355,17 @@ def _kinds(root: Path, folder: str) -> Mapping[str, Kind]:
 
 def _read(file: Path, number: int) -> Kind:
     """StreamError if the file's head does not say what its parameters are."""
-    head = file.read_text(encoding="utf-8").split("\n\n", 1)[0].replace("// ", "")
+    text = file.read_text(encoding="utf-8")
+    head = text.split("\n\n", 1)[0].replace("// ", "")
     found = _PARAMETERS.search(head)
     if not found:
         raise StreamError(f'{file}: its head has no line "// Parameters: ..."')
     named = [] if found[1] == "none" else _PARAMETER.findall(found[1])
     power = _POWER.search(head)
+    verbs = frozenset(re.findall(rf"(\w+)_{file.stem}\(", text))
     is_delta, transmits = "delta lobe" in head, "on both sides" in head
-    return Kind(file.stem, number, dict(named), is_delta, transmits, power[1] if power else "")
+    unit = power[1] if power else ""
+    return Kind(file.stem, number, dict(named), is_delta, transmits, unit, verbs)
 
 
 @lru_cache(maxsize=16)

@@ -22,6 +22,7 @@ from .kinds import (
     made_camera,
     made_lights,
 )
+from .layers import count_layers, has_tint
 from .light_tree import DRAWN_RAYS, MOST_ASKED
 from .limits import is_limited
 from .programs import ProgramNeeds
@@ -47,6 +48,8 @@ class SceneNeeds:
     lobes: int  # that a visible point has at most, besides Lambert's
     lobe_kinds: frozenset[str]
     light_kinds: frozenset[str]
+    layers: int = 0  # that lie over a lobe at most
+    tinted: bool = False  # such a layer colours what it lets through
     tangents: bool = False  # lobes turn with them
     illuminance: bool = False  # is asked for
     smooth: bool = False  # triangles stand for a bent surface
@@ -101,6 +104,8 @@ class SceneNeeds:
             lobes=min(max(map(len, lobes), default=0), MOST_LOBES),
             lobe_kinds=frozenset(kinds),
             light_kinds=of_mesh | {light.kind for light in emitting},
+            layers=max(map(count_layers, materials), default=0),
+            tinted=any(map(has_tint, materials)),
             tangents=len(mesh.tangents) > 0,
             illuminance=settings.illuminance,
             smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc")
@@ -141,6 +146,7 @@ class SceneNeeds:
         defines: dict[str, int | float]
         defines = {"EYE": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
         defines |= {"TWO_LOBES": 1} if self.lobes > 1 else {}
+        defines |= self._layer_defines
         defines |= self._transmitting_defines
         defines |= {"EYE": 1} | self.rays("camera") if self.visibility else {}
         return defines | ({"WEIGHED": 1} if self.weighed else {})
@@ -184,6 +190,7 @@ class SceneNeeds:
         """What kernels of photons are compiled with. A photon meets one lobe besides Lambert's."""
         defines: dict[str, int | float]
         defines = {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
+        defines |= self._layer_defines
         defines |= self._transmitting_defines
         if self.visibility and self.first_hits:
             defines |= {"FIRST_HITS": 1}
@@ -220,6 +227,11 @@ class SceneNeeds:
     def _transmitting_defines(self) -> dict[str, int | float]:
         some = any(lobe_kinds()[kind].transmits for kind in self.lobe_kinds)
         return {"TRANSMITS": 1} if some else {}
+
+    @property
+    def _layer_defines(self) -> dict[str, int | float]:
+        layers: dict[str, int | float] = {"LAYERS": self.layers} if self.layers else {}
+        return layers | ({"TINTED": 1} if self.tinted else {})
 
     @property
     def _tangent_defines(self) -> dict[str, int | float]:

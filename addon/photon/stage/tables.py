@@ -23,7 +23,7 @@ from ..kernels.records import (
     MATERIAL_LOBE,
     SPACE,
 )
-from ..scene import FOUND_BY, RGB, Light, Lobe, Material, Scene
+from ..scene import FOUND_BY, RGB, Light, Lobe, Material, Scene, reflecting
 from .aims import Aims
 from .environments import Place, environment_table
 from .geometry import Frame, Mesh
@@ -111,7 +111,7 @@ def material_tables(
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """(M,) of MATERIAL and (L,) of MATERIAL_LOBE, one at least of each; `programs`: of each
     material."""
-    lobes = [[lobe for lobe in material.lobes if lobe.reflects] for material in materials]
+    lobes = [reflecting(material.lobes) for material in materials]
     table = MATERIAL.zeros(max(len(materials), 1))
     of_lobes = MATERIAL_LOBE.zeros(max(sum(map(len, lobes)), 1))
     first = 0
@@ -137,6 +137,7 @@ def _fill_lobe(row: Any, lobe: Lobe, program: Compiled) -> None:
     kind = lobe_kinds()[lobe.kind]
     row["colour"], row["kind"] = lobe.colour, kind.number
     row["weight"], row["covered"] = lobe.weight, lobe.covered
+    row["over"] = 0.0 if lobe.over is None else lobe.over + 1.0
     codes: dict[str, Any] = {}  # of parameters, colours as often as they have channels
     for name, value in lobe.parameters.items():
         code = program.codes(lobe.varying, name)

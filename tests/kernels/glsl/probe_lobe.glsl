@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// With SAMPLE a direction and its weight for two uniform numbers, a PHOTON's or the eye's, else BSDF and density, and albedo.
+// With SAMPLE a direction and its weight for two uniform numbers, with PHOTON those of a photon; else BSDF and
+// density, and albedo, or with PASSED what gets through.
 #include "lib/lobe.glsl"
 
 void kernel() {
     Lobe lobe = Lobe(colour, kind);
-    Shape shape = Shape(pack_kind(kind, parameters, more), 1.0);
+    Shape shape = Shape(pack_kind(kind, parameters, more), packed_weight(vec3(1.0)));
     vec3 normal = vec3(0.0, 0.0, 1.0);
     vec3 to_viewer = load_viewer().value.xyz, other = load_other().value.xyz;
 #ifdef SAMPLE
@@ -20,6 +21,10 @@ void kernel() {
     float pdf = pdf_kind(lobe, shape, normal, to_viewer, other);
     float cosine = max(0.0, to_viewer.z);
     store_first(Value(vec4(eval_lobe(lobe, shape, normal, to_viewer, other), pdf)));
-    store_second(Value(vec4(albedo_lobe(lobe, shape, cosine), passed_by_lobe(lobe, shape, cosine))));
+#ifdef PASSED
+    store_second(Value(vec4(passed_by_lobe(lobe, shape, cosine), 1.0)));
+#else
+    store_second(Value(vec4(albedo_lobe(lobe, shape, cosine), 1.0)));
+#endif
 #endif
 }

@@ -10,7 +10,7 @@ import bpy
 
 from ..graph import Graph, Scope
 from ..programs import ONE
-from . import diffuse, emission, glass, glossy, metallic, mix, principled
+from . import diffuse, emission, glass, glossy, metallic, mix, principled, sheen
 from .bsdf import BLACK, CLEAR, Bsdf, Colour, ShaderLobe, SpecularModel, as_diffuse, triple
 from .normals import with_normal
 
@@ -59,7 +59,7 @@ READERS: dict[str, Reader] = {
     "BSDF_METALLIC": metallic.read,
     "BSDF_PRINCIPLED": principled.read,
     "BSDF_REFRACTION": glass.read_refraction,
-    "BSDF_SHEEN": _scattering,
+    "BSDF_SHEEN": sheen.read,
     "BSDF_TOON": _scattering,
     "BSDF_TRANSLUCENT": _scattering,
     "BSDF_TRANSPARENT": mix.read_transparent,

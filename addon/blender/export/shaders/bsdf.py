@@ -43,6 +43,7 @@ class ShaderLobe:
     parameters: Mapping[str, Value]
     weight: Value = ONE
     covered: Value = ZERO
+    over: int | None = None
 
     @property
     def is_anisotropic(self) -> bool:
@@ -76,11 +77,18 @@ class Bsdf:
     def plus(self, other: Bsdf) -> Bsdf:
         """Both; lobes of one shape become one."""
         lobes = list(self.lobes)
-        for lobe in other.lobes:
-            at = next((i for i, own in enumerate(lobes) if _joins(own, lobe)), None)
-            if at is None:
+        # What lies over others, or under them, stays apart.
+        apart = {lobe.over for lobe in (*self.lobes, *other.lobes)}
+        places: list[int] = []  # where the other's lobes are
+        for number, lobe in enumerate(other.lobes):
+            lobe = lobe if lobe.over is None else replace(lobe, over=places[lobe.over])
+            alone = number not in apart and lobe.over is None
+            at = next((i for i, own in enumerate(self.lobes) if _joins(own, lobe)), None)
+            if at is None or at in apart or not alone:
+                places.append(len(lobes))
                 lobes.append(lobe)
             else:
+                places.append(at)
                 lobes[at] = _joined(lobes[at], lobe)
         return Bsdf(
             self.diffuse + other.diffuse,
@@ -91,6 +99,12 @@ class Bsdf:
             self.normal or other.normal,
             self.base or other.base,
         )
+
+    def beneath(self, layer: ShaderLobe) -> Bsdf:
+        """It all, but for what it emits, and a lobe over it."""
+        below = (replace(x, over=0 if x.over is None else x.over + 1) for x in self.lobes)
+        over = replace(layer, covered=self.diffuse)
+        return replace(self, diffuse=ZERO, lobes=(over, *below))
 
 
 BLACK = Bsdf()
@@ -109,7 +123,7 @@ def _scaled(lobe: ShaderLobe, factor: Value) -> ShaderLobe:
 
 
 def _joins(one: ShaderLobe, other: ShaderLobe) -> bool:
-    same = (one.kind, one.parameters) == (other.kind, other.parameters)
+    same = (one.kind, one.parameters, one.over) == (other.kind, other.parameters, other.over)
     return same and (one.kind in _PLAIN or one.colour == other.colour)
 
 

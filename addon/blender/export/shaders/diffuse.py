@@ -1,16 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Diffuse BSDF: Lambert's lobe."""
+"""Diffuse BSDF: Lambert's lobe, or that of a rough surface."""
 
 from __future__ import annotations
 
 import bpy
 
 from ..graph import Graph, Scope
-from .bsdf import Bsdf, SpecularModel, colour, number
+from ..programs import Value
+from .bsdf import Bsdf, ShaderLobe, SpecularModel, clipped, colour, number
+
+SMOOTH = 1e-5  # the roughness up to which Cycles takes it for none
 
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
-    """Read the node's albedo."""
-    if number(graph, node, "Roughness", scope).may_exceed(0.0):
+    """Read the node's lobe."""
+    roughness = number(graph, node, "Roughness", scope)
+    return rough_diffuse(graph, colour(graph, node, "Color", scope), roughness, model)
+
+
+def rough_diffuse(graph: Graph, albedo: Value, roughness: Value, model: SpecularModel) -> Bsdf:
+    """A diffuse surface, by the Oren-Nayar model where it is rough."""
+    if not roughness.may_exceed(SMOOTH):
+        return Bsdf(albedo)
+    if model is SpecularModel.PHONG:
         graph.notes.approximated(graph.owner, "Diffuse roughness", "rendered as Lambertian")
-    return Bsdf(colour(graph, node, "Color", scope))
+        return Bsdf(albedo)
+    parameters = {"diffuse_roughness": roughness.clamp()}
+    return Bsdf(lobes=(ShaderLobe("oren_nayar", clipped(albedo), parameters),))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Principled BSDF: metal, or a dielectric's microfacets over a diffuse base."""
+"""Principled BSDF: metal, or a dielectric's microfacets over a diffuse base; a coat and sheen over
+them."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from functools import partial
 
 import bpy
 
-from ..graph import Graph, Scope, linked
+from ..graph import Graph, Scope
 from ..programs import ONE, ZERO, Value, math, mix, value
 from .bsdf import (
     NO_INTERFACE,
@@ -21,10 +22,13 @@ from .bsdf import (
     number,
     phong_of,
 )
+from .coat import under_coat
+from .diffuse import rough_diffuse
 from .emission import radiance
 from .glass import ALL, glass
 from .metallic import metal
 from .microfacets import along, microfacets
+from .sheen import under_sheen
 
 MOST_F0 = 0.99  # beyond which the specular level raises no index any more
 # What Cycles gives to objects without a material, Blender 5.0 on.
@@ -32,10 +36,10 @@ DEFAULT_BASE, DEFAULT_ROUGHNESS, DEFAULT_IOR = (0.8, 0.8, 0.8), 0.5, 1.5
 
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
-    """Read metallic and dielectric shares; the rest is reported."""
+    """Read metallic and dielectric shares, and what lies over them; the rest is reported."""
     base = math("MAXIMUM", colour(graph, node, "Base Color", scope), 0.0)
     metallic = _number(graph, node, scope, "Metallic").clamp()
-    _note(graph, node, scope, metallic)
+    _note(graph, node, scope, metallic, model)
     glow = radiance(graph, node, scope, "Emission Color", "Emission Strength")
     found = Bsdf(emission=glow)
     if model is SpecularModel.PHONG:
@@ -45,7 +49,8 @@ def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel)
         found = found.plus(metal(graph, node, scope, model, base, tint).scaled(metallic))
     if not metallic.is_just(1.0):
         found = found.plus(_dielectric(graph, node, scope, base).scaled(ONE - metallic))
-    return found
+    found = under_coat(graph, node, scope, found)
+    return under_sheen(graph, node, scope, found)
 
 
 def default() -> Bsdf:
@@ -84,13 +89,24 @@ def _glass(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsd
 
 
 def _opaque(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
-    given = partial(_number, graph, node, scope)
+    given, under = partial(_number, graph, node, scope), _base(graph, node, scope, base)
     f0, ior = level_of(given("IOR", 1.5), given("Specular IOR Level", 0.5))
     if ior.is_constant and abs(ior.number - 1.0) < NO_INTERFACE:
-        return Bsdf(base)
+        return under
     tint = math("MAXIMUM", colour(graph, node, "Specular Tint", scope), 0.0)
     parameters = microfacets(graph, node, scope)
-    return along(graph, node, scope, over_diffuse(base, clipped(f0 * tint), ior, parameters))
+    lobe = ShaderLobe("ggx_dielectric", clipped(f0 * tint), {**parameters, "ior": ior})
+    return along(graph, node, scope, under.beneath(lobe))
+
+
+def _base(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
+    """What the interface of a dielectric lies over; of it light that scatters below is diffuse."""
+    roughness = number(graph, node, "Diffuse Roughness", scope)
+    rough = rough_diffuse(graph, base, roughness, SpecularModel.GGX)
+    below = number(graph, node, "Subsurface Weight", scope).clamp()
+    if below.is_just(0.0) or not rough.lobes:
+        return rough
+    return rough.scaled(ONE - below).plus(Bsdf(below * clipped(base)))
 
 
 def level_of(ior: Value, level: Value) -> tuple[Value, Value]:
@@ -138,7 +154,9 @@ def _number(
     return number(graph, node, name, scope, default)
 
 
-def _note(graph: Graph, node: bpy.types.Node, scope: Scope, metallic: Value) -> None:
+def _note(
+    graph: Graph, node: bpy.types.Node, scope: Scope, metallic: Value, model: SpecularModel
+) -> None:
     """Write down what the node asks for and the renderer does not know."""
     notes, owner = graph.notes, graph.owner
     given = partial(_number, graph, node, scope)
@@ -147,10 +165,9 @@ def _note(graph: Graph, node: bpy.types.Node, scope: Scope, metallic: Value) -> 
     if not metallic.is_just(1.0):
         if given("Subsurface Weight").may_exceed(0.0):
             notes.approximated(owner, "Subsurface", "rendered as diffuse")
-        if given("Diffuse Roughness").may_exceed(0.0):
+        if model is SpecularModel.PHONG and given("Diffuse Roughness").may_exceed(0.0):
             notes.approximated(owner, "Diffuse roughness", "rendered as Lambertian")
-    for name in ("Coat Weight", "Sheen Weight", "Thin Film Thickness"):
+    left_out = ("Coat Weight", "Sheen Weight") if model is SpecularModel.PHONG else ()
+    for name in (*left_out, "Thin Film Thickness"):
         if given(name).may_exceed(0.0):
             notes.ignored(owner, name.rsplit(" ", 1)[0], "left out")
-    if linked(node, "Coat Normal"):
-        notes.ignored(owner, "Coat Normal")

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lobes that lie over others (glsl/lib/material_lobes.glsl)."""
+
+from __future__ import annotations
+
+from ..scene import Lobe, Material, reflecting
+from .kinds import lobe_kinds
+
+WHITE = (1.0, 1.0, 1.0)
+
+
+def count_layers(material: Material) -> int:
+    """How many lie over one of its lobes at most."""
+    depths: list[int] = []
+    for lobe in reflecting(material.lobes):
+        depths.append(0 if lobe.over is None else depths[lobe.over] + 1)
+    return max(depths, default=0)
+
+
+def has_tint(material: Material) -> bool:
+    """Whether other lobes lie under one that colours what it lets through."""
+    lobes = reflecting(material.lobes)
+    return any(lobe.over is not None and _tints(lobes[lobe.over]) for lobe in lobes)
+
+
+def _tints(lobe: Lobe) -> bool:
+    return "passed" in lobe_kinds()[lobe.kind].verbs and (
+        lobe.colour != WHITE or "colour" in lobe.varying
+    )

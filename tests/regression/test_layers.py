@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Coats, sheen and rough diffuse surfaces against Cycles: balls under two suns. Neither picture has
+any noise but that of where in a pixel it looks, and ours that of which lobes a point has."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.blender.export import snapshot
+from addon.photon.prepare import prepare as renderer_of
+from addon.photon.settings import Settings
+from addon.streams import Device
+from tests.blender.build import add_light, add_node, finish, new_material
+
+from .blocks import BLOCK, block_means, compare_means
+from .cycles import prepare, read_exr
+
+pytestmark = pytest.mark.blender
+
+SIDE, PIXELS = 5, 32  # balls in a row, and pixels of each
+SAMPLES, PASSES = 64, 48
+MEDIAN, HIGH = 0.01, 0.03  # relative, of blocks; HIGH at their 95th percentile
+MEAN = 0.01  # of a ball
+PAINT = {"Base_Color": (0.8, 0.25, 0.1, 1.0), "Roughness": 0.5}
+METAL = {"Base_Color": (0.9, 0.7, 0.4, 1.0), "Roughness": 0.4, "Metallic": 1.0}
+COAT = {"Coat_Weight": 1.0, "Coat_Roughness": 0.2}
+SHEEN = {"Sheen_Weight": 1.0, "Sheen_Tint": (0.5, 0.8, 1.0, 1.0)}
+BLUE = (0.3, 0.5, 0.9, 1.0)
+# Principled over its sockets.
+BALLS: dict[str, dict[str, Any]] = {
+    "plain": PAINT,
+    "coat": PAINT | COAT,
+    "half a coat, broad": PAINT | COAT | {"Coat_Weight": 0.5, "Coat_Roughness": 0.7},
+    "tinted coat": PAINT | COAT | {"Coat_Tint": BLUE, "Coat_IOR": 2.0},
+    "half a tinted coat": PAINT | COAT | {"Coat_Tint": BLUE, "Coat_Weight": 0.5},
+    "coated metal": METAL | COAT | {"Coat_Tint": BLUE},
+    "coated base": PAINT | COAT | {"Specular_IOR_Level": 0.0, "Coat_Tint": BLUE},
+    "coat of index 1": PAINT | COAT | {"Coat_IOR": 1.0, "Coat_Tint": BLUE},
+    "half metal, coated": METAL | COAT | {"Metallic": 0.5},
+    "sheen": PAINT | SHEEN,
+    "smooth sheen": PAINT | SHEEN | {"Sheen_Roughness": 0.25},
+    "rough sheen": PAINT | SHEEN | {"Sheen_Roughness": 1.0, "Sheen_Weight": 0.5},
+    "sheen on metal": METAL | SHEEN,
+    "sheen on a coat": PAINT | COAT | SHEEN,
+    "all": PAINT | COAT | SHEEN | {"Coat_Tint": BLUE, "Diffuse_Roughness": 1.0, "Metallic": 0.3},
+    "rough": PAINT | {"Diffuse_Roughness": 1.0},
+    "half rough": PAINT | {"Diffuse_Roughness": 0.5, "Base_Color": (1.0, 1.0, 1.0, 1.0)},
+    "rough, coated": PAINT | COAT | {"Diffuse_Roughness": 1.0, "Coat_Tint": BLUE},
+    "specular tint": PAINT | {"Specular_Tint": BLUE, "IOR": 2.0},
+    "specular level": PAINT | {"Specular_IOR_Level": 0.9, "Specular_Tint": BLUE},
+    "metal's tint": METAL | {"Specular_Tint": BLUE},
+    "anisotropic, coated": PAINT | COAT | {"Anisotropic": 0.8, "IOR": 2.5},
+}
+OTHERS: dict[str, tuple[str, dict[str, Any], str]] = {
+    "Diffuse": ("ShaderNodeBsdfDiffuse", {"Color": BLUE, "Roughness": 0.7}, ""),
+    "Sheen": ("ShaderNodeBsdfSheen", {"Color": BLUE, "Roughness": 0.6}, "MICROFIBER"),
+    "Velvet": ("ShaderNodeBsdfSheen", {"Color": BLUE, "Roughness": 0.6}, "ASHIKHMIN"),
+}
+
+
+def materials() -> dict[str, bpy.types.Material]:
+    found = {}
+    for name in (*BALLS, *OTHERS):
+        material, tree = new_material(name)
+        kind, inputs, distribution = OTHERS.get(
+            name, ("ShaderNodeBsdfPrincipled", BALLS.get(name, {}), "")
+        )
+        node = add_node(tree, kind, **inputs)
+        if distribution:
+            node.distribution = distribution
+        finish(tree, node)
+        found[name] = material
+    return found
+
+
+def open_balls() -> list[str]:
+    """Rows of them from below, seen from far above; two lamps, one of them low."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    data = bpy.data.cameras.new("Camera")
+    data.type, data.ortho_scale = "ORTHO", 2.0 * SIDE
+    camera = bpy.data.objects.new("Camera", data)
+    camera.location = (0.0, 0.0, 10.0)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x = scene.render.resolution_y = SIDE * PIXELS
+    worn = materials()
+    for number, material in enumerate(worn.values()):
+        row, column = divmod(number, SIDE)
+        place = (2.0 * column - SIDE + 1.0, 2.0 * row - SIDE + 1.0, 0.0)
+        bpy.ops.mesh.primitive_uv_sphere_add(
+            segments=48, ring_count=24, radius=0.9, location=place, calc_uvs=False
+        )
+        bpy.context.object.data.shade_smooth()
+        bpy.context.object.data.materials.append(material)
+    add_light("High", "SUN", energy=2.0, angle=0.0, rotation_euler=(0.5, 0.3, 0.0))
+    low = {"rotation_euler": (0.2, -1.25, 0.4), "angle": 0.0}
+    add_light("Low", "SUN", energy=3.0, color=(1.0, 0.7, 0.5), **low)
+    return list(worn)
+
+
+def by_cycles() -> NDArray[np.float32]:
+    """(h, w, 3) of the open scene."""
+    scene = bpy.context.scene
+    prepare(scene, SAMPLES, 1)
+    scene.cycles.max_bounces = 0
+    with tempfile.TemporaryDirectory() as folder:
+        scene.render.filepath = str(Path(folder) / "cycles.exr")
+        bpy.ops.render.render(write_still=True)
+        return read_exr(Path(scene.render.filepath))
+
+
+def by_us(device: Device) -> NDArray[np.float32]:
+    """The same of ours."""
+    exported, report = snapshot(bpy.context.evaluated_depsgraph_get())
+    lost = [e for e in report.entries if e.status != "exact" and e.object.startswith("Material")]
+    assert not lost, lost
+    settings = Settings(
+        width=SIDE * PIXELS,
+        height=SIDE * PIXELS,
+        passes=PASSES,
+        photons=0,
+        mirror_depth=0,
+        layer="fragment",
+    )
+    renderer = renderer_of(exported, settings, device)
+    try:
+        for _ in range(PASSES):
+            renderer.render_pass()
+        return renderer.images()["Combined"][..., :3]
+    finally:
+        renderer.release()
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 0), reason="Cycles had another sheen and another coat")
+def test_balls(device: Device, record_property: Callable[[str, object], None]) -> None:
+    names = open_balls()
+    reference, ours = block_means(by_cycles()), block_means(by_us(device))
+    lit = reference.mean(axis=-1) > 0.02
+    side, means = PIXELS // BLOCK, {}
+    for number, name in enumerate(names):
+        row, column = divmod(number, SIDE)
+        ball = np.s_[row * side : (row + 1) * side, column * side : (column + 1) * side]
+        means[name] = float(ours[ball].mean() / reference[ball].mean() - 1.0)
+        found = compare_means(ours[ball], reference[ball], lit[ball])
+        print(f"{name}: mean {means[name]:+.2%}, {found.median:.2%}, {found.high:.2%}")
+    found = compare_means(ours, reference, lit)
+    record_property("median", f"{found.median:.2%}")
+    record_property("high", f"{found.high:.2%}")
+    print(f"all: {found.median:.2%}, 95th {found.high:.2%}, mean {found.bias:+.2%}")
+    assert lit.mean() > 0.5
+    assert found.median <= MEDIAN and found.high <= HIGH
+    assert not [name for name, mean in means.items() if abs(mean) > MEAN]
