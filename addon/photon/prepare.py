@@ -32,6 +32,7 @@ from .settings import Settings, filter_define
 from .stage.geometry import Mesh
 from .stage.kinds import check_kinds
 from .stage.needs import SceneNeeds
+from .stage.textures import check_textures
 from .ways.way import Way, way_of
 
 
@@ -43,6 +44,7 @@ def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None 
     """
     scene.check()
     check_kinds(scene)
+    check_textures(scene)
     settings.check()
     scene, warnings = _conserving(scene)
     device.use()

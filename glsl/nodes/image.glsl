@@ -3,7 +3,7 @@
 // `image` is the number of the texture, or of the first of `tiles` textures, which lie in UDIM cells. Projection:
 // flat (0), box (1), sphere (2), tube (3). The box's faces are those of the normal in object space, and overlap by
 // `blend`. `separated` is 1: the colour is not multiplied by alpha.
-// Operands: vector.xyz blend, normal.xyz, image tiles interpolation extension, projection separated.
+// Operands: vector, normal, image tiles [interpolation] [extension], [projection] blend [separated].
 #include "lib/constants.glsl"
 #include "lib/image.glsl"
 
@@ -62,10 +62,10 @@ int tile_at(int first, int count, inout vec2 uv) {
 vec4 run_image(vec4 vector, vec4 normal, vec4 image, vec4 options) {
     int number = int(image.x), tiles = int(image.y), interpolation = int(image.z), extension = int(image.w);
     int projection = int(options.x);
-    bool separated = options.y > 0.0;
+    bool separated = options.z > 0.0;
     if (projection == 1) {
         vec3 n = abs(normal.xyz);
-        vec3 weights = box_weights(n / (n.x + n.y + n.z), vector.w);
+        vec3 weights = box_weights(n / (n.x + n.y + n.z), options.y);
         vec2 places[3] = vec2[3](
             vec2(normal.x < 0.0 ? 1.0 - vector.y : vector.y, vector.z),
             vec2(normal.y > 0.0 ? 1.0 - vector.x : vector.x, vector.z),

@@ -73,5 +73,9 @@ ROWS: dict[int, tuple[str, str]] = {
     64: ("roughness 1e-4 to 1, mirror limit: pdf -> infinity", "no jump > 1 %; Cycles to 1 %"),
     65: ("glossy on smooth normals at grazing: light from behind", "no black, energy <= 1"),
     66: ("a lamp of each kind, seen and mirrored", "Cycles to 1 %"),
+    71: (
+        "images missing, 1x1, UDIM, NaN, packed: the loader",
+        "magenta and a note, as Cycles to 1 %",
+    ),
     74: ("depth of field, motion blur: lens samples, refits", "as Cycles to 1 %"),
 }

@@ -14,9 +14,11 @@ from addon.photon import memory
 from addon.photon.errors import SceneError
 from addon.photon.memory import Budget
 from addon.photon.photons.kept import Kept, same_but_view
-from addon.photon.scene import Scene, Texture
+from addon.photon.prepare import prepare
+from addon.photon.scene import Instruction, Result, Scene, Texture
 from addon.photon.scene.snapshot import INLINE, pack, unpack
 from addon.photon.settings import Settings
+from addon.photon.stage.needs import SceneNeeds
 from addon.photon.stage.textures import bytes_of
 from addon.photon.ways.way import way_of
 from addon.streams import Device
@@ -101,3 +103,29 @@ def test_textures_stay_while_materials_change(device: Device) -> None:
     assert SOME[::-1].tobytes() in data.tobytes()
     assert "texels" not in kept.stage(cornell(), way).tables.textures
     kept.release()
+
+
+def reading(number: float, tiles: float = 0.0) -> Scene:
+    """A scene of one texture, whose first material reads one of a number."""
+    constants = [(0.0,) * 4, (0.0,) * 4, (number, tiles, 0.0, 0.0), (0.0,) * 4]
+    program = (Instruction("image", tuple(constants)),)
+    scene = with_textures(Texture("one", SOME))
+    first, *rest = scene.materials
+    own = replace(first, program=program, varying={"diffuse": Result(0)})
+    return replace(scene, materials=(own, *rest))
+
+
+@pytest.mark.parametrize(("number", "tiles"), [(1, 0), (-1, 0), (0, 2)])
+def test_programs_read_what_is_there(device: Device, number: float, tiles: float) -> None:
+    with pytest.raises(SceneError, match="instruction 0, image: texture -?1 is none of 1"):
+        prepare(reading(number, tiles), Settings(8, 8), device)
+
+
+def test_what_reads_no_texture_is_compiled_without(device: Device) -> None:
+    settings = Settings(8, 8, layer="fragment")
+    for scene, expected in ((reading(0), True), (with_textures(Texture("one", SOME)), False)):
+        kept = Kept(device)
+        stage = kept.stage(scene, way_of(settings, device))
+        needs = SceneNeeds.of(scene, settings, stage.mesh, stage.tables.emitters)
+        assert ("TEXTURES" in needs.eye_defines) is expected
+        kept.release()

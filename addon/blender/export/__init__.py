@@ -17,6 +17,7 @@ from .materials import MaterialTable
 from .motion import FrameSet, Shutter, Views
 from .report import Entry, Notes, Report
 from .shaders import SpecularModel
+from .textures import TextureTable
 from .tracks import Tracks
 from .visibility import note_light_groups, visible_bits
 from .world import export_world, note_scene
@@ -64,7 +65,8 @@ def _snapshot(
     view_layer, layer = depsgraph.view_layer_eval, depsgraph.view_layer
     note_scene(scene, view_layer, notes)
     note_light_groups(view_layer, notes)
-    materials = MaterialTable(notes, model, view_layer.material_override)
+    textures = TextureTable.of(scene, notes)
+    materials = MaterialTable(notes, model, view_layer.material_override, textures=textures)
     geometry = Geometry()
     lights: list[Light] = []
     # Render depsgraphs hold no hidden objects, the viewport's do.
@@ -90,6 +92,7 @@ def _snapshot(
         materials=tuple(materials.materials),
         surfaces=tuple(geometry.surfaces),
         images=tuple(images),
+        textures=tuple(textures.textures),
         **geometry.arrays(
             materials.asked, any(material.program for material in materials.materials)
         ),

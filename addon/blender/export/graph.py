@@ -13,6 +13,7 @@ import numpy as np
 
 from .programs import Program, Value
 from .report import Notes
+from .textures import TextureTable
 
 Colour = tuple[float, float, float]
 # The group nodes that were entered on the way to a node, outermost first.
@@ -58,6 +59,7 @@ class Graph:
     program: Program = field(default_factory=Program)
     # The world space normal of the smooth surface that displacement makes; None: the mesh's own.
     displaced: Value | None = None
+    textures: TextureTable | None = None  # None: of images the mean alone is wanted
     _known: dict[Any, Value] = field(default_factory=dict)
     _reading: list[Any] = field(default_factory=list)  # outputs under way
 

@@ -27,6 +27,7 @@ from .shaders import (
     triple,
 )
 from .tangents import Tangent
+from .textures import TextureTable
 
 NO_SURFACE = -1
 # Cycles' default surface before Blender 5.0, for slots without a material.
@@ -46,6 +47,7 @@ class MaterialTable:
     materials: list[Material] = field(default_factory=list)
     tangents: list[Tangent | None] = field(default_factory=list)  # None: they need none
     asked: Asked = field(default_factory=Asked)  # of meshes
+    textures: TextureTable | None = None  # None: of images the mean is used
     _numbers: dict[str | None, int] = field(default_factory=dict)
     _averages: dict[str, Colour | None] = field(default_factory=dict)
 
@@ -93,7 +95,7 @@ class MaterialTable:
             self.notes.exact(owner, "Viewport colour", "it has no nodes")
             return Bsdf(Value.of(material.diffuse_color[:3]))
         graph = graph_of(material.node_tree, owner, self.notes, self._averages, self.asked)
-        graph.program = program
+        graph.program, graph.textures = program, self.textures
         output = graph.output("OUTPUT_MATERIAL")
         if output is None:
             self.notes.exact(owner, "No Material Output", "black, as in Cycles")

@@ -41,12 +41,13 @@ GLOSSY: Ports = {
 GATHERED_LOBES = ("GATHERED_LOBES", "GATHERED_FROM", "GATHERED_WHOLLY")
 
 # What programs of materials read. BUMPS: some bend normals by heights.
-PROGRAM_DEFINES = ("PROGRAMS", "ATTRIBUTES", "NORMALS", "BUMPS")
+PROGRAM_DEFINES = ("PROGRAMS", "ATTRIBUTES", "TEXTURES", "NORMALS", "BUMPS")
 PROGRAM_TABLES = {
     "instructions": When("PROGRAMS", Table(INSTRUCTION)),
     "constants": When("PROGRAMS", Table(CONSTANT)),
     "spaces": When("PROGRAMS", Table(SPACE)),
     "corner_attributes": When("ATTRIBUTES", Table(CORNER_ATTRIBUTE)),
+    "texels": When("TEXTURES", Table(kind="usampler2DArray")),
 }
 
 

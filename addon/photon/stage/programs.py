@@ -17,6 +17,7 @@ from ..scene import Instruction, Material, Result, Scene
 from ..scene.programs import MOST_OPERANDS, PARTS, Constant, Rows, Varying
 from .kinds import made_nodes, node_kinds
 from .straight import NONE, Shape, made_programs, shape_of, shapes_of
+from .textures import TEXTURE_NODE
 
 # More would not fit what GPUs have of memory for each thread that is quick.
 MOST_REGISTERS = 64
@@ -58,6 +59,7 @@ class ProgramNeeds:
         some: dict[str, int | float] = {"ATTRIBUTES": self.attributes} if self.attributes else {}
         some |= {"NORMALS": 1} if self.normals else {}
         some |= {"BUMPS": 1} if self.bumps else {}
+        some |= {"TEXTURES": 1} if TEXTURE_NODE in self.nodes else {}
         return {"PROGRAMS": max(self.registers, 1), **some}
 
     @property

@@ -26,6 +26,7 @@ HEAD = 4  # words
 MOST_ROWS = 1 << 19  # words of more have no number in 31 bits
 # Bits of a texture's kind (lib/image.glsl).
 HAS_FOUR, IS_FLOAT, IS_SRGB = 4, 8, 16
+TEXTURE_NODE = "image"  # whose instructions refer to textures, by their third operand
 
 
 def rows_of(textures: Sequence[Texture]) -> list[int]:
@@ -130,3 +131,18 @@ def advice(textures: Sequence[Texture]) -> str:
         f"set a texture limit (Simplify); the largest is {largest.name!r} with {width}x{height} "
         "texels"
     )
+
+
+def check_textures(scene: Scene) -> None:
+    """Raise SceneError naming the material whose program reads a texture that is not there."""
+    for material in scene.materials:
+        for number, instruction in enumerate(material.program):
+            if instruction.kind != TEXTURE_NODE:
+                continue
+            who = f"material {material.name!r}: instruction {number}, {TEXTURE_NODE}"
+            operand = instruction.operands[2]
+            if not isinstance(operand, tuple):
+                raise SceneError(f"{who}: the number of its texture is no constant")
+            first, last = int(operand[0]), int(operand[0]) + max(int(operand[1]), 1) - 1
+            if first < 0 or last >= len(scene.textures):
+                raise SceneError(f"{who}: texture {last} is none of {len(scene.textures)}")

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Image Texture: colour and alpha of an image at a place."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..colour_spaces import decoded
+from ..graph import Graph, Scope, source
+from ..programs import Value
+from ..textures import Found, is_separated
+from .attributes import UV, attribute, here
+
+# The numbers of glsl/lib/image.glsl and glsl/nodes/image.glsl.
+INTERPOLATIONS = {"Closest": 0, "Linear": 1, "Cubic": 2, "Smart": 2}
+EXTENSIONS = {"REPEAT": 0, "EXTEND": 1, "CLIP": 2, "MIRROR": 3}
+PROJECTIONS = {"FLAT": 0, "BOX": 1, "SPHERE": 2, "TUBE": 3}
+
+
+def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope) -> Value:
+    """Read Color or Alpha; without a vector the UV map that is active in renders is used."""
+    found = graph.textures.find(graph.owner, node) if graph.textures else Found(0)
+    # As in Cycles, whose colours are multiplied by an alpha that nobody asks for.
+    separated = node.outputs["Alpha"].is_linked and is_separated(node.image)
+    if found.constant is not None:
+        value = Value.of(_constant(found, separated))
+    else:
+        is_box = node.projection == "BOX"
+        value = graph.program.emit(
+            "image",
+            vector=_vector(graph, node, scope),
+            normal=here(graph, "object normal") if is_box else Value.of(0.0),
+            image=Value.of(found.first),
+            tiles=Value.of(0 if is_box else found.tiles),
+            interpolation=Value.of(INTERPOLATIONS[node.interpolation]),
+            extension=Value.of(EXTENSIONS[node.extension]),
+            projection=Value.of(PROJECTIONS[node.projection]),
+            blend=Value.of(node.projection_blend),
+            separated=Value.of(separated),
+        )
+    return value.part("w") if output.name == "Alpha" else value
+
+
+def _vector(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value:
+    mapping = node.texture_mapping
+    moved = any(mapping.translation) or any(mapping.rotation) or any(x != 1 for x in mapping.scale)
+    if moved or mapping.use_min or mapping.use_max:
+        what = "the node's own mapping, of old files, is left out"
+        graph.notes.approximated(graph.owner, f"Texture Mapping of '{node.name}'", what)
+    socket = node.inputs["Vector"]
+    feeding, end, _ = source(socket, scope)
+    if feeding is None and end == socket:
+        return attribute(graph, UV, "")
+    return graph.value(socket, scope)
+
+
+def _constant(found: Found, separated: bool) -> NDArray[np.float64]:
+    """Colour and alpha (4,) of an image of one texel."""
+    assert found.constant is not None
+    value = found.constant.copy()
+    if separated and value[3] not in (0.0, 1.0):
+        value[:3] /= value[3]
+    if found.is_srgb:
+        value[:3] = decoded(value[:3])
+    return value

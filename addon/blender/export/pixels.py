@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Read an image's pixels as a texture stores them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...photon.errors import SceneError
+from ...photon.memory import free_host_memory
+from .colour_spaces import Space, space_of, to_linear
+from .texels import (
+    as_floats,
+    as_whole,
+    associate,
+    code_srgb,
+    cut_to_half,
+    halved,
+    is_grey,
+    is_opaque,
+    separate,
+    without_odd,
+)
+
+READ = 16 + 4  # [bytes] of a pixel while it is read: floats, and what becomes of them
+# Formats of floats, which Cycles reads as such; others with more than 8 bits have whole numbers.
+FLOATS = ("OPEN_EXR", "OPEN_EXR_MULTILAYER", "HDR")
+# Formats that Cycles takes to hold colours not multiplied by alpha, whatever Alpha Mode says.
+STRAIGHT = ("PNG", "TARGA", "TARGA_RAW", "DDS", "WEBP", "PSD", "BMP")
+
+
+class Stored(NamedTuple):
+    """What an image became."""
+
+    pixels: NDArray[Any]
+    is_srgb: bool
+    odd: int  # pixels that are not finite
+    unknown: bool  # there was no way to convert its colours
+    is_halved: bool
+
+
+def read_pixels(image: bpy.types.Image, is_file: bool, clips: bool, limit: int) -> Stored:
+    """Those that Blender has; `is_file`: Cycles reads the file itself; `clips`: there is nothing
+    beyond its edges; `limit` [texels] of a side, 0: none. SceneError if there is no memory."""
+    width, height = image.size
+    free, needed = free_host_memory(), READ * width * height
+    if free is not None and needed > free:
+        raise SceneError(
+            f"image '{image.name}' of {width}x{height} pixels needs {needed / 1e9:.3g} GB to be "
+            f"read and {free / 1e9:.3g} GB are free: give it fewer"
+        )
+    floats = _floats(image)
+    space = space_of(image.colorspace_settings)
+    if image.is_float:
+        odd = without_odd(floats)
+        pixels, is_srgb = _of_floats(image, floats, space, is_file)
+        unknown = False
+    else:
+        odd = 0
+        pixels, is_srgb, unknown = _of_bytes(image, floats, space, is_file)
+    # Outside a clipped image of one channel Cycles finds opaque black, of others nothing.
+    grey_file = is_file and image.depth == (32 if image.is_float else 8)
+    if (grey_file or not clips) and is_grey(pixels):
+        pixels = np.ascontiguousarray(pixels[..., :1])
+    fewer = halved(pixels, limit) if limit else pixels
+    return Stored(fewer, is_srgb, odd, unknown, fewer is not pixels)
+
+
+def _floats(image: bpy.types.Image) -> NDArray[np.float32]:
+    """(height, width, 4) as Blender hands them out."""
+    width, height = image.size
+    raw = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(raw)
+    pixels = raw.reshape(height, width, -1)
+    channels = pixels.shape[2]
+    if channels == 4:
+        return pixels
+    whole = np.ones((height, width, 4), np.float32)
+    if channels == 1:
+        whole[..., :3] = pixels
+    else:
+        whole[..., 1:3] = 0.0
+        whole[..., :channels] = pixels
+    return whole
+
+
+def file_of(image: bpy.types.Image) -> str:
+    """The path of its file, with the marks of its tiles."""
+    return str(bpy.path.abspath(image.filepath_raw, library=image.library))
+
+
+@dataclass(frozen=True)
+class _Alpha:
+    """What becomes of an image's alpha."""
+
+    ignored: bool
+    times: int  # how often Cycles multiplies colours that are not multiplied by it
+
+    @staticmethod
+    def of(image: bpy.types.Image, space: Space, is_file: bool) -> _Alpha:
+        """As Cycles does: it reads files itself, and has its own word on those."""
+        mode, kind = image.alpha_mode, image.file_format
+        if mode == "NONE" or mode == "CHANNEL_PACKED" or space is Space.DATA:
+            return _Alpha(mode == "NONE", 0)
+        if not is_file:
+            return _Alpha(False, 1)
+        if kind in FLOATS:
+            return _Alpha(False, 1 if mode == "PREMUL" else 0)
+        if kind == "PNG" and _has_two_channels(file_of(image)):
+            return _Alpha(False, 1 if mode == "PREMUL" else 0)
+        return _Alpha(False, 2 if mode == "PREMUL" and kind in STRAIGHT else 1)
+
+
+def _has_two_channels(path: str) -> bool:
+    """Whether a PNG file holds grey and alpha."""
+    with open(path, "rb") as file:
+        head = file.read(26)  # the last byte is the type of colours
+    return head[25:] == b"\x04"
+
+
+def _of_bytes(
+    image: bpy.types.Image, floats: NDArray[np.float32], space: Space, is_file: bool
+) -> tuple[NDArray[Any], bool, bool]:
+    """The pixels, whether they are sRGB's, and whether they ought not to be."""
+    alpha = _Alpha.of(image, space, is_file)
+    if alpha.ignored:
+        floats[..., 3] = 1.0
+    if space is Space.OTHER:
+        cut_to_half(floats, alpha.times, is_rounded=is_file)
+        if to_linear(image.colorspace_settings.name, floats.reshape(-1, 4)):
+            if alpha.times:
+                floats[..., :3] *= floats[..., 3:]
+            return as_floats(floats, exactly=False), False, False
+    pixels = as_whole(floats, np.uint8)
+    if alpha.times and not is_opaque(pixels):
+        if alpha.times > 1:  # Blender has divided them
+            associate(pixels, is_rounded=True)
+        associate(pixels)
+    return pixels, space in (Space.SRGB, Space.OTHER), space is Space.OTHER
+
+
+def _of_floats(
+    image: bpy.types.Image, floats: NDArray[np.float32], space: Space, is_file: bool
+) -> tuple[NDArray[Any], bool]:
+    """The pixels, which Blender has made linear and multiplied by alpha, and whether they are coded
+    as sRGB's again: files that are so are interpolated like that."""
+    alpha = _Alpha.of(image, space, is_file)
+    if alpha.ignored:
+        floats[..., 3] = 1.0
+    is_multiplied = image.alpha_mode in ("STRAIGHT", "PREMUL") and space is not Space.DATA
+    is_srgb = is_file and space is Space.SRGB
+    is_whole = is_file and image.file_format not in FLOATS and space is not Space.OTHER
+    if is_multiplied and (is_srgb or is_whole or not alpha.times):
+        separate(floats)
+        is_multiplied = False
+    if is_srgb:
+        code_srgb(floats)
+    times = 0 if is_multiplied else alpha.times
+    if is_whole:
+        for _ in range(times - 1):
+            floats[..., :3] *= floats[..., 3:]
+        if _is_within_one(floats):
+            pixels = as_whole(floats, np.uint16)
+            if times and not is_opaque(pixels):
+                associate(pixels)
+            return pixels, is_srgb
+        times = min(times, 1)
+    for _ in range(times):
+        floats[..., :3] *= floats[..., 3:]
+    return as_floats(floats, exactly=space is Space.DATA), is_srgb
+
+
+def _is_within_one(floats: NDArray[np.float32]) -> bool:
+    """To rounding."""
+    return bool(floats.min() >= 0.0 and floats.max() < 1.00001)
