@@ -3,7 +3,8 @@
 // `image` is the number of the texture, or of the first of `tiles` textures, which lie in UDIM cells. Projection:
 // flat (0), box (1), sphere (2), tube (3). The box's faces are those of the normal in object space, and overlap by
 // `blend`. `separated` is 1: the colour is not multiplied by alpha.
-// Operands: vector, normal, image tiles [interpolation] [extension], [projection] blend [separated].
+// Long to compile.
+// Operands: vector, normal, image tiles interpolation extension, [projection] blend [separated].
 #include "lib/constants.glsl"
 #include "lib/image.glsl"
 

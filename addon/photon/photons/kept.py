@@ -79,9 +79,9 @@ class Stage:
         """Upload the tables of a scene's mesh, beside its `texels`, which stay the caller's;
         SceneError if that is impossible."""
         way.prepare_mesh(mesh)
-        tables = Tables.upload(way.device, way.layer, scene, frame, mesh, way.reads_tree)
-        if texels:
-            tables.textures["texels"] = texels.array
+        array = texels.array if texels else None
+        device, layer = way.device, way.layer
+        tables = Tables.upload(device, layer, scene, frame, mesh, way.reads_tree, array)
         return Stage(scene, way, frame, mesh, tables, movement)
 
     def at(self, time: float) -> Stage:
@@ -224,7 +224,6 @@ class Kept:
         self._device.use()
         self.forget_photons()
         if self._stage:
-            self._stage.tables.textures.pop("texels", None)
             self._stage.tables.release()
         self._stage = self._tracing = None
 

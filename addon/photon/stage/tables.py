@@ -35,6 +35,7 @@ from .profiles import mean_of, profile_table
 from .programs import Compiled, program_tables
 
 Textures = dict[str, moderngl.Texture]
+TEXELS = "texels"  # the table of all textures'
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
 FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
@@ -373,12 +374,15 @@ class Tables:
         frame: Frame,
         mesh: Mesh,
         reads_tree: bool = True,
+        texels: Any = None,
     ) -> Tables:
-        """Make them; `reads_tree`: whether kernels do."""
+        """Make them; `reads_tree`: whether kernels do; `texels`: of the scene's textures, if it has
+        any, which stay the caller's."""
         environments, places = environment_table(scene.images)
         more = {"environments": upload_table(device, environments)} if places else {}
         tables = _surface_tables(scene, frame, mesh)
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
+        textures |= {TEXELS: texels} if texels else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         glow = mean_glow(device, layer, mesh, scene, textures)
         emitters, lights = lights_of(device, layer, scene, frame, mesh, glow, places, more)
@@ -470,5 +474,6 @@ class Tables:
 
     def release(self) -> None:
         """Put the textures back."""
-        for texture in self.textures.values():
-            self._device.put_back(texture)
+        for name, texture in self.textures.items():
+            if name != TEXELS:
+                self._device.put_back(texture)
