@@ -14,7 +14,7 @@ import pytest
 
 from addon.photon.errors import RenderError, SceneError
 from addon.photon.photons.kept import same_but_view
-from addon.photon.scene import Light, Lobe, Material, Scene
+from addon.photon.scene import Instruction, Light, Lobe, Material, Result, Rows, Scene
 from addon.photon.scene.snapshot import INLINE, pack, same, unpack
 from tests.scenes import cornell
 from tests.unit.test_scene import awkward
@@ -52,7 +52,19 @@ def lobed() -> Scene:
     return replace(cornell(), materials=(Material("m", lobes=lobes), *cornell().materials))
 
 
-@pytest.mark.parametrize("make", [cornell, awkward, lobed])
+def programmed() -> Scene:
+    """A material whose program has results, constants and rows of them."""
+    row = (1.0 / 3.0, -0.0, 1e-300, 1.0)
+    program = (
+        Instruction("geometry", (row,)),
+        Instruction("ramp", (Result(0, "x"), Rows((row, row)))),
+    )
+    lobe = Lobe("mirror", (1.0, 1.0, 1.0), varying={"colour": Result(1)})
+    made = Material("m", lobes=(lobe,), program=program, varying={"diffuse": Result(1, "w")})
+    return replace(cornell(), materials=(made, *cornell().materials))
+
+
+@pytest.mark.parametrize("make", [cornell, awkward, lobed, programmed])
 def test_what_is_packed_is_unpacked_to_the_bit(make: Callable[[], Scene]) -> None:
     scene = make()
     again = put_together(scene)

@@ -15,7 +15,7 @@ from .lights import (
     world_light,
 )
 from .moving import Moving
-from .programs import Instruction, Result
+from .programs import Instruction, Result, Rows
 from .values import (
     MIRROR,
     SNAPSHOT_VERSION,
@@ -48,6 +48,7 @@ __all__ = [
     "Motion",
     "Moving",
     "Result",
+    "Rows",
     "Scene",
     "Texture",
     "area_light",
