@@ -12,8 +12,9 @@ import pytest
 
 from addon.blender.export import environment, world_nodes
 from addon.photon.scene import FOUND_BY
+from tests.measure import render
 
-from .build import add_node, finish
+from .build import CUBE, add_mesh, add_node, finish
 
 pytestmark = pytest.mark.blender
 
@@ -223,3 +224,36 @@ def test_sample_clamping_is_named(scene, export) -> None:
     scene.cycles.sample_clamp_direct, scene.cycles.sample_clamp_indirect = 2.5, 0.0
     (entry,) = export()[1].of("ignored")
     assert entry.feature == "Clamp Direct" and "2.5" in entry.detail
+
+
+LONG = pytest.mark.thorough
+DISCS = [
+    ("MULTIPLE_SCATTERING", 0.545),
+    pytest.param("MULTIPLE_SCATTERING", 4.0, marks=LONG),
+    pytest.param("SINGLE_SCATTERING", 1.5, marks=LONG),
+    ("NISHITA", 0.545),
+]
+
+
+@pytest.mark.parametrize(("kind", "size"), DISCS)
+def test_the_disc_of_a_sky_is_a_sun(scene, export, device, cycles_mean, kind, size) -> None:
+    """Where Cycles has it, as bright, and its shadows as sharp; by direct light alone."""
+    sky = new_world(scene).nodes.new("ShaderNodeTexSky")
+    if kind not in sky.bl_rna.properties["sky_type"].enum_items:
+        pytest.skip(f"this Blender has no sky {kind}")
+    tree = scene.world.node_tree
+    sky.sky_type, sky.sun_size = kind, math.radians(size)
+    sky.sun_elevation, sky.sun_rotation = 0.7, 0.9
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=sky.outputs[0], Strength=0.3))
+    add_mesh("Plane").scale = (9, 9, 1)
+    add_mesh("Cube", CUBE, location=(0.4, 0.2, 1.0))
+    exported, report = export()
+    suns = [light for light in exported.lights if light.kind == "sun"]
+    assert len(suns) == 1 and "disc" in next(e.detail for e in report.of("approximated"))
+    ours = render(device, exported, width=64, height=32, passes=64, photons=0)["Combined"]
+    scene.cycles.max_bounces = 0
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
+    theirs = cycles_mean(128, 1)
+    blocks = [image[..., :3].reshape(8, 4, 16, 4, 3).mean(axis=(1, 3)) for image in (ours, theirs)]
+    apart = np.abs(blocks[0] / blocks[1] - 1.0)
+    assert np.median(apart) < 0.01 and np.percentile(apart, 95) < 0.03

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .graph import Scope, source
 
 MOST_PIXELS = 8192 * 4096
+ROWS_AT_ONCE = 256
 # Colour spaces whose stored numbers are linear Rec. 709, Blender's scene colours by default.
 LINEAR = {"Linear Rec.709", "Linear", "Non-Color", "Raw"}
 
@@ -55,19 +56,29 @@ def linear_pixels(image: bpy.types.Image) -> tuple[NDArray[np.float32], int]:
     raw = np.empty(width * height * image.channels, np.float32)
     image.pixels.foreach_get(raw)
     pixels = raw.reshape(height, width, -1)
-    pixels = pixels[..., :3] if pixels.shape[2] >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
     # Blender hands out the bytes of 8-bit images as they are stored.
-    if not image.is_float and image.colorspace_settings.name == "sRGB":
-        pixels = np.where(pixels <= 0.04045, pixels / 12.92, ((pixels + 0.055) / 1.055) ** 2.4)
+    is_coded = not image.is_float and image.colorspace_settings.name == "sRGB"
     fewer = 1
     while width * height > MOST_PIXELS * fewer * fewer:
         fewer += 1
-    if fewer > 1:
-        rows, columns = height // fewer, width // fewer
-        whole = pixels[: rows * fewer, : columns * fewer]
-        pixels = whole.reshape(rows, fewer, columns, fewer, 3).mean(axis=(1, 3))
-    finite = np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0)
-    return np.ascontiguousarray(np.maximum(finite, 0.0), np.float32), fewer
+    rows, columns = height // fewer, width // fewer
+    found = np.empty((rows, columns, 3), np.float32)
+    for low in range(0, rows, ROWS_AT_ONCE):  # large images are of gigabytes
+        high = min(low + ROWS_AT_ONCE, rows)
+        part = _rgb(pixels[low * fewer : high * fewer, : columns * fewer], is_coded)
+        if fewer > 1:
+            part = part.reshape(high - low, fewer, columns, fewer, 3).mean(axis=(1, 3))
+        finite = np.nan_to_num(part, nan=0.0, posinf=0.0, neginf=0.0)
+        np.maximum(finite, 0.0, out=found[low:high])
+    return found, fewer
+
+
+def _rgb(pixels: NDArray[np.float32], is_coded: bool) -> NDArray[np.float32]:
+    """Linear colours (..., 3) of pixels of any channels; `is_coded`: of sRGB."""
+    colours = pixels[..., :3] if pixels.shape[2] >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
+    if is_coded:
+        colours = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
+    return np.ascontiguousarray(colours, np.float32)
 
 
 def _direction(node: bpy.types.Node, scope: Scope) -> NDArray[np.float64] | None:

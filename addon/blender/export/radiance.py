@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...photon.scene import FOUND_BY
 from .environment import Turned, read_turned
 from .graph import MAGENTA, Graph, Scope, colour_of, missing, source
+from .sky import Disc, has_disc, read_sky
 from .world_nodes import Unsuited, evaluate
 
 Factor = NDArray[np.float64]  # (4, 3), of each of FOUND_BY and each channel
@@ -47,6 +48,7 @@ class Sum:
 
     colour: Factor = field(default_factory=lambda: np.zeros_like(ONE))
     images: list[tuple[str, Turned, Factor]] = field(default_factory=list)  # each with a name
+    discs: list[tuple[Disc, Factor]] = field(default_factory=list)
 
     def add_image(self, name: str, turned: Turned, factor: Factor) -> None:
         first = turned.pixels[0, 0].astype(np.float64)
@@ -114,6 +116,8 @@ def _colour(
         try:
             if node.type == "TEX_ENVIRONMENT" and end.name == "Color":
                 _environment(graph, node, end, inner, factor, total)
+            elif node.type == "TEX_SKY" and has_disc(node):
+                _sky(graph, node, end, inner, factor, total)
             elif _is_mix(node):
                 _mix(graph, node, inner, factor, total)
             else:
@@ -148,6 +152,23 @@ def _environment(
         detail = f"{turned.fewer} x {turned.fewer} of its pixels become one"
         graph.notes.approximated(graph.owner, f"Image of '{node.name}'", detail)
     total.add_image(node.image.name, turned, factor)
+
+
+def _sky(
+    graph: Graph,
+    node: bpy.types.Node,
+    end: bpy.types.NodeSocket,
+    scope: Scope,
+    factor: Factor,
+    total: Sum,
+) -> None:
+    turned, disc = read_sky(node, end, scope)
+    height, width = turned.pixels.shape[:2]
+    detail = f"an image of {width} x {height} pixels and an even disc stand for it"
+    graph.notes.approximated(graph.owner, f"{node.bl_label} '{node.name}'", detail)
+    total.add_image(node.name, turned, factor)
+    if disc:
+        total.discs.append((disc, factor))
 
 
 def _mix(graph: Graph, node: bpy.types.Node, scope: Scope, factor: Factor, total: Sum) -> None:

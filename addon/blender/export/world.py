@@ -15,6 +15,7 @@ from ...photon.scene import (
     Image,
     Light,
     environment_light,
+    sun_light,
     world_light,
 )
 from .materials import has_nodes
@@ -52,6 +53,11 @@ def export_world(
         ]
         if found:
             images.append(Image(name, turned.pixels))
+    lights += [
+        sun_light(world.name, colour, disc.direction, disc.angle, found_by)
+        for disc, factor in total.discs
+        for colour, found_by in _by_factor(factor * disc.irradiance * visible, owner, notes)
+    ]
     if not notes.mention(owner):
         notes.exact(owner, "Background")
     cycles = getattr(world, "cycles", None)

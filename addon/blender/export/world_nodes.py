@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections import OrderedDict
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -49,13 +50,19 @@ class Unsuited(Exception):
     """Nodes cannot be evaluated; the text says which, or why."""
 
 
-def evaluate(node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope) -> Any:
+def evaluate(
+    node: bpy.types.Node,
+    output: bpy.types.NodeSocket,
+    scope: Scope,
+    changes: Mapping[str, Any] | None = None,
+) -> Any:
     """The radiance or colour of an output in every direction, float32 (height, width, 3), as an
-    Environment Texture has it. Raises Unsuited."""
+    Environment Texture has it; `changes`: of the node's properties. Raises Unsuited."""
     with tempfile.TemporaryDirectory() as folder:
         graph = _Description(Path(folder))
         graph.add(node, output, scope)
         nodes = graph.nodes
+        nodes[-1]["properties"].update(changes or {})
         given = {
             "nodes": nodes,
             "is_shader": output.type == "SHADER",

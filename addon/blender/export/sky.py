@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The disc of the sun in a Sky Texture, as a light of its own: no pixel of an image is as small."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...photon.scene import RGB
+from ...photon.stage.environments import LUMINANCE, solid_angles
+from .environment import Turned
+from .graph import Scope
+from .world_nodes import evaluate
+
+WITHOUT = {"PREETHAM", "HOSEK_WILKIE"}  # types that have none
+# What is evaluated is as wide or wider, for all of its pixels to be met: it brings as much light.
+LEAST = math.radians(0.5)
+
+
+@dataclass(frozen=True)
+class Disc:
+    """The sun's."""
+
+    direction: RGB  # in which it shines
+    irradiance: NDArray[np.float64]  # (3,) [W/m^2] of what faces it
+    angle: float  # [rad]
+
+
+def has_disc(node: bpy.types.Node) -> bool:
+    """Whether the whole of a sun's disc is above a sky's horizon."""
+    shines = node.sky_type not in WITHOUT and node.sun_disc and node.sun_intensity > 0.0
+    return bool(shines and math.sin(node.sun_elevation) > math.sin(max(node.sun_size, LEAST) / 2))
+
+
+def read_sky(
+    node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> tuple[Turned, Disc | None]:
+    """A sky without its disc, and that. Raises Unsuited."""
+    sky = evaluate(node, output, scope, {"sun_disc": False})
+    wide = {"sun_size": max(float(node.sun_size), LEAST)}
+    more = evaluate(node, output, scope, wide).astype(np.float64) - sky
+    height, width = sky.shape[:2]
+    rows = np.flatnonzero(more.max(axis=(1, 2)) > 0.0)
+    brought = more[rows].clip(0.0) * solid_angles(height, width)[rows, None, None]
+    irradiance = brought.sum(axis=(0, 1))
+    if not irradiance.any():
+        return Turned(sky, np.eye(3)), None
+    up = np.pi * ((rows[:, None] + 0.5) / height - 0.5)
+    around = np.pi * (1.0 - 2.0 * (np.arange(width) + 0.5) / width)
+    places = [np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up) + 0.0 * around]
+    middle = np.array([(brought @ LUMINANCE * place).sum() for place in places])
+    x, y, z = (float(part) for part in -middle / np.linalg.norm(middle))
+    return Turned(sky, np.eye(3)), Disc((x, y, z), irradiance, float(node.sun_size))
