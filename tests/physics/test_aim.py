@@ -14,6 +14,7 @@ from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.scene import (
     Light,
+    Lobe,
     Material,
     Scene,
     area_light,
@@ -250,3 +251,32 @@ def test_sun_over_a_plain(device: Device) -> None:
     assert far.mean() == pytest.approx(near.mean(), rel=0.03)
     errors = [((found - truth) ** 2 / truth.mean() ** 2).mean() for found in (near, far)]
     assert errors[1] < 2.0 * errors[0] * 4 / 3  # the truth is the near one's mean
+
+
+def ball_on_a_plain(half: float) -> Scene:
+    """Of glass, 0.1 m wide, under the sun; the plain is as wide as twice `half`."""
+    built = Builder().quad((-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0))
+    built.sphere((0, 0, 0.06), 0.05, subdivisions=3, material=1)
+    eye = camera((0.1, -0.25, 0.3), (0.0, 0.03, 0.03), 30)
+    sun = sun_light("sun", (3.0,) * 3, (0.3, 0.5, -0.8), 0.01)
+    parameters = {"ior": 1.5, "tint": (1.0,) * 3, "reflects": 2.0}
+    glass = Material("glass", (0.0,) * 3, (Lobe("glass", (1.0,) * 3, parameters),))
+    return built.scene(eye, (sun,), [WALL, glass])
+
+
+def test_a_caustic_on_a_plain(device: Device) -> None:
+    """Of a kilometre has at most twice the error of one on ten metres."""
+    settings = {"width": 16, "height": 16, "photons": 30000, "radius": 0.01, "passes": 2}
+    near, far = (
+        np.array(
+            [
+                images_of(device, ball_on_a_plain(half), **settings, seed=seed)["Indirect"]
+                for seed in range(4)
+            ]
+        )
+        for half in (5.0, 500.0)
+    )
+    assert far.mean() == pytest.approx(near.mean(), rel=0.1)
+    assert far.var(axis=0, ddof=1).mean() < 2.0 * near.var(axis=0, ddof=1).mean()
+    truth = near.mean(axis=0)
+    assert truth.max() > 5.0 * np.median(truth)  # a caustic
