@@ -208,7 +208,8 @@ class _Preparation:
         """Radii by where pass 0's photons fall."""
         photons_a_pass, photons = self._settings.photons_a_pass, pilot_photons(self._settings)
         deposits = self._kept.finish(mapper)
-        grids = self._way.radius_grids(deposits)  # a GPU looks while the host looks for room
+        focus = self._aiming.focus if self._aiming else None
+        grids = self._way.radius_grids(deposits, focus)  # a GPU looks while the host looks for room
         landed = deposits.count / photons
         try:
             budget.check(landed)

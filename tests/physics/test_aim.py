@@ -28,11 +28,18 @@ from addon.streams import Device
 from tests.measure import rendered
 from tests.scenes import DIM, Builder, camera, plain_material
 
+pytestmark = pytest.mark.usefixtures("soon")
 WALL = plain_material("wall", (0.6, 0.5, 0.4))
 SETTINGS: dict[str, Any] = {"width": 32, "height": 32, "photons": 20000, "passes": 8}
 CANDLE = point_light("candle", (-0.3, 0.2, 0.5), (20.0,) * 3)
 SUN = point_light("sun", (5.0, 5.0, 20.0), (1e6,) * 3)
 LAMP = point_light("lamp", (0.5, -0.3, 0.4), (10.0,) * 3)
+
+
+@pytest.fixture
+def soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A single light is asked for before pass 1, as several are."""
+    monkeypatch.setattr(aim, "PASSES_OF_ONE", 1)
 
 
 def room(*lights: Any, glow: Material = WALL) -> Scene:

@@ -10,9 +10,10 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
+from addon.photon.kernels.records import RADIUS_GRID
 from addon.photon.photons.deposits import Copy, DeviceDeposits
-from addon.photon.photons.device_radii import radii_on_device
-from addon.photon.photons.radius_field import SAMPLE, sample_of, shrink_of
+from addon.photon.photons.device_radii import _ordered, _within, radii_on_device
+from addon.photon.photons.radius_field import SAMPLE, grids_on_host, sample_of, shrink_of
 from addon.photon.prepare import photons_per_disc, prepare
 from addon.photon.settings import Settings
 from addon.photon.ways import way
@@ -266,3 +267,21 @@ def test_passes_apart_have_the_same_radii(device: Device) -> None:
     assert whole.radius(7) == part.radius(7) < whole.radius(0)
     for renderer in (whole, part):
         renderer.release()
+
+
+def test_grids_end_with_a_box() -> None:
+    """Of the boxes that a device finds, those of a side without photons there."""
+    low, high = np.float32([[-2, -3, -4], [-1, -1, -1]]), np.float32([[5, 6, 7], [-0.5, 1, 1]])
+    boxes = np.repeat([[low[0], high[0]], [low[1], high[1]]], (4, 3), axis=0)
+    faces = np.concatenate([~_ordered(boxes[:, 0]), _ordered(boxes[:, 1])], axis=1)
+    focus = np.float32([[-0.75, -0.5, -0.25], [1.0, 2.0, 3.0]])
+    grids, _ = native.radius_grids_about(_within(faces, focus))
+    found = grids.view(RADIUS_GRID.dtype)
+    for side, (least, most) in enumerate(boxes[1:]):
+        np.testing.assert_array_equal(found["low"][side, 0], np.maximum(least, focus[0]))
+        np.testing.assert_array_equal(found["high"][side, 0], np.minimum(most, focus[1]))
+    sample = np.zeros((3, 4), np.float32)
+    sample[:, :3] = [[0, 0, 0], [0.5, 0.5, 0.5], [9, 9, 9]]
+    one, _ = grids_on_host(sample, sample, focus)()
+    other, _ = grids_on_host(sample[:2], sample[:2])()
+    np.testing.assert_array_equal(one, other)

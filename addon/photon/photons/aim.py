@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..stage.tables import Tables
 from .starts import Starts, even_shares, groups_of, proposed, starts_by, variance
@@ -30,14 +31,17 @@ LEAST_GAIN = 1.5
 # A light of so much less flux than another has so few photons by flux that a pass of them spoils
 # the mean of all.
 OUTSHINES = 16.0
+# Where there is one near light it is seldom worth while: so it is asked for when that takes little
+# of what was rendered.
+PASSES_OF_ONE = 16
 
 
 class Aiming:
     """Lets photons of a pass start where they count.
 
-    Where all lights are near and about as bright, what the passes after pass 0 know is learned
-    before the first of them: a first picture does not wait for it. Else all passes know: one of few
-    photons where they count would spoil the mean of all.
+    Where all lights are near and about as bright, what the passes after the first ones know is
+    learned before the first of them: a first picture does not wait for it. Else all passes know:
+    one of few photons where they count would spoil the mean of all.
     """
 
     def __init__(
@@ -52,9 +56,11 @@ class Aiming:
         self._mapper, self._tables, self._seed, self._look = mapper, tables, seed, look
         self._plain = self._used = Starts(tables.by_flux, None)
         self._learned: Starts | None = None
+        self._view: View | None = None
         fluxes = [tables.by_flux[group].sum() for group in groups_of(tables)]
         outshone = bool(fluxes) and max(fluxes) > OUTSHINES * min(fluxes)
-        self._first = 0 if at_once or outshone or tables.distant_lights else 1  # pass that knows
+        late = 1 if len(fluxes) > 1 else PASSES_OF_ONE
+        self._first = 0 if at_once or outshone or tables.distant_lights else late  # pass that knows
         self._use(self._plain)
 
     def knows(self, index: int) -> bool:
@@ -65,6 +71,11 @@ class Aiming:
     def is_aimed(self) -> bool:
         """Whether photons start elsewhere than in pass 0 now."""
         return self._first > 0 and self._used.aims is not None
+
+    @property
+    def focus(self) -> NDArray[np.float32] | None:
+        """Where photons are aimed at, (2, 3); None: everywhere."""
+        return self._view.box() if self._view and self._used.aims else None
 
     def set(self, index: int) -> None:
         """Let the photons of a pass start as they shall."""
@@ -83,7 +94,8 @@ class Aiming:
         self._used = starts
 
     def _learn(self) -> Starts:
-        view, tables = self._look(), self._tables
+        self._view = view = self._look()
+        tables = self._tables
         if not len(view.places):
             return self._plain
         told = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)

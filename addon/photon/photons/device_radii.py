@@ -41,6 +41,7 @@ DECLARATIONS = {  # what programs are compiled with
 }
 # Gives the grids of native.radius_grids, and the area of the box about them.
 Grids = Callable[[], tuple[NDArray[np.float32], float]]
+Box = NDArray[np.float32]  # (2, 3) its lowest and its highest corner
 TELLING = 2047  # photons that tell the median radius: tests hold it to 2 % of all photons'
 
 
@@ -85,9 +86,11 @@ def step_of(count: int, most: int) -> int:
     return max(1, -(-count // most))
 
 
-def grids_on_device(device: Device, deposits: Deposits, most: int) -> Grids:
+def grids_on_device(
+    device: Device, deposits: Deposits, most: int, focus: Box | None = None
+) -> Grids:
     """As native.radius_grids by `most` of the deposits on the device, which are not none: asked for
-    at once, and waited for when called."""
+    at once, and waited for when called. They end where a box does, if there is one."""
     count, place, deposit = deposits.tables()
     step = step_of(count, most)
     samples = -(-count // step)
@@ -107,10 +110,24 @@ def grids_on_device(device: Device, deposits: Deposits, most: int) -> Grids:
     device.put_back(buffer)
 
     def grids() -> tuple[NDArray[np.float32], float]:
-        faces = np.frombuffer(reading.data(), np.uint32)
-        return native.radius_grids_about(faces.reshape(1 + SIDES, 2 * len(AXES)))
+        faces = np.frombuffer(reading.data(), np.uint32).reshape(1 + SIDES, 2 * len(AXES))
+        return native.radius_grids_about(faces if focus is None else _within(faces, focus))
 
     return grids
+
+
+def _within(faces: NDArray[np.uint32], focus: Box) -> NDArray[np.uint32]:
+    """The parts of boxes that lie in another, as photon_boxes.glsl has boxes."""
+    low, high = np.hsplit(faces, 2)
+    return np.concatenate(
+        [np.minimum(low, ~_ordered(focus[0])), np.minimum(high, _ordered(focus[1]))], axis=1
+    )
+
+
+def _ordered(numbers: NDArray[np.float32]) -> NDArray[np.uint32]:
+    """As glsl/lib/ordered.glsl."""
+    bits = np.ascontiguousarray(numbers, np.float32).view(np.uint32)
+    return np.where(bits >> 31 == 1, ~bits, bits | np.uint32(1 << 31))
 
 
 def _program(device: Device, stem: str) -> Program:

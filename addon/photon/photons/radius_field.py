@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...streams import Device, Kernel, Table, Uniform
 from ..kernels.records import RADIUS_GRID
 from ..stage.tables import upload_table
-from .device_radii import Grids, Limits, step_of
+from .device_radii import Box, Grids, Limits, step_of
 
 SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most
 WIDEST = 1.4  # no radius is larger, in radii that even light would have
@@ -128,9 +128,15 @@ def limits_by(
     return Limits(wanted, times, min(WIDEST * even, 2.0), pixel, eye)
 
 
-def grids_on_host(place: NDArray[np.float32], deposit: NDArray[np.float32]) -> Grids:
-    """Where most of the deposits are, looked up when it is called."""
-    return partial(native.radius_grids, sample_of(place, deposit, SAMPLE))
+def grids_on_host(
+    place: NDArray[np.float32], deposit: NDArray[np.float32], focus: Box | None = None
+) -> Grids:
+    """Where most of the deposits are, of those in a box if there is one; looked up when it is
+    called."""
+    sample = sample_of(place, deposit, SAMPLE)
+    if focus is not None:
+        sample = sample[((sample[:, :3] >= focus[0]) & (sample[:, :3] <= focus[1])).all(axis=1)]
+    return partial(native.radius_grids, np.ascontiguousarray(sample))
 
 
 def radii_on_host(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 VIEW = 64  # eye rays a side
 WIDE = 3.0  # eye rays a side of a cell, or a little more
 
+BEYOND = 0.01  # of the places, on either side of each axis: some are far
 MIX = np.int64(0x2545F4914F6CDD1D)  # odd, of many bits: cells' numbers differ
 
 Doubles = NDArray[np.float64]
@@ -41,3 +42,9 @@ class View:
             return np.ones(len(places))
         far: Doubles = np.linalg.norm(places - np.array(self.eye), axis=1)
         return far
+
+    def box(self) -> NDArray[np.float32]:
+        """The box about most of the places, and as much again on all sides."""
+        low, high = np.quantile(self.places, (BEYOND, 1.0 - BEYOND), axis=0)
+        margin = (high - low).max() / 2.0
+        return np.array([low - margin, high + margin], np.float32)

@@ -21,7 +21,7 @@ from ..kernels.cuts import Cuts
 from ..kernels.tracer import Tracer
 from ..photons.deposits import Deposits
 from ..photons.device_photon_mapper import DevicePhotonMapper
-from ..photons.device_radii import Grids, Limits, grids_on_device, radii_on_device
+from ..photons.device_radii import Box, Grids, Limits, grids_on_device, radii_on_device
 from ..photons.grid_sort import DeviceSort, HostSort, Sort
 from ..photons.native_photon_mapper import NativePhotonMapper, knows, knows_lobes
 from ..photons.photon_grid import Cells, Gathering, Lanes, PhotonGrid, lanes_of_gpu
@@ -114,9 +114,10 @@ class Way:
         tracer = self.tracer(rays=needs.rays(*RAYS))
         return PhotonMapper(self.device, self.layer, stage.tables, settings, needs, tracer)
 
-    def radius_grids(self, deposits: Deposits) -> Grids:
-        """Where most of the deposits are; called when it must be known."""
-        return grids_on_host(*deposits.arrays())
+    def radius_grids(self, deposits: Deposits, focus: Box | None = None) -> Grids:
+        """Where most of the deposits are, of those in a box if there is one; called when it must
+        be known."""
+        return grids_on_host(*deposits.arrays(), focus)
 
     def radii(self, deposits: Deposits, grids: NDArray[np.float32], limits: Limits) -> Found:
         """The radii by deposits, and by the grids over them."""
@@ -173,11 +174,11 @@ class ResidentWay(Way):
     ) -> PhotonMapper | NativePhotonMapper | DevicePhotonMapper:
         return DevicePhotonMapper(self.device, stage.tables, settings, needs)
 
-    def radius_grids(self, deposits: Deposits) -> Grids:
+    def radius_grids(self, deposits: Deposits, focus: Box | None = None) -> Grids:
         """At once."""
         if not deposits.count:
             return super().radius_grids(deposits)
-        return grids_on_device(self.device, deposits, SAMPLE)
+        return grids_on_device(self.device, deposits, SAMPLE, focus)
 
     def radii(self, deposits: Deposits, grids: NDArray[np.float32], limits: Limits) -> Found:
         return radii_on_device(self.device, deposits, grids, limits)
