@@ -286,6 +286,7 @@ def settings_from(
         splat_shape=p.splat_shape.lower(),
         photon_bounces=p.photon_bounces,
         mirror_depth=p.mirror_depth,
+        transparent_depth=transparent_bounces_of(scene),
         boundary_correction=p.boundary_correction,
         direct_by_photons=p.direct_by_photons,
         transparent=scene.render.film_transparent,
@@ -293,6 +294,12 @@ def settings_from(
         time_limit=p.time_limit,
         **film_of(scene),
     )
+
+
+def transparent_bounces_of(scene: bpy.types.Scene) -> int:
+    """Return Cycles' limit, which is the scene's; its default where Cycles is absent."""
+    cycles = getattr(scene, "cycles", None)
+    return int(cycles.transparent_max_bounces) if cycles else DEFAULTS.transparent_depth
 
 
 def film_of(scene: bpy.types.Scene) -> dict[str, Any]:

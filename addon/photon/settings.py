@@ -53,6 +53,7 @@ class Settings:
     splat_shape: SplatShape = "quad"
     photon_bounces: int = 64  # scattering events a photon path may have
     mirror_depth: int = 8  # secondary rays a chain may have
+    transparent_depth: int = 8  # transparent surfaces that a ray may pass, besides
     boundary_correction: bool = True  # cut discs, and divide by their share on the surface
     direct_by_photons: bool = False  # store first hits too and trace no shadow rays
     transparent: bool = False  # the world leaves alpha 0
@@ -79,6 +80,7 @@ class Settings:
             ("seed", 0, (1 << 32) - 1),
             ("photon_bounces", 1, 1024),
             ("mirror_depth", 0, 1024),
+            ("transparent_depth", 0, 1024),
             ("pixel_width", 0.0, 1e3),
             ("exposure", 0.0, 1e6),
             ("device_index", 0, 255),

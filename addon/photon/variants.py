@@ -14,7 +14,7 @@ from .kernels.blur import Blur
 from .kernels.combine import CombineAll, CombineMirror, CombinePrimary
 from .kernels.coverage import Coverage
 from .kernels.cuts import Cuts
-from .kernels.direct import Direct, ShadowRays, Unshadowed
+from .kernels.direct import Direct, ShadowRays, ShadowThrough, Unshadowed
 from .kernels.emitted import Emitted
 from .kernels.eye_rays import EyeRays
 from .kernels.gather import Gather
@@ -30,7 +30,7 @@ from .kernels.splat import Splat
 from .kernels.tracer import Tracer
 from .photons.bounces import Bounces, declarations
 from .photons.device_radii import DECLARATIONS
-from .scene import ALL_RAYS
+from .scene import ALL_RAYS, TRANSPARENT
 from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
 from .stage.glow import TRIANGLE
 from .stage.kinds import (
@@ -152,6 +152,7 @@ def _needs(
         lobes=lobes,
         lobe_kinds=of_lobes,
         light_kinds=of_lights,
+        visibility=TRANSPARENT in of_lobes,
     )
 
 
@@ -178,8 +179,9 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield CombinePrimary, {**defines, **lux}, {}
         yield CombinePrimary, {**defines, **around}, {}
         yield CombinePrimary, {**defines, **lux, **around}, {}
-    yield Unshadowed, {}, {}
-    yield Unshadowed, lux, {}
+    for of_shadows in (Unshadowed, ShadowThrough):
+        yield of_shadows, {}, {}
+        yield of_shadows, lux, {}
     for scene in program_needs():
         yield Glow, scene.programs.defines, scene.made
         yield Shade, scene.photon_defines, scene.made
@@ -188,6 +190,11 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         if scene.programs.normals:
             yield Direct, scene.direct_defines, scene.made
             yield ShadowRays, scene.direct_defines, scene.made
+        yield ShadowThrough, {**scene.transparent_defines, **scene.programs.defines}, scene.made
+        if scene.transparent:
+            filtering = replace(scene, filters_by_programs=True)
+            for kernel in (Direct, ShadowRays):
+                yield kernel, filtering.direct_defines, scene.made
     for scene in needs():
         yield from _of_scene(scene)
 
@@ -219,7 +226,8 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
         yield PlainLobe, scene.gather_defines, scene.made
     for kernel in (CombinePrimary, CombineMirror):
         for emitters in ({}, scene.emitter_defines):
-            yield kernel, {**emitters, **scene.gather_defines}, {}
+            for more in ({}, scene.transparent_defines):
+                yield kernel, {**emitters, **scene.gather_defines, **more}, {}
     if scene.lobes:
         yield Scatter, scene.eye_defines, scene.made
 

@@ -7,6 +7,9 @@
 void kernel() {
     VisiblePoint point = visible_point();
     if (!is_place(point.place)) skip();
+#ifdef TRANSPARENT
+    most_layers = transparent_depth - int(point.layers);
+#endif
     vec3 sum = vec3(0.0);
     float lux = 0.0;
     for (int i = 0; i < SHADOW_RAYS; i++) {
@@ -14,8 +17,13 @@ void kernel() {
         if (!is_ray(ray)) continue;
         RayHit found = trace(ray.origin.position, ray.direction.direction, ray.direction.t_max, int(ray.origin.source));
         if (found.triangle >= 0) continue;
+#ifdef TRANSPARENT
+        sum += ray.radiance * let_through;
+        lux += ray.lux * luminance(let_through);
+#else
         sum += ray.radiance;
         lux += ray.lux;
+#endif
     }
     store_direct(Radiance(sum, 1.0));
 #ifdef ILLUMINANCE

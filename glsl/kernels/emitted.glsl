@@ -13,6 +13,10 @@
 // The part of a lobe's ray in what it finds of a light that a shadow ray could have found (shadow_ray.glsl).
 float weight_of_chain(int number, RayOrigin origin, vec3 direction, float density) {
     if (!(density > 0.0)) return 1.0;  // a delta lobe, for which there are no shadow rays
+#ifdef TRANSPARENT
+    Chain chain = load_chain();  // from where it was sent, before all that it has passed
+    origin = RayOrigin(origin.position - chain.way * direction, chain.source);
+#endif
     Triangle from = triangle_at(int(origin.source));
     vec3 normal = normal_of(from.b - from.a, from.c - from.a);
     if (dot(normal, direction) < 0.0) normal = -normal;
@@ -44,14 +48,19 @@ void kernel() {
     RayOrigin origin = load_origin();
     float far = is_hit(hit) ? hit.t : T_MAX;
     vec3 emitted = vec3(0.0), world = vec3(0.0);
+#ifdef TRANSPARENT
+    bool is_of_eye = load_chain().bounces == 0.0;
+#else
+    bool is_of_eye = depth == 0;
+#endif
     for (int i = 0; i < seen_lights; i++) {
         Light light = light_at(i);
-        if (!is_found(light, depth == 0 ? BY_CAMERA : BY_CHAINS)) continue;
+        if (!is_found(light, is_of_eye ? BY_CAMERA : BY_CHAINS)) continue;
         vec4 seen = seen_light(light, origin.position, direction, far);
         vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
         if (!(largest(radiance) > 0.0)) continue;
 #ifdef WEIGHED
-        if (depth > 0) radiance *= weight_of_chain(i, origin, direction, load_throughput().density);
+        if (!is_of_eye) radiance *= weight_of_chain(i, origin, direction, load_throughput().density);
 #endif
         if (is_found(light, IS_WORLD)) world += radiance; else emitted += radiance;
     }
@@ -64,7 +73,7 @@ void kernel() {
         vec3 glow = material_at(int(triangle.material)).emission;
 #endif
 #ifdef WEIGHED
-        if (depth > 0 && largest(glow) > 0.0) {
+        if (!is_of_eye && largest(glow) > 0.0) {
             int light = light_of_triangle(triangle.number);
             glow *= weight_of_chain(light, origin, direction, load_throughput().density);
         }

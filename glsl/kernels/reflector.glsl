@@ -58,7 +58,11 @@ void kernel() {
     float share = behind != 0 ? 0.5 : 1.0;
     by_diffuse *= may_scatter && is_taken(ray, RAY_DIFFUSE) ? share : 0.0;
 #ifdef LOBES
-    by_lobe *= may_scatter && is_taken(ray, rays_of(lobe)) ? share : 0.0;
+    bool may_take = may_scatter && is_taken(ray, rays_of(lobe));
+#ifdef TRANSPARENT
+    may_take = may_take || is_transparent(lobe);
+#endif
+    by_lobe *= may_take ? share : 0.0;
 #endif
     t_max = t_max_of(PhotonRay(visible & RAYS_OF_LOBES, ray.bounces - 1));
 #endif
@@ -73,6 +77,15 @@ void kernel() {
         normal = raised;
         outgoing = onward;
         flux *= weight / by_lobe;
+#ifdef TRANSPARENT
+        if (is_transparent(lobe)) {
+            // What it was it remains: light that has only passed is direct light still.
+            store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
+            store_next_direction(RayDirection(outgoing, t_max_of(PhotonRay(ray.rays & visible, ray.bounces))));
+            store_next_flux(Flux(flux, photon.photon));
+            return;
+        }
+#endif
 #ifdef TRANSMITS
 #ifdef VISIBILITY
         if (!is_taken(ray, dot(outgoing, facing.normal) < 0.0 ? RAY_TRANSMISSION : RAY_GLOSSY)) skip();

@@ -33,17 +33,37 @@ void kernel() {
     shape = weighed(shape, 1.0 / share);
 #endif
     if (!is_lobe(lobe)) skip();
+#ifdef TRANSPARENT
+    Chain chain = load_chain();
+    bool is_straight = is_transparent(lobe);
+    if (is_straight ? chain.layers >= float(transparent_depth) : chain.bounces >= float(chain_depth)) skip();
+#endif
     vec3 weight;
     vec3 normal = raised_normal(shading.normal, facing.normal, to_viewer);
     vec3 outgoing = sample_lobe(lobe, shape, normal, to_viewer, u.xy, weight);
     vec3 throughput = load_throughput().throughput * weight;
     float survival = min(1.0, largest(throughput) / ROULETTE_BELOW);
-    if (!is_onward(outgoing, facing.normal, normal) || !(u.z < survival)) skip();
-    store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
-    store_next_direction(RayDirection(outgoing, T_MAX));
-    float density = 0.0;
+    float t_max = T_MAX, density = 0.0;
+    bool leads_on = is_onward(outgoing, facing.normal, normal);
+#ifdef TRANSPARENT
+    leads_on = leads_on || is_straight;
+#endif
+    if (!leads_on || !(u.z < survival)) skip();
 #ifdef WEIGHED
     density = share * pdf_lobe(lobe, shape, normal, to_viewer, outgoing);
 #endif
+#ifdef TRANSPARENT
+    if (is_straight) {
+        // The same ray as before, of the eye up to its clip distance, or of a lobe with the density of that.
+        if (chain.bounces == 0.0) t_max = load_direction().t_max - load_hit().t;
+        else density = load_throughput().density;
+        chain = Chain(chain.bounces, chain.layers + 1.0, chain.way + load_hit().t, chain.source);
+    } else {
+        chain = Chain(chain.bounces + 1.0, chain.layers, 0.0, shading.triangle);
+    }
+    store_next_chain(chain);
+#endif
+    store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
+    store_next_direction(RayDirection(outgoing, t_max));
     store_next_throughput(Throughput(throughput / survival, density));
 }

@@ -21,7 +21,12 @@
 #ifdef VISIBILITY
 // Mirrors show what is there.
 bool is_held_out(Surface surface, Material material) {
-    return depth == 0 && (material.holdout > 0.0 || (visibility_of(surface.surface) & HOLDOUT) != 0);
+#ifdef TRANSPARENT
+    bool is_of_eye = load_chain().bounces == 0.0;
+#else
+    bool is_of_eye = depth == 0;
+#endif
+    return is_of_eye && (material.holdout > 0.0 || (visibility_of(surface.surface) & HOLDOUT) != 0);
 }
 #endif
 #endif

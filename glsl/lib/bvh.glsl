@@ -12,6 +12,15 @@ const int BVH_STACK = 64;  // the native build keeps every tree shallower
 // Ize 2013, "Robust BVH Ray Traversal": 1 + 2 gamma(3) makes the slab test conservative.
 const float SLAB_ROUNDING = 1.0000004;
 
+#ifdef ANY_HIT
+#ifdef TRANSPARENT
+#include "lib/transmittance.glsl"
+#include "lib/colour.glsl"
+vec3 let_through;  // by the surfaces that the last ray has met
+int most_layers;   // that a ray may pass
+#endif
+#endif
+
 struct RayHit { float t; int triangle; float u; float v; };  // triangle -1: a miss
 
 // Everything about a ray that the triangle test reuses.
@@ -86,6 +95,12 @@ float safe_inverse(float d) { return 1.0 / (abs(d) < 1.0e-20 ? (d < 0.0 ? -1.0e-
 // A ray that is not finite or has no direction misses.
 RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
     RayHit best = RayHit(t_max, -1, 0.0, 0.0);
+#ifdef ANY_HIT
+#ifdef TRANSPARENT
+    let_through = vec3(1.0);
+    int layers = 0;
+#endif
+#endif
     float length2 = dot(direction, direction);
     float finite = dot(origin, vec3(1.0)) + length2;
     if (!(length2 > 0.0) || isnan(finite) || isinf(finite)) return best;
@@ -112,6 +127,13 @@ RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
             float number;
             if (triangle != source && hit_triangle_at(ray, slabs, triangle, best.t, tuv, number)
                 && (tuv.x < best.t || (best.triangle >= 0 && number < first))) {
+#ifdef ANY_HIT
+#ifdef TRANSPARENT
+                // In whatever order it meets them: the product is the same.
+                let_through *= transmittance_at(Hit(tuv.x, stored_triangle(triangle), tuv.y, tuv.z), direction);
+                if (largest(let_through) > 0.0 && ++layers <= most_layers) continue;
+#endif
+#endif
                 best = RayHit(tuv.x, triangle, tuv.y, tuv.z);
                 first = number;
 #ifdef ANY_HIT

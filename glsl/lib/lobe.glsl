@@ -25,6 +25,11 @@ vec3 raised_normal(vec3 shading, vec3 geometric, vec3 to_viewer) {
 
 bool is_lobe(Lobe lobe) { return lobe.kind > 0.0; }
 
+#ifdef TRANSPARENT
+// Whether light goes straight on by it, which counts for no scattering.
+bool is_transparent(Lobe lobe) { return lobe.kind == float(TRANSPARENT); }
+#endif
+
 // Whether a direction that a lobe gave leads on: it is on the same side of the surface as of the lobe's normal.
 bool is_onward(vec3 outgoing, vec3 geometric, vec3 normal) { return dot(outgoing, geometric) * dot(outgoing, normal) > 0.0; }
 

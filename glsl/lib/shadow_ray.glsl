@@ -26,6 +26,8 @@ struct VisiblePoint {
     Diffuse diffuse;
     vec3 to_viewer;
     vec3 base;  // normal of the smooth surface, about which the shading normal may be bent
+    float bounces;  // of lobes, that the ray to it has behind it
+    float layers;   // transparent surfaces that it has passed: a shadow ray has what is left
 #ifdef LOBES
     vec3 raised;  // normal of the lobes, on the viewer's side
     Lobe lobe0;
@@ -95,7 +97,7 @@ vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light) {
 #endif
 #ifdef WEIGHED
     float own = density_of_rays(rays, light, point.place.position, point.facing.normal, to_light);
-    if (own > 0.0 && depth < chain_depth) {
+    if (own > 0.0 && point.bounces < float(chain_depth)) {
         float share = 1.0;
 #ifdef TWO_LOBES
         float cosine = dot(point.to_viewer, point.shading.normal);
@@ -174,7 +176,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     Light light = light_at(chosen);
 #ifdef VISIBILITY
     LightLimit limit = light_limit_at(chosen);
-    if (float(depth) > limit.bounces) return none;
+    if (point.bounces > limit.bounces) return none;
 #endif
     vec2 u = random4(seed, pass_index, uint(pixel(source_element())), dimension).xy;
 #ifdef ENVIRONMENT

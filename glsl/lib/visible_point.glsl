@@ -9,6 +9,13 @@ VisiblePoint visible_point() {
     point.shading = load_shading();
     point.diffuse = load_diffuse();
     point.to_viewer = -load_direction().direction;
+#ifdef TRANSPARENT
+    point.bounces = load_chain().bounces;
+    point.layers = load_chain().layers;
+#else
+    point.bounces = float(depth);
+    point.layers = 0.0;
+#endif
 #ifdef NORMALS
     point.base = base_normal(point.place, point.facing, point.shading, point.diffuse);
 #else

@@ -64,12 +64,15 @@ def test_principled(convert, metallic, level, ior, transmission) -> None:
         parameters = microfacets(roughness) | {"tint": tint}
         assert_lobe(lobes.pop(0), "ggx_metal", RED[:3], parameters, weight=metallic)
     if metallic < 1.0 and transmission > 0.0:
-        kind = "glass" if ior == 1.0 else "ggx_glass"
-        rough = {} if ior == 1.0 else {"alpha": roughness**2, "compensated": 1.0}
-        parameters = rough | {"ior": ior, "tint": tint, "reflects": 1.0}
         root = tuple(math.sqrt(c) for c in RED[:3])
         share = transmission * (1.0 - metallic)
-        assert_lobe(lobes.pop(0), kind, root, parameters, weight=share)
+        if ior == 1.0:
+            passed = tuple(share * c for c in root)
+            assert_lobe(lobes.pop(0), "transparent", passed, {})
+        else:
+            parameters = {"alpha": roughness**2, "compensated": 1.0}
+            parameters |= {"ior": ior, "tint": tint, "reflects": 1.0}
+            assert_lobe(lobes.pop(0), "ggx_glass", root, parameters, weight=share)
     if opaque > 0.0 and f0 > 0.0:
         (lobe,) = lobes
         parameters = microfacets(roughness) | {"ior": curve}
@@ -138,7 +141,6 @@ def test_black_reflects_at_grazing_angles(convert, cycles, scene, metallic) -> N
 @pytest.mark.parametrize(
     ("inputs", "status", "feature"),
     [
-        ({"Alpha": 0.5}, "ignored", "Alpha"),
         ({"Thin_Film_Thickness": 500.0}, "ignored", "Thin Film"),
         ({"Subsurface_Weight": 0.5}, "approximated", "Subsurface"),
     ],
@@ -240,12 +242,14 @@ def test_metallic_of_physical_conductor(convert, name) -> None:
 @pytest.mark.parametrize(("kind", "reflects"), [(GLASS, 2.0), (REFRACTION, 0.0)])
 @pytest.mark.parametrize("roughness", [0.0037, 0.0039, 0.2])
 def test_glass(convert, kind, reflects, ior, roughness) -> None:
-    """Smooth up to a roughness of 0.0038, as in Cycles, and where it is no glass at all."""
+    """Smooth up to a roughness of 0.0038, as in Cycles; of an index of 1 its colour is left."""
     material, report = convert(shader_material(kind, Color=RED, IOR=ior, Roughness=roughness))
     assert material.diffuse == BLACK
     (lobe,) = material.lobes
     parameters = {"ior": ior, "tint": (1.0, 1.0, 1.0), "reflects": reflects}
-    if roughness < 0.0038 or ior == 1.0:
+    if ior == 1.0:
+        assert_lobe(lobe, "transparent", RED[:3], {})
+    elif roughness < 0.0038:
         assert_lobe(lobe, "glass", RED[:3], parameters)
     else:
         rough = {"alpha": roughness**2, "compensated": float(kind == GLASS)}

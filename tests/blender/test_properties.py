@@ -21,6 +21,7 @@ BLEND_SCENES = Path(__file__).resolve().parents[2] / "blend_scenes"
 
 # Set by the frame, the region and the film, or of no use in Blender.
 NOT_PROPERTIES = {"width", "height", "region", "first_pass", "transparent", "caller_bytes"}
+NOT_PROPERTIES |= {"transparent_depth"}
 NOT_PROPERTIES |= {"illuminance"}  # asked for by passes
 FILM = {"pixel_filter", "pixel_width", "exposure"}  # Cycles' properties
 

@@ -31,7 +31,7 @@ class PassImages:
     ) -> None:
         device, layer, size = way.device, way.layer, eye.streams["hit"].size
         self._tables, self._eye = tables, eye
-        defines = {**needs.emitter_defines, **needs.gather_defines}
+        defines = {**needs.emitter_defines, **needs.gather_defines, **needs.transparent_defines}
         of_primary = {**defines, **needs.illuminance_defines, **needs.camera_defines}
         self._primary = CombinePrimary(device, layer, of_primary)
         self._all = CombineAll(device, layer, defines)
@@ -41,6 +41,8 @@ class PassImages:
         self._seen = {name: Stream(device, RADIANCE, size) for name in names}
         if needs.illuminance:
             self._seen["illuminance"] = Stream(device, ILLUMINANCE_SEEN, size)
+        # The eye sees the background through transparent surfaces, after the first ones.
+        self._background = Stream(device, RADIANCE, size) if needs.transparent else None
         self._blurs = PingPong(device, BLUR, size)
         self._mirrors: dict[str, PingPong] = {}
         if needs.secondary_rays:
@@ -95,7 +97,17 @@ class PassImages:
         image, indirect = self._mirrors.values()
         sums = {"sum": image.front, "indirect_sum": indirect.front}
         totals = {"total": image.back, "indirect_total": indirect.back}
+        if self._background:
+            sums["background_sum"], totals["background_total"] = (
+                self._seen["background"],
+                self._background,
+            )
         launch(self._mirror, streams | sums | totals, self._tables, self._world)
+        if self._background:
+            self._seen["background"], self._background = (
+                self._background,
+                self._seen["background"],
+            )
         image.swap()
         indirect.swap()
 
@@ -109,7 +121,7 @@ class PassImages:
         for kernel in (self._primary, self._all, self._mirror, self._blur):
             if kernel:
                 kernel.release()
-        for stream in self._seen.values():
+        for stream in (*self._seen.values(), *([self._background] if self._background else [])):
             stream.release()
         for pair in (self._blurs, *self._mirrors.values()):
             pair.release()

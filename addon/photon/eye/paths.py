@@ -15,6 +15,7 @@ from ..kernels.emitted import Emitted
 from ..kernels.glow import Glow
 from ..kernels.launch import launch, launch_and_count
 from ..kernels.records import (
+    CHAIN,
     COVERAGE,
     CUTS,
     HIT,
@@ -47,6 +48,7 @@ class Path:
     region: Region
     depth: int
     throughput: Stream
+    chain: Stream | None  # if there are transparent surfaces
     view: View | None  # of eye rays
     count: Count | None  # of the rays that are alive; None: they are taken to be
     ended: dict[Region, int]  # at which depth all had in a region
@@ -120,6 +122,8 @@ class Eye:
             twos["illuminance"] = ILLUMINANCE
         if needs.secondary_rays:
             twos["throughput"] = THROUGHPUT
+        if needs.transparent:
+            ones["first_chain"] = twos["chain"] = CHAIN
         self.streams = {name: Stream(device, record, size) for name, record in ones.items()}
         self._pairs = {name: PingPong(device, record, size) for name, record in twos.items()}
         self._unit = Stream(device, THROUGHPUT, size)
@@ -147,7 +151,8 @@ class Eye:
             return sent
         rays = (self._pairs[name].front for name in ("origin", "direction"))
         view = self.camera.send(index, region, *rays)
-        return Path(index, region, 0, self._unit, view, None, self._ended)
+        chain = self.streams.get("first_chain")
+        return Path(index, region, 0, self._unit, chain, view, None, self._ended)
 
     def shade(self, path: Path) -> None:
         """Find where the rays end, and evaluate the materials there."""
@@ -206,26 +211,23 @@ class Eye:
         A GPU would wait while it is asked how many are alive: it is not before the depth at which
         all had ended before.
         """
-        if not self._scatter or path.depth == self._needs.chain_depth:
+        most = self._needs.chain_depth + self._needs.transparent_depth
+        if not self._scatter or path.depth == most:
             return None
-        pairs = [self._pairs[name] for name in ("origin", "direction", "throughput")]
+        names = ("origin", "direction", "throughput", "chain")
+        pairs = {name: self._pairs[name] for name in names if name in self._pairs}
         streams = {**self.of(path), "throughput": path.throughput}
-        streams |= dict(
-            zip(
-                ("next_origin", "next_direction", "next_throughput"),
-                (pair.back for pair in pairs),
-                strict=True,
-            )
-        )
+        streams |= {f"next_{name}": pair.back for name, pair in pairs.items()}
         count = None
         if not self._waits or path.depth >= self._ended.get(path.region, 0):
             count = launch_and_count(self._scatter, streams, self._tables, self._draw(path))
         else:
             launch(self._scatter, streams, self._tables, self._draw(path))
-        for pair in pairs:
+        for pair in pairs.values():
             pair.swap()
-        depth, throughput = path.depth + 1, pairs[2].front
-        return Path(path.index, path.region, depth, throughput, None, count, self._ended)
+        depth, throughput = path.depth + 1, pairs["throughput"].front
+        chain = pairs["chain"].front if "chain" in pairs else None
+        return Path(path.index, path.region, depth, throughput, chain, None, count, self._ended)
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
@@ -253,7 +255,8 @@ class Eye:
     def of(self, path: Path) -> dict[str, Stream]:
         """What there is of a path."""
         rays = {name: self._pairs[name].front for name in ("origin", "direction")}
-        return {**self.streams, **rays}
+        chain = {"chain": path.chain} if path.chain else {}
+        return {**self.streams, **rays, **chain}
 
     def _find_cuts(self, radii: Radii) -> None:
         """Where each point's disc ends at what stands on its surface. Without a kernel nothing
@@ -286,6 +289,7 @@ class Eye:
             "pass_index": path.index,
             "depth": path.depth,
             "chain_depth": self._needs.chain_depth,
+            "transparent_depth": self._needs.transparent_depth,
             "light_count": len(self._tables.lights),
             "seen_lights": self._tables.seen_lights,
             "distant_lights": self._tables.distant_lights,

@@ -2,6 +2,7 @@
 from ...streams import Kernel, Ports, Uniform, When
 from .records import (
     BLUR,
+    CHAIN,
     COVERAGE,
     DIFFUSE,
     HIT,
@@ -61,7 +62,7 @@ class CombineMirror(Kernel):
     """Add what a secondary ray sees to the mirror image."""
 
     stem = "combine_mirror"
-    structure = ("EMITTERS", "GATHERED_LOBES")
+    structure = ("EMITTERS", "GATHERED_LOBES", "TRANSPARENT")
     inputs = {
         "sum": RADIANCE,
         "indirect_sum": RADIANCE,
@@ -71,10 +72,17 @@ class CombineMirror(Kernel):
         "irradiance": IRRADIANCE,
         "coverage": COVERAGE,
         "throughput": THROUGHPUT,
+        "chain": When("TRANSPARENT", CHAIN),
+        "background_sum": When("TRANSPARENT", RADIANCE),
         **_EMITTERS,
         **GLOSSY,
     }
-    outputs = {"total": RADIANCE, "indirect_total": RADIANCE}
+    outputs = {
+        "total": RADIANCE,
+        "indirect_total": RADIANCE,
+        "background_total": When("TRANSPARENT", RADIANCE),
+    }
+    uniforms = {"background_alpha": When("TRANSPARENT", Uniform("float"))}
 
 
 class CombineAll(Kernel):

@@ -6,6 +6,7 @@ from ...streams import Kernel, Table, Uniform, When
 from ...streams.declaration import Ports
 from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, LIMITS
 from .records import (
+    CHAIN,
     CORNER_NORMALS,
     HIT,
     ILLUMINANCE,
@@ -17,7 +18,7 @@ from .records import (
     TRIANGLE,
     VISIBILITY,
 )
-from .shade import GATHERED_LOBES, LOBES, POINT
+from .shade import GATHERED_LOBES, LOBES, POINT, PROGRAM_DEFINES, PROGRAM_TABLES
 
 _STRUCTURE = (
     "SHADOW_RAYS",
@@ -30,11 +31,18 @@ _STRUCTURE = (
     "SMOOTH",
     "TWO_SIDED",
     "NORMALS",
+    "TRANSPARENT",
     *GATHERED_LOBES,
     *LIGHT_DEFINES,
+    *PROGRAM_DEFINES,
     "VISIBILITY",
 )
-_INPUTS: Ports = {**POINT, "direction": RAY_DIRECTION, **LOBES}
+_INPUTS: Ports = {
+    **POINT,
+    "direction": RAY_DIRECTION,
+    "chain": When("TRANSPARENT", CHAIN),
+    **LOBES,
+}
 _UNIFORMS = {
     "seed": Uniform("uint"),
     "pass_index": Uniform("uint"),
@@ -52,19 +60,20 @@ class Direct(Kernel):
 
     stem = "direct"
     structure = _STRUCTURE
-    records = (RAY_ORIGIN, RAY_DIRECTION)
+    records = (RAY_ORIGIN, RAY_DIRECTION, HIT)
     inputs = _INPUTS
     outputs = {"direct": RADIANCE, "illuminance": When("ILLUMINANCE", ILLUMINANCE)}
-    uniforms = _UNIFORMS
+    uniforms = {**_UNIFORMS, "transparent_depth": When("TRANSPARENT", Uniform("int"))}
     tables = {
         "nodes": Table(NODE),
         "triangles": Table(TRIANGLE),
         **LIGHT_TABLES,
         **LIMITS,
         **CHOICE,
-        "materials": When("TWO_SIDED", Table(MATERIAL)),
+        "materials": When(("TWO_SIDED", "TRANSPARENT"), Table(MATERIAL)),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
-        "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
+        "corner_normals": When(("SMOOTH", "PROGRAMS"), Table(CORNER_NORMALS)),
+        **PROGRAM_TABLES,
     }
 
 
@@ -89,6 +98,35 @@ class ShadowRays(Kernel):
         "triangles": When(("SMOOTH", "TWO_SIDED"), Table(TRIANGLE)),
         "materials": When("TWO_SIDED", Table(MATERIAL)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
+    }
+
+
+class ShadowThrough(Kernel):
+    """Send those of the shadow rays on that have met transparent surfaces, behind these."""
+
+    stem = "shadow_through"
+    structure = ("ILLUMINANCE", *PROGRAM_DEFINES)
+    records = (CHAIN,)
+    uniforms = {"layer": Uniform("int"), "transparent_depth": Uniform("int")}
+    inputs = {
+        "shadow_origin": RAY_ORIGIN,
+        "shadow_direction": RAY_DIRECTION,
+        "shadow_hit": HIT,
+        "unshadowed": RADIANCE,
+        "unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
+    }
+    outputs = {
+        "next_origin": RAY_ORIGIN,
+        "next_direction": RAY_DIRECTION,
+        "next_unshadowed": RADIANCE,
+        "next_unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
+    }
+    tables = {
+        "triangles": Table(TRIANGLE),
+        "materials": Table(MATERIAL),
+        "chain": Table(),  # of the points
+        "corner_normals": When("PROGRAMS", Table(CORNER_NORMALS)),
+        **PROGRAM_TABLES,
     }
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
 from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES
-from .records import HIT, MATERIAL, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE
+from .records import CHAIN, HIT, MATERIAL, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE
 
 
 class Emitted(Kernel):
@@ -17,6 +17,7 @@ class Emitted(Kernel):
         "SURFACES",
         "SMOOTH",
         "TWO_SIDED",
+        "TRANSPARENT",
         *LIGHT_DEFINES,
     )
     inputs = {
@@ -25,6 +26,7 @@ class Emitted(Kernel):
         "hit": HIT,
         "throughput": When("WEIGHED", THROUGHPUT),
         "glow": When("GLOWS_BY_PROGRAMS", RADIANCE),
+        "chain": When("TRANSPARENT", CHAIN),
     }
     outputs = {"emitted": RADIANCE, "environment": RADIANCE}
     uniforms = {

@@ -18,6 +18,11 @@ FLUX = Record("Flux", {"flux": "vec3", "photon": "float"})  # [W], linear RGB, >
 # delta lobe.
 THROUGHPUT = Record("Throughput", {"throughput": "vec3", "density": "float"})
 
+# Of a chain where there are transparent surfaces: how often lobes have scattered it, 0 of the eye's
+# own rays, and how many transparent surfaces it has passed; since it was last scattered, the way
+# [scene units], and the triangle where that was.
+CHAIN = Record("Chain", {"bounces": "float", "layers": "float", "way": "float", "source": "float"})
+
 # Streams of shaded points: where rays end, and the BSDF there.
 PLACE = Record("Place", {"position": "vec3", "surface": "float"})  # surface number + 1
 # Geometric normal, unit, on the ray's side; which side that is: 1 outside, -1 inside.
@@ -90,7 +95,7 @@ NODE = Record(
 # Lambert's albedo that no lobe covers; which elements of the table of lobes are the material's;
 # holdout 1: the eye sees nothing there; the radiance of both its sides [W/(m^2 sr)]; which
 # instructions are its program, and codes of results that stand for a value (lib/program.glsl);
-# two_sided 1: a rough lobe lets light through from behind.
+# two_sided 1: a rough lobe lets light through from behind; what shadow rays keep that pass it.
 MATERIAL = Record(
     "Material",
     {
@@ -108,6 +113,8 @@ MATERIAL = Record(
         "emission_from": "float",
         "two_sided": "float",
         "base_from": "float",
+        "transmittance": "vec3",
+        "transmittance_from": "float",
     },
 )
 # A lobe as in the streams; the albedo of what it lies over; which of the material's lobes lies over

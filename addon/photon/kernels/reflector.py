@@ -8,7 +8,15 @@ class Reflector(Kernel):
     """Scatter or absorb each photon by Russian roulette (Marino & Abbate, Reflector)."""
 
     stem = "reflector"
-    structure = ("LOBES", "TINTED", "TRANSMITS", "ARRIVALS", "ENVIRONMENT", "VISIBILITY")
+    structure = (
+        "LOBES",
+        "TINTED",
+        "TRANSMITS",
+        "TRANSPARENT",
+        "ARRIVALS",
+        "ENVIRONMENT",
+        "VISIBILITY",
+    )
     inputs = {
         "origin": When("ARRIVALS", RAY_ORIGIN),
         "direction": RAY_DIRECTION,

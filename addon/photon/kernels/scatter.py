@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Uniform
-from .records import FACING, PLACE, RAY_DIRECTION, RAY_ORIGIN, SHADING, THROUGHPUT
+from ...streams import Kernel, Uniform, When
+from .records import CHAIN, FACING, HIT, PLACE, RAY_DIRECTION, RAY_ORIGIN, SHADING, THROUGHPUT
 from .shade import GATHERED_LOBES, LOBES
 
 
@@ -8,24 +8,29 @@ class Scatter(Kernel):
     """Send the secondary rays of lobes (Marino & Abbate, mirror pass)."""
 
     stem = "scatter"
-    structure = ("LOBES", "TWO_LOBES", "TINTED", "WEIGHED", *GATHERED_LOBES)
+    structure = ("LOBES", "TWO_LOBES", "TINTED", "WEIGHED", "TRANSPARENT", *GATHERED_LOBES)
     inputs = {
         "place": PLACE,
         "facing": FACING,
         "shading": SHADING,
         "direction": RAY_DIRECTION,
         "throughput": THROUGHPUT,
+        "hit": When("TRANSPARENT", HIT),
+        "chain": When("TRANSPARENT", CHAIN),
         **LOBES,
     }
     outputs = {
         "next_origin": RAY_ORIGIN,
         "next_direction": RAY_DIRECTION,
         "next_throughput": THROUGHPUT,
+        "next_chain": When("TRANSPARENT", CHAIN),
     }
     uniforms = {
         "seed": Uniform("uint"),
         "pass_index": Uniform("uint"),
         "depth": Uniform("int"),
+        "chain_depth": When("TRANSPARENT", Uniform("int")),
+        "transparent_depth": When("TRANSPARENT", Uniform("int")),
         "frame_size": Uniform("ivec2"),
         "region_origin": Uniform("ivec2"),
     }

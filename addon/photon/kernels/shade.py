@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Ports, Table, Uniform, When
 from .records import (
+    CHAIN,
     CONSTANT,
     CORNER_ATTRIBUTE,
     CORNER_NORMALS,
@@ -64,13 +65,20 @@ class Shade(Kernel):
         "TINTED",
         "TANGENTS",
         "TRANSMITS",
+        "TRANSPARENT",
+        "CHAINS",
         "DIRECTIONS",
         "VISIBILITY",
         *GATHERED_LOBES,
         *PROGRAM_DEFINES,
         "FOOTPRINT",  # bumps are as fine as the eye sees
     )
-    inputs = {"direction": RAY_DIRECTION, "hit": HIT, "flux": When("PHOTONS", FLUX)}
+    inputs = {
+        "direction": RAY_DIRECTION,
+        "hit": HIT,
+        "flux": When("PHOTONS", FLUX),
+        "chain": When("CHAINS", CHAIN),
+    }
     outputs = {**POINT, **LOBES}
     uniforms = {
         "seed": When("LOBES", Uniform("uint")),

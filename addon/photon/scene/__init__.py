@@ -19,6 +19,7 @@ from .programs import Instruction, Result, Rows
 from .values import (
     MIRROR,
     SNAPSHOT_VERSION,
+    TRANSPARENT,
     Lobe,
     Material,
     Scene,
@@ -38,6 +39,7 @@ __all__ = [
     "RAY_BITS",
     "RGB",
     "SNAPSHOT_VERSION",
+    "TRANSPARENT",
     "Camera",
     "Image",
     "Instruction",

@@ -29,8 +29,9 @@ SNAPSHOT_VERSION = 5
 MIRROR = np.inf  # Phong exponent of a perfect mirror
 # Kinds of lobes whose colour is their reflectance head-on: black ones reflect at grazing angles.
 FRESNEL_LOBES = ("coat", "ggx_dielectric", "ggx_metal", "glass", "ggx_glass")
+TRANSPARENT = "transparent"  # light goes straight on
 # Kinds that gather no photons, however rough they are.
-SEND_RAYS = ("mirror", "glass", "ggx_glass")
+SEND_RAYS = ("mirror", "glass", "ggx_glass", TRANSPARENT)
 ALPHAS = ("alpha", "alpha_x", "alpha_y")  # parameters of microfacets
 
 
@@ -75,6 +76,8 @@ class Lobe:
         """Of microfacets as broad as the lobe, where it is sharpest, as glsl/bsdf has it; 0 of a
         kind that gathers no photons, and 1 where parameters do not tell. The least and the most
         that it may be anywhere."""
+        if self.kind in SEND_RAYS:
+            return 0.0, 0.0
         given: Mapping[str, Any] = self.parameters
         alphas = [given[name] for name in ALPHAS if name in given]
         if self.varying.keys() & {"exponent", "roughness", *ALPHAS}:
@@ -84,7 +87,7 @@ class Lobe:
         elif "roughness" in given:
             found = float(given["roughness"])
         else:
-            found = math.sqrt(min(alphas, default=0.0 if self.kind in SEND_RAYS else 1.0))
+            found = math.sqrt(min(alphas, default=1.0))
         return found, found
 
     @property
@@ -152,6 +155,11 @@ class Material:
     def glows(self) -> bool:
         """Whether its triangles are lights."""
         return max(self.emission) > 0 or "emission" in self.varying
+
+    @property
+    def is_transparent(self) -> bool:
+        """Whether light goes straight on through it, all of it or some."""
+        return any(lobe.kind == TRANSPARENT and lobe.reflects for lobe in self.lobes)
 
     @property
     def is_diffuse(self) -> bool:

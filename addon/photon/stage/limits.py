@@ -19,7 +19,8 @@ def is_limited(lights: tuple[Light, ...]) -> bool:
 def knows_rays(scene: Scene, lights: tuple[Light, ...]) -> bool:
     """Whether something may depend on which ray it is."""
     held_out = any(material.holdout for material in scene.materials)
-    return len(scene.visible) > 0 or held_out or is_limited(lights)
+    transparent = any(material.is_transparent for material in scene.materials)
+    return len(scene.visible) > 0 or held_out or is_limited(lights) or transparent
 
 
 def visibility_table(scene: Scene) -> NDArray[Any]:

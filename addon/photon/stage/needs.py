@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ...streams import Defines, Made
-from ..scene import ALL_RAYS, RAY_BITS, RAYS, Light, Scene
+from ..scene import ALL_RAYS, RAY_BITS, RAYS, TRANSPARENT, Light, Scene
 from ..settings import Settings
 from .gathered import BLEND, can_gather, send_rays
 from .geometry import Mesh
@@ -63,6 +63,8 @@ class SceneNeeds:
     first_hits: bool = False  # photons carry the direct light
     programs: ProgramNeeds = ProgramNeeds()  # of the materials
     glows_by_programs: bool = False  # what some triangles emit differs from point to point
+    transparent_depth: int = 0  # surfaces that a ray goes straight on through
+    filters_by_programs: bool = False  # what they let through differs from point to point
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
@@ -81,7 +83,8 @@ class SceneNeeds:
         asked = lighting and (diffuse or broad) and not settings.direct_by_photons
         gathered = lighting and can_gather(scene, settings, materials)
         rays = bool(kinds) and not (gathered and not any(map(send_rays, materials)))
-        chains = rays and settings.mirror_depth > 0
+        transparent = any(material.is_transparent for material in materials)
+        chains = (rays and settings.mirror_depth > 0) or transparent
         met = [light for light in emitting if light_kinds()[light.kind].is_met(light.parameters)]
         by_chains = chains and (glows or any("chains" in light.found_by for light in met))
         of_mesh = frozenset({TRIANGLE} if glows else ())
@@ -100,6 +103,10 @@ class SceneNeeds:
             and by_chains
             and (glows or any("glossy" in x.found_by for x in met)),
             chain_depth=settings.mirror_depth,
+            transparent_depth=settings.transparent_depth if transparent else 0,
+            filters_by_programs=any(
+                lobe.kind == TRANSPARENT and lobe.varying for m in materials for lobe in m.lobes
+            ),
             photon_bounces=settings.photon_bounces,
             lobes=min(max(map(len, lobes), default=0), MOST_LOBES),
             lobe_kinds=frozenset(kinds),
@@ -118,7 +125,8 @@ class SceneNeeds:
             arrivals=any(x.cares_who_is_lit for x in emitting if x.lights_surfaces),
             visibility=is_limited(emitting)
             or any(material.holdout for material in materials)
-            or bool((mesh.visible != ALL_RAYS).any()),
+            or bool((mesh.visible != ALL_RAYS).any())
+            or transparent,
             first_hits=settings.direct_by_photons,
             programs=ProgramNeeds.of(scene),
             glows_by_programs=glows and any("emission" in m.varying for m in materials),
@@ -139,7 +147,8 @@ class SceneNeeds:
         """What kernels of visible points are compiled with."""
         gathered = self._gathered_defines("GATHERED_LOBES")
         seen = {"FOOTPRINT": 1} if self.programs.bumps else {}
-        return self._lobe_defines | gathered | self.programs.defines | seen
+        chains = {"CHAINS": 1} if self.transparent else {}
+        return self._lobe_defines | gathered | self.programs.defines | seen | chains
 
     @property
     def _lobe_defines(self) -> dict[str, int | float]:
@@ -168,7 +177,7 @@ class SceneNeeds:
         of_lobes = (self.eye_defines if self.weighed else self._lobe_defines) if broad else {}
         normals = {"NORMALS": 1} if self.programs.normals else {}
         shadow = {**self.illuminance_defines, **self.rays("shadow"), **normals}
-        return {**defines, **self.light_defines, **of_lobes, **shadow}
+        return {**defines, **self.light_defines, **of_lobes, **shadow, **self.filter_defines}
 
     @cached_property
     def light_defines(self) -> Defines:
@@ -183,6 +192,8 @@ class SceneNeeds:
         defines |= {"GLOWS_BY_PROGRAMS": 1} if self.glows_by_programs else {}
         if not self.weighed:
             defines.pop("TWO_SIDED", None)
+        if self.filters_by_programs:
+            defines = {x: value for x, value in defines.items() if x not in self.programs.defines}
         return defines | ({"SURFACES": 1} if self.glows or self.weighed else {})
 
     @cached_property
@@ -226,7 +237,23 @@ class SceneNeeds:
     @property
     def _transmitting_defines(self) -> dict[str, int | float]:
         some = any(lobe_kinds()[kind].transmits for kind in self.lobe_kinds)
-        return {"TRANSMITS": 1} if some else {}
+        return ({"TRANSMITS": 1} if some else {}) | self.transparent_defines
+
+    @property
+    def transparent(self) -> bool:
+        """Whether light goes straight on through surfaces."""
+        return TRANSPARENT in self.lobe_kinds
+
+    @property
+    def filter_defines(self) -> dict[str, int | float]:
+        """What kernels are compiled with that let shadow rays pass."""
+        programs = self.programs.defines if self.filters_by_programs else {}
+        return {**self.transparent_defines, **programs}
+
+    @property
+    def transparent_defines(self) -> dict[str, int | float]:
+        """What kernels are compiled with that know of that: the number of the kind."""
+        return {TRANSPARENT.upper(): lobe_kinds()[TRANSPARENT].number} if self.transparent else {}
 
     @property
     def _layer_defines(self) -> dict[str, int | float]:

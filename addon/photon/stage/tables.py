@@ -23,7 +23,7 @@ from ..kernels.records import (
     MATERIAL_LOBE,
     SPACE,
 )
-from ..scene import FOUND_BY, RGB, Light, Lobe, Material, Scene, reflecting
+from ..scene import FOUND_BY, RGB, TRANSPARENT, Light, Lobe, Material, Scene, reflecting
 from .aims import Aims
 from .environments import Place, environment_table
 from .geometry import Frame, Mesh
@@ -126,11 +126,20 @@ def material_tables(
         row["normal_from"] = program.codes(material.varying, "normal")
         row["base_from"] = program.codes(material.varying, "base")
         row["emission_from"] = program.codes(material.varying, "emission")
+        _fill_transmittance(row, own, program)
         row["two_sided"] = any(lobe_kinds()[lobe.kind].is_two_sided for lobe in own)
         for lobe_row, lobe in zip(of_lobes[first : first + len(own)], own, strict=True):
             _fill_lobe(lobe_row, lobe, program)
         first += len(own)
     return table, of_lobes
+
+
+def _fill_transmittance(row: Any, lobes: Sequence[Lobe], program: Compiled) -> None:
+    """What a row of MATERIAL says of the one transparent lobe that a material has."""
+    for lobe in lobes:
+        if lobe.kind == TRANSPARENT:
+            row["transmittance"] = lobe.weight * np.array(lobe.colour)
+            row["transmittance_from"] = program.codes(lobe.varying, "colour")
 
 
 def _fill_lobe(row: Any, lobe: Lobe, program: Compiled) -> None:

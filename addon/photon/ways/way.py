@@ -224,7 +224,7 @@ class NativeWay(Way):
     def direct_light(
         self, needs: SceneNeeds, size: tuple[int, int]
     ) -> DirectLight | TracedDirectLight:
-        any_hit = self.tracer(any_hit=True, rays=needs.rays("shadow"))
+        any_hit = self.tracer(any_hit=not needs.transparent, rays=needs.rays("shadow"))
         return TracedDirectLight(self.device, self.layer, needs, any_hit, size)
 
     def photon_mapper(

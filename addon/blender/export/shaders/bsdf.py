@@ -108,12 +108,24 @@ class Bsdf:
 
 
 BLACK = Bsdf()
-# A shader that lets light pass straight through reflects nothing and hides nothing.
+# A shader that lets all light pass straight through: there is no surface.
 CLEAR = None
 
 
+def transparent(passed: Value) -> Bsdf | None:
+    """What lets a part of light pass straight through, the rest of it absorbed."""
+    if passed.is_just(1.0):
+        return CLEAR
+    return Bsdf(lobes=(ShaderLobe("transparent", clipped(passed), {}),))
+
+
+def surface_of(bsdf: Bsdf | None) -> Bsdf:
+    """A shader's lobes, and what is CLEAR as one that lets light pass."""
+    return Bsdf(lobes=(ShaderLobe("transparent", ONE, {}),)) if bsdf is CLEAR else bsdf
+
+
 # Kinds whose colour times weight is all that there is to them.
-_PLAIN = ("mirror", "phong")
+_PLAIN = ("mirror", "phong", "transparent")
 
 
 def _scaled(lobe: ShaderLobe, factor: Value) -> ShaderLobe:

@@ -49,7 +49,9 @@ def glass(
     roughness = roughness_of(graph, node, scope)
     alpha = roughness * roughness
     is_nothing = index.is_constant and abs(index.number - 1.0) < NO_INTERFACE
-    if is_nothing or not (alpha * alpha).may_exceed(SMOOTH):
+    if is_nothing:
+        return ShaderLobe("transparent", clipped(passed), {})
+    if not (alpha * alpha).may_exceed(SMOOTH):
         return ShaderLobe("glass", clipped(passed), parameters)
     alpha = alpha.clamp(0.0 if alpha.is_constant else LEAST, 1.0)
     compensated = is_compensated(graph, node)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import bpy
 
 from ..graph import Graph, Scope, source
-from .bsdf import CLEAR, Bsdf, SpecularModel, colour
+from .bsdf import CLEAR, Bsdf, SpecularModel, colour, surface_of, transparent
 from .microfacets import note_tangents
 from .normals import about_one_normal
 
@@ -26,9 +26,7 @@ def read_mix(
     first, second = (_input(graph, node, index, scope, model, read) for index in (1, 2))
     if first is CLEAR and second is CLEAR:
         return CLEAR
-    if first is CLEAR or second is CLEAR:
-        _note_opaque(graph, node)
-        return second if first is CLEAR else first
+    first, second = surface_of(first), surface_of(second)
     note_tangents(graph, first, second)
     shares = first.scaled(1.0 - factor), second.scaled(factor)
     first, second = about_one_normal(graph, *shares)
@@ -40,10 +38,9 @@ def read_add(
 ) -> Bsdf | None:
     """Read both shaders; `read` is what reads any."""
     first, second = (_input(graph, node, index, scope, model, read) for index in (0, 1))
-    if first is CLEAR or second is CLEAR:
-        if first is not second:
-            _note_opaque(graph, node)
-        return second if first is CLEAR else first
+    if first is CLEAR and second is CLEAR:
+        return CLEAR
+    first, second = surface_of(first), surface_of(second)
     note_tangents(graph, first, second)
     first, second = about_one_normal(graph, first, second)
     return first.plus(second)
@@ -51,11 +48,9 @@ def read_add(
 
 def read_transparent(
     graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel
-) -> None:
-    """Nothing is there to be read."""
-    if not colour(graph, node, "Color", scope).is_just(1.0):
-        graph.notes.approximated(graph.owner, "Transparent colour", "nothing is filtered")
-    return CLEAR
+) -> Bsdf | None:
+    """Read a Transparent BSDF."""
+    return transparent(colour(graph, node, "Color", scope))
 
 
 def _input(
@@ -68,8 +63,3 @@ def _input(
 ) -> Bsdf | None:
     shader, _, inner = source(node.inputs[index], scope)
     return read(graph, shader, inner, model)
-
-
-def _note_opaque(graph: Graph, node: bpy.types.Node) -> None:
-    what = f"'{node.name}' is rendered opaque"
-    graph.notes.approximated(graph.owner, "Partly transparent", what)

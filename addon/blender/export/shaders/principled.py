@@ -12,6 +12,7 @@ import bpy
 from ..graph import Graph, Scope
 from ..programs import ONE, ZERO, Value, math, mix, value
 from .bsdf import (
+    CLEAR,
     NO_INTERFACE,
     Bsdf,
     ShaderLobe,
@@ -21,6 +22,8 @@ from .bsdf import (
     note_anisotropy,
     number,
     phong_of,
+    surface_of,
+    transparent,
 )
 from .coat import under_coat
 from .diffuse import rough_diffuse
@@ -35,7 +38,18 @@ MOST_F0 = 0.99  # beyond which the specular level raises no index any more
 DEFAULT_BASE, DEFAULT_ROUGHNESS, DEFAULT_IOR = (0.8, 0.8, 0.8), 0.5, 1.5
 
 
-def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
+def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf | None:
+    """Read what there is of it, and what its Alpha lets pass."""
+    alpha = _number(graph, node, scope, "Alpha", 1.0).clamp()
+    if alpha.is_just(0.0):
+        return CLEAR
+    found = _surface(graph, node, scope, model)
+    if alpha.is_just(1.0):
+        return found
+    return found.scaled(alpha).plus(surface_of(transparent(ONE - alpha)))
+
+
+def _surface(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read metallic and dielectric shares, and what lies over them; the rest is reported."""
     base = math("MAXIMUM", colour(graph, node, "Base Color", scope), 0.0)
     metallic = _number(graph, node, scope, "Metallic").clamp()
@@ -160,8 +174,6 @@ def _note(
     """Write down what the node asks for and the renderer does not know."""
     notes, owner = graph.notes, graph.owner
     given = partial(_number, graph, node, scope)
-    if not given("Alpha", 1.0).is_just(1.0):
-        notes.ignored(owner, "Alpha", "rendered opaque")
     if not metallic.is_just(1.0):
         if given("Subsurface Weight").may_exceed(0.0):
             notes.approximated(owner, "Subsurface", "rendered as diffuse")

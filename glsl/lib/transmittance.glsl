@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What transparent surfaces let through of a shadow ray. Uses the tables of triangles and materials.
+#include "lib/hit.glsl"
+#include "lib/triangle.glsl"
+#ifdef PROGRAMS
+#include "lib/program.glsl"
+#endif
+
+// Of a ray in this direction at a hit, per channel; 0: the surface is opaque.
+vec3 transmittance_at(Hit hit, vec3 direction) {
+    Material material = material_at(int(triangle_at(hit_triangle(hit)).material));
+#ifdef PROGRAMS
+    if (is_given(material.transmittance_from)) {
+        here = here_at(hit, direction, surface_at(hit, direction));
+        run_program(material);
+        return reflectance_from(material.transmittance_from, material.transmittance);
+    }
+#endif
+    return material.transmittance;
+}

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Transparent surfaces: eyes' rays, shadow rays and photons go straight on, filtered."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.photon.scene import Lobe, Material, Scene, area_light, sun_light, world_light
+from addon.streams import Device
+from tests.measure import fallen, render, rendered
+from tests.scenes import Builder, camera, plain_material
+
+GREY = plain_material("grey", (0.5, 0.5, 0.5))
+FILTER = (0.9, 0.6, 0.3)
+LAYERS = ["fragment", "compute", "native"]
+SUN = sun_light("sun", (2.0, 2.0, 2.0), (0.3, 0.2, -1.0))
+
+
+def filtering(colour: Any, diffuse: Any = (0.0, 0.0, 0.0)) -> Material:
+    return Material("filter", diffuse, (Lobe("transparent", colour),))
+
+
+def stacked(layers: int, material: Material, lights: Any = (SUN,)) -> Scene:
+    """A floor under so many sheets, seen from above through them all."""
+    built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 0, "floor")
+    for number in range(layers):
+        z = 0.5 + 0.02 * number
+        built.quad((-2, -2, z), (2, -2, z), (2, 2, z), (-2, 2, z), 1)
+    return built.scene(camera((0.1, 0.2, 3), (0, 0, 0), 20), lights, (GREY, material))
+
+
+def picture(device: Device, scene: Scene, layer: str = "auto", **settings: Any) -> Any:
+    settings = {"passes": 4, "photons": 2000, "transparent_depth": 64, "layer": layer} | settings
+    return render(device, scene, width=16, height=16, **settings)["Combined"].astype(float)
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+@pytest.mark.parametrize("layers", (1, 20))
+def test_sheets_filter_what_is_seen_and_what_lights(
+    device: Device, layer: str, layers: int
+) -> None:
+    """Each twice: what the sun brings, and what the eye sees of that."""
+    colour = np.array(FILTER) ** (1 / layers)
+    bare = picture(device, stacked(0, GREY), layer)[..., :3].mean(axis=(0, 1))
+    seen = picture(device, stacked(layers, filtering(tuple(colour))), layer)
+    assert seen[..., :3].mean(axis=(0, 1)) == pytest.approx(bare * np.array(FILTER) ** 2, rel=5e-3)
+    assert (seen[..., 3] == 1).all()
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_too_many_sheets_are_opaque(device: Device, layer: str) -> None:
+    """The eye passes five, and as many are before the sun: it counts both, as Cycles does."""
+    scene = stacked(5, filtering((1.0,) * 3))
+    assert picture(device, scene, layer, transparent_depth=10)[..., :3].mean() > 0.1
+    assert picture(device, scene, layer, transparent_depth=9)[..., :3].max() == 0.0
+
+
+def test_light_is_seen_and_lights_as_through_nothing(device: Device) -> None:
+    """Clear sheets change nothing: lamps seen through them and in rough metal."""
+    alpha = {"alpha_x": 0.1, "alpha_y": 0.1, "turn": 0.0, "compensated": 1.0}
+    metal = Material("metal", (0.0,) * 3, (Lobe("ggx", (0.8,) * 3, alpha),))
+    clear = filtering((1.0,) * 3)
+    lamp = area_light("lamp", (0.0, 0.0, 1.9), (9.0,) * 3, size=(0.6, 0.6))
+    found = []
+    for sheets in (False, True):
+        built = Builder().box((-1, -1, 0), (1, 1, 2), 0, skip="-y +z")
+        built.quad((-1, -1, 0.05), (1, -1, 0.05), (1, 0.9, 0.3), (-1, 0.9, 0.3), 1)
+        if sheets:
+            for z in (0.7, 1.2):
+                built.quad((-2, -2, z), (2, -2, z), (2, 2, z), (-2, 2, z), 2)
+            built.quad((-2, -1.5, -1), (2, -1.5, -1), (2, -1.5, 3), (-2, -1.5, 3), 2)
+        world = world_light("world", (0.2, 0.3, 0.4))
+        scene = built.scene(camera((0, -4, 1), (0, 0, 1), 40), (lamp, world), (GREY, metal, clear))
+        found.append(picture(device, scene, passes=24, photons=40000)[..., :3].mean(axis=(0, 1)))
+    assert found[1] == pytest.approx(found[0], rel=0.012)
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_alpha_of_what_is_behind(device: Device, layer: str) -> None:
+    """A half transparent sheet over nothing is half there; the world is seen through it unless the
+    film is transparent."""
+    built = Builder().quad((-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0), 0)
+    half = filtering((0.5,) * 3, (0.25,) * 3)
+    lights = (world_light("world", (1.0, 1.0, 1.0)),)
+    scene = built.scene(camera((0, 0, 3), (0, 0, 0), 20), lights, (half,))
+    seen = picture(device, scene, layer, transparent=True)
+    # Of white light from everywhere a sheet shows its albedo.
+    assert seen.mean(axis=(0, 1)) == pytest.approx([0.25] * 3 + [0.5], abs=0.01)
+    seen = picture(device, scene, layer)
+    assert seen.mean(axis=(0, 1)) == pytest.approx([0.75] * 3 + [1.0], abs=0.01)
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_photons_pass(device: Device, layer: str) -> None:
+    """Directly lit, nothing lands; bounced off a wall, what a sheet lets through does."""
+    settings: Any = {"photons": 1 << 18, "passes": 1, "width": 8, "height": 8, "layer": layer}
+    scene = stacked(2, filtering(FILTER))
+    with rendered(device, scene, **settings) as renderer:
+        assert not fallen(renderer).any()
+    with rendered(device, scene, direct_by_photons=True, **settings) as renderer:
+        filtered = fallen(renderer)[0]
+    with rendered(device, stacked(0, GREY), direct_by_photons=True, **settings) as renderer:
+        bare = fallen(renderer)[0]
+    assert filtered / bare == pytest.approx(np.array(FILTER) ** 2, rel=0.05)
