@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a point knows of itself: its position in world space [m] (0) or its object's (1); its shading normal
 // in world space (2) or its object's (3); its geometric normal (4); the direction to the viewer (5), all unit
-// and on the ray's side; whether that side is the back (6); the weights of a triangle's corners (7). `shift`:
+// and on the ray's side; whether that side is the back (6); the weights of a triangle's first two corners (7). `shift`:
 // where positions and weights are asked for, see shifted_position.
 // Operands: [which], [shift].
 #include "lib/object_space.glsl"
 
 vec4 run_geometry(vec4 which, vec4 shift) {
     int wanted = int(which.x);
-    vec3 value = shifted_corners(shift).yzx;  // the weights of the second and of the third corner first
+    vec3 value = vec3(shifted_corners(shift).xy, 0.0);
     if (wanted == 0) value = to_space(world_space(), shifted_position(shift));
     else if (wanted == 1) value = to_space(object_space(), shifted_position(shift));
     else if (wanted == 2) value = here.shading;

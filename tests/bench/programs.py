@@ -29,7 +29,7 @@ def programmed(scene: Scene, length: int) -> Scene:
     """Each material's albedo by so many instructions of three kinds, from where the point is."""
     if not length:
         return scene
-    program = [Instruction("geometry", ((0.0,) * 4,))]
+    program = [Instruction("geometry", ((0.0,) * 4, (0.0,) * 4))]
     while len(program) < length:
         last = Result(len(program) - 1)
         if len(program) % 3 == 2:
@@ -42,7 +42,7 @@ def programmed(scene: Scene, length: int) -> Scene:
         replace(material, program=tuple(program), varying=varying) for material in scene.materials
     )
     return replace(
-        scene, materials=materials, objects=np.tile(np.eye(5, 4), (len(scene.surfaces), 1, 1))
+        scene, materials=materials, objects=np.tile(np.eye(6, 4), (len(scene.surfaces), 1, 1))
     )
 
 

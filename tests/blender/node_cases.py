@@ -11,6 +11,7 @@ from typing import Any
 
 import bpy
 import numpy as np
+from mathutils import Euler, Matrix
 from numpy.typing import NDArray
 
 from addon.photon.scene import Scene
@@ -24,6 +25,7 @@ Socket = bpy.types.NodeSocket
 Build = Callable[[Tree], Socket]  # adds nodes to a material, and returns the output to look at
 Picture = NDArray[np.float32]
 
+TILT = Matrix.LocRotScale((0.3, -0.2, 0.4), Euler((0.3, 0.5, -0.7)), (1.3, 0.8, 0.6))
 CELL = 16  # [px] of a square, which is 1 m wide
 # A pixel is right if it is this near to Cycles', relative to it; or to a tenth, where it is darker.
 NEAR, DARK = 0.01, 0.1
@@ -96,6 +98,14 @@ OTHER = three(scaled(V, 0.9, 0.1), U, scaled(V, 0.2, 0.7))
 VECTOR = three(scaled(U, -1.5, 1.5), scaled(V, -1.5, 1.5), scaled(U, 1.5, -1.5))
 
 
+def turned(obj: bpy.types.Object) -> None:
+    """The square as it is, but of a turned, stretched and moved object."""
+    bpy.context.view_layer.update()
+    placed = obj.matrix_world.copy()
+    obj.matrix_world = placed @ TILT
+    obj.data.transform(TILT.inverted())
+
+
 def lay_out(cases: Sequence[Case]) -> tuple[int, int]:
     """Make the sheet in the open scene, row by row from below; how many squares wide and high."""
     columns = math.ceil(math.sqrt(len(cases)))
@@ -132,7 +142,10 @@ def _material(case: Case) -> bpy.types.Material:
 def _wave() -> bpy.types.Mesh:
     """QUAD, but smooth and uneven: up to 0.3 high."""
     ends = np.linspace(-1.0, 1.0, FACES + 1)
-    points = [(x, y, 0.3 * math.sin(3.0 * x + 1.0) * math.cos(2.0 * y)) for y in ends for x in ends]
+    heights = np.sign(ends) * np.abs(ends) ** 1.07  # no pixel's middle is on an edge
+    points = [
+        (x, y, 0.3 * math.sin(3.0 * x + 1.0) * math.cos(2.0 * y)) for y in heights for x in ends
+    ]
     at = [row * (FACES + 1) + column for row in range(FACES) for column in range(FACES)]
     mesh = bpy.data.meshes.new("Wave")
     mesh.from_pydata(points, [], [(i, i + 1, i + FACES + 2, i + FACES + 1) for i in at])

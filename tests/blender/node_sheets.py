@@ -5,11 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from . import colour_cases, procedural_cases, range_cases, vector_cases
+from . import colour_cases, info_cases, mapping_cases, procedural_cases, range_cases, vector_cases
 from .node_cases import Case
 
 SHEETS: Mapping[str, Sequence[Case]] = {
     "colours": colour_cases.CASES,
+    "info": info_cases.CASES,
+    "mapping": mapping_cases.CASES,
     "ranges": range_cases.CASES,
     "vectors": vector_cases.CASES,
     **procedural_cases.CASES,

@@ -56,8 +56,8 @@ def test_linked_factor_is_approximated(convert) -> None:
     material, tree = new_material()
     mix = tree.nodes.new("ShaderNodeMixShader")
     mix.inputs[0].default_value = 0.75
-    noise = tree.nodes.new("ShaderNodeTexNoise")
-    tree.links.new(noise.outputs[0], mix.inputs[0])
+    profile = tree.nodes.new("ShaderNodeTexIES")
+    tree.links.new(profile.outputs[0], mix.inputs[0])
     for index, level in ((1, 0.0), (2, 0.8)):
         shader = add_node(tree, DIFFUSE, Color=(level, level, level, 1))
         tree.links.new(shader.outputs[0], mix.inputs[index])
@@ -65,7 +65,7 @@ def test_linked_factor_is_approximated(convert) -> None:
     converted, report = convert(material)
     assert converted.diffuse == pytest.approx((0.6,) * 3)
     (entry,) = [e for e in report.of("approximated") if e.object == "Material 'Material'"]
-    assert "Noise Texture" in entry.feature and "0.75" in entry.detail
+    assert "IES Texture" in entry.feature and "0.75" in entry.detail
 
 
 def test_constants_reroutes_and_groups_are_followed(convert) -> None:
@@ -169,11 +169,11 @@ def test_sequence_whose_file_is_there_is_not_missing(convert, tmp_path) -> None:
     assert not any("missing" in entry.detail for entry in report.entries)
 
 
-def test_other_textures_use_the_sockets_value(convert) -> None:
+def test_other_nodes_use_the_sockets_value(convert) -> None:
     material, tree = new_material()
-    noise = tree.nodes.new("ShaderNodeTexNoise")
+    unknown = tree.nodes.new("ShaderNodeShaderToRGB")
     diffuse = add_node(tree, DIFFUSE, Color=RED)
-    tree.links.new(noise.outputs[1], diffuse.inputs["Color"])
+    tree.links.new(unknown.outputs[0], diffuse.inputs["Color"])
     finish(tree, diffuse)
     converted, report = convert(material)
     assert converted.diffuse == pytest.approx(RED[:3])

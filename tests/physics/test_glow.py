@@ -139,7 +139,7 @@ def test_what_a_program_gives_glows_as_a_constant_does(device: Device) -> None:
     """Seen, by shadow rays and by photons; it lights as much as it radiates in the mean."""
     program = (
         Instruction("combine", tuple((x, x, x, 1.0) for x in (*RADIANCE, 1.0))),
-        Instruction("geometry", ((0.0,) * 4,)),  # a position, x from -1 to 1
+        Instruction("geometry", ((0.0,) * 4, (0.0,) * 4)),  # a position, x from -1 to 1
         Instruction("arithmetic", (Result(1, "x"), Result(0), Result(0), (4.0,) * 4)),
     )
     images = []
@@ -148,7 +148,7 @@ def test_what_a_program_gives_glows_as_a_constant_does(device: Device) -> None:
         emission = BLACK if result else RADIANCE
         glow = Material("glow", BLACK, (), emission, program=program, varying=varying)
         scene = replace(under(RECTANGLES["far"]), materials=(GREY, glow))
-        scene = replace(scene, objects=np.tile(np.eye(5, 4), (2, 1, 1)))
+        scene = replace(scene, objects=np.tile(np.eye(6, 4), (2, 1, 1)))
         images.append(render(device, scene, width=SIZE, height=SIZE, passes=16, photons=4096))
     for name in ("Combined", "Direct", "Indirect"):
         np.testing.assert_allclose(images[1][name], images[0][name], rtol=1e-5, atol=1e-7)

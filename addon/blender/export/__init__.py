@@ -10,8 +10,9 @@ import bpy
 import numpy as np
 
 from ...photon.scene import Camera, Image, Light, Scene
-from .camera import export_camera
+from .camera import View, export_camera
 from .geometry import Geometry
+from .graph import Asked
 from .lights import export_light
 from .materials import MaterialTable
 from .motion import FrameSet, Shutter, Views
@@ -66,7 +67,10 @@ def _snapshot(
     note_scene(scene, view_layer, notes)
     note_light_groups(view_layer, notes)
     textures = TextureTable.of(scene, notes)
-    materials = MaterialTable(notes, model, view_layer.material_override, textures=textures)
+    world = getattr(view_layer, "world_override", None) or scene.world
+    holders = tuple(holder for holder in (view_layer, scene, world) if holder)
+    view = Asked(camera=View(camera), holders=holders)
+    materials = MaterialTable(notes, model, view_layer.material_override, view, textures)
     geometry = Geometry()
     lights: list[Light] = []
     # Render depsgraphs hold no hidden objects, the viewport's do.
@@ -82,8 +86,7 @@ def _snapshot(
                 lights.append(light)
         else:
             follow = partial(tracks.moving, instance, matrix) if tracks else None
-            geometry.add(obj, matrix, visible_bits(instance, layer), materials, notes, follow)
-    world = getattr(view_layer, "world_override", None) or scene.world
+            geometry.add(instance, matrix, visible_bits(instance, layer), materials, notes, follow)
     images: list[Image] = []
     lights += export_world(world, images, notes)
     exported = Scene(
@@ -93,9 +96,7 @@ def _snapshot(
         surfaces=tuple(geometry.surfaces),
         images=tuple(images),
         textures=tuple(textures.textures),
-        **geometry.arrays(
-            materials.asked, any(material.program for material in materials.materials)
-        ),
+        **geometry.arrays(any(material.program for material in materials.materials)),
     )
     exported.check()
     return exported, notes.finish()

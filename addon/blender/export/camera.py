@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
@@ -53,6 +54,31 @@ def export_camera(
     if not notes.mention(name):
         notes.exact(name, "Panoramic" if camera_exported.is_panorama else data.type.capitalize())
     return camera_exported
+
+
+@dataclass(frozen=True)
+class View:
+    """What materials may ask of the camera."""
+
+    camera: Camera
+
+    @property
+    def to_camera(self) -> NDArray[np.float64]:
+        """(4, 4) from world space to the camera's, which looks along its Z."""
+        found: NDArray[np.float64] = np.diag((1.0, 1.0, -1.0, 1.0)) @ np.linalg.inv(
+            self.camera.matrix
+        )
+        return found
+
+    @property
+    def to_window(self) -> NDArray[np.float64]:
+        """(3, 4) from world space to where the picture shows it, from 0 to 1, times a depth: the
+        third row. A panorama has none such."""
+        x, y, z, one = self.to_camera
+        left, right, bottom, top = self.camera.window
+        depth = one if self.camera.kind == "ORTHO" else z
+        across, up = (x - left * depth) / (right - left), (y - bottom * depth) / (top - bottom)
+        return np.array((across, up, depth))
 
 
 def kind_of(data: bpy.types.Camera, name: str) -> str:

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...photon.scene import ALL_RAYS, Moving
-from .attributes import corner_attribute, space_of
-from .graph import Asked
+from .attributes import PROPERTIES, corner_attribute, property_of, space_of
 from .materials import MaterialTable
 from .report import Notes
 from .tangents import Tangent, corner_tangents
@@ -80,12 +79,12 @@ class Geometry:
     moving: list[Moving] = field(default_factory=list)
     vertex_count: int = 0
     _local: dict[int, LocalMesh] = field(default_factory=dict)
-    _attributes: dict[Any, NDArray[np.float32] | None] = field(default_factory=dict)
+    _attributes: dict[Any, NDArray[np.float32]] = field(default_factory=dict)
     _tangents: dict[tuple[int, Tangent], NDArray[np.float64] | None] = field(default_factory=dict)
 
     def add(
         self,
-        obj: bpy.types.Object,
+        instance: bpy.types.DepsgraphObjectInstance,
         matrix: NDArray[np.float64],
         visible: int,
         materials: MaterialTable,
@@ -94,6 +93,7 @@ class Geometry:
     ) -> None:
         """Append one object or instance that is placed by `matrix` and seen by rays of the bits
         `visible`; `follow` tells how it moves."""
+        obj = instance.object
         if obj.type in BECOME_MESHES or obj.type in NO_GEOMETRY:
             return
         name = f"Object '{obj.name}'"
@@ -112,7 +112,7 @@ class Geometry:
         there = material >= 0  # a material without any surface, such as a volume's
         vertices, triangles, normals = placed(mesh, matrix)
         tangents = self._tangents_of(obj, matrix, material, materials, notes)
-        attributes = self._attributes_of(obj, is_mirroring(matrix), materials.asked)
+        attributes = self._attributes_of(instance, is_mirroring(matrix), material, materials)
         if not there.all():
             triangles, normals, material = triangles[there], normals[there], material[there]
             tangents = None if tangents is None else tangents[there]
@@ -125,7 +125,7 @@ class Geometry:
         self.surface.append(np.full(len(triangles), len(self.surfaces), np.int32))
         self.surfaces.append(obj.name)
         self.visible.append(visible)
-        self.objects.append(space_of(obj, matrix))
+        self.objects.append(space_of(instance, matrix))
         self.attributes.append(attributes)
         if follow:
             run = self.vertex_count, self.vertex_count + len(vertices)
@@ -134,12 +134,11 @@ class Geometry:
                 self.moving.append(moving)
         self.vertex_count += len(vertices)
 
-    def arrays(self, asked: Asked, has_programs: bool) -> dict[str, Any]:
-        """Return the fields of Scene that hold geometry; of attributes those that are asked, and
-        of objects what programs read."""
-        objects = np.array(self.objects) if has_programs and self.objects else np.zeros((0, 5, 4))
+    def arrays(self, has_programs: bool) -> dict[str, Any]:
+        """Return the fields of Scene that hold geometry; of objects what programs read."""
+        objects = np.array(self.objects) if has_programs and self.objects else np.zeros((0, 6, 4))
         return {
-            "corner_attributes": self._joined_attributes(len(asked.attributes)),
+            "corner_attributes": self._joined_attributes(),
             "objects": objects,
             "vertices": _joined(self.vertices, (0, 3), np.float64),
             "triangles": _joined(self.triangles, (0, 3), np.int32),
@@ -198,24 +197,37 @@ class Geometry:
         return self._tangents[key]
 
     def _attributes_of(
-        self, obj: bpy.types.Object, is_mirrored: bool, asked: Asked
+        self,
+        instance: bpy.types.DepsgraphObjectInstance,
+        is_mirrored: bool,
+        material: NDArray[np.int32],
+        materials: MaterialTable,
     ) -> dict[int, NDArray[np.float32]]:
-        """What the corners of an object's triangles have of what is asked, (T, 3, 4) by number."""
-        found = {}
-        for number, what in enumerate(asked.attributes):
-            key = obj.data.as_pointer(), what
-            if key not in self._attributes:
-                mesh = self._mesh_of(obj)
-                self._attributes[key] = read_mesh(
-                    obj, partial(corner_attribute, what, mesh.triangles)
-                )
-            values = self._attributes[key]
-            if values is not None:
-                found[number] = values[:, ::-1] if is_mirrored else values
+        """What materials (T,) ask of the corners of an object's triangles, (T, 3, 4) by number."""
+        found: dict[int, NDArray[np.float32]] = {}
+        for which in np.unique(material[material >= 0]):
+            of_it = material == which
+            for number, what in enumerate(materials.asked[which].attributes):
+                if number not in found:
+                    found[number] = np.zeros((len(material), 3, 4), np.float32)
+                if what[0] in PROPERTIES:
+                    found[number][of_it] = property_of(instance, what)
+                else:
+                    values = self._attribute_of(instance.object, what)[of_it]
+                    found[number][of_it] = values[:, ::-1] if is_mirrored else values
         return found
 
-    def _joined_attributes(self, count: int) -> NDArray[np.float32]:
-        """(T, count, 3, 4), zero where a mesh has none; (0, 0, 3, 4) if nothing is asked."""
+    def _attribute_of(self, obj: bpy.types.Object, what: tuple[str, ...]) -> NDArray[np.float32]:
+        """An attribute of a mesh (T, 3, 4)."""
+        key = obj.data.as_pointer(), what
+        if key not in self._attributes:
+            read = partial(corner_attribute, what, self._mesh_of(obj).triangles, obj)
+            self._attributes[key] = read_mesh(obj, read)
+        return self._attributes[key]
+
+    def _joined_attributes(self) -> NDArray[np.float32]:
+        """(T, count, 3, 4), of each triangle what its material asks; (0, 0, 3, 4) if none does."""
+        count = max((max(found, default=-1) + 1 for found in self.attributes), default=0)
         if not count or not self.material:
             return np.zeros((0, 0, 3, 4), np.float32)
         joined = np.zeros((sum(map(len, self.material)), count, 3, 4), np.float32)

@@ -10,8 +10,11 @@ from typing import Any
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
+from .camera import View
 from .programs import Program, Value
+from .properties import found_property
 from .report import Notes
 from .textures import TextureTable
 
@@ -35,15 +38,22 @@ Reader = Callable[["Graph", bpy.types.Node, bpy.types.NodeSocket, Scope], Value]
 
 @dataclass
 class Asked:
-    """What materials ask of meshes, by number: their corners' attributes."""
+    """What a material asks of meshes, by number, their corners' attributes; and what it may ask."""
 
     attributes: list[tuple[str, ...]] = field(default_factory=list)  # a kind, and maybe a name
+    index: int = 0  # the material's own
+    camera: View | None = None
+    holders: tuple[bpy.types.bpy_struct, ...] = ()  # of properties: the view layer, scene, world
 
     def attribute(self, *what: str) -> int:
         """The number of an attribute, such as "uv" of a name."""
         if what not in self.attributes:
             self.attributes.append(what)
         return self.attributes.index(what)
+
+    def of_view(self, name: str) -> NDArray[np.float64]:
+        """(4,): a property of the view layer, or of the scene, or the world."""
+        return found_property(self.holders, name)
 
 
 @dataclass

@@ -44,10 +44,11 @@ class MaterialTable:
     notes: Notes
     model: SpecularModel = SpecularModel.GGX
     override: bpy.types.Material | None = None  # the view layer's
+    view: Asked = field(default_factory=Asked)  # what every material may ask
+    textures: TextureTable | None = None  # None: of images the mean is used
     materials: list[Material] = field(default_factory=list)
     tangents: list[Tangent | None] = field(default_factory=list)  # None: they need none
-    asked: Asked = field(default_factory=Asked)  # of meshes
-    textures: TextureTable | None = None  # None: of images the mean is used
+    asked: list[Asked] = field(default_factory=list)  # by each of the materials
     _numbers: dict[str | None, int] = field(default_factory=dict)
     _averages: dict[str, Colour | None] = field(default_factory=dict)
 
@@ -58,10 +59,12 @@ class MaterialTable:
             self.notes.exact(f"Object '{object_name}'", "No material", "Cycles' default surface")
         key = material.name_full if material else None
         if key not in self._numbers:
-            exported = self._export(material)
+            asked = replace(self.view, attributes=[], index=material.pass_index if material else 0)
+            exported = self._export(material, asked)
             self._numbers[key] = NO_SURFACE if exported is None else len(self.materials)
             if exported is not None:
                 self.materials.append(exported[0])
+                self.asked.append(asked)
                 self.tangents.append(exported[1] if exported[0].is_anisotropic else None)
         return self._numbers[key]
 
@@ -70,18 +73,19 @@ class MaterialTable:
         black = Material("", (0.0, 0.0, 0.0))
         if black not in self.materials:
             self.materials.append(black)
+            self.asked.append(Asked())
             self.tangents.append(None)
         return self.materials.index(black)
 
     def _export(
-        self, material: bpy.types.Material | None
+        self, material: bpy.types.Material | None, asked: Asked
     ) -> tuple[Material, Tangent | None] | None:
         if material is None:
             if self.model is SpecularModel.PHONG or bpy.app.version < (5, 0, 0):
                 return Material("", DEFAULT_GREY), None
             return bounded(principled.default(), Program(), "", "No material", self.notes), None
         owner, program = f"Material '{material.name}'", Program()
-        lobes = self._lobes(material, owner, program)
+        lobes = self._lobes(material, owner, program, asked)
         if lobes is CLEAR:
             self.notes.ignored(owner, "No surface", "objects or faces that wear it are left out")
             return None
@@ -90,11 +94,13 @@ class MaterialTable:
             self.notes.exact(owner, "Shader")
         return exported, lobes.tangent
 
-    def _lobes(self, material: bpy.types.Material, owner: str, program: Program) -> Bsdf | None:
+    def _lobes(
+        self, material: bpy.types.Material, owner: str, program: Program, asked: Asked
+    ) -> Bsdf | None:
         if not has_nodes(material):
             self.notes.exact(owner, "Viewport colour", "it has no nodes")
             return Bsdf(Value.of(material.diffuse_color[:3]))
-        graph = graph_of(material.node_tree, owner, self.notes, self._averages, self.asked)
+        graph = graph_of(material.node_tree, owner, self.notes, self._averages, asked)
         graph.program, graph.textures = program, self.textures
         output = graph.output("OUTPUT_MATERIAL")
         if output is None:
@@ -136,9 +142,9 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
     found = _Found(owner, notes)
     diffuse = found.colour(bsdf.diffuse, "Diffuse colour", "diffuse")
     lobes = reflecting(tuple(_lobe(lobe, owner, notes) for lobe in bsdf.lobes))
-    for name, normal in (("base", bsdf.base), ("normal", bsdf.normal)):
+    for whose, normal in (("base", bsdf.base), ("normal", bsdf.normal)):
         if normal is not None:
-            found.number(normal, name, 0.0)
+            found.number(normal, whose, 0.0)
     glow = (0.0, 0.0, 0.0)
     if bsdf.emission.is_constant:
         glow = triple(np.nan_to_num(bsdf.emission.colour, nan=0.0, posinf=0.0))

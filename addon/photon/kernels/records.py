@@ -155,8 +155,8 @@ CONSTANT = Record("Constant", {"value": "vec4"})
 # What programs may ask for at a triangle's corners.
 CORNER_ATTRIBUTE = Record("CornerAttribute", {"a": "vec4", "b": "vec4", "c": "vec4"})
 # From scene units to a space: the first element is world space [m], the one of a surface's number
-# plus one is its object's. Rows of an affine transform; the object's colour, place [m] and random
-# number.
+# plus one is its object's. Rows of an affine transform; the object's colour, place [m], random
+# number and index.
 SPACE = Record(
     "Space",
     {
@@ -166,6 +166,7 @@ SPACE = Record(
         "colour": "vec4",
         "location": "vec3",
         "random": "float",
+        "index": "float",
     },
 )
 # glsl/lights has a file for each kind, which says what the parameters are.

@@ -224,9 +224,9 @@ class Scene:
     visible: NDArray[np.uint8] = _empty((0,), np.uint8)
     # (T, A, 3, 4) that programs ask for, interpolated, such as UV maps. (T, 0, 3, 4): none do.
     corner_attributes: NDArray[np.float32] = _empty((0, 0, 3, 4), np.float32)
-    # (S, 5, 4): the transform from world space to the object's, three rows; its colour; its place
-    # in world space and random number. (0, 5, 4): no program asks.
-    objects: NDArray[np.float64] = _empty((0, 5, 4), np.float64)
+    # (S, 6, 4): the transform from world space to the object's, three rows; its colour; its place
+    # in world space and random number; its index, and zeros. (0, 6, 4): no program asks.
+    objects: NDArray[np.float64] = _empty((0, 6, 4), np.float64)
     moving: tuple[Moving, ...] = ()  # what does not stand still where it is
     # How open the shutter is meanwhile, at even instants; (): all the time the same.
     shutter: tuple[float, ...] = ()
@@ -252,7 +252,7 @@ class Scene:
             ("surface", (count,), np.int32),
             ("visible", (visible,), np.uint8),
             ("corner_attributes", (count if any(attributes) else 0, *attributes, 3, 4), np.float32),
-            ("objects", (objects, 5, 4), np.float64),
+            ("objects", (objects, 6, 4), np.float64),
         ):
             array = getattr(self, name)
             if array.shape != shape or array.dtype != dtype:

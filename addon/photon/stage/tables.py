@@ -168,6 +168,7 @@ def space_table(scene: Scene, frame: Frame) -> NDArray[Any]:
     table["x"], table["y"], table["z"] = np.moveaxis(rows, 1, 0)
     table["colour"][1:] = scene.objects[:, 3]
     table["location"][1:], table["random"][1:] = scene.objects[:, 4, :3], scene.objects[:, 4, 3]
+    table["index"][1:] = scene.objects[:, 5, 0]
     return table
 
 

@@ -1,18 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texture Coordinate and UV Map: what the corners of triangles have, and where a point is."""
+"""Attribute, Color Attribute, Tangent, UV Map, Texture Coordinate: what the corners of triangles
+have, and where a point is."""
 
 from __future__ import annotations
 
 import bpy
+import numpy as np
 
 from ..graph import Graph, Scope
-from ..programs import Value
+from ..programs import ZERO, Value
+from . import geometry
 from .geometry import GEOMETRY
+from .mapping import in_space, normalized, transformed
+from .vectors import combined, vector
 
+# Kinds of attributes, most of them of a name.
 GENERATED = "generated"
 NORMAL = "normal"  # of the object's space, unit
-TANGENT = "tangent"  # of a UV map's name, with the sign of the bitangent
-UV = "uv"  # of a name; without one the map that is active in renders
+TANGENT = "tangent"  # of a UV map, with the sign of the bitangent
+UV = "uv"  # without a name the map that is active in renders
+NAMED = "named"
+FACTOR = "factor"  # as a number
+COLOUR = "colour"  # without a name the one that is active in renders
+OBJECT, INSTANCER = "object", "instancer"  # properties
 
 
 def attribute(graph: Graph, *what: str) -> Value:
@@ -45,13 +55,36 @@ def read_coordinate(
             return here(graph, "object normal")
         case "UV":
             return attribute(graph, UV, "")
+        case "Object" if node.object is not None:
+            matrix = np.array(node.object.matrix_world, np.float64)
+            return transformed(graph, here(graph, "position"), np.linalg.pinv(matrix)[:3])
         case "Object":
-            if node.object is not None:
-                what = "those of the object itself are used"
-                graph.notes.approximated(graph.owner, "Coordinates of another object", what)
             return here(graph, "object position")
-    graph.notes.approximated(graph.owner, f"{output.name} coordinates", "0 is used")
-    return Value.of(0.0)
+        case "Camera":
+            return in_camera(graph)
+        case "Window":
+            return in_window(graph)
+    normal, incoming = here(graph, "normal"), here(graph, "incoming")
+    return 0.0 - vector(graph, "REFLECT", incoming, normal, ZERO)
+
+
+def in_camera(graph: Graph) -> Value:
+    """Where the point is, for the camera: it looks along its Z [m]."""
+    if graph.asked.camera is None:
+        graph.notes.approximated(graph.owner, "Camera coordinates", "0 is used")
+        return ZERO
+    return transformed(graph, here(graph, "position"), graph.asked.camera.to_camera[:3])
+
+
+def in_window(graph: Graph) -> Value:
+    """Where the picture shows the point, from 0 to 1."""
+    view = graph.asked.camera
+    if view is None or view.camera.is_panorama:
+        graph.notes.approximated(graph.owner, "Window coordinates", "0 is used")
+        return ZERO
+    found = transformed(graph, here(graph, "position"), view.to_window)
+    found = found / found.part("z")
+    return combined(graph, found.part("x"), found.part("y"), ZERO)
 
 
 def read_uv_map(
@@ -59,3 +92,68 @@ def read_uv_map(
 ) -> Value:
     """Read UV Map."""
     return attribute(graph, UV, node.uv_map)
+
+
+def read_attribute(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Attribute; a property of the view layer, the scene or the world is constant."""
+    name = node.attribute_name
+    is_factor = output.name in ("Fac", "Factor")
+    match node.attribute_type:
+        case "GEOMETRY":
+            found = attribute(graph, FACTOR if is_factor else NAMED, name)
+        case "OBJECT" | "INSTANCER":
+            found = attribute(graph, OBJECT if node.attribute_type == "OBJECT" else INSTANCER, name)
+        case _:
+            found = Value.of(graph.asked.of_view(name))
+    if output.name == "Alpha":
+        return found.part("w")
+    return found.part("average") if is_factor else found
+
+
+def read_colour(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Color Attribute."""
+    found = attribute(graph, COLOUR, node.layer_name)
+    return found.part("w") if output.name == "Alpha" else found
+
+
+def read_tangent(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Tangent."""
+    if node.direction_type == "UV_MAP":
+        return on_surface(graph, attribute(graph, TANGENT, node.uv_map))
+    return radial_tangent(graph, node.axis)
+
+
+def read_geometry(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Geometry, whose Tangent needs what meshes have."""
+    if output.name == "Tangent":
+        return radial_tangent(graph, "Z")
+    return geometry.read(graph, node, output, scope)
+
+
+def radial_tangent(graph: Graph, axis: str) -> Value:
+    """Along circles about an axis through the middle of generated coordinates."""
+    at = attribute(graph, GENERATED) - 0.5
+    x, y, z = (at.part(name) for name in "xyz")
+    match axis:
+        case "X":
+            along = combined(graph, ZERO, 0.0 - z, y)
+        case "Y":
+            along = combined(graph, 0.0 - z, ZERO, x)
+        case _:
+            along = combined(graph, 0.0 - y, x, ZERO)
+    return on_surface(graph, along)
+
+
+def on_surface(graph: Graph, along: Value) -> Value:
+    """A direction of the object's space in world space, square to the normal."""
+    normal, turned = here(graph, "normal"), in_space(graph, along, 5)
+    across = normalized(graph, vector(graph, "CROSS_PRODUCT", turned, normal, ZERO))
+    return vector(graph, "CROSS_PRODUCT", normal, across, ZERO)

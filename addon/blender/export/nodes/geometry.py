@@ -22,7 +22,7 @@ GEOMETRY = {
 
 
 def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope) -> Value:
-    """Read an output; Pointiness, Random Per Island and Tangent are noted."""
+    """Read an output; Pointiness and Random Per Island are noted."""
     if output.name == "Normal" and graph.displaced:
         return graph.displaced
     which = GEOMETRY.get(output.name.lower())

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Object Info, and what meshes are not: particles, hair, points, volumes."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..graph import Graph, Scope
+from ..programs import ZERO, Value
+
+# The numbers of glsl/nodes/object.glsl.
+INFO = {"Location": 0, "Color": 1, "Alpha": 1, "Object Index": 2, "Random": 3}
+
+
+def read_info(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Object Info."""
+    if output.name == "Material Index":
+        return Value.of(graph.asked.index)
+    found = graph.program.emit("object", which=Value.of(INFO[output.name]))
+    return found.part("w") if output.name == "Alpha" else found
+
+
+def read_particle(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Note Particle Info."""
+    graph.notes.approximated(graph.owner, f"Particle Info's {output.name}", "0 is used")
+    return ZERO
+
+
+def read_nothing(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Hair, Point and Volume Info: of a mesh all is 0."""
+    return ZERO

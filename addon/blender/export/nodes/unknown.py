@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Nodes that are not rendered, but have a value that they often have: each is noted."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..graph import Graph, Scope, source
+from ..programs import ONE, ZERO, Value
+from .attributes import here
+
+
+def read_bevel(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Note Bevel: the normal as it is."""
+    graph.notes.approximated(graph.owner, "Bevel", "edges are sharp")
+    if source(node.inputs["Normal"], scope)[0] is not None:
+        return graph.input(node, "Normal", scope)
+    return here(graph, "normal")
+
+
+def read_occlusion(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Note Ambient Occlusion: nothing is near."""
+    graph.notes.approximated(graph.owner, "Ambient Occlusion", "nothing occludes")
+    return graph.input(node, "Color", scope) if output.name == "Color" else ONE
+
+
+def read_wireframe(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Note Wireframe: no wires."""
+    graph.notes.approximated(graph.owner, "Wireframe", "0 is used")
+    return ZERO
+
+
+def read_script(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Note an OSL script: nothing."""
+    graph.notes.approximated(graph.owner, f"Script '{node.name}'", "0 is used")
+    return ZERO

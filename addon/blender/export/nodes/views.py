@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What differs with the viewer: Fresnel, Layer Weight, Camera Data, Light Path."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..graph import Graph, Scope, source
+from ..programs import ONE, ZERO, Value, math
+from .attributes import in_camera
+from .mapping import normalized
+from .vectors import vector
+
+# The numbers of glsl/nodes/light_path.glsl.
+PATHS = {
+    "Is Camera Ray": 0,
+    "Is Diffuse Ray": 1,
+    "Is Glossy Ray": 2,
+    "Ray Length": 3,
+    "Ray Depth": 4,
+}
+# What no ray is here that asks a surface: shadow rays ask none.
+NEVER = {"Is Shadow Ray", "Is Volume Scatter Ray", "Portal Depth"}
+
+
+def read_fresnel(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Fresnel."""
+    return _reflected(graph, node, scope, graph.input(node, "IOR", scope)).part("x")
+
+
+def read_layer_weight(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Layer Weight."""
+    blend = graph.input(node, "Blend", scope)
+    if output.name == "Fresnel":
+        return _reflected(graph, node, scope, 1.0 / math("MAXIMUM", 1.0 - blend, 1e-5)).part("x")
+    cosine = _reflected(graph, node, scope, ONE).part("w")
+    blend = blend.clamp(0.0, 1.0 - 1e-5)
+    is_high = math("GREATER_THAN", blend, 0.5)
+    low = 2.0 * blend
+    return 1.0 - math("POWER", cosine, low + is_high * (0.5 / (1.0 - blend) - low))
+
+
+def _reflected(graph: Graph, node: bpy.types.Node, scope: Scope, ior: Value) -> Value:
+    """The share that is reflected, and in w the cosine."""
+    normal = node.inputs["Normal"]
+    given = source(normal, scope)[0] is not None
+    at = graph.value(normal, scope) if given else ZERO
+    return graph.program.emit("fresnel", ior=ior, normal=at, given=Value.of(float(given)))
+
+
+def read_camera(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Camera Data."""
+    at = in_camera(graph)
+    match output.name:
+        case "View Vector":
+            return normalized(graph, at)
+        case "View Z Depth":
+            return at.part("z")
+    return vector(graph, "LENGTH", at, ZERO, ZERO)
+
+
+def read_light_path(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Light Path."""
+    which = PATHS.get(output.name)
+    if which is None:
+        if output.name not in NEVER:
+            graph.notes.approximated(graph.owner, f"Light Path's {output.name}", "0 is used")
+        return ZERO
+    return graph.program.emit("light_path", which=Value.of(which))
