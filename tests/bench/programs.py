@@ -7,16 +7,17 @@ straight code and by the interpreter, and those to set up the first time.
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 
 from addon.photon.kernels.launch import launch
 from addon.photon.prepare import prepare
 from addon.photon.scene import Instruction, Result, Scene
-from addon.photon.settings import Settings
+from addon.photon.settings import Layer, Settings
 from addon.photon.stage import straight
 from addon.streams import Device
 from tests.scenes import cornell
@@ -66,7 +67,9 @@ def measured(device: Device, scene: Scene, layer: str) -> tuple[float, float]:
 
 
 def main() -> None:
-    layer, device = (sys.argv[1:] or ["auto"])[0], Device()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("layer", nargs="?", default="auto", choices=get_args(Layer))
+    layer, device = parser.parse_args().layer, Device()
     print(f"{device.name}, {layer}: ns a point, seconds to set up")
     most = straight.MOST_INSTRUCTIONS
     for length in LENGTHS:

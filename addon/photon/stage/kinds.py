@@ -24,6 +24,9 @@ _OPERANDS = re.compile(r"^Operands: ([^\n]*)\.$", re.M)
 _PARAMETERS = re.compile(r"^Parameters: ([^.]*)\.( Power: .*)?$", re.M)
 _POWER = re.compile(r"\bPower: (.+)\.$", re.M)
 _PARAMETER = re.compile(r"(\w+)(?: \[([^\]]*)\])?")
+# NVIDIA's compiler takes twice as long, or more, for many loops if it unrolls them; points take a
+# third more time if it does not.
+NO_UNROLLING = "#pragma optionNV(unroll none)"
 METRES = "m"
 WATTS = "W"
 RADIANCE = "W/(m^2 sr)"
@@ -279,6 +282,8 @@ def made_nodes(names: Collection[str], code: str = "") -> Made:
     lines = [f'#include "nodes/{kind.name}.glsl"' for kind in used]
     if code:
         return {"made/nodes.glsl": "\n".join([*lines, code])}
+    if any(kind.is_long for kind in used):
+        lines.insert(0, NO_UNROLLING)
     # Operands are fetched once for all kinds: for each it would be more code than most of them are.
     fields = ("first", "second", "third", "fourth", "fifth", "sixth")
     most = max((len(kind.operands) for kind in used), default=0)
