@@ -129,6 +129,23 @@ def test_lobes_under_lobes_gather(picture: Picture) -> None:
     np.testing.assert_allclose(by_photons["Indirect"].mean(axis=(0, 1)), by_rays, rtol=0.01)
 
 
+@pytest.mark.parametrize("roughness", [0.2, 0.8])
+def test_furnace_of_layers(device: Device, roughness: float) -> None:
+    """All of them white under a white sky: no brighter than it, and hardly darker."""
+    white = tuple(
+        replace(lobe, colour=(0.04,) * 3 if lobe.kind == "ggx_dielectric" else (1.0,) * 3)
+        for lobe in layered(roughness).lobes
+    )
+    white = (*white[:2], replace(white[2], covered=NO_DIFFUSE), white[3])
+    scene = plate(Material("white", NO_DIFFUSE, white), background=(1.0,) * 3)
+    settings: dict[str, Any] = {"width": 16, "height": 16, "photons": 0, "passes": 256}
+    images = render(device, scene, **settings)
+    seen = images["Combined"][..., :3][~images["Background"].any(axis=-1)]
+    assert len(seen) > 100
+    print(seen.mean(axis=0))
+    assert ((seen.mean(axis=0) < 1.01) & (seen.mean(axis=0) > 0.96)).all()
+
+
 def test_more_lights_than_shadow_rays(picture: Picture) -> None:
     """Those that are drawn bring what all bring, pass by pass within their noise."""
     rng = np.random.default_rng(5)

@@ -165,6 +165,22 @@ def test_mirrors_only(device: Device, compiled: list[str]) -> None:
     assert not (PHOTONS | DIRECT) & stems(compiled) and stems(compiled) >= MIRROR
 
 
+@pytest.mark.parametrize("tint", [(1.0, 1.0, 1.0), (0.9, 0.5, 0.5)])
+def test_layers(device: Device, compiled: list[str], tint: Any) -> None:
+    """Only Shade knows them; a tint, who asks for lobes' weights."""
+    coat = {"alpha": 0.01, "ior": 1.5, "cover": 1.0}
+    rough = Lobe("oren_nayar", (0.5, 0.5, 0.5), {"diffuse_roughness": 1.0})
+    scene, settings = cornell(), {"photons": 500}
+    for lobes in ((rough,), (Lobe("coat", tint, coat), replace(rough, over=0))):
+        compiled.clear()
+        materials = tuple(replace(m, lobes=lobes) for m in scene.materials)
+        run(device, replace(scene, materials=materials), **settings)
+        knows = {name.split()[0] for name in compiled if "LAYERS" in name.split()}
+        assert knows == ({"shade"} if len(lobes) > 1 else set())
+        told = {name.split()[0] for name in compiled if "TINTED" in name.split()}
+        assert bool(told) == (len(lobes) > 1 and tint != (1.0, 1.0, 1.0))
+
+
 @pytest.mark.stability(56)
 def test_no_photons(device: Device, compiled: list[str]) -> None:
     launches, images = run(device, cornell(True), photons=0)
