@@ -19,19 +19,21 @@ WATER, GLASS, WINE = 1.333, 1.5, 1.36
 def wine_glass() -> None:
     """A glass of red wine on a table of pale wood, in the light of a bulb to the side."""
     clear = glass("Glass", (1, 1, 1), GLASS)
-    wine = glass("Wine", (0.74, 0.06, 0.09), WINE)
+    # Where wine touches glass there is one surface, of the ratio of both indices.
+    touching = glass("Glass in wine", (0.74, 0.06, 0.09), GLASS / WINE)
+    top = glass("Wine", (1, 1, 1), WINE)
     table = textured("Wood", "ShaderNodeTexWave", (0.52, 0.36, 0.22), (0.66, 0.50, 0.33), 14)
     block("Table", table, (-0.7, -0.6, -0.04), (0.7, 0.8, 0))
     # Round the foot, up the stem and the outside of the bowl, over the rim and down its inside.
     outside = [(0, -0.0005), (0.033, -0.0005), (0.034, 0.001), (0.02, 0.004), (0.006, 0.010)]
     outside += [(0.0040, 0.03), (0.0040, 0.075), (0.012, 0.088), (0.030, 0.104), (0.0395, 0.13)]
     outside += [(0.0385, 0.16), (0.0325, 0.198)]
-    inside = [(0.0315, 0.198), (0.0375, 0.16), (0.0385, 0.13), (0.0288, 0.105), (0.011, 0.0905)]
-    lathe("Wine glass", clear, [*outside, *inside, (0, 0.0885)], segments=64)
-    # The wine reaches into the glass, so that there is no air between them.
-    fill = [(0, 0.0875), (0.0115, 0.0895), (0.0294, 0.1044), (0.0390, 0.13), (0.0388, 0.142)]
-    lathe("Wine", wine, [*fill, (0, 0.142)], segments=64)
-    lamp("POINT", "Bulb", (-0.42, 0.40, 0.52), (0, 0, 0), energy=9, shadow_soft_size=0.004,
+    level = (0.0388, 0.142)
+    lathe("Wine glass", clear, [*outside, (0.0315, 0.198), (0.0375, 0.16), level], segments=64)
+    inside = [level, (0.0385, 0.13), (0.0288, 0.105), (0.011, 0.0905), (0, 0.0885)]
+    lathe("Wine's side", touching, inside, segments=64)
+    lathe("Wine's top", top, [level, (0, level[1])], segments=64)
+    lamp("POINT", "Bulb", (-0.30, 0.27, 0.60), (0, 0, 0), energy=9, shadow_soft_size=0.004,
          color=(1, 0.90, 0.78))  # fmt: skip
     world(0.05, (0.75, 0.85, 1.0))
     camera((0.16, -0.62, 0.34), (0.035, -0.01, 0.075), lens=50)
