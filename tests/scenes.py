@@ -24,7 +24,7 @@ from addon.photon.scene import (
     world_light,
 )
 from addon.photon.stage.geometry import Mesh
-from addon.photon.stage.tables import texels_of
+from addon.photon.stage.upload import texels_of
 
 
 def plain_material(

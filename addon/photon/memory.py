@@ -24,8 +24,8 @@ from .photons.photon_mapper import pilot_photons
 from .scene import Scene
 from .settings import Settings
 from .stage.gathered import can_gather, send_rays
+from .stage.light_tables import is_seen
 from .stage.needs import MOST_LOBES
-from .stage.tables import is_seen
 from .stage.textures import advice, bytes_of
 from .ways.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool
 from .ways.way import Way

@@ -41,10 +41,10 @@ from .stage.kinds import (
     made_camera,
     node_kinds,
 )
+from .stage.light_tables import BoundsOfLights, LightFlux
 from .stage.light_tree import DRAWN_RAYS
 from .stage.needs import MOST_LOBES, SceneNeeds
 from .stage.programs import ProgramNeeds
-from .stage.tables import BoundsOfLights, LightFlux
 
 # Those that no define changes.
 PLAIN: tuple[type[Kernel], ...] = (

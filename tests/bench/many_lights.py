@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.photon.scene import BLACK, Material, Scene, point_light
-from addon.photon.stage import light_tree, needs, tables
+from addon.photon.stage import light_tables, light_tree, needs
 from addon.streams import Device
 from tests.measure import rendered
 from tests.physics.test_many_lights import by_power_alone
@@ -58,10 +58,10 @@ def measured(
     most = 0 if rays else 1 << 20
     choice = by_power_alone if by_power else light_tree.light_tree
     with (
-        patch.object(tables, "MOST_ASKED", most),
+        patch.object(light_tables, "MOST_ASKED", most),
         patch.object(needs, "MOST_ASKED", most),
         patch.object(needs, "DRAWN_RAYS", rays),
-        patch.object(tables, "light_tree", choice),
+        patch.object(light_tables, "light_tree", choice),
         rendered(device, scene, width=SIZE, height=SIZE, photons=0, seed=seed) as renderer,
     ):
         begin = time.perf_counter()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.stage.tables import texels_of, upload_table
+from addon.photon.stage.upload import texels_of, upload_table
 from addon.streams import Device, Kernel, Made, Stream
 from tests.unit.glsl_files import copy_root
 

@@ -12,7 +12,7 @@ import pytest
 from addon.photon.kernels.generator import Generator
 from addon.photon.stage.geometry import Frame
 from addon.photon.stage.kinds import made_lights
-from addon.photon.stage.tables import choose_lights, light_table
+from addon.photon.stage.light_tables import choose_lights, light_table
 from tests.kernels.conftest import Bench
 from tests.scenes import emitted_flux, plain_light
 

@@ -17,7 +17,14 @@ from addon.photon.scene import BLACK, Light, Material, point_light, spot_light, 
 from addon.photon.stage.geometry import Frame, Mesh
 from addon.photon.stage.glow import glowing, triangle_lights
 from addon.photon.stage.kinds import made_lights
-from addon.photon.stage.tables import choose_lights, flux_of, joined, kinds_of, light_table, tree_of
+from addon.photon.stage.light_tables import (
+    choose_lights,
+    flux_of,
+    joined,
+    kinds_of,
+    light_table,
+    tree_of,
+)
 from addon.streams import Table, Uniform
 from tests.kernels.conftest import Bench
 from tests.scenes import Builder, camera

@@ -16,7 +16,8 @@ from addon.photon.photons.native_photon_mapper import _lights, _materials
 from addon.photon.prepare import prepare
 from addon.photon.settings import Filter, Settings
 from addon.photon.stage.geometry import Mesh, frame_of
-from addon.photon.stage.tables import choose_lights, light_table, texels_of, upload_table
+from addon.photon.stage.light_tables import choose_lights, light_table
+from addon.photon.stage.upload import texels_of, upload_table
 from addon.photon.ways.native_kernels import NativeTracer, NativeTriangles, tracer_of
 from addon.streams import Device, Stream, StreamError
 from tests.measure import render

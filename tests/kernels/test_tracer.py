@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from addon.photon.kernels.records import VISIBILITY
 from addon.photon.kernels.tracer import Tracer
-from addon.photon.stage.tables import texels_of
+from addon.photon.stage.upload import texels_of
 from tests.kernels.conftest import Bench
 from tests.scenes import icosphere
 from tests.stability.table import Measured

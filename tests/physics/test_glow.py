@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from addon.photon.scene import BLACK, Instruction, Lobe, Material, Result, Scene, point_light
 from addon.photon.stage import glow
-from addon.photon.stage.tables import FOUND_BITS
+from addon.photon.stage.light_tables import FOUND_BITS
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
 from tests.scenes import Builder, orthographic, plain_material

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.scene import Light, Scene, point_light, world_light
-from addon.photon.stage import light_tree, tables
+from addon.photon.stage import light_tables, light_tree
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import Builder, orthographic, plain_material
@@ -66,7 +66,7 @@ def test_a_thousand_bulbs(device: Device, monkeypatch: pytest.MonkeyPatch) -> No
         return float(np.sqrt(((found / truth - 1) ** 2).mean()))
 
     by_tree = error()
-    monkeypatch.setattr(tables, "light_tree", by_power_alone)
+    monkeypatch.setattr(light_tables, "light_tree", by_power_alone)
     by_power = error()
     assert by_tree < 0.05 and 3 * by_tree < by_power, (by_tree, by_power)
 

@@ -9,7 +9,7 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from addon.photon.stage.tables import upload_table
+from addon.photon.stage.upload import upload_table
 from addon.streams import Device, DrawKernel, Items, Stream, StreamError, Uniform
 from addon.streams import draw as draw_module
 from addon.streams.draw import Shape

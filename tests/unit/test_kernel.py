@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import addon.streams.kernel as kernel_module
-from addon.photon.stage.tables import upload_table
+from addon.photon.stage.upload import upload_table
 from addon.streams import (
     TEXEL,
     Device,

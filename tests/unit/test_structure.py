@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.stage.tables import texels_of, upload_table
+from addon.photon.stage.upload import texels_of, upload_table
 from addon.streams import Device, Record, Stream, StreamError, Table, Uniform, When
 from addon.streams.declaration import in_registers
 from addon.streams.source import expand

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...streams import TABLE_WIDTH, Compaction, Device, Reading, Stream
 from ...streams.device import rounded_up
-from ..stage.tables import upload_table
+from ..stage.upload import upload_table
 
 DEPOSIT_BYTES = 32  # two texels
 MOST_APPENDS = 1025  # a pass: one a launch, of a bounce at least, and the first hits are one

@@ -17,7 +17,8 @@ from ..settings import Settings
 from ..stage.gathered import gather_some
 from ..stage.kinds import light_kinds
 from ..stage.needs import SceneNeeds
-from ..stage.tables import Tables, texels_of
+from ..stage.tables import Tables
+from ..stage.upload import texels_of
 from .deposits import HostDeposits
 
 # The kinds of lobes and lights that the native core knows; for scenes of others, or of several

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...streams import Device, Kernel, Table, Uniform
 from ..kernels.records import RADIUS_GRID
-from ..stage.tables import upload_table
+from ..stage.upload import upload_table
 from .device_radii import Box, Grids, Limits, step_of
 
 SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most

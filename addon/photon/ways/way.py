@@ -31,7 +31,8 @@ from ..scene import RAYS, Scene
 from ..settings import Settings, filter_define
 from ..stage.geometry import Mesh
 from ..stage.needs import SceneNeeds
-from ..stage.tables import Tables, upload_table
+from ..stage.tables import Tables
+from ..stage.upload import upload_table
 from .direct_light import DirectLight, TracedDirectLight
 from .native_kernels import (
     EVERY_RAY,
