@@ -190,6 +190,8 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         if scene.programs.normals:
             yield Direct, scene.direct_defines, scene.made
             yield ShadowRays, scene.direct_defines, scene.made
+            yield Reflector, scene.photon_defines, scene.made
+            yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
         yield ShadowThrough, {**scene.transparent_defines, **scene.programs.defines}, scene.made
         if scene.transparent:
             filtering = replace(scene, filters_by_programs=True)

@@ -4,6 +4,19 @@
 #include "lib/cuts.glsl"
 #include "lib/radius.glsl"
 #include "lib/place.glsl"
+#ifdef NORMALS
+#include "lib/diffuse.glsl"
+#include "lib/bump_shadowing.glsl"
+
+// A point's Lambert lobe, and the smooth surface about which its normal is bent: the mesh's stands for it.
+struct Bent { vec3 normal; vec3 base; };
+
+Bent bent_of(vec3 geometric) {
+    Diffuse diffuse = load_diffuse();
+    vec3 shading = load_shading().normal;
+    return Bent(shading, is_displaced(diffuse) ? base_of(diffuse, shading) : geometric);
+}
+#endif
 #ifdef GATHERED_LOBES
 #include "lib/gathered.glsl"
 
@@ -64,6 +77,10 @@ Sums sums_about(Place place, vec3 normal, float radius, Gatherer gatherer) {
     Cuts cuts = load_cuts();
     vec3 first = cut_in_space(cuts.first, normal), second = cut_in_space(cuts.second, normal);
     Sums sums = Sums(vec4(0.0), vec4(0.0));
+#ifdef NORMALS
+    Bent bent = bent_of(normal);
+    bool is_bent = bent.normal != normal;
+#endif
     for (int z = low.z; z <= high.z; z++) {
         for (int y = low.y; y <= high.y; y++) {
             int row = (z * grid_cells.y + y) * grid_cells.x;
@@ -76,7 +93,13 @@ Sums sums_about(Place place, vec3 normal, float radius, Gatherer gatherer) {
                 if (d2 * inverse_r2 > 1.0 || dot(offset, first) > 1.0 || dot(offset, second) > 1.0) continue;
                 vec4 deposit = photon_deposit(i);
                 vec4 share = photon_share(photon, deposit, place.position, place.surface, normal, inverse_r2);
+#ifdef NORMALS
+                vec4 kept = share;
+                if (is_bent) kept *= bent_share(bent.base, bent.normal, normal, direction_with_flux(deposit.rgb));
+                sums.irradiance += kept;
+#else
                 sums.irradiance += share;
+#endif
 #ifdef GATHERED_LOBES
                 if (gatherer.albedo == 0.0 || share == vec4(0.0)) continue;
                 vec3 value = gathered_bsdf(gatherer, normal, direction_with_flux(deposit.rgb));

@@ -8,6 +8,9 @@
 #ifdef ARRIVALS
 #include "lib/arrival.glsl"
 #endif
+#ifdef NORMALS
+#include "lib/bump_shadowing.glsl"
+#endif
 #ifdef VISIBILITY
 #include "lib/visibility.glsl"
 #include "lib/photon_ray.glsl"
@@ -69,6 +72,10 @@ void kernel() {
     if (u.x < by_diffuse) {
         outgoing = reflect_diffusely(facing, u);
         flux *= diffuse.albedo / by_diffuse;
+#ifdef NORMALS
+        vec3 base = is_displaced(diffuse) ? base_of(diffuse, shading.normal) : facing.normal;
+        flux *= bent_share(base, shading.normal, facing.normal, -load_direction().direction);
+#endif
 #ifdef ARRIVALS
         flux *= share_of_arrival(load_origin(), place.position, BY_DIFFUSE);
 #endif
@@ -85,6 +92,11 @@ void kernel() {
             store_next_flux(Flux(flux, photon.photon));
             return;
         }
+#endif
+#ifdef NORMALS
+        // What flux that fell on the triangle is on the lobe, and leaves it (Veach 1997, sec. 5.3.2).
+        float falls = dot(incoming, normal) / dot(incoming, facing.normal);
+        flux *= clamp(falls * dot(outgoing, facing.normal) / dot(outgoing, normal), 0.0, BRIGHTEST);
 #endif
 #ifdef TRANSMITS
 #ifdef VISIBILITY

@@ -70,7 +70,7 @@ void kernel() {
     bool has_broad = gathered_share(lobes.lobe0, lobes.shape0) + gathered_share(lobes.lobe1, lobes.shape1) > 0.0;
     if (has_broad) diffuse = with_photons(diffuse);
 #endif
-#ifdef DIRECTIONS
+#if defined(DIRECTIONS) && defined(GATHERED_FROM)
     if (gathers_some(material)) diffuse = with_photons(diffuse);
 #endif
     store_lobe0(lobes.lobe0);

@@ -3,7 +3,7 @@
 // GATHERED_FROM and GATHERED_WHOLLY a share of the lobe does either, so that no picture jumps where one ends.
 #include "lib/lobe.glsl"
 
-#if defined(GATHERED_LOBES) || defined(DIRECTIONS)
+#ifdef GATHERED_FROM
 float gathered_share(Lobe lobe, Shape shape) {
     return is_lobe(lobe) ? smoothstep(GATHERED_FROM, GATHERED_WHOLLY, roughness_kind(lobe, shape)) : 0.0;
 }

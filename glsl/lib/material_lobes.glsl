@@ -76,7 +76,7 @@ float probable_albedo(Material material, MaterialLobe l, float cosine) {
     return mean(albedo_lobe(lobe_of(l), shape_of(l, passed_over(material, l, cosine)), cosine)) + 1.0e-6;
 }
 
-#ifdef DIRECTIONS
+#if defined(DIRECTIONS) && defined(GATHERED_FROM)
 // Whether any lobe of a material does.
 bool gathers_some(Material material) {
     float share = 0.0;

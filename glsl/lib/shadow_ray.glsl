@@ -13,6 +13,7 @@
 #include "lib/terminator.glsl"
 #endif
 #ifdef NORMALS
+#include "lib/base_normal.glsl"
 #include "lib/bump_shadowing.glsl"
 #endif
 #ifdef TWO_SIDED

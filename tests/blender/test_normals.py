@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.measure import render
+from tests.regression.blocks import block_means, compare_means
 
 from .build import add_light, add_node, features, finish, new_material
 
@@ -238,3 +240,67 @@ def test_one_normal_a_material(convert) -> None:
     assert "normal" not in found.varying and not found.program
     bent.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
     assert "normal" in convert(material)[0].varying
+
+
+def test_photons_see_bent_normals(export, device) -> None:
+    """Direct light by photons is that by shadow rays, on bumps too, and what they scatter is."""
+    cases = {name: CASES[name] for name in ("map OBJECT", "bump by UV", "displaced", BENT)}
+    lay_out(cases, tile, DIFFUSE)
+    scene, _ = export()
+    size = bpy.context.scene.render.resolution_x
+    ours = {"width": size, "height": size, "pixel_filter": "gauss", "pixel_width": 1e-4}
+    exact = render(device, scene, photons=0, **ours)["Combined"][..., :3]
+    photons = {"photons": 400_000, "passes": 4, "radius_shrink": 2.0 / 3.0}
+    found = render(device, scene, direct_by_photons=True, **photons, **ours)["Combined"][..., :3]
+    lit = exact.max(-1) > 0.1 * exact.max()
+    ratio = found.sum(-1)[lit] / exact.sum(-1)[lit]
+    assert abs(np.median(ratio) - 1.0) < 0.01
+    assert np.quantile(np.abs(ratio - 1.0), 0.95) < 0.1
+    assert np.corrcoef(found[lit].sum(-1), exact[lit].sum(-1))[0, 1] > 0.98
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("bent", ["map, a constant", "bump by Object"])
+def test_room(export, cycles_mean, device, bent) -> None:
+    """Indirect light on a bent floor, and what the floor sends on."""
+    walls = {
+        "floor": ((0, 0, 0), (0, 0, 0), (0.7, 0.7, 0.7, 1.0)),
+        "ceiling": ((0, 0, 2), (math.pi, 0, 0), (0.7, 0.7, 0.7, 1.0)),
+        "left": ((-1, 0, 1), (0, math.pi / 2, 0), (0.8, 0.2, 0.1, 1.0)),
+        "right": ((1, 0, 1), (0, -math.pi / 2, 0), (0.1, 0.3, 0.8, 1.0)),
+        "back": ((0, 1, 1), (math.pi / 2, 0, 0), (0.7, 0.7, 0.7, 1.0)),
+    }
+    for name, (location, turn, colour) in walls.items():
+        bpy.ops.mesh.primitive_plane_add(size=2.0, location=location, rotation=turn)
+        material, tree = new_material(name)
+        shader = add_node(tree, DIFFUSE, Color=colour)
+        finish(tree, shader)
+        if name == "floor":
+            CASES[bent](tree, shader)
+        bpy.context.object.data.materials.append(material)
+    add_light(
+        "Spot",
+        "SPOT",
+        energy=60.0,
+        spot_size=1.0,
+        spot_blend=0.3,
+        shadow_soft_size=0.0,
+        location=(0.3, 0.0, 0.6),
+        rotation_euler=(0.0, 1.658, 0.0),
+    )
+    camera = bpy.context.scene.camera
+    camera.location, camera.rotation_euler = (0.0, -2.2, 1.6), (1.082, 0.0, 0.0)
+    camera.data.lens = 32.0
+    bpy.context.scene.render.resolution_x = bpy.context.scene.render.resolution_y = 64
+    scene, _ = export()
+    passes = {"passes": 64, "photons": 60_000, "radius_shrink": 2.0 / 3.0}
+    ours = render(device, scene, width=64, height=64, **passes)["Combined"][..., :3]
+    cycles = bpy.context.scene.cycles
+    cycles.light_sampling_threshold = cycles.sample_clamp_indirect = 0.0
+    cycles.max_bounces = cycles.diffuse_bounces = 64
+    cycles.pixel_filter_type, cycles.filter_width = "BOX", 1.0
+    means = [block_means(picture) for picture in (ours, cycles_mean(2048, 0)[..., :3])]
+    # Where it is darker Cycles is noisier than what is asked of us.
+    light = means[1].mean(-1)
+    found = compare_means(*means, light > 0.15 * light.mean())
+    assert found.median < 0.01 and found.high < 0.03

@@ -4,6 +4,7 @@ from ..photons import radius_field
 from ..settings import FILTER_DEFINES
 from .records import (
     CUTS,
+    DIFFUSE,
     FACING,
     GLOSS,
     IRRADIANCE,
@@ -14,7 +15,6 @@ from .records import (
 from .shade import GATHERED_LOBES, GLOSSY, LOBES
 
 _GATHERER = {
-    "shading": SHADING,
     "direction": RAY_DIRECTION,
     "gloss_sum": GLOSS,
 }
@@ -25,13 +25,15 @@ class Gather(Kernel):
     its lobes send on of each."""
 
     stem = "gather"
-    structure = (*FILTER_DEFINES, *GATHERED_LOBES, "LOBES", "TWO_LOBES", "TINTED")
+    structure = (*FILTER_DEFINES, *GATHERED_LOBES, "LOBES", "TWO_LOBES", "TINTED", "NORMALS")
     inputs = {
         "place": PLACE,
         "facing": FACING,
         "cuts": CUTS,
         "sum": IRRADIANCE,
         **LOBES,
+        "shading": When(("GATHERED_LOBES", "NORMALS"), SHADING),
+        "diffuse": When("NORMALS", DIFFUSE),
         **{name: When("GATHERED_LOBES", port) for name, port in _GATHERER.items()},
     }
     outputs = {"irradiance": IRRADIANCE, **GLOSSY}

@@ -16,6 +16,7 @@ class Reflector(Kernel):
         "ARRIVALS",
         "ENVIRONMENT",
         "VISIBILITY",
+        "NORMALS",
     )
     inputs = {
         "origin": When("ARRIVALS", RAY_ORIGIN),

@@ -163,7 +163,8 @@ class SceneNeeds:
     @cached_property
     def gather_defines(self) -> Defines:
         """What kernels are compiled with that know of gathered lobes, where there are any."""
-        return self.eye_defines if self.gathered_lobes else {}
+        bent = {"NORMALS": 1} if self.programs.normals else {}
+        return {**(self.eye_defines if self.gathered_lobes else {}), **bent}
 
     @cached_property
     def direct_defines(self) -> Defines:
@@ -205,15 +206,21 @@ class SceneNeeds:
         defines |= self._transmitting_defines
         if self.visibility and self.first_hits:
             defines |= {"FIRST_HITS": 1}
-        if self.visibility or self.gathered_lobes:
+        if self.visibility or self.directions:
             defines |= {"INCOMING": 1}
-        defines |= self.rays(*RAYS) | self._gathered_defines("DIRECTIONS")
+        defines |= self.rays(*RAYS) | (BLEND if self.gathered_lobes else {})
+        defines |= {"DIRECTIONS": 1} if self.directions else {}
         return {**defines, **self.arrival_defines, **self.programs.defines}
 
     def rays(self, *names: str) -> dict[str, int]:
         """What a kernel is compiled with that traces rays of these names, if it makes a difference:
         their bits."""
         return {"VISIBILITY": sum(RAY_BITS[name] for name in names)} if self.visibility else {}
+
+    @property
+    def directions(self) -> bool:
+        """Whether photons say where they came from: who gathers them asks for it."""
+        return self.gathered_lobes or self.programs.normals
 
     def _gathered_defines(self, whose: str) -> dict[str, int | float]:
         return {whose: 1, **BLEND} if self.gathered_lobes else {}
@@ -231,8 +238,9 @@ class SceneNeeds:
 
     @property
     def projects(self) -> bool:
-        """Whether places of the scene have one place on the screen, where splats are drawn."""
-        return not (self.lens or self.panorama)
+        """Whether places of the scene have one place on the screen, where splats are drawn, which
+        know no normals but the mesh's."""
+        return not (self.lens or self.panorama or self.programs.normals)
 
     @property
     def _transmitting_defines(self) -> dict[str, int | float]:

@@ -240,6 +240,8 @@ class NativeWay(Way):
     def photon_grid(
         self, mesh: Mesh, settings: Settings, needs: SceneNeeds, in_chains: Sequence[bool]
     ) -> Gathering:
+        if needs.programs.normals:
+            return super().photon_grid(mesh, settings, needs, in_chains)
         if not needs.gathered_lobes:
             kernel = NativeGather(self.device, settings.filter)
         elif knows_lobes(needs.lobes, needs.lobe_kinds):
