@@ -171,6 +171,42 @@ def lights() -> list[Case]:
     return [*found, Case("Wavelength", build)]
 
 
+def extremes() -> list[Case]:
+    """What sliders, or what is linked to inputs, may give; no more is asked than a number."""
+    far = node("ShaderNodeVectorMath", {0: VECTOR, 1: (1e12, 3e19, -1e9)}, operation="MULTIPLY")
+    layers: list[dict[str, Any]] = [
+        {"Vector": far, "W": 1e30},
+        {"Vector": VECTOR, "Scale": 0.0, "Detail": 15.0, "Roughness": 1.0},
+        {"Vector": VECTOR, "Detail": 3.0, "Lacunarity": 0.0},
+        {"Vector": VECTOR, "Detail": 15.0, "Lacunarity": 1000.0, "Roughness": 0.0},
+    ]
+    found = [
+        Case(f"Noise {d}/{number}", node("ShaderNodeTexNoise", own, "Color", **options))
+        for d in DIMENSIONS[::3]
+        for number, own in enumerate(layers)
+        for options in ({"noise_dimensions": d, "noise_type": "HYBRID_MULTIFRACTAL"},)
+    ]
+    for feature, metric in zip((*FEATURES, "DISTANCE_TO_EDGE"), METRICS[::-1], strict=True):
+        for number, own in enumerate([*layers, {"Exponent": 0.0, "Randomness": 0.0}]):
+            options = {"feature": feature, "distance": metric, "normalize": True}
+            output = ("Distance", "Position")[number % 2]
+            build = node("ShaderNodeTexVoronoi", own, output, **options)
+            found.append(Case(f"Voronoi {feature}/{number}", build))
+    for kind, own in (
+        ("Wave", {"Vector": far, "Distortion": 1e20}),
+        ("Gradient", {"Vector": far}),
+        ("Checker", {"Vector": far}),
+        ("Brick", {"Vector": far}),
+        ("Brick", {"Vector": VECTOR, "Brick Width": 0.0, "Row Height": 0.0, "Mortar Size": 0.0}),
+        ("Magic", {"Vector": far, "Distortion": 0.0}),
+        ("WhiteNoise", {"Vector": far}),
+        ("Gabor", {"Vector": far, "Frequency": 1e20}),
+    ):
+        found.append(Case(f"{kind} far", node(f"ShaderNodeTex{kind}", own)))
+    nowhere = {"Orientation 3D": (0.0, 0.0, 0.0), "Vector": VECTOR}
+    return [*found, Case("Gabor nowhere", node("ShaderNodeTexGabor", nowhere, gabor_type="3D"))]
+
+
 CASES = {
     "noise": noises(),
     "voronoi": points(),

@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
+import bpy
+import numpy as np
 import pytest
 
 from addon.photon.stage import straight
 from addon.photon.stage.kinds import node_kinds
+from tests.measure import render
 
 from .build import add_node, features, finish, new_material
-from .procedural_cases import noise, voronoi
+from .node_cases import CELL, lay_out
+from .procedural_cases import extremes, noise, voronoi
 from .test_nodes import compare
 
 pytestmark = pytest.mark.blender
@@ -20,6 +24,22 @@ def test_straight_code(export, cycles_mean, device) -> None:
     cases = [noise("3D", "FBM", "Color", Distortion=0.6), voronoi("2D", "F2", "Color", "CHEBYCHEV")]
     compare(export, cycles_mean, device, "fragment", cases)
     assert len(straight.shapes_of(export()[0].materials)) == len(cases)
+
+
+@pytest.mark.thorough
+def test_extremes_stay_finite(export, device) -> None:
+    """As light, which has no upper bound."""
+    cases = extremes()
+    columns, rows = lay_out(cases)
+    for case in cases:
+        tree = bpy.data.materials[case.name].node_tree
+        paper = tree.nodes["Diffuse BSDF"]
+        shown = paper.inputs["Color"].links[0].from_socket
+        finish(tree, add_node(tree, "ShaderNodeEmission", Color=shown))
+    size = {"width": CELL * columns, "height": CELL * rows}
+    picture = render(device, export()[0], layer="fragment", photons=0, **size)["Combined"]
+    assert (picture[..., :3].reshape(rows, CELL, columns, CELL, 3).max((1, 3, 4)) > 0.0).sum() > 20
+    assert np.isfinite(picture).all() and picture.min() >= 0.0
 
 
 def test_texture_mapping_is_noted(convert) -> None:
