@@ -48,7 +48,7 @@ void kernel() {
     vec3 onward = sample_lobe_for_photon(lobe, shape, raised, -incoming, u.yz, weight);
     // Where some directions weigh much more than others, by what this one does.
     by_lobe = mean(albedo_lobe(lobe, shape, max(0.0, -dot(incoming, shading.normal))));
-    if (by_cosine_kind(lobe, shape) > 0.0) by_lobe = mean(weight);
+    by_lobe = mix(by_lobe, mean(weight), 2.0 * by_cosine_kind(lobe, shape));
     float all = max(1.0, by_diffuse + by_lobe);
     by_diffuse /= all;
     by_lobe /= all;

@@ -157,7 +157,7 @@ BSDF_FUNCTIONS = (
     ),
     _Function(
         "float",
-        "by_cosine",
+        "by_cosine",  # half at most
         _LOBE,
         "return 0.0;",
         "lobe.kind",
