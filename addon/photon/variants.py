@@ -10,6 +10,7 @@ from typing import get_args
 from ..streams import Defines, DrawKernel, Kernel, Made
 from ..streams.draw import AddPart
 from .film.film import Accumulate, AccumulateBatches, AccumulateTwo
+from .kernels.absorb import Absorb
 from .kernels.blur import Blur
 from .kernels.combine import CombineAll, CombineMirror, CombinePrimary
 from .kernels.coverage import Coverage
@@ -54,6 +55,7 @@ PLAIN: tuple[type[Kernel], ...] = (
     AccumulateBatches,
     Reach,
     AddPart,
+    Absorb,
 )
 COMPUTE = (
     "scan_blocks",
@@ -219,8 +221,9 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
                 if not alone:
                     yield kernel, {**bent.direct_defines, "ILLUMINANCE": 1}, scene.made
     for kernel in (Shade, Projector, Reflector):
-        for arrivals in (False, True):
-            yield kernel, replace(scene, arrivals=arrivals).photon_defines, scene.made
+        for some in (False, True):
+            asked = replace(scene, arrivals=some, absorption=some)
+            yield kernel, asked.photon_defines, scene.made
     for kernel in (Shade, Blur):
         yield kernel, scene.eye_defines, scene.made
     if scene.gathered_lobes:

@@ -6,6 +6,9 @@
 #ifdef ARRIVALS
 #include "lib/arrival.glsl"
 #endif
+#ifdef ABSORPTION
+#include "lib/absorption.glsl"
+#endif
 #ifdef VISIBILITY
 #include "lib/photon_ray.glsl"
 
@@ -26,6 +29,9 @@ void kernel() {
     if (!may_land()) skip();
 #endif
     vec3 flux = load_flux().flux;
+#ifdef ABSORPTION
+    flux *= left_by_absorption(load_hit(), load_facing().side);
+#endif
 #ifdef ARRIVALS
     flux *= share_of_arrival(load_origin(), place.position, BY_DIFFUSE);
     if (flux == vec3(0.0)) skip();

@@ -11,6 +11,9 @@
 #ifdef NORMALS
 #include "lib/bump_shadowing.glsl"
 #endif
+#ifdef ABSORPTION
+#include "lib/absorption.glsl"
+#endif
 #ifdef VISIBILITY
 #include "lib/visibility.glsl"
 #include "lib/photon_ray.glsl"
@@ -36,6 +39,9 @@ void kernel() {
     Diffuse diffuse = load_diffuse();
     Flux photon = load_flux();
     vec3 flux = photon.flux, outgoing;
+#ifdef ABSORPTION
+    flux *= left_by_absorption(load_hit(), facing.side);
+#endif
     float t_max = T_MAX;
     vec4 u = reflection_numbers(photon);
     vec3 normal = facing.normal;

@@ -13,8 +13,16 @@ import pytest
 from addon.blender.properties import transparent_bounces_of
 from tests.measure import render
 
-from .build import add_light, add_mesh, add_node, finish, new_material, shader_material
-from .lobes import DIFFUSE, PRINCIPLED
+from .build import (
+    add_light,
+    add_mesh,
+    add_node,
+    features,
+    finish,
+    new_material,
+    shader_material,
+)
+from .lobes import DIFFUSE, GLASS, PRINCIPLED
 
 pytestmark = pytest.mark.blender
 
@@ -103,3 +111,16 @@ def test_sheets_are_those_of_cycles(scene, cycles_mean, export, device, case) ->
     print(f"{case}: median {np.median(away):.2%}, most {away.max():.2%}")
     assert np.median(away) < 0.01 and np.quantile(away, 0.95) < 0.03
     assert ours.mean(axis=(0, 1)) == pytest.approx(theirs.mean(axis=(0, 1)), rel=0.01)
+
+
+def test_volume_absorption(convert) -> None:
+    """Density * (1 - colour) of what is constant; the surface is what it was."""
+    material = shader_material(GLASS, IOR=1.3, Roughness=0.0)
+    tree = material.node_tree
+    volume = add_node(tree, "ShaderNodeVolumeAbsorption", Color=(0.9, 0.5, 0.2, 1), Density=4.0)
+    output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
+    tree.links.new(volume.outputs[0], output.inputs["Volume"])
+    converted, report = convert(material)
+    assert converted.absorption == pytest.approx((0.4, 2.0, 3.2), rel=1e-5)
+    assert [lobe.kind for lobe in converted.lobes] == ["glass"]
+    assert features(report, "exact") == ["Shader"]

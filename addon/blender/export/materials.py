@@ -26,6 +26,7 @@ from .shaders import (
     read_shader,
     triple,
 )
+from .shaders.volume import absorption
 from .tangents import Tangent
 from .textures import TextureTable
 
@@ -106,16 +107,18 @@ class MaterialTable:
         if output is None:
             self.notes.exact(owner, "No Material Output", "black, as in Cycles")
             return BLACK
-        if output.inputs["Volume"].is_linked:
-            self.notes.ignored(owner, "Volume", "not rendered")
         graph.displaced = self._displaced(graph, output, material)
         node, scope = graph.surface("OUTPUT_MATERIAL")
         if node is None:
             if output.inputs["Volume"].is_linked:
+                absorption(graph, output, False)
                 return CLEAR
             self.notes.approximated(owner, "Surface", "no shader is linked to it: rendered black")
         lobes = read_shader(graph, node, scope, self.model)
-        return lobes if lobes is CLEAR else replace(lobes, base=graph.displaced)
+        absorbed = absorption(graph, output, lobes is not CLEAR)
+        if lobes is CLEAR:
+            return CLEAR
+        return replace(lobes, base=graph.displaced, absorption=absorbed)
 
     def _displaced(
         self, graph: Graph, output: bpy.types.Node, material: bpy.types.Material
@@ -163,6 +166,7 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
         _is_held_out(bsdf.holdout, owner, notes),
         instructions,
         _moved(found.varying, numbers),
+        triple(bsdf.absorption.colour),
     )
     total = material.head_on()
     if not instructions and total.max() > 1.0 + ROUNDING:

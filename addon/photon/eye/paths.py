@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...streams import TEXEL, Count, Device, Kernel, PingPong, Stream
 from ...streams.declaration import present
+from ..kernels.absorb import Absorb
 from ..kernels.emitted import Emitted
 from ..kernels.glow import Glow
 from ..kernels.launch import launch, launch_and_count
@@ -93,12 +94,14 @@ class Eye:
             self._shade = Shade(device, layer, needs.eye_defines, made=needs.made)
         self._direct_light = way.direct_light(needs, size) if needs.shadow_rays else None
         self._emitted = self._glow = self._scatter = None
+        self._absorb: Absorb | None = None
         if needs.emitters_seen:
             self._emitted = Emitted(device, layer, needs.emitted_defines, made=needs.made)
         if needs.glows_by_programs:
             self._glow = Glow(device, layer, needs.programs.defines, made=needs.made)
         if needs.secondary_rays:
             self._scatter = Scatter(device, layer, needs.eye_defines, made=needs.made)
+            self._absorb = Absorb(device, layer) if needs.absorption else None
         self._cuts = self._coverage = None
         if needs.photons and settings.boundary_correction:
             self._cuts, self._coverage = way.cuts(), way.coverage(settings)
@@ -161,6 +164,12 @@ class Eye:
         tracer = self._tracers[min(path.depth, len(self._tracers) - 1)]
         launch(tracer, self.of(path), self._tables)
         launch(self._shade, self.of(path), self._tables, self._draw(path))
+        if self._absorb and path.depth > 0:
+            pair = self._pairs["throughput"]
+            streams = {**self.of(path), "throughput": pair.front, "left": pair.back}
+            launch(self._absorb, streams, self._tables)
+            pair.swap()
+            path.throughput = pair.front
         path.is_shaded = True
 
     def gathering(self, path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -249,7 +258,7 @@ class Eye:
 
     def _kernels(self) -> list[Kernel]:
         known = self.camera.kernel, *self._tracers, self._shade, self._glow, self._emitted
-        known += self._scatter, self._cuts, self._coverage
+        known += self._absorb, self._scatter, self._cuts, self._coverage
         return [kernel for kernel in known if kernel]
 
     def of(self, path: Path) -> dict[str, Stream]:

@@ -1,24 +1,47 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
-from .records import DEPOSIT, DIFFUSE, FACING, FLUX, LIGHT, PLACE, RAY_DIRECTION, RAY_ORIGIN
+from .records import (
+    DEPOSIT,
+    DIFFUSE,
+    FACING,
+    FLUX,
+    HIT,
+    LIGHT,
+    MATERIAL,
+    PLACE,
+    RAY_DIRECTION,
+    RAY_ORIGIN,
+    TRIANGLE,
+)
 
 
 class Projector(Kernel):
     """Deposit photons in world space on surfaces that gather (Marino & Abbate, Projector)."""
 
     stem = "projector"
-    structure = ("INCOMING", "DIRECTIONS", "ARRIVALS", "ENVIRONMENT", "VISIBILITY", "FIRST_HITS")
+    structure = (
+        "INCOMING",
+        "DIRECTIONS",
+        "ABSORPTION",
+        "ARRIVALS",
+        "ENVIRONMENT",
+        "VISIBILITY",
+        "FIRST_HITS",
+    )
     inputs = {
         "place": PLACE,
         "facing": FACING,
         "diffuse": DIFFUSE,
         "flux": FLUX,
+        "hit": When("ABSORPTION", HIT),
         "direction": When("INCOMING", RAY_DIRECTION),
         "origin": When("ARRIVALS", RAY_ORIGIN),
     }
     outputs = {"landed": PLACE, "deposit": DEPOSIT}
     uniforms = {"numbered": Uniform("bool")}  # the photon takes the normal's place
     tables = {
+        "triangles": When("ABSORPTION", Table(TRIANGLE)),
+        "materials": When("ABSORPTION", Table(MATERIAL)),
         "lights": When("ARRIVALS", Table(LIGHT)),
         "environments": When("ENVIRONMENT", Table()),
     }

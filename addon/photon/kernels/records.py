@@ -95,7 +95,8 @@ NODE = Record(
 # Lambert's albedo that no lobe covers; which elements of the table of lobes are the material's;
 # holdout 1: the eye sees nothing there; the radiance of both its sides [W/(m^2 sr)]; which
 # instructions are its program, and codes of results that stand for a value (lib/program.glsl);
-# two_sided 1: a rough lobe lets light through from behind; what shadow rays keep that pass it.
+# two_sided 1: a rough lobe lets light through from behind; what shadow rays keep that pass it;
+# what rays lose inside it [1 / scene units].
 MATERIAL = Record(
     "Material",
     {
@@ -114,6 +115,7 @@ MATERIAL = Record(
         "two_sided": "float",
         "base_from": "float",
         "transmittance": "vec3",
+        "absorption": "vec3",
         "transmittance_from": "float",
     },
 )

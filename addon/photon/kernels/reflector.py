@@ -1,6 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
-from .records import FLUX, LIGHT, RAY_DIRECTION, RAY_ORIGIN, VISIBILITY
+from .records import (
+    FLUX,
+    HIT,
+    LIGHT,
+    MATERIAL,
+    RAY_DIRECTION,
+    RAY_ORIGIN,
+    TRIANGLE,
+    VISIBILITY,
+)
 from .shade import FIRST_LOBE, POINT
 
 
@@ -13,6 +22,7 @@ class Reflector(Kernel):
         "TINTED",
         "TRANSMITS",
         "TRANSPARENT",
+        "ABSORPTION",
         "ARRIVALS",
         "ENVIRONMENT",
         "VISIBILITY",
@@ -22,12 +32,15 @@ class Reflector(Kernel):
         "origin": When("ARRIVALS", RAY_ORIGIN),
         "direction": RAY_DIRECTION,
         "flux": FLUX,
+        "hit": When("ABSORPTION", HIT),
         **POINT,
         **FIRST_LOBE,
     }
     outputs = {"next_origin": RAY_ORIGIN, "next_direction": RAY_DIRECTION, "next_flux": FLUX}
     uniforms = {"seed": Uniform("uint"), "pass_index": Uniform("uint"), "bounce": Uniform("int")}
     tables = {
+        "triangles": When("ABSORPTION", Table(TRIANGLE)),
+        "materials": When("ABSORPTION", Table(MATERIAL)),
         "lights": When("ARRIVALS", Table(LIGHT)),
         "environments": When("ENVIRONMENT", Table()),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),

@@ -139,12 +139,14 @@ class Material:
     # Its diffuse albedo, emission, the normal of its smooth surface, "base", or the shading normal
     # about that one, that the program gives.
     varying: Varying = field(default_factory=dict)
+    absorption: RGB = BLACK  # of light on its way inside a mesh that wears it [1/m]
 
     def check(self) -> None:
         """Raise SceneError naming the material and the first value out of its range."""
         who = f"material {self.name!r}"
         check_finite(f"{who}: diffuse", self.diffuse, 0.0)
         check_finite(f"{who}: emission", self.emission, 0.0)
+        check_finite(f"{who}: absorption", self.absorption, 0.0)
         for number, lobe in enumerate(self.lobes):
             lobe.check(f"{who}: {lobe.kind}")
             if lobe.over is not None and lobe.over not in range(number):

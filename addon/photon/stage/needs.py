@@ -64,6 +64,7 @@ class SceneNeeds:
     programs: ProgramNeeds = ProgramNeeds()  # of the materials
     glows_by_programs: bool = False  # what some triangles emit differs from point to point
     transparent_depth: int = 0  # surfaces that a ray goes straight on through
+    absorption: bool = False  # light is absorbed inside meshes
     filters_by_programs: bool = False  # what they let through differs from point to point
 
     @staticmethod
@@ -104,6 +105,7 @@ class SceneNeeds:
             and (glows or any("glossy" in x.found_by for x in met)),
             chain_depth=settings.mirror_depth,
             transparent_depth=settings.transparent_depth if transparent else 0,
+            absorption=any(max(material.absorption) > 0.0 for material in materials),
             filters_by_programs=any(
                 lobe.kind == TRANSPARENT and lobe.varying for m in materials for lobe in m.lobes
             ),
@@ -203,6 +205,7 @@ class SceneNeeds:
         defines: dict[str, int | float]
         defines = {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
         defines |= self._layer_defines
+        defines |= {"ABSORPTION": 1} if self.absorption else {}
         defines |= self._transmitting_defines
         if self.visibility and self.first_hits:
             defines |= {"FIRST_HITS": 1}

@@ -30,6 +30,7 @@ def _surface_tables(scene: Scene, frame: Frame, mesh: Mesh) -> dict[str, NDArray
     """Triangles and what they are made of, by the tables' names."""
     programs = program_tables(scene.materials)
     materials, lobes = material_tables(scene.materials, programs.compiled)
+    materials["absorption"] *= frame.scale
     tables = {
         "triangles": mesh.triangles,
         "corner_normals": mesh.normals,

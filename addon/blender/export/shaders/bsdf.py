@@ -63,6 +63,7 @@ class Bsdf:
     # it, if it is not the mesh's.
     normal: Value | None = None
     base: Value | None = None
+    absorption: Value = ZERO  # of light inside the mesh [1/m], constant
 
     def scaled(self, factor: Value) -> Bsdf:
         """As much of it as a Mix Shader takes."""
