@@ -29,3 +29,12 @@ def test_report() -> None:
     }
     assert data["warnings"] == ["2 triangles skipped"]
     assert report.joined(report) == report
+
+
+def test_head_counts_materials() -> None:
+    notes = Notes()
+    notes.exact("Material 'A'", "Shader")
+    notes.exact("Material 'B'", "Shader")
+    notes.approximated("Material 'B'", "Bevel", "edges are sharp")
+    notes.ignored("Material 'C'", "Volume", "not rendered")
+    assert notes.finish().summary == ("1 of 3 materials exact; 2 exact, 1 approximated, 1 ignored")

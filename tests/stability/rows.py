@@ -77,5 +77,6 @@ ROWS: dict[int, tuple[str, str]] = {
         "images missing, 1x1, UDIM, NaN, packed: the loader",
         "magenta and a note, as Cycles to 1 %",
     ),
+    72: ("node graphs: circles, muted, 500 nodes, NaN, / 0", "Cycles' to 1 %, or a note"),
     74: ("depth of field, motion blur: lens samples, refits", "as Cycles to 1 %"),
 }

@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +31,14 @@ ADJUSTMENTS = {"HUE_SAT", "BRIGHTCONTRAST", "GAMMA", "CURVE_RGB"}
 MOST_PIXELS = 4096 * 4096
 # What Cycles puts where an image is missing.
 MAGENTA = (1.0, 0.0, 1.0)
-# A tree deeper than this is taken for a loop.
+# Reroutes and groups in a row; more are taken for a loop.
 DEPTH = 64
+# Nodes from a material's output to what they are made of, one behind the other: each takes a few of
+# Python's calls.
+DEEPEST = 600
+CALLS = 20 * DEEPEST
+# Whether sockets of groups and muted nodes convert what passes them: Blender 5.0 ended that.
+CONVERTS = bpy.app.version < (5, 0, 0)
 NUMBERS = ("VALUE", "INT", "BOOLEAN")  # types of sockets that hold one
 
 # What gives the value of one output of a node.
@@ -99,15 +108,24 @@ class Graph:
     def value(self, socket: bpy.types.NodeSocket, scope: Scope) -> Value:
         """The value of an input: of what it is linked to, or its own. What no reader knows is
         approximated by a constant, and noted."""
-        node, end, inner = source(socket, scope)
+        passed: list[str] = []
+        node, end, inner = source(socket, scope, passed)
         if node is None:
             if not hasattr(end, "default_value"):
                 return Value.of(0.0)
-            return converted(Value.of(_numbers(end.default_value)), end.type, socket.type)
-        if node.type not in self.readers:
+            found = Value.of(_numbers(end.default_value))
+        elif node.type not in self.readers:
             is_number = socket.type in NUMBERS
             return Value.of((value_of if is_number else colour_of)(self, socket, scope))
-        return converted(self.output_value(node, end, inner), end.type, socket.type)
+        else:
+            found = self.output_value(node, end, inner)
+        types = [end.type, *(reversed(passed) if CONVERTS else ()), socket.type]
+        for given, wanted in pairwise(types):
+            found = converted(found, given, wanted)
+        if found.constant is not None and not np.isfinite(found.constant).all():
+            self.notes.approximated(self.owner, socket.name, "it is not a number: 0 is used")
+            return Value.of(np.nan_to_num(found.constant, posinf=0.0, neginf=0.0))
+        return found
 
     def beside(
         self, socket: bpy.types.NodeSocket, scope: Scope, width: float
@@ -129,6 +147,9 @@ class Graph:
         if key not in self._known:
             if key in self._reading:
                 self.notes.approximated(self.owner, f"'{node.name}'", "its links go in a circle: 0")
+                return Value.of(0.0)
+            if len(self._reading) >= DEEPEST:
+                self.notes.approximated(self.owner, f"'{node.name}'", "too far from its output: 0")
                 return Value.of(0.0)
             self._reading.append(key)
             read = self.readers[node.type](self, node, output, scope)
@@ -154,14 +175,27 @@ def _numbers(value: Any) -> list[float]:
     return [float(number) for number in list(value)[:4]]
 
 
+@contextmanager
+def many_calls() -> Iterator[None]:
+    """Where trees as deep as DEEPEST can be read."""
+    kept = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(kept, CALLS))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(kept)
+
+
 def source(
-    socket: bpy.types.NodeSocket, scope: Scope
+    socket: bpy.types.NodeSocket, scope: Scope, passed: list[str] | None = None
 ) -> tuple[bpy.types.Node | None, bpy.types.NodeSocket, Scope]:
     """Follow an input to what feeds it.
 
     Returns (node, its output socket, scope); node is None if nothing does, and the socket is then
-    the unlinked input, maybe a group's, whose default value counts.
+    the unlinked input, maybe a group's, whose default value counts. `passed` is told the types of
+    the sockets of groups and muted nodes on the way.
     """
+    passed = [] if passed is None else passed
     for _ in range(DEPTH):
         link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
         if link is None:
@@ -170,7 +204,8 @@ def source(
         if node.mute:
             inner = next((i for i in node.internal_links if i.to_socket == output), None)
             if inner is None:
-                return None, output, scope
+                return None, socket, scope
+            passed.append(output.type)
             socket = inner.from_socket
         elif node.type == "REROUTE":
             socket = node.inputs[0]
@@ -178,11 +213,13 @@ def source(
             inside = _group_output(node.node_tree, output.identifier)
             if inside is None:
                 return None, output, scope
+            passed += output.type, inside.type
             socket, scope = inside, (*scope, node)
         elif node.type == "GROUP_INPUT" and scope:
             outside = _by_identifier(scope[-1].inputs, output.identifier)
             if outside is None:
                 return None, output, scope[:-1]
+            passed += output.type, outside.type
             socket, scope = outside, scope[:-1]
         else:
             return node, output, scope

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...photon.scene import RGB, Lobe, Material, Result, reflecting
-from .graph import Asked, Colour, Graph, colour_text
+from ...photon.stage.programs import MOST_REGISTERS, width_of
+from .graph import Asked, Colour, Graph, colour_text, many_calls
 from .nodes import graph_of
 from .nodes.normals import bump_of_displacement
 from .programs import Program, Value
@@ -61,7 +62,8 @@ class MaterialTable:
         key = material.name_full if material else None
         if key not in self._numbers:
             asked = replace(self.view, attributes=[], index=material.pass_index if material else 0)
-            exported = self._export(material, asked)
+            with many_calls():
+                exported = self._export(material, asked)
             self._numbers[key] = NO_SURFACE if exported is None else len(self.materials)
             if exported is not None:
                 self.materials.append(exported[0])
@@ -91,6 +93,11 @@ class MaterialTable:
             self.notes.ignored(owner, "No surface", "objects or faces that wear it are left out")
             return None
         exported = bounded(lobes, program, material.name, owner, self.notes)
+        if (width := width_of(exported)) > MOST_REGISTERS:
+            what = f"they hold {width} values at a time, {MOST_REGISTERS} are possible: left out"
+            self.notes.approximated(owner, "Nodes", what)
+            lobes = replace(principled.default(), tangent=None)
+            exported = bounded(lobes, Program(), material.name, owner, self.notes)
         if not self.notes.mention(owner):
             self.notes.exact(owner, "Shader")
         return exported, lobes.tangent

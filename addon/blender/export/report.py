@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+MATERIAL = "Material '"  # how their names begin in entries
 Status = Literal["exact", "approximated", "ignored"]
 
 
@@ -47,11 +48,18 @@ class Report:
 
     @property
     def summary(self) -> str:
-        """One line for a status bar."""
+        """One line for a status bar: how many materials are rendered as they are, and how many
+        entries there are of each status."""
         counts = ", ".join(
             f"{len(self.of(status))} {status}" for status in ("exact", "approximated", "ignored")
         )
-        return f"{counts}, {len(self.warnings)} warnings" if self.warnings else counts
+        if self.warnings:
+            counts += f", {len(self.warnings)} warnings"
+        materials = {x.object for x in self.entries if x.object.startswith(MATERIAL)}
+        if not materials:
+            return counts
+        exact = len(materials - {x.object for x in self.entries if x.status != "exact"})
+        return f"{exact} of {len(materials)} materials exact; {counts}"
 
     def lines(self) -> list[str]:
         """What the console says: everything that is not exactly what the scene asks for.

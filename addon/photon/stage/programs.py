@@ -165,8 +165,23 @@ def _compiled(
 
 
 def allocated(material: Material) -> dict[int, int]:
-    """A register for each instruction of a material's program; a result's is free again after the
-    last that asks for it. SceneError if there are too few."""
+    """A register for each instruction of a material's program. SceneError if there are too few."""
+    registers, width = _allocated(material), width_of(material)
+    if width > MOST_REGISTERS:
+        raise SceneError(
+            f"material {material.name!r}: its nodes hold {width} values at a time, "
+            f"{MOST_REGISTERS} at most are possible"
+        )
+    return registers
+
+
+def width_of(material: Material) -> int:
+    """How many registers its program needs."""
+    return 1 + max(_allocated(material).values(), default=-1)
+
+
+def _allocated(material: Material) -> dict[int, int]:
+    """A result's register is free again after the last instruction that asks for it."""
     ends = last_uses(material)
     registers: dict[int, int] = {}
     free: list[int] = []
@@ -181,11 +196,6 @@ def allocated(material: Material) -> dict[int, int]:
             registers[number], width = width, width + 1
         if number not in ends:  # nobody asks
             free.append(registers[number])
-    if width > MOST_REGISTERS:
-        raise SceneError(
-            f"material {material.name!r}: its nodes hold {width} values at a time, "
-            f"{MOST_REGISTERS} at most are possible"
-        )
     return registers
 
 

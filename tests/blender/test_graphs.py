@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Graphs as artists leave them behind: as Cycles has them, or a line in the report."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+
+import bpy
+import pytest
+
+from .build import features, finish
+from .node_cases import COLOUR, OTHER, UV, Build, Case, U, V, first_of_each, lay_out, node, scaled
+from .node_sheets import SHEETS
+from .test_nodes import compare
+
+pytestmark = [pytest.mark.blender, pytest.mark.stability(72)]
+
+MATH, MIX, HUE = "ShaderNodeMath", "ShaderNodeMixRGB", "ShaderNodeHueSaturation"
+Tree, Socket = bpy.types.NodeTree, bpy.types.NodeSocket
+SLOWEST = 5.0  # [s]
+COMPILE = """
+import sys, time
+from addon.photon.prepare import prepare
+from addon.photon.scene import Scene
+from addon.photon.settings import Settings
+from addon.streams import Device
+scene, device = Scene.load(sys.argv[1]), Device()
+before = time.perf_counter(), time.process_time()
+renderer = prepare(scene, Settings(width=8, height=8, photons=0, layer="fragment"), device)
+renderer.render_pass()
+print(min(time.perf_counter() - before[0], time.process_time() - before[1]))
+"""
+
+
+def grouped(kind: str, inner: Callable[[Tree, Socket], Socket], given: Build | None) -> Build:
+    """A group of an input and an output of these types, and what is between."""
+
+    def build(tree: Tree) -> Socket:
+        group = bpy.data.node_groups.new("Group", "ShaderNodeTree")
+        for way in ("INPUT", "OUTPUT"):
+            made = group.interface.new_socket(way, in_out=way, socket_type=f"NodeSocket{kind}")
+        made.default_value = made.default_value
+        entrance, exit_ = (group.nodes.new(f"NodeGroup{end}") for end in ("Input", "Output"))
+        group.links.new(inner(group, entrance.outputs[0]), exit_.inputs[0])
+        outer = tree.nodes.new("ShaderNodeGroup")
+        outer.node_tree = group
+        if given is not None:
+            tree.links.new(given(tree), outer.inputs[0])
+        else:
+            outer.inputs[0].default_value = (0.2, 0.7, 0.4, 1.0) if kind == "Color" else 0.6
+        return outer.outputs[0]
+
+    return build
+
+
+def nested(depth: int) -> Callable[[Tree, Socket], Socket]:
+    """Groups in groups; the innermost inverts."""
+
+    def build(tree: Tree, socket: Socket) -> Socket:
+        if not depth:
+            return node("ShaderNodeInvert", {0: 1.0, 1: lambda _: socket})(tree)
+        return grouped("Color", nested(depth - 1), lambda _: socket)(tree)
+
+    return build
+
+
+def plain(tree: Tree, socket: Socket) -> Socket:
+    return socket
+
+
+def rerouted(tree: Tree, socket: Socket) -> Socket:
+    for _ in range(3):
+        step = tree.nodes.new("NodeReroute")
+        tree.links.new(socket, step.inputs[0])
+        socket = step.outputs[0]
+    return socket
+
+
+def muted(build: Build) -> Build:
+    def muting(tree: Tree) -> Socket:
+        socket = build(tree)
+        socket.node.mute = True
+        return socket
+
+    return muting
+
+
+def unlinked(tree: Tree) -> Socket:
+    """A node whose links are muted."""
+    socket = node(MIX, {0: V, 1: COLOUR, 2: (0.6, 0.2, 0.4, 1.0)})(tree)
+    for link in socket.node.inputs[1].links:
+        link.is_muted = True
+    return socket
+
+
+def chain(tree: Tree, socket: Socket) -> Socket:
+    """Fifty nodes, one behind the other."""
+    for number in range(50):
+        adding = node(MATH, {1: 0.001}, operation=("ADD", "SUBTRACT")[number % 2])(tree)
+        tree.links.new(socket, adding.node.inputs[0])
+        socket = adding
+    return socket
+
+
+def chains(count: int) -> Build:
+    """A group of such, so often, one behind the other."""
+
+    def build(tree: Tree) -> Socket:
+        first = socket = grouped("Float", chain, U)(tree)
+        for _ in range(count - 1):
+            group = tree.nodes.new("ShaderNodeGroup")
+            group.node_tree = first.node.node_tree
+            tree.links.new(socket, group.inputs[0])
+            socket = group.outputs[0]
+        return socket
+
+    return build
+
+
+def wide(count: int) -> Build:
+    """Numbers that are all needed twice, at first in one order and then in the other."""
+
+    def build(tree: Tree) -> Socket:
+        angles = [scaled(U, i, i + 1.0) for i in range(count)]
+        waves = [node(MATH, {0: angle}, operation="SINE")(tree) for angle in angles]
+        socket = U(tree)
+        for wave in (*waves, *reversed(waves)):
+            inputs = {0: (lambda given: lambda _: given)(socket), 1: (lambda w: lambda _: w)(wave)}
+            socket = node(MATH, inputs, operation="ADD")(tree)
+        return socket
+
+    return build
+
+
+ZERO = node(MATH, {0: U, 1: U}, operation="SUBTRACT")
+QUOTIENT = node(MATH, {0: V, 1: ZERO}, operation="DIVIDE")
+
+
+def times(tree: Tree, socket: Socket) -> Socket:
+    """As a number, that varies."""
+    return node(MATH, {0: lambda _: socket, 1: U}, operation="MULTIPLY")(tree)
+
+
+CASES = (
+    Case("a colour through a number", grouped("Float", plain, COLOUR)),
+    Case("a vector through a number", grouped("Float", plain, UV)),
+    Case("a number of a colour's default", grouped("Color", times, None)),
+    Case("a number through a colour", grouped("Color", plain, V)),
+    Case("groups in groups", grouped("Color", nested(3), COLOUR)),
+    Case("an unlinked group", grouped("Color", nested(1), None)),
+    Case("reroutes", grouped("Color", rerouted, COLOUR)),
+    Case("muted", muted(node(HUE, {"Hue": 0.1, "Color": COLOUR}))),
+    Case("muted conversion", muted(node("ShaderNodeRGBToBW", {0: COLOUR}))),
+    Case("muted without inputs", muted(node("ShaderNodeRGB"))),
+    Case("muted group", muted(grouped("Color", nested(0), COLOUR))),
+    Case("muted links", unlinked),
+    Case("no links", node(MIX, {0: V})),
+    Case("500 nodes", chains(10)),
+    Case("20 values", wide(20), -20.0, 40.0),
+    Case("division by 0", node(MIX, {0: 0.5, 1: QUOTIENT, 2: OTHER})),
+    Case("logarithm of 0", node(MATH, {0: ZERO, 1: 2.0}, operation="LOGARITHM"), -1.0, 1.0),
+    Case("power of 0", node(MATH, {0: ZERO, 1: ZERO}, operation="POWER"), -1.0, 3.0),
+)
+
+
+def test_against_cycles(export, cycles_mean, device) -> None:
+    compare(export, cycles_mean, device, "fragment", CASES)
+
+
+def colour_of(tree: Tree, build: Build) -> None:
+    finish(tree, node("ShaderNodeBsdfDiffuse", {0: build})(tree).node)
+
+
+def test_a_circle_is_noted(convert) -> None:
+    material = bpy.data.materials.new("Material")
+    tree = material.node_tree
+    tree.nodes.clear()
+    tree.nodes.new("ShaderNodeOutputMaterial")
+    first, second = (node(MIX, {0: U})(tree) for _ in range(2))
+    tree.links.new(first, second.node.inputs[1])
+    tree.links.new(second, first.node.inputs[1])
+    colour_of(tree, lambda _: second)
+    _, report = convert(material)
+    links_are_off = any(not link.is_valid for link in tree.links)
+    assert links_are_off or any("circle" in entry.detail for entry in report.entries)
+
+
+@pytest.mark.parametrize(
+    ("build", "feature"),
+    [
+        (node(MATH, {0: math.nan, 1: 1.0}), "Value"),
+        (chains(13), "'Math"),
+        (wide(66), "Nodes"),
+    ],
+)
+def test_what_is_noted(convert, device, build, feature) -> None:
+    """Not a number; nodes too far from the output; too many values at a time."""
+    material = bpy.data.materials.new("Material")
+    tree = material.node_tree
+    tree.nodes.clear()
+    tree.nodes.new("ShaderNodeOutputMaterial")
+    colour_of(tree, build)
+    converted, report = convert(material)
+    assert any(name.startswith(feature) for name in features(report, "approximated"))
+    assert converted.name == "Material"
+
+
+def test_every_node_compiles_soon(export, tmp_path, measured) -> None:
+    """All at once, where no driver has kept any."""
+    lay_out(first_of_each(SHEETS))
+    export()[0].save(tmp_path / "scene.npz")
+    environment = {**os.environ, "MESA_SHADER_CACHE_DISABLE": "true"}
+    command = [sys.executable, "-c", COMPILE, str(tmp_path / "scene.npz")]
+    found = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    spent = float(found.stdout.split()[-1])
+    assert measured("compiling every node at once", spent, " s") < SLOWEST
+
+
+def test_thousands_of_constants(convert) -> None:
+    """Many ramps share one table."""
+    material = bpy.data.materials.new("Material")
+    tree = material.node_tree
+    tree.nodes.clear()
+    tree.nodes.new("ShaderNodeOutputMaterial")
+    ramps = [node("ShaderNodeValToRGB", {0: x})(tree) for x in (U, V)]
+    colour_of(tree, node(MIX, {0: 0.5, 1: lambda _: ramps[0], 2: lambda _: ramps[1]}))
+    converted, _ = convert(material)
+    tables = {o for i in converted.program for o in i.operands if hasattr(o, "rows")}
+    assert len(tables) == 1
