@@ -81,8 +81,8 @@ def test_skies(scene, export, device, cycles_mean, name) -> None:
     """Of one texel, and of half black, as Cycles has them. Texels that are no numbers are black:
     in Cycles then all is."""
     texels = {
-        "one": np.full((1, 1, 4), 2.0),
-        "half": np.repeat([[[0.0] * 4]] * 32 + [[[4.0] * 4]] * 32, 128, axis=1),
+        "one": np.array([[[2.0, 2.0, 2.0, 1.0]]]),
+        "half": np.repeat([[[0.0, 0.0, 0.0, 1.0]]] * 32 + [[[4.0, 4.0, 4.0, 1.0]]] * 32, 128, 1),
         "odd": np.array([[[np.nan] * 4, [np.inf] * 4], [[1.0] * 4, [-np.inf] * 4]]),
     }
     scene.render.resolution_x, scene.render.resolution_y = 32, 16
