@@ -16,6 +16,7 @@ from ...photon.scene import ALL_RAYS, Moving
 from .attributes import PROPERTIES, corner_attribute, property_of, space_of
 from .materials import MaterialTable
 from .report import Notes
+from .strands import STRANDS, strand_parts
 from .tangents import Tangent, corner_tangents
 
 Read = TypeVar("Read")
@@ -27,8 +28,6 @@ Follow = Callable[["LocalMesh", tuple[int, int], NDArray[np.int32]], Moving | No
 BECOME_MESHES = {"CURVE", "SURFACE", "FONT", "META"}
 NO_GEOMETRY = {"EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT", "LIGHT_PROBE"}
 NOT_RENDERED = {
-    "CURVES": "hair curves",
-    "POINTCLOUD": "point cloud",
     "VOLUME": "volume",
     "GPENCIL": "grease pencil",
     "GREASEPENCIL": "grease pencil",
@@ -100,7 +99,11 @@ class Geometry:
         if obj.type in NOT_RENDERED:
             notes.ignored(name, NOT_RENDERED[obj.type].capitalize(), "not rendered")
             return
-        if obj.type != "MESH":
+        if obj.type in STRANDS:
+            what = "triangles stand for it; it has no attributes, and does not move"
+            notes.approximated(name, obj.type.capitalize(), what)
+            follow = None
+        elif obj.type != "MESH":
             notes.ignored(name, f"Object type {obj.type}", "not rendered")
             return
         note_object(obj, name, notes)
@@ -155,7 +158,8 @@ class Geometry:
         # object's does not, because the depsgraph reuses one temporary object for instances.
         key = obj.data.as_pointer()
         if key not in self._local:
-            self._local[key] = read_mesh(obj, local_mesh)
+            strands = obj.type in STRANDS
+            self._local[key] = local_strands(obj) if strands else read_mesh(obj, local_mesh)
         return self._local[key]
 
     def _tangents_of(
@@ -169,6 +173,8 @@ class Geometry:
         """The tangents (T, 3, 3) of an object's corners, zero where materials (T,) need none; None
         if none of these does. Where there is no such UV map the material becomes black."""
         found = None
+        if obj.type in STRANDS:
+            return found
         for number in np.unique(material[material >= 0]):
             tangent = materials.tangents[number]
             if tangent is None:
@@ -220,6 +226,8 @@ class Geometry:
     def _attribute_of(self, obj: bpy.types.Object, what: tuple[str, ...]) -> NDArray[np.float32]:
         """An attribute of a mesh (T, 3, 4)."""
         key = obj.data.as_pointer(), what
+        if obj.type in STRANDS:
+            return np.zeros((len(self._mesh_of(obj).triangles), 3, 4), np.float32)
         if key not in self._attributes:
             read = partial(corner_attribute, what, self._mesh_of(obj).triangles, obj)
             self._attributes[key] = read_mesh(obj, read)
@@ -293,6 +301,13 @@ def local_mesh(mesh: bpy.types.Mesh) -> LocalMesh:
         if slots
         else np.zeros(count, np.int32),
     )
+
+
+def local_strands(obj: bpy.types.Object) -> LocalMesh:
+    """The triangles that stand for hair curves or a point cloud."""
+    vertices, normals, triangles = strand_parts(obj)
+    slot = np.zeros(len(triangles), np.int32)
+    return LocalMesh(vertices, normals, False, triangles, triangles, slot)
 
 
 def shape_of(mesh: bpy.types.Mesh) -> Shape:

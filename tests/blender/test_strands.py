@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hair curves and point clouds, for which triangles stand, against Cycles."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+from addon.blender.export.strands import balls, tubes
+from tests.measure import render
+from tests.regression.blocks import block_means
+
+from .build import add_light, add_mesh, add_object, shader_material
+
+pytestmark = pytest.mark.blender
+
+DIFFUSE = "ShaderNodeBsdfDiffuse"
+SIZE = 64  # [px]
+
+
+def hair() -> bpy.types.Object:
+    """Waves of hair, thinner at their tips."""
+    data = bpy.data.hair_curves.new("Hair")
+    data.add_curves([6] * 30)
+    x, y = np.random.default_rng(1).uniform(-1.0, 1.0, (2, 30, 1))
+    along = np.arange(6)
+    places = np.stack(
+        np.broadcast_arrays(
+            x + 0.15 * np.sin(0.9 * along + 3.0 * y), y + 0.08 * along, 0.2 * along
+        ),
+        axis=2,
+    )
+    data.attributes["position"].data.foreach_set("vector", places.astype(np.float32).ravel())
+    radius = data.attributes.get("radius") or data.attributes.new("radius", "FLOAT", "POINT")
+    radius.data.foreach_set("value", np.tile(np.linspace(0.08, 0.03, 6), 30).astype(np.float32))
+    return add_object("Hair", data)
+
+
+def cloud() -> bpy.types.Object:
+    """Balls of several sizes."""
+    places = np.random.default_rng(2).uniform(-1.0, 1.0, (40, 3))
+    obj = add_mesh("Cloud", (places.tolist(), []))
+    bpy.context.view_layer.objects.active = obj
+    obj.select_set(True)
+    bpy.ops.object.convert(target="POINTCLOUD")
+    data = bpy.context.object.data
+    radius = data.attributes.get("radius") or data.attributes.new("radius", "FLOAT", "POINT")
+    radius.data.foreach_set("value", np.linspace(0.05, 0.2, 40).astype(np.float32))
+    return bpy.context.object
+
+
+@pytest.mark.parametrize(("make", "median", "high"), [(hair, 0.03, 0.12), (cloud, 0.01, 0.05)])
+def test_as_cycles(export, cycles_mean, device, make, median, high) -> None:
+    make().data.materials.append(shader_material(DIFFUSE, Color=(0.8, 0.6, 0.3, 1.0)))
+    floor = add_mesh("Floor", location=(0.0, 0.0, -1.2), scale=(2.0, 2.0, 1.0))
+    floor.data.materials.append(shader_material(DIFFUSE, Color=(0.3, 0.3, 0.3, 1.0)))
+    add_light("Sun", "SUN", energy=3.0, angle=0.0, rotation_euler=(0.5, 0.4, 0.0))
+    scene = bpy.context.scene
+    scene.camera.location.z, scene.camera.data.lens = 4.5, 40.0
+    scene.render.resolution_x = scene.render.resolution_y = SIZE
+    scene.cycles_curves.shape = "THICK"
+    scene.cycles.max_bounces, scene.cycles.light_sampling_threshold = 0, 0.0
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
+    exported, report = export()
+    assert any("triangles stand for it" in entry.detail for entry in report.entries)
+    ours = render(device, exported, width=SIZE, height=SIZE, passes=64, photons=0)
+    means = [block_means(x) for x in (ours["Combined"][..., :3], cycles_mean(64, 0)[..., :3])]
+    off = np.abs(means[0] - means[1]) / means[1]
+    assert np.median(off) < median and np.percentile(off, 95) < high
+
+
+def test_balls_are_as_wide_as_spheres() -> None:
+    """A convex body's mean projected area is a quarter of its own."""
+    for count in (3, 30_000):
+        vertices, normals, triangles = balls(np.zeros((count, 3)), np.full(count, 0.5))
+        corners = vertices[triangles[: len(triangles) // count]]
+        sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        assert np.linalg.norm(sides, axis=1).sum() / 8.0 == pytest.approx(np.pi * 0.25, rel=1e-4)
+        assert ((sides * corners.mean(axis=1)).sum(axis=1) > 0.0).all()
+        assert np.allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-5)
+
+
+def test_curves_of_one_point_have_no_tube() -> None:
+    points, radii = np.arange(12.0).reshape(4, 3), np.ones(4)
+    assert not len(tubes(points, radii, np.arange(5, dtype=np.int32))[2])
+    vertices, _, triangles = tubes(points, radii, np.array([0, 1, 4], np.int32))
+    assert triangles.max() == len(vertices) - 1
+
+
+def test_many_points_have_thinner_tubes() -> None:
+    """Of three sides and no more pieces: six triangles between two points."""
+    count = 100_002
+    points = np.random.default_rng(3).random((count, 3))
+    firsts = np.arange(0, count + 1, 3, dtype=np.int32)
+    assert len(tubes(points, np.ones(count), firsts)[2]) == 6 * 2 * (count // 3)
