@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Images as textures of materials: how they are stored (stage/textures.py), interpolated and extended, as Cycles 5.0
 // does it (kernel/device/cpu/image.h): the centres of texels lie half a texel from the edges.
-const int CLOSEST = 0, LINEAR = 1, CUBIC = 2;
+const int CLOSEST = 1, LINEAR = 2, CUBIC = 4;  // texels that are read each way
 const int REPEAT = 0, EXTEND = 1, CLIP = 2, MIRROR = 3;
 // Bits of a picture's kind: log2 of the bytes of a channel; whether it has four; what the channels are.
 const int CHANNEL_BYTES = 3, HAS_FOUR = 4, IS_FLOAT = 8, IS_SRGB = 16;
@@ -60,46 +60,53 @@ vec4 texel_of(Picture picture, ivec2 at) {
         channel_of(bits.z, picture.kind), channel_of(bits.w, picture.kind));
 }
 
-// Which of `size` texels stands for one of any number; -1: none.
-int extended(int at, int size, int extension) {
-    if (extension == EXTEND) return clamp(at, 0, size - 1);
-    if (extension == CLIP) return at < 0 || at >= size ? -1 : at;
-    int from = at < 0 ? -1 - at : at;  // as far beyond the other edge
-    if (extension == REPEAT) return at < 0 ? size - 1 - from % size : at % size;
-    from %= 2 * size;
-    return from < size ? from : 2 * size - 1 - from;
+// Where texels are that an axis of an image is read at: the first one's number, made one of the image's own or
+// its mirror image's where these repeat; after how many it repeats; how far beyond a texel the place lies.
+struct Axis { int first; int period; int size; float part; };
+
+Axis axis_of(float place, int size, int texels, int extension) {
+    float centred = texels == CLOSEST ? place : place - 0.5;
+    int at = int(centred) - (centred < 0.0 ? 1 : 0);
+    int period = extension == REPEAT ? size : extension == MIRROR ? 2 * size : 0;
+    int first = texels == CUBIC ? at - 1 : at;
+    if (period > 0) first = first >= 0 ? first % period : period - 1 - (-1 - first) % period;
+    return Axis(first, period, size, centred - float(at));
 }
 
-// What four texels in a row weigh, of which the second is the one that a place lies beyond by `part`.
-vec4 texel_weights(float part, int interpolation) {
-    if (interpolation == CLOSEST) return vec4(0.0, 1.0, 0.0, 0.0);
-    if (interpolation == LINEAR) return vec4(0.0, 1.0 - part, part, 0.0);
-    float t = part, t2 = t * t, t3 = t2 * t;  // the uniform cubic B-spline
-    return vec4(
-        (1.0 - t) * (1.0 - t) * (1.0 - t), 3.0 * t3 - 6.0 * t2 + 4.0,
-        -3.0 * t3 + 3.0 * t2 + 3.0 * t + 1.0, t3) / 6.0;
+// The number of a texel, so many from the first one; -1: there is none.
+int texel_at(Axis axis, int step, int extension) {
+    int at = axis.first + step;
+    if (extension == EXTEND) return clamp(at, 0, axis.size - 1);
+    if (extension == CLIP) return at < axis.size ? at : -1;
+    while (at >= axis.period) at -= axis.period;
+    return at < axis.size ? at : 2 * axis.size - 1 - at;
 }
 
-// An image at a place, where it covers the unit square: colour and alpha, as they are stored.
-vec4 sample_picture(Picture picture, vec2 uv, int interpolation, int extension) {
-    vec2 place = uv * vec2(picture.size) - (interpolation == CLOSEST ? 0.0 : 0.5);
+// What it weighs: by the uniform cubic B-spline, or evenly between the centres of two.
+float texel_weight(float part, int step, int texels) {
+    if (texels == CLOSEST) return 1.0;
+    if (texels == LINEAR) return step == 0 ? 1.0 - part : part;
+    float far = abs(float(step - 1) - part), beyond = 2.0 - far;
+    return far < 1.0 ? 2.0 / 3.0 - far * far * (1.0 - 0.5 * far) : beyond * beyond * beyond / 6.0;
+}
+
+// An image at a place, where it covers the unit square: colour and alpha, as they are stored. `texels` are known
+// only when this runs, for a loop that compilers write out is long to compile.
+vec4 sample_picture(Picture picture, vec2 uv, int texels, int extension) {
+    vec2 place = uv * vec2(picture.size);
     if (any(isnan(place)) || any(greaterThan(abs(place), vec2(1.0e9)))) return vec4(0.0);
-    ivec2 at = ivec2(place) - ivec2(lessThan(place, vec2(0.0)));
-    vec2 part = place - vec2(at);
-    vec4 across = texel_weights(part.x, interpolation), along = texel_weights(part.y, interpolation);
-    int low = interpolation == CUBIC ? 0 : 1;
-    int high = interpolation == CUBIC ? 3 : interpolation == LINEAR ? 2 : 1;
-    bool is_grey = (picture.kind & HAS_FOUR) == 0;
+    Axis across = axis_of(place.x, picture.size.x, texels, extension);
+    Axis along = axis_of(place.y, picture.size.y, texels, extension);
     vec4 sum = vec4(0.0);
-    for (int j = low; j <= high; j++) {
-        int y = extended(at.y + j - 1, picture.size.y, extension);
-        if (y < 0) continue;
-        for (int i = low; i <= high; i++) {
-            int x = extended(at.x + i - 1, picture.size.x, extension);
-            if (x >= 0) sum += across[i] * along[j] * texel_of(picture, ivec2(x, y));
-        }
+    int i = 0, j = 0;
+    for (int count = texels * texels; count > 0; count--) {
+        ivec2 at = ivec2(texel_at(across, i, extension), texel_at(along, j, extension));
+        float weight = texel_weight(across.part, i, texels) * texel_weight(along.part, j, texels);
+        if (at.x >= 0 && at.y >= 0) sum += weight * texel_of(picture, at);
+        i++;
+        if (i == texels) { i = 0; j++; }
     }
-    return is_grey ? vec4(sum.xyz, 1.0) : sum;
+    return (picture.kind & HAS_FOUR) == 0 ? vec4(sum.xyz, 1.0) : sum;
 }
 
 vec3 decoded_srgb(vec3 coded) {
@@ -108,9 +115,9 @@ vec3 decoded_srgb(vec3 coded) {
 }
 
 // Colour and alpha in linear light; `separated`: the colour is not multiplied by alpha.
-vec4 sample_image(int image, vec2 uv, int interpolation, int extension, bool separated) {
+vec4 sample_image(int image, vec2 uv, int texels, int extension, bool separated) {
     Picture picture = picture_at(image);
-    vec4 found = sample_picture(picture, uv, interpolation, extension);
+    vec4 found = sample_picture(picture, uv, texels, extension);
     if (separated && found.w != 0.0 && found.w != 1.0) found.xyz /= found.w;
     if ((picture.kind & IS_SRGB) != 0) found.xyz = decoded_srgb(found.xyz);
     return found;

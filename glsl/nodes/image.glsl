@@ -2,9 +2,10 @@
 // An Image Texture, as Cycles 5.0 has it (kernel/svm/image.h): xyz is the colour in linear light, w alpha.
 // `image` is the number of the texture, or of the first of `tiles` textures, which lie in UDIM cells. Projection:
 // flat (0), box (1), sphere (2), tube (3). The box's faces are those of the normal in object space, and overlap by
-// `blend`. `separated` is 1: the colour is not multiplied by alpha.
+// `blend`. `separated` is 1: the colour is not multiplied by alpha. `texels` are those of lib/image.glsl; `faces` are 3
+// of a box, else 1.
 // Long to compile.
-// Operands: vector, normal, image tiles interpolation extension, [projection] blend [separated].
+// Operands: vector, normal, image tiles texels extension, [projection] blend [separated] faces.
 #include "lib/constants.glsl"
 #include "lib/image.glsl"
 
@@ -60,27 +61,28 @@ int tile_at(int first, int count, inout vec2 uv) {
     return -1;
 }
 
+// Where a box's face across an axis shows the image.
+vec2 on_face(int face, vec3 at, vec3 normal) {
+    if (face == 0) return vec2(normal.x < 0.0 ? 1.0 - at.y : at.y, at.z);
+    if (face == 1) return vec2(normal.y > 0.0 ? 1.0 - at.x : at.x, at.z);
+    return vec2(normal.z > 0.0 ? 1.0 - at.y : at.y, at.x);
+}
+
 vec4 run_image(vec4 vector, vec4 normal, vec4 image, vec4 options) {
-    int number = int(image.x), tiles = int(image.y), interpolation = int(image.z), extension = int(image.w);
-    int projection = int(options.x);
-    bool separated = options.z > 0.0;
-    if (projection == 1) {
-        vec3 n = abs(normal.xyz);
-        vec3 weights = box_weights(n / (n.x + n.y + n.z), options.y);
-        vec2 places[3] = vec2[3](
-            vec2(normal.x < 0.0 ? 1.0 - vector.y : vector.y, vector.z),
-            vec2(normal.y > 0.0 ? 1.0 - vector.x : vector.x, vector.z),
-            vec2(normal.z > 0.0 ? 1.0 - vector.y : vector.y, vector.x));
-        vec4 sum = vec4(0.0);
-        for (int face = 0; face < 3; face++) {
-            if (!(weights[face] > 0.0)) continue;
-            sum += weights[face] * sample_image(number, places[face], interpolation, extension, separated);
-        }
-        return sum;
-    }
+    int number = int(image.x), tiles = int(image.y), projection = int(options.x);
     vec2 uv = vector.xy;
+    vec3 weights = vec3(1.0, 0.0, 0.0), sizes = abs(normal.xyz);
+    if (projection == 1) weights = box_weights(sizes / (sizes.x + sizes.y + sizes.z), options.y);
     if (projection == 2) uv = on_sphere(2.0 * vector.xyz - 1.0);
     if (projection == 3) uv = on_tube(2.0 * vector.xyz - 1.0);
     if (tiles > 0) number = tile_at(number, tiles, uv);
-    return number < 0 ? NO_IMAGE : sample_image(number, uv, interpolation, extension, separated);
+    if (number < 0) return NO_IMAGE;
+    vec4 sum = vec4(0.0);
+    for (int face = 0; face < int(options.w); face++) {
+        float weight = face == 0 ? weights.x : face == 1 ? weights.y : weights.z;
+        if (!(weight > 0.0)) continue;
+        if (projection == 1) uv = on_face(face, vector.xyz, normal.xyz);
+        sum += weight * sample_image(number, uv, int(image.z), int(image.w), options.z > 0.0);
+    }
+    return sum;
 }

@@ -107,7 +107,7 @@ def test_textures_stay_while_materials_change(device: Device) -> None:
 
 def reading(number: float, tiles: float = 0.0) -> Scene:
     """A scene of one texture, whose first material reads one of a number."""
-    constants = [(0.0,) * 4, (0.0,) * 4, (number, tiles, 0.0, 0.0), (0.0,) * 4]
+    constants = [(0.0,) * 4, (0.0,) * 4, (number, tiles, 1.0, 0.0), (0.0,) * 4]
     program = (Instruction("image", tuple(constants)),)
     scene = with_textures(Texture("one", SOME))
     first, *rest = scene.materials

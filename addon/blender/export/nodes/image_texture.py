@@ -14,7 +14,7 @@ from ..textures import Found, is_separated
 from .attributes import UV, attribute, here
 
 # The numbers of glsl/lib/image.glsl and glsl/nodes/image.glsl.
-INTERPOLATIONS = {"Closest": 0, "Linear": 1, "Cubic": 2, "Smart": 2}
+TEXELS = {"Closest": 1, "Linear": 2, "Cubic": 4, "Smart": 4}
 EXTENSIONS = {"REPEAT": 0, "EXTEND": 1, "CLIP": 2, "MIRROR": 3}
 PROJECTIONS = {"FLAT": 0, "BOX": 1, "SPHERE": 2, "TUBE": 3}
 
@@ -34,11 +34,12 @@ def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope
             normal=here(graph, "object normal") if is_box else Value.of(0.0),
             image=Value.of(found.first),
             tiles=Value.of(0 if is_box else found.tiles),
-            interpolation=Value.of(INTERPOLATIONS[node.interpolation]),
+            texels=Value.of(TEXELS[node.interpolation]),
             extension=Value.of(EXTENSIONS[node.extension]),
             projection=Value.of(PROJECTIONS[node.projection]),
             blend=Value.of(node.projection_blend),
             separated=Value.of(separated),
+            faces=Value.of(3 if is_box else 1),
         )
     return value.part("w") if output.name == "Alpha" else value
 
