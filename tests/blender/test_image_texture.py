@@ -323,6 +323,16 @@ def test_odd_images(compare, tmp_path) -> None:
     assert len(scene.textures) == 3 + 2 * 4
 
 
+def test_emission(compare, tmp_path) -> None:
+    """Radiance of any size, of floats."""
+    image = load(write_exr(tmp_path / "bright.exr", noise(np.float32, 3, 20.0, 40.0)))
+    material, node = textured(image)
+    tree = material.node_tree
+    finish(tree, add_node(tree, "ShaderNodeEmission", Color=node.outputs["Color"]))
+    _, lost = compare({"emission": material})
+    assert not lost
+
+
 def exported(export: Any, image: bpy.types.Image | None, **settings: Any) -> tuple[Any, list[str]]:
     """The first texture of an image on a panel, and what is not exact."""
     for obj in [o for o in bpy.data.objects if o.type == "MESH"]:
