@@ -124,7 +124,10 @@ class PhotonMap:
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
 
 def aim_tree(
-    numbers: NDArray[np.float32], masses: NDArray[np.float32], least: float
+    numbers: NDArray[np.float32],
+    masses: NDArray[np.float32],
+    least: float,
+    nearest: float = 1.0,
 ) -> tuple[NDArray[np.float32], float]: ...
 def aim_density(
     nodes: NDArray[np.float32], numbers: NDArray[np.float32]

@@ -125,17 +125,36 @@ struct Grown {
     axis: usize,
     first: usize,
     volume: f64,
+    /// How likely it is before anything is known.
+    prior: f64,
     /// The root of volume times mass: with a box's probability in proportion to it, the variance is least.
     deviation: f64,
 }
 
+/// How likely a box is before anything is known: by plain numbers, and where the third one is the square of a
+/// distance, half by that and half as if all distances from the root of `nearest` on were as likely.
+fn prior_of(low: &[f64; 4], size: &[f64; 4], nearest: f64) -> f64 {
+    let below = |x: f64| (x.min(nearest) / nearest + (x.max(nearest) / nearest).ln()) / (1.0 - nearest.ln());
+    let along = 0.5 * size[2] + 0.5 * (below(low[2] + size[2]) - below(low[2]));
+    size[0] * size[1] * along * size[3]
+}
+
 /// A tree by which numbers are as likely as it takes for the least variance, if `masses` are how much the
 /// squares of what numbers bring are where there are samples of them; `least`: the share of photons that
-/// goes by plain numbers. And by how much such photons' root of variance is that of plain ones'.
+/// goes by what was likely before, `nearest` as of `prior_of`, or 1: plain numbers are. And by how much such
+/// photons' root of variance is that of plain ones'.
 ///
 /// # Errors
-/// A number outside [0, 1), a mass that is not finite, or below 0.
-pub fn tree(numbers: &[Numbers], masses: &[f32], least: f64) -> Result<(Vec<Node>, f64), InvalidInput> {
+/// A number outside [0, 1), a mass that is not finite, or below 0, a `nearest` outside (0, 1].
+pub fn tree(
+    numbers: &[Numbers],
+    masses: &[f32],
+    least: f64,
+    nearest: f64,
+) -> Result<(Vec<Node>, f64), InvalidInput> {
+    if !(nearest > 0.0 && nearest <= 1.0) {
+        return Err(InvalidInput(format!("nearest = {nearest} is outside (0, 1]")));
+    }
     if let Some(row) = numbers.iter().position(|at| !at.iter().all(|x| (0.0..1.0).contains(x))) {
         return Err(InvalidInput(format!("numbers[{row}] = {:?} is outside [0, 1)", numbers[row])));
     }
@@ -144,7 +163,7 @@ pub fn tree(numbers: &[Numbers], masses: &[f32], least: f64) -> Result<(Vec<Node
     }
     let mut order: Vec<u32> = (0..numbers.len() as u32).filter(|&i| masses[i as usize] > 0.0).collect();
     let total: f64 = order.iter().map(|&i| f64::from(masses[i as usize])).sum();
-    let whole = Grown { axis: 0, first: 0, volume: 1.0, deviation: total.sqrt() };
+    let whole = Grown { axis: 0, first: 0, volume: 1.0, prior: 1.0, deviation: total.sqrt() };
     let mut grown = vec![whole];
     if total <= 0.0 {
         return Ok((nodes_of(&grown, least), 1.0));
@@ -169,7 +188,8 @@ pub fn tree(numbers: &[Numbers], masses: &[f32], least: f64) -> Result<(Vec<Node
         (grown[leaf.node].axis, grown[leaf.node].first) = (axis, first);
         for half in samples.halves(&leaf, first, &mut order) {
             let mass = samples.mass(&order[half.samples.clone()]);
-            grown.push(Grown { axis: 0, first: 0, volume, deviation: (volume * mass).sqrt() });
+            let prior = prior_of(&half.low, &half.size, nearest);
+            grown.push(Grown { axis: 0, first: 0, volume, prior, deviation: (volume * mass).sqrt() });
             heap.extend(samples.looked_at(half, &order, volume));
         }
     }
@@ -239,7 +259,7 @@ impl Samples<'_> {
     }
 }
 
-/// Nodes with their probabilities: those of leaves by their deviations, and a share by their volumes.
+/// Nodes with their probabilities: those of leaves by their deviations, and a share as they were before.
 fn nodes_of(grown: &[Grown], least: f64) -> Vec<Node> {
     let all: f64 = grown.iter().filter(|node| node.first == 0).map(|node| node.deviation).sum();
     let mut likely = vec![0.0; grown.len()];
@@ -247,9 +267,9 @@ fn nodes_of(grown: &[Grown], least: f64) -> Vec<Node> {
         likely[at] = if node.first > 0 {
             likely[node.first] + likely[node.first + 1]
         } else if all > 0.0 {
-            least * node.volume + (1.0 - least) * node.deviation / all
+            least * node.prior + (1.0 - least) * node.deviation / all
         } else {
-            node.volume
+            node.prior
         };
     }
     let of_one = |node: &Grown| {
@@ -277,7 +297,7 @@ mod tests {
     #[test]
     fn photons_go_where_they_count() {
         let (numbers, masses) = counting(0.125);
-        let (nodes, deviation) = tree(&numbers, &masses, 0.25).unwrap();
+        let (nodes, deviation) = tree(&numbers, &masses, 0.25, 1.0).unwrap();
         assert!((deviation - 0.125).abs() < 0.02, "{deviation}");
         let photons: Vec<u32> = (0..numbers.len() as u32).collect();
         let (found, weights) = aimed_photons(&nodes, 0, 5, 6, &photons, &numbers);
@@ -298,14 +318,28 @@ mod tests {
     #[test]
     fn chance_alone_splits_nothing() {
         let (numbers, masses) = counting(1.0);
-        assert_eq!(tree(&numbers, &masses, 0.25).unwrap().0.len(), 1);
-        assert_eq!(tree(&[], &[], 0.25).unwrap(), (vec![[0.0; 4]], 1.0));
+        assert_eq!(tree(&numbers, &masses, 0.25, 1.0).unwrap().0.len(), 1);
+        assert_eq!(tree(&[], &[], 0.25, 1.0).unwrap(), (vec![[0.0; 4]], 1.0));
+    }
+
+    /// Of a disc's rings of double the radius each is as likely, though no sample was there.
+    #[test]
+    fn all_distances_are_looked_at() {
+        let numbers: Vec<Numbers> = (0..4096).map(|i| random4(1, 2, i, 3)).collect();
+        let near: Vec<Numbers> = numbers.iter().map(|&[a, b, c, d]| [a, b, 1e-6 * c, d]).collect();
+        let (nodes, _) = tree(&near, &vec![1.0; near.len()], 0.25, 1e-6).unwrap();
+        let ring = |radius2: f32| density(&nodes, &[[0.5, 0.5, 0.75 * radius2, 0.5]])[0] * radius2 * 0.5;
+        for halvings in 1..18 {
+            let share = ring(0.5f32.powi(halvings));
+            assert!((0.004..0.03).contains(&share) || halvings == 1, "{halvings}: {share}");
+        }
     }
 
     #[test]
     fn bad_input() {
-        assert!(tree(&[[0.0, 1.0, 0.0, 0.0]], &[1.0], 0.25).is_err());
-        assert!(tree(&[[0.0; 4]], &[f32::NAN], 0.25).is_err());
-        assert!(tree(&[[0.0; 4]], &[-1.0], 0.25).is_err());
+        assert!(tree(&[], &[], 0.25, 0.0).is_err());
+        assert!(tree(&[[0.0, 1.0, 0.0, 0.0]], &[1.0], 0.25, 1.0).is_err());
+        assert!(tree(&[[0.0; 4]], &[f32::NAN], 0.25, 1.0).is_err());
+        assert!(tree(&[[0.0; 4]], &[-1.0], 0.25, 1.0).is_err());
     }
 }

@@ -171,7 +171,7 @@ def fallen_in(renderer: Renderer, room: bool = True, passes: int = 6) -> NDArray
     assert renderer.photons
     mapper, frame, found = renderer.photons.mapper, renderer.frame, []
     for index in range(passes):
-        mapper.start(100 + index, 200000)
+        mapper.start(100 + index, 100000)
         place, deposit = mapper.finish().arrays()
         far = np.abs(place[:, :3] * frame.scale + frame.centre).max(axis=1)
         there = (far < 1.05) == room
@@ -191,7 +191,7 @@ def test_light_through_a_hole(device: Device, light: Light) -> None:
         plain = fallen_in(renderer)
     off = aimed[:, 0].mean() - plain[:, 0].mean()
     chance = np.sqrt((aimed[:, 0].var(ddof=1) + plain[:, 0].var(ddof=1)) / len(plain))
-    assert abs(off) < 4.0 * chance and chance < 0.2 * plain[:, 0].mean()
+    assert abs(off) < 4.0 * chance and chance < 0.3 * plain[:, 0].mean()
     assert aimed[:, 1].mean() < plain[:, 1].mean() / 2.0
 
 
@@ -202,9 +202,9 @@ def test_what_no_picture_shows_is_lit(device: Device, light: Light) -> None:
     with rendered(device, behind_a_window(light), **settings) as renderer:
         tables = renderer.eye._tables
         assert tables.aims
-        aimed = fallen_in(renderer, room=False)
+        aimed = fallen_in(renderer, room=False, passes=4)
         tables.aim(None)
-        plain = fallen_in(renderer, room=False)
+        plain = fallen_in(renderer, room=False, passes=4)
     assert aimed[:, 0].mean() == pytest.approx(plain[:, 0].mean(), rel=0.02)
     assert aimed[:, 1].mean() < 10.0 * plain[:, 1].mean()
 
@@ -216,6 +216,18 @@ def test_ranges_of_passes_merge(device: Device) -> None:
     assert len(whole) > 500
     for settings in ({"first_pass": 5}, {"width": 16, "height": 24}, {"region": (8, 8, 24, 16)}):
         assert starts(device, scene, **settings) == whole
+
+
+@pytest.mark.parametrize("light", [SKY, BULB], ids=lambda light: light.kind)
+def test_passes_are_independent(device: Device, light: Light) -> None:
+    """One after the other they give what each gives alone, by the same starts and radii."""
+    scene = behind_a_window(light)
+    settings = {"width": 16, "height": 16, "boundary_correction": False}
+    alone = [images_of(device, scene, first_pass=i, passes=1, **settings) for i in (1, 2)]
+    both = images_of(device, scene, first_pass=1, passes=2, **settings)["Indirect"]
+    mean = (alone[0]["Indirect"] + alone[1]["Indirect"]) / 2
+    assert both.any()
+    np.testing.assert_allclose(both, mean, rtol=1e-5, atol=1e-9)
 
 
 @pytest.mark.parametrize("layer", ["fragment", "compute"])
@@ -283,7 +295,7 @@ def test_a_caustic_on_a_plain(device: Device) -> None:
         )
         for half in (5.0, 500.0)
     )
-    assert far.mean() == pytest.approx(near.mean(), rel=0.1)
+    assert far.mean() == pytest.approx(near.mean(), rel=0.2)
     assert far.var(axis=0, ddof=1).mean() < 2.0 * near.var(axis=0, ddof=1).mean()
     truth = near.mean(axis=0)
     assert truth.max() > 5.0 * np.median(truth)  # a caustic

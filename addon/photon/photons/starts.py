@@ -87,9 +87,7 @@ def proposed(tables: Tables, view: View, extent: float) -> Aims:
     """Lights afar aimed at all distances from what the picture shows alike, before any photon tells
     where; `extent`: the radius of the discs that photons start on."""
     middle = np.median(view.places, axis=0)
-    away = float(np.quantile(view.away(view.places), 0.1))
-    reach = extent + float(np.linalg.norm(middle))
-    halvings = int(2.0 * np.log2(max(reach / max(NEAREST * away, 1e-7), 1.0)))
+    halvings = int(-np.log2(_nearest(view, middle, extent)))
     nodes = np.zeros((2 * halvings + 1, 4), np.float32)
     # Each halves a disc's inner part again, and that one is the first of its halves.
     order = np.arange(halvings)
@@ -100,6 +98,14 @@ def proposed(tables: Tables, view: View, extent: float) -> Aims:
     return Aims(len(tables.by_flux), aims)
 
 
+def _nearest(view: View, middle: Doubles, extent: float) -> float:
+    """The square of the distance down to which photons are looked for about a middle, over that of
+    the disc about it; `extent` as of `proposed`."""
+    away = float(np.quantile(view.away(view.places), 0.1))
+    reach = extent + float(np.linalg.norm(middle))
+    return float(np.clip(NEAREST * away / reach, 1e-7, 1.0)) ** 2
+
+
 def _aims_by(told: Told, tables: Tables, view: View, least: float) -> dict[int, Aim]:
     """Those of lights that have a group for themselves, where they leave less variance."""
     aims = {}
@@ -108,10 +114,14 @@ def _aims_by(told: Told, tables: Tables, view: View, least: float) -> dict[int, 
         own = told.part(np.flatnonzero(told.light == light))
         if len(group) > 1 or len(own.mass) < TELLING:
             continue
-        middle = _middle(own, view) if light < tables.distant_lights else np.zeros(3)
+        middle, nearest = np.zeros(3), 1.0
+        if light < tables.distant_lights:
+            middle = _middle(own, view)
+            nearest = _nearest(view, middle, float(-own.rays[0, :3] @ own.rays[0, 3:]))
         numbers, larger = _about(own, middle, light < tables.distant_lights)
         masses = own.mass * larger
-        nodes, _ = native.aim_tree(numbers, (masses / masses.max()).astype(np.float32), least)
+        masses = (masses / masses.max()).astype(np.float32)
+        nodes, _ = native.aim_tree(numbers, masses, least, nearest)
         if len(nodes) > 1:
             aims[light] = Aim(nodes, middle)
     return aims

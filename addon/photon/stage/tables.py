@@ -103,6 +103,8 @@ class Tables:
     def choose(self, shares: NDArray[np.float64]) -> None:
         """Let photons start at lights with these probabilities; where triangles that glow have
         moved, with as much more as their flux has grown."""
+        if shares is self._shares:
+            return
         self._shares = shares
         set_shares(self.lights, self._shares_now())
         write_table(self.textures["lights"], texels_of(self.lights))

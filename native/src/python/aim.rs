@@ -12,21 +12,25 @@ use crate::aim;
 /// least variance.
 ///
 /// Takes numbers float32[n, 4] that samples were drawn by, and of each a mass float32[n], the square of what it
-/// brings over its density; least: the share of photons that goes by plain numbers, in [0, 1]. Returns nodes
+/// brings over its density; least: the share of photons that goes by plain numbers, in [0, 1]; nearest: below 1
+/// where the third number is the square of a distance: half of that share then looks at all distances from its
+/// root on alike. Returns nodes
 /// float32[m, 4] laid out as LAYOUTS says of AimNode, the root first, and the deviation that is left, over
 /// that of plain numbers. Raises ValueError for what is no number in [0, 1) or no mass.
 #[pyfunction]
+#[pyo3(signature = (numbers, masses, least, nearest=1.0))]
 pub(super) fn aim_tree<'py>(
     py: Python<'py>,
     numbers: &Bound<'py, PyAny>,
     masses: &Bound<'py, PyAny>,
     least: f64,
+    nearest: f64,
 ) -> PyResult<(Rows<'py>, f64)> {
     let numbers = array::<f32>(numbers, "numbers", &[None, Some(4)])?;
     let numbers = rows(&numbers)?;
     let masses = array::<f32>(masses, "masses", &[Some(numbers.len())])?;
     let masses = masses.as_slice()?;
-    let (nodes, deviation) = run(py, || aim::tree(numbers, masses, least))?;
+    let (nodes, deviation) = run(py, || aim::tree(numbers, masses, least, nearest))?;
     Ok((new_rows(py, nodes)?, deviation))
 }
 
