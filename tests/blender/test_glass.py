@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A ball of glass on a floor under the sky, against Cycles, which finds such light."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+import pytest
+
+from tests.measure import render
+
+from .build import add_mesh, shader_material
+from .lobes import DIFFUSE, GLASS, PRINCIPLED, REFRACTION
+
+pytestmark = pytest.mark.blender
+
+SAMPLES = 256
+CASES: dict[str, tuple[str, dict[str, Any]]] = {
+    "smooth": (GLASS, {"Roughness": 0.0, "IOR": 1.5}),
+    "rough": (GLASS, {"Roughness": 0.5, "IOR": 1.45, "Color": (0.9, 0.7, 0.5, 1)}),
+    "principled": (
+        PRINCIPLED,
+        {"Transmission_Weight": 0.7, "Roughness": 0.3, "Base_Color": (0.3, 0.6, 0.8, 1)},
+    ),
+    "refraction": (REFRACTION, {"Roughness": 0.0, "IOR": 1.2, "Color": (0.9, 0.9, 0.6, 1)}),
+    "air": (GLASS, {"Roughness": 0.2, "IOR": 0.75}),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_ball_of_glass(scene, cycles_mean, export, device, case, thorough) -> None:
+    """Blocks of pixels about the ball: 1 % in the median, 3 % at the 95th percentile."""
+    if not thorough and case not in ("smooth", "rough"):
+        pytest.skip("runs with --thorough")
+    shader, inputs = CASES[case]
+    world = scene.world = bpy.data.worlds.new("World")
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.8, 0.9, 1.0, 1)
+    floor = shader_material(DIFFUSE, "Floor", Color=(0.7, 0.4, 0.2, 1))
+    add_mesh("Floor", scale=(6, 6, 1)).data.materials.append(floor)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, location=(0, 0, 1.1))
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.materials.append(shader_material(shader, "Ball", **inputs))
+    scene.camera.location, scene.camera.rotation_euler = (0, -5, 2.6), (1.25, 0, 0)
+    scene.camera.data.lens = 60
+    scene.cycles.pixel_filter_type, scene.cycles.max_bounces = "BOX", 32
+    for kind in ("diffuse", "glossy", "transmission"):
+        setattr(scene.cycles, f"{kind}_bounces", 32)
+    scene.cycles.blur_glossy = 0.0
+    theirs = np.mean([cycles_mean(SAMPLES, seed) for seed in (1, 2)], axis=0, dtype=float)
+    settings: Any = {"width": 64, "height": 32, "photons": 65536, "mirror_depth": 32}
+    settings |= {"passes": 48, "radius_shrink": 2 / 3, "transparent": True}
+    ours = render(device, export()[0], **settings)["Combined"].astype(float)
+
+    def blocks(image: Any) -> Any:
+        return image[..., :3].reshape(4, 8, 8, 8, 3).mean(axis=(1, 3))
+
+    there = blocks(theirs) > 0.02  # and no sky
+    away = np.abs(blocks(ours)[there] / blocks(theirs)[there] - 1)
+    mean = ours[4:28, 16:48, :3].mean() / theirs[4:28, 16:48, :3].mean() - 1
+    high = np.quantile(away, 0.95)
+    print(f"\n{case}: mean {mean:.2%}, median {np.median(away):.2%}, 95th {high:.2%}")
+    assert np.median(away) < 0.01 and high < 0.03 and abs(mean) < 0.015
