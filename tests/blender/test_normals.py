@@ -152,7 +152,7 @@ def lay_out(cases: Mapping[str, Build], subject: Callable[[], None], shader: str
 def difference(ours: Any, cycles: Any) -> Any:
     """Of each pixel that is lit, relative."""
     lit = (ours.max(-1) > 0) | (cycles.max(-1) > 0)
-    least = FLOOR * cycles.max()
+    least = max(FLOOR * cycles.max(), 1e-9)
     return (np.abs(ours - cycles).max(-1) / np.maximum(cycles.max(-1), least))[lit]
 
 
