@@ -178,11 +178,9 @@ def test_power_as_cycles_has_it(export, kind, properties, factor) -> None:
 
 
 def test_constant_light_shader_multiplies(export) -> None:
-    light = add_light("Light", "POINT", energy=10.0).data
-    light.use_nodes = True
-    emission = next(node for node in light.node_tree.nodes if node.type == "EMISSION")
-    emission.inputs["Color"].default_value = (1.0, 0.5, 0.0, 1.0)
-    emission.inputs["Strength"].default_value = 3.0
+    inputs = emission(add_light("Light", "POINT", energy=10.0).data).inputs
+    inputs["Color"].default_value = (1.0, 0.5, 0.0, 1.0)
+    inputs["Strength"].default_value = 3.0
     assert export()[0].lights[0].power == pytest.approx((30.0, 15.0, 0.0))
 
 
@@ -196,13 +194,16 @@ def test_negative_energy_is_clamped_and_reported(export) -> None:
 
 def emission(light: bpy.types.Light) -> bpy.types.Node:
     """The Emission node of a light that is given nodes."""
-    light.use_nodes = True
+    if bpy.app.version < (5, 1) or not light.node_tree:  # later it is deprecated
+        light.use_nodes = True
     return next(node for node in light.node_tree.nodes if node.type == "EMISSION")
 
 
 @pytest.mark.parametrize("kelvin", [500, 1500, 3000, 5000, 9000, 20000])
 def test_blackbody(export, kelvin) -> None:
     """As Blender shows the same temperature."""
+    if bpy.app.version < (4, 5):
+        pytest.skip("before Blender 4.5 lights have no temperature")
     light = add_light("Light", "POINT", energy=1.0).data
     colour = emission(light).inputs["Color"]
     node = add_node(light.node_tree, "ShaderNodeBlackbody", Temperature=kelvin)
