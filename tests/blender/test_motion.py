@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from addon.photon.stage.movement import Movement
+from tests.measure import render
 
-from .build import CUBE, add_light, add_mesh, add_object
-from .test_lenses import compare
+from .build import CUBE, add_light, add_mesh, add_node, add_object, finish, new_material
+from .test_lenses import SAMPLES, compare
 
 pytestmark = pytest.mark.blender
 
@@ -168,3 +169,24 @@ def test_a_camera_inside_what_is_blurred(blurred, cycles_mean, export, device, s
     camera.location, camera.data.lens = (0, 0, 0), 15
     scene.frame_set(1)
     compare(cycles_mean, export, device)
+
+
+def test_what_is_painted_on_it_goes_with_it(blurred, cycles_mean, export, device) -> None:
+    """By the coordinates of the object, which turns and goes."""
+    material, tree = new_material("Painted")
+    place = tree.nodes.new("ShaderNodeTexCoord").outputs["Object"]
+    finish(tree, add_node(tree, "ShaderNodeBsdfDiffuse", Color=place))
+    obj = add_mesh("Plane", scale=(1.5, 0.8, 1.0))
+    obj.data.materials.append(material)
+    go(obj, location=((-1, 0, 0), (1.5, 0.5, 0)), rotation_euler=((0, 0, 0), (0, 0, 1.5)))
+    add_light("Sun", "SUN", energy=2.0)
+    blurred.frame_set(1)
+    ours = render(device, export()[0], width=64, height=32, passes=SAMPLES, photons=0)
+    blurred.cycles.max_bounces = 0
+    theirs = cycles_mean(SAMPLES, 1)
+    blocks = [
+        image[..., :2].reshape(4, 8, 8, 8, 2).mean(axis=(1, 3))
+        for image in (ours["Combined"], theirs)
+    ]
+    assert blocks[1].max() > 0.05
+    np.testing.assert_allclose(blocks[0], blocks[1], atol=0.01 * blocks[1].max())
