@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// An Image Texture, as Cycles 5.0 has it (kernel/svm/image.h): xyz is the colour in linear light, w alpha.
+// An Image or Environment Texture, as Cycles 5.0 has it (kernel/svm/image.h): xyz is the colour in linear light, w alpha.
 // `image` is the number of the texture, or of the first of `tiles` textures, which lie in UDIM cells. Projection:
-// flat (0), box (1), sphere (2), tube (3). The box's faces are those of the normal in object space, and overlap by
+// flat (0), box (1), sphere (2), tube (3); of directions equirectangular (4), mirror ball (5). The box's faces are those of the normal in object space, and overlap by
 // `blend`. `separated` is 1: the colour is not multiplied by alpha. `texels` are those of lib/image.glsl; `faces` are 3
 // of a box, else 1.
 // Long to compile.
@@ -21,6 +21,24 @@ vec2 on_sphere(vec3 at) {
 vec2 on_tube(vec3 at) {
     if (!(length(at.xy) > 0.0)) return vec2(0.0);
     return vec2(0.5 - atan(at.x, at.y) / (2.0 * PI), 0.5 * (at.z + 1.0));
+}
+
+vec2 in_direction(vec3 direction) {
+    float far = length(direction);
+    if (!(far > 0.0)) return vec2(0.0);
+    vec3 unit = direction / far;
+    float turn = unit.x == 0.0 && unit.y == 0.0 ? 0.0 : atan(unit.y, unit.x);
+    return vec2(0.5 - turn / (2.0 * PI), 1.0 - acos(clamp(unit.z, -1.0, 1.0)) / PI);
+}
+
+// The ball is seen along y.
+vec2 on_mirror_ball(vec3 direction) {
+    float far = length(direction);
+    vec3 unit = far > 0.0 ? direction / far : vec3(0.0);
+    vec3 normal = unit - vec3(0.0, 1.0, 0.0);
+    float size = 2.0 * sqrt(max(-0.5 * normal.y, 0.0));
+    if (size > 0.0) normal /= size;
+    return 0.5 * (normal.xz + 1.0);
 }
 
 // How much of a box's faces across x, y and z one sees where the normal has these sizes, which add up to 1. Of each
@@ -75,6 +93,8 @@ vec4 run_image(vec4 vector, vec4 normal, vec4 image, vec4 options) {
     if (projection == 1) weights = box_weights(sizes / (sizes.x + sizes.y + sizes.z), options.y);
     if (projection == 2) uv = on_sphere(2.0 * vector.xyz - 1.0);
     if (projection == 3) uv = on_tube(2.0 * vector.xyz - 1.0);
+    if (projection == 4) uv = in_direction(vector.xyz);
+    if (projection == 5) uv = on_mirror_ball(vector.xyz);
     if (tiles > 0) number = tile_at(number, tiles, uv);
     if (number < 0) return NO_IMAGE;
     vec4 sum = vec4(0.0);

@@ -70,10 +70,12 @@ def stage(scene: bpy.types.Scene) -> bpy.types.Scene:
     return scene
 
 
-def textured(image: bpy.types.Image | None, **settings: Any) -> tuple[Any, Any]:
+def textured(
+    image: bpy.types.Image | None, kind: str = "ShaderNodeTexImage", **settings: Any
+) -> tuple[Any, Any]:
     """A material whose diffuse colour is an image, and its Image Texture."""
     material, tree = new_material()
-    node = tree.nodes.new("ShaderNodeTexImage")
+    node = tree.nodes.new(kind)
     node.image = image
     for key, value in settings.items():
         setattr(node, key, value)
@@ -218,14 +220,21 @@ def test_colour_spaces(compare, tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("projection", "blend"), [("BOX", 0.0), ("BOX", 0.4), ("BOX", 1.0), ("SPHERE", 0), ("TUBE", 0)]
+    ("projection", "blend"),
+    [
+        *[("BOX", 0.0), ("BOX", 0.4), ("BOX", 1.0), ("SPHERE", 0), ("TUBE", 0)],
+        *[("EQUIRECTANGULAR", 0), ("MIRROR_BALL", 0)],
+    ],
 )
 def test_projections(
     stage, cycles_mean, export, device, tmp_path, projection: str, blend: float
 ) -> None:
     """On a smooth ball that is turned and stretched, by its generated coordinates."""
     image = load(write_png(tmp_path / "a.png", noise(np.uint8, 3)))
-    material, node = textured(image, projection=projection, projection_blend=blend)
+    if projection in ("EQUIRECTANGULAR", "MIRROR_BALL"):
+        material, node = textured(image, "ShaderNodeTexEnvironment", projection=projection)
+    else:
+        material, node = textured(image, projection=projection, projection_blend=blend)
     where = add_node(material.node_tree, "ShaderNodeTexCoord")
     material.node_tree.links.new(where.outputs["Generated"], node.inputs["Vector"])
     mesh, built = bpy.data.meshes.new("Ball"), bmesh.new()

@@ -76,6 +76,7 @@ READERS: dict[str, Reader] = {
     "TEX_BRICK": brick.read,
     "TEX_CHECKER": checker.read,
     "TEX_COORD": attributes.read_coordinate,
+    "TEX_ENVIRONMENT": image_texture.read_environment,
     "TEX_GABOR": gabor.read,
     "TEX_GRADIENT": gradient.read,
     "TEX_IMAGE": image_texture.read,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Image Texture: colour and alpha of an image at a place."""
+"""Image Texture and Environment Texture: colour and alpha of an image at a place."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from .attributes import UV, attribute, here
 TEXELS = {"Closest": 1, "Linear": 2, "Cubic": 4, "Smart": 4}
 EXTENSIONS = {"REPEAT": 0, "EXTEND": 1, "CLIP": 2, "MIRROR": 3}
 PROJECTIONS = {"FLAT": 0, "BOX": 1, "SPHERE": 2, "TUBE": 3}
+DIRECTIONS = {"EQUIRECTANGULAR": 4, "MIRROR_BALL": 5}
 
 
 def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope) -> Value:
@@ -42,6 +43,31 @@ def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope
             faces=Value.of(3 if is_box else 1),
         )
     return value.part("w") if output.name == "Alpha" else value
+
+
+def read_environment(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read an Environment Texture of a surface; without a vector the position is the direction."""
+    found = graph.textures.find(graph.owner, node) if graph.textures else Found(0)
+    if found.constant is not None:
+        return Value.of(_constant(found, separated=False))
+    socket = node.inputs["Vector"]
+    feeding, end, _ = source(socket, scope)
+    is_free = feeding is None and end == socket
+    return graph.program.emit(
+        "image",
+        vector=here(graph, "position") if is_free else graph.value(socket, scope),
+        normal=Value.of(0.0),
+        image=Value.of(found.first),
+        tiles=Value.of(0),
+        texels=Value.of(TEXELS[node.interpolation]),
+        extension=Value.of(EXTENSIONS["REPEAT"]),
+        projection=Value.of(DIRECTIONS[node.projection]),
+        blend=Value.of(0.0),
+        separated=Value.of(0.0),
+        faces=Value.of(1),
+    )
 
 
 def _vector(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value:
