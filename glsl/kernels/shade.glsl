@@ -18,15 +18,19 @@
 #endif
 
 #ifdef EYE
+// How often the ray was scattered.
+float bounces_before() {
+#ifdef TRANSPARENT
+    return load_chain().bounces;
+#else
+    return float(depth);
+#endif
+}
+
 #ifdef VISIBILITY
 // Mirrors show what is there.
 bool is_held_out(Surface surface, Material material) {
-#ifdef TRANSPARENT
-    bool is_of_eye = load_chain().bounces == 0.0;
-#else
-    bool is_of_eye = depth == 0;
-#endif
-    return is_of_eye && (material.holdout > 0.0 || (visibility_of(surface.surface) & HOLDOUT) != 0);
+    return bounces_before() == 0.0 && (material.holdout > 0.0 || (visibility_of(surface.surface) & HOLDOUT) != 0);
 }
 #endif
 #endif
@@ -39,6 +43,14 @@ void kernel() {
     Material material = material_at(surface.material);
 #ifdef PROGRAMS
     here = here_at(hit, direction, surface);
+#if defined(PHOTONS)
+    // Who sees a photon there does so by a diffuse ray, mostly.
+    asking = DIFFUSE_RAY;
+    scattered = 1.0;
+#elif defined(EYE)
+    scattered = bounces_before();
+    if (scattered > 0.0) asking = GLOSSY_RAY;
+#endif
     run_program(material);
     material.albedo = reflectance_from(material.albedo_from, material.albedo);
 #endif

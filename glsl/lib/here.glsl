@@ -27,6 +27,12 @@ struct Here {
 
 Here here;
 
+// Which ray asks: the camera's, a shadow ray, a diffuse or a glossy one; and how many scattered before it.
+vec4 asking = vec4(1.0, 0.0, 0.0, 0.0);
+float scattered = 0.0;
+const vec4 SHADOW_RAY = vec4(0.0, 1.0, 0.0, 0.0), DIFFUSE_RAY = vec4(0.0, 0.0, 1.0, 0.0);
+const vec4 GLOSSY_RAY = vec4(0.0, 0.0, 0.0, 1.0);
+
 vec3 to_space(Space space, vec3 position) {
     vec4 p = vec4(position, 1.0);
     return vec3(dot(space.x, p), dot(space.y, p), dot(space.z, p));

@@ -12,6 +12,7 @@ vec3 transmittance_at(Hit hit, vec3 direction) {
 #ifdef PROGRAMS
     if (is_given(material.transmittance_from)) {
         here = here_at(hit, direction, surface_at(hit, direction));
+        asking = SHADOW_RAY;
         run_program(material);
         return reflectance_from(material.transmittance_from, material.transmittance);
     }

@@ -10,10 +10,24 @@ import sys
 from collections.abc import Callable
 
 import bpy
+import numpy as np
 import pytest
 
-from .build import features, finish
-from .node_cases import COLOUR, OTHER, UV, Build, Case, U, V, first_of_each, lay_out, node, scaled
+from .build import add_mesh, features, finish
+from .node_cases import (
+    COLOUR,
+    OTHER,
+    UV,
+    Build,
+    Case,
+    U,
+    V,
+    first_of_each,
+    lay_out,
+    node,
+    render_sheet,
+    scaled,
+)
 from .node_sheets import SHEETS
 from .test_nodes import compare
 
@@ -231,3 +245,27 @@ def test_thousands_of_constants(convert) -> None:
     converted, _ = convert(material)
     tables = {o for i in converted.program for o in i.operands if hasattr(o, "rows")}
     assert len(tables) == 1
+
+
+def test_what_casts_no_shadow(export, cycles_mean, device) -> None:
+    """A surface that is transparent to shadow rays alone."""
+    material = bpy.data.materials.new("Ghost")
+    tree = material.node_tree
+    tree.nodes.clear()
+    tree.nodes.new("ShaderNodeOutputMaterial")
+    mixed = node("ShaderNodeMixShader", {0: node("ShaderNodeLightPath", output="Is Shadow Ray")})(
+        tree
+    )
+    for number, kind in ((1, "Diffuse"), (2, "Transparent")):
+        shader = tree.nodes.new(f"ShaderNodeBsdf{kind}")
+        tree.links.new(shader.outputs[0], mixed.node.inputs[number])
+    finish(tree, mixed.node)
+    columns, rows = lay_out([Case("floor", COLOUR)] * 4)
+    ghost = add_mesh("Ghost", location=(1.0, 1.0, 0.4), scale=(0.3, 0.3, 0.3))
+    ghost.data.materials.append(material)
+    bpy.data.objects["Sun"].rotation_euler = (0.6, 0.0, 0.0)
+    scene, _ = export()
+    ours = render_sheet(device, scene, columns, rows, "fragment")
+    cycles = cycles_mean(1, 0)[..., :3].clip(0.0, 1.0)
+    off = np.abs(ours - cycles).max(axis=2) > 0.01 * np.maximum(cycles.max(axis=2), 0.1)
+    assert off.mean() < 0.01

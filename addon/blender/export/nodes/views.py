@@ -14,13 +14,13 @@ from .vectors import vector
 # The numbers of glsl/nodes/light_path.glsl.
 PATHS = {
     "Is Camera Ray": 0,
-    "Is Diffuse Ray": 1,
-    "Is Glossy Ray": 2,
-    "Ray Length": 3,
-    "Ray Depth": 4,
+    "Is Shadow Ray": 1,
+    "Is Diffuse Ray": 2,
+    "Is Glossy Ray": 3,
+    "Ray Length": 4,
+    "Ray Depth": 5,
 }
-# What no ray is here that asks a surface: shadow rays ask none.
-NEVER = {"Is Shadow Ray", "Is Volume Scatter Ray", "Portal Depth"}
+NEVER = {"Is Volume Scatter Ray", "Portal Depth"}  # what no ray is here
 
 
 def read_fresnel(
@@ -74,4 +74,7 @@ def read_light_path(
         if output.name not in NEVER:
             graph.notes.approximated(graph.owner, f"Light Path's {output.name}", "0 is used")
         return ZERO
+    if output.name == "Is Shadow Ray":
+        what = "photons are taken for diffuse rays"
+        graph.notes.approximated(graph.owner, "Light Path's Is Shadow Ray", what)
     return graph.program.emit("light_path", which=Value.of(which))
