@@ -18,6 +18,7 @@ from .materials import MaterialTable
 from .report import Notes
 from .strands import STRANDS, strand_parts
 from .tangents import Tangent, corner_tangents
+from .visibility import note_object
 
 Read = TypeVar("Read")
 # How something moves in the scene: a mesh, its vertices' run, and its triangles' corners.
@@ -387,21 +388,6 @@ def material_slots(obj: bpy.types.Object, materials: MaterialTable) -> NDArray[n
     found: Sequence[bpy.types.Material | None]
     found = [slot.material for slot in obj.material_slots] or list(obj.data.materials) or [None]
     return np.array([materials.index_of(material, obj.name) for material in found], np.int32)
-
-
-def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
-    """Write down what the object asks for and the renderer does not know."""
-    if obj.is_shadow_catcher:
-        notes.ignored(name, "Shadow Catcher", "rendered as a normal object")
-    linking = getattr(obj, "light_linking", None)
-    if linking and (linking.receiver_collection or linking.blocker_collection):
-        notes.ignored(name, "Light Linking", "every light lights every object")
-    for system in obj.particle_systems:
-        settings = system.settings
-        if settings.type == "HAIR" and settings.render_type == "PATH":
-            notes.ignored(name, "Particle Hair", f"'{system.name}' is not rendered")
-        elif settings.render_type in ("HALO", "LINE"):
-            notes.ignored(name, "Particles", f"'{system.name}' is not rendered")
 
 
 def _read(items: Any, name: str, count: int, dtype: Any = np.float32) -> NDArray[Any]:

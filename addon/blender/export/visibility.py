@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Export to which rays objects are visible, as Cycles has it."""
+"""Export to which rays objects are visible, as Cycles has it, and note what else they ask for."""
 
 from __future__ import annotations
 
@@ -32,3 +32,18 @@ def note_light_groups(layer: bpy.types.ViewLayer, notes: Notes) -> None:
     names = ", ".join(f"Combined_{group.name}" for group in layer.lightgroups)
     if names:
         notes.ignored(f"View Layer '{layer.name}'", "Light Groups", f"there are no passes {names}")
+
+
+def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
+    """Write down what the object asks for and the renderer does not know."""
+    if obj.is_shadow_catcher:
+        notes.ignored(name, "Shadow Catcher", "rendered as a normal object")
+    linking = getattr(obj, "light_linking", None)
+    if linking and (linking.receiver_collection or linking.blocker_collection):
+        notes.ignored(name, "Light Linking", "every light lights every object")
+    for system in obj.particle_systems:
+        settings = system.settings
+        if settings.type == "HAIR" and settings.render_type == "PATH":
+            notes.ignored(name, "Particle Hair", f"'{system.name}' is not rendered")
+        elif settings.render_type in ("HALO", "LINE"):
+            notes.ignored(name, "Particles", f"'{system.name}' is not rendered")
