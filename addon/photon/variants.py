@@ -131,7 +131,9 @@ def program_needs() -> Iterator[SceneNeeds]:
     for count, nodes in [*alone, *((count, frozenset(node_kinds())) for count in (0, 1, 2))]:
         some = _needs(count, lobes if count else frozenset(), lights, drawn=False)
         for attributes in (0, 2)[: 1 + ("attribute" in nodes)]:
-            programs = ProgramNeeds(nodes, (), 8, attributes, normals=attributes > 0)
+            programs = ProgramNeeds(
+                nodes, registers=8, attributes=attributes, normals=attributes > 0
+            )
             yield replace(some, programs=programs, glows_by_programs=True)
 
 

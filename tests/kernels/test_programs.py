@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,10 @@ from addon.photon.scene import Instruction, Material, Result
 from addon.photon.stage import straight
 from addon.photon.stage.kinds import made_nodes
 from addon.photon.stage.programs import MOST_REGISTERS, allocated, program_tables, registers_of
-from addon.photon.stage.straight import made_programs, shapes_of
+from addon.photon.stage.straight import made_programs, row_of
+from addon.streams import Device
+from tests.measure import render
+from tests.scenes import cornell
 
 from .conftest import Bench
 from .shading import BLACK, tables
@@ -37,10 +41,10 @@ def shaded(bench: Bench, program: tuple[Instruction, ...], at: int = -1) -> Any:
     result = Result(at % len(program))
     material = Material("m", program=program, varying={"diffuse": result})
     both = (BLACK, material)
-    shapes = shapes_of(both)
-    made = made_nodes({i.kind for i in program}, made_programs(shapes) if shapes else "")
-    defines = {"EYE": 1, "PROGRAMS": max(registers_of(both, shapes), 1)}
-    assert program_tables(both).compiled[1].shape == (1 if shapes else 0)
+    row = row_of(both)
+    made = made_nodes({i.kind for i in program}, made_programs(row) if row else "")
+    defines = {"EYE": 1, "PROGRAMS": max(registers_of(both, row), 1)}
+    assert program_tables(both).compiled[1].shape == (1 if row else 0)
     found = bench.run(Shade, INPUTS, UNIFORMS, tables(material), defines, made=made)
     return found["diffuse"][0, :3]
 
@@ -103,12 +107,45 @@ def test_materials_of_one_shape_share_code() -> None:
         Material("m", program=(operation(name, constant(x)),), varying={"diffuse": Result(0)})
         for name, x in (("SINE", 0.1), ("SINE", 0.2), ("COSINE", 0.1))
     )
-    assert len(shapes_of((first, second))) == 1
-    assert len(shapes_of((first, second, other))) == 2
+    assert len(row_of((first, second)).shapes) == 1
+    assert len(row_of((first, second, other)).shapes) == 2
     table = program_tables((first, second, other))
     assert [each.shape for each in table.compiled] == [1, 1, 2]
-    at = [each.first_constant for each in table.compiled]
-    assert table.constants["value"][at, 0] == pytest.approx([0.1, 0.2, 0.1])
+    row = row_of((first, second, other))
+    for material, each in zip((first, second, other), table.compiled, strict=True):
+        (place,) = row.places[each.shape - 1]
+        at = each.first_constant + row.first_operands()[place]
+        assert table.constants["value"][at] == pytest.approx(material.program[0].operands[0])
+
+
+def test_programs_share_nodes_in_one_row(device: Device, monkeypatch) -> None:
+    """Some of three programs, in another order or of other operands: the same to the bit."""
+    position = Instruction("geometry", ((0.0,) * 4, (0.0,) * 4))
+    sine = operation("SINE", Result(0))
+    programs = (
+        (position, sine, operation("MULTIPLY_ADD", Result(1), constant(0.4), constant(0.5))),
+        (position, operation("MULTIPLY_ADD", Result(0, "z"), constant(0.1), constant(0.3))),
+        (
+            position,
+            operation("COSINE", Result(0)),
+            operation("MULTIPLY_ADD", Result(1), Result(1, "y"), constant(0.2)),
+            operation("SINE", Result(2)),
+        ),
+    )
+    scene = cornell()
+    materials = tuple(
+        replace(material, program=program, varying={"diffuse": Result(len(program) - 1)})
+        for material, program in zip(scene.materials, programs, strict=False)
+    )
+    materials += scene.materials[len(materials) :]
+    assert len(row_of(materials).nodes) == 5
+    spaces = np.zeros((len(scene.surfaces), *scene.objects.shape[1:]))
+    scene = replace(scene, materials=materials, objects=spaces)
+    images = render(device, scene, width=24, height=24, passes=1, photons=512)
+    monkeypatch.setattr(straight, "MOST_INSTRUCTIONS", 0)
+    again = render(device, scene, width=24, height=24, passes=1, photons=512)
+    assert np.array_equal(images["Combined"], again["Combined"])
+    assert images["Combined"][..., :3].max() > 0.0
 
 
 def test_registers_are_used_again() -> None:

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from ...streams import Made
 from ..errors import SceneError
 from ..kernels.records import CONSTANT, INSTRUCTION
-from ..scene import Instruction, Material, Result, Scene
+from ..scene import Material, Result, Scene
 from ..scene.programs import MOST_OPERANDS, PARTS, Constant, Rows, Varying
 from .kinds import made_nodes, node_kinds
-from .straight import NONE, Shape, made_programs, shape_of, shapes_of
+from .straight import NO_ROW, NONE, Row, made_programs, row_of, shape_of
 from .textures import TEXTURE_NODE
 
 # More would not fit what GPUs have of memory for each thread that is quick.
@@ -29,7 +29,7 @@ class ProgramNeeds:
     """What programs need of the kernels that run them."""
 
     nodes: frozenset[str] = frozenset()  # kinds
-    shapes: tuple[Shape, ...] = ()  # as straight code; none: interpreted
+    row: Row = NO_ROW  # as straight code; without shapes: interpreted
     registers: int = 0
     attributes: int = 0  # that a triangle's corners have
     normals: bool = False  # some give those
@@ -37,11 +37,11 @@ class ProgramNeeds:
     @staticmethod
     def of(scene: Scene) -> ProgramNeeds:
         """Those of all materials."""
-        shapes = shapes_of(scene.materials)
+        row = row_of(scene.materials)
         return ProgramNeeds(
             frozenset(node.kind for material in scene.materials for node in material.program),
-            shapes,
-            registers_of(scene.materials, shapes),
+            row,
+            registers_of(scene.materials, row),
             scene.corner_attributes.shape[1],
             any(material.varying.keys() & {"base", "normal"} for material in scene.materials),
         )
@@ -65,7 +65,7 @@ class ProgramNeeds:
     @property
     def made(self) -> Made:
         """What they include."""
-        return made_nodes(self.nodes, made_programs(self.shapes) if self.shapes else "")
+        return made_nodes(self.nodes, made_programs(self.row) if self.row else "")
 
 
 @dataclass(frozen=True)
@@ -100,13 +100,13 @@ def program_tables(materials: Sequence[Material]) -> ProgramTables:
     count = sum(len(material.program) for material in materials)
     tables = ProgramTables(INSTRUCTION.zeros(max(count, 1)), CONSTANT.zeros(1))
     constants = _Constants()
-    shapes, first = shapes_of(materials), 0
+    row, first = row_of(materials), 0
     for material in materials:
-        compiled = _compiled(material, first, len(constants.values), shapes)
-        for row, instruction in zip(tables.instructions[first:], material.program, strict=False):
-            _fill(row, instruction, compiled, constants)
-        for number, register in compiled.registers.items():
-            tables.instructions["result"][first + number] = register
+        compiled = _compiled(material, first, len(constants.values), row)
+        if compiled.shape:
+            _fill_constants(material, row, compiled.shape - 1, constants)
+        else:
+            _fill(tables.instructions[first:], material, compiled, constants)
         tables.compiled.append(compiled)
         first += len(material.program)
     values = constants.with_rows()
@@ -144,24 +144,38 @@ class _Constants:
         return found
 
 
-def _fill(row: Any, instruction: Instruction, compiled: Compiled, constants: _Constants) -> None:
-    """A row of INSTRUCTION; its constants go to the end of all. Straight code knows the others."""
-    row["kind"] = node_kinds()[instruction.kind].number
-    for name, operand in zip(OPERANDS, instruction.operands, strict=False):
-        if not isinstance(operand, Result):
-            row[name] = -float(constants.add(operand))
-        elif not compiled.shape:
-            row[name] = compiled.code(operand)
+def _fill(
+    rows: NDArray[Any], material: Material, compiled: Compiled, constants: _Constants
+) -> None:
+    """The first rows of INSTRUCTION; constants go to the end of all."""
+    for number, (row, instruction) in enumerate(zip(rows, material.program, strict=False)):
+        row["kind"] = node_kinds()[instruction.kind].number
+        row["result"] = compiled.registers.get(number, 0)
+        for name, operand in zip(OPERANDS, instruction.operands, strict=False):
+            if isinstance(operand, Result):
+                row[name] = compiled.code(operand)
+            else:
+                row[name] = -float(constants.add(operand))
 
 
-def _compiled(
-    material: Material, first: int, first_constant: int, shapes: Sequence[Shape]
-) -> Compiled:
-    if not (shapes and material.program):
+def _fill_constants(material: Material, row: Row, shape: int, constants: _Constants) -> None:
+    """A constant for each operand of the row's nodes, to the end of all: those of a material."""
+    firsts = row.first_operands()
+    own: list[Constant | Rows] = [NONE] * firsts[-1]
+    for instruction, place in zip(material.program, row.places[shape], strict=True):
+        for number, operand in enumerate(instruction.operands):
+            if not isinstance(operand, Result):
+                own[firsts[place] + number] = operand
+    for operand in own:
+        constants.add(operand)
+
+
+def _compiled(material: Material, first: int, first_constant: int, row: Row) -> Compiled:
+    if not (row and material.program):
         return Compiled(first, first_constant, 0, allocated(material))
     shape = shape_of(material)
     registers = {number: register for register, number in enumerate(shape.asked)}
-    return Compiled(first, first_constant, 1 + shapes.index(shape), registers)
+    return Compiled(first, first_constant, 1 + row.shapes.index(shape), registers)
 
 
 def allocated(material: Material) -> dict[int, int]:
@@ -213,9 +227,8 @@ def last_uses(material: Material) -> dict[int, int]:
     return ends
 
 
-def registers_of(materials: Sequence[Material], shapes: Sequence[Shape]) -> int:
-    """How many registers the programs of materials need, as straight code of shapes if there are
-    any."""
-    if shapes:
-        return max(len(shape.asked) for shape in shapes)
+def registers_of(materials: Sequence[Material], row: Row) -> int:
+    """How many registers the programs of materials need, as straight code if there is any."""
+    if row:
+        return row.registers
     return max((1 + max(allocated(m).values(), default=-1) for m in materials), default=0)

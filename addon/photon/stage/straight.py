@@ -1,25 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Programs as straight code, a function for each shape: where they are few that runs many times
-sooner than the interpreter, which asks at each instruction which one it is.
+"""Programs as straight code: all materials' as one row of nodes, each of which serves every program
+that has such a node there. That runs many times sooner than the interpreter, which asks at each
+instruction which one it is; where branches are not jumped over, as on llvmpipe, most of all.
 
 Materials whose programs differ in constants alone have one shape.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from ..scene import Instruction, Material, Result
 from ..scene.programs import Constant, Operand, Program, Rows
 from .kinds import NodeKind, node_kinds
 
-# Instructions of all shapes together up to which they are written out: drivers take longer the more
-# there are, and where branches are not jumped over, as on llvmpipe, each point runs all.
-MOST_INSTRUCTIONS = 64
+# Nodes of the row up to which it is written out: drivers take longer the more there are.
+MOST_INSTRUCTIONS = 96
 # As so many counts one that is long to compile: 0.05 s on llvmpipe, 0.2 s on an H100.
 LONG = 8
-_SLOTS = "xyzw"
 NONE: Constant = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -31,6 +31,38 @@ class Shape:
     asked: tuple[int, ...]  # those whose results stand for values, in the order of their registers
 
 
+# A node of the row: a kind, and of each operand its choices, or None where it is a result.
+Node = tuple[str, tuple[Constant | None, ...]]
+
+
+@dataclass(frozen=True)
+class Row:
+    """The nodes of all shapes, and where each shape's instructions are among them."""
+
+    nodes: tuple[Node, ...]
+    shapes: tuple[Shape, ...]
+    places: tuple[tuple[int, ...], ...]  # by shape and instruction
+
+    def __bool__(self) -> bool:
+        return bool(self.shapes)
+
+    @property
+    def registers(self) -> int:
+        """How many hold results that stand for values."""
+        return max((len(shape.asked) for shape in self.shapes), default=0)
+
+    def first_operands(self) -> list[int]:
+        """At which of a material's constants the operands of each node are, and how many there are
+        in all: each operand has its own, whether it is one or not."""
+        firsts = [0]
+        for kind, _ in self.nodes:
+            firsts.append(firsts[-1] + len(node_kinds()[kind].operands))
+        return firsts
+
+
+NO_ROW = Row((), (), ())
+
+
 def shape_of(material: Material) -> Shape:
     """That of a material's program."""
     varying = material.varying, *(lobe.varying for lobe in material.lobes)
@@ -38,28 +70,124 @@ def shape_of(material: Material) -> Shape:
     return Shape(tuple(map(_bare, material.program)), tuple(asked))
 
 
-def shapes_of(materials: Sequence[Material]) -> tuple[Shape, ...]:
-    """The shapes of materials' programs, each once; none if they are too long together."""
-    found = dict.fromkeys(shape_of(material) for material in materials if material.program)
-    length = sum(_length(shape) for shape in found)
-    return tuple(found) if length <= MOST_INSTRUCTIONS else ()
+def row_of(materials: Sequence[Material]) -> Row:
+    """The row of materials' programs; without any shape if it were too long."""
+    shapes = dict.fromkeys(shape_of(material) for material in materials if material.program)
+    return _row(tuple(shapes), MOST_INSTRUCTIONS)
 
 
-def _length(shape: Shape) -> int:
-    kinds = (node_kinds()[instruction.kind] for instruction in shape.instructions)
-    return sum(LONG if kind.is_long else 1 for kind in kinds)
+@lru_cache(maxsize=8)
+def _row(shapes: tuple[Shape, ...], most: int) -> Row:
+    nodes: list[Node] = []
+    for shape in sorted(shapes, key=lambda shape: -len(shape.instructions)):
+        nodes = _merged(nodes, [_node(instruction) for instruction in shape.instructions])
+        if _length(nodes) > most:
+            return NO_ROW
+    return Row(tuple(nodes), shapes, tuple(_places(nodes, shape) for shape in shapes))
 
 
-def made_programs(shapes: Sequence[Shape]) -> str:
-    """GLSL of the shapes, and `run_program` that runs a material's."""
-    lines: list[str] = []
-    for number, shape in enumerate(shapes, 1):
-        lines += _function(number, shape)
-    lines.append("void run_program(Material material) {")
-    for number in range(1, len(shapes) + 1):
-        call = f"run_program_{number}(int(material.first_constant))"
-        lines.append(f"    if (material.shape == {number}.0) {call};")
+def _length(nodes: Iterable[Node]) -> int:
+    return sum(LONG if node_kinds()[kind].is_long else 1 for kind, _ in nodes)
+
+
+def _node(instruction: Instruction) -> Node:
+    choices = []
+    for operand in instruction.operands:
+        assert not isinstance(operand, Rows)
+        choices.append(None if isinstance(operand, Result) else operand)
+    kind = node_kinds()[instruction.kind]
+    told = tuple(
+        own if any(_choices(names, kind)) else NONE
+        for own, names in zip(choices, kind.operands, strict=True)
+    )
+    return instruction.kind, told
+
+
+def _merged(row: list[Node], more: list[Node]) -> list[Node]:
+    """The shortest row that has both within it, each in its order (Wagner & Fischer 1974)."""
+    common = [[0] * (len(more) + 1) for _ in range(len(row) + 1)]
+    for i in range(len(row) - 1, -1, -1):
+        for k in range(len(more) - 1, -1, -1):
+            if row[i] == more[k]:
+                common[i][k] = common[i + 1][k + 1] + _length([row[i]])
+            else:
+                common[i][k] = max(common[i + 1][k], common[i][k + 1])
+    merged: list[Node] = []
+    i = k = 0
+    while i < len(row) and k < len(more):
+        if row[i] == more[k]:
+            merged.append(row[i])
+            i, k = i + 1, k + 1
+        elif common[i + 1][k] >= common[i][k + 1]:
+            merged.append(row[i])
+            i += 1
+        else:
+            merged.append(more[k])
+            k += 1
+    return merged + row[i:] + more[k:]
+
+
+def _places(nodes: list[Node], shape: Shape) -> tuple[int, ...]:
+    """Where each of a shape's instructions is: the first that fits, after the one before."""
+    places, at = [], 0
+    for instruction in shape.instructions:
+        at = nodes.index(_node(instruction), at)
+        places.append(at)
+        at += 1
+    return tuple(places)
+
+
+def made_programs(row: Row) -> str:
+    """GLSL of a row: `run_program`, which runs a material's."""
+    lines = ["void run_program(Material material) {"]
+    lines.append("    int first = int(material.first_constant), shape = int(material.shape);")
+    firsts = row.first_operands()
+    users: list[dict[int, Instruction]] = [{} for _ in row.nodes]  # instructions by shape
+    for number, (shape, places) in enumerate(zip(row.shapes, row.places, strict=True), 1):
+        for instruction, place in zip(shape.instructions, places, strict=True):
+            users[place][number] = instruction
+    for at, ((kind, choices), used) in enumerate(zip(row.nodes, users, strict=True)):
+        given = [
+            _operand(row, {n: i.operands[k] for n, i in used.items()}, own, kind, k, firsts[at] + k)
+            for k, own in enumerate(choices)
+        ]
+        lines.append(f"    vec4 v{at} = run_{kind}({', '.join(given)});")
+    for register in range(row.registers):
+        asked = {
+            number: f"v{places[shape.asked[register]]}"
+            for number, (shape, places) in enumerate(zip(row.shapes, row.places, strict=True), 1)
+            if register < len(shape.asked)
+        }
+        lines.append(f"    registers[{register}] = {_chosen(asked)};")
     return "\n".join([*lines, "}"]) + "\n"
+
+
+def _operand(
+    row: Row, used: dict[int, Operand], own: Constant | None, kind: str, operand: int, place: int
+) -> str:
+    """What an operand of a node is, by shape: a result, or the constant at a place."""
+    declared = node_kinds()[kind]
+    choices = _choices(declared.operands[operand], declared)
+    given = {}
+    for number, each in used.items():
+        if isinstance(each, Result):
+            given[number] = _part(each, row.places[number - 1])
+        else:
+            given[number] = _constant(own or NONE, choices, place)
+    return _chosen(given)
+
+
+def _chosen(by_shape: dict[int, str]) -> str:
+    """One of some expressions by the shape's number; where all agree, without asking."""
+    texts: dict[str, list[int]] = {}
+    for number, text in by_shape.items():
+        texts.setdefault(text, []).append(number)
+    *others, (most, _) = sorted(texts.items(), key=lambda item: len(item[1]))
+    chosen = most
+    for text, numbers in others:
+        where = " || ".join(f"shape == {number}" for number in numbers)
+        chosen = f"({where} ? {text} : {chosen})"
+    return chosen
 
 
 def _bare(instruction: Instruction) -> Instruction:
@@ -88,23 +216,6 @@ def _choices(names: tuple[str, ...], declared: NodeKind) -> list[bool]:
     return [*slots, *[False] * 4][:4]
 
 
-def _function(number: int, shape: Shape) -> list[str]:
-    lines, constants = [f"void run_program_{number}(int first) {{"], 0
-    for at, instruction in enumerate(shape.instructions):
-        declared = node_kinds()[instruction.kind]
-        given = []
-        for names, operand in zip(declared.operands, instruction.operands, strict=True):
-            if isinstance(operand, Result):
-                given.append(_part(operand))
-            else:
-                assert not isinstance(operand, Rows)
-                given.append(_constant(operand, _choices(names, declared), constants))
-                constants += 1
-        lines.append(f"    vec4 v{at} = run_{instruction.kind}({', '.join(given)});")
-    lines += [f"    registers[{register}] = v{at};" for register, at in enumerate(shape.asked)]
-    return [*lines, "}"]
-
-
 def _constant(operand: Sequence[float], choices: list[bool], number: int) -> str:
     """A constant by its place among the material's, and choices as they are."""
     read = f"constant_at(first + {number}).value"
@@ -117,8 +228,8 @@ def _constant(operand: Sequence[float], choices: list[bool], number: int) -> str
     return f"vec4({', '.join(parts)})"
 
 
-def _part(result: Result) -> str:
-    name = f"v{result.instruction}"
+def _part(result: Result, places: Sequence[int]) -> str:
+    name = f"v{places[result.instruction]}"
     match result.part:
         case "xyzw":
             return name
