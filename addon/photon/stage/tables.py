@@ -47,6 +47,13 @@ def _surface_tables(scene: Scene, frame: Frame, mesh: Mesh) -> dict[str, NDArray
     return tables
 
 
+def _transparent(scene: Scene, mesh: Mesh) -> NDArray[np.bool_]:
+    """(K,) which triangles of a mesh are."""
+    of_material = np.array([material.is_transparent for material in scene.materials], bool)
+    found: NDArray[np.bool_] = of_material[mesh.triangles["material"].astype(int)]
+    return found
+
+
 class Tables:
     """The scene's textures on a device."""
 
@@ -66,6 +73,7 @@ class Tables:
         self._flux_now = self._shares = self.by_flux
 
         self.aims: Aims | None = None
+        self.transparent = np.zeros(0, bool)  # (K,) which of the mesh's triangles are
         seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
         self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
         self.distant_lights = count_distant(lights) if emitters else 0  # the first ones
@@ -98,7 +106,9 @@ class Tables:
             tables["profiles"] = profile_table(emitters)
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         textures |= more
-        return Tables(device, textures, emitters, lights, places)
+        made = Tables(device, textures, emitters, lights, places)
+        made.transparent = _transparent(scene, mesh)
+        return made
 
     def choose(self, shares: NDArray[np.float64]) -> None:
         """Let photons start at lights with these probabilities; where triangles that glow have
@@ -122,6 +132,7 @@ class Tables:
     ) -> None:
         """Let triangles be where a mesh of the scene has them, as it is `now`; `relit`: some of
         those that have moved glow."""
+        self.transparent = _transparent(scene, mesh)
         tables = {
             "triangles": mesh.triangles,
             "corner_normals": mesh.normals,

@@ -16,6 +16,7 @@ from ..stage.tables import Tables
 
 Totals = Mapping[str, PingPong]
 _SUMS = {"direct": "sum", "illuminance": "lux_sum"}  # what Unshadowed calls them before it adds
+HIT_TRIANGLE = list(HIT.fields).index("triangle")
 RAYS_AT_ONCE = 4  # shadow rays of a point that one call of another tracer's takes
 
 
@@ -101,7 +102,7 @@ class TracedDirectLight:
     def _pass_layer(self, layer: int, chain: Stream, tables: Tables) -> bool:
         """Whether any of the rays has met what lets it through after so many others; then the
         streams have what is behind that."""
-        if not self._through:
+        if not (self._through and self._meets_some(tables)):
             return False
         behind = {f"next_{name.removeprefix('shadow_')}": x for name, x in self._next.items()}
         own = {**self._streams, **behind}
@@ -112,6 +113,12 @@ class TracedDirectLight:
         for name, stream in self._next.items():
             self._streams[name], self._next[name] = stream, self._streams[name]
         return alive > 0
+
+    def _meets_some(self, tables: Tables) -> bool:
+        """Whether a ray has met a transparent surface: asked on the host, where rays are traced,
+        for most passes meet none, and to evaluate what each met takes longer than tracing."""
+        met = self._streams["shadow_hit"].download()[..., HIT_TRIANGLE]
+        return bool(tables.transparent[met[met > 0.0].astype(int) - 1].any())
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
