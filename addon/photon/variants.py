@@ -108,7 +108,8 @@ def needs() -> Iterator[SceneNeeds]:
                 layered = replace(some, layers=3, tangents=True)
                 yield layered
                 yield replace(layered, tinted=True)
-                yield replace(layered, tinted=True, gathered_lobes=True, visibility=False)
+                hidden = replace(layered, lobe_kinds=of_lobes - {TRANSPARENT}, visibility=False)
+                yield replace(hidden, tinted=True, gathered_lobes=True)
 
 
 def _of_lobes(
