@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 from typing import get_args
 
 from ..streams import Defines, DrawKernel, Kernel, Made
@@ -224,8 +225,8 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
                 if not alone:
                     yield kernel, {**bent.direct_defines, "ILLUMINANCE": 1}, scene.made
     for kernel in (Shade, Projector, Reflector):
-        for some in (False, True):
-            asked = replace(scene, arrivals=some, absorption=some)
+        for arrivals, absorption in product((False, True), repeat=2):
+            asked = replace(scene, arrivals=arrivals, absorption=absorption)
             yield kernel, asked.photon_defines, scene.made
     for kernel in (Shade, Blur):
         yield kernel, scene.eye_defines, scene.made

@@ -42,22 +42,24 @@ class Cells:
 
     RINGS, SECTORS, FINE = 24, 16, (32, 16)  # and steps in each
 
-    def __init__(self, directions: Any, axis: Any) -> None:
+    def __init__(self, directions: Any, axis: Any, fine: tuple[int, int] = FINE) -> None:
+        """`fine`: steps in each, more where a lobe is bright up to the horizon, across cells."""
+        self.steps = fine
         self.axis = np.asarray(axis, float)
         side = np.array([0.61, -0.37, 0.7])  # along no plane that a lobe may end at
         across = np.cross(self.axis, side) / np.linalg.norm(np.cross(self.axis, side))
         self._frame = np.stack([across, np.cross(self.axis, across)])
         levels = np.quantile(
-            self.versine(directions), np.linspace(0, 1, self.RINGS * self.FINE[0] + 1)
+            self.versine(directions), np.linspace(0, 1, self.RINGS * self.steps[0] + 1)
         )
         levels[0] = 0.0
-        self._edges = np.append(levels[: -1 : self.FINE[0]], 2.0)
+        self._edges = np.append(levels[: -1 : self.steps[0]], 2.0)
         # What is rare reaches far.
         last = levels[-2] + (2.0 - levels[-2]) * np.geomspace(1e-6, 1.0, 64)
-        fine = np.concatenate([levels[:-1], last])
-        self._of_ring = np.minimum(np.arange(len(fine) - 1) // self.FINE[0], self.RINGS - 1)
-        middle, width = (fine[1:] + fine[:-1]) / 2, np.diff(fine)
-        turns = self.SECTORS * self.FINE[1]
+        ends = np.concatenate([levels[:-1], last])
+        self._of_ring = np.minimum(np.arange(len(ends) - 1) // self.steps[0], self.RINGS - 1)
+        middle, width = (ends[1:] + ends[:-1]) / 2, np.diff(ends)
+        turns = self.SECTORS * self.steps[1]
         azimuth = -np.pi + (np.arange(turns) + 0.5) * 2 * np.pi / turns
         sine = np.sqrt(middle * (2 - middle))
         flat = np.stack([np.cos(azimuth), np.sin(azimuth)], -1) @ self._frame
@@ -79,7 +81,7 @@ class Cells:
     def integral(self, values: Any) -> Any:
         """(rings, sectors, ...) integrals over solid angle of values at the points."""
         values = np.asarray(values, float)
-        fine = values.reshape(len(self._area), self.SECTORS, self.FINE[1], *values.shape[1:])
+        fine = values.reshape(len(self._area), self.SECTORS, self.steps[1], *values.shape[1:])
         area = self._area.reshape(-1, 1, *[1] * (values.ndim - 1))
         sums = np.zeros((self.RINGS, *fine.shape[1:2], *values.shape[1:]))
         np.add.at(sums, self._of_ring, fine.sum(axis=2) * area)

@@ -157,7 +157,8 @@ def at(angle: float) -> NDArray[np.float64]:
 def test_samples_have_the_density(one_bench: Bench, lobe: Lobe, angle: float) -> None:
     viewer = at(angle)
     first, _ = sample(one_bench, lobe, viewer, seed=12)
-    cells = Cells(first, viewer * (-1, -1, 1))
+    fine = (64, 48) if lobe.kind == "sheen" else Cells.FINE
+    cells = Cells(first, viewer * (-1, -1, 1), fine)
     density = probe(one_bench, lobe, np.broadcast_to(viewer, cells.points.shape), cells.points)
     is_above = cells.points[:, 2] > 0  # below the surface a kind's density may be what it will
     directions, _ = sample(one_bench, lobe, viewer)
