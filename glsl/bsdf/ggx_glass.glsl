@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Rough glass, on both sides. Colour: what refraction is multiplied by; ior: of the inside over the outside; tint:
 // of the reflectance head-on; reflects: nothing (0), by Fresnel's formulae (1), or that times the colour (2).
-// Parameters: alpha, compensated, ior [by side], tint [rgb], reflects.
+// Open: a sheet, not the surface of a body (1), and as Cycles has it: see lib/glass.glsl.
+// Parameters: alpha, compensated, ior [by side], tint [rgb], reflects, open.
 #include "lib/glass.glsl"
 
 Glass ggx_glass_of(Lobe lobe, Shape shape) {
@@ -9,7 +10,7 @@ Glass ggx_glass_of(Lobe lobe, Shape shape) {
 }
 
 vec3 pack_ggx_glass(vec4 parameters, vec4 more) {
-    return vec3(parameters.x, parameters.z, pack_glass(vec3(parameters.w, more.xy), more.z, parameters.y));
+    return vec3(parameters.x, parameters.z, pack_glass(vec3(parameters.w, more.xy), more.z, parameters.y, more.w));
 }
 
 Shape sided_ggx_glass(Lobe lobe, Shape shape, float side) {

@@ -2,7 +2,8 @@
 // Smooth glass, which is a delta lobe on both sides. Colour: what refraction is multiplied by; ior: of the inside
 // over the outside; tint: of the reflectance head-on; reflects: nothing (0), by Fresnel's formulae (1), or that
 // times the colour (2).
-// Parameters: ior [by side], tint [rgb], reflects.
+// Open: a sheet, not the surface of a body (1), and as Cycles has it: see lib/glass.glsl.
+// Parameters: ior [by side], tint [rgb], reflects, open.
 #include "lib/glass.glsl"
 
 Glass glass_of(Lobe lobe, Shape shape) {
@@ -10,7 +11,7 @@ Glass glass_of(Lobe lobe, Shape shape) {
 }
 
 vec3 pack_glass(vec4 parameters, vec4 more) {
-    return vec3(0.0, parameters.x, pack_glass(parameters.yzw, more.x, 0.0));
+    return vec3(0.0, parameters.x, pack_glass(parameters.yzw, more.x, 0.0, more.y));
 }
 
 Shape sided_glass(Lobe lobe, Shape shape, float side) {

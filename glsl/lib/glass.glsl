@@ -4,7 +4,8 @@
 // viewer is above the surface, light may be below it.
 //
 // Radiance is divided by the squared index on its way from below, as it spreads or narrows there. The flux of a
-// photon is not: see exchanged_glass.
+// photon is not: see exchanged_glass. Where both eye and light are outside that cancels. Behind an open sheet they
+// need not be, and Cycles leaves radiance as it is: flux is then divided by the squared index on its way below.
 #include "lib/colour.glsl"
 #include "lib/ggx.glsl"
 #include "lib/glass_energy.glsl"
@@ -23,17 +24,22 @@ struct Glass {
     vec3 tint;         // of the reflectance head-on
     float ior;         // of what is below over what is above, > 0
     float alpha;       // in [0, 1]; Cycles knows round microfacets alone here
+    bool open;         // a sheet
 };
 
-// The last numbers of a lobe's parameters in one, of 24 bits: the tint, 7 bits a channel, and two more.
-float pack_glass(vec3 tint, float reflects, float compensated) {
+// The last numbers of a lobe's parameters in one, of 24 bits: the tint, 7 bits a channel, and two more; below 0 it is
+// that of an open sheet.
+float pack_glass(vec3 tint, float reflects, float compensated, float open) {
     vec3 q = floor(clamp(tint, 0.0, 1.0) * 127.0 + 0.5);
     float switches = 2.0 * reflects + (compensated > 0.0 ? 1.0 : 0.0);
-    return ((q.r * 128.0 + q.g) * 128.0 + q.b) * 8.0 + switches;
+    float code = ((q.r * 128.0 + q.g) * 128.0 + q.b) * 8.0 + switches;
+    return open > 0.0 ? -1.0 - code : code;
 }
 
 Glass unpack_glass(vec3 colour, float alpha, float ior, float code) {
     Glass g;
+    g.open = code < 0.0;
+    if (g.open) code = -1.0 - code;
     float rest = floor(code / 8.0), switches = code - 8.0 * rest;
     float red = floor(rest / 16384.0), green = floor(rest / 128.0) - 128.0 * red;
     g.reflects = floor(switches / 2.0);
@@ -49,6 +55,9 @@ Glass unpack_glass(vec3 colour, float alpha, float ior, float code) {
 vec3 sided_parameters(vec3 parameters, float side) {
     return vec3(parameters.x, side < 0.0 ? 1.0 / parameters.y : parameters.y, parameters.z);
 }
+
+// What radiance from below is divided by.
+float spread_of(Glass g) { return g.open ? 1.0 : g.ior * g.ior; }
 
 bool is_smooth(Glass g) { return g.alpha * g.alpha <= GGX_MIRROR || abs(g.ior - 1.0) < NO_INTERFACE; }
 
@@ -114,8 +123,9 @@ vec3 eval_glass(Glass g, mat3 frame, vec3 to_viewer, vec3 to_light, out float de
         return 0.25 * both * reflected * compensation;
     }
     float spread = cosine * abs(dot(h, l)) * inversesqrt(h2) / h2;
-    density = (1.0 - share) * seen * spread * g.ior * g.ior;
-    return both * spread * refracted * compensation;
+    spread *= g.ior * g.ior;
+    density = (1.0 - share) * seen * spread;
+    return both * spread * refracted * compensation / spread_of(g);
 }
 
 // A third uniform number of the last 12 bits each of two of 24, which otherwise count for next to nothing.
@@ -139,7 +149,7 @@ vec3 sample_glass(Glass g, mat3 frame, vec3 to_viewer, vec2 u, out vec3 weight) 
     bool is_reflected = third_number(u) < share;
     vec3 l = is_reflected ? 2.0 * along * h - v : refract(-v, h, 1.0 / g.ior);
     if (is_reflected != (l.z > 0.0) || abs(l.z) <= GGX_HORIZON) return normalize(frame * l + 1.0e-20);
-    weight = is_reflected ? reflected / share : refracted / ((1.0 - share) * g.ior * g.ior);
+    weight = is_reflected ? reflected / share : refracted / ((1.0 - share) * spread_of(g));
     if (!smooth_glass) {
         float sv = stretched_ggx(m, v), sl = stretched_ggx(m, l), z = abs(l.z);
         weight *= (v.z + sv) * z / (z * sv + v.z * sl) * compensation_glass(g, min(1.0, v.z));
@@ -156,11 +166,11 @@ vec3 albedo_glass(Glass g, float cosine) {
 }
 
 // What sample_glass's weight is multiplied by for a photon: the viewer is where it goes, on the other side if that
-// cosine is below 0, and its flux does not spread.
+// cosine is below 0, and its flux does not spread, but through a sheet.
 vec3 exchanged_glass(Glass g, float from, float to) {
     vec3 given = compensation_glass(g, max(GGX_HORIZON, from));
     if (to >= 0.0) return compensation_glass(g, max(GGX_HORIZON, to)) / given;
     Glass behind = g;
     behind.ior = 1.0 / g.ior;
-    return compensation_glass(behind, max(GGX_HORIZON, -to)) / given * (g.ior * g.ior);
+    return compensation_glass(behind, max(GGX_HORIZON, -to)) / given * (spread_of(g) / (g.open ? g.ior * g.ior : 1.0));
 }

@@ -71,7 +71,7 @@ def test_principled(convert, metallic, level, ior, transmission) -> None:
             assert_lobe(lobes.pop(0), "transparent", passed, {})
         else:
             parameters = {"alpha": roughness**2, "compensated": 1.0}
-            parameters |= {"ior": ior, "tint": tint, "reflects": 1.0}
+            parameters |= {"ior": ior, "tint": tint, "reflects": 1.0, "open": 1.0}
             assert_lobe(lobes.pop(0), "ggx_glass", root, parameters, weight=share)
     if opaque > 0.0 and f0 > 0.0:
         (lobe,) = lobes
@@ -246,7 +246,7 @@ def test_glass(convert, kind, reflects, ior, roughness) -> None:
     material, report = convert(shader_material(kind, Color=RED, IOR=ior, Roughness=roughness))
     assert material.diffuse == BLACK
     (lobe,) = material.lobes
-    parameters = {"ior": ior, "tint": (1.0, 1.0, 1.0), "reflects": reflects}
+    parameters = {"ior": ior, "tint": (1.0, 1.0, 1.0), "reflects": reflects, "open": 1.0}
     if ior == 1.0:
         assert_lobe(lobe, "transparent", RED[:3], {})
     elif roughness < 0.0038:

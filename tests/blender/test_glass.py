@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A ball of glass on a floor under the sky, against Cycles, which finds such light."""
+"""A ball and a sheet of glass over a floor, against Cycles, which finds such light."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import bpy
@@ -11,7 +12,7 @@ import pytest
 
 from tests.measure import render
 
-from .build import add_mesh, shader_material
+from .build import CUBE, add_light, add_mesh, shader_material
 from .lobes import DIFFUSE, GLASS, PRINCIPLED, REFRACTION
 
 pytestmark = pytest.mark.blender
@@ -62,3 +63,52 @@ def test_ball_of_glass(scene, cycles_mean, export, device, case, thorough) -> No
     high = np.quantile(away, 0.95)
     print(f"\n{case}: mean {mean:.2%}, median {np.median(away):.2%}, 95th {high:.2%}")
     assert np.median(away) < 0.01 and high < 0.03 and abs(mean) < 0.015
+
+
+@pytest.mark.parametrize("roughness", (0.0, 0.4))
+@pytest.mark.parametrize("case", ("eye outside", "eye inside", "eye inside, upside down"))
+def test_sheet_of_glass(scene, cycles_mean, export, device, case, roughness, thorough) -> None:
+    """Over a floor that a lamp below it lights, or the sky above it: 1 % in the mean."""
+    if not thorough and (case == "eye inside") != (roughness == 0.0):
+        pytest.skip("runs with --thorough")
+    floor = shader_material(DIFFUSE, "Floor", Color=(0.7, 0.4, 0.2, 1))
+    add_mesh("Floor", scale=(2, 2, 1)).data.materials.append(floor)
+    sheet = add_mesh("Sheet", location=(0, 0, 1), scale=(2, 2, 1))
+    if case.endswith("down"):
+        sheet.rotation_euler.x = math.pi
+    sheet.data.materials.append(shader_material(GLASS, "Sheet", Roughness=roughness, IOR=1.5))
+    if case == "eye outside":
+        add_light("Lamp", "AREA", energy=50.0, size=1.0, location=(0, 0, 0.8))
+        scene.camera.location, scene.camera.data.lens = (0, 0, 4), 40
+    else:
+        scene.world = bpy.data.worlds.new("World")
+        scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
+        scene.camera.location, scene.camera.data.lens = (0, 0, 0.9), 15
+    scene.cycles.blur_glossy, scene.cycles.max_bounces = 0.0, 32
+    for kind in ("diffuse", "glossy", "transmission"):
+        setattr(scene.cycles, f"{kind}_bounces", 32)
+    theirs = cycles_mean(256, 1)[..., :3].mean(axis=(0, 1), dtype=float)
+    found, report = export()
+    settings: Any = {"width": 64, "height": 32, "photons": 1 << 18, "passes": 12}
+    settings |= {"mirror_depth": 32, "radius": 0.05}
+    ours = render(device, found, **settings)["Combined"][..., :3].mean(axis=(0, 1), dtype=float)
+    print(f"\n{case}, {roughness}: {ours / theirs - 1}")
+    assert ours == pytest.approx(theirs, rel=0.01)
+    assert "exact: Object 'Sheet': Glass: an open mesh: as in Cycles" in map(str, report.entries)
+
+
+def test_what_is_a_sheet(export) -> None:
+    """A mesh with a rim, unless vertices on both sides of it coincide."""
+    glass = shader_material(GLASS, "Glass", Roughness=0.0, IOR=1.5)
+    points, faces = CUBE
+    split = [points[i] for face in faces for i in face], np.arange(24).reshape(6, 4).tolist()
+    shapes = {"Whole": CUBE, "Split": split, "Cut": (points, faces[1:])}
+    for name, shape in shapes.items():
+        add_mesh(name, shape).data.materials.append(glass)
+    found, report = export()
+    opened = [
+        found.materials[found.material[found.surface == number][0]].lobes[0].parameters["open"]
+        for number in map(found.surfaces.index, shapes)
+    ]
+    assert opened == [0.0, 0.0, 1.0]
+    assert [x.object for x in report.entries if x.feature == "Glass"] == ["Object 'Cut'"]

@@ -48,9 +48,9 @@ def microfacets(**more: Any) -> tuple[Mapping[str, Any], ...]:
     return tuple(dict(zip(names, shape, strict=True)) | more for shape in shapes)
 
 
-def glass(ior: float, reflects: float) -> Mapping[str, Any]:
+def glass(ior: float, reflects: float, is_open: float = 0.0) -> Mapping[str, Any]:
     """Of a kind that reflects, and how."""
-    return {"ior": ior, "tint": WHITE, "reflects": reflects}
+    return {"ior": ior, "tint": WHITE, "reflects": reflects, "open": is_open}
 
 
 # A kind without an entry fails.
@@ -61,18 +61,20 @@ CASES = {
     "ggx_metal": Case(microfacets(tint=(1.0, 0.6, 0.2)), is_reciprocal=False, estimate=0.35),
     "ggx_dielectric": Case(microfacets(ior=1.5), is_reciprocal=False, estimate=0.015),
     "transparent": Case(({},)),
-    "glass": Case((glass(1.5, 2.0), glass(1 / 1.5, 1.0), glass(1.0, 0.0))),
+    "glass": Case((glass(1.5, 2.0), glass(1 / 1.5, 1.0), glass(1.0, 0.0), glass(1.5, 2.0, 1.0))),
     "ggx_glass": Case(
         tuple(
-            glass(ior, reflects) | {"alpha": alpha, "compensated": compensated}
-            for ior, reflects, alpha, compensated in (
-                (1.5, 2.0, 0.04, 1.0),
-                (1 / 1.5, 2.0, 0.04, 1.0),
-                (1.33, 1.0, 0.25, 1.0),
-                (1 / 1.5, 2.0, 0.6, 1.0),
-                (2.4, 2.0, 0.25, 0.0),
-                (1.5, 0.0, 0.25, 0.0),
-                (1 / 1.5, 0.0, 0.1, 0.0),
+            glass(ior, reflects, is_open) | {"alpha": alpha, "compensated": compensated}
+            for ior, reflects, alpha, compensated, is_open in (
+                (1.5, 2.0, 0.04, 1.0, 0.0),
+                (1 / 1.5, 2.0, 0.04, 1.0, 0.0),
+                (1.33, 1.0, 0.25, 1.0, 0.0),
+                (1 / 1.5, 2.0, 0.6, 1.0, 0.0),
+                (2.4, 2.0, 0.25, 0.0, 0.0),
+                (1.5, 0.0, 0.25, 0.0, 0.0),
+                (1 / 1.5, 0.0, 0.1, 0.0, 0.0),
+                (1.5, 2.0, 0.25, 1.0, 1.0),
+                (1 / 1.5, 0.0, 0.1, 0.0, 1.0),
             )
         ),
         is_reciprocal=False,

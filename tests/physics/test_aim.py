@@ -278,7 +278,7 @@ def ball_on_a_plain(half: float) -> Scene:
     built.sphere((0, 0, 0.06), 0.05, subdivisions=3, material=1)
     eye = camera((0.1, -0.25, 0.3), (0.0, 0.03, 0.03), 30)
     sun = sun_light("sun", (3.0,) * 3, (0.3, 0.5, -0.8), 0.01)
-    parameters = {"ior": 1.5, "tint": (1.0,) * 3, "reflects": 2.0}
+    parameters = {"ior": 1.5, "tint": (1.0,) * 3, "reflects": 2.0, "open": 0.0}
     glass = Material("glass", (0.0,) * 3, (Lobe("glass", (1.0,) * 3, parameters),))
     return built.scene(eye, (sun,), [WALL, glass])
 

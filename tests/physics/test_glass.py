@@ -24,10 +24,10 @@ SLAB = {0: 0.92308, 30: 0.92027, 45: 0.90433, 60: 0.83623, 75: 0.59609}
 BALL = (0.09178, 0.09178 + 0.83554, 0.09178 + 0.83554 + 0.06118)
 
 
-def glass(ior: float = 1.5, colour: Any = WHITE, reflects: float = 2.0) -> Material:
+def glass(ior: float = 1.5, is_open: float = 0.0) -> Material:
     """Smooth glass."""
-    parameters = {"ior": ior, "tint": WHITE, "reflects": reflects}
-    return Material("glass", (0.0, 0.0, 0.0), (Lobe("glass", colour, parameters),))
+    parameters = {"ior": ior, "tint": WHITE, "reflects": 2.0, "open": is_open}
+    return Material("glass", (0.0, 0.0, 0.0), (Lobe("glass", WHITE, parameters),))
 
 
 def beam(away: Any, size: float) -> Any:
@@ -155,3 +155,28 @@ def test_ball_lens(device: Device, behind: float, exact: float) -> None:
     with rendered(device, scene, photons=1 << 18, passes=1, width=8, height=8) as renderer:
         found = fallen(renderer)[1, 0] / (math.pi * radius**2)
     assert found == pytest.approx(ball_lens(behind, radius), rel=0.02)
+
+
+@pytest.mark.parametrize("angle", (0, 60))
+def test_sheet_is_as_in_cycles(device: Device, angle: float) -> None:
+    """The eye sees what a face passes without the squared index, from above and from below; a
+    floor behind it has that of photons divided by it, or times that."""
+    away = np.array([math.sin(math.radians(angle)), 0.0, math.cos(math.radians(angle))])
+    sun = sun_light("sun", WHITE, tuple(-away))
+    for upside, index in ((1, 1.5), (-1, 1 / 1.5)):
+        cosines = math.cos(math.radians(angle)), math.sqrt(max(0.0, 1 - (away[0] / index) ** 2))
+        if away[0] / index >= 1.0:
+            continue
+        s = (cosines[0] - index * cosines[1]) / (cosines[0] + index * cosines[1])
+        p = (index * cosines[0] - cosines[1]) / (index * cosines[0] + cosines[1])
+        passed = 1 - 0.5 * (s * s + p * p)
+        sheet = [(x * upside, y, 0.0) for x, y in ((-9, -9), (9, -9), (9, 9), (-9, 9))]
+        built = Builder().quad(*sheet, 0)
+        built.quad((-30, -30, -0.5), (30, -30, -0.5), (30, 30, -0.5), (-30, 30, -0.5), 1)
+        scene = built.scene(beam(away, 0.5), (), (glass(is_open=1.0), GLOW))
+        assert mean_of(device, scene) == pytest.approx(passed, rel=0.01)
+        scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), (glass(is_open=1.0), BLACK_WALL))
+        with rendered(device, scene, photons=1 << 16, passes=1, width=8, height=8) as renderer:
+            found = fallen(renderer)[1]
+        area = 18**2 * cosines[0]
+        assert found == pytest.approx(area * passed / index**2, rel=0.02)

@@ -16,6 +16,7 @@ from ...photon.scene import ALL_RAYS, Moving
 from .attributes import PROPERTIES, corner_attribute, property_of, space_of
 from .materials import MaterialTable
 from .report import Notes
+from .sheets import is_open
 from .strands import STRANDS, strand_parts
 from .tangents import Tangent, corner_tangents
 from .visibility import note_object
@@ -79,6 +80,7 @@ class Geometry:
     moving: list[Moving] = field(default_factory=list)
     vertex_count: int = 0
     _local: dict[int, LocalMesh] = field(default_factory=dict)
+    _open: dict[int, bool] = field(default_factory=dict)
     _attributes: dict[Any, NDArray[np.float32]] = field(default_factory=dict)
     _tangents: dict[tuple[int, Tangent], NDArray[np.float64] | None] = field(default_factory=dict)
 
@@ -111,7 +113,7 @@ class Geometry:
         mesh = self._mesh_of(obj)
         if not len(mesh.triangles):
             return
-        slots = material_slots(obj, materials)
+        slots = material_slots(obj, materials, partial(self._is_open, obj))
         material = slots[np.clip(mesh.slot, 0, len(slots) - 1)]
         there = material >= 0  # a material without any surface, such as a volume's
         vertices, triangles, normals = placed(mesh, matrix)
@@ -162,6 +164,13 @@ class Geometry:
             strands = obj.type in STRANDS
             self._local[key] = local_strands(obj) if strands else read_mesh(obj, local_mesh)
         return self._local[key]
+
+    def _is_open(self, obj: bpy.types.Object) -> bool:
+        key = obj.data.as_pointer()
+        if key not in self._open:
+            mesh = self._mesh_of(obj)
+            self._open[key] = is_open(mesh.vertices, mesh.triangles)
+        return self._open[key]
 
     def _tangents_of(
         self,
@@ -383,11 +392,15 @@ def cofactor_of(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.column_stack((np.cross(y, z), np.cross(z, x), np.cross(x, y)))
 
 
-def material_slots(obj: bpy.types.Object, materials: MaterialTable) -> NDArray[np.int32]:
+def material_slots(
+    obj: bpy.types.Object, materials: MaterialTable, is_sheet: Callable[[], bool]
+) -> NDArray[np.int32]:
     """Return the material number of every slot; at least one."""
     found: Sequence[bpy.types.Material | None]
     found = [slot.material for slot in obj.material_slots] or list(obj.data.materials) or [None]
-    return np.array([materials.index_of(material, obj.name) for material in found], np.int32)
+    return np.array(
+        [materials.index_of(material, obj.name, is_sheet) for material in found], np.int32
+    )
 
 
 def _read(items: Any, name: str, count: int, dtype: Any = np.float32) -> NDArray[Any]:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import bpy
@@ -39,6 +39,15 @@ ROUNDING = 1e-5
 COLOURS = {"tint"}  # parameters of lobes that are
 
 
+@dataclass(frozen=True)
+class _Exported:
+    """A material as it is on bodies."""
+
+    material: Material
+    tangent: Tangent | None
+    asked: Asked
+
+
 @dataclass
 class MaterialTable:
     """The materials met so far, each converted once."""
@@ -51,25 +60,37 @@ class MaterialTable:
     materials: list[Material] = field(default_factory=list)
     tangents: list[Tangent | None] = field(default_factory=list)  # None: they need none
     asked: list[Asked] = field(default_factory=list)  # by each of the materials
-    _numbers: dict[str | None, int] = field(default_factory=dict)
+    _exported: dict[str | None, _Exported | None] = field(default_factory=dict)
+    _numbers: dict[tuple[str | None, bool], int] = field(default_factory=dict)
     _averages: dict[str, Colour | None] = field(default_factory=dict)
 
-    def index_of(self, material: bpy.types.Material | None, object_name: str) -> int:
-        """Return the number of a Blender material, NO_SURFACE if it has none."""
+    def index_of(
+        self, material: bpy.types.Material | None, object_name: str, is_sheet: Callable[[], bool]
+    ) -> int:
+        """Return the number of a Blender material, NO_SURFACE if it has none. Of glass it matters
+        whether the object is a sheet."""
         material = self.override or material
         if material is None:
             self.notes.exact(f"Object '{object_name}'", "No material", "Cycles' default surface")
         key = material.name_full if material else None
-        if key not in self._numbers:
+        if key not in self._exported:
             asked = replace(self.view, attributes=[], index=material.pass_index if material else 0)
             with many_calls():
-                exported = self._export(material, asked)
-            self._numbers[key] = NO_SURFACE if exported is None else len(self.materials)
-            if exported is not None:
-                self.materials.append(exported[0])
-                self.asked.append(asked)
-                self.tangents.append(exported[1] if exported[0].is_anisotropic else None)
-        return self._numbers[key]
+                found = self._export(material, asked)
+            self._exported[key] = None if found is None else _Exported(*found, asked)
+        exported = self._exported[key]
+        if exported is None:
+            return NO_SURFACE
+        is_open = is_glass(exported.material) and is_sheet()
+        if is_open:
+            self.notes.exact(f"Object '{object_name}'", "Glass", "an open mesh: as in Cycles")
+        if (key, is_open) not in self._numbers:
+            self._numbers[key, is_open] = len(self.materials)
+            made = exported.material
+            self.materials.append(opened(made) if is_open else made)
+            self.asked.append(exported.asked)
+            self.tangents.append(exported.tangent if made.is_anisotropic else None)
+        return self._numbers[key, is_open]
 
     def black(self) -> int:
         """Return the number of a material that reflects nothing."""
@@ -144,6 +165,22 @@ def has_nodes(owner: bpy.types.Material | bpy.types.World) -> bool:
     if owner.node_tree is None:
         return False
     return bpy.app.version >= (5, 0, 0) or owner.use_nodes
+
+
+def is_glass(material: Material) -> bool:
+    """Whether it refracts."""
+    return any("open" in lobe.parameters for lobe in material.lobes)
+
+
+def opened(material: Material) -> Material:
+    """The same glass of a sheet."""
+    lobes = (
+        replace(lobe, parameters={**lobe.parameters, "open": 1.0})
+        if "open" in lobe.parameters
+        else lobe
+        for lobe in material.lobes
+    )
+    return replace(material, lobes=tuple(lobes))
 
 
 def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -> Material:

@@ -46,6 +46,7 @@ def glass(
     what reflection head-on is."""
     index = number(graph, node, "IOR", scope, 1.5)
     parameters = {"ior": math("MAXIMUM", index, 1e-5), "tint": clipped(tint), "reflects": reflects}
+    parameters["open"] = ZERO  # of a mesh that is, MaterialTable makes another material
     roughness = roughness_of(graph, node, scope)
     alpha = roughness * roughness
     is_nothing = index.is_constant and abs(index.number - 1.0) < NO_INTERFACE
