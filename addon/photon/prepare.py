@@ -71,9 +71,15 @@ class _Preparation:
         self._scene, self._settings, self._way = scene, settings, way
         self._device, self._phases = way.device, Phases()
         self._kept = kept or Kept(way.device, budget=0)
-        self._own: list[Callable[[], None]] = [] if kept else [self._kept.release]
+        self._own: list[Callable[[], None]] = [self._forget]
+        self._own += [] if kept else [self._kept.release]
         self.warnings: tuple[str, ...] = ()
         self._aiming: Aiming | None = None
+
+    def _forget(self) -> None:
+        """Let go of what looks and finds by this: with it, a scene would stay until garbage is
+        collected."""
+        self._aiming = None
 
     @contextmanager
     def undone(self) -> Iterator[None]:
