@@ -148,6 +148,27 @@ def test_programs_share_nodes_in_one_row(device: Device, monkeypatch) -> None:
     assert images["Combined"][..., :3].max() > 0.0
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_a_row_has_what_its_programs_need(seed: int) -> None:
+    """Each program's nodes in their order, and none that nobody needs."""
+    rng = np.random.default_rng(seed)
+    materials = []
+    for _ in range(rng.integers(2, 7)):
+        program = [operation("ADD", constant(0.1), constant(0.2))]
+        for number in range(rng.integers(1, 12)):
+            name = rng.choice(["ADD", "SINE", "MULTIPLY", "COSINE"])
+            program.append(operation(name, Result(int(rng.integers(0, number + 1)))))
+        varying = {"diffuse": Result(len(program) - 1)}
+        materials.append(Material("m", program=tuple(program), varying=varying))
+    row = row_of(materials)
+    assert {place for places in row.places for place in places} == set(range(len(row.nodes)))
+    for shape, places in zip(row.shapes, row.places, strict=True):
+        assert list(places) == sorted(set(places))
+        kinds = [row.nodes[place][0] for place in places]
+        assert kinds == [instruction.kind for instruction in shape.instructions]
+    assert "run_program" in made_programs(row)
+
+
 def test_registers_are_used_again() -> None:
     chain = [operation("ABSOLUTE", constant(0.5))]
     chain += [operation("ABSOLUTE", Result(number)) for number in range(199)]

@@ -83,7 +83,15 @@ def _row(shapes: tuple[Shape, ...], most: int) -> Row:
         nodes = _merged(nodes, [_node(instruction) for instruction in shape.instructions])
         if _length(nodes) > most:
             return NO_ROW
-    return Row(tuple(nodes), shapes, tuple(_places(nodes, shape) for shape in shapes))
+    places = [_places(nodes, shape) for shape in shapes]
+    # Where a shape finds a node before the one that was put there for it, nobody may need that.
+    used = sorted({place for of_shape in places for place in of_shape})
+    again = {place: number for number, place in enumerate(used)}
+    return Row(
+        tuple(nodes[place] for place in used),
+        shapes,
+        tuple(tuple(again[place] for place in of_shape) for of_shape in places),
+    )
 
 
 def _length(nodes: Iterable[Node]) -> int:
