@@ -81,7 +81,11 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+QUICK = ("twenty", "checker")
+EACH = [x if x in QUICK else pytest.param(x, marks=pytest.mark.thorough) for x in CASES]
+
+
+@pytest.mark.parametrize("case", EACH)
 def test_sheets_are_those_of_cycles(scene, cycles_mean, export, device, case) -> None:
     """Blocks of pixels to 1 %, colours and alpha."""
     make, count = CASES[case]

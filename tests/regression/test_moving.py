@@ -18,8 +18,7 @@ from .rooms import assert_alike, assert_quiet, compare_room
 
 pytestmark = pytest.mark.blender
 
-PASSES, FEW_PASSES = 256, 64
-ALWAYS = ("glowing",)
+PASSES = 256
 
 
 @pytest.mark.stability(74)
@@ -27,11 +26,10 @@ ALWAYS = ("glowing",)
 def test_what_moves_is_that_of_cycles(
     device: Device, case: str, thorough: bool, measured: Measured
 ) -> None:
-    if not thorough and case not in ALWAYS:
+    if not thorough:
         pytest.skip("runs with --stability")
     reference = load(FILE)[case].mean(axis=0, dtype=float)
-    passes = PASSES if thorough else FEW_PASSES
-    found = compare_room(device, open_case(case), reference, SIZE, passes)
+    found = compare_room(device, open_case(case), reference, SIZE, PASSES)
     assert_alike(case, found, measured)
 
 
