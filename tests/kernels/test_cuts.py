@@ -198,6 +198,7 @@ def weights(name: str, x2: Any) -> Any:
     return np.where(x2 <= 1, shape, 0.0) / np.pi
 
 
+@pytest.mark.thorough("cone", "gaussian")
 @pytest.mark.parametrize("name", get_args(Filter))
 def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     """The filter's mass on the surface and within the cuts; the inner filter's, too."""

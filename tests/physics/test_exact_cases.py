@@ -128,6 +128,7 @@ def test_case_4_uncorrected_edge_bias(device: Device) -> None:
 
 
 @pytest.mark.stability(4, 5)
+@pytest.mark.thorough("epanechnikov")
 @pytest.mark.parametrize("kernel", ["constant", "epanechnikov"])
 def test_case_4_corrected(device: Device, measured: Measured, kernel: str) -> None:
     """The corrected estimator shows the truth: 2 % in the edge's band, 3 % in the corner."""
@@ -174,6 +175,7 @@ def things_on_a_plate() -> tuple[Scene, float]:
 
 
 @pytest.mark.stability(4, 5)
+@pytest.mark.thorough("splat")
 @pytest.mark.parametrize("estimator", ["gather", "splat"])
 def test_case_4_next_to_what_stands_on_a_surface(
     device: Device, measured: Measured, estimator: str
@@ -212,6 +214,7 @@ def test_case_4_next_to_what_stands_on_a_surface(
     assert measured("between two", corner, "%", row=5) <= 0.03
 
 
+@pytest.mark.thorough
 def test_corrected_silhouettes(device: Device) -> None:
     """A pixel that the plate fills by a quarter has a quarter of its radiance."""
     scene, irradiance = lit_plate()

@@ -112,6 +112,7 @@ def layered(roughness: float) -> Material:
     return Material("layered", NO_DIFFUSE, lobes)
 
 
+@pytest.mark.thorough("fragment", "compute")
 def test_lobes_under_lobes_gather(picture: Picture) -> None:
     """Their direct light by photons is that by shadow rays, ten degrees above the horizon."""
     angle = math.radians(80)
@@ -278,7 +279,8 @@ def test_photons_meet_a_toy_lobe(picture: Picture) -> None:
 
 
 @pytest.mark.usefixtures("_toys")
-@pytest.mark.parametrize("roughness", [pytest.param(0.3, marks=pytest.mark.thorough), 0.8])
+@pytest.mark.thorough("fragment", "compute", "0.3")
+@pytest.mark.parametrize("roughness", [0.3, 0.8])
 def test_photons_meet_lobes_under_lobes(picture: Picture, roughness: float) -> None:
     """They light a wall as a wall whose rays go to what lies in the light sees it: over what they
     do of Lambert's floor, which has most of either's noise."""

@@ -120,6 +120,7 @@ def report(
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize("passes", PASSES)
 def test_random_rooms(rooms: dict[int, list[Any]], passes: int, record_property: Record) -> None:
     print()

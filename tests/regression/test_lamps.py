@@ -20,7 +20,7 @@ from .rooms import MEDIAN, assert_alike, assert_quiet, compare_room
 pytestmark = pytest.mark.blender
 
 PASSES, FEW_PASSES = 256, 48
-ALWAYS = ("softbox", "soft point", DEFAULT)
+ALWAYS = ("soft point", DEFAULT)
 
 
 @pytest.mark.stability(66)

@@ -202,7 +202,7 @@ def open_scene(graph: Graph, folder: Path) -> None:
     scene.camera = camera
 
 
-FEW = (turned, for_the_camera, mirror_ball)  # the others take long together
+FEW = (turned, for_the_camera)  # the others take long together
 GRAPHS = [
     pytest.param(graph, id=graph.__name__, marks=() if graph in FEW else pytest.mark.thorough)
     for graph in (*EXACT, *EVALUATED)

@@ -119,6 +119,13 @@ def _rows_of(item: pytest.Item) -> list[int]:
     return sorted({number for mark in item.iter_markers("stability") for number in mark.args})
 
 
+def _is_long(item: pytest.Item) -> bool:
+    """Whether it is marked so, or the marker names a part of its parameters."""
+    marks = [*item.iter_markers("thorough")]
+    named = item.name.partition("[")[2]
+    return any(not mark.args or any(part in named for part in mark.args) for mark in marks)
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("stability")
     text = "run the tests of the stability table alone, at their full counts, and print it"
@@ -134,10 +141,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Keep the marked tests, if asked to, and leave out what takes long unless asked for it."""
-    if not config.getoption("--thorough"):
-        for item in items:
-            if item.get_closest_marker("thorough"):
-                item.add_marker(pytest.mark.skip(reason="runs with --thorough"))
+    if not (config.getoption("--thorough") or config.getoption("--stability")):
+        for item in filter(_is_long, items):
+            item.add_marker(pytest.mark.skip(reason="runs with --thorough"))
     for item in items:
         for number in _rows_of(item):
             if number not in ROWS:

@@ -147,6 +147,7 @@ def test_closed_box_of_albedo_one(
     assert measured("photons cut off and counted", share, "%") == 1.0
 
 
+@pytest.mark.thorough
 @pytest.mark.stability(41)
 def test_grazing_splats(device: Device, measured: Measured) -> None:
     """An evenly lit floor seen at one degree."""

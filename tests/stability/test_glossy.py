@@ -85,6 +85,7 @@ def test_no_jump_at_the_mirror_limit(
 
 
 @pytest.mark.stability(64)
+@pytest.mark.thorough("metal", "dielectric")
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.usefixtures("not_aimed")
 def test_no_jump_at_any_roughness(

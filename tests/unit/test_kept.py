@@ -145,6 +145,7 @@ SETTING_STEPS: list[tuple[dict[str, Any], int]] = [  # changes, and passes of ph
 ]
 
 
+@pytest.mark.thorough("compute-splat")
 @pytest.mark.parametrize(("layer", "estimator", "on_host"), WAYS)
 def test_scene_changes(
     device: Device,

@@ -60,6 +60,7 @@ print(used, guessed, known, resident("VmRSS") - before)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+@pytest.mark.thorough("1400-4096-0-fragment")
 @pytest.mark.parametrize("layer", ["native", "fragment"])
 @pytest.mark.parametrize(
     ("size", "photons", "quads"),

@@ -11,6 +11,7 @@ import pytest
 from addon.photon.errors import SceneError
 from addon.photon.scene import Instruction, Material, Result, Scene
 from addon.photon.scene.programs import Constant, Rows
+from addon.photon.stage import straight
 from addon.photon.stage.programs import program_tables
 from tests.scenes import cornell
 
@@ -26,7 +27,10 @@ def looking_up(rows: Rows) -> Material:
     return Material("Ramp", program=(first, second), varying={"diffuse": Result(1)})
 
 
-def test_rows_stand_together_and_once() -> None:
+def test_rows_stand_together_and_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        straight, "MOST_INSTRUCTIONS", 0
+    )  # the interpreter's instructions say where
     tables = program_tables([looking_up(ROWS), looking_up(ROWS)])
     constants = tables.constants["value"]
     for code in tables.instructions["second"]:
