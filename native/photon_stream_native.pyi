@@ -48,7 +48,7 @@ class Tracer:
         diffuse: NDArray[np.float32],
         radii: RadiusField,
         *,
-        shrink: float,
+        radius_scale: float,
     ) -> NDArray[np.float32]: ...
     def coverage(
         self,
@@ -59,7 +59,7 @@ class Tracer:
         diffuse: NDArray[np.float32],
         radii: RadiusField,
         *,
-        shrink: float,
+        radius_scale: float,
         filter: str,
         probes: int,
         first_probe: int,
@@ -107,7 +107,7 @@ class PhotonMap:
         facing: NDArray[np.float32],
         cuts: NDArray[np.float32],
         radii: RadiusField,
-        shrink: float,
+        radius_scale: float,
         filter: str,
     ) -> NDArray[np.float32]: ...
     def gather_gloss(
@@ -119,7 +119,7 @@ class PhotonMap:
         lobe: NDArray[np.float32],
         peak: NDArray[np.float32],
         radii: RadiusField,
-        shrink: float,
+        radius_scale: float,
         filter: str,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
 

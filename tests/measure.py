@@ -29,7 +29,7 @@ def rendered(device: Device, scene: Scene, **settings: Any) -> Iterator[Renderer
         "height": 32,
         "passes": 1,
         "photons": 20000,
-        "radius_shrink": 1.0,
+        "radius_decay": 1.0,
     } | settings
     renderer = prepare(scene, Settings(**settings), device)
     try:

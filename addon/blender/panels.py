@@ -89,7 +89,7 @@ class RENDER_PT_photon_stream_photons(_Panel, bpy.types.Panel):
         settings = context.scene.photon_stream
         switched(layout, settings, "photons", "Custom Photons")
         switched(layout, settings, "radius", "Custom Radius")
-        layout.prop(settings, "radius_shrink")
+        layout.prop(settings, "radius_decay")
         layout.prop(settings, "filter")
         layout.prop(settings, "boundary_correction")
 

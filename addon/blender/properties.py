@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
+from bpy.app.handlers import persistent
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ..photon.settings import FEWEST_PASSES, PixelFilter, Region, Settings
@@ -141,7 +142,7 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
         precision=4,
         default=0.1,
     )
-    radius_shrink: FloatProperty(
+    radius_decay: FloatProperty(
         name="Radius Decay",
         description=(
             "How slowly the radius shrinks from pass to pass: 1 keeps it, less removes the blur "
@@ -150,7 +151,7 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
         subtype="FACTOR",
         min=0.01,
         max=1.0,
-        default=DEFAULTS.radius_shrink,
+        default=DEFAULTS.radius_decay,
     )
     specular_model: EnumProperty(
         name="Specular Model",
@@ -261,6 +262,7 @@ class PhotonStreamViewLayer(bpy.types.PropertyGroup):
 
 
 CLASSES = (PhotonStreamSettings, PhotonStreamViewLayer)
+RENAMED = {"radius_shrink": "radius_decay"}  # properties of older files
 
 
 def settings_from(
@@ -278,7 +280,7 @@ def settings_from(
         min_passes=max(p.min_passes, FEWEST_PASSES),  # older files may have fewer
         photons=p.photons if p.use_photons else None,
         radius=p.radius if p.use_radius else 0.0,
-        radius_shrink=p.radius_shrink,
+        radius_decay=p.radius_decay,
         seed=seed % (1 << 32),
         estimator=p.estimator.lower(),
         layer=p.layer.lower(),
@@ -313,14 +315,30 @@ def film_of(scene: bpy.types.Scene) -> dict[str, Any]:
     }
 
 
+@persistent
+def rename_old(_file: str = "") -> None:
+    """Keep what older files say under another name."""
+    for scene in bpy.data.scenes:
+        settings = scene.photon_stream
+        stored = settings  # before Blender 5
+        if hasattr(settings, "bl_system_properties_get"):
+            stored = settings.bl_system_properties_get() or {}
+        for old, new in RENAMED.items():
+            if old in stored and not settings.is_property_set(new):
+                setattr(settings, new, stored[old])
+                del stored[old]
+
+
 def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.photon_stream = bpy.props.PointerProperty(type=PhotonStreamSettings)
     bpy.types.ViewLayer.photon_stream = bpy.props.PointerProperty(type=PhotonStreamViewLayer)
+    bpy.app.handlers.load_post.append(rename_old)
 
 
 def unregister() -> None:
+    bpy.app.handlers.load_post.remove(rename_old)
     del bpy.types.ViewLayer.photon_stream
     del bpy.types.Scene.photon_stream
     for cls in reversed(CLASSES):

@@ -57,7 +57,7 @@ def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None 
 def photons_per_disc(photons: int) -> float:
     """How many photons of a first pass a disc shall hold.
 
-    The error after n passes of P photons depends on radius and n P alone, and radii shrink with
+    The error after n passes of P photons depends on radius and n P alone, and radii decay with
     (n P)^(-1/6); so P photons a pass want P^(2/3) a disc. More than 400 cost more time than
     they save.
     """

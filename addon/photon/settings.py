@@ -45,7 +45,7 @@ class Settings:
     first_pass: int = 0  # passes are independent: ranges can be rendered apart and merged
     photons: int | None = None  # emitted a pass, all lights together; None: two a pixel
     radius: float = 0.0  # [m] of the first pass; 0: from the photons' density
-    radius_shrink: float = 2.0 / 3.0  # alpha of Knaus & Zwicker 2011; 1 keeps the radius
+    radius_decay: float = 2.0 / 3.0  # alpha of Knaus & Zwicker 2011; 1 keeps the radius
     seed: int = 0
     estimator: Estimator = "auto"
     layer: Layer = "auto"
@@ -76,7 +76,7 @@ class Settings:
             ("first_pass", 0, 1 << 24),
             ("photons", 0, 1 << 24),
             ("radius", 0.0, 1e18),
-            ("radius_shrink", 0.01, 1.0),
+            ("radius_decay", 0.01, 1.0),
             ("seed", 0, (1 << 32) - 1),
             ("photon_bounces", 1, 1024),
             ("mirror_depth", 0, 1024),

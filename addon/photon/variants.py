@@ -20,11 +20,11 @@ from .kernels.direct import Direct, ShadowRays, ShadowThrough, Unshadowed
 from .kernels.emitted import Emitted
 from .kernels.eye_rays import EyeRays
 from .kernels.gather import Gather
+from .kernels.gather_radius import GatherRadius
 from .kernels.generator import Generator
 from .kernels.glow import Glow
 from .kernels.plain_lobe import PlainLobe
 from .kernels.projector import Projector
-from .kernels.reach import Reach
 from .kernels.reflector import Reflector
 from .kernels.scatter import Scatter
 from .kernels.shade import Shade
@@ -54,7 +54,7 @@ PLAIN: tuple[type[Kernel], ...] = (
     Accumulate,
     AccumulateTwo,
     AccumulateBatches,
-    Reach,
+    GatherRadius,
     AddPart,
     Absorb,
 )

@@ -46,7 +46,7 @@ void kernel() {
     Cuts cuts = load_cuts();
     bool is_cut = dot(offset, cut_in_space(cuts.first, normal)) > 1.0;
     if (is_cut || dot(offset, cut_in_space(cuts.second, normal)) > 1.0) skip();
-    float radius = load_reach().radius, r2 = radius * radius;
+    float radius = load_gather_radius().radius, r2 = radius * radius;
     vec4 share = photon_share(photon, flux, place.position, place.surface, normal, 1.0 / r2);
     share *= filter_peak(r2);
     store_irradiance(Irradiance(share.rgb, share.a));

@@ -23,7 +23,7 @@ float radius_on(int side, vec3 position) {
     float near = mix(radius_along_x(first, share.x), radius_along_x(first + row, share.x), share.y);
     first += layer;
     float far = mix(radius_along_x(first, share.x), radius_along_x(first + row, share.x), share.y);
-    return mix(near, far, share.z) * shrink;
+    return mix(near, far, share.z) * radius_scale;
 }
 
 float radius_facing(int axis, float cosine, vec3 position) {

@@ -25,7 +25,7 @@ pub struct Probes {
     /// Probes of a point.
     pub count: u32,
     /// Of the radii.
-    pub shrink: f32,
+    pub radius_scale: f32,
     pub filter: Filter,
     pub seed: u32,
     /// Probes that earlier passes sent.
@@ -106,7 +106,7 @@ widest! {
             if !(surface > 0.0 && points.diffuses[at][3] > 0.0) {
                 continue;
             }
-            let radius = radii.at([x, y, z], [nx, ny, nz]) * probes.shrink;
+            let radius = radii.at([x, y, z], [nx, ny, nz]) * probes.radius_scale;
             let normal = [nx, ny, nz];
             let (tangent, bitangent) = frame_about(normal);
             let point = Point { position: [x, y, z], normal, tangent, bitangent, surface, radius, cuts: points.cuts[at] };

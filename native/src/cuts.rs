@@ -52,14 +52,14 @@ pub(crate) fn masses(cuts: Cuts, radius: f32, filter: Filter, turn: f32) -> [f32
 /// Write the cuts of visible points; zeros where there is none.
 ///
 /// `places` are positions and surfaces (0: no point), `facings` normals, `diffuses` albedos and flags, of
-/// which those above 0 are of interest; a point's radius is what `radii` says, times `shrink`.
+/// which those above 0 are of interest; a point's radius is what `radii` says, times `radius_scale`.
 /// `corners` are the triangles in leaf order, whose second corner's fourth number is the surface.
 #[allow(clippy::too_many_arguments)]
 pub fn cuts(
     tree: &Tree,
     corners: &[[[f32; 4]; 3]],
     radii: &RadiusField,
-    shrink: f32,
+    radius_scale: f32,
     places: &[[f32; 4]],
     facings: &[[f32; 4]],
     diffuses: &[[f32; 4]],
@@ -70,7 +70,7 @@ pub fn cuts(
         .zip(facings.par_chunks(POINTS_A_TASK))
         .zip(diffuses.par_chunks(POINTS_A_TASK))
         .for_each(|(((out, places), facings), diffuses)| {
-            chunk_of(tree, corners, radii, shrink, places, facings, diffuses, out);
+            chunk_of(tree, corners, radii, radius_scale, places, facings, diffuses, out);
         });
 }
 
@@ -80,7 +80,7 @@ widest! {
         tree: &Tree,
         corners: &[[[f32; 4]; 3]],
         radii: &RadiusField,
-        shrink: f32,
+        radius_scale: f32,
         places: &[[f32; 4]],
         facings: &[[f32; 4]],
         diffuses: &[[f32; 4]],
@@ -93,7 +93,7 @@ widest! {
         for (((&[x, y, z, surface], &[nx, ny, nz, _]), &[.., flags]), out) in points.zip(out) {
             *out = NONE;
             let (position, normal) = ([x, y, z], [nx, ny, nz]);
-            let radius = radii.at(position, normal) * shrink;
+            let radius = radii.at(position, normal) * radius_scale;
             // False for NaN.
             if !(surface > 0.0 && flags > 0.0 && radius > 0.0) {
                 continue;

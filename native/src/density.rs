@@ -55,7 +55,7 @@ pub struct Lobes<'a> {
 #[derive(Clone, Copy)]
 pub struct Discs<'a> {
     pub radii: &'a RadiusField,
-    pub shrink: f32,
+    pub radius_scale: f32,
     pub filter: Filter,
 }
 
@@ -278,7 +278,7 @@ fn point_at(map: &PhotonMap, points: &Points, discs: &Discs, at: usize) -> Optio
         return None;
     }
     let normal = [nx, ny, nz];
-    let radius = discs.radii.at([x, y, z], normal) * discs.shrink;
+    let radius = discs.radii.at([x, y, z], normal) * discs.radius_scale;
     if radius <= 0.0 {
         return None; // no normal
     }

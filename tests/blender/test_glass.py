@@ -51,7 +51,7 @@ def test_ball_of_glass(scene, cycles_mean, export, device, case, thorough) -> No
     scene.cycles.blur_glossy = 0.0
     theirs = np.mean([cycles_mean(SAMPLES, seed) for seed in (1, 2)], axis=0, dtype=float)
     settings: Any = {"width": 64, "height": 32, "photons": 65536, "mirror_depth": 32}
-    settings |= {"passes": 48, "radius_shrink": 2 / 3, "transparent": True}
+    settings |= {"passes": 48, "radius_decay": 2 / 3, "transparent": True}
     ours = render(device, export()[0], **settings)["Combined"].astype(float)
 
     def blocks(image: Any) -> Any:

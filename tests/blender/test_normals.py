@@ -250,7 +250,7 @@ def test_photons_see_bent_normals(export, device) -> None:
     size = bpy.context.scene.render.resolution_x
     ours = {"width": size, "height": size, "pixel_filter": "gauss", "pixel_width": 1e-4}
     exact = render(device, scene, photons=0, **ours)["Combined"][..., :3]
-    photons = {"photons": 400_000, "passes": 4, "radius_shrink": 2.0 / 3.0}
+    photons = {"photons": 400_000, "passes": 4, "radius_decay": 2.0 / 3.0}
     found = render(device, scene, direct_by_photons=True, **photons, **ours)["Combined"][..., :3]
     lit = exact.max(-1) > 0.1 * exact.max()
     ratio = found.sum(-1)[lit] / exact.sum(-1)[lit]
@@ -293,7 +293,7 @@ def test_room(export, cycles_mean, device, bent) -> None:
     camera.data.lens = 32.0
     bpy.context.scene.render.resolution_x = bpy.context.scene.render.resolution_y = 64
     scene, _ = export()
-    passes = {"passes": 64, "photons": 60_000, "radius_shrink": 2.0 / 3.0}
+    passes = {"passes": 64, "photons": 60_000, "radius_decay": 2.0 / 3.0}
     ours = render(device, scene, width=64, height=64, **passes)["Combined"][..., :3]
     cycles = bpy.context.scene.cycles
     cycles.light_sampling_threshold = cycles.sample_clamp_indirect = 0.0

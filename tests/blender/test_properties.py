@@ -48,7 +48,7 @@ def test_every_setting_has_a_property(scene) -> None:
     ("name", "value"),
     [
         ("passes", 7),
-        ("radius_shrink", 0.5),
+        ("radius_decay", 0.5),
         ("seed", 3),
         ("estimator", "SPLAT"),
         ("layer", "COMPUTE"),
@@ -69,6 +69,19 @@ def test_each_property_arrives(scene, name, value) -> None:
     expected = value.lower() if isinstance(value, str) else value
     assert getattr(settings, name) == expected
     settings.check()
+
+
+def test_old_names_are_kept(scene, tmp_path) -> None:
+    """What an older file stored under another name."""
+    settings = scene.photon_stream
+    stored = settings
+    if hasattr(settings, "bl_system_properties_get"):  # Blender 5
+        stored = settings.bl_system_properties_get(do_create=True)
+    stored["radius_shrink"] = 0.25
+    path = str(tmp_path / "old.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert settings_from(bpy.context.scene, (512, 512)).radius_decay == 0.25
 
 
 def test_fewer_min_passes_of_an_older_file(scene) -> None:

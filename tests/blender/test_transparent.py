@@ -103,7 +103,7 @@ def test_sheets_are_those_of_cycles(scene, cycles_mean, export, device, case) ->
         passes=48,
         photons=16384,
         mirror_depth=16,
-        radius_shrink=2 / 3,
+        radius_decay=2 / 3,
         transparent=True,
         transparent_depth=transparent_bounces_of(scene),
     )["Combined"].astype(float)

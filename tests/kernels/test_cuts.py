@@ -84,8 +84,8 @@ def both_cuts_at(
         "radii": radii.table(),
     }
     points = {"place": place, "facing": facing, "diffuse": diffuse}
-    glsl = bench.run(Cuts, points, {"shrink": 0.5}, tables)["cuts"]
-    ours = tracer_of(mesh).cuts(*(x[None] for x in points.values()), radii, shrink=0.5)[0]
+    glsl = bench.run(Cuts, points, {"radius_scale": 0.5}, tables)["cuts"]
+    ours = tracer_of(mesh).cuts(*(x[None] for x in points.values()), radii, radius_scale=0.5)[0]
     return glsl, ours
 
 
@@ -217,7 +217,7 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     shading = texels(np.broadcast_to(UP, (count, 3)), 0.0)
     mesh, radii = mesh_of(plate), even(RADIUS)
     draw: dict[str, Any] = {"probes": PROBES, "seed": 3, "depth": 0}
-    draw |= {"shrink": 1.0, "frame_size": (count, 1), "region_origin": (0, 0)}
+    draw |= {"radius_scale": 1.0, "frame_size": (count, 1), "region_origin": (0, 0)}
     streams = {"place": place, "facing": facing, "shading": shading, "cuts": cuts}
     streams["diffuse"] = diffuse
     tables = {

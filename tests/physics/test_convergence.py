@@ -51,7 +51,7 @@ def slope(device: Device, scene: Scene, truth: Any, image: str, **settings: Any)
 def test_case_12_photons(device: Device) -> None:
     """Probabilistic progressive photon mapping: alpha = 2/3 gives N^(-1/3) (Knaus & Zwicker)."""
     scene, truth = floor_under_a_lamp(0.0)
-    settings: dict[str, Any] = {"direct_by_photons": True, "radius_shrink": 2 / 3}
+    settings: dict[str, Any] = {"direct_by_photons": True, "radius_decay": 2 / 3}
     found = slope(device, scene, truth, "Indirect", photons=1000, radius=0.2, **settings)
     print(f"slope {found:.3f}")
     assert -0.40 <= found <= -0.25

@@ -72,7 +72,7 @@ def test_gathered_is_what_rays_see(
 ) -> None:
     """And nothing jumps where the share of a lobe that gathers changes (stability row 64)."""
     options: dict[str, Any] = {"width": 12, "height": 12, "photons": 8192, "radius": 0.8}
-    options |= {"passes": 160, "radius_shrink": 2 / 3}
+    options |= {"passes": 160, "radius_decay": 2 / 3}
     found = {}
     for of_lobe in (0.0, 0.5, 1.0):
         share(monkeypatch, of_lobe)

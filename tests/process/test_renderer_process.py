@@ -101,7 +101,7 @@ def test_same_picture_as_in_process(process: RendererProcess) -> None:
         "from addon.streams import Device\n"
         f"np.savez(sys.argv[1], **render(Device(), cornell(), width={SMALL.width}, "
         f"height={SMALL.height}, photons={SMALL.photons}, passes={SMALL.passes}, "
-        f"radius_shrink={SMALL.radius_shrink}))"
+        f"radius_decay={SMALL.radius_decay}))"
     )
     assert process._folder
     file = process._folder / "direct.npz"

@@ -36,7 +36,7 @@ def main() -> None:
                 passes=256,
                 photons=32768,
                 radius=0.2,
-                radius_shrink=0.8,
+                radius_decay=0.8,
                 seed=seed,
             )["Combined"][..., :3]
             for seed in HALVES

@@ -31,7 +31,7 @@ def compare_room(
         height=size,
         passes=passes,
         photons=PHOTONS,
-        radius_shrink=2 / 3,
+        radius_decay=2 / 3,
         mirror_depth=32,
     )
     keep = np.ones(reference.shape[:2], bool) if keep is None else keep

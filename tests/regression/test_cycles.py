@@ -49,7 +49,7 @@ def differences(
         height=SIZES[name],
         passes=passes,
         photons=photons,
-        radius_shrink=2 / 3,
+        radius_decay=2 / 3,
     )
     keep = smooth_blocks(images, exported.camera, MARGIN)
     ours, reference = images["Combined"][..., :3], read_exr(REFERENCES / f"{name}.exr")

@@ -166,7 +166,7 @@ def test_bias_of_a_large_radius(
         height=SIZE,
         photons=16384,
         radius=1.6,
-        radius_shrink=1.0,
+        radius_decay=1.0,
         seed=5,
     ).values()
     found = over_seeds([look])

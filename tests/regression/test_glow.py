@@ -70,7 +70,7 @@ def test_block_means_are_those_of_cycles(device: Device, record_property: Record
         height=SIZE,
         passes=128,
         photons=100_000,
-        radius_shrink=2 / 3,
+        radius_decay=2 / 3,
     )
     reference = render_loaded(2048, 1)
     ours = images["Combined"][..., :3]

@@ -26,7 +26,7 @@ from tests.stability.table import Measured
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PASSES = 5
-CHOICES = {"width": 48, "height": 40, "passes": PASSES, "photons": 20000, "radius_shrink": 2 / 3}
+CHOICES = {"width": 48, "height": 40, "passes": PASSES, "photons": 20000, "radius_decay": 2 / 3}
 PARTS = ("Direct", "Indirect", "Mirror", "Background", "Combined")
 WAYS = [
     ("native", "gather"),

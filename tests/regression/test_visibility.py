@@ -95,7 +95,7 @@ def test_as_cycles(device: Device, scene: bpy.types.Scene, case: str) -> None:
     CASES[case]()
     exported, _ = snapshot(bpy.context.evaluated_depsgraph_get())
     size = {"width": SIZE, "height": SIZE, "passes": 16, "photons": 30000}
-    ours = blocks(render(device, exported, **size, radius_shrink=2 / 3)["Combined"])
+    ours = blocks(render(device, exported, **size, radius_decay=2 / 3)["Combined"])
     theirs = blocks(by_cycles(scene))
     light = theirs[..., :3].mean()
     assert ours[..., :3].mean() == pytest.approx(light, rel=0.01)

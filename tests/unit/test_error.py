@@ -128,7 +128,7 @@ def test_inner_estimate_is_that_of_the_inner_radius(
             photons=20000,
             radius=radius,
             estimator=estimator,  # type: ignore[arg-type]
-            radius_shrink=1.0,
+            radius_decay=1.0,
             boundary_correction=corrected,
         )
         renderer = prepare(cornell(mirror=True, lobe=True), settings, device)

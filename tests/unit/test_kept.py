@@ -130,7 +130,7 @@ SETTING_STEPS: list[tuple[dict[str, Any], int]] = [  # changes, and passes of ph
     ({"width": 12, "height": 16}, 0),
     ({"region": (2, 3, 7, 9)}, 0),
     ({"radius": 0.5}, 0),
-    ({"radius_shrink": 1.0, "filter": "cone", "boundary_correction": False}, 0),
+    ({"radius_decay": 1.0, "filter": "cone", "boundary_correction": False}, 0),
     ({"mirror_depth": 1, "transparent": True}, 0),
     ({"passes": 4}, 2),
     ({"first_pass": 3}, 1),

@@ -13,7 +13,7 @@ import pytest
 from addon.photon.kernels.records import RADIUS_GRID
 from addon.photon.photons.deposits import Copy, DeviceDeposits
 from addon.photon.photons.device_radii import _ordered, _within, radii_on_device
-from addon.photon.photons.radius_field import SAMPLE, grids_on_host, sample_of, shrink_of
+from addon.photon.photons.radius_field import SAMPLE, grids_on_host, radius_scale, sample_of
 from addon.photon.prepare import photons_per_disc, prepare
 from addon.photon.settings import Settings
 from addon.photon.ways import way
@@ -44,9 +44,9 @@ def test_shrinks_as_published() -> None:
     """Against the recursion of Knaus & Zwicker 2011, eq. 15, term by term."""
     square = 1.0
     for i in range(1, 2000):
-        assert shrink_of(2 / 3, i - 1) == pytest.approx(square**0.5, rel=1e-9)
+        assert radius_scale(2 / 3, i - 1) == pytest.approx(square**0.5, rel=1e-9)
         square *= (i + 2 / 3) / (i + 1)
-    assert shrink_of(1.0, 100) == pytest.approx(1.0)
+    assert radius_scale(1.0, 100) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])
@@ -204,7 +204,7 @@ def test_the_device_finds_the_same(
         radii = table[grids.size :]
         share = np.mean(np.abs(found[grids.size :] - radii) > 1e-5 * radii)
         assert share <= (0.0 if device.is_software else 0.01)
-        typical, largest = made.told()  # the first by 2047 photons, native.RadiusField's by all
+        typical, largest = made.summary()  # the first by 2047 photons, native.RadiusField's by all
         assert typical == pytest.approx(expected.typical(), rel=2e-2)
         assert largest == pytest.approx(expected.largest(), rel=1e-5)
         np.testing.assert_array_equal(made.on_host.table().ravel()[:used], found)

@@ -20,7 +20,7 @@ RANGES: list[tuple[str, Any, Any, tuple[Any, ...]]] = [
     ("first_pass", 0, 1 << 24, (-1, (1 << 24) + 1)),
     ("photons", 0, 1 << 24, (-1, (1 << 24) + 1)),
     ("radius", 0.0, 1e9, (-1e-9, -math.inf)),
-    ("radius_shrink", 0.01, 1.0, (0.0, 0.009, 1.001)),
+    ("radius_decay", 0.01, 1.0, (0.0, 0.009, 1.001)),
     ("seed", 0, (1 << 32) - 1, (-1, 1 << 32)),
     ("photon_bounces", 1, 1024, (0, 1025)),
     ("mirror_depth", 0, 1024, (-1, 1025)),

@@ -51,7 +51,7 @@ GLOSS = Record("Gloss", {"radiance": "vec3", "inner": "float"})
 GATHERED = Record("Gathered", {"normal": "vec3", "albedo": "float"})
 # [W], with DIRECTIONS that to the light in its last bits (packing.glsl); geometric normal, packed
 DEPOSIT = Record("Deposit", {"flux": "vec3", "normal": "float"})
-REACH = Record("Reach", {"radius": "float"})  # [scene units]
+GATHER_RADIUS = Record("GatherRadius", {"radius": "float"})  # [scene units]
 # Half planes that end a visible point's disc (lib/cuts.glsl) [1 / scene units]; zero: no cut
 CUTS = Record("Cuts", {"first": "vec2", "second": "vec2"})
 # Share of the filter, and of the inner one, on its own surface.

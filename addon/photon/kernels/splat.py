@@ -2,7 +2,7 @@
 from ...streams import DrawKernel, Items, Uniform
 from ..photons import radius_field
 from ..settings import FILTER_DEFINES
-from .records import CUTS, FACING, IRRADIANCE, PLACE, REACH
+from .records import CUTS, FACING, GATHER_RADIUS, IRRADIANCE, PLACE
 
 
 class Splat(DrawKernel):
@@ -10,7 +10,7 @@ class Splat(DrawKernel):
 
     stem = "splat"
     structure = FILTER_DEFINES
-    inputs = {"place": PLACE, "facing": FACING, "reach": REACH, "cuts": CUTS}
+    inputs = {"place": PLACE, "facing": FACING, "gather_radius": GATHER_RADIUS, "cuts": CUTS}
     outputs = {"irradiance": IRRADIANCE}
     passed = {"photon": "vec4", "flux": "vec4"}
     uniforms = {

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..stage.tables import Tables
+from .importance import Importance, importance_of
 from .starts import Starts, even_shares, groups_of, proposed, starts_by, variance
-from .told import Told, told_by
 from .view import View
 
 FIRST_PASS = 1 << 31  # numbers no pass of a picture has
 FIRST_PHOTONS, MOST_FIRST = 4096, 16384  # of each group of lights, and of all at most
-# Then, where it may be worth it, of all, twice: by what was told before.
+# Then, where it may be worth it, of all, twice: by what was importance before.
 PHOTONS = (1 << 15, 1 << 16)
 WIDE = 2.5  # how much wider cells are for the first photons
 # Where half of what is seen has no photon, more look for it: of light from afar at all distances.
@@ -98,39 +98,41 @@ class Aiming:
         tables = self._tables
         if not len(view.places):
             return self._plain
-        told = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
-        plain = starts = self._by_shares(told, view) if told else self._plain
+        importance = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
+        plain = starts = self._by_shares(importance, view) if importance else self._plain
         for at, photons in enumerate(PHOTONS, 1):
-            if not self._is_unknown(told) and not (told and self._promises(told, view)):
+            if not self._is_unknown(importance) and not (
+                importance and self._promises(importance, view)
+            ):
                 return plain
-            starts = self._next(told, view)
+            starts = self._next(importance, view)
             mixed = (starts.shares + even_shares(tables)) / 2
-            told = self._trace(Starts(mixed, starts.aims), at, view, photons)
-            if told is None:
+            importance = self._trace(Starts(mixed, starts.aims), at, view, photons)
+            if importance is None:
                 return plain
-        assert told
-        gain = variance(told, tables, plain) / variance(told, tables, starts)
-        return starts_by(told, tables, view) if gain >= LEAST_GAIN else plain
+        assert importance
+        gain = variance(importance, tables, plain) / variance(importance, tables, starts)
+        return starts_by(importance, tables, view) if gain >= LEAST_GAIN else plain
 
     @property
     def _first_photons(self) -> int:
         return min(FIRST_PHOTONS * len(groups_of(self._tables)), MOST_FIRST)
 
-    def _trace(self, starts: Starts, at: int, view: View, photons: int) -> Told | None:
+    def _trace(self, starts: Starts, at: int, view: View, photons: int) -> Importance | None:
         self._use(starts)
         index, wide = FIRST_PASS + at, 1.0 if at else WIDE
-        return told_by(self._mapper, self._tables, view, self._seed, index, photons, wide)
+        return importance_of(self._mapper, self._tables, view, self._seed, index, photons, wide)
 
-    def _by_shares(self, told: Told, view: View) -> Starts:
+    def _by_shares(self, importance: Importance, view: View) -> Starts:
         """By lights alone, if that is worth it."""
         tables = self._tables
-        starts = starts_by(told, tables, view, are_aimed=False)
-        gain = variance(told, tables, self._plain) / variance(told, tables, starts)
+        starts = starts_by(importance, tables, view, are_aimed=False)
+        gain = variance(importance, tables, self._plain) / variance(importance, tables, starts)
         return starts if gain >= LEAST_GAIN_OF_SHARES else self._plain
 
-    def _promises(self, told: Told, view: View) -> bool:
+    def _promises(self, importance: Importance, view: View) -> bool:
         """Whether what half of the photons tell is worth it to the others."""
-        one, other = told.part(np.s_[::2]), told.part(np.s_[1::2])
+        one, other = importance.part(np.s_[::2]), importance.part(np.s_[1::2])
         tables = self._tables
         by_one = starts_by(one, tables, view)
         if by_one.aims is None:
@@ -139,14 +141,14 @@ class Aiming:
         best = min(variance(other, tables, starts) for starts in (self._plain, shares_alone))
         return best >= PROMISING * variance(other, tables, by_one)
 
-    def _is_unknown(self, told: Told | None) -> bool:
-        """Whether light may reach more than photons have told."""
-        return told is None or told.known < ENOUGH_KNOWN
+    def _is_unknown(self, importance: Importance | None) -> bool:
+        """Whether light may reach more than photons have importance."""
+        return importance is None or importance.known < ENOUGH_KNOWN
 
-    def _next(self, told: Told | None, view: View) -> Starts:
+    def _next(self, importance: Importance | None, view: View) -> Starts:
         """By what is known, and where that is little, light from afar by what the picture shows."""
         tables = self._tables
-        if tables.distant_lights and self._is_unknown(told):
+        if tables.distant_lights and self._is_unknown(importance):
             origin, direction = np.split(self._mapper.rays(FIRST_PASS, 1)[0], 2)
             return Starts(even_shares(tables), proposed(tables, view, float(-origin @ direction)))
-        return starts_by(told, tables, view) if told else self._plain
+        return starts_by(importance, tables, view) if importance else self._plain

@@ -37,12 +37,12 @@ DECLARATIONS = {  # what programs are compiled with
     "radius_box": f"const int MOST_SAMPLED = {ENOUGH};",
     **dict.fromkeys(("radius_count", "radius_sum", "radius_find", "radius_flatten"), _GRID),
     **dict.fromkeys(("radius_sum_rows", "radius_flatten_rows"), _GRID + _ROWS),
-    "radius_tell": "\n".join([_GRID, *declare_tables({"radii": Table(RADIUS_GRID)})]),
+    "radius_summary": "\n".join([_GRID, *declare_tables({"radii": Table(RADIUS_GRID)})]),
 }
 # Gives the grids of native.radius_grids, and the area of the box about them.
 Grids = Callable[[], tuple[NDArray[np.float32], float]]
 Box = NDArray[np.float32]  # (2, 3) its lowest and its highest corner
-TELLING = 2047  # photons that tell the median radius: tests hold it to 2 % of all photons'
+SAMPLED = 2047  # photons that tell the median radius: tests hold it to 2 % of all photons'
 
 
 class Limits(NamedTuple):
@@ -58,14 +58,14 @@ class Limits(NamedTuple):
 class DeviceRadii:
     """Radii of which the host knows little, and that late."""
 
-    def __init__(self, device: Device, table: moderngl.Texture, telling: Reading) -> None:
-        """`table`: as glsl/lib/radius.glsl reads it; `telling`: the largest, and those at some of
+    def __init__(self, device: Device, table: moderngl.Texture, reading: Reading) -> None:
+        """`table`: as glsl/lib/radius.glsl reads it; `reading`: the largest, and those at some of
         the photons: bits of float32."""
-        self._device, self.on_device, self._telling = device, table, telling
+        self._device, self.on_device, self._reading = device, table, reading
 
-    def told(self) -> tuple[float, float]:
+    def summary(self) -> tuple[float, float]:
         """As Found's (waits for the device)."""
-        radii = np.frombuffer(self._telling.data(), np.float32)
+        radii = np.frombuffer(self._reading.data(), np.float32)
         largest, middle = float(radii[0]), (len(radii) - 1) // 2
         if len(radii) == 1:
             return largest, largest
@@ -74,7 +74,7 @@ class DeviceRadii:
     @cached_property
     def on_host(self) -> native.RadiusField:
         """As Found's."""
-        return native.RadiusField.of_table(self._device.texels(self.on_device), self.told()[0])
+        return native.RadiusField.of_table(self._device.texels(self.on_device), self.summary()[0])
 
     def release(self) -> None:
         """As Found's."""
@@ -151,9 +151,9 @@ def radii_on_device(
     assert max(map(max, corners)) <= LONGEST
     all_nodes, all_corners = (sum(map(math.prod, sides)) for sides in (nodes, corners))
     rows = -(-(grids.size + all_nodes) // (4 * TABLE_WIDTH))
-    step = step_of(count, TELLING)
+    step = step_of(count, SAMPLED)
     samples = -(-count // step)
-    sums, told = device.buffer(4 * all_corners), device.buffer(4 * (1 + samples))
+    sums, summary = device.buffer(4 * all_corners), device.buffer(4 * (1 + samples))
     radii = device.buffer(16 * TABLE_WIDTH * rows)
     where: dict[str, Any] = {"grids": grids.tobytes()}
 
@@ -163,7 +163,7 @@ def radii_on_device(
         _program(device, stem).run(SIDES * a_side * each, buffers, uniforms=uniforms)
 
     clear(device, sums, all_corners)
-    clear(device, told, 1)
+    clear(device, summary, 1)
     _program(device, "radius_count").run(
         count, [sums], photons, uniforms=where | {"most_a_side": 0}
     )
@@ -178,14 +178,14 @@ def radii_on_device(
         run("radius_flatten", [radii], most_lines(nodes, axis), axis=axis)
     table: moderngl.Texture = device.texture((TABLE_WIDTH, rows), 4)
     table.write(radii)
-    _program(device, "radius_tell").run(
+    _program(device, "radius_summary").run(
         max(all_nodes, samples),
-        [told],
+        [summary],
         photons | {"radii": table},
-        uniforms={"samples": samples, "step": step, "shrink": 1.0}
+        uniforms={"samples": samples, "step": step, "radius_scale": 1.0}
         | {"first_node": grids.size, "nodes": all_nodes},
     )
-    telling = device.ask(told, 1 + samples)
-    for buffer in (sums, radii, told):
+    reading = device.ask(summary, 1 + samples)
+    for buffer in (sums, radii, summary):
         device.put_back(buffer)
-    return DeviceRadii(device, table, telling)
+    return DeviceRadii(device, table, reading)

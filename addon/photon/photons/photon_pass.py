@@ -11,7 +11,7 @@ from ..settings import Settings
 from .aim import Aiming
 from .kept import Kept, Mapper
 from .photon_grid import Gathering
-from .radius_field import Radii, RadiusField, shrink_of
+from .radius_field import Radii, RadiusField, radius_scale
 from .splats import Splats, View
 
 
@@ -64,7 +64,7 @@ class Photons:
         self._aiming.set(index)
         with self._phases.timed("photons"):
             self._kept.start(self.mapper, self._settings, index)
-        return PhotonPass(self, self.field.of_pass(self._shrink(index)))
+        return PhotonPass(self, self.field.of_pass(self._radius_scale(index)))
 
     def _aim(self, index: int) -> None:
         """Learn where a pass's photons start, and their radii if that is elsewhere."""
@@ -103,7 +103,7 @@ class Photons:
 
     def radius(self, index: int) -> float:
         """The radius of a pass, typical of where photons fall [scene units]."""
-        return self.field.of_pass(self._shrink(index)).typical
+        return self.field.of_pass(self._radius_scale(index)).typical
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
@@ -122,5 +122,5 @@ class Photons:
             if part:
                 part.release()
 
-    def _shrink(self, index: int) -> float:
-        return shrink_of(self._settings.radius_shrink, index)
+    def _radius_scale(self, index: int) -> float:
+        return radius_scale(self._settings.radius_decay, index)

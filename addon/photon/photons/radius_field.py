@@ -22,14 +22,14 @@ from .device_radii import Box, Grids, Limits, step_of
 SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most
 WIDEST = 1.4  # no radius is larger, in radii that even light would have
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
-UNIFORMS = {"shrink": Uniform("float")}
+UNIFORMS = {"radius_scale": Uniform("float")}
 TABLES = {"radii": Table(RADIUS_GRID)}
 
 
 class Found(Protocol):
     """Radii by density, where they were made: HostRadii or DeviceRadii."""
 
-    def told(self) -> tuple[float, float]:
+    def summary(self) -> tuple[float, float]:
         """The median over the photons, and the largest; waits for who made them [scene units]."""
 
     @property
@@ -51,7 +51,7 @@ class HostRadii:
         self._device, self.on_host = device, made
         self._table: moderngl.Texture | None = None
 
-    def told(self) -> tuple[float, float]:
+    def summary(self) -> tuple[float, float]:
         """As Found's."""
         return self.on_host.typical(), self.on_host.largest()
 
@@ -69,7 +69,7 @@ class HostRadii:
 
 
 class RadiusField:
-    """Radii of the first pass [scene units]; those of later passes are `shrink` times as large.
+    """Radii of the first pass [scene units]; `radius_scale` times as large in later ones.
 
     A radius of its own for every place: about `wanted` photons fall into a disc, be it in a caustic
     or in the dark, and none of the first pass is smaller than a pixel sees. So no radius has to be
@@ -89,10 +89,10 @@ class RadiusField:
         return cls(found, is_even=True)
 
     @cached_property
-    def told(self) -> tuple[float, float]:
+    def summary(self) -> tuple[float, float]:
         """The median of the radii over the photons, and the largest; waits for the device that
         made them [scene units]."""
-        return self._found.told()
+        return self._found.summary()
 
     @property
     def on_device(self) -> moderngl.Texture:
@@ -104,9 +104,9 @@ class RadiusField:
         """As Found's."""
         return self._found.on_host
 
-    def of_pass(self, shrink: float) -> Radii:
-        """The radii of a pass whose radii are `shrink` times the first pass's."""
-        return Radii(self, shrink, {"shrink": shrink})
+    def of_pass(self, radius_scale: float) -> Radii:
+        """The radii of a pass whose radii are `radius_scale` times the first pass's."""
+        return Radii(self, radius_scale, {"radius_scale": radius_scale})
 
     def release(self) -> None:
         """Put what it found back."""
@@ -162,28 +162,28 @@ class Radii:
     """A pass's radii, as kernels take them."""
 
     field: RadiusField
-    shrink: float
+    radius_scale: float
     uniforms: dict[str, Any]  # of UNIFORMS
 
     @property
     def typical(self) -> float:
         """The median over the photons [scene units]."""
-        return self.field.told[0] * self.shrink
+        return self.field.summary[0] * self.radius_scale
 
     @property
     def largest(self) -> float:
         """Of all [scene units]."""
-        return self.field.told[1] * self.shrink
+        return self.field.summary[1] * self.radius_scale
 
     def tables(self, kernel: Kernel) -> dict[str, Any]:
         """TABLES, as a GLSL or a native kernel reads them."""
         return {"radii": kernel.placed(self.field)}
 
 
-def shrink_of(alpha: float, index: int) -> float:
+def radius_scale(decay: float, index: int) -> float:
     """The radius of pass `index` over that of pass 0.
 
-    Knaus & Zwicker 2011, eq. 15, in closed form: r_i^2 = r_1^2 prod (k + alpha) / (k + 1).
+    Knaus & Zwicker 2011, eq. 15, in closed form: r_i^2 = r_1^2 prod (k + decay) / (k + 1).
     """
     i = index + 1
-    return math.exp((math.lgamma(i + alpha) - math.lgamma(1 + alpha) - math.lgamma(i + 1)) / 2)
+    return math.exp((math.lgamma(i + decay) - math.lgamma(1 + decay) - math.lgamma(i + 1)) / 2)

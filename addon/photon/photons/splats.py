@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from ...streams import Defines, Device, Stream
 from ...streams.device import Layer
-from ..kernels.reach import Reach
-from ..kernels.records import REACH
+from ..kernels.gather_radius import GatherRadius
+from ..kernels.records import GATHER_RADIUS
 from ..kernels.splat import Splat
 from ..settings import SplatShape
 from .deposits import Deposits
@@ -34,8 +34,11 @@ class Splats:
     def __init__(self, device: Device, layer: Layer, shape: SplatShape, defines: Defines) -> None:
         """`defines`: the filter."""
         self._device = device
-        self._reaches: Stream | None = None
-        self._reach, self._splat = Reach(device, layer), Splat(device, shape, defines)
+        self._radius: Stream | None = None
+        self._gather_radius, self._splat = (
+            GatherRadius(device, layer),
+            Splat(device, shape, defines),
+        )
         self._deposits: Deposits | None = None
         self._radii: Radii | None = None
 
@@ -50,10 +53,10 @@ class Splats:
         if count == 0:
             irradiance.clear()
             return
-        reach = self._reach_of(points)
+        radius = self._radius_at(points)
         streams = {name: points[name] for name in ("place", "facing", "cuts")}
         self._splat.run(
-            {**streams, "reach": reach, "irradiance": irradiance},
+            {**streams, "gather_radius": radius, "irradiance": irradiance},
             dict(zip(("photon_place", "photon_deposit"), photons, strict=True))
             | self._radii.tables(self._splat),
             {
@@ -68,25 +71,25 @@ class Splats:
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        return {kernel.stem: kernel.launches for kernel in (self._splat, self._reach)}
+        return {kernel.stem: kernel.launches for kernel in (self._splat, self._gather_radius)}
 
     def release(self) -> None:
         """Free what is its own; the programs are the device's."""
-        self._release_reaches()
-        self._reach.release()
+        self._release_radii()
+        self._gather_radius.release()
         self._splat.release()
 
-    def _reach_of(self, points: Mapping[str, Stream]) -> Stream:
-        """How far each point looks."""
+    def _radius_at(self, points: Mapping[str, Stream]) -> Stream:
+        """The gather radius at each point."""
         place, radii = points["place"], self._radii
         assert radii
-        if self._reaches is None or self._reaches.size != place.size:
-            self._release_reaches()
-            self._reaches = Stream(self._device, REACH, place.size)
-        streams = {"place": place, "facing": points["facing"], "reach": self._reaches}
-        self._reach.run(streams, radii.tables(self._reach), radii.uniforms)
-        return self._reaches
+        if self._radius is None or self._radius.size != place.size:
+            self._release_radii()
+            self._radius = Stream(self._device, GATHER_RADIUS, place.size)
+        streams = {"place": place, "facing": points["facing"], "gather_radius": self._radius}
+        self._gather_radius.run(streams, radii.tables(self._gather_radius), radii.uniforms)
+        return self._radius
 
-    def _release_reaches(self) -> None:
-        if self._reaches:
-            self._reaches.release()
+    def _release_radii(self) -> None:
+        if self._radius:
+            self._radius.release()

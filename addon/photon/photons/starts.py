@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from ..stage.aims import Aim, Aims
 from ..stage.light_tree import in_order
 from ..stage.tables import Tables
-from .told import Told, disc_about
+from .importance import Importance, disc_about
 from .view import Doubles, View
 
-MOST_GROUPS = 16  # of lights, whose photons are told apart
+MOST_GROUPS = 16  # of lights, whose photons are importance apart
 # What these photons have not met must be found by others: at least so many start by flux alone, and
 # at most, for places that no light reaches are none to wait for.
 LEAST_PLAIN, MOST_PLAIN = 0.25, 0.5
-TELLING = 24  # photons of a light that tell where others shall start
+ENOUGH_PHOTONS = 24  # photons of a light that tell where others shall start
 PULL = 1e-3  # to the middle of the picture, over that to where rays meet
 NEAREST = 0.1  # of the way from the eye to what it sees: no photons are closer together at first
 
@@ -59,11 +59,11 @@ def even_shares(tables: Tables) -> Doubles:
     return shares
 
 
-def starts_by(told: Told, tables: Tables, view: View, are_aimed: bool = True) -> Starts:
+def starts_by(importance: Importance, tables: Tables, view: View, are_aimed: bool = True) -> Starts:
     """Those that leave the least variance."""
-    least = max(LEAST_PLAIN, 1.0 - told.known)
-    aims = _aims_by(told, tables, view, min(least, MOST_PLAIN)) if are_aimed else {}
-    moments = _moments(told, tables, aims)
+    least = max(LEAST_PLAIN, 1.0 - importance.known)
+    aims = _aims_by(importance, tables, view, min(least, MOST_PLAIN)) if are_aimed else {}
+    moments = _moments(importance, tables, aims)
     flux, groups = tables.by_flux, groups_of(tables)
     of_group = np.array([flux[group].sum() for group in groups])
     parts = [moments[group] / flux[group] for group in groups]
@@ -76,9 +76,9 @@ def starts_by(told: Told, tables: Tables, view: View, are_aimed: bool = True) ->
     return Starts(shares, Aims(len(flux), aims) if aims else None)
 
 
-def variance(told: Told, tables: Tables, starts: Starts) -> float:
+def variance(importance: Importance, tables: Tables, starts: Starts) -> float:
     """What a pass's photons would leave that start so, up to a factor."""
-    moments = _moments(told, tables, starts.aims.by_light if starts.aims else {})
+    moments = _moments(importance, tables, starts.aims.by_light if starts.aims else {})
     there = moments > 0.0
     return float((moments[there] / starts.shares[there]).sum())
 
@@ -106,13 +106,13 @@ def _nearest(view: View, middle: Doubles, extent: float) -> float:
     return float(np.clip(NEAREST * away / reach, 1e-7, 1.0)) ** 2
 
 
-def _aims_by(told: Told, tables: Tables, view: View, least: float) -> dict[int, Aim]:
+def _aims_by(importance: Importance, tables: Tables, view: View, least: float) -> dict[int, Aim]:
     """Those of lights that have a group for themselves, where they leave less variance."""
     aims = {}
     for group in groups_of(tables):
         light = int(group[0])
-        own = told.part(np.flatnonzero(told.light == light))
-        if len(group) > 1 or len(own.mass) < TELLING:
+        own = importance.part(np.flatnonzero(importance.light == light))
+        if len(group) > 1 or len(own.mass) < ENOUGH_PHOTONS:
             continue
         middle, nearest = np.zeros(3), 1.0
         if light < tables.distant_lights:
@@ -127,30 +127,32 @@ def _aims_by(told: Told, tables: Tables, view: View, least: float) -> dict[int, 
     return aims
 
 
-def _moments(told: Told, tables: Tables, aims: dict[int, Aim]) -> Doubles:
+def _moments(importance: Importance, tables: Tables, aims: dict[int, Aim]) -> Doubles:
     """What each light adds to the variance, times its photons."""
-    mass = told.mass.copy()
+    mass = importance.mass.copy()
     for light, aim in aims.items():
-        those = np.flatnonzero(told.light == light)
-        numbers, larger = _about(told.part(those), aim.middle, light < tables.distant_lights)
+        those = np.flatnonzero(importance.light == light)
+        numbers, larger = _about(importance.part(those), aim.middle, light < tables.distant_lights)
         mass[those] *= larger / native.aim_density(aim.nodes, numbers)
-    moments: Doubles = np.bincount(told.light, mass, len(tables.by_flux)).astype(np.float64)
+    moments: Doubles = np.bincount(importance.light, mass, len(tables.by_flux)).astype(np.float64)
     return moments
 
 
-def _about(told: Told, middle: Doubles, is_afar: bool) -> tuple[NDArray[np.float32], Doubles]:
+def _about(
+    importance: Importance, middle: Doubles, is_afar: bool
+) -> tuple[NDArray[np.float32], Doubles]:
     """The numbers by which photons of one light start, about a middle if it is afar, and how much
     less dense they are."""
     if not is_afar:
-        return told.numbers, np.ones(len(told.mass))
-    on_disc, larger = disc_about(middle, told.rays)
-    return np.concatenate([told.numbers[:, :2], on_disc], axis=1), larger
+        return importance.numbers, np.ones(len(importance.mass))
+    on_disc, larger = disc_about(middle, importance.rays)
+    return np.concatenate([importance.numbers[:, :2], on_disc], axis=1), larger
 
 
-def _middle(told: Told, view: View) -> Doubles:
+def _middle(importance: Importance, view: View) -> Doubles:
     """Where rays that count come closest together, as in a window."""
-    origin, direction = told.rays[:, :3], told.rays[:, 3:]
-    weight = np.sqrt(told.mass)
+    origin, direction = importance.rays[:, :3], importance.rays[:, 3:]
+    weight = np.sqrt(importance.mass)
     across = np.eye(3) - direction[:, :, None] * direction[:, None, :]
     across *= weight[:, None, None]
     pull = PULL * weight.sum()

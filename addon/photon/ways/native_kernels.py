@@ -115,7 +115,7 @@ class NativeCoverage(HostKernel):
     uniforms = Coverage.uniforms
     tables = TABLES
     _OWN = (
-        "shrink",
+        "radius_scale",
         "probes",
         "first_probe",
         "seed",
@@ -176,7 +176,7 @@ class NativeGather(HostKernel):
             inputs["facing"],
             inputs["cuts"],
             tables["radii"],
-            uniforms["shrink"],
+            uniforms["radius_scale"],
             self._filter,
         )
 
@@ -227,6 +227,6 @@ class NativeGlossGather(NativeGather):
             inputs["plain_lobe"],
             inputs["plain_peak"],
             tables["radii"],
-            uniforms["shrink"],
+            uniforms["radius_scale"],
             self._filter,
         )

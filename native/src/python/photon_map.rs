@@ -43,8 +43,8 @@ impl PhotonMap {
     /// Sum the photons around each visible point.
     ///
     /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point), facing
-    /// (normal, unused) and cuts; radii, of which each is multiplied by shrink; filter (constant, cone,
-    /// gaussian, epanechnikov). Returns float32[H, W, 4]: irradiance in three channels, and their mean
+    /// (normal, unused) and cuts; radii, of which each is multiplied by radius_scale; filter (constant,
+    /// cone, gaussian, epanechnikov). Returns float32[H, W, 4]: irradiance in three channels, and their mean
     /// within the inner radius; zeros where no photon can be.
     #[allow(clippy::too_many_arguments)]
     fn gather<'py>(
@@ -54,7 +54,7 @@ impl PhotonMap {
         facing: &Bound<'py, PyAny>,
         cuts: &Bound<'py, PyAny>,
         radii: &RadiusField,
-        shrink: f32,
+        radius_scale: f32,
         filter: &str,
     ) -> PyResult<Stream<'py>> {
         let [place, facing, cuts] = streams([("place", place), ("facing", facing), ("cuts", cuts)])?;
@@ -62,7 +62,7 @@ impl PhotonMap {
         new_stream(py, &place, |out| {
             let (place, facing, cuts) = (rows(&place)?, rows(&facing)?, rows(&cuts)?);
             let points = density::Points { places: place, facings: facing, cuts };
-            let discs = density::Discs { radii: &radii.0, shrink, filter };
+            let discs = density::Discs { radii: &radii.0, radius_scale, filter };
             run(py, || {
                 self.0.gather(&points, &discs, out);
                 Ok(())
@@ -85,7 +85,7 @@ impl PhotonMap {
         lobe: &Bound<'py, PyAny>,
         peak: &Bound<'py, PyAny>,
         radii: &RadiusField,
-        shrink: f32,
+        radius_scale: f32,
         filter: &str,
     ) -> PyResult<(Stream<'py>, Stream<'py>)> {
         if !self.0.has_directions() {
@@ -107,7 +107,7 @@ impl PhotonMap {
                     density::Points { places: rows(&place)?, facings: rows(&facing)?, cuts: rows(&cuts)? };
                 let lobes =
                     density::Lobes { gathered: rows(&gathered)?, lobes: rows(&lobe)?, peaks: rows(&peak)? };
-                let discs = density::Discs { radii: &radii.0, shrink, filter };
+                let discs = density::Discs { radii: &radii.0, radius_scale, filter };
                 run(py, || {
                     self.0.gather_gloss(&points, &lobes, &discs, out, gloss);
                     Ok(())

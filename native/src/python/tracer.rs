@@ -135,9 +135,10 @@ impl Tracer {
     /// Find where each visible point's disc ends at what stands on its surface.
     ///
     /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point), facing (normal) and
-    /// diffuse (albedo, flags; 0: not of interest); radii, of which each is multiplied by shrink. Returns float32[H, W, 4]: two vectors in the plane of the disc; what has
-    /// a scalar product of more than one with either is cut off. Zeros cut nothing.
-    #[pyo3(signature = (place, facing, diffuse, radii, *, shrink))]
+    /// diffuse (albedo, flags; 0: not of interest); radii, of which each is multiplied by radius_scale.
+    /// Returns float32[H, W, 4]: two vectors in the plane of the disc; what has a scalar product of more
+    /// than one with either is cut off. Zeros cut nothing.
+    #[pyo3(signature = (place, facing, diffuse, radii, *, radius_scale))]
     fn cuts<'py>(
         &self,
         py: Python<'py>,
@@ -145,14 +146,14 @@ impl Tracer {
         facing: &Bound<'py, PyAny>,
         diffuse: &Bound<'py, PyAny>,
         radii: &RadiusField,
-        shrink: f32,
+        radius_scale: f32,
     ) -> PyResult<Stream<'py>> {
         let named = [("place", place), ("facing", facing), ("diffuse", diffuse)];
         let [place, facing, diffuse] = streams(named)?;
         new_stream(py, &place, |out| {
             let (place, facing, diffuse) = (rows(&place)?, rows(&facing)?, rows(&diffuse)?);
             run(py, || {
-                cuts::cuts(&self.tree, &self.corners, &radii.0, shrink, place, facing, diffuse, out);
+                cuts::cuts(&self.tree, &self.corners, &radii.0, radius_scale, place, facing, diffuse, out);
                 Ok(())
             })
         })
@@ -162,12 +163,12 @@ impl Tracer {
     ///
     /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point), facing (normal),
     /// shading (unused, leaf position of the triangle), cuts, diffuse (albedo, flags; 0: not of interest);
-    /// radii, of which each is multiplied by shrink; filter (constant, cone,
+    /// radii, of which each is multiplied by radius_scale; filter (constant, cone,
     /// gaussian, epanechnikov); probes a point, and how many were sent before; what random numbers
     /// depend on: seed, depth, and of a pixel frame_size and region_origin (x, y).
     /// Returns float32[H, W, 4]: the filter's share, and the inner filter's.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (place, facing, shading, cuts, diffuse, radii, *, shrink, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
+    #[pyo3(signature = (place, facing, shading, cuts, diffuse, radii, *, radius_scale, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
     fn coverage<'py>(
         &self,
         py: Python<'py>,
@@ -177,7 +178,7 @@ impl Tracer {
         cuts: &Bound<'py, PyAny>,
         diffuse: &Bound<'py, PyAny>,
         radii: &RadiusField,
-        shrink: f32,
+        radius_scale: f32,
         filter: &str,
         probes: u32,
         first_probe: u32,
@@ -196,7 +197,7 @@ impl Tracer {
         let [place, facing, shading, cuts, diffuse] = streams(named)?;
         let probes = coverage::Probes {
             count: probes,
-            shrink,
+            radius_scale,
             filter: Filter::named(filter)?,
             first: first_probe,
             seed,

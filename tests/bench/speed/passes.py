@@ -111,7 +111,7 @@ class Timing:
 
 def steady(settings: Settings) -> Settings:
     """The same for any number of passes, each as long as the first."""
-    return replace(settings, radius_shrink=1.0, passes=1 << 20)
+    return replace(settings, radius_decay=1.0, passes=1 << 20)
 
 
 def time_way(

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far each visible point looks for photons: the same for every splat that covers its pixel.
+// The gather radius of each visible point: the same for every splat that covers its pixel.
 #include "lib/radius.glsl"
 #include "lib/place.glsl"
 
 void kernel() {
     Place place = load_place();
     if (!is_place(place)) skip();
-    store_reach(Reach(radius_at(place.position, load_facing().normal)));
+    store_gather_radius(GatherRadius(radius_at(place.position, load_facing().normal)));
 }

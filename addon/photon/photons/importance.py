@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a pass of few photons tells: which of them reach what the picture shows, and how they
-started."""
+"""The importance of photons: which of few reach what the picture shows, and how they started."""
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ OF_PASS = 0xFFFFFFFF  # the element whose numbers are a pass's
 
 
 @dataclass(frozen=True)
-class Told:
+class Importance:
     """Photons that have landed."""
 
     light: NDArray[np.int64]  # (n,) that each started at
@@ -28,15 +27,15 @@ class Told:
     mass: Doubles  # (n,) what it adds to the picture's variance, if none were aimed
     known: float  # the share of what the picture shows that some reached
 
-    def part(self, which: Any) -> Told:
+    def part(self, which: Any) -> Importance:
         """Some of them."""
         numbers, rays = self.numbers[which], self.rays[which]
-        return Told(self.light[which], numbers, rays, self.mass[which], self.known)
+        return Importance(self.light[which], numbers, rays, self.mass[which], self.known)
 
 
-def told_by(
+def importance_of(
     mapper: Any, tables: Tables, view: View, seed: int, index: int, photons: int, wide: float
-) -> Told | None:
+) -> Importance | None:
     """Trace photons of a pass; None if none of them is of any use. `wide`: as of View.cells.
 
     A light of n photons adds a / n to the irradiance's relative variance in each cell, of which a
@@ -66,7 +65,7 @@ def told_by(
     if tables.distant_lights:
         rays = mapper.rays(index, photons)[number]
         weight = weight * _widened(tables, light, rays)
-    return Told(light, numbers, rays, mass / weight, float(seen[known].sum() / seen.sum()))
+    return Importance(light, numbers, rays, mass / weight, float(seen[known].sum() / seen.sum()))
 
 
 def _lights_of(

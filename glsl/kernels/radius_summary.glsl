@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The largest radius, and those at some of the photons.
 #include "lib/packing.glsl"
-uniform float shrink;
+uniform float radius_scale;
 #include "lib/radius.glsl"
-layout(std430, binding = 0) buffer Told { uint largest; float some[]; };
+layout(std430, binding = 0) buffer Summary { uint largest; float some[]; };
 uniform sampler2D place;
 uniform sampler2D deposit;
 uniform int samples;

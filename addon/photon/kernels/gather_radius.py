@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel
 from ..photons.radius_field import TABLES, UNIFORMS
-from .records import FACING, PLACE, REACH
+from .records import FACING, GATHER_RADIUS, PLACE
 
 
-class Reach(Kernel):
-    """How far each visible point looks for photons."""
+class GatherRadius(Kernel):
+    """The gather radius of each visible point."""
 
-    stem = "reach"
+    stem = "gather_radius"
     inputs = {"place": PLACE, "facing": FACING}
-    outputs = {"reach": REACH}
+    outputs = {"gather_radius": GATHER_RADIUS}
     uniforms = UNIFORMS
     tables = TABLES
