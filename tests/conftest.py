@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 
 import pytest
@@ -20,6 +21,15 @@ from tests.stability.table import (  # noqa: F401
     pytest_terminal_summary,
     thorough,
 )
+
+
+@pytest.fixture(scope="session", autouse=True)
+def signals_reach_children() -> None:
+    """Whoever runs tests in the background may ignore signals, and what tests start would, too."""
+    for name in ("SIGINT", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number and signal.getsignal(number) == signal.SIG_IGN:
+            signal.signal(number, lambda *_: None)  # of a program that is started: the default
 
 
 @pytest.fixture(scope="session")

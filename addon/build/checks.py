@@ -12,6 +12,9 @@ from pathlib import Path
 from .environment import CARGO_TOML, PYTHON, ROOT, ensure, rust_env
 from .process import apt, first_line, run, say
 
+# Tests of several files run at once: most use one core.
+AT_ONCE = ("--numprocesses=auto", "--maxprocesses=4", "--dist=loadfile")
+
 
 def test(args: argparse.Namespace) -> int:
     """Run all checks, also after one that failed; 1 if any did, 0 otherwise.
@@ -39,7 +42,7 @@ def test(args: argparse.Namespace) -> int:
         ("native formatting", ["cargo", "fmt", "--check", *manifest], absent["fmt"]),
         ("native lint", ["cargo", "clippy", *manifest, *lint], absent["clippy"]),
         ("native tests", ["cargo", "test", "--release", *manifest], ""),
-        ("tests", [*module, "pytest", *args.pytest], ""),
+        ("tests", [*module, "pytest", *AT_ONCE, *args.pytest], ""),
     ]
     table, failed = [], False
     for name, command, fix in steps:

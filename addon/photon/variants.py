@@ -78,7 +78,7 @@ COMPUTE = (
     "radius_find",
     "radius_flatten",
     "radius_flatten_rows",
-    "radius_tell",
+    "radius_summary",
 )
 
 

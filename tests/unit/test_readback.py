@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from addon.photon.photons.deposits import MOST_APPENDS
-from addon.photon.photons.device_radii import TELLING
+from addon.photon.photons.device_radii import SAMPLED
 from addon.streams import Device, StreamError, Tally, readback
 from addon.streams.readback import SLOT, SLOTS, Readback
 
@@ -60,7 +60,7 @@ def test_nothing_is_asked_for(device: Device, reads: Readback) -> None:
 
 def test_what_is_asked_for_fits() -> None:
     """The photons that tell the median radius, where each append ends, and a tally's runs."""
-    assert 4 * (1 + max(TELLING, MOST_APPENDS)) <= SLOT
+    assert 4 * (1 + max(SAMPLED, MOST_APPENDS)) <= SLOT
 
 
 def test_too_much_at_once(device: Device, reads: Readback) -> None:
