@@ -327,5 +327,5 @@ def test_hair_is_reported(export) -> None:
     obj = add_mesh("Head")
     obj.modifiers.new("Fur", "PARTICLE_SYSTEM")
     obj.particle_systems[0].settings.type = "HAIR"
-    entries = export()[1].of("ignored")
+    entries = export()[1].of("approximated")
     assert [entry.feature for entry in entries] == ["Particle Hair"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hair curves and point clouds, for which triangles stand, against Cycles."""
+"""Hair and point clouds, for which triangles stand, against Cycles."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from addon.blender.export.strands import balls, tubes
 from tests.measure import render
 from tests.regression.blocks import block_means
 
-from .build import add_light, add_mesh, add_object, shader_material
+from .build import add_light, add_mesh, add_node, add_object, finish, new_material, shader_material
 
 pytestmark = pytest.mark.blender
 
-DIFFUSE = "ShaderNodeBsdfDiffuse"
+DIFFUSE, EMISSION = "ShaderNodeBsdfDiffuse", "ShaderNodeEmission"
 SIZE = 64  # [px]
 
 
@@ -34,6 +34,8 @@ def hair() -> bpy.types.Object:
     data.attributes["position"].data.foreach_set("vector", places.astype(np.float32).ravel())
     radius = data.attributes.get("radius") or data.attributes.new("radius", "FLOAT", "POINT")
     radius.data.foreach_set("value", np.tile(np.linspace(0.08, 0.03, 6), 30).astype(np.float32))
+    tint = data.attributes.new("tint", "FLOAT_COLOR", "CURVE")
+    tint.data.foreach_set("color", np.random.default_rng(5).random((30, 4)).ravel())
     return add_object("Hair", data)
 
 
@@ -47,10 +49,46 @@ def cloud() -> bpy.types.Object:
     data = bpy.context.object.data
     radius = data.attributes.get("radius") or data.attributes.new("radius", "FLOAT", "POINT")
     radius.data.foreach_set("value", np.linspace(0.05, 0.2, 40).astype(np.float32))
+    tint = data.attributes.new("tint", "FLOAT_COLOR", "POINT")
+    tint.data.foreach_set("color", np.random.default_rng(6).random((40, 4)).ravel())
     return bpy.context.object
 
 
-@pytest.mark.parametrize(("make", "median", "high"), [(hair, 0.03, 0.12), (cloud, 0.01, 0.05)])
+def particles(**settings: object) -> bpy.types.Object:
+    """Hair that grows on a plane, by a particle system; the emitter is not rendered."""
+    obj = add_mesh("Skin", location=(0.0, 0.0, 0.1))
+    uv = obj.data.uv_layers.new(name="tint")
+    uv.uv.foreach_set("vector", (0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0))
+    obj.show_instancer_for_render = False
+    obj.modifiers.new("Hair", "PARTICLE_SYSTEM")
+    hair = obj.particle_systems[0].settings
+    hair.type, hair.count, hair.hair_length, hair.render_step = "HAIR", 40, 0.8, 3
+    hair.root_radius, hair.tip_radius, hair.radius_scale, hair.shape = 1.0, 0.4, 0.1, 0.3
+    hair.brownian_factor = 0.2
+    for name, value in settings.items():
+        setattr(hair, name, value)
+    return obj
+
+
+def children() -> bpy.types.Object:
+    """Hair between hair, without its own."""
+    return particles(child_type="SIMPLE", rendered_child_count=4, count=10, use_close_tip=True)
+
+
+def asked(name: str, output: str = "Color", **properties: str) -> bpy.types.Material:
+    """A material that glows as a node says."""
+    material, tree = new_material(output)
+    node = add_node(tree, name)
+    for key, value in properties.items():
+        setattr(node, key, value)
+    finish(tree, add_node(tree, EMISSION, Color=node.outputs[output]))
+    return material
+
+
+@pytest.mark.parametrize(
+    ("make", "median", "high"),
+    [(hair, 0.03, 0.12), (cloud, 0.01, 0.05), (particles, 0.03, 0.12), (children, 0.03, 0.12)],
+)
 def test_as_cycles(export, cycles_mean, device, make, median, high) -> None:
     make().data.materials.append(shader_material(DIFFUSE, Color=(0.8, 0.6, 0.3, 1.0)))
     floor = add_mesh("Floor", location=(0.0, 0.0, -1.2), scale=(2.0, 2.0, 1.0))
@@ -70,10 +108,39 @@ def test_as_cycles(export, cycles_mean, device, make, median, high) -> None:
     assert np.median(off) < median and np.percentile(off, 95) < high
 
 
+@pytest.mark.parametrize(
+    ("make", "node", "output"),
+    [
+        (hair, "Attribute", "Color"),
+        (hair, "HairInfo", "Intercept"),
+        (hair, "HairInfo", "Random"),
+        (cloud, "Attribute", "Color"),
+        (cloud, "PointInfo", "Position"),
+        (cloud, "PointInfo", "Random"),
+        (particles, "UVMap", "UV"),
+        (particles, "TexCoord", "Generated"),
+        (particles, "HairInfo", "Length"),
+    ],
+)
+def test_what_they_tell_is_cycles(export, cycles_mean, device, make, node, output) -> None:
+    name = {"Attribute": {"attribute_name": "tint"}, "UVMap": {"uv_map": "tint"}}.get(node, {})
+    make().data.materials.append(asked(f"ShaderNode{node}", output, **name))
+    scene = bpy.context.scene
+    scene.camera.location.z, scene.camera.data.lens = 4.5, 40.0
+    scene.render.resolution_x = scene.render.resolution_y = SIZE
+    scene.cycles_curves.shape = "THICK"
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
+    ours = render(device, export()[0], width=SIZE, height=SIZE, passes=16, photons=0)
+    pictures = ours["Combined"], cycles_mean(16, 0).clip(0.0)  # here nothing glows negatively
+    ours, cycles = (block_means(picture[..., :3]) for picture in pictures)
+    assert cycles.max() > 0.05 and np.abs(ours - cycles).mean() < 0.05 * cycles.mean()
+
+
 def test_balls_are_as_wide_as_spheres() -> None:
     """A convex body's mean projected area is a quarter of its own."""
     for count in (3, 30_000):
-        vertices, normals, triangles = balls(np.zeros((count, 3)), np.full(count, 0.5))
+        made = balls(np.zeros((count, 3)), np.full(count, 0.5))
+        vertices, normals, triangles = made.vertices, made.normals, made.triangles
         corners = vertices[triangles[: len(triangles) // count]]
         sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         assert np.linalg.norm(sides, axis=1).sum() / 8.0 == pytest.approx(np.pi * 0.25, rel=1e-4)
@@ -83,9 +150,9 @@ def test_balls_are_as_wide_as_spheres() -> None:
 
 def test_curves_of_one_point_have_no_tube() -> None:
     points, radii = np.arange(12.0).reshape(4, 3), np.ones(4)
-    assert not len(tubes(points, radii, np.arange(5, dtype=np.int32))[2])
-    vertices, _, triangles = tubes(points, radii, np.array([0, 1, 4], np.int32))
-    assert triangles.max() == len(vertices) - 1
+    assert not len(tubes(points, radii, np.arange(5, dtype=np.int32)).triangles)
+    made = tubes(points, radii, np.array([0, 1, 4], np.int32))
+    assert made.triangles.max() == len(made.vertices) - 1
 
 
 def test_many_points_have_thinner_tubes() -> None:
@@ -93,4 +160,4 @@ def test_many_points_have_thinner_tubes() -> None:
     count = 100_002
     points = np.random.default_rng(3).random((count, 3))
     firsts = np.arange(0, count + 1, 3, dtype=np.int32)
-    assert len(tubes(points, np.ones(count), firsts)[2]) == 6 * 2 * (count // 3)
+    assert len(tubes(points, np.ones(count), firsts).triangles) == 6 * 2 * (count // 3)

@@ -71,20 +71,20 @@ def _snapshot(
     holders = tuple(holder for holder in (view_layer, scene, world) if holder)
     view = Asked(camera=View(camera), holders=holders)
     materials = MaterialTable(notes, model, view_layer.material_override, view, textures)
-    geometry = Geometry()
     lights: list[Light] = []
     # Render depsgraphs hold no hidden objects, the viewport's do.
     viewport = depsgraph.mode == "VIEWPORT"
+    geometry = Geometry(viewport)
     for instance in depsgraph.object_instances:  # its items do not outlive an iteration
         obj = instance.object
-        if not instance.show_self or (viewport and obj.hide_render):
+        if (viewport and obj.hide_render) or not (instance.show_self or instance.show_particles):
             continue
         matrix = np.array(instance.matrix_world, np.float64)
-        if obj.type == "LIGHT":
+        if obj.type == "LIGHT" and instance.show_self:
             light = export_light(obj, matrix, notes)
             if light is not None:
                 lights.append(light)
-        else:
+        elif obj.type != "LIGHT":
             follow = partial(tracks.moving, instance, matrix) if tracks else None
             geometry.add(instance, matrix, visible_bits(instance, layer), materials, notes, follow)
     images: list[Image] = []

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .instances import Instances
 from .nodes.attributes import (
     COLOUR,
     FACTOR,
@@ -17,26 +18,16 @@ from .nodes.attributes import (
     NAMED,
     NORMAL,
     OBJECT,
+    STRAND,
     TANGENT,
     UV,
 )
 from .properties import found_property
+from .strands import TYPES
 from .tangents import loops_of, signed_tangents, undeformed, uv_of
 
 Numbers = NDArray[np.float64]
 PROPERTIES = (OBJECT, INSTANCER)  # what all of an object has
-# By an attribute's type, what its elements call their value, and how many numbers that is.
-TYPES = {
-    "FLOAT": ("value", 1),
-    "INT": ("value", 1),
-    "INT8": ("value", 1),
-    "BOOLEAN": ("value", 1),
-    "FLOAT2": ("vector", 2),
-    "FLOAT_VECTOR": ("vector", 3),
-    "FLOAT_COLOR": ("color", 4),
-    "BYTE_COLOR": ("color", 4),
-    "QUATERNION": ("value", 4),
-}
 
 
 def corner_attribute(
@@ -56,6 +47,8 @@ def corner_attribute(
         found = attribute_of(mesh, obj, triangles, name)
         if found is None:  # unlike others it has no alpha either
             return np.zeros((len(triangles), 3, 4), np.float32)
+    elif what[0] == STRAND:
+        return np.zeros((len(triangles), 3, 4), np.float32)
     elif what[0] == NORMAL:
         found = normals_of(mesh, triangles)
     elif what[0] == TANGENT:
@@ -140,12 +133,17 @@ def weights_of(mesh: bpy.types.Mesh, obj: bpy.types.Object, name: str) -> Number
     return found
 
 
-def property_of(instance: bpy.types.DepsgraphObjectInstance, what: tuple[str, ...]) -> Numbers:
-    """(4,): a property of an object or its data, or first of what it is an instance of; 0 if
-    there is none."""
+def property_of(
+    instance: bpy.types.DepsgraphObjectInstance, what: tuple[str, ...], instances: Instances
+) -> Numbers:
+    """(4,): a property of an object or its data, or first of what it is an instance of, or an
+    attribute of the instance; 0 if there is none."""
     holders: list[Any] = [instance.object, instance.object.data]
     if what[0] == INSTANCER and instance.is_instance:
         system = instance.particle_system
+        stored = None if system else instances.attribute(instance, what[1])
+        if stored is not None:
+            return stored
         holders = [system.settings if system else None, instance.parent, *holders]
     return found_property(holders, what[1])
 
@@ -166,18 +164,24 @@ def space_of(instance: bpy.types.DepsgraphObjectInstance, matrix: Numbers) -> Nu
         found[:3] = np.linalg.pinv(matrix)[:3]
     found[3] = obj.color[:]
     found[4, :3] = matrix[:3, 3]
-    number = instance.random_id if instance.is_instance else hashed(obj.name)
+    number = instance.random_id if instance.is_instance else hashed_name(obj.name)
     found[4, 3] = (number & 0xFFFFFFFF) / 0xFFFFFFFF
     found[5, 0] = obj.pass_index
     return found
 
 
-def hashed(name: str) -> int:
-    """The number of 32 bits that Cycles makes of an object's name (util/hash.h), by Jenkins'
-    lookup3."""
-    whole, number = 0xFFFFFFFF, 0
+def hashed_name(name: str) -> int:
+    """The number of 32 bits that Cycles makes of an object's name (util/hash.h)."""
+    number = 0
     for byte in name.encode():
-        number = (number * 37 + byte) & whole
+        number = (number * 37 + byte) & 0xFFFFFFFF
+    return int(hashed(number))
+
+
+def hashed(number: Any) -> Any:
+    """The number of 32 bits that Cycles makes of a number, or each of an array of int64, and 0, by
+    Jenkins' lookup3."""
+    whole = 0xFFFFFFFF
     b = c = (0xDEADBEEF + (2 << 2) + 13) & whole
     a = (b + number) & whole
     for turn in (14, 11, 25, 16, 4, 14, 24):

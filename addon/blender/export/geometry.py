@@ -14,14 +14,19 @@ from numpy.typing import NDArray
 
 from ...photon.scene import ALL_RAYS, Moving
 from .attributes import PROPERTIES, corner_attribute, property_of, space_of
+from .hair import hair_of, has_hair
+from .instances import Instances
 from .materials import MaterialTable
 from .report import Notes
 from .sheets import is_open
-from .strands import STRANDS, strand_parts
+from .strand_attributes import strand_attribute
+from .strands import STRANDS, Strands, strands_of
 from .tangents import Tangent, corner_tangents
 from .visibility import note_object
 
 Read = TypeVar("Read")
+# Whose triangles these are: the address of a mesh, and whether of its particles' hair.
+Key = tuple[int, bool]
 # How something moves in the scene: a mesh, its vertices' run, and its triangles' corners.
 Follow = Callable[["LocalMesh", tuple[int, int], NDArray[np.int32]], Moving | None]
 
@@ -67,6 +72,7 @@ class LocalMesh(Shape):
 class Geometry:
     """The triangles gathered so far."""
 
+    viewport: bool = False  # of the viewport's dependency graph: hair has fewer points
     vertices: list[NDArray[np.float64]] = field(default_factory=list)
     triangles: list[NDArray[np.int32]] = field(default_factory=list)
     corner_normals: list[NDArray[np.float32]] = field(default_factory=list)
@@ -79,10 +85,12 @@ class Geometry:
     attributes: list[dict[int, NDArray[np.float32]]] = field(default_factory=list)
     moving: list[Moving] = field(default_factory=list)
     vertex_count: int = 0
-    _local: dict[int, LocalMesh] = field(default_factory=dict)
-    _open: dict[int, bool] = field(default_factory=dict)
+    _local: dict[Key, LocalMesh] = field(default_factory=dict)
+    _strands: dict[Key, Strands] = field(default_factory=dict)
+    _open: dict[Key, bool] = field(default_factory=dict)
     _attributes: dict[Any, NDArray[np.float32]] = field(default_factory=dict)
-    _tangents: dict[tuple[int, Tangent], NDArray[np.float64] | None] = field(default_factory=dict)
+    _instances: Instances = field(default_factory=Instances)
+    _tangents: dict[Any, NDArray[np.float64] | None] = field(default_factory=dict)
 
     def add(
         self,
@@ -103,22 +111,42 @@ class Geometry:
             notes.ignored(name, NOT_RENDERED[obj.type].capitalize(), "not rendered")
             return
         if obj.type in STRANDS:
-            what = "triangles stand for it; it has no attributes, and does not move"
+            what = "triangles stand for it; it does not move"
             notes.approximated(name, obj.type.capitalize(), what)
             follow = None
         elif obj.type != "MESH":
             notes.ignored(name, f"Object type {obj.type}", "not rendered")
             return
         note_object(obj, name, notes)
-        mesh = self._mesh_of(obj)
+        place = partial(self._place, instance, matrix, visible, materials, notes)
+        if instance.show_self:
+            place((obj.data.as_pointer(), False), self._mesh_of(obj), follow)
+        if obj.type == "MESH" and instance.show_particles and has_hair(obj):
+            place((obj.data.as_pointer(), True), self._hair_of(obj, notes), None)
+
+    def _place(
+        self,
+        instance: bpy.types.DepsgraphObjectInstance,
+        matrix: NDArray[np.float64],
+        visible: int,
+        materials: MaterialTable,
+        notes: Notes,
+        key: Key,
+        mesh: LocalMesh,
+        follow: Follow | None,
+    ) -> None:
+        """Append a mesh, or hair."""
+        obj = instance.object
         if not len(mesh.triangles):
             return
-        slots = material_slots(obj, materials, partial(self._is_open, obj))
+        slots = material_slots(obj, materials, partial(self._is_open, key))
         material = slots[np.clip(mesh.slot, 0, len(slots) - 1)]
         there = material >= 0  # a material without any surface, such as a volume's
         vertices, triangles, normals = placed(mesh, matrix)
-        tangents = self._tangents_of(obj, matrix, material, materials, notes)
-        attributes = self._attributes_of(instance, is_mirroring(matrix), material, materials)
+        is_mesh = key not in self._strands
+        tangents = self._tangents_of(obj, matrix, material, materials, notes) if is_mesh else None
+        mirrors = is_mirroring(matrix)
+        attributes = self._attributes_of(instance, key, mirrors, material, materials)
         if not there.all():
             triangles, normals, material = triangles[there], normals[there], material[there]
             tangents = None if tangents is None else tangents[there]
@@ -135,7 +163,7 @@ class Geometry:
         self.attributes.append(attributes)
         if follow:
             run = self.vertex_count, self.vertex_count + len(vertices)
-            corners = mesh.corners[:, ::-1] if is_mirroring(matrix) else mesh.corners
+            corners = mesh.corners[:, ::-1] if mirrors else mesh.corners
             if moving := follow(mesh, run, np.ascontiguousarray(corners[there])):
                 self.moving.append(moving)
         self.vertex_count += len(vertices)
@@ -159,16 +187,29 @@ class Geometry:
     def _mesh_of(self, obj: bpy.types.Object) -> LocalMesh:
         # The evaluated mesh lives as long as the depsgraph, so its address identifies it; the
         # object's does not, because the depsgraph reuses one temporary object for instances.
-        key = obj.data.as_pointer()
+        key = obj.data.as_pointer(), False
         if key not in self._local:
-            strands = obj.type in STRANDS
-            self._local[key] = local_strands(obj) if strands else read_mesh(obj, local_mesh)
+            if obj.type in STRANDS:
+                self._strands[key] = strands_of(obj)
+                self._local[key] = local_strands(self._strands[key])
+            else:
+                self._local[key] = read_mesh(obj, local_mesh)
         return self._local[key]
 
-    def _is_open(self, obj: bpy.types.Object) -> bool:
-        key = obj.data.as_pointer()
+    def _hair_of(self, obj: bpy.types.Object, notes: Notes) -> LocalMesh:
+        key = obj.data.as_pointer(), True
+        if key not in self._local:
+            self._strands[key], is_coarse = hair_of(obj, self.viewport)
+            self._local[key] = local_strands(self._strands[key])
+            what = "triangles stand for it; it does not move"
+            if is_coarse:
+                what += ", and has fewer points"
+            notes.approximated(f"Object '{obj.name}'", "Particle Hair", what)
+        return self._local[key]
+
+    def _is_open(self, key: Key) -> bool:
         if key not in self._open:
-            mesh = self._mesh_of(obj)
+            mesh = self._local[key]
             self._open[key] = is_open(mesh.vertices, mesh.triangles)
         return self._open[key]
 
@@ -183,8 +224,6 @@ class Geometry:
         """The tangents (T, 3, 3) of an object's corners, zero where materials (T,) need none; None
         if none of these does. Where there is no such UV map the material becomes black."""
         found = None
-        if obj.type in STRANDS:
-            return found
         for number in np.unique(material[material >= 0]):
             tangent = materials.tangents[number]
             if tangent is None:
@@ -215,32 +254,36 @@ class Geometry:
     def _attributes_of(
         self,
         instance: bpy.types.DepsgraphObjectInstance,
+        which: Key,
         is_mirrored: bool,
         material: NDArray[np.int32],
         materials: MaterialTable,
     ) -> dict[int, NDArray[np.float32]]:
         """What materials (T,) ask of the corners of an object's triangles, (T, 3, 4) by number."""
         found: dict[int, NDArray[np.float32]] = {}
-        for which in np.unique(material[material >= 0]):
-            of_it = material == which
-            for number, what in enumerate(materials.asked[which].attributes):
+        for wears in np.unique(material[material >= 0]):
+            of_it = material == wears
+            for number, what in enumerate(materials.asked[wears].attributes):
                 if number not in found:
                     found[number] = np.zeros((len(material), 3, 4), np.float32)
                 if what[0] in PROPERTIES:
-                    found[number][of_it] = property_of(instance, what)
+                    found[number][of_it] = property_of(instance, what, self._instances)
                 else:
-                    values = self._attribute_of(instance.object, what)[of_it]
+                    values = self._attribute_of(instance.object, which, what)[of_it]
                     found[number][of_it] = values[:, ::-1] if is_mirrored else values
         return found
 
-    def _attribute_of(self, obj: bpy.types.Object, what: tuple[str, ...]) -> NDArray[np.float32]:
-        """An attribute of a mesh (T, 3, 4)."""
-        key = obj.data.as_pointer(), what
-        if obj.type in STRANDS:
-            return np.zeros((len(self._mesh_of(obj).triangles), 3, 4), np.float32)
+    def _attribute_of(
+        self, obj: bpy.types.Object, which: Key, what: tuple[str, ...]
+    ) -> NDArray[np.float32]:
+        """An attribute of a mesh, or of hair (T, 3, 4)."""
+        key = which, what
         if key not in self._attributes:
-            read = partial(corner_attribute, what, self._mesh_of(obj).triangles, obj)
-            self._attributes[key] = read_mesh(obj, read)
+            if which in self._strands:
+                self._attributes[key] = strand_attribute(what, self._strands[which], obj)
+            else:
+                read = partial(corner_attribute, what, self._mesh_of(obj).triangles, obj)
+                self._attributes[key] = read_mesh(obj, read)
         return self._attributes[key]
 
     def _joined_attributes(self) -> NDArray[np.float32]:
@@ -313,11 +356,13 @@ def local_mesh(mesh: bpy.types.Mesh) -> LocalMesh:
     )
 
 
-def local_strands(obj: bpy.types.Object) -> LocalMesh:
-    """The triangles that stand for hair curves or a point cloud."""
-    vertices, normals, triangles = strand_parts(obj)
-    slot = np.zeros(len(triangles), np.int32)
-    return LocalMesh(vertices, normals, False, triangles, triangles, slot)
+def local_strands(strands: Strands) -> LocalMesh:
+    """The triangles that stand for hair or a point cloud."""
+    triangles = strands.triangles
+    slots = np.zeros(len(triangles), np.int32)
+    if len(strands.slots):
+        slots = strands.slots[strands.curve[triangles[:, 0]]]
+    return LocalMesh(strands.vertices, strands.normals, False, triangles, triangles, slots)
 
 
 def shape_of(mesh: bpy.types.Mesh) -> Shape:

@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-# Vertices, normals of vertices, and triangles of them.
-Parts = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]]
+Ints = NDArray[np.int32]
+NO_SLOTS = np.zeros(0, np.int32)
 
 STRANDS = ("CURVES", "POINTCLOUD")
 SIDES = 8  # of a tube
@@ -18,25 +20,69 @@ MOST_POINTS = 100_000  # of 32 triangles; if curves have more, these have 6
 RADIUS = {"CURVES": 0.005, "POINTCLOUD": 0.01}  # [m] without an attribute, as in Cycles
 MOST_BALLS = 20_000  # of 80 triangles; if there are more they have 20
 
+# By an attribute's type, what its elements call their value, and how many numbers that is.
+TYPES = {
+    "FLOAT": ("value", 1),
+    "INT": ("value", 1),
+    "INT8": ("value", 1),
+    "BOOLEAN": ("value", 1),
+    "FLOAT2": ("vector", 2),
+    "FLOAT_VECTOR": ("vector", 3),
+    "FLOAT_COLOR": ("color", 4),
+    "BYTE_COLOR": ("color", 4),
+    "QUATERNION": ("value", 4),
+}
 
-def strand_parts(obj: bpy.types.Object) -> Parts:
-    """The triangles of an evaluated object of STRANDS."""
+
+@dataclass(frozen=True)
+class Strands:
+    """Triangles that stand for curves, or for points, each of them a curve of its own."""
+
+    vertices: NDArray[np.float32]  # (V, 3)
+    normals: NDArray[np.float32]  # (V, 3)
+    triangles: Ints  # (T, 3)
+    place: Floats  # (V,) where on the points one is: at 2.5 between the third and the fourth
+    points: Floats  # (P, 3)
+    radii: Floats  # (P,)
+    firsts: Ints  # (C + 1,) the first point of each curve, and how many points there are
+    slots: Ints = field(default_factory=NO_SLOTS.copy)  # (C,) of materials; none: the first
+
+    @property
+    def curve(self) -> Ints:
+        """(V,), whose vertices these are."""
+        found = np.searchsorted(self.firsts, self.place, "right") - 1
+        return found.clip(0, max(len(self.firsts) - 2, 0)).astype(np.int32)
+
+    def along(self, values: Floats) -> Floats:
+        """Numbers of points (P, n) at triangles' corners (T, 3, n)."""
+        before = np.floor(self.place).astype(np.int64)
+        share = (self.place - before)[:, None]
+        after = np.minimum(before + 1, len(values) - 1)
+        found: Floats = ((1.0 - share) * values[before] + share * values[after])[self.triangles]
+        return found
+
+    def of_curves(self, values: Floats) -> Floats:
+        """Numbers of curves (C, n) at triangles' corners (T, 3, n)."""
+        return values[self.curve[self.triangles]]
+
+
+def strands_of(obj: bpy.types.Object) -> Strands:
+    """What stands for an evaluated object of STRANDS."""
     data, count = obj.data, len(obj.data.points)
-    if not count:
-        none = np.zeros((0, 3), np.float32)
-        return none, none, np.zeros((0, 3), np.int32)
-    points = _attribute(data, "position", "vector", 3 * count).reshape(-1, 3)
-    radii = np.full(count, RADIUS[obj.type])
-    if "radius" in data.attributes:
-        radii = _attribute(data, "radius", "value", count)
+    points, radii = np.zeros((0, 3)), np.full(count, RADIUS[obj.type])
+    if count:
+        points = read_numbers(data, "position", "vector", 3 * count).reshape(-1, 3)
+    if count and "radius" in data.attributes:
+        radii = read_numbers(data, "radius", "value", count)
     if obj.type == "POINTCLOUD":
         return balls(points, radii)
-    firsts = np.empty(len(data.curves) + 1, np.int32)
-    data.curve_offset_data.foreach_get("value", firsts)
+    firsts = np.zeros(len(data.curves) + 1, np.int32)
+    if count:
+        data.curve_offset_data.foreach_get("value", firsts)
     return tubes(points, radii, firsts)
 
 
-def balls(points: Floats, radii: Floats) -> Parts:
+def balls(points: Floats, radii: Floats) -> Strands:
     """Balls about points (N, 3) of radii (N,): as wide, in the mean over all sides, as spheres."""
     unit, triangles = _ball(len(points) <= MOST_BALLS)
     corners = unit[triangles]
@@ -46,27 +92,38 @@ def balls(points: Floats, radii: Floats) -> Parts:
     vertices = points[:, None] + (wide * radii)[:, None, None] * unit
     normals = np.broadcast_to(unit, vertices.shape)
     numbers = len(unit) * np.arange(len(points), dtype=np.int32)[:, None, None] + triangles
-    return _flat(vertices), _flat(normals), numbers.reshape(-1, 3).astype(np.int32)
+    return Strands(
+        _flat(vertices),
+        _flat(normals),
+        numbers.reshape(-1, 3).astype(np.int32),
+        np.repeat(np.arange(float(len(points))), len(unit)),
+        points,
+        radii,
+        np.arange(len(points) + 1, dtype=np.int32),
+    )
 
 
-def tubes(points: Floats, radii: Floats, firsts: NDArray[np.int32]) -> Parts:
+def tubes(points: Floats, radii: Floats, firsts: Ints, pieces: int = SUBDIVISIONS) -> Strands:
     """Tubes along curves, each of which has points (P, 3) from its first one, (C + 1,), to the next
-    one's: as wide, in the mean over all sides, as round ones."""
+    one's, of `pieces` between two: as wide, in the mean over all sides, as round ones."""
     lengths = np.diff(firsts)
-    sides, pieces = (SIDES, SUBDIVISIONS) if len(points) <= MOST_POINTS else (3, 1)
-    found: list[Parts] = []
+    sides, pieces = (SIDES, pieces) if len(points) <= MOST_POINTS else (3, 1)
+    none = np.zeros((0, 3), np.float32)
+    found = [(none, none, np.zeros((0, 3), np.int32), np.zeros(0))]
     first = 0
     for length in np.unique(lengths[lengths > 1]):  # all of one length at once
         at = firsts[:-1][lengths == length][:, None] + np.arange(length)
         smooth = _smooth(np.concatenate([points[at], radii[at][..., None]], axis=2), pieces)
         radius = np.maximum(smooth[..., 3], 0.0)
         vertices, normals, triangles = _rings(smooth[..., :3], radius, sides)
-        found.append((vertices, normals, triangles + np.int32(first)))
+        place = at[:, :1] + np.arange(smooth.shape[1]) / pieces
+        place = np.repeat(place.reshape(-1), sides)
+        found.append((vertices, normals, triangles + np.int32(first), place))
         first += len(vertices)
-    if not found:
-        return balls(np.zeros((0, 3)), np.zeros(0))
-    vertices, normals, triangles = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    return vertices, normals, triangles
+    vertices, normals, triangles, place = (
+        np.concatenate(parts) for parts in zip(*found, strict=True)
+    )
+    return Strands(vertices, normals, triangles, place, points, radii, firsts)
 
 
 def _smooth(values: Floats, pieces: int) -> Floats:
@@ -87,7 +144,9 @@ def _smooth(values: Floats, pieces: int) -> Floats:
     return np.concatenate([between, values[:, -1:]], axis=1)
 
 
-def _rings(points: Floats, radii: Floats, sides: int) -> Parts:
+def _rings(
+    points: Floats, radii: Floats, sides: int
+) -> tuple[NDArray[np.float32], NDArray[np.float32], Ints]:
     """Tubes about lines (C, P, 3)."""
     curves, count = radii.shape
     ways = _unit(np.gradient(points, axis=1))
@@ -111,7 +170,7 @@ def _rings(points: Floats, radii: Floats, sides: int) -> Parts:
     return _flat(vertices), _flat(normals), numbers.reshape(-1, 3).astype(np.int32)
 
 
-def _ball(is_fine: bool) -> tuple[Floats, NDArray[np.int32]]:
+def _ball(is_fine: bool) -> tuple[Floats, Ints]:
     """An icosahedron's vertices on the unit sphere and its triangles, each maybe cut into four."""
     golden = (1.0 + 5.0**0.5) / 2.0
     flat = [(0.0, x, y * golden) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
@@ -142,7 +201,8 @@ def _ball(is_fine: bool) -> tuple[Floats, NDArray[np.int32]]:
     return vertices, found
 
 
-def _attribute(data: bpy.types.ID, name: str, field: str, count: int) -> Floats:
+def read_numbers(data: bpy.types.ID, name: str, field: str, count: int) -> Floats:
+    """Return `count` numbers of an attribute."""
     values = np.empty(count, np.float32)
     data.attributes[name].data.foreach_get(field, values)
     return values.astype(np.float64)

@@ -43,7 +43,5 @@ def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
         notes.ignored(name, "Light Linking", "every light lights every object")
     for system in obj.particle_systems:
         settings = system.settings
-        if settings.type == "HAIR" and settings.render_type == "PATH":
-            notes.ignored(name, "Particle Hair", f"'{system.name}' is not rendered")
-        elif settings.render_type in ("HALO", "LINE"):
+        if settings.render_type in ("HALO", "LINE", "PATH") and settings.type != "HAIR":
             notes.ignored(name, "Particles", f"'{system.name}' is not rendered")

@@ -23,6 +23,7 @@ NAMED = "named"
 FACTOR = "factor"  # as a number
 COLOUR = "colour"  # without a name the one that is active in renders
 OBJECT, INSTANCER = "object", "instancer"  # properties
+STRAND = "strand"  # what Hair Info and Point Info tell, by the names of their outputs
 
 
 def attribute(graph: Graph, *what: str) -> Value:

@@ -7,6 +7,8 @@ import bpy
 
 from ..graph import Graph, Scope
 from ..programs import ZERO, Value
+from .attributes import STRAND, attribute
+from .mapping import in_space
 
 # The numbers of glsl/nodes/object.glsl.
 INFO = {"Location": 0, "Color": 1, "Alpha": 1, "Object Index": 2, "Random": 3}
@@ -30,8 +32,21 @@ def read_particle(
     return ZERO
 
 
+def read_strand(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Hair and Point Info: of a mesh all is 0."""
+    if output.name == "Tangent Normal":
+        graph.notes.approximated(graph.owner, "Hair Info's Tangent Normal", "0 is used")
+        return ZERO
+    found = attribute(graph, STRAND, output.name)
+    if (node.type, output.name) == ("POINT_INFO", "Position"):
+        return in_space(graph, found, 3) * found.part("w")  # a mesh has none
+    return found
+
+
 def read_nothing(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> Value:
-    """Read Hair, Point and Volume Info: of a mesh all is 0."""
+    """Read Volume Info: of a mesh all is 0."""
     return ZERO
