@@ -14,7 +14,7 @@ from .node_cases import VECTOR, Case, U, node, scaled, turned
 FRESNEL, LAYER = "ShaderNodeFresnel", "ShaderNodeLayerWeight"
 ATTRIBUTE, COORDINATE = "ShaderNodeAttribute", "ShaderNodeTexCoord"
 UNEVEN: dict[str, Any] = {"uneven": True}
-DOMAINS = ("POINT", "CORNER", "FACE")
+DOMAINS = ("POINT", "CORNER", "FACE", "EDGE")
 TYPES = {
     "FLOAT": ("value", 1),
     "INT": ("value", 1),
@@ -37,6 +37,22 @@ def with_attribute(name: str, kind: str, domain: str) -> Callable[[bpy.types.Obj
         data.foreach_set(of_value, np.floor(whole * drawn).astype(int) if whole else drawn)
 
     return dress
+
+
+def in_pieces(obj: bpy.types.Object) -> None:
+    """Four islands, from flat to uneven."""
+    wave = obj.data
+    places = np.empty(3 * len(wave.vertices), np.float32)
+    wave.vertices.foreach_get("co", places)
+    places = places.reshape(-1, 3) * (0.5, 0.5, 1.0)
+    faces = np.array([face.vertices[:] for face in wave.polygons])
+    pieces, count = [], len(places)
+    for number, middle in enumerate(((-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5))):
+        pieces.append(places * (1.0, 1.0, 0.3 * number) + (*middle, 0.0))
+    obj.data = bpy.data.meshes.new("Pieces")
+    every = np.concatenate([faces + count * number for number in range(4)])
+    obj.data.materials.append(wave.materials[0])
+    obj.data.from_pydata(np.concatenate(pieces).tolist(), [], every.tolist())
 
 
 def with_group(obj: bpy.types.Object) -> None:
@@ -79,6 +95,12 @@ NORMAL = node("ShaderNodeVectorMath", {0: VECTOR}, operation="NORMALIZE")
 CASES = (
     *map(_geometry, ("Position", "Normal", "Tangent", "True Normal", "Incoming", "Parametric")),
     Case("Geometry: Backfacing", node("ShaderNodeNewGeometry", output="Backfacing"), -1.0, 1.0),
+    *(
+        Case(
+            f"Geometry: {x}", node("ShaderNodeNewGeometry", output=x), uneven=True, dress=in_pieces
+        )
+        for x in ("Pointiness", "Random Per Island")
+    ),
     *(Case(f"Fresnel: {x}", node(FRESNEL, {0: x}), **UNEVEN) for x in (0.7, 1.45, 4.0)),
     Case("Fresnel: varying", node(FRESNEL, {0: scaled(U, 0.6, 3.0)}), **UNEVEN),
     Case("Fresnel: by a normal", node(FRESNEL, {0: 1.5, 1: NORMAL}), **UNEVEN),
@@ -165,6 +187,6 @@ CASES = (
     ),
     *(
         Case(f"{kind} Info: none", node(f"ShaderNode{kind}Info"), -1.0, 1.0)
-        for kind in ("Hair", "Point")
+        for kind in ("Hair", "Point", "Particle")
     ),
 )

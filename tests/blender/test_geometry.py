@@ -112,6 +112,20 @@ def test_attributes_say_what_loop_triangles_say(export, smooth, domain) -> None:
     np.testing.assert_allclose(scene.corner_normals, normals, atol=1e-6)
 
 
+@pytest.mark.parametrize("smooth", [0, 1])
+def test_flat_faces_that_are_not_plane_have_their_triangles_normals(export, smooth) -> None:
+    """As in Cycles: each of the two triangles of a quad is flat."""
+    points = [(x, y, z) for y in (-1, 1) for x, z in ((-1, 0), (0, 0), (1, y))]
+    mesh = add_mesh("Bent", (points, [(0, 1, 4, 3), (1, 2, 5, 4)])).data
+    mesh.polygons.foreach_set("use_smooth", [index < smooth for index in range(2)])
+    scene = export()[0]
+    a, b, c = np.moveaxis(scene.vertices[scene.triangles], 1, 0)
+    own = np.cross(b - a, c - a)
+    own /= np.linalg.norm(own, axis=1, keepdims=True)
+    np.testing.assert_allclose(scene.corner_normals[2:], np.repeat(own[2:, None], 3, 1), atol=1e-6)
+    assert abs(own[2] @ own[3]) < 0.99
+
+
 def test_flattened_object_has_finite_normals(export) -> None:
     add_mesh("Plane", scale=(1, 1, 0))
     normals = export()[0].corner_normals

@@ -8,21 +8,14 @@ import numpy as np
 import pytest
 
 from tests.measure import render
+from tests.regression.blocks import block_means
 
 from .build import CUBE, add_mesh, add_node, finish, new_material, new_mesh
 
 pytestmark = pytest.mark.blender
 
-SIZE = 32  # [px]
-
-
-def attribute_material(name: str) -> bpy.types.Material:
-    """Glows as an attribute of its instancer says."""
-    material, tree = new_material()
-    node = add_node(tree, "ShaderNodeAttribute")
-    node.attribute_name, node.attribute_type = name, "INSTANCER"
-    finish(tree, add_node(tree, "ShaderNodeEmission", Color=node.outputs["Color"]))
-    return material
+SIZE = 64  # [px]
+FACES = [(0, 1, 4, 3), (1, 2, 5, 4), (3, 4, 7, 6), (4, 5, 8, 7)]  # of three by three vertices
 
 
 def instanced(what: bpy.types.ID, kind: str, modified: bpy.types.Object) -> None:
@@ -56,20 +49,73 @@ def instanced(what: bpy.types.ID, kind: str, modified: bpy.types.Object) -> None
     modified.modifiers.new("Scatter", "NODES").node_group = tree
 
 
+def glowing(kind: str, output: str, **properties: object) -> bpy.types.Material:
+    """Glows as an output of a node says."""
+    material, tree = new_material()
+    node = add_node(tree, kind)
+    for name, value in properties.items():
+        setattr(node, name, value)
+    more = add_node(tree, "ShaderNodeVectorMath")  # of what may be negative
+    tree.links.new(node.outputs[output], more.inputs[0])
+    more.inputs[1].default_value = (1.0, 1.0, 1.0)
+    finish(tree, add_node(tree, "ShaderNodeEmission", Color=more.outputs[0]))
+    return material
+
+
+def compared(export, cycles_mean, device) -> None:
+    """Our picture and Cycles', which must show something."""
+    scene = bpy.context.scene
+    scene.camera.location.z, scene.camera.data.lens = 5.0, 40.0
+    scene.render.resolution_x = scene.render.resolution_y = SIZE
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
+    exported, report = export()
+    assert not report.of("ignored"), report.lines()
+    ours = render(device, exported, width=SIZE, height=SIZE, passes=16, photons=0)
+    shown = cycles_mean(16, 0).clip(0.0)
+    ours, shown = (block_means(picture[..., :3]) for picture in (ours["Combined"], shown))
+    assert len(np.unique(shown.round(3).reshape(-1, 3), axis=0)) >= 4
+    assert np.abs(ours - shown).mean() < 0.06 * shown.mean()
+
+
 @pytest.mark.parametrize("kind", ["object", "collection", "geometry"])
-def test_attributes_of_instances(export, cycles, device, kind) -> None:
+def test_attributes_of_instances(export, cycles_mean, device, kind) -> None:
     if kind != "geometry" and not hasattr(bpy.types.Object, "evaluated_geometry"):
         pytest.skip("Blender 5.0 on")
     collection = bpy.data.collections.new("Part")
     part = bpy.data.objects.new("Part", new_mesh("Part", CUBE))
     part.scale = (0.4, 0.4, 0.4)
-    part.data.materials.append(attribute_material("tint"))
+    node = "ShaderNodeAttribute"
+    tint = glowing(node, "Color", attribute_name="tint", attribute_type="INSTANCER")
+    part.data.materials.append(tint)
     collection.objects.link(part)
     instanced(collection if kind == "collection" else part, kind, add_mesh("Points"))
-    scene = bpy.context.scene
-    scene.camera.location.z, scene.camera.data.lens = 5.0, 40.0
-    scene.render.resolution_x = scene.render.resolution_y = SIZE
-    ours = render(device, export()[0], width=SIZE, height=SIZE, passes=4, photons=0)
-    shown = cycles()[..., :3]
-    assert len(np.unique(shown.round(3).reshape(-1, 3), axis=0)) >= 4
-    assert np.abs(ours["Combined"][..., :3] - shown).mean() < 0.12 * shown.mean()  # edges
+    compared(export, cycles_mean, device)
+
+
+@pytest.mark.parametrize("output", ["Random", "Age", "Size", "Location", "Velocity"])
+def test_particles(export, cycles_mean, device, output) -> None:
+    """Cubes that a plane emits, one frame after another."""
+    part = add_mesh("Part", CUBE, location=(50.0, 0.0, 0.0))
+    part.data.materials.append(glowing("ShaderNodeParticleInfo", output))
+    emitter = add_mesh("Emitter")
+    emitter.show_instancer_for_render = False
+    emitter.modifiers.new("Emits", "PARTICLE_SYSTEM")
+    settings = emitter.particle_systems[0].settings
+    settings.count, settings.frame_start, settings.frame_end = 12, 1, 4
+    settings.render_type, settings.instance_object = "OBJECT", part
+    settings.particle_size, settings.size_random = 0.2, 0.5
+    bpy.context.scene.frame_set(6)
+    compared(export, cycles_mean, device)
+
+
+@pytest.mark.parametrize("output", ["UV", "Generated"])
+def test_coordinates_of_the_instancer(export, cycles_mean, device, output) -> None:
+    material = glowing("ShaderNodeTexCoord", output, from_instancer=True)
+    part = add_mesh("Part", CUBE, scale=(0.2, 0.2, 0.2))
+    part.data.materials.append(material)
+    whole = add_mesh("Whole", ([(x / 2, y / 2, 0) for y in (-2, 0, 2) for x in (-2, 0, 2)], FACES))
+    layer = whole.data.uv_layers.new(name="UVMap")
+    layer.uv.foreach_set("vector", np.random.default_rng(4).random(32))
+    part.parent = whole
+    whole.instance_type, whole.show_instancer_for_render = "FACES", False
+    compared(export, cycles_mean, device)

@@ -73,6 +73,8 @@ SHADERS = {
     "BSDF_DIFFUSE": DIFFUSE,
     "BSDF_GLASS": GLASS,
     "BSDF_GLOSSY": GLOSSY,
+    "BSDF_HAIR": "ShaderNodeBsdfHair",
+    "BSDF_HAIR_PRINCIPLED": "ShaderNodeBsdfHairPrincipled",
     "BSDF_METALLIC": METALLIC,
     "BSDF_PRINCIPLED": PRINCIPLED,
     "BSDF_REFRACTION": "ShaderNodeBsdfRefraction",
@@ -388,7 +390,9 @@ def test_too_bright_sums_of_ggx(convert) -> None:
 @pytest.mark.parametrize(
     ("kind", "status"),
     [
-        ("ShaderNodeBsdfHair", "ignored"),
+        ("ShaderNodeBsdfRayPortal", "ignored"),
+        ("ShaderNodeBsdfHair", "approximated"),
+        ("ShaderNodeBsdfHairPrincipled", "approximated"),
         ("ShaderNodeBsdfTranslucent", "approximated"),
         ("ShaderNodeSubsurfaceScattering", "approximated"),
     ],
@@ -396,3 +400,34 @@ def test_too_bright_sums_of_ggx(convert) -> None:
 @pytest.mark.parametrize("model", SpecularModel)
 def test_unknown_shaders_are_named(convert, kind, status, model) -> None:
     assert features(convert(shader_material(kind), model)[1], status)
+
+
+@pytest.mark.parametrize("name", ["COLOR", "MELANIN", "ABSORPTION"])
+def test_principled_hair_has_its_colour(convert, name) -> None:
+    """That of much of it, whatever tells it: half of all melanin, all of it dark."""
+    absorbed = np.log(2.0) * np.array((0.506, 0.841, 1.653))
+    seen = np.exp(-np.sqrt(absorbed) * 5.8887)  # at a roughness of 0.3
+    inputs = {
+        "COLOR": {"Color": (*seen, 1.0)},
+        "MELANIN": {"Melanin": 0.5, "Melanin Redness": 0.0, "Tint": (1.0, 1.0, 1.0, 1.0)},
+        "ABSORPTION": {"Absorption Coefficient": absorbed},
+    }
+    material, tree = new_material()
+    hair = add_node(tree, "ShaderNodeBsdfHairPrincipled")
+    hair.parametrization = name
+    for socket, given in (inputs[name] | {"Radial Roughness": 0.3}).items():
+        hair.inputs[socket].default_value = given
+    finish(tree, hair)
+    assert convert(material)[0].diffuse == pytest.approx(seen, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"), [("ShaderNodeRGB", (0.5, 0.5, 0.5)), ("ShaderNodeValue", (0.5,) * 3)]
+)
+def test_colours_in_place_of_shaders_glow(convert, kind, expected) -> None:
+    material, tree = new_material()
+    node = add_node(tree, kind)
+    half = 0.5 if kind == "ShaderNodeValue" else (0.5, 0.5, 0.5, 1.0)
+    node.outputs[0].default_value = half
+    finish(tree, node)
+    assert convert(material)[0].emission == pytest.approx(expected)

@@ -74,7 +74,7 @@ def _snapshot(
     lights: list[Light] = []
     # Render depsgraphs hold no hidden objects, the viewport's do.
     viewport = depsgraph.mode == "VIEWPORT"
-    geometry = Geometry(viewport)
+    geometry = Geometry(viewport, scene.frame_current)
     for instance in depsgraph.object_instances:  # its items do not outlive an iteration
         obj = instance.object
         if (viewport and obj.hide_render) or not (instance.show_self or instance.show_particles):

@@ -9,25 +9,32 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .hashes import WHOLE, hashed, hashed_name
 from .instances import Instances
+from .mesh_shape import of_vertices, pointiness, random_per_island
 from .nodes.attributes import (
     COLOUR,
     FACTOR,
     GENERATED,
     INSTANCER,
+    ISLAND,
     NAMED,
     NORMAL,
     OBJECT,
+    PARTICLE,
+    PLACED_AT,
+    POINTINESS,
     STRAND,
     TANGENT,
     UV,
 )
 from .properties import found_property
 from .strands import TYPES
-from .tangents import loops_of, signed_tangents, undeformed, uv_of
+from .tangents import signed_tangents, undeformed, uv_of
+from .triangles import normals_of, positions_of, triangles_of
 
 Numbers = NDArray[np.float64]
-PROPERTIES = (OBJECT, INSTANCER)  # what all of an object has
+OF_INSTANCES = (OBJECT, INSTANCER, PARTICLE, PLACED_AT)  # what all of an object or instance has
 
 
 def corner_attribute(
@@ -49,27 +56,25 @@ def corner_attribute(
             return np.zeros((len(triangles), 3, 4), np.float32)
     elif what[0] == STRAND:
         return np.zeros((len(triangles), 3, 4), np.float32)
+    elif what[0] == POINTINESS:
+        found = pointiness(mesh)[triangles]
+    elif what[0] == ISLAND:
+        found = np.repeat(random_per_island(mesh)[triangles[:, :1]], 3, axis=1)
     elif what[0] == NORMAL:
-        found = normals_of(mesh, triangles)
+        found = corner_normals(mesh)
     elif what[0] == TANGENT:
         uv = uv_of(mesh, triangles, what[1])
         if uv is None:  # no sign of the bitangent tells so
             return np.zeros((len(triangles), 3, 4), np.float32)
-        found = signed_tangents(_positions(mesh)[triangles], normals_of(mesh, triangles), uv)
+        places = positions_of(mesh)[triangles].astype(np.float64)
+        found = signed_tangents(places, corner_normals(mesh), uv)
     return padded(found, len(triangles))
 
 
-def normals_of(mesh: bpy.types.Mesh, triangles: NDArray[np.int32]) -> Numbers:
+def corner_normals(mesh: bpy.types.Mesh) -> Numbers:
     """Normals of triangles' corners (T, 3, 3), unit."""
-    values = np.empty(3 * len(mesh.loops), np.float32)
-    mesh.corner_normals.foreach_get("vector", values)
-    return values.reshape(-1, 3)[loops_of(mesh, len(triangles))].astype(np.float64)
-
-
-def _positions(mesh: bpy.types.Mesh) -> Numbers:
-    values = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", values)
-    return values.reshape(-1, 3).astype(np.float64)
+    normals, corners = normals_of(mesh, triangles_of(mesh), positions_of(mesh))
+    return normals[corners].astype(np.float64)
 
 
 def padded(found: Numbers | None, count: int) -> NDArray[np.float32]:
@@ -109,6 +114,8 @@ def attribute_of(
     match attribute.domain:
         case "POINT":
             return of_each[triangles]
+        case "EDGE":
+            return _of_vertices(mesh, attribute, of_each)[triangles]
         case "CORNER":
             loops = np.empty(3 * len(triangles), np.int32)
             mesh.loop_triangles.foreach_get("loops", loops)
@@ -118,6 +125,20 @@ def attribute_of(
             mesh.loop_triangle_polygons.foreach_get("value", faces)
             return np.repeat(of_each[faces][:, None], 3, axis=1)
     return None
+
+
+def _of_vertices(mesh: bpy.types.Mesh, attribute: bpy.types.Attribute, of_each: Numbers) -> Numbers:
+    """What edges have (E, n) as vertices have it (V, n), as Blender makes it."""
+    kind = attribute.data_type
+    if kind == "BYTE_COLOR":  # it averages the bytes
+        attribute.data.foreach_get("color_srgb", codes := np.empty(of_each.size, np.float32))
+        mean = np.rint(255.0 * of_vertices(mesh, codes.reshape(-1, 4).astype(np.float64))) / 255.0
+        linear = np.where(mean <= 0.04045, mean / 12.92, ((mean + 0.055) / 1.055) ** 2.4)
+        return np.column_stack((linear[:, :3], mean[:, 3]))
+    found = of_vertices(mesh, of_each)
+    if kind == "BOOLEAN":
+        return np.ceil(found)
+    return np.floor(found + 0.5) if kind in ("INT", "INT8") else found
 
 
 def weights_of(mesh: bpy.types.Mesh, obj: bpy.types.Object, name: str) -> Numbers | None:
@@ -133,11 +154,18 @@ def weights_of(mesh: bpy.types.Mesh, obj: bpy.types.Object, name: str) -> Number
     return found
 
 
-def property_of(
-    instance: bpy.types.DepsgraphObjectInstance, what: tuple[str, ...], instances: Instances
+def told_by_instance(
+    instance: bpy.types.DepsgraphObjectInstance,
+    what: tuple[str, ...],
+    instances: Instances,
+    frame: float,
 ) -> Numbers:
-    """(4,): a property of an object or its data, or first of what it is an instance of, or an
-    attribute of the instance; 0 if there is none."""
+    """(4,), of a kind of OF_INSTANCES: a property of an object or its data, or first of what it is
+    an instance of, or an attribute of the instance; its particle; its place; 0 if there is none."""
+    if what[0] == PARTICLE:
+        return particle_of(instance, what[1], frame)
+    if what[0] == PLACED_AT:
+        return placed_at(instance, what[1])
     holders: list[Any] = [instance.object, instance.object.data]
     if what[0] == INSTANCER and instance.is_instance:
         system = instance.particle_system
@@ -146,6 +174,37 @@ def property_of(
             return stored
         holders = [system.settings if system else None, instance.parent, *holders]
     return found_property(holders, what[1])
+
+
+def particle_of(instance: bpy.types.DepsgraphObjectInstance, name: str, frame: float) -> Numbers:
+    """(4,): what Particle Info tells of the particle that an instance stands for."""
+    system = instance.particle_system if instance.is_instance else None
+    number = instance.persistent_id[0]
+    if system is None or number >= len(system.particles):
+        return np.zeros(4)
+    particle, found = system.particles[number], np.ones(4)
+    match name:
+        case "Index":
+            found[:3] = number
+        case "Random":
+            found[:3] = hashed(number) / WHOLE
+        case "Age":
+            found[:3] = frame - particle.birth_time
+        case "Lifetime" | "Size":
+            found[:3] = getattr(particle, name.lower())
+        case _:  # Location, Velocity, Angular Velocity
+            found[:3] = getattr(particle, name.lower().replace(" ", "_"))
+    return found
+
+
+def placed_at(instance: bpy.types.DepsgraphObjectInstance, name: str) -> Numbers:
+    """(4,): Generated or UV coordinates of where an instancer has placed an instance."""
+    found = np.array((0.0, 0.0, 0.0, 1.0))
+    if instance.is_instance and name == "UV":
+        found[:2] = instance.uv
+    elif instance.is_instance:
+        found[:3] = 0.5 * np.array(instance.orco) - 0.5
+    return found
 
 
 def generated(mesh: bpy.types.Mesh) -> Numbers:
@@ -168,24 +227,3 @@ def space_of(instance: bpy.types.DepsgraphObjectInstance, matrix: Numbers) -> Nu
     found[4, 3] = (number & 0xFFFFFFFF) / 0xFFFFFFFF
     found[5, 0] = obj.pass_index
     return found
-
-
-def hashed_name(name: str) -> int:
-    """The number of 32 bits that Cycles makes of an object's name (util/hash.h)."""
-    number = 0
-    for byte in name.encode():
-        number = (number * 37 + byte) & 0xFFFFFFFF
-    return int(hashed(number))
-
-
-def hashed(number: Any) -> Any:
-    """The number of 32 bits that Cycles makes of a number, or each of an array of int64, and 0, by
-    Jenkins' lookup3."""
-    whole = 0xFFFFFFFF
-    b = c = (0xDEADBEEF + (2 << 2) + 13) & whole
-    a = (b + number) & whole
-    for turn in (14, 11, 25, 16, 4, 14, 24):
-        left = ((b << turn) | (b >> (32 - turn))) & whole
-        c = ((c ^ b) - left) & whole
-        a, b, c = b, c, a
-    return b

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...photon.scene import ALL_RAYS, Moving
-from .attributes import PROPERTIES, corner_attribute, property_of, space_of
+from .attributes import OF_INSTANCES, corner_attribute, space_of, told_by_instance
 from .hair import hair_of, has_hair
 from .instances import Instances
 from .materials import MaterialTable
@@ -22,6 +22,7 @@ from .sheets import is_open
 from .strand_attributes import strand_attribute
 from .strands import STRANDS, Strands, strands_of
 from .tangents import Tangent, corner_tangents
+from .triangles import normals_of, positions_of, read, triangles_of
 from .visibility import note_object
 
 Read = TypeVar("Read")
@@ -47,7 +48,7 @@ class Shape:
 
     vertices: NDArray[np.float32]  # (V, 3) [m]
     normals: NDArray[np.float32]  # (N, 3)
-    is_flat: bool  # these are its faces'
+    is_flat: bool  # these are its triangles'
 
     def fits(self, other: Shape) -> bool:
         """Whether another one is of the same vertices."""
@@ -73,6 +74,7 @@ class Geometry:
     """The triangles gathered so far."""
 
     viewport: bool = False  # of the viewport's dependency graph: hair has fewer points
+    frame: float = 0.0
     vertices: list[NDArray[np.float64]] = field(default_factory=list)
     triangles: list[NDArray[np.int32]] = field(default_factory=list)
     corner_normals: list[NDArray[np.float32]] = field(default_factory=list)
@@ -266,8 +268,10 @@ class Geometry:
             for number, what in enumerate(materials.asked[wears].attributes):
                 if number not in found:
                     found[number] = np.zeros((len(material), 3, 4), np.float32)
-                if what[0] in PROPERTIES:
-                    found[number][of_it] = property_of(instance, what, self._instances)
+                if what[0] in OF_INSTANCES:
+                    found[number][of_it] = told_by_instance(
+                        instance, what, self._instances, self.frame
+                    )
                 else:
                     values = self._attribute_of(instance.object, which, what)[of_it]
                     found[number][of_it] = values[:, ::-1] if is_mirrored else values
@@ -325,34 +329,19 @@ def read_mesh(obj: bpy.types.Object, read: Callable[[bpy.types.Mesh], Read]) -> 
 
 
 def local_mesh(mesh: bpy.types.Mesh) -> LocalMesh:
-    """Copy a mesh out of Blender.
-
-    By its attributes, which are plain arrays: what Blender computes for each element on the way,
-    such as a triangle's vertices or material, takes a hundred times as long.
-    """
-    mesh.calc_loop_triangles()
-    count = len(mesh.loop_triangles)
-    if not count:
-        none = np.zeros((0, 3), np.int32)
-        empty = np.zeros((0, 3), np.float32)
-        return LocalMesh(empty, empty, False, none, none, none)
-    loops = _read(mesh.loop_triangles, "loops", 3 * count, np.int32)
-    faces = _read(mesh.loop_triangle_polygons, "value", count, np.int32)
-    vertex_of = _read(mesh.attributes[".corner_vert"].data, "value", len(mesh.loops), np.int32)
-    triangles = vertex_of[loops].reshape(-1, 3)
-    loops = loops.reshape(-1, 3)
-    corners = {"POINT": triangles, "FACE": np.repeat(faces[:, None], 3, axis=1)}
-    slots = mesh.attributes.get("material_index")
-    shape = shape_of(mesh)
+    """Copy a mesh out of Blender."""
+    triangles, vertices = triangles_of(mesh), positions_of(mesh)
+    normals, corners = normals_of(mesh, triangles, vertices)
+    slots, faces = mesh.attributes.get("material_index"), triangles.faces
     return LocalMesh(
-        shape.vertices,
-        shape.normals,
-        shape.is_flat,
-        triangles,
-        corners.get(mesh.normals_domain, loops),
-        _read(slots.data, "value", len(mesh.polygons), np.int32)[faces]
+        vertices,
+        normals,
+        mesh.normals_domain == "FACE",
+        triangles.vertices,
+        corners,
+        read(slots.data, "value", len(mesh.polygons), np.int32)[faces]
         if slots
-        else np.zeros(count, np.int32),
+        else np.zeros(len(faces), np.int32),
     )
 
 
@@ -367,17 +356,9 @@ def local_strands(strands: Strands) -> LocalMesh:
 
 def shape_of(mesh: bpy.types.Mesh) -> Shape:
     """Copy what of a mesh may change out of Blender."""
-    # Where all corners of a vertex or a face share a normal, that is a sixth of the normals.
-    sources = {"POINT": mesh.vertex_normals, "FACE": mesh.polygon_normals}
-    normals = sources.get(mesh.normals_domain, mesh.corner_normals)
-    count = len(mesh.vertices)
-    positions = mesh.attributes["position"].data if count else []
-    vertices = _read(positions, "vector", 3 * count) if count else np.zeros(0, np.float32)
-    return Shape(
-        vertices.reshape(-1, 3),
-        _read(normals, "vector", 3 * len(normals)).reshape(-1, 3),
-        mesh.normals_domain == "FACE",
-    )
+    vertices = positions_of(mesh)
+    normals, _ = normals_of(mesh, triangles_of(mesh), vertices)
+    return Shape(vertices, normals, mesh.normals_domain == "FACE")
 
 
 def placed(
@@ -446,13 +427,6 @@ def material_slots(
     return np.array(
         [materials.index_of(material, obj.name, is_sheet) for material in found], np.int32
     )
-
-
-def _read(items: Any, name: str, count: int, dtype: Any = np.float32) -> NDArray[Any]:
-    """Return `count` numbers: what the items of a Blender collection call `name`."""
-    values = np.empty(count, dtype)
-    items.foreach_get(name, values)
-    return values
 
 
 def _joined(parts: list[Any], shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:

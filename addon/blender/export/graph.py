@@ -93,13 +93,14 @@ class Graph:
         active = [node for node in outputs if node.is_active_output]
         return (active or outputs or [None])[0]
 
-    def surface(self, kind: str) -> tuple[bpy.types.Node | None, Scope]:
-        """Return the shader node that is linked to the output's Surface."""
+    def surface(
+        self, kind: str
+    ) -> tuple[bpy.types.Node | None, bpy.types.NodeSocket | None, Scope]:
+        """Return the shader node that is linked to the output's Surface, and its output."""
         output = self.output(kind)
         if output is None:
-            return None, ()
-        node, _, scope = source(output.inputs["Surface"], ())
-        return node, scope
+            return None, None, ()
+        return source(output.inputs["Surface"], ())
 
     def input(self, node: bpy.types.Node, name: str, scope: Scope) -> Value:
         """The value of an input by its name; KeyError if the node has none such."""

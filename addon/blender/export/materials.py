@@ -136,13 +136,13 @@ class MaterialTable:
             self.notes.exact(owner, "No Material Output", "black, as in Cycles")
             return BLACK
         graph.displaced = self._displaced(graph, output, material)
-        node, scope = graph.surface("OUTPUT_MATERIAL")
+        node, end, scope = graph.surface("OUTPUT_MATERIAL")
         if node is None:
             if output.inputs["Volume"].is_linked:
                 absorption(graph, output, False)
                 return CLEAR
             self.notes.approximated(owner, "Surface", "no shader is linked to it: rendered black")
-        lobes = read_shader(graph, node, scope, self.model)
+        lobes = read_shader(graph, node, end, scope, self.model)
         absorbed = absorption(graph, output, lobes is not CLEAR)
         if lobes is CLEAR:
             return CLEAR

@@ -62,11 +62,13 @@ class _Uneven(Exception):
     """A number differs from direction to direction."""
 
 
-def radiance(graph: Graph, node: bpy.types.Node | None, scope: Scope) -> Sum:
+def radiance(
+    graph: Graph, node: bpy.types.Node | None, output: bpy.types.NodeSocket | None, scope: Scope
+) -> Sum:
     """The sum of what a shader radiates; what is no such sum is noted."""
     total = Sum()
     if node is not None:
-        _shader(graph, node, node.outputs[0], scope, ONE, total)
+        _shader(graph, node, output, scope, ONE, total)
     return total
 
 

@@ -7,8 +7,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .attributes import as_number, hashed, padded
+from .attributes import as_number, padded
 from .hair import uv_of_hair
+from .hashes import hashed
 from .nodes.attributes import COLOUR, FACTOR, GENERATED, NAMED, STRAND, UV
 from .strands import TYPES, Strands, read_numbers
 

@@ -22,7 +22,7 @@ def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.V
     in_collections = placed_by.original
     if in_collections.holdout_get(view_layer=layer):
         return bits | HOLDOUT
-    if in_collections.indirect_only_get(view_layer=layer):
+    if in_collections.indirect_only_get(view_layer=layer) or obj.is_shadow_catcher:
         bits &= ~RAY_BITS["camera"]
     return bits
 
@@ -37,7 +37,7 @@ def note_light_groups(layer: bpy.types.ViewLayer, notes: Notes) -> None:
 def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
     """Write down what the object asks for and the renderer does not know."""
     if obj.is_shadow_catcher:
-        notes.ignored(name, "Shadow Catcher", "rendered as a normal object")
+        notes.ignored(name, "Shadow Catcher", "the camera does not see it, nor what falls on it")
     linking = getattr(obj, "light_linking", None)
     if linking and (linking.receiver_collection or linking.blocker_collection):
         notes.ignored(name, "Light Linking", "every light lights every object")

@@ -36,7 +36,7 @@ class Strength:
 def strength_of(tree: bpy.types.NodeTree, owner: str, notes: Notes) -> Strength:
     """Return colour times strength of the light's Emission node."""
     graph = graph_of(tree, owner, notes)
-    node, scope = graph.surface("OUTPUT_LIGHT")
+    node, _, scope = graph.surface("OUTPUT_LIGHT")
     if node is None:
         return Strength(np.zeros(3))
     if node.type != "EMISSION":

@@ -23,6 +23,8 @@ NAMED = "named"
 FACTOR = "factor"  # as a number
 COLOUR = "colour"  # without a name the one that is active in renders
 OBJECT, INSTANCER = "object", "instancer"  # properties
+POINTINESS, ISLAND = "pointiness", "island"  # what Geometry tells of a mesh
+PARTICLE, PLACED_AT = "particle", "placed at"  # what instances are told
 STRAND = "strand"  # what Hair Info and Point Info tell, by the names of their outputs
 
 
@@ -44,8 +46,7 @@ def read_coordinate(
 ) -> Value:
     """Read an output of Texture Coordinate."""
     if getattr(node, "from_instancer", False) and output.name in ("Generated", "UV"):
-        what = "the object's own are used"
-        graph.notes.approximated(graph.owner, "Coordinates of the instancer", what)
+        return attribute(graph, PLACED_AT, output.name)
     match output.name:
         case "Generated":
             return attribute(graph, GENERATED)
@@ -133,9 +134,14 @@ def read_tangent(
 def read_geometry(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> Value:
-    """Read Geometry, whose Tangent needs what meshes have."""
-    if output.name == "Tangent":
-        return radial_tangent(graph, "Z")
+    """Read Geometry, some of which needs what meshes have."""
+    match output.name:
+        case "Tangent":
+            return radial_tangent(graph, "Z")
+        case "Pointiness":
+            return attribute(graph, POINTINESS)
+        case "Random Per Island":
+            return attribute(graph, ISLAND)
     return geometry.read(graph, node, output, scope)
 
 

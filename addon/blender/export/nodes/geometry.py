@@ -22,12 +22,7 @@ GEOMETRY = {
 
 
 def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope) -> Value:
-    """Read an output; Pointiness and Random Per Island are noted."""
+    """Read an output."""
     if output.name == "Normal" and graph.displaced:
         return graph.displaced
-    which = GEOMETRY.get(output.name.lower())
-    if which is None:
-        value = 0.5 if output.name == "Pointiness" else 0.0
-        graph.notes.approximated(graph.owner, f"Geometry's {output.name}", f"{value:g} is used")
-        return Value.of(value)
-    return graph.program.emit("geometry", which=Value.of(which))
+    return graph.program.emit("geometry", which=Value.of(GEOMETRY[output.name.lower()]))

@@ -7,7 +7,7 @@ import bpy
 
 from ..graph import Graph, Scope
 from ..programs import ZERO, Value
-from .attributes import STRAND, attribute
+from .attributes import PARTICLE, STRAND, attribute
 from .mapping import in_space
 
 # The numbers of glsl/nodes/object.glsl.
@@ -27,9 +27,8 @@ def read_info(
 def read_particle(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> Value:
-    """Note Particle Info."""
-    graph.notes.approximated(graph.owner, f"Particle Info's {output.name}", "0 is used")
-    return ZERO
+    """Read Particle Info."""
+    return attribute(graph, PARTICLE, output.name)
 
 
 def read_strand(

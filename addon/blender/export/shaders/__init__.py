@@ -10,7 +10,7 @@ import bpy
 
 from ..graph import Graph, Scope
 from ..programs import ONE
-from . import diffuse, emission, glass, glossy, metallic, mix, principled, sheen
+from . import diffuse, emission, glass, glossy, hair, metallic, mix, principled, sheen
 from .bsdf import BLACK, CLEAR, Bsdf, Colour, ShaderLobe, SpecularModel, as_diffuse, triple
 from .normals import with_normal
 
@@ -30,12 +30,19 @@ Reader = Callable[[Graph, bpy.types.Node, Scope, SpecularModel], Bsdf | None]
 
 
 def read_shader(
-    graph: Graph, node: bpy.types.Node | None, scope: Scope, model: SpecularModel
+    graph: Graph,
+    node: bpy.types.Node | None,
+    output: bpy.types.NodeSocket | None,
+    scope: Scope,
+    model: SpecularModel,
 ) -> Bsdf | None:
-    """Return the lobes of the shader that ends in `node`; CLEAR if it is no surface at all."""
+    """Return the lobes of the shader that ends in an output of `node`; CLEAR if it is no surface at
+    all. A colour or a number glows."""
     if node is None:
         return BLACK
     reader = READERS.get(node.type)
+    if reader is None and node.type in graph.readers:
+        return emission.glowing(graph.output_value(node, output, scope))
     if reader is None:
         graph.notes.ignored(graph.owner, f"{node.bl_label} '{node.name}'", "reflects nothing")
         return BLACK
@@ -57,6 +64,8 @@ READERS: dict[str, Reader] = {
     "BSDF_GLASS": glass.read,
     "BSDF_GLOSSY": glossy.read,
     "BSDF_METALLIC": metallic.read,
+    "BSDF_HAIR": _scattering,
+    "BSDF_HAIR_PRINCIPLED": hair.read,
     "BSDF_PRINCIPLED": principled.read,
     "BSDF_REFRACTION": glass.read_refraction,
     "BSDF_SHEEN": sheen.read,

@@ -6,13 +6,18 @@ from __future__ import annotations
 import bpy
 
 from ..graph import Graph, Scope
-from ..programs import ZERO, Value, math
+from ..programs import ONE, ZERO, Value, math
 from .bsdf import Bsdf, SpecularModel, colour, number
 
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read an Emission node."""
     return Bsdf(emission=radiance(graph, node, scope, "Color", "Strength"))
+
+
+def glowing(found: Value) -> Bsdf:
+    """What a colour or a number is in place of a shader."""
+    return Bsdf(emission=math("MAXIMUM", found * ONE, 0.0))
 
 
 def radiance(

@@ -12,7 +12,9 @@ from .bsdf import CLEAR, Bsdf, SpecularModel, colour, surface_of, transparent
 from .microfacets import note_tangents
 from .normals import about_one_normal
 
-Read = Callable[[Graph, bpy.types.Node | None, Scope, SpecularModel], Bsdf | None]
+Read = Callable[
+    [Graph, bpy.types.Node | None, bpy.types.NodeSocket | None, Scope, SpecularModel], Bsdf | None
+]
 
 
 def read_mix(
@@ -61,5 +63,4 @@ def _input(
     model: SpecularModel,
     read: Read,
 ) -> Bsdf | None:
-    shader, _, inner = source(node.inputs[index], scope)
-    return read(graph, shader, inner, model)
+    return read(graph, *source(node.inputs[index], scope), model)

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Principled Hair BSDF, as a diffuse surface of the colour that much of its hair has."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..graph import Graph, Scope
+from ..programs import ONE, Value, math, value
+from .bsdf import Bsdf, SpecularModel, clipped, colour, number
+
+# What absorbs light in hair, eumelanin and pheomelanin, by channel (d'Eon et al. 2011).
+DARK, RED = (0.506, 0.841, 1.653), (0.343, 0.733, 1.924)
+
+
+def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
+    """Read the node's colour, of whatever it is made."""
+    graph.notes.approximated(graph.owner, node.bl_label, "rendered as diffuse")
+    if node.parametrization == "COLOR":
+        return Bsdf(clipped(colour(graph, node, "Color", scope)))
+    if node.parametrization == "ABSORPTION":
+        return Bsdf(_seen(graph, node, scope, colour(graph, node, "Absorption Coefficient", scope)))
+    left = math("MAXIMUM", ONE - number(graph, node, "Melanin", scope).clamp(), 1e-4)
+    amount, red = 0.0 - _log(left), number(graph, node, "Melanin Redness", scope).clamp()
+    absorbed = amount * (value(DARK) * (ONE - red) + value(RED) * red)
+    tint = colour(graph, node, "Tint", scope)
+    return Bsdf(clipped(_seen(graph, node, scope, absorbed) * tint))
+
+
+def _seen(graph: Graph, node: bpy.types.Node, scope: Scope, absorbed: Value) -> Value:
+    """The colour of hair that absorbs so much, by the fit of Chiang et al. 2016, sec. 4.2."""
+    rough = number(graph, node, "Radial Roughness", scope, 0.3).clamp()
+    terms = (5.969, -0.215, 2.532, -10.73, 5.574, 0.245)
+    fit = value(terms[0])
+    power = ONE
+    for term in terms[1:]:
+        power = power * rough
+        fit = fit + power * term
+    return _exp(0.0 - math("SQRT", math("MAXIMUM", absorbed, 0.0)) * fit)
+
+
+def _log(at: Value) -> Value:
+    return math("LOGARITHM", at, 2.718281828459045)
+
+
+def _exp(at: Value) -> Value:
+    return math("EXPONENT", at)
