@@ -104,6 +104,7 @@ def needs() -> Iterator[SceneNeeds]:
             some = replace(some, visibility=True, first_hits=first_hits)
             yield some
             if count:
+                yield replace(some, no_caustics=1 + first_hits)
                 yield replace(some, gathered_lobes=True)
             if count > 1:
                 layered = replace(some, layers=3, tangents=True)

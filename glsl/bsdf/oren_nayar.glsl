@@ -31,6 +31,8 @@ vec3 several_oren_nayar(vec2 ab, vec3 colour) {
 
 vec3 pack_oren_nayar(vec4 parameters, vec4 more) { return vec3(parameters.x, 0.0, 0.0); }
 
+bool is_diffuse_oren_nayar() { return true; }
+
 vec3 eval_oren_nayar(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
     float nv = dot(normal, to_viewer), nl = dot(normal, to_light);
     if (nv <= 0.0 || nl <= 0.0) return vec3(0.0);

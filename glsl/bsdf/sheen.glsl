@@ -5,6 +5,8 @@
 
 vec3 pack_sheen(vec4 parameters, vec4 more) { return vec3(parameters.x, 0.0, 0.0); }
 
+bool is_diffuse_sheen() { return true; }
+
 Sheen sheen_towards(Shape shape, vec3 normal, vec3 to_viewer) {
     return sheen_of(clamp(dot(normal, to_viewer), 0.0, 1.0), shape.parameters.x);
 }

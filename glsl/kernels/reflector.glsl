@@ -73,7 +73,7 @@ void kernel() {
 #endif
     by_lobe *= may_take ? share : 0.0;
 #endif
-    t_max = t_max_of(PhotonRay(visible & RAYS_OF_LOBES, ray.bounces - 1));
+    int onward_rays = visible & RAYS_OF_LOBES;
 #endif
     if (u.x < by_diffuse) {
         outgoing = reflect_diffusely(facing, u);
@@ -89,6 +89,11 @@ void kernel() {
     } else if (u.x < by_diffuse + by_lobe) {
         normal = raised;
         outgoing = onward;
+#ifdef NO_CAUSTICS
+        // Cycles leaves the lobe out where a diffuse ray meets it: such a ray cannot have found the photon.
+        int caustic = dot(outgoing, facing.normal) < 0.0 ? REFRACTIVE_CAUSTICS : REFLECTIVE_CAUSTICS;
+        if ((NO_CAUSTICS & caustic) != 0 && !is_diffuse_kind(lobe.kind)) onward_rays &= ~RAY_DIFFUSE;
+#endif
         flux *= weight / by_lobe;
 #ifdef TRANSPARENT
         if (is_transparent(lobe)) {
@@ -124,6 +129,9 @@ void kernel() {
     } else {
         skip();
     }
+#ifdef VISIBILITY
+    t_max = t_max_of(PhotonRay(onward_rays, ray.bounces - 1));
+#endif
     if (!(dot(outgoing, facing.normal) * dot(outgoing, normal) > 0.0) || !(largest(flux) > 0.0)) skip();
     store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
     store_next_direction(RayDirection(outgoing, t_max));

@@ -8,3 +8,7 @@ const int RAY_TRANSMISSION = 8;
 const int RAY_SHADOW = 16;
 const int RAY_UNSHADOWED = 32;  // to a light that casts no shadow: no surface is visible to it
 const int RAYS_OF_LOBES = RAY_DIFFUSE + RAY_GLOSSY + RAY_TRANSMISSION;
+
+// By how a lobe sends light, a bit each.
+const int REFLECTIVE_CAUSTICS = 1;
+const int REFRACTIVE_CAUSTICS = 2;

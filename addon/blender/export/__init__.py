@@ -11,6 +11,7 @@ import numpy as np
 
 from ...photon.scene import Camera, Image, Light, Scene
 from .camera import View, export_camera
+from .caustics import caustics_of, note_casters
 from .geometry import Geometry
 from .graph import Asked
 from .lights import export_light
@@ -96,7 +97,9 @@ def _snapshot(
         surfaces=tuple(geometry.surfaces),
         images=tuple(images),
         textures=tuple(textures.textures),
+        caustics=caustics_of(scene, materials.materials, notes),
         **geometry.arrays(any(material.program for material in materials.materials)),
     )
     exported.check()
+    note_casters(f"Scene '{scene.name}'", exported, notes)
     return exported, notes.finish()

@@ -26,6 +26,7 @@ class Reflector(Kernel):
         "ARRIVALS",
         "ENVIRONMENT",
         "VISIBILITY",
+        "NO_CAUSTICS",
         "NORMALS",
     )
     inputs = {

@@ -23,7 +23,7 @@ from .images import Image, Texture
 from .lights import Light, point_light, spot_light, world_light
 from .moving import ARRAYS, Moving, check_moving
 from .programs import Program, Varying, check_program, read_program, read_varying
-from .visibility import ALL_RAYS, HOLDOUT
+from .visibility import ALL_RAYS, CAUSTICS, HOLDOUT
 
 SNAPSHOT_VERSION = 5
 MIRROR = np.inf  # Phong exponent of a perfect mirror
@@ -232,6 +232,7 @@ class Scene:
     moving: tuple[Moving, ...] = ()  # what does not stand still where it is
     # How open the shutter is meanwhile, at even instants; (): all the time the same.
     shutter: tuple[float, ...] = ()
+    caustics: tuple[str, ...] = CAUSTICS  # by which lobes' light they fall on diffuse surfaces
 
     @property
     def emitters(self) -> tuple[Light, ...]:
@@ -276,6 +277,8 @@ class Scene:
                 )
         if (self.visible & ~np.uint8(ALL_RAYS | HOLDOUT)).any():
             raise SceneError(f"scene.visible: {int(self.visible.max())} has bits of no ray")
+        if set(self.caustics) - set(CAUSTICS):
+            raise SceneError(f"scene.caustics: {self.caustics} are not of {', '.join(CAUSTICS)}")
         self.camera.check()
         for image in self.images:
             image.check()
@@ -307,6 +310,7 @@ class Scene:
             "textures": [[x.name, x.is_srgb, x.tile] for x in self.textures],
             "moving": [one.header() for one in self.moving],
             "shutter": list(self.shutter),
+            "caustics": list(self.caustics),
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, *_LATER)}
         arrays |= {f"image{number}": image.pixels for number, image in enumerate(self.images)}
@@ -363,6 +367,7 @@ def _read(data: Any) -> Scene:
             for number, one in enumerate(header.get("moving", ()))
         ),
         shutter=tuple(header.get("shutter", ())),
+        caustics=tuple(header.get("caustics", CAUSTICS)),
         **{name: data[name] for name in (*_ARRAYS, *(name for name in _LATER if name in data))},
     )
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from ..scene import RAY_BITS, Light, Material, Scene
+from ..scene import CAUSTICS, RAY_BITS, Light, Material, Scene
 from ..settings import Settings
+from .kinds import lobe_kinds
 
 # Roughness from which on photons are gathered with a share of a lobe, and with all of it. Sharper
 # lobes see few of the photons about a point, and most light by a ray.
@@ -29,11 +30,15 @@ def _is_met_by_rays_alone(light: Light) -> bool:
     return "chains" in light.found_by and "glossy" not in light.found_by
 
 
-def _are_told_apart(scene: Scene) -> bool:
-    """Whether rays of diffuse lobes and of others meet other surfaces: a photon that has landed
-    does not say which of these may have found it."""
+def _are_told_apart(scene: Scene, materials: Collection[Material]) -> bool:
+    """Whether rays of diffuse lobes and of others meet other surfaces, or other light: a photon
+    that has landed does not say which of these may have found it."""
     diffuse, glossy = (scene.visible & RAY_BITS[ray] > 0 for ray in ("diffuse", "glossy"))
-    return bool((diffuse != glossy).any())
+    if (diffuse != glossy).any():
+        return True
+    broad = (lobe for material in materials if gather_some(material) for lobe in material.lobes)
+    lacking = len(scene.caustics) < len(CAUSTICS)
+    return lacking and not all(lobe_kinds()[lobe.kind].is_diffuse for lobe in broad)
 
 
 def can_gather(scene: Scene, settings: Settings, materials: Collection[Material]) -> bool:
@@ -43,6 +48,6 @@ def can_gather(scene: Scene, settings: Settings, materials: Collection[Material]
         and settings.mirror_depth > 0
         and settings.estimator != "splat"  # a splat knows no lobes
         and not any(map(_is_met_by_rays_alone, scene.lights))
-        and not _are_told_apart(scene)
         and any(map(gather_some, materials))
+        and not _are_told_apart(scene, materials)
     )

@@ -55,6 +55,11 @@ class Kind:
         """Whether shadow rays find light for it behind the surface, too."""
         return self.transmits and not self.is_delta
 
+    @property
+    def is_diffuse(self) -> bool:
+        """Whether its rays count as diffuse ones where caustics are told apart."""
+        return "is_diffuse" in self.verbs
+
     def is_met(self, given: Mapping[str, Any]) -> bool:
         """Whether a ray can meet such a light by chance: the first parameter is its size."""
         first = next(iter(self.parameters))
@@ -181,6 +186,9 @@ BSDF_FUNCTIONS = (
     ),
     _Function(
         "bool", "transmits", ("float kind",), "return false;", "kind", lambda kind: kind.transmits
+    ),
+    _Function(
+        "bool", "is_diffuse", ("float kind",), "return false;", "kind", lambda kind: kind.is_diffuse
     ),
 )
 LIGHT_FUNCTIONS = (

@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 from numpy.typing import NDArray
 
 from ..kernels.records import LIGHT_LIMIT, VISIBILITY
-from ..scene import ALL_RAYS, MOST_BOUNCES, Light, Scene
+from ..scene import ALL_RAYS, CAUSTICS, MOST_BOUNCES, TRANSPARENT, Light, Scene
+from .kinds import Kind
 
 
 def is_limited(lights: tuple[Light, ...]) -> bool:
@@ -16,11 +18,20 @@ def is_limited(lights: tuple[Light, ...]) -> bool:
     return any(not x.casts_shadow or x.max_bounces < MOST_BOUNCES for x in lights)
 
 
+def lacking_caustics(scene: Scene, lobes: Collection[Kind]) -> int:
+    """Bits of CAUSTICS: of those that a scene with such lobes would have, and is not to have."""
+    some = [kind for kind in lobes if kind.name != TRANSPARENT and not kind.is_diffuse]
+    there = {"reflective": bool(some), "refractive": any(kind.transmits for kind in some)}
+    lacking = [there[name] and name not in scene.caustics for name in CAUSTICS]
+    return sum(1 << bit for bit, name in enumerate(lacking) if name)
+
+
 def knows_rays(scene: Scene, lights: tuple[Light, ...]) -> bool:
     """Whether something may depend on which ray it is."""
     held_out = any(material.holdout for material in scene.materials)
     transparent = any(material.is_transparent for material in scene.materials)
-    return len(scene.visible) > 0 or held_out or is_limited(lights) or transparent
+    lacking = len(scene.caustics) < len(CAUSTICS)
+    return len(scene.visible) > 0 or held_out or is_limited(lights) or transparent or lacking
 
 
 def visibility_table(scene: Scene) -> NDArray[Any]:

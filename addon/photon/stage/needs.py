@@ -24,7 +24,7 @@ from .kinds import (
 )
 from .layers import count_layers, has_tint
 from .light_tree import DRAWN_RAYS, MOST_ASKED
-from .limits import is_limited
+from .limits import is_limited, lacking_caustics
 from .programs import ProgramNeeds
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
@@ -61,6 +61,7 @@ class SceneNeeds:
     arrivals: bool = False  # what photons bring hangs on where they first land
     visibility: bool = False  # rays pass through some surfaces, or lights are limited
     first_hits: bool = False  # photons carry the direct light
+    no_caustics: int = 0  # bits of CAUSTICS: by such lobes no light comes to diffuse surfaces
     programs: ProgramNeeds = ProgramNeeds()  # of the materials
     glows_by_programs: bool = False  # what some triangles emit differs from point to point
     transparent_depth: int = 0  # surfaces that a ray goes straight on through
@@ -85,6 +86,7 @@ class SceneNeeds:
         gathered = lighting and can_gather(scene, settings, materials)
         rays = bool(kinds) and not (gathered and not any(map(send_rays, materials)))
         transparent = any(material.is_transparent for material in materials)
+        no_caustics = lacking_caustics(scene, [lobe_kinds()[kind] for kind in kinds])
         chains = (rays and settings.mirror_depth > 0) or transparent
         met = [light for light in emitting if light_kinds()[light.kind].is_met(light.parameters)]
         by_chains = chains and (glows or any("chains" in light.found_by for light in met))
@@ -128,7 +130,9 @@ class SceneNeeds:
             visibility=is_limited(emitting)
             or any(material.holdout for material in materials)
             or bool((mesh.visible != ALL_RAYS).any())
-            or transparent,
+            or transparent
+            or no_caustics > 0,
+            no_caustics=no_caustics,
             first_hits=settings.direct_by_photons,
             programs=ProgramNeeds.of(scene),
             glows_by_programs=glows and any("emission" in m.varying for m in materials),
@@ -209,6 +213,7 @@ class SceneNeeds:
         defines |= self._transmitting_defines
         if self.visibility and self.first_hits:
             defines |= {"FIRST_HITS": 1}
+        defines |= {"NO_CAUSTICS": self.no_caustics} if self.no_caustics else {}
         if self.visibility or self.directions:
             defines |= {"INCOMING": 1}
         defines |= self.rays(*RAYS) | (BLEND if self.gathered_lobes else {})

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which caustics a scene asks for, and who casts some."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ...photon.scene import CAUSTICS, TRANSPARENT, Lobe, Material, Scene
+from ...photon.stage.gathered import GATHERED_FROM
+from ...photon.stage.kinds import lobe_kinds
+from .report import Notes
+
+MOST_NAMES = 12  # in a line
+LEAST = 0.1  # head-on, of what a caster reflects: varnish is none
+
+
+def caustics_of(scene: bpy.types.Scene, materials: list[Material], notes: Notes) -> tuple[str, ...]:
+    """Those that the scene's switches leave on; what the others take away is noted."""
+    cycles = getattr(scene, "cycles", None)
+    wanted = tuple(name for name in CAUSTICS if getattr(cycles, f"caustics_{name}", True))
+    owner = f"Scene '{scene.name}'"
+    for name in CAUSTICS:
+        if name not in wanted:
+            what = "off: no light comes to diffuse surfaces by such lobes"
+            notes.exact(owner, f"{name.capitalize()} caustics", what)
+    lobes = [lobe for material in materials for lobe in material.lobes]
+    if "reflective" not in wanted and any(x.may_be("covered") or x.over is not None for x in lobes):
+        what = "what lies below gloss is as dark as with them, in Cycles brighter to diffuse rays"
+        notes.approximated(owner, "Reflective caustics", what)
+    return wanted
+
+
+def note_casters(owner: str, scene: Scene, notes: Notes) -> None:
+    """Write in one line which objects cast caustics, and by which materials."""
+    if not scene.lights and not any(material.glows for material in scene.materials):
+        return
+    pairs = np.unique(np.stack([scene.surface, scene.material], -1), axis=0).tolist()
+    told: list[str] = []
+    for verb, switch, casts in (
+        ("refracts", "refractive", _refracts),
+        ("reflects", "reflective", _reflects),
+    ):
+        by: dict[str, dict[str, None]] = {}
+        for surface, number in pairs if switch in scene.caustics else ():
+            material = scene.materials[number]
+            if any(casts(lobe) for lobe in material.lobes if lobe.reflects):
+                by.setdefault(scene.surfaces[surface], {})[material.name] = None
+        told += [f"'{name}' {verb} by {_listed(materials)}" for name, materials in by.items()]
+    if told:
+        rest = len(told) - MOST_NAMES
+        more = [f"and {rest} more"] if rest > 0 else []
+        notes.exact(owner, "Caustics", "; ".join([*told[:MOST_NAMES], *more]))
+
+
+def _listed(names: dict[str, None]) -> str:
+    return ", ".join(f"'{name}'" for name in names)
+
+
+def _refracts(lobe: Lobe) -> bool:
+    return lobe.kind != TRANSPARENT and lobe_kinds()[lobe.kind].transmits
+
+
+def _reflects(lobe: Lobe) -> bool:
+    """Whether it is so sharp that it is followed by rays, and no varnish."""
+    if lobe_kinds()[lobe.kind].transmits or lobe.roughness[0] >= GATHERED_FROM:
+        return False
+    return "colour" in lobe.varying or bool(lobe.reflected_head_on().max() >= LEAST)

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Caustics that a scene switches off, and what stays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from addon.photon.errors import SceneError
+from addon.photon.scene import Scene, sun_light
+from addon.streams import Device
+from tests.measure import fallen, rendered
+from tests.scenes import Builder, camera, plain_material, replace
+
+from .test_glass import BLACK_WALL, WHITE, glass
+
+OFF: dict[str, tuple[str, ...]] = {
+    "none": ("reflective", "refractive"),
+    "reflective": ("refractive",),
+    "refractive": ("reflective",),
+    "both": (),
+}
+
+
+def slab_and_mirror(caustics: tuple[str, ...]) -> Scene:
+    """A floor under a slab of glass and a wall that only a mirror lights, each of 1 m^2."""
+    built = Builder().box((-2, -2, 0), (2, 2, 0.1), 0, "slab")
+    built.quad(
+        (-0.5, -0.5, -0.1), (0.5, -0.5, -0.1), (0.5, 0.5, -0.1), (-0.5, 0.5, -0.1), 1, "floor"
+    )
+    built.quad((5, -0.5, 0), (6, -0.5, 1), (6, 0.5, 1), (5, 0.5, 0), 2, "mirror")
+    built.quad((4, -0.5, 0), (4, 0.5, 0), (4, 0.5, 1), (4, -0.5, 1), 1, "wall")
+    mirror = plain_material("mirror", (0.0,) * 3, WHITE)
+    sun = sun_light("sun", WHITE, (0.0, 0.0, -1.0))
+    view = camera((0, 0, 5), (0, 0, 0))
+    return replace(built.scene(view, (sun,), (glass(), BLACK_WALL, mirror)), caustics=caustics)
+
+
+@pytest.mark.parametrize("layer", ("native", "fragment", "compute"))
+def test_switches(device: Device, layer: str) -> None:
+    """What is left is what it was, and what is off is nothing."""
+    found: dict[str, Any] = {}
+    for name, caustics in OFF.items():
+        scene, settings = slab_and_mirror(caustics), {"width": 8, "height": 8, "layer": layer}
+        with rendered(device, scene, photons=1 << 16, passes=1, **settings) as renderer:
+            found[name] = fallen(renderer)[[1, 3], 0]
+    for name, caustics in OFF.items():
+        floor, wall = found[name]
+        assert floor == (pytest.approx(0.92308, rel=0.02) if "refractive" in caustics else 0.0)
+        assert wall == (pytest.approx(1.0, rel=0.08) if "reflective" in caustics else 0.0)
+
+
+def test_direct_light_by_photons_stays(device: Device) -> None:
+    """Photons that come straight from the light are no caustic."""
+    found = []
+    for caustics in OFF.values():
+        built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 0)
+        built.quad((-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), 1)
+        sun = sun_light("sun", WHITE, (0.0, 0.0, -1.0))
+        scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), (BLACK_WALL, glass()))
+        settings = {"photons": 1 << 14, "direct_by_photons": True}
+        with rendered(device, replace(scene, caustics=caustics), **settings) as renderer:
+            found.append(fallen(renderer)[0].tolist())
+    assert found[0][0] == pytest.approx(4.0, rel=0.02) and found.count(found[0]) == len(OFF)
+
+
+def test_unknown_ones_are_refused() -> None:
+    with pytest.raises(SceneError, match="scene.caustics"):
+        slab_and_mirror(("sparkling",)).check()
