@@ -73,6 +73,12 @@ ROWS: dict[int, tuple[str, str]] = {
     64: ("roughness 1e-4 to 1, mirror limit: pdf -> infinity", "no jump > 1 %; Cycles to 1 %"),
     65: ("glossy on smooth normals at grazing: light from behind", "no black, energy <= 1"),
     66: ("a lamp of each kind, seen and mirrored", "Cycles to 1 %"),
+    67: (
+        "total reflection; 50 surfaces; liquid touching glass: stacks of media, endless paths",
+        "closed forms to 1 % (50 surfaces: 3 %), bounded",
+    ),
+    68: ("index 1, 1.0001, below 1: nothing to refract", "closed forms to 1 %"),
+    69: ("light in closed glass, camera in water: no shadow ray can reach", "2 %"),
     71: (
         "images missing, 1x1, UDIM, NaN, packed: the loader",
         "magenta and a note, as Cycles to 1 %",
