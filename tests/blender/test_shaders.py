@@ -89,11 +89,13 @@ SHADERS = {
 JOINTS = {"ADD_SHADER": "ShaderNodeAddShader", "MIX_SHADER": "ShaderNodeMixShader"}
 GLASSY = {"BSDF_GLASS", "BSDF_REFRACTION"}
 SPECULAR = {"BSDF_GLOSSY", "BSDF_METALLIC", "BSDF_PRINCIPLED", *GLASSY, *JOINTS}
+SPECULAR |= {"BSDF_TRANSLUCENT"}
 DIFFUSE_LOBES = {"BSDF_DIFFUSE", "BSDF_SHEEN"}  # of GGX's model: in the paper's they are Lambert's
 MICROFACETS = {"mirror", "ggx", "ggx_metal", "ggx_dielectric", "glass", "ggx_glass"}
+SHEET = {"translucent"}
 KINDS = {
-    GGX: MICROFACETS | {"oren_nayar", "sheen", "velvet", "coat"},
-    PHONG: {"mirror", "phong", "glass", "ggx_glass"},
+    GGX: MICROFACETS | SHEET | {"oren_nayar", "sheen", "velvet", "coat"},
+    PHONG: SHEET | {"mirror", "phong", "glass", "ggx_glass"},
 }
 
 
@@ -393,7 +395,6 @@ def test_too_bright_sums_of_ggx(convert) -> None:
         ("ShaderNodeBsdfRayPortal", "ignored"),
         ("ShaderNodeBsdfHair", "approximated"),
         ("ShaderNodeBsdfHairPrincipled", "approximated"),
-        ("ShaderNodeBsdfTranslucent", "approximated"),
         ("ShaderNodeSubsurfaceScattering", "approximated"),
     ],
 )

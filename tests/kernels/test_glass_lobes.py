@@ -169,3 +169,19 @@ def test_photons_carry_what_eyes_see(one_bench: Bench, lobe: Lobe, angle: float)
         own = np.where(part[:, None], weight, 0.0)
         error = 4 * own.std(axis=0) / math.sqrt(COUNT)
         assert (np.abs(own.mean(axis=0) - integral) <= error + 4e-3 * integral).all()
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("photon", [{}, {"PHOTON": 1}])
+def test_translucent_is_even_behind(one_bench: Bench, photon: Any, angle: float) -> None:
+    """By the cosine, whoever goes through it and from wherever."""
+    lobe, viewer = Lobe("translucent", COLOURED, {}), at(angle)
+    directions, weight = sample(one_bench, lobe, viewer, **photon)
+    np.testing.assert_allclose(weight, np.broadcast_to(COLOURED, weight.shape), rtol=1e-6)
+    cells = Cells(sample(one_bench, lobe, viewer, seed=12, **photon)[0], np.array((0.0, 0.0, -1.0)))
+    assert_density(directions, cells, np.maximum(-cells.points[:, 2], 0.0) / math.pi, 1.0)
+    viewers = np.broadcast_to(viewer, directions.shape)
+    value = probe(one_bench, lobe, viewers, directions)[0]
+    np.testing.assert_allclose(value[:, :3], weight / math.pi, rtol=1e-5)
+    np.testing.assert_allclose(value[:, 3], -directions[:, 2] / math.pi, rtol=1e-4, atol=1e-6)
+    assert not probe(one_bench, lobe, viewers, directions * FLIP)[0].any()

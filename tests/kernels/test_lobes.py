@@ -61,6 +61,7 @@ CASES = {
     "ggx_metal": Case(microfacets(tint=(1.0, 0.6, 0.2)), is_reciprocal=False, estimate=0.35),
     "ggx_dielectric": Case(microfacets(ior=1.5), is_reciprocal=False, estimate=0.015),
     "transparent": Case(({},)),
+    "translucent": Case(({},)),
     "glass": Case((glass(1.5, 2.0), glass(1 / 1.5, 1.0), glass(1.0, 0.0), glass(1.5, 2.0, 1.0))),
     "ggx_glass": Case(
         tuple(

@@ -180,3 +180,34 @@ def test_sheet_is_as_in_cycles(device: Device, angle: float) -> None:
             found = fallen(renderer)[1]
         area = 18**2 * cosines[0]
         assert found == pytest.approx(area * passed / index**2, rel=0.02)
+
+
+PAPER = Material("paper", (0.3,) * 3, (Lobe("translucent", (0.6, 0.6, 0.6)),))
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_paper_before_the_sun(device: Device, side: int) -> None:
+    """Of the light that falls on the other side it shows 0.6 / pi, of that on this one 0.3 / pi."""
+    sun = sun_light("sun", WHITE, (0.0, 0.6, 0.8 * side))
+    built = Builder().quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), 0)
+    scene = built.scene(beam((0.0, 0.0, 1.0), 0.5), (sun,), (PAPER,))
+    expected = (0.6 if side > 0 else 0.3) * 0.8 / math.pi
+    assert mean_of(device, scene, passes=16) == pytest.approx(expected, rel=0.02)
+
+
+def test_paper_in_a_furnace(device: Device) -> None:
+    built = Builder().quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), 0)
+    world = world_light("world", WHITE)
+    scene = built.scene(beam((0.0, 0.0, 1.0), 0.5), (world,), (PAPER,))
+    assert mean_of(device, scene, passes=32) == pytest.approx(0.9, rel=0.02)
+
+
+def test_photons_through_paper(device: Device) -> None:
+    """What a floor close behind a sheet has of the sun."""
+    sun = sun_light("sun", WHITE, (0.0, 0.0, -1.0))
+    built = Builder().quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), 0)
+    built.quad((-60, -60, -0.5), (60, -60, -0.5), (60, 60, -0.5), (-60, 60, -0.5), 1)
+    scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), (PAPER, BLACK_WALL))
+    with rendered(device, scene, photons=1 << 16, passes=1, width=8, height=8) as renderer:
+        found = fallen(renderer)[1]
+    assert found == pytest.approx(18**2 * 0.6, rel=0.02)

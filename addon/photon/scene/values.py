@@ -31,7 +31,7 @@ MIRROR = np.inf  # Phong exponent of a perfect mirror
 FRESNEL_LOBES = ("coat", "ggx_dielectric", "ggx_metal", "glass", "ggx_glass")
 TRANSPARENT = "transparent"  # light goes straight on
 # Kinds that gather no photons, however rough they are.
-SEND_RAYS = ("mirror", "glass", "ggx_glass", TRANSPARENT)
+SEND_RAYS = ("mirror", "glass", "ggx_glass", "translucent", TRANSPARENT)
 ALPHAS = ("alpha", "alpha_x", "alpha_y")  # parameters of microfacets
 
 

@@ -70,7 +70,7 @@ READERS: dict[str, Reader] = {
     "BSDF_REFRACTION": glass.read_refraction,
     "BSDF_SHEEN": sheen.read,
     "BSDF_TOON": _scattering,
-    "BSDF_TRANSLUCENT": _scattering,
+    "BSDF_TRANSLUCENT": diffuse.read_translucent,
     "BSDF_TRANSPARENT": mix.read_transparent,
     "EMISSION": emission.read,
     "HOLDOUT": _holdout,

@@ -27,3 +27,12 @@ def rough_diffuse(graph: Graph, albedo: Value, roughness: Value, model: Specular
         return Bsdf(albedo)
     parameters = {"diffuse_roughness": roughness.clamp()}
     return Bsdf(lobes=(ShaderLobe("oren_nayar", clipped(albedo), parameters),))
+
+
+def read_translucent(
+    graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel
+) -> Bsdf:
+    """Read a Translucent BSDF."""
+    return Bsdf(
+        lobes=(ShaderLobe("translucent", clipped(colour(graph, node, "Color", scope)), {}),)
+    )
