@@ -196,22 +196,34 @@ def lathe(name: str, mat, profile: Sequence, at=(0, 0, 0), segments: int = 40):
     Corners of the profile sharper than CREASE stay sharp; between them it is a smooth curve, fine
     enough that shading normals differ little from the faces' own.
     """
-    corners, faces = [], []
-    for run in smooth_runs(profile):
-        rings = []
-        for radius, z in run:
-            count = segments if radius > 0 else 1
-            angles = [2 * math.pi * i / segments for i in range(count)]
-            rings.append(range(len(corners), len(corners) + count))
-            corners += [(radius * math.cos(a), radius * math.sin(a), z) for a in angles]
-        for lower, upper in itertools.pairwise(rings):
-            for i in range(segments):
-                a, b = lower[i % len(lower)], lower[(i + 1) % len(lower)]
-                c, d = upper[(i + 1) % len(upper)], upper[i % len(upper)]
-                faces.append(tuple(dict.fromkeys((a, b, c, d))))
-    obj = mesh_object(name, [mat], corners, faces, smooth=True)
+    return lathes(name, [(mat, profile)], at, segments)
+
+
+def lathes(name: str, parts: Sequence, at=(0, 0, 0), segments: int = 40):
+    """Several of them, each of a material and a profile, as one object."""
+    corners, faces, which = [], [], []
+    for number, (_, profile) in enumerate(parts):
+        for run in smooth_runs(profile):
+            turned(run, segments, corners, faces)
+        which += [number] * (len(faces) - len(which))
+    obj = mesh_object(name, [mat for mat, _ in parts], corners, faces, which, smooth=True)
     obj.location = at
     return obj
+
+
+def turned(run: Sequence, segments: int, corners: list, faces: list) -> None:
+    """Add a profile without creases."""
+    rings = []
+    for radius, z in run:
+        count = segments if radius > 0 else 1
+        angles = [2 * math.pi * i / segments for i in range(count)]
+        rings.append(range(len(corners), len(corners) + count))
+        corners += [(radius * math.cos(a), radius * math.sin(a), z) for a in angles]
+    for lower, upper in itertools.pairwise(rings):
+        for i in range(segments):
+            a, b = lower[i % len(lower)], lower[(i + 1) % len(lower)]
+            c, d = upper[(i + 1) % len(upper)], upper[i % len(upper)]
+            faces.append(tuple(dict.fromkeys((a, b, c, d))))
 
 
 def smooth_runs(profile: Sequence, steps: int = 3) -> list[list[tuple[float, float]]]:

@@ -151,7 +151,7 @@ def test_the_renderer_needs_no_bpy() -> None:
 
 
 def test_scenes_are_small_and_old_blenders_read_them() -> None:
-    assert len(SCENES) == 10
+    assert len(SCENES) == 13
     for file in SCENES:
         assert file.stat().st_size < 200_000
         assert file.read_bytes()[:4] == b"\x28\xb5\x2f\xfd", "not compressed"

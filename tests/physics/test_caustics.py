@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 from addon.photon.errors import SceneError
 from addon.photon.scene import Scene, sun_light
 from addon.streams import Device
-from tests.measure import fallen, rendered
+from tests.measure import fallen, render, rendered
 from tests.scenes import Builder, camera, plain_material, replace
 
-from .test_glass import BLACK_WALL, WHITE, glass
+from .test_glass import BLACK_WALL, WHITE, ball_lens, glass
 
 OFF: dict[str, tuple[str, ...]] = {
     "none": ("reflective", "refractive"),
@@ -68,3 +70,42 @@ def test_direct_light_by_photons_stays(device: Device) -> None:
 def test_unknown_ones_are_refused() -> None:
     with pytest.raises(SceneError, match="scene.caustics"):
         slab_and_mirror(("sparkling",)).check()
+
+
+FRAMES = 24
+FLOOR, REACH = -2.0, 0.9  # of the ball's shadow, which its caustic alone lights
+
+
+def seen_on_floor(device: Device, angle: float, size: int = 64) -> float:
+    """The flux [W] of what a ball of glass throws on a grey floor, by what a camera sees of it."""
+    built = Builder().sphere((0, 0, 0), 1.0, 0, "ball", subdivisions=5)
+    built.quad((-3, -3, FLOOR), (3, -3, FLOOR), (3, 3, FLOOR), (-3, 3, FLOOR), 1, "floor")
+    eye = np.array([4.33 * math.cos(angle), 4.33 * math.sin(angle), FLOOR + 2.5])
+    view = camera(eye, (0, 0, FLOOR), 28)
+    grey, sun = plain_material("floor", (0.2,) * 3), sun_light("sun", WHITE, (0.0, 0.0, -1.0))
+    settings = {"width": size, "height": size, "passes": 8, "photons": 1 << 18}
+    scene = built.scene(view, (sun,), (glass(), grey))
+    image = render(device, scene, radius_decay=2 / 3, **settings)["Indirect"][..., 0]
+    left, right, bottom, top = view.window
+    x, y = (low + (np.arange(size) + 0.5) / size * (high - low)
+            for low, high in ((left, right), (bottom, top)))  # fmt: skip
+    rays = np.stack([*np.meshgrid(x, y), -np.ones((size, size))], -1) @ view.matrix[:3, :3].T
+    t = (FLOOR - eye[2]) / rays[..., 2]
+    at = eye + t[..., None] * rays
+    # A pixel of the window at distance 1 covers so much of the floor.
+    area = (x[1] - x[0]) * (y[1] - y[0]) * t**3 / (eye[2] - FLOOR)
+    there = np.hypot(at[..., 0], at[..., 1]) < REACH
+    return float((image * area)[there].sum() * math.pi / 0.2)
+
+
+def test_animation(device: Device, thorough: bool) -> None:
+    """A camera moves about a ball of glass that stands still: its caustic is as bright in each
+    frame, to 0.5 %, and as bright as what comes through the ball."""
+    if not thorough:
+        pytest.skip("runs with --thorough")
+    found = np.array([seen_on_floor(device, 0.04 * frame) for frame in range(FRAMES)])
+    away = np.abs(found / found.mean() - 1.0).max()
+    print(f"\nmean {found.mean():.4f} W, apart by {away:.3%}")
+    assert away < 0.005
+    through = ball_lens(-FLOOR, REACH) * math.pi * REACH**2
+    assert found.mean() == pytest.approx(through, rel=0.02)

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scenes of glass and metal against a light tracer in numpy, and one way of tracing against
+another. Cycles finds no caustic of so small a lamp."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.photon.scene import Material, Scene
+from addon.streams import Device
+from tests.measure import render, rendered, replace
+
+from .cycles import open_blend
+from .light_tracer import arrivals, is_caster
+
+pytestmark = pytest.mark.blender
+
+
+@dataclass(frozen=True)
+class Caustic:
+    """Where to look: a ball about all glass and metal; of what it falls on a rectangle at a
+    height [m]."""
+
+    middle: tuple[float, float, float]
+    radius: float
+    low: tuple[float, float]
+    high: tuple[float, float]
+    height: float
+    share: float  # of all that comes by way of glass or metal that falls there, about
+
+
+CAUSTICS = {
+    "wine_glass": Caustic((0, 0, 0.065), 0.075, (-0.05, -0.15), (0.15, 0.05), 0.0, 0.7),
+    "ring": Caustic((0.004, 0.008, 0.0026), 0.033, (-0.03, -0.015), (0.036, 0.03), 0.0, 0.9),
+    "pool": Caustic((0, 0, 0), 2.6, (-1.6, -1.4), (1.9, 1.2), -1.2, 0.77),
+}
+CELLS = 6  # a side
+RAYS, PHOTONS = 1 << 19, 1 << 18
+AIMED = 16  # from this pass on photons of a single lamp start where they count
+
+
+def by_the_lamp(scene: Scene) -> Scene:
+    """Without a world, and all else than glass and metal black: what falls there ends there."""
+    black = Material("black", (1e-4,) * 3)
+    materials = tuple(x if is_caster(x) else replace(black, name=x.name) for x in scene.materials)
+    lamps = tuple(light for light in scene.lights if light.kind != "world")
+    return replace(scene, materials=materials, lights=lamps)
+
+
+def in_cells(at: Any, flux: Any, where: Caustic) -> Any:
+    """(CELLS, CELLS, 3): the flux [W] that falls on each."""
+    on = np.abs(at[:, 2] - where.height) < 1e-4 * where.radius + 1e-6
+    edges = [np.linspace(a, b, CELLS + 1) for a, b in zip(where.low, where.high, strict=True)]
+    found = [np.histogram2d(*at[on, :2].T, edges, weights=flux[on, c])[0] for c in range(3)]
+    return np.stack(found, -1)
+
+
+@pytest.mark.parametrize("name", CAUSTICS)
+def test_against_a_light_tracer(device: Device, name: str) -> None:
+    """What falls where: 1 % in all, and 4 % of it at most elsewhere."""
+    scene, where = by_the_lamp(open_blend(name, 16)), CAUSTICS[name]
+    at, flux = arrivals(scene, scene.lights[0], RAYS, where.middle, where.radius)
+    theirs = in_cells(at, flux, where)
+    settings = {"width": 16, "height": 16, "photons": PHOTONS, "first_pass": AIMED, "passes": 1}
+    with rendered(device, scene, photon_bounces=24, **settings) as renderer:
+        assert renderer.photons
+        place, deposit = renderer.photons.mapper.deposits.arrays()
+        scale, centre = renderer.frame.scale, np.asarray(renderer.frame.centre)
+    ours = in_cells(place[:, :3] * scale + centre, deposit[:, :3] * scale**2, where)
+    ratio = ours.sum(axis=(0, 1)) / theirs.sum(axis=(0, 1))
+    elsewhere = 0.5 * np.abs(ours - theirs).sum() / theirs.sum()
+    share = theirs.sum() / flux.sum()
+    print(f"\n{name}: in all {ratio - 1}, elsewhere {elsewhere:.2%}, there {share:.0%}")
+    assert share == pytest.approx(where.share, abs=0.1)
+    assert ratio == pytest.approx(1.0, abs=0.01) and elsewhere < 0.04
+
+
+@pytest.mark.parametrize("name", CAUSTICS)
+def test_ways_agree(device: Device, name: str, thorough: bool) -> None:
+    """Fragment and compute programs give the same bits, and the native core's rays the same picture
+    but where rounding takes one another way."""
+    if not thorough and name != "ring":
+        pytest.skip("runs with --thorough")
+    scene = open_blend(name, 24)
+    settings = {"width": 24, "height": 24, "photons": 1 << 14, "passes": 1, "estimator": "gather"}
+    pictures = {
+        layer: render(device, scene, layer=layer, **settings)["Combined"]
+        for layer in ("fragment", "compute", "native")
+    }
+    np.testing.assert_array_equal(pictures["fragment"], pictures["compute"])
+    native, fragment = pictures["native"], pictures["fragment"]
+    same = np.isclose(native, fragment, rtol=1e-3, atol=1e-5).all(axis=-1)
+    print(f"\n{name}: {same.mean():.2%} of pixels alike, means {native.mean() / fragment.mean()}")
+    assert same.mean() > 0.8 and native.mean() == pytest.approx(fragment.mean(), rel=0.02)
