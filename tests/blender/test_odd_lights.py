@@ -93,3 +93,12 @@ def test_skies(scene, export, device, cycles_mean, name) -> None:
     assert np.isfinite(shown).all() and shown.min() >= 0.0 and shown.any()
     if name != "odd":
         assert shown.mean() == pytest.approx(cycles_mean(64, 1)[..., :3].mean(), rel=0.01)
+
+
+def test_portals_do_not_light(export) -> None:
+    """They tell Cycles where the world shines in; other kinds than areas are none."""
+    for kind in ("AREA", "POINT"):
+        over_a_plane(kind).data.cycles.is_portal = True
+    exported, report = export()
+    assert [light.kind for light in exported.lights] == ["point"]
+    assert not [entry for entry in report.entries if entry.status != "exact"]

@@ -33,6 +33,9 @@ def export_light(obj: bpy.types.Object, matrix: NDArray[np.float64], notes: Note
     if not np.isfinite(matrix).all():
         notes.ignored(lamp.owner, "Transform", "it is not finite, so the light is left out")
         return None
+    if obj.data.type == "AREA" and getattr(getattr(obj.data, "cycles", None), "is_portal", False):
+        notes.exact(lamp.owner, "Portal", "it tells where the world shines in, and does not light")
+        return None
     note_light(lamp)
     light = READERS[obj.data.type](lamp)
     if not notes.mention(lamp.owner):

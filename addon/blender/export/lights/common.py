@@ -118,8 +118,6 @@ def note_light(lamp: Lamp) -> None:
     if getattr(cycles, "max_bounces", MOST_BOUNCES) < MOST_BOUNCES:
         what = "its light in mirrors may have bounced as often before; none of its caustics escape"
         notes.approximated(name, "Max Bounces", what)
-    if getattr(cycles, "is_portal", False):
-        notes.ignored(name, "Portal", "it lights")
     for flag, label in EEVEE_FACTORS.items():
         if getattr(data, flag, 1.0) != 1.0:
             notes.ignored(name, f"{label} factor", "as in Cycles")
