@@ -65,7 +65,8 @@ def grouped(kind: str, inner: Callable[[Tree, Socket], Socket], given: Build | N
         if given is not None:
             tree.links.new(given(tree), outer.inputs[0])
         else:
-            outer.inputs[0].default_value = (0.2, 0.7, 0.4, 1.0) if kind == "Color" else 0.6
+            defaults = {"Color": (0.2, 0.7, 0.4, 1.0), "Float": 0.6, "Vector": (0.0, 0.0, 0.0)}
+            outer.inputs[0].default_value = defaults[kind]
         return outer.outputs[0]
 
     return build
@@ -98,6 +99,17 @@ def muted(build: Build) -> Build:
     def muting(tree: Tree) -> Socket:
         socket = build(tree)
         socket.node.mute = True
+        return socket
+
+    return muting
+
+
+def no_longer(build: Build, name: str) -> Build:
+    """A node without the link of an input, which is muted."""
+
+    def muting(tree: Tree) -> Socket:
+        socket = build(tree)
+        socket.node.inputs[name].links[0].is_muted = True
         return socket
 
     return muting
@@ -150,6 +162,7 @@ def wide(count: int) -> Build:
     return build
 
 
+CHECKER, FACING, MAPPING = (f"ShaderNode{x}" for x in ("TexChecker", "LayerWeight", "Mapping"))
 ZERO = node(MATH, {0: U, 1: U}, operation="SUBTRACT")
 QUOTIENT = node(MATH, {0: V, 1: ZERO}, operation="DIVIDE")
 
@@ -171,6 +184,28 @@ CASES = (
     Case("muted conversion", muted(node("ShaderNodeRGBToBW", {0: COLOUR}))),
     Case("muted without inputs", muted(node("ShaderNodeRGB"))),
     Case("muted group", muted(grouped("Color", nested(0), COLOUR))),
+    Case("muted, of nothing", muted(node(HUE)), -1.0),
+    Case("muted number, of nothing", muted(node("ShaderNodeRGBToBW")), -1.0),
+    Case("coordinates by what is muted", node(CHECKER, {"Vector": muted(node(MAPPING))})),
+    Case(
+        "normal by what is muted",
+        node(FACING, {"Normal": muted(node(MAPPING))}, "Facing"),
+        -1.0,
+        uneven=True,
+    ),
+    Case("muted coordinates", no_longer(node(CHECKER, {"Vector": UV}), "Vector")),
+    Case(
+        "muted normal",
+        no_longer(node(FACING, {"Normal": COLOUR}, "Facing"), "Normal"),
+        -1.0,
+        uneven=True,
+    ),
+    Case(
+        "a group's normal",
+        node(FACING, {"Normal": grouped("Vector", plain, None)}, "Facing"),
+        -1.0,
+        uneven=True,
+    ),
     Case("muted links", unlinked),
     Case("no links", node(MIX, {0: V})),
     Case("500 nodes", chains(10)),

@@ -187,14 +187,23 @@ def many_calls() -> Iterator[None]:
         sys.setrecursionlimit(kept)
 
 
+@dataclass(frozen=True)
+class Nothing:
+    """What stands for an input of a muted node that nothing is linked to: in Cycles it is 0,
+    whatever its value."""
+
+    type: str
+    name: str = ""
+
+
 def source(
     socket: bpy.types.NodeSocket, scope: Scope, passed: list[str] | None = None
-) -> tuple[bpy.types.Node | None, bpy.types.NodeSocket, Scope]:
+) -> tuple[bpy.types.Node | None, Any, Scope]:
     """Follow an input to what feeds it.
 
     Returns (node, its output socket, scope); node is None if nothing does, and the socket is then
-    the unlinked input, maybe a group's, whose default value counts. `passed` is told the types of
-    the sockets of groups and muted nodes on the way.
+    the unlinked input, maybe a group's, whose default value counts, if it has one. `passed` is told
+    the types of the sockets of groups and muted nodes on the way.
     """
     passed = [] if passed is None else passed
     for _ in range(DEPTH):
@@ -208,6 +217,8 @@ def source(
                 return None, socket, scope
             passed.append(output.type)
             socket = inner.from_socket
+            if not socket.is_linked:
+                return None, Nothing(output.type), scope
         elif node.type == "REROUTE":
             socket = node.inputs[0]
         elif node.type == "GROUP" and node.node_tree:
@@ -271,10 +282,17 @@ def value_of(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> float:
     return value
 
 
-def linked(node: bpy.types.Node, name: str) -> bool:
-    """Whether the input of that name exists and has a link."""
+def linked(node: bpy.types.Node, name: str, scope: Scope) -> bool:
+    """Whether the input of that name exists and is given."""
     socket = node.inputs.get(name)
-    return socket is not None and socket.is_linked
+    return socket is not None and is_given(socket, scope)
+
+
+def is_given(socket: bpy.types.NodeSocket, scope: Scope) -> bool:
+    """Whether an input has what a node gives, or the value of a group's input: without, textures
+    and shaders know coordinates and normals themselves."""
+    node, end, _ = source(socket, scope)
+    return node is not None or not (end == socket or isinstance(end, Nothing))
 
 
 def normal_reflectance(ior: float) -> float:

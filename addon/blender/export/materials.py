@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...photon.scene import RGB, Lobe, Material, Result, reflecting
 from ...photon.stage.programs import MOST_REGISTERS, width_of
-from .graph import Asked, Colour, Graph, colour_text, many_calls
+from .graph import Asked, Colour, Graph, colour_text, is_given, many_calls
 from .nodes import graph_of
 from .nodes.normals import bump_of_displacement
 from .programs import Program, Value
@@ -138,7 +138,7 @@ class MaterialTable:
         graph.displaced = self._displaced(graph, output, material)
         node, end, scope = graph.surface("OUTPUT_MATERIAL")
         if node is None:
-            if output.inputs["Volume"].is_linked:
+            if is_given(output.inputs["Volume"], ()):
                 absorption(graph, output, False)
                 return CLEAR
             self.notes.approximated(owner, "Surface", "no shader is linked to it: rendered black")
@@ -152,7 +152,7 @@ class MaterialTable:
         self, graph: Graph, output: bpy.types.Node, material: bpy.types.Material
     ) -> Value | None:
         """The normal of the surface that a material's displacement makes; None: the mesh's own."""
-        if not output.inputs["Displacement"].is_linked:
+        if not is_given(output.inputs["Displacement"], ()):
             return None
         if material.displacement_method != "BUMP":
             what = "its surface is where it was: only its normals bend, as bumps"

@@ -18,6 +18,7 @@ from ...photon.scene import (
     sun_light,
     world_light,
 )
+from .graph import is_given
 from .materials import has_nodes
 from .nodes import graph_of
 from .radiance import ONE, Factor, Sum, radiance
@@ -34,7 +35,7 @@ def export_world(
     if has_nodes(world):
         graph = graph_of(world.node_tree, owner, notes)
         output = graph.output("OUTPUT_WORLD")
-        if output is not None and output.inputs["Volume"].is_linked:
+        if output is not None and is_given(output.inputs["Volume"], ()):
             notes.ignored(owner, "Volume", "not rendered")
         total = radiance(graph, *graph.surface("OUTPUT_WORLD"))
     else:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..colour_spaces import decoded
-from ..graph import Graph, Scope, source
+from ..graph import Graph, Scope, is_given
 from ..programs import Value
 from ..textures import Found, is_separated
 from .attributes import UV, attribute, here
@@ -53,8 +53,7 @@ def read_environment(
     if found.constant is not None:
         return Value.of(_constant(found, separated=False))
     socket = node.inputs["Vector"]
-    feeding, end, _ = source(socket, scope)
-    is_free = feeding is None and end == socket
+    is_free = not is_given(socket, scope)
     return graph.program.emit(
         "image",
         vector=here(graph, "position") if is_free else graph.value(socket, scope),
@@ -77,8 +76,7 @@ def _vector(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value:
         what = "the node's own mapping, of old files, is left out"
         graph.notes.approximated(graph.owner, f"Texture Mapping of '{node.name}'", what)
     socket = node.inputs["Vector"]
-    feeding, end, _ = source(socket, scope)
-    if feeding is None and end == socket:
+    if not is_given(socket, scope):
         return attribute(graph, UV, "")
     return graph.value(socket, scope)
 

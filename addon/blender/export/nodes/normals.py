@@ -33,8 +33,8 @@ def read_bump(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> Value:
     """Read Bump."""
-    normal = graph.input(node, "Normal", scope) if linked(node, "Normal") else smooth(graph)
-    if not linked(node, "Height"):
+    normal = graph.input(node, "Normal", scope) if linked(node, "Normal", scope) else smooth(graph)
+    if not linked(node, "Height", scope) or normal.is_just(0.0):
         return normal
     width = graph.input(node, "Filter Width", scope) if "Filter Width" in node.inputs else None
     wide = width.number if width is not None and width.is_constant else WIDTH
@@ -75,7 +75,7 @@ def read_displacement(
 ) -> Value:
     """Read Displacement."""
     height, midlevel, scale = (graph.input(node, x, scope) for x in ("Height", "Midlevel", "Scale"))
-    up = graph.input(node, "Normal", scope) if linked(node, "Normal") else smooth(graph)
+    up = graph.input(node, "Normal", scope) if linked(node, "Normal", scope) else smooth(graph)
     if node.space == "OBJECT":
         up = graph.program.emit("in_world", direction=graph.program.emit("in_object", normal=up))
     return up * ((height - midlevel) * scale)

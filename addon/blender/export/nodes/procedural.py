@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope, source
+from ..graph import Graph, Scope, is_given
 from ..programs import Value
 from .attributes import GENERATED, attribute
 
@@ -22,8 +22,7 @@ def vector(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value:
         feature = f"Texture Mapping of '{node.name}'"
         graph.notes.approximated(graph.owner, feature, "coordinates are used as they are")
     socket = node.inputs["Vector"]
-    feeding, end, _ = source(socket, scope)
-    if feeding is None and end == socket:
+    if not is_given(socket, scope):
         return attribute(graph, GENERATED)
     return graph.value(socket, scope)
 

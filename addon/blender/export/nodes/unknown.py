@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope, source
+from ..graph import Graph, Scope, is_given
 from ..programs import ONE, ZERO, Value
 from .attributes import here
 
@@ -15,7 +15,7 @@ def read_bevel(
 ) -> Value:
     """Note Bevel: the normal as it is."""
     graph.notes.approximated(graph.owner, "Bevel", "edges are sharp")
-    if source(node.inputs["Normal"], scope)[0] is not None:
+    if is_given(node.inputs["Normal"], scope):
         return graph.input(node, "Normal", scope)
     return here(graph, "normal")
 

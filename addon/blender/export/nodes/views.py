@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope, source
+from ..graph import Graph, Scope, is_given
 from ..programs import ONE, ZERO, Value, math
 from .attributes import in_camera
 from .mapping import normalized
@@ -47,7 +47,7 @@ def read_layer_weight(
 def _reflected(graph: Graph, node: bpy.types.Node, scope: Scope, ior: Value) -> Value:
     """The share that is reflected, and in w the cosine."""
     normal = node.inputs["Normal"]
-    given = source(normal, scope)[0] is not None
+    given = is_given(normal, scope)
     at = graph.value(normal, scope) if given else ZERO
     return graph.program.emit("fresnel", ior=ior, normal=at, given=Value.of(float(given)))
 

@@ -20,7 +20,7 @@ def under_coat(graph: Graph, node: bpy.types.Node, scope: Scope, below: Bsdf) ->
     cover = number(graph, node, "Coat Weight", scope).clamp()
     if cover.is_just(0.0):
         return below
-    if linked(node, "Coat Normal"):
+    if linked(node, "Coat Normal", scope):
         graph.notes.ignored(graph.owner, "Coat Normal", "the coat has the normal of the base")
     tint = clipped(colour(graph, node, "Coat Tint", scope))
     ior = math("MAXIMUM", number(graph, node, "Coat IOR", scope, 1.5), 1.0)

@@ -16,10 +16,10 @@ from .bsdf import Bsdf
 
 def with_normal(graph: Graph, node: bpy.types.Node, scope: Scope, bsdf: Bsdf) -> Bsdf:
     """What a shader reflects, about the normal that its node's Normal is linked to."""
-    if bsdf.normal is not None or not linked(node, "Normal") or not _reflects(bsdf):
+    if bsdf.normal is not None or not linked(node, "Normal", scope) or not _reflects(bsdf):
         return bsdf
     normal = graph.input(node, "Normal", scope)
-    if normal == smooth(graph):
+    if normal == smooth(graph) or normal.is_just(0.0):  # as groups have it that are given none
         return bsdf
     if normal.is_constant:
         parts = {name: normal.part(name) for name in "xyz"}

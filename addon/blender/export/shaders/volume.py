@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, source
+from ..graph import Graph, is_given, source
 from ..programs import ZERO, Value, math
 from .bsdf import colour, number
 
@@ -13,7 +13,7 @@ from .bsdf import colour, number
 def absorption(graph: Graph, output: bpy.types.Node, has_surface: bool) -> Value:
     """What light loses on its way [1/m]: density * (1 - colour), as in Cycles; ZERO of what is not
     rendered, which is noted."""
-    if not output.inputs["Volume"].is_linked:
+    if not is_given(output.inputs["Volume"], ()):
         return ZERO
     node, _, scope = source(output.inputs["Volume"], ())
     if node is None or node.type != "VOLUME_ABSORPTION" or not has_surface:
