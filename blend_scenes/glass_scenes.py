@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import bpy
 from lit_scenes import principled
-from scene_parts import block, camera, lamp, lathe, lathes, material, mesh_object, world
+from scene_parts import SUNK, block, camera, lamp, lathe, lathes, material, mesh_object, world
 
 WATER, GLASS, WINE = 1.333, 1.5, 1.36
 
@@ -55,17 +55,20 @@ def pool() -> None:
     tiles = textured("Tiles", "ShaderNodeTexBrick", (0.62, 0.78, 0.80), (0.55, 0.72, 0.77), 1)
     low, high, deep = (-2.0, -1.5), (2.0, 1.5), 1.2
     corners = [
-        (x, y, z) for z in (-deep, 0.15) for y in (low[1], high[1]) for x in (low[0], high[0])
+        (x, y, z) for z in (-deep, 0.1) for y in (low[1], high[1]) for x in (low[0], high[0])
     ]
     faces = [(0, 1, 3, 2), (0, 4, 5, 1), (1, 5, 7, 3), (3, 7, 6, 2), (2, 6, 4, 0)]
     mesh_object("Basin", [tiles], corners, faces)
-    for name, (x0, y0), (x1, y1) in (
-        ("Edge, left", (low[0] - 1.5, low[1] - 1.5), (low[0], high[1] + 1.5)),
-        ("Edge, right", (high[0], low[1] - 1.5), (high[0] + 1.5, high[1] + 1.5)),
-        ("Edge, front", (low[0], low[1] - 1.5), (high[0], low[1])),
-        ("Edge, back", (low[0], high[1]), (high[0], high[1] + 1.5)),
+    # The edges stand before the basin's walls, and end in each other.
+    (left, front), (right, back) = ((x + SUNK, y + SUNK) for x, y in (low, (-high[0], -high[1])))
+    right, back, wide = -right, -back, 1.5
+    for name, (x0, y0), (x1, y1), top in (
+        ("Edge, left", (left - wide, front - wide), (left, back + wide), 0.15),
+        ("Edge, right", (right, front - wide), (right + wide, back + wide), 0.15),
+        ("Edge, front", (left - SUNK, front - wide + SUNK), (right + SUNK, front), 0.151),
+        ("Edge, back", (left - SUNK, back), (right + SUNK, back + wide - SUNK), 0.151),
     ):
-        block(name, stone, (x0, y0, -0.05), (x1, y1, 0.15))
+        block(name, stone, (x0, y0, top - 0.2), (x1, y1, top))
     waves("Water", glass("Water", (0.90, 0.97, 1.0), WATER), low, high)
     lamp("SUN", "Sun", (-1.5, 1.0, 4.0), (0, 0, 0), energy=2.4, angle=math.radians(0.53),
          color=(1, 0.96, 0.90))  # fmt: skip

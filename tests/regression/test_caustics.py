@@ -80,9 +80,9 @@ def test_against_a_light_tracer(device: Device, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CAUSTICS)
-def test_ways_agree(device: Device, name: str, thorough: bool) -> None:
+def test_ways_agree(device: Device, name: str, thorough: bool, not_aimed: None) -> None:
     """Fragment and compute programs give the same bits, and the native core's rays the same picture
-    but where rounding takes one another way."""
+    but where rounding takes one another way; where photons are aimed it may aim them otherwise."""
     if not thorough and name != "ring":
         pytest.skip("runs with --thorough")
     scene = open_blend(name, 24)
@@ -95,4 +95,4 @@ def test_ways_agree(device: Device, name: str, thorough: bool) -> None:
     native, fragment = pictures["native"], pictures["fragment"]
     same = np.isclose(native, fragment, rtol=1e-3, atol=1e-5).all(axis=-1)
     print(f"\n{name}: {same.mean():.2%} of pixels alike, means {native.mean() / fragment.mean()}")
-    assert same.mean() > 0.8 and native.mean() == pytest.approx(fragment.mean(), rel=0.02)
+    assert same.mean() > 0.95 and native.mean() == pytest.approx(fragment.mean(), rel=0.01)
