@@ -161,3 +161,20 @@ def test_what_a_program_gives_glows_as_a_constant_does(device: Device) -> None:
     np.testing.assert_allclose(
         seen["Combined"][SIZE // 2, :, 0], RADIANCE[0] * (1.0 + x), rtol=0.02
     )
+
+
+def test_what_glows_by_the_direction_lights_by_its_mean(device: Device) -> None:
+    """Radiance times the cosine to the viewer: two thirds of the light, though all of it is seen
+    from straight above."""
+    program = (
+        Instruction("fresnel", ((1.5,) * 4, (0.0,) * 4, (0.0,) * 4)),
+        Instruction("arithmetic", (Result(0, "w"), (3.0,) * 4, (0.0,) * 4, (2.0,) * 4)),
+    )
+    pictures = []
+    for varying, emission in (({}, (2.0,) * 3), ({"emission": Result(1)}, BLACK)):
+        glow = Material("glow", BLACK, (), emission, program=program, varying=varying)
+        scene = replace(under(RECTANGLES["far"]), materials=(GREY, glow))
+        scene = replace(scene, objects=np.tile(np.eye(6, 4), (2, 1, 1)))
+        picture = render(device, scene, width=SIZE, height=SIZE, passes=8, photons=0)
+        pictures.append(picture["Direct"][..., :3].mean())
+    assert pictures[1] == pytest.approx(pictures[0], rel=0.02)

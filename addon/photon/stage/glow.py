@@ -77,7 +77,7 @@ def mean_glow(
     device: Device, layer: Layer, mesh: Mesh, scene: Scene, textures: Mapping[str, Any]
 ) -> NDArray[np.float64]:
     """What triangles that glow radiate in the mean (n, 3): of those whose program tells, of POINTS
-    places on either side; `textures` are the tables that programs read."""
+    places, looked at from either side; `textures` are the tables that programs read."""
     numbers = glowing(scene, mesh)
     number = scene.material[numbers]
     emission = np.array([material.emission for material in scene.materials]).reshape(-1, 3)
@@ -97,6 +97,23 @@ def mean_glow(
     return found
 
 
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    found: NDArray[np.float64] = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return found
+
+
+def _to_them(across: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(POINTS, n, 3): as often from a direction as what glows evenly sends light there, from either
+    side in turn; what glows by the direction lights as much as all of them see."""
+    number = np.arange(POINTS)[:, None]
+    squared, turn = ((number // 2 + 0.5) * (0.8191725134, 0.6710436067)).T % 1.0
+    sine, angle = np.sqrt(1.0 - squared)[:, None, None], 2.0 * np.pi * turn[:, None, None]
+    level = np.cos(angle) * across + np.sin(angle) * np.cross(normals, across)
+    sides = np.where(number % 2, 1.0, -1.0)[..., None]
+    found: NDArray[np.float64] = sides * np.sqrt(squared)[:, None, None] * normals + sine * level
+    return found
+
+
 def _glow_of(
     kernel: Glow, triangles: NDArray[Any], places: NDArray[np.intp], tables: Mapping[str, Any]
 ) -> NDArray[np.float64]:
@@ -104,8 +121,7 @@ def _glow_of(
     ports = {**kernel.inputs, **kernel.outputs}
     streams = {name: Stream(kernel.device, record, size) for name, record in ports.items()}
     a, b, c = (triangles[corner].astype(np.float64) for corner in "abc")
-    normals = np.cross(b - a, c - a)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = _unit(np.cross(b - a, c - a))
     # Points of a sequence that covers the square evenly (Roberts 2018), folded to the triangle.
     u, v = ((np.arange(POINTS)[:, None] + 0.5) * (0.7548776662, 0.5698402909)).T % 1.0
     folded = u + v > 1.0
@@ -113,7 +129,7 @@ def _glow_of(
     hits, rays = (np.zeros((POINTS, len(places), 4), np.float32) for _ in range(2))
     hits[..., 0], hits[..., 1] = 1.0, places + 1
     hits[..., 2], hits[..., 3] = u[:, None], v[:, None]
-    rays[..., :3] = normals * np.where(np.arange(POINTS) % 2, 1.0, -1.0)[:, None, None]
+    rays[..., :3] = _to_them(_unit(b - a), normals)
     streams["hit"].upload(hits)
     streams["direction"].upload(rays)
     kernel.run(streams, tables)
