@@ -19,6 +19,7 @@ from .chart.measure import (
     Point,
     efficiency,
     error_at,
+    lenient_errors,
     mean_of,
     seconds_by_slope,
     seconds_to,
@@ -51,17 +52,33 @@ def test_the_references_noise_does_not_bias_the_error(bias: float) -> None:
         truth, reference = noisy_reference(seed, 0.05)
         error = bias * np.random.default_rng(1000 + seed).standard_normal(truth.shape)
         measured = mean_of(squared_errors(truth + error, reference))
-        floor = np.maximum(truth, truth.mean())
-        found.append(measured.value - ((error / floor) ** 2).mean())
+        scale = truth**2 + (0.1 * truth.mean()) ** 2
+        found.append(measured.value - (error**2 / scale).mean())
         deviations.append(measured.deviation)
     scatter = np.std(found, ddof=1)
-    assert abs(np.mean(found)) < 4 * scatter / math.sqrt(len(found))
-    assert scatter < 1e-4  # against 2.5e-3, the halves' variance
+    # The scale is of the same halves: that adds their relative variance, 0.25 %, of the error.
+    assert abs(np.mean(found)) < 4 * scatter / math.sqrt(len(found)) + 0.006 * (2.5e-3 + bias**2)
+    assert scatter < 2e-4
     assert 0.6 * scatter < np.mean(deviations)  # blocks' scatter holds that of the error itself too
 
 
+def test_the_strict_measure_sees_the_dark() -> None:
+    """A tenth too much everywhere, and in a dark tenth of the picture twice too much."""
+    truth = np.ones((H, W, 3))
+    truth[: H // 8] = 0.05
+    reference = Reference(truth, truth, "")
+    mean = truth.mean()
+    dark, bright = 0.05**2 + (0.1 * mean) ** 2, 1 + (0.1 * mean) ** 2
+    wrong = truth * np.where(truth < 0.1, 2.0, 1.1)
+    strict = (0.05**2 / dark + 7 * 0.1**2 / bright) / 8
+    assert squared_errors(wrong, reference).mean() == pytest.approx(strict)
+    lenient = (0.05**2 / mean**2 + 7 * 0.1**2) / 8
+    assert lenient_errors(wrong, reference).mean() == pytest.approx(lenient)
+    assert strict > 3 * lenient
+
+
 def test_an_error_is_resolved_or_not() -> None:
-    truth, reference = noisy_reference(1, 0.05)
+    truth, reference = noisy_reference(1, 0.02)
     assert not mean_of(squared_errors(truth, reference)).resolved
     assert mean_of(squared_errors(truth * 1.05, reference)).resolved
 
@@ -84,7 +101,7 @@ def test_blocks_see_that_neighbours_err_together() -> None:
 
 def curve(*points: tuple[float, float]) -> list[Point]:
     return [
-        Point(seconds, seconds, *[Error(error, error / 100)] * 3, *[0.1] * 3)
+        Point(seconds, seconds, *[Error(error, error / 100)] * 4, *[0.1] * 3)
         for seconds, error in points
     ]
 
@@ -121,7 +138,7 @@ def test_extrapolation_by_slope() -> None:
 
 
 def test_what_is_below_the_references_noise_is_left_out() -> None:
-    lost = Point(64, 64, *[Error(1e-6, 1e-5)] * 3, *[0.1] * 3)
+    lost = Point(64, 64, *[Error(1e-6, 1e-5)] * 4, *[0.1] * 3)
     points = curve((1, 0.1), (4, 0.025), (16, 0.00625))
     assert slope([*points, lost]) == pytest.approx(-1)
     assert seconds_to([*points, lost], 1e-3) == math.inf

@@ -17,6 +17,8 @@ from .picture import LEAST_COVERAGE, mirror_images
 
 Floats = NDArray[np.floating[Any]]
 
+# Of the picture's mean: what is darker counts by less than its relative error.
+DARK = 0.1
 INNER_AREA = 0.5  # as in density.glsl: area of the inner disc over the disc's
 # The bias over the change from the inner radius to the radius. If bias goes with r^p, it is
 # 1 / (1 - INNER_AREA^(p / 2)): p = 2 where irradiance is smooth; p = 3/2 and 1/2, as root mean
@@ -37,13 +39,13 @@ POOLED = 16
 class Error:
     """Root mean square errors of a picture; infinite while unknown, before eight passes.
 
-    Relative: each pixel's and channel's error over the larger of its value and the picture's mean,
-    the root of the mean of squares (relMSE's root).
+    Relative: each pixel's and channel's error over the root of x^2 + (DARK m)^2, of its value x and
+    the picture's mean m; the root of the mean of squares (the root of strict relMSE).
     """
 
     noise: float  # from the variance between passes
     bias: float  # from the radius
-    # (h, w, 1) [W/(m^2 sr)], both together: over the larger of the pixel's and the picture's mean
+    # (h, w, 1) [W/(m^2 sr)], both together: over that root of the pixel's and the picture's mean
     # brightness, its root mean square over the pixels is `total`.
     image: Floats
 
@@ -59,7 +61,7 @@ def error_of(exposures: Iterable[Exposure], combined: Floats) -> Error:
     height, width = combined.shape[:2]
     # By rows, so that it is the same for all strips.
     floor = float(combined[..., :3].sum(axis=(1, 2), dtype=np.float64).sum() / (3 * height * width))
-    floor = floor or 1.0
+    floor = DARK * (floor or 1.0)
     sums = _Sums(*(np.zeros((height, width), kind) for kind in (float, float, bool, bool)))
     noises, changes, lit, even = sums
     row = batches = 0
@@ -82,7 +84,7 @@ def error_of(exposures: Iterable[Exposure], combined: Floats) -> Error:
 
     def scaled(rows: slice) -> None:
         brightness = combined[rows, :, :3].astype(np.float64).mean(axis=-1)
-        image[rows, :, 0] = np.sqrt(relative[rows]) * np.maximum(brightness, floor)
+        image[rows, :, 0] = np.sqrt(relative[rows]) * np.hypot(brightness, floor)
 
     in_blocks(combined.shape, scaled)
     return Error(math.sqrt(noise), math.sqrt(bias), image)
@@ -108,7 +110,7 @@ def _take(
         means = {name: mean[rows] for name, mean in exposure.means.items()}
         # Float64: squares of a very dim picture's reciprocals are beyond float32.
         value = combined[here, :, :3].astype(np.float64)
-        scale = np.square(np.reciprocal(np.maximum(value, floor)))
+        scale = np.square(np.reciprocal(np.hypot(value, floor)))
         # The picture divides indirect light by the coverage; so are its deviations divided.
         squares = np.square(_over(value, means["combined"][..., :3])) * variance[rows, :, :3]
         sums.noises[here] = np.einsum("ijk,ijk->ij", squares, scale) / 3

@@ -33,7 +33,7 @@ from addon.photon.scene import Scene
 from tests.regression.blocks import discontinuities, grown
 
 from ..host import CORES, processor
-from .measure import Point, flip_map, mean_of, squared_errors
+from .measure import DARK, Point, flip_map, lenient_errors, mean_of, squared_errors
 from .page import curves_figure, page
 from .results import (
     OURS,
@@ -84,8 +84,8 @@ class Run:
         """Measure one scene with every contender."""
         reference = read_reference(name)
         result = SceneResult(name, reference.notes, reference.mean)
-        floor = np.maximum(reference.mean, reference.mean.mean())
-        result.half_noise = float((((reference.a - reference.b) / floor) ** 2).mean() / 2)
+        scale = reference.mean**2 + (DARK * reference.mean.mean()) ** 2
+        result.half_noise = float(((reference.a - reference.b) ** 2 / scale).mean() / 2)
         # Cycles exports the scene, and Photon Stream says where its edges are.
         loaded = {module: self._load(module, name) for module in ("cycles", "photon_stream")}
         for module, methods in loaded.items():
@@ -186,6 +186,7 @@ def _point(
     return Point(
         effort, seconds,
         mean_of(errors), mean_of(errors, ~band), mean_of(errors, band),
+        mean_of(lenient_errors(picture, reference)),
         float(flips.mean()), float(flips[~band].mean()), float(flips[band].mean()),
     )  # fmt: skip
 

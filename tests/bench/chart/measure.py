@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from addon.photon.film.error import DARK
+
 from .scenes import Reference
 
 BLOCK = 16  # [px]: errors farther apart than this count as independent
@@ -37,24 +39,36 @@ class Point:
 
     effort: float  # passes, or samples a pixel
     seconds: float  # of rendering
-    error: Error  # relMSE of the whole picture
-    interior: Error  # relMSE away from discontinuities
-    band: Error  # relMSE near them
+    error: Error  # strict relMSE of the whole picture
+    interior: Error  # away from discontinuities
+    band: Error  # near them
+    lenient: Error  # relMSE of the whole picture that hides what is darker than its mean
     flip: float  # mean HDR-FLIP; NaN where it was not measured
     flip_interior: float
     flip_band: float
 
 
 def squared_errors(image: Any, reference: Reference) -> Any:
-    """(h, w): squared errors relative to the reference, its mean as floor; mean of channels.
+    """(h, w): squared errors over r^2 + (DARK mean r)^2 of the reference r; mean of channels. Their
+    mean is strict relMSE.
 
     (x - A)(x - B) has the mean (x - truth)^2 as the halves' noise is independent: the references'
     noise adds scatter and no bias, and single pixels may be negative.
     """
     truth = reference.mean
-    floor = np.maximum(truth, truth.mean())
+    return _missed(image, reference, truth**2 + (DARK * truth.mean()) ** 2)
+
+
+def lenient_errors(image: Any, reference: Reference) -> Any:
+    """The same over the square of r or, where that is more, of its mean: what was measured up to
+    2026-11-22. It hides the dark."""
+    truth = reference.mean
+    return _missed(image, reference, np.maximum(truth, truth.mean()) ** 2)
+
+
+def _missed(image: Any, reference: Reference, scale: Any) -> Any:
     x = np.asarray(image, np.float64)
-    return ((x - reference.a) * (x - reference.b) / floor**2).mean(axis=2)
+    return ((x - reference.a) * (x - reference.b) / scale).mean(axis=2)
 
 
 def mean_of(errors: Any, mask: Any = None) -> Error:

@@ -46,14 +46,16 @@ looking at pictures, after one that warms up.</li>
 </ul>
 <h2>What is measured</h2>
 <ul>
-<li>relMSE: squared error over the squared reference, whose mean is the floor, averaged over pixels
-and channels. References come in two halves A and B of independent noise; the mean of (x - A)(x - B)
-has no bias from it. The standard error is from the scatter of 16x16 blocks; points of less than two
+<li>Strict relMSE: squared error over r&sup2; + (0.1 r&#772;)&sup2; of the reference r and its mean
+r&#772;, averaged over pixels and channels. The lenient one has the larger of r and r&#772;,
+squared, below instead: it hides what is darker than the mean. References come in two halves A and B
+of independent noise; the mean of (x - A)(x - B) has no bias from it but by what r is off, squared.
+The standard error is from the scatter of 16x16 blocks; points of less than two
 standard errors are left out of curves, slopes and ratios.</li>
 <li>HDR-FLIP: NVIDIA's flip-evaluator against the mean of A and B, whose own noise is in it.</li>
 <li>The edge band is what lies within 3 pixels of a discontinuity of depth or normal, as the camera
 sees them (not in mirrors); the interior is the rest.</li>
-<li>Slope: fitted exponent of relMSE against seconds. 1/(MSE t): of the last point.</li>
+<li>Slope: fitted exponent of strict relMSE against seconds. 1/(MSE t): of the last point.</li>
 <li>In brackets: how many times as long as ours. "&gt;" means not reached within the budget, after
 so many seconds; "~" what the slope of the last three points leads to, where it has not levelled
 off.</li>
@@ -76,12 +78,12 @@ def page(head: Sequence[str], verdicts: Sequence[str], scenes: Sequence[SceneRes
 
 
 def curves_figure(scene: SceneResult) -> str:
-    """relMSE against seconds, as SVG."""
+    """Strict relMSE against seconds, as SVG."""
     curves = {
         name: [(p.seconds, p.error.value) for p in points if p.error.resolved]
         for name, points in scene.curves.items()
     }
-    return figure(scene.name, "relMSE", curves)
+    return figure(scene.name, "strict relMSE", curves)
 
 
 def _scene(scene: SceneResult) -> str:
