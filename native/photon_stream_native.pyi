@@ -67,7 +67,7 @@ class Tracer:
         depth: int,
         frame_size: tuple[int, int],
         region_origin: tuple[int, int],
-    ) -> NDArray[np.float32]: ...
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
 
 class RadiusField:
     def __init__(
@@ -106,6 +106,8 @@ class PhotonMap:
         place: NDArray[np.float32],
         facing: NDArray[np.float32],
         cuts: NDArray[np.float32],
+        coverage: NDArray[np.float32],
+        tilt: NDArray[np.float32],
         radii: RadiusField,
         radius_scale: float,
         filter: str,
@@ -115,6 +117,8 @@ class PhotonMap:
         place: NDArray[np.float32],
         facing: NDArray[np.float32],
         cuts: NDArray[np.float32],
+        coverage: NDArray[np.float32],
+        tilt: NDArray[np.float32],
         gathered: NDArray[np.float32],
         lobe: NDArray[np.float32],
         peak: NDArray[np.float32],

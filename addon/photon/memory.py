@@ -163,7 +163,7 @@ class Budget:
             )
         count += 6 * self._has_mirrors + 3 * self._has_emitters + 3 * settings.illuminance
         if self._has_photons:
-            count += 1 + settings.boundary_correction  # cuts and coverage
+            count += 3  # cuts, coverage and tilt
             count += 2 * (settings.estimator == "splat")  # reach, and a part of the splats
             if self._has_mirrors or settings.estimator != "splat":
                 kinds = {lobe.kind for m in self._materials for lobe in m.lobes if lobe.reflects}

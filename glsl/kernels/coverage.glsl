@@ -20,6 +20,10 @@
 #include "lib/diffuse.glsl"
 
 const int MOST_LAYERS = 4;  // other surfaces that a probe may pass through
+// Times as many probes where the filter is tilted, by a scale of more than MUCH: each weighs up to MOST_SCALE as much, and most end on the
+// point's own triangle, which costs no ray.
+const int TILTED = 4;
+const float MUCH = 1.5;
 const float FLAT = 0.02;    // slope up to which a surface is taken for the point's own at once
 
 // The point's own triangle, on which most probes end: they need no ray. Seen from the point in its plane,
@@ -48,10 +52,17 @@ bool holds_disc(Own own, float radius) {
         && own.third.z > radius * length(own.third.xy);
 }
 
-// Sample the filter within the cuts. What the surface lacks of the filter's mass there, and of the inner
+// Its sides as cuts; of no triangle, none is left of the disc.
+mat3x2 cuts_of(Own own) {
+    vec3 nearness = vec3(own.first.z, own.second.z, own.third.z);
+    if (!(min(min(nearness.x, nearness.y), nearness.z) > 0.0)) return mat3x2(vec2(1.0e10), vec2(1.0e10), vec2(1.0e10));
+    return mat3x2(-own.first.xy / nearness.x, -own.second.xy / nearness.y, -own.third.xy / nearness.z);
+}
+
+// Sample the filter within the cuts. What the surface lacks of the tilted filter's mass there, and of the inner
 // one's, over the density of the sampled point. Of several layers the one nearest to the plane counts: in a
 // fold of less than 45 degrees the first one met is the back of its other side.
-vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, vec2 u, float radius) {
+vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 u, float radius) {
     float r2 = radius * radius;
     vec3 normal = frame[2];
     vec2 direction = direction_at(u.y);
@@ -74,16 +85,17 @@ vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, vec2 u, float radius) {
         if (stored_surface(surface.surface) == place.surface && same_orientation(pack_direction(surface.geometric), normal)) {
             vec3 offset = surface.position - place.position;
             float at = dot(offset, offset) / r2;
-            found_mass = at > 1.0
-                ? vec2(0.0)
-                : vec2(filter_shape(at), inner_filter_shape(at)) / (mass * dot(surface.geometric, normal));
+            vec2 there = (offset * frame).xy;
+            vec2 counts = vec2(filter_shape(at) * tilted_at(outer, there), inner_filter_shape(at) * tilted_at(inner, there));
+            found_mass = at > 1.0 ? vec2(0.0) : counts / (mass * dot(surface.geometric, normal));
             if (above <= FLAT * height) break;
             left = 2.0 * above;  // as far below the plane as this one is above it
         }
         origin -= normal * found.t;
         source = found.triangle;
     }
-    return within * (vec2(1.0, inner_mass) - found_mass);
+    vec2 sampled = vec2(tilted_at(outer, direction * away), inner_mass * tilted_at(inner, direction * away));
+    return within * (sampled - found_mass);
 }
 
 void kernel() {
@@ -99,15 +111,18 @@ void kernel() {
     vec2 missing = vec2(0.0);  // of the filter, of the inner one
     mat3 frame = frame_about(normal);
     Own own = own_triangle(triangle, place.position, frame);
-    if (!holds_disc(own, radius)) {
-        for (int i = 0; i < probes; i++) {
-            vec2 u = r2_sequence(start, first_probe + uint(i));
-            missing += probe(place, own, frame, cuts, u, radius) / float(probes);
+    FilterTilt outer = no_tilt(), inner = no_tilt();
+    bool is_held = holds_disc(own, radius);
+    if (cuts.first != vec2(0.0)) {
+        cut_tilts(cuts, is_held, cuts_of(own), radius, r2_sequence(start, first_probe), outer, inner);
+    }
+    int times = outer.scale > MUCH ? TILTED : 1, count = probes * times;
+    if (!is_held) {
+        for (int i = 0; i < count; i++) {
+            vec2 u = r2_sequence(start, first_probe * uint(times) + uint(i));
+            missing += probe(place, own, frame, cuts, outer, inner, u, radius) / float(count);
         }
     }
-    vec2 mass = vec2(1.0);
-    if (cuts.first != vec2(0.0)) {
-        mass = cut_masses(cuts.first, cuts.second, radius, r2_sequence(start, first_probe).y);
-    }
-    store_coverage(Coverage(mass.x - missing.x, mass.y - missing.y));
+    store_coverage(Coverage(outer.mass - missing.x, inner.mass - missing.y, outer.scale, inner.scale));
+    store_tilt(Tilt(outer.tilt, inner.tilt));
 }

@@ -76,6 +76,9 @@ Sums sums_about(Place place, vec3 normal, float radius, Gatherer gatherer) {
     high = min(high, grid_cells - 1);
     Cuts cuts = load_cuts();
     vec3 first = cut_in_space(cuts.first, normal), second = cut_in_space(cuts.second, normal);
+    bool is_cut = cuts.first != vec2(0.0);
+    Tilt tilt = load_tilt();
+    vec3 outer = tilt_in_space(tilt.outer, normal), inner = tilt_in_space(tilt.inner, normal);
     Sums sums = Sums(vec4(0.0), vec4(0.0));
 #ifdef NORMALS
     Bent bent = bent_of(normal);
@@ -93,6 +96,11 @@ Sums sums_about(Place place, vec3 normal, float radius, Gatherer gatherer) {
                 if (d2 * inverse_r2 > 1.0 || dot(offset, first) > 1.0 || dot(offset, second) > 1.0) continue;
                 vec4 deposit = photon_deposit(i);
                 vec4 share = photon_share(photon, deposit, place.position, place.surface, normal, inverse_r2);
+                float inner_tilt = 1.0;
+                if (is_cut) {
+                    inner_tilt += dot(offset, inner);
+                    share *= vec4(vec3(1.0 + dot(offset, outer)), inner_tilt);
+                }
 #ifdef NORMALS
                 vec4 kept = share;
                 if (is_bent) kept *= bent_share(bent.base, bent.normal, normal, direction_with_flux(deposit.rgb));
@@ -103,14 +111,15 @@ Sums sums_about(Place place, vec3 normal, float radius, Gatherer gatherer) {
 #ifdef GATHERED_LOBES
                 if (gatherer.albedo == 0.0 || share == vec4(0.0)) continue;
                 vec3 value = gathered_bsdf(gatherer, normal, direction_with_flux(deposit.rgb));
-                float inner = inner_filter_shape(d2 * inverse_r2);
-                sums.gloss += vec4(value * share.rgb, mean(value * deposit.rgb) * inner);
+                float inner_share = inner_filter_shape(d2 * inverse_r2) * inner_tilt;
+                sums.gloss += vec4(value * share.rgb, mean(value * deposit.rgb) * inner_share);
 #endif
             }
         }
     }
-    float peak = filter_peak(radius * radius);
-    return Sums(sums.irradiance * peak, sums.gloss * peak);
+    Coverage coverage = load_coverage();
+    vec4 scale = filter_peak(radius * radius) * vec4(vec3(coverage.scale), coverage.inner_scale);
+    return Sums(sums.irradiance * scale, sums.gloss * scale);
 }
 
 void kernel() {

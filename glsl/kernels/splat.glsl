@@ -48,7 +48,13 @@ void kernel() {
     if (is_cut || dot(offset, cut_in_space(cuts.second, normal)) > 1.0) skip();
     float radius = load_gather_radius().radius, r2 = radius * radius;
     vec4 share = photon_share(photon, flux, place.position, place.surface, normal, 1.0 / r2);
-    share *= filter_peak(r2);
+    if (cuts.first != vec2(0.0)) {
+        Tilt tilt = load_tilt();
+        float outer = 1.0 + dot(offset, tilt_in_space(tilt.outer, normal));
+        share *= vec4(vec3(outer), 1.0 + dot(offset, tilt_in_space(tilt.inner, normal)));
+    }
+    Coverage coverage = load_coverage();
+    share *= filter_peak(r2) * vec4(vec3(coverage.scale), coverage.inner_scale);
     store_irradiance(Irradiance(share.rgb, share.a));
 }
 #endif

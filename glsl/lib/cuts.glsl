@@ -18,14 +18,95 @@ float cut_reach2(vec2 first, vec2 second, float radius, vec2 direction) {
 
 vec2 direction_at(float turns) { return vec2(cos(2.0 * PI * turns), sin(2.0 * PI * turns)); }
 
-// The share of the filter's mass within the cuts, and of the inner filter's; `turn`, 0 to 1, moves the
-// directions that are looked at.
-vec2 cut_masses(vec2 first, vec2 second, float radius, float turn) {
-    vec2 sum = vec2(0.0), direction = direction_at(turn / float(CUT_DIRECTIONS));
+// A disc that is cut to a strip has hardly any spread across it, and is not tilted there.
+const float LEAST_SPREAD = 1.0e-3;  // [radii^2]
+// As much as a tilted filter may be scaled: beside a wall it is 3.25, in a corner of two it would be 6.5, where
+// noise would grow by more than bias falls.
+const float MOST_SCALE = 3.5;
+// Of what the cuts leave of a disc, the share on the point's own triangle that tilts it not at all, and the one
+// that does so wholly. Elsewhere probes tell what is surface: where that is little, their noise, which a tilt
+// makes larger, would drown it.
+const vec2 KNOWN = vec2(0.3, 0.6);
+
+// How the filter is tilted about a cut disc: what lies at d in the frame about the normal counts
+// scale (1 + tilt d) times as much. Then the middle of what counts is the point itself, and light that rises
+// evenly towards the cut or away from it is as bright as there: the local linear estimate (Fan & Gijbels 1996),
+// where the surface is what the cuts leave of the disc. `mass` is what counts within the cuts, as much as
+// without a tilt.
+struct FilterTilt { vec2 tilt; float scale; float mass; };
+
+FilterTilt no_tilt() { return FilterTilt(vec2(0.0), 1.0, 1.0); }
+
+// A filter's moments within the cuts, in radii: mass, x, y; xx, xy, yy.
+struct CutMoments { vec3 first; vec3 second; };
+
+// From moments; and from others that don't depend on them, for the mass of what is tilted by the former is to
+// be right in the mean.
+FilterTilt tilt_of(CutMoments moments, CutMoments others, float radius, float strength) {
+    vec3 first = moments.first, second = moments.second;
+    float least = LEAST_SPREAD * first.x, xx = second.x + least, yy = second.z + least, xy = second.y;
+    float determinant = max(xx * yy - xy * xy, 1.0e-20);
+    vec2 tilt = vec2(xy * first.z - yy * first.y, xy * first.y - xx * first.z) / determinant;
+    float taken = -dot(tilt, first.yz), most = (1.0 - 1.0 / MOST_SCALE) * first.x;  // off the mass
+    if (taken > most) strength *= most / taken;
+    tilt *= strength;
+    float scale = first.x / max(first.x - strength * taken, 1.0e-20);
+    return FilterTilt(tilt / radius, scale, scale * (others.first.x + dot(tilt, others.first.yz)));
+}
+
+float tilted_at(FilterTilt tilt, vec2 at) { return tilt.scale * (1.0 + dot(tilt.tilt, at)); }
+
+// The filter's moments and the inner filter's, either in its radii; `turn`, 0 to 1, moves the directions that
+// are looked at.
+void cut_moments(Cuts cuts, float radius, float turn, out CutMoments outer, out CutMoments inner) {
+    outer = inner = CutMoments(vec3(0.0), vec3(0.0));
+    vec2 direction = direction_at(turn / float(CUT_DIRECTIONS));
+    float share = 1.0 / float(CUT_DIRECTIONS);
     for (int i = 0; i < CUT_DIRECTIONS; i++) {
-        float x2 = cut_reach2(first, second, radius, direction);
-        sum += vec2(filter_mass(x2), filter_mass(min(x2 / INNER_AREA, 1.0)));
+        float x2 = cut_reach2(cuts.first, cuts.second, radius, direction);
+        vec3 along = share * vec3(1.0, direction);
+        vec3 squares = share * vec3(direction * direction.x, direction.y * direction.y);
+        vec3 moments = filter_moments(x2), inner_moments = filter_moments(min(x2 / INNER_AREA, 1.0));
+        outer = CutMoments(outer.first + along * moments.xyy, outer.second + squares * moments.z);
+        inner = CutMoments(inner.first + along * inner_moments.xyy, inner.second + squares * inner_moments.z);
+        direction = CUT_STEP * direction;
+    }
+}
+
+// The share of the filter's mass within the cuts and other half planes, of the sides of a triangle.
+float known_mass(Cuts cuts, mat3x2 sides, float radius, float turn) {
+    float sum = 0.0;
+    vec2 direction = direction_at(turn / float(CUT_DIRECTIONS));
+    for (int i = 0; i < CUT_DIRECTIONS; i++) {
+        vec3 nearness = direction * sides;
+        float most = max(max(nearness.x, nearness.y), nearness.z) * radius;
+        float side2 = most > 1.0 ? 1.0 / (most * most) : 1.0;
+        sum += filter_mass(min(cut_reach2(cuts.first, cuts.second, radius, direction), side2));
         direction = CUT_STEP * direction;
     }
     return sum / float(CUT_DIRECTIONS);
 }
+
+// The tilts of the filter within the cuts, and of the inner one; `is_held`: the disc is by the triangle of
+// these sides, as cuts.
+void cut_tilts(
+    Cuts cuts, bool is_held, mat3x2 sides, float radius, vec2 turns, out FilterTilt outer, out FilterTilt inner
+) {
+    CutMoments moments, inner_moments, others, inner_others;
+    cut_moments(cuts, radius, turns.x, moments, inner_moments);
+    cut_moments(cuts, radius, turns.y, others, inner_others);
+    CutMoments between, inner_between;
+    cut_moments(cuts, radius, turns.y + 0.5, between, inner_between);
+    others.first = 0.5 * (others.first + between.first);
+    inner_others.first = 0.5 * (inner_others.first + inner_between.first);
+    float strength = 1.0;
+    if (!is_held) {
+        float known = known_mass(cuts, sides, radius, turns.x) / max(moments.first.x, 1.0e-20);
+        strength = clamp((known - KNOWN.x) / (KNOWN.y - KNOWN.x), 0.0, 1.0);
+    }
+    outer = tilt_of(moments, others, radius, strength);
+    inner = tilt_of(inner_moments, inner_others, radius * sqrt(INNER_AREA), strength);
+}
+
+// A tilt as a vector of the space about the normal: what lies at `offset` counts 1 + dot(offset, tilt).
+vec3 tilt_in_space(vec2 tilt, vec3 normal) { return cut_in_space(tilt, normal); }

@@ -51,6 +51,35 @@ float filter_mass(float x2) {
 #endif
 }
 
+#if defined(FILTER_GAUSSIAN)
+const int GAUSSIAN_TERMS = 12;
+// The integrals of t^2 exp(-y t^2) and t^3 exp(-y t^2) from 0 to 1, for 0 <= y <= 2 to 1e-6: series.
+vec2 gaussian_moments(float y) {
+    vec2 sum = vec2(0.0);
+    float term = 1.0;
+    for (int k = 0; k < GAUSSIAN_TERMS; k++) {
+        sum += term / vec2(2 * k + 3, 2 * k + 4);
+        term *= -y / float(k + 1);
+    }
+    return sum;
+}
+#endif
+
+// The integrals of the filter, times distance / radius, times its square, within x2 <= 1.
+vec3 filter_moments(float x2) {
+    float x = sqrt(x2);
+#if defined(FILTER_CONSTANT)
+    vec2 moments = vec2(2.0 / 3.0, 0.5);
+#elif defined(FILTER_CONE)
+    vec2 moments = vec2(2.0 - 1.5 * x, 1.5 - 1.2 * x);
+#elif defined(FILTER_GAUSSIAN)
+    vec2 moments = 2.0 * GAUSSIAN_BETA / (1.0 - exp(-GAUSSIAN_BETA)) * gaussian_moments(GAUSSIAN_BETA * x2);
+#else  // Epanechnikov
+    vec2 moments = vec2(4.0 / 3.0 - 0.8 * x2, 1.0 - 2.0 / 3.0 * x2);
+#endif
+    return vec3(filter_mass(x2), x * x2 * moments.x, x2 * x2 * moments.y);
+}
+
 // Distance^2 / radius^2 in [0, 1] distributed as the filter's mass over the disc.
 float sample_filter(float u) {
 #if defined(FILTER_CONSTANT)

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::cuts::{self, Cuts, reach2};
+use crate::cuts::{self, Cuts, Tilt, reach2};
 use crate::filter::{Filter, SAME_ORIENTATION};
 use crate::lanes::{Lanes, widest};
 use crate::packing::{pack_direction, unpack_direction};
@@ -17,6 +17,10 @@ use crate::wide::Stack;
 
 const MOST_LAYERS: usize = 4; // other surfaces that a probe may pass through
 const FLAT: f32 = 0.02; // slope up to which a surface is taken for the point's own at once
+/// Times as many probes where the filter is tilted, by a scale of more than this (the reason is in
+/// glsl/kernels/coverage.glsl).
+const TILTED: u32 = 4;
+const MUCH: f32 = 1.5;
 const POINTS_A_TASK: usize = 128;
 
 /// What the probes of a pass depend on.
@@ -67,9 +71,11 @@ struct Point {
     surface: f32,
     radius: f32,
     cuts: Cuts,
+    tilts: [Tilt; 2],
 }
 
-/// Write the share of the filter's mass on the surface into `out`, then the inner filter's.
+/// Write the share of the filter's mass on the surface into `out`, then the inner filter's, and what scales
+/// either; into `tilt_out` how either is tilted.
 ///
 /// `corners` are the triangles in leaf order, whose second corner's fourth number is the surface.
 #[allow(clippy::too_many_arguments)]
@@ -80,9 +86,11 @@ pub fn coverage(
     points: &Points,
     probes: &Probes,
     out: &mut [[f32; 4]],
+    tilt_out: &mut [[f32; 4]],
 ) {
-    out.par_chunks_mut(POINTS_A_TASK).enumerate().for_each(|(chunk, out)| {
-        chunk_of(tree, corners, radii, points, probes, chunk * POINTS_A_TASK, out);
+    let both = out.par_chunks_mut(POINTS_A_TASK).zip(tilt_out.par_chunks_mut(POINTS_A_TASK)).enumerate();
+    both.for_each(|(chunk, (out, tilt_out))| {
+        chunk_of(tree, corners, radii, points, probes, chunk * POINTS_A_TASK, out, tilt_out);
     });
 }
 
@@ -96,10 +104,11 @@ widest! {
         probes: &Probes,
         first: usize,
         out: &mut [[f32; 4]],
+        tilt_out: &mut [[f32; 4]],
     ) {
         let mut stack = Stack::new();
-        for (i, out) in out.iter_mut().enumerate() {
-            *out = [0.0; 4];
+        for (i, (out, tilt_out)) in out.iter_mut().zip(tilt_out).enumerate() {
+            (*out, *tilt_out) = ([0.0; 4], [0.0; 4]);
             let at = first + i;
             let [x, y, z, surface] = points.places[at];
             let [nx, ny, nz, _] = points.facings[at];
@@ -109,32 +118,45 @@ widest! {
             let radius = radii.at([x, y, z], [nx, ny, nz]) * probes.radius_scale;
             let normal = [nx, ny, nz];
             let (tangent, bitangent) = frame_about(normal);
-            let point = Point { position: [x, y, z], normal, tangent, bitangent, surface, radius, cuts: points.cuts[at] };
-            let own = corners.get(points.shadings[at][3] as usize).map_or(Own::NONE, |own| Own::of(own, &point));
+            let cuts = points.cuts[at];
             let numbers =
                 random4(probes.seed, 0, probes.pixel(at), DIMENSION_COVERAGE.wrapping_add(probes.depth));
             let start = [numbers[0], numbers[1]];
+            let position = [x, y, z];
+            let tilts = [Tilt::NONE; 2];
+            let mut point = Point { position, normal, tangent, bitangent, surface, radius, cuts, tilts };
+            let own = corners.get(points.shadings[at][3] as usize).map_or(Own::NONE, |own| Own::of(own, &point));
+            let is_held = own.holds_disc(radius);
+            if cuts != cuts::NONE {
+                let sides = if is_held { None } else { Some(own.cuts()) };
+                let turns = r2_sequence(start, probes.first);
+                point.tilts = cuts::tilts(cuts, sides, radius, probes.filter, turns);
+            }
+            let times = if point.tilts[0].scale > MUCH { TILTED } else { 1 };
+            let (count, first_probe) = (probes.count * times, probes.first.wrapping_mul(times));
             let mut missing = [0.0; 2];
-            if !own.holds_disc(radius) {
-                for probe in 0..probes.count {
-                    let u = r2_sequence(start, probes.first.wrapping_add(probe));
+            if !is_held {
+                for probe in 0..count {
+                    let u = r2_sequence(start, first_probe.wrapping_add(probe));
                     let found = probe_surface::<L>(tree, corners, &point, &own, u, probes, &mut stack);
                     missing = [missing[0] + found[0], missing[1] + found[1]];
                 }
             }
-            let mass = if point.cuts == cuts::NONE {
-                [1.0; 2]
-            } else {
-                cuts::masses(point.cuts, radius, probes.filter, r2_sequence(start, probes.first)[1])
-            };
-            let count = probes.count as f32;
-            *out = [mass[0] - missing[0] / count, mass[1] - missing[1] / count, 0.0, 0.0];
+            let [outer, inner] = point.tilts;
+            let count = count as f32;
+            *out = [
+                outer.mass - missing[0] / count,
+                inner.mass - missing[1] / count,
+                outer.scale,
+                inner.scale,
+            ];
+            *tilt_out = [outer.tilt[0], outer.tilt[1], inner.tilt[0], inner.tilt[1]];
         }
     }
 }
 
-/// Sample the filter within the cuts. What the surface lacks of the filter's mass there, and of the inner
-/// one's, over the density of the sampled point.
+/// Sample the filter within the cuts. What the surface lacks of the tilted filter's mass there, and of the
+/// inner one's, over the density of the sampled point.
 #[inline(always)]
 fn probe_surface<L: Lanes>(
     tree: &Tree,
@@ -147,7 +169,7 @@ fn probe_surface<L: Lanes>(
 ) -> [f32; 2] {
     let (r2, normal) = (point.radius * point.radius, point.normal);
     let (sin, cos) = sin_cos_of_turns(u[1]);
-    let [within, _] = probes.filter.masses_within(reach2(point.cuts, point.radius, [cos, sin]));
+    let within = probes.filter.mass_within(reach2(point.cuts, point.radius, [cos, sin]));
     let x2 = probes.filter.sample(u[0] * within);
     let distance = (x2 * r2).sqrt();
     let (x, y) = (cos * distance, sin * distance);
@@ -180,7 +202,9 @@ fn probe_surface<L: Lanes>(
             let offset: [f32; 3] = std::array::from_fn(|k| met[k] - point.position[k]);
             let at = dot(offset, offset);
             let on_surface = if at > r2 { [0.0; 2] } else { probes.filter.shape_and_inner(at / r2) };
-            found = on_surface.map(|x| x / (mass * dot(geometric, normal)));
+            let there = [dot(offset, point.tangent), dot(offset, point.bitangent)];
+            let density = mass * dot(geometric, normal);
+            found = std::array::from_fn(|k| on_surface[k] * point.tilts[k].at(there) / density);
             // Of several layers the one nearest to the plane counts: in a fold of less than 45
             // degrees the first one met is the back of its other side.
             if above <= FLAT * height {
@@ -193,7 +217,8 @@ fn probe_surface<L: Lanes>(
         }
         source = position;
     }
-    [within * (1.0 - found[0]), within * (inner_mass / mass - found[1])]
+    let [outer, inner] = point.tilts.map(|tilt| tilt.at([x, y]));
+    [within * (outer - found[0]), within * (inner * inner_mass / mass - found[1])]
 }
 
 /// The point's own triangle, on which most probes end: they need no ray. Seen from the point in its plane,
@@ -218,6 +243,11 @@ impl Own {
     #[inline(always)]
     fn holds(&self, [x, y]: [f32; 2]) -> bool {
         self.0.iter().all(|[a, b, c]| a * x + b * y + c > 0.0)
+    }
+
+    /// The sides as [`Cuts`] are; of no triangle, none is left of the disc.
+    fn cuts(&self) -> [[f32; 2]; 3] {
+        self.0.map(|[a, b, c]| if c > 0.0 { [-a / c, -b / c] } else { [1.0e10; 2] })
     }
 
     #[inline(always)]

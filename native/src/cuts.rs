@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::filter::{Filter, SAME_ORIENTATION};
+use crate::filter::{Filter, INNER_AREA, SAME_ORIENTATION};
 use crate::lanes::widest;
 use crate::radius::RadiusField;
 use crate::trace::Tree;
@@ -21,6 +21,12 @@ const MOST_LOOKED_AT: u32 = 128;
 const DIRECTIONS: u32 = 16;
 /// Cosine and sine of the turn from one to the next.
 const STEP: [f32; 2] = [0.923_879_5, 0.382_683_43];
+/// What keeps a strip from being tilted across, in radii squared; by how much a tilted filter may be scaled; and
+/// which share of what the cuts leave of a disc on the point's own triangle tilts it not at all, and wholly (the
+/// reasons are in glsl/lib/cuts.glsl).
+const LEAST_SPREAD: f32 = 1.0e-3;
+const MOST_SCALE: f32 = 3.5;
+const KNOWN: [f32; 2] = [0.3, 0.6];
 const POINTS_A_TASK: usize = 256;
 
 /// Half planes that end a disc, each a vector in the frame about the normal: what lies beyond has a
@@ -35,18 +41,103 @@ pub(crate) fn reach2([ax, ay, bx, by]: Cuts, radius: f32, [x, y]: [f32; 2]) -> f
     if nearness > 1.0 { 1.0 / (nearness * nearness) } else { 1.0 }
 }
 
-/// The share of a filter's mass within the cuts, and of the inner filter's; `turn`, 0 to 1, moves the
-/// directions that are looked at.
-pub(crate) fn masses(cuts: Cuts, radius: f32, filter: Filter, turn: f32) -> [f32; 2] {
+/// How a filter is tilted about a cut disc (glsl/lib/cuts.glsl): what lies at `d` in the frame about the
+/// normal counts `scale (1 + tilt d)` times as much, and so the filter's mass within the cuts is `mass`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tilt {
+    pub(crate) tilt: [f32; 2],
+    pub(crate) scale: f32,
+    pub(crate) mass: f32,
+}
+
+impl Tilt {
+    pub(crate) const NONE: Tilt = Tilt { tilt: [0.0; 2], scale: 1.0, mass: 1.0 };
+
+    /// From the filter's moments within the cuts, in radii: mass, x, y, xx, xy, yy; and from others that don't
+    /// depend on them, for the mass of what is tilted by the former is to be right in the mean.
+    fn of([mass, x, y, xx, xy, yy]: [f32; 6], others: [f32; 6], radius: f32, strength: f32) -> Tilt {
+        let least = LEAST_SPREAD * mass;
+        let (xx, yy) = (xx + least, yy + least);
+        let determinant = (xx * yy - xy * xy).max(1.0e-20);
+        let tilt = [(xy * y - yy * x) / determinant, (xy * x - xx * y) / determinant];
+        // What a whole tilt takes off the mass.
+        let taken = -(tilt[0] * x + tilt[1] * y);
+        let most = (1.0 - 1.0 / MOST_SCALE) * mass;
+        let strength = if taken > most { strength * (most / taken) } else { strength };
+        let tilt = tilt.map(|t| strength * t);
+        let scale = mass / (mass - strength * taken).max(1.0e-20);
+        let mass = scale * (others[0] + tilt[0] * others[1] + tilt[1] * others[2]);
+        Tilt { tilt: tilt.map(|t| t / radius), scale, mass }
+    }
+
+    /// What something at (x, y) counts.
+    #[inline(always)]
+    pub(crate) fn at(&self, [x, y]: [f32; 2]) -> f32 {
+        self.scale * (1.0 + x * self.tilt[0] + y * self.tilt[1])
+    }
+}
+
+/// The tilts of a filter within the cuts, and of the inner filter; `turns`, 0 to 1, move the directions that
+/// are looked at. `sides`: other half planes, of the point's own triangle.
+pub(crate) fn tilts(
+    cuts: Cuts,
+    sides: Option<[[f32; 2]; 3]>,
+    radius: f32,
+    filter: Filter,
+    turns: [f32; 2],
+) -> [Tilt; 2] {
+    let [outer, inner] = moments::<true>(cuts, radius, filter, turns[0]);
+    let [here, between] = [0.0, 0.5].map(|more| moments::<false>(cuts, radius, filter, turns[1] + more));
+    let [other, other_inner] = std::array::from_fn(|k| mean_of(here[k], between[k]));
+    let strength = sides.map_or(1.0, |sides| {
+        let known = known_mass(cuts, sides, radius, filter, turns[0]) / outer[0].max(1.0e-20);
+        ((known - KNOWN[0]) / (KNOWN[1] - KNOWN[0])).clamp(0.0, 1.0)
+    });
+    let inner_radius = radius * INNER_AREA.sqrt();
+    [Tilt::of(outer, other, radius, strength), Tilt::of(inner, other_inner, inner_radius, strength)]
+}
+
+fn mean_of(a: [f32; 6], b: [f32; 6]) -> [f32; 6] {
+    std::array::from_fn(|k| 0.5 * (a[k] + b[k]))
+}
+
+/// The share of the filter's mass within the cuts and sides.
+fn known_mass(cuts: Cuts, sides: [[f32; 2]; 3], radius: f32, filter: Filter, turn: f32) -> f32 {
     let (sin, cos) = sin_cos_of_turns(turn / DIRECTIONS as f32);
-    let (mut direction, mut sums) = ([cos, sin], [0.0; 2]);
+    let (mut direction, mut sum) = ([cos, sin], 0.0);
     for _ in 0..DIRECTIONS {
-        let masses = filter.masses_within(reach2(cuts, radius, direction));
-        sums = [sums[0] + masses[0], sums[1] + masses[1]];
         let [x, y] = direction;
+        let nearness = sides.iter().fold(0.0, |most: f32, side| most.max(x * side[0] + y * side[1])) * radius;
+        let side2 = if nearness > 1.0 { 1.0 / (nearness * nearness) } else { 1.0 };
+        sum += filter.mass_within(reach2(cuts, radius, direction).min(side2));
         direction = [x * STEP[0] - y * STEP[1], x * STEP[1] + y * STEP[0]];
     }
-    sums.map(|sum| sum / DIRECTIONS as f32)
+    sum / DIRECTIONS as f32
+}
+
+/// The moments of a filter within the cuts, and of the inner filter, either in its radii: mass, x, y, and, if
+/// SQUARES are asked for, xx, xy, yy.
+fn moments<const SQUARES: bool>(cuts: Cuts, radius: f32, filter: Filter, turn: f32) -> [[f32; 6]; 2] {
+    let (sin, cos) = sin_cos_of_turns(turn / DIRECTIONS as f32);
+    let (mut direction, mut sums) = ([cos, sin], [[0.0; 6]; 2]);
+    let whole = filter.moments_within(1.0);
+    for _ in 0..DIRECTIONS {
+        let x2 = reach2(cuts, radius, direction);
+        let [x, y] = direction;
+        for (sum, x2) in sums.iter_mut().zip([x2, x2 / INNER_AREA]) {
+            let [mass, first, second] = if x2 < 1.0 { filter.moments_within(x2) } else { whole };
+            sum[0] += mass;
+            sum[1] += x * first;
+            sum[2] += y * first;
+            if SQUARES {
+                sum[3] += x * x * second;
+                sum[4] += x * y * second;
+                sum[5] += y * y * second;
+            }
+        }
+        direction = [x * STEP[0] - y * STEP[1], x * STEP[1] + y * STEP[0]];
+    }
+    sums.map(|sum| sum.map(|x| x / DIRECTIONS as f32))
 }
 
 /// Write the cuts of visible points; zeros where there is none.

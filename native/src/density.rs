@@ -34,13 +34,15 @@ pub struct PhotonMap {
     directions: Vec<[Row; 3]>,
 }
 
-/// Visible points as streams: positions and surfaces (0: no point), normals, and cuts as [`crate::cuts::cuts`]
-/// writes them.
+/// Visible points as streams: positions and surfaces (0: no point), normals, cuts as [`crate::cuts::cuts`]
+/// writes them, and what [`crate::coverage::coverage`] does.
 #[derive(Clone, Copy)]
 pub struct Points<'a> {
     pub places: &'a [[f32; 4]],
     pub facings: &'a [[f32; 4]],
     pub cuts: &'a [[f32; 4]],
+    pub coverages: &'a [[f32; 4]],
+    pub tilts: &'a [[f32; 4]],
 }
 
 /// Their lobes as streams of Gathered, PlainLobe and PlainPeak (layouts.rs).
@@ -165,12 +167,15 @@ struct Point {
     surface: f32,
     normal: [f32; 3],
     cuts: Cuts,
+    /// Of the filter and of the inner one; what scales either.
+    tilts: [f32; 4],
+    scales: [f32; 2],
     radius: f32,
     /// The first and last cell along each axis in which its photons may be.
     cells: [(usize, usize); 3],
 }
 
-/// Both cuts as vectors of the space about a normal.
+/// Two cuts or tilts as vectors of the space about a normal.
 #[inline(always)]
 fn directions(normal: [f32; 3], [ax, ay, bx, by]: Cuts) -> [[f32; 3]; 2] {
     [from_frame(normal, [ax, ay, 0.0]), from_frame(normal, [bx, by, 0.0])]
@@ -198,6 +203,8 @@ fn sums_about<L: Lanes>(
     let (position, normal) = (L::splat3(point.position), L::splat3(point.normal));
     let [a, b] = directions(point.normal, point.cuts);
     let (first, second) = (L::splat3(a), L::splat3(b));
+    let [a, b] = directions(point.normal, point.tilts);
+    let (tilt, inner_tilt) = (L::splat3(a), L::splat3(b));
     let (none, one) = (L::splat(0.0), L::splat(1.0));
     let (mut red, mut green, mut blue, mut inner) = (none, none, none, none);
     let mut sent = [none; 4];
@@ -238,13 +245,19 @@ fn sums_about<L: Lanes>(
                         & L::load(&photons.surface).equal(L::splat(point.surface))
                         & L::splat(SAME_ORIENTATION).less_equal(dot(L::load3(&photons.normal), normal));
                     let x2 = d2 * inverse;
-                    let weight = filter.shapes(x2).keep(near);
+                    let mut weight = filter.shapes(x2).keep(near);
                     let flux = L::load3(&photons.flux);
+                    if is_cut {
+                        weight = weight * (one + dot(offset, tilt));
+                    }
                     r = r + flux[0] * weight;
                     g = g + flux[1] * weight;
                     b = b + flux[2] * weight;
                     let inside = near & x2.less_equal(L::splat(INNER_AREA));
-                    let inner_weight = filter.shapes(x2 * L::splat(1.0 / INNER_AREA)).keep(inside);
+                    let mut inner_weight = filter.shapes(x2 * L::splat(1.0 / INNER_AREA)).keep(inside);
+                    if is_cut {
+                        inner_weight = inner_weight * (one + dot(offset, inner_tilt));
+                    }
                     i = i + (flux[0] + flux[1] + flux[2]) * inner_weight;
                     if let Some(gloss) = gloss {
                         let value = gloss.eval(L::load3(&map.directions[number / WIDTH]));
@@ -266,7 +279,10 @@ fn sums_about<L: Lanes>(
     }
     let [sent_red, sent_green, sent_blue, sent_inner] = sent;
     let sent = [sent_red.sum(), sent_green.sum(), sent_blue.sum(), sent_inner.sum()];
+    let [outer_scale, inner_scale] = point.scales;
+    let scale = [outer_scale, outer_scale, outer_scale, inner_scale];
     [[red.sum(), green.sum(), blue.sum(), inner.sum()], sent]
+        .map(|sums| std::array::from_fn(|k| sums[k] * scale[k]))
 }
 
 /// A point and what it looks for; None: no photon can be there.
@@ -283,7 +299,17 @@ fn point_at(map: &PhotonMap, points: &Points, discs: &Discs, at: usize) -> Optio
         return None; // no normal
     }
     let cells = [map.reach(x, 0, radius)?, map.reach(y, 1, radius)?, map.reach(z, 2, radius)?];
-    Some(Point { position: [x, y, z], surface, normal, cuts: points.cuts[at], radius, cells })
+    let [_, _, scale, inner_scale] = points.coverages[at];
+    Some(Point {
+        position: [x, y, z],
+        surface,
+        normal,
+        cuts: points.cuts[at],
+        tilts: points.tilts[at],
+        scales: [scale, inner_scale],
+        radius,
+        cells,
+    })
 }
 
 #[inline(always)]

@@ -12,6 +12,7 @@ pub(crate) const SAME_ORIENTATION: f32 = 0.7071;
 /// Area of the inner disc over the disc's.
 pub(crate) const INNER_AREA: f32 = 0.5;
 const GAUSSIAN_BETA: f32 = 2.0;
+const GAUSSIAN_TERMS: u32 = 12; // of a series
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Filter {
@@ -58,14 +59,31 @@ impl Filter {
         }
     }
 
-    /// The share of the filter's mass within (distance / radius)^2 = x2 <= 1, and of the inner one's.
-    pub(crate) fn masses_within(self, x2: f32) -> [f32; 2] {
-        [x2, (x2 / INNER_AREA).min(1.0)].map(|x2| match self {
+    /// The share of the filter's mass within (distance / radius)^2 = x2 <= 1.
+    pub(crate) fn mass_within(self, x2: f32) -> f32 {
+        match self {
             Filter::Constant => x2,
             Filter::Cone => x2 * (3.0 - 2.0 * x2.sqrt()),
             Filter::Gaussian => (1.0 - (-GAUSSIAN_BETA * x2).exp()) / (1.0 - (-GAUSSIAN_BETA).exp()),
             Filter::Epanechnikov => x2 * (2.0 - x2),
-        })
+        }
+    }
+
+    /// The integrals of the filter, times distance / radius, times its square, within x2 <= 1.
+    pub(crate) fn moments_within(self, x2: f32) -> [f32; 3] {
+        let x = x2.sqrt();
+        let mass = self.mass_within(x2);
+        let (first, second) = match self {
+            Filter::Constant => (2.0 / 3.0 * x * x2, 0.5 * x2 * x2),
+            Filter::Cone => (x * x2 * (2.0 - 1.5 * x), x2 * x2 * (1.5 - 1.2 * x)),
+            Filter::Gaussian => {
+                let y = GAUSSIAN_BETA * x2;
+                let peak = 2.0 * GAUSSIAN_BETA / (1.0 - (-GAUSSIAN_BETA).exp());
+                (peak * x * x2 * gaussian_first(y), peak * x2 * x2 * gaussian_second(y))
+            }
+            Filter::Epanechnikov => (x * x2 * (4.0 / 3.0 - 0.8 * x2), x2 * x2 * (1.0 - 2.0 / 3.0 * x2)),
+        };
+        [mass, first, second]
     }
 
     /// The filter at x2, and the one of the inner disc, both over the filter's peak.
@@ -93,4 +111,18 @@ impl Filter {
             Filter::Epanechnikov => 1.0 - (1.0 - u).sqrt(),
         }
     }
+}
+
+/// The integral of t^2 exp(-y t^2) from 0 to 1, for 0 <= y <= 2 to 1e-6: a series, as glsl/lib/density.glsl has it.
+fn gaussian_first(y: f32) -> f32 {
+    (0..GAUSSIAN_TERMS)
+        .fold((0.0, 1.0), |(sum, term), k| (sum + term / (2 * k + 3) as f32, -term * y / (k + 1) as f32))
+        .0
+}
+
+/// The same of t^3.
+fn gaussian_second(y: f32) -> f32 {
+    (0..GAUSSIAN_TERMS)
+        .fold((0.0, 1.0), |(sum, term), k| (sum + term / (2 * k + 4) as f32, -term * y / (k + 1) as f32))
+        .0
 }

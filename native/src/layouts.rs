@@ -3,7 +3,7 @@
 //! addon/photon/kernels/records.py declares them: whoever imports the core compares the two.
 
 /// Records by name, and their fields in order.
-pub const LAYOUTS: [(&str, &str); 19] = [
+pub const LAYOUTS: [(&str, &str); 21] = [
     ("RayOrigin", "vec3 position; float source"),
     ("RayDirection", "vec3 direction; float t_max"),
     ("Hit", "float t; float triangle; float u; float v"),
@@ -12,6 +12,8 @@ pub const LAYOUTS: [(&str, &str); 19] = [
     ("Shading", "vec3 normal; float triangle"),
     ("Diffuse", "vec3 albedo; float flags"),
     ("Cuts", "vec2 first; vec2 second"),
+    ("Coverage", "float share; float inner; float scale; float inner_scale"),
+    ("Tilt", "vec2 outer; vec2 inner"),
     ("Deposit", "vec3 flux; float normal"),
     ("Triangle", "vec3 a; float material; vec3 b; float surface; vec3 c; float number"),
     (

@@ -201,7 +201,8 @@ def weights(name: str, x2: Any) -> Any:
 @pytest.mark.thorough("cone", "gaussian")
 @pytest.mark.parametrize("name", get_args(Filter))
 def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
-    """The filter's mass on the surface and within the cuts; the inner filter's, too."""
+    """The tilted filter's mass on the surface and within the cuts, and the inner filter's; within
+    the cuts alone each has the mass that it had, and its middle is the point."""
     rng = np.random.default_rng(5)
     count = 40
     cuts = np.zeros((count, 4), np.float32)
@@ -210,12 +211,14 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
         cuts[:, pair] = np.stack([np.cos(angle), np.sin(angle)], 1) / away[:, None]
     cuts[: count // 4, 2:] = 0.0
     plate = floor()
-    x = np.where(np.arange(count) % 2 == 0, 0.0, 0.9 - 0.4 * RADIUS)  # on it, and at its edge
-    place = texels(np.stack([x, 0 * x, 0 * x], 1), 1.0)
+    # Well on a triangle, which holds the disc, and at the plate's edge.
+    x = np.where(np.arange(count) % 2 == 0, 0.5, 0.9 - 0.4 * RADIUS)
+    place = texels(np.stack([x, 0 * x - 0.3, 0 * x], 1), 1.0)
     facing = texels(np.broadcast_to(UP, (count, 3)), 1.0)
     diffuse = np.tile(DIFFUSE[0], (count, 1))
-    shading = texels(np.broadcast_to(UP, (count, 3)), 0.0)
     mesh, radii = mesh_of(plate), even(RADIUS)
+    (own,) = np.flatnonzero(mesh.corners[:, :, 0].mean(axis=1) > mesh.corners[:, :, 1].mean(axis=1))
+    shading = texels(np.broadcast_to(UP, (count, 3)), float(own))
     draw: dict[str, Any] = {"probes": PROBES, "seed": 3, "depth": 0}
     draw |= {"radius_scale": 1.0, "frame_size": (count, 1), "region_origin": (0, 0)}
     streams = {"place": place, "facing": facing, "shading": shading, "cuts": cuts}
@@ -227,26 +230,39 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
         "radii": radii.table(),
     }
     defines = {f"FILTER_{name.upper()}": 1}
-    mean = np.zeros((count, 4))
+    means = np.zeros((4, count, 4))  # share, scale, and scale times either coordinate of the tilt
     for index in range(PASSES):
         draw["first_probe"] = index * PROBES
         ours = tracer_of(mesh).coverage(
             *(x[None] for x in streams.values()), radii, filter=name, **draw
-        )[0]
-        glsl = one_bench.run(Coverage, streams, draw, tables, defines)["coverage"]
+        )
+        found = one_bench.run(Coverage, streams, draw, tables, defines)
+        shares, tilts = (x[0] for x in ours)
         # A probe at the plate's border may fall to either side.
-        np.testing.assert_allclose(glsl, ours, atol=2.5 / PROBES)
-        mean += ours / PASSES
+        apart = 4 * np.abs(shares[:, 2:]).max() / PROBES
+        np.testing.assert_allclose(found["coverage"][:, :2], shares[:, :2], atol=apart)
+        np.testing.assert_allclose(found["coverage"][:, 2:], shares[:, 2:], rtol=1e-3)
+        np.testing.assert_allclose(found["tilt"], tilts, rtol=1e-3, atol=1e-3 / RADIUS)
+        for k, scale in enumerate((shares[:, 2], shares[:, 3])):
+            means[0, :, k] += shares[:, k] / PASSES
+            means[1, :, k] += scale / PASSES
+            means[2:, :, k] += scale * tilts[:, 2 * k : 2 * k + 2].T * RADIUS / PASSES
     side = (np.arange(1200) + 0.5) / 600 - 1
     u, v = np.meshgrid(side, side)
     squares = u * u + v * v
     for at in range(count):
         a, b, c, d = cuts[at] * RADIUS
-        kept = (u * a + v * b <= 1) & (u * c + v * d <= 1) & (x[at] + u * RADIUS <= 0.9)
-        share = (weights(name, squares) * kept).sum() / 600**2
-        inner = (2 * weights(name, 2 * squares) * kept).sum() / 600**2
-        assert mean[at, 0] == pytest.approx(share, abs=4e-3)
-        assert mean[at, 1] == pytest.approx(inner, abs=4e-3)
+        within = (u * a + v * b <= 1) & (u * c + v * d <= 1)
+        for k, filter_ in enumerate((weights(name, squares), 2 * weights(name, 2 * squares))):
+            share, scale, along_u, along_v = means[:, at, k]
+            tilted = filter_ * (scale + along_u * u + along_v * v) / 600**2
+            on_surface = (tilted * within * (x[at] + u * RADIUS <= 0.9)).sum()
+            assert share == pytest.approx(on_surface, abs=8e-3)
+            left = (filter_ * within).sum() / 600**2
+            tilted *= within  # as good as 16 directions tell
+            assert tilted.sum() == pytest.approx(left, abs=0.02)
+            if at % 2 == 0 and scale < 3.0:
+                assert abs((tilted * u).sum()) < 0.01 and abs((tilted * v).sum()) < 0.01
 
 
 @pytest.mark.parametrize(("quads", "is_cut"), [(60, True), (70, False)])

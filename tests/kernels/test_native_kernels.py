@@ -205,9 +205,10 @@ class TestBindings:
         points = np.ones((1, 2, 4), np.float32)
         photons = native.PhotonMap(place, deposit, *grid)
         radii = even(0.1)
-        assert photons.gather(points, points, points, radii, 1.0, "cone").shape == (1, 2, 4)
+        streams = (points,) * 5
+        assert photons.gather(*streams, radii, 1.0, "cone").shape == (1, 2, 4)
         with pytest.raises(ValueError, match='filter = "box" is none of'):
-            photons.gather(points, points, points, radii, 1.0, "box")
+            photons.gather(*streams, radii, 1.0, "box")
         with pytest.raises(ValueError, match="deposits has 4 rows, but places has 5"):
             native.PhotonMap(place, deposit[:4], *grid)
         place[3, 1] = np.nan
@@ -215,8 +216,8 @@ class TestBindings:
             native.PhotonMap(place, deposit, *grid)
 
     def test_gather_sums_by_hand(self) -> None:
-        """Photons within the radius, of the surface and of its side; points that are NaN or have no
-        normal gather nothing."""
+        """Photons within the radius, of the surface and of its side, by the tilt where it is cut;
+        points that are NaN or have no normal gather nothing."""
         up = 4095 * 0.5 + 0.5
         code = np.floor(up) * 4096 + np.floor(up)  # octahedral (0, 0, 1)
         place = np.array([[0, 0, 0, 1], [0.05, 0, 0, 1], [0.2, 0, 0, 1], [0, 0, 0, 2]], np.float32)
@@ -229,16 +230,29 @@ class TestBindings:
         facing[0, 4:] = [[0.0] * 4, [np.nan] * 4]
         peak = 1 / (np.pi * 0.1**2)
         radii = even(0.2)
-        cuts = np.zeros_like(points)
-        sums = photons.gather(points, facing, cuts, radii, 0.5, "constant")[0]
+        cuts, coverage, tilt = np.zeros_like(points), np.ones_like(points), np.zeros_like(points)
+        args = cuts, coverage, tilt, radii, 0.5, "constant"
+        sums = photons.gather(points, facing, *args)[0]
         np.testing.assert_allclose(sums[0, :3], 2 * peak * np.array([1, 2, 3]), rtol=1e-5)
         np.testing.assert_allclose(sums[1, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
         assert not sums[2:].any()
         cuts[0, :2] = (25.0, 0.0, 0.0, 0.0), (0.0, 0.0, -30.0, 0.0)  # at x = 0.04, and behind
-        sums = photons.gather(points, facing, cuts, radii, 0.5, "constant")[0]
+        sums = photons.gather(points, facing, *args)[0]
         np.testing.assert_allclose(sums[0, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
         np.testing.assert_allclose(sums[1, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
-        assert not photons.gather(points, -facing, cuts, radii, 0.5, "constant")[..., :3].any()
+        assert not photons.gather(points, -facing, *args)[..., :3].any()
+        cuts[0, 0] = (
+            -30.0,
+            0.0,
+            0.0,
+            0.0,
+        )  # behind: the first two photons count
+        coverage[0, 0] = 1.0, 1.0, 2.0, 3.0  # twice, within the inner radius thrice
+        tilt[0, 0] = 10.0, 0.0, 20.0, 0.0
+        sums = photons.gather(points, facing, *args)[0]
+        wanted = 2 * (1 + 1.5) * peak * np.array([1, 2, 3])
+        np.testing.assert_allclose(sums[0, :3], wanted, rtol=1e-5)
+        np.testing.assert_allclose(sums[0, 3], 3 * (1 + 2) * 2 * peak * 2, rtol=1e-5)
 
     @pytest.mark.parametrize("cells", [1, 3, 9, 33])
     @pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 17, 129, 1025])
@@ -256,7 +270,8 @@ class TestBindings:
         points[0, :count] = place[:32]  # the corners, too
         facing = np.broadcast_to(np.float32([0, 0, 1, 0]), points.shape).copy()
         for radius in (0.05, 0.31, 0.9):
-            args = points, facing, np.zeros_like(points), even(radius), 1.0, "constant"
+            none = np.zeros_like(points)
+            args = points, facing, none, none + 1, none, even(radius), 1.0, "constant"
             offset = points[..., None, :3].astype(float) - place[:, :3]
             near = (offset**2).sum(-1) <= np.float32(radius) ** 2
             near &= (points[..., None, 3] == place[:, 3]) & (points[..., None, 3] > 0)

@@ -204,7 +204,7 @@ def test_case_4_next_to_what_stands_on_a_surface(
         photon_bounces=1,
         estimator=estimator,
         radius=0.25,
-        photons=20000,
+        photons=40000,
         passes=16,
         width=n,
         height=n,

@@ -26,6 +26,7 @@ from ..kernels.records import (
     RAY_DIRECTION,
     RAY_ORIGIN,
     THROUGHPUT,
+    TILT,
 )
 from ..kernels.scatter import Scatter
 from ..kernels.shade import GLOSSY, LOBES, POINT, Shade
@@ -118,9 +119,7 @@ class Eye:
             ones["glow"] = RADIANCE
         twos = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "direct": RADIANCE}
         if needs.photons:
-            ones["cuts"] = CUTS
-            if self._coverage:
-                ones["coverage"] = COVERAGE
+            ones |= {"cuts": CUTS, "coverage": COVERAGE, "tilt": TILT}
         if needs.illuminance:
             twos["illuminance"] = ILLUMINANCE
         if needs.secondary_rays:
@@ -136,7 +135,10 @@ class Eye:
         """Fill the streams that something is read from before it is written."""
         for stream in self.streams.values():
             stream.clear()
-        for stream in (self._unit, self._unit_coverage):
+        ones = [self._unit, self._unit_coverage]
+        if "coverage" in self.streams and not self._coverage:
+            ones.append(self.streams["coverage"])  # which gathering reads
+        for stream in ones:
             stream.fill(1.0)
 
     def send_ahead(self, index: int, region: Region) -> None:
@@ -285,7 +287,7 @@ class Eye:
             return self._unit_coverage
         draw = {n: value for n, value in self._draw(path).items() if n in kernel.uniforms}
         kernel.run(
-            {name: self.streams[name] for name in (*POINT, "cuts", "coverage")},
+            {name: self.streams[name] for name in (*POINT, "cuts", "coverage", "tilt")},
             self._tables.of(kernel) | radii.tables(kernel),
             draw | radii.uniforms | probes_of(path.index),
         )

@@ -76,7 +76,8 @@ def _illuminance(mean: NDArray[np.float64]) -> NDArray[np.float64]:
     direct, indirect, there, covered = np.moveaxis(mean, -1, 0)
     shown = np.divide(direct, there, where=there > 0, out=np.zeros_like(there))
     covered = np.maximum(covered, LEAST_COVERAGE * there)
-    photons = np.divide(indirect, covered, where=there > 0, out=np.zeros_like(there))
+    light = np.maximum(indirect, 0.0)
+    photons = np.divide(light, covered, where=there > 0, out=np.zeros_like(there))
     lux: NDArray[np.float64] = (shown + photons)[..., None]
     return lux
 
@@ -88,10 +89,11 @@ def mirror_images(means: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDAr
 
 
 def _uncovered(indirect: NDArray[np.float64], weight: Any) -> NDArray[np.float64]:
-    """Mean indirect light over mean coverage (its alpha, of `weight`): without boundary bias."""
+    """Mean indirect light over mean coverage (its alpha, of `weight`): without boundary bias. A
+    tilted filter counts photons far off as less than nothing: what they leave of none is none."""
     coverage = np.maximum(indirect[..., 3:], LEAST_COVERAGE * weight)
     return np.divide(
-        indirect[..., :3] * weight,
+        np.maximum(indirect[..., :3], 0.0) * weight,
         coverage,
         where=coverage > 0,
         out=np.zeros_like(indirect[..., :3]),

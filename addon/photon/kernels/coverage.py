@@ -8,19 +8,21 @@ from .records import (
     CUTS,
     HIT,
     NODE,
+    TILT,
     TRIANGLE,
 )
 from .shade import POINT
 
 
 class Coverage(Kernel):
-    """Estimate the share of the filter on each visible point's own surface, within its cuts."""
+    """Tilt the filter within each visible point's cuts, and estimate its share on the point's own
+    surface."""
 
     stem = "coverage"
     records = (HIT,)
     structure = FILTER_DEFINES
     inputs = {**POINT, "cuts": CUTS}
-    outputs = {"coverage": COVERAGE}
+    outputs = {"coverage": COVERAGE, "tilt": TILT}
     uniforms = {
         "seed": Uniform("uint"),
         "probes": Uniform("int"),

@@ -3,6 +3,7 @@ from ...streams import Items, Kernel, Uniform, When
 from ..photons import radius_field
 from ..settings import FILTER_DEFINES
 from .records import (
+    COVERAGE,
     CUTS,
     DIFFUSE,
     FACING,
@@ -11,6 +12,7 @@ from .records import (
     PLACE,
     RAY_DIRECTION,
     SHADING,
+    TILT,
 )
 from .shade import GATHERED_LOBES, GLOSSY, LOBES
 
@@ -30,6 +32,8 @@ class Gather(Kernel):
         "place": PLACE,
         "facing": FACING,
         "cuts": CUTS,
+        "coverage": COVERAGE,
+        "tilt": TILT,
         "sum": IRRADIANCE,
         **LOBES,
         "shading": When(("GATHERED_LOBES", "NORMALS"), SHADING),

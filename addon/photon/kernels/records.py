@@ -54,8 +54,13 @@ DEPOSIT = Record("Deposit", {"flux": "vec3", "normal": "float"})
 GATHER_RADIUS = Record("GatherRadius", {"radius": "float"})  # [scene units]
 # Half planes that end a visible point's disc (lib/cuts.glsl) [1 / scene units]; zero: no cut
 CUTS = Record("Cuts", {"first": "vec2", "second": "vec2"})
-# Share of the filter, and of the inner one, on its own surface.
-COVERAGE = Record("Coverage", {"share": "float", "inner": "float"})
+# Share of the filter, and of the inner one, on its own surface; what scales either where it is cut.
+COVERAGE = Record(
+    "Coverage",
+    {"share": "float", "inner": "float", "scale": "float", "inner_scale": "float"},
+)
+# How the filter, and the inner one, are tilted where they are cut (lib/cuts.glsl) [1 / scene units]
+TILT = Record("Tilt", {"outer": "vec2", "inner": "vec2"})
 # Indirect light within the inner radius, and what the radius adds to it: means of the channels
 # [W/(m^2 sr)], uncorrected. Coverage's inner share, weighted as the light is.
 BLUR = Record("Blur", {"inner": "float", "inner_share": "float", "difference": "float"})

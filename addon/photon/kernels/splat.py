@@ -2,7 +2,7 @@
 from ...streams import DrawKernel, Items, Uniform
 from ..photons import radius_field
 from ..settings import FILTER_DEFINES
-from .records import CUTS, FACING, GATHER_RADIUS, IRRADIANCE, PLACE
+from .records import COVERAGE, CUTS, FACING, GATHER_RADIUS, IRRADIANCE, PLACE, TILT
 
 
 class Splat(DrawKernel):
@@ -10,7 +10,14 @@ class Splat(DrawKernel):
 
     stem = "splat"
     structure = FILTER_DEFINES
-    inputs = {"place": PLACE, "facing": FACING, "gather_radius": GATHER_RADIUS, "cuts": CUTS}
+    inputs = {
+        "place": PLACE,
+        "facing": FACING,
+        "gather_radius": GATHER_RADIUS,
+        "cuts": CUTS,
+        "coverage": COVERAGE,
+        "tilt": TILT,
+    }
     outputs = {"irradiance": IRRADIANCE}
     passed = {"photon": "vec4", "flux": "vec4"}
     uniforms = {

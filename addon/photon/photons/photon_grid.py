@@ -70,9 +70,9 @@ class Gathering(Protocol):
     def estimate(
         self, points: Mapping[str, Stream], irradiance: Stream, in_chain: bool = False
     ) -> None:
-        """Write the irradiance [W/m^2] at points: place, facing, cuts and zeros, with which sums
-        begin; and where lobes gather photons, the points' gloss and gathered. `in_chain`: of
-        secondary rays."""
+        """Write the irradiance [W/m^2] at points: place, facing, cuts, coverage, tilt and zeros,
+        with which sums begin; and where lobes gather photons, the points' gloss and gathered.
+        `in_chain`: of secondary rays."""
 
     @property
     def launches(self) -> int:

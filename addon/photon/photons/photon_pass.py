@@ -23,8 +23,8 @@ class PhotonPass:
         self._has_landed = False
 
     def gather(self, points: Mapping[str, Stream], irradiance: Stream, view: View | None) -> None:
-        """Write the irradiance [W/m^2] at points: place, facing, cuts; and where their lobes gather
-        photons, what those bring; the view is that of eye rays."""
+        """Write the irradiance [W/m^2] at points: place, facing, cuts, coverage, tilt; and where
+        their lobes gather photons, what those bring; the view is that of eye rays."""
         if not self._has_landed:
             self._photons.land(self.radii)
             self._has_landed = True

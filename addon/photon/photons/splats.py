@@ -47,14 +47,14 @@ class Splats:
         self._deposits, self._radii = deposits, radii
 
     def estimate(self, points: Mapping[str, Stream], irradiance: Stream, view: View) -> None:
-        """Write the irradiance [W/m^2] at points: place, facing, cuts."""
+        """Write the irradiance [W/m^2] at points: place, facing, cuts, coverage, tilt."""
         assert self._deposits and self._radii
         count, *photons = self._deposits.tables()
         if count == 0:
             irradiance.clear()
             return
         radius = self._radius_at(points)
-        streams = {name: points[name] for name in ("place", "facing", "cuts")}
+        streams = {name: points[name] for name in ("place", "facing", "cuts", "coverage", "tilt")}
         self._splat.run(
             {**streams, "gather_radius": radius, "irradiance": irradiance},
             dict(zip(("photon_place", "photon_deposit"), photons, strict=True))

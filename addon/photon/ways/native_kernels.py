@@ -22,6 +22,7 @@ from ..kernels.cuts import Cuts
 from ..kernels.gather import Gather
 from ..kernels.plain_lobe import PlainLobe
 from ..kernels.records import (
+    COVERAGE,
     CUTS,
     FACING,
     GATHERED,
@@ -30,6 +31,7 @@ from ..kernels.records import (
     PLACE,
     PLAIN_LOBE,
     PLAIN_PEAK,
+    TILT,
 )
 from ..kernels.tracer import Tracer
 from ..photons.deposits import Deposits
@@ -129,7 +131,7 @@ class NativeCoverage(HostKernel):
         self._triangles, self._filter = triangles, filter_name
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
-        """The shares."""
+        """The shares, and how the filter is tilted."""
         return self._triangles.tracer.coverage(
             inputs["place"],
             inputs["facing"],
@@ -146,7 +148,13 @@ class NativeGather(HostKernel):
     """Gather from photons that the native core has sorted."""
 
     stem = Gather.stem
-    inputs: Ports = {"place": PLACE, "facing": FACING, "cuts": CUTS}
+    inputs: Ports = {
+        "place": PLACE,
+        "facing": FACING,
+        "cuts": CUTS,
+        "coverage": COVERAGE,
+        "tilt": TILT,
+    }
     outputs: Ports = {"irradiance": IRRADIANCE}
     uniforms = UNIFORMS
     tables = TABLES
@@ -175,6 +183,8 @@ class NativeGather(HostKernel):
             inputs["place"],
             inputs["facing"],
             inputs["cuts"],
+            inputs["coverage"],
+            inputs["tilt"],
             tables["radii"],
             uniforms["radius_scale"],
             self._filter,
@@ -223,6 +233,8 @@ class NativeGlossGather(NativeGather):
             inputs["place"],
             inputs["facing"],
             inputs["cuts"],
+            inputs["coverage"],
+            inputs["tilt"],
             inputs["gathered"],
             inputs["plain_lobe"],
             inputs["plain_peak"],

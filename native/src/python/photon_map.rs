@@ -43,7 +43,7 @@ impl PhotonMap {
     /// Sum the photons around each visible point.
     ///
     /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point), facing
-    /// (normal, unused) and cuts; radii, of which each is multiplied by radius_scale; filter (constant,
+    /// (normal, unused), cuts, coverage and tilt; radii, of which each is multiplied by radius_scale; filter (constant,
     /// cone, gaussian, epanechnikov). Returns float32[H, W, 4]: irradiance in three channels, and their mean
     /// within the inner radius; zeros where no photon can be.
     #[allow(clippy::too_many_arguments)]
@@ -53,15 +53,28 @@ impl PhotonMap {
         place: &Bound<'py, PyAny>,
         facing: &Bound<'py, PyAny>,
         cuts: &Bound<'py, PyAny>,
+        coverage: &Bound<'py, PyAny>,
+        tilt: &Bound<'py, PyAny>,
         radii: &RadiusField,
         radius_scale: f32,
         filter: &str,
     ) -> PyResult<Stream<'py>> {
-        let [place, facing, cuts] = streams([("place", place), ("facing", facing), ("cuts", cuts)])?;
+        let [place, facing, cuts, coverage, tilt] = streams([
+            ("place", place),
+            ("facing", facing),
+            ("cuts", cuts),
+            ("coverage", coverage),
+            ("tilt", tilt),
+        ])?;
         let filter = Filter::named(filter)?;
         new_stream(py, &place, |out| {
-            let (place, facing, cuts) = (rows(&place)?, rows(&facing)?, rows(&cuts)?);
-            let points = density::Points { places: place, facings: facing, cuts };
+            let points = density::Points {
+                places: rows(&place)?,
+                facings: rows(&facing)?,
+                cuts: rows(&cuts)?,
+                coverages: rows(&coverage)?,
+                tilts: rows(&tilt)?,
+            };
             let discs = density::Discs { radii: &radii.0, radius_scale, filter };
             run(py, || {
                 self.0.gather(&points, &discs, out);
@@ -81,6 +94,8 @@ impl PhotonMap {
         place: &Bound<'py, PyAny>,
         facing: &Bound<'py, PyAny>,
         cuts: &Bound<'py, PyAny>,
+        coverage: &Bound<'py, PyAny>,
+        tilt: &Bound<'py, PyAny>,
         gathered: &Bound<'py, PyAny>,
         lobe: &Bound<'py, PyAny>,
         peak: &Bound<'py, PyAny>,
@@ -91,10 +106,12 @@ impl PhotonMap {
         if !self.0.has_directions() {
             return Err(PyValueError::new_err("the photons of this map have no directions"));
         }
-        let [place, facing, cuts, gathered, lobe, peak] = streams([
+        let [place, facing, cuts, coverage, tilt, gathered, lobe, peak] = streams([
             ("place", place),
             ("facing", facing),
             ("cuts", cuts),
+            ("coverage", coverage),
+            ("tilt", tilt),
             ("gathered", gathered),
             ("lobe", lobe),
             ("peak", peak),
@@ -103,8 +120,13 @@ impl PhotonMap {
         let mut irradiance = None;
         let gloss = new_stream(py, &place, |gloss| {
             irradiance = Some(new_stream(py, &place, |out| {
-                let points =
-                    density::Points { places: rows(&place)?, facings: rows(&facing)?, cuts: rows(&cuts)? };
+                let points = density::Points {
+                    places: rows(&place)?,
+                    facings: rows(&facing)?,
+                    cuts: rows(&cuts)?,
+                    coverages: rows(&coverage)?,
+                    tilts: rows(&tilt)?,
+                };
                 let lobes =
                     density::Lobes { gathered: rows(&gathered)?, lobes: rows(&lobe)?, peaks: rows(&peak)? };
                 let discs = density::Discs { radii: &radii.0, radius_scale, filter };

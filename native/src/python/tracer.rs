@@ -166,7 +166,8 @@ impl Tracer {
     /// radii, of which each is multiplied by radius_scale; filter (constant, cone,
     /// gaussian, epanechnikov); probes a point, and how many were sent before; what random numbers
     /// depend on: seed, depth, and of a pixel frame_size and region_origin (x, y).
-    /// Returns float32[H, W, 4]: the filter's share, and the inner filter's.
+    /// Returns two float32[H, W, 4]: the filter's share, the inner filter's, and what scales either; how they
+    /// are tilted.
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (place, facing, shading, cuts, diffuse, radii, *, radius_scale, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
     fn coverage<'py>(
@@ -186,7 +187,7 @@ impl Tracer {
         depth: u32,
         frame_size: (usize, usize),
         region_origin: (usize, usize),
-    ) -> PyResult<Stream<'py>> {
+    ) -> PyResult<(Stream<'py>, Stream<'py>)> {
         let named = [
             ("place", place),
             ("facing", facing),
@@ -206,18 +207,23 @@ impl Tracer {
             frame_width: frame_size.0,
             region_origin: [region_origin.0, region_origin.1],
         };
-        new_stream(py, &place, |out| {
-            let points = coverage::Points {
-                places: rows(&place)?,
-                facings: rows(&facing)?,
-                shadings: rows(&shading)?,
-                diffuses: rows(&diffuse)?,
-                cuts: rows(&cuts)?,
-            };
-            run(py, || {
-                coverage::coverage(&self.tree, &self.corners, &radii.0, &points, &probes, out);
-                Ok(())
-            })
-        })
+        let mut shares = None;
+        let tilts = new_stream(py, &place, |tilts| {
+            shares = Some(new_stream(py, &place, |out| {
+                let points = coverage::Points {
+                    places: rows(&place)?,
+                    facings: rows(&facing)?,
+                    shadings: rows(&shading)?,
+                    diffuses: rows(&diffuse)?,
+                    cuts: rows(&cuts)?,
+                };
+                run(py, || {
+                    coverage::coverage(&self.tree, &self.corners, &radii.0, &points, &probes, out, tilts);
+                    Ok(())
+                })
+            })?);
+            Ok(())
+        })?;
+        Ok((shares.expect("made with the tilts"), tilts))
     }
 }
