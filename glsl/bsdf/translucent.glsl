@@ -7,6 +7,8 @@ vec3 pack_translucent(vec4 parameters, vec4 more) { return vec3(0.0); }
 
 bool transmits_translucent() { return true; }
 
+bool is_diffuse_translucent() { return true; }
+
 vec3 eval_translucent(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
     bool is_through = dot(normal, to_viewer) > 0.0 && dot(normal, to_light) < 0.0;
     return is_through ? lobe.colour / PI : vec3(0.0);

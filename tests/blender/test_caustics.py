@@ -84,6 +84,19 @@ def test_report_says_who_casts_them(scene, export) -> None:
     assert not [entry for entry in report.entries if entry.status == "approximated"]
 
 
+def test_thin_sheets_cast_none(scene, export) -> None:
+    """What lets light through evenly is no caster, and no switch is for it."""
+    sheet = shader_material("ShaderNodeBsdfTranslucent", "Sheet")
+    add_mesh("Sheet").data.materials.append(sheet)
+    add_light("Lamp", "POINT", energy=10.0, location=(0, 0, 2))
+    _, report = export()
+    assert not [entry for entry in report.entries if "austics" in entry.feature]
+    scene.cycles.caustics_refractive = False
+    _, report = export()
+    noted = [entry for entry in report.entries if entry.status == "approximated"]
+    assert [entry.feature for entry in noted] == ["Caustics"]
+
+
 def test_gloss_over_colour_is_noted(scene, export) -> None:
     scene.cycles.caustics_reflective = False
     plastic = shader_material(PRINCIPLED, "Plastic", Roughness=0.3)

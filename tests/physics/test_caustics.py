@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import SceneError
-from addon.photon.scene import Scene, sun_light
+from addon.photon.scene import Lobe, Material, Scene, sun_light
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
 from tests.scenes import Builder, camera, plain_material, replace
@@ -65,6 +65,20 @@ def test_direct_light_by_photons_stays(device: Device) -> None:
         with rendered(device, replace(scene, caustics=caustics), **settings) as renderer:
             found.append(fallen(renderer)[0].tolist())
     assert found[0][0] == pytest.approx(4.0, rel=0.02) and found.count(found[0]) == len(OFF)
+
+
+def test_sheets_that_scatter_evenly(device: Device) -> None:
+    """No switch is for them: what comes through is neither a reflection nor refracted."""
+    found = []
+    for caustics in OFF.values():
+        built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 0)
+        built.quad((-3, -3, -1), (3, -3, -1), (3, 3, -1), (-3, 3, -1), 1)
+        sheet = Material("sheet", (0.0,) * 3, (Lobe("translucent", (0.5,) * 3, {}),))
+        sun = sun_light("sun", WHITE, (0.0, 0.0, -1.0))
+        scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), (sheet, BLACK_WALL))
+        with rendered(device, replace(scene, caustics=caustics), photons=1 << 14) as renderer:
+            found.append(fallen(renderer)[1].tolist())
+    assert found[0][0] > 1.0 and found.count(found[0]) == len(OFF)
 
 
 def test_unknown_ones_are_refused() -> None:

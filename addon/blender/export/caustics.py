@@ -28,6 +28,10 @@ def caustics_of(scene: bpy.types.Scene, materials: list[Material], notes: Notes)
     if "reflective" not in wanted and any(x.may_be("covered") or x.over is not None for x in lobes):
         what = "what lies below gloss is as dark as with them, in Cycles brighter to diffuse rays"
         notes.approximated(owner, "Reflective caustics", what)
+    thin = (kind for kind in lobe_kinds().values() if kind.is_diffuse and kind.transmits)
+    if len(wanted) < len(CAUSTICS) and {kind.name for kind in thin} & {lobe.kind for lobe in lobes}:
+        what = "by rays that Translucent BSDFs send they are there still"
+        notes.approximated(owner, "Caustics", what)
     return wanted
 
 
@@ -58,11 +62,13 @@ def _listed(names: dict[str, None]) -> str:
 
 
 def _refracts(lobe: Lobe) -> bool:
-    return lobe.kind != TRANSPARENT and lobe_kinds()[lobe.kind].transmits
+    kind = lobe_kinds()[lobe.kind]
+    return kind.transmits and not kind.is_diffuse and lobe.kind != TRANSPARENT
 
 
 def _reflects(lobe: Lobe) -> bool:
     """Whether it is so sharp that it is followed by rays, and no varnish."""
-    if lobe_kinds()[lobe.kind].transmits or lobe.roughness[0] >= GATHERED_FROM:
+    kind = lobe_kinds()[lobe.kind]
+    if kind.transmits or kind.is_diffuse or lobe.roughness[0] >= GATHERED_FROM:
         return False
     return "colour" in lobe.varying or bool(lobe.reflected_head_on().max() >= LEAST)
