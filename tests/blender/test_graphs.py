@@ -238,6 +238,24 @@ def test_a_circle_is_noted(convert) -> None:
     assert links_are_off or any("circle" in entry.detail for entry in report.entries)
 
 
+@pytest.mark.parametrize("of_world", [False, True])
+def test_a_circle_of_shaders_is_noted(scene, export, of_world) -> None:
+    """In place of what would go around there is nothing."""
+    if of_world:
+        scene.world = owner = bpy.data.worlds.new("World")
+    else:
+        owner = bpy.data.materials.new("Material")
+        add_mesh("Plane").data.materials.append(owner)
+    tree = owner.node_tree
+    first, second = (tree.nodes.new("ShaderNodeMixShader") for _ in range(2))
+    tree.links.new(first.outputs[0], second.inputs[1])
+    tree.links.new(second.outputs[0], first.inputs[1])
+    finish(tree, second)
+    report = export()[1]
+    links_are_off = any(not link.is_valid for link in tree.links)
+    assert links_are_off or any("circle" in entry.detail for entry in report.entries)
+
+
 @pytest.mark.parametrize(
     ("build", "feature"),
     [

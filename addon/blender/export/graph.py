@@ -79,6 +79,7 @@ class Graph:
     # The world space normal of the smooth surface that displacement makes; None: the mesh's own.
     displaced: Value | None = None
     textures: TextureTable | None = None  # None: of images the mean alone is wanted
+    shaders: list[Any] = field(default_factory=list)  # under way, with their scopes
     _known: dict[Any, Value] = field(default_factory=dict)
     _reading: list[Any] = field(default_factory=list)  # outputs under way
 

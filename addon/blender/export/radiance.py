@@ -92,9 +92,15 @@ def _shader(
             if node.type == "MIX_SHADER":
                 share = _number(graph, node.inputs[0], scope).clip(0.0, 1.0)
                 parts = [factor * (1.0 - share), factor * share]
+            if (node, scope) in graph.shaders:
+                what = "its links go in a circle: black"
+                graph.notes.approximated(graph.owner, f"'{node.name}'", what)
+                return
+            graph.shaders.append((node, scope))
             for socket, part in zip(node.inputs[-2:], parts, strict=True):
                 feeding, end, inner = source(socket, scope)
                 _shader(graph, feeding, end, inner, part, total)
+            graph.shaders.pop()
             return
     except _Uneven:
         pass

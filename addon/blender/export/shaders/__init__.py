@@ -46,7 +46,13 @@ def read_shader(
     if reader is None:
         graph.notes.ignored(graph.owner, f"{node.bl_label} '{node.name}'", "reflects nothing")
         return BLACK
+    if (node, scope) in graph.shaders:
+        what = "its links go in a circle: black"
+        graph.notes.approximated(graph.owner, f"'{node.name}'", what)
+        return BLACK
+    graph.shaders.append((node, scope))
     found = reader(graph, node, scope, model)
+    graph.shaders.pop()
     return found if found is CLEAR else with_normal(graph, node, scope, found)
 
 
