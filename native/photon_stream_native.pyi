@@ -52,6 +52,7 @@ class Tracer:
     ) -> NDArray[np.float32]: ...
     def coverage(
         self,
+        pixel: NDArray[np.float32],
         place: NDArray[np.float32],
         facing: NDArray[np.float32],
         shading: NDArray[np.float32],
@@ -66,7 +67,6 @@ class Tracer:
         seed: int,
         depth: int,
         frame_size: tuple[int, int],
-        region_origin: tuple[int, int],
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
 
 class RadiusField:

@@ -78,6 +78,8 @@ class Budget:
         glows = np.array([material.glows for material in scene.materials], bool)
         self._glowing = int(used[glows].sum())
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
+        self._is_transparent = any(material.is_transparent for material in self._materials)
+        self._shares_memory = way.shares_memory
         self._can_gather = can_gather(scene, settings, self._materials)
         self._strip = strips_of(settings.frame_region, way.strip_pixels)[0].size
         self._pools = way.sizes.pools(free_host_memory())
@@ -117,7 +119,8 @@ class Budget:
             settings.estimator == "splat",
         )
         strip, images = self._strip[0] * self._strip[1], self._image_pixels
-        texels = self.film_textures * count + self.strip_textures * strip
+        textures = self.strip_textures + self.going_on
+        texels = self.film_textures * count + textures * strip
         texels += sizes.waiting(count, strip)
         host = PICTURE * count + STRIP * strip + settings.caller_bytes
         return (
@@ -149,32 +152,46 @@ class Budget:
         """How many textures there are for each pixel: a sum and its low part of each of film.py's
         images, and four of batches; natively there are arrays of as many bytes."""
         settings = self._settings
-        images = 5 + 2 * self._has_mirrors + self._has_photons + self._has_emitters
+        images = 5 + 2 * self._has_chains + self._has_photons + self._has_emitters
         return 2 * (images + settings.illuminance) + 4
 
     @cached_property
     def strip_textures(self) -> int:
         """How many there are of a strip's size: ray_tracer.py's and what films write to."""
         settings, sizes = self._settings, self._sizes
-        count = 22 + 2 * self._lobes + sizes.film_spares
-        if not settings.direct_by_photons:
-            count += sizes.shadow_textures(
-                len(self._emitters) + self._glowing, settings.illuminance
-            )
-        count += 6 * self._has_mirrors + 3 * self._has_emitters + 3 * settings.illuminance
+        count = 21 + 2 * self._lobes + sizes.film_spares + self._shadow_textures
+        count += 3 * self._has_emitters + 3 * settings.illuminance + self._has_photons
+        if self._has_chains:
+            count += 8 + 3 * self._has_photons + 6 * self._is_transparent + self._shares_memory
         if self._has_photons:
             count += 3  # cuts, coverage and tilt
             count += 2 * (settings.estimator == "splat")  # reach, and a part of the splats
-            if self._has_mirrors or settings.estimator != "splat":
+            if self._has_chains or settings.estimator != "splat":
                 kinds = {lobe.kind for m in self._materials for lobe in m.lobes if lobe.reflects}
                 known = knows_lobes(self._lobes, kinds)
                 count += sizes.gather_textures(self._gathers_lobes, known)
         return count
 
     @cached_property
-    def _has_mirrors(self) -> bool:
+    def going_on(self) -> int:
+        """How many of a strip's size the streams take together, at most, to which rays move that
+        go on, and shadow rays behind transparent surfaces."""
+        if not (self._has_chains and self._shares_memory):
+            return 0
+        return self.strip_textures + 2 * self._shadow_textures * self._is_transparent
+
+    @cached_property
+    def _shadow_textures(self) -> int:
+        if self._settings.direct_by_photons:
+            return 0
+        lights = len(self._emitters) + self._glowing
+        return self._sizes.shadow_textures(lights, self._settings.illuminance)
+
+    @cached_property
+    def _has_chains(self) -> bool:
         sends_rays = not self._gathers_lobes or any(map(send_rays, self._materials))
-        return self._settings.mirror_depth > 0 and self._lobes > 0 and sends_rays
+        of_lobes = self._settings.mirror_depth > 0 and self._lobes > 0 and sends_rays
+        return of_lobes or self._is_transparent
 
     @cached_property
     def _gathers_lobes(self) -> bool:

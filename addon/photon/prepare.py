@@ -13,7 +13,8 @@ import numpy as np
 from ..streams import Device, StreamError
 from .errors import DeviceError, PhotonStreamError
 from .eye.images import PassImages
-from .eye.paths import Eye, Path
+from .eye.path import Path
+from .eye.paths import Eye
 from .eye.samples import instant
 from .film.picture import EMISSION_IMAGES, FILM_IMAGES, ILLUMINANCE_IMAGES, MIRROR_IMAGES
 from .film.strips import StripFilm, strips_of

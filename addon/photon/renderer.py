@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from ..streams import StreamError
 from .errors import DeviceError
 from .eye.images import PassImages
-from .eye.paths import Eye, Path
+from .eye.path import Path
+from .eye.paths import Eye
 from .eye.samples import instant
 from .film.error import Error, error_of
 from .film.picture import exposed, picture_of

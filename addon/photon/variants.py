@@ -12,7 +12,7 @@ from ..streams import Defines, DrawKernel, Kernel, Made
 from ..streams.draw import AddPart
 from .film.film import Accumulate, AccumulateBatches, AccumulateTwo
 from .kernels.absorb import Absorb
-from .kernels.blur import Blur
+from .kernels.add_chain import AddChain
 from .kernels.combine import CombineAll, CombineMirror, CombinePrimary
 from .kernels.coverage import Coverage
 from .kernels.cuts import Cuts
@@ -177,15 +177,22 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield Gather, {f"FILTER_{name.upper()}": 1}, {}
         yield Coverage, {f"FILTER_{name.upper()}": 1}, {}
     lux: Defines = {"ILLUMINANCE": 1}
+    mapped: Defines = {"PHOTON_MAP": 1}
+    seen: tuple[Defines, ...] = ({}, {"EMITTERS": 1}, mapped, {"EMITTERS": 1, **mapped})
     for kernel in (CombinePrimary, CombineMirror, CombineAll):
-        for defines in ({}, {"EMITTERS": 1}):
-            yield kernel, defines, {}
-            yield kernel, {**defines, "VISIBILITY": 1}, {}
+        for asked in seen:
+            yield kernel, asked, {}
+            yield kernel, {**asked, "VISIBILITY": 1}, {}
     around: Defines = {"PANORAMIC": 1}
-    for defines in ({}, {"EMITTERS": 1}):
-        yield CombinePrimary, {**defines, **lux}, {}
-        yield CombinePrimary, {**defines, **around}, {}
-        yield CombinePrimary, {**defines, **lux, **around}, {}
+    for asked in seen:
+        yield CombinePrimary, {**asked, **lux}, {}
+        yield CombinePrimary, {**asked, **around}, {}
+        yield CombinePrimary, {**asked, **lux, **around}, {}
+    behind: Defines = {"TRANSPARENT": 1}
+    added: tuple[Defines, ...] = ({}, mapped, behind, {**mapped, **behind})
+    for first in added:
+        yield AddChain, first, {}
+        yield AddChain, {**first, "MOVED": 1}, {}
     for of_shadows in (Unshadowed, ShadowThrough):
         yield of_shadows, {}, {}
         yield of_shadows, lux, {}
@@ -229,8 +236,7 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
         for arrivals, absorption in product((False, True), repeat=2):
             asked = replace(scene, arrivals=arrivals, absorption=absorption)
             yield kernel, asked.photon_defines, scene.made
-    for kernel in (Shade, Blur):
-        yield kernel, scene.eye_defines, scene.made
+    yield Shade, scene.eye_defines, scene.made
     if scene.gathered_lobes:
         yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
         yield PlainLobe, scene.gather_defines, scene.made
@@ -238,6 +244,7 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
         for emitters in ({}, scene.emitter_defines):
             for more in ({}, scene.transparent_defines):
                 yield kernel, {**emitters, **scene.gather_defines, **more}, {}
+                yield kernel, {**emitters, **scene.gather_defines, **more, "PHOTON_MAP": 1}, {}
     if scene.lobes:
         yield Scatter, scene.eye_defines, scene.made
 

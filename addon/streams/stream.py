@@ -51,6 +51,17 @@ class Stream:
         """The elements as float32 (height, width, 4)."""
         return self.device.texels(self.texture).reshape(self.size[1], self.size[0], 4)
 
+    def elements(self) -> NDArray[np.float32]:
+        """As download, one after the other: (width * height, 4)."""
+        return self.device.texels(self.texture).reshape(-1, 4)
+
+    def take(self, elements: NDArray[np.float32]) -> None:
+        """Fill from the front with (n, 4); "no element" behind them."""
+        width, height = self.size
+        whole = np.zeros((width * height, 4), np.float32)
+        whole[: len(elements)] = elements
+        self.upload(whole.reshape(height, width, 4))
+
     def copy(self) -> moderngl.Buffer:
         """The elements as they are, on the device: Device.copy."""
         return self.device.copy(self.texture)

@@ -4,6 +4,9 @@
 #include "lib/constants.glsl"
 #include "lib/colour.glsl"
 #include "lib/diffuse.glsl"
+#ifdef PHOTON_MAP
+#include "lib/blur.glsl"
+#endif
 
 void kernel() {
     bool seen = is_hit(load_hit());
@@ -19,6 +22,9 @@ void kernel() {
 #endif
     store_direct_seen(Radiance(seen ? load_direct().radiance : vec3(0.0), weight));
     store_indirect_seen(Radiance(indirect, weight * coverage));
+#ifdef PHOTON_MAP
+    store_blur_seen(blur_of(vec3(1.0)));
+#endif
     bool held_out = false;
 #ifdef VISIBILITY
     held_out = seen && is_holdout(load_diffuse());

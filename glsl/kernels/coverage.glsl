@@ -105,7 +105,7 @@ void kernel() {
     vec3 normal = facing.normal;
     int triangle = int(load_shading().triangle);
     // One sequence over all passes: the mean's error falls with the number of probes, not its root.
-    vec2 start = random4(seed, 0u, uint(pixel(element())), DIMENSION_COVERAGE + uint(depth)).xy;
+    vec2 start = random4(seed, 0u, uint(pixel_number(load_pixel().at)), DIMENSION_COVERAGE + uint(depth)).xy;
     float radius = radius_at(place.position, normal);
     Cuts cuts = load_cuts();
     vec2 missing = vec2(0.0);  // of the filter, of the inner one

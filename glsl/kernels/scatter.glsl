@@ -18,7 +18,7 @@ void kernel() {
     Facing facing = load_facing();
     Shading shading = load_shading();
     vec3 to_viewer = -load_direction().direction;
-    vec4 u = random4(seed, pass_index, uint(pixel(element())), DIMENSION_SCATTER + uint(depth));
+    vec4 u = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), DIMENSION_SCATTER + uint(depth));
     float share = 1.0;
 #ifdef TWO_LOBES
     float cosine = max(0.0, dot(to_viewer, shading.normal));

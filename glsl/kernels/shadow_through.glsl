@@ -7,8 +7,7 @@
 void kernel() {
     Hit hit = load_shadow_hit();
     if (!is_hit(hit)) skip();
-    ivec2 point = ivec2(element().x, element().y % textureSize(chain, 0).y);
-    if (unpack_Chain(texelFetch(chain, point, 0)).layers + float(layer) >= float(transparent_depth)) skip();
+    if (load_chain().layers + float(layer) >= float(transparent_depth)) skip();
     RayDirection ray = load_shadow_direction();
     vec3 through = transmittance_at(hit, ray.direction);
     if (!(largest(through) > 0.0)) skip();

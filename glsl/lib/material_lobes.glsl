@@ -40,7 +40,7 @@ MaterialLobe lobe_at(int number) {
 
 float choice() {
 #ifdef EYE
-    return random4(seed, pass_index, uint(pixel(element())), DIMENSION_SHADE + uint(depth)).x;
+    return random4(seed, pass_index, uint(pixel_number(load_pixel().at)), DIMENSION_SHADE + uint(depth)).x;
 #else
     return random4(seed, pass_index, uint(load_flux().photon), DIMENSION_SHADE_PHOTON + uint(bounce)).x;
 #endif

@@ -129,7 +129,7 @@ vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light) {
 int light_of(VisiblePoint point, int number, out float rays) {
 #ifdef DRAWN
     uint dimension = DIMENSION_CHOICE + uint(depth) * 0x10000u;
-    float u = random4(seed, pass_index, uint(pixel(source_element())), dimension).x;
+    float u = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), dimension).x;
     u = (float(number) + u) / float(SHADOW_RAYS);
     Drawn drawn = draw_light(point.place.position, point.facing.normal, u);
     rays = float(SHADOW_RAYS) * drawn.probability;
@@ -144,7 +144,7 @@ int light_of(VisiblePoint point, int number, out float rays) {
 // Of an even pass and the next one, which one is up to chance, one is 0 and the other 1; twice.
 vec2 half_of_passes(uint dimension) {
     uint pair = 0x80000000u + (pass_index >> 1);
-    vec2 chance = random4(seed, pair, uint(pixel(source_element())), dimension).xy;
+    vec2 chance = random4(seed, pair, uint(pixel_number(load_pixel().at)), dimension).xy;
     bool is_even = (pass_index & 1u) == 0u;
     return vec2((chance.x < 0.5) == is_even ? 0.0 : 1.0, (chance.y < 0.5) == is_even ? 0.0 : 1.0);
 }
@@ -179,7 +179,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     LightLimit limit = light_limit_at(chosen);
     if (point.bounces > limit.bounces) return none;
 #endif
-    vec2 u = random4(seed, pass_index, uint(pixel(source_element())), dimension).xy;
+    vec2 u = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), dimension).xy;
 #ifdef ENVIRONMENT
     // One of the two draws from an image, the other by the cosine.
     u.x = min(0.5 * (u.x + half_of_passes(dimension).x), 0.99999994);

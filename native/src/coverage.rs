@@ -35,26 +35,16 @@ pub struct Probes {
     /// Probes that earlier passes sent.
     pub first: u32,
     pub depth: u32,
-    /// Pixels a row of the region whose points are given, and of the frame.
-    pub region_width: usize,
+    /// Pixels a row of the frame.
     pub frame_width: usize,
-    /// Where the region begins in the frame.
-    pub region_origin: [usize; 2],
 }
 
-impl Probes {
-    /// A pixel's number in the whole frame.
-    fn pixel(&self, index: usize) -> u32 {
-        let (x, y) = (index % self.region_width, index / self.region_width);
-        ((y + self.region_origin[1]) * self.frame_width + x + self.region_origin[0]) as u32
-    }
-}
-
-/// Visible points as streams: positions and surfaces (0: no point), normals, something unused and the
+/// Visible points as streams: the pixels of the frame that see them, positions and surfaces (0: no point), normals, something unused and the
 /// position of the triangle in leaf order, albedos and flags (0: not of interest), and the cuts of
 /// [`crate::cuts`].
 #[derive(Clone, Copy)]
 pub struct Points<'a> {
+    pub pixels: &'a [[f32; 4]],
     pub places: &'a [[f32; 4]],
     pub facings: &'a [[f32; 4]],
     pub shadings: &'a [[f32; 4]],
@@ -119,8 +109,9 @@ widest! {
             let normal = [nx, ny, nz];
             let (tangent, bitangent) = frame_about(normal);
             let cuts = points.cuts[at];
-            let numbers =
-                random4(probes.seed, 0, probes.pixel(at), DIMENSION_COVERAGE.wrapping_add(probes.depth));
+            let [column, row, ..] = points.pixels[at];
+            let pixel = (row as usize * probes.frame_width + column as usize) as u32;
+            let numbers = random4(probes.seed, 0, pixel, DIMENSION_COVERAGE.wrapping_add(probes.depth));
             let start = [numbers[0], numbers[1]];
             let position = [x, y, z];
             let tilts = [Tilt::NONE; 2];

@@ -50,9 +50,11 @@ class Bench:
         """The outputs, and under "alive" how many elements were not skipped.
 
         Of `inputs` and `uniforms` it takes those that the kernel has. `count`: the number of
-        elements, for kernels without inputs.
+        elements, for kernels without inputs. Pixels are of a frame of the streams' width.
         """
-        count = count or len(next(iter(inputs.values())))
+        y, x = np.divmod(np.arange(count or len(next(iter(inputs.values())))), self.WIDTH)
+        inputs = {"pixel": np.column_stack([x, y, 0 * x, 0 * x]).astype(np.float32)} | inputs
+        count = len(x)
         size = (self.WIDTH, -(-count // self.WIDTH))
         kernel = kind(self.device, self.layer, defines, made=made)
         ports = {**kernel.inputs, **kernel.outputs}

@@ -58,7 +58,7 @@ def shade(
     defines: dict[str, int | float],
 ) -> dict[str, Any]:
     """`inputs`, directions, hits and fluxes, and what Shade makes of them."""
-    values = {"depth": 0, "frame_size": (Bench.WIDTH, Bench.WIDTH), "region_origin": (0, 0)}
+    values = {"depth": 0, "frame_size": (Bench.WIDTH, Bench.WIDTH)}
     return inputs | bench.run(
         Shade, inputs, values | uniforms, tables(material), defines, made=made_for(material)
     )

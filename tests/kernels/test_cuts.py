@@ -220,8 +220,10 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     (own,) = np.flatnonzero(mesh.corners[:, :, 0].mean(axis=1) > mesh.corners[:, :, 1].mean(axis=1))
     shading = texels(np.broadcast_to(UP, (count, 3)), float(own))
     draw: dict[str, Any] = {"probes": PROBES, "seed": 3, "depth": 0}
-    draw |= {"radius_scale": 1.0, "frame_size": (count, 1), "region_origin": (0, 0)}
-    streams = {"place": place, "facing": facing, "shading": shading, "cuts": cuts}
+    draw |= {"radius_scale": 1.0, "frame_size": (count, 1)}
+    pixel = np.zeros((count, 4), np.float32)
+    pixel[:, 0] = np.arange(count)
+    streams = {"pixel": pixel, "place": place, "facing": facing, "shading": shading, "cuts": cuts}
     streams["diffuse"] = diffuse
     tables = {
         "nodes": mesh.tree.nodes,

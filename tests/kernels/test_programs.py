@@ -28,7 +28,7 @@ INPUTS = {
     "direction": np.tile(np.array((0.0, 0.0, -1.0, 1.0), np.float32), (1, 1)),
     "hit": np.array([[1.0, 1.0, 0.25, 0.25]], np.float32),
 }
-UNIFORMS = {"depth": 0, "frame_size": (8, 8), "region_origin": (0, 0), "seed": 1, "pass_index": 0}
+UNIFORMS = {"depth": 0, "frame_size": (8, 8), "seed": 1, "pass_index": 0}
 VALUES = (0.3, -1.7, 2.0, 0.0, 1.0, 7.25)
 
 

@@ -18,9 +18,9 @@ from addon.streams import Device, Kernel
 from tests.scenes import Builder, backdrop, cornell, plain_material, with_cone
 from tests.stability.table import Measured
 
-PHOTONS = {"generator", "projector", "reflector", "cuts", "coverage", "blur"}
+PHOTONS = {"generator", "projector", "reflector", "cuts", "coverage"}
 DIRECT = {"direct"}
-MIRROR = {"scatter", "combine_mirror"}
+MIRROR = {"scatter", "combine_mirror", "add_chain"}
 ALWAYS = {"eye_rays", "combine_primary", "combine_all"}
 PASSES = 2
 
@@ -262,7 +262,7 @@ def test_broad_lobes_gather_photons(device: Device, compiled: list[str]) -> None
     launches, images = run(device, shiny(broad))
     assert not MIRROR & launches.keys() and not images["Mirror"].any()
     stems = {name.split()[0] for name in gathering(compiled)}
-    assert stems == {"shade", "projector", "gather", "combine_primary", "blur"}
+    assert stems == {"shade", "projector", "gather", "combine_primary"}
     for lobes in ((half,), (sharp, broad)):
         launches, images = run(device, shiny(*lobes))
         assert launches.keys() >= MIRROR and images["Mirror"].any()

@@ -61,14 +61,16 @@ class EyeCamera:
                 "seed": settings.seed,
             }
 
-    def send(self, index: int, region: Region, origin: Stream, direction: Stream) -> View:
+    def send(
+        self, index: int, region: Region, origin: Stream, direction: Stream, pixel: Stream
+    ) -> View:
         """Send one ray of a pass through each pixel of a region; where points project then."""
         settings = self._settings
         matrix, window = self._at(index)
         x0, y0, x1, y1 = region
         jitter = pixel_jitter(settings, index)
         self.kernel.run(
-            {"origin": origin, "direction": direction},
+            {"origin": origin, "direction": direction, "pixel": pixel},
             uniforms=self._uniforms
             | ({"pass_index": index} if self._camera.lens else {})
             | {

@@ -5,16 +5,25 @@ from __future__ import annotations
 
 from ...streams import PingPong, Stream
 from ..film.picture import EMISSION_IMAGES, FILM_IMAGES, MIRROR_IMAGES
-from ..kernels.blur import Blur
+from ..kernels.add_chain import AddChain
 from ..kernels.combine import CombineAll, CombineMirror, CombinePrimary
 from ..kernels.launch import launch
-from ..kernels.records import BLUR, ILLUMINANCE_SEEN, RADIANCE
+from ..kernels.records import BLUR, ILLUMINANCE_SEEN, LOST, RADIANCE
 from ..scene import Scene
 from ..settings import Settings
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from ..ways.way import Way
-from .paths import Eye, Path
+from .path import Path
+from .paths import Eye
+
+# What chains add to, by the name of the sum: an image, and what a ray adds to it.
+_SUMS = {
+    "sum": ("mirror", "seen"),
+    "indirect_sum": ("mirror_indirect", "indirect_seen"),
+    "blur_sum": ("blur", "blur_seen"),
+    "background_sum": ("background", "lost"),
+}
 
 
 class PassImages:
@@ -29,25 +38,33 @@ class PassImages:
         needs: SceneNeeds,
         eye: Eye,
     ) -> None:
-        device, layer, size = way.device, way.layer, eye.streams["hit"].size
-        self._tables, self._eye = tables, eye
-        defines = {**needs.emitter_defines, **needs.gather_defines, **needs.transparent_defines}
+        device, layer, size = way.device, way.layer, eye.streams.size
+        self._tables, self._eye, self._device = tables, eye, device
+        defines = needs.combine_defines
         of_primary = {**defines, **needs.illuminance_defines, **needs.camera_defines}
         self._primary = CombinePrimary(device, layer, of_primary)
         self._all = CombineAll(device, layer, defines)
-        self._mirror = CombineMirror(device, layer, defines) if needs.secondary_rays else None
-        self._blur = Blur(device, layer, defines) if needs.photons else None
+        self._mirror: CombineMirror | None = None
+        self._add: dict[bool, AddChain] = {}  # by whether rays have moved
         names = (*FILM_IMAGES, *(EMISSION_IMAGES if needs.emitters_seen else ()))
         self._seen = {name: Stream(device, RADIANCE, size) for name in names}
         if needs.illuminance:
             self._seen["illuminance"] = Stream(device, ILLUMINANCE_SEEN, size)
-        # The eye sees the background through transparent surfaces, after the first ones.
-        self._background = Stream(device, RADIANCE, size) if needs.transparent else None
-        self._blurs = PingPong(device, BLUR, size)
-        self._mirrors: dict[str, PingPong] = {}
+        if needs.photons:
+            self._seen["blur"] = Stream(device, BLUR, size)
+        self._sums: dict[str, PingPong] = {}  # of images that chains add to
+        self._of_rays: dict[tuple[int, int], dict[str, Stream]] = {}  # what they see, by size
         if needs.secondary_rays:
-            pairs = {name: PingPong(device, RADIANCE, size) for name in MIRROR_IMAGES}
-            self._mirrors = pairs
+            self._mirror = CombineMirror(device, layer, defines)
+            self._add[False] = AddChain(device, layer, defines)
+            if way.shares_memory:
+                self._add[True] = AddChain(device, layer, {**defines, "MOVED": 1})
+            records = dict.fromkeys(MIRROR_IMAGES, RADIANCE)
+            records |= {"blur": BLUR} if needs.photons else {}
+            # The eye sees the background through transparent surfaces, after the first ones.
+            records |= {"background": RADIANCE} if needs.transparent else {}
+            self._sums = {name: PingPong(device, record, size) for name, record in records.items()}
+            self._seen_by_rays(size)
         self._world = {
             "background_alpha": 0.0 if settings.transparent else 1.0,
             **eye.camera.view_axis(),
@@ -55,8 +72,8 @@ class PassImages:
 
     def begin(self) -> PassImages:
         """Forget the last region's."""
-        for pair in (self._blurs, *self._mirrors.values()):
-            pair.restart(self._eye.streams["zeros"])
+        for name, pair in self._sums.items():
+            pair.restart(self._seen.get(name, self._eye.streams.ones["zeros"]))
         return self
 
     def add(
@@ -76,52 +93,58 @@ class PassImages:
             seen = {f"{name}_seen": stream for name, stream in self._seen.items()}
             launch(self._primary, streams | seen, self._tables, self._world)
         else:
-            self._add_to_mirrors(streams)
-        if self._blur:
-            ends = {"sum": self._blurs.front, "total": self._blurs.back}
-            launch(self._blur, streams | ends, self._tables)
-            self._blurs.swap()
+            self._add_chain(path, streams)
 
     def finish(self) -> dict[str, Stream]:
         """By name, and combined of all."""
-        zeros = self._eye.streams["zeros"]
-        images = self._seen | {"blur": self._blurs.front}
-        images |= dict.fromkeys(MIRROR_IMAGES, zeros)
-        images |= {name: pair.front for name, pair in self._mirrors.items()}
+        zeros = self._eye.streams.ones["zeros"]
+        images = dict.fromkeys((*MIRROR_IMAGES, "blur"), zeros) | self._seen
+        images |= {name: pair.front for name, pair in self._sums.items()}
         seen = {f"{name}_seen": image for name, image in images.items()}
         launch(self._all, seen | {"combined": images["combined"]}, self._tables)
         return images
 
-    def _add_to_mirrors(self, streams: dict[str, Stream]) -> None:
+    def _add_chain(self, path: Path, streams: dict[str, Stream]) -> None:
         assert self._mirror
-        image, indirect = self._mirrors.values()
-        sums = {"sum": image.front, "indirect_sum": indirect.front}
-        totals = {"total": image.back, "indirect_total": indirect.back}
-        if self._background:
-            sums["background_sum"], totals["background_total"] = (
-                self._seen["background"],
-                self._background,
-            )
-        launch(self._mirror, streams | sums | totals, self._tables, self._world)
-        if self._background:
-            self._seen["background"], self._background = (
-                self._background,
-                self._seen["background"],
-            )
-        image.swap()
-        indirect.swap()
+        seen = self._seen_by_rays(path.at.size)
+        launch(self._mirror, streams | seen, self._tables, self._world)
+        kernel = self._add[path.element is not None]
+        ports = {"element": path.element} if path.element else {}
+        for name, (image, _) in _SUMS.items():
+            if image in self._sums:
+                pair = self._sums[image]
+                ports |= {name: pair.front, name.replace("sum", "total"): pair.back}
+        kernel.run(ports, {name: seen[name].texture for name in kernel.tables})
+        for pair in self._sums.values():
+            pair.swap()
+
+    def _seen_by_rays(self, size: tuple[int, int]) -> dict[str, Stream]:
+        """Streams of what rays of a size see."""
+        if size not in self._of_rays:
+            records = {"blur_seen": BLUR, "lost": LOST}
+            found = {seen for image, seen in _SUMS.values() if image in self._sums}
+            self._of_rays[size] = {
+                name: Stream(self._device, records.get(name, RADIANCE), size) for name in found
+            }
+        return self._of_rays[size]
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        kernels = self._primary, self._all, self._mirror, self._blur
-        return {kernel.stem: kernel.launches for kernel in kernels if kernel}
+        counts: dict[str, int] = {}
+        for kernel in self._kernels():
+            counts[kernel.stem] = counts.get(kernel.stem, 0) + kernel.launches
+        return counts
 
     def release(self) -> None:
         """Free streams and kernels."""
-        for kernel in (self._primary, self._all, self._mirror, self._blur):
-            if kernel:
-                kernel.release()
-        for stream in (*self._seen.values(), *([self._background] if self._background else [])):
-            stream.release()
-        for pair in (self._blurs, *self._mirrors.values()):
+        for kernel in self._kernels():
+            kernel.release()
+        for streams in (self._seen, *self._of_rays.values()):
+            for stream in streams.values():
+                stream.release()
+        for pair in self._sums.values():
             pair.release()
+
+    def _kernels(self) -> list[CombinePrimary | CombineAll | CombineMirror | AddChain]:
+        found = [self._primary, self._all, self._mirror, *self._add.values()]
+        return [kernel for kernel in found if kernel]

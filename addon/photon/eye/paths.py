@@ -3,36 +3,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import TEXEL, Count, Device, Kernel, PingPong, Stream
-from ...streams.declaration import present
+from ...streams import Kernel, Stream
 from ..kernels.absorb import Absorb
 from ..kernels.emitted import Emitted
 from ..kernels.glow import Glow
 from ..kernels.launch import launch, launch_and_count
-from ..kernels.records import (
-    CHAIN,
-    COVERAGE,
-    CUTS,
-    HIT,
-    ILLUMINANCE,
-    IRRADIANCE,
-    RADIANCE,
-    RAY_DIRECTION,
-    RAY_ORIGIN,
-    THROUGHPUT,
-    TILT,
-)
 from ..kernels.scatter import Scatter
-from ..kernels.shade import GLOSSY, LOBES, POINT, Shade
+from ..kernels.shade import POINT, Shade
 from ..photons.photon_pass import PhotonPass
 from ..photons.radius_field import Radii
-from ..photons.splats import View
 from ..scene import Scene
 from ..settings import Region, Settings
 from ..stage.geometry import Frame
@@ -40,30 +25,8 @@ from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from ..ways.way import Way
 from .camera import EyeCamera
-
-
-@dataclass
-class Path:
-    """The eye rays of a region, or the secondary rays that they became."""
-
-    index: int  # of the pass
-    region: Region
-    depth: int
-    throughput: Stream
-    chain: Stream | None  # if there are transparent surfaces
-    view: View | None  # of eye rays
-    count: Count | None  # of the rays that are alive; None: they are taken to be
-    ended: dict[Region, int]  # at which depth all had in a region
-    is_shaded: bool = False
-    direct: dict[str, Stream] | None = None  # light, once it is known
-
-    @property
-    def alive(self) -> bool:
-        """Whether any ray is; waits for the device, if it was asked."""
-        if self.count is None or self.count.wait() > 0:
-            return True
-        self.ended[self.region] = self.depth - 1
-        return False
+from .compaction import Compaction
+from .path import Path, PathStreams
 
 
 class Eye:
@@ -106,40 +69,14 @@ class Eye:
         self._cuts = self._coverage = None
         if needs.photons and settings.boundary_correction:
             self._cuts, self._coverage = way.cuts(), way.coverage(settings)
-        self._make_streams(device, size)
-
-    def _make_streams(self, device: Device, size: tuple[int, int]) -> None:
-        """Those that the scene has a use for, at once, for the first pass to find them."""
-        needs = self._needs
-        ones = {"hit": HIT, **present({**POINT, **LOBES, **GLOSSY}, needs.eye_defines)}
-        ones |= {"irradiance": IRRADIANCE, "zeros": TEXEL}
-        if needs.emitters_seen:
-            ones |= {"emitted": RADIANCE, "environment": RADIANCE}
-        if needs.glows_by_programs:
-            ones["glow"] = RADIANCE
-        twos = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "direct": RADIANCE}
-        if needs.photons:
-            ones |= {"cuts": CUTS, "coverage": COVERAGE, "tilt": TILT}
-        if needs.illuminance:
-            twos["illuminance"] = ILLUMINANCE
-        if needs.secondary_rays:
-            twos["throughput"] = THROUGHPUT
-        if needs.transparent:
-            ones["first_chain"] = twos["chain"] = CHAIN
-        self.streams = {name: Stream(device, record, size) for name, record in ones.items()}
-        self._pairs = {name: PingPong(device, record, size) for name, record in twos.items()}
-        self._unit = Stream(device, THROUGHPUT, size)
-        self._unit_coverage = Stream(device, COVERAGE, size)
+        self.streams = PathStreams(device, needs, self._coverage is not None, size)
+        self._compaction: Compaction | None = None
+        if needs.secondary_rays and way.shares_memory:
+            self._compaction = Compaction(self.streams)
 
     def prepare(self) -> None:
         """Fill the streams that something is read from before it is written."""
-        for stream in self.streams.values():
-            stream.clear()
-        ones = [self._unit, self._unit_coverage]
-        if "coverage" in self.streams and not self._coverage:
-            ones.append(self.streams["coverage"])  # which gathering reads
-        for stream in ones:
-            stream.fill(1.0)
+        self.streams.prepare()
 
     def send_ahead(self, index: int, region: Region) -> None:
         """Send a pass's rays and light the points where they end, which no photon tells: a GPU
@@ -154,10 +91,11 @@ class Eye:
         sent, self._sent = self._sent, None
         if sent and (sent.index, sent.region) == (index, region):
             return sent
-        rays = (self._pairs[name].front for name in ("origin", "direction"))
-        view = self.camera.send(index, region, *rays)
-        chain = self.streams.get("first_chain")
-        return Path(index, region, 0, self._unit, chain, view, None, self._ended)
+        at = self.streams
+        origin, direction = (at.pairs[name].front for name in ("origin", "direction"))
+        view = self.camera.send(index, region, origin, direction, at.ones["pixel"])
+        chain = at.ones.get("first_chain")
+        return Path(index, region, 0, at, at.unit, chain, view, None, self._ended)
 
     def shade(self, path: Path) -> None:
         """Find where the rays end, and evaluate the materials there."""
@@ -167,7 +105,7 @@ class Eye:
         launch(tracer, self.of(path), self._tables)
         launch(self._shade, self.of(path), self._tables, self._draw(path))
         if self._absorb and path.depth > 0:
-            pair = self._pairs["throughput"]
+            pair = path.at.pairs["throughput"]
             streams = {**self.of(path), "throughput": pair.front, "left": pair.back}
             launch(self._absorb, streams, self._tables)
             pair.swap()
@@ -179,7 +117,7 @@ class Eye:
         waits for the device."""
         place, diffuse, throughput = (
             stream.download().reshape(-1, 4).astype(np.float64)
-            for stream in (self.streams["place"], self.streams["diffuse"], path.throughput)
+            for stream in (path.at.ones["place"], path.at.ones["diffuse"], path.throughput)
         )
         there = (place[:, 3] > 0.0) & (diffuse[:, 3] > 0.0)
         return place[there, :3], throughput[there, :3].mean(axis=1)
@@ -192,15 +130,15 @@ class Eye:
         if self._glow:
             launch(self._glow, streams, self._tables)
         launch(self._emitted, streams, self._tables, self._draw(path))
-        return self.streams["emitted"], self.streams["environment"]
+        return path.at.ones["emitted"], path.at.ones["environment"]
 
     def direct(self, path: Path) -> dict[str, Stream]:
         """Direct light at the points, "direct", and its "illuminance" if that is asked for."""
         if path.direct is None:
             names = ("direct", "illuminance") if self._needs.illuminance else ("direct",)
-            totals = {name: self._pairs[name] for name in names}
+            totals = {name: path.at.pairs[name] for name in names}
             for total in totals.values():
-                total.restart(self.streams["zeros"])
+                total.restart(path.at.ones["zeros"])
             if self._direct_light:
                 self._direct_light.add(totals, self.of(path), self._tables, self._draw(path))
             path.direct = {name: total.front for name, total in totals.items()}
@@ -208,10 +146,10 @@ class Eye:
 
     def indirect(self, path: Path, photons: PhotonPass | None) -> tuple[Stream, Stream]:
         """Irradiance by photons at the points, and its coverage."""
-        irradiance = self.streams["irradiance"]
+        irradiance = path.at.ones["irradiance"]
         if photons is None:
-            return irradiance, self._unit_coverage
-        self._find_cuts(photons.radii)
+            return irradiance, path.at.unit_coverage
+        self._find_cuts(path, photons.radii)
         coverage = self._find_coverage(path, photons.radii)
         photons.gather(self.of(path), irradiance, path.view)
         return irradiance, coverage
@@ -225,8 +163,7 @@ class Eye:
         most = self._needs.chain_depth + self._needs.transparent_depth
         if not self._scatter or path.depth == most:
             return None
-        names = ("origin", "direction", "throughput", "chain")
-        pairs = {name: self._pairs[name] for name in names if name in self._pairs}
+        pairs = path.at.rays()
         streams = {**self.of(path), "throughput": path.throughput}
         streams |= {f"next_{name}": pair.back for name, pair in pairs.items()}
         count = None
@@ -236,9 +173,14 @@ class Eye:
             launch(self._scatter, streams, self._tables, self._draw(path))
         for pair in pairs.values():
             pair.swap()
-        depth, throughput = path.depth + 1, pairs["throughput"].front
-        chain = pairs["chain"].front if "chain" in pairs else None
-        return Path(path.index, path.region, depth, throughput, chain, None, count, self._ended)
+        onward = replace(path, depth=path.depth + 1, view=None, count=count, direct=None)
+        onward.is_shaded = False
+        if self._compaction and count:
+            self._compaction.compact(onward, count.wait())
+        pairs = onward.at.rays()
+        onward.throughput = pairs["throughput"].front
+        onward.chain = pairs["chain"].front if "chain" in pairs else None
+        return onward
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
@@ -249,10 +191,9 @@ class Eye:
 
     def release(self) -> None:
         """Free streams and kernels."""
-        for stream in (*self.streams.values(), self._unit, self._unit_coverage):
-            stream.release()
-        for pair in self._pairs.values():
-            pair.release()
+        self.streams.release()
+        if self._compaction:
+            self._compaction.release()
         for kernel in self._kernels():
             kernel.release()
         if self._direct_light:
@@ -265,17 +206,17 @@ class Eye:
 
     def of(self, path: Path) -> dict[str, Stream]:
         """What there is of a path."""
-        rays = {name: self._pairs[name].front for name in ("origin", "direction")}
+        rays = {name: path.at.pairs[name].front for name in ("origin", "direction")}
         chain = {"chain": path.chain} if path.chain else {}
-        return {**self.streams, **rays, **chain}
+        return {**path.at.ones, **rays, **chain}
 
-    def _find_cuts(self, radii: Radii) -> None:
+    def _find_cuts(self, path: Path, radii: Radii) -> None:
         """Where each point's disc ends at what stands on its surface. Without a kernel nothing
         is cut off: the stream was made clear."""
         if kernel := self._cuts:
             names = "place", "facing", "diffuse", "cuts"
             kernel.run(
-                {name: self.streams[name] for name in names},
+                {name: path.at.ones[name] for name in names},
                 self._tables.of(kernel) | radii.tables(kernel),
                 radii.uniforms,
             )
@@ -284,14 +225,17 @@ class Eye:
         """The share of the filter on each point's own surface and within its cuts."""
         kernel = self._coverage
         if kernel is None:
-            return self._unit_coverage
+            return path.at.unit_coverage
         draw = {n: value for n, value in self._draw(path).items() if n in kernel.uniforms}
         kernel.run(
-            {name: self.streams[name] for name in (*POINT, "cuts", "coverage", "tilt")},
+            {
+                name: path.at.ones[name]
+                for name in ("pixel", *POINT, "cuts", "coverage", "tilt")
+            },
             self._tables.of(kernel) | radii.tables(kernel),
             draw | radii.uniforms | probes_of(path.index),
         )
-        return self.streams["coverage"]
+        return path.at.ones["coverage"]
 
     def _draw(self, path: Path) -> dict[str, Any]:
         """What random numbers of a pixel depend on, and which lights there are."""
@@ -306,7 +250,6 @@ class Eye:
             "distant_lights": self._tables.distant_lights,
             "lamps": len(self._tables.emitters),
             "frame_size": (self._settings.width, self._settings.height),
-            "region_origin": path.region[:2],
             **self._footprint,
         }
 

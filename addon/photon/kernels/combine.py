@@ -9,6 +9,7 @@ from .records import (
     ILLUMINANCE,
     ILLUMINANCE_SEEN,
     IRRADIANCE,
+    LOST,
     PLACE,
     RADIANCE,
     RAY_DIRECTION,
@@ -29,7 +30,14 @@ class CombinePrimary(Kernel):
     PANORAMIC one may have no ray in a pixel."""
 
     stem = "combine_primary"
-    structure = ("EMITTERS", "ILLUMINANCE", "PANORAMIC", "GATHERED_LOBES", "VISIBILITY")
+    structure = (
+        "EMITTERS",
+        "ILLUMINANCE",
+        "PANORAMIC",
+        "GATHERED_LOBES",
+        "VISIBILITY",
+        "PHOTON_MAP",
+    )
     inputs = {
         "direction": When("PANORAMIC", RAY_DIRECTION),
         "hit": HIT,
@@ -50,6 +58,7 @@ class CombinePrimary(Kernel):
         "emission_seen": When("EMITTERS", RADIANCE),
         "background_seen": RADIANCE,
         "normal_seen": RADIANCE,
+        "blur_seen": When("PHOTON_MAP", BLUR),
     }
     uniforms = {
         "background_alpha": Uniform("float"),
@@ -59,13 +68,11 @@ class CombinePrimary(Kernel):
 
 
 class CombineMirror(Kernel):
-    """Add what a secondary ray sees to the mirror image."""
+    """What a secondary ray sees."""
 
     stem = "combine_mirror"
-    structure = ("EMITTERS", "GATHERED_LOBES", "TRANSPARENT")
+    structure = ("EMITTERS", "GATHERED_LOBES", "TRANSPARENT", "PHOTON_MAP")
     inputs = {
-        "sum": RADIANCE,
-        "indirect_sum": RADIANCE,
         "hit": HIT,
         "diffuse": DIFFUSE,
         "direct": RADIANCE,
@@ -73,14 +80,14 @@ class CombineMirror(Kernel):
         "coverage": COVERAGE,
         "throughput": THROUGHPUT,
         "chain": When("TRANSPARENT", CHAIN),
-        "background_sum": When("TRANSPARENT", RADIANCE),
         **_EMITTERS,
         **GLOSSY,
     }
     outputs = {
-        "total": RADIANCE,
-        "indirect_total": RADIANCE,
-        "background_total": When("TRANSPARENT", RADIANCE),
+        "seen": RADIANCE,
+        "indirect_seen": RADIANCE,
+        "lost": When("TRANSPARENT", LOST),
+        "blur_seen": When("PHOTON_MAP", BLUR),
     }
     uniforms = {"background_alpha": When("TRANSPARENT", Uniform("float"))}
 

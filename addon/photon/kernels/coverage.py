@@ -8,6 +8,7 @@ from .records import (
     CUTS,
     HIT,
     NODE,
+    PIXEL,
     TILT,
     TRIANGLE,
 )
@@ -21,7 +22,7 @@ class Coverage(Kernel):
     stem = "coverage"
     records = (HIT,)
     structure = FILTER_DEFINES
-    inputs = {**POINT, "cuts": CUTS}
+    inputs = {"pixel": PIXEL, **POINT, "cuts": CUTS}
     outputs = {"coverage": COVERAGE, "tilt": TILT}
     uniforms = {
         "seed": Uniform("uint"),
@@ -29,7 +30,6 @@ class Coverage(Kernel):
         "first_probe": Uniform("uint"),
         "depth": Uniform("int"),
         "frame_size": Uniform("ivec2"),
-        "region_origin": Uniform("ivec2"),
     } | radius_field.UNIFORMS
     tables = {
         "nodes": Table(NODE),

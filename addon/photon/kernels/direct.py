@@ -12,6 +12,7 @@ from .records import (
     ILLUMINANCE,
     MATERIAL,
     NODE,
+    PIXEL,
     RADIANCE,
     RAY_DIRECTION,
     RAY_ORIGIN,
@@ -38,6 +39,7 @@ _STRUCTURE = (
     "VISIBILITY",
 )
 _INPUTS: Ports = {
+    "pixel": PIXEL,
     **POINT,
     "direction": RAY_DIRECTION,
     "chain": When("TRANSPARENT", CHAIN),
@@ -51,7 +53,6 @@ _UNIFORMS = {
     "light_count": Uniform("int"),
     "distant_lights": When("DRAWN", Uniform("int")),
     "frame_size": Uniform("ivec2"),
-    "region_origin": Uniform("ivec2"),
 }
 
 
@@ -106,7 +107,6 @@ class ShadowThrough(Kernel):
 
     stem = "shadow_through"
     structure = ("ILLUMINANCE", *PROGRAM_DEFINES)
-    records = (CHAIN,)
     uniforms = {"layer": Uniform("int"), "transparent_depth": Uniform("int")}
     inputs = {
         "shadow_origin": RAY_ORIGIN,
@@ -114,6 +114,7 @@ class ShadowThrough(Kernel):
         "shadow_hit": HIT,
         "unshadowed": RADIANCE,
         "unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
+        "chain": CHAIN,  # of the rays' points
     }
     outputs = {
         "next_origin": RAY_ORIGIN,
@@ -124,7 +125,6 @@ class ShadowThrough(Kernel):
     tables = {
         "triangles": Table(TRIANGLE),
         "materials": Table(MATERIAL),
-        "chain": Table(),  # of the points
         "corner_normals": When("PROGRAMS", Table(CORNER_NORMALS)),
         **PROGRAM_TABLES,
     }

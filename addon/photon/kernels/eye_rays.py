@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Uniform, When
-from .records import RAY_DIRECTION, RAY_ORIGIN
+from .records import PIXEL, RAY_DIRECTION, RAY_ORIGIN
 
 
 class EyeRays(Kernel):
@@ -8,7 +8,7 @@ class EyeRays(Kernel):
 
     stem = "eye_rays"
     structure = ("LENS",)
-    outputs = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION}
+    outputs = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "pixel": PIXEL}
     uniforms = {
         "camera": Uniform("mat4"),
         "camera_parameters": Uniform("vec4"),

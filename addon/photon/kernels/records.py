@@ -14,6 +14,9 @@ RAY_DIRECTION = Record(
 )  # unit; zero: no ray
 HIT = Record("Hit", {"t": "float", "triangle": "float", "u": "float", "v": "float"})  # number + 1
 FLUX = Record("Flux", {"flux": "vec3", "photon": "float"})  # [W], linear RGB, >= 0; its number
+PIXEL = Record("Pixel", {"at": "vec2"})  # of the frame, that a path is of
+# Where the path of a pixel is among those that are alive, + 1; 0: it has ended.
+ELEMENT = Record("Element", {"number": "float"})
 # Of a chain of secondary rays; the density with which a lobe sent its last one [1/sr], 0 for a
 # delta lobe.
 THROUGHPUT = Record("Throughput", {"throughput": "vec3", "density": "float"})
@@ -64,6 +67,8 @@ TILT = Record("Tilt", {"outer": "vec2", "inner": "vec2"})
 # Indirect light within the inner radius, and what the radius adds to it: means of the channels
 # [W/(m^2 sr)], uncorrected. Coverage's inner share, weighted as the light is.
 BLUR = Record("Blur", {"inner": "float", "inner_share": "float", "difference": "float"})
+# Of a pixel's background, by what a secondary ray met: how much less opaque it is.
+LOST = Record("Lost", {"share": "float"})
 SUM = Record("Sum", {"value": "vec4"})
 
 # Tables.

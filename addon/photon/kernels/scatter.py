@@ -1,6 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Uniform, When
-from .records import CHAIN, FACING, HIT, PLACE, RAY_DIRECTION, RAY_ORIGIN, SHADING, THROUGHPUT
+from .records import (
+    CHAIN,
+    FACING,
+    HIT,
+    PIXEL,
+    PLACE,
+    RAY_DIRECTION,
+    RAY_ORIGIN,
+    SHADING,
+    THROUGHPUT,
+)
 from .shade import GATHERED_LOBES, LOBES
 
 
@@ -10,6 +20,7 @@ class Scatter(Kernel):
     stem = "scatter"
     structure = ("LOBES", "TWO_LOBES", "TINTED", "WEIGHED", "TRANSPARENT", *GATHERED_LOBES)
     inputs = {
+        "pixel": PIXEL,
         "place": PLACE,
         "facing": FACING,
         "shading": SHADING,
@@ -32,5 +43,4 @@ class Scatter(Kernel):
         "chain_depth": When("TRANSPARENT", Uniform("int")),
         "transparent_depth": When("TRANSPARENT", Uniform("int")),
         "frame_size": Uniform("ivec2"),
-        "region_origin": Uniform("ivec2"),
     }

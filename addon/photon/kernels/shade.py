@@ -16,6 +16,7 @@ from .records import (
     LOBE,
     MATERIAL,
     MATERIAL_LOBE,
+    PIXEL,
     PLACE,
     RAY_DIRECTION,
     SHADING,
@@ -74,6 +75,7 @@ class Shade(Kernel):
         "FOOTPRINT",  # bumps are as fine as the eye sees
     )
     inputs = {
+        "pixel": When("EYE", PIXEL),
         "direction": RAY_DIRECTION,
         "hit": HIT,
         "flux": When("PHOTONS", FLUX),
@@ -86,7 +88,6 @@ class Shade(Kernel):
         "bounce": When("PHOTONS", Uniform("int")),
         "depth": When("EYE", Uniform("int")),
         "frame_size": When("EYE", Uniform("ivec2")),
-        "region_origin": When("EYE", Uniform("ivec2")),
         "eye": When("FOOTPRINT", Uniform("vec3")),
         "view_axis": When("FOOTPRINT", Uniform("vec3")),
         # At the eye, by how much wider it is a unit farther, and whether the film is flat.

@@ -144,6 +144,12 @@ class SceneNeeds:
         return ({"EMITTERS": 1} if self.emitters_seen else {}) | self.rays("camera")
 
     @cached_property
+    def combine_defines(self) -> Defines:
+        """What kernels are compiled with that put a picture together."""
+        found = {"PHOTON_MAP": 1} if self.photons else {}
+        return {**self.emitter_defines, **self.gather_defines, **self.transparent_defines, **found}
+
+    @cached_property
     def illuminance_defines(self) -> Defines:
         """What kernels are compiled with that tell illuminance, where it is asked for."""
         return {"ILLUMINANCE": 1} if self.illuminance else {}

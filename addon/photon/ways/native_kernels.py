@@ -123,7 +123,6 @@ class NativeCoverage(HostKernel):
         "seed",
         "depth",
         "frame_size",
-        "region_origin",
     )
 
     def __init__(self, device: Device, triangles: NativeTriangles, filter_name: str) -> None:
@@ -133,6 +132,7 @@ class NativeCoverage(HostKernel):
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """The shares, and how the filter is tilted."""
         return self._triangles.tracer.coverage(
+            inputs["pixel"],
             inputs["place"],
             inputs["facing"],
             inputs["shading"],

@@ -85,6 +85,11 @@ class Way:
         """Take what another one of this kind made of the same triangles."""
 
     @property
+    def shares_memory(self) -> bool:
+        """Whether streams are in the host's memory, which moves elements as well as the device."""
+        return self.device.is_software
+
+    @property
     def reads_tree(self) -> bool:
         """Whether kernels read the tree's table."""
         return True
@@ -207,6 +212,11 @@ class NativeWay(Way):
     def share(self, other: Way) -> None:
         assert isinstance(other, NativeWay)
         self.triangles = other.triangles
+
+    @property
+    def shares_memory(self) -> bool:
+        """Whether streams are in the host's memory, which moves elements as well as the device."""
+        return self.device.is_software
 
     @property
     def reads_tree(self) -> bool:

@@ -161,18 +161,19 @@ impl Tracer {
 
     /// Estimate the share of a filter that lies on each visible point's own surface and is not cut off.
     ///
-    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point), facing (normal),
-    /// shading (unused, leaf position of the triangle), cuts, diffuse (albedo, flags; 0: not of interest);
-    /// radii, of which each is multiplied by radius_scale; filter (constant, cone,
-    /// gaussian, epanechnikov); probes a point, and how many were sent before; what random numbers
-    /// depend on: seed, depth, and of a pixel frame_size and region_origin (x, y).
+    /// Takes streams float32[H, W, 4]: pixel (column and row in the frame), place (position,
+    /// surface + 1; 0: no point), facing (normal), shading (unused, leaf position of the triangle), cuts,
+    /// diffuse (albedo, flags; 0: not of interest); radii, of which each is multiplied by radius_scale;
+    /// filter (constant, cone, gaussian, epanechnikov); probes a point, and how many were sent before; what
+    /// random numbers depend on besides the pixel: seed, depth, frame_size.
     /// Returns two float32[H, W, 4]: the filter's share, the inner filter's, and what scales either; how they
     /// are tilted.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (place, facing, shading, cuts, diffuse, radii, *, radius_scale, filter, probes, first_probe, seed, depth, frame_size, region_origin))]
+    #[pyo3(signature = (pixel, place, facing, shading, cuts, diffuse, radii, *, radius_scale, filter, probes, first_probe, seed, depth, frame_size))]
     fn coverage<'py>(
         &self,
         py: Python<'py>,
+        pixel: &Bound<'py, PyAny>,
         place: &Bound<'py, PyAny>,
         facing: &Bound<'py, PyAny>,
         shading: &Bound<'py, PyAny>,
@@ -186,16 +187,16 @@ impl Tracer {
         seed: u32,
         depth: u32,
         frame_size: (usize, usize),
-        region_origin: (usize, usize),
     ) -> PyResult<(Stream<'py>, Stream<'py>)> {
         let named = [
+            ("pixel", pixel),
             ("place", place),
             ("facing", facing),
             ("shading", shading),
             ("cuts", cuts),
             ("diffuse", diffuse),
         ];
-        let [place, facing, shading, cuts, diffuse] = streams(named)?;
+        let [pixel, place, facing, shading, cuts, diffuse] = streams(named)?;
         let probes = coverage::Probes {
             count: probes,
             radius_scale,
@@ -203,14 +204,13 @@ impl Tracer {
             first: first_probe,
             seed,
             depth,
-            region_width: place.shape()[1],
             frame_width: frame_size.0,
-            region_origin: [region_origin.0, region_origin.1],
         };
         let mut shares = None;
         let tilts = new_stream(py, &place, |tilts| {
             shares = Some(new_stream(py, &place, |out| {
                 let points = coverage::Points {
+                    pixels: rows(&pixel)?,
                     places: rows(&place)?,
                     facings: rows(&facing)?,
                     shadings: rows(&shading)?,

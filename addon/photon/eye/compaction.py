@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rays that are alive, moved to the front of smaller streams.
+
+Where OpenGL is software a kernel takes as long for an element that is skipped as for any other, and
+of the rays that lobes send on few are alive after a bounce or two.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...streams import Stream
+from ..kernels.records import ELEMENT
+from .path import Path, PathStreams
+
+
+class Compaction:
+    """Halves the streams of paths as often as what is alive fits."""
+
+    def __init__(self, whole: PathStreams) -> None:
+        """`whole`: of a region's size."""
+        self._whole = whole
+        self._smaller: dict[int, PathStreams] = {}  # by rows
+        self._element = Stream(whole.device, ELEMENT, whole.size)
+
+    def compact(self, path: Path, alive: int) -> None:
+        """Let a path, of whose rays so many are alive, be in streams of half the size or less."""
+        width, height = path.at.size
+        rows = height
+        while rows > 1 and alive <= width * (rows // 2):
+            rows //= 2
+        if rows == height or not alive:
+            return
+        if rows not in self._smaller:
+            self._smaller[rows] = self._whole.of_size((width, rows))
+        rays, to = path.at.rays(), self._smaller[rows]
+        there = np.flatnonzero(rays["direction"].front.elements().any(axis=1))
+        for name, pair in to.rays().items():
+            pair.front.take(rays[name].front.elements()[there])
+        to.ones["pixel"].take(path.at.ones["pixel"].elements()[there])
+        path.pixels = there if path.pixels is None else path.pixels[there]
+        columns, lines = self._whole.size
+        number = np.zeros((columns * lines, 4), np.float32)
+        number[path.pixels, 0] = np.arange(1, len(there) + 1)
+        self._element.upload(number.reshape(lines, columns, 4))
+        path.at, path.element = to, self._element
+
+    def release(self) -> None:
+        """Put the streams back."""
+        self._element.release()
+        for streams in self._smaller.values():
+            streams.release()

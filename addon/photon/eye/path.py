@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A path from the eye, and the streams that hold it and what is found where its rays end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...streams import TEXEL, Count, Device, PingPong, Stream
+from ...streams.declaration import present
+from ..kernels.records import (
+    CHAIN,
+    COVERAGE,
+    CUTS,
+    HIT,
+    ILLUMINANCE,
+    IRRADIANCE,
+    PIXEL,
+    RADIANCE,
+    RAY_DIRECTION,
+    RAY_ORIGIN,
+    THROUGHPUT,
+    TILT,
+)
+from ..kernels.shade import GLOSSY, LOBES, POINT
+from ..photons.splats import View
+from ..settings import Region
+from ..stage.needs import SceneNeeds
+
+# What a secondary ray takes with it.
+RAY = ("origin", "direction", "throughput", "chain")
+
+
+class PathStreams:
+    """Those that a scene has a use for, of one size; made at once, for the first pass to find."""
+
+    def __init__(
+        self, device: Device, needs: SceneNeeds, probes: bool, size: tuple[int, int]
+    ) -> None:
+        """`probes`: whether the coverage of points is estimated."""
+        self.device, self.size = device, size
+        self._needs, self._probes = needs, probes
+        ones = {"hit": HIT, **present({**POINT, **LOBES, **GLOSSY}, needs.eye_defines)}
+        ones |= {"pixel": PIXEL, "irradiance": IRRADIANCE, "zeros": TEXEL}
+        if needs.emitters_seen:
+            ones |= {"emitted": RADIANCE, "environment": RADIANCE}
+        if needs.glows_by_programs:
+            ones["glow"] = RADIANCE
+        twos = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "direct": RADIANCE}
+        if needs.photons:
+            ones |= {"cuts": CUTS, "coverage": COVERAGE, "tilt": TILT}
+        if needs.illuminance:
+            twos["illuminance"] = ILLUMINANCE
+        if needs.secondary_rays:
+            twos["throughput"] = THROUGHPUT
+        if needs.transparent:
+            ones["first_chain"] = twos["chain"] = CHAIN
+        self.ones = {name: Stream(device, record, size) for name, record in ones.items()}
+        self.pairs = {name: PingPong(device, record, size) for name, record in twos.items()}
+        self.unit = Stream(device, THROUGHPUT, size)
+        self.unit_coverage = Stream(device, COVERAGE, size)
+
+    def prepare(self) -> None:
+        """Fill those that something is read from before it is written."""
+        for stream in self.ones.values():
+            stream.clear()
+        ones = [self.unit, self.unit_coverage]
+        if "coverage" in self.ones and not self._probes:
+            ones.append(self.ones["coverage"])  # which gathering reads
+        for stream in ones:
+            stream.fill(1.0)
+
+    def of_size(self, size: tuple[int, int]) -> PathStreams:
+        """The same of another size, prepared."""
+        made = PathStreams(self.device, self._needs, self._probes, size)
+        made.prepare()
+        return made
+
+    def rays(self) -> dict[str, PingPong]:
+        """What secondary rays are written to, and read from."""
+        return {name: self.pairs[name] for name in RAY if name in self.pairs}
+
+    def release(self) -> None:
+        """Put all back."""
+        for stream in (*self.ones.values(), self.unit, self.unit_coverage):
+            stream.release()
+        for pair in self.pairs.values():
+            pair.release()
+
+
+@dataclass
+class Path:
+    """The eye rays of a region, or the secondary rays that they became."""
+
+    index: int  # of the pass
+    region: Region
+    depth: int
+    at: PathStreams  # what holds it
+    throughput: Stream
+    chain: Stream | None  # if there are transparent surfaces
+    view: View | None  # of eye rays
+    count: Count | None  # of the rays that are alive; None: they are taken to be
+    ended: dict[Region, int]  # at which depth all had in a region
+    element: Stream | None = None  # where in the streams each pixel's is; None: at its place
+    pixels: NDArray[np.int64] | None = None  # of the region, that elements are of; None: all
+    is_shaded: bool = False
+    direct: dict[str, Stream] | None = None  # light, once it is known
+
+    @property
+    def alive(self) -> bool:
+        """Whether any ray is; waits for the device, if it was asked."""
+        if self.count is None or self.count.wait() > 0:
+            return True
+        self.ended[self.region] = self.depth - 1
+        return False

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from ...streams import Kernel, Table, When
+from .records import BLUR, ELEMENT, LOST, RADIANCE
+
+
+class AddChain(Kernel):
+    """Add what secondary rays see to their pixels' images, wherever the rays have MOVED."""
+
+    stem = "add_chain"
+    structure = ("PHOTON_MAP", "TRANSPARENT", "MOVED")
+    records = (LOST,)
+    inputs = {
+        "element": When("MOVED", ELEMENT),
+        "sum": RADIANCE,
+        "indirect_sum": RADIANCE,
+        "blur_sum": When("PHOTON_MAP", BLUR),
+        "background_sum": When("TRANSPARENT", RADIANCE),
+    }
+    outputs = {
+        "total": RADIANCE,
+        "indirect_total": RADIANCE,
+        "blur_total": When("PHOTON_MAP", BLUR),
+        "background_total": When("TRANSPARENT", RADIANCE),
+    }
+    tables = {
+        "seen": Table(),
+        "indirect_seen": Table(),
+        "blur_seen": When("PHOTON_MAP", Table()),
+        "lost": When("TRANSPARENT", Table()),
+    }

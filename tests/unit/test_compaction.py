@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rays that are alive move to smaller streams, and no bit of a picture changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.photon.eye.compaction import Compaction
+from addon.photon.eye.path import Path
+from addon.photon.prepare import prepare
+from addon.photon.scene import Lobe, Material, Scene, phong, point_light
+from addon.photon.settings import Settings
+from addon.streams import Device
+from tests.scenes import Builder, camera, cornell
+
+SETTINGS = Settings(40, 24, photons=3000, passes=3, mirror_depth=6, illuminance=True)
+
+
+def shiny() -> Scene:
+    """A room in which few rays are sent on, in front of a sheet through which some go straight."""
+    scene = cornell(True)
+    walls = [
+        replace(m, lobes=(*m.lobes, phong((0.05,) * 3), phong((0.1,) * 3, 9.0)))
+        for m in scene.materials
+    ]
+    return replace(scene, materials=tuple(walls))
+
+
+def veiled() -> Scene:
+    """A room that shines a little, its lamp above three sheets."""
+    colour = (0.4, 0.3, 0.2)
+    sheet = Material("sheet", (0.2,) * 3, (Lobe("transparent", colour), phong((0.05,) * 3)))
+    wall = Material("wall", (0.6,) * 3, (phong((0.05,) * 3), phong((0.1,) * 3, 9.0)))
+    built = Builder().box((-1, -1, 0), (1, 1, 2), 0, "room")
+    for z in (0.6, 0.9, 1.2):
+        built.quad((-0.5, -0.5, z), (0.5, -0.5, z), (0.5, 0.5, z), (-0.5, 0.5, z), 1)
+    lamp = point_light("lamp", (0.1, 0.2, 1.8), (20.0,) * 3, radius=0.1)
+    return built.scene(camera((-0.9, -0.9, 1.5), (0.3, 0.3, 0.5), 70), (lamp,), (wall, sheet))
+
+
+def pictures(device: Device, scene: Scene, layer: Any) -> dict[str, Any]:
+    renderer = prepare(scene, replace(SETTINGS, layer=layer), device)
+    for _ in range(SETTINGS.passes):
+        renderer.render_pass()
+    images = renderer.images()
+    renderer.release()
+    return images
+
+
+@pytest.mark.parametrize("layer", ["native", "fragment", "compute"])
+@pytest.mark.parametrize("scene", [shiny, veiled])
+def test_no_bit_changes(
+    device: Device, monkeypatch: pytest.MonkeyPatch, scene: Any, layer: str
+) -> None:
+    if not device.is_software:
+        pytest.skip("streams are not in the host's memory")
+    sizes: list[tuple[int, int]] = []
+    compact = Compaction.compact
+
+    def noted(self: Compaction, path: Path, alive: int) -> None:
+        compact(self, path, alive)
+        sizes.append(path.at.size)
+
+    monkeypatch.setattr(Compaction, "compact", noted)
+    moved = pictures(device, scene(), layer)
+    assert {(40, 24), (40, 1)} < {*sizes}
+    monkeypatch.setattr(Compaction, "compact", lambda *_: None)
+    stayed = pictures(device, scene(), layer)
+    assert moved["Mirror"].max() > 0.0
+    for name, image in moved.items():
+        np.testing.assert_array_equal(image, stayed[name], err_msg=name)
