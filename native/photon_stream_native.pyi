@@ -111,6 +111,7 @@ class PhotonMap:
         radii: RadiusField,
         radius_scale: float,
         filter: str,
+        bent: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None,
     ) -> NDArray[np.float32]: ...
     def gather_gloss(
         self,
@@ -125,6 +126,22 @@ class PhotonMap:
         radii: RadiusField,
         radius_scale: float,
         filter: str,
+        bent: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
+    def gather_microfacets(
+        self,
+        place: NDArray[np.float32],
+        facing: NDArray[np.float32],
+        cuts: NDArray[np.float32],
+        coverage: NDArray[np.float32],
+        tilt: NDArray[np.float32],
+        gathered: NDArray[np.float32],
+        direction: NDArray[np.float32],
+        lobes: Sequence[NDArray[np.float32]],
+        radii: RadiusField,
+        radius_scale: float,
+        filter: str,
+        bent: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
 
 def aim_tree(

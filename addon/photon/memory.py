@@ -19,7 +19,7 @@ import numpy as np
 from ..streams import TABLE_WIDTH
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film.strips import strips_of
-from .photons.native_photon_mapper import knows_lobes
+from .photons.native_photon_mapper import knows_lobes, knows_microfacets
 from .photons.photon_mapper import pilot_photons
 from .scene import Scene
 from .settings import Settings
@@ -32,6 +32,7 @@ from .ways.way import Way
 
 # A pixel's on the host: the images and the squared errors of its parts while a picture is made;
 # and the images twice more, the last preview's in shared memory and what was asked for of them.
+PLAIN_LOBES = 2  # textures that say what Phong's lobes are
 PICTURE = 96 + 40 + 2 * 96
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
@@ -168,8 +169,9 @@ class Budget:
             count += 2 * (settings.estimator == "splat")  # reach, and a part of the splats
             if self._has_chains or settings.estimator != "splat":
                 kinds = {lobe.kind for m in self._materials for lobe in m.lobes if lobe.reflects}
-                known = knows_lobes(self._lobes, kinds)
-                count += sizes.gather_textures(self._gathers_lobes, known)
+                known = 3 * self._lobes * knows_microfacets(kinds)
+                native = PLAIN_LOBES if knows_lobes(self._lobes, kinds) else known
+                count += sizes.gather_textures(self._gathers_lobes, native)
         return count
 
     @cached_property

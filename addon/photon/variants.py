@@ -13,6 +13,7 @@ from ..streams.draw import AddPart
 from .film.film import Accumulate, AccumulateBatches, AccumulateTwo
 from .kernels.absorb import Absorb
 from .kernels.add_chain import AddChain
+from .kernels.bent_base import BentBase
 from .kernels.combine import CombineAll, CombineMirror, CombinePrimary
 from .kernels.coverage import Coverage
 from .kernels.cuts import Cuts
@@ -24,6 +25,7 @@ from .kernels.gather_radius import GatherRadius
 from .kernels.generator import Generator
 from .kernels.glow import Glow
 from .kernels.plain_lobe import PlainLobe
+from .kernels.plain_microfacets import PlainMicrofacets
 from .kernels.projector import Projector
 from .kernels.reflector import Reflector
 from .kernels.scatter import Scatter
@@ -57,6 +59,7 @@ PLAIN: tuple[type[Kernel], ...] = (
     GatherRadius,
     AddPart,
     Absorb,
+    BentBase,
 )
 COMPUTE = (
     "scan_blocks",
@@ -240,6 +243,7 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
     if scene.gathered_lobes:
         yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
         yield PlainLobe, scene.gather_defines, scene.made
+        yield PlainMicrofacets, scene.gather_defines, scene.made
     for kernel in (CombinePrimary, CombineMirror):
         for emitters in ({}, scene.emitter_defines):
             for more in ({}, scene.transparent_defines):

@@ -44,3 +44,9 @@ vec3 passed_coat(Lobe lobe, Shape shape, float cosine) {
     float passed = 1.0 - largest(albedo_coat(lobe, shape, cosine));
     return clamp(passed, 0.0, 1.0) * max(mix(vec3(1.0), tint, cover), vec3(0.0));
 }
+
+Microfacets microfacets_coat(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer) {
+    Microfacets found = microfacets_of(coat_of(shape), vec2(shape.parameters.x, 0.0), normal, to_viewer);
+    found.scale *= shape.parameters.z;
+    return found;
+}

@@ -47,3 +47,8 @@ vec3 exchanged_ggx(Lobe lobe, Shape shape, float from, float to) {
 Shape turned_ggx(Lobe lobe, Shape shape, float angle) {
     return Shape(vec3(turned_ggx_shape(shape.parameters.xy, angle), shape.parameters.z), shape.weight);
 }
+
+Microfacets microfacets_ggx(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer) {
+    mat3 frame;
+    return microfacets_of(ggx_of(lobe, shape, normal, frame), shape.parameters.xy, normal, to_viewer);
+}

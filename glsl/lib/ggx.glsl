@@ -7,6 +7,7 @@
 // exchanged_ggx.
 #include "lib/sampling.glsl"
 #include "lib/ggx_energy.glsl"
+#include "lib/microfacets.glsl"
 
 const int GGX_CONSTANT = 0;    // F = f0: Glossy BSDF
 const int GGX_METAL = 1;       // F82 tint (Kutz, Hasan & Edmondson 2021)
@@ -172,6 +173,15 @@ vec3 sample_microfacets(Ggx m, mat3 frame, vec3 to_viewer, vec2 u, out vec3 weig
 // What f changes by when its directions change places: f(to, from) / f(from, to), by their cosines.
 vec3 exchanged_ggx(Ggx m, float from, float to) {
     return compensation_ggx(m, max(GGX_HORIZON, to)) / compensation_ggx(m, max(GGX_HORIZON, from));
+}
+
+// For who evaluates it elsewhere, with numbers of pack_ggx_shape.
+Microfacets microfacets_of(Ggx m, vec2 shape, vec3 normal, vec3 to_viewer) {
+    vec3 scale = compensation_ggx(m, clamp(dot(to_viewer, normal), GGX_HORIZON, 1.0));
+    vec3 dip = m.kind == GGX_METAL ? f82_b(m.f0, m.tint) : vec3(0.0);
+    // A curve of index 1 stays at f0.
+    float ior = m.kind == GGX_METAL ? 0.0 : (m.kind == GGX_DIELECTRIC ? m.ior : 1.0);
+    return Microfacets(scale, shape.x, m.f0, ior, dip, shape.y);
 }
 
 // ---- The stream's three numbers

@@ -4,6 +4,7 @@
 #include "lib/colour.glsl"
 #include "lib/lobe_weight.glsl"
 #include "lib/sampling.glsl"
+#include "lib/microfacets.glsl"
 #include "made/bsdf.glsl"
 
 // The normal of a point's lobes: the shading normal, turned towards the geometric one until the viewer's mirror

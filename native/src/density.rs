@@ -4,10 +4,12 @@
 use rayon::prelude::*;
 
 use crate::InvalidInput;
+use crate::bent::Bent;
 use crate::cuts::Cuts;
 use crate::filter::{Filter, INNER_AREA, SAME_ORIENTATION};
 use crate::gloss::Gloss;
 use crate::lanes::{COUNTING, Lanes, Row, WIDTH, widest};
+use crate::microfacets::Microfacets;
 use crate::packing::{direction_with_flux, unpack_direction};
 use crate::photons::{self, Grid};
 use crate::radius::RadiusField;
@@ -43,14 +45,49 @@ pub struct Points<'a> {
     pub cuts: &'a [[f32; 4]],
     pub coverages: &'a [[f32; 4]],
     pub tilts: &'a [[f32; 4]],
+    /// Shading and Base (layouts.rs), where normals are bent.
+    pub bent: Option<[&'a [[f32; 4]]; 2]>,
 }
 
-/// Their lobes as streams of Gathered, PlainLobe and PlainPeak (layouts.rs).
+/// Their lobes as streams of records (layouts.rs).
 #[derive(Clone, Copy)]
-pub struct Lobes<'a> {
-    pub gathered: &'a [[f32; 4]],
-    pub lobes: &'a [[f32; 4]],
-    pub peaks: &'a [[f32; 4]],
+pub enum Lobes<'a> {
+    /// Gathered, PlainLobe and PlainPeak.
+    Phong([&'a [[f32; 4]]; 3]),
+    /// Gathered, RayDirection, and of each of two lobes Scaled, Based and Dipped.
+    Microfacets([&'a [[f32; 4]]; 8]),
+}
+
+/// What gathers photons at a point besides Lambert's lobe.
+enum Gatherer {
+    Phong(Gloss),
+    Microfacets(Microfacets),
+}
+
+impl Gatherer {
+    /// None: nothing is gathered.
+    fn of(lobes: &Lobes, at: usize, geometric: [f32; 3]) -> Option<Gatherer> {
+        match lobes {
+            Lobes::Phong(streams) => {
+                let [gathered, lobe, peak] = streams.map(|stream| stream[at]);
+                Gloss::of(gathered, lobe, peak, geometric).map(Gatherer::Phong)
+            }
+            Lobes::Microfacets(streams) => {
+                let [gathered, [x, y, z, _], a, b, c, d, e, f] = streams.map(|stream| stream[at]);
+                let records = [[a, b, c], [d, e, f]];
+                Microfacets::of(gathered, &records, [-x, -y, -z], geometric).map(Gatherer::Microfacets)
+            }
+        }
+    }
+
+    /// The BSDF [1/sr] for light along unit vectors.
+    #[inline(always)]
+    fn value<L: Lanes>(&self, to_light: [L; 3]) -> [L; 3] {
+        match self {
+            Gatherer::Phong(gloss) => gloss.value(to_light),
+            Gatherer::Microfacets(lobes) => lobes.value(to_light),
+        }
+    }
 }
 
 /// How far points look, and how much photons count for them.
@@ -173,6 +210,8 @@ struct Point {
     radius: f32,
     /// The first and last cell along each axis in which its photons may be.
     cells: [(usize, usize); 3],
+    /// Its normal, if it is not the surface's.
+    bent: Option<Bent>,
 }
 
 /// Two cuts or tilts as vectors of the space about a normal.
@@ -188,13 +227,13 @@ fn dot<L: Lanes>(a: [L; 3], b: [L; 3]) -> L {
 
 /// Over the photons about a point, the filter times flux, and the inner filter times the channels' sum, but
 /// for constants. The filter is a constant where this is called: to ask for it at each group of photons takes
-/// longer. So is whether there is a lobe, for which the other four are the same but for its peak's channels.
+/// longer. So is whether there are other lobes, for which the other four are the same.
 #[inline(always)]
 fn sums_about<L: Lanes>(
     map: &PhotonMap,
     point: &Point,
     filter: Filter,
-    gloss: Option<&Gloss>,
+    gloss: Option<&Gatherer>,
 ) -> [[f32; 4]; 2] {
     let is_cut = point.cuts != [0.0; 4];
     let [in_x, in_y, in_z] = point.cells;
@@ -208,7 +247,6 @@ fn sums_about<L: Lanes>(
     let (none, one) = (L::splat(0.0), L::splat(1.0));
     let (mut red, mut green, mut blue, mut inner) = (none, none, none, none);
     let mut sent = [none; 4];
-    let peak = L::splat3(gloss.map_or([0.0; 3], Gloss::peak));
     for row_z in in_z.0..=in_z.1 {
         for row_y in in_y.0..=in_y.1 {
             let row = (row_z * map.grid.cells[1] + row_y) * map.grid.cells[0];
@@ -250,22 +288,27 @@ fn sums_about<L: Lanes>(
                     if is_cut {
                         weight = weight * (one + dot(offset, tilt));
                     }
-                    r = r + flux[0] * weight;
-                    g = g + flux[1] * weight;
-                    b = b + flux[2] * weight;
+                    let mut kept = one;
+                    if let Some(bent) = &point.bent {
+                        kept = bent.share(L::load3(&map.directions[number / WIDTH]));
+                    }
+                    let diffuse = weight * kept;
+                    r = r + flux[0] * diffuse;
+                    g = g + flux[1] * diffuse;
+                    b = b + flux[2] * diffuse;
                     let inside = near & x2.less_equal(L::splat(INNER_AREA));
                     let mut inner_weight = filter.shapes(x2 * L::splat(1.0 / INNER_AREA)).keep(inside);
                     if is_cut {
                         inner_weight = inner_weight * (one + dot(offset, inner_tilt));
                     }
-                    i = i + (flux[0] + flux[1] + flux[2]) * inner_weight;
+                    i = i + (flux[0] + flux[1] + flux[2]) * (inner_weight * kept);
                     if let Some(gloss) = gloss {
-                        let value = gloss.eval(L::load3(&map.directions[number / WIDTH]));
-                        let weight = weight * value;
-                        on[0] = on[0] + flux[0] * weight;
-                        on[1] = on[1] + flux[1] * weight;
-                        on[2] = on[2] + flux[2] * weight;
-                        on[3] = on[3] + dot(flux, peak) * (inner_weight * value);
+                        let value = gloss.value(L::load3(&map.directions[number / WIDTH]));
+                        let [r, g, b] = [flux[0] * value[0], flux[1] * value[1], flux[2] * value[2]];
+                        on[0] = on[0] + r * weight;
+                        on[1] = on[1] + g * weight;
+                        on[2] = on[2] + b * weight;
+                        on[3] = on[3] + (r + g + b) * inner_weight;
                     }
                 }
                 (red, green, blue, inner) = (red + r, green + g, blue + b, inner + i);
@@ -309,6 +352,7 @@ fn point_at(map: &PhotonMap, points: &Points, discs: &Discs, at: usize) -> Optio
         scales: [scale, inner_scale],
         radius,
         cells,
+        bent: points.bent.and_then(|[shading, base]| Bent::of(shading[at], base[at], normal)),
     })
 }
 
@@ -317,7 +361,7 @@ fn sums_by_filter<L: Lanes>(
     map: &PhotonMap,
     point: &Point,
     filter: Filter,
-    gloss: Option<&Gloss>,
+    gloss: Option<&Gatherer>,
 ) -> [[f32; 4]; 2] {
     match filter {
         Filter::Constant => sums_about::<L>(map, point, Filter::Constant, gloss),
@@ -327,11 +371,10 @@ fn sums_by_filter<L: Lanes>(
     }
 }
 
-/// Sums times what they lack: the filter's peak, and a channel's factor.
+/// Sums times what they lack: the filter's peak.
 #[inline(always)]
-fn scaled(sums: [f32; 4], peak: f32, channels: [f32; 3]) -> [f32; 4] {
-    let inner = sums[3] * (peak / INNER_AREA / 3.0);
-    [sums[0] * peak * channels[0], sums[1] * peak * channels[1], sums[2] * peak * channels[2], inner]
+fn scaled([red, green, blue, inner]: [f32; 4], peak: f32) -> [f32; 4] {
+    [red * peak, green * peak, blue * peak, inner * (peak / INNER_AREA / 3.0)]
 }
 
 widest! {
@@ -340,7 +383,7 @@ widest! {
             *out = [0.0; 4];
             let Some(point) = point_at(map, points, discs, first + i) else { continue };
             let [sums, _] = sums_by_filter::<L>(map, &point, discs.filter, None);
-            *out = scaled(sums, discs.filter.peak(point.radius * point.radius), [1.0; 3]);
+            *out = scaled(sums, discs.filter.peak(point.radius * point.radius));
         }
     }
 }
@@ -360,14 +403,13 @@ widest! {
             let at = first + i;
             let Some(point) = point_at(map, points, discs, at) else { continue };
             let peak = discs.filter.peak(point.radius * point.radius);
-            let lobe = Gloss::of(lobes.gathered[at], lobes.lobes[at], lobes.peaks[at], point.normal);
-            if let Some(lobe) = lobe {
-                let [sums, of_lobe] = sums_by_filter::<L>(map, &point, discs.filter, Some(&lobe));
-                *out = scaled(sums, peak, [1.0; 3]);
-                *sent = scaled(of_lobe, peak, lobe.peak());
+            if let Some(lobes) = Gatherer::of(lobes, at, point.normal) {
+                let [sums, of_lobes] = sums_by_filter::<L>(map, &point, discs.filter, Some(&lobes));
+                *out = scaled(sums, peak);
+                *sent = scaled(of_lobes, peak);
             } else {
                 let [sums, _] = sums_by_filter::<L>(map, &point, discs.filter, None);
-                *out = scaled(sums, peak, [1.0; 3]);
+                *out = scaled(sums, peak);
             }
         }
     }

@@ -4,7 +4,7 @@
 use crate::lanes::Lanes;
 
 /// By how much light from the grazing side of a smooth normal is brighter than the flux that fell, at most.
-const MOST_BRIGHTER: f32 = 4.0;
+pub(crate) const MOST_BRIGHTER: f32 = 4.0;
 /// Steps of an exponent, a power of two: by as many roots less one a photon's cosine is raised to a fraction.
 const STEPS: u32 = 64;
 const LEAST: f32 = 1.0e-12; // of what counts: smaller powers might take the processor's slow way to 0
@@ -40,21 +40,19 @@ impl Gloss {
         })
     }
 
-    pub(crate) fn peak(&self) -> [f32; 3] {
-        self.peak
-    }
-
-    /// The lobe over its peak, and what light along these unit vectors is brighter for its cosine with the
+    /// The BSDF [1/sr] for light along these unit vectors, by how much brighter it is for its cosine with the
     /// smooth normal.
     #[inline(always)]
-    pub(crate) fn eval<L: Lanes>(&self, to_light: [L; 3]) -> L {
+    pub(crate) fn value<L: Lanes>(&self, to_light: [L; 3]) -> [L; 3] {
         let zero = L::splat(0.0);
         let cosine = dot(to_light, self.normal);
         let fell = dot(to_light, self.geometric);
         let with_mirrored = dot(to_light, self.mirrored);
         let seen = zero.less(cosine) & zero.less(fell) & L::splat(self.least_cosine).less(with_mirrored);
         let brighter = (cosine / fell).min(L::splat(MOST_BRIGHTER));
-        (self.power(with_mirrored.max(zero)) * brighter).keep(seen)
+        let value = (self.power(with_mirrored.max(zero)) * brighter).keep(seen);
+        let [red, green, blue] = L::splat3(self.peak);
+        [value * red, value * green, value * blue]
     }
 
     /// x to the exponent: squares for its whole part, roots for the rest.
@@ -85,7 +83,7 @@ impl Gloss {
 }
 
 #[inline(always)]
-fn dot<L: Lanes>(a: [L; 3], b: [f32; 3]) -> L {
+pub(crate) fn dot<L: Lanes>(a: [L; 3], b: [f32; 3]) -> L {
     a[0] * L::splat(b[0]) + a[1] * L::splat(b[1]) + a[2] * L::splat(b[2])
 }
 

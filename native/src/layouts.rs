@@ -3,7 +3,7 @@
 //! addon/photon/kernels/records.py declares them: whoever imports the core compares the two.
 
 /// Records by name, and their fields in order.
-pub const LAYOUTS: [(&str, &str); 21] = [
+pub const LAYOUTS: [(&str, &str); 25] = [
     ("RayOrigin", "vec3 position; float source"),
     ("RayDirection", "vec3 direction; float t_max"),
     ("Hit", "float t; float triangle; float u; float v"),
@@ -27,6 +27,10 @@ pub const LAYOUTS: [(&str, &str); 21] = [
     ("Gathered", "vec3 normal; float albedo"),
     ("PlainLobe", "vec3 mirrored; float exponent"),
     ("PlainPeak", "vec3 peak"),
+    ("Scaled", "vec3 scale; float alpha"),
+    ("Based", "vec3 f0; float ior"),
+    ("Base", "vec3 normal; float is_bent"),
+    ("Dipped", "vec3 dip; float shape"),
     (
         "PlainLight",
         "vec3 position; float radius; vec3 axis; float outer; vec3 power; float inner; float chosen; float cdf",

@@ -8,6 +8,7 @@
 //! sees them through the module `python` (cargo feature `python`).
 
 pub mod aim;
+mod bent;
 mod bounds;
 pub mod brute_force;
 pub mod bvh;
@@ -19,6 +20,7 @@ pub mod filter;
 mod gloss;
 mod lanes;
 pub mod layouts;
+mod microfacets;
 mod packing;
 pub mod paths;
 pub mod photons;

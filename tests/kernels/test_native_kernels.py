@@ -14,11 +14,13 @@ from addon.photon.kernels.records import HIT, RAY_DIRECTION, RAY_ORIGIN
 from addon.photon.kernels.tracer import Tracer
 from addon.photon.photons.native_photon_mapper import _lights, _materials
 from addon.photon.prepare import prepare
+from addon.photon.scene import Instruction, Lobe, Material, Result
 from addon.photon.settings import Filter, Settings
 from addon.photon.stage.geometry import Mesh, frame_of
 from addon.photon.stage.light_tables import choose_lights, light_table
 from addon.photon.stage.upload import texels_of, upload_table
 from addon.photon.ways.native_kernels import NativeTracer, NativeTriangles, tracer_of
+from addon.photon.ways.native_photon_grid import NativePhotonGrid
 from addon.streams import Device, Stream, StreamError
 from tests.measure import render
 from tests.scenes import cornell
@@ -145,6 +147,46 @@ def test_gather_and_coverage(device: Device, name: str) -> None:
         differ = np.abs(a - b) > 1e-3 * np.maximum(a, a.mean())
         assert differ.mean() < (0.02 if name in ("constant", "gaussian") else 0.005), image
         assert abs(b.mean() / a.mean() - 1) < 1e-3, image
+
+
+LONG = {"alpha_x": 0.6, "alpha_y": 0.35, "turn": 0.7, "compensated": 1.0}
+ROUND = {"alpha_x": 0.3, "alpha_y": 0.3, "turn": 0.0, "compensated": 0.0}
+LOBES = (
+    (Lobe("ggx", (0.4, 0.5, 0.6), LONG),),
+    (
+        Lobe("coat", (0.9, 0.8, 0.7), {"alpha": 0.4, "ior": 1.4, "cover": 0.8}),
+        Lobe("ggx_dielectric", (0.05,) * 3, {**ROUND, "ior": 1.6}, covered=(0.2,) * 3),
+    ),
+    (
+        Lobe("ggx_metal", (0.9, 0.6, 0.2), {**LONG, "tint": (0.8, 0.9, 0.5)}),
+        Lobe("ggx", (0.1,) * 3, ROUND),
+    ),
+)
+TURNED = Instruction(
+    "normal_map", ((0.8, 0.4, 0.9, 1.0), *[(0.0,) * 4] * 2, (0.4,) * 4, (2.0, 0.0, 0.0, 0.0))
+)
+
+
+@pytest.mark.parametrize("bent", [False, True])
+@pytest.mark.parametrize("lobes", [(), *LOBES], ids=len)
+def test_gather_with_lobes(device: Device, lobes: tuple[Lobe, ...], bent: bool) -> None:
+    """By microfacets, also of which some rays are sent, and about normals that nodes bend."""
+    program = {"program": (TURNED,), "varying": {"normal": Result(0)}} if bent else {}
+    white = Material("white", (0.3,) * 3, lobes, **program)
+    scene = replace(cornell(), materials=(white, *cornell().materials[1:]))
+    settings: dict[str, Any] = {"width": 48, "height": 48, "radius": 0.8, "passes": 2}
+    found = []
+    for layer in ("fragment", "native"):
+        renderer = prepare(scene, Settings(**settings, photons=20000, layer=layer), device)
+        grid = renderer.photons and renderer.photons.grid
+        assert isinstance(grid, NativePhotonGrid) == (layer == "native")
+        for _ in range(2):
+            renderer.render_pass()
+        found.append(renderer.images())
+        renderer.release()
+    glsl, ours = (images["Indirect"] + images["Mirror"] for images in found)
+    differ = np.abs(glsl - ours) > 1e-3 * np.maximum(glsl, glsl.mean())
+    assert differ.mean() < 0.005 and abs(ours.mean() / glsl.mean() - 1) < 1e-4
 
 
 def test_layer_is_named(device: Device) -> None:

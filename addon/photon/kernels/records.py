@@ -263,6 +263,12 @@ PLAIN_MATERIAL = Record(
 # Phong's lobe that gathers photons: the viewer's mirrored direction, and the BSDF there [1/sr].
 PLAIN_LOBE = Record("PlainLobe", {"mirrored": "vec3", "exponent": "float"})
 PLAIN_PEAK = Record("PlainPeak", {"peak": "vec3"})
+# A lobe of microfacets: lib/microfacets.glsl.
+SCALED = Record("Scaled", {"scale": "vec3", "alpha": "float"})
+BASED = Record("Based", {"f0": "vec3", "ior": "float"})
+DIPPED = Record("Dipped", {"dip": "vec3", "shape": "float"})
+# The smooth surface about which nodes bend a normal; 1 if they do.
+BASE = Record("Base", {"normal": "vec3", "is_bent": "float"})
 PLAIN_LIGHT = Record(
     "PlainLight",
     {

@@ -15,7 +15,7 @@ from ..kernels.records import PLAIN_LIGHT, PLAIN_MATERIAL
 from ..scene import Material, Scene
 from ..settings import Settings
 from ..stage.gathered import gather_some
-from ..stage.kinds import light_kinds
+from ..stage.kinds import light_kinds, lobe_kinds
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from ..stage.upload import texels_of
@@ -30,6 +30,12 @@ LIGHTS = frozenset({"point", "spot"})
 def knows_lobes(lobes: int, kinds: Collection[str]) -> bool:
     """Whether the native core can gather photons with so many lobes a point, of these kinds."""
     return lobes <= 1 and LOBES.issuperset(kinds)
+
+
+def knows_microfacets(kinds: Collection[str]) -> bool:
+    """Whether it can gather photons with those lobes of these kinds that gather at all."""
+    found = [lobe_kinds()[name] for name in kinds]
+    return all("microfacets" in kind.verbs or kind.is_delta or kind.transmits for kind in found)
 
 
 def knows(scene: Scene, needs: SceneNeeds) -> bool:

@@ -169,6 +169,14 @@ BSDF_FUNCTIONS = (
         lambda kind: "by_cosine" in kind.verbs,
     ),
     _Function(
+        "Microfacets",
+        "microfacets",  # for who evaluates them elsewhere
+        (*_LOBE, "vec3 normal", "vec3 to_viewer"),
+        "return Microfacets(vec3(0.0), 0.0, vec3(0.0), 0.0, vec3(0.0), 0.0);",
+        "lobe.kind",
+        lambda kind: "microfacets" in kind.verbs,
+    ),
+    _Function(
         "Shape",
         "turned",
         (*_LOBE, "float angle"),

@@ -14,23 +14,24 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ...streams import Device, HostKernel, Stream
+from ...streams import Device, HostKernel, Kernel, Stream
 from ...streams.declaration import Ports
 from ...streams.device import Layer
+from ..kernels.bent_base import BentBase
 from ..kernels.coverage import Coverage
 from ..kernels.cuts import Cuts
 from ..kernels.gather import Gather
 from ..kernels.plain_lobe import PlainLobe
+from ..kernels.plain_microfacets import MICROFACETS, PlainMicrofacets
 from ..kernels.records import (
     COVERAGE,
     CUTS,
     FACING,
-    GATHERED,
     GLOSS,
     IRRADIANCE,
     PLACE,
-    PLAIN_LOBE,
-    PLAIN_PEAK,
+    RAY_DIRECTION,
+    SHADING,
     TILT,
 )
 from ..kernels.tracer import Tracer
@@ -144,101 +145,106 @@ class NativeCoverage(HostKernel):
         )
 
 
+# Of points that gather.
+_DISCS: Ports = {
+    "place": PLACE,
+    "facing": FACING,
+    "cuts": CUTS,
+    "coverage": COVERAGE,
+    "tilt": TILT,
+}
+
+
 class NativeGather(HostKernel):
-    """Gather from photons that the native core has sorted."""
+    """Gather from photons that the native core has sorted. Where normals are bent or lobes gather,
+    kernels look at the points first, and write what the native core needs to know of them."""
 
     stem = Gather.stem
-    inputs: Ports = {
-        "place": PLACE,
-        "facing": FACING,
-        "cuts": CUTS,
-        "coverage": COVERAGE,
-        "tilt": TILT,
-    }
     outputs: Ports = {"irradiance": IRRADIANCE}
     uniforms = UNIFORMS
     tables = TABLES
-    directions = False  # whether photons' directions count
+    lobes: type[Kernel] | None = None  # the kernel that looks at them
 
-    def __init__(self, device: Device, filter_name: str) -> None:
+    def __init__(self, device: Device, layer: Layer, filter_name: str, needs: SceneNeeds) -> None:
         super().__init__(device)
         self._filter = filter_name
         self._map: native.PhotonMap | None = None
+        self._looks: list[Kernel] = []
+        if needs.programs.normals:
+            self._looks.append(BentBase(device, layer, needs.gather_defines, made=needs.made))
+        if self.lobes:
+            self._looks.append(self.lobes(device, layer, needs.gather_defines, made=needs.made))
+        found = {name: x for look in self._looks for name, x in look.outputs.items()}
+        self._written = {name: x for name, x in found.items() if name != "gathered"}
+        self.inputs = {**_DISCS, **found}
+        if needs.programs.normals:
+            self.inputs |= {"shading": SHADING}
+        self._streams: dict[tuple[tuple[int, int], str], Stream] = {}  # that looks write
 
     def sort(self, deposits: Deposits, grid: Values) -> None:
         """Take a pass's deposits into the grid's cells."""
         place, deposit = deposits.arrays()
         origin, cell, cells = grid["grid_origin"], grid["cell_size"], grid["grid_cells"]
-        self._map = native.PhotonMap(place, deposit, origin, cell, cells, self.directions)
+        self._map = native.PhotonMap(place, deposit, origin, cell, cells, bool(self._looks))
 
     def estimate(self, points: Mapping[str, Stream], tables: Values, uniforms: Values) -> None:
         """Run on what it asks of points' streams."""
+        size = points["place"].size
+        for name, record in self._written.items():
+            if (size, name) not in self._streams:
+                self._streams[size, name] = Stream(self.device, record, size)
+        points = {**points, **{name: self._streams[size, name] for name in self._written}}
+        for look in self._looks:
+            look.run({name: points[name] for name in (*look.inputs, *look.outputs)})
         self.run({name: points[name] for name in (*self.inputs, *self.outputs)}, tables, uniforms)
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
-        """Irradiances; none before any photon was sorted."""
+        """Irradiances, and with lobes radiances; none before any photon was sorted."""
         if self._map is None:
-            return np.zeros_like(inputs["place"])
-        return self._map.gather(
-            inputs["place"],
-            inputs["facing"],
-            inputs["cuts"],
-            inputs["coverage"],
-            inputs["tilt"],
-            tables["radii"],
-            uniforms["radius_scale"],
-            self._filter,
-        )
+            none = np.zeros_like(inputs["place"])
+            return (none,) * len(self.outputs)
+        points = [inputs[name] for name in _DISCS]
+        discs = tables["radii"], uniforms["radius_scale"], self._filter
+        bent = (inputs["shading"], inputs["base"]) if "base" in inputs else None
+        return self.gather(self._map, points, inputs, (*discs, bent))
 
-
-class NativeGlossGather(NativeGather):
-    """The same, and what Phong's lobes send on."""
-
-    inputs = {
-        **NativeGather.inputs,
-        "gathered": GATHERED,
-        "plain_lobe": PLAIN_LOBE,
-        "plain_peak": PLAIN_PEAK,
-    }
-    outputs = {"irradiance": IRRADIANCE, "gloss": GLOSS}
-    directions = True
-
-    def __init__(self, device: Device, layer: Layer, filter_name: str, needs: SceneNeeds) -> None:
-        super().__init__(device, filter_name)
-        self._plain_lobe = PlainLobe(device, layer, needs.gather_defines, made=needs.made)
-        self._streams: dict[str, Stream] = {}  # what it writes
-
-    def estimate(self, points: Mapping[str, Stream], tables: Values, uniforms: Values) -> None:
-        """Look at the lobes first."""
-        size = points["place"].size
-        for name, record in (("plain_lobe", PLAIN_LOBE), ("plain_peak", PLAIN_PEAK)):
-            if name not in self._streams or self._streams[name].size != size:
-                self._streams[name] = Stream(self.device, record, size)
-        points = {**points, **self._streams}
-        kernel = self._plain_lobe
-        kernel.run({name: points[name] for name in (*kernel.inputs, *kernel.outputs)})
-        super().estimate(points, tables, uniforms)
+    def gather(self, photons: native.PhotonMap, points: Any, inputs: Arrays, discs: Any) -> Any:
+        """As compute."""
+        return photons.gather(*points, *discs)
 
     def release(self) -> None:
-        """Free streams and program."""
-        self._plain_lobe.release()
+        """Free streams and programs."""
+        for look in self._looks:
+            look.release()
         for stream in self._streams.values():
             stream.release()
 
-    def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
-        """Irradiances and radiances; none before any photon was sorted."""
-        if self._map is None:
-            return (np.zeros_like(inputs["place"]),) * 2
-        return self._map.gather_gloss(
-            inputs["place"],
-            inputs["facing"],
-            inputs["cuts"],
-            inputs["coverage"],
-            inputs["tilt"],
-            inputs["gathered"],
-            inputs["plain_lobe"],
-            inputs["plain_peak"],
-            tables["radii"],
-            uniforms["radius_scale"],
-            self._filter,
-        )
+
+class NativeGlossGather(NativeGather):
+    """The same, and what Phong's lobe sends on."""
+
+    outputs = {"irradiance": IRRADIANCE, "gloss": GLOSS}
+    lobes = PlainLobe
+
+    def gather(self, photons: native.PhotonMap, points: Any, inputs: Arrays, discs: Any) -> Any:
+        """As compute."""
+        lobe = [inputs[name] for name in ("gathered", "plain_lobe", "plain_peak")]
+        return photons.gather_gloss(*points, *lobe, *discs)
+
+
+class NativeMicrofacetGather(NativeGather):
+    """The same, and what one or two lobes of microfacets send on."""
+
+    outputs = {"irradiance": IRRADIANCE, "gloss": GLOSS}
+    lobes = PlainMicrofacets
+
+    def __init__(self, device: Device, layer: Layer, filter_name: str, needs: SceneNeeds) -> None:
+        super().__init__(device, layer, filter_name, needs)
+        self.inputs = {**self.inputs, "direction": RAY_DIRECTION}
+
+    def gather(self, photons: native.PhotonMap, points: Any, inputs: Arrays, discs: Any) -> Any:
+        """As compute."""
+        none = np.zeros_like(inputs["place"])
+        lobes = [inputs.get(name, none) for name in MICROFACETS]
+        of_points = [*points, inputs["gathered"], inputs["direction"], lobes]
+        return photons.gather_microfacets(*of_points, *discs)

@@ -116,9 +116,10 @@ class Sizes:
         """Of a strip's size, for so many shadow rays of a point."""
         return 0
 
-    def gather_textures(self, gathers_lobes: bool, knows_lobes: bool) -> int:
+    def gather_textures(self, gathers_lobes: bool, native: int) -> int:
         """Of a strip's size: what launches add to where photons crowd; of lobes that gather the
-        same, and what they bring. `knows_lobes`: whether the native core can."""
+        same, and what they bring. `native`: that say what the native core gathers with; 0: it
+        cannot."""
         return 6 if gathers_lobes else 2
 
     def waiting(self, pixels: int, strip: int) -> int:
@@ -161,10 +162,10 @@ class NativeSizes(Sizes):
     def shadow_textures(self, rays: int, illuminance: bool) -> int:
         return (4 + illuminance) * min(rays, RAYS_AT_ONCE)
 
-    def gather_textures(self, gathers_lobes: bool, knows_lobes: bool) -> int:
+    def gather_textures(self, gathers_lobes: bool, native: int) -> int:
         if not gathers_lobes:
             return 0
-        return 4 if knows_lobes else super().gather_textures(gathers_lobes, knows_lobes)
+        return 2 + native if native else super().gather_textures(gathers_lobes, native)
 
     def waiting(self, pixels: int, strip: int) -> int:
         return 0  # the look takes more than they do

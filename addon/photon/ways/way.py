@@ -23,7 +23,7 @@ from ..photons.deposits import Deposits
 from ..photons.device_photon_mapper import DevicePhotonMapper
 from ..photons.device_radii import Box, Grids, Limits, grids_on_device, radii_on_device
 from ..photons.grid_sort import DeviceSort, HostSort, Sort
-from ..photons.native_photon_mapper import NativePhotonMapper, knows, knows_lobes
+from ..photons.native_photon_mapper import NativePhotonMapper, knows, knows_lobes, knows_microfacets
 from ..photons.photon_grid import Cells, Gathering, Lanes, PhotonGrid, lanes_of_gpu
 from ..photons.photon_mapper import PhotonMapper
 from ..photons.radius_field import SAMPLE, Found, grids_on_host, radii_on_host
@@ -40,6 +40,7 @@ from .native_kernels import (
     NativeCuts,
     NativeGather,
     NativeGlossGather,
+    NativeMicrofacetGather,
     NativeTracer,
     NativeTriangles,
 )
@@ -250,14 +251,15 @@ class NativeWay(Way):
     def photon_grid(
         self, mesh: Mesh, settings: Settings, needs: SceneNeeds, in_chains: Sequence[bool]
     ) -> Gathering:
-        if needs.programs.normals:
-            return super().photon_grid(mesh, settings, needs, in_chains)
-        if not needs.gathered_lobes:
-            kernel = NativeGather(self.device, settings.filter)
-        elif knows_lobes(needs.lobes, needs.lobe_kinds):
-            kernel = NativeGlossGather(self.device, self.layer, settings.filter, needs)
-        else:
-            return super().photon_grid(mesh, settings, needs, in_chains)
+        kind = NativeGather
+        if needs.gathered_lobes:
+            if knows_lobes(needs.lobes, needs.lobe_kinds):
+                kind = NativeGlossGather
+            elif knows_microfacets(needs.lobe_kinds):
+                kind = NativeMicrofacetGather
+            else:
+                return super().photon_grid(mesh, settings, needs, in_chains)
+        kernel = kind(self.device, self.layer, settings.filter, needs)
         return NativePhotonGrid(kernel, Cells(mesh.extent))
 
     def film(

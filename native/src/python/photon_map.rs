@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Photons in the cells of a grid.
 
-use numpy::{AllowTypeChange, PyArray1, PyArrayLike1, PyUntypedArrayMethods};
+use numpy::{AllowTypeChange, PyArray1, PyArrayLike1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -43,10 +43,12 @@ impl PhotonMap {
     /// Sum the photons around each visible point.
     ///
     /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point), facing
-    /// (normal, unused), cuts, coverage and tilt; radii, of which each is multiplied by radius_scale; filter (constant,
-    /// cone, gaussian, epanechnikov). Returns float32[H, W, 4]: irradiance in three channels, and their mean
-    /// within the inner radius; zeros where no photon can be.
+    /// (normal, unused), cuts, coverage and tilt; radii, of which each is multiplied by radius_scale; filter
+    /// (constant, cone, gaussian, epanechnikov); where normals are bent, shading (normal, unused) and base (normal
+    /// of the smooth surface; 1: the normal is bent), of a map with directions. Returns float32[H, W, 4]:
+    /// irradiance in three channels, and their mean within the inner radius; zeros where no photon can be.
     #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (place, facing, cuts, coverage, tilt, radii, radius_scale, filter, bent=None))]
     fn gather<'py>(
         &self,
         py: Python<'py>,
@@ -58,6 +60,7 @@ impl PhotonMap {
         radii: &RadiusField,
         radius_scale: f32,
         filter: &str,
+        bent: Option<[Bound<'py, PyAny>; 2]>,
     ) -> PyResult<Stream<'py>> {
         let [place, facing, cuts, coverage, tilt] = streams([
             ("place", place),
@@ -66,16 +69,10 @@ impl PhotonMap {
             ("coverage", coverage),
             ("tilt", tilt),
         ])?;
-        let filter = Filter::named(filter)?;
+        let bent = self.bent(&place, bent)?;
+        let points = points_of([&place, &facing, &cuts, &coverage, &tilt], bent.as_ref())?;
+        let discs = density::Discs { radii: &radii.0, radius_scale, filter: Filter::named(filter)? };
         new_stream(py, &place, |out| {
-            let points = density::Points {
-                places: rows(&place)?,
-                facings: rows(&facing)?,
-                cuts: rows(&cuts)?,
-                coverages: rows(&coverage)?,
-                tilts: rows(&tilt)?,
-            };
-            let discs = density::Discs { radii: &radii.0, radius_scale, filter };
             run(py, || {
                 self.0.gather(&points, &discs, out);
                 Ok(())
@@ -88,6 +85,7 @@ impl PhotonMap {
     /// Takes besides the streams gathered (normal of the lobe, albedo; 0: no lobe), lobe (mirrored direction,
     /// exponent) and peak (BSDF there). Returns the irradiance and, alike, the radiance that lobes send on.
     #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (place, facing, cuts, coverage, tilt, gathered, lobe, peak, radii, radius_scale, filter, bent=None))]
     fn gather_gloss<'py>(
         &self,
         py: Python<'py>,
@@ -102,10 +100,8 @@ impl PhotonMap {
         radii: &RadiusField,
         radius_scale: f32,
         filter: &str,
+        bent: Option<[Bound<'py, PyAny>; 2]>,
     ) -> PyResult<(Stream<'py>, Stream<'py>)> {
-        if !self.0.has_directions() {
-            return Err(PyValueError::new_err("the photons of this map have no directions"));
-        }
         let [place, facing, cuts, coverage, tilt, gathered, lobe, peak] = streams([
             ("place", place),
             ("facing", facing),
@@ -116,22 +112,120 @@ impl PhotonMap {
             ("lobe", lobe),
             ("peak", peak),
         ])?;
-        let filter = Filter::named(filter)?;
+        let bent = self.bent(&place, bent)?;
+        let points = points_of([&place, &facing, &cuts, &coverage, &tilt], bent.as_ref())?;
+        let lobes = density::Lobes::Phong([rows(&gathered)?, rows(&lobe)?, rows(&peak)?]);
+        let discs = density::Discs { radii: &radii.0, radius_scale, filter: Filter::named(filter)? };
+        self.lobes_gather(py, &place, &points, &lobes, &discs)
+    }
+
+    /// The same with microfacets. Takes besides the streams gathered (normal of the lobes, albedo; 0: no lobe),
+    /// direction (of the viewer's ray), and scaled, based and dipped of each of two lobes: see layouts.rs.
+    #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (place, facing, cuts, coverage, tilt, gathered, direction, lobes, radii, radius_scale, filter, bent=None))]
+    fn gather_microfacets<'py>(
+        &self,
+        py: Python<'py>,
+        place: &Bound<'py, PyAny>,
+        facing: &Bound<'py, PyAny>,
+        cuts: &Bound<'py, PyAny>,
+        coverage: &Bound<'py, PyAny>,
+        tilt: &Bound<'py, PyAny>,
+        gathered: &Bound<'py, PyAny>,
+        direction: &Bound<'py, PyAny>,
+        lobes: [Bound<'py, PyAny>; 6],
+        radii: &RadiusField,
+        radius_scale: f32,
+        filter: &str,
+        bent: Option<[Bound<'py, PyAny>; 2]>,
+    ) -> PyResult<(Stream<'py>, Stream<'py>)> {
+        let [a, b, c, d, e, f] = &lobes;
+        let [place, facing, cuts, coverage, tilt, gathered, direction, a, b, c, d, e, f] = streams([
+            ("place", place),
+            ("facing", facing),
+            ("cuts", cuts),
+            ("coverage", coverage),
+            ("tilt", tilt),
+            ("gathered", gathered),
+            ("direction", direction),
+            ("scaled0", a),
+            ("based0", b),
+            ("dipped0", c),
+            ("scaled1", d),
+            ("based1", e),
+            ("dipped1", f),
+        ])?;
+        let bent = self.bent(&place, bent)?;
+        let points = points_of([&place, &facing, &cuts, &coverage, &tilt], bent.as_ref())?;
+        let lobes = density::Lobes::Microfacets([
+            rows(&gathered)?,
+            rows(&direction)?,
+            rows(&a)?,
+            rows(&b)?,
+            rows(&c)?,
+            rows(&d)?,
+            rows(&e)?,
+            rows(&f)?,
+        ]);
+        let discs = density::Discs { radii: &radii.0, radius_scale, filter: Filter::named(filter)? };
+        self.lobes_gather(py, &place, &points, &lobes, &discs)
+    }
+}
+
+/// Shading and Base of the points, where normals are bent.
+type BentArrays<'py> = [PyReadonlyArrayDyn<'py, f32>; 2];
+
+/// Of place, facing, cuts, coverage and tilt.
+fn points_of<'a>(
+    arrays: [&'a PyReadonlyArrayDyn<f32>; 5],
+    bent: Option<&'a BentArrays>,
+) -> PyResult<density::Points<'a>> {
+    let [place, facing, cuts, coverage, tilt] = arrays;
+    let bent = bent.map(|[shading, base]| Ok::<_, PyErr>([rows(shading)?, rows(base)?])).transpose()?;
+    Ok(density::Points {
+        places: rows(place)?,
+        facings: rows(facing)?,
+        cuts: rows(cuts)?,
+        coverages: rows(coverage)?,
+        tilts: rows(tilt)?,
+        bent,
+    })
+}
+
+impl PhotonMap {
+    fn check_directions(&self) -> PyResult<()> {
+        if self.0.has_directions() {
+            return Ok(());
+        }
+        Err(PyValueError::new_err("the photons of this map have no directions"))
+    }
+
+    fn bent<'py>(
+        &self,
+        place: &PyReadonlyArrayDyn<'py, f32>,
+        bent: Option<[Bound<'py, PyAny>; 2]>,
+    ) -> PyResult<Option<BentArrays<'py>>> {
+        let Some([shading, base]) = bent else { return Ok(None) };
+        self.check_directions()?;
+        let place: &Bound<PyAny> = place.as_any();
+        let [_, shading, base] = streams([("place", place), ("shading", &shading), ("base", &base)])?;
+        Ok(Some([shading, base]))
+    }
+
+    fn lobes_gather<'py>(
+        &self,
+        py: Python<'py>,
+        place: &PyReadonlyArrayDyn<'py, f32>,
+        points: &density::Points,
+        lobes: &density::Lobes,
+        discs: &density::Discs,
+    ) -> PyResult<(Stream<'py>, Stream<'py>)> {
+        self.check_directions()?;
         let mut irradiance = None;
-        let gloss = new_stream(py, &place, |gloss| {
-            irradiance = Some(new_stream(py, &place, |out| {
-                let points = density::Points {
-                    places: rows(&place)?,
-                    facings: rows(&facing)?,
-                    cuts: rows(&cuts)?,
-                    coverages: rows(&coverage)?,
-                    tilts: rows(&tilt)?,
-                };
-                let lobes =
-                    density::Lobes { gathered: rows(&gathered)?, lobes: rows(&lobe)?, peaks: rows(&peak)? };
-                let discs = density::Discs { radii: &radii.0, radius_scale, filter };
+        let gloss = new_stream(py, place, |gloss| {
+            irradiance = Some(new_stream(py, place, |out| {
                 run(py, || {
-                    self.0.gather_gloss(&points, &lobes, &discs, out, gloss);
+                    self.0.gather_gloss(points, lobes, discs, out, gloss);
                     Ok(())
                 })
             })?);
