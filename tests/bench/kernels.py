@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Processor time of a pass by kernel, on the machine's own cores, of saved scenes.
+
+Run as `python -m tests.bench.kernels SCENE.npz ...`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from addon.photon.prepare import prepare
+from addon.photon.scene import Scene
+from addon.photon.settings import Settings
+from addon.photon.ways.way import open_device
+from addon.streams import Device, HostKernel, Kernel
+
+BEFORE, PASSES = 2, 4  # passes that are not counted, and that are
+
+
+def timed(device: Device, spent: Counter[str], launch: Any) -> Any:
+    """A launch that is waited for, its time noted."""
+
+    def run(kernel: Kernel, *args: Any, **kwargs: Any) -> Any:
+        device.ctx.finish()
+        begun = time.process_time()
+        result = launch(kernel, *args, **kwargs)
+        device.ctx.finish()
+        spent[kernel.stem] += time.process_time() - begun
+        return result
+
+    return run
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scenes", nargs="+", type=Path)
+    parser.add_argument("--size", type=int, default=256)
+    args = parser.parse_args()
+    settings = Settings(width=args.size, height=args.size, passes=BEFORE + PASSES)
+    device, spent = open_device(settings), Counter[str]()
+    for kind in (Kernel, HostKernel):
+        kind._launch = timed(device, spent, kind._launch)  # type: ignore[method-assign]
+    for path in args.scenes:
+        renderer = prepare(Scene.load(path), settings, device)
+        for _ in range(BEFORE):
+            renderer.render_pass()
+        spent.clear()
+        begun = time.process_time()
+        for _ in range(PASSES):
+            renderer.render_pass()
+        whole = time.process_time() - begun
+        most = ", ".join(f"{stem} {t / PASSES * 1e3:.0f}" for stem, t in spent.most_common(6))
+        print(f"{path.stem}: {whole / PASSES * 1e3:.0f} ms a pass; {most}", flush=True)
+        renderer.release()
+
+
+if __name__ == "__main__":
+    main()
