@@ -176,6 +176,11 @@ class ResidentWay(Way):
         super().__init__(device, "compute")
         self.sizes = ResidentSizes(device, "compute")
 
+    @property
+    def shares_memory(self) -> bool:
+        """It does other work while the device counts what is alive."""
+        return False
+
     def photon_mapper(
         self, stage: PhotonSource, settings: Settings, needs: SceneNeeds
     ) -> PhotonMapper | NativePhotonMapper | DevicePhotonMapper:
