@@ -30,7 +30,7 @@ void kernel() {
 #endif
     vec3 flux = load_flux().flux;
 #ifdef ABSORPTION
-    flux *= left_by_absorption(load_hit(), load_facing().side);
+    flux *= left_by_absorption(load_hit(), load_facing().side, load_origin(), load_direction().direction);
 #endif
 #ifdef ARRIVALS
     flux *= share_of_arrival(load_origin(), place.position, BY_DIFFUSE);

@@ -40,7 +40,7 @@ void kernel() {
     Flux photon = load_flux();
     vec3 flux = photon.flux, outgoing;
 #ifdef ABSORPTION
-    flux *= left_by_absorption(load_hit(), facing.side);
+    flux *= left_by_absorption(load_hit(), facing.side, load_origin(), load_direction().direction);
 #endif
     float t_max = T_MAX;
     vec4 u = reflection_numbers(photon);

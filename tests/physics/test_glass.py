@@ -13,7 +13,7 @@ import pytest
 from addon.photon.scene import Lobe, Material, Scene, sun_light, world_light
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
-from tests.scenes import Builder, camera, orthographic
+from tests.scenes import Builder, camera, orthographic, plain_material
 
 WHITE = (1.0, 1.0, 1.0)
 BLACK_WALL = Material("black", (1e-4,) * 3)
@@ -104,6 +104,21 @@ def test_absorption_is_beers(device: Device) -> None:
         lit = built.scene(beam((0.0, 0.0, 1.0), 0.5), (), (material, GLOW))
         assert mean_of(device, lit) == pytest.approx(left if material is dim else 1.0, rel=0.01)
     assert found[1] / found[0] == pytest.approx(left, rel=0.01)
+
+
+@pytest.mark.parametrize("layer", ["native", "compute"])
+def test_a_pool_absorbs_above_its_floor(device: Device, layer: Any) -> None:
+    """Water of index 1 about a floor: what it takes on the sun's way down, and on the eye's up."""
+    clear, dim = (replace(glass(1.0), absorption=of) for of in ((0.0,) * 3, ABSORPTION))
+    grey, found = plain_material("grey", (0.5, 0.5, 0.5)), []
+    sun = sun_light("sun", WHITE, (0.0, 0.0, -1.0))
+    for material in (clear, dim):
+        built = Builder().box((-2, -2, -0.5), (2, 2, 0.2), 0)
+        built.quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 1)
+        scene = built.scene(beam((0.0, 0.0, 1.0), 0.5), (sun,), (material, grey))
+        found.append(mean_of(device, scene, photons=1 << 15, photon_bounces=2, layer=layer))
+    left = np.exp(-0.2 * np.array(ABSORPTION))
+    assert found[1] / found[0] == pytest.approx(left**2, rel=0.01)
 
 
 def test_snells_window(device: Device) -> None:

@@ -34,8 +34,8 @@ class Projector(Kernel):
         "diffuse": DIFFUSE,
         "flux": FLUX,
         "hit": When("ABSORPTION", HIT),
-        "direction": When("INCOMING", RAY_DIRECTION),
-        "origin": When("ARRIVALS", RAY_ORIGIN),
+        "direction": When(("INCOMING", "ABSORPTION"), RAY_DIRECTION),
+        "origin": When(("ARRIVALS", "ABSORPTION"), RAY_ORIGIN),
     }
     outputs = {"landed": PLACE, "deposit": DEPOSIT}
     uniforms = {"numbered": Uniform("bool")}  # the photon takes the normal's place

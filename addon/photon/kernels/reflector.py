@@ -30,7 +30,7 @@ class Reflector(Kernel):
         "NORMALS",
     )
     inputs = {
-        "origin": When("ARRIVALS", RAY_ORIGIN),
+        "origin": When(("ARRIVALS", "ABSORPTION"), RAY_ORIGIN),
         "direction": RAY_DIRECTION,
         "flux": FLUX,
         "hit": When("ABSORPTION", HIT),
