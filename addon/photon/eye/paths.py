@@ -228,10 +228,7 @@ class Eye:
             return path.at.unit_coverage
         draw = {n: value for n, value in self._draw(path).items() if n in kernel.uniforms}
         kernel.run(
-            {
-                name: path.at.ones[name]
-                for name in ("pixel", *POINT, "cuts", "coverage", "tilt")
-            },
+            {name: path.at.ones[name] for name in ("pixel", *POINT, "cuts", "coverage", "tilt")},
             self._tables.of(kernel) | radii.tables(kernel),
             draw | radii.uniforms | probes_of(path.index),
         )
