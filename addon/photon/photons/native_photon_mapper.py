@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ...streams import Device
 from ..kernels.records import PLAIN_LIGHT, PLAIN_MATERIAL
 from ..scene import Material, Scene
+from ..scene.values import SEND_RAYS
 from ..settings import Settings
 from ..stage.gathered import gather_some
 from ..stage.kinds import light_kinds, lobe_kinds
@@ -34,8 +35,7 @@ def knows_lobes(lobes: int, kinds: Collection[str]) -> bool:
 
 def knows_microfacets(kinds: Collection[str]) -> bool:
     """Whether it can gather photons with those lobes of these kinds that gather at all."""
-    found = [lobe_kinds()[name] for name in kinds]
-    return all("microfacets" in kind.verbs or kind.is_delta or kind.transmits for kind in found)
+    return all(x in SEND_RAYS or "microfacets" in lobe_kinds()[x].verbs for x in kinds)
 
 
 def knows(scene: Scene, needs: SceneNeeds) -> bool:
