@@ -166,7 +166,7 @@ class Budget:
             count += 8 + 3 * self._has_photons + 6 * self._is_transparent + self._shares_memory
         if self._has_photons:
             count += 3  # cuts, coverage and tilt
-            count += 2 * (settings.estimator == "splat")  # reach, and a part of the splats
+            count += 2 * (settings.estimator == "splat")  # radius, and a part of the splats
             if self._has_chains or settings.estimator != "splat":
                 kinds = {lobe.kind for m in self._materials for lobe in m.lobes if lobe.reflects}
                 known = 3 * self._lobes * knows_microfacets(kinds)
