@@ -14,7 +14,7 @@ import pytest
 
 from addon.photon.errors import SceneError
 from addon.photon.prepare import prepare
-from addon.photon.scene import ALL_RAYS, HOLDOUT, MOST_BOUNCES, RAY_BITS, RAYS, Scene
+from addon.photon.scene import ALL_RAYS, CAUSTICS, HOLDOUT, MOST_BOUNCES, RAY_BITS, RAYS, Scene
 from addon.photon.scene.snapshot import pack, same, unpack
 from addon.photon.settings import Settings
 from addon.photon.variants import kernels, needs
@@ -40,6 +40,7 @@ def test_bits_are_those_of_the_glsl() -> None:
     bits = {name: int(value) for name, value in re.findall(r"const int (\w+) = (\d+);", text)}
     assert [bits.pop(f"RAY_{name.upper()}") for name in RAYS] == [1 << i for i in range(len(RAYS))]
     assert bits.pop("HOLDOUT") == HOLDOUT
+    assert [bits.pop(f"{name.upper()}_CAUSTICS") for name in CAUSTICS] == [1, 2]
     assert bits == {"RAY_UNSHADOWED": ALL_RAYS + 1}  # no surface's
 
 

@@ -87,9 +87,10 @@ def count_pairs(
     low, high = photons[:, :3].min(axis=0), photons[:, :3].max(axis=0)
     cell = max(float((high - low).max()) / _CELLS, radii.largest / 4, 1e-6)
     cells = tuple(int(n) + 1 for n in (high - low) / cell)
-    sums = native.PhotonMap(photons, unit, tuple(map(float, low)), cell, cells).gather(
-        place, facing, np.zeros_like(place), radii.field.on_host, radii.radius_scale, "constant"
-    )
+    none, whole = np.zeros_like(place), np.ones_like(place)  # uncut, and covered
+    discs = radii.field.on_host, radii.radius_scale, "constant"
+    photon_map = native.PhotonMap(photons, unit, tuple(map(float, low)), cell, cells)
+    sums = photon_map.gather(place, facing, none, whole, none, *discs)
     at = radii.field.on_host.at(place.reshape(-1, 4), facing.reshape(-1, 4))
     radius = at.astype(np.float64) * radii.radius_scale
     return int(np.rint(sums[..., 0].ravel() * (math.pi * radius**2)).sum())
