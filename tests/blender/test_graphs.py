@@ -50,13 +50,20 @@ print(min(time.perf_counter() - before[0], time.process_time() - before[1]))
 """
 
 
-def grouped(kind: str, inner: Callable[[Tree, Socket], Socket], given: Build | None) -> Build:
-    """A group of an input and an output of these types, and what is between."""
+def grouped(
+    kind: str,
+    inner: Callable[[Tree, Socket], Socket],
+    given: Build | None,
+    is_hidden: bool = False,
+) -> Build:
+    """A group of an input and an output of these types, and what is between; whether it shows
+    no value for its input, as Blender makes those of normals."""
 
     def build(tree: Tree) -> Socket:
         group = bpy.data.node_groups.new("Group", "ShaderNodeTree")
         for way in ("INPUT", "OUTPUT"):
             made = group.interface.new_socket(way, in_out=way, socket_type=f"NodeSocket{kind}")
+            made.hide_value = is_hidden and way == "INPUT"
         made.default_value = made.default_value
         entrance, exit_ = (group.nodes.new(f"NodeGroup{end}") for end in ("Input", "Output"))
         group.links.new(inner(group, entrance.outputs[0]), exit_.inputs[0])
@@ -199,6 +206,16 @@ CASES = (
         no_longer(node(FACING, {"Normal": COLOUR}, "Facing"), "Normal"),
         -1.0,
         uneven=True,
+    ),
+    Case(
+        "a group's own normal",
+        node(FACING, {"Normal": grouped("Vector", plain, None, is_hidden=True)}, "Facing"),
+        -1.0,
+        uneven=True,
+    ),
+    Case(
+        "a group's coordinates",
+        node(CHECKER, {"Vector": grouped("Vector", plain, None, is_hidden=True)}),
     ),
     Case(
         "a group's normal",

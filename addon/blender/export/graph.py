@@ -291,9 +291,12 @@ def linked(node: bpy.types.Node, name: str, scope: Scope) -> bool:
 
 def is_given(socket: bpy.types.NodeSocket, scope: Scope) -> bool:
     """Whether an input has what a node gives, or the value of a group's input: without, textures
-    and shaders know coordinates and normals themselves."""
+    and shaders know coordinates and normals themselves. So do normals where the group shows none."""
     node, end, _ = source(socket, scope)
-    return node is not None or not (end == socket or isinstance(end, Nothing))
+    if node is not None:
+        return True
+    is_own = end == socket or isinstance(end, Nothing)
+    return not is_own and not (end.hide_value and socket.name.endswith("Normal"))
 
 
 def normal_reflectance(ior: float) -> float:
