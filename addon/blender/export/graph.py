@@ -290,8 +290,8 @@ def linked(node: bpy.types.Node, name: str, scope: Scope) -> bool:
 
 
 def is_given(socket: bpy.types.NodeSocket, scope: Scope) -> bool:
-    """Whether an input has what a node gives, or the value of a group's input: without, textures
-    and shaders know coordinates and normals themselves. So do normals where the group shows none."""
+    """Whether an input has what a node gives, or the value of a group's input. Without, textures
+    and shaders know coordinates and normals themselves; normals also where the group shows none."""
     node, end, _ = source(socket, scope)
     if node is not None:
         return True
