@@ -103,40 +103,15 @@ class PhotonMap:
     ) -> None: ...
     def gather(
         self,
-        place: NDArray[np.float32],
-        facing: NDArray[np.float32],
-        cuts: NDArray[np.float32],
-        coverage: NDArray[np.float32],
-        tilt: NDArray[np.float32],
+        points: Sequence[NDArray[np.float32]],
         radii: RadiusField,
         radius_scale: float,
         filter: str,
         bent: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None,
     ) -> NDArray[np.float32]: ...
-    def gather_gloss(
+    def gather_lobes(
         self,
-        place: NDArray[np.float32],
-        facing: NDArray[np.float32],
-        cuts: NDArray[np.float32],
-        coverage: NDArray[np.float32],
-        tilt: NDArray[np.float32],
-        gathered: NDArray[np.float32],
-        lobe: NDArray[np.float32],
-        peak: NDArray[np.float32],
-        radii: RadiusField,
-        radius_scale: float,
-        filter: str,
-        bent: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None,
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
-    def gather_microfacets(
-        self,
-        place: NDArray[np.float32],
-        facing: NDArray[np.float32],
-        cuts: NDArray[np.float32],
-        coverage: NDArray[np.float32],
-        tilt: NDArray[np.float32],
-        gathered: NDArray[np.float32],
-        direction: NDArray[np.float32],
+        points: Sequence[NDArray[np.float32]],
         lobes: Sequence[NDArray[np.float32]],
         radii: RadiusField,
         radius_scale: float,

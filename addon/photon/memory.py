@@ -32,8 +32,8 @@ from .ways.way import Way
 
 # A pixel's on the host: the images and the squared errors of its parts while a picture is made;
 # and the images twice more, the last preview's in shared memory and what was asked for of them.
-PLAIN_LOBES = 2  # textures that say what Phong's lobes are
 PICTURE = 96 + 40 + 2 * 96
+PLAIN_LOBES = 2  # textures that say what Phong's lobes are
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host

@@ -248,9 +248,16 @@ class TestBindings:
         photons = native.PhotonMap(place, deposit, *grid)
         radii = even(0.1)
         streams = (points,) * 5
-        assert photons.gather(*streams, radii, 1.0, "cone").shape == (1, 2, 4)
+        assert photons.gather(streams, radii, 1.0, "cone").shape == (1, 2, 4)
         with pytest.raises(ValueError, match='filter = "box" is none of'):
-            photons.gather(*streams, radii, 1.0, "box")
+            photons.gather(streams, radii, 1.0, "box")
+        with pytest.raises(ValueError, match="of this map have no directions"):
+            photons.gather(streams, radii, 1.0, "cone", (points, points))
+        photons = native.PhotonMap(place, deposit, *grid, True)
+        with pytest.raises(ValueError, match="lobes: expected 3 or 8 streams, got 2"):
+            photons.gather_lobes(streams, (points,) * 2, radii, 1.0, "cone")
+        with pytest.raises(ValueError, match="base: expected shape"):
+            photons.gather(streams, radii, 1.0, "cone", (points, points[:, :1].copy()))
         with pytest.raises(ValueError, match="deposits has 4 rows, but places has 5"):
             native.PhotonMap(place, deposit[:4], *grid)
         place[3, 1] = np.nan
@@ -273,16 +280,16 @@ class TestBindings:
         peak = 1 / (np.pi * 0.1**2)
         radii = even(0.2)
         cuts, coverage, tilt = np.zeros_like(points), np.ones_like(points), np.zeros_like(points)
-        args = cuts, coverage, tilt, radii, 0.5, "constant"
-        sums = photons.gather(points, facing, *args)[0]
+        discs, args = (cuts, coverage, tilt), (radii, 0.5, "constant")
+        sums = photons.gather((points, facing, *discs), *args)[0]
         np.testing.assert_allclose(sums[0, :3], 2 * peak * np.array([1, 2, 3]), rtol=1e-5)
         np.testing.assert_allclose(sums[1, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
         assert not sums[2:].any()
         cuts[0, :2] = (25.0, 0.0, 0.0, 0.0), (0.0, 0.0, -30.0, 0.0)  # at x = 0.04, and behind
-        sums = photons.gather(points, facing, *args)[0]
+        sums = photons.gather((points, facing, *discs), *args)[0]
         np.testing.assert_allclose(sums[0, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
         np.testing.assert_allclose(sums[1, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
-        assert not photons.gather(points, -facing, *args)[..., :3].any()
+        assert not photons.gather((points, -facing, *discs), *args)[..., :3].any()
         cuts[0, 0] = (
             -30.0,
             0.0,
@@ -291,7 +298,7 @@ class TestBindings:
         )  # behind: the first two photons count
         coverage[0, 0] = 1.0, 1.0, 2.0, 3.0  # twice, within the inner radius thrice
         tilt[0, 0] = 10.0, 0.0, 20.0, 0.0
-        sums = photons.gather(points, facing, *args)[0]
+        sums = photons.gather((points, facing, *discs), *args)[0]
         wanted = 2 * (1 + 1.5) * peak * np.array([1, 2, 3])
         np.testing.assert_allclose(sums[0, :3], wanted, rtol=1e-5)
         np.testing.assert_allclose(sums[0, 3], 3 * (1 + 2) * 2 * peak * 2, rtol=1e-5)
@@ -313,7 +320,7 @@ class TestBindings:
         facing = np.broadcast_to(np.float32([0, 0, 1, 0]), points.shape).copy()
         for radius in (0.05, 0.31, 0.9):
             none = np.zeros_like(points)
-            args = points, facing, none, none + 1, none, even(radius), 1.0, "constant"
+            args = (points, facing, none, none + 1, none), even(radius), 1.0, "constant"
             offset = points[..., None, :3].astype(float) - place[:, :3]
             near = (offset**2).sum(-1) <= np.float32(radius) ** 2
             near &= (points[..., None, 3] == place[:, 3]) & (points[..., None, 3] > 0)

@@ -173,8 +173,8 @@ class Eye:
             launch(self._scatter, streams, self._tables, self._draw(path))
         for pair in pairs.values():
             pair.swap()
-        onward = replace(path, depth=path.depth + 1, view=None, count=count, direct=None)
-        onward.is_shaded = False
+        depth = path.depth + 1
+        onward = replace(path, depth=depth, view=None, count=count, direct=None, is_shaded=False)
         if self._compaction and count:
             self._compaction.compact(onward, count.wait())
         pairs = onward.at.rays()

@@ -164,6 +164,7 @@ class NativeGather(HostKernel):
     uniforms = UNIFORMS
     tables = TABLES
     lobes: type[Kernel] | None = None  # the kernel that looks at them
+    of_lobes: tuple[str, ...] = ()  # what the native core reads of them
 
     def __init__(self, device: Device, layer: Layer, filter_name: str, needs: SceneNeeds) -> None:
         super().__init__(device)
@@ -179,6 +180,8 @@ class NativeGather(HostKernel):
         self.inputs = {**_DISCS, **found}
         if needs.programs.normals:
             self.inputs |= {"shading": SHADING}
+        if "direction" in self.of_lobes:
+            self.inputs |= {"direction": RAY_DIRECTION}
         self._streams: dict[tuple[tuple[int, int], str], Stream] = {}  # that looks write
 
     def sort(self, deposits: Deposits, grid: Values) -> None:
@@ -206,11 +209,11 @@ class NativeGather(HostKernel):
         points = [inputs[name] for name in _DISCS]
         discs = tables["radii"], uniforms["radius_scale"], self._filter
         bent = (inputs["shading"], inputs["base"]) if "base" in inputs else None
-        return self.gather(self._map, points, inputs, (*discs, bent))
-
-    def gather(self, photons: native.PhotonMap, points: Any, inputs: Arrays, discs: Any) -> Any:
-        """As compute."""
-        return photons.gather(*points, *discs)
+        if not self.of_lobes:
+            return self._map.gather(points, *discs, bent)
+        none = np.zeros_like(inputs["place"])  # of a second lobe, where a point has one at most
+        lobes = [inputs.get(name, none) for name in self.of_lobes]
+        return self._map.gather_lobes(points, lobes, *discs, bent)
 
     def release(self) -> None:
         """Free streams and programs."""
@@ -225,11 +228,7 @@ class NativeGlossGather(NativeGather):
 
     outputs = {"irradiance": IRRADIANCE, "gloss": GLOSS}
     lobes = PlainLobe
-
-    def gather(self, photons: native.PhotonMap, points: Any, inputs: Arrays, discs: Any) -> Any:
-        """As compute."""
-        lobe = [inputs[name] for name in ("gathered", "plain_lobe", "plain_peak")]
-        return photons.gather_gloss(*points, *lobe, *discs)
+    of_lobes = ("gathered", "plain_lobe", "plain_peak")
 
 
 class NativeMicrofacetGather(NativeGather):
@@ -237,14 +236,4 @@ class NativeMicrofacetGather(NativeGather):
 
     outputs = {"irradiance": IRRADIANCE, "gloss": GLOSS}
     lobes = PlainMicrofacets
-
-    def __init__(self, device: Device, layer: Layer, filter_name: str, needs: SceneNeeds) -> None:
-        super().__init__(device, layer, filter_name, needs)
-        self.inputs = {**self.inputs, "direction": RAY_DIRECTION}
-
-    def gather(self, photons: native.PhotonMap, points: Any, inputs: Arrays, discs: Any) -> Any:
-        """As compute."""
-        none = np.zeros_like(inputs["place"])
-        lobes = [inputs.get(name, none) for name in MICROFACETS]
-        of_points = [*points, inputs["gathered"], inputs["direction"], lobes]
-        return photons.gather_microfacets(*of_points, *discs)
+    of_lobes = ("gathered", "direction", *MICROFACETS)

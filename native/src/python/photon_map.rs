@@ -42,37 +42,25 @@ impl PhotonMap {
 
     /// Sum the photons around each visible point.
     ///
-    /// Takes streams float32[H, W, 4]: place (position, surface + 1; 0: no point), facing
+    /// Takes points, the streams float32[H, W, 4] place (position, surface + 1; 0: no point), facing
     /// (normal, unused), cuts, coverage and tilt; radii, of which each is multiplied by radius_scale; filter
     /// (constant, cone, gaussian, epanechnikov); where normals are bent, shading (normal, unused) and base (normal
     /// of the smooth surface; 1: the normal is bent), of a map with directions. Returns float32[H, W, 4]:
     /// irradiance in three channels, and their mean within the inner radius; zeros where no photon can be.
-    #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (place, facing, cuts, coverage, tilt, radii, radius_scale, filter, bent=None))]
+    #[pyo3(signature = (points, radii, radius_scale, filter, bent=None))]
     fn gather<'py>(
         &self,
         py: Python<'py>,
-        place: &Bound<'py, PyAny>,
-        facing: &Bound<'py, PyAny>,
-        cuts: &Bound<'py, PyAny>,
-        coverage: &Bound<'py, PyAny>,
-        tilt: &Bound<'py, PyAny>,
+        points: [Bound<'py, PyAny>; 5],
         radii: &RadiusField,
         radius_scale: f32,
         filter: &str,
         bent: Option<[Bound<'py, PyAny>; 2]>,
     ) -> PyResult<Stream<'py>> {
-        let [place, facing, cuts, coverage, tilt] = streams([
-            ("place", place),
-            ("facing", facing),
-            ("cuts", cuts),
-            ("coverage", coverage),
-            ("tilt", tilt),
-        ])?;
-        let bent = self.bent(&place, bent)?;
-        let points = points_of([&place, &facing, &cuts, &coverage, &tilt], bent.as_ref())?;
+        let given = self.given(&points, bent)?;
+        let points = given.points()?;
         let discs = density::Discs { radii: &radii.0, radius_scale, filter: Filter::named(filter)? };
-        new_stream(py, &place, |out| {
+        new_stream(py, given.place(), |out| {
             run(py, || {
                 self.0.gather(&points, &discs, out);
                 Ok(())
@@ -80,116 +68,82 @@ impl PhotonMap {
         })
     }
 
-    /// The same for points with Phong's lobes, of a map with directions.
+    /// The same for points with other lobes, of a map with directions.
     ///
-    /// Takes besides the streams gathered (normal of the lobe, albedo; 0: no lobe), lobe (mirrored direction,
-    /// exponent) and peak (BSDF there). Returns the irradiance and, alike, the radiance that lobes send on.
+    /// Takes besides the streams of lobes; see layouts.rs. Of Phong's: Gathered, PlainLobe, PlainPeak. Of
+    /// microfacets: Gathered, RayDirection, and Scaled, Based and Dipped of each of two. Returns the irradiance
+    /// and, alike, the radiance that lobes send on.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (place, facing, cuts, coverage, tilt, gathered, lobe, peak, radii, radius_scale, filter, bent=None))]
-    fn gather_gloss<'py>(
+    #[pyo3(signature = (points, lobes, radii, radius_scale, filter, bent=None))]
+    fn gather_lobes<'py>(
         &self,
         py: Python<'py>,
-        place: &Bound<'py, PyAny>,
-        facing: &Bound<'py, PyAny>,
-        cuts: &Bound<'py, PyAny>,
-        coverage: &Bound<'py, PyAny>,
-        tilt: &Bound<'py, PyAny>,
-        gathered: &Bound<'py, PyAny>,
-        lobe: &Bound<'py, PyAny>,
-        peak: &Bound<'py, PyAny>,
+        points: [Bound<'py, PyAny>; 5],
+        lobes: Vec<Bound<'py, PyAny>>,
         radii: &RadiusField,
         radius_scale: f32,
         filter: &str,
         bent: Option<[Bound<'py, PyAny>; 2]>,
     ) -> PyResult<(Stream<'py>, Stream<'py>)> {
-        let [place, facing, cuts, coverage, tilt, gathered, lobe, peak] = streams([
-            ("place", place),
-            ("facing", facing),
-            ("cuts", cuts),
-            ("coverage", coverage),
-            ("tilt", tilt),
-            ("gathered", gathered),
-            ("lobe", lobe),
-            ("peak", peak),
-        ])?;
-        let bent = self.bent(&place, bent)?;
-        let points = points_of([&place, &facing, &cuts, &coverage, &tilt], bent.as_ref())?;
-        let lobes = density::Lobes::Phong([rows(&gathered)?, rows(&lobe)?, rows(&peak)?]);
+        self.check_directions()?;
+        let given = self.given(&points, bent)?;
+        let lobes =
+            lobes.iter().map(|lobe| beside(given.place(), lobe, "lobes")).collect::<PyResult<Vec<_>>>()?;
+        let (points, lobes) = (given.points()?, lobes_of(&lobes)?);
         let discs = density::Discs { radii: &radii.0, radius_scale, filter: Filter::named(filter)? };
-        self.lobes_gather(py, &place, &points, &lobes, &discs)
-    }
-
-    /// The same with microfacets. Takes besides the streams gathered (normal of the lobes, albedo; 0: no lobe),
-    /// direction (of the viewer's ray), and scaled, based and dipped of each of two lobes: see layouts.rs.
-    #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (place, facing, cuts, coverage, tilt, gathered, direction, lobes, radii, radius_scale, filter, bent=None))]
-    fn gather_microfacets<'py>(
-        &self,
-        py: Python<'py>,
-        place: &Bound<'py, PyAny>,
-        facing: &Bound<'py, PyAny>,
-        cuts: &Bound<'py, PyAny>,
-        coverage: &Bound<'py, PyAny>,
-        tilt: &Bound<'py, PyAny>,
-        gathered: &Bound<'py, PyAny>,
-        direction: &Bound<'py, PyAny>,
-        lobes: [Bound<'py, PyAny>; 6],
-        radii: &RadiusField,
-        radius_scale: f32,
-        filter: &str,
-        bent: Option<[Bound<'py, PyAny>; 2]>,
-    ) -> PyResult<(Stream<'py>, Stream<'py>)> {
-        let [a, b, c, d, e, f] = &lobes;
-        let [place, facing, cuts, coverage, tilt, gathered, direction, a, b, c, d, e, f] = streams([
-            ("place", place),
-            ("facing", facing),
-            ("cuts", cuts),
-            ("coverage", coverage),
-            ("tilt", tilt),
-            ("gathered", gathered),
-            ("direction", direction),
-            ("scaled0", a),
-            ("based0", b),
-            ("dipped0", c),
-            ("scaled1", d),
-            ("based1", e),
-            ("dipped1", f),
-        ])?;
-        let bent = self.bent(&place, bent)?;
-        let points = points_of([&place, &facing, &cuts, &coverage, &tilt], bent.as_ref())?;
-        let lobes = density::Lobes::Microfacets([
-            rows(&gathered)?,
-            rows(&direction)?,
-            rows(&a)?,
-            rows(&b)?,
-            rows(&c)?,
-            rows(&d)?,
-            rows(&e)?,
-            rows(&f)?,
-        ]);
-        let discs = density::Discs { radii: &radii.0, radius_scale, filter: Filter::named(filter)? };
-        self.lobes_gather(py, &place, &points, &lobes, &discs)
+        let mut irradiance = None;
+        let gloss = new_stream(py, given.place(), |gloss| {
+            irradiance = Some(new_stream(py, given.place(), |out| {
+                run(py, || {
+                    self.0.gather_gloss(&points, &lobes, &discs, out, gloss);
+                    Ok(())
+                })
+            })?);
+            Ok(())
+        })?;
+        Ok((irradiance.expect("made with the gloss"), gloss))
     }
 }
 
-/// Shading and Base of the points, where normals are bent.
-type BentArrays<'py> = [PyReadonlyArrayDyn<'py, f32>; 2];
+type Array<'py> = PyReadonlyArrayDyn<'py, f32>;
 
-/// Of place, facing, cuts, coverage and tilt.
-fn points_of<'a>(
-    arrays: [&'a PyReadonlyArrayDyn<f32>; 5],
-    bent: Option<&'a BentArrays>,
-) -> PyResult<density::Points<'a>> {
-    let [place, facing, cuts, coverage, tilt] = arrays;
-    let bent = bent.map(|[shading, base]| Ok::<_, PyErr>([rows(shading)?, rows(base)?])).transpose()?;
-    Ok(density::Points {
-        places: rows(place)?,
-        facings: rows(facing)?,
-        cuts: rows(cuts)?,
-        coverages: rows(coverage)?,
-        tilts: rows(tilt)?,
-        bent,
-    })
+/// Streams of points: place, facing, cuts, coverage and tilt; Shading and Base, where normals are bent.
+struct Given<'py>([Array<'py>; 5], Option<[Array<'py>; 2]>);
+
+impl<'py> Given<'py> {
+    fn place(&self) -> &Array<'py> {
+        &self.0[0]
+    }
+
+    fn points(&self) -> PyResult<density::Points<'_>> {
+        let [place, facing, cuts, coverage, tilt] = &self.0;
+        let bent = self.1.as_ref();
+        Ok(density::Points {
+            places: rows(place)?,
+            facings: rows(facing)?,
+            cuts: rows(cuts)?,
+            coverages: rows(coverage)?,
+            tilts: rows(tilt)?,
+            bent: bent.map(|[shading, base]| Ok::<_, PyErr>([rows(shading)?, rows(base)?])).transpose()?,
+        })
+    }
+}
+
+/// A stream of a point's size.
+fn beside<'py>(place: &Array<'py>, object: &Bound<'py, PyAny>, name: &str) -> PyResult<Array<'py>> {
+    array(object, name, &[Some(place.shape()[0]), Some(place.shape()[1]), Some(4)])
+}
+
+fn lobes_of<'a>(lobes: &'a [Array]) -> PyResult<density::Lobes<'a>> {
+    let lobes = lobes.iter().map(rows).collect::<PyResult<Vec<_>>>()?;
+    if let Ok(phong) = lobes.as_slice().try_into() {
+        return Ok(density::Lobes::Phong(phong));
+    }
+    let of_microfacets = lobes
+        .as_slice()
+        .try_into()
+        .map_err(|_| PyValueError::new_err(format!("lobes: expected 3 or 8 streams, got {}", lobes.len())))?;
+    Ok(density::Lobes::Microfacets(of_microfacets))
 }
 
 impl PhotonMap {
@@ -200,38 +154,23 @@ impl PhotonMap {
         Err(PyValueError::new_err("the photons of this map have no directions"))
     }
 
-    fn bent<'py>(
+    fn given<'py>(
         &self,
-        place: &PyReadonlyArrayDyn<'py, f32>,
+        points: &[Bound<'py, PyAny>; 5],
         bent: Option<[Bound<'py, PyAny>; 2]>,
-    ) -> PyResult<Option<BentArrays<'py>>> {
-        let Some([shading, base]) = bent else { return Ok(None) };
+    ) -> PyResult<Given<'py>> {
+        let [place, facing, cuts, coverage, tilt] = points;
+        let points = streams([
+            ("place", place),
+            ("facing", facing),
+            ("cuts", cuts),
+            ("coverage", coverage),
+            ("tilt", tilt),
+        ])?;
+        let Some([shading, base]) = bent else { return Ok(Given(points, None)) };
         self.check_directions()?;
-        let place: &Bound<PyAny> = place.as_any();
-        let [_, shading, base] = streams([("place", place), ("shading", &shading), ("base", &base)])?;
-        Ok(Some([shading, base]))
-    }
-
-    fn lobes_gather<'py>(
-        &self,
-        py: Python<'py>,
-        place: &PyReadonlyArrayDyn<'py, f32>,
-        points: &density::Points,
-        lobes: &density::Lobes,
-        discs: &density::Discs,
-    ) -> PyResult<(Stream<'py>, Stream<'py>)> {
-        self.check_directions()?;
-        let mut irradiance = None;
-        let gloss = new_stream(py, place, |gloss| {
-            irradiance = Some(new_stream(py, place, |out| {
-                run(py, || {
-                    self.0.gather_gloss(points, lobes, discs, out, gloss);
-                    Ok(())
-                })
-            })?);
-            Ok(())
-        })?;
-        Ok((irradiance.expect("made with the gloss"), gloss))
+        let bent = [beside(&points[0], &shading, "shading")?, beside(&points[0], &base, "base")?];
+        Ok(Given(points, Some(bent)))
     }
 }
 

@@ -90,7 +90,7 @@ def count_pairs(
     none, whole = np.zeros_like(place), np.ones_like(place)  # uncut, and covered
     discs = radii.field.on_host, radii.radius_scale, "constant"
     photon_map = native.PhotonMap(photons, unit, tuple(map(float, low)), cell, cells)
-    sums = photon_map.gather(place, facing, none, whole, none, *discs)
+    sums = photon_map.gather((place, facing, none, whole, none), *discs)
     at = radii.field.on_host.at(place.reshape(-1, 4), facing.reshape(-1, 4))
     radius = at.astype(np.float64) * radii.radius_scale
     return int(np.rint(sums[..., 0].ravel() * (math.pi * radius**2)).sum())
