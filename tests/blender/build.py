@@ -74,6 +74,14 @@ def finish(tree: bpy.types.NodeTree, shader: bpy.types.Node) -> None:
     tree.links.new(shader.outputs[0], output.inputs["Surface"])
 
 
+def long_paths(scene: bpy.types.Scene) -> None:
+    """Let Cycles follow 32 bounces of every kind, blur none, and filter pixels by boxes."""
+    scene.cycles.pixel_filter_type, scene.cycles.max_bounces = "BOX", 32
+    for kind in ("diffuse", "glossy", "transmission"):
+        setattr(scene.cycles, f"{kind}_bounces", 32)
+    scene.cycles.blur_glossy = 0.0
+
+
 def shader_material(kind: str, name: str = "Material", **inputs: Any) -> bpy.types.Material:
     """Return a material of one shader node."""
     material, tree = new_material(name)

@@ -12,7 +12,7 @@ import pytest
 from addon.photon.scene import CAUSTICS
 from tests.measure import render, replace
 
-from .build import add_light, add_mesh, shader_material
+from .build import add_light, add_mesh, long_paths, shader_material
 from .lobes import DIFFUSE, GLASS, GLOSSY, PRINCIPLED
 
 pytestmark = pytest.mark.blender
@@ -36,10 +36,7 @@ def two_balls(scene: Any) -> None:
     add_light("Lamp", "AREA", energy=300.0, size=1.0, location=(0, 0, 4))
     scene.camera.location, scene.camera.rotation_euler = (0, -0.5, 0.6), (0.65, 0, 0)
     scene.camera.data.lens = 14
-    scene.cycles.pixel_filter_type, scene.cycles.max_bounces = "BOX", 32
-    for kind in ("diffuse", "glossy", "transmission"):
-        setattr(scene.cycles, f"{kind}_bounces", 32)
-    scene.cycles.blur_glossy = 0.0
+    long_paths(scene)
 
 
 @pytest.mark.parametrize("off", ("both", "reflective", "refractive", "none"))

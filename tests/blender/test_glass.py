@@ -12,7 +12,7 @@ import pytest
 
 from tests.measure import render
 
-from .build import CUBE, add_light, add_mesh, shader_material
+from .build import CUBE, add_light, add_mesh, long_paths, shader_material
 from .lobes import DIFFUSE, GLASS, PRINCIPLED, REFRACTION
 
 pytestmark = pytest.mark.blender
@@ -45,10 +45,7 @@ def test_ball_of_glass(scene, cycles_mean, export, device, case, thorough) -> No
     bpy.context.object.data.materials.append(shader_material(shader, "Ball", **inputs))
     scene.camera.location, scene.camera.rotation_euler = (0, -5, 2.6), (1.25, 0, 0)
     scene.camera.data.lens = 60
-    scene.cycles.pixel_filter_type, scene.cycles.max_bounces = "BOX", 32
-    for kind in ("diffuse", "glossy", "transmission"):
-        setattr(scene.cycles, f"{kind}_bounces", 32)
-    scene.cycles.blur_glossy = 0.0
+    long_paths(scene)
     theirs = np.mean([cycles_mean(SAMPLES, seed) for seed in (1, 2)], axis=0, dtype=float)
     settings: Any = {"width": 64, "height": 32, "photons": 65536, "mirror_depth": 32}
     settings |= {"passes": 48, "radius_decay": 2 / 3, "transparent": True}
