@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .colour_spaces import decoded
 from .hashes import WHOLE, hashed, hashed_name
 from .instances import Instances
 from .mesh_shape import of_vertices, pointiness, random_per_island
@@ -133,8 +134,7 @@ def _of_vertices(mesh: bpy.types.Mesh, attribute: bpy.types.Attribute, of_each: 
     if kind == "BYTE_COLOR":  # it averages the bytes
         attribute.data.foreach_get("color_srgb", codes := np.empty(of_each.size, np.float32))
         mean = np.rint(255.0 * of_vertices(mesh, codes.reshape(-1, 4).astype(np.float64))) / 255.0
-        linear = np.where(mean <= 0.04045, mean / 12.92, ((mean + 0.055) / 1.055) ** 2.4)
-        return np.column_stack((linear[:, :3], mean[:, 3]))
+        return np.column_stack((decoded(mean[:, :3]), mean[:, 3]))
     found = of_vertices(mesh, of_each)
     if kind == "BOOLEAN":
         return np.ceil(found)

@@ -10,6 +10,7 @@ import numpy as np
 from mathutils import Euler, Matrix
 from numpy.typing import NDArray
 
+from .colour_spaces import decoded
 from .graph import Scope, source
 
 MOST_PIXELS = 8192 * 4096
@@ -77,7 +78,7 @@ def _rgb(pixels: NDArray[np.float32], is_coded: bool) -> NDArray[np.float32]:
     """Linear colours (..., 3) of pixels of any channels; `is_coded`: of sRGB."""
     colours = pixels[..., :3] if pixels.shape[2] >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
     if is_coded:
-        colours = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
+        colours = decoded(colours)
     return np.ascontiguousarray(colours, np.float32)
 
 

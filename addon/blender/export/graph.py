@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import View
+from .colour_spaces import decoded
 from .programs import Program, Value
 from .properties import found_property
 from .report import Notes
@@ -360,7 +361,7 @@ def _read_average(image: bpy.types.Image) -> Colour | None:
     pixels = pixels.reshape(-1, image.channels)
     # Blender hands out the bytes of 8-bit images as they are stored, so decode before averaging.
     if not image.is_float and image.colorspace_settings.name == "sRGB":
-        pixels = np.where(pixels <= 0.04045, pixels / 12.92, ((pixels + 0.055) / 1.055) ** 2.4)
+        pixels = decoded(pixels)
     mean = pixels.mean(axis=0, dtype=np.float64)
     return _as_colour(mean if len(mean) >= 3 else mean[0])
 

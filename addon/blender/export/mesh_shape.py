@@ -7,7 +7,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .hashes import hashed_one
+from .hashes import WHOLE, hashed_one
+from .triangles import unit
 
 Numbers = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -24,10 +25,10 @@ def pointiness(mesh: bpy.types.Mesh) -> Numbers:
     normal = _summed(one_of, normals.reshape(-1, 3).astype(np.float64), len(unique))
     edges = np.unique(np.sort(one_of[_edges(mesh)], axis=1), axis=0)
     a, b = edges[edges[:, 0] != edges[:, 1]].T
-    way = _unit(unique[b].astype(np.float64) - unique[a])
+    way = unit(unique[b].astype(np.float64) - unique[a])
     ways = _summed(a, way, len(unique)) - _summed(b, way, len(unique))
     degree = np.bincount(a, minlength=len(unique)) + np.bincount(b, minlength=len(unique))
-    cosine = (_unit(normal) * ways).sum(axis=1) / np.maximum(degree, 1)
+    cosine = (unit(normal) * ways).sum(axis=1) / np.maximum(degree, 1)
     raw = np.where(degree > 0, np.arccos(cosine.clip(-1.0, 1.0)) / np.pi, 0.0)
     blurred = raw + np.bincount(a, raw[b], len(unique)) + np.bincount(b, raw[a], len(unique))
     found: Numbers = (blurred / (degree + 1))[one_of, None]
@@ -36,7 +37,7 @@ def pointiness(mesh: bpy.types.Mesh) -> Numbers:
 
 def random_per_island(mesh: bpy.types.Mesh) -> Numbers:
     """(V, 1), from 0 to 1: vertices that edges join have the same."""
-    return hashed_one(_islands(_edges(mesh), len(mesh.vertices)))[:, None] / 0xFFFFFFFF
+    return hashed_one(_islands(_edges(mesh), len(mesh.vertices)))[:, None] / WHOLE
 
 
 def _islands(edges: Ints, count: int) -> Ints:
@@ -80,8 +81,3 @@ def _edges(mesh: bpy.types.Mesh) -> Ints:
 def _summed(where: Ints, values: Numbers, count: int) -> Numbers:
     """Rows of values (N, n) added where (N,) they belong (count, n)."""
     return np.stack([np.bincount(where, column, count) for column in values.T], axis=1)
-
-
-def _unit(vectors: Numbers) -> Numbers:
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)

@@ -9,6 +9,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .triangles import unit
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 NO_SLOTS = np.zeros(0, np.int32)
@@ -149,11 +151,11 @@ def _rings(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], Ints]:
     """Tubes about lines (C, P, 3)."""
     curves, count = radii.shape
-    ways = _unit(np.gradient(points, axis=1))
+    ways = unit(np.gradient(points, axis=1))
     least = np.eye(3)[np.abs(ways[:, 0]).argmin(axis=1)]
-    carried = [_unit(np.cross(ways[:, 0], least))]
+    carried = [unit(np.cross(ways[:, 0], least))]
     for here in ways.transpose(1, 0, 2)[1:]:  # carried along without a twist
-        carried.append(_unit(carried[-1] - (carried[-1] * here).sum(axis=1, keepdims=True) * here))
+        carried.append(unit(carried[-1] - (carried[-1] * here).sum(axis=1, keepdims=True) * here))
     across = np.stack(carried, axis=1)
     up = np.cross(ways, across)
     turns = 2.0 * np.pi * np.arange(sides) / sides
@@ -174,7 +176,7 @@ def _ball(is_fine: bool) -> tuple[Floats, Ints]:
     """An icosahedron's vertices on the unit sphere and its triangles, each maybe cut into four."""
     golden = (1.0 + 5.0**0.5) / 2.0
     flat = [(0.0, x, y * golden) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
-    vertices = _unit(np.array([np.roll(p, k) for k in range(3) for p in flat]))
+    vertices = unit(np.array([np.roll(p, k) for k in range(3) for p in flat]))
     near = np.linalg.norm(vertices[:, None] - vertices, axis=2)
     edge = near[near > 1e-6].min() * 1.01
     touching = [(i, j) for i in range(12) for j in range(i + 1, 12) if near[i, j] < edge]
@@ -187,7 +189,7 @@ def _ball(is_fine: bool) -> tuple[Floats, Ints]:
     if is_fine:
         numbers = {pair: 12 + number for number, pair in enumerate(touching)}
         middles = [vertices[i] + vertices[j] for i, j in touching]
-        vertices = np.concatenate([vertices, _unit(np.array(middles))])
+        vertices = np.concatenate([vertices, unit(np.array(middles))])
         cut = []
         for i, j, k in triangles:
             ij, jk, ik = numbers[i, j], numbers[j, k], numbers[i, k]
@@ -210,8 +212,3 @@ def read_numbers(data: bpy.types.ID, name: str, field: str, count: int) -> Float
 
 def _flat(values: Floats) -> NDArray[np.float32]:
     return np.ascontiguousarray(values.reshape(-1, 3), np.float32)
-
-
-def _unit(vectors: Floats) -> Floats:
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)

@@ -10,6 +10,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .triangles import unit
+
 # Radial tangents turn about an axis of the object: two coordinates take each other's place, and one
 # its sign. About Y they don't turn, but that is Cycles' formula.
 _AROUND = {
@@ -139,7 +141,7 @@ def signed_tangents(
     other = 2 * places + (sums[2 * places + 1].any(axis=2))
     taken = np.where(good[:, None], groups, other)
     signs = np.where(taken % 2 == 1, 1.0, -1.0)
-    return np.concatenate((_unit(sums[taken]), signs[..., None]), axis=2)
+    return np.concatenate((unit(sums[taken]), signs[..., None]), axis=2)
 
 
 def _places(*values: NDArray[Any]) -> NDArray[np.int64]:
@@ -152,9 +154,4 @@ def _places(*values: NDArray[Any]) -> NDArray[np.int64]:
 
 def _projected(vectors: NDArray[Any], normals: NDArray[Any]) -> NDArray[np.float64]:
     """Unit vectors along their projections on the planes of unit normals."""
-    return _unit(vectors - (vectors * normals).sum(axis=-1, keepdims=True) * normals)
-
-
-def _unit(vectors: NDArray[Any]) -> NDArray[np.float64]:
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
+    return unit(vectors - (vectors * normals).sum(axis=-1, keepdims=True) * normals)

@@ -85,3 +85,9 @@ def read(items: Any, name: str, count: int, dtype: Any = np.float32) -> NDArray[
     values = np.empty(count, dtype)
     items.foreach_get(name, values)
     return values
+
+
+def unit(vectors: NDArray[Any]) -> NDArray[np.float64]:
+    """Vectors (..., 3) as long as 1; those of no length stay."""
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)

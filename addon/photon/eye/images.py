@@ -122,9 +122,10 @@ class PassImages:
         """Streams of what rays of a size see."""
         if size not in self._of_rays:
             records = {"blur_seen": BLUR, "lost": LOST}
-            found = {seen for image, seen in _SUMS.values() if image in self._sums}
             self._of_rays[size] = {
-                name: Stream(self._device, records.get(name, RADIANCE), size) for name in found
+                name: Stream(self._device, records.get(name, RADIANCE), size)
+                for image, name in _SUMS.values()
+                if image in self._sums
             }
         return self._of_rays[size]
 
