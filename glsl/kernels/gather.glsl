@@ -8,35 +8,10 @@
 #include "lib/bent.glsl"
 #endif
 #ifdef GATHERED_LOBES
-#include "lib/gathered.glsl"
-
-// A point's lobes that gather photons.
-struct Gatherer { float albedo; Lobe lobe0; Shape shape0; Lobe lobe1; Shape shape1; vec3 normal; vec3 to_viewer; };
+#include "lib/gatherer.glsl"
 
 // By how much light from the grazing side of a smooth normal is brighter than the flux that fell, at most.
 const float MOST_BRIGHTER = 4.0;
-
-Gatherer gatherer_of(vec3 geometric) {
-    Gatherer g;
-    g.lobe0 = load_lobe0();
-    g.shape0 = load_shape0();
-    g.lobe1 = Lobe(vec3(0.0), 0.0);
-    g.shape1 = Shape(vec3(0.0), 0.0);
-#ifdef TWO_LOBES
-    g.lobe1 = load_lobe1();
-    g.shape1 = load_shape1();
-#endif
-    g.shape0 = weighed(g.shape0, gathered_share(g.lobe0, g.shape0));
-    g.shape1 = weighed(g.shape1, gathered_share(g.lobe1, g.shape1));
-    g.to_viewer = -load_direction().direction;
-    vec3 shading = load_shading().normal;
-    g.normal = raised_normal(shading, geometric, g.to_viewer);
-    float cosine = max(0.0, dot(g.to_viewer, shading));
-    g.albedo = 0.0;
-    if (has_weight(g.shape0)) g.albedo += mean(albedo_lobe(g.lobe0, g.shape0, cosine));
-    if (has_weight(g.shape1)) g.albedo += mean(albedo_lobe(g.lobe1, g.shape1, cosine));
-    return g;
-}
 
 // What the lobes send on to the viewer of a photon's flux [1/sr]. The flux fell on the geometric normal, and
 // lobes are about the shading normal: the quotient of cosines is what a ray of theirs would weigh.
