@@ -11,6 +11,7 @@ import bpy
 from ..photon.stage.kinds import camera_kinds
 from .engine import COMPONENTS, LIGHTING, PhotonStreamEngine
 from .export.camera import panorama_of
+from .export.materials import DISPERSION_OF_ABBE
 from .session import SESSION
 
 ENGINE = PhotonStreamEngine.bl_idname
@@ -229,6 +230,24 @@ class VIEWLAYER_PT_photon_stream_passes(_Panel, bpy.types.Panel):
             col.prop(view_layer.photon_stream, flag)
 
 
+class MATERIAL_PT_photon_stream_dispersion(_Panel, bpy.types.Panel):
+    bl_label = "Dispersion"
+    bl_context = "material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.material is not None and super().poll(context)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.split_layout()
+        settings = context.material.photon_stream
+        layout.prop(settings, "dispersion")
+        if settings.dispersion > 0.0:
+            abbe = DISPERSION_OF_ABBE / settings.dispersion
+            layout.label(text=f"Abbe number {abbe:.4g}", icon="INFO")
+
+
 class DATA_PT_photon_stream_panorama(_Panel, bpy.types.Panel):
     bl_label = "Panorama"
     bl_context = "data"
@@ -309,6 +328,7 @@ CLASSES = (
     RENDER_PT_photon_stream_simplify,
     RENDER_PT_photon_stream_report,
     VIEWLAYER_PT_photon_stream_passes,
+    MATERIAL_PT_photon_stream_dispersion,
     DATA_PT_photon_stream_panorama,
     DATA_PT_photon_stream_light,
     DATA_PT_photon_stream_spot,

@@ -5,6 +5,7 @@
 #include "lib/hit.glsl"
 #include "lib/colour.glsl"
 #ifdef WEIGHED
+#include "lib/chain_density.glsl"
 #include "lib/triangle.glsl"
 #ifdef TWO_SIDED
 #include "lib/two_sided.glsl"
@@ -60,7 +61,7 @@ void kernel() {
         vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
         if (!(largest(radiance) > 0.0)) continue;
 #ifdef WEIGHED
-        if (!is_of_eye) radiance *= weight_of_chain(i, origin, direction, load_throughput().density);
+        if (!is_of_eye) radiance *= weight_of_chain(i, origin, direction, density_of(load_throughput()));
 #endif
         if (is_found(light, IS_WORLD)) world += radiance; else emitted += radiance;
     }
@@ -75,7 +76,7 @@ void kernel() {
 #ifdef WEIGHED
         if (!is_of_eye && largest(glow) > 0.0) {
             int light = light_of_triangle(triangle.number);
-            glow *= weight_of_chain(light, origin, direction, load_throughput().density);
+            glow *= weight_of_chain(light, origin, direction, density_of(load_throughput()));
         }
 #endif
         emitted += glow;

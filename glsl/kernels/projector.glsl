@@ -3,6 +3,7 @@
 #include "lib/place.glsl"
 #include "lib/diffuse.glsl"
 #include "lib/packing.glsl"
+#include "lib/photon_number.glsl"
 #ifdef ARRIVALS
 #include "lib/arrival.glsl"
 #endif
@@ -40,5 +41,5 @@ void kernel() {
 #ifdef DIRECTIONS
     flux = flux_with_direction(flux, -load_direction().direction);
 #endif
-    store_deposit(Deposit(flux, numbered ? float(load_flux().photon) : pack_direction(load_facing().normal)));
+    store_deposit(Deposit(flux, numbered ? float(photon_number(load_flux())) : pack_direction(load_facing().normal)));
 }

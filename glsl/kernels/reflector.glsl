@@ -95,6 +95,9 @@ void kernel() {
         if ((NO_CAUSTICS & caustic) != 0 && !is_diffuse_kind(lobe.kind)) onward_rays &= ~RAY_DIFFUSE;
 #endif
         flux *= weight / by_lobe;
+#ifdef DISPERSION
+        if (disperses_kind(lobe.kind)) photon = with_colour(photon);
+#endif
 #ifdef TRANSPARENT
         if (is_transparent(lobe)) {
             // What it was it remains: light that has only passed is direct light still.

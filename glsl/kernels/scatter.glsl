@@ -6,6 +6,7 @@
 #include "lib/place.glsl"
 #include "lib/lobe.glsl"
 #include "lib/gathered.glsl"
+#include "lib/chain_density.glsl"
 
 // Chains that carry less than this go on by Russian roulette.
 const float ROULETTE_BELOW = 0.05;
@@ -56,12 +57,15 @@ void kernel() {
     if (is_straight) {
         // The same ray as before, of the eye up to its clip distance, or of a lobe with the density of that.
         if (chain.bounces == 0.0) t_max = load_direction().t_max - load_hit().t;
-        else density = load_throughput().density;
+        else density = density_of(load_throughput());
         chain = Chain(chain.bounces, chain.layers + 1.0, chain.way + load_hit().t, chain.source);
     } else {
         chain = Chain(chain.bounces + 1.0, chain.layers, 0.0, shading.triangle);
     }
     store_next_chain(chain);
+#endif
+#ifdef DISPERSION
+    if (has_colour(load_throughput()) || disperses_kind(lobe.kind)) density = density_with_colour(density);
 #endif
     store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
     store_next_direction(RayDirection(outgoing, t_max));

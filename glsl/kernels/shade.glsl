@@ -61,6 +61,9 @@ void kernel() {
     Facing facing = Facing(surface.geometric, surface.side);
     Shading shading = Shading(surface.shading, float(hit_triangle(hit)));
 #ifdef LOBES
+#ifdef DISPERSION
+    set_wavelength();
+#endif
     float turn = 0.0;
     vec3 raised = raised_normal(surface.shading, surface.geometric, -direction);
 #ifdef TANGENTS

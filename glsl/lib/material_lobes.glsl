@@ -9,6 +9,9 @@
 #include "lib/gathered.glsl"
 #include "lib/diffuse.glsl"
 #include "lib/rng.glsl"
+#ifdef DISPERSION
+#include "lib/wavelength.glsl"
+#endif
 #ifdef EYE
 #include "lib/pixel.glsl"
 #else
@@ -42,7 +45,7 @@ float choice() {
 #ifdef EYE
     return random4(seed, pass_index, uint(pixel_number(load_pixel().at)), DIMENSION_SHADE + uint(depth)).x;
 #else
-    return random4(seed, pass_index, uint(load_flux().photon), DIMENSION_SHADE_PHOTON + uint(bounce)).x;
+    return random4(seed, pass_index, photon_number(load_flux()), DIMENSION_SHADE_PHOTON + uint(bounce)).x;
 #endif
 }
 
@@ -115,6 +118,9 @@ MaterialLobe drawn_lobe(Material material, int from, float cosine, out float pro
 
 // `turn`: of the tangent (tangent.glsl); `side`: of the surface.
 Shape placed(Lobe lobe, Shape shape, float turn, float side) {
+#ifdef DISPERSION
+    if (disperses_kind(lobe.kind)) shape = weighed(shape, path_colour);
+#endif
     return sided_kind(lobe, turned_kind(lobe, shape, turn), side);
 }
 

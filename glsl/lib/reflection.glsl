@@ -2,6 +2,7 @@
 // Which way a photon goes on from a surface. What lies over a lobe is weighed by that way, for it leads to the eye:
 // so Shade draws it ahead, of the same numbers.
 #include "lib/rng.glsl"
+#include "lib/photon_number.glsl"
 #include "lib/sampling.glsl"
 #ifdef LOBES
 #include "lib/lobe.glsl"
@@ -9,7 +10,7 @@
 
 // x is by what it is reflected, if it is, and y and z are where to.
 vec4 reflection_numbers(Flux photon) {
-    return random4(seed, pass_index, uint(photon.photon), DIMENSION_REFLECT + uint(bounce));
+    return random4(seed, pass_index, photon_number(photon), DIMENSION_REFLECT + uint(bounce));
 }
 
 // About the geometric normal: on it the photon's flux fell, and no direction leaves the wrong side, so the energy

@@ -15,6 +15,7 @@ from addon.blender.export import SpecularModel
 from .build import add_node, features, finish, new_material, shader_material
 from .lobes import (
     BLACK,
+    DIFFUSE,
     GLASS,
     GLOSSY,
     GOLD,
@@ -236,6 +237,30 @@ def test_metallic_of_physical_conductor(convert, name) -> None:
     (lobe,) = converted.lobes
     assert_lobe(lobe, "ggx_metal", f0, microfacets(0.4) | {"tint": tuple(tint)})
     assert features(report, "approximated") == ["Physical Conductor"]
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.2])
+@pytest.mark.parametrize("kind", [PRINCIPLED, GLASS, REFRACTION, DIFFUSE])
+def test_dispersion(convert, kind, roughness) -> None:
+    """A material's own, of all its glass; 0 is none: the lobes are what they were."""
+    inputs = {"Transmission_Weight": 1.0} if kind == PRINCIPLED else {}
+    inputs |= {"IOR": 1.6} if kind != DIFFUSE else {}
+    material = shader_material(kind, Roughness=roughness, **inputs)
+    plain, _ = convert(material)
+    material.photon_stream.dispersion = 0.5
+    (converted, report) = convert(material)
+    if kind == DIFFUSE:
+        assert converted == plain and features(report, "ignored") == ["Dispersion"]
+        return
+    (lobe,), (other,) = converted.lobes, plain.lobes
+    parameters = {**other.parameters, "dispersion": 1 / 40}
+    if roughness:
+        parameters["switches"] = 2.0 * parameters.pop("reflects") + parameters.pop("compensated")
+    wanted = {"glass": "dispersive_glass", "ggx_glass": "ggx_dispersive_glass"}[other.kind]
+    assert_lobe(lobe, wanted, other.colour, parameters)
+    assert "Dispersion" in features(report, "exact")
+    material.photon_stream.dispersion = 0.0
+    assert convert(material)[0] == plain
 
 
 @pytest.mark.parametrize("ior", [0.75, 1.0, 1.33, 2.0])

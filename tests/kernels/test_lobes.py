@@ -80,6 +80,21 @@ CASES = {
         ),
         is_reciprocal=False,
     ),
+    # Of no wavelength they are as glass.
+    "dispersive_glass": Case((glass(1.5, 2.0) | {"dispersion": 0.03},)),
+    "ggx_dispersive_glass": Case(
+        (
+            {
+                "alpha": 0.25,
+                "switches": 5.0,
+                "ior": 1.5,
+                "tint": WHITE,
+                "open": 0.0,
+                "dispersion": 0.03,
+            },
+        ),
+        is_reciprocal=False,
+    ),
     "coat": Case(
         tuple(
             {"alpha": a, "ior": 1.5, "cover": c} for a, c in ((1e-3, 1.0), (0.09, 0.5), (0.5, 1.0))

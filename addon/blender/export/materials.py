@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...photon.scene import RGB, Lobe, Material, Result, reflecting
 from ...photon.stage.programs import MOST_REGISTERS, width_of
+from ...photon.stage.spectrum import BANDS
 from .graph import Asked, Colour, Graph, colour_text, is_given, many_calls
 from .nodes import graph_of
 from .nodes.normals import bump_of_displacement
@@ -27,6 +28,7 @@ from .shaders import (
     read_shader,
     triple,
 )
+from .shaders.glass import dispersing
 from .shaders.volume import absorption
 from .tangents import Tangent
 from .textures import TextureTable
@@ -36,6 +38,7 @@ NO_SURFACE = -1
 DEFAULT_GREY = (0.8, 0.8, 0.8)
 # Albedos of colours stored in float32 may pass 1 by this much without being worth a warning.
 ROUNDING = 1e-5
+DISPERSION_OF_ABBE = 20.0  # its Dispersion is so much over the Abbe number, as in glTF
 COLOURS = {"tint"}  # parameters of lobes that are
 
 
@@ -146,7 +149,21 @@ class MaterialTable:
         absorbed = absorption(graph, output, lobes is not CLEAR)
         if lobes is CLEAR:
             return CLEAR
+        lobes = self._dispersed(lobes, material, owner)
         return replace(lobes, base=graph.displaced, absorption=absorbed)
+
+    def _dispersed(self, bsdf: Bsdf, material: bpy.types.Material, owner: str) -> Bsdf:
+        """What a material's own Dispersion makes of its glass."""
+        dispersion = dispersion_of(material)
+        if not dispersion > 0.0:
+            return bsdf
+        found = dispersing(bsdf, dispersion)
+        if found == bsdf:
+            self.notes.ignored(owner, "Dispersion", "nothing of it refracts")
+        else:
+            what = f"Abbe number {1.0 / dispersion:.4g}, {BANDS} bands of wavelengths"
+            self.notes.exact(owner, "Dispersion", what)
+        return found
 
     def _displaced(
         self, graph: Graph, output: bpy.types.Node, material: bpy.types.Material
@@ -165,6 +182,12 @@ def has_nodes(owner: bpy.types.Material | bpy.types.World) -> bool:
     if owner.node_tree is None:
         return False
     return bpy.app.version >= (5, 0, 0) or owner.use_nodes
+
+
+def dispersion_of(material: bpy.types.Material) -> float:
+    """1 / Abbe number; 0 if it disperses nothing, or the add-on is not registered."""
+    settings = getattr(material, "photon_stream", None)
+    return settings.dispersion / DISPERSION_OF_ABBE if settings else 0.0
 
 
 def is_glass(material: Material) -> bool:

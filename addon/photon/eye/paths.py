@@ -103,11 +103,13 @@ class Eye:
             return  # without surfaces the streams were made clear: no hits, no places
         tracer = self._tracers[min(path.depth, len(self._tracers) - 1)]
         launch(tracer, self.of(path), self._tables)
-        launch(self._shade, self.of(path), self._tables, self._draw(path))
+        streams = {**self.of(path), "throughput": path.throughput}
+        launch(self._shade, streams, self._tables, self._draw(path))
         if self._absorb and path.depth > 0:
             pair = path.at.pairs["throughput"]
-            streams = {**self.of(path), "throughput": pair.front, "left": pair.back}
-            launch(self._absorb, streams, self._tables)
+            launch(
+                self._absorb, streams | {"throughput": pair.front, "left": pair.back}, self._tables
+            )
             pair.swap()
             path.throughput = pair.front
         path.is_shaded = True

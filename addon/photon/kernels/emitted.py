@@ -18,6 +18,7 @@ class Emitted(Kernel):
         "SMOOTH",
         "TWO_SIDED",
         "TRANSPARENT",
+        "DISPERSION",
         *LIGHT_DEFINES,
     )
     inputs = {

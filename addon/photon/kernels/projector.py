@@ -22,6 +22,7 @@ class Projector(Kernel):
     structure = (
         "INCOMING",
         "DIRECTIONS",
+        "DISPERSION",
         "ABSORPTION",
         "ARRIVALS",
         "ENVIRONMENT",

@@ -13,12 +13,14 @@ RAY_DIRECTION = Record(
     "RayDirection", {"direction": "vec3", "t_max": "float"}
 )  # unit; zero: no ray
 HIT = Record("Hit", {"t": "float", "triangle": "float", "u": "float", "v": "float"})  # number + 1
-FLUX = Record("Flux", {"flux": "vec3", "photon": "float"})  # [W], linear RGB, >= 0; its number
+FLUX = Record(
+    "Flux", {"flux": "vec3", "photon": "float"}
+)  # [W], linear RGB, >= 0; photon_number.glsl
 PIXEL = Record("Pixel", {"at": "vec2"})  # of the frame, that a path is of
 # Where the path of a pixel is among those that are alive, + 1; 0: it has ended.
 ELEMENT = Record("Element", {"number": "float"})
 # Of a chain of secondary rays; the density with which a lobe sent its last one [1/sr], 0 for a
-# delta lobe.
+# delta lobe, as lib/chain_density.glsl has it.
 THROUGHPUT = Record("Throughput", {"throughput": "vec3", "density": "float"})
 
 # Of a chain where there are transparent surfaces: how often lobes have scattered it, 0 of the eye's

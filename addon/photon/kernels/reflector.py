@@ -22,6 +22,7 @@ class Reflector(Kernel):
         "TINTED",
         "TRANSMITS",
         "TRANSPARENT",
+        "DISPERSION",
         "ABSORPTION",
         "ARRIVALS",
         "ENVIRONMENT",

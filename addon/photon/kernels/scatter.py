@@ -18,7 +18,15 @@ class Scatter(Kernel):
     """Send the secondary rays of lobes (Marino & Abbate, mirror pass)."""
 
     stem = "scatter"
-    structure = ("LOBES", "TWO_LOBES", "TINTED", "WEIGHED", "TRANSPARENT", *GATHERED_LOBES)
+    structure = (
+        "LOBES",
+        "TWO_LOBES",
+        "TINTED",
+        "WEIGHED",
+        "TRANSPARENT",
+        "DISPERSION",
+        *GATHERED_LOBES,
+    )
     inputs = {
         "pixel": PIXEL,
         "place": PLACE,

@@ -22,6 +22,7 @@ from .records import (
     SHADING,
     SHAPE,
     SPACE,
+    THROUGHPUT,
     TRIANGLE,
     VISIBILITY,
 )
@@ -68,6 +69,8 @@ class Shade(Kernel):
         "TRANSMITS",
         "TRANSPARENT",
         "CHAINS",
+        "DISPERSION",
+        "DISPERSED_CHAINS",
         "DIRECTIONS",
         "VISIBILITY",
         *GATHERED_LOBES,
@@ -80,6 +83,7 @@ class Shade(Kernel):
         "hit": HIT,
         "flux": When("PHOTONS", FLUX),
         "chain": When("CHAINS", CHAIN),
+        "throughput": When("DISPERSED_CHAINS", THROUGHPUT),
     }
     outputs = {**POINT, **LOBES}
     uniforms = {

@@ -27,11 +27,12 @@ from .visibility import ALL_RAYS, CAUSTICS, HOLDOUT
 
 SNAPSHOT_VERSION = 5
 MIRROR = np.inf  # Phong exponent of a perfect mirror
+GLASS = ("glass", "ggx_glass", "dispersive_glass", "ggx_dispersive_glass")
 # Kinds of lobes whose colour is their reflectance head-on: black ones reflect at grazing angles.
-FRESNEL_LOBES = ("coat", "ggx_dielectric", "ggx_metal", "glass", "ggx_glass")
+FRESNEL_LOBES = ("coat", "ggx_dielectric", "ggx_metal", *GLASS)
 TRANSPARENT = "transparent"  # light goes straight on
 # Kinds that gather no photons, however rough they are.
-SEND_RAYS = ("mirror", "glass", "ggx_glass", "translucent", TRANSPARENT)
+SEND_RAYS = ("mirror", *GLASS, "translucent", TRANSPARENT)
 ALPHAS = ("alpha", "alpha_x", "alpha_y")  # parameters of microfacets
 
 

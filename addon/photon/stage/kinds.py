@@ -56,6 +56,11 @@ class Kind:
         return self.transmits and not self.is_delta
 
     @property
+    def disperses(self) -> bool:
+        """Whether it bends each wavelength differently."""
+        return "disperses" in self.verbs
+
+    @property
     def is_diffuse(self) -> bool:
         """Whether its rays count as diffuse ones where caustics are told apart."""
         return "is_diffuse" in self.verbs
@@ -194,6 +199,9 @@ BSDF_FUNCTIONS = (
     ),
     _Function(
         "bool", "transmits", ("float kind",), "return false;", "kind", lambda kind: kind.transmits
+    ),
+    _Function(
+        "bool", "disperses", ("float kind",), "return false;", "kind", lambda kind: kind.disperses
     ),
     _Function(
         "bool", "is_diffuse", ("float kind",), "return false;", "kind", lambda kind: kind.is_diffuse

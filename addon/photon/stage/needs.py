@@ -26,6 +26,7 @@ from .layers import count_layers, has_tint
 from .light_tree import DRAWN_RAYS, MOST_ASKED
 from .limits import is_limited, lacking_caustics
 from .programs import ProgramNeeds
+from .spectrum import made_spectrum
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 
@@ -116,7 +117,8 @@ class SceneNeeds:
             lobe_kinds=frozenset(kinds),
             light_kinds=of_mesh | {light.kind for light in emitting},
             layers=max(map(count_layers, materials), default=0),
-            tinted=any(map(has_tint, materials)),
+            # What disperses light weighs each channel by itself, too.
+            tinted=any(map(has_tint, materials)) or any(lobe_kinds()[x].disperses for x in kinds),
             tangents=len(mesh.tangents) > 0,
             illuminance=settings.illuminance,
             smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc")
@@ -160,6 +162,7 @@ class SceneNeeds:
         gathered = self._gathered_defines("GATHERED_LOBES")
         seen = {"FOOTPRINT": 1} if self.programs.bumps else {}
         chains = {"CHAINS": 1} if self.transparent else {}
+        chains |= {"DISPERSED_CHAINS": 1} if self.disperses else {}
         return self._lobe_defines | gathered | self.programs.defines | seen | chains
 
     @property
@@ -259,7 +262,13 @@ class SceneNeeds:
     @property
     def _transmitting_defines(self) -> dict[str, int | float]:
         some = any(lobe_kinds()[kind].transmits for kind in self.lobe_kinds)
-        return ({"TRANSMITS": 1} if some else {}) | self.transparent_defines
+        some_disperses = {"DISPERSION": 1} if self.disperses else {}
+        return ({"TRANSMITS": 1} if some else {}) | some_disperses | self.transparent_defines
+
+    @property
+    def disperses(self) -> bool:
+        """Whether paths have wavelengths."""
+        return any(lobe_kinds()[kind].disperses for kind in self.lobe_kinds)
 
     @property
     def transparent(self) -> bool:
@@ -295,4 +304,5 @@ class SceneNeeds:
             **made_lights(self.light_kinds),
             **made_camera(self.camera_kind),
             **self.programs.made,
+            **(made_spectrum() if self.disperses else {}),
         }

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Glass BSDF, Refraction BSDF, and what Principled BSDF lets through."""
+"""Glass BSDF, Refraction BSDF, what Principled BSDF lets through, and the dispersion of these."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import bpy
 
@@ -58,6 +60,22 @@ def glass(
     compensated = is_compensated(graph, node)
     rough = {"alpha": alpha, "compensated": ZERO if reflects is NOTHING else compensated}
     return ShaderLobe("ggx_glass", clipped(passed), rough | parameters)
+
+
+def dispersing(bsdf: Bsdf, dispersion: float) -> Bsdf:
+    """The same whose glass bends each wavelength otherwise; `dispersion`: 1 / Abbe number, > 0."""
+    return replace(bsdf, lobes=tuple(_dispersing(lobe, dispersion) for lobe in bsdf.lobes))
+
+
+def _dispersing(lobe: ShaderLobe, dispersion: float) -> ShaderLobe:
+    parameters = {**lobe.parameters, "dispersion": value(dispersion)}
+    if lobe.kind == "glass":
+        return replace(lobe, kind="dispersive_glass", parameters=parameters)
+    if lobe.kind != "ggx_glass":
+        return lobe
+    reflects, compensated = parameters.pop("reflects"), parameters.pop("compensated")
+    parameters["switches"] = 2.0 * reflects + compensated
+    return replace(lobe, kind="ggx_dispersive_glass", parameters=parameters)
 
 
 def _of_node(graph: Graph, node: bpy.types.Node, scope: Scope, reflects: Value) -> Bsdf:
