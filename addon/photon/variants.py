@@ -201,6 +201,7 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield of_shadows, lux, {}
     for scene in program_needs():
         yield Glow, scene.programs.defines, scene.made
+        yield Glow, scene.glow_defines, scene.made
         yield Shade, scene.photon_defines, scene.made
         yield Shade, scene.eye_defines, scene.made
         yield Emitted, scene.emitted_defines, scene.made

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What glows where a ray ends.
+// What glows where a ray of the eye ends (EYE), or for what it lights.
 #include "lib/program.glsl"
+#ifdef EYE
+#include "lib/bounces.glsl"
+#endif
 
 void kernel() {
     Hit hit = load_hit();
@@ -11,6 +14,11 @@ void kernel() {
     vec3 emission = material.emission;
     if (is_given(material.emission_from)) {
         here = here_at(hit, direction, surface);
+#ifdef EYE
+        ask_as_eye_ray();
+#else
+        ask_as_light();
+#endif
         run_program(material);
         emission = radiance_from(material.emission_from);
     }

@@ -16,17 +16,11 @@
 #ifdef VISIBILITY
 #include "lib/visibility.glsl"
 #endif
+#ifdef EYE
+#include "lib/bounces.glsl"
+#endif
 
 #ifdef EYE
-// How often the ray was scattered.
-float bounces_before() {
-#ifdef TRANSPARENT
-    return load_chain().bounces;
-#else
-    return float(depth);
-#endif
-}
-
 #ifdef VISIBILITY
 // Mirrors show what is there.
 bool is_held_out(Surface surface, Material material) {
@@ -44,12 +38,9 @@ void kernel() {
 #ifdef PROGRAMS
     here = here_at(hit, direction, surface);
 #if defined(PHOTONS)
-    // Who sees a photon there does so by a diffuse ray, mostly.
-    asking = DIFFUSE_RAY;
-    scattered = 1.0;
+    ask_as_light();
 #elif defined(EYE)
-    scattered = bounces_before();
-    if (scattered > 0.0) asking = GLOSSY_RAY;
+    ask_as_eye_ray();
 #endif
     run_program(material);
     material.albedo = reflectance_from(material.albedo_from, material.albedo);

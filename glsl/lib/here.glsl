@@ -28,10 +28,16 @@ struct Here {
 Here here;
 
 // Which ray asks: the camera's, a shadow ray, a diffuse or a glossy one; and how many scattered before it.
-vec4 asking = vec4(1.0, 0.0, 0.0, 0.0);
+const vec4 CAMERA_RAY = vec4(1.0, 0.0, 0.0, 0.0), SHADOW_RAY = vec4(0.0, 1.0, 0.0, 0.0);
+const vec4 DIFFUSE_RAY = vec4(0.0, 0.0, 1.0, 0.0), GLOSSY_RAY = vec4(0.0, 0.0, 0.0, 1.0);
+vec4 asking = CAMERA_RAY;
 float scattered = 0.0;
-const vec4 SHADOW_RAY = vec4(0.0, 1.0, 0.0, 0.0), DIFFUSE_RAY = vec4(0.0, 0.0, 1.0, 0.0);
-const vec4 GLOSSY_RAY = vec4(0.0, 0.0, 0.0, 1.0);
+
+// Who sees a photon, or is lit by what glows, does so by a diffuse ray, mostly.
+void ask_as_light() {
+    asking = DIFFUSE_RAY;
+    scattered = 1.0;
+}
 
 vec3 to_space(Space space, vec3 position) {
     vec4 p = vec4(position, 1.0);

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import bpy
 import numpy as np
 import pytest
@@ -18,9 +20,14 @@ SIZE = 64  # [px]
 FACES = [(0, 1, 4, 3), (1, 2, 5, 4), (3, 4, 7, 6), (4, 5, 8, 7)]  # of three by three vertices
 
 
-def instanced(what: bpy.types.ID, kind: str, modified: bpy.types.Object) -> None:
+def instanced(
+    what: bpy.types.ID, kind: str, modified: bpy.types.Object, ids: Sequence[int] = ()
+) -> None:
     """Instances of an object, a collection, or an object's geometry on the vertices of another,
-    each with an attribute "tint" of its own."""
+    each with an attribute "tint" of its own; the vertices may have ids."""
+    if ids:
+        of_points = modified.data.attributes.new("id", "INT", "POINT")
+        of_points.data.foreach_set("value", np.array(ids, np.int32))
     tree = bpy.data.node_groups.new("Scatter", "GeometryNodeTree")
     for way in ("INPUT", "OUTPUT"):
         tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
@@ -37,11 +44,13 @@ def instanced(what: bpy.types.ID, kind: str, modified: bpy.types.Object) -> None
     store.inputs["Name"].default_value = "tint"
     random = tree.nodes.new("FunctionNodeRandomValue")
     random.data_type = "FLOAT_VECTOR"
+    index = tree.nodes.new("GeometryNodeInputIndex")  # those of one id differ, too
     source = info.outputs["Instances" if is_collection else "Geometry"]
     for output, socket in (
         (start.outputs[0], on_points.inputs["Points"]),
         (source, on_points.inputs["Instance"]),
         (on_points.outputs[0], store.inputs["Geometry"]),
+        (index.outputs[0], random.inputs["ID"]),
         (random.outputs[0], store.inputs["Value"]),
         (store.outputs[0], end.inputs[0]),
     ):
@@ -77,8 +86,17 @@ def compared(export, cycles_mean, device) -> None:
     assert np.abs(ours - shown).mean() < 0.06 * shown.mean()
 
 
-@pytest.mark.parametrize("kind", ["object", "collection", "geometry"])
-def test_attributes_of_instances(export, cycles_mean, device, kind) -> None:
+@pytest.mark.parametrize(
+    ("kind", "ids"),
+    [
+        ("object", ()),
+        ("collection", ()),
+        ("geometry", ()),
+        ("geometry", (-7, 2000000000, 0, 3)),  # as where points are distributed on faces
+        ("geometry", (5, 5, 1, 5)),  # as where geometries are joined
+    ],
+)
+def test_attributes_of_instances(export, cycles_mean, device, kind, ids) -> None:
     if kind != "geometry" and not hasattr(bpy.types.Object, "evaluated_geometry"):
         pytest.skip("Blender 5.0 on")
     collection = bpy.data.collections.new("Part")
@@ -88,7 +106,7 @@ def test_attributes_of_instances(export, cycles_mean, device, kind) -> None:
     tint = glowing(node, "Color", attribute_name="tint", attribute_type="INSTANCER")
     part.data.materials.append(tint)
     collection.objects.link(part)
-    instanced(collection if kind == "collection" else part, kind, add_mesh("Points"))
+    instanced(collection if kind == "collection" else part, kind, add_mesh("Points"), ids)
     compared(export, cycles_mean, device)
 
 

@@ -178,3 +178,23 @@ def test_what_glows_by_the_direction_lights_by_its_mean(device: Device) -> None:
         picture = render(device, scene, width=SIZE, height=SIZE, passes=8, photons=0)
         pictures.append(picture["Direct"][..., :3].mean())
     assert pictures[1] == pytest.approx(pictures[0], rel=0.02)
+
+
+@pytest.mark.parametrize(("asker", "is_seen", "lights"), [(0.0, 1.0, 0.0), (2.0, 0.0, 1.0)])
+def test_what_glows_by_who_asks(
+    device: Device, asker: float, is_seen: float, lights: float
+) -> None:
+    """Light Path's Is Camera Ray is seen and lights nothing, Is Diffuse Ray is not seen and
+    lights, by shadow rays and by photons."""
+    program = (Instruction("light_path", ((asker,) * 4,)),)
+    images = []
+    for varying, emission in (({}, WHITE), ({"emission": Result(0)}, BLACK)):
+        glow = Material("glow", BLACK, (), emission, program=program, varying=varying)
+        scene = replace(under(RECTANGLES["far"]), materials=(GREY, glow))
+        scene = replace(scene, objects=np.tile(np.eye(6, 4), (2, 1, 1)))
+        images.append(render(device, scene, width=SIZE, height=SIZE, passes=2, photons=1024))
+    for name in ("Direct", "Indirect"):
+        np.testing.assert_allclose(images[1][name], lights * images[0][name], rtol=1e-5, atol=1e-7)
+    view = orthographic((0, 0, 0.1), (1, 0, 0), (0, -1, 0), 0.5)
+    seen = render(device, replace(scene, camera=view), width=4, height=4, passes=2, photons=0)
+    np.testing.assert_allclose(seen["Emission"][..., :3], is_seen, atol=1e-6)

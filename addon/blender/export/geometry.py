@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from ...photon.scene import ALL_RAYS, Moving
 from .attributes import OF_INSTANCES, corner_attribute, space_of, told_by_instance
 from .hair import hair_of, has_hair
-from .instances import Instances
+from .instances import Instances, tells_nothing
 from .materials import MaterialTable
+from .nodes.attributes import INSTANCER
 from .report import Notes
 from .sheets import is_open
 from .strand_attributes import strand_attribute
@@ -148,7 +149,7 @@ class Geometry:
         is_mesh = key not in self._strands
         tangents = self._tangents_of(obj, matrix, material, materials, notes) if is_mesh else None
         mirrors = is_mirroring(matrix)
-        attributes = self._attributes_of(instance, key, mirrors, material, materials)
+        attributes = self._attributes_of(instance, key, mirrors, material, materials, notes)
         if not there.all():
             triangles, normals, material = triangles[there], normals[there], material[there]
             tangents = None if tangents is None else tangents[there]
@@ -260,6 +261,7 @@ class Geometry:
         is_mirrored: bool,
         material: NDArray[np.int32],
         materials: MaterialTable,
+        notes: Notes,
     ) -> dict[int, NDArray[np.float32]]:
         """What materials (T,) ask of the corners of an object's triangles, (T, 3, 4) by number."""
         found: dict[int, NDArray[np.float32]] = {}
@@ -268,6 +270,10 @@ class Geometry:
             for number, what in enumerate(materials.asked[wears].attributes):
                 if number not in found:
                     found[number] = np.zeros((len(material), 3, 4), np.float32)
+                if what[0] == INSTANCER and tells_nothing(instance):
+                    asked = f"Attribute '{what[1]}' of its instances"
+                    unread = "before Blender 5.0 nobody can read it: a property, else 0, is used"
+                    notes.approximated(f"Object '{instance.parent.name}'", asked, unread)
                 if what[0] in OF_INSTANCES:
                     found[number][of_it] = told_by_instance(
                         instance, what, self._instances, self.frame

@@ -62,7 +62,7 @@ class Eye:
         if needs.emitters_seen:
             self._emitted = Emitted(device, layer, needs.emitted_defines, made=needs.made)
         if needs.glows_by_programs:
-            self._glow = Glow(device, layer, needs.programs.defines, made=needs.made)
+            self._glow = Glow(device, layer, needs.glow_defines, made=needs.made)
         if needs.secondary_rays:
             self._scatter = Scatter(device, layer, needs.eye_defines, made=needs.made)
             self._absorb = Absorb(device, layer) if needs.absorption else None
@@ -130,7 +130,7 @@ class Eye:
             return None
         streams = {**self.of(path), "throughput": path.throughput}
         if self._glow:
-            launch(self._glow, streams, self._tables)
+            launch(self._glow, streams, self._tables, self._draw(path))
         launch(self._emitted, streams, self._tables, self._draw(path))
         return path.at.ones["emitted"], path.at.ones["environment"]
 

@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Table
-from .records import CORNER_NORMALS, HIT, MATERIAL, RADIANCE, RAY_DIRECTION, TRIANGLE
+from ...streams import Kernel, Table, Uniform, When
+from .records import CHAIN, CORNER_NORMALS, HIT, MATERIAL, RADIANCE, RAY_DIRECTION, TRIANGLE
 from .shade import PROGRAM_DEFINES, PROGRAM_TABLES
 
 
 class Glow(Kernel):
-    """Find what glows where rays end, if that differs from point to point."""
+    """Find what glows where rays of the eye end (EYE), if that differs from point to point; or how
+    it lights."""
 
     stem = "glow"
-    structure = PROGRAM_DEFINES
-    inputs = {"direction": RAY_DIRECTION, "hit": HIT}
+    structure = ("EYE", "TRANSPARENT", *PROGRAM_DEFINES)
+    inputs = {"direction": RAY_DIRECTION, "hit": HIT, "chain": When("TRANSPARENT", CHAIN)}
     outputs = {"glow": RADIANCE}
+    uniforms = {"depth": When("EYE", Uniform("int"))}
     tables = {
         "triangles": Table(TRIANGLE),
         "corner_normals": Table(CORNER_NORMALS),

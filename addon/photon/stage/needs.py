@@ -213,6 +213,11 @@ class SceneNeeds:
         return defines | ({"SURFACES": 1} if self.glows or self.weighed else {})
 
     @cached_property
+    def glow_defines(self) -> Defines:
+        """What the kernel is compiled with that tells eye rays what glows."""
+        return {"EYE": 1, **self.programs.defines, **self.transparent_defines}
+
+    @cached_property
     def photon_defines(self) -> Defines:
         """What kernels of photons are compiled with. A photon meets one lobe besides Lambert's."""
         defines: dict[str, int | float]
