@@ -189,7 +189,11 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
         result: bpy.types.RenderResult | None = None
         finished = False
         events = SESSION.renderer.render(
-            job.scene, job.settings, layer=job.layer_name, layers=job.layers
+            job.scene,
+            job.settings,
+            layer=job.layer_name,
+            layers=job.layers,
+            images=images_of(job.passes),
         )
         try:
             for progress in events:
@@ -309,6 +313,11 @@ def layers_of(scene: bpy.types.Scene) -> int:
     """How many view layers a frame has."""
     used = 1 if scene.render.use_single_layer else sum(x.use for x in scene.view_layers)
     return max(1, used)
+
+
+def images_of(passes: list[Pass]) -> list[str]:
+    """The renderer's images that passes show."""
+    return [entry.name.removesuffix(" View") for entry in passes]
 
 
 def write_images(layer: bpy.types.RenderLayer, passes: list[Pass], images: Images) -> None:

@@ -22,6 +22,7 @@ from .memory import Budget
 from .phases import Phases
 from .photons.aim import Aiming
 from .photons.kept import Kept, Mapper, Stage
+from .photons.photon_grid import Gathering
 from .photons.photon_mapper import pilot_photons
 from .photons.photon_pass import Photons
 from .photons.radius_field import RadiusField, limits_by
@@ -98,8 +99,8 @@ class _Preparation:
             raise
 
     def parts(self) -> Parts:
-        """Make them: the photons that tell the radii fly while the rest is made, and eye rays while
-        the host waits for them."""
+        """Make them, all programs first: a GPU's driver has threads that link them. Eye rays fly
+        while the host waits for the photons that tell the radii."""
         settings, way = self._settings, self._way
         budget = self._find_room()
         with self._phases.timed("bvh"):
@@ -108,7 +109,7 @@ class _Preparation:
         needs = SceneNeeds.of(self._scene, settings, stage.mesh, stage.tables.emitters)
         self.warnings = _warnings(self._scene, settings, stage.mesh, needs)
         with self._phases.timed("programs"):
-            mapper = self._start_pilot(stage, needs) if needs.photons else None
+            mapper = self._mapper(stage, needs) if needs.photons else None
             strips = strips_of(settings.frame_region, way.strip_pixels)
             tables, scene, size = stage.tables, self._scene, strips[0].size
             eye = Eye(way, tables, stage.frame, scene, settings, needs, size)
@@ -119,14 +120,22 @@ class _Preparation:
             names = [*FILM_IMAGES, *(MIRROR_IMAGES if needs.secondary_rays else ())]
             names += EMISSION_IMAGES if needs.emitters_seen else ()
             names += ILLUMINANCE_IMAGES if needs.illuminance else ()
-            film = StripFilm(way, strips, names + ["blur"] * needs.photons)
+            names += ["blur"] * needs.photons
+            film = StripFilm(way, strips, names)
             self._own.append(film.release)
             film.prepare()
+            looks = way.look(film, names)
+            self._own.append(looks.release)
+            estimators = self._estimators(stage, needs) if mapper else None
+            if mapper:
+                self._start_pilot(mapper, stage, needs)
             if not stage.movement or settings.first_pass == 0:  # else it is another instant
                 with self._phases.timed("eye"):
                     eye.send_ahead(settings.first_pass, strips[0].region)
-            photons = self._photons(mapper, stage, needs, eye, budget) if mapper else None
-        return Parts(way, stage, needs, eye, images, film, photons, self._phases, self._own)
+            photons = None
+            if mapper and estimators:
+                photons = self._photons(mapper, *estimators, stage, eye, budget)
+        return Parts(way, stage, needs, eye, images, film, looks, photons, self._phases, self._own)
 
     def _find_room(self) -> Budget:
         """The budget; what only makes a render start sooner goes where there is no room for it."""
@@ -138,10 +147,31 @@ class _Preparation:
                 make_room()
         return Budget(*arguments)
 
-    def _start_pilot(self, stage: Stage, needs: SceneNeeds) -> Mapper:
-        """What traces photons, and, unless the user has set it, those that tell the radius."""
+    def _mapper(self, stage: Stage, needs: SceneNeeds) -> Mapper:
+        """What traces photons."""
         mapper = self._way.photon_mapper(stage, self._settings, needs)
         self._own.append(mapper.release)
+        return mapper
+
+    def _estimators(
+        self, stage: Stage, needs: SceneNeeds
+    ) -> tuple[Splats | None, Gathering | None]:
+        """What sums photons up, where the eye's own rays end and where others do."""
+        way, settings = self._way, self._settings
+        splat = grid = None
+        if settings.estimator == "splat" and needs.projects:
+            define = filter_define(settings)
+            splat = Splats(self._device, way.layer, settings.splat_shape, define)
+            self._own.append(splat.release)
+        if not splat or needs.secondary_rays:
+            kinds = [False] * (not splat) + [True] * needs.secondary_rays
+            grid = way.photon_grid(stage.mesh, settings, needs, kinds)
+            self._own.append(grid.release)
+        return splat, grid
+
+    def _start_pilot(self, mapper: Mapper, stage: Stage, needs: SceneNeeds) -> None:
+        """Send the photons that tell where others shall start, and, unless the user has set it,
+        the radius."""
         look = partial(self._look, stage, needs)
         moves = stage.movement is not None  # passes learn at the instant of pass 0
         self._aiming = Aiming(mapper, stage.tables, self._settings.seed, look, at_once=moves)
@@ -150,7 +180,6 @@ class _Preparation:
         if not self._settings.radius:
             with self._phases.timed("radius"):
                 self._kept.start(mapper, self._settings, 0, pilot_photons(self._settings))
-        return mapper
 
     def _look(self, stage: Stage, needs: SceneNeeds) -> View:
         """What the picture shows, in mirrors too."""
@@ -173,18 +202,15 @@ class _Preparation:
         return view
 
     def _photons(
-        self, mapper: Mapper, stage: Stage, needs: SceneNeeds, eye: Eye, budget: Budget
+        self,
+        mapper: Mapper,
+        splat: Splats | None,
+        grid: Gathering | None,
+        stage: Stage,
+        eye: Eye,
+        budget: Budget,
     ) -> Photons:
         way, settings = self._way, self._settings
-        define = filter_define(settings)
-        splat = grid = None
-        if settings.estimator == "splat" and needs.projects:
-            splat = Splats(self._device, way.layer, settings.splat_shape, define)
-            self._own.append(splat.release)
-        if not splat or needs.secondary_rays:
-            kinds = [False] * (not splat) + [True] * needs.secondary_rays
-            grid = way.photon_grid(stage.mesh, settings, needs, kinds)
-            self._own.append(grid.release)
         with self._phases.timed("radius"):
             if settings.radius:
                 field = RadiusField.even(self._device, settings.radius / stage.frame.scale)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,8 +18,9 @@ from .eye.images import PassImages
 from .eye.path import Path
 from .eye.paths import Eye
 from .eye.samples import instant
-from .film.error import Error, error_of
-from .film.picture import exposed, picture_of
+from .film.error import Error
+from .film.look import Look
+from .film.picture import CHANNELS, exposed
 from .film.strips import StripFilm
 from .phases import Phases
 from .photons.kept import Stage
@@ -31,6 +32,7 @@ from .version import VERSION
 from .ways.way import Way
 
 NO_DEPTH = 1.0e10  # Blender's depth where nothing is seen
+ALL_IMAGES = (*CHANNELS, "Error", "Depth")
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,7 @@ class Parts:
     eye: Eye
     images: PassImages
     film: StripFilm
+    look: Look
     photons: Photons | None
     phases: Phases
     own: list[Callable[[], None]]  # what releases them
@@ -63,7 +66,8 @@ class Renderer:
         self._stage, self.frame = parts.stage, parts.stage.frame
         self.triangles = len(parts.stage.mesh.triangles)
         self.eye, self.film, self.photons = parts.eye, parts.film, parts.photons
-        self._images, self._phases, self._own = parts.images, parts.phases, parts.own
+        self._images, self._look = parts.images, parts.look
+        self._phases, self._own = parts.phases, parts.own
         self._first_normals: list[moderngl.Buffer] = []  # and depths, of each strip: not read yet
         # Nothing seen, until the first pass; a mean over passes would mix objects.
         x0, y0, x1, y1 = settings.frame_region
@@ -99,18 +103,27 @@ class Renderer:
                 self._first_normals.append(images["normal"].copy())
             self.film.add(number, images)
 
-    def images(self) -> dict[str, NDArray[np.float32]]:
-        """The picture so far; see `picture_of`. Depth (h, w, 1) [m] is of the first pass, Error
-        (h, w, 1) [W/(m^2 sr)] is `Error.image`. Light is multiplied by the exposure."""
-        images = self._look() | {"Error": self.error().image}
+    def images(self, wanted: Collection[str] | None = None) -> dict[str, NDArray[np.float32]]:
+        """The picture so far, of it what is wanted, or all; see `picture_of`. Depth (h, w, 1) [m]
+        is of the first pass, Error (h, w, 1) [W/(m^2 sr)] is `Error.image`. Light is multiplied by
+        the exposure."""
+        wanted = ALL_IMAGES if wanted is None else wanted
+        self.device.use()
+        images, error = self._look.take(wanted)
+        self._error = self.film.passes, error
+        if error.image is not None:
+            images["Error"] = error.image
         if self.settings.exposure != 1.0:
             images = exposed(images, self.settings.exposure)
-        return images | {"Depth": self._depth}
+        if "Depth" in wanted:
+            self._read_depth()
+            images["Depth"] = self._depth
+        return images
 
     def error(self) -> Error:
         """How far the picture so far is from the converged one."""
         if self._error is None or self._error[0] != self.film.passes:
-            self._look()
+            self.images(())
         assert self._error
         return self._error[1]
 
@@ -177,22 +190,6 @@ class Renderer:
         self._first_normals.clear()
         self.device.end_render()
         self.device.trim()
-
-    def _look(self) -> dict[str, NDArray[np.float32]]:
-        """Make picture and error of what the film holds."""
-        self.device.use()
-        self._read_depth()
-        film = self.film
-        # Strip after strip, and each read twice: what is made of them takes more than they do.
-        few = [*film.exposures()] if len(film.strips) == 1 else None
-        images: dict[str, NDArray[np.float32]] = {}
-        for strip, exposure in zip(film.strips, few or film.exposures(), strict=True):
-            for name, image in picture_of(exposure.means).items():
-                if name not in images:
-                    images[name] = np.empty((*self._depth.shape[:2], image.shape[2]), np.float32)
-                images[name][strip.rows] = image
-        self._error = film.passes, error_of(few or film.exposures(), images["Combined"])
-        return images
 
     def _read_depth(self) -> None:
         """Read the first pass's depths along the view axis [m], if they are still on the device."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import product
+from itertools import combinations, product
 from typing import get_args
 
 from ..streams import Defines, DrawKernel, Kernel, Made
 from ..streams.draw import AddPart
+from .film.device_look import DECLARATIONS as LOOK_DECLARATIONS
+from .film.device_look import look_defines
 from .film.film import Accumulate, AccumulateBatches, AccumulateTwo
 from .kernels.absorb import Absorb
 from .kernels.add_chain import AddChain
@@ -28,6 +30,7 @@ from .kernels.plain_lobe import PlainLobe
 from .kernels.plain_microfacets import PlainMicrofacets
 from .kernels.projector import Projector
 from .kernels.reflector import Reflector
+from .kernels.resolve import ErrorParts, Resolve
 from .kernels.scatter import Scatter
 from .kernels.shade import Shade
 from .kernels.splat import Splat
@@ -196,6 +199,10 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     for first in added:
         yield AddChain, first, {}
         yield AddChain, {**first, "MOVED": 1}, {}
+    for count in range(4):
+        for names in combinations(("mirror", "emission", "blur"), count):
+            yield Resolve, look_defines(names), {}
+            yield ErrorParts, look_defines(names), {}
     for of_shadows in (Unshadowed, ShadowThrough):
         yield of_shadows, {}, {}
         yield of_shadows, lux, {}
@@ -258,6 +265,7 @@ def compute_programs() -> Iterator[tuple[str, str, Made]]:
     """Each program that is no kernel, what it is compiled with, and its includes."""
     for stem in COMPUTE:
         yield stem, DECLARATIONS.get(stem, ""), {}
+    yield "sum_texels", LOOK_DECLARATIONS, {}
     for scene in (*needs(), *program_needs()):
         for arrivals in (False, True):
             defines = replace(scene, arrivals=arrivals).photon_defines

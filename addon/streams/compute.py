@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import moderngl
@@ -44,10 +45,7 @@ class Program:
     ) -> None:
         self._device, self.stem = device, stem
         source = compute_source(stem, device.glsl_version, declarations, made)
-        try:
-            self._program = device.program(source.text)
-        except moderngl.Error as error:
-            raise device.refusal(stem, source, error) from None
+        self._program = device.program(source.text, refused=partial(device.refusal, stem, source))
 
     def run(
         self,

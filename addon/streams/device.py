@@ -12,6 +12,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from .ahead import links_ahead
 from .functions import find_function
 from .linked import Linked
 from .readback import Readback, Reading
@@ -27,7 +28,7 @@ _VERSIONS = (450, 430, 410, 330)  # compute programs from 430; macOS ends at 410
 _FREE_MEMORY = {"GL_NVX_gpu_memory_info": 0x9049, "GL_ATI_meminfo": 0x87FC}
 # KHR_debug (glext.h)
 _DEBUG_OUTPUT, _DEBUG_OUTPUT_SYNCHRONOUS = 0x92E0, 0x8242
-_DEBUG_TYPE_ERROR = 0x824C
+_DEBUG_TYPE_ERROR, _DEBUG_SOURCE_SHADER_COMPILER = 0x824C, 0x8248
 _DebugCallback = ctypes.CFUNCTYPE(
     None,
     ctypes.c_uint,
@@ -95,6 +96,7 @@ class Device:
         self._spare: dict[tuple[Any, ...], list[tuple[int, Any]]] = {}  # and since which render
         self._renders = 0
         self._programs: dict[tuple[str, ...], Linked] = {}  # by their shaders' texts
+        self._ahead = links_ahead(self.ctx)
         self._readback = Readback(self.ctx)
         # In which kernels count who is alive, one after the other. It only grows (modulo 2^32): the
         # host never writes to it. One for all, since a driver finds memory for a buffer when it is
@@ -129,20 +131,30 @@ class Device:
         """
         return layer == "compute" and not self.prefers_native
 
-    def program(self, *shaders: str) -> Linked:
-        """The program of a vertex and a fragment shader, or of a compute shader; raises
-        moderngl.Error with the driver's words.
+    def program(self, *shaders: str, refused: Callable[[moderngl.Error], StreamError]) -> Linked:
+        """The program of a vertex and a fragment shader, or of a compute shader; `refused` says
+        what is raised for what the driver says against it.
 
-        Compiled once, shared by all that ask for it, and freed with the device. Its uniforms are
-        shared, too: whoever runs it sets them all before.
+        Linked once, shared by all that ask for it, and freed with the device. Its uniforms are
+        shared, too: whoever runs it sets them all before. Compute programs of a GPU are linked
+        when they first run: until then the driver's threads are at it.
         """
         if shaders not in self._programs:
-            ctx = self.ctx
-            self._programs[shaders] = Linked(
-                ctx.compute_shader(*shaders)
-                if len(shaders) == 1
-                else ctx.program(vertex_shader=shaders[0], fragment_shader=shaders[1])
-            )
+            compute = len(shaders) == 1
+            begun = self._ahead.begin(*shaders) if compute and not self.is_software else 0
+
+            def link() -> Any:
+                try:
+                    if compute:
+                        return self._ahead.end(begun, lambda: self.ctx.compute_shader(*shaders))
+                    return self.ctx.program(vertex_shader=shaders[0], fragment_shader=shaders[1])
+                except moderngl.Error as error:
+                    raise refused(error) from None
+
+            linked = Linked(link)
+            if not begun:
+                _ = linked.program
+            self._programs[shaders] = linked
         return self._programs[shaders]
 
     def framebuffer(self, textures: Sequence[moderngl.Texture]) -> moderngl.Framebuffer:
@@ -369,7 +381,7 @@ class Device:
         self.drop_spare()
         self._release_framebuffers()
         for linked in self._programs.values():
-            linked.program.release()
+            linked.release()
         if self._callback:
             self._set_callback(None, None)
             _listening.remove(self._callback)
@@ -388,9 +400,10 @@ class Device:
             return None
 
         def listen(
-            _source: int, kind: int, _id: int, _severity: int, _n: int, text: bytes, _user: int
+            source: int, kind: int, _id: int, _severity: int, _n: int, text: bytes, _user: int
         ) -> None:
-            if kind == _DEBUG_TYPE_ERROR:
+            # What a compiler says is raised by who links the program.
+            if kind == _DEBUG_TYPE_ERROR and source != _DEBUG_SOURCE_SHADER_COMPILER:
                 self.errors.append(text.decode(errors="replace"))
 
         callback = _DebugCallback(listen)

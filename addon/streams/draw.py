@@ -67,11 +67,12 @@ class DrawKernel(Kernel):
     def _shape(self, shape: Shape, defines: Defines) -> tuple[Shape, Any, Any]:
         """A shape's program and its vertex array."""
         vertex, fragment = self.sources(self.device.glsl_version, shape, defines)
-        try:
-            program = self.device.program(vertex.text, fragment.text)
-        except moderngl.Error as error:
+
+        def refused(error: moderngl.Error) -> StreamError:
             failed = vertex if "vertex_shader" in str(error) else fragment
-            raise self.device.refusal(type(self).__name__, failed, error) from None
+            return self.device.refusal(type(self).__name__, failed, error)
+
+        program = self.device.program(vertex.text, fragment.text, refused=refused)
         lists = {name for name, table in self.tables.items() if isinstance(table, Items)}
         samplers = [f"input_{name}" for name in self.inputs]
         samplers += [f"{name}_table" if name in lists else name for name in self.tables]

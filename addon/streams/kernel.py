@@ -56,7 +56,8 @@ class Kernel:
 
     With `repeats` the outputs may have several times the inputs' rows: `load_<input>()` then reads
     element `source_element()`, the same in every `repetition()`.
-    Raises StreamError at construction if the declaration and the file don't match.
+    Raises StreamError at construction if the declaration and the file don't match, and there or at
+    the first launch if the driver refuses the program.
     """
 
     stem: ClassVar[str]
@@ -87,10 +88,11 @@ class Kernel:
         self._skips = "skip()" in source.text.split("void kernel()", 1)[1]
         compute = layer == "compute"
         corners = _FULL_SCREEN_TRIANGLE.format(version=device.glsl_version)
-        try:
-            self._program = device.program(*(() if compute else (corners,)), source.text)
-        except moderngl.Error as error:
-            raise device.refusal(type(self).__name__, source, error) from None
+        self._program = device.program(
+            *(() if compute else (corners,)),
+            source.text,
+            refused=partial(device.refusal, type(self).__name__, source),
+        )
         if not compute:
             self._quad = device.ctx.vertex_array(self._program.program, [])
         lists = [name for name, table in self.tables.items() if isinstance(table, Items)]

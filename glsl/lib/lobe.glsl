@@ -55,18 +55,15 @@ vec3 sample_lobe(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, ou
 // the cosine alone.
 vec3 sample_lobe_for_photon(Lobe lobe, Shape shape, vec3 normal, vec3 to_light, vec2 u, out vec3 weight) {
     float by_cosine = by_cosine_kind(lobe, shape);
-    vec3 to_viewer;
+    bool is_by_cosine = u.x < by_cosine;
+    vec2 apart = vec2((u.x - (is_by_cosine ? 0.0 : by_cosine)) / (is_by_cosine ? by_cosine : 1.0 - by_cosine), u.y);
+    // One call for both cases: compilers take long for each.
+    vec3 to_viewer = sample_lobe(lobe, shape, normal, to_light, apart, weight);
     if (!(by_cosine > 0.0)) {
-        to_viewer = sample_lobe(lobe, shape, normal, to_light, u, weight);
         weight *= exchanged_kind(lobe, shape, max(0.0, dot(to_light, normal)), dot(to_viewer, normal));
         return to_viewer;
     }
-    if (u.x < by_cosine) {
-        to_viewer = frame_about(normal) * sample_cosine_hemisphere(vec2(u.x / by_cosine, u.y));
-    } else {
-        u.x = (u.x - by_cosine) / (1.0 - by_cosine);
-        to_viewer = sample_lobe(lobe, shape, normal, to_light, u, weight);
-    }
+    if (is_by_cosine) to_viewer = frame_about(normal) * sample_cosine_hemisphere(apart);
     float cosine = max(0.0, dot(to_viewer, normal)), density = pdf_lobe(lobe, shape, normal, to_light, to_viewer);
     density = mix(density, pdf_cosine_hemisphere(cosine), by_cosine);
     weight = vec3(0.0);

@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .blocks import in_blocks
-from .film import Exposure, Images
+from .film import PAIR, Exposure, Images
 from .picture import LEAST_COVERAGE, mirror_images
 
 Floats = NDArray[np.floating[Any]]
@@ -46,8 +46,8 @@ class Error:
     noise: float  # from the variance between passes
     bias: float  # from the radius
     # (h, w, 1) [W/(m^2 sr)], both together: over that root of the pixel's and the picture's mean
-    # brightness, its root mean square over the pixels is `total`.
-    image: Floats
+    # brightness, its root mean square over the pixels is `total`. None: nobody asked for it.
+    image: Floats | None
 
     @property
     def total(self) -> float:
@@ -55,42 +55,84 @@ class Error:
         return math.hypot(self.noise, self.bias)
 
 
-def error_of(exposures: Iterable[Exposure], combined: Floats) -> Error:
+def unknown_error(shape: tuple[int, int], with_image: bool) -> Error:
+    """That of too few passes."""
+    image = np.full((*shape, 1), np.inf, np.float32) if with_image else None
+    return Error(math.inf, math.inf, image)
+
+
+def dark_of(sum_of_light: float, pixels: int) -> float:
+    """The light that counts as dark in a picture, of the sum of all its channels; > 0."""
+    return DARK * (sum_of_light / (3 * pixels) or 1.0)
+
+
+def error_of(exposures: Iterable[Exposure], combined: Floats, with_image: bool = True) -> Error:
     """The error of the picture `combined` (h, w, 3 or more) that was made of `exposures`: of the
     strips of its rows, from the bottom."""
     height, width = combined.shape[:2]
     # By rows, so that it is the same for all strips.
-    floor = float(combined[..., :3].sum(axis=(1, 2), dtype=np.float64).sum() / (3 * height * width))
-    floor = DARK * (floor or 1.0)
-    sums = _Sums(*(np.zeros((height, width), kind) for kind in (float, float, bool, bool)))
-    noises, changes, lit, even = sums
+    light = float(combined[..., :3].sum(axis=(1, 2), dtype=np.float64).sum())
+    floor = dark_of(light, height * width)
+    parts = ErrorParts(*(np.zeros((height, width), kind) for kind in (float, float, bool, bool)))
     row = batches = 0
     for exposure in exposures:
         variance = exposure.variance_of_mean()
         if variance is None:
-            return Error(math.inf, math.inf, np.full((height, width, 1), np.inf, np.float32))
-        batches = exposure.squares[min(exposure.squares)].batches
-        _take(exposure, variance, combined, floor, slice(row, row + len(variance)), sums)
+            return unknown_error((height, width), with_image)
+        batches = exposure.squares[PAIR].batches
+        _take(exposure, variance, combined, floor, slice(row, row + len(variance)), parts)
         row += len(variance)
-    noise = _mean(noises)
-    relative = _pooled(noises, _reach(POOLED / max(1, batches - 1)), noise)
-    del noises, sums  # makes room
-    if even.sum() > LEAST_EVEN * lit.sum():
-        changes[lit & ~even] = changes[even].mean()
+    error = error_by(parts.totals())
+    return error_with_image(error, parts, combined, floor, batches) if with_image else error
+
+
+class Totals(NamedTuple):
+    """Sums over a picture's pixels of what ErrorParts has of each."""
+
+    pixels: int
+    noise: float
+    change: float
+    even_change: float  # where the disc is even
+    lit: int
+    even: int
+
+    @property
+    def even_mean(self) -> float | None:
+        """The change where the disc is even, if that is so of enough pixels."""
+        return self.even_change / self.even if self.even > LEAST_EVEN * self.lit else None
+
+
+def error_by(totals: Totals) -> Error:
+    """Noise and bias, without an image."""
+    change, even = totals.change, totals.even_mean
+    if even is not None:
+        change = totals.even_change + even * (totals.lit - totals.even)
     # Of the change's mean square, its own variance is no bias: it can leave less than nothing.
-    bias = max(0.0, EXTRAPOLATION**2 * _mean(changes))
-    relative += _pooled(changes, max(1, max(changes.shape) // 64), bias)
-    image = np.empty((height, width, 1), np.float32)
+    bias = max(0.0, EXTRAPOLATION**2 * change / totals.pixels)
+    return Error(math.sqrt(totals.noise / totals.pixels), math.sqrt(bias), None)
+
+
+def error_with_image(
+    error: Error, parts: ErrorParts, combined: Floats, floor: float, batches: int
+) -> Error:
+    """The error that `parts` give, with its image, which they end as; `batches` of pairs."""
+    noises, changes, lit, even = parts
+    relative = _pooled(noises, _reach(POOLED / max(1, batches - 1)), error.noise**2)
+    filled = parts.totals().even_mean
+    if filled is not None:
+        changes[lit & ~even] = filled
+    relative += _pooled(changes, max(1, max(changes.shape) // 64), error.bias**2)
+    image = np.empty((*changes.shape, 1), np.float32)
 
     def scaled(rows: slice) -> None:
         brightness = combined[rows, :, :3].astype(np.float64).mean(axis=-1)
         image[rows, :, 0] = np.sqrt(relative[rows]) * np.hypot(brightness, floor)
 
     in_blocks(combined.shape, scaled)
-    return Error(math.sqrt(noise), math.sqrt(bias), image)
+    return replace(error, image=image)
 
 
-class _Sums(NamedTuple):
+class ErrorParts(NamedTuple):
     """Of each pixel (h, w): what noise and blur add to the relative square, and whether light falls
     there, on a disc that is even enough."""
 
@@ -99,11 +141,22 @@ class _Sums(NamedTuple):
     lit: NDArray[np.bool_]
     even: NDArray[np.bool_]
 
+    def totals(self) -> Totals:
+        """Their sums."""
+        sums = self.noises, self.changes, self.changes[self.even]
+        noise, change, even = (float(part.sum(dtype=np.float64)) for part in sums)
+        return Totals(self.lit.size, noise, change, even, int(self.lit.sum()), int(self.even.sum()))
+
 
 def _take(
-    exposure: Exposure, variance: Floats, combined: Floats, floor: float, strip: slice, sums: _Sums
+    exposure: Exposure,
+    variance: Floats,
+    combined: Floats,
+    floor: float,
+    strip: slice,
+    parts: ErrorParts,
 ) -> None:
-    """Write a strip's part of the sums."""
+    """Write a strip's parts."""
 
     def work(rows: slice) -> None:
         here = slice(strip.start + rows.start, strip.start + rows.stop)
@@ -113,11 +166,11 @@ def _take(
         scale = np.square(np.reciprocal(np.hypot(value, floor)))
         # The picture divides indirect light by the coverage; so are its deviations divided.
         squares = np.square(_over(value, means["combined"][..., :3])) * variance[rows, :, :3]
-        sums.noises[here] = np.einsum("ijk,ijk->ij", squares, scale) / 3
+        parts.noises[here] = np.einsum("ijk,ijk->ij", squares, scale) / 3
         if "blur" in means:
             change, colour, share = _change(means, variance[rows, :, 3])
-            sums.changes[here] = change * np.einsum("ijk,ijk->ij", np.square(colour), scale) / 3
-            sums.lit[here], sums.even[here] = share > 0, share >= EVEN
+            parts.changes[here] = change * np.einsum("ijk,ijk->ij", np.square(colour), scale) / 3
+            parts.lit[here], parts.even[here] = share > 0, share >= EVEN
 
     in_blocks(variance.shape, work)
 

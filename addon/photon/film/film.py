@@ -74,6 +74,18 @@ class Squares:
     total: NDArray[np.float32]  # (h, w, 4), of "combined"
 
 
+def batches_that_tell(passes: int, batches: Mapping[int, int]) -> tuple[int, float] | None:
+    """The length of the batches, of as many as there are of each length, that tell the variance of
+    the mean of so many passes, and that over their squares; None before FEWEST_PASSES."""
+    fours = batches[FOUR] if passes >= PASSES_FOR_FOURS else 0
+    length = FOUR if fours >= 2 else PAIR  # merged films of few passes each may have no fours
+    n = batches[length]
+    if passes < FEWEST_PASSES or n < 2:
+        return None
+    # Of the mean of n batches; the passes after the last whole one add to the mean, too.
+    return length, length / ((n - 1) * passes)
+
+
 @dataclass(frozen=True)
 class Exposure:
     """What a film holds: the images' means over passes, and what tells their variance."""
@@ -88,14 +100,9 @@ class Exposure:
         Batch means of randomised quasi-Monte Carlo (Owen 2013, sec. 17.3): its bias is what batches
         of twice the length would still cancel.
         """
-        fours = self.squares[FOUR].batches if self.passes >= PASSES_FOR_FOURS else 0
-        length = FOUR if fours >= 2 else PAIR  # merged films of few passes each may have no fours
-        squares = self.squares[length]
-        n = squares.batches
-        if self.passes < FEWEST_PASSES or n < 2:
-            return None
-        # Of the mean of n batches; the passes after the last whole one add to the mean, too.
-        return squares.total * np.float32(length / ((n - 1) * self.passes))
+        batches = {length: squares.batches for length, squares in self.squares.items()}
+        told = batches_that_tell(self.passes, batches)
+        return self.squares[told[0]].total * np.float32(told[1]) if told else None
 
 
 class Film:
@@ -118,60 +125,64 @@ class Film:
         if len(names) % 2:
             self._kernels[1] = Accumulate(device, layer)
         self._batch_kernel = AccumulateBatches(device, layer)
-        self._sums = {name: Stream(device, SUM, size) for name in names}
+        self.sums = {name: Stream(device, SUM, size) for name in names}
         self._lows = {name: Stream(device, SUM, size) for name in names}
         ports = ("pair", "four", "pair_squares", "four_squares")
         self._batches = {port: Stream(device, SUM, size) for port in ports}
         self._own = [] if spare else [Stream(device, SUM, size) for _ in range(SPARE)]
-        self._spare = spare or self._own
+        self.spare = spare or self._own  # that anybody may write to between passes
 
     def prepare(self) -> None:
         """Begin with sums of nothing."""
-        for stream in (*self._sums.values(), *self._lows.values(), *self._batches.values()):
+        for stream in (*self.sums.values(), *self._lows.values(), *self._batches.values()):
             stream.clear()
 
     def add(self, images: dict[str, Stream]) -> None:
         """Add one pass's images (streams by name; "combined" has its variance kept)."""
-        spare = self._spare
+        spare = self.spare
         backs = {f"next_{port}": spare[k] for k, port in enumerate(self._batches)}
         self._batch_kernel.run(
-            {"value": images["combined"], "sum": self._sums["combined"]} | self._batches | backs,
+            {"value": images["combined"], "sum": self.sums["combined"]} | self._batches | backs,
             uniforms={"passes_before": self.passes},
         )
         for k, port in enumerate(self._batches):
             self._batches[port], spare[k] = spare[k], self._batches[port]
-        names = [*self._sums]
+        names = [*self.sums]
         for first in range(0, len(names), 2):
             ports: dict[str, Stream] = {}
             pair = names[first : first + 2]
             for name, which in zip(pair, ("", "second_"), strict=False):
-                sums, lows = self._sums[name], self._lows[name]
+                sums, lows = self.sums[name], self._lows[name]
                 next_sums, next_lows = spare.pop(0), spare.pop(0)
                 ports |= {f"{which}value": images[name], f"{which}sum": sums, f"{which}low": lows}
                 ports |= {f"next_{which}sum": next_sums, f"next_{which}low": next_lows}
-                self._sums[name], self._lows[name] = next_sums, next_lows
+                self.sums[name], self._lows[name] = next_sums, next_lows
                 spare += [sums, lows]
             self._kernels[len(pair)].run(ports)
         self.passes += 1
+
+    def squares(self, length: int) -> Stream:
+        """Sums of squared differences of the means of batches of so many passes."""
+        return self._batches["pair_squares" if length == PAIR else "four_squares"]
 
     def means(self) -> Images:
         """The mean of each image so far, float64 (h, w, 4), row 0 at the bottom."""
         return {
             name: _mean(sums.download(), self._lows[name].download(), self.passes)
-            for name, sums in self._sums.items()
+            for name, sums in self.sums.items()
         }
 
     def exposure(self) -> Exposure:
         """All that the film holds."""
         squares = {
-            length: Squares(self.passes // length, self._batches[port].download())
-            for length, port in ((PAIR, "pair_squares"), (FOUR, "four_squares"))
+            length: Squares(self.passes // length, self.squares(length).download())
+            for length in (PAIR, FOUR)
         }
         return Exposure(self.passes, self.means(), squares)
 
     def release(self) -> None:
         """Free streams and kernels."""
-        made = (*self._sums.values(), *self._lows.values(), *self._batches.values())
+        made = (*self.sums.values(), *self._lows.values(), *self._batches.values())
         for stream in (*made, *self._own):
             stream.release()
         for kernel in (*self._kernels.values(), self._batch_kernel):

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,25 +17,30 @@ MIRROR_IMAGES = ("mirror", "mirror_indirect")  # only of scenes with mirrors or 
 EMISSION_IMAGES = ("emission",)  # only of scenes with emitters that can be seen
 ILLUMINANCE_IMAGES = ("illuminance",)  # where it is asked for
 PARTS = ("Direct", "Indirect", "Mirror", "Emission", "Background")
+CHANNELS = {"Combined": 4, **dict.fromkeys((*PARTS, "Normal"), 3), "Illuminance": 1}
 LEAST_COVERAGE = 0.02  # a mean below it is noise: dividing by it would make fireflies
 
 
-def picture_of(means: Images) -> dict[str, NDArray[np.float32]]:
-    """The images by Blender's names, float32, row 0 at the bottom.
+def picture_of(
+    means: Images, wanted: Collection[str] = tuple(CHANNELS)
+) -> dict[str, NDArray[np.float32]]:
+    """The images by Blender's names, those of `wanted`, float32, row 0 at the bottom.
 
     Combined (h, w, 4) premultiplied RGBA; PARTS and Normal (h, w, 3);
     Illuminance (h, w, 1) [lx], if it is there, of diffuse surfaces that the eye sees directly.
     Combined is the sum of the five light passes.
     """
     shape = means["direct"].shape[:2]
-    images = {"Combined": np.empty((*shape, 4), np.float32)}
-    images |= {name: np.empty((*shape, 3), np.float32) for name in (*PARTS, "Normal")}
-    if "illuminance" in means:
-        images["Illuminance"] = np.empty((*shape, 1), np.float32)
+    images = {
+        name: np.empty((*shape, channels), np.float32)
+        for name, channels in CHANNELS.items()
+        if name in wanted and (name != "Illuminance" or "illuminance" in means)
+    }
 
     def work(rows: slice) -> None:
-        for name, image in _rows_of({name: mean[rows] for name, mean in means.items()}).items():
-            images[name][rows] = image
+        made = _rows_of({name: mean[rows] for name, mean in means.items()})
+        for name, image in images.items():
+            image[rows] = made[name]
 
     in_blocks(shape, work)
     return images
@@ -46,7 +51,7 @@ def exposed(
 ) -> dict[str, NDArray[np.float32]]:
     """Images with their light multiplied: not Normal, nor alpha."""
     made = dict(images)
-    for name in ("Combined", *PARTS, "Error"):
+    for name in {"Combined", *PARTS, "Error"} & images.keys():
         made[name] = images[name].copy()
         made[name][..., :3] *= np.float32(exposure)
     return made
@@ -67,18 +72,18 @@ def _rows_of(means: Images) -> dict[str, NDArray[np.float64]]:
     combined = np.concatenate([sum(parts.values()), alpha], axis=-1)
     images = {"Combined": combined, **parts, "Normal": means["normal"][..., :3]}
     if "illuminance" in means:
-        images["Illuminance"] = _illuminance(means["illuminance"])
+        images["Illuminance"] = illuminance_of(means["illuminance"])
     return images
 
 
-def _illuminance(mean: NDArray[np.float64]) -> NDArray[np.float64]:
+def illuminance_of(mean: NDArray[Any]) -> NDArray[Any]:
     """(h, w, 1) [lx] of records.ILLUMINANCE_SEEN, over the part of a pixel that shows surfaces."""
     direct, indirect, there, covered = np.moveaxis(mean, -1, 0)
     shown = np.divide(direct, there, where=there > 0, out=np.zeros_like(there))
     covered = np.maximum(covered, LEAST_COVERAGE * there)
     light = np.maximum(indirect, 0.0)
     photons = np.divide(light, covered, where=there > 0, out=np.zeros_like(there))
-    lux: NDArray[np.float64] = (shown + photons)[..., None]
+    lux: NDArray[Any] = (shown + photons)[..., None]
     return lux
 
 

@@ -5,14 +5,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from ...streams import Stream
+from ...streams import Device, Stream
 from ..kernels.records import SUM
 from ..settings import Region
-from ..ways.way import Way
 from .film import Exposure, Film, HostFilm, Images, Squares
+
+
+class Films(Protocol):
+    """Who gives films: a way."""
+
+    device: Device
+
+    @property
+    def film_spares(self) -> int: ...
+    def film(
+        self, size: tuple[int, int], names: Sequence[str], spare: list[Stream]
+    ) -> Film | HostFilm: ...
 
 
 @dataclass(frozen=True)
@@ -57,32 +69,37 @@ class StripFilm:
 
     def __init__(
         self,
-        way: Way,
+        way: Films,
         strips: Sequence[Strip],
         names: Sequence[str],
     ) -> None:
         self.strips = strips
         size = strips[0].size
         self._spare = [Stream(way.device, SUM, size) for _ in range(way.film_spares)]
-        self._films: list[Film | HostFilm] = [way.film(size, names, self._spare) for _ in strips]
+        self.films: list[Film | HostFilm] = [way.film(size, names, self._spare) for _ in strips]
 
     def prepare(self) -> None:
         """Begin with sums of nothing."""
-        for film in self._films:
+        for film in self.films:
             film.prepare()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """The picture's rows and columns."""
+        return self.strips[-1].rows.stop, self.strips[0].size[0]
 
     @property
     def passes(self) -> int:
         """How many passes are on all strips."""
-        return self._films[-1].passes
+        return self.films[-1].passes
 
     def add(self, index: int, images: dict[str, Stream]) -> None:
         """Add a pass's images of strip `index`."""
-        self._films[index].add(images)
+        self.films[index].add(images)
 
     def exposure_of(self, index: int) -> Exposure:
         """What strip `index` holds, its own rows alone."""
-        whole, height = self._films[index].exposure(), self.strips[index].height
+        whole, height = self.films[index].exposure(), self.strips[index].height
         return Exposure(
             whole.passes,
             {name: image[:height] for name, image in whole.means.items()},
@@ -118,7 +135,7 @@ class StripFilm:
 
     def release(self) -> None:
         """Free streams and kernels."""
-        for film in self._films:
+        for film in self.films:
             film.release()
         for stream in self._spare:
             stream.release()

@@ -17,7 +17,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Collection, Generator, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -99,8 +99,10 @@ class RendererProcess:
         previews: bool = True,
         layer: str = "",
         layers: int = 1,
+        images: Collection[str] | None = None,
     ) -> Generator[Progress, None, None]:
-        """Yield a Progress at least every 0.1 s; the last has done=True and images.
+        """Yield a Progress at least every 0.1 s; the last has done=True and images: those
+        named, or all.
 
         What has not changed since the last frame is used again, for each `layer` of a frame that
         has so many `layers`.
@@ -116,6 +118,7 @@ class RendererProcess:
             arrays = pack(scene)
             folder = self._start(_shared_bytes(arrays, settings))
             request = {"settings": asdict(settings), "layer": layer, "layers": layers}
+            request["images"] = images and [*images]
             self._send({"type": "render", "scene": self._share(arrays, layer, layers)} | request)
             next_preview = 0.5
             while rendering:

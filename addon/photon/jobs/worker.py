@@ -132,7 +132,7 @@ class _Worker:
                 kept = self._kept_of(device, request["layer"], request["layers"])
                 renderer = prepare(scene, settings, device, kept)
             try:
-                self._render(renderer)
+                self._render(renderer, request["images"])
             finally:
                 renderer.release()
         except Exception as error:
@@ -183,7 +183,7 @@ class _Worker:
             self._device = None
             self._kept.clear()
 
-    def _render(self, renderer: Renderer) -> None:
+    def _render(self, renderer: Renderer, wanted: list[str] | None) -> None:
         start, stops, reached = time.monotonic(), Stops(renderer.settings), ""
         self._report(renderer, "progress", start, stops, {"warnings": renderer.warnings})
         while not reached:
@@ -199,9 +199,9 @@ class _Worker:
                 if message["type"] == "cancel":
                     send(self._out, {"type": "cancelled"})
                     return
-                extra = {"images": self._share(renderer)}  # the parent asked for a preview
+                extra = {"images": self._share(renderer, wanted)}  # the parent asked for a preview
             self._report(renderer, "progress", start, stops, extra)
-        self._report(renderer, "done", start, stops, {"images": self._share(renderer)})
+        self._report(renderer, "done", start, stops, {"images": self._share(renderer, wanted)})
 
     def _report(
         self, renderer: Renderer, kind: str, start: float, stops: Stops, extra: Message
@@ -221,9 +221,9 @@ class _Worker:
             | extra,
         )
 
-    def _share(self, renderer: Renderer) -> list[Any]:
-        """Write the images to shared memory; their layout."""
-        images = renderer.images()
+    def _share(self, renderer: Renderer, wanted: list[str] | None) -> list[Any]:
+        """Write the images that are wanted to shared memory; their layout."""
+        images = renderer.images(wanted)
         layout: list[Any] = [[name, image.shape] for name, image in images.items()]
         # In one step: the parent has the last preview's file.
         with open(self._folder / "images.part", "wb") as file:

@@ -15,7 +15,10 @@ from numpy.typing import NDArray
 from ...streams import Defines, Device, Kernel, Stream, StreamError
 from ...streams.device import Layer
 from ..errors import DeviceError
+from ..film.device_look import DeviceLook
 from ..film.film import Film, HostFilm
+from ..film.look import HostLook, Look
+from ..film.strips import StripFilm
 from ..kernels.coverage import Coverage
 from ..kernels.cuts import Cuts
 from ..kernels.tracer import Tracer
@@ -161,6 +164,10 @@ class Way:
         """What averages passes; `spare` are streams that all films of a size may write to."""
         return Film(self.device, self.layer, size, names, spare)
 
+    def look(self, film: StripFilm, names: Sequence[str]) -> Look:
+        """What makes pictures of a film of these images."""
+        return HostLook(film)
+
     @property
     def film_spares(self) -> int:
         """How many streams films of a size may write to."""
@@ -201,6 +208,9 @@ class ResidentWay(Way):
         lanes = lanes_of_gpu(settings.width * settings.height)
         sort = DeviceSort(self.device)
         return self._gathering(mesh, settings, needs, in_chains, sort, lanes)
+
+    def look(self, film: StripFilm, names: Sequence[str]) -> Look:
+        return DeviceLook(self.device, film, names)
 
 
 class NativeWay(Way):

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Picture and error of what films hold, made on the device: the host reads what is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...streams import Defines, Device, Program, Stream
+from ..kernels import resolve
+from .error import (
+    EVEN,
+    INNER_AREA,
+    Error,
+    ErrorParts,
+    Totals,
+    dark_of,
+    error_by,
+    error_with_image,
+    unknown_error,
+)
+from .film import FOUR, PAIR, Film, batches_that_tell
+from .look import Picture
+from .picture import CHANNELS, LEAST_COVERAGE, illuminance_of
+from .strips import StripFilm
+
+# Images that are means of the film's own.
+MEANS = {
+    "Direct": "direct",
+    "Emission": "emission",
+    "Background": "background",
+    "Normal": "normal",
+    "Illuminance": "illuminance",
+}
+RESOLVED = {"Combined": "picture", "Indirect": "indirect_part", "Mirror": "mirror_part"}
+SUMMED = 2048  # texels that a work group sums
+EVEN_COUNTS = 2 * SUMMED  # a pixel with an even disc counts so, a lit one 1: sums are exact
+DECLARATIONS = f"const int SUMMED = {SUMMED};"  # what sum_texels is compiled with
+
+
+def look_defines(names: Collection[str]) -> Defines:
+    """What the kernels are compiled with for a film of these images."""
+    there = {"mirror": "MIRRORED", "emission": "EMITTERS", "blur": "BLURRED"}
+    return {
+        "LEAST_COVERAGE": LEAST_COVERAGE,
+        "INNER_AREA": INNER_AREA,
+        "EVEN": EVEN,
+        "EVEN_COUNTS": float(EVEN_COUNTS),
+        **{define: 1 for name, define in there.items() if name in names},
+    }
+
+
+class DeviceLook:
+    """By compute programs, which write where films write during a pass."""
+
+    def __init__(self, device: Device, film: StripFilm, names: Sequence[str]) -> None:
+        """`names` of the film's images."""
+        self._device, self._film = device, film
+        defines = look_defines(names)
+        self._resolve = resolve.Resolve(device, "compute", defines)
+        self._parts = resolve.ErrorParts(device, "compute", defines)
+        self._sum = Program(device, "sum_texels", DECLARATIONS)
+
+    def take(self, wanted: Collection[str]) -> tuple[Picture, Error]:
+        """As HostLook's, to rounding."""
+        return self._images(wanted), self._error("Error" in wanted)
+
+    def _images(self, wanted: Collection[str]) -> Picture:
+        there = next(self._strips())[0].sums
+        images = {
+            name: np.zeros((*self._film.shape, channels), np.float32)
+            for name, channels in CHANNELS.items()
+            if name in wanted and (name != "Illuminance" or "illuminance" in there)
+        }
+        if not self._film.passes:
+            return images
+        for film, rows, texels in self._strips():
+            resolved = self._resolved(film) if RESOLVED.keys() & images.keys() else {}
+            streams = resolved | {
+                own: film.sums[name] for own, name in MEANS.items() if name in there
+            }
+            for name in images.keys() & streams.keys():
+                image = self._texels(streams[name], texels).reshape(
+                    *images[name][rows].shape[:2], 4
+                )
+                if name in MEANS:
+                    image = image / np.float32(self._film.passes)
+                if name == "Illuminance":
+                    image = illuminance_of(image)
+                images[name][rows] = image[..., : CHANNELS[name]]
+        return images
+
+    def _error(self, with_image: bool) -> Error:
+        shape, passes = self._film.shape, self._film.passes
+        pixels = shape[0] * shape[1]
+        told = batches_that_tell(passes, {length: passes // length for length in (PAIR, FOUR)})
+        if told is None:
+            return unknown_error(shape, with_image)
+        light = sum(
+            self._sums(self._resolved(film)["Combined"], texels)[:, :3].sum()
+            for film, _, texels in self._strips()
+        )
+        floor, sums, read = dark_of(float(light), pixels), np.zeros(5), []
+        for film, _, texels in self._strips():
+            stream = self._parts_of(film, *told, floor)
+            of_groups = self._sums(stream, texels)
+            counts = np.divmod(of_groups[:, 3], EVEN_COUNTS)
+            sums += [*of_groups[:, :3].sum(axis=0), counts[1].sum(), counts[0].sum()]
+            if with_image:
+                read.append(self._texels(stream, texels))
+        noise, change, even_change, lit, even = sums.tolist()
+        error = error_by(Totals(pixels, noise, change, even_change, int(lit), int(even)))
+        if not with_image:
+            return error
+        noises, changes, _, codes = np.moveaxis(np.concatenate(read).reshape(*shape, 4), -1, 0)
+        parts = ErrorParts(noises, changes, codes % EVEN_COUNTS > 0, codes >= EVEN_COUNTS)
+        combined = self._images(["Combined"])["Combined"]
+        return error_with_image(error, parts, combined, floor, passes // PAIR)
+
+    def _strips(self) -> Iterator[tuple[Film, slice, int]]:
+        """Their films, their own rows of the picture, and how many texels those are."""
+        for film, strip in zip(self._film.films, self._film.strips, strict=True):
+            assert isinstance(film, Film)
+            yield film, strip.rows, strip.height * strip.size[0]
+
+    def _resolved(self, film: Film) -> dict[str, Stream]:
+        """Streams of RESOLVED."""
+        inputs = {name: film.sums[name] for name in self._resolve.inputs}
+        outputs = dict(zip(self._resolve.outputs, film.spare, strict=False))
+        passes = {"passes": float(self._film.passes)}
+        self._resolve.run({**inputs, **outputs}, uniforms=passes)
+        return {name: outputs[port] for name, port in RESOLVED.items()}
+
+    def _parts_of(self, film: Film, length: int, of_squares: float, floor: float) -> Stream:
+        """ErrorParts, by squares of batches of a length."""
+        picture, parts = self._resolved(film)["Combined"], film.spare[-1]
+        own = {"picture": picture, "squares": film.squares(length)}
+        sums = {name: film.sums[name] for name in self._parts.inputs if name not in own}
+        uniforms = {
+            "passes": float(self._film.passes),
+            "of_squares": of_squares,
+            "unit": 1.0 / floor,
+        }
+        self._parts.run({**own, **sums, "parts": parts}, uniforms=uniforms)
+        return parts
+
+    def _sums(self, stream: Stream, texels: int) -> NDArray[np.float64]:
+        """Of a stream's first texels, (work groups, 4)."""
+        groups = -(-texels // SUMMED)
+        buffer = self._device.buffer(16 * groups)
+        self._sum.run(texels, [buffer], {"texels": stream.texture}, groups=groups)
+        read = self._device.read(buffer, 4 * groups).reshape(groups, 4)
+        self._device.put_back(buffer)
+        return read.astype(float)
+
+    def _texels(self, stream: Stream, texels: int) -> NDArray[np.float32]:
+        """The first ones, (texels, 4)."""
+        whole = texels == stream.size[0] * stream.size[1]
+        return self._device.texels(stream.texture, None if whole else texels)
+
+    def release(self) -> None:
+        """As HostLook's."""
+        self._resolve.release()
+        self._parts.release()

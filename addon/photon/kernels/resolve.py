@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from ...streams import Kernel, Ports, Uniform, When
+from .records import SUM
+
+_SUMS: Ports = {
+    "direct": SUM,
+    "indirect": SUM,
+    "mirror": When("MIRRORED", SUM),
+    "mirror_indirect": When("MIRRORED", SUM),
+}
+
+
+class Resolve(Kernel):
+    """Make the picture, and of its parts those that are not mere means, of the sums of passes."""
+
+    stem = "resolve"
+    structure = ("MIRRORED", "EMITTERS", "LEAST_COVERAGE")
+    inputs = {**_SUMS, "background": SUM, "emission": When("EMITTERS", SUM)}
+    outputs = {"picture": SUM, "indirect_part": SUM, "mirror_part": SUM}
+    uniforms = {"passes": Uniform("float")}
+
+
+class ErrorParts(Kernel):
+    """What noise and blur add to the relative square of each pixel of the picture: noise, change,
+    the same where the disc is even, and which of the two there is."""
+
+    stem = "error_parts"
+    structure = ("MIRRORED", "BLURRED", "LEAST_COVERAGE", "INNER_AREA", "EVEN", "EVEN_COUNTS")
+    inputs = {
+        "picture": SUM,
+        "combined": SUM,
+        "squares": SUM,
+        "direct": When("BLURRED", SUM),
+        "indirect": When("BLURRED", SUM),
+        "blur": When("BLURRED", SUM),
+        "mirror": When("MIRRORED", SUM),
+        "mirror_indirect": When("MIRRORED", SUM),
+    }
+    outputs = {"parts": SUM}
+    uniforms = {
+        "passes": Uniform("float"),
+        "of_squares": Uniform("float"),  # the variance of the mean over them
+        "unit": Uniform("float"),
+    }
