@@ -122,7 +122,6 @@ def lay_out(cases: Sequence[Case]) -> tuple[int, int]:
     camera.location = (columns / 2, rows / 2, 10.0)
     camera.data.type, camera.data.ortho_scale = "ORTHO", max(columns, rows)
     scene.render.resolution_x, scene.render.resolution_y = CELL * columns, CELL * rows
-    scene.cycles.max_bounces = 0
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "GAUSSIAN", 0.01
     add_light("Sun", "SUN", energy=math.pi, angle=0.0, location=(0.0, 0.0, 5.0))
     return columns, rows

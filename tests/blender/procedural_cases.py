@@ -137,6 +137,8 @@ def patterns() -> list[Case]:
     for output, smooth in (("Color", 0.0), ("Color", 0.9), ("Fac", 0.9)):
         inputs = bricks | {"Mortar Smooth": smooth}
         found.append(texture("Brick", output, inputs, (-1.0, 2.0), **rows))
+    flat = bricks | {"Brick Width": 0.0, "Mortar Smooth": 0.1}
+    found.append(Case("Brick: flat", texture("Brick", "Color", flat, (-1.0, 2.0)).build))
     for depth in range(11):
         inputs = {"Vector": VECTOR, "Scale": 0.25, "Distortion": 1.2}
         found.append(texture("Magic", "Color", inputs, turbulence_depth=depth))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import bpy
 import pytest
 
 from .node_cases import Case, first_of_each, lay_out, render_sheet, wrong_pixels
@@ -19,6 +20,7 @@ def compare(export, cycles_mean, device, layer: str, cases: Sequence[Case]) -> N
     """Each case's square, rendered in a way."""
     columns, rows = lay_out(cases)
     scene, report = export()
+    bpy.context.scene.cycles.max_bounces = 0
     assert not [str(e) for e in report.entries if e.status != "exact"]
     ours = render_sheet(device, scene, columns, rows, layer)
     cycles = cycles_mean(1, 0)[..., :3]

@@ -25,6 +25,7 @@ from addon.photon.stage.light_tables import (
     light_table,
     tree_of,
 )
+from addon.photon.stage.light_tree import Bounds, light_tree
 from addon.streams import Table, Uniform
 from tests.kernels.conftest import Bench
 from tests.scenes import Builder, camera
@@ -164,3 +165,14 @@ def test_no_light_that_could_arrive_is_forgotten(one_bench: Bench, name: str) ->
     probability = asked(PROBABILITY, place, normal, number)[:, 0]
     bright = (asked.flux[number] > 0) & (np.abs(falling) > 1e-3)
     assert bright.sum() > 1000 and (probability[bright] > 0).all()
+
+
+def test_what_is_dark_widens_nothing() -> None:
+    """As a dome far around two lamps, which is seen and lights nothing."""
+    places = np.concatenate([np.eye(3)[:2], 50.0 * np.random.default_rng(1).normal(size=(30, 3))])
+    flux = np.where(np.arange(len(places)) < 2, 1.0, 0.0)
+    axes, ones = np.tile((0.0, 0.0, 1.0), (len(places), 1)), np.ones(len(places))
+    bounds = Bounds(places, places, axes, -ones, 0.0 * ones, flux)
+    root = light_tree(bounds, np.zeros(0), EXTENT)[0][1]
+    assert np.array_equal(root["low"], [0, 0, 0]) and np.array_equal(root["high"], [1, 1, 0])
+    assert root["flux"] == 2.0

@@ -21,8 +21,9 @@ from .report import Entry, Notes, Report
 from .shaders import SpecularModel
 from .textures import TextureTable
 from .tracks import Tracks
+from .unheard import note_scene
 from .visibility import note_light_groups, visible_bits
-from .world import export_world, note_scene
+from .world import export_world
 
 __all__ = ["Entry", "Report", "SpecularModel", "snapshot"]
 
@@ -69,13 +70,14 @@ def _snapshot(
     note_light_groups(view_layer, notes)
     textures = TextureTable.of(scene, notes)
     world = getattr(view_layer, "world_override", None) or scene.world
+    world = world if view_layer.use_sky else None
     holders = tuple(holder for holder in (view_layer, scene, world) if holder)
     view = Asked(camera=View(camera), holders=holders)
     materials = MaterialTable(notes, model, view_layer.material_override, view, textures)
     lights: list[Light] = []
     # Render depsgraphs hold no hidden objects, the viewport's do.
     viewport = depsgraph.mode == "VIEWPORT"
-    geometry = Geometry(viewport, scene.frame_current)
+    geometry = Geometry(viewport, scene.frame_current, view_layer.use_solid, view_layer.use_strand)
     for instance in depsgraph.object_instances:  # its items do not outlive an iteration
         obj = instance.object
         if (viewport and obj.hide_render) or not (instance.show_self or instance.show_particles):

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...photon.scene import ALL_RAYS, Moving
+from . import unheard
 from .attributes import OF_INSTANCES, corner_attribute, space_of, told_by_instance
 from .hair import hair_of, has_hair
 from .instances import Instances, tells_nothing
@@ -76,6 +77,8 @@ class Geometry:
 
     viewport: bool = False  # of the viewport's dependency graph: hair has fewer points
     frame: float = 0.0
+    meshes: bool = True  # the view layer shows these
+    hair: bool = True
     vertices: list[NDArray[np.float64]] = field(default_factory=list)
     triangles: list[NDArray[np.int32]] = field(default_factory=list)
     corner_normals: list[NDArray[np.float32]] = field(default_factory=list)
@@ -121,10 +124,11 @@ class Geometry:
             notes.ignored(name, f"Object type {obj.type}", "not rendered")
             return
         note_object(obj, name, notes)
+        unheard.note_object(obj, name, notes)
         place = partial(self._place, instance, matrix, visible, materials, notes)
-        if instance.show_self:
+        if instance.show_self and {"MESH": self.meshes, "CURVES": self.hair}.get(obj.type, True):
             place((obj.data.as_pointer(), False), self._mesh_of(obj), follow)
-        if obj.type == "MESH" and instance.show_particles and has_hair(obj):
+        if obj.type == "MESH" and instance.show_particles and self.hair and has_hair(obj):
             place((obj.data.as_pointer(), True), self._hair_of(obj, notes), None)
 
     def _place(

@@ -32,6 +32,7 @@ from .shaders.glass import dispersing
 from .shaders.volume import absorption
 from .tangents import Tangent
 from .textures import TextureTable
+from .unheard import note_material
 
 NO_SURFACE = -1
 # Cycles' default surface before Blender 5.0, for slots without a material.
@@ -40,6 +41,12 @@ DEFAULT_GREY = (0.8, 0.8, 0.8)
 ROUNDING = 1e-5
 DISPERSION_OF_ABBE = 20.0  # its Dispersion is so much over the Abbe number, as in glTF
 COLOURS = {"tint"}  # parameters of lobes that are
+# Kinds of nodes that give the same everywhere on an object, of what is the same.
+ALIKE = {
+    *("arithmetic", "functions", "combine", "vector", "rotate", "matrix", "ramp", "curves"),
+    *("blend", "blend_hue", "hsv", "hue_saturation", "blackbody", "wavelength"),
+    *("object", "light_path"),
+}
 
 
 @dataclass(frozen=True)
@@ -129,6 +136,7 @@ class MaterialTable:
     def _lobes(
         self, material: bpy.types.Material, owner: str, program: Program, asked: Asked
     ) -> Bsdf | None:
+        note_material(material, owner, self.notes)
         if not has_nodes(material):
             self.notes.exact(owner, "Viewport colour", "it has no nodes")
             return Bsdf(Value.of(material.diffuse_color[:3]))
@@ -220,6 +228,7 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
         glow = triple(np.nan_to_num(bsdf.emission.colour, nan=0.0, posinf=0.0))
     else:
         found.number(bsdf.emission, "emission", 0.0)
+        _note_glow(bsdf.emission, program, owner, notes)
     instructions, numbers = program.pruned(
         result
         for varying in (found.varying, *(x.varying for x in lobes))
@@ -241,6 +250,14 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
         what = f"diffuse + specular = {text} is scaled down to 1"
         notes.approximated(owner, "Albedo above 1", what)
     return material.conserving()
+
+
+def _note_glow(emission: Value, program: Program, owner: str, notes: Notes) -> None:
+    """Write down what a glow lights by that differs from place to place."""
+    instructions, _ = program.pruned([emission.result] if emission.result else [])
+    if any(instruction.kind not in ALIKE for instruction in instructions):
+        what = "seen as it is; as a light each triangle is as bright as in the mean"
+        notes.approximated(owner, "Emission by nodes", what)
 
 
 @dataclass

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Export the world as lights, and note what the scene asks of it in vain."""
+"""Export the world as lights."""
 
 from __future__ import annotations
 
@@ -83,21 +83,3 @@ def _visible(world: bpy.types.World) -> Factor:
     flags = getattr(world, "cycles_visibility", None)
     names = ("camera", "diffuse", "glossy", "glossy")
     return np.array([[float(getattr(flags, name, True))] for name in names])
-
-
-def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: Notes) -> None:
-    """Write down scene-wide features that are not simulated."""
-    name = f"Scene '{scene.name}'"
-    cycles = getattr(scene, "cycles", None)
-    for kind in ("direct", "indirect"):
-        most = getattr(cycles, f"sample_clamp_{kind}", 0.0)
-        if most > 0.0:
-            detail = f"what is brighter than {most:g} stays so"
-            notes.ignored(name, f"Clamp {kind.capitalize()}", detail)
-    rolling = getattr(cycles, "rolling_shutter_type", "NONE") != "NONE"
-    if scene.render.use_motion_blur and rolling:
-        notes.ignored(name, "Rolling Shutter", "all rows are exposed at once")
-    if getattr(getattr(scene, "eevee", None), "use_overscan", False):
-        notes.ignored(name, "Overscan", "it is EEVEE's")
-    if scene.render.use_freestyle and view_layer.use_freestyle:
-        notes.ignored(name, "Freestyle", "no lines are drawn")

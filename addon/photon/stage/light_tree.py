@@ -104,8 +104,13 @@ def in_order(middles: Doubles) -> NDArray[np.int64]:
 
 
 def _union(children: Bounds) -> Bounds:
-    """Of each pair."""
+    """Of each pair; what is dark widens nothing."""
     one, other = children.at(np.s_[0::2]), children.at(np.s_[1::2])
+    lit = _either(one.flux > 0.0, _about(one, other), other)
+    return _either(other.flux > 0.0, lit, one)
+
+
+def _about(one: Bounds, other: Bounds) -> Bounds:
     both = (one.reach >= BOTH_SIDES) & (other.reach >= BOTH_SIDES)
     turned = both & ((one.axis * other.axis).sum(axis=1) < 0.0)
     other_axis = np.where(turned[:, None], -other.axis, other.axis)

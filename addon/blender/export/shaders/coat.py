@@ -22,6 +22,9 @@ def under_coat(graph: Graph, node: bpy.types.Node, scope: Scope, below: Bsdf) ->
         return below
     if linked(node, "Coat Normal", scope):
         graph.notes.ignored(graph.owner, "Coat Normal", "the coat has the normal of the base")
+    elif linked(node, "Normal", scope):
+        what = "the coat bends with the base: a material has one normal"
+        graph.notes.approximated(graph.owner, "Coat Normal", what)
     tint = clipped(colour(graph, node, "Coat Tint", scope))
     ior = math("MAXIMUM", number(graph, node, "Coat IOR", scope, 1.5), 1.0)
     roughness = number(graph, node, "Coat Roughness", scope).clamp()

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What settings of the scene, view layers, objects and materials ask of Cycles, and nobody here
+hears: it is reported."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from .report import Notes
+
+PASSES = {"use_pass_combined", "use_pass_z", "use_pass_normal"}  # of Blender's, that are rendered
+NO_PASSES = {"use_pass_cryptomatte_accurate"}
+# Cycles' bounces that new files have, by what is called so.
+BOUNCES = {
+    "max_bounces": ("Max Bounces", 12),
+    "diffuse_bounces": ("Diffuse Bounces", 4),
+    "glossy_bounces": ("Glossy Bounces", 4),
+    "transmission_bounces": ("Transmission Bounces", 12),
+}
+# What is set otherwise against shadows' edges on coarse meshes: by name, with what is rendered.
+TERMINATOR = {"shadow_terminator_geometry_offset": 0.1, "shadow_terminator_shading_offset": 0.0}
+
+
+def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: Notes) -> None:
+    """Write down scene-wide features that are not simulated."""
+    name, cycles = f"Scene '{scene.name}'", getattr(scene, "cycles", None)
+    for kind in ("direct", "indirect"):
+        most = getattr(cycles, f"sample_clamp_{kind}", 0.0)
+        if most > 0.0:
+            detail = f"what is brighter than {most:g} stays so"
+            notes.ignored(name, f"Clamp {kind.capitalize()}", detail)
+    rolling = getattr(cycles, "rolling_shutter_type", "NONE") != "NONE"
+    if scene.render.use_motion_blur and rolling:
+        notes.ignored(name, "Rolling Shutter", "all rows are exposed at once")
+    if getattr(getattr(scene, "eevee", None), "use_overscan", False):
+        notes.ignored(name, "Overscan", "it is EEVEE's")
+    if scene.render.use_freestyle and view_layer.use_freestyle:
+        notes.ignored(name, "Freestyle", "no lines are drawn")
+    for setting, (label, usual) in BOUNCES.items():
+        most = getattr(cycles, setting, usual)
+        if most < usual:
+            what = f"light bounces on after {most}, by Photon Bounces and Mirror Depth"
+            notes.ignored(name, label, what)
+    if getattr(cycles, "use_fast_gi", False):
+        notes.ignored(name, "Fast GI Approximation", "light bounces as it does")
+    if scene.render.film_transparent and getattr(cycles, "film_transparent_glass", False):
+        notes.ignored(name, "Transparent Glass", "the world behind glass is opaque")
+    _note_passes(view_layer, notes)
+
+
+def _note_passes(layer: bpy.types.ViewLayer, notes: Notes) -> None:
+    """Of passes that a layer's files or compositor would have."""
+    asked = [
+        entry.name
+        for owner in (layer, getattr(layer, "cycles", None))
+        for entry in (owner.bl_rna.properties if owner else ())
+        if entry.identifier.startswith("use_pass_")
+        and entry.identifier not in PASSES | NO_PASSES
+        and getattr(owner, entry.identifier)
+    ]
+    if asked:
+        what = f"{', '.join(asked)}: not rendered, so what composites them has none"
+        notes.ignored(f"View Layer '{layer.name}'", "Passes", what)
+    if layer.aovs:
+        names = ", ".join(entry.name for entry in layer.aovs)
+        notes.ignored(f"View Layer '{layer.name}'", "Shader AOVs", f"{names}: not rendered")
+
+
+def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
+    """Write down what an object's settings ask for in vain."""
+    for owner in (obj, getattr(obj, "cycles", None)):  # Cycles' before Blender 4
+        for setting, rendered in TERMINATOR.items():
+            if abs(getattr(owner, setting, rendered) - rendered) > 1e-6:
+                what = f"{rendered:g} is used"
+                notes.ignored(name, setting.replace("_", " ").title(), what)
+    is_diced: Any = getattr(getattr(obj, "cycles", None), "use_adaptive_subdivision", False)
+    for modifier in obj.modifiers:
+        if modifier.type == "SUBSURF" and (
+            getattr(modifier, "use_adaptive_subdivision", False) or is_diced
+        ):
+            what = f"subdivided {modifier.render_levels} times, everywhere alike"
+            notes.approximated(name, "Adaptive Subdivision", what)
+
+
+def note_material(material: bpy.types.Material, owner: str, notes: Notes) -> None:
+    """Write down what a material's settings ask for in vain."""
+    if not getattr(material, "use_transparent_shadow", True):
+        notes.ignored(owner, "Transparent Shadows", "shadow rays pass what others pass, too")
+    if not getattr(getattr(material, "cycles", None), "use_bump_map_correction", True):
+        notes.ignored(owner, "Bump Map Correction", "bumps hide what is behind the surface")

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings that Cycles hears and we don't are in the report; what a view layer leaves out is."""
+
+from __future__ import annotations
+
+import bpy
+import pytest
+
+from .build import add_mesh, shader_material
+from .lobes import DIFFUSE
+
+pytestmark = pytest.mark.blender
+
+
+def test_scene_wide_features_are_named(scene, export) -> None:
+    """Rolling Shutter and Overscan among them, which are no part of the picture."""
+    scene.render.use_motion_blur = True
+    scene.cycles.rolling_shutter_type = "TOP"
+    scene.eevee.use_overscan = True
+    report = export()[1]
+    assert [e.feature for e in report.of("ignored")] == ["Rolling Shutter", "Overscan"]
+
+
+def test_sample_clamping_is_named(scene, export) -> None:
+    """As Blender sets it for every new scene, too."""
+    for name, default in (("direct", 0.0), ("indirect", 10.0)):
+        setting = f"sample_clamp_{name}"
+        assert scene.cycles.bl_rna.properties[setting].default == default
+        setattr(scene.cycles, setting, default)
+    found = [(e.object, e.feature) for e in export()[1].of("ignored")]
+    assert found == [("Scene 'Scene'", "Clamp Indirect")]
+    scene.cycles.sample_clamp_direct, scene.cycles.sample_clamp_indirect = 2.5, 0.0
+    (entry,) = export()[1].of("ignored")
+    assert entry.feature == "Clamp Direct" and "2.5" in entry.detail
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "feature"),
+    [
+        ("scene.cycles.diffuse_bounces", 0, "Diffuse Bounces"),
+        ("scene.cycles.use_fast_gi", True, "Fast GI Approximation"),
+        ("scene.cycles.film_transparent_glass", True, "Transparent Glass"),
+        ("layer.use_pass_mist", True, "Passes"),
+        ("layer.cycles.use_pass_shadow_catcher", True, "Passes"),
+        ("obj.shadow_terminator_shading_offset", 0.5, "Shadow Terminator Shading Offset"),
+        ("material.use_transparent_shadow", False, "Transparent Shadows"),
+        ("material.cycles.use_bump_map_correction", False, "Bump Map Correction"),
+    ],
+)
+def test_settings_are_named(scene, export, path, value, feature) -> None:
+    """And nothing else is, as Blender sets them."""
+    material = shader_material(DIFFUSE)
+    obj = add_mesh("Plane")
+    obj.data.materials.append(material)
+    scene.render.film_transparent = True
+    assert not export()[1].lines()
+    root, *names, name = path.split(".")
+    owner = {"scene": scene, "layer": scene.view_layers[0], "obj": obj, "material": material}[root]
+    for each in names:
+        owner = getattr(owner, each)
+    if not hasattr(owner, name):
+        pytest.skip(f"{bpy.app.version_string} has no {name}")
+    setattr(owner, name, value)
+    assert [entry.feature for entry in export()[1].of("ignored")] == [feature]
+
+
+def test_view_layers_leave_out(scene, export) -> None:
+    """Its Sky the world, its Solid meshes."""
+    add_mesh("Plane")
+    scene.world = bpy.data.worlds.new("World")
+    if bpy.app.version < (5, 0):
+        scene.world.use_nodes = False
+    layer = scene.view_layers[0]
+    whole = export()[0]
+    assert whole.lights and len(whole.triangles)
+    layer.use_sky = False
+    assert not export()[0].lights
+    layer.use_solid = False
+    assert not len(export()[0].triangles)
