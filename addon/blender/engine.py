@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 
 from ..photon.errors import PhotonStreamError, RenderError, SceneError
+from ..photon.film.composite import group_name
 from ..photon.film.false_colour import false_colour, scene_linear
 from ..photon.jobs.console import status_text
 from ..photon.jobs.process import Images, Progress
@@ -71,6 +72,7 @@ def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
     own = view_layer.photon_stream
     passes += [entry for flag, entry in COMPONENTS.items() if getattr(own, flag)]
     passes += [entry for flag, entry in LIGHTING.items() if getattr(own, flag)]
+    passes += [Pass(group_name(x.name), "RGB", "COLOR") for x in view_layer.lightgroups]
     return [*passes, ERROR] if own.use_pass_error else passes
 
 

@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 
 import numpy as np
 
 from ..streams import Device, StreamError
+from .composed import Composed, settings_of
 from .errors import DeviceError, PhotonStreamError
 from .eye.images import PassImages
 from .eye.path import Path
@@ -30,6 +32,7 @@ from .photons.splats import Splats
 from .photons.view import VIEW, View
 from .renderer import Parts, Renderer
 from .scene import Scene
+from .scene.takes import takes_of
 from .settings import Settings, filter_define
 from .stage.geometry import Mesh
 from .stage.kinds import check_kinds
@@ -39,7 +42,8 @@ from .ways.way import Way, way_of
 
 
 def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None = None) -> Renderer:
-    """A renderer of a scene, whose first photons and eye rays are on their way.
+    """A renderer of a scene, or of all its takes, whose first photons and eye rays are on their
+    way.
 
     `kept`: where renders one after the other find what has not changed between them. Raises
     SceneError or SettingsError for what cannot be rendered, DeviceError when OpenGL fails.
@@ -50,10 +54,20 @@ def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None 
     settings.check()
     scene, warnings = _conserving(scene)
     device.use()
-    made = _Preparation(scene, settings, way_of(settings, device), kept)
-    with made.undone():
-        parts = made.parts()
-    return Renderer(scene, settings, parts, (*warnings, *made.warnings))
+    takes = takes_of(scene, settings.transparent)
+    if kept:
+        kept.limit(len(takes) - 1)
+    made: list[Parts] = []
+    for number, take in enumerate(takes):
+        own = settings_of(take, settings)
+        its_own = kept.beside(number) if kept else None
+        one = _Preparation(take.scene, own, way_of(own, device), its_own, scene)
+        with one.undone(made):
+            made.append(one.parts())
+        warnings = (*warnings, *(x for x in one.warnings if x not in warnings))
+    if takes[0].scene is scene:
+        return Renderer(scene, settings, made[0], warnings)
+    return Composed(scene, settings, takes, made, warnings)
 
 
 def photons_per_disc(photons: int) -> float:
@@ -69,8 +83,11 @@ def photons_per_disc(photons: int) -> float:
 class _Preparation:
     """The steps, and what is to be undone if one fails."""
 
-    def __init__(self, scene: Scene, settings: Settings, way: Way, kept: Kept | None) -> None:
-        self._scene, self._settings, self._way = scene, settings, way
+    def __init__(
+        self, scene: Scene, settings: Settings, way: Way, kept: Kept | None, whole: Scene
+    ) -> None:
+        """`whole`: of which the scene is a take, or itself."""
+        self._scene, self._settings, self._way, self._whole = scene, settings, way, whole
         self._device, self._phases = way.device, Phases()
         self._kept = kept or Kept(way.device, budget=0)
         self._own: list[Callable[[], None]] = [self._forget]
@@ -84,13 +101,14 @@ class _Preparation:
         self._aiming = None
 
     @contextmanager
-    def undone(self) -> Iterator[None]:
-        """Release what was made if something fails, with one error for all that OpenGL says."""
+    def undone(self, others: Sequence[Parts]) -> Iterator[None]:
+        """Release what was made if something fails, of other takes too, with one error for all that
+        OpenGL says."""
         try:
             yield
         except BaseException as error:
             self._device.use()
-            for release in self._own:
+            for release in chain(self._own, *(parts.own for parts in others)):
                 release()
             self._device.end_render()
             self._device.trim()

@@ -182,14 +182,17 @@ class Renderer:
         """Free everything on the device but the device, what is kept for the next renderer, and
         what that will use again."""
         self.device.use()
+        self._let_go()
+        self.device.end_render()
+        self.device.trim()
+
+    def _let_go(self) -> None:
         for release in self._own:
             release()
         self._own.clear()
         for normals in self._first_normals:
             self.device.put_back(normals)
         self._first_normals.clear()
-        self.device.end_render()
-        self.device.trim()
 
     def _read_depth(self) -> None:
         """Read the first pass's depths along the view axis [m], if they are still on the device."""

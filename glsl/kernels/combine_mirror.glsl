@@ -25,7 +25,7 @@ void kernel() {
     // What the eye sees through transparent surfaces is as opaque as what is there.
     bool is_held_out = is_hit(load_hit()) && is_holdout(load_diffuse());
     if (is_held_out) seen = vec3(0.0);
-    float lost = is_held_out ? 1.0 : (is_hit(load_hit()) ? 0.0 : 1.0 - background_alpha);
+    float lost = is_held_out ? 1.0 - let_through_by(load_diffuse()) : (is_hit(load_hit()) ? 0.0 : 1.0 - background_alpha);
     store_lost(Lost(load_chain().bounces == 0.0 ? mean(throughput) * lost : 0.0));
 #endif
     float weight = 0.0, coverage = load_coverage().share;

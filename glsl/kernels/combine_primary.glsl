@@ -34,7 +34,7 @@ void kernel() {
     store_emission_seen(Radiance(held_out ? vec3(0.0) : load_emitted().radiance, 1.0));
     background = load_environment().radiance * background_alpha;
 #endif
-    float alpha = held_out ? 0.0 : (seen ? 1.0 : background_alpha);
+    float alpha = held_out ? let_through_by(load_diffuse()) : (seen ? 1.0 : background_alpha);
 #ifdef ILLUMINANCE
     float there = seen && is_diffuse(load_diffuse()) ? 1.0 : 0.0;
     float by_photons = there * lux_of(load_irradiance().irradiance);

@@ -26,12 +26,24 @@
 bool is_held_out(Surface surface, Material material) {
     return bounces_before() == 0.0 && (material.holdout > 0.0 || (visibility_of(surface.surface) & HOLDOUT) != 0);
 }
+
+#ifdef LOBES
+// Leave nothing of a lobe but what goes straight on; how much that is.
+float left_straight(inout Lobe lobe, Shape shape, float cosine) {
+#ifdef TRANSPARENT
+    if (is_transparent(lobe)) return mean(albedo_lobe(lobe, shape, cosine));
+#endif
+    lobe = Lobe(vec3(0.0), 0.0);
+    return 0.0;
+}
+#endif
 #endif
 #endif
 
 void kernel() {
     Hit hit = load_hit();
     if (!is_hit(hit)) skip();
+    float let_through = 0.0;  // by what is held out
     vec3 direction = load_direction().direction;
     Surface surface = surface_at(hit, direction);
     Material material = material_at(surface.material);
@@ -65,7 +77,10 @@ void kernel() {
     Diffuse diffuse = diffuse_below(material, cosine);
     Lobes lobes = lobes_of(material, cosine, turn, surface.side);
 #ifdef VISIBILITY
-    if (is_held_out(surface, material)) lobes.lobe0 = lobes.lobe1 = Lobe(vec3(0.0), 0.0);
+    if (is_held_out(surface, material)) {
+        let_through += left_straight(lobes.lobe0, lobes.shape0, cosine);
+        let_through += left_straight(lobes.lobe1, lobes.shape1, cosine);
+    }
 #endif
 #else
     vec3 onward = reflect_diffusely(facing, reflection_numbers(load_flux()));
@@ -96,7 +111,7 @@ void kernel() {
     store_shading(shading);
 #ifdef EYE
 #ifdef VISIBILITY
-    if (is_held_out(surface, material)) diffuse = Diffuse(vec3(0.0), IS_HOLDOUT);
+    if (is_held_out(surface, material)) diffuse = held_out(let_through);
 #endif
 #endif
     store_diffuse(diffuse);

@@ -4,7 +4,7 @@
 #include "lib/packing.glsl"
 
 const float GATHERS = 1.0;  // photons land here
-const float IS_HOLDOUT = -1.0;  // and nothing else: the eye sees nothing here
+const float IS_HOLDOUT = -1.0;  // and nothing else, less what is let through: the eye sees nothing but what is behind
 const float IS_DISPLACED = 4.0;  // the smooth surface's normal is not the mesh's: see with_base
 
 Diffuse bare_diffuse(vec3 albedo) { return Diffuse(albedo, largest(albedo) > 0.0 ? GATHERS : 0.0); }
@@ -14,6 +14,9 @@ bool is_diffuse(Diffuse diffuse) { return largest(diffuse.albedo) > 0.0; }
 // Whether photons land here: also where nothing but other lobes gathers them.
 bool gathers(Diffuse diffuse) { return diffuse.flags > 0.0; }
 bool is_holdout(Diffuse diffuse) { return diffuse.flags < 0.0; }
+
+Diffuse held_out(float let_through) { return Diffuse(vec3(0.0), IS_HOLDOUT - let_through); }
+float let_through_by(Diffuse holdout) { return IS_HOLDOUT - holdout.flags; }
 
 // The same point, where other lobes gather photons.
 Diffuse with_photons(Diffuse diffuse) { return Diffuse(diffuse.albedo, max(diffuse.flags, GATHERS)); }

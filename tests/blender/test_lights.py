@@ -184,12 +184,18 @@ def test_constant_light_shader_multiplies(export) -> None:
     assert export()[0].lights[0].power == pytest.approx((30.0, 15.0, 0.0))
 
 
-def test_negative_energy_is_clamped_and_reported(export) -> None:
-    add_light("Dark", "POINT", energy=-5.0)
+def test_negative_power_is_taken_away(export) -> None:
+    """By a light of its own; a colour of both signs makes two."""
+    inputs = emission(add_light("Dark", "POINT", energy=-5.0).data).inputs
+    (light,) = export()[0].lights
+    assert light.power == (5.0, 5.0, 5.0) and light.subtracts
+    tree = inputs["Color"].id_data
+    both_signs = add_node(tree, "ShaderNodeCombineXYZ", X=1.0, Y=-1.0)
+    tree.links.new(both_signs.outputs[0], inputs["Color"])
     scene, report = export()
-    assert scene.lights[0].power == (0.0, 0.0, 0.0)
-    (entry,) = [e for e in report.of("approximated") if e.feature == "Negative power"]
-    assert entry.object == "Light 'Dark'" and "-5" in entry.detail
+    found = [(light.power, light.subtracts) for light in scene.lights]
+    assert found == [((0.0, 5.0, 0.0), False), ((5.0, 0.0, 0.0), True)]
+    assert not [entry for entry in report.entries if entry.status != "exact"]
 
 
 def emission(light: bpy.types.Light) -> bpy.types.Node:

@@ -36,19 +36,21 @@ def over_a_plane(kind: str, **properties: Any) -> Any:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_power(scene, export, device, kind) -> None:
-    """0, negative and NaN are dark, the last two by name; 1e9 is a picture as much brighter."""
+    """0 is dark, and what is no number by name; 1e9 is a picture as much brighter, and what is
+    negative takes as much away."""
     lamp = over_a_plane(kind)
     pictures = {}
     for power in (1.0, 1e9, 0.0, -5.0, math.nan, math.inf):
         lamp.data.energy = power
         exported, report = export()
         shown = pictures[power] = render(device, exported, **TINY)["Combined"][..., :3]
-        assert np.isfinite(shown).all() and shown.min() >= 0.0
+        assert np.isfinite(shown).all() and (shown.min() >= 0.0 or power == -5.0)
         named = {e.feature for e in report.of("approximated") if "Lamp" in e.object}
-        if not power > 0.0 or math.isinf(power):
+        if not math.isfinite(power) or power == 0.0:
             assert not shown.any() and bool(named) == (power != 0.0), (power, named)
     assert pictures[1.0].any()
     np.testing.assert_allclose(pictures[1e9], 1e9 * pictures[1.0], rtol=1e-3)
+    np.testing.assert_allclose(pictures[-5.0], -5.0 * pictures[1.0], rtol=1e-3)
 
 
 def has_direction(kind: str, scale: tuple[int, int, int]) -> bool:

@@ -7,9 +7,10 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.photon.scene import ALL_RAYS, HOLDOUT, RAY_BITS, RAYS
+from addon.photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS, RAYS
 
 from .build import (
+    add_light,
     add_mesh,
     add_node,
     add_object,
@@ -100,7 +101,30 @@ def test_partly_holdout(convert, share) -> None:
     assert features(report, "approximated") == ["Partly holdout"] * (share < 1.0)
 
 
-def test_light_groups_are_named(export) -> None:
+def test_light_groups(export) -> None:
+    """Those of the view layer: what is in another is in none."""
     bpy.context.view_layer.lightgroups.add(name="Key")
-    (entry,) = export()[1].of("ignored")
-    assert entry.feature == "Light Groups" and "Combined_Key" in entry.detail
+    for name in ("Key", "Elsewhere"):
+        add_mesh(f"In {name}", lightgroup=name)
+        add_light(f"Lamp {name}", "POINT", energy=5.0).lightgroup = name
+    scene, report = export()
+    assert scene.light_groups == ("Key",)
+    assert dict(zip(scene.surfaces, scene.surface_groups, strict=True)) == {
+        "In Key": "Key",
+        "In Elsewhere": "",
+    }
+    groups = {light.name: light.group for light in scene.lights}
+    assert groups == {"Lamp Key": "Key", "Lamp Elsewhere": ""}
+    assert not report.of("ignored")
+
+
+def test_shadow_catchers(export) -> None:
+    """Where the eye sees them; a holdout is more."""
+    add_mesh("Thing", is_shadow_catcher=True)
+    add_mesh("Unseen", is_shadow_catcher=True, visible_camera=False)
+    add_mesh("Hole", is_shadow_catcher=True, is_holdout=True)
+    assert bits_of(export) == {
+        "Thing": ALL_RAYS + CATCHER,
+        "Unseen": ALL_RAYS - RAY_BITS["camera"],
+        "Hole": ALL_RAYS + HOLDOUT,
+    }

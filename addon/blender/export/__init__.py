@@ -22,7 +22,7 @@ from .shaders import SpecularModel
 from .textures import TextureTable
 from .tracks import Tracks
 from .unheard import note_scene
-from .visibility import note_light_groups, visible_bits
+from .visibility import Rays, group_of, visible_bits
 from .world import export_world
 
 __all__ = ["Entry", "Report", "SpecularModel", "snapshot"]
@@ -67,7 +67,6 @@ def _snapshot(
     scene = depsgraph.scene_eval
     view_layer, layer = depsgraph.view_layer_eval, depsgraph.view_layer
     note_scene(scene, view_layer, notes)
-    note_light_groups(view_layer, notes)
     textures = TextureTable.of(scene, notes)
     world = getattr(view_layer, "world_override", None) or scene.world
     world = world if view_layer.use_sky else None
@@ -84,14 +83,15 @@ def _snapshot(
             continue
         matrix = np.array(instance.matrix_world, np.float64)
         if obj.type == "LIGHT" and instance.show_self:
-            light = export_light(obj, matrix, notes)
-            if light is not None:
-                lights.append(light)
+            group = group_of(obj, layer)
+            lights += [replace(x, group=group) for x in export_light(obj, matrix, notes)]
         elif obj.type != "LIGHT":
             follow = partial(tracks.moving, instance, matrix) if tracks else None
-            geometry.add(instance, matrix, visible_bits(instance, layer), materials, notes, follow)
+            rays = Rays(visible_bits(instance, layer), group_of(obj, layer))
+            geometry.add(instance, matrix, rays, materials, notes, follow)
     images: list[Image] = []
-    lights += export_world(world, images, notes)
+    group = group_of(world, layer) if world else ""
+    lights += [replace(x, group=group) for x in export_world(world, images, notes)]
     exported = Scene(
         camera=camera,
         lights=tuple(lights),
@@ -100,6 +100,7 @@ def _snapshot(
         images=tuple(images),
         textures=tuple(textures.textures),
         caustics=caustics_of(scene, materials.materials, notes),
+        light_groups=tuple(group.name for group in layer.lightgroups),
         **geometry.arrays(any(material.program for material in materials.materials)),
     )
     exported.check()

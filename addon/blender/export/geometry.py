@@ -25,7 +25,7 @@ from .strand_attributes import strand_attribute
 from .strands import STRANDS, Strands, strands_of
 from .tangents import Tangent, corner_tangents
 from .triangles import normals_of, positions_of, read, triangles_of
-from .visibility import note_object
+from .visibility import Rays, note_object
 
 Read = TypeVar("Read")
 # Whose triangles these are: the address of a mesh, and whether of its particles' hair.
@@ -87,6 +87,7 @@ class Geometry:
     surface: list[NDArray[np.int32]] = field(default_factory=list)
     surfaces: list[str] = field(default_factory=list)
     visible: list[int] = field(default_factory=list)
+    groups: list[str] = field(default_factory=list)
     objects: list[NDArray[np.float64]] = field(default_factory=list)
     attributes: list[dict[int, NDArray[np.float32]]] = field(default_factory=list)
     moving: list[Moving] = field(default_factory=list)
@@ -102,13 +103,12 @@ class Geometry:
         self,
         instance: bpy.types.DepsgraphObjectInstance,
         matrix: NDArray[np.float64],
-        visible: int,
+        rays: Rays,
         materials: MaterialTable,
         notes: Notes,
         follow: Follow | None = None,
     ) -> None:
-        """Append one object or instance that is placed by `matrix` and seen by rays of the bits
-        `visible`; `follow` tells how it moves."""
+        """Append one object or instance that is placed by `matrix`; `follow` tells how it moves."""
         obj = instance.object
         if obj.type in BECOME_MESHES or obj.type in NO_GEOMETRY:
             return
@@ -125,7 +125,7 @@ class Geometry:
             return
         note_object(obj, name, notes)
         unheard.note_object(obj, name, notes)
-        place = partial(self._place, instance, matrix, visible, materials, notes)
+        place = partial(self._place, instance, matrix, rays, materials, notes)
         if instance.show_self and {"MESH": self.meshes, "CURVES": self.hair}.get(obj.type, True):
             place((obj.data.as_pointer(), False), self._mesh_of(obj), follow)
         if obj.type == "MESH" and instance.show_particles and self.hair and has_hair(obj):
@@ -135,7 +135,7 @@ class Geometry:
         self,
         instance: bpy.types.DepsgraphObjectInstance,
         matrix: NDArray[np.float64],
-        visible: int,
+        rays: Rays,
         materials: MaterialTable,
         notes: Notes,
         key: Key,
@@ -165,7 +165,8 @@ class Geometry:
         self.material.append(material)
         self.surface.append(np.full(len(triangles), len(self.surfaces), np.int32))
         self.surfaces.append(obj.name)
-        self.visible.append(visible)
+        self.visible.append(rays.visible)
+        self.groups.append(rays.group)
         self.objects.append(space_of(instance, matrix))
         self.attributes.append(attributes)
         if follow:
@@ -189,6 +190,7 @@ class Geometry:
             "surface": _joined(self.surface, (0,), np.int32),
             "visible": np.array(self.visible if {*self.visible} - {ALL_RAYS} else [], np.uint8),
             "moving": tuple(self.moving),
+            "surface_groups": tuple(self.groups) if any(self.groups) else (),
         }
 
     def _mesh_of(self, obj: bpy.types.Object) -> LocalMesh:

@@ -3,10 +3,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import bpy
 
-from ...photon.scene import ALL_RAYS, HOLDOUT, RAY_BITS
+from ...photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS
 from .report import Notes
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Which rays meet an object, and whose light its own is."""
+
+    visible: int  # bits of Scene.visible
+    group: str = ""  # of Scene.light_groups
 
 
 def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.ViewLayer) -> int:
@@ -22,22 +32,18 @@ def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.V
     in_collections = placed_by.original
     if in_collections.holdout_get(view_layer=layer):
         return bits | HOLDOUT
-    if in_collections.indirect_only_get(view_layer=layer) or obj.is_shadow_catcher:
+    if in_collections.indirect_only_get(view_layer=layer):
         bits &= ~RAY_BITS["camera"]
-    return bits
+    return bits | CATCHER if obj.is_shadow_catcher and bits & RAY_BITS["camera"] else bits
 
 
-def note_light_groups(layer: bpy.types.ViewLayer, notes: Notes) -> None:
-    """Write down that what a view layer's light groups send is not told apart."""
-    names = ", ".join(f"Combined_{group.name}" for group in layer.lightgroups)
-    if names:
-        notes.ignored(f"View Layer '{layer.name}'", "Light Groups", f"there are no passes {names}")
+def group_of(owner: bpy.types.Object | bpy.types.World, layer: bpy.types.ViewLayer) -> str:
+    """The light group of an object or the world, if the view layer has it."""
+    return owner.lightgroup if owner.lightgroup in layer.lightgroups else ""
 
 
 def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
     """Write down what the object asks for and the renderer does not know."""
-    if obj.is_shadow_catcher:
-        notes.ignored(name, "Shadow Catcher", "the camera does not see it, nor what falls on it")
     linking = getattr(obj, "light_linking", None)
     if linking and (linking.receiver_collection or linking.blocker_collection):
         notes.ignored(name, "Light Linking", "every light lights every object")

@@ -130,6 +130,7 @@ class Kept:
         self._key = _Key(-1, 0, b"")  # of the pass that was started
         self._tracing: Mapper | None = None  # who has started it and not finished
         self._before = 0, 0  # photons unfinished and dropped when it was
+        self._beside: list[Kept] = []  # of the scene's other takes
 
     def stage(self, scene: Scene, way: Way) -> Stage:
         """The scene's stage: the one that is there, if nothing but the view has changed. Another
@@ -149,6 +150,18 @@ class Kept:
         del tree
         self._stage = Stage.build(scene, way, frame, mesh, self._texels, movement)
         return self._stage
+
+    def beside(self, number: int) -> Kept:
+        """What is kept of a scene's take: of the first one by this, of others the stage alone."""
+        while number > len(self._beside):
+            self._beside.append(Kept(self._device, budget=0))
+        return self._beside[number - 1] if number else self
+
+    def limit(self, count: int) -> None:
+        """Keep no more than so many besides."""
+        for kept in self._beside[count:]:
+            kept.release()
+        del self._beside[count:]
 
     def leave_room(self, spare: int | None) -> None:
         """Keep no more than `spare` [bytes] besides what is kept; None: as the budget says."""
@@ -218,6 +231,7 @@ class Kept:
         if self._texels:
             self._texels.release()
         self._texels = None
+        self.limit(0)
 
     def _release_stage(self) -> None:
         """But the textures: they take longest to send, and stay while materials change."""

@@ -26,11 +26,12 @@ from .values import (
     phong,
     reflecting,
 )
-from .visibility import ALL_RAYS, CAUSTICS, HOLDOUT, MOST_BOUNCES, RAY_BITS, RAYS
+from .visibility import ALL_RAYS, CATCHER, CAUSTICS, HOLDOUT, MOST_BOUNCES, RAY_BITS, RAYS
 
 __all__ = [
     "ALL_RAYS",
     "BLACK",
+    "CATCHER",
     "CAUSTICS",
     "FOUND_BY",
     "HOLDOUT",

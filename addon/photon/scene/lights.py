@@ -43,6 +43,8 @@ class Light:
     # How bright it is in each direction, times that: rows of even polar angles, from its direction
     # to behind it, of even azimuths, as IES files have them; none: equally.
     profile: tuple[tuple[float, ...], ...] = ()
+    group: str = ""  # of Scene.light_groups
+    subtracts: bool = False  # it takes away the light that it would give
 
     def check(self) -> None:
         """Raise SceneError naming the light and the first value out of its range."""

@@ -23,7 +23,7 @@ from .images import Image, Texture
 from .lights import Light, point_light, spot_light, world_light
 from .moving import ARRAYS, Moving, check_moving
 from .programs import Program, Varying, check_program, read_program, read_varying
-from .visibility import ALL_RAYS, CAUSTICS, HOLDOUT
+from .visibility import ALL_RAYS, CATCHER, CAUSTICS, HOLDOUT
 
 SNAPSHOT_VERSION = 5
 MIRROR = np.inf  # Phong exponent of a perfect mirror
@@ -234,6 +234,10 @@ class Scene:
     # How open the shutter is meanwhile, at even instants; (): all the time the same.
     shutter: tuple[float, ...] = ()
     caustics: tuple[str, ...] = CAUSTICS  # by which lobes' light they fall on diffuse surfaces
+    light_groups: tuple[str, ...] = ()  # whose light is told apart
+    surface_groups: tuple[
+        str, ...
+    ] = ()  # (S,) of these, or "", to which what glows belongs; (): ""
 
     @property
     def emitters(self) -> tuple[Light, ...]:
@@ -276,10 +280,13 @@ class Scene:
                 raise SceneError(
                     f"scene.{name}{list(where)} = {int(array[where])} is outside [0, {limit})"
                 )
-        if (self.visible & ~np.uint8(ALL_RAYS | HOLDOUT)).any():
+        if (self.visible & ~np.uint8(ALL_RAYS | HOLDOUT | CATCHER)).any():
             raise SceneError(f"scene.visible: {int(self.visible.max())} has bits of no ray")
         if set(self.caustics) - set(CAUSTICS):
             raise SceneError(f"scene.caustics: {self.caustics} are not of {', '.join(CAUSTICS)}")
+        if len(self.surface_groups) not in (0, len(self.surfaces)):
+            count = len(self.surface_groups)
+            raise SceneError(f"scene.surface_groups: {count} of {len(self.surfaces)} surfaces")
         self.camera.check()
         for image in self.images:
             image.check()
@@ -312,6 +319,8 @@ class Scene:
             "moving": [one.header() for one in self.moving],
             "shutter": list(self.shutter),
             "caustics": list(self.caustics),
+            "light_groups": list(self.light_groups),
+            "surface_groups": list(self.surface_groups),
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, *_LATER)}
         arrays |= {f"image{number}": image.pixels for number, image in enumerate(self.images)}
@@ -369,6 +378,8 @@ def _read(data: Any) -> Scene:
         ),
         shutter=tuple(header.get("shutter", ())),
         caustics=tuple(header.get("caustics", CAUSTICS)),
+        light_groups=tuple(header.get("light_groups", ())),
+        surface_groups=tuple(header.get("surface_groups", ())),
         **{name: data[name] for name in (*_ARRAYS, *(name for name in _LATER if name in data))},
     )
 

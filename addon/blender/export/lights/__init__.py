@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ....photon.scene import Light
 from ..report import Notes
 from . import area, point, spot, sun
-from .common import Lamp, limited, note_light
+from .common import Lamp, limited, note_light, signed
 
 __all__ = ["export_light"]
 
@@ -24,20 +24,23 @@ READERS: dict[str, Callable[[Lamp], Light | None]] = {
 }
 
 
-def export_light(obj: bpy.types.Object, matrix: NDArray[np.float64], notes: Notes) -> Light | None:
-    """Return the light placed by `matrix`, or None if it is left out."""
+def export_light(
+    obj: bpy.types.Object, matrix: NDArray[np.float64], notes: Notes
+) -> tuple[Light, ...]:
+    """Return the light placed by `matrix`, two if it takes light away and gives some; none if it is
+    left out."""
     lamp = Lamp(obj, matrix, f"Light '{obj.name}'", notes)
     if obj.data.type not in READERS:
         notes.ignored(lamp.owner, f"{obj.data.type.capitalize()} light", "it is left out")
-        return None
+        return ()
     if not np.isfinite(matrix).all():
         notes.ignored(lamp.owner, "Transform", "it is not finite, so the light is left out")
-        return None
+        return ()
     if obj.data.type == "AREA" and getattr(getattr(obj.data, "cycles", None), "is_portal", False):
         notes.exact(lamp.owner, "Portal", "it tells where the world shines in, and does not light")
-        return None
+        return ()
     note_light(lamp)
     light = READERS[obj.data.type](lamp)
     if not notes.mention(lamp.owner):
         notes.exact(lamp.owner, f"{obj.data.type.capitalize()} light")
-    return limited(light, obj.data) if light else None
+    return signed(limited(light, obj.data)) if light else ()

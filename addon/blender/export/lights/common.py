@@ -79,10 +79,17 @@ def finished(lamp: Lamp, light: Light, surface: float) -> Light:
     if not np.isfinite(power).all():
         notes.approximated(lamp.owner, "Power", f"{_numbers(power)} W is not finite: set to 0")
         power = np.where(np.isfinite(power), power, 0.0)
-    if power.min() < 0.0:
-        notes.approximated(lamp.owner, "Negative power", f"{_numbers(power)} W is clamped to 0")
-        power = power.clip(0.0)
     return replace(light, power=triple(power), found_by=_found_by(lamp))
+
+
+def signed(light: Light) -> tuple[Light, ...]:
+    """The light of a power of any sign as one that gives and one that takes away."""
+    power = np.array(light.power)
+    if power.min() >= 0.0:
+        return (light,)
+    away = replace(light, power=triple((-power).clip(0.0)), subtracts=True)
+    given = replace(light, power=triple(power.clip(0.0)))
+    return (given, away) if power.max() > 0.0 else (away,)
 
 
 def _found_by(lamp: Lamp) -> tuple[str, ...]:

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene that no single render shows, as several: of a light group each, of light that is taken
+away, and for shadow catchers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .checks import BLACK
+from .lights import Light
+from .values import Material, Scene
+from .visibility import CATCHER, HOLDOUT, RAY_BITS
+
+# What of the picture a take shows. Without catchers all of it. With them what the eye sees first:
+# other things; or the catchers, with the others about, or as if these were not there; or what is
+# behind the catchers.
+Part = Literal["all", "others", "caught", "alone", "behind"]
+WORLDS = ("world", "environment")  # kinds
+
+
+@dataclass(frozen=True)
+class Take:
+    """A scene to render, and what its picture is of the whole one."""
+
+    scene: Scene
+    part: Part
+    group: str  # of Scene.light_groups; "": of none of them, or of all
+    sign: float  # -1: of light that is taken away
+
+
+def takes_of(scene: Scene, is_transparent: bool) -> tuple[Take, ...]:
+    """The takes, one at least; of a scene that needs no more the scene itself. `is_transparent`:
+    its background."""
+    catches = _catches(scene)
+    takes_away = any(light.subtracts for light in scene.emitters)
+    if not (catches.any() or takes_away or scene.light_groups):
+        return (Take(scene, "all", "", 1.0),)
+    if not catches.any():
+        return tuple(_lit(scene, "all", scene.light_groups))
+    camera = np.uint8(RAY_BITS["camera"])
+    bits = scene.visible & ~np.uint8(CATCHER)
+    dark = replace(scene, lights=tuple(filter(_lights, map(_unseen, scene.lights))))
+    hidden = bits | np.uint8(HOLDOUT)
+    takes = _lit(_seen(scene, np.where(catches, hidden, bits)), "others", scene.light_groups)
+    found = [*takes]
+    found += _lit(_seen(dark, np.where(catches, bits, hidden)), "caught", ())
+    only_seen = (bits & camera) | np.uint8(HOLDOUT)
+    alone = _glowing(dark, catches)  # what else glows is among the other things
+    found += _lit(_seen(alone, np.where(catches, bits, only_seen)), "alone", ())
+    if not is_transparent:
+        sky = tuple(light for light in scene.lights if light.kind in WORLDS)
+        sky = tuple(replace(x, found_by=("camera",)) for x in sky if "camera" in x.found_by)
+        bare = _glowing(replace(scene, lights=sky), np.zeros(len(scene.surfaces), bool))
+        found += _lit(_seen(bare, np.where(catches, 0, bits)), "behind", ())
+    return tuple(found)
+
+
+def _catches(scene: Scene) -> NDArray[np.bool_]:
+    """(S,) of each surface."""
+    if not len(scene.visible):
+        return np.zeros(len(scene.surfaces), bool)
+    caught: NDArray[np.bool_] = (scene.visible & CATCHER) != 0
+    return caught
+
+
+def _seen(scene: Scene, visible: NDArray[np.uint8]) -> Scene:
+    return replace(scene, visible=visible.astype(np.uint8))
+
+
+def _unseen(light: Light) -> Light:
+    """The light, which the eye does not see."""
+    return replace(light, found_by=tuple(who for who in light.found_by if who != "camera"))
+
+
+def _lights(light: Light) -> bool:
+    return light.lights_surfaces or "chains" in light.found_by
+
+
+def _lit(scene: Scene, part: Part, groups: tuple[str, ...]) -> Iterator[Take]:
+    """Takes by the groups' lights and by all others, one at least."""
+    plain = replace(scene, light_groups=(), surface_groups=())
+    of_surfaces = scene.surface_groups or ("",) * len(scene.surfaces)
+    all_glow = _glow(scene)
+    is_first = True
+    for group in (*groups, ""):
+        for sign in (1.0, -1.0):
+            subtracts = sign < 0.0
+            lights = tuple(
+                replace(light, subtracts=False, group="")
+                for light in scene.emitters
+                if light.subtracts == subtracts and _group_of(light.group, groups) == group
+            )
+            member = [_group_of(name, groups) == group for name in of_surfaces]
+            shines = np.array(member, bool) & (not subtracts)
+            is_last = group == "" and subtracts and is_first
+            if not (lights or (shines & all_glow).any() or is_last):
+                continue
+            is_first = False
+            yield Take(_glowing(replace(plain, lights=lights), shines), part, group, sign)
+
+
+def _group_of(name: str, groups: tuple[str, ...]) -> str:
+    return name if name in groups else ""
+
+
+def _glow(scene: Scene) -> NDArray[np.bool_]:
+    """(S,): which surfaces have triangles that glow."""
+    glows = np.array([material.glows for material in scene.materials], bool)
+    found = np.zeros(len(scene.surfaces), bool)
+    if glows.any():
+        found[scene.surface[glows[scene.material]]] = True
+    return found
+
+
+def _glowing(scene: Scene, shines: NDArray[np.bool_]) -> Scene:
+    """The scene in which of what glows only such surfaces (S,) do."""
+    if shines[_glow(scene)].all():
+        return scene
+    off = ~shines[scene.surface]
+    material, materials = scene.material.copy(), [*scene.materials]
+    for number, one in enumerate(scene.materials):
+        chosen = off & (scene.material == number)
+        if one.glows and chosen.any():
+            material[chosen] = len(materials)
+            materials.append(_dark(one))
+    return replace(scene, material=material, materials=tuple(materials))
+
+
+def _dark(material: Material) -> Material:
+    varying = {name: value for name, value in material.varying.items() if name != "emission"}
+    return replace(material, emission=BLACK, varying=varying)
