@@ -253,6 +253,17 @@ class Device:
         self.put_back(buffer)
         return data
 
+    def shown(self, texture: moderngl.Texture, count: int) -> NDArray[np.float32]:
+        """As `texels`, but they may be gone at the next call: a GPU writes them where the host sees
+        them."""
+        if self.is_software:
+            return self.texels(texture, count if count < texture.width * texture.height else None)
+        buffer = self.copy(texture)
+        data = self._readback.large(buffer, 16 * count)
+        data = self.read(buffer, 4 * count) if data is None else data
+        self.put_back(buffer)
+        return data.reshape(count, 4)
+
     def read(self, buffer: moderngl.Buffer, count: int) -> NDArray[np.float32]:
         """A buffer's first `count` float32.
 

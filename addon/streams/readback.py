@@ -8,6 +8,8 @@ import struct
 from typing import Any
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from .functions import find_function
 from .source import StreamError
@@ -63,15 +65,10 @@ class Readback:
         self._ctx = ctx
         self._taken: list[Reading | None] = [None] * SLOTS  # who has a slot
         self._next = 0
+        self._large: tuple[int, int, int] | None = None  # name, bytes, address of a larger buffer
         self._gl = _functions() if ctx.version_code >= 450 else None
         if self._gl:
-            name, flags = ctypes.c_uint(), _MAP_READ | _MAP_PERSISTENT | _MAP_COHERENT
-            self._gl["glCreateBuffers"](1, name)
-            self._gl["glNamedBufferStorage"](name, SLOT * SLOTS, None, flags)
-            self._name = name
-            self._memory = self._gl["glMapNamedBufferRange"](name, 0, SLOT * SLOTS, flags)
-            if not self._memory:
-                raise StreamError("OpenGL cannot map a buffer")
+            self._name, self._memory = self._mapped(SLOT * SLOTS)
         else:
             self._staging = ctx.buffer(reserve=SLOT * SLOTS)
 
@@ -98,17 +95,54 @@ class Readback:
         if not self._gl:
             # moderngl cannot read no bytes.
             return bytes(self._staging.read(4 * count, offset=slot * SLOT)) if count else b""
+        self._wait(fence)
+        return ctypes.string_at(self._memory + slot * SLOT, 4 * count)
+
+    def large(self, buffer: moderngl.Buffer, size: int) -> NDArray[np.float32] | None:
+        """A buffer's first `size` bytes in memory that the device writes to: they hold until the
+        next call. None where OpenGL 4.5 is missing."""
+        if not self._gl:
+            return None
+        if self._large is None or self._large[1] < size:
+            self._drop_large()
+            name, address = self._mapped(size)
+            self._large = name.value, size, address
+        name, _, address = self._large
+        self._gl["glCopyNamedBufferSubData"](buffer.glo, name, 0, 0, size)
+        self._wait(self._gl["glFenceSync"](_SYNC_COMMANDS_COMPLETE, 0))
+        memory: Any = (ctypes.c_char * size).from_address(address)
+        return np.frombuffer(memory, np.float32)
+
+    def _mapped(self, size: int) -> tuple[Any, int]:
+        """A buffer that the host sees all the time: its name and where that is."""
+        assert self._gl
+        name, flags = ctypes.c_uint(), _MAP_READ | _MAP_PERSISTENT | _MAP_COHERENT
+        self._gl["glCreateBuffers"](1, name)
+        self._gl["glNamedBufferStorage"](name, size, None, flags)
+        address = self._gl["glMapNamedBufferRange"](name, 0, size, flags)
+        if not address:
+            self._gl["glDeleteBuffers"](1, name)
+            raise StreamError(f"OpenGL cannot map a buffer of {size} bytes")
+        return name, address
+
+    def _wait(self, fence: Any) -> None:
+        assert self._gl
         waited = self._gl["glClientWaitSync"](fence, _FLUSH_COMMANDS, 60 * _SECOND)
         self._gl["glDeleteSync"](fence)
         if waited == _WAIT_FAILED:
             raise StreamError("OpenGL failed while the host waited for it")
-        return ctypes.string_at(self._memory + slot * SLOT, 4 * count)
+
+    def _drop_large(self) -> None:
+        if self._gl and self._large:
+            self._gl["glDeleteBuffers"](1, ctypes.c_uint(self._large[0]))
+        self._large = None
 
     def release(self) -> None:
-        """Free the buffer, and the fences of what was never read."""
+        """Free the buffers, and the fences of what was never read."""
         for reading in filter(None, self._taken):
             reading.data()
         if self._gl:
+            self._drop_large()
             self._gl["glDeleteBuffers"](1, self._name)
         else:
             self._staging.release()

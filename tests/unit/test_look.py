@@ -67,6 +67,19 @@ def test_a_few_passes_tell_no_error(device: Device) -> None:
     renderer.release()
 
 
+def test_texels_are_shown_where_the_device_writes(
+    device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(device, "is_software", False)
+    for size in ((8, 4), (64, 48), (16, 2)):
+        texture = device.ctx.texture(size, 4, dtype="f4")
+        texels = np.random.default_rng(size[0]).random((size[0] * size[1], 4), np.float32)
+        texture.write(texels)
+        for count in (3, len(texels)):
+            np.testing.assert_array_equal(device.shown(texture, count), texels[:count])
+        texture.release()
+
+
 TEXT = """#version 430 core
 layout(local_size_x = 1) in;
 layout(std430, binding = 0) buffer Out { uint value[]; };

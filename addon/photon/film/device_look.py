@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...streams import Defines, Device, Program, Stream
 from ..kernels import resolve
+from .blocks import in_blocks
 from .error import (
     EVEN,
     INNER_AREA,
@@ -76,21 +78,27 @@ class DeviceLook:
         }
         if not self._film.passes:
             return images
-        for film, rows, texels in self._strips():
+        for film, rows, count in self._strips():
             resolved = self._resolved(film) if RESOLVED.keys() & images.keys() else {}
             streams = resolved | {
                 own: film.sums[name] for own, name in MEANS.items() if name in there
             }
             for name in images.keys() & streams.keys():
-                image = self._texels(streams[name], texels).reshape(
-                    *images[name][rows].shape[:2], 4
-                )
-                if name in MEANS:
-                    image = image / np.float32(self._film.passes)
-                if name == "Illuminance":
-                    image = illuminance_of(image)
-                images[name][rows] = image[..., : CHANNELS[name]]
+                shape = rows.stop - rows.start, self._film.shape[1], 4
+                texels = self._device.shown(streams[name].texture, count).reshape(shape)
+                in_blocks(shape, partial(self._write, name, images[name][rows], texels))
         return images
+
+    def _write(
+        self, name: str, image: NDArray[np.float32], texels: NDArray[np.float32], rows: slice
+    ) -> None:
+        """Make rows of an image of what was read."""
+        if name == "Illuminance":
+            image[rows] = illuminance_of(texels[rows] / np.float32(self._film.passes))
+        elif name in MEANS:
+            image[rows] = texels[rows, :, : image.shape[2]] / np.float32(self._film.passes)
+        else:
+            image[rows] = texels[rows, :, : image.shape[2]]
 
     def _error(self, with_image: bool) -> Error:
         shape, passes = self._film.shape, self._film.passes
@@ -109,7 +117,7 @@ class DeviceLook:
             counts = np.divmod(of_groups[:, 3], EVEN_COUNTS)
             sums += [*of_groups[:, :3].sum(axis=0), counts[1].sum(), counts[0].sum()]
             if with_image:
-                read.append(self._texels(stream, texels))
+                read.append(self._device.shown(stream.texture, texels).copy())
         noise, change, even_change, lit, even = sums.tolist()
         error = error_by(Totals(pixels, noise, change, even_change, int(lit), int(even)))
         if not with_image:
@@ -154,11 +162,6 @@ class DeviceLook:
         read = self._device.read(buffer, 4 * groups).reshape(groups, 4)
         self._device.put_back(buffer)
         return read.astype(float)
-
-    def _texels(self, stream: Stream, texels: int) -> NDArray[np.float32]:
-        """The first ones, (texels, 4)."""
-        whole = texels == stream.size[0] * stream.size[1]
-        return self._device.texels(stream.texture, None if whole else texels)
 
     def release(self) -> None:
         """As HostLook's."""
