@@ -15,6 +15,7 @@ from .environment import (
     BPY_LIBRARIES,
     GL_LIBRARIES,
     PYTHON,
+    ROOT,
     STAMPS,
     VENV,
     check_python,
@@ -67,6 +68,7 @@ def doctor(_args: argparse.Namespace) -> int:
     row("Rust", cargo, f"the first build fetches {rust_needed()} or newer into .venv", False)
     row("git", first_line("git", "--version"), apt("git"), needed=False)
     row("glslangValidator", first_line("glslangValidator", "-v"), apt("glslang-tools"), False)
+    row("OpenImageDenoise", denoiser(), f"bpy brings it, or {PYTHON} -m pip install pyoidn", False)
     blender = first_line("blender", "--version")
     row("Blender", blender, "https://www.blender.org/download; PyPI's bpy does without", False)
     return int(missing > 0)
@@ -75,6 +77,15 @@ def doctor(_args: argparse.Namespace) -> int:
 def installed() -> str | None:
     groups = sorted(json.loads(STAMPS.read_text())) if STAMPS.exists() else []
     return f"{', '.join(groups)} in {VENV}" if groups else None
+
+
+def denoiser() -> str | None:
+    """Where the renderer finds OpenImageDenoise."""
+    if installed() is None:
+        return None
+    command = [str(PYTHON), "-c", "from addon.denoiser import find; print(find() or '')"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
+    return done.stdout.strip() or None
 
 
 def devices() -> Iterator[tuple[str | None, str]]:

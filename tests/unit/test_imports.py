@@ -51,6 +51,11 @@ def test_streams_knows_no_rendering() -> None:
     assert offences("streams", ("addon.photon", "addon.blender", "addon.build")) == []
 
 
+def test_denoiser_knows_nothing_of_ours() -> None:
+    ours = ("addon.photon", "addon.blender", "addon.build", "addon.streams")
+    assert offences("denoiser", ours) == []
+
+
 def test_photon_knows_no_blender_package() -> None:
     assert offences("photon", ("addon.blender", "addon.build")) == []
 

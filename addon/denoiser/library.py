@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""OpenImageDenoise 2, as Blender ships it or PyPI's pyoidn does, through its C API."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from ctypes import c_bool, c_char_p, c_int, c_size_t, c_void_p
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+VARIABLE = "PHOTON_STREAM_OIDN"  # in the environment: the library's file, or where to look first
+ABSENT = "OpenImageDenoise is not here: Blender brings it, and so does `pip install pyoidn`"
+NAMES = {
+    "linux": ("libOpenImageDenoise.so.2",),
+    "darwin": ("libOpenImageDenoise.2.dylib", "libOpenImageDenoise.dylib"),
+    "win32": ("OpenImageDenoise.dll",),
+}
+# Of oidn.h.
+_ANY, _CPU = 0, 1  # kinds of devices: the fastest that there is, the processor
+KINDS = {1: "CPU", 2: "SYCL", 3: "CUDA", 4: "HIP", 5: "Metal"}
+_FLOAT3 = 3
+_SIGNATURES: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
+    "oidnNewDevice": (c_void_p, (c_int,)),
+    "oidnSetDeviceInt": (None, (c_void_p, c_char_p, c_int)),
+    "oidnGetDeviceInt": (c_int, (c_void_p, c_char_p)),
+    "oidnCommitDevice": (None, (c_void_p,)),
+    "oidnReleaseDevice": (None, (c_void_p,)),
+    "oidnGetDeviceError": (c_int, (c_void_p, ctypes.POINTER(c_char_p))),
+    "oidnNewBuffer": (c_void_p, (c_void_p, c_size_t)),
+    "oidnReleaseBuffer": (None, (c_void_p,)),
+    "oidnReadBuffer": (None, (c_void_p, c_size_t, c_size_t, c_void_p)),
+    "oidnWriteBuffer": (None, (c_void_p, c_size_t, c_size_t, c_void_p)),
+    "oidnNewFilter": (c_void_p, (c_void_p, c_char_p)),
+    "oidnReleaseFilter": (None, (c_void_p,)),
+    "oidnSetFilterBool": (None, (c_void_p, c_char_p, c_bool)),
+    "oidnSetFilterImage": (
+        None,
+        (c_void_p, c_char_p, c_void_p, c_int, *(c_size_t,) * 5),
+    ),
+    "oidnCommitFilter": (None, (c_void_p,)),
+    "oidnExecuteFilter": (None, (c_void_p,)),
+}
+
+
+class DenoiserError(Exception):
+    """OpenImageDenoise is absent, or says what it cannot do."""
+
+
+def find(blender: Path | None = None) -> Path | None:
+    """The library's file; None: it is nowhere here.
+
+    It is looked for where $PHOTON_STREAM_OIDN says, in the Blender in the folder `blender` or whose
+    Python this is, in PyPI's bpy and pyoidn, and where the system keeps its libraries.
+    """
+    names = NAMES.get(sys.platform, NAMES["linux"])
+    for place in (*_of_blender(blender), *_places()) if blender else _places():
+        for path in (place, *(place / name for name in names)):
+            if path.is_file():
+                return path
+    return None
+
+
+def _places() -> Iterator[Path]:
+    if given := os.environ.get(VARIABLE):
+        yield from _of_blender(Path(given))
+    if Path(sys.prefix).name == "python":  # as in blender-5.0/5.0/python
+        yield from _of_blender(Path(sys.prefix).parents[1])
+    for package in ("bpy", "pyoidn"):
+        for folder in map(Path, _folders_of(package)):
+            if folder.parts[-3:-1] == ("scripts", "modules"):  # Blender's, in 5.0/scripts/modules
+                yield from _of_blender(folder.parents[3])
+            yield from _of_blender(folder)
+            yield from (folder / "oidn" / "lib", folder / "oidn" / "bin")
+    for root in map(Path, ("/usr", "/usr/local", "/opt/homebrew")):
+        yield from (*root.glob("lib/*-linux-gnu"), root / "lib64", root / "lib")
+
+
+def _of_blender(folder: Path) -> tuple[Path, ...]:
+    """Where a Blender has its libraries: on Linux and macOS, and on Windows."""
+    return folder, folder / "lib", folder / "blender.shared"
+
+
+def _folders_of(package: str) -> list[str]:
+    """Where a package is, which is not imported by that."""
+    known = sys.modules.get(package)
+    spec = known.__spec__ if known else find_spec(package)
+    return list(spec.submodule_search_locations or ()) if spec else []
+
+
+@lru_cache(maxsize=4)
+def _load(path: Path) -> Any:
+    """The library with its functions' types; DenoiserError if it is none or too old."""
+    try:
+        if sys.platform == "win32":  # where it finds its parts
+            os.add_dll_directory(str(path.parent))
+        library = ctypes.CDLL(str(path))
+        for name, (result, arguments) in _SIGNATURES.items():
+            function = getattr(library, name)
+            function.restype, function.argtypes = result, arguments
+    except (OSError, AttributeError) as error:
+        raise DenoiserError(f"{path} is no OpenImageDenoise 2: {error}") from error
+    return library
+
+
+class Denoiser:
+    """Filters pictures (h, w, 3) float32; the same pictures, device and version give the same bits.
+
+    A context manager: memory is taken when a picture comes, and given back at the end.
+    """
+
+    def __init__(self, path: Path | None = None, on_cpu: bool = False, threads: int = 0) -> None:
+        """`on_cpu`: even if there is a GPU that it knows; `threads`: 0 for all cores. DenoiserError
+        if it is absent or finds no device."""
+        path = path or find()
+        if path is None:
+            raise DenoiserError(ABSENT)
+        self._library = _load(path)
+        # A GPU that turns out to lack something is passed over.
+        for kind in (_CPU,) if on_cpu else (_ANY, _CPU):
+            self._device = self._library.oidnNewDevice(kind)
+            if not self._device:
+                said = self._said()
+                continue
+            if threads:
+                self._library.oidnSetDeviceInt(self._device, b"numThreads", threads)
+            # What it reads of the machine: leave threads where the system puts them.
+            self._library.oidnSetDeviceInt(self._device, b"setAffinity", 0)
+            self._library.oidnCommitDevice(self._device)
+            said = self._said()
+            if not said:
+                return
+            self._library.oidnReleaseDevice(self._device)
+        self._device = None
+        raise DenoiserError(f"OpenImageDenoise has no device: {said}")
+
+    @property
+    def name(self) -> str:
+        """As OpenImageDenoise 2.3.3, CPU."""
+        version, kind = (
+            self._library.oidnGetDeviceInt(self._device, name) for name in (b"version", b"type")
+        )
+        number = f"{version // 10000}.{version // 100 % 100}.{version % 100}"
+        return f"OpenImageDenoise {number}, {KINDS.get(kind, 'GPU')}"
+
+    def __enter__(self) -> Denoiser:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._device:
+            self._library.oidnReleaseDevice(self._device)
+            self._device = None
+
+    def denoised(
+        self, picture: NDArray[np.float32], features: Mapping[str, NDArray[np.float32]]
+    ) -> NDArray[np.float32]:
+        """A picture of linear light (h, w, 3) without its noise; `features` of the same size:
+        "albedo" in [0, 1], and with it perhaps "normal"."""
+        images = {"color": picture, **features}
+        height, width = picture.shape[:2]
+        size = 12 * width * height
+        result = np.empty((height, width, 3), np.float32)
+        library, buffers = self._library, []
+        rt = library.oidnNewFilter(self._device, b"RT")
+        try:
+            for name in (*images, "output"):
+                buffer = library.oidnNewBuffer(self._device, size)
+                self._check()
+                buffers.append(buffer)
+                if name in images:
+                    pixels = np.ascontiguousarray(images[name], np.float32)
+                    assert pixels.shape == result.shape, (name, pixels.shape, result.shape)
+                    library.oidnWriteBuffer(buffer, 0, size, pixels.ctypes.data)
+                place = (name.encode(), buffer, _FLOAT3, width, height, 0, 0, 0)
+                library.oidnSetFilterImage(rt, *place)
+            library.oidnSetFilterBool(rt, b"hdr", True)
+            library.oidnCommitFilter(rt)
+            library.oidnExecuteFilter(rt)
+            self._check()
+            library.oidnReadBuffer(buffers[-1], 0, size, result.ctypes.data)
+            self._check()
+        finally:
+            library.oidnReleaseFilter(rt)
+            for buffer in buffers:
+                library.oidnReleaseBuffer(buffer)
+        return result
+
+    def _check(self) -> None:
+        if said := self._said():
+            raise DenoiserError(f"OpenImageDenoise: {said}")
+
+    def _said(self) -> str:
+        """What it last complained of; empty: nothing."""
+        text = c_char_p()
+        code = self._library.oidnGetDeviceError(self._device, ctypes.byref(text))
+        return (text.value or b"error %d" % code).decode(errors="replace") if code else ""

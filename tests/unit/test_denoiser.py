@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""OpenImageDenoise: where it is found, what it says, and that its bits are the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from addon.denoiser import VARIABLE, Denoiser, DenoiserError, find, library
+
+needs_it = pytest.mark.skipif(find() is None, reason="OpenImageDenoise is not here")
+SIZE = (70, 90, 3)
+
+
+@pytest.fixture
+def nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is installed."""
+    monkeypatch.delenv(VARIABLE, raising=False)
+    monkeypatch.setattr(library, "_folders_of", lambda package: [])
+    monkeypatch.setattr(library.Path, "glob", lambda *_: ())
+    monkeypatch.setattr(library.Path, "is_file", lambda path: "/usr" not in str(path) and _is(path))
+
+
+def _is(path: Path) -> bool:
+    return path.exists() and not path.is_dir()
+
+
+@pytest.mark.usefixtures("nowhere")
+@pytest.mark.parametrize(
+    ("program", "inside", "name"),
+    [
+        ("blender-5.0", "lib", "libOpenImageDenoise.so.2"),
+        ("Blender 5.0", "blender.shared", "OpenImageDenoise.dll"),
+        ("Blender.app/Contents/Resources", "lib", "libOpenImageDenoise.dylib"),
+    ],
+)
+def test_beside_blender(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, program: str, inside: str, name: str
+) -> None:
+    """By its folder, by the variable, by its Python, by its modules."""
+    platform = next(known for known, names in library.NAMES.items() if name in names)
+    monkeypatch.setattr(library.sys, "platform", platform)
+    folder = tmp_path / program / inside
+    folder.mkdir(parents=True)
+    assert find(tmp_path / program) is None and find() is None
+    with pytest.raises(DenoiserError, match="is not here: Blender brings it"):
+        Denoiser()
+    (folder / name).write_text("no library")
+    assert find(tmp_path / program) == folder / name
+    monkeypatch.setenv(VARIABLE, str(tmp_path / program))
+    assert find() == folder / name
+    monkeypatch.setenv(VARIABLE, str(folder / name))
+    assert find() == folder / name
+    monkeypatch.delenv(VARIABLE)
+    version = tmp_path / program / "5.0"
+    with monkeypatch.context() as patch:  # as the Python of that Blender
+        patch.setattr(library.sys, "prefix", str(version / "python"))
+        assert find() == folder / name
+    modules = [str(version / "scripts" / "modules" / "bpy")]  # which both have on their path
+    monkeypatch.setattr(library, "_folders_of", lambda package: modules)
+    assert find() == folder / name
+
+
+def test_no_library(tmp_path: Path) -> None:
+    path = tmp_path / "libOpenImageDenoise.so.2"
+    path.write_text("nothing")
+    with pytest.raises(DenoiserError, match=r"libOpenImageDenoise.so.2 is no OpenImageDenoise 2: "):
+        Denoiser(path)
+
+
+def test_another_library(tmp_path: Path) -> None:
+    """That lacks its functions."""
+    import photon_stream_native
+
+    with pytest.raises(DenoiserError, match="is no OpenImageDenoise 2: .*oidnNewDevice"):
+        Denoiser(next(Path(photon_stream_native.__file__).parent.rglob("photon_stream_native*.so")))
+
+
+@needs_it
+def test_noise_goes_and_bits_stay() -> None:
+    """High dynamic range; for any number of threads and each time."""
+    rng = np.random.default_rng(1)
+    truth = np.full(SIZE, 4.0, np.float32)
+    truth[:, 45:] = 0.05
+    albedo = np.where(truth > 1.0, 0.8, 0.4).astype(np.float32)
+    normal = np.zeros(SIZE, np.float32)
+    normal[..., 2] = 1.0
+    noisy = (truth * rng.gamma(4.0, 0.25, SIZE)).astype(np.float32)
+    made = []
+    for threads in (0, 1, 2):
+        with Denoiser(on_cpu=True, threads=threads) as denoiser:
+            features = {"albedo": albedo, "normal": normal}
+            made += [denoiser.denoised(noisy, features) for _ in range(2)]
+            assert denoiser.name.startswith("OpenImageDenoise 2.")
+            assert denoiser.name.endswith(", CPU")
+    assert all(np.array_equal(one, made[0]) for one in made)
+    before, after = (float(np.square(x / truth - 1.0).mean()) for x in (noisy, made[0]))
+    assert after < 0.25 * before
+
+
+@needs_it
+def test_what_it_complains_of_is_raised() -> None:
+    picture = np.ones((4, 4, 3), np.float32)
+    with (
+        Denoiser(on_cpu=True) as denoiser,
+        pytest.raises(DenoiserError, match="OpenImageDenoise: "),
+    ):
+        denoiser.denoised(picture, {"normal": picture})  # it knows no normal without albedo
