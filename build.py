@@ -40,6 +40,8 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
     "estimator": {"choices": ("auto", "splat", "gather"), "help": "sums photons up"},
     "layer": {"choices": ("auto", "fragment", "compute", "native"), "help": "runs the kernels"},
     "illuminance": {"action": "store_true", "help": "a pass of it in .exr [lx], for build.py lux"},
+    "denoise": {"action": "store_true", "help": "what is noise in the picture"},
+    "denoising-data": {"action": "store_true", "help": "albedo and normal for denoisers, in .exr"},
     "report": {"type": Path, "metavar": "FILE", "help": "what was approximated or left out, JSON"},
 }
 
@@ -65,6 +67,8 @@ def render(args: argparse.Namespace) -> int:
             options += [f"--{name}", str(value.resolve() if isinstance(value, Path) else value)]
     if snapshot:
         ensure("run", "native")
+        if args.denoise and doctor.denoiser() is None:
+            ensure_where_possible("denoise")
         return run([PYTHON, "-m", "addon.photon.jobs.command", *options], cwd=ROOT, held=INTERRUPT)
     if args.blender:
         blender = shutil.which(args.blender)

@@ -76,6 +76,8 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     add("--estimator", choices=get_args(Estimator))
     add("--layer", choices=get_args(Layer))
     add("--illuminance", action="store_true", help="a pass of it in .exr [lx]")
+    add("--denoise", action="store_true", help="what is noise in the picture")
+    add("--denoising-data", action="store_true", help="passes for denoisers in .exr")
     add("--report", type=Path, metavar="FILE", help="write what was approximated as JSON")
     add("--engine", default=PhotonStreamEngine.bl_idname, help="default: %(default)s")
     options = parser.parse_args(argv)
@@ -231,6 +233,7 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     for name in ("estimator", "layer"):
         if getattr(options, name) is not None:
             setattr(settings, name, getattr(options, name).upper())
+    settings.denoise |= options.denoise
     if options.report:
         settings.report_path = str(options.report)
     resize(scene.render, options.width, options.height)
@@ -240,6 +243,7 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
             view_layer.photon_stream.use_pass_error = True
             if options.illuminance:
                 view_layer.photon_stream.use_pass_illuminance = True
+            view_layer.photon_stream.denoising_store_passes |= options.denoising_data
 
 
 def resize(render: bpy.types.RenderSettings, width: int | None, height: int | None) -> None:

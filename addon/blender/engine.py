@@ -46,7 +46,10 @@ COMBINED = Pass("Combined", "RGBA", "COLOR")
 DEPTH = Pass("Depth", "Z", "VALUE")
 NORMAL = Pass("Normal", "XYZ", "VECTOR")
 ERROR = Pass("Error", "X", "VALUE")
-METADATA = ("version", "device", "seed", "passes", "photons", "radius", "error", "noise", "bias")
+METADATA = (
+    *("version", "device", "seed", "passes", "photons", "radius", "error", "noise", "bias"),
+    "denoiser",
+)
 COMPONENTS = {
     "use_pass_direct": Pass("Direct", "RGB", "COLOR"),
     "use_pass_indirect": Pass("Indirect", "RGB", "COLOR"),
@@ -60,6 +63,8 @@ LIGHTING = {
     "use_pass_illuminance": Pass("Illuminance", "X", "VALUE"),
     "use_pass_illuminance_view": Pass("Illuminance View", "RGB", "COLOR"),
 }
+# As Cycles has them, in the space of the world.
+DENOISING = [Pass("Denoising Normal", "XYZ", "VECTOR"), Pass("Denoising Albedo", "RGB", "COLOR")]
 
 
 def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
@@ -72,6 +77,7 @@ def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
     own = view_layer.photon_stream
     passes += [entry for flag, entry in COMPONENTS.items() if getattr(own, flag)]
     passes += [entry for flag, entry in LIGHTING.items() if getattr(own, flag)]
+    passes += DENOISING if own.denoising_store_passes else []
     passes += [Pass(group_name(x.name), "RGB", "COLOR") for x in view_layer.lightgroups]
     return [*passes, ERROR] if own.use_pass_error else passes
 
@@ -159,6 +165,7 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
             settings,
             caller_bytes=blender_bytes(passes, settings),
             illuminance=any(entry in passes for entry in LIGHTING.values()),
+            denoising_data=DENOISING[0] in passes,
         )
         return Job(
             scene=exported,

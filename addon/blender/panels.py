@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from ..denoiser import ABSENT
 from ..photon.stage.kinds import camera_kinds
 from .engine import COMPONENTS, LIGHTING, PhotonStreamEngine
 from .export.camera import panorama_of
@@ -80,6 +81,22 @@ class RENDER_PT_photon_stream_sampling(_Panel, bpy.types.Panel):
         row = layout.row(align=True)
         row.prop(settings, "seed")
         row.prop(settings, "use_animated_seed", text="", icon="TIME")
+
+
+class RENDER_PT_photon_stream_denoise(_Panel, bpy.types.Panel):
+    bl_label = "Denoise"
+    bl_parent_id = "RENDER_PT_photon_stream_sampling"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.photon_stream, "denoise", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        col = self.layout.column(align=True)
+        col.active = context.scene.photon_stream.denoise
+        found = SESSION.has_denoiser
+        col.label(text="OpenImageDenoise" if found else ABSENT, icon="NONE" if found else "ERROR")
+        col.label(text="When the render is done, Combined alone")
 
 
 class RENDER_PT_photon_stream_photons(_Panel, bpy.types.Panel):
@@ -222,6 +239,7 @@ class VIEWLAYER_PT_photon_stream_passes(_Panel, bpy.types.Panel):
         col.prop(view_layer, "use_pass_z", text="Depth")
         col.prop(view_layer, "use_pass_normal")
         col.prop(view_layer.photon_stream, "use_pass_error")
+        col.prop(view_layer.photon_stream, "denoising_store_passes")
         col = layout.column(heading="Light", align=True)
         for flag in COMPONENTS:
             col.prop(view_layer.photon_stream, flag)
@@ -320,6 +338,7 @@ class DATA_PT_photon_stream_spot(_Panel, bpy.types.Panel):
 
 CLASSES = (
     RENDER_PT_photon_stream_sampling,
+    RENDER_PT_photon_stream_denoise,
     RENDER_PT_photon_stream_photons,
     RENDER_PT_photon_stream_light_paths,
     RENDER_PT_photon_stream_film,

@@ -110,6 +110,13 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
         description="Use another seed on every frame, so that the noise of an animation moves",
         default=False,
     )
+    denoise: BoolProperty(
+        name="Denoise",
+        description="Take noise out of Combined when the render is done, by OpenImageDenoise: in "
+        "each part of the picture as much as its passes tell that it gains. Other passes stay as "
+        "they are",
+        default=DEFAULTS.denoise,
+    )
     use_photons: BoolProperty(
         name="Custom Photons",
         description="Set the photons of a pass by hand; otherwise there are two for each pixel",
@@ -254,6 +261,12 @@ class PhotonStreamViewLayer(bpy.types.PropertyGroup):
         "for the view transform Standard",
         default=False,
     )
+    denoising_store_passes: BoolProperty(
+        name="Denoising Data",
+        description="Albedo and normal of what is seen, in mirrors and clear glass too: for "
+        "Blender's Denoise node",
+        default=False,
+    )
     use_pass_error: BoolProperty(
         name="Error",
         description="Estimated error of each pixel, of noise and of the radius together",
@@ -310,6 +323,7 @@ def settings_from(
         boundary_correction=p.boundary_correction,
         direct_by_photons=p.direct_by_photons,
         transparent=scene.render.film_transparent,
+        denoise=p.denoise,
         device_index=p.device_index,
         time_limit=p.time_limit,
         **film_of(scene),

@@ -6,9 +6,13 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import bpy
+
+from ..denoiser import VARIABLE, find
 from ..photon.jobs.process import Progress, RendererProcess
 from .export.report import Report
 
@@ -36,8 +40,15 @@ class Session:
     def renderer(self) -> RendererProcess:
         """The renderer process, the same one from frame to frame."""
         if self._renderer is None:
-            self._renderer = RendererProcess()
+            # The Python that runs there may not be Blender's, which has the denoiser.
+            known = {VARIABLE: str(blender)} if (blender := _blender()) else {}
+            self._renderer = RendererProcess(environment=known)
         return self._renderer
+
+    @cached_property
+    def has_denoiser(self) -> bool:
+        """Whether OpenImageDenoise is here."""
+        return find(_blender()) is not None
 
     def begin(self) -> None:
         """Forget what the last render said."""
@@ -55,6 +66,13 @@ class Session:
         renderer, self._renderer = self._renderer, None
         if renderer is not None:
             renderer.close()
+
+
+def _blender() -> Path | None:
+    """The folder that has all of this Blender, or of PyPI's bpy; None where a system has spread it
+    over its own."""
+    own = bpy.utils.resource_path("LOCAL")  # as blender-5.0/5.0
+    return Path(own).parent if own else None
 
 
 SESSION = Session()

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .film.composite import composite, group_name
 from .film.error import DARK, Error
+from .film.look import Picture
 from .renderer import ALL_IMAGES, Parts, Renderer
 from .scene import Scene
 from .scene.takes import Take
@@ -58,13 +59,15 @@ class Composed(Renderer):
         for renderer in self._of_takes:
             renderer.render_pass()
 
-    def images(self, wanted: Collection[str] | None = None) -> dict[str, NDArray[np.float32]]:
-        """As Renderer.images, and the light groups'."""
+    def images(self, wanted: Collection[str] | None = None, is_preview: bool = False) -> Picture:
+        """As Renderer.images, and the light groups'; each take is denoised on its own."""
         settings, groups = self.settings, self.scene.light_groups
         if wanted is None:
             wanted = {*ALL_IMAGES, *map(group_name, groups)}
         own = {"Combined", "Error", *wanted}.intersection(ALL_IMAGES)
-        found = [renderer.images(own) for renderer in self._of_takes]
+        found = [renderer.images(own, is_preview) for renderer in self._of_takes]
+        said = [x for renderer in self._of_takes for x in renderer.warnings]
+        self.warnings += tuple(dict.fromkeys(x for x in said if x not in self.warnings))
         shots = list(zip(self._takes, found, strict=True))
         images = composite(shots, groups, settings.transparent)
         errors = [renderer.error() for renderer in self._of_takes]
@@ -79,7 +82,8 @@ class Composed(Renderer):
     def info(self) -> dict[str, Any]:
         """As Renderer.info; photons are those of all takes."""
         infos = [renderer.info() for renderer in self._of_takes]
-        return super().info() | {name: sum(x[name] for x in infos) for name in COUNTED}
+        counts = {name: sum(x[name] for x in infos) for name in COUNTED}
+        return super().info() | counts | {"denoiser": infos[0]["denoiser"]}
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run, for all takes."""

@@ -34,6 +34,9 @@ from .ways.way import Way
 # and the images twice more, the last preview's in shared memory and what was asked for of them.
 PICTURE = 96 + 40 + 2 * 96
 PLAIN_LOBES = 2  # textures that say what Phong's lobes are
+FEATURES = 3 * 24  # and of those of what denoisers go by
+# Denoising's: arrays, and what OpenImageDenoise takes, which works in tiles where that is more.
+DENOISED, DENOISER, MOST_DENOISER = 220, 520, 3 << 30
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host
@@ -124,6 +127,9 @@ class Budget:
         texels = self.film_textures * count + textures * strip
         texels += sizes.waiting(count, strip)
         host = PICTURE * count + STRIP * strip + settings.caller_bytes
+        host += FEATURES * count * self._has_features
+        if settings.denoise:
+            host += DENOISED * count + min(DENOISER * count, MOST_DENOISER)
         return (
             Part("pixels", count, Bytes(TEXEL * texels, host)),
             Part("photons", photons, sizes.photons(counts)),
@@ -154,6 +160,7 @@ class Budget:
         images, and four of batches; natively there are arrays of as many bytes."""
         settings = self._settings
         images = 5 + 2 * self._has_chains + self._has_photons + self._has_emitters
+        images += 2 * self._has_features + (2 + self._has_chains) * settings.denoise  # halves
         return 2 * (images + settings.illuminance) + 4
 
     @cached_property
@@ -162,8 +169,10 @@ class Budget:
         settings, sizes = self._settings, self._sizes
         count = 21 + 2 * self._lobes + sizes.film_spares + self._shadow_textures
         count += 3 * self._has_emitters + 3 * settings.illuminance + self._has_photons
+        count += 2 * self._has_features
         if self._has_chains:
             count += 8 + 3 * self._has_photons + 6 * self._is_transparent + self._shares_memory
+            count += 6 * self._has_features
         if self._has_photons:
             count += 3  # cuts, coverage and tilt
             count += 2 * (settings.estimator == "splat")  # radius, and a part of the splats
@@ -198,6 +207,10 @@ class Budget:
     @cached_property
     def _gathers_lobes(self) -> bool:
         return self._has_photons and self._can_gather
+
+    @property
+    def _has_features(self) -> bool:
+        return self._settings.denoise or self._settings.denoising_data
 
     @cached_property
     def _has_emitters(self) -> bool:

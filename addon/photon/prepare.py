@@ -11,6 +11,7 @@ from itertools import chain
 
 import numpy as np
 
+from ..denoiser import ABSENT, find
 from ..streams import Device, StreamError
 from .composed import Composed, settings_of
 from .errors import DeviceError, PhotonStreamError
@@ -18,7 +19,15 @@ from .eye.images import PassImages
 from .eye.path import Path
 from .eye.paths import Eye
 from .eye.samples import instant
-from .film.picture import EMISSION_IMAGES, FILM_IMAGES, ILLUMINANCE_IMAGES, MIRROR_IMAGES
+from .film.look import DenoisedLook
+from .film.picture import (
+    EMISSION_IMAGES,
+    FEATURE_IMAGES,
+    FILM_IMAGES,
+    HALVED_IMAGES,
+    ILLUMINANCE_IMAGES,
+    MIRROR_IMAGES,
+)
 from .film.strips import StripFilm, strips_of
 from .memory import Budget
 from .phases import Phases
@@ -53,6 +62,11 @@ def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None 
     check_textures(scene)
     settings.check()
     scene, warnings = _conserving(scene)
+    if settings.denoise and not find():
+        settings, warnings = (
+            replace(settings, denoise=False),
+            (*warnings, f"not denoised: {ABSENT}"),
+        )
     device.use()
     takes = takes_of(scene, settings.transparent)
     if kept:
@@ -138,12 +152,15 @@ class _Preparation:
             names = [*FILM_IMAGES, *(MIRROR_IMAGES if needs.secondary_rays else ())]
             names += EMISSION_IMAGES if needs.emitters_seen else ()
             names += ILLUMINANCE_IMAGES if needs.illuminance else ()
+            names += FEATURE_IMAGES if needs.features else ()
             names += ["blur"] * needs.photons
-            film = StripFilm(way, strips, names)
+            halved = [name for name in HALVED_IMAGES if name in names] if settings.denoise else []
+            film = StripFilm(way, strips, names, halved)
             self._own.append(film.release)
             film.prepare()
             looks = way.look(film, names)
             self._own.append(looks.release)
+            denoised = DenoisedLook(film) if settings.denoise else None
             estimators = self._estimators(stage, needs) if mapper else None
             if mapper:
                 self._start_pilot(mapper, stage, needs)
@@ -153,7 +170,8 @@ class _Preparation:
             photons = None
             if mapper and estimators:
                 photons = self._photons(mapper, *estimators, stage, eye, budget)
-        return Parts(way, stage, needs, eye, images, film, looks, photons, self._phases, self._own)
+        made = eye, images, film, looks, denoised, photons
+        return Parts(way, stage, needs, *made, self._phases, self._own)
 
     def _find_room(self) -> Budget:
         """The budget; what only makes a render start sooner goes where there is no room for it."""

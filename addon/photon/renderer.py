@@ -10,8 +10,8 @@ from typing import Any
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from ..denoiser import DenoiserError
 from ..streams import StreamError
 from .errors import DeviceError
 from .eye.images import PassImages
@@ -19,8 +19,8 @@ from .eye.path import Path
 from .eye.paths import Eye
 from .eye.samples import instant
 from .film.error import Error
-from .film.look import Look
-from .film.picture import CHANNELS, exposed
+from .film.look import DenoisedLook, Look, Picture
+from .film.picture import CHANNELS, FEATURES, exposed
 from .film.strips import StripFilm
 from .phases import Phases
 from .photons.kept import Stage
@@ -46,6 +46,7 @@ class Parts:
     images: PassImages
     film: StripFilm
     look: Look
+    denoised: DenoisedLook | None
     photons: Photons | None
     phases: Phases
     own: list[Callable[[], None]]  # what releases them
@@ -66,7 +67,7 @@ class Renderer:
         self._stage, self.frame = parts.stage, parts.stage.frame
         self.triangles = len(parts.stage.mesh.triangles)
         self.eye, self.film, self.photons = parts.eye, parts.film, parts.photons
-        self._images, self._look = parts.images, parts.look
+        self._images, self._look, self._denoised = parts.images, parts.look, parts.denoised
         self._phases, self._own = parts.phases, parts.own
         self._first_normals: list[moderngl.Buffer] = []  # and depths, of each strip: not read yet
         # Nothing seen, until the first pass; a mean over passes would mix objects.
@@ -103,13 +104,16 @@ class Renderer:
                 self._first_normals.append(images["normal"].copy())
             self.film.add(number, images)
 
-    def images(self, wanted: Collection[str] | None = None) -> dict[str, NDArray[np.float32]]:
+    def images(self, wanted: Collection[str] | None = None, is_preview: bool = False) -> Picture:
         """The picture so far, of it what is wanted, or all; see `picture_of`. Depth (h, w, 1) [m]
         is of the first pass, Error (h, w, 1) [W/(m^2 sr)] is `Error.image`. Light is multiplied by
-        the exposure."""
+        the exposure. Where the settings want it Combined is denoised, from two passes on, but in
+        previews."""
         wanted = ALL_IMAGES if wanted is None else wanted
+        if not self.settings.denoising_data:
+            wanted = [name for name in wanted if name not in FEATURES]
         self.device.use()
-        images, error = self._look.take(wanted)
+        images, error = self._take(wanted, is_preview)
         self._error = self.film.passes, error
         if error.image is not None:
             images["Error"] = error.image
@@ -120,8 +124,21 @@ class Renderer:
             images["Depth"] = self._depth
         return images
 
+    def _take(self, wanted: Collection[str], is_preview: bool) -> tuple[Picture, Error]:
+        """Picture and error; plain ones, and a warning, where denoising fails."""
+        is_seen = not {"Combined", "Error"}.isdisjoint(wanted)
+        if self._denoised and is_seen and not is_preview and self.film.passes > 1:
+            try:
+                with self._phases.timed("denoise"):
+                    return self._denoised.take(wanted)
+            except DenoiserError as error:
+                self.warnings += (f"not denoised: {error}",)
+                self._denoised = None
+        return self._look.take(wanted)
+
     def error(self) -> Error:
-        """How far the picture so far is from the converged one."""
+        """How far the picture so far is from the converged one: the denoised one, if that was last
+        asked for."""
         if self._error is None or self._error[0] != self.film.passes:
             self.images(())
         assert self._error
@@ -166,6 +183,7 @@ class Renderer:
             "error": error.total if error else math.inf,
             "noise": error.noise if error else math.inf,
             "bias": error.bias if error else math.inf,
+            "denoiser": self._denoised.by if self._denoised else "none",
             "unfinished_photons": self.photons.mapper.unfinished if self.photons else 0,
             "dropped_photons": self.photons.dropped if self.photons else 0,
             "seconds": {name: round(value, 4) for name, value in self.seconds.items()},

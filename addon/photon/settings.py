@@ -58,6 +58,8 @@ class Settings:
     direct_by_photons: bool = False  # store first hits too and trace no shadow rays
     transparent: bool = False  # the world leaves alpha 0
     illuminance: bool = False  # an image of it, too
+    denoise: bool = False  # what is noise in Combined, by OpenImageDenoise
+    denoising_data: bool = False  # images of what denoisers go by, too
     pixel_filter: PixelFilter = "box"
     pixel_width: float = 1.0  # [px] of other filters than the box, in Blender's sense
     exposure: float = 1.0  # times the picture

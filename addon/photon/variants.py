@@ -22,6 +22,7 @@ from .kernels.cuts import Cuts
 from .kernels.direct import Direct, ShadowRays, ShadowThrough, Unshadowed
 from .kernels.emitted import Emitted
 from .kernels.eye_rays import EyeRays
+from .kernels.features import Features
 from .kernels.gather import Gather
 from .kernels.gather_radius import GatherRadius
 from .kernels.generator import Generator
@@ -196,6 +197,7 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield CombinePrimary, {**asked, **lux, **around}, {}
     behind: Defines = {"TRANSPARENT": 1}
     added: tuple[Defines, ...] = ({}, mapped, behind, {**mapped, **behind})
+    added += tuple({**first, "FEATURES": 1} for first in added)
     for first in added:
         yield AddChain, first, {}
         yield AddChain, {**first, "MOVED": 1}, {}
@@ -257,6 +259,8 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
             for more in ({}, scene.transparent_defines):
                 yield kernel, {**emitters, **scene.gather_defines, **more}, {}
                 yield kernel, {**emitters, **scene.gather_defines, **more, "PHOTON_MAP": 1}, {}
+    for emitters in ({}, scene.emitter_defines):
+        yield Features, {**scene.eye_defines, **emitters}, scene.made
     if scene.lobes:
         yield Scatter, scene.eye_defines, scene.made
 

@@ -18,6 +18,9 @@ void kernel() {
 #ifdef TRANSPARENT
     Radiance background = load_background_sum();
 #endif
+#ifdef FEATURES
+    Radiance albedo = load_albedo_sum(), normal = load_normal_sum();
+#endif
     bool has_ended = false;
 #ifdef MOVED
     has_ended = load_element().number == 0.0;
@@ -35,6 +38,12 @@ void kernel() {
 #ifdef TRANSPARENT
         background.alpha -= unpack_Lost(texelFetch(lost, at, 0)).share;
 #endif
+#ifdef FEATURES
+        if (normal.alpha == 0.0) {  // a mirror's so far
+            albedo = unpack_Radiance(texelFetch(albedo_seen, at, 0));
+            normal = unpack_Radiance(texelFetch(normal_seen, at, 0));
+        }
+#endif
     }
     store_total(sum);
     store_indirect_total(indirect);
@@ -43,5 +52,9 @@ void kernel() {
 #endif
 #ifdef TRANSPARENT
     store_background_total(background);
+#endif
+#ifdef FEATURES
+    store_albedo_total(albedo);
+    store_normal_total(normal);
 #endif
 }

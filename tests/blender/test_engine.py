@@ -117,6 +117,22 @@ def test_illuminance(room, tmp_path) -> None:
     assert left.max() > 0.3 and not left[lux[:, :48] == 0].any()
 
 
+def test_denoising(room, tmp_path) -> None:
+    """Passes by the names that Blender's Denoise node wants them by; Combined alone is denoised."""
+    plain = render_exr(room, tmp_path / "a.exr")
+    room.photon_stream.denoise = True
+    room.view_layers[0].photon_stream.denoising_store_passes = True
+    passes = render_exr(room, tmp_path / "b.exr")
+    assert passes.keys() - plain.keys() == {"Denoising Albedo", "Denoising Normal"}
+    changed = {name for name in plain if not np.array_equal(plain[name], passes[name])}
+    assert changed == {"Combined"} and SESSION.info["denoiser"].startswith("OpenImageDenoise 2.")
+    albedo, normal = passes["Denoising Albedo"], passes["Denoising Normal"]
+    assert albedo.shape == normal.shape == (32, 32, 3)
+    assert albedo.min() >= 0.0 and 0.1 < albedo.mean() < albedo.max() <= 1.0
+    assert np.linalg.norm(normal, axis=-1).max() == pytest.approx(1.0, abs=1e-3)
+    assert not any("denoised" in x for x in SESSION.reports[room.name].warnings)
+
+
 @pytest.mark.parametrize("model", SpecularModel)
 def test_specular_model_reaches_the_renderer(room, monkeypatch, model) -> None:
     """What the scene chooses is what its rough Glossy BSDF becomes."""

@@ -22,6 +22,7 @@ import pytest
 
 from addon.photon.errors import DeviceError, RenderError, SceneError, SettingsError
 from addon.photon.jobs import worker
+from addon.photon.jobs.console import status_text
 from addon.photon.jobs.process import Progress, RendererProcess, _shared_bytes, last_error
 from addon.photon.scene.snapshot import pack
 from addon.photon.settings import Settings
@@ -89,6 +90,18 @@ def test_progress(process: RendererProcess) -> None:
     for name in ("passes_done", "photons", "elapsed"):
         values = [getattr(event, name) for event in events]
         assert values == sorted(values), name
+
+
+def test_denoising_is_a_phase(process: RendererProcess) -> None:
+    """After the passes; what the last event tells is the denoised picture's."""
+    *events, last = process.render(cornell(), replace(SMALL, denoise=True))
+    phases = list(dict.fromkeys(event.phase for event in events))
+    assert phases[-2:] == ["Rendering", "Denoising"] and status_text(events[-1]) == "Denoising"
+    assert last.info["denoiser"].startswith("OpenImageDenoise 2.") and last.warnings == ()
+    plain = finish(process).images
+    assert last.images is not None and plain is not None
+    assert not np.array_equal(last.images["Combined"], plain["Combined"])
+    assert np.array_equal(last.images["Mirror"], plain["Mirror"])
 
 
 def test_same_picture_as_in_process(process: RendererProcess) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.film.film import Film, HostFilm, merged
+from addon.photon.film.film import Film, HostFilm, in_first_half, merged
 from addon.photon.kernels.records import RADIANCE
 from addon.streams import Device, Stream
 
@@ -30,17 +30,25 @@ def layer(request: pytest.FixtureRequest, device: Device) -> str:
     return str(request.param)
 
 
-def film_of(device: Device, layer: Any, names: tuple[str, ...]) -> Film | HostFilm:
-    made = HostFilm(SIZE, names) if layer == "native" else Film(device, layer, SIZE, names)
+def film_of(
+    device: Device, layer: Any, names: tuple[str, ...], halved: tuple[str, ...] = ()
+) -> Film | HostFilm:
+    if layer == "native":
+        return HostFilm(SIZE, names, halved)
+    made = Film(device, layer, SIZE, names, halved=halved)
     made.prepare()
     return made
 
 
 def fill(
-    device: Device, layer: Any, data: NDArray[np.float32], names: tuple[str, ...]
+    device: Device,
+    layer: Any,
+    data: NDArray[np.float32],
+    names: tuple[str, ...],
+    halved: tuple[str, ...] = (),
 ) -> Film | HostFilm:
     """A film of the passes (n, h, w, 4); the second image is the first one's negative."""
-    film = film_of(device, layer, names)
+    film = film_of(device, layer, names, halved)
     streams = {name: Stream(device, RADIANCE, SIZE) for name in names}
     for one in data:
         for sign, stream in zip((1, -1), streams.values(), strict=False):
@@ -136,6 +144,27 @@ def test_merged_variance(
     assert found.mean() == pytest.approx(expected.mean(), rel=0.05)
     for film in films:
         film.release()
+
+
+@pytest.mark.parametrize("passes", [1, 2, 3, 8, 21])
+def test_halves(device: Device, layer: Any, noise: NDArray[np.float64], passes: int) -> None:
+    """Means of the passes that count to the first half: one of two, and about half of more, in
+    pairs later; merged, of all ranges' first halves."""
+    names, data = ("combined", "other"), (5.0 + noise[:passes]).astype(np.float32)
+    first = [k for k in range(passes) if in_first_half(k)]
+    assert 1 <= len(first) <= passes // 2 + 1 and abs(2 * len(first) - passes) <= 2
+    film = fill(device, layer, data, names, halved=names)
+    plain = fill(device, layer, data, names)
+    whole = film.exposure()
+    assert whole.half_passes == len(first) and not plain.exposure().halves
+    for sign, name in zip((1, -1), names, strict=True):
+        assert np.allclose(whole.halves[name], sign * data[first].mean(axis=0), rtol=1e-5)
+        assert np.array_equal(whole.means[name], plain.means()[name])
+    both = merged([whole, whole])
+    assert both.half_passes == 2 * len(first)
+    assert np.allclose(both.halves["other"], whole.halves["other"])
+    film.release()
+    plain.release()
 
 
 def test_merged_of_few_passes_each(device: Device, noise: NDArray[np.float64]) -> None:

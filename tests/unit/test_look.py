@@ -13,6 +13,7 @@ import pytest
 
 from addon.photon.film.device_look import DeviceLook
 from addon.photon.film.look import HostLook
+from addon.photon.film.picture import FEATURES
 from addon.photon.prepare import prepare
 from addon.photon.renderer import ALL_IMAGES, Renderer
 from addon.photon.scene import Scene
@@ -24,6 +25,7 @@ from addon.streams.linked import Linked
 from tests.scenes import cornell
 
 SETTINGS = Settings(width=40, height=24, photons=2048, layer="compute", illuminance=True, passes=9)
+SETTINGS = replace(SETTINGS, denoise=True, denoising_data=True)
 
 
 def rendered(device: Device, scene: Scene, passes: int) -> Renderer:
@@ -44,7 +46,7 @@ def test_looks_agree(
     look = DeviceLook(device, renderer.film, names)
     expected, by_host = HostLook(renderer.film).take(ALL_IMAGES)
     images, error = look.take(ALL_IMAGES)
-    assert images.keys() == expected.keys() >= {"Illuminance", "Mirror", "Combined"}
+    assert images.keys() == expected.keys() >= {"Illuminance", "Mirror", "Combined", *FEATURES}
     for name, image in images.items():
         assert image.dtype == np.float32 and image.shape == expected[name].shape
         np.testing.assert_allclose(image, expected[name], rtol=1e-5, atol=1e-7, err_msg=name)

@@ -96,7 +96,14 @@ def scene_of(lobes: int, lights: int) -> Scene:
 @pytest.mark.parametrize(("lobes", "lights"), [(0, 1), (1, 3), (2, 9)])
 @pytest.mark.parametrize(
     "settings",
-    [{}, {"layer": "fragment"}, {"estimator": "splat", "layer": "fragment"}, {"photons": 0}],
+    [
+        {},
+        {"layer": "fragment"},
+        {"estimator": "splat", "layer": "fragment"},
+        {"photons": 0},
+        {"denoise": True, "layer": "fragment"},
+        {"denoising_data": True},
+    ],
     ids=str,
 )
 def test_textures_are_counted(

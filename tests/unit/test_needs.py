@@ -311,6 +311,19 @@ def test_native_way_of_shadow_rays(device: Device, compiled: list[str]) -> None:
     assert not {"shadow_rays", "unshadowed"} & stems(compiled)
 
 
+@pytest.mark.parametrize("settings", [{"denoise": True}, {"denoising_data": True}], ids=str)
+def test_what_denoisers_go_by(
+    device: Device, compiled: list[str], settings: dict[str, Any]
+) -> None:
+    """Is found where it is asked for alone."""
+    launches, _ = run(device, cornell(True))
+    assert "features" not in launches and not any("FEATURES" in name for name in compiled)
+    compiled.clear()
+    launches, _ = run(device, cornell(True), **settings)
+    assert launches["features"] == launches["combine_primary"] + launches["combine_mirror"]
+    assert any("add_chain" in name and "FEATURES" in name for name in compiled)
+
+
 def test_what_glows(device: Device, compiled: list[str]) -> None:
     """Its triangles are lights: shadow rays and photons without a lamp. Only they ask for more."""
     scene = replace(cornell(), lights=())

@@ -41,6 +41,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "splat_shape": ("triangle", "quad", "point"),
 }
 SWITCHES = {"boundary_correction", "direct_by_photons", "transparent", "illuminance"}
+SWITCHES |= {"denoise", "denoising_data"}
 
 
 def test_defaults_are_in_range() -> None:

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from ...streams import PingPong, Stream
-from ..film.picture import EMISSION_IMAGES, FILM_IMAGES, MIRROR_IMAGES
+from ...streams import Kernel, PingPong, Stream
+from ..film.picture import EMISSION_IMAGES, FEATURE_IMAGES, FILM_IMAGES, MIRROR_IMAGES
 from ..kernels.add_chain import AddChain
 from ..kernels.combine import CombineAll, CombineMirror, CombinePrimary
+from ..kernels.features import Features
 from ..kernels.launch import launch
 from ..kernels.records import BLUR, ILLUMINANCE_SEEN, LOST, RADIANCE
 from ..scene import Scene
@@ -23,6 +24,8 @@ _SUMS = {
     "indirect_sum": ("mirror_indirect", "indirect_seen"),
     "blur_sum": ("blur", "blur_seen"),
     "background_sum": ("background", "lost"),
+    "albedo_sum": ("albedo", "albedo_seen"),
+    "normal_sum": ("normal_shown", "normal_seen"),
 }
 
 
@@ -46,7 +49,11 @@ class PassImages:
         self._all = CombineAll(device, layer, defines)
         self._mirror: CombineMirror | None = None
         self._add: dict[bool, AddChain] = {}  # by whether rays have moved
+        self._features: Features | None = None
         names = (*FILM_IMAGES, *(EMISSION_IMAGES if needs.emitters_seen else ()))
+        if needs.features:
+            self._features = Features(device, layer, needs.feature_defines, made=needs.made)
+            names += FEATURE_IMAGES
         self._seen = {name: Stream(device, RADIANCE, size) for name in names}
         if needs.illuminance:
             self._seen["illuminance"] = Stream(device, ILLUMINANCE_SEEN, size)
@@ -63,6 +70,7 @@ class PassImages:
             records |= {"blur": BLUR} if needs.photons else {}
             # The eye sees the background through transparent surfaces, after the first ones.
             records |= {"background": RADIANCE} if needs.transparent else {}
+            records |= dict.fromkeys(FEATURE_IMAGES, RADIANCE) if needs.features else {}
             self._sums = {name: PingPong(device, record, size) for name, record in records.items()}
             self._seen_by_rays(size)
         self._world = {
@@ -92,6 +100,10 @@ class PassImages:
         if path.depth == 0:
             seen = {f"{name}_seen": stream for name, stream in self._seen.items()}
             launch(self._primary, streams | seen, self._tables, self._world)
+            if self._features:
+                names = zip(("albedo_seen", "normal_seen"), FEATURE_IMAGES, strict=True)
+                shown = {port: self._seen[name] for port, name in names}
+                launch(self._features, streams | shown, self._tables)
         else:
             self._add_chain(path, streams)
 
@@ -108,6 +120,8 @@ class PassImages:
         assert self._mirror
         seen = self._seen_by_rays(path.at.size)
         launch(self._mirror, streams | seen, self._tables, self._world)
+        if self._features:
+            launch(self._features, streams | seen, self._tables)
         kernel = self._add[path.element is not None]
         ports = {"element": path.element} if path.element else {}
         for name, (image, _) in _SUMS.items():
@@ -146,6 +160,6 @@ class PassImages:
         for pair in self._sums.values():
             pair.release()
 
-    def _kernels(self) -> list[CombinePrimary | CombineAll | CombineMirror | AddChain]:
-        found = [self._primary, self._all, self._mirror, *self._add.values()]
+    def _kernels(self) -> list[Kernel]:
+        found = [self._primary, self._all, self._mirror, self._features, *self._add.values()]
         return [kernel for kernel in found if kernel]

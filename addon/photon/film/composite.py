@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.takes import Part, Take
+from .picture import FEATURES
 
 Image = NDArray[np.float32]
 Images = Mapping[str, Image]  # picture_of's, and Error and Depth
 Shot = tuple[Take, Images]
 # Of the geometry alone, which all takes of a part share.
-SHARED = {"Normal", "Depth"}
+SHARED = {"Normal", "Depth", *FEATURES}
 
 
 def composite(

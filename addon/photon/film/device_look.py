@@ -25,7 +25,7 @@ from .error import (
 )
 from .film import FOUR, PAIR, Film, batches_that_tell
 from .look import Picture
-from .picture import CHANNELS, LEAST_COVERAGE, illuminance_of
+from .picture import CHANNELS, LEAST_COVERAGE, OPTIONAL, illuminance_of
 from .strips import StripFilm
 
 # Images that are means of the film's own.
@@ -34,7 +34,7 @@ MEANS = {
     "Emission": "emission",
     "Background": "background",
     "Normal": "normal",
-    "Illuminance": "illuminance",
+    **OPTIONAL,
 }
 RESOLVED = {"Combined": "picture", "Indirect": "indirect_part", "Mirror": "mirror_part"}
 SUMMED = 2048  # texels that a work group sums
@@ -74,7 +74,7 @@ class DeviceLook:
         images = {
             name: np.zeros((*self._film.shape, channels), np.float32)
             for name, channels in CHANNELS.items()
-            if name in wanted and (name != "Illuminance" or "illuminance" in there)
+            if name in wanted and (name not in OPTIONAL or OPTIONAL[name] in there)
         }
         if not self._film.passes:
             return images

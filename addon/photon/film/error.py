@@ -66,12 +66,20 @@ def dark_of(sum_of_light: float, pixels: int) -> float:
     return DARK * (sum_of_light / (3 * pixels) or 1.0)
 
 
-def error_of(exposures: Iterable[Exposure], combined: Floats, with_image: bool = True) -> Error:
+def error_of(
+    exposures: Iterable[Exposure],
+    combined: Floats,
+    with_image: bool = True,
+    shown: Floats | None = None,
+    left: Floats | None = None,
+) -> Error:
     """The error of the picture `combined` (h, w, 3 or more) that was made of `exposures`: of the
-    strips of its rows, from the bottom."""
+    strips of its rows, from the bottom. If it was denoised, of the picture `shown` that became of
+    it, of which `left` (h, w) of the squared noise is left."""
     height, width = combined.shape[:2]
+    shown = combined if shown is None else shown
     # By rows, so that it is the same for all strips.
-    light = float(combined[..., :3].sum(axis=(1, 2), dtype=np.float64).sum())
+    light = float(shown[..., :3].sum(axis=(1, 2), dtype=np.float64).sum())
     floor = dark_of(light, height * width)
     parts = ErrorParts(*(np.zeros((height, width), kind) for kind in (float, float, bool, bool)))
     row = batches = 0
@@ -80,10 +88,13 @@ def error_of(exposures: Iterable[Exposure], combined: Floats, with_image: bool =
         if variance is None:
             return unknown_error((height, width), with_image)
         batches = exposure.squares[PAIR].batches
-        _take(exposure, variance, combined, floor, slice(row, row + len(variance)), parts)
+        strip = slice(row, row + len(variance))
+        _take(exposure, variance, combined, _Scale(shown, floor), strip, parts)
         row += len(variance)
+    if left is not None:
+        parts.noises[:] *= left
     error = error_by(parts.totals())
-    return error_with_image(error, parts, combined, floor, batches) if with_image else error
+    return error_with_image(error, parts, shown, floor, batches) if with_image else error
 
 
 class Totals(NamedTuple):
@@ -132,6 +143,20 @@ def error_with_image(
     return replace(error, image=image)
 
 
+class _Scale(NamedTuple):
+    """What errors are relative to: the picture that is shown, down to a floor."""
+
+    picture: Floats  # (h, w, 3 or more)
+    floor: float
+
+    def squared_reciprocal(self, rows: slice) -> Floats:
+        """1 / (x^2 + floor^2), (h, w, 3). Float64: squares of a very dim picture's are beyond
+        float32."""
+        value = self.picture[rows, :, :3].astype(np.float64)
+        scale: Floats = np.square(np.reciprocal(np.hypot(value, self.floor)))
+        return scale
+
+
 class ErrorParts(NamedTuple):
     """Of each pixel (h, w): what noise and blur add to the relative square, and whether light falls
     there, on a disc that is even enough."""
@@ -152,7 +177,7 @@ def _take(
     exposure: Exposure,
     variance: Floats,
     combined: Floats,
-    floor: float,
+    over: _Scale,
     strip: slice,
     parts: ErrorParts,
 ) -> None:
@@ -161,9 +186,7 @@ def _take(
     def work(rows: slice) -> None:
         here = slice(strip.start + rows.start, strip.start + rows.stop)
         means = {name: mean[rows] for name, mean in exposure.means.items()}
-        # Float64: squares of a very dim picture's reciprocals are beyond float32.
-        value = combined[here, :, :3].astype(np.float64)
-        scale = np.square(np.reciprocal(np.hypot(value, floor)))
+        value, scale = combined[here, :, :3].astype(np.float64), over.squared_reciprocal(here)
         # The picture divides indirect light by the coverage; so are its deviations divided.
         squares = np.square(_over(value, means["combined"][..., :3])) * variance[rows, :, :3]
         parts.noises[here] = np.einsum("ijk,ijk->ij", squares, scale) / 3
@@ -212,12 +235,18 @@ def _pooled(image: Floats, reach: int, mean: float) -> Floats:
     where it is positive; scaled so that its mean over the picture is `mean`."""
     if mean <= 0:
         return np.zeros(image.shape, np.float32)
-    image = np.maximum(_box(_box(image, reach).T, reach).T if reach else image, np.float32(0.0))
+    image = np.maximum(box(image, reach), np.float32(0.0))
     image *= np.float32(mean / (_mean(image) or 1.0))
     return image
 
 
-def _box(image: Floats, reach: int) -> Floats:
+def box(image: Floats, reach: int) -> Floats:
+    """The mean over the square of `reach` pixels around each pixel of (h, w), as far as there
+    are."""
+    return _along(_along(image, reach).T, reach).T if reach else image
+
+
+def _along(image: Floats, reach: int) -> Floats:
     """Means along the first axis."""
     n = len(image)
     low, high = np.maximum(0, np.arange(n) - reach), np.minimum(n, np.arange(n) + reach + 1)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -66,6 +66,17 @@ class AccumulateBatches(Kernel):
     uniforms = {"passes_before": Uniform("int")}
 
 
+def in_first_half(number: int) -> bool:
+    """Whether a film's pass `number`, from 0, counts to the first of two halves, which tell what
+    denoising does: by the sequence of Thue and Morse, of pairs of passes that share a sequence."""
+    return (number if number < FOUR else number // PAIR).bit_count() % 2 == 0
+
+
+def _half(name: str) -> str:
+    """The sum of an image's first half among a film's sums."""
+    return f"half of {name}"
+
+
 @dataclass(frozen=True)
 class Squares:
     """Squared differences of the means of batches of passes from the mean of all batches."""
@@ -93,6 +104,9 @@ class Exposure:
     passes: int
     means: Images  # (h, w, 4) each, row 0 at the bottom
     squares: Mapping[int, Squares]  # by the number of passes in a batch
+    # Means of the passes of the first half, and how many these are, of the images that are halved.
+    halves: Images = field(default_factory=dict)
+    half_passes: int = 0
 
     def variance_of_mean(self) -> NDArray[np.float32] | None:
         """Variance of the combined image's mean, (h, w, 4); None before FEWEST_PASSES.
@@ -118,15 +132,19 @@ class Film:
         size: tuple[int, int],
         names: Sequence[str],
         spare: list[Stream] | None = None,
+        halved: Sequence[str] = (),
     ) -> None:
-        """`spare`: streams of SUM, SPARE of them, that films of one size share."""
-        self.passes = 0
+        """`spare`: streams of SUM, SPARE of them, that films of one size share; `halved`: images
+        of which there is a sum of half of the passes besides."""
+        self.passes = self._half_passes = 0
+        self._names, self._halved = names, halved
         self._kernels: dict[int, Kernel] = {2: AccumulateTwo(device, layer)}  # by their images
-        if len(names) % 2:
+        if len(names) % 2 or len(halved) % 2:
             self._kernels[1] = Accumulate(device, layer)
         self._batch_kernel = AccumulateBatches(device, layer)
-        self.sums = {name: Stream(device, SUM, size) for name in names}
-        self._lows = {name: Stream(device, SUM, size) for name in names}
+        sums = [*names, *map(_half, halved)]
+        self.sums = {name: Stream(device, SUM, size) for name in sums}
+        self._lows = {name: Stream(device, SUM, size) for name in sums}
         ports = ("pair", "four", "pair_squares", "four_squares")
         self._batches = {port: Stream(device, SUM, size) for port in ports}
         self._own = [] if spare else [Stream(device, SUM, size) for _ in range(SPARE)]
@@ -147,7 +165,11 @@ class Film:
         )
         for k, port in enumerate(self._batches):
             self._batches[port], spare[k] = spare[k], self._batches[port]
-        names = [*self.sums]
+        names = [*self._names]
+        if in_first_half(self.passes):
+            names += map(_half, self._halved)
+            images = images | {_half(name): images[name] for name in self._halved}
+            self._half_passes += 1
         for first in range(0, len(names), 2):
             ports: dict[str, Stream] = {}
             pair = names[first : first + 2]
@@ -167,10 +189,10 @@ class Film:
 
     def means(self) -> Images:
         """The mean of each image so far, float64 (h, w, 4), row 0 at the bottom."""
-        return {
-            name: _mean(sums.download(), self._lows[name].download(), self.passes)
-            for name, sums in self.sums.items()
-        }
+        return {name: self._mean(name, self.passes) for name in self._names}
+
+    def _mean(self, name: str, passes: int) -> NDArray[np.float64]:
+        return _mean(self.sums[name].download(), self._lows[name].download(), passes)
 
     def exposure(self) -> Exposure:
         """All that the film holds."""
@@ -178,7 +200,8 @@ class Film:
             length: Squares(self.passes // length, self.squares(length).download())
             for length in (PAIR, FOUR)
         }
-        return Exposure(self.passes, self.means(), squares)
+        halves = {name: self._mean(_half(name), self._half_passes) for name in self._halved}
+        return Exposure(self.passes, self.means(), squares, halves, self._half_passes)
 
     def release(self) -> None:
         """Free streams and kernels."""
@@ -193,10 +216,13 @@ class HostFilm:
     """What Film is, in arrays, for software OpenGL: there streams are read as fast as memory is,
     and numpy adds faster than Film's kernels do."""
 
-    def __init__(self, size: tuple[int, int], names: Sequence[str]) -> None:
+    def __init__(
+        self, size: tuple[int, int], names: Sequence[str], halved: Sequence[str] = ()
+    ) -> None:
         shape = (size[1], size[0], 4)
-        self.passes = 0
+        self.passes = self._half_passes = 0
         self._sums = {name: np.zeros(shape) for name in names}
+        self._halves = {name: np.zeros(shape) for name in halved}
         self._batches, self._squares = (
             {length: np.zeros(shape, np.float32) for length in (PAIR, FOUR)} for _ in range(2)
         )
@@ -214,8 +240,13 @@ class HostFilm:
             batch += combined
             if place == length - 1 and self.passes > place:
                 self._end_batch(length, combined)
+        first = in_first_half(self.passes)
         for name, total in self._sums.items():
-            total += combined if name == "combined" else images[name].download()
+            image = combined if name == "combined" else images[name].download()
+            total += image
+            if first and name in self._halves:
+                self._halves[name] += image
+        self._half_passes += first
         self.passes += 1
 
     def _end_batch(self, length: int, combined: NDArray[np.float32]) -> None:
@@ -238,11 +269,13 @@ class HostFilm:
             length: Squares(self.passes // length, total.copy())
             for length, total in self._squares.items()
         }
-        return Exposure(self.passes, self.means(), squares)
+        passes = self._half_passes
+        halves = {name: _mean(total, None, passes) for name, total in self._halves.items()}
+        return Exposure(self.passes, self.means(), squares, halves, passes)
 
     def release(self) -> None:
         """As Film.release."""
-        for arrays in (self._sums, self._batches, self._squares):
+        for arrays in (self._sums, self._halves, self._batches, self._squares):
             arrays.clear()
 
 
@@ -266,12 +299,10 @@ def merged(parts: Sequence[Exposure]) -> Exposure:
     Merge exposures, then make the picture: `picture_of` divides by the coverage, and quotients of
     parts do not average to the quotient of the whole.
     """
-    passes = sum(part.passes for part in parts)
-    weights = [part.passes / passes for part in parts]
-    means = {
-        name: np.tensordot(weights, [part.means[name] for part in parts], axes=1)
-        for name in parts[0].means
-    }
+    passes, half_passes = sum(p.passes for p in parts), sum(p.half_passes for p in parts)
+    means = _together([part.means for part in parts], [part.passes / passes for part in parts])
+    of_halves = [part.half_passes / max(1, half_passes) for part in parts]
+    halves = _together([part.halves for part in parts], of_halves)
     squares = {}
     for length in parts[0].squares:
         batches = [part.squares[length].batches for part in parts]
@@ -284,4 +315,11 @@ def merged(parts: Sequence[Exposure]) -> Exposure:
             for n, part in zip(batches, parts, strict=True)
         )
         squares[length] = Squares(sum(batches), np.asarray(total, np.float32))
-    return Exposure(passes, means, squares)
+    return Exposure(passes, means, squares, halves, half_passes)
+
+
+def _together(images: Sequence[Images], weights: Sequence[float]) -> Images:
+    """Weighted sums of the images of each name."""
+    return {
+        name: np.tensordot(weights, [image[name] for image in images], axes=1) for name in images[0]
+    }

@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .denoise import picture_denoised
 from .error import Error, error_of
-from .picture import picture_of
+from .film import Exposure
+from .picture import FEATURES, picture_of
 from .strips import StripFilm
 
 Picture = dict[str, NDArray[np.float32]]
@@ -38,14 +40,36 @@ class HostLook:
         film = self._film
         # Strip after strip, and each read twice: what is made of them takes more than they do.
         few = [*film.exposures()] if len(film.strips) == 1 else None
-        images: Picture = {}
-        for strip, exposure in zip(film.strips, few or film.exposures(), strict=True):
-            for name, image in picture_of(exposure.means, {*wanted, "Combined"}).items():
-                if name not in images:
-                    images[name] = np.empty((*film.shape, image.shape[2]), np.float32)
-                images[name][strip.rows] = image
+        images = self._picture(few or film.exposures(), {*wanted, "Combined"})
         error = error_of(few or film.exposures(), images["Combined"], "Error" in wanted)
         return {name: image for name, image in images.items() if name in wanted}, error
 
+    def _picture(self, exposures: Iterable[Exposure], wanted: Collection[str]) -> Picture:
+        images: Picture = {}
+        for strip, exposure in zip(self._film.strips, exposures, strict=True):
+            for name, image in picture_of(exposure.means, wanted).items():
+                if name not in images:
+                    images[name] = np.empty((*self._film.shape, image.shape[2]), np.float32)
+                images[name][strip.rows] = image
+        return images
+
     def release(self) -> None:
         """As Look's."""
+
+
+class DenoisedLook(HostLook):
+    """The same without what is noise in Combined, of a film of two passes or more with halves."""
+
+    by = "none"  # which denoiser made the last picture
+
+    def take(self, wanted: Collection[str]) -> tuple[Picture, Error]:
+        """As Look's. Raises DenoiserError."""
+        film = self._film
+        few = [*film.exposures()] if len(film.strips) == 1 else None
+        images = self._picture(few or film.exposures(), {*wanted, *FEATURES, "Combined"})
+        plain, found = images["Combined"], picture_denoised(images, few or film.exposures())
+        images["Combined"] = np.concatenate([found.picture, plain[..., 3:]], axis=-1)
+        exposures, with_image = few or film.exposures(), "Error" in wanted
+        error = error_of(exposures, plain, with_image, found.picture, found.left)
+        self.by = found.by
+        return {name: image for name, image in images.items() if name in wanted}, error

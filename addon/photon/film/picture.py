@@ -10,14 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .blocks import in_blocks
-from .film import Images
+from .film import Exposure, Images
 
 FILM_IMAGES = ("direct", "indirect", "background", "normal", "combined")
 MIRROR_IMAGES = ("mirror", "mirror_indirect")  # only of scenes with mirrors or lobes
 EMISSION_IMAGES = ("emission",)  # only of scenes with emitters that can be seen
 ILLUMINANCE_IMAGES = ("illuminance",)  # where it is asked for
+FEATURE_IMAGES = ("albedo", "normal_shown")  # of what denoisers go by, where they are asked for
+# Of what a picture is made from, where it is denoised: half of the passes apart.
+HALVED_IMAGES = ("combined", "indirect", "mirror_indirect")
 PARTS = ("Direct", "Indirect", "Mirror", "Emission", "Background")
-CHANNELS = {"Combined": 4, **dict.fromkeys((*PARTS, "Normal"), 3), "Illuminance": 1}
+FEATURES = {"Denoising Albedo": "albedo", "Denoising Normal": "normal_shown"}  # by Cycles' names
+# That are there if the film has these.
+OPTIONAL = {"Illuminance": "illuminance", **FEATURES}
+CHANNELS = {"Combined": 4, **dict.fromkeys((*PARTS, "Normal", *FEATURES), 3), "Illuminance": 1}
 LEAST_COVERAGE = 0.02  # a mean below it is noise: dividing by it would make fireflies
 
 
@@ -27,14 +33,15 @@ def picture_of(
     """The images by Blender's names, those of `wanted`, float32, row 0 at the bottom.
 
     Combined (h, w, 4) premultiplied RGBA; PARTS and Normal (h, w, 3);
-    Illuminance (h, w, 1) [lx], if it is there, of diffuse surfaces that the eye sees directly.
+    Illuminance (h, w, 1) [lx], if it is there, of diffuse surfaces that the eye sees directly;
+    FEATURES (h, w, 3), if they are, of the first that is no mirror.
     Combined is the sum of the five light passes.
     """
     shape = means["direct"].shape[:2]
     images = {
         name: np.empty((*shape, channels), np.float32)
         for name, channels in CHANNELS.items()
-        if name in wanted and (name != "Illuminance" or "illuminance" in means)
+        if name in wanted and (name not in OPTIONAL or OPTIONAL[name] in means)
     }
 
     def work(rows: slice) -> None:
@@ -73,7 +80,28 @@ def _rows_of(means: Images) -> dict[str, NDArray[np.float64]]:
     images = {"Combined": combined, **parts, "Normal": means["normal"][..., :3]}
     if "illuminance" in means:
         images["Illuminance"] = illuminance_of(means["illuminance"])
+    for name, mean in FEATURES.items():
+        if mean in means:
+            images[name] = means[mean][..., :3]
     return images
+
+
+def first_half(exposure: Exposure) -> NDArray[np.float32]:
+    """Combined (h, w, 3) of the passes of the first half, with the whole's coverage: quotients of
+    halves would not average to the quotient of the whole."""
+    means, halves = exposure.means, exposure.halves
+    made = halves["combined"][..., :3].astype(np.float32)
+    weights = {"indirect": means["direct"][..., 3:], "mirror_indirect": mirror_images(means)[0]}
+
+    def work(rows: slice) -> None:
+        for name in halves.keys() & weights.keys():
+            weight = weights[name][rows, :, -1:]
+            covered = np.maximum(means[name][rows, :, 3:], LEAST_COVERAGE * weight)
+            times = np.divide(weight, covered, where=covered > 0, out=np.ones_like(weight))
+            made[rows] += halves[name][rows, :, :3] * (times - 1.0)
+
+    in_blocks(made.shape, work)
+    return made
 
 
 def illuminance_of(mean: NDArray[Any]) -> NDArray[Any]:

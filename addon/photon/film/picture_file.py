@@ -18,7 +18,8 @@ from ..errors import RenderError
 from .blocks import in_blocks
 
 LAYER = "ViewLayer"  # Blender's default view layer, so that readers find the same channel names
-_CHANNELS = {"Normal": "XYZ", "Depth": "Z", "Error": "X", "Illuminance": "X"}
+_CHANNELS = {"Depth": "Z", "Error": "X", "Illuminance": "X"}
+_CHANNELS |= {"Normal": "XYZ", "Denoising Normal": "XYZ"}
 
 
 def check_writable(path: Path) -> None:

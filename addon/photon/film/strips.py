@@ -23,7 +23,11 @@ class Films(Protocol):
     @property
     def film_spares(self) -> int: ...
     def film(
-        self, size: tuple[int, int], names: Sequence[str], spare: list[Stream]
+        self,
+        size: tuple[int, int],
+        names: Sequence[str],
+        spare: list[Stream],
+        halved: Sequence[str],
     ) -> Film | HostFilm: ...
 
 
@@ -72,11 +76,15 @@ class StripFilm:
         way: Films,
         strips: Sequence[Strip],
         names: Sequence[str],
+        halved: Sequence[str] = (),
     ) -> None:
+        """`halved`: images of which half of the passes is kept apart, too."""
         self.strips = strips
         size = strips[0].size
         self._spare = [Stream(way.device, SUM, size) for _ in range(way.film_spares)]
-        self.films: list[Film | HostFilm] = [way.film(size, names, self._spare) for _ in strips]
+        self.films: list[Film | HostFilm] = [
+            way.film(size, names, self._spare, halved) for _ in strips
+        ]
 
     def prepare(self) -> None:
         """Begin with sums of nothing."""
@@ -107,6 +115,8 @@ class StripFilm:
                 length: Squares(squares.batches, squares.total[:height])
                 for length, squares in whole.squares.items()
             },
+            {name: image[:height] for name, image in whole.halves.items()},
+            whole.half_passes,
         )
 
     def exposures(self) -> Iterator[Exposure]:
@@ -127,6 +137,11 @@ class StripFilm:
                 )
                 for length, squares in parts[0].squares.items()
             },
+            {
+                name: np.concatenate([part.halves[name] for part in parts])
+                for name in parts[0].halves
+            },
+            parts[0].half_passes,
         )
 
     def means(self) -> Images:

@@ -34,6 +34,8 @@ SETTING_OPTIONS: dict[str, Any] = {
     "estimator": get_args(Estimator),
     "layer": get_args(Layer),
     "illuminance": bool,
+    "denoise": bool,
+    "denoising-data": bool,
 }
 
 
@@ -126,8 +128,10 @@ def _render(path: Path, output: Path, given: dict[str, Any]) -> str:
     finally:
         if line:
             line.clear()
-    rendered = time.perf_counter()
+    rendered, said = time.perf_counter(), len(renderer.warnings)
     images, info = renderer.images(), renderer.info()
+    for warning in renderer.warnings[said:]:
+        print(f"warning: {warning}", file=sys.stderr)
     renderer.release()  # makes room
     write_picture(output, images, info)
     end = time.perf_counter()

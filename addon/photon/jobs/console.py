@@ -8,7 +8,7 @@ import math
 import shutil
 import sys
 
-from .process import Progress, last_error
+from .process import DENOISING, Progress, last_error
 
 
 class ProgressLine:
@@ -38,7 +38,7 @@ def _draw(text: str) -> None:
 def status_text(progress: Progress) -> str:
     """Return the line that Blender shows while it renders."""
     parts = [progress.phase]
-    if progress.passes_done:
+    if progress.passes_done and progress.phase != DENOISING:
         parts = [
             f"Pass {progress.passes_done}/{progress.passes}",
             f"{count_text(progress.photons)} photons",

@@ -36,9 +36,10 @@ from .messages import Message, receive, send
 
 Images = dict[str, NDArray[np.float32]]
 
+DENOISING = "Denoising"  # the phase
 TICK = 0.05  # [s] between looks at a render under way
 SHARED_MEMORY = "/dev/shm"
-IMAGE_BYTES = 96  # a pixel: 24 floats over all images
+IMAGE_BYTES = 124  # a pixel: 31 floats over all images
 CANCEL_GRACE = 0.08  # [s] for the child to end its pass; then it is killed
 PREVIEW_SHARE = 0.1  # of the time may go into previews
 _HINTS = (
@@ -54,10 +55,11 @@ class Progress:
 
     `images`, when there is a new picture: {"Combined": (h, w, 4) premultiplied RGBA,
     "Direct"/"Indirect"/"Mirror"/"Emission"/"Background"/"Normal": (h, w, 3),
-    "Depth"/"Error": (h, w, 1)} float32, row 0 at the bottom, of the rendered region.
+    "Depth"/"Error": (h, w, 1)} float32, row 0 at the bottom, of the rendered region, and what else
+    the settings ask for.
     """
 
-    phase: str  # e.g. "Starting", "Rendering"
+    phase: str  # e.g. "Starting", "Rendering", "Denoising"
     passes_done: int
     passes: int
     photons: int  # emitted so far
@@ -78,8 +80,12 @@ def last_error(info: Mapping[str, Any]) -> tuple[float, float, float] | None:
 class RendererProcess:
     """A warm child process that renders; started at the first render, ended by `close`."""
 
-    def __init__(self, python: str | None = None) -> None:
-        """`python`: the child's interpreter; default $PHOTON_STREAM_PYTHON or sys.executable."""
+    def __init__(
+        self, python: str | None = None, environment: Mapping[str, str] | None = None
+    ) -> None:
+        """`python`: the child's interpreter; default $PHOTON_STREAM_PYTHON or sys.executable;
+        `environment`: what it finds there, unless it is set already."""
+        self._environment = environment or {}
         self._python = python or os.environ.get("PHOTON_STREAM_PYTHON") or sys.executable
         self._child: subprocess.Popen[bytes] | None = None
         self._folder: Path | None = None
@@ -200,7 +206,7 @@ class RendererProcess:
                     stdout=subprocess.PIPE,
                     stderr=log,
                     # What is left for numpy are matrices of 4x4: threads would only take memory.
-                    env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+                    env={**self._environment, **os.environ, "OPENBLAS_NUM_THREADS": "1"},
                     pass_fds=(lifeline,) if lifeline >= 0 else (),
                 )
         except OSError as error:
@@ -298,7 +304,7 @@ def _as_progress(message: Message, folder: Path, elapsed: float) -> Progress:
     passes, passes_done = message["passes"], message["passes_done"]
     per_pass = message["render_seconds"] / passes_done if passes_done else math.inf
     return Progress(
-        "Rendering" if passes_done else "Preparing",
+        message.get("phase") or ("Rendering" if passes_done else "Preparing"),
         passes_done,
         passes,
         message["photons"],

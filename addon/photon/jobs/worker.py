@@ -20,6 +20,7 @@ import numpy as np
 
 from ...streams import Device, StreamError
 from ..errors import DeviceError, PhotonStreamError, RenderError
+from ..film.look import Picture
 from ..photons.kept import BUDGET, Kept
 from ..prepare import prepare
 from ..renderer import Renderer
@@ -28,6 +29,7 @@ from ..settings import Settings
 from ..ways.way import open_device
 from .blobs import BLOBS, BlobReader
 from .messages import Message, receive, send
+from .process import DENOISING
 from .stops import Stops
 
 IDLE = 10.0  # [s] between renders, after which a GPU's memory is given back; frames come sooner
@@ -199,9 +201,14 @@ class _Worker:
                 if message["type"] == "cancel":
                     send(self._out, {"type": "cancelled"})
                     return
-                extra = {"images": self._share(renderer, wanted)}  # the parent asked for a preview
+                # The parent asked for a preview.
+                extra = {"images": self._share(renderer.images(wanted, is_preview=True))}
             self._report(renderer, "progress", start, stops, extra)
-        self._report(renderer, "done", start, stops, {"images": self._share(renderer, wanted)})
+        if renderer.settings.denoise:
+            self._report(renderer, "progress", start, stops, {"phase": DENOISING})
+        said, images = len(renderer.warnings), renderer.images(wanted)
+        extra = {"images": self._share(images), "warnings": renderer.warnings[said:]}
+        self._report(renderer, "done", start, stops, extra)
 
     def _report(
         self, renderer: Renderer, kind: str, start: float, stops: Stops, extra: Message
@@ -221,9 +228,8 @@ class _Worker:
             | extra,
         )
 
-    def _share(self, renderer: Renderer, wanted: list[str] | None) -> list[Any]:
-        """Write the images that are wanted to shared memory; their layout."""
-        images = renderer.images(wanted)
+    def _share(self, images: Picture) -> list[Any]:
+        """Write images to shared memory, and empty them; their layout."""
         layout: list[Any] = [[name, image.shape] for name, image in images.items()]
         # In one step: the parent has the last preview's file.
         with open(self._folder / "images.part", "wb") as file:

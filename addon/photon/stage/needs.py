@@ -53,6 +53,7 @@ class SceneNeeds:
     tinted: bool = False  # such a layer colours what it lets through
     tangents: bool = False  # lobes turn with them
     illuminance: bool = False  # is asked for
+    features: bool = False  # which denoisers go by are asked for
     smooth: bool = False  # triangles stand for a bent surface
     camera_kind: str = "persp"
     lens: bool = False  # the camera has one: not all is in focus
@@ -121,6 +122,7 @@ class SceneNeeds:
             tinted=any(map(has_tint, materials)) or any(lobe_kinds()[x].disperses for x in kinds),
             tangents=len(mesh.tangents) > 0,
             illuminance=settings.illuminance,
+            features=settings.denoise or settings.denoising_data,
             smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc")
             or any(one.normals.size > 0 for one in scene.moving),
             camera_kind=scene.camera.kind.lower(),
@@ -149,7 +151,13 @@ class SceneNeeds:
     def combine_defines(self) -> Defines:
         """What kernels are compiled with that put a picture together."""
         found = {"PHOTON_MAP": 1} if self.photons else {}
+        found |= {"FEATURES": 1} if self.features else {}
         return {**self.emitter_defines, **self.gather_defines, **self.transparent_defines, **found}
+
+    @cached_property
+    def feature_defines(self) -> Defines:
+        """What the kernel is compiled with that tells what denoisers go by."""
+        return {**self.eye_defines, **self.emitter_defines}
 
     @cached_property
     def illuminance_defines(self) -> Defines:

@@ -159,10 +159,14 @@ class Way:
         return PhotonGrid(device, layer, defines, cells, area, sort, lanes, in_chains, needs.made)
 
     def film(
-        self, size: tuple[int, int], names: Sequence[str], spare: list[Stream]
+        self,
+        size: tuple[int, int],
+        names: Sequence[str],
+        spare: list[Stream],
+        halved: Sequence[str],
     ) -> Film | HostFilm:
         """What averages passes; `spare` are streams that all films of a size may write to."""
-        return Film(self.device, self.layer, size, names, spare)
+        return Film(self.device, self.layer, size, names, spare, halved)
 
     def look(self, film: StripFilm, names: Sequence[str]) -> Look:
         """What makes pictures of a film of these images."""
@@ -278,9 +282,13 @@ class NativeWay(Way):
         return NativePhotonGrid(kernel, Cells(mesh.extent))
 
     def film(
-        self, size: tuple[int, int], names: Sequence[str], spare: list[Stream]
+        self,
+        size: tuple[int, int],
+        names: Sequence[str],
+        spare: list[Stream],
+        halved: Sequence[str],
     ) -> Film | HostFilm:
-        return HostFilm(size, names)
+        return HostFilm(size, names, halved)
 
 
 def way_of(settings: Settings, device: Device) -> Way:

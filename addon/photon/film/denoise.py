@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A picture without noise, as far as its two halves tell that it is better.
+
+Each half of the passes is denoised on its own. What a denoiser makes of one half is independent of
+the noise of the other: so the halves tell the squared error of the plain picture, of the denoised
+one and of any mixture of both, but for what both have from the photons' radius. About every pixel
+the mixture is taken whose error is the least.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...denoiser import Denoiser
+from .blocks import in_blocks
+from .error import DARK, Floats, box
+from .film import Exposure
+from .picture import first_half
+
+Picture = NDArray[np.float32]
+Filter = Callable[[Picture], Picture]  # what takes a picture's noise out
+
+FEATURE_PORTS = {"albedo": "Denoising Albedo", "normal": "Denoising Normal"}
+# Pixels on each side over which errors are averaged: those of fewer are too uncertain to go by, and
+# what the denoiser does well and what it spoils lies apart. 4 to 16 gain much the same.
+REACH = 6
+
+
+@dataclass(frozen=True)
+class Denoised:
+    """A denoised picture and how much of its noise is left."""
+
+    picture: Picture  # (h, w, 3)
+    left: Floats  # (h, w) of the squared noise there was, 0 to 1
+    by: str = ""  # which denoiser
+
+
+def denoised(plain: Picture, half: Picture, share: float, filtered: Filter) -> Denoised:
+    """The mixture of a picture (h, w, 3) and of what `filtered` makes of its halves.
+
+    `half`: the mean of the first half of its passes; `share`: of all passes, which are those;
+    strictly between 0 and 1.
+    """
+    assert 0.0 < share < 1.0
+    rest = 1.0 - share
+    other = (plain - np.float32(share) * half) / np.float32(rest)
+    clean, other_clean = (filtered(np.maximum(x, np.float32(0.0))) for x in (half, other))
+    smooth = np.float32(share) * clean + np.float32(rest) * other_clean
+    # Relative to the denoised picture: by its own value a bright speck would count for little.
+    floor = DARK * (float(smooth.mean(dtype=np.float64)) or 1.0)
+    noise, gained, apart = (np.empty(plain.shape[:2], np.float32) for _ in range(3))
+
+    def work(rows: slice) -> None:
+        scale = 1.0 / (np.square(smooth[rows], dtype=np.float64) + floor**2)
+        between = (half[rows] - other[rows]).astype(np.float64)
+        clean_between = clean[rows] - other_clean[rows]
+        moved = smooth[rows].astype(np.float64) - plain[rows]
+        # The variance of the plain mean; that, less its covariance with the denoised one's error.
+        noise[rows] = share * rest * (between**2 * scale).mean(axis=-1)
+        gained[rows] = share * rest * (between * (between - clean_between) * scale).mean(axis=-1)
+        apart[rows] = (moved**2 * scale).mean(axis=-1)
+
+    in_blocks(plain.shape, work)
+    noise, gained, apart = (box(x, REACH) for x in (noise, gained, apart))
+    # The plain picture moved by w towards the other has the error noise - 2 w gained + w^2 apart.
+    weight = box(np.clip(_over(gained, apart), 0.0, 1.0), REACH)
+    left = np.clip(_over(noise - weight * (2.0 * gained - weight * apart), noise), 0.0, 1.0)
+    mixed = plain + weight[..., None] * (smooth - plain)
+    return Denoised(mixed.astype(np.float32), np.where(noise > 0.0, left, 1.0))
+
+
+def _over(a: Floats, b: Floats) -> Floats:
+    """a / b, or zero where b is."""
+    return np.divide(a, b, where=b > 0.0, out=np.zeros_like(a))
+
+
+def picture_denoised(
+    images: Mapping[str, Picture], exposures: Iterable[Exposure], on_cpu: bool = False
+) -> Denoised:
+    """Combined of `images`, which were made of `exposures`, without its noise: by
+    OpenImageDenoise, which goes by the first albedo and normal that are no mirror's. Raises
+    DenoiserError."""
+    parts = [(first_half(one), one.half_passes / one.passes) for one in exposures]
+    half, share = np.concatenate([rows for rows, _ in parts]), parts[0][1]
+    features = {port: images[name] for port, name in FEATURE_PORTS.items()}
+    with Denoiser(on_cpu=on_cpu) as denoiser:
+
+        def filtered(picture: Picture) -> Picture:
+            return denoiser.denoised(picture, features)
+
+        plain = np.ascontiguousarray(images["Combined"][..., :3])
+        return replace(denoised(plain, half, share, filtered), by=denoiser.name)

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Denoise in renders: never worse than without by the strict measure, and what it leaves alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.denoiser import DenoiserError, find
+from addon.photon import prepare as preparation
+from addon.photon.film import look
+from addon.photon.film.error import DARK
+from addon.photon.prepare import prepare
+from addon.photon.scene import Scene
+from addon.photon.settings import Settings
+from addon.streams import Device
+from tests.scenes import Builder, cornell, plain_material, random_room
+
+from .make_room_references import FILE, SIZE
+
+needs_it = pytest.mark.skipif(find() is None, reason="OpenImageDenoise is not here")
+ROOM = Settings(width=SIZE, height=SIZE, photons=8192, passes=64, seed=5)
+SMALL = Settings(width=24, height=16, photons=1000, passes=4, seed=2)
+
+
+def strict(picture: Any, halves: Any) -> float:
+    scale = np.square(halves.mean(axis=0)) + (DARK * halves.mean()) ** 2
+    return float(((picture - halves[0]) * (picture - halves[1]) / scale).mean())
+
+
+def rendered(device: Device, scene: Scene, settings: Settings) -> Any:
+    """The renderer after its passes, and its images; it is to be released."""
+    renderer = prepare(scene, settings, device)
+    for _ in range(settings.passes):
+        renderer.render_pass()
+    return renderer
+
+
+@needs_it
+@pytest.mark.thorough("all")
+@pytest.mark.parametrize(
+    ("rooms", "looks"),
+    [((0, 3, 7), (2, 3, 8, 16)), (range(10), (2, 3, 5, 8, 16, 32, 64))],
+    ids=["some", "all"],
+)
+def test_never_worse(
+    device: Device, rooms: tuple[int, ...], looks: tuple[int, ...], record_property: Any
+) -> None:
+    """Rooms with mirrors and lobes, whose references are long renders in halves: after few passes
+    and many each is as good as without or better, and the error that is told is as true."""
+    ratios, told = [], []
+    for room in rooms:
+        with np.load(FILE) as references:
+            halves = references[f"room{room}"].astype(np.float64)
+        renderer = prepare(random_room(room), replace(ROOM, denoise=True), device)
+        for done in range(1, max(looks) + 1):
+            renderer.render_pass()
+            if done not in looks:
+                continue
+            plain = renderer.images(is_preview=True)["Combined"][..., :3]
+            plainly = renderer.error().total
+            clean = renderer.images()["Combined"][..., :3]
+            before, after = strict(plain, halves), strict(clean, halves)
+            ratios.append(after / before)
+            print(f"room {room}, {done} passes: {before:.2e} -> {after:.2e}")
+            if done >= 8:
+                told.append(renderer.error().total / plainly / np.sqrt(after / before))
+        renderer.release()
+    record_property("error with over without", ratios)
+    print(f"with over without {min(ratios):.3f} to {max(ratios):.3f}, mean {np.mean(ratios):.3f}")
+    print(f"told over true, against without: {min(told):.2f} to {max(told):.2f}")
+    assert max(ratios) < 1.02 and np.mean(ratios) < 0.93
+    assert min(told) > 0.85 and max(told) < 1.35
+
+
+@needs_it
+def test_what_it_leaves_alone(device: Device) -> None:
+    """All images but Combined and Error, alpha, and previews: bit for bit."""
+    scene = cornell(True)
+    without = rendered(device, scene, SMALL)
+    expected = without.images()
+    without.release()
+    renderer = rendered(device, scene, replace(SMALL, denoise=True, denoising_data=True))
+    preview, images = renderer.images(is_preview=True), renderer.images()
+    again = renderer.images()
+    info = renderer.info()
+    renderer.release()
+    assert {"Denoising Albedo", "Denoising Normal"} == images.keys() - expected.keys()
+    for name, image in expected.items():
+        assert np.array_equal(preview[name], image), name
+        if name not in ("Combined", "Error"):
+            assert np.array_equal(images[name], image), name
+    assert np.array_equal(images["Combined"][..., 3], expected["Combined"][..., 3])
+    assert not np.array_equal(images["Combined"], expected["Combined"])
+    assert np.array_equal(images["Combined"], again["Combined"])
+    assert info["denoiser"].startswith("OpenImageDenoise 2.") and "denoise" in info["seconds"]
+    assert (images["Combined"] >= 0).all()
+
+
+@needs_it
+def test_strips_change_no_bit(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+    for strip in (1 << 19, 24 * 4):
+        monkeypatch.setattr("addon.photon.ways.way.STRIP_PIXELS", strip)
+        monkeypatch.setattr("addon.photon.ways.way.GPU_STRIP_PIXELS", strip)
+        renderer = rendered(device, cornell(True), replace(SMALL, denoise=True))
+        made.append(renderer.images())
+        renderer.release()
+    assert all(np.array_equal(made[0][name], made[1][name]) for name in made[0])
+
+
+@pytest.mark.parametrize("layer", ["native", "fragment"])
+def test_features(device: Device, layer: Any) -> None:
+    """A mirror that fills the left half of the picture shows the wall behind the camera, tinted;
+    on the right there is a wall."""
+    materials = [
+        plain_material("mirror", (0.0, 0.0, 0.0), (0.5, 0.8, 0.9)),
+        plain_material("wall", (0.3, 0.2, 0.1)),
+        plain_material("behind", (0.6, 0.5, 0.4)),
+    ]
+    plates = Builder()
+    plates.quad((-4, -4, 0), (0, -4, 0), (0, 4, 0), (-4, 4, 0), 0)
+    plates.quad((0, -4, 0), (4, -4, 0), (4, 4, 0), (0, 4, 0), 1)
+    plates.quad((-90, -90, 9), (-90, 90, 9), (90, 90, 9), (90, -90, 9), 2)
+    scene = cornell()
+    matrix = np.eye(4)
+    matrix[2, 3] = 3.0
+    scene = plates.scene(replace(scene.camera, matrix=matrix), scene.lights, materials)
+    settings = replace(SMALL, width=16, height=16, denoising_data=True, layer=layer)
+    renderer = rendered(device, scene, settings)
+    images = renderer.images()
+    renderer.release()
+    albedo, normal = images["Denoising Albedo"], images["Denoising Normal"]
+    assert np.allclose(albedo[:, :6], np.array([0.5, 0.8, 0.9]) * [0.6, 0.5, 0.4], atol=1e-3)
+    assert np.allclose(albedo[:, 10:], [0.3, 0.2, 0.1], atol=1e-3)
+    assert np.allclose(normal[:, :6], [0, 0, -1], atol=1e-3)
+    assert np.allclose(normal[:, 10:], [0, 0, 1], atol=1e-3)
+
+
+def test_absent(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is said before the first pass, and the picture is that without."""
+    monkeypatch.setattr(preparation, "find", lambda: None)
+    renderer = rendered(device, cornell(), replace(SMALL, denoise=True))
+    assert any("not denoised: OpenImageDenoise is not here" in x for x in renderer.warnings)
+    found = renderer.images()
+    renderer.release()
+    without = rendered(device, cornell(), SMALL)
+    assert np.array_equal(found["Combined"], without.images()["Combined"])
+    without.release()
+
+
+def test_failing(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What fails in the end leaves the picture as it is, and says so."""
+
+    def fails(*_: Any) -> None:
+        raise DenoiserError("out of memory")
+
+    monkeypatch.setattr(preparation, "find", lambda: "there")
+    monkeypatch.setattr(look, "picture_denoised", fails)
+    renderer = rendered(device, cornell(), replace(SMALL, denoise=True))
+    assert not any("denoised" in x for x in renderer.warnings)
+    plain, found = renderer.images(is_preview=True), renderer.images()
+    assert renderer.warnings[-1] == "not denoised: out of memory"
+    assert np.array_equal(plain["Combined"], found["Combined"])
+    assert renderer.info()["denoiser"] == "none"
+    renderer.release()
