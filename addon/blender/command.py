@@ -75,6 +75,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     add("--radius", type=float, help="first radius in metres; 0: automatic")
     add("--estimator", choices=get_args(Estimator))
     add("--layer", choices=get_args(Layer))
+    add("--caustics", action="store_true", help="a pass of them in .exr")
     add("--illuminance", action="store_true", help="a pass of it in .exr [lx]")
     add("--denoise", action="store_true", help="what is noise in the picture")
     add("--denoising-data", action="store_true", help="passes for denoisers in .exr")
@@ -241,6 +242,8 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
         for view_layer in scene.view_layers:
             view_layer.use_pass_z = view_layer.use_pass_normal = True
             view_layer.photon_stream.use_pass_error = True
+            if options.caustics:
+                view_layer.photon_stream.use_pass_caustics = True
             if options.illuminance:
                 view_layer.photon_stream.use_pass_illuminance = True
             view_layer.photon_stream.denoising_store_passes |= options.denoising_data

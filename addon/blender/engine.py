@@ -59,6 +59,7 @@ COMPONENTS = {
 }
 
 
+CAUSTICS = {"use_pass_caustics": Pass("Caustics", "RGB", "COLOR")}  # a part of others
 LIGHTING = {
     "use_pass_illuminance": Pass("Illuminance", "X", "VALUE"),
     "use_pass_illuminance_view": Pass("Illuminance View", "RGB", "COLOR"),
@@ -76,7 +77,7 @@ def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
         passes.append(NORMAL)
     own = view_layer.photon_stream
     passes += [entry for flag, entry in COMPONENTS.items() if getattr(own, flag)]
-    passes += [entry for flag, entry in LIGHTING.items() if getattr(own, flag)]
+    passes += [entry for flag, entry in (CAUSTICS | LIGHTING).items() if getattr(own, flag)]
     passes += DENOISING if own.denoising_store_passes else []
     passes += [Pass(group_name(x.name), "RGB", "COLOR") for x in view_layer.lightgroups]
     return [*passes, ERROR] if own.use_pass_error else passes
@@ -164,6 +165,7 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
         settings = replace(
             settings,
             caller_bytes=blender_bytes(passes, settings),
+            caustics=any(entry in passes for entry in CAUSTICS.values()),
             illuminance=any(entry in passes for entry in LIGHTING.values()),
             denoising_data=DENOISING[0] in passes,
         )

@@ -10,7 +10,7 @@ import bpy
 
 from ..denoiser import ABSENT
 from ..photon.stage.kinds import camera_kinds
-from .engine import COMPONENTS, LIGHTING, PhotonStreamEngine
+from .engine import CAUSTICS, COMPONENTS, LIGHTING, PhotonStreamEngine
 from .export.camera import panorama_of
 from .export.materials import DISPERSION_OF_ABBE
 from .session import SESSION
@@ -241,7 +241,7 @@ class VIEWLAYER_PT_photon_stream_passes(_Panel, bpy.types.Panel):
         col.prop(view_layer.photon_stream, "use_pass_error")
         col.prop(view_layer.photon_stream, "denoising_store_passes")
         col = layout.column(heading="Light", align=True)
-        for flag in COMPONENTS:
+        for flag in COMPONENTS | CAUSTICS:
             col.prop(view_layer.photon_stream, flag)
         col = layout.column(heading="Lighting", align=True)
         for flag in LIGHTING:

@@ -250,6 +250,11 @@ class PhotonStreamViewLayer(bpy.types.PropertyGroup):
     use_pass_background: BoolProperty(
         name="Background", description="The world where no surface is in front", default=True
     )
+    use_pass_caustics: BoolProperty(
+        name="Caustics",
+        description="The part of Indirect and Mirror that has come by way of glass, metal or gloss",
+        default=False,
+    )
     use_pass_illuminance: BoolProperty(
         name="Illuminance",
         description="Light that falls on diffuse surfaces [lx], whatever they reflect",

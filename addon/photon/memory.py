@@ -161,6 +161,7 @@ class Budget:
         settings = self._settings
         images = 5 + 2 * self._has_chains + self._has_photons + self._has_emitters
         images += 2 * self._has_features + (2 + self._has_chains) * settings.denoise  # halves
+        images += settings.caustics * (1 + self._has_chains)
         return 2 * (images + settings.illuminance) + 4
 
     @cached_property
@@ -175,6 +176,7 @@ class Budget:
             count += 6 * self._has_features
         if self._has_photons:
             count += 3  # cuts, coverage and tilt
+            count += settings.caustics * (4 + 3 * self._has_chains)
             count += 2 * (settings.estimator == "splat")  # radius, and a part of the splats
             if self._has_chains or settings.estimator != "splat":
                 kinds = {lobe.kind for m in self._materials for lobe in m.lobes if lobe.reflects}

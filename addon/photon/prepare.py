@@ -21,6 +21,7 @@ from .eye.paths import Eye
 from .eye.samples import instant
 from .film.look import DenoisedLook
 from .film.picture import (
+    CAUSTIC_IMAGES,
     EMISSION_IMAGES,
     FEATURE_IMAGES,
     FILM_IMAGES,
@@ -152,6 +153,7 @@ class _Preparation:
             names = [*FILM_IMAGES, *(MIRROR_IMAGES if needs.secondary_rays else ())]
             names += EMISSION_IMAGES if needs.emitters_seen else ()
             names += ILLUMINANCE_IMAGES if needs.illuminance else ()
+            names += CAUSTIC_IMAGES[: 1 + needs.secondary_rays] if needs.caustics else ()
             names += FEATURE_IMAGES if needs.features else ()
             names += ["blur"] * needs.photons
             halved = [name for name in HALVED_IMAGES if name in names] if settings.denoise else []
@@ -191,10 +193,11 @@ class _Preparation:
 
     def _estimators(
         self, stage: Stage, needs: SceneNeeds
-    ) -> tuple[Splats | None, Gathering | None]:
-        """What sums photons up, where the eye's own rays end and where others do."""
+    ) -> tuple[Splats | None, Gathering | None, Gathering | None]:
+        """What sums photons up, where the eye's own rays end and where others do; and those that
+        are told apart."""
         way, settings = self._way, self._settings
-        splat = grid = None
+        splat = grid = caustics = None
         if settings.estimator == "splat" and needs.projects:
             define = filter_define(settings)
             splat = Splats(self._device, way.layer, settings.splat_shape, define)
@@ -203,7 +206,11 @@ class _Preparation:
             kinds = [False] * (not splat) + [True] * needs.secondary_rays
             grid = way.photon_grid(stage.mesh, settings, needs, kinds)
             self._own.append(grid.release)
-        return splat, grid
+        if needs.caustics:
+            kinds = [False] + [True] * needs.secondary_rays
+            caustics = way.photon_grid(stage.mesh, settings, needs, kinds)
+            self._own.append(caustics.release)
+        return splat, grid, caustics
 
     def _start_pilot(self, mapper: Mapper, stage: Stage, needs: SceneNeeds) -> None:
         """Send the photons that tell where others shall start, and, unless the user has set it,
@@ -221,7 +228,14 @@ class _Preparation:
         """What the picture shows, in mirrors too."""
         region = (0, 0, VIEW, VIEW)
         settings = replace(self._settings, width=VIEW, height=VIEW, region=None, first_pass=0)
-        bare = replace(needs, shadow_rays=0, emitters_seen=False, photons=False, illuminance=False)
+        bare = replace(
+            needs,
+            shadow_rays=0,
+            emitters_seen=False,
+            photons=False,
+            illuminance=False,
+            caustics=False,
+        )
         tables, frame, scene = stage.tables, stage.frame, self._scene
         eye = Eye(self._way, tables, frame, scene, settings, bare, region[2:])
         eye.prepare()
@@ -242,6 +256,7 @@ class _Preparation:
         mapper: Mapper,
         splat: Splats | None,
         grid: Gathering | None,
+        caustics: Gathering | None,
         stage: Stage,
         eye: Eye,
         budget: Budget,
@@ -257,7 +272,7 @@ class _Preparation:
         phases, aiming = self._phases, self._aiming
         assert aiming
         photons = Photons(
-            mapper, self._kept, settings, field, splat, grid, ahead, phases, aiming, find
+            mapper, self._kept, settings, field, splat, grid, caustics, ahead, phases, aiming, find
         )
         self._own.append(photons.release_field)
         return photons

@@ -117,6 +117,8 @@ class Renderer:
         self._error = self.film.passes, error
         if error.image is not None:
             images["Error"] = error.image
+        if self.settings.caustics and "Caustics" in wanted and "Caustics" not in images:
+            images["Caustics"] = np.zeros((*self.film.shape, 3), np.float32)  # nothing casts any
         if self.settings.exposure != 1.0:
             images = exposed(images, self.settings.exposure)
         if "Depth" in wanted:

@@ -60,6 +60,7 @@ class Settings:
     illuminance: bool = False  # an image of it, too
     denoise: bool = False  # what is noise in Combined, by OpenImageDenoise
     denoising_data: bool = False  # images of what denoisers go by, too
+    caustics: bool = False  # an image of them, too
     pixel_filter: PixelFilter = "box"
     pixel_width: float = 1.0  # [px] of other filters than the box, in Blender's sense
     exposure: float = 1.0  # times the picture

@@ -16,7 +16,7 @@ from .film.film import Accumulate, AccumulateBatches, AccumulateTwo
 from .kernels.absorb import Absorb
 from .kernels.add_chain import AddChain
 from .kernels.bent_base import BentBase
-from .kernels.combine import CombineAll, CombineMirror, CombinePrimary
+from .kernels.combine import CombineAll, CombineCaustics, CombineMirror, CombinePrimary
 from .kernels.coverage import Coverage
 from .kernels.cuts import Cuts
 from .kernels.direct import Direct, ShadowRays, ShadowThrough, Unshadowed
@@ -111,6 +111,9 @@ def needs() -> Iterator[SceneNeeds]:
             some = replace(some, visibility=True, first_hits=first_hits)
             yield some
             if count:
+                yield replace(some, caustics=True)
+                bare = replace(some, lobe_kinds=of_lobes - {TRANSPARENT}, visibility=False)
+                yield replace(bare, caustics=True, gathered_lobes=True)
                 yield replace(some, no_caustics=1 + first_hits)
                 yield replace(some, gathered_lobes=True)
             if count > 1:
@@ -196,7 +199,15 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield CombinePrimary, {**asked, **around}, {}
         yield CombinePrimary, {**asked, **lux, **around}, {}
     behind: Defines = {"TRANSPARENT": 1}
-    added: tuple[Defines, ...] = ({}, mapped, behind, {**mapped, **behind})
+    told: Defines = {**mapped, "CAUSTICS": 1}
+    added: tuple[Defines, ...] = (
+        {},
+        mapped,
+        behind,
+        {**mapped, **behind},
+        told,
+        {**told, **behind},
+    )
     added += tuple({**first, "FEATURES": 1} for first in added)
     for first in added:
         yield AddChain, first, {}
@@ -261,6 +272,8 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
                 yield kernel, {**emitters, **scene.gather_defines, **more, "PHOTON_MAP": 1}, {}
     for emitters in ({}, scene.emitter_defines):
         yield Features, {**scene.eye_defines, **emitters}, scene.made
+    if scene.caustics:
+        yield CombineCaustics, scene.combine_defines, {}
     if scene.lobes:
         yield Scatter, scene.eye_defines, scene.made
 

@@ -21,6 +21,9 @@ void kernel() {
 #ifdef FEATURES
     Radiance albedo = load_albedo_sum(), normal = load_normal_sum();
 #endif
+#ifdef CAUSTICS
+    Radiance caustics = load_caustics_sum();
+#endif
     bool has_ended = false;
 #ifdef MOVED
     has_ended = load_element().number == 0.0;
@@ -34,6 +37,9 @@ void kernel() {
 #ifdef PHOTON_MAP
         Blur change = unpack_Blur(texelFetch(blur_seen, at, 0));
         blur = Blur(blur.inner + change.inner, blur.inner_share + change.inner_share, blur.difference + change.difference);
+#endif
+#ifdef CAUSTICS
+        caustics.radiance += unpack_Radiance(texelFetch(caustics_seen, at, 0)).radiance;
 #endif
 #ifdef TRANSPARENT
         background.alpha -= unpack_Lost(texelFetch(lost, at, 0)).share;
@@ -56,5 +62,8 @@ void kernel() {
 #ifdef FEATURES
     store_albedo_total(albedo);
     store_normal_total(normal);
+#endif
+#ifdef CAUSTICS
+    store_caustics_total(caustics);
 #endif
 }

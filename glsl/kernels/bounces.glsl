@@ -19,6 +19,9 @@ layout(rgba32f, binding = 1) writeonly uniform image2D end_direction;
 layout(rgba32f, binding = 2) writeonly uniform image2D end_flux;
 layout(rgba32f, binding = 3) writeonly uniform image2D places;  // a bounce's above those of the one before
 layout(rgba32f, binding = 4) writeonly uniform image2D deposits;
+#ifdef CAUSTICS
+layout(rgba32f, binding = 5) writeonly uniform image2D caustics;
+#endif
 uniform sampler2D begin_origin;
 uniform sampler2D begin_direction;
 uniform sampler2D begin_flux;
@@ -44,13 +47,16 @@ void main() {
         store_flux(unpack_Flux(texelFetch(begin_flux, at, 0)));
         bool lives = any(notEqual(load_direction().direction, vec3(0.0)));
         for (int i = 0; i < bounces; i++) {
-            vec4 place = vec4(0.0), deposit = vec4(0.0);
+            vec4 place = vec4(0.0), deposit = vec4(0.0), caustic = vec4(0.0);
             bounce = first_bounce + i;
             if (lives) {
                 lives = is_hit_by_ray() && is_shaded();
                 if (lives && bounce >= first_to_deposit && is_deposited()) {
                     place = pack_Place(load_landed());
                     deposit = pack_Deposit(load_deposit());
+#ifdef CAUSTICS
+                    caustic = pack_Place(load_caustic());
+#endif
                 }
                 lives = lives && is_reflected();
                 store_origin(load_next_origin());
@@ -59,6 +65,9 @@ void main() {
             }
             imageStore(places, at + ivec2(0, i * size.y), place);
             imageStore(deposits, at + ivec2(0, i * size.y), deposit);
+#ifdef CAUSTICS
+            imageStore(caustics, at + ivec2(0, i * size.y), caustic);
+#endif
         }
         vec4 none = vec4(0.0);
         imageStore(end_origin, at, lives ? pack_RayOrigin(load_origin()) : none);

@@ -10,6 +10,9 @@
 #ifdef ABSORPTION
 #include "lib/absorption.glsl"
 #endif
+#ifdef CAUSTICS
+#include "lib/specular_photon.glsl"
+#endif
 #ifdef VISIBILITY
 #include "lib/photon_ray.glsl"
 
@@ -38,6 +41,10 @@ void kernel() {
     if (flux == vec3(0.0)) skip();
 #endif
     store_landed(place);
+#ifdef CAUSTICS
+    if (came_by_lobe(load_direction())) store_caustic(place);
+    else store_caustic(Place(vec3(0.0), 0.0));
+#endif
 #ifdef DIRECTIONS
     flux = flux_with_direction(flux, -load_direction().direction);
 #endif

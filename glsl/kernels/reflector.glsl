@@ -14,6 +14,9 @@
 #ifdef ABSORPTION
 #include "lib/absorption.glsl"
 #endif
+#ifdef CAUSTICS
+#include "lib/specular_photon.glsl"
+#endif
 #ifdef VISIBILITY
 #include "lib/visibility.glsl"
 #include "lib/photon_ray.glsl"
@@ -31,6 +34,14 @@ int rays_of(Lobe lobe) {
 #endif
 #endif
 
+// How far a photon's ray may go, which says what photon it is.
+RayDirection sent(vec3 direction, float t_max, bool by_lobe) {
+#ifdef CAUSTICS
+    if (by_lobe || came_by_lobe(load_direction())) t_max = t_max_by_lobe(t_max);
+#endif
+    return RayDirection(direction, t_max);
+}
+
 void kernel() {
     Place place = load_place();
     if (!is_place(place)) skip();
@@ -43,6 +54,7 @@ void kernel() {
     flux *= left_by_absorption(load_hit(), facing.side, load_origin(), load_direction().direction);
 #endif
     float t_max = T_MAX;
+    bool by_lobe_alone = false;  // that is not diffuse
     vec4 u = reflection_numbers(photon);
     vec3 normal = facing.normal;
     float by_diffuse = mean(diffuse.albedo), by_lobe = 0.0;
@@ -89,6 +101,7 @@ void kernel() {
     } else if (u.x < by_diffuse + by_lobe) {
         normal = raised;
         outgoing = onward;
+        by_lobe_alone = !is_diffuse_kind(lobe.kind);
 #ifdef NO_CAUSTICS
         // Cycles leaves the lobe out where a diffuse ray meets it: such a ray cannot have found the photon.
         int caustic = dot(outgoing, facing.normal) < 0.0 ? REFRACTIVE_CAUSTICS : REFLECTIVE_CAUSTICS;
@@ -102,7 +115,7 @@ void kernel() {
         if (is_transparent(lobe)) {
             // What it was it remains: light that has only passed is direct light still.
             store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
-            store_next_direction(RayDirection(outgoing, t_max_of(PhotonRay(ray.rays & visible, ray.bounces))));
+            store_next_direction(sent(outgoing, t_max_of(PhotonRay(ray.rays & visible, ray.bounces)), false));
             store_next_flux(Flux(flux, photon.photon));
             return;
         }
@@ -125,7 +138,7 @@ void kernel() {
     } else if (behind != 0) {
         vec3 through = load_direction().direction;
         store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, through), shading.triangle));
-        store_next_direction(RayDirection(through, t_max_of(PhotonRay(behind, ray.bounces))));
+        store_next_direction(sent(through, t_max_of(PhotonRay(behind, ray.bounces)), false));
         store_next_flux(Flux(flux / (1.0 - by_diffuse - by_lobe), photon.photon));
         return;
 #endif
@@ -137,6 +150,6 @@ void kernel() {
 #endif
     if (!(dot(outgoing, facing.normal) * dot(outgoing, normal) > 0.0) || !(largest(flux) > 0.0)) skip();
     store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
-    store_next_direction(RayDirection(outgoing, t_max));
+    store_next_direction(sent(outgoing, t_max, by_lobe_alone));
     store_next_flux(Flux(flux, photon.photon));
 }

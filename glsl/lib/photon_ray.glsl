@@ -5,6 +5,9 @@
 // photon has the bits of all rays that may have sent it, and surfaces take from these.
 #include "lib/constants.glsl"
 #include "lib/ray_bits.glsl"
+#ifdef CAUSTICS
+#include "lib/specular_photon.glsl"
+#endif
 
 struct PhotonRay {
     int rays;     // below 64
@@ -16,5 +19,8 @@ float t_max_of(PhotonRay ray) { return T_MAX / float(1 + ray.rays + 64 * ray.bou
 
 PhotonRay photon_ray(RayDirection direction) {
     int number = int(T_MAX / direction.t_max + 0.5) - 1;
+#ifdef CAUSTICS
+    if (came_by_lobe(direction)) number -= BY_LOBE;
+#endif
     return PhotonRay(number % 64, number / 64);
 }

@@ -103,6 +103,15 @@ def test_components_sum_to_combined(room, tmp_path) -> None:
     assert passes["Depth"].min() == pytest.approx(10.0, abs=3.0)
 
 
+def test_caustics(room, tmp_path) -> None:
+    """A part of other passes, where it is asked for."""
+    room.view_layers[0].photon_stream.use_pass_caustics = True
+    passes = render_exr(room, tmp_path / "a.exr")
+    assert set(passes) == {"Combined", "Depth", "Normal", "Error", "Caustics", *COMPONENTS}
+    assert passes["Caustics"].shape == passes["Indirect"].shape
+    assert (passes["Caustics"] <= passes["Indirect"] + passes["Mirror"] + 1e-6).all()
+
+
 def test_illuminance(room, tmp_path) -> None:
     """In lux; and its view, which tells places by their colours."""
     own = room.view_layers[0].photon_stream

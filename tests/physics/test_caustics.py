@@ -13,7 +13,7 @@ from addon.photon.errors import SceneError
 from addon.photon.scene import Lobe, Material, Scene, sun_light
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
-from tests.scenes import Builder, camera, plain_material, replace
+from tests.scenes import Builder, camera, plain_light, plain_material, replace
 
 from .test_glass import BLACK_WALL, WHITE, ball_lens, glass
 
@@ -123,3 +123,91 @@ def test_animation(device: Device, thorough: bool) -> None:
     assert away < 0.005
     through = ball_lens(-FLOOR, REACH) * math.pi * REACH**2
     assert found.mean() == pytest.approx(through, rel=0.02)
+
+
+WAYS = ("native", "fragment", "compute", "resident")
+
+
+def ball_and_mirror(caustics: tuple[str, ...]) -> Scene:
+    """A ball of glass behind a clear sheet on a floor, a mirror that shows both, and a lamp."""
+    built = Builder().sphere((0, 0, 1.1), 1.0, 0, "ball", subdivisions=4)
+    built.quad((-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0), 1, "floor")
+    built.quad((-4, 4, 0), (4, 4, 0), (4, 4, 4), (-4, 4, 4), 2, "mirror")
+    built.quad((-4, -3, 0), (4, -3, 0), (4, -3, 4), (-4, -3, 4), 3, "sheet")
+    built.quad((-4, -4, 0), (-4, 4, 0), (-4, 4, 4), (-4, -4, 4), 1, "wall")
+    grey, mirror = plain_material("grey", (0.5,) * 3), plain_material("mirror", (0.0,) * 3, WHITE)
+    sheet = Material("sheet", (0.0,) * 3, (Lobe("transparent", (0.9, 0.8, 0.7), {}),))
+    lamp = plain_light("lamp", "POINT", (2.0, 1.0, 3.5), (100.0, 90.0, 80.0))
+    view = camera((0.5, -7, 3), (0, 0, 1), 50)
+    scene = built.scene(view, (lamp,), (glass(), grey, mirror, sheet))
+    return replace(scene, caustics=caustics)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_the_pass(
+    device: Device, way: str, monkeypatch: pytest.MonkeyPatch, not_aimed: None, thorough: bool
+) -> None:
+    """What is not in it is what a scene shows that has its caustics switched off, and what is asked
+    for changes no bit of the picture."""
+    if way in ("fragment", "compute") and not thorough:
+        pytest.skip("runs with --thorough")
+    if way == "resident":
+        monkeypatch.setattr(device, "prefers_native", False)
+    settings = {"width": 30, "height": 18, "photons": 1 << 13, "passes": 2}
+    settings |= {"layer": "compute" if way == "resident" else way, "radius": 0.5}
+    settings["boundary_correction"] = False  # tilted filters of a part may be below 0
+    plain = render(device, ball_and_mirror(OFF["none"]), **settings)
+    asked = render(device, ball_and_mirror(OFF["none"]), caustics=True, **settings)
+    off = render(device, ball_and_mirror(OFF["both"]), **settings)
+    assert "Caustics" not in plain
+    for name, image in plain.items():
+        np.testing.assert_array_equal(asked[name], image)
+    caustics = asked["Caustics"]
+    rest = asked["Combined"][..., :3] - caustics
+    np.testing.assert_allclose(rest, off["Combined"][..., :3], rtol=1e-4, atol=1e-6)
+    part = caustics.mean() / asked["Combined"][..., :3].mean()
+    print(f"\n{way}: {part:.1%} of the light are caustics")
+    assert part > 0.05 and caustics.min() >= 0.0
+    assert (caustics <= asked["Indirect"] + asked["Mirror"] + 1e-6).all()
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_the_pass_of_lobes_that_gather(
+    device: Device, way: str, monkeypatch: pytest.MonkeyPatch, thorough: bool
+) -> None:
+    """A floor of rough metal that a mirror lights: all that photons bring is caustics."""
+    if way != "native" and not thorough:
+        pytest.skip("runs with --thorough")
+    if way == "resident":
+        monkeypatch.setattr(device, "prefers_native", False)
+    parameters = {"alpha_x": 0.4, "alpha_y": 0.4, "turn": 0.0, "compensated": 1.0, "tint": WHITE}
+    metal = Material("metal", (0.0,) * 3, (Lobe("ggx_metal", (0.8, 0.7, 0.6), parameters),))
+    mirror = plain_material("mirror", (0.0,) * 3, WHITE)
+    built = Builder().quad((-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0), 0, "floor")
+    built.quad((-2, 2.5, 0), (2, 2.5, 0), (2, 2.5, 2), (-2, 2.5, 2), 1, "mirror")
+    lamp = plain_light("lamp", "POINT", (0.0, 0.0, 2.0), (100.0,) * 3)
+    scene = built.scene(camera((0, -0.5, 4), (0, 0, 0), 30), (lamp,), (metal, mirror))
+    settings = {"width": 24, "height": 24, "photons": 1 << 14, "passes": 2}
+    settings |= {"layer": "compute" if way == "resident" else way, "mirror_depth": 2}
+    with rendered(device, scene, caustics=True, **settings) as renderer:
+        assert renderer.needs.gathered_lobes
+        images = renderer.images()
+    assert images["Indirect"].mean() > 0.01
+    together = images["Indirect"] + images["Mirror"]
+    np.testing.assert_allclose(images["Caustics"], together, rtol=1e-4, atol=1e-6)
+
+
+def test_what_is_not_asked_for_costs_nothing(device: Device) -> None:
+    """Neither programs nor launches; and where nothing casts any, an image of none."""
+    scene, counts = ball_and_mirror(OFF["none"]), {}
+    for asked in (False, True):
+        with rendered(device, scene, photons=4096, caustics=asked) as renderer:
+            counts[asked] = renderer.launches()
+            for defines in (renderer.needs.photon_defines, renderer.needs.combine_defines):
+                assert ("CAUSTICS" in defines) is asked
+    assert "combine_caustics" not in counts[False] and counts[True]["combine_caustics"] > 0
+    assert counts[False]["gather"] < counts[True]["gather"]
+    grey = Material("grey", (0.5,) * 3)
+    plain = replace(scene, materials=(grey,) * len(scene.materials))
+    with rendered(device, plain, photons=4096, caustics=True) as renderer:
+        assert not renderer.needs.caustics and not renderer.images()["Caustics"].any()

@@ -40,7 +40,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "pixel_filter": ("box", "gauss", "blackman_harris"),
     "splat_shape": ("triangle", "quad", "point"),
 }
-SWITCHES = {"boundary_correction", "direct_by_photons", "transparent", "illuminance"}
+SWITCHES = {"boundary_correction", "direct_by_photons", "transparent", "illuminance", "caustics"}
 SWITCHES |= {"denoise", "denoising_data"}
 
 

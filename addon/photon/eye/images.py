@@ -6,7 +6,7 @@ from __future__ import annotations
 from ...streams import Kernel, PingPong, Stream
 from ..film.picture import EMISSION_IMAGES, FEATURE_IMAGES, FILM_IMAGES, MIRROR_IMAGES
 from ..kernels.add_chain import AddChain
-from ..kernels.combine import CombineAll, CombineMirror, CombinePrimary
+from ..kernels.combine import CombineAll, CombineCaustics, CombineMirror, CombinePrimary
 from ..kernels.features import Features
 from ..kernels.launch import launch
 from ..kernels.records import BLUR, ILLUMINANCE_SEEN, LOST, RADIANCE
@@ -26,6 +26,7 @@ _SUMS = {
     "background_sum": ("background", "lost"),
     "albedo_sum": ("albedo", "albedo_seen"),
     "normal_sum": ("normal_shown", "normal_seen"),
+    "caustics_sum": ("mirror_caustics", "caustics_seen"),
 }
 
 
@@ -47,6 +48,7 @@ class PassImages:
         of_primary = {**defines, **needs.illuminance_defines, **needs.camera_defines}
         self._primary = CombinePrimary(device, layer, of_primary)
         self._all = CombineAll(device, layer, defines)
+        self._caustics = CombineCaustics(device, layer, defines) if needs.caustics else None
         self._mirror: CombineMirror | None = None
         self._add: dict[bool, AddChain] = {}  # by whether rays have moved
         self._features: Features | None = None
@@ -59,6 +61,8 @@ class PassImages:
             self._seen["illuminance"] = Stream(device, ILLUMINANCE_SEEN, size)
         if needs.photons:
             self._seen["blur"] = Stream(device, BLUR, size)
+        if needs.caustics:
+            self._seen["caustics"] = Stream(device, RADIANCE, size)
         self._sums: dict[str, PingPong] = {}  # of images that chains add to
         self._of_rays: dict[tuple[int, int], dict[str, Stream]] = {}  # what they see, by size
         if needs.secondary_rays:
@@ -68,6 +72,7 @@ class PassImages:
                 self._add[True] = AddChain(device, layer, {**defines, "MOVED": 1})
             records = dict.fromkeys(MIRROR_IMAGES, RADIANCE)
             records |= {"blur": BLUR} if needs.photons else {}
+            records |= {"mirror_caustics": RADIANCE} if needs.caustics else {}
             # The eye sees the background through transparent surfaces, after the first ones.
             records |= {"background": RADIANCE} if needs.transparent else {}
             records |= dict.fromkeys(FEATURE_IMAGES, RADIANCE) if needs.features else {}
@@ -104,6 +109,8 @@ class PassImages:
                 names = zip(("albedo_seen", "normal_seen"), FEATURE_IMAGES, strict=True)
                 shown = {port: self._seen[name] for port, name in names}
                 launch(self._features, streams | shown, self._tables)
+            if self._caustics:
+                launch(self._caustics, streams | seen, self._tables)
         else:
             self._add_chain(path, streams)
 
@@ -122,6 +129,8 @@ class PassImages:
         launch(self._mirror, streams | seen, self._tables, self._world)
         if self._features:
             launch(self._features, streams | seen, self._tables)
+        if self._caustics:
+            launch(self._caustics, streams | seen, self._tables)
         kernel = self._add[path.element is not None]
         ports = {"element": path.element} if path.element else {}
         for name, (image, _) in _SUMS.items():
@@ -161,5 +170,6 @@ class PassImages:
             pair.release()
 
     def _kernels(self) -> list[Kernel]:
-        found = [self._primary, self._all, self._mirror, self._features, *self._add.values()]
+        own = self._primary, self._all, self._mirror, self._caustics, self._features
+        found = *own, *self._add.values()
         return [kernel for kernel in found if kernel]

@@ -29,6 +29,7 @@ from ..photons.splats import View
 from ..settings import Region
 from ..stage.needs import SceneNeeds
 
+CAUSTIC = "caustic_"  # how streams of the part of gathered light begin that caustics are
 # What a secondary ray takes with it.
 RAY = ("origin", "direction", "throughput", "chain")
 
@@ -51,6 +52,9 @@ class PathStreams:
         twos = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "direct": RADIANCE}
         if needs.photons:
             ones |= {"cuts": CUTS, "coverage": COVERAGE, "tilt": TILT}
+        if needs.caustics:
+            found = {"irradiance": IRRADIANCE, **present(GLOSSY, needs.eye_defines)}
+            ones |= {f"{CAUSTIC}{name}": record for name, record in found.items()}
         if needs.illuminance:
             twos["illuminance"] = ILLUMINANCE
         if needs.secondary_rays:

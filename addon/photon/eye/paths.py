@@ -26,7 +26,7 @@ from ..stage.tables import Tables
 from ..ways.way import Way
 from .camera import EyeCamera
 from .compaction import Compaction
-from .path import Path, PathStreams
+from .path import CAUSTIC, Path, PathStreams
 
 
 class Eye:
@@ -153,7 +153,15 @@ class Eye:
             return irradiance, path.at.unit_coverage
         self._find_cuts(path, photons.radii)
         coverage = self._find_coverage(path, photons.radii)
-        photons.gather(self.of(path), irradiance, path.view)
+        points = self.of(path)
+        photons.gather(points, irradiance, path.view)
+        if self._needs.caustics:
+            own = {
+                name.removeprefix(CAUSTIC): stream
+                for name, stream in points.items()
+                if name.startswith(CAUSTIC)
+            }
+            photons.gather_caustics(points | own, own["irradiance"], path.view)
         return irradiance, coverage
 
     def scatter(self, path: Path) -> Path | None:

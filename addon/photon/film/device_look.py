@@ -25,7 +25,15 @@ from .error import (
 )
 from .film import FOUR, PAIR, Film, batches_that_tell
 from .look import Picture
-from .picture import CHANNELS, LEAST_COVERAGE, OPTIONAL, illuminance_of
+from .picture import (
+    CAUSTIC_IMAGES,
+    CHANNELS,
+    LEAST_COVERAGE,
+    MIRROR_IMAGES,
+    OPTIONAL,
+    caustics_of,
+    illuminance_of,
+)
 from .strips import StripFilm
 
 # Images that are means of the film's own.
@@ -36,6 +44,8 @@ MEANS = {
     "Normal": "normal",
     **OPTIONAL,
 }
+# What caustics_of reads, of the images that a film has.
+OF_CAUSTICS = ("direct", "indirect", *MIRROR_IMAGES, *CAUSTIC_IMAGES)
 RESOLVED = {"Combined": "picture", "Indirect": "indirect_part", "Mirror": "mirror_part"}
 SUMMED = 2048  # texels that a work group sums
 EVEN_COUNTS = 2 * SUMMED  # a pixel with an even disc counts so, a lit one 1: sums are exact
@@ -83,6 +93,9 @@ class DeviceLook:
             streams = resolved | {
                 own: film.sums[name] for own, name in MEANS.items() if name in there
             }
+            if "Caustics" in images:
+                images["Caustics"][rows] = self._caustics(film, rows, count)
+                del streams["Caustics"]
             for name in images.keys() & streams.keys():
                 shape = rows.stop - rows.start, self._film.shape[1], 4
                 texels = self._device.shown(streams[name].texture, count).reshape(shape)
@@ -99,6 +112,17 @@ class DeviceLook:
             image[rows] = texels[rows, :, : image.shape[2]] / np.float32(self._film.passes)
         else:
             image[rows] = texels[rows, :, : image.shape[2]]
+
+    def _caustics(self, film: Film, rows: slice, count: int) -> NDArray[np.float64]:
+        """(h, w, 3) of a strip."""
+        shape = rows.stop - rows.start, self._film.shape[1], 4
+        means = {
+            name: self._device.shown(film.sums[name].texture, count).reshape(shape) / film.passes
+            for name in OF_CAUSTICS
+            if name in film.sums
+        }
+        found: NDArray[np.float64] = caustics_of(means)
+        return found
 
     def _error(self, with_image: bool) -> Error:
         shape, passes = self._film.shape, self._film.passes

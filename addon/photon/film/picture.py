@@ -16,14 +16,19 @@ FILM_IMAGES = ("direct", "indirect", "background", "normal", "combined")
 MIRROR_IMAGES = ("mirror", "mirror_indirect")  # only of scenes with mirrors or lobes
 EMISSION_IMAGES = ("emission",)  # only of scenes with emitters that can be seen
 ILLUMINANCE_IMAGES = ("illuminance",)  # where it is asked for
+CAUSTIC_IMAGES = ("caustics", "mirror_caustics")  # where they are asked for; in mirrors
 FEATURE_IMAGES = ("albedo", "normal_shown")  # of what denoisers go by, where they are asked for
 # Of what a picture is made from, where it is denoised: half of the passes apart.
 HALVED_IMAGES = ("combined", "indirect", "mirror_indirect")
 PARTS = ("Direct", "Indirect", "Mirror", "Emission", "Background")
 FEATURES = {"Denoising Albedo": "albedo", "Denoising Normal": "normal_shown"}  # by Cycles' names
 # That are there if the film has these.
-OPTIONAL = {"Illuminance": "illuminance", **FEATURES}
-CHANNELS = {"Combined": 4, **dict.fromkeys((*PARTS, "Normal", *FEATURES), 3), "Illuminance": 1}
+OPTIONAL = {"Illuminance": "illuminance", "Caustics": "caustics", **FEATURES}
+CHANNELS = {
+    "Combined": 4,
+    **dict.fromkeys((*PARTS, "Caustics", "Normal", *FEATURES), 3),
+    "Illuminance": 1,
+}
 LEAST_COVERAGE = 0.02  # a mean below it is noise: dividing by it would make fireflies
 
 
@@ -34,7 +39,8 @@ def picture_of(
 
     Combined (h, w, 4) premultiplied RGBA; PARTS and Normal (h, w, 3);
     Illuminance (h, w, 1) [lx], if it is there, of diffuse surfaces that the eye sees directly;
-    FEATURES (h, w, 3), if they are, of the first that is no mirror.
+    Caustics (h, w, 3), if they are, the part of Combined that photons brought by way of lobes that
+    are not diffuse; FEATURES (h, w, 3), if they are, of the first that is no mirror.
     Combined is the sum of the five light passes.
     """
     shape = means["direct"].shape[:2]
@@ -58,7 +64,7 @@ def exposed(
 ) -> dict[str, NDArray[np.float32]]:
     """Images with their light multiplied: not Normal, nor alpha."""
     made = dict(images)
-    for name in {"Combined", *PARTS, "Error"} & images.keys():
+    for name in {"Combined", *PARTS, "Caustics", "Error"} & images.keys():
         made[name] = images[name].copy()
         made[name][..., :3] *= np.float32(exposure)
     return made
@@ -80,6 +86,8 @@ def _rows_of(means: Images) -> dict[str, NDArray[np.float64]]:
     images = {"Combined": combined, **parts, "Normal": means["normal"][..., :3]}
     if "illuminance" in means:
         images["Illuminance"] = illuminance_of(means["illuminance"])
+    if "caustics" in means:
+        images["Caustics"] = caustics_of(means)
     for name, mean in FEATURES.items():
         if mean in means:
             images[name] = means[mean][..., :3]
@@ -102,6 +110,20 @@ def first_half(exposure: Exposure) -> NDArray[np.float32]:
 
     in_blocks(made.shape, work)
     return made
+
+
+def caustics_of(means: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
+    """(h, w, 3) of CAUSTIC_IMAGES: as much of indirect light, over the same coverage."""
+    mirror, mirror_indirect = mirror_images(means)
+    covers = means["direct"][..., 3:], mirror[..., 3:]
+    found = np.zeros((*mirror.shape[:2], 3))
+    for name, whole, weight in zip(
+        CAUSTIC_IMAGES, (means["indirect"], mirror_indirect), covers, strict=True
+    ):
+        if name in means:
+            part = np.concatenate([means[name][..., :3], whole[..., 3:]], axis=-1)
+            found += _uncovered(part, weight)
+    return found
 
 
 def illuminance_of(mean: NDArray[Any]) -> NDArray[Any]:

@@ -33,6 +33,7 @@ SETTING_OPTIONS: dict[str, Any] = {
     "radius": float,
     "estimator": get_args(Estimator),
     "layer": get_args(Layer),
+    "caustics": bool,
     "illuminance": bool,
     "denoise": bool,
     "denoising-data": bool,

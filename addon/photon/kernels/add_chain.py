@@ -7,7 +7,7 @@ class AddChain(Kernel):
     """Add what secondary rays see to their pixels' images, wherever the rays have MOVED."""
 
     stem = "add_chain"
-    structure = ("PHOTON_MAP", "TRANSPARENT", "FEATURES", "MOVED")
+    structure = ("PHOTON_MAP", "TRANSPARENT", "FEATURES", "CAUSTICS", "MOVED")
     records = (LOST,)
     inputs = {
         "element": When("MOVED", ELEMENT),
@@ -17,6 +17,7 @@ class AddChain(Kernel):
         "background_sum": When("TRANSPARENT", RADIANCE),
         "albedo_sum": When("FEATURES", RADIANCE),
         "normal_sum": When("FEATURES", RADIANCE),
+        "caustics_sum": When("CAUSTICS", RADIANCE),
     }
     outputs = {
         "total": RADIANCE,
@@ -25,6 +26,7 @@ class AddChain(Kernel):
         "background_total": When("TRANSPARENT", RADIANCE),
         "albedo_total": When("FEATURES", RADIANCE),
         "normal_total": When("FEATURES", RADIANCE),
+        "caustics_total": When("CAUSTICS", RADIANCE),
     }
     tables = {
         "seen": Table(),
@@ -33,4 +35,5 @@ class AddChain(Kernel):
         "lost": When("TRANSPARENT", Table()),
         "albedo_seen": When("FEATURES", Table()),
         "normal_seen": When("FEATURES", Table()),
+        "caustics_seen": When("CAUSTICS", Table()),
     }

@@ -5,6 +5,7 @@ from .records import (
     CHAIN,
     COVERAGE,
     DIFFUSE,
+    GLOSS,
     HIT,
     ILLUMINANCE,
     ILLUMINANCE_SEEN,
@@ -90,6 +91,21 @@ class CombineMirror(Kernel):
         "blur_seen": When("PHOTON_MAP", BLUR),
     }
     uniforms = {"background_alpha": When("TRANSPARENT", Uniform("float"))}
+
+
+class CombineCaustics(Kernel):
+    """What a ray sees of light that photons brought by way of lobes that are not diffuse."""
+
+    stem = "combine_caustics"
+    structure = ("GATHERED_LOBES",)
+    inputs = {
+        "hit": HIT,
+        "diffuse": DIFFUSE,
+        "throughput": THROUGHPUT,
+        "caustic_irradiance": IRRADIANCE,
+        "caustic_gloss": When("GATHERED_LOBES", GLOSS),
+    }
+    outputs = {"caustics_seen": RADIANCE}
 
 
 class CombineAll(Kernel):

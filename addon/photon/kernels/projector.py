@@ -23,6 +23,7 @@ class Projector(Kernel):
         "INCOMING",
         "DIRECTIONS",
         "DISPERSION",
+        "CAUSTICS",
         "ABSORPTION",
         "ARRIVALS",
         "ENVIRONMENT",
@@ -35,10 +36,14 @@ class Projector(Kernel):
         "diffuse": DIFFUSE,
         "flux": FLUX,
         "hit": When("ABSORPTION", HIT),
-        "direction": When(("INCOMING", "ABSORPTION"), RAY_DIRECTION),
+        "direction": When(("INCOMING", "ABSORPTION", "CAUSTICS"), RAY_DIRECTION),
         "origin": When(("ARRIVALS", "ABSORPTION"), RAY_ORIGIN),
     }
-    outputs = {"landed": PLACE, "deposit": DEPOSIT}
+    outputs = {
+        "landed": PLACE,
+        "deposit": DEPOSIT,
+        "caustic": When("CAUSTICS", PLACE),  # as landed, of those by way of lobes not diffuse
+    }
     uniforms = {"numbered": Uniform("bool")}  # the photon takes the normal's place
     tables = {
         "triangles": When("ABSORPTION", Table(TRIANGLE)),

@@ -23,6 +23,7 @@ class Reflector(Kernel):
         "TRANSMITS",
         "TRANSPARENT",
         "DISPERSION",
+        "CAUSTICS",
         "ABSORPTION",
         "ARRIVALS",
         "ENVIRONMENT",

@@ -48,6 +48,10 @@ class Deposits(Protocol):
     held: Any  # what they are of, as their user says; None since they last changed
 
     @property
+    def caustics(self) -> Deposits | None:
+        """Those by way of lobes that are not diffuse, where they are told apart."""
+
+    @property
     def count(self) -> int:
         """How many there are."""
 
@@ -73,8 +77,10 @@ class Deposits(Protocol):
 class HostDeposits:
     """Deposits in numpy arrays."""
 
-    def __init__(self, device: Device) -> None:
+    def __init__(self, device: Device, caustics: bool = False) -> None:
+        """`caustics`: some are told apart."""
         self._device = device
+        self.caustics = HostDeposits(device) if caustics else None
         self._parts: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
         self._uploaded: tuple[moderngl.Texture, ...] = ()
         self.dropped = 0
@@ -88,10 +94,15 @@ class HostDeposits:
     def clear(self) -> None:
         """Begin a pass."""
         self._parts, self.held = [], None
-        self.release()
+        if self.caustics:
+            self.caustics.clear()
+        self._free()
 
-    def append(self, place: Stream, deposit: Stream) -> None:
-        """Add the elements of the streams that are not zero, in order."""
+    def append(self, place: Stream, deposit: Stream, caustic: Stream | None = None) -> None:
+        """Add the elements of the streams that are not zero, in order; `caustic`: as `place`, of
+        those that are told apart."""
+        if self.caustics and caustic:
+            self.caustics.append(caustic, deposit)
         places, deposits = (x.download().reshape(-1, 4) for x in (place, deposit))
         there = np.flatnonzero(places[:, 3])
         self.extend(places[there], deposits[there])
@@ -136,6 +147,11 @@ class HostDeposits:
 
     def release(self) -> None:
         """Free the uploaded tables."""
+        self._free()
+        if self.caustics:
+            self.caustics.release()
+
+    def _free(self) -> None:
         for texture in self._uploaded:
             self._device.free(texture)
         self._uploaded = ()
@@ -148,8 +164,10 @@ class DeviceDeposits:
     the host waits for it.
     """
 
-    def __init__(self, device: Device) -> None:
+    def __init__(self, device: Device, caustics: bool = False) -> None:
+        """`caustics`: some are told apart."""
         self._device = device
+        self.caustics = DeviceDeposits(device) if caustics else None
         self._compaction = Compaction(device, "compact")
         self._textures: tuple[moderngl.Texture, ...] = self._allocate(1)
         # How many were dropped, which only grows (modulo 2^32), and where each append ends.
@@ -181,6 +199,8 @@ class DeviceDeposits:
     def clear(self) -> None:
         """Begin a pass."""
         self._appends, self._count, self.held = 0, 0, None
+        if self.caustics:
+            self.caustics.clear()
 
     @property
     def room(self) -> int:
@@ -191,10 +211,14 @@ class DeviceDeposits:
         """Ask the device how many there are; who needs to know then waits for what was before."""
         if self._count is None:
             self._reading = self._device.ask(self._counts, 1 + self._appends)
+        if self.caustics:
+            self.caustics.ask()
 
     def make_room(self, count: int) -> None:
         """For so many in all, before any is added: longer textures, if need be."""
         assert not self._appends  # what they hold is lost
+        if self.caustics:
+            self.caustics.make_room(count)
         if count <= self.room:
             return
         old, self._textures = self._textures, ()
@@ -203,9 +227,18 @@ class DeviceDeposits:
         rows = rounded_up(-(-count // TABLE_WIDTH))
         self._textures = self._allocate(min(rows, self._device.texture_limit))
 
-    def append(self, place: Stream, deposit: Stream, rows: int | None = None) -> None:
+    def append(
+        self,
+        place: Stream,
+        deposit: Stream,
+        caustic: Stream | None = None,
+        *,
+        rows: int | None = None,
+    ) -> None:
         """Add the elements of the streams, or of their first `rows`, that are not zero, in order;
-        what finds no room is counted, too."""
+        what finds no room is counted, too; `caustic`: as HostDeposits'."""
+        if self.caustics and caustic:
+            self.caustics.append(caustic, deposit, rows=rows)
         elements = place.size[0] * (place.size[1] if rows is None else rows)
         streams = {"place": place.texture, "deposit": deposit.texture}
         self._compaction.count(elements, streams, [self._counts])
@@ -246,6 +279,8 @@ class DeviceDeposits:
 
     def release(self) -> None:
         """Put the textures back, free the rest."""
+        if self.caustics:
+            self.caustics.release()
         for texture in self._textures:
             self._device.put_back(texture)
         for item in (self._counts, self._compaction):

@@ -43,7 +43,8 @@ class _Flight:
     photons: int
     numbered: bool  # deposits have their numbers
     paths: Paths
-    landed: tuple[Stream, Stream]  # in a launch: places and deposits, a bounce's above the last's
+    # In a launch, a bounce's above the last's: places, deposits, and the caustics' places if told.
+    landed: tuple[Stream, ...]
     alive: int  # or more than are
     bounce: int = 0  # the next one
     looks: list[int] = field(default_factory=list)  # the next one after each launch
@@ -85,8 +86,9 @@ class DevicePhotonMapper:
         self._flight: _Flight | None = None
         self._dropped = 0  # deposits, before it
         self._paths = PathsBySize(device, Paths)
-        self._landed: tuple[Stream, Stream] | None = None
-        self.deposits = DeviceDeposits(device)
+        self._landed: tuple[Stream, ...] = ()
+        self._tells_caustics = needs.caustics
+        self.deposits = DeviceDeposits(device, needs.caustics)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
 
     def trace(self, index: int, photons: int | None = None) -> DeviceDeposits:
@@ -194,7 +196,8 @@ class DevicePhotonMapper:
             | {"alive_slot": self._tally.next_slot(), "first_bounce": first, "bounces": bounces}
             | {"first_to_deposit": first_to_deposit(self._settings), "numbered": flight.numbered},
         )
-        self.deposits.append(*flight.landed, rows=bounces * paths.rows)
+        place, deposit, *caustic = flight.landed
+        self.deposits.append(place, deposit, *caustic, rows=bounces * paths.rows)
         paths.swap()
         flight.bounce += bounces
         flight.looks.append(flight.bounce)
@@ -214,17 +217,18 @@ class DevicePhotonMapper:
         self._compaction.move(elements, textures, [p.front.texture for p in smaller.pairs()])
         flight.paths = smaller
 
-    def _landed_of(self, rows: int) -> tuple[Stream, Stream]:
+    def _landed_of(self, rows: int) -> tuple[Stream, ...]:
         size = STREAM_WIDTH, rows
         if not self._landed or self._landed[0].size != size:
             self._release_landed()  # of passes of another size
-            self._landed = Stream(self._device, PLACE, size), Stream(self._device, DEPOSIT, size)
+            records = PLACE, DEPOSIT, *([PLACE] * self._tells_caustics)
+            self._landed = tuple(Stream(self._device, record, size) for record in records)
         return self._landed
 
     def _release_landed(self) -> None:
-        for stream in self._landed or ():
+        for stream in self._landed:
             stream.release()
-        self._landed = None
+        self._landed = ()
 
     def release(self) -> None:
         """Free streams and kernels."""

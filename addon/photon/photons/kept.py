@@ -183,6 +183,7 @@ class Kept:
             settings.photons_a_pass,
             settings.photon_bounces,
             settings.direct_by_photons,
+            settings.caustics,
         )
         if source != self._source:
             self.forget_photons()
@@ -215,7 +216,9 @@ class Kept:
             before = self._before
             unfinished, dropped = mapper.unfinished - before[0], deposits.dropped - before[1]
             mapper.unfinished, deposits.dropped = before
-            if self.photon_bytes + DEPOSIT_BYTES * deposits.count < min(self.budget, self._spare):
+            room = min(self.budget, self._spare)
+            # Where caustics are told apart there are two lists.
+            if not deposits.caustics and self.photon_bytes + DEPOSIT_BYTES * deposits.count < room:
                 copy = deposits.copy()
                 self._passes[key] = _Pass(copy, unfinished, dropped)
                 self.photon_bytes += copy.bytes

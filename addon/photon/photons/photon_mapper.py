@@ -73,7 +73,7 @@ class _PathsAndEnds(Paths):
     def __init__(self, device: Device, rows: int) -> None:
         super().__init__(device, rows)
         self.hit = Stream(device, HIT, self.size)
-        self.landed = Stream(device, PLACE, self.size)
+        self.landed, self.caustic = (Stream(device, PLACE, self.size) for _ in range(2))
         self.deposit = Stream(device, DEPOSIT, self.size)
         self._points: dict[str, Stream] = {}
 
@@ -87,7 +87,7 @@ class _PathsAndEnds(Paths):
 
     def release(self) -> None:
         super().release()
-        for stream in (self.hit, self.landed, self.deposit, *self._points.values()):
+        for stream in (self.hit, self.landed, self.caustic, self.deposit, *self._points.values()):
             stream.release()
 
 
@@ -144,7 +144,7 @@ class PhotonMapper:
         self._device, self._tables = device, tables
         self._settings, self._needs = settings, needs
         self._paths = PathsBySize(device, _PathsAndEnds)
-        self.deposits = HostDeposits(device)
+        self.deposits = HostDeposits(device, needs.caustics)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
         defines, made = needs.photon_defines, needs.made
         self._emission = Emission(device, layer, tables, needs)
@@ -173,13 +173,13 @@ class PhotonMapper:
         for bounce in range(self._needs.photon_bounces + 1):
             draw = draw_of(self._settings, index) | {"bounce": bounce}
             streams = {**paths.fronts(), "hit": paths.hit, **paths.points(shade)}
-            streams |= {"landed": paths.landed, "deposit": paths.deposit}
+            streams |= {"landed": paths.landed, "deposit": paths.deposit, "caustic": paths.caustic}
             streams |= {f"next_{name}": stream for name, stream in paths.backs().items()}
             launch(tracer, streams, self._tables)
             launch(shade, streams, self._tables, draw)
             if bounce >= first_to_deposit(self._settings):
                 launch(projector, streams, self._tables, {"numbered": numbered})
-                self.deposits.append(paths.landed, paths.deposit)
+                self.deposits.append(paths.landed, paths.deposit, paths.caustic)
             alive = launch_and_count(reflector, streams, self._tables, draw).wait()
             paths.swap()
             if not alive:

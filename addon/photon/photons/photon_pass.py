@@ -25,10 +25,20 @@ class PhotonPass:
     def gather(self, points: Mapping[str, Stream], irradiance: Stream, view: View | None) -> None:
         """Write the irradiance [W/m^2] at points: place, facing, cuts, coverage, tilt; and where
         their lobes gather photons, what those bring; the view is that of eye rays."""
+        self._land()
+        self._photons.sum_about(points, irradiance, view)
+
+    def gather_caustics(
+        self, points: Mapping[str, Stream], irradiance: Stream, view: View | None
+    ) -> None:
+        """The same of those photons alone that came by way of lobes that are not diffuse."""
+        self._land()
+        self._photons.sum_caustics_about(points, irradiance, view)
+
+    def _land(self) -> None:
         if not self._has_landed:
             self._photons.land(self.radii)
             self._has_landed = True
-        self._photons.sum_about(points, irradiance, view)
 
 
 class Photons:
@@ -42,15 +52,18 @@ class Photons:
         field: RadiusField,
         splat: Splats | None,
         grid: Gathering | None,
+        caustics: Gathering | None,
         traces_ahead: bool,
         phases: Phases,
         aiming: Aiming,
         find_field: Callable[[], RadiusField | None],
     ) -> None:
-        """`splat` draws what the eye sees directly, if there is one; `grid` gathers the rest.
+        """`splat` draws what the eye sees directly, if there is one; `grid` gathers the rest, and
+        `caustics` those photons again that are told apart, if any are.
         `traces_ahead`: the device traces while the host waits for something else;
         `aiming`: where photons start; `find_field`: radii for photons that start elsewhere."""
         self.mapper, self.field, self.splat, self.grid = mapper, field, splat, grid
+        self._caustics = caustics
         self._kept, self._settings = kept, settings
         self._traces_ahead, self._phases = traces_ahead, phases
         self._aiming, self._find_field = aiming, find_field
@@ -90,6 +103,9 @@ class Photons:
             for estimator in (self.splat, self.grid):
                 if estimator:
                     estimator.prepare(deposits, radii)
+            if self._caustics:
+                assert deposits.caustics
+                self._caustics.prepare(deposits.caustics, radii)
 
     def sum_about(
         self, points: Mapping[str, Stream], irradiance: Stream, view: View | None
@@ -101,6 +117,13 @@ class Photons:
             assert self.grid
             self.grid.estimate(points, irradiance, in_chain=view is None)
 
+    def sum_caustics_about(
+        self, points: Mapping[str, Stream], irradiance: Stream, view: View | None
+    ) -> None:
+        """As PhotonPass.gather_caustics, of the photons that landed last."""
+        assert self._caustics
+        self._caustics.estimate(points, irradiance, in_chain=view is None)
+
     def radius(self, index: int) -> float:
         """The radius of a pass, typical of where photons fall [scene units]."""
         return self.field.of_pass(self._radius_scale(index)).typical
@@ -108,8 +131,9 @@ class Photons:
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
         counts = self.mapper.launches()
-        if self.grid:
-            counts["gather"] = self.grid.launches
+        grids = [grid for grid in (self.grid, self._caustics) if grid]
+        if grids:
+            counts["gather"] = sum(grid.launches for grid in grids)
         return counts | (self.splat.launches() if self.splat else {})
 
     def release_field(self) -> None:
@@ -118,7 +142,7 @@ class Photons:
 
     def release(self) -> None:
         """Free everything on the device."""
-        for part in (self.mapper, self.field, self.splat, self.grid):
+        for part in (self.mapper, self.field, self.splat, self.grid, self._caustics):
             if part:
                 part.release()
 

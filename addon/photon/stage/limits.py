@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..kernels.records import LIGHT_LIMIT, VISIBILITY
 from ..scene import ALL_RAYS, CAUSTICS, MOST_BOUNCES, TRANSPARENT, Light, Scene
-from .kinds import Kind
+from .kinds import Kind, lobe_kinds
 
 
 def is_limited(lights: tuple[Light, ...]) -> bool:
@@ -18,9 +18,14 @@ def is_limited(lights: tuple[Light, ...]) -> bool:
     return any(not x.casts_shadow or x.max_bounces < MOST_BOUNCES for x in lights)
 
 
+def casts_caustics(name: str) -> bool:
+    """Whether light by a lobe of a kind is a caustic."""
+    return name != TRANSPARENT and not lobe_kinds()[name].is_diffuse
+
+
 def lacking_caustics(scene: Scene, lobes: Collection[Kind]) -> int:
     """Bits of CAUSTICS: of those that a scene with such lobes would have, and is not to have."""
-    some = [kind for kind in lobes if kind.name != TRANSPARENT and not kind.is_diffuse]
+    some = [kind for kind in lobes if casts_caustics(kind.name)]
     there = {"reflective": bool(some), "refractive": any(kind.transmits for kind in some)}
     lacking = [there[name] and name not in scene.caustics for name in CAUSTICS]
     return sum(1 << bit for bit, name in enumerate(lacking) if name)

@@ -24,7 +24,7 @@ from .kinds import (
 )
 from .layers import count_layers, has_tint
 from .light_tree import DRAWN_RAYS, MOST_ASKED
-from .limits import is_limited, lacking_caustics
+from .limits import casts_caustics, is_limited, lacking_caustics
 from .programs import ProgramNeeds
 from .spectrum import made_spectrum
 
@@ -69,6 +69,7 @@ class SceneNeeds:
     transparent_depth: int = 0  # surfaces that a ray goes straight on through
     absorption: bool = False  # light is absorbed inside meshes
     filters_by_programs: bool = False  # what they let through differs from point to point
+    caustics: bool = False  # are asked for, and there may be some
 
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
@@ -94,12 +95,14 @@ class SceneNeeds:
         by_chains = chains and (glows or any("chains" in light.found_by for light in met))
         of_mesh = frozenset({TRIANGLE} if glows else ())
         drawn = lights > MOST_ASKED
+        photons = lighting and (diffuse or gathered) and settings.photons_a_pass > 0
         return SceneNeeds(
             surfaces=surfaces,
             shadow_rays=(DRAWN_RAYS if drawn else lights) if asked else 0,
             drawn_lights=drawn,
             hidden_highlights=lighting and broad and settings.direct_by_photons,
-            photons=lighting and (diffuse or gathered) and settings.photons_a_pass > 0,
+            photons=photons,
+            caustics=photons and settings.caustics and any(map(casts_caustics, kinds)),
             secondary_rays=chains,
             emitters_seen=by_chains or glows or any("camera" in x.found_by for x in met),
             glows=glows,
@@ -152,7 +155,13 @@ class SceneNeeds:
         """What kernels are compiled with that put a picture together."""
         found = {"PHOTON_MAP": 1} if self.photons else {}
         found |= {"FEATURES": 1} if self.features else {}
-        return {**self.emitter_defines, **self.gather_defines, **self.transparent_defines, **found}
+        of_rays = {**self.emitter_defines, **self.gather_defines, **self.transparent_defines}
+        return {**of_rays, **found, **self.caustic_defines}
+
+    @property
+    def caustic_defines(self) -> dict[str, int | float]:
+        """What kernels are compiled with that tell caustics apart, where they are asked for."""
+        return {"CAUSTICS": 1} if self.caustics else {}
 
     @cached_property
     def feature_defines(self) -> Defines:
@@ -240,6 +249,7 @@ class SceneNeeds:
             defines |= {"INCOMING": 1}
         defines |= self.rays(*RAYS) | (BLEND if self.gathered_lobes else {})
         defines |= {"DIRECTIONS": 1} if self.directions else {}
+        defines |= self.caustic_defines
         return {**defines, **self.arrival_defines, **self.programs.defines}
 
     def rays(self, *names: str) -> dict[str, int]:
