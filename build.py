@@ -39,6 +39,7 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
     "radius": {"type": float, "metavar": "R", "help": "of density estimation; 0: automatic"},
     "estimator": {"choices": ("auto", "splat", "gather"), "help": "sums photons up"},
     "layer": {"choices": ("auto", "fragment", "compute", "native"), "help": "runs the kernels"},
+    "caustics": {"action": "store_true", "help": "a pass of them in .exr"},
     "illuminance": {"action": "store_true", "help": "a pass of it in .exr [lx], for build.py lux"},
     "denoise": {"action": "store_true", "help": "what is noise in the picture"},
     "denoising-data": {"action": "store_true", "help": "albedo and normal for denoisers, in .exr"},

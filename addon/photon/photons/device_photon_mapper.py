@@ -196,8 +196,9 @@ class DevicePhotonMapper:
             | {"alive_slot": self._tally.next_slot(), "first_bounce": first, "bounces": bounces}
             | {"first_to_deposit": first_to_deposit(self._settings), "numbered": flight.numbered},
         )
-        place, deposit, *caustic = flight.landed
-        self.deposits.append(place, deposit, *caustic, rows=bounces * paths.rows)
+        place, deposit, *caustics = flight.landed
+        caustic = dict(zip(("caustic",), caustics, strict=False))
+        self.deposits.append(place, deposit, **caustic, rows=bounces * paths.rows)
         paths.swap()
         flight.bounce += bounces
         flight.looks.append(flight.bounce)

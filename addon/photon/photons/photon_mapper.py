@@ -12,7 +12,7 @@ from ...streams import Device, Kernel, PingPong, Stream
 from ...streams.device import Layer
 from ..kernels.launch import launch, launch_and_count
 from ..kernels.projector import Projector
-from ..kernels.records import DEPOSIT, FLUX, HIT, PLACE, RAY_DIRECTION, RAY_ORIGIN
+from ..kernels.records import FLUX, HIT, RAY_DIRECTION, RAY_ORIGIN
 from ..kernels.reflector import Reflector
 from ..kernels.shade import Shade
 from ..settings import Settings
@@ -73,13 +73,11 @@ class _PathsAndEnds(Paths):
     def __init__(self, device: Device, rows: int) -> None:
         super().__init__(device, rows)
         self.hit = Stream(device, HIT, self.size)
-        self.landed, self.caustic = (Stream(device, PLACE, self.size) for _ in range(2))
-        self.deposit = Stream(device, DEPOSIT, self.size)
         self._points: dict[str, Stream] = {}
 
-    def points(self, shade: Shade) -> dict[str, Stream]:
-        """What Shade writes."""
-        records: dict[str, Any] = {**shade.outputs}
+    def points(self, shade: Shade, projector: Projector) -> dict[str, Stream]:
+        """What these write."""
+        records: dict[str, Any] = {**shade.outputs, **projector.outputs}
         for name, record in records.items():
             if name not in self._points:
                 self._points[name] = Stream(self.origin.back.device, record, self.size)
@@ -87,7 +85,7 @@ class _PathsAndEnds(Paths):
 
     def release(self) -> None:
         super().release()
-        for stream in (self.hit, self.landed, self.caustic, self.deposit, *self._points.values()):
+        for stream in (self.hit, *self._points.values()):
             stream.release()
 
 
@@ -172,14 +170,14 @@ class PhotonMapper:
         alive = photons
         for bounce in range(self._needs.photon_bounces + 1):
             draw = draw_of(self._settings, index) | {"bounce": bounce}
-            streams = {**paths.fronts(), "hit": paths.hit, **paths.points(shade)}
-            streams |= {"landed": paths.landed, "deposit": paths.deposit, "caustic": paths.caustic}
+            streams = {**paths.fronts(), "hit": paths.hit, **paths.points(shade, projector)}
             streams |= {f"next_{name}": stream for name, stream in paths.backs().items()}
             launch(tracer, streams, self._tables)
             launch(shade, streams, self._tables, draw)
             if bounce >= first_to_deposit(self._settings):
                 launch(projector, streams, self._tables, {"numbered": numbered})
-                self.deposits.append(paths.landed, paths.deposit, paths.caustic)
+                caustic = {name: streams[name] for name in ("caustic",) if name in streams}
+                self.deposits.append(streams["landed"], streams["deposit"], **caustic)
             alive = launch_and_count(reflector, streams, self._tables, draw).wait()
             paths.swap()
             if not alive:
