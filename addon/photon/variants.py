@@ -245,8 +245,8 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
     kernel: type[Kernel]
     for kernel in (LightFlux, BoundsOfLights):
         yield kernel, light_defines(scene.light_kinds), scene.made
-    for profiles in (False, True):
-        found = replace(scene, profiles=profiles)
+    lit = [scene, replace(scene, profiles=True), *([replace(scene, gobos=True)] * alone)]
+    for found in lit:
         emitting: Defines = {**found.light_defines, **found.photon_defines}
         for aimed in ({}, {"AIMED": 1}):
             yield Generator, {**emitting, **aimed}, scene.made

@@ -59,6 +59,9 @@ void kernel() {
         if (!is_found(light, is_of_eye ? BY_CAMERA : BY_CHAINS)) continue;
         vec4 seen = seen_light(light, origin.position, direction, far);
         vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
+#ifdef GOBOS
+        radiance *= gobo_colour(light, -direction);
+#endif
         if (!(largest(radiance) > 0.0)) continue;
 #ifdef WEIGHED
         if (!is_of_eye) radiance *= weight_of_chain(i, origin, direction, density_of(load_throughput()));

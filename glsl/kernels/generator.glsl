@@ -34,6 +34,9 @@ void kernel() {
     emitted.weight *= weight;
 #endif
     vec3 flux = carried_light(light, emitted.direction) * emitted.weight;
+#ifdef GOBOS
+    flux *= gobo_colour(light, emitted.direction);
+#endif
     if (!(largest(flux) > 0.0)) skip();
     // Lifted off a surface that the light may lie in, as all rays are that leave one.
     store_origin(RayOrigin(emitted.origin + emitted.direction * SURFACE_OFFSET, from_light(number)));

@@ -95,6 +95,9 @@ vec4 seen_facing_disc(Light light, float radius, vec3 origin, vec3 direction, fl
 #include "lib/profile.glsl"
 #endif
 #include "made/lights.glsl"
+#ifdef GOBOS
+#include "lib/gobo.glsl"
+#endif
 
 // What its nodes make of a light where it is met at a distance in a direction.
 float share_by_nodes(Light light, vec3 to_light, float far) {

@@ -204,6 +204,9 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
 #endif
     float share = found.share * share_by_nodes(light, found.to_light, found.far);
     vec3 irradiance = found.irradiance * (share / rays), radiance = vec3(0.0);
+#ifdef GOBOS
+    irradiance *= gobo_colour(light, -found.to_light);
+#endif
     float lux = 0.0;
     if (is_found(light, BY_DIFFUSE)) {
         radiance = irradiance * point.diffuse.albedo * (cosine / PI);

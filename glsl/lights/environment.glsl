@@ -3,20 +3,12 @@
 // the lowest row up, and interpolated between the centres of pixels. The light's axis is up in the image, and its
 // middle column lies across. Directions are drawn by the image, or by the cosine, half of them each.
 // Parameters: bounds [scene], image [image]. Power: W/(m^2 sr).
-#include "lib/table.glsl"
+#include "lib/environment.glsl"
 #include "lib/sampling.glsl"
 
-// An image in the table of environments: what it emits in all, a texel a row with the share of photons that
-// start in this row and those below it, then the pixels, with the share in this one and those before it in its row.
-struct Environment { int rows; int pixels; int width; int height; };
-
 Environment environment_of(Light light) {
-    int first = int(light.parameters.y) * TABLE_WIDTH;
-    int width = int(light.parameters.z), height = int(light.parameters.w);
-    return Environment(first + 1, first + 1 + height, width, height);
+    return environment_at(light.parameters.y, light.parameters.z, light.parameters.w);
 }
-
-vec4 environment_texel(int index) { return texelFetch(environments, table_texel(index), 0); }
 
 float up_to_row(Environment image, int row) { return row < 0 ? 0.0 : environment_texel(image.rows + row).x; }
 
@@ -24,28 +16,10 @@ float up_to_pixel(Environment image, int row, int column) {
     return column < 0 ? 0.0 : environment_texel(image.pixels + row * image.width + column).w;
 }
 
-vec3 pixel_radiance(Environment image, int row, int column) {
-    int inside = clamp(row, 0, image.height - 1), around = (column + image.width) % image.width;
-    return environment_texel(image.pixels + inside * image.width + around).rgb;
-}
-
-// Where a direction is in the image, in pixels from its lower left corner.
-vec2 place_in(Environment image, Light light, vec3 direction) {
-    float x = dot(direction, light.across), y = dot(direction, cross(light.axis, light.across));
-    float up = atan(dot(direction, light.axis), length(vec2(x, y)));
-    float turn = x == 0.0 && y == 0.0 ? 0.0 : atan(y, x);
-    return vec2(0.5 - turn / (2.0 * PI), 0.5 + up / PI) * vec2(image.width, image.height);
-}
-
-// What lies about a place: interpolated across below and above it, the row below, and how far above that it is.
-struct Around { vec3 low; vec3 high; int row; float part; };
+mat3 frame_of_environment(Light light) { return mat3(light.across, cross(light.axis, light.across), light.axis); }
 
 Around around(Environment image, Light light, vec3 direction) {
-    vec2 place = place_in(image, light, direction) - 0.5, part = fract(place);
-    ivec2 at = ivec2(floor(place));
-    vec3 low = mix(pixel_radiance(image, at.y, at.x), pixel_radiance(image, at.y, at.x + 1), part.x);
-    vec3 high = mix(pixel_radiance(image, at.y + 1, at.x), pixel_radiance(image, at.y + 1, at.x + 1), part.x);
-    return Around(low, high, at.y, part.y);
+    return around(image, direction * frame_of_environment(light));
 }
 
 vec3 environment_radiance(Light light, vec3 direction) {
@@ -100,7 +74,7 @@ vec3 sample_by_image(Light light, vec2 u) {
     y = min(y, 2.0 * float(image.height) - y);  // the outermost rows go on to the poles
     float turn = 2.0 * PI * (0.5 - x / float(image.width)), up = PI * (y / float(image.height) - 0.5);
     vec3 local = vec3(cos(up) * cos(turn), cos(up) * sin(turn), sin(up));
-    return mat3(light.across, cross(light.axis, light.across), light.axis) * local;
+    return frame_of_environment(light) * local;
 }
 
 float pdf_environment(Light light, vec3 position, vec3 normal, vec3 to_light) {

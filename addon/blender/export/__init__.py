@@ -74,6 +74,7 @@ def _snapshot(
     view = Asked(camera=View(camera), holders=holders)
     materials = MaterialTable(notes, model, view_layer.material_override, view, textures)
     lights: list[Light] = []
+    images: list[Image] = []
     # Render depsgraphs hold no hidden objects, the viewport's do.
     viewport = depsgraph.mode == "VIEWPORT"
     geometry = Geometry(viewport, scene.frame_current, view_layer.use_solid, view_layer.use_strand)
@@ -84,12 +85,11 @@ def _snapshot(
         matrix = np.array(instance.matrix_world, np.float64)
         if obj.type == "LIGHT" and instance.show_self:
             group = group_of(obj, layer)
-            lights += [replace(x, group=group) for x in export_light(obj, matrix, notes)]
+            lights += [replace(x, group=group) for x in export_light(obj, matrix, images, notes)]
         elif obj.type != "LIGHT":
             follow = partial(tracks.moving, instance, matrix) if tracks else None
             rays = Rays(visible_bits(instance, layer), group_of(obj, layer))
             geometry.add(instance, matrix, rays, materials, notes, follow)
-    images: list[Image] = []
     group = group_of(world, layer) if world else ""
     lights += [replace(x, group=group) for x in export_world(world, images, notes)]
     exported = Scene(

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -55,18 +55,21 @@ def evaluate(
     output: bpy.types.NodeSocket,
     scope: Scope,
     changes: Mapping[str, Any] | None = None,
+    stand_in: StandIn | None = None,
+    least: int = WIDTH,
 ) -> Any:
     """The radiance or colour of an output in every direction, float32 (height, width, 3), as an
-    Environment Texture has it; `changes`: of the node's properties. Raises Unsuited."""
+    Environment Texture has it; `changes`: of the node's properties; `stand_in`: for nodes of others
+    than worlds; `least`: pixels across. Raises Unsuited."""
     with tempfile.TemporaryDirectory() as folder:
-        graph = _Description(Path(folder))
+        graph = _Description(Path(folder), stand_in)
         graph.add(node, output, scope)
         nodes = graph.nodes
         nodes[-1]["properties"].update(changes or {})
         given = {
             "nodes": nodes,
             "is_shader": output.type == "SHADER",
-            "width": min(max([WIDTH, *graph.widths]), MOST_WIDTH) // 2 * 2,
+            "width": min(max([least, *graph.widths]), MOST_WIDTH) // 2 * 2,
         }
         key = json.dumps(given, sort_keys=True).replace(json.dumps(folder)[1:-1], "")
         if key in _kept:
@@ -104,21 +107,32 @@ def _evaluated(given: dict[str, Any], folder: Path) -> NDArray[np.float32]:
     return np.maximum(pixels, np.float32(0.0))
 
 
+# What takes a node's place for one of its outputs, or feeds the vector of a texture that nothing
+# feeds, for None: nodes as _Description has them, whose links' numbers begin with theirs; the last
+# one's output is linked. None: nothing does.
+StandIn = Callable[[bpy.types.Node, bpy.types.NodeSocket | None], list[dict[str, Any]] | None]
+
+
 class _Description:
     """A graph as JSON, without groups, reroutes and names: values, and links by number."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, stand_in: StandIn | None = None) -> None:
         """`folder`: where pixels go that no file has."""
+        self._stand_in = stand_in
         self.nodes: list[dict[str, Any]] = []
         self.widths: list[int] = []  # of its images [px]
         self._folder = folder
         self._numbers: dict[tuple[int, ...], int] = {}
 
-    def add(self, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope) -> int:
-        """A node after those that feed it; its number."""
+    def add(
+        self, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+    ) -> tuple[int, int]:
+        """A node after those that feed it; its number, and its output's."""
+        if self._stand_in and (others := self._stand_in(node, output)):
+            return self._put(others)
         key = (node.as_pointer(), *(group.as_pointer() for group in scope))
         if key in self._numbers:
-            return self._numbers[key]
+            return self._numbers[key], _index(node.outputs, output)
         camera = node.type == "TEX_COORD" and output.name in UNSUITED_OUTPUTS
         if node.type in UNSUITED or camera:
             raise Unsuited(f"'{node.name}' tells more than a direction")
@@ -127,7 +141,9 @@ class _Description:
         for index, socket in enumerate(node.inputs):
             feeding, end, inner = source(socket, scope)
             if feeding is not None:
-                links[index] = [self.add(feeding, end, inner), _index(feeding.outputs, end)]
+                links[index] = [*self.add(feeding, end, inner)]
+            elif self._stand_in and node.type.startswith("TEX_") and socket.name == "Vector":
+                links[index] = [*self._put(self._stand_in(node, None) or [])]
             elif hasattr(end, "default_value") and hasattr(socket, "default_value"):
                 values[index] = _fitting(_plain(end.default_value), socket)
         described = {
@@ -140,7 +156,15 @@ class _Description:
         }
         self.nodes.append(described)
         self._numbers[key] = len(self.nodes) - 1
-        return self._numbers[key]
+        return self._numbers[key], described["output"]
+
+    def _put(self, others: list[dict[str, Any]]) -> tuple[int, int]:
+        """Nodes in place of others, as `add`."""
+        first = len(self.nodes)
+        for node in others:
+            links = {index: [first + at, end] for index, (at, end) in node["links"].items()}
+            self.nodes.append({**node, "links": links})
+        return len(self.nodes) - 1, self.nodes[-1]["output"]
 
     def _more(self, node: bpy.types.Node) -> dict[str, Any]:
         more: dict[str, Any] = {}

@@ -4,7 +4,7 @@
 from ...streams import Table, When
 from .records import LIGHT, LIGHT_LIMIT, LIGHT_NODE, LIGHT_PLACE, PROFILE
 
-LIGHT_DEFINES = ("PROFILES", "ENVIRONMENT")
+LIGHT_DEFINES = ("PROFILES", "ENVIRONMENT", "GOBOS")
 LIGHT_TABLES = {
     "lights": Table(LIGHT),
     "profiles": When("PROFILES", Table(PROFILE)),

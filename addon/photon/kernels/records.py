@@ -202,6 +202,9 @@ LIGHT = Record(
         "first": "float",  # element of its profile; rows and columns of that, or 0
         "rows": "float",
         "columns": "float",
+        "gobo": "float",  # row of the table of environments where the image of its colours begins
+        "gobo_width": "float",  # [px]; 0: all are 1
+        "gobo_height": "float",
     },
 )
 # How bright a light is in a direction, over its mean; and of the cell from there to the next row

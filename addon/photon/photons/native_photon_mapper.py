@@ -44,7 +44,12 @@ def knows(scene: Scene, needs: SceneNeeds) -> bool:
     if needs.visibility or needs.absorption or needs.programs.nodes or needs.caustics:
         return False
     plain = all(lobe.weight == 1.0 and not any(lobe.covered) for lobe in lobes)
-    if needs.arrivals or needs.profiles or any(light.is_stretched for light in scene.lights):
+    if (
+        needs.arrivals
+        or needs.profiles
+        or needs.gobos
+        or any(light.is_stretched for light in scene.lights)
+    ):
         return False
     return plain and knows_lobes(needs.lobes, needs.lobe_kinds) and needs.light_kinds <= LIGHTS
 

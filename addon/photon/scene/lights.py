@@ -43,6 +43,9 @@ class Light:
     # How bright it is in each direction, times that: rows of even polar angles, from its direction
     # to behind it, of even azimuths, as IES files have them; none: equally.
     profile: tuple[tuple[float, ...], ...] = ()
+    # The number of the scene's image of the colours that its power is multiplied by in each
+    # direction: up is against its own, and `across` in the middle.
+    gobo: int | None = None
     group: str = ""  # of Scene.light_groups
     subtracts: bool = False  # it takes away the light that it would give
 
@@ -71,6 +74,12 @@ class Light:
         unknown = set(self.found_by) - set(FOUND_BY)
         if unknown:
             raise SceneError(f"{who}: found_by {unknown.pop()!r} is none of {', '.join(FOUND_BY)}")
+
+    @property
+    def images(self) -> tuple[object, ...]:
+        """Numbers of the scene's images that it has."""
+        own = (self.parameters["image"],) if "image" in self.parameters else ()
+        return own if self.gobo is None else (*own, self.gobo)
 
     @property
     def cares_who_is_lit(self) -> bool:

@@ -294,11 +294,11 @@ class Scene:
             texture.check()
         for light in self.lights:
             light.check()
-            number = light.parameters.get("image", 0)
-            if "image" in light.parameters and number not in range(len(self.images)):
-                raise SceneError(
-                    f"light {light.name!r}: image {number} is none of {len(self.images)}"
-                )
+            for number in light.images:
+                if number not in range(len(self.images)):
+                    raise SceneError(
+                        f"light {light.name!r}: image {number} is none of {len(self.images)}"
+                    )
         for material in self.materials:
             material.check()
         check_moving(self.moving, len(self.vertices), self.triangles)

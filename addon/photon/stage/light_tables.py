@@ -58,6 +58,8 @@ def light_table(
         bits = [FOUND_BITS[name] for name in light.found_by]
         more = (IS_WORLD if kind.is_world else 0) + (IS_SOFT if light.parameters.get("soft") else 0)
         row["found_by"] = sum(bits) + more
+        if light.gobo is not None:
+            row["gobo"], row["gobo_width"], row["gobo_height"] = places[light.gobo]
         row["falloff"], row["smoothing"] = light.falloff, light.smoothing / frame.scale**2
         # The distance is one of scene units, and the profile's mean 1.
         row["power"] *= frame.scale**light.falloff * mean_of(light)

@@ -60,6 +60,7 @@ class SceneNeeds:
     panorama: bool = False
     gathered_lobes: bool = False  # some are broad enough to gather photons with
     profiles: bool = False  # lights are not equally bright in all directions
+    gobos: bool = False  # or not of one colour
     arrivals: bool = False  # what photons bring hangs on where they first land
     visibility: bool = False  # rays pass through some surfaces, or lights are limited
     first_hits: bool = False  # photons carry the direct light
@@ -133,6 +134,7 @@ class SceneNeeds:
             panorama=scene.camera.is_panorama,
             gathered_lobes=gathered,
             profiles=any(light.profile for light in emitting),
+            gobos=any(light.gobo is not None for light in emitting),
             arrivals=any(x.cares_who_is_lit for x in emitting if x.lights_surfaces),
             visibility=is_limited(emitting)
             or any(material.holdout for material in materials)
@@ -216,7 +218,8 @@ class SceneNeeds:
     def light_defines(self) -> Defines:
         """What kernels that ask lights are compiled with."""
         profiles = {"PROFILES": 1} if self.profiles else {}
-        return {**light_defines(self.light_kinds), **profiles}
+        gobos = {"GOBOS": 1, "ENVIRONMENT": 1} if self.gobos else {}
+        return {**light_defines(self.light_kinds), **profiles, **gobos}
 
     @cached_property
     def emitted_defines(self) -> Defines:

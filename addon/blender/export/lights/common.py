@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ....photon.scene import MOST_BOUNCES, RGB, Light
+from ....photon.scene import MOST_BOUNCES, RGB, Image, Light
 from ..report import Notes
 from .strength import strength_of
 
@@ -28,6 +28,7 @@ class Lamp:
     matrix: NDArray[np.float64]  # (4, 4) to the world
     owner: str  # "Light 'Sun'"
     notes: Notes
+    images: list[Image]  # of the scene, to which its own are added
 
     @property
     def name(self) -> str:
@@ -68,8 +69,11 @@ def finished(lamp: Lamp, light: Light, surface: float) -> Light:
         power *= surface
     # 5.1 deprecates the switch: there, a light with a tree uses it.
     if data.node_tree and (bpy.app.version >= (5, 1) or data.use_nodes):
-        strength = strength_of(data.node_tree, lamp.owner, notes)
+        strength = strength_of(data, lamp.matrix, lamp.owner, notes)
         power *= strength.colour
+        if strength.gobo is not None:
+            light = replace(light, gobo=len(lamp.images))
+            lamp.images.append(Image(lamp.name, strength.gobo))
         light = replace(
             light,
             falloff=strength.falloff,

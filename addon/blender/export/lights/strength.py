@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from ..graph import Graph, Scope, colour_of, source, value_of
 from ..nodes import graph_of
 from ..report import Notes
+from ..world_nodes import Unsuited
+from .gobo import colours_of
 from .ies import UNREADABLE, read_ies
 
 # Powers of the distance in the sockets of Light Falloff, by name.
@@ -27,14 +29,18 @@ class Strength:
     falloff: int = 0
     smoothing: float = 0.0
     profile: tuple[tuple[float, ...], ...] = ()
+    gobo: NDArray[np.float32] | None = None  # factors in each direction, see gobo.py
 
     @property
     def varies(self) -> bool:
         return bool(self.falloff or self.smoothing or self.profile)
 
 
-def strength_of(tree: bpy.types.NodeTree, owner: str, notes: Notes) -> Strength:
-    """Return colour times strength of the light's Emission node."""
+def strength_of(
+    light: bpy.types.Light, matrix: NDArray[np.float64], owner: str, notes: Notes
+) -> Strength:
+    """Return colour times strength of the Emission node of a light that `matrix` places."""
+    tree = light.node_tree
     graph = graph_of(tree, owner, notes)
     node, _, scope = graph.surface("OUTPUT_LIGHT")
     if node is None:
@@ -42,9 +48,45 @@ def strength_of(tree: bpy.types.NodeTree, owner: str, notes: Notes) -> Strength:
     if node.type != "EMISSION":
         notes.approximated(owner, "Nodes", "no plain Emission: its own colour is used")
         return Strength(np.ones(3))
-    found = _strength(graph, node.inputs["Strength"], scope)
-    colour = np.array(colour_of(graph, node.inputs["Color"], scope))
-    return replace(found, colour=found.colour * colour)
+    strength, colour = node.inputs["Strength"], node.inputs["Color"]
+    gobos = [_gobo(graph, light, matrix, socket, scope) for socket in (strength, colour)]
+    found = Strength(np.ones(3)) if gobos[0] is not None else _strength(graph, strength, scope)
+    factor = np.ones(3) if gobos[1] is not None else np.array(colour_of(graph, colour, scope))
+    there = [gobo for gobo in gobos if gobo is not None]
+    if len(there) == 2 and there[0].shape != there[1].shape:
+        height, width, _ = there[1].shape
+        there[0] = _resized(there[0], height, width)
+    gobo = np.prod(there, axis=0, dtype=np.float32) if there else None
+    return replace(found, colour=found.colour * factor, gobo=gobo)
+
+
+def _gobo(
+    graph: Graph,
+    light: bpy.types.Light,
+    matrix: NDArray[np.float64],
+    socket: bpy.types.NodeSocket,
+    scope: Scope,
+) -> NDArray[np.float32] | None:
+    try:
+        found = colours_of(light, matrix, socket, scope)
+    except Unsuited as reason:
+        detail = f"one value stands for all directions and places: {reason}"
+        graph.notes.approximated(graph.owner, f"Nodes of {socket.name}", detail)
+        return None
+    if found is not None:
+        height, width = found.shape[:2]
+        detail = f"an image of {width} x {height} directions stands for them"
+        graph.notes.approximated(graph.owner, f"Nodes of {socket.name}", detail)
+    return found
+
+
+def _resized(pixels: NDArray[np.float32], height: int, width: int) -> NDArray[np.float32]:
+    """The nearest of each pixel."""
+    rows, columns = (
+        (np.arange(count) * of // count)
+        for count, of in ((height, pixels.shape[0]), (width, pixels.shape[1]))
+    )
+    return pixels[rows][:, columns]
 
 
 def _strength(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> Strength:

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lamps whose colour differs from direction to direction, such as slides before a spotlight: what
+their nodes make of each direction, as an image. Blender itself evaluates them, as it does a world's
+(world_nodes.py)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..graph import Scope, source
+from ..world_nodes import StandIn, Unsuited, evaluate
+
+KINDS = {"POINT", "SPOT"}
+WIDTH = 2048  # [px] of all around: a pixel is a hundredth of a cone of 18 degrees
+# Outputs that tell the direction, by the nodes' types. Their normal is the light's own, towards
+# what is lit.
+BY_DIRECTION = {
+    "TEX_COORD": {"Normal", "UV"},
+    "NEW_GEOMETRY": {"Normal", "True Normal", "Incoming"},
+}
+# What depends on more, or what a world has not.
+UNSUITED = {
+    "TEX_COORD",
+    "NEW_GEOMETRY",
+    "UVMAP",
+    "ATTRIBUTE",
+    "LIGHT_FALLOFF",
+    "TEX_IES",
+    "TANGENT",
+}
+NORMALS = {"Normal", "True Normal"}
+
+
+def colours_of(
+    light: Any, matrix: NDArray[np.float64], socket: bpy.types.NodeSocket, scope: Scope
+) -> NDArray[np.float32] | None:
+    """What an input has in each direction from a lamp that `matrix` places, float32 (height, width,
+    3), up against the lamp's axis and its x axis in the middle; None: the same in all, or in none
+    that is known. Raises Unsuited."""
+    node, end, inner = source(socket, scope)
+    if node is None or not _differs(node, end, inner, set()):
+        return None
+    if light.type not in KINDS:
+        raise Unsuited("of other lamps than points and spots")
+    turn = matrix[:3, :3]
+    lengths = np.linalg.norm(turn, axis=0)
+    if lengths.min() <= 0.0 or np.linalg.det(turn) < 0.0 or np.ptp(lengths) > 1e-4 * lengths.max():
+        raise Unsuited("the lamp is scaled unevenly or mirrored")
+    if light.shadow_soft_size > 0.0 and _differs(node, end, inner, set(), besides="UV"):
+        raise Unsuited("a lamp with a radius has a normal of each place on it")
+    pixels: NDArray[np.float32] = evaluate(
+        node, end, inner, stand_in=_stand_in(light, turn / lengths), least=WIDTH
+    )
+    return pixels
+
+
+def _differs(
+    node: bpy.types.Node,
+    output: bpy.types.NodeSocket,
+    scope: Scope,
+    seen: set[Any],
+    besides: str = "",
+) -> bool:
+    """Whether a node's output tells the direction, by other outputs than one of a name."""
+    if output.name in BY_DIRECTION.get(node.type, set()) - {besides}:
+        return True
+    key = (node.as_pointer(), *(group.as_pointer() for group in scope))
+    if key in seen:
+        return False
+    seen.add(key)
+    for socket in node.inputs:
+        feeding, end, inner = source(socket, scope)
+        if feeding is None:
+            if node.type == "TEX_IMAGE" and socket.name == "Vector" and besides != "UV":
+                return True
+        elif _differs(feeding, end, inner, seen, besides):
+            return True
+    return False
+
+
+def _stand_in(light: Any, turn: NDArray[np.float64]) -> StandIn:
+    """Of nodes of a lamp by those of a world whose direction is the lamp's, in its own axes."""
+
+    def find(
+        node: bpy.types.Node, output: bpy.types.NodeSocket | None
+    ) -> list[dict[str, Any]] | None:
+        if output is None and node.type == "TEX_IMAGE":
+            return [*_uv(light)]
+        name = output.name if output is not None else ""
+        if name not in BY_DIRECTION.get(node.type, ()):
+            if output is None or node.type in UNSUITED:
+                raise Unsuited(f"'{node.name}' tells more than a direction")
+            return None
+        if name == "UV":
+            return [*_uv(light)]
+        if node.type == "TEX_COORD":
+            return [_node("ShaderNodeTexCoord")]
+        return [_node("ShaderNodeTexCoord"), *_in_world(turn)]
+
+    return find
+
+
+def _node(
+    kind: str,
+    links: dict[int, tuple[int, int]] | None = None,
+    values: dict[int, Any] | None = None,
+    **properties: Any,
+) -> dict[str, Any]:
+    """As world_nodes describes it; the first output. A coordinate's is Generated: the direction."""
+    described = {"kind": kind, "properties": properties, "values": values or {}}
+    return {**described, "links": links or {}, "output": 0}
+
+
+def _dot(row: Any) -> dict[str, Any]:
+    values = {1: [float(x) for x in row]}
+    return {
+        **_node("ShaderNodeVectorMath", {0: (0, 0)}, values, operation="DOT_PRODUCT"),
+        "output": 1,
+    }
+
+
+def _in_world(turn: NDArray[np.float64]) -> Iterator[dict[str, Any]]:
+    """The direction in the world's axes."""
+    yield from map(_dot, turn)
+    yield _node("ShaderNodeCombineXYZ", {0: (1, 1), 1: (2, 1), 2: (3, 1)})
+
+
+def _uv(light: Any) -> Iterator[dict[str, Any]]:
+    """As Cycles has it: of a spotlight a square about its cone, in a plane before it; else
+    longitude and latitude."""
+    yield _node("ShaderNodeTexCoord")
+    if light.type == "SPOT":
+        half = 0.5 / math.tan(light.spot_size / 2.0)
+        yield _dot((0.0, 0.0, -1.0 / half))
+        yield _node("ShaderNodeVectorMath", {0: (0, 0)}, {1: [1.0, 1.0, 0.0]}, operation="MULTIPLY")
+        yield _node("ShaderNodeCombineXYZ", {0: (1, 1), 1: (1, 1)}, {2: 1.0})
+        yield _node("ShaderNodeVectorMath", {0: (2, 0), 1: (3, 0)}, operation="DIVIDE")
+        yield _node("ShaderNodeVectorMath", {0: (4, 0)}, {1: [0.5, 0.5, 0.0]}, operation="ADD")
+        return
+    yield _node("ShaderNodeSeparateXYZ", {0: (0, 0)})
+    yield _node("ShaderNodeMath", {0: (1, 0), 1: (1, 1)}, operation="ARCTAN2")
+    yield _scaled(2, -0.5 / math.pi, 0.5)
+    yield {**_node("ShaderNodeMath", {0: (1, 2)}, operation="ARCCOSINE")}
+    yield _scaled(4, -1.0 / math.pi, 1.0)
+    yield _node("ShaderNodeCombineXYZ", {0: (3, 0), 1: (5, 0)})
+
+
+def _scaled(number: int, factor: float, offset: float) -> dict[str, Any]:
+    links = {0: (number, 0)}
+    return _node("ShaderNodeMath", links, {1: factor, 2: offset}, operation="MULTIPLY_ADD")

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lamps whose nodes tell directions, against Cycles."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+import pytest
+
+from tests.measure import render
+from tests.regression.blocks import block_means
+from tests.regression.cycles import render_loaded
+
+from .build import add_light, add_mesh, add_node, shader_material
+
+pytestmark = pytest.mark.blender
+
+SIZE = 48
+
+
+def lit_plane(kind: str, **properties: Any) -> Any:
+    """A tilted lamp above a plane, with an image of a ramp and three bands."""
+    scene = bpy.context.scene
+    scene.render.resolution_x = scene.render.resolution_y = SIZE
+    plane = add_mesh("Plane", scale=(4, 4, 1))
+    plane.data.materials.append(shader_material("ShaderNodeBsdfDiffuse", Color=(0.7, 0.7, 0.7, 1)))
+    where = {"location": (0.3, 0.2, 3), "rotation_euler": (0.3, 0.2, 0.5)}
+    lamp = add_light("Lamp", kind, **where, **{"energy": 500, "shadow_soft_size": 0, **properties})
+    if kind == "SPOT":
+        lamp.data.spot_size, lamp.data.spot_blend = 1.6, 0.1
+    if bpy.app.version < (5, 1) or not lamp.data.node_tree:
+        lamp.data.use_nodes = True
+    image = bpy.data.images.new("Slide", 32, 32, float_buffer=True)
+    x, y = np.meshgrid(np.arange(32) / 31, np.arange(32) / 31)
+    pixels = np.stack([x, 0.5 + 0.5 * np.cos(6 * np.pi * y), y, np.ones_like(x)], axis=-1)
+    image.pixels.foreach_set(pixels.astype(np.float32).ravel())
+    image.update()
+    return lamp.data, image
+
+
+def link(light: Any, texture: Any, kind: str, output: str) -> None:
+    """A texture before the lamp, by an output of a node for coordinates; "": by none."""
+    tree = light.node_tree
+    if output:
+        coordinates = add_node(tree, kind)
+        tree.links.new(coordinates.outputs[output], texture.inputs["Vector"])
+    emission = next(node for node in tree.nodes if node.type == "EMISSION")
+    tree.links.new(texture.outputs["Color"], emission.inputs["Color"])
+
+
+@pytest.mark.parametrize(
+    ("lamp", "kind", "output"),
+    [
+        ("SPOT", "", ""),  # of images the UV
+        ("POINT", "ShaderNodeTexCoord", "Normal"),
+        pytest.param("POINT", "ShaderNodeTexCoord", "UV", marks=pytest.mark.thorough),
+        pytest.param("SPOT", "ShaderNodeNewGeometry", "Incoming", marks=pytest.mark.thorough),
+        pytest.param("SPOT", "ShaderNodeTexCoord", "Normal", marks=pytest.mark.thorough),
+        pytest.param("POINT", "ShaderNodeNewGeometry", "Normal", marks=pytest.mark.thorough),
+    ],
+)
+def test_slides(scene, export, device, lamp, kind, output) -> None:
+    """By shadow rays, and by photons alone."""
+    light, image = lit_plane(lamp)
+    texture = add_node(light.node_tree, "ShaderNodeTexImage")
+    texture.image = image
+    link(light, texture, kind, output)
+    exported, report = export()
+    (found,) = exported.lights
+    assert exported.images[found.gobo].pixels.shape == (1024, 2048, 3)
+    (entry,) = [entry for entry in report.entries if entry.status != "exact"]
+    assert entry.object == "Light 'Lamp'" and "2048 x 1024 directions" in entry.detail
+    theirs = block_means(render_loaded(256, seed=1))
+    size = {"width": SIZE, "height": SIZE, "passes": 16}
+    rays = render(device, exported, photons=1000, **size)["Combined"]
+    landed = render(device, exported, photons=200000, direct_by_photons=True, **size)["Combined"]
+    for ours, median, high in ((rays, 0.01, 0.03), (landed, 0.02, 0.08)):
+        off = np.abs(block_means(ours[..., :3]) - theirs) / np.maximum(theirs, theirs.mean())
+        assert np.median(off) < median and np.percentile(off, 95) < high
+        assert ours[..., :3].mean() == pytest.approx(theirs.mean(), rel=0.005)
+
+
+@pytest.mark.parametrize("case", ["area", "radius", "uneven", "position", "falloff"])
+def test_what_is_not_done_is_named(scene, export, case) -> None:
+    light, image = lit_plane("AREA" if case == "area" else "POINT")
+    texture = add_node(light.node_tree, "ShaderNodeTexImage")
+    texture.image = image
+    output = {"position": "Position", "radius": "Normal"}.get(case, "Normal")
+    link(light, texture, "ShaderNodeNewGeometry", output)
+    if case == "radius":
+        light.shadow_soft_size = 0.1
+    if case == "uneven":
+        bpy.data.objects["Lamp"].scale = 1, 2, 1
+    if case == "falloff":
+        falloff = add_node(light.node_tree, "ShaderNodeLightFalloff")
+        coordinates = next(node for node in light.node_tree.nodes if node.type == "NEW_GEOMETRY")
+        light.node_tree.links.new(coordinates.outputs["Normal"], falloff.inputs["Strength"])
+        emission = next(node for node in light.node_tree.nodes if node.type == "EMISSION")
+        light.node_tree.links.new(falloff.outputs["Linear"], emission.inputs["Strength"])
+    exported, report = export()
+    (found,) = exported.lights
+    assert (found.gobo is not None) == (case == "falloff")
+    assert found.falloff == (case == "falloff")
+    lost = [entry for entry in report.of("approximated") if entry.object == "Light 'Lamp'"]
+    assert lost and ("one value stands" in lost[0].detail or case == "position")
