@@ -117,8 +117,8 @@ class Denoiser:
     """
 
     def __init__(self, path: Path | None = None, on_cpu: bool = False, threads: int = 0) -> None:
-        """`on_cpu`: even if there is a GPU that it knows; `threads`: 0 for all cores. DenoiserError
-        if it is absent or finds no device."""
+        """`on_cpu`: even if there is a GPU that it knows; `threads` there, 0 for all cores.
+        DenoiserError if it is absent or finds no device."""
         path = path or find()
         if path is None:
             raise DenoiserError(ABSENT)
@@ -129,10 +129,8 @@ class Denoiser:
             if not self._device:
                 said = self._said()
                 continue
-            if threads:
+            if threads and kind == _CPU:
                 self._library.oidnSetDeviceInt(self._device, b"numThreads", threads)
-            # What it reads of the machine: leave threads where the system puts them.
-            self._library.oidnSetDeviceInt(self._device, b"setAffinity", 0)
             self._library.oidnCommitDevice(self._device)
             said = self._said()
             if not said:

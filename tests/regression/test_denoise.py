@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
-from addon.denoiser import DenoiserError, find
+from addon.denoiser import Denoiser, DenoiserError, find
 from addon.photon import prepare as preparation
-from addon.photon.film import look
+from addon.photon.film import denoise, look
 from addon.photon.film.error import DARK
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene
@@ -166,4 +167,52 @@ def test_failing(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     assert renderer.warnings[-1] == "not denoised: out of memory"
     assert np.array_equal(plain["Combined"], found["Combined"])
     assert renderer.info()["denoiser"] == "none"
+    renderer.release()
+
+
+@needs_it
+def test_a_gpu_without_room(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The processor takes over, with the bits that it would have made."""
+    tried: list[bool] = []
+
+    class Full(Denoiser):
+        def __init__(self, on_cpu: bool = False) -> None:
+            super().__init__(on_cpu=True)
+            self._is_full = not on_cpu
+            tried.append(on_cpu)
+
+        def denoised(self, *args: Any) -> Any:
+            if self._is_full:
+                raise DenoiserError("out of memory")
+            return super().denoised(*args)
+
+    made = []
+    for kind in (partial(Denoiser, on_cpu=True), Full):
+        monkeypatch.setattr(denoise, "Denoiser", kind)
+        renderer = rendered(device, cornell(), replace(SMALL, denoise=True))
+        made.append(renderer.images()["Combined"])
+        assert not any("denoised" in x for x in renderer.warnings)
+        renderer.release()
+    assert tried == [False, True] and np.array_equal(*made)
+
+
+@needs_it
+def test_takes(device: Device) -> None:
+    """A scene of light groups: each take is denoised, and their sum is the picture."""
+    scene = cornell()
+    (lamp,) = scene.lights[:1]
+    groups = ("Key", "Fill")
+    lights = tuple(replace(lamp, name=group, group=group) for group in groups)
+    scene = replace(scene, lights=(*lights, *scene.lights[1:]), light_groups=groups)
+    renderer = rendered(device, scene, replace(SMALL, passes=8, denoise=True, denoising_data=True))
+    plain, found = renderer.images(is_preview=True), renderer.images()
+    assert not np.array_equal(plain["Combined"], found["Combined"])
+    assert (
+        np.isfinite(found["Error"]).all() and (found["Error"] <= 1.01 * plain["Error"]).mean() > 0.5
+    )
+    total = sum(found[f"Combined_{group}"] for group in groups)
+    assert np.allclose(total, found["Combined"][..., :3], rtol=1e-4, atol=1e-5)
+    assert np.array_equal(plain["Denoising Normal"], found["Denoising Normal"])
+    assert np.abs(found["Denoising Albedo"]).max() <= 1.0
+    assert renderer.info()["denoiser"].startswith("OpenImageDenoise 2.")
     renderer.release()

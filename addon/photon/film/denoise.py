@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...denoiser import Denoiser
+from ...denoiser import Denoiser, DenoiserError
 from .blocks import in_blocks
 from .error import DARK, Floats, box
 from .film import Exposure
@@ -78,19 +78,21 @@ def _over(a: Floats, b: Floats) -> Floats:
     return np.divide(a, b, where=b > 0.0, out=np.zeros_like(a))
 
 
-def picture_denoised(
-    images: Mapping[str, Picture], exposures: Iterable[Exposure], on_cpu: bool = False
-) -> Denoised:
+def picture_denoised(images: Mapping[str, Picture], exposures: Iterable[Exposure]) -> Denoised:
     """Combined of `images`, which were made of `exposures`, without its noise: by
     OpenImageDenoise, which goes by the first albedo and normal that are no mirror's. Raises
     DenoiserError."""
     parts = [(first_half(one), one.half_passes / one.passes) for one in exposures]
     half, share = np.concatenate([rows for rows, _ in parts]), parts[0][1]
+    plain = np.ascontiguousarray(images["Combined"][..., :3])
     features = {port: images[name] for port, name in FEATURE_PORTS.items()}
-    with Denoiser(on_cpu=on_cpu) as denoiser:
 
-        def filtered(picture: Picture) -> Picture:
-            return denoiser.denoised(picture, features)
+    def by(denoiser: Denoiser) -> Denoised:
+        with denoiser:
+            found = denoised(plain, half, share, lambda x: denoiser.denoised(x, features))
+            return replace(found, by=denoiser.name)
 
-        plain = np.ascontiguousarray(images["Combined"][..., :3])
-        return replace(denoised(plain, half, share, filtered), by=denoiser.name)
+    try:
+        return by(Denoiser())
+    except DenoiserError:  # a GPU may have no room beside the scene
+        return by(Denoiser(on_cpu=True))
