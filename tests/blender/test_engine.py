@@ -142,6 +142,28 @@ def test_denoising(room, tmp_path) -> None:
     assert not any("denoised" in x for x in SESSION.reports[room.name].warnings)
 
 
+@pytest.mark.skipif(bpy.app.version < (5, 0), reason="compositor trees were scenes' own")
+def test_blenders_own_denoise_node(room, tmp_path) -> None:
+    """It finds both passes by their names, and does with them what it does."""
+    room.view_layers[0].photon_stream.denoising_store_passes = True
+    tree = bpy.data.node_groups.new("Denoised", "CompositorNodeTree")
+    tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+    layers, out = tree.nodes.new("CompositorNodeRLayers"), tree.nodes.new("NodeGroupOutput")
+    room.view_layers[0].update_render_passes()
+    node = tree.nodes.new("CompositorNodeDenoise")
+    for name, source in (
+        ("Image", "Image"),
+        *((x, f"Denoising {x}") for x in ("Normal", "Albedo")),
+    ):
+        tree.links.new(layers.outputs[source], node.inputs[name])
+    tree.links.new(node.outputs["Image"], out.inputs[0])
+    plain = render_exr(room, tmp_path / "a.exr")["Combined"]
+    room.compositing_node_group, room.render.use_compositing = tree, True
+    composed = render_exr(room, tmp_path / "b.exr")["Composite.Combined"]
+    rough, smooth = (float(np.abs(np.diff(x[..., :3], axis=0)).mean()) for x in (plain, composed))
+    assert smooth < 0.98 * rough and composed.mean() == pytest.approx(plain.mean(), rel=0.05)
+
+
 @pytest.mark.parametrize("model", SpecularModel)
 def test_specular_model_reaches_the_renderer(room, monkeypatch, model) -> None:
     """What the scene chooses is what its rough Glossy BSDF becomes."""

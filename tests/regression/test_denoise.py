@@ -216,3 +216,17 @@ def test_takes(device: Device) -> None:
     assert np.abs(found["Denoising Albedo"]).max() <= 1.0
     assert renderer.info()["denoiser"].startswith("OpenImageDenoise 2.")
     renderer.release()
+
+
+@needs_it
+def test_dim_and_bright(device: Device) -> None:
+    """Light of any power is denoised alike."""
+    scene, made = cornell(), []
+    for times in (1.0, 2.0**-40, 2.0**40):
+        lights = [replace(x, power=tuple(times * p for p in x.power)) for x in scene.lights]
+        lit = replace(scene, lights=tuple(lights))
+        renderer = rendered(device, lit, replace(SMALL, denoise=True, passes=8))
+        made.append((renderer.images()["Combined"][..., :3] / times, renderer.error().total))
+        renderer.release()
+    for picture, told in made[1:]:
+        assert np.allclose(picture, made[0][0], rtol=1e-4) and told == pytest.approx(made[0][1])

@@ -9,6 +9,7 @@ the mixture is taken whose error is the least.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
@@ -86,11 +87,16 @@ def picture_denoised(images: Mapping[str, Picture], exposures: Iterable[Exposure
     half, share = np.concatenate([rows for rows, _ in parts]), parts[0][1]
     plain = np.ascontiguousarray(images["Combined"][..., :3])
     features = {port: images[name] for port, name in FEATURE_PORTS.items()}
+    # The filter takes very dim light for none. Powers of two keep all digits.
+    mean = float(plain.mean(dtype=np.float64))
+    unit = np.float32(2.0 ** math.floor(math.log2(mean)) if 0.0 < mean < math.inf else 1.0)
 
     def by(denoiser: Denoiser) -> Denoised:
+        def filtered(picture: Picture) -> Picture:
+            return unit * denoiser.denoised(picture / unit, features)
+
         with denoiser:
-            found = denoised(plain, half, share, lambda x: denoiser.denoised(x, features))
-            return replace(found, by=denoiser.name)
+            return replace(denoised(plain, half, share, filtered), by=denoiser.name)
 
     try:
         return by(Denoiser())
