@@ -242,6 +242,16 @@ def test_unknown_features_are_named(export) -> None:
     assert ("Light 'Lamp'", "Light Linking") in reported(export()[1], "ignored")
 
 
+def test_max_bounces_of_the_world(scene, export) -> None:
+    """Cycles' rays of surfaces find it still: it is said."""
+    world = scene.world = bpy.data.worlds.new("World")
+    world.cycles.max_bounces = 0
+    exported, report = export()
+    assert [light.max_bounces for light in exported.lights] == [0]
+    (entry,) = report.of("approximated")
+    assert entry.feature == "Max Bounces" and entry.object == "World 'World'"
+
+
 @pytest.mark.parametrize("bounces", [0, 1023, 1024])
 def test_its_own_max_bounces(export, bounces) -> None:
     """Blender's default, 1024, is as many as the scene allows."""

@@ -118,6 +118,23 @@ def test_light_groups(export) -> None:
     assert not report.of("ignored")
 
 
+@pytest.mark.parametrize(
+    ("kind", "flag", "said"),
+    [
+        ("ShaderNodeBsdfTransparent", "visible_camera", "through transparent surfaces"),
+        ("ShaderNodeBsdfGlass", "visible_transmission", "through glass"),
+        ("ShaderNodeBsdfGlass", "visible_camera", ""),
+        ("ShaderNodeBsdfDiffuse", "visible_transmission", ""),
+    ],
+)
+def test_rays_that_pass_surfaces(export, kind, flag, said) -> None:
+    """They meet what reflected ones do; that is said where something lets them pass."""
+    setattr(add_mesh("Thing"), flag, False)
+    add_mesh("Pane").data.materials.append(shader_material(kind))
+    lost = [str(entry) for entry in export()[1].entries if entry.feature == "Ray Visibility"]
+    assert len(lost) == bool(said) and all("Object 'Thing'" in x and said in x for x in lost)
+
+
 def test_shadow_catchers(export) -> None:
     """Where the eye sees them; a holdout is more."""
     add_mesh("Thing", is_shadow_catcher=True)

@@ -73,6 +73,31 @@ def holdout_shader() -> None:
     bpy.data.objects["Box"].data.materials[0] = shader_material("ShaderNodeHoldout", "Hole")
 
 
+def glowing(**flags: bool) -> Callable[[], None]:
+    """The box glows, beside the lamp."""
+
+    def change() -> None:
+        box = bpy.data.objects["Box"]
+        glow = shader_material("ShaderNodeEmission", "Glow", Color=(0.3, 1.0, 0.4, 1.0), Strength=2)
+        box.data.materials[0] = glow
+        for flag, value in flags.items():
+            setattr(box, flag, value)
+
+    return change
+
+
+def indirect_only() -> None:
+    """A glowing box in such a collection, and a mirror."""
+    glowing()()
+    scene, inside = bpy.context.scene, bpy.data.collections.new("Inside")
+    scene.collection.children.link(inside)
+    for name in ("Box", "Mirror"):
+        obj = bpy.data.objects[name]
+        scene.collection.objects.unlink(obj)
+        inside.objects.link(obj)
+    bpy.context.view_layer.layer_collection.children["Inside"].indirect_only = True
+
+
 CASES: dict[str, Callable[[], None]] = {
     "plain": hide("Box"),
     "no camera rays": hide("Box", "camera"),
@@ -86,6 +111,10 @@ CASES: dict[str, Callable[[], None]] = {
     "one bounce": max_bounces,
     "holdout": lambda: setattr(bpy.data.objects["Box"], "is_holdout", True),
     "holdout shader": holdout_shader,
+    "glow without diffuse rays": glowing(visible_diffuse=False),
+    "glow without glossy rays": glowing(visible_glossy=False),
+    "holdout that glows": glowing(is_holdout=True),
+    "indirect only": indirect_only,
 }
 
 

@@ -22,7 +22,7 @@ from .shaders import SpecularModel
 from .textures import TextureTable
 from .tracks import Tracks
 from .unheard import note_scene
-from .visibility import Rays, group_of, visible_bits
+from .visibility import Rays, group_of, note_rays, visible_bits
 from .world import export_world
 
 __all__ = ["Entry", "Report", "SpecularModel", "snapshot"]
@@ -104,5 +104,6 @@ def _snapshot(
         **geometry.arrays(any(material.program for material in materials.materials)),
     )
     exported.check()
+    note_rays(exported, notes)
     note_casters(f"Scene '{scene.name}'", exported, notes)
     return exported, notes.finish()

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import bpy
 
-from ...photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS
+from ...photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS, TRANSPARENT, Scene
+from ...photon.stage.kinds import lobe_kinds
 from .report import Notes
 
 
@@ -40,6 +41,23 @@ def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.V
 def group_of(owner: bpy.types.Object | bpy.types.World, layer: bpy.types.ViewLayer) -> str:
     """The light group of an object or the world, if the view layer has it."""
     return owner.lightgroup if owner.lightgroup in layer.lightgroups else ""
+
+
+def note_rays(scene: Scene, notes: Notes) -> None:
+    """Write down which objects rays meet that pass surfaces, as if these had reflected them."""
+    lobes = [lobe for material in scene.materials for lobe in material.lobes if lobe.reflects]
+    passing = {
+        "camera": any(lobe.kind == TRANSPARENT for lobe in lobes),
+        "transmission": any(
+            lobe_kinds()[lobe.kind].transmits for lobe in lobes if lobe.kind != TRANSPARENT
+        ),
+    }
+    names = {"camera": "through transparent surfaces", "transmission": "through glass"}
+    for surface, bits in zip(scene.surfaces, scene.visible.tolist(), strict=False):
+        for ray, is_there in passing.items():
+            if is_there and bool(bits & RAY_BITS[ray]) != bool(bits & RAY_BITS["glossy"]):
+                what = f"{names[ray]} it is met by rays as in mirrors"
+                notes.approximated(f"Object '{surface}'", "Ray Visibility", what)
 
 
 def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:

@@ -59,10 +59,13 @@ def export_world(
         for disc, factor in total.discs
         for colour, found_by in _by_factor(factor * disc.irradiance * visible, owner, notes)
     ]
-    if not notes.mention(owner):
-        notes.exact(owner, "Background")
     cycles = getattr(world, "cycles", None)
     bounces = min(getattr(cycles, "max_bounces", MOST_BOUNCES), MOST_BOUNCES)
+    if bounces < MOST_BOUNCES and lights:
+        what = "none of its light comes after so many; Cycles lets surfaces' own rays find some"
+        notes.approximated(owner, "Max Bounces", what)
+    if not notes.mention(owner):
+        notes.exact(owner, "Background")
     return tuple(replace(light, max_bounces=bounces) for light in lights)
 
 

@@ -13,7 +13,7 @@ from ...streams import TABLE_WIDTH, Device, Stream
 from ...streams.device import Layer
 from ..kernels.glow import Glow
 from ..kernels.records import LIGHT
-from ..scene import FOUND_BY, Scene
+from ..scene import FOUND_BY, RAY_BITS, Scene
 from .geometry import Mesh
 from .kinds import light_kinds
 from .programs import ProgramNeeds
@@ -21,6 +21,8 @@ from .programs import ProgramNeeds
 TRIANGLE = "triangle"  # the kind
 POINTS = 64  # of a triangle that tell what it radiates in the mean, half of them on its back
 EVERYONE = (1 << len(FOUND_BY)) - 1  # finds them
+# Who finds what glows, by the rays that meet its surface: shadow rays are sent for others.
+FINDS = {"camera": ("camera",), "diffuse": ("diffuse",), "glossy": ("glossy", "chains")}
 
 
 def glowing(scene: Scene, mesh: Mesh) -> NDArray[np.intp]:
@@ -33,6 +35,24 @@ def glowing(scene: Scene, mesh: Mesh) -> NDArray[np.intp]:
         return np.flatnonzero(glows[scene.material])
     shown = mesh.triangles["material"].astype(int)
     return np.sort(mesh.triangles["number"][glows[shown]].astype(np.intp))
+
+
+def found_by(scene: Scene, numbers: NDArray[np.intp]) -> NDArray[np.int64]:
+    """(n,) bits of who finds triangles of these numbers in the scene (lib/light.glsl)."""
+    found = np.full(len(numbers), EVERYONE)
+    if not len(scene.visible):
+        return found
+    rays = scene.visible[scene.surface[numbers]]
+    for ray, finders in FINDS.items():
+        for finder in finders:
+            found[rays & RAY_BITS[ray] == 0] &= ~(1 << FOUND_BY.index(finder))
+    return found
+
+
+def is_hidden(scene: Scene, mesh: Mesh) -> bool:
+    """Whether some of what glows does not light all kinds of surfaces."""
+    wanted = sum(1 << FOUND_BY.index(name) for name in ("diffuse", "glossy"))
+    return bool((found_by(scene, glowing(scene, mesh)) & wanted != wanted).any())
 
 
 def _places(mesh: Mesh, numbers: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -56,7 +76,7 @@ def triangle_lights(scene: Scene, mesh: Mesh, radiance: NDArray[np.float64]) -> 
     is_there = places >= 0
     table["kind"], table["parameters"][:, 3] = light_kinds()[TRIANGLE].number, numbers
     table["axis"], table["across"] = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
-    table["found_by"] = EVERYONE
+    table["found_by"] = found_by(scene, numbers)
     table["power"][is_there] = radiance[is_there]
     table[is_there] = _of_each(table[is_there], mesh.triangles[places[is_there]])
     return table

@@ -13,7 +13,7 @@ from ..scene import ALL_RAYS, RAY_BITS, RAYS, TRANSPARENT, Light, Scene
 from ..settings import Settings
 from .gathered import BLEND, can_gather, send_rays
 from .geometry import Mesh
-from .glow import TRIANGLE, glowing
+from .glow import TRIANGLE, glowing, is_hidden
 from .kinds import (
     light_defines,
     light_kinds,
@@ -135,7 +135,8 @@ class SceneNeeds:
             gathered_lobes=gathered,
             profiles=any(light.profile for light in emitting),
             gobos=any(light.gobo is not None for light in emitting),
-            arrivals=any(x.cares_who_is_lit for x in emitting if x.lights_surfaces),
+            arrivals=any(x.cares_who_is_lit for x in emitting if x.lights_surfaces)
+            or is_hidden(scene, mesh),
             visibility=is_limited(emitting)
             or any(material.holdout for material in materials)
             or bool((mesh.visible != ALL_RAYS).any())
