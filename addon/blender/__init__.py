@@ -7,7 +7,7 @@ import atexit
 
 import bpy
 
-from . import panels, properties
+from . import panels, properties, visibility_panels
 from .engine import PhotonStreamEngine
 from .session import SESSION
 
@@ -17,6 +17,7 @@ def register() -> None:
     properties.register()
     bpy.utils.register_class(PhotonStreamEngine)
     panels.register()
+    visibility_panels.register()
     atexit.register(_leave)
 
 
@@ -26,6 +27,7 @@ def unregister() -> None:
     SESSION.close()
     if not PhotonStreamEngine.is_registered:  # the command line has replaced this copy by its own
         return
+    visibility_panels.unregister()
     panels.unregister()
     bpy.utils.unregister_class(PhotonStreamEngine)
     properties.unregister()

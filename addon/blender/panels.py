@@ -10,12 +10,12 @@ import bpy
 
 from ..denoiser import ABSENT
 from ..photon.stage.kinds import camera_kinds
-from .engine import CAUSTICS, COMPONENTS, LIGHTING, PhotonStreamEngine
+from .engine import CAUSTICS, COMPONENTS, LIGHTING
 from .export.camera import panorama_of
 from .export.materials import DISPERSION_OF_ABBE
+from .panel import ENGINE, EnginePanel
 from .session import SESSION
 
-ENGINE = PhotonStreamEngine.bl_idname
 MOST_ENTRIES = 50  # a longer report is for the JSON file
 ICONS = {"exact": "CHECKMARK", "approximated": "INFO", "ignored": "CANCEL"}
 
@@ -47,25 +47,17 @@ INCLUDED = {
 }
 
 
-class _Panel:
-    layout: bpy.types.UILayout
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
-    COMPAT_ENGINES = {ENGINE}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine in cls.COMPAT_ENGINES
-
-    def split_layout(self) -> bpy.types.UILayout:
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        return layout
+LABELS = {"shadow_soft_size": {"text": "Radius"}}  # where Blender's own is another engine's
+# What lights of each type have besides their power.
+SIZES = {
+    "POINT": ("shadow_soft_size",),
+    "SPOT": ("shadow_soft_size",),
+    "AREA": ("shape", "size", "spread"),
+    "SUN": ("angle",),
+}
 
 
-class RENDER_PT_photon_stream_sampling(_Panel, bpy.types.Panel):
+class RENDER_PT_photon_stream_sampling(EnginePanel, bpy.types.Panel):
     bl_label = "Sampling"
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -83,7 +75,7 @@ class RENDER_PT_photon_stream_sampling(_Panel, bpy.types.Panel):
         row.prop(settings, "use_animated_seed", text="", icon="TIME")
 
 
-class RENDER_PT_photon_stream_denoise(_Panel, bpy.types.Panel):
+class RENDER_PT_photon_stream_denoise(EnginePanel, bpy.types.Panel):
     bl_label = "Denoise"
     bl_parent_id = "RENDER_PT_photon_stream_sampling"
     bl_options = {"DEFAULT_CLOSED"}
@@ -99,7 +91,7 @@ class RENDER_PT_photon_stream_denoise(_Panel, bpy.types.Panel):
         col.label(text="When the render is done, Combined alone")
 
 
-class RENDER_PT_photon_stream_photons(_Panel, bpy.types.Panel):
+class RENDER_PT_photon_stream_photons(EnginePanel, bpy.types.Panel):
     bl_label = "Photons"
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -112,7 +104,7 @@ class RENDER_PT_photon_stream_photons(_Panel, bpy.types.Panel):
         layout.prop(settings, "boundary_correction")
 
 
-class RENDER_PT_photon_stream_light_paths(_Panel, bpy.types.Panel):
+class RENDER_PT_photon_stream_light_paths(EnginePanel, bpy.types.Panel):
     bl_label = "Light Paths"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -127,7 +119,7 @@ class RENDER_PT_photon_stream_light_paths(_Panel, bpy.types.Panel):
         col.prop(settings, "direct_by_photons")
 
 
-class RENDER_PT_photon_stream_film(_Panel, bpy.types.Panel):
+class RENDER_PT_photon_stream_film(EnginePanel, bpy.types.Panel):
     bl_label = "Film"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -144,7 +136,7 @@ class RENDER_PT_photon_stream_film(_Panel, bpy.types.Panel):
                 col.prop(cycles, "filter_width", text="Width")
 
 
-class RENDER_PT_photon_stream_motion_blur(_Panel, bpy.types.Panel):
+class RENDER_PT_photon_stream_motion_blur(EnginePanel, bpy.types.Panel):
     bl_label = "Motion Blur"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -168,7 +160,7 @@ class RENDER_PT_photon_stream_motion_blur(_Panel, bpy.types.Panel):
         layout.template_curve_mapping(render, "motion_blur_shutter_curve")
 
 
-class RENDER_PT_photon_stream_performance(_Panel, bpy.types.Panel):
+class RENDER_PT_photon_stream_performance(EnginePanel, bpy.types.Panel):
     bl_label = "Performance"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -188,7 +180,7 @@ class RENDER_PT_photon_stream_performance(_Panel, bpy.types.Panel):
             layout.label(text=str(device), icon="INFO")
 
 
-class RENDER_PT_photon_stream_simplify(_Panel, bpy.types.Panel):
+class RENDER_PT_photon_stream_simplify(EnginePanel, bpy.types.Panel):
     bl_label = "Simplify"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -204,7 +196,7 @@ class RENDER_PT_photon_stream_simplify(_Panel, bpy.types.Panel):
         col.prop(render, "simplify_child_particles_render", text="Max Child Particles")
 
 
-class RENDER_PT_photon_stream_report(_Panel, bpy.types.Panel):
+class RENDER_PT_photon_stream_report(EnginePanel, bpy.types.Panel):
     bl_label = "Scene Report"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -228,7 +220,7 @@ class RENDER_PT_photon_stream_report(_Panel, bpy.types.Panel):
             col.label(text=f"and {len(shown) - MOST_ENTRIES} more")
 
 
-class VIEWLAYER_PT_photon_stream_passes(_Panel, bpy.types.Panel):
+class VIEWLAYER_PT_photon_stream_passes(EnginePanel, bpy.types.Panel):
     bl_label = "Passes"
     bl_context = "view_layer"
 
@@ -248,7 +240,7 @@ class VIEWLAYER_PT_photon_stream_passes(_Panel, bpy.types.Panel):
             col.prop(view_layer.photon_stream, flag)
 
 
-class MATERIAL_PT_photon_stream_dispersion(_Panel, bpy.types.Panel):
+class MATERIAL_PT_photon_stream_dispersion(EnginePanel, bpy.types.Panel):
     bl_label = "Dispersion"
     bl_context = "material"
     bl_options = {"DEFAULT_CLOSED"}
@@ -266,7 +258,7 @@ class MATERIAL_PT_photon_stream_dispersion(_Panel, bpy.types.Panel):
             layout.label(text=f"Abbe number {abbe:.4g}", icon="INFO")
 
 
-class DATA_PT_photon_stream_panorama(_Panel, bpy.types.Panel):
+class DATA_PT_photon_stream_panorama(EnginePanel, bpy.types.Panel):
     bl_label = "Panorama"
     bl_context = "data"
 
@@ -286,7 +278,7 @@ class DATA_PT_photon_stream_panorama(_Panel, bpy.types.Panel):
                 col.prop(properties, name)
 
 
-class DATA_PT_photon_stream_light(_Panel, bpy.types.Panel):
+class DATA_PT_photon_stream_light(EnginePanel, bpy.types.Panel):
     bl_label = "Light"
     bl_context = "data"
 
@@ -299,8 +291,6 @@ class DATA_PT_photon_stream_light(_Panel, bpy.types.Panel):
         light = context.light
         layout.row().prop(light, "type", expand=True)
         layout.use_property_split = True
-        if light.type not in {"POINT", "SPOT"}:
-            layout.label(text="Photon Stream renders point and spot lights", icon="ERROR")
         col = layout.column()
         if hasattr(light, "use_temperature"):  # Blender 4.5 on
             row = col.column(align=True, heading="Temperature").row(align=True)
@@ -314,11 +304,13 @@ class DATA_PT_photon_stream_light(_Panel, bpy.types.Panel):
         for name in ("exposure", "normalize"):
             if hasattr(light, name):
                 col.prop(light, name)
-        if light.type in {"POINT", "SPOT"}:
-            layout.prop(light, "shadow_soft_size", text="Radius")
+        for name in SIZES[light.type]:
+            layout.prop(light, name, **LABELS.get(name, {}))
+        if light.type == "AREA" and light.shape in {"RECTANGLE", "ELLIPSE"}:
+            layout.prop(light, "size_y")
 
 
-class DATA_PT_photon_stream_spot(_Panel, bpy.types.Panel):
+class DATA_PT_photon_stream_spot(EnginePanel, bpy.types.Panel):
     bl_label = "Beam Shape"
     bl_context = "data"
     bl_parent_id = "DATA_PT_photon_stream_light"

@@ -467,6 +467,18 @@ def test_missing_things_are_a_word_not_an_error(room, what, said) -> None:
     assert not any(entry.object == "Scene 'Scene'" for entry in report.entries)
 
 
+def test_light_groups_are_passes(room, tmp_path) -> None:
+    """What is in none of them is in Combined alone."""
+    groups = room.view_layers[0].lightgroups
+    for name in ("Key", "Empty"):
+        groups.add(name=name)
+    bpy.data.objects["Spot"].lightgroup = "Key"
+    passes = render_exr(room, tmp_path / "a.exr")
+    key, whole = passes["Combined_Key"], passes["Combined"][..., :3]
+    assert not passes["Combined_Empty"].any() and key.any()
+    assert (whole - key).max() > 0.0 and (whole - key).min() > -1e-5  # the world
+
+
 def test_compositor_offers_the_passes(room) -> None:
     if bpy.app.version >= (5, 0):
         tree = room.compositing_node_group = bpy.data.node_groups.new("C", "CompositorNodeTree")

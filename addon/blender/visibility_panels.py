@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panels of which rays meet objects, of shadow catchers, and of light groups."""
+
+from __future__ import annotations
+
+import bpy
+from bl_ui.properties_view_layer import ViewLayerLightgroupsPanelHelper
+
+from ..photon.scene import RAYS
+from .panel import EnginePanel
+
+LIGHT_RAYS = ("camera", "diffuse", "glossy")  # that may find lamps
+
+
+class OBJECT_PT_photon_stream_rays(EnginePanel, bpy.types.Panel):
+    bl_label = "Rays and Light Group"
+    bl_context = "object"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.object is not None and super().poll(context)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        obj = context.object
+        layout = self.split_layout()
+        column = layout.column(heading="Visible to", align=True)
+        for ray in LIGHT_RAYS if obj.type == "LIGHT" else RAYS:
+            column.prop(obj, f"visible_{ray}", text=ray.capitalize())
+        if obj.type != "LIGHT":
+            layout.prop(obj, "is_shadow_catcher")
+        _draw_group(layout, obj, context.view_layer)
+
+
+class WORLD_PT_photon_stream_group(EnginePanel, bpy.types.Panel):
+    bl_label = "Light Group"
+    bl_context = "world"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.world is not None and super().poll(context)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_group(self.split_layout(), context.world, context.view_layer)
+
+
+class VIEWLAYER_PT_photon_stream_groups(
+    EnginePanel, ViewLayerLightgroupsPanelHelper, bpy.types.Panel
+):
+    bl_label = "Light Groups"
+    bl_context = "view_layer"
+    bl_parent_id = "VIEWLAYER_PT_photon_stream_passes"
+
+
+CLASSES = (
+    OBJECT_PT_photon_stream_rays,
+    WORLD_PT_photon_stream_group,
+    VIEWLAYER_PT_photon_stream_groups,
+)
+
+
+def _draw_group(
+    layout: bpy.types.UILayout,
+    owner: bpy.types.Object | bpy.types.World,
+    view_layer: bpy.types.ViewLayer,
+) -> None:
+    layout.prop_search(
+        owner,
+        "lightgroup",
+        view_layer,
+        "lightgroups",
+        text="Light Group",
+        results_are_suggestions=True,
+    )
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)
