@@ -2,6 +2,7 @@
 // A clear coat, as Cycles' Principled BSDF has it: a dielectric's microfacets. Colour: the tint of what it lies over,
 // seen head-on.
 // Parameters: alpha, ior, cover.
+#include "lib/coat_tint.glsl"
 #include "lib/ggx.glsl"
 
 // ior: at least 1; cover: the coat's weight, of all that it reflects and of its tint.
@@ -36,13 +37,9 @@ float by_cosine_coat(Lobe lobe, Shape shape) { return share_by_cosine(sqrt(shape
 
 vec3 exchanged_coat(Lobe lobe, Shape shape, float from, float to) { return exchanged_ggx(coat_of(shape), from, to); }
 
-// Light is absorbed on its way through the coat, once for the ray to the viewer, which is refracted.
 vec3 passed_coat(Lobe lobe, Shape shape, float cosine) {
-    float ior = max(shape.parameters.y, 1.0), cover = shape.parameters.z;
-    float inside = sqrt(max(1.0e-6, 1.0 - (1.0 - cosine * cosine) / (ior * ior)));
-    vec3 tint = pow(max(lobe.colour, vec3(0.0)), vec3(1.0 / inside));
     float passed = 1.0 - largest(albedo_coat(lobe, shape, cosine));
-    return clamp(passed, 0.0, 1.0) * max(mix(vec3(1.0), tint, cover), vec3(0.0));
+    return clamp(passed, 0.0, 1.0) * passed_by_tint(lobe.colour, shape.parameters.y, shape.parameters.z, cosine);
 }
 
 Microfacets microfacets_coat(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer) {

@@ -47,11 +47,13 @@ def _ranges(kind: str) -> tuple[Case, ...]:
     )
 
 
-def ramp(mode: str, interpolation: str, hue: str = "NEAR", output: str = "Color") -> Build:
+def ramp(
+    mode: str, interpolation: str, hue: str = "NEAR", output: str = "Color", at: Any = BEYOND
+) -> Build:
     """A Color Ramp of STOPS."""
 
     def build(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
-        socket = node(RAMP, {0: BEYOND}, output)(tree)
+        socket = node(RAMP, {0: at}, output)(tree)
         found = socket.node.color_ramp
         found.color_mode, found.interpolation, found.hue_interpolation = mode, interpolation, hue
         found.elements.new(0.5)
@@ -112,6 +114,14 @@ CASES = (
         Case(f"Color Ramp: {mode} {hue}", ramp(mode, "LINEAR", hue))
         for mode in ("HSV", "HSL")
         for hue in ("NEAR", "FAR", "CW", "CCW")
+    ),
+    *(
+        Case(
+            f"Color Ramp: constant on a stop/{output}",
+            ramp("RGB", "CONSTANT", at=0.45, output=output),
+        )
+        for output in ("Color", "Alpha")
+        if bpy.app.version >= (5, 0)
     ),
     Case("Color Ramp: alpha", ramp("RGB", "LINEAR", output="Alpha")),
     *(

@@ -78,3 +78,31 @@ def test_each_instance_glows(export, scene) -> None:
     assert glows.all() and len(glows) == 24
     assert np.ptp(exported.vertices[exported.triangles].mean(axis=(0, 1))[:1]) == 0
     assert exported.vertices[:, 0].max() == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize(
+    ("other", "ray", "named"),
+    [
+        ("ShaderNodeBsdfGlass", None, ["Emission of glass"]),
+        (DIFFUSE, "Is Camera Ray", []),
+        (DIFFUSE, "Is Glossy Ray", ["Emission by Light Path"]),
+    ],
+)
+def test_what_glows_otherwise_than_in_cycles_is_named(convert, other, ray, named) -> None:
+    material, tree = new_material()
+    both = tree.nodes.new("ShaderNodeMixShader")
+    if ray:
+        path = tree.nodes.new("ShaderNodeLightPath")
+        tree.links.new(path.outputs[ray], both.inputs[0])
+    for kind, socket in ((other, both.inputs[1]), (EMISSION, both.inputs[2])):
+        tree.links.new(add_node(tree, kind).outputs[0], socket)
+    finish(tree, both)
+    assert features(convert(material)[1], "approximated") == named
+
+
+def test_textured_glow_is_named(convert) -> None:
+    """Of its place on a triangle a light knows nothing."""
+    material, tree = new_material()
+    noise = tree.nodes.new("ShaderNodeTexNoise")
+    finish(tree, add_node(tree, EMISSION, Color=noise.outputs["Color"]))
+    assert features(convert(material)[1], "approximated") == ["Emission by nodes"]

@@ -94,7 +94,7 @@ DIFFUSE_LOBES = {"BSDF_DIFFUSE", "BSDF_SHEEN"}  # of GGX's model: in the paper's
 MICROFACETS = {"mirror", "ggx", "ggx_metal", "ggx_dielectric", "glass", "ggx_glass"}
 SHEET = {"translucent"}
 KINDS = {
-    GGX: MICROFACETS | SHEET | {"oren_nayar", "sheen", "velvet", "coat"},
+    GGX: MICROFACETS | SHEET | {"oren_nayar", "sheen", "velvet", "coat", "bent_coat"},
     PHONG: SHEET | {"mirror", "phong", "glass", "ggx_glass"},
 }
 
@@ -219,6 +219,28 @@ def test_layers_over_lamberts_base(convert) -> None:
     assert interface.covered == near(tuple(0.75 * c for c in RED[:3]))
     assert (rough.weight, rough.over) == (near(0.25), 0)
     assert features(report, "approximated") == ["Subsurface"]
+
+
+@pytest.mark.parametrize(
+    ("linked", "kind"),
+    [
+        ((), "coat"),
+        (("Normal",), "bent_coat"),
+        (("Coat Normal",), "bent_coat"),
+        (("Normal", "Coat Normal"), "coat"),
+    ],
+)
+def test_coats_have_normals_of_their_own(convert, linked, kind) -> None:
+    """What bends the base leaves the coat smooth, as in Cycles."""
+    material, tree = new_material()
+    node = add_node(tree, PRINCIPLED, Coat_Weight=1.0)
+    bump = add_node(tree, "ShaderNodeBump", Height=tree.nodes.new("ShaderNodeTexNoise").outputs[0])
+    for name in linked:
+        tree.links.new(bump.outputs[0], node.inputs[name])
+    finish(tree, node)
+    converted, report = convert(material)
+    assert converted.lobes[0].kind == kind and not features(report, "approximated")
+    assert ("normal" in converted.varying) == ("Normal" in linked)
 
 
 def test_emission_below_a_coat(convert) -> None:

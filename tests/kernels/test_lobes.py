@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from addon.photon.kernels.records import LOBE, MATERIAL_LOBE, SHAPE
 from addon.photon.scene import Lobe, Material
+from addon.photon.scene.values import COATS
 from addon.photon.stage.kinds import lobe_kinds, made_bsdf
 from addon.photon.stage.material_tables import material_tables
 from addon.photon.stage.programs import program_tables
@@ -98,6 +99,15 @@ CASES = {
     "coat": Case(
         tuple(
             {"alpha": a, "ior": 1.5, "cover": c} for a, c in ((1e-3, 1.0), (0.09, 0.5), (0.5, 1.0))
+        ),
+        is_reciprocal=False,
+        estimate=0.015,
+    ),
+    # About the surface's own normal, as a coat.
+    "bent_coat": Case(
+        tuple(
+            {"alpha": a, "ior": 1.5, "cover": c, "normal_x": 0.5, "normal_y": 0.5, "normal_z": 1.0}
+            for a, c in ((0.09, 0.5), (0.5, 1.0))
         ),
         is_reciprocal=False,
         estimate=0.015,
@@ -240,7 +250,7 @@ def test_no_more_than_the_albedo(
 
 def tint_of(lobe: Lobe, angle: float) -> Any:
     """What a coat leaves of what it lies over: its tint to the power of the way through it."""
-    if lobe.kind != "coat":
+    if lobe.kind not in COATS:
         return np.ones(3)
     given: Any = lobe.parameters
     inside = math.cos(math.asin(math.sin(math.radians(angle)) / given["ior"]))

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import RGB, Lobe, Material, Result, reflecting
+from ...photon.scene import RGB, Instruction, Lobe, Material, Result, reflecting
 from ...photon.stage.programs import MOST_REGISTERS, width_of
 from ...photon.stage.spectrum import BANDS
 from .graph import Asked, Colour, Graph, colour_text, is_given, many_calls
@@ -47,6 +47,7 @@ ALIKE = {
     *("blend", "blend_hue", "hsv", "hue_saturation", "blackbody", "wavelength"),
     *("object", "light_path"),
 }
+CAMERA_ALONE = 0.0  # what light_path is asked: nobody but the eye sees it
 
 
 @dataclass(frozen=True)
@@ -234,6 +235,9 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
         for varying in (found.varying, *(x.varying for x in lobes))
         for result in varying.values()
     )
+    if bsdf.emission.may_exceed(0.0) and any("open" in lobe.parameters for lobe in lobes):
+        what = "its inner side is dimmer than in Cycles, by the squared index"
+        notes.approximated(owner, "Emission of glass", what)
     material = Material(
         name,
         diffuse,
@@ -258,6 +262,15 @@ def _note_glow(emission: Value, program: Program, owner: str, notes: Notes) -> N
     if any(instruction.kind not in ALIKE for instruction in instructions):
         what = "seen as it is; as a light each triangle is as bright as in the mean"
         notes.approximated(owner, "Emission by nodes", what)
+    if any(one.kind == "light_path" and _which(one) != CAMERA_ALONE for one in instructions):
+        what = "as a light it is taken to be found by diffuse rays"
+        notes.approximated(owner, "Emission by Light Path", what)
+
+
+def _which(instruction: Instruction) -> float | None:
+    """The first number of its first operand, if that is constant."""
+    first = instruction.operands[0]
+    return float(first[0]) if isinstance(first, tuple) else None
 
 
 @dataclass

@@ -29,7 +29,8 @@ SNAPSHOT_VERSION = 5
 MIRROR = np.inf  # Phong exponent of a perfect mirror
 GLASS = ("glass", "ggx_glass", "dispersive_glass", "ggx_dispersive_glass")
 # Kinds of lobes whose colour is their reflectance head-on: black ones reflect at grazing angles.
-FRESNEL_LOBES = ("coat", "ggx_dielectric", "ggx_metal", *GLASS)
+COATS = ("coat", "bent_coat")  # whose colour is their tint
+FRESNEL_LOBES = (*COATS, "ggx_dielectric", "ggx_metal", *GLASS)
 TRANSPARENT = "transparent"  # light goes straight on
 # Kinds that gather no photons, however rough they are.
 SEND_RAYS = ("mirror", *GLASS, "translucent", TRANSPARENT)
@@ -99,7 +100,7 @@ class Lobe:
 
     def reflected_head_on(self) -> NDArray[np.float64]:
         """What it reflects itself to a viewer straight above, but for its weight; about that."""
-        if self.kind == "coat":  # whose colour is its tint
+        if self.kind in COATS:
             given: Mapping[str, Any] = self.parameters
             f0 = ((given["ior"] - 1.0) / (given["ior"] + 1.0)) ** 2
             return np.full(3, min(given["cover"], 1.0) * f0)
@@ -437,7 +438,7 @@ _READERS: dict[int, tuple[Callable[..., Light], Callable[..., Material]]] = {
 
 
 def _divided(lobe: Lobe, by: NDArray[np.float64]) -> Lobe:
-    colour = lobe.colour if lobe.kind == "coat" else _colour(np.divide(lobe.colour, by))
+    colour = lobe.colour if lobe.kind in COATS else _colour(np.divide(lobe.colour, by))
     return replace(lobe, colour=colour, covered=_colour(np.divide(lobe.covered, by)))
 
 

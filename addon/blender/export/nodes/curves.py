@@ -21,6 +21,9 @@ def read_ramp(
     rows = np.array([ramp.evaluate(i / (ROWS - 1))[:] for i in range(ROWS)], np.float64)
     smooth = Value.of(float(ramp.interpolation != "CONSTANT"))
     at = graph.value(node.inputs[0], scope)
+    if at.is_constant and bpy.app.version >= (5, 0, 0):  # Blender folds it, as it is on stops, too
+        found = Value.of(np.array(ramp.evaluate(at.number)[:], np.float64))
+        return found.part("w") if output.name == "Alpha" else found
     found = graph.program.emit(
         "ramp", looked_up, at=at, rows=Table(rows), interpolates=smooth, extends=Value.of(0.0)
     )

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ..graph import Graph, Scope, linked
+from ..nodes.normals import smooth
 from ..programs import Value, math, value
 from .bsdf import Bsdf, Colour, ShaderLobe, clipped, colour, number
 
@@ -20,18 +21,28 @@ def under_coat(graph: Graph, node: bpy.types.Node, scope: Scope, below: Bsdf) ->
     cover = number(graph, node, "Coat Weight", scope).clamp()
     if cover.is_just(0.0):
         return below
-    if linked(node, "Coat Normal", scope):
-        graph.notes.ignored(graph.owner, "Coat Normal", "the coat has the normal of the base")
-    elif linked(node, "Normal", scope):
-        what = "the coat bends with the base: a material has one normal"
-        graph.notes.approximated(graph.owner, "Coat Normal", what)
     tint = clipped(colour(graph, node, "Coat Tint", scope))
     ior = math("MAXIMUM", number(graph, node, "Coat IOR", scope, 1.5), 1.0)
     roughness = number(graph, node, "Coat Roughness", scope).clamp()
     if not below.emission.is_just(0.0):
         below = replace(below, emission=below.emission * _of_glow(graph, tint, ior, cover))
     parameters = {"alpha": roughness * roughness, "ior": ior, "cover": cover}
-    return below.beneath(ShaderLobe("coat", tint, parameters))
+    own, kind = _own_normal(graph, node, scope), "coat"
+    if own is not None:
+        kind, half = "bent_coat", own * 0.5 + 0.5  # numbers are not negative
+        parameters |= {f"normal_{name}": half.part(name) for name in "xyz"}
+    return below.beneath(ShaderLobe(kind, tint, parameters))
+
+
+def _own_normal(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value | None:
+    """The coat's normal in world space, None if it is that of what it lies over: a base that is
+    bent does not bend the coat."""
+    base, own = (
+        graph.input(node, name, scope) if linked(node, name, scope) else smooth(graph)
+        for name in ("Normal", "Coat Normal")
+    )
+    base, own = (smooth(graph) if normal.is_just(0.0) else normal for normal in (base, own))
+    return None if own == base else own
 
 
 def _of_glow(graph: Graph, tint: Value, ior: Value, cover: Value) -> Value:
