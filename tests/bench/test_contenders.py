@@ -19,6 +19,7 @@ from .chart.worker import EngineError, Worker
 SIZE = 64
 ENGINES = [
     ("photon_stream", "photons"),
+    ("photon_stream", "denoised"),
     ("mitsuba", "path"),
     ("luxcore", "path"),
     ("light_tracer", "light"),
@@ -84,6 +85,7 @@ def rendered(module: str, method: str, scene: Scene, folder: Path) -> np.ndarray
         worker.close()
 
 
+@pytest.mark.thorough("denoised-spot")
 @pytest.mark.parametrize("light", [SPOT, POINT], ids=["spot", "point"])
 @pytest.mark.parametrize(("module", "method"), ENGINES)
 def test_a_lamp_over_a_plane(module: str, method: str, light: Light, tmp_path: Path) -> None:
@@ -93,7 +95,7 @@ def test_a_lamp_over_a_plane(module: str, method: str, light: Light, tmp_path: P
     bright = expected > 0.1 * expected.max()
     # Light tracing sprinkles: its blocks still have a percent of noise. Few passes tell the cone's
     # edge as coarsely.
-    limit = {"light": 0.04, "photons": 0.03}.get(method, 0.01)
+    limit = {"light": 0.04, "photons": 0.03, "denoised": 0.03}.get(method, 0.01)
     np.testing.assert_allclose(mine[bright], expected[bright], rtol=limit)
     np.testing.assert_allclose(mine.mean((0, 1)), expected.mean((0, 1)), rtol=3e-3)
 

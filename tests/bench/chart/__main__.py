@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`python build.py chart [--quick]`: error against seconds, beside other renderers.
 
-Renders the scenes of blend_scenes at a ladder of efforts with Photon Stream, Cycles, Cycles with
-OpenImageDenoise, Mitsuba's path and particle tracer, LuxCore's path tracer and its PhotonGI, one
-after the other in one run, each engine in a process of its own with all cores. Writes chart.html
-(self-contained, with what is and what is not in the seconds), chart.json, chart.md (a table for the
-ledger, tests/bench/README.md) and an SVG a scene.
+Renders the scenes of blend_scenes at a ladder of efforts with Photon Stream and Cycles, each with
+OpenImageDenoise and without, Mitsuba's path and particle tracer, LuxCore's path tracer and its
+PhotonGI, one after the other in one run, each engine in a process of its own with all cores. Writes
+chart.html (self-contained, with what is and what is not in the seconds), chart.json, chart.md (a
+table for the ledger, tests/bench/README.md) and an SVG a scene.
 
 A contender climbs until its next rung would exceed its share of the time that is left of MINUTES.
 On a machine that others use, `--busy` takes processor time divided by cores for seconds: about
@@ -54,6 +54,7 @@ CONTENDERS = {
     "Cycles": "cycles",
     "Cycles + OIDN": "cycles",
     "Photon Stream": "photon_stream",
+    "Photon Stream + Denoise": "photon_stream",
     "Mitsuba path": "mitsuba",
     "Mitsuba ptracer": "mitsuba",
     "LuxCore path": "luxcore",

@@ -32,7 +32,8 @@ SECONDS = """
 <h2>What is in the seconds</h2>
 <ul>
 <li>Photon Stream: its photons, radii and passes, until OpenGL is done. Not: start-up, export, the
-BVH, compiling programs, making the picture of the sums.</li>
+BVH, compiling programs, making the picture of the sums. With Denoise, that and the denoising are in
+it.</li>
 <li>Cycles: what it calls render time itself (a stamp of 10 ms resolution). Not: start-up, loading
 kernels, its synchronization of the scene. With OpenImageDenoise, the denoising is in it, loading
 the denoiser is not.</li>

@@ -11,6 +11,7 @@ WIDTH, HEIGHT = 640, 420
 LEFT, RIGHT, TOP, BOTTOM = 70, 150, 34, 46  # margins; the right one holds the names
 COLOURS = {
     "Photon Stream": "#d9480f",
+    "Photon Stream + Denoise": "#f59f00",
     "Cycles": "#1864ab",
     "Cycles + OIDN": "#74a9d8",
     "Mitsuba path": "#2b8a3e",

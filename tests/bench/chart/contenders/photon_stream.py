@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Photon Stream as a contender, at its default settings; "photons 65536" is with so many a pass."""
+"""Photon Stream as a contender, at its default settings, and with Denoise; "photons 65536" is with
+so many a pass."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ from .steps import Budget, Seconds, Step, doubling, now
 
 FEATURE_PASSES = 8
 SET_UP = ("bvh", "programs")  # phases that no clock counts
-METHODS = {"Photon Stream": "photons"}
+METHODS = {"Photon Stream": "photons", "Photon Stream + Denoise": "denoised"}
 
 
 class Late(Kept):
@@ -76,7 +77,8 @@ class Engine:
 
     def climb(self, method: str, seed: int, budget: Budget) -> Iterator[Step]:
         """Pictures of 1, 2, 4, ... passes; the seconds are those of the passes and of the photons
-        that tell the radii: not the BVH and the programs. `where` holds them by phase."""
+        that tell the radii: not the BVH and the programs; with Denoise also that of making the
+        picture. `where` holds them by phase."""
         _, _, photons = method.partition(" ")
         settings = Settings(
             width=self.size,
@@ -84,6 +86,7 @@ class Engine:
             seed=seed,
             passes=1 << 24,
             photons=int(photons) if photons else None,
+            denoise=method == "denoised",
         )
         kept = Late(self.device)
         renderer = prepare(self.scene, settings, self.device, kept)
@@ -106,7 +109,12 @@ class Engine:
                     for phase, spent in renderer.seconds.items()
                     if spent > before.get(phase, 0.0)
                 }
-                yield Step(done, seconds, lambda: renderer.images()["Combined"][..., :3])
+                if settings.denoise:
+                    start = now()
+                    picture = renderer.images(["Combined"])["Combined"]
+                    yield Step(done, seconds + (now() - start), lambda: picture[..., :3])  # noqa: B023
+                else:
+                    yield Step(done, seconds, lambda: renderer.images()["Combined"][..., :3])
                 if not budget.fits():
                     return
         finally:
