@@ -12,7 +12,7 @@ import pytest
 
 from tests.measure import render
 
-from .build import CUBE, add_light, add_mesh, long_paths, shader_material
+from .build import CUBE, add_light, add_mesh, add_object, long_paths, shader_material
 from .lobes import DIFFUSE, GLASS, PRINCIPLED, REFRACTION
 
 pytestmark = pytest.mark.blender
@@ -109,3 +109,14 @@ def test_what_is_a_sheet(export) -> None:
     ]
     assert opened == [0.0, 0.0, 1.0]
     assert [x.object for x in report.entries if x.feature == "Glass"] == ["Object 'Cut'"]
+
+
+@pytest.mark.parametrize(("is_smooth", "named"), [(True, 1), (False, 0)])
+def test_normals_that_lean_far_are_named(export, is_smooth, named) -> None:
+    """Of a cube shaded smooth, as one forgets to mark its edges; once for all that share a mesh."""
+    box = add_mesh("Box", CUBE)
+    box.data.materials.append(shader_material("ShaderNodeBsdfGlass"))
+    box.data.polygons.foreach_set("use_smooth", [is_smooth] * 6)
+    add_object("Other", box.data, location=(5.0, 0.0, 0.0))
+    found = [e for e in export()[1].of("approximated") if e.feature == "Smooth normals of glass"]
+    assert len(found) == named and all("55 degrees" in entry.detail for entry in found)

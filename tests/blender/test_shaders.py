@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from itertools import product
 
@@ -219,6 +220,19 @@ def test_layers_over_lamberts_base(convert) -> None:
     assert interface.covered == near(tuple(0.75 * c for c in RED[:3]))
     assert (rough.weight, rough.over) == (near(0.25), 0)
     assert features(report, "approximated") == ["Subsurface"]
+
+
+@pytest.mark.parametrize(("component", "kinds"), [("DIFFUSE", []), ("GLOSSY", ["ggx"])])
+def test_toon(convert, component, kinds) -> None:
+    """Of 45 degrees to the edge: its microfacets lean half as far at most."""
+    material = shader_material("ShaderNodeBsdfToon", Color=RED, Size=0.5)
+    material.node_tree.nodes["Toon BSDF"].component = component
+    converted, report = convert(material)
+    assert [lobe.kind for lobe in converted.lobes] == kinds
+    assert features(report, "approximated") == ["Toon BSDF"]
+    if kinds:
+        alpha = converted.lobes[0].parameters["alpha_x"]
+        assert alpha == near(0.7 * math.tan(math.radians(22.5)))
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from .instances import Instances, tells_nothing
 from .materials import MaterialTable
 from .nodes.attributes import INSTANCER
 from .report import Notes
-from .sheets import is_open
+from .sheets import MOST_LEAN, is_open, lean_of
 from .strand_attributes import strand_attribute
 from .strands import STRANDS, Strands, strands_of
 from .tangents import Tangent, corner_tangents
@@ -146,7 +146,7 @@ class Geometry:
         obj = instance.object
         if not len(mesh.triangles):
             return
-        slots = material_slots(obj, materials, partial(self._is_open, key))
+        slots = material_slots(obj, materials, partial(self._is_open, key, obj.name, notes))
         material = slots[np.clip(mesh.slot, 0, len(slots) - 1)]
         there = material >= 0  # a material without any surface, such as a volume's
         vertices, triangles, normals = placed(mesh, matrix)
@@ -216,10 +216,17 @@ class Geometry:
             notes.approximated(f"Object '{obj.name}'", "Particle Hair", what)
         return self._local[key]
 
-    def _is_open(self, key: Key) -> bool:
+    def _is_open(self, key: Key, name: str, notes: Notes) -> bool:
+        """Whether a mesh is, which only glass asks; of glass smooth normals matter more."""
         if key not in self._open:
             mesh = self._local[key]
             self._open[key] = is_open(mesh.vertices, mesh.triangles)
+            lean = lean_of(mesh.vertices[mesh.triangles], mesh.normals[mesh.corners])
+            if lean > MOST_LEAN:
+                what = (
+                    f"they lean {lean:.0f} degrees from its faces: its caustics' brightness is off"
+                )
+                notes.approximated(f"Object '{name}'", "Smooth normals of glass", what)
         return self._open[key]
 
     def _tangents_of(

@@ -10,7 +10,7 @@ import bpy
 
 from ..graph import Graph, Scope
 from ..programs import ONE
-from . import diffuse, emission, glass, glossy, hair, metallic, mix, principled, sheen
+from . import diffuse, emission, glass, glossy, hair, metallic, mix, principled, sheen, toon
 from .bsdf import BLACK, CLEAR, Bsdf, Colour, ShaderLobe, SpecularModel, as_diffuse, triple
 from .normals import with_normal
 
@@ -75,7 +75,7 @@ READERS: dict[str, Reader] = {
     "BSDF_PRINCIPLED": principled.read,
     "BSDF_REFRACTION": glass.read_refraction,
     "BSDF_SHEEN": sheen.read,
-    "BSDF_TOON": _scattering,
+    "BSDF_TOON": toon.read,
     "BSDF_TRANSLUCENT": diffuse.read_translucent,
     "BSDF_TRANSPARENT": mix.read_transparent,
     "EMISSION": emission.read,
