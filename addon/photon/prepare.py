@@ -217,7 +217,7 @@ class _Preparation:
         the radius."""
         look = partial(self._look, stage, needs)
         moves = stage.movement is not None  # passes learn at the instant of pass 0
-        self._aiming = Aiming(mapper, stage.tables, self._settings.seed, look, at_once=moves)
+        self._aiming = Aiming(mapper, stage.tables, self._settings.seed, look, stage.mesh, moves)
         with self._phases.timed("aim"):
             self._aiming.set(0)
         if not self._settings.radius:
@@ -239,15 +239,13 @@ class _Preparation:
         tables, frame, scene = stage.tables, stage.frame, self._scene
         eye = Eye(self._way, tables, frame, scene, settings, bare, region[2:])
         eye.prepare()
-        places, weights = [], []
+        found = []
         path: Path | None = eye.send(0, region)
         while path and path.alive:
             eye.shade(path)
-            found, weight = eye.gathering(path)
-            places.append(found)
-            weights.append(weight)
+            found.append(eye.gathering(path))
             path = eye.scatter(path)
-        view = View(*eye.camera.footprint(), np.concatenate(places), np.concatenate(weights))
+        view = View(*eye.camera.footprint(), *map(np.concatenate, zip(*found, strict=True)))
         eye.release()
         return view
 

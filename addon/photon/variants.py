@@ -169,6 +169,7 @@ def _needs(
         lobes=lobes,
         lobe_kinds=of_lobes,
         light_kinds=of_lights,
+        portals=any(light_kinds()[kind].is_world for kind in of_lights),
         visibility=TRANSPARENT in of_lobes,
     )
 

@@ -2,9 +2,8 @@
 // Which lights a visible point's SHADOW_RAYS go to: to all there are, one each, or where DRAWN, so many by chance.
 #ifdef DRAWN
 #include "lib/light_tree.glsl"
-#else
-#include "lib/light.glsl"
 #endif
+#include "lib/portals.glsl"
 
 // How many of a point's shadow rays go to a light, in the mean.
 float rays_to(int light, vec3 position, vec3 normal) {
@@ -19,5 +18,5 @@ float rays_to(int light, vec3 position, vec3 normal) {
 // one that either they or rays of lobes do not find: then there is nothing to weigh.
 float density_of_rays(float rays, Light light, vec3 position, vec3 normal, vec3 to_light) {
     if (!is_found(light, BY_CHAINS) || !is_found(light, BY_GLOSSY)) return 0.0;
-    return rays * pdf_light(light, position, normal, to_light);
+    return rays * pdf_asked(light, position, normal, to_light);
 }

@@ -184,7 +184,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     // One of the two draws from an image, the other by the cosine.
     u.x = min(0.5 * (u.x + half_of_passes(dimension).x), 0.99999994);
 #endif
-    LightSample found = sample_light(light, point.place.position, point.facing.normal, u);
+    LightSample found = sample_asked(light, point.place.position, point.facing.normal, u);
     float cosine = cosine_of_diffuse(point, found.to_light), any_cosine = cosine;
     float above = dot(found.to_light, point.facing.normal), lift = 0.0;
 #ifdef LOBES

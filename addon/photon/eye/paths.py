@@ -114,15 +114,16 @@ class Eye:
             path.throughput = pair.front
         path.is_shaded = True
 
-    def gathering(self, path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Where points of a path gather photons, (n, 3), and what share of a pixel sees each;
-        waits for the device."""
-        place, diffuse, throughput = (
+    def gathering(self, path: Path) -> tuple[NDArray[np.float64], ...]:
+        """Where points of a path gather photons, (n, 3), the geometric normals there, and what
+        share of a pixel sees each; waits for the device."""
+        ones = path.at.ones
+        place, facing, diffuse, throughput = (
             stream.download().reshape(-1, 4).astype(np.float64)
-            for stream in (path.at.ones["place"], path.at.ones["diffuse"], path.throughput)
+            for stream in (ones["place"], ones["facing"], ones["diffuse"], path.throughput)
         )
         there = (place[:, 3] > 0.0) & (diffuse[:, 3] > 0.0)
-        return place[there, :3], throughput[there, :3].mean(axis=1)
+        return place[there, :3], facing[there, :3], throughput[there, :3].mean(axis=1)
 
     def emitted(self, path: Path) -> tuple[Stream, Stream] | None:
         """What rays meet of lights, and of the world; None if there is none to see."""

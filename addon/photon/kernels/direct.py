@@ -4,7 +4,7 @@ whose rays another one traces, the two around that."""
 
 from ...streams import Kernel, Table, Uniform, When
 from ...streams.declaration import Ports
-from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, LIMITS
+from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, LIMITS, PORTALS
 from .records import (
     CHAIN,
     CORNER_NORMALS,
@@ -37,6 +37,7 @@ _STRUCTURE = (
     *LIGHT_DEFINES,
     *PROGRAM_DEFINES,
     "VISIBILITY",
+    "PORTALS",
 )
 _INPUTS: Ports = {
     "pixel": PIXEL,
@@ -71,6 +72,7 @@ class Direct(Kernel):
         **LIGHT_TABLES,
         **LIMITS,
         **CHOICE,
+        **PORTALS,
         "materials": When(("TWO_SIDED", "TRANSPARENT"), Table(MATERIAL)),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
         "corner_normals": When(("SMOOTH", "PROGRAMS"), Table(CORNER_NORMALS)),
@@ -96,6 +98,7 @@ class ShadowRays(Kernel):
         **LIGHT_TABLES,
         **LIMITS,
         **CHOICE,
+        **PORTALS,
         "triangles": When(("SMOOTH", "TWO_SIDED"), Table(TRIANGLE)),
         "materials": When("TWO_SIDED", Table(MATERIAL)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
-from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES
+from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, PORTALS
 from .records import CHAIN, HIT, MATERIAL, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE
 
 
@@ -19,6 +19,7 @@ class Emitted(Kernel):
         "TWO_SIDED",
         "TRANSPARENT",
         "DISPERSION",
+        "PORTALS",
         *LIGHT_DEFINES,
     )
     inputs = {
@@ -40,6 +41,7 @@ class Emitted(Kernel):
     tables = {
         **LIGHT_TABLES,
         **CHOICE,
+        **PORTALS,
         "triangles": When("SURFACES", Table(TRIANGLE)),
         "materials": When(("GLOWS", "TWO_SIDED"), Table(MATERIAL)),
     }

@@ -2,9 +2,10 @@
 """What kernels read that ask lights, whatever their kinds."""
 
 from ...streams import Table, When
-from .records import LIGHT, LIGHT_LIMIT, LIGHT_NODE, LIGHT_PLACE, PROFILE
+from .records import LIGHT, LIGHT_LIMIT, LIGHT_NODE, LIGHT_PLACE, PORTAL, PROFILE
 
 LIGHT_DEFINES = ("PROFILES", "ENVIRONMENT", "GOBOS")
+PORTALS = {"portals": When("PORTALS", Table(PORTAL))}
 LIGHT_TABLES = {
     "lights": Table(LIGHT),
     "profiles": When("PROFILES", Table(PROFILE)),

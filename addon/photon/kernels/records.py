@@ -218,6 +218,12 @@ LIGHT_LIMIT = Record("LightLimit", {"bounces": "float", "shadowed": "float"})  #
 # Where photons start that count (lib/aim.glsl): of a light afar, on a disc about this place; which
 # node is its tree's root, plus one, or 0: anywhere.
 LIGHT_AIM = Record("LightAim", {"middle": "vec3", "root": "float"})
+# A rectangle through which the world's light comes (lib/portals.glsl) [scene units]; both its axes
+# are unit vectors. Of width 0: none.
+PORTAL = Record(
+    "Portal",
+    {"middle": "vec3", "width": "float", "across": "vec3", "height": "float", "axis": "vec3"},
+)
 # A box in the numbers that a light's photons are drawn by: the axis that it is halved along, the
 # probability of the lower half, and which node that one is, before the other; 0: it is not halved.
 AIM_NODE = Record("AimNode", {"axis": "float", "share": "float", "first": "float"})

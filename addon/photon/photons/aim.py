@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..stage.geometry import Mesh
 from ..stage.tables import Tables
 from .importance import Importance, importance_of
+from .portals import NO_PORTALS, portals_of
 from .starts import Starts, even_shares, groups_of, proposed, starts_by, variance
 from .view import View
 
@@ -50,13 +52,16 @@ class Aiming:
         tables: Tables,
         seed: int,
         look: Callable[[], View],
+        mesh: Mesh,
         at_once: bool = False,
     ) -> None:
-        """`look` finds what the picture shows; `at_once`: all passes shall know."""
+        """`look` finds what the picture shows, of a mesh; `at_once`: all passes shall know."""
         self._mapper, self._tables, self._seed, self._look = mapper, tables, seed, look
         self._plain = self._used = Starts(tables.by_flux, None)
         self._learned: Starts | None = None
         self._view: View | None = None
+        self._mesh = mesh
+        tables.open(NO_PORTALS)
         fluxes = [tables.by_flux[group].sum() for group in groups_of(tables)]
         outshone = bool(fluxes) and max(fluxes) > OUTSHINES * min(fluxes)
         late = 1 if len(fluxes) > 1 else PASSES_OF_ONE
@@ -98,7 +103,15 @@ class Aiming:
         tables = self._tables
         if not len(view.places):
             return self._plain
+        if tables.has_world:
+            tables.open(portals_of(view, self._mesh, tables.transparent))
         importance = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
+        starts = self._starts(importance, view)
+        return starts
+
+    def _starts(self, importance: Importance | None, view: View) -> Starts:
+        """By what the first photons tell, and by more where it may be worth it."""
+        tables = self._tables
         plain = starts = self._by_shares(importance, view) if importance else self._plain
         for at, photons in enumerate(PHOTONS, 1):
             if not self._is_unknown(importance) and not (

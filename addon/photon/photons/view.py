@@ -24,6 +24,7 @@ class View:
     pixel: float  # how wide an eye ray's is at distance 1 from the eye
     eye: list[float] | None  # None: it is as wide everywhere
     places: Doubles  # (n, 3)
+    normals: Doubles  # (n, 3) unit, geometric, on the side that is seen
     weights: Doubles  # (n,) how much of a pixel each is
 
     def cells(self, places: Doubles, wide: float = 1.0) -> NDArray[np.int64]:

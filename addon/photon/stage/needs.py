@@ -28,6 +28,7 @@ from .limits import casts_caustics, is_limited, lacking_caustics
 from .programs import ProgramNeeds
 from .spectrum import made_spectrum
 
+MOST_PORTALS = 4
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 
 
@@ -58,6 +59,7 @@ class SceneNeeds:
     camera_kind: str = "persp"
     lens: bool = False  # the camera has one: not all is in focus
     panorama: bool = False
+    portals: bool = False  # there may be some: shadow rays go to the world, photons tell
     gathered_lobes: bool = False  # some are broad enough to gather photons with
     profiles: bool = False  # lights are not equally bright in all directions
     gobos: bool = False  # or not of one colour
@@ -133,6 +135,9 @@ class SceneNeeds:
             lens=scene.camera.lens is not None,
             panorama=scene.camera.is_panorama,
             gathered_lobes=gathered,
+            portals=asked
+            and settings.photons_a_pass > 0
+            and any(light_kinds()[light.kind].is_world for light in emitting),
             profiles=any(light.profile for light in emitting),
             gobos=any(light.gobo is not None for light in emitting),
             arrivals=any(x.cares_who_is_lit for x in emitting if x.lights_surfaces)
@@ -206,6 +211,7 @@ class SceneNeeds:
         """What kernels of shadow rays are compiled with: no lamp is seen in delta lobes."""
         broad = any(not lobe_kinds()[kind].is_delta for kind in self.lobe_kinds)
         defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
+        defines |= {"PORTALS": MOST_PORTALS} if self.portals else {}
         defines |= {"SMOOTH": 1} if self.smooth or self.programs.normals else {}
         if any(lobe_kinds()[kind].is_two_sided for kind in self.lobe_kinds):
             defines |= {"TWO_SIDED": 1}
@@ -228,7 +234,8 @@ class SceneNeeds:
         defines = {**self.direct_defines, **({"GLOWS": 1} if self.glows else {})}
         defines |= {"GLOWS_BY_PROGRAMS": 1} if self.glows_by_programs else {}
         if not self.weighed:
-            defines.pop("TWO_SIDED", None)
+            for name in ("TWO_SIDED", "PORTALS"):
+                defines.pop(name, None)
         if self.filters_by_programs:
             defines = {x: value for x, value in defines.items() if x not in self.programs.defines}
         return defines | ({"SURFACES": 1} if self.glows or self.weighed else {})

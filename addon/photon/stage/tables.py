@@ -11,14 +11,17 @@ from numpy.typing import NDArray
 
 from ...streams import TABLE_WIDTH, Device
 from ...streams.device import Layer
+from ..kernels.records import PORTAL
 from ..scene import Light, Scene
 from .aims import Aims
 from .environments import Place, environment_table
 from .geometry import Frame, Mesh
 from .glow import mean_glow
+from .kinds import light_kinds
 from .light_tables import count_distant, is_seen, light_trees, lights_of, set_shares
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
+from .needs import MOST_PORTALS
 from .profiles import profile_table
 from .programs import program_tables
 from .upload import texels_of, upload_table, write_table
@@ -73,10 +76,12 @@ class Tables:
         self._flux_now = self._shares = self.by_flux
 
         self.aims: Aims | None = None
+        self.portals = PORTAL.zeros(MOST_PORTALS)
         self.transparent = np.zeros(0, bool)  # (K,) which of the mesh's triangles are
         seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
         self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
         self.distant_lights = count_distant(lights) if emitters else 0  # the first ones
+        self.has_world = any(light_kinds()[lamp.kind].is_world for lamp in emitters)
 
     @staticmethod
     def upload(
@@ -102,6 +107,8 @@ class Tables:
         if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
             tables["light_limits"] = limit_table(emitters, len(lights))
+        if count_distant(lights):
+            tables["portals"] = PORTAL.zeros(MOST_PORTALS)
         if any(light.profile for light in emitters):
             tables["profiles"] = profile_table(emitters)
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
@@ -180,6 +187,15 @@ class Tables:
         if aims:
             self.textures["light_aims"] = upload_table(self._device, texels_of(aims.lights))
             self.textures["aim_nodes"] = upload_table(self._device, texels_of(aims.nodes))
+
+    def open(self, portals: NDArray[Any]) -> None:
+        """Let shadow rays go through portals, (n,) of PORTAL."""
+        found = PORTAL.zeros(MOST_PORTALS)
+        found[: len(portals)] = portals
+        if found.tobytes() == self.portals.tobytes() or "portals" not in self.textures:
+            return
+        self.portals = found
+        write_table(self.textures["portals"], texels_of(found))
 
     def starts(self) -> bytes:
         """How photons start at lights, for comparison."""

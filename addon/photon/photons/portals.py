@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Portals: rectangles, such as windows, through which the world's light falls on what the picture
+shows. Few rays from there tell where they are; shadow rays go through them by
+glsl/lib/portals.glsl.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import photon_stream_native as native
+from numpy.typing import NDArray
+
+from ..kernels.records import PORTAL
+from ..stage.geometry import Mesh
+from ..stage.needs import MOST_PORTALS
+from .view import Doubles, View
+
+RAYS = (256, 2048)  # of each place, if fewer are too few
+PLACES = 64  # that stand for all that the picture shows
+OPEN = 0.3  # of the rays: out of doors there are no portals
+LIFT = 1e-4  # of places off their surface [scene units]
+LAYERS = 5  # of what is transparent, and one more
+ENOUGH, FEWEST = 300, 30  # rays that tell where portals are; of one of them
+MOST_RAYS = 300  # of a portal, that are looked at
+PULL = 1e-3  # to the middle of the picture, over that to where rays meet
+STEPS = 8  # of looking for middles
+NORMALS, TURNS = 128, 16  # that are tried
+SHARE = 0.75  # of the shadow rays, as in portals.glsl
+LEAST_GAIN = 2.0  # over the variance without
+GOOD = 0.25  # of that variance: no more portals are tried
+MOST = (0.03, 0.97)  # of the rays on a plane
+MARGIN = 1.02  # of a rectangle's sides
+BEYOND = (0.0, 0.005, 0.02, 0.05)  # of the rays, on each side, that a rectangle may leave out
+NO_PORTALS = PORTAL.zeros(0)
+
+
+def portals_of(view: View, mesh: Mesh, transparent: NDArray[np.bool_]) -> NDArray[Any]:
+    """(n,) of PORTAL: as many as leave the least variance of direct light from all around, by rays
+    that did not make them; none if that gains little.
+
+    `transparent` (K,): which triangles light passes. Where a share w of the light comes through a
+    solid angle s, and shadow rays of which SHARE goes there, the variance goes with
+    w s / SHARE + (1 - w) 2 pi / (1 - SHARE), if the world is about as bright everywhere.
+    """
+    some = np.linspace(0, len(view.places) - 1, PLACES).astype(int)
+    places, normals = view.places[some], view.normals[some]
+    for count in RAYS:
+        rays = _upwards(places, normals, count)
+        escaped = rays[_escape(rays, mesh, transparent)]
+        if not len(escaped) or len(escaped) > OPEN * len(rays):
+            return NO_PORTALS
+        if len(escaped) >= ENOUGH:
+            return _portals(escaped, places)
+    return NO_PORTALS
+
+
+def _upwards(places: Doubles, normals: Doubles, count: int) -> Doubles:
+    """(count * n, 6) rays from places by the cosine, each of them in other directions."""
+    at, own = np.arange(count)[:, None] + 0.5, np.arange(len(places))[None]
+    golden = (math.sqrt(5.0) - 1.0) / 2.0
+    share = (at / count + own * golden) % 1.0
+    turn = 2.0 * np.pi * ((at * golden + own * golden**2) % 1.0)
+    first, second = _across(normals)
+    sine = np.sqrt(share)[..., None]
+    directions = sine * (np.cos(turn)[..., None] * first + np.sin(turn)[..., None] * second)
+    directions += np.sqrt(1.0 - share)[..., None] * normals
+    lifted = np.broadcast_to(places + LIFT * normals, directions.shape)
+    rays: Doubles = np.concatenate([lifted, directions], axis=2).reshape(-1, 6)
+    return rays
+
+
+def _escape(rays: Doubles, mesh: Mesh, transparent: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(n,) which rays meet nothing but what is transparent, of which a few layers."""
+    tree = mesh.tree.nodes, np.ascontiguousarray(mesh.corners[:, :, :3])
+    under_way, escaped = np.arange(len(rays)), np.zeros(len(rays), bool)
+    origins, directions = rays[:, :3].astype(np.float32), rays[:, 3:].astype(np.float32)
+    skip = np.full(len(rays), -1, np.int32)
+    for _ in range(LAYERS):
+        far = np.full(len(under_way), np.inf, np.float32)
+        t, triangle, *_ = native.trace(*tree, origins, directions, far, skip)
+        missed = triangle < 0
+        escaped[under_way[missed]] = True
+        on = ~missed & (transparent[np.maximum(triangle, 0)] if len(transparent) else False)
+        if not on.any():
+            break
+        origins = origins[on] + t[on, None] * directions[on]
+        directions, skip, under_way = directions[on], triangle[on].astype(np.int32), under_way[on]
+    return escaped
+
+
+def _portals(rays: Doubles, places: Doubles) -> NDArray[Any]:
+    """By rays that escape."""
+    begin, best = np.median(places, axis=0), NO_PORTALS
+    least = last = 1.0 / LEAST_GAIN
+    for count in range(1, MOST_PORTALS + 1):
+        middles = _middles(rays[::2], count, begin)
+        nearest = _off(rays[::2], middles).argmin(axis=1)
+        rectangles = [
+            _rectangle(rays[::2][nearest == k], middle, places)
+            for k, middle in enumerate(middles)
+            if (nearest == k).sum() >= FEWEST
+        ]
+        left = _left(rectangles, rays[1::2], places)
+        if count > 1 and left >= last:
+            break
+        last = left
+        if left < least:
+            best, least = np.concatenate([one.record() for one in rectangles]), left
+        if left < GOOD:
+            break
+    return best
+
+
+@dataclass(frozen=True)
+class _Rectangle:
+    middle: Doubles
+    frame: Doubles  # (3, 3) rows across, up, and the normal
+    size: Doubles  # (2,)
+
+    def at(self, rays: Doubles) -> Doubles:
+        """(n, 2) where rays meet its plane, from its middle."""
+        return _met(rays, self.middle, self.frame[2]) @ self.frame[:2].T
+
+    def angles(self, places: Doubles) -> Doubles:
+        """(n,) its solid angles over 2 pi, 1 at most."""
+        local = (places - self.middle) @ self.frame.T
+        height = np.maximum(np.abs(local[:, 2]), 1e-20)
+        total: Doubles = np.zeros(len(places))
+        for x in (-1, 1):
+            for y in (-1, 1):
+                a = 0.5 * x * self.size[0] - local[:, 0]
+                b = 0.5 * y * self.size[1] - local[:, 1]
+                total += x * y * np.arctan2(a * b, height * np.sqrt(a * a + b * b + height**2))
+        total /= 2.0 * np.pi
+        return total
+
+    def record(self) -> NDArray[Any]:
+        """(1,) of PORTAL."""
+        one = PORTAL.zeros(1)
+        one["middle"], one["across"], one["axis"] = self.middle, self.frame[0], self.frame[2]
+        one["width"], one["height"] = self.size
+        return one
+
+
+def _left(rectangles: list[_Rectangle], rays: Doubles, places: Doubles) -> float:
+    """The variance over what there is without."""
+    inside, angle = np.zeros(len(rays), bool), 0.0
+    for one in rectangles:
+        inside |= (np.abs(one.at(rays)) <= 0.5 * one.size).all(axis=1)
+        angle += float(one.angles(places).mean())
+    share = float(inside.mean())
+    return share * angle / SHARE + (1.0 - share) / (1.0 - SHARE)
+
+
+def _rectangle(rays: Doubles, middle: Doubles, places: Doubles) -> _Rectangle:
+    """The least rectangle that rays come through, about a middle."""
+    rays = rays[:: -(-len(rays) // MOST_RAYS)]
+    normals = _hemisphere(NORMALS)
+    axis = normals[_spread(rays, middle, normals).argmin()]
+    for width in (0.1, 0.03):  # finer about the best
+        tried = axis + width * np.concatenate([np.zeros((1, 3)), normals[::2], -normals[::2]])
+        tried /= np.linalg.norm(tried, axis=1, keepdims=True)
+        axis = tried[_spread(rays, middle, tried).argmin()]
+    first, second = _across(axis[None])
+    plane = np.concatenate([first, second])
+    met = _met(rays, middle, axis) @ plane.T
+    turns = np.linspace(0.0, np.pi / 2.0, TURNS, endpoint=False)
+    turned = np.stack([np.cos(turns), np.sin(turns), -np.sin(turns), np.cos(turns)], axis=1)
+    found, least = None, np.inf
+    margin = MARGIN * (len(rays) + 1) / (len(rays) - 1)  # the outermost of few are not at the edge
+    for turn in turned.reshape(-1, 2, 2):
+        for beyond in BEYOND:
+            low, high = np.quantile(met @ turn.T, (beyond, 1.0 - beyond), axis=0)
+            across = turn @ plane
+            centre = middle + 0.5 * (low + high) @ across
+            one = _Rectangle(centre, np.vstack([across, axis]), margin * (high - low))
+            left = _left([one], rays, places)
+            if left < least:
+                found, least = one, left
+    assert found
+    # Across, up and normal, as GLSL has them by two of them.
+    frame = np.vstack([found.frame[0], np.cross(axis, found.frame[0]), axis])
+    return _Rectangle(found.middle, frame, found.size)
+
+
+def _spread(rays: Doubles, middle: Doubles, normals: Doubles) -> Doubles:
+    """(k,) the area on which most rays meet planes of these normals through a middle."""
+    first, second = _across(normals)
+    along = rays[:, 3:] @ normals.T
+    along = np.where(np.abs(along) > 1e-3, along, 1e-3)
+    origin = rays[:, :3] - middle
+    ratio = origin @ normals.T / along
+    x = origin @ first.T - ratio * (rays[:, 3:] @ first.T)
+    y = origin @ second.T - ratio * (rays[:, 3:] @ second.T)
+    low_x, high_x = np.quantile(x, MOST, axis=0)
+    low_y, high_y = np.quantile(y, MOST, axis=0)
+    area: Doubles = (high_x - low_x) * (high_y - low_y)
+    return area
+
+
+def _hemisphere(count: int) -> Doubles:
+    """Unit vectors about as far apart (Fibonacci's lattice)."""
+    at = np.arange(count) + 0.5
+    z, turn = at / count, at * np.pi * (3.0 - np.sqrt(5.0))
+    ring = np.sqrt(1.0 - z * z)
+    return np.stack([ring * np.cos(turn), ring * np.sin(turn), z], axis=1)
+
+
+def _across(axes: Doubles) -> tuple[Doubles, Doubles]:
+    """Two unit vectors across each of (n, 3)."""
+    other = np.where(np.abs(axes[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    first = np.cross(other, axes)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return first, np.cross(axes, first)
+
+
+def _met(rays: Doubles, middle: Doubles, axis: Doubles) -> Doubles:
+    """(n, 3) where rays meet a plane through a middle, from there."""
+    along = rays[:, 3:] @ axis
+    along = np.where(np.abs(along) > 1e-6, along, 1e-6)
+    origin = rays[:, :3] - middle
+    found: Doubles = origin - (origin @ axis / along)[:, None] * rays[:, 3:]
+    return found
+
+
+def _middles(rays: Doubles, count: int, begin: Doubles) -> Doubles:
+    """(count, 3) where rays come closest together: Lloyd's algorithm for lines, each new middle
+    begun at the ray that all others are farthest from."""
+    middles = _closest(rays, begin)[None]
+    for _ in range(count - 1):
+        far = int(_off(rays, middles).min(axis=1).argmax())
+        origin, direction = rays[far, :3], rays[far, 3:]
+        start = origin + direction * ((begin - origin) @ direction)
+        middles = np.concatenate([middles, start[None]])
+        for _ in range(STEPS):
+            nearest = _off(rays, middles).argmin(axis=1)
+            middles = np.array(
+                [
+                    _closest(rays[nearest == k], begin) if (nearest == k).any() else middle
+                    for k, middle in enumerate(middles)
+                ]
+            )
+    return middles
+
+
+def _closest(rays: Doubles, begin: Doubles) -> Doubles:
+    """The point that rays pass by closest, in the mean of squares; of rays alike, as far along them
+    as `begin`."""
+    origin, direction = rays[:, :3], rays[:, 3:]
+    across = np.eye(3) - direction[:, :, None] * direction[:, None, :]
+    pull = PULL * len(rays)
+    toward = np.einsum("nij,nj->i", across, origin) + pull * begin
+    found: Doubles = np.linalg.solve(across.sum(axis=0) + pull * np.eye(3), toward)
+    return found
+
+
+def _off(rays: Doubles, middles: Doubles) -> Doubles:
+    """(n, k) how far rays pass by middles."""
+    to_middle = middles[None] - rays[:, None, :3]
+    along = np.einsum("nkj,nj->nk", to_middle, rays[:, 3:])
+    square = np.einsum("nkj,nkj->nk", to_middle, to_middle) - along**2
+    off: Doubles = np.sqrt(np.maximum(square, 0.0))
+    return off

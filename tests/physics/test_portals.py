@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Portals: shadow rays find the world through windows, and lose nothing beside them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.photon.photons import aim
+from addon.photon.photons.portals import NO_PORTALS
+from addon.photon.scene import Image, Scene, environment_light, world_light
+from addon.streams import Device
+from tests.measure import rendered
+from tests.scenes import Builder, orthographic, plain_material
+
+SKY = world_light("sky", (1.0, 1.5, 2.0))
+SETTINGS: dict[str, Any] = {"width": 24, "height": 24, "photons": 20000}
+WALL = plain_material("wall", (0.5, 0.5, 0.5))
+
+
+def room(side: bool = False) -> Scene:
+    """A room 4 m deep, with a window in one wall, or in another, too, and its floor seen from
+    above."""
+    built = Builder()
+    built.box((-2, -0.2, -0.2), (2, 4.2, 0), 0).box((-2, -0.2, 2), (2, 4.2, 2.2), 0)
+    built.box((-2.2, -0.2, 0), (-2, 4.2, 2), 0).box((-2, 4, 0), (2, 4.2, 2), 0)
+    for x in (-2.0, 0.5):
+        built.box((x, -0.2, 0), (x + 1.5, 0, 2), 0)
+    built.box((-0.5, -0.2, 0), (0.5, 0, 0.8), 0).box((-0.5, -0.2, 1.5), (0.5, 0, 2), 0)
+    if side:
+        built.box((2, -0.2, 0), (2.2, 2.5, 2), 0).box((2, 3.3, 0), (2.2, 4.2, 2), 0)
+        built.box((2, 2.5, 0), (2.2, 3.3, 0.8), 0).box((2, 2.5, 1.5), (2.2, 3.3, 2), 0)
+    else:
+        built.box((2, -0.2, 0), (2.2, 4.2, 2), 0)
+    view = orthographic((0, 2.0, 1.9), (1, 0, 0), (0, 1, 0), 3.6)
+    return built.scene(view, [SKY], [WALL])
+
+
+def found(renderer: Any) -> NDArray[Any]:
+    portals = renderer.eye._tables.portals
+    return portals[portals["width"] > 0]
+
+
+def direct(device: Device, scene: Scene, passes: int, **settings: Any) -> Any:
+    with rendered(device, scene, **(SETTINGS | settings | {"passes": passes})) as renderer:
+        return found(renderer), renderer.images()["Direct"].astype(float), renderer.frame
+
+
+def without(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(aim, "portals_of", lambda *_: NO_PORTALS)
+
+
+def test_a_window_is_found(device: Device) -> None:
+    """Where it is, and not much larger; of a thick wall's, its inner edges."""
+    portals, _, frame = direct(device, room(), 1)
+    assert len(portals) == 1
+    (portal,) = portals
+    middle = portal["middle"] * frame.scale + frame.centre
+    np.testing.assert_allclose(middle, (0, -0.1, 1.15), atol=0.2)
+    assert abs(portal["axis"][1]) > 0.8
+    area = portal["width"] * portal["height"] * frame.scale**2
+    assert 0.4 < area < 1.0  # of 0.7
+
+
+def test_two_windows_are_found(device: Device) -> None:
+    portals, _, frame = direct(device, room(side=True), 1)
+    middles = portals["middle"] * frame.scale + frame.centre
+    expected = [(0, -0.1, 1.15), (2.1, 2.9, 1.15)]
+    np.testing.assert_allclose(middles[middles[:, 0].argsort()], expected, atol=0.25)
+
+
+@pytest.mark.parametrize("side", [False, True])
+@pytest.mark.parametrize("layer", ["native", "compute"])
+def test_light_is_the_same_and_quieter(
+    device: Device, monkeypatch: pytest.MonkeyPatch, side: bool, layer: str
+) -> None:
+    """Of all the floor the mean to its noise, and a quarter of the variance."""
+    scene, passes = room(side), 24
+    portals, through, _ = direct(device, scene, passes, layer=layer)
+    assert len(portals) == 1 + side
+    _, again, _ = direct(device, scene, passes, layer=layer, seed=5)
+    without(monkeypatch)
+    none, plain, _ = direct(device, scene, passes, layer=layer)
+    assert not len(none)
+    _, other, _ = direct(device, scene, passes, layer=layer, seed=5)
+    variance, before = ((a - b).var() / 2 for a, b in ((through, again), (plain, other)))
+    assert variance < before / 4
+    chance = np.sqrt((variance + before) / 2 / plain.size)
+    assert abs((through + again).mean() - (plain + other).mean()) / 2 < 4 * chance
+
+
+def test_an_image_through_a_window(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a world that is not even the light is the same, too."""
+    rng = np.random.default_rng(2)
+    pixels = rng.random((8, 16, 3)).astype(np.float32) ** 4
+    scene = room()
+    light, image = environment_light("sky", 0), Image("sky", pixels)
+    scene = replace(scene, lights=(light,), images=(image,))
+    portals, through, _ = direct(device, scene, 48)
+    assert len(portals) == 1
+    without(monkeypatch)
+    _, plain, _ = direct(device, scene, 48)
+    chance = plain.std() / np.sqrt(plain.size)
+    assert abs(through.mean() - plain.mean()) < 4 * chance
+
+
+def test_out_of_doors_there_are_none(device: Device) -> None:
+    built = Builder().box((-6, -6, -0.2), (6, 6, 0), 0).sphere((0, 0, 1), 0.8)
+    view = orthographic((0, 0, 5), (1, 0, 0), (0, 1, 0), 6.0)
+    portals, _, _ = direct(device, built.scene(view, [SKY], [WALL]), 1)
+    assert not len(portals)
