@@ -521,7 +521,7 @@ def frames(request: pytest.FixtureRequest, device: Device, kept: Kept, way: Sett
 
     def rendered(count: int) -> Iterator[None]:
         for frame in range(count):
-            render(device, request.param(cornell(mirror=True), 0.02 * frame), way, kept)
+            render(device, request.param(cornell(mirror=True), 0.02 * (frame + 1)), way, kept)
             yield
 
     return rendered
