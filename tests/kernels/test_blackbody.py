@@ -4,6 +4,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
+
+pytest.importorskip("bpy", reason="the table is the add-on's, which needs bpy")
 
 from addon.blender.export.blackbody import blackbody
 from tests.kernels.conftest import Bench

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+pytest.importorskip("bpy", reason="what folds is the add-on's, which needs bpy")
+
 from addon.blender.export.arithmetic import ARITHMETIC, FUNCTIONS
 from addon.photon.errors import SceneError
 from addon.photon.kernels.shade import Shade
