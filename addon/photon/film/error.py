@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .blocks import in_blocks
 from .film import PAIR, Exposure, Images
-from .picture import LEAST_COVERAGE, mirror_images
+from .picture import LEAST_COVERAGE
 
 Floats = NDArray[np.floating[Any]]
 
@@ -29,6 +29,7 @@ EXTRAPOLATION = 3.0
 # count: next to what stands on a surface cuts tell the coverage without noise, and there is most of
 # the bias.
 EVEN = 0.4
+READ = frozenset(("combined", "direct", "indirect", "mirror", "mirror_indirect", "blur"))
 LEAST_EVEN = 0.1
 # A pixel's own variance is known to 1 / sqrt(2 (batches - 1)): pooled over as many neighbours as
 # make up for few batches.
@@ -185,7 +186,7 @@ def _take(
 
     def work(rows: slice) -> None:
         here = slice(strip.start + rows.start, strip.start + rows.stop)
-        means = {name: mean[rows] for name, mean in exposure.means.items()}
+        means = {name: mean[rows] for name, mean in exposure.means.items() if name in READ}
         value, scale = combined[here, :, :3].astype(np.float64), over.squared_reciprocal(here)
         # The picture divides indirect light by the coverage; so are its deviations divided.
         squares = np.square(_over(value, means["combined"][..., :3])) * variance[rows, :, :3]
@@ -202,16 +203,18 @@ def _change(exact: Images, variance: Floats) -> tuple[Floats, Floats, Floats]:
     """The squared change of indirect light from the inner radius to the radius (h, w), less what of
     it is noise; the light's colour (h, w, 3), of mean one; the share of the disc on the surface."""
     means = {name: image.astype(np.float32) for name, image in exact.items()}
-    mirror, mirror_indirect = mirror_images(means)
-    weight = means["direct"][..., 3] + mirror[..., 3]
-    covered = means["indirect"][..., 3] + mirror_indirect[..., 3]
+    weight, covered = means["direct"][..., 3], means["indirect"][..., 3]
+    light = means["indirect"][..., :3]
+    if "mirror" in means:
+        weight = weight + means["mirror"][..., 3]
+        covered = covered + means["mirror_indirect"][..., 3]
+        light = light + means["mirror_indirect"][..., :3]
     on_surface = _over(covered, weight)
     share = np.maximum(on_surface, LEAST_COVERAGE)
     inner, inner_covered = np.moveaxis(means["blur"][..., :2], -1, 0)
     # What is nearer is no less covered, and no filter here weighs it more than twice as much.
     inner_share = np.clip(_over(inner_covered, weight), share, share / INNER_AREA)
     change = (means["combined"][..., 3] + inner) / share - inner / inner_share
-    light = means["indirect"][..., :3] + mirror_indirect[..., :3]
     colour = _over(light, light.mean(axis=-1, keepdims=True))
     return np.square(change) - variance / np.square(share), colour, on_surface
 

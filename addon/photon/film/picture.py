@@ -51,7 +51,7 @@ def picture_of(
     }
 
     def work(rows: slice) -> None:
-        made = _rows_of({name: mean[rows] for name, mean in means.items()})
+        made = _rows_of({name: mean[rows] for name, mean in means.items()}, images.keys())
         for name, image in images.items():
             image[rows] = made[name]
 
@@ -70,23 +70,33 @@ def exposed(
     return made
 
 
-def _rows_of(means: Images) -> dict[str, NDArray[np.float64]]:
-    """As picture_of."""
-    mirror, mirror_indirect = mirror_images(means)
-    shape = (*means["direct"].shape[:2], 3)
+def _rows_of(means: Images, wanted: Collection[str]) -> dict[str, NDArray[np.float64]]:
+    """As picture_of: of the images that are not Combined, those that are wanted."""
+    direct, background = means["direct"], means["background"]
     parts = {
-        "Direct": means["direct"][..., :3],
-        "Indirect": _uncovered(means["indirect"], means["direct"][..., 3:]),
-        "Mirror": mirror[..., :3] + _uncovered(mirror_indirect, mirror[..., 3:]),
-        "Emission": means["emission"][..., :3] if "emission" in means else np.zeros(shape),
-        "Background": means["background"][..., :3],
+        "Direct": direct[..., :3],
+        "Indirect": _uncovered(means["indirect"], direct[..., 3:]),
+        "Background": background[..., :3],
     }
-    alpha = np.clip(means["background"][..., 3:], 0.0, 1.0)
-    combined = np.concatenate([sum(parts.values()), alpha], axis=-1)
+    if "mirror" in means:
+        mirror, indirect = means["mirror"], means["mirror_indirect"]
+        parts["Mirror"] = mirror[..., :3] + _uncovered(indirect, mirror[..., 3:])
+    if "emission" in means:
+        parts["Emission"] = means["emission"][..., :3]
+    combined = np.empty_like(direct)
+    # In this order, whichever there are: floats do not add up in any.
+    first, *others = (parts[name] for name in PARTS if name in parts)
+    np.add(first, others[0], out=combined[..., :3])
+    for part in others[1:]:
+        combined[..., :3] += part
+    np.clip(background[..., 3], 0.0, 1.0, out=combined[..., 3])
     images = {"Combined": combined, **parts, "Normal": means["normal"][..., :3]}
-    if "illuminance" in means:
+    images |= {
+        name: np.zeros_like(direct[..., :3]) for name in PARTS if name in wanted - parts.keys()
+    }
+    if "Illuminance" in wanted and "illuminance" in means:
         images["Illuminance"] = illuminance_of(means["illuminance"])
-    if "caustics" in means:
+    if "Caustics" in wanted and "caustics" in means:
         images["Caustics"] = caustics_of(means)
     for name, mean in FEATURES.items():
         if mean in means:
