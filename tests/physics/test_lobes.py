@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.scene import Light, Lobe, Material, Scene, phong, sun_light
+from addon.photon.scene import Light, Lobe, Material, Scene, phong, sun_light, world_light
 from addon.photon.stage.light_tree import MOST_ASKED
 from addon.streams import Device
 from tests.measure import render
@@ -128,6 +128,31 @@ def test_lobes_under_lobes_gather(picture: Picture) -> None:
     assert not by_photons["Direct"].any() and not by_photons["Mirror"].any()
     assert by_rays.min() > 0.01
     np.testing.assert_allclose(by_photons["Indirect"].mean(axis=(0, 1)), by_rays, rtol=0.01)
+
+
+@pytest.mark.parametrize("kind", ["toon", "glossy_toon"])
+def test_toon(device: Device, kind: str) -> None:
+    """Its light is that of the cone that the sun is in, by shadow rays and by photons; and that of
+    an even sky is white where all of the cone is above the horizon."""
+    toon = Lobe(kind, (1.0,) * 3, {"size": 0.4, "edge": 0.1})
+    angle, middle = math.radians(40.5), math.pi * 0.25
+    to_light = np.array([math.sin(angle), 0.0, math.cos(angle)])
+    sun = sun_light("sun", (math.pi,) * 3, tuple(-to_light))
+    built = Builder().quad((-2, -1, 0), (2, -1, 0), (2, 1, 0), (-2, 1, 0))
+    view = orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 0.8)
+    scene = built.scene(view, [sun], [Material("toon", NO_DIFFUSE, (toon,))])
+    settings: dict[str, Any] = {"width": 12, "height": 12, "photons": 20_000, "radius": 0.1}
+    settings |= {"photon_bounces": 1, "passes": 4, "mirror_depth": 1}
+    by_rays = render(device, scene, **settings | {"photons": 0})["Direct"].mean()
+    by_photons = render(device, scene, **settings, direct_by_photons=True)["Indirect"].mean()
+    half_bright = 0.5 * math.pi / (2.0 * math.pi * (1.0 - math.cos(middle)))
+    assert by_rays == pytest.approx(half_bright, rel=2e-3)
+    assert by_photons == pytest.approx(by_rays, rel=0.02)
+    sky = replace(scene, lights=(world_light("sky", (1.0,) * 3),))
+    picture = render(device, sky, **settings | {"photons": 0, "passes": 256})
+    white = picture["Combined"][..., :3].mean()
+    filled = (1.0 - math.cos(math.pi * 0.2)) / (1.0 - math.cos(middle))
+    assert filled < white < 1.0
 
 
 @pytest.mark.parametrize("roughness", [0.2, 0.8])

@@ -28,8 +28,8 @@ pytestmark = pytest.mark.blender
 
 PIXELS = 32  # of a ball
 SAMPLES, PASSES = 64, 48
-# Relative, of blocks; HIGH at their 95th percentile. Normals that lean have edges in the light.
-MEDIAN, HIGH = 0.01, {"layers": 0.03, "bent": 0.05}
+# Relative, of blocks; HIGH at their 95th percentile. Normals that lean, and toon, have edges.
+MEDIAN, HIGH = 0.01, {"layers": 0.03, "edged": 0.05}
 MEAN = 0.01  # of a ball
 PAINT = {"Base_Color": (0.8, 0.25, 0.1, 1.0), "Roughness": 0.5}
 METAL = {"Base_Color": (0.9, 0.7, 0.4, 1.0), "Roughness": 0.4, "Metallic": 1.0}
@@ -69,7 +69,8 @@ OTHERS: dict[str, tuple[str, dict[str, Any], str]] = {
 }
 
 
-SHEETS = {"layers": [*BALLS, *OTHERS], "bent": [*BENT]}
+TOON = {"toon": "DIFFUSE", "glossy toon": "GLOSSY"}  # balls' components
+SHEETS = {"layers": [*BALLS, *OTHERS], "edged": [*BENT, *TOON]}
 
 
 def materials(names: Sequence[str]) -> dict[str, bpy.types.Material]:
@@ -80,6 +81,9 @@ def materials(names: Sequence[str]) -> dict[str, bpy.types.Material]:
             name, ("ShaderNodeBsdfPrincipled", BALLS.get(name, PAINT | COAT), "")
         )
         node = add_node(tree, kind, **inputs)
+        if name in TOON:
+            node = add_node(tree, "ShaderNodeBsdfToon", Color=BLUE, Size=0.6, Smooth=0.2)
+            node.component = TOON[name]
         if distribution:
             node.distribution = distribution
         if name in BENT:
