@@ -60,7 +60,7 @@ void kernel() {
         vec4 seen = seen_light(light, origin.position, direction, far);
         vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
 #ifdef GOBOS
-        radiance *= gobo_colour(light, -direction);
+        radiance *= gobo_colour(light, origin.position + seen.w * direction, -direction);
 #endif
         if (!(largest(radiance) > 0.0)) continue;
 #ifdef WEIGHED

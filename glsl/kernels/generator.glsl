@@ -35,7 +35,7 @@ void kernel() {
 #endif
     vec3 flux = carried_light(light, emitted.direction) * emitted.weight;
 #ifdef GOBOS
-    flux *= gobo_colour(light, emitted.direction);
+    flux *= gobo_colour(light, emitted.origin, emitted.direction);
 #endif
     if (!(largest(flux) > 0.0)) skip();
     // Lifted off a surface that the light may lie in, as all rays are that leave one.

@@ -30,10 +30,12 @@ vec2 place_in(Environment image, vec3 local) {
 // What lies about a place: interpolated across below and above it, the row below, and how far above that it is.
 struct Around { vec3 low; vec3 high; int row; float part; };
 
-Around around(Environment image, vec3 local) {
-    vec2 place = place_in(image, local) - 0.5, part = fract(place);
+Around around(Environment image, vec2 pixels) {
+    vec2 place = pixels - 0.5, part = fract(place);
     ivec2 at = ivec2(floor(place));
     vec3 low = mix(pixel_radiance(image, at.y, at.x), pixel_radiance(image, at.y, at.x + 1), part.x);
     vec3 high = mix(pixel_radiance(image, at.y + 1, at.x), pixel_radiance(image, at.y + 1, at.x + 1), part.x);
     return Around(low, high, at.y, part.y);
 }
+
+Around around(Environment image, vec3 local) { return around(image, place_in(image, local)); }

@@ -205,7 +205,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     float share = found.share * share_by_nodes(light, found.to_light, found.far);
     vec3 irradiance = found.irradiance * (share / rays), radiance = vec3(0.0);
 #ifdef GOBOS
-    irradiance *= gobo_colour(light, -found.to_light);
+    irradiance *= gobo_colour(light, point.place.position + found.far * found.to_light, -found.to_light);
 #endif
     float lux = 0.0;
     if (is_found(light, BY_DIFFUSE)) {

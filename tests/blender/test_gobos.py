@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import bpy
@@ -80,6 +81,34 @@ def test_slides(scene, export, device, lamp, kind, output) -> None:
         off = np.abs(block_means(ours[..., :3]) - theirs) / np.maximum(theirs, theirs.mean())
         assert np.median(off) < median and np.percentile(off, 95) < high
         assert ours[..., :3].mean() == pytest.approx(theirs.mean(), rel=0.005)
+
+
+@pytest.mark.parametrize(
+    "shape", ["RECTANGLE", pytest.param("ELLIPSE", marks=pytest.mark.thorough)]
+)
+def test_area_lights(scene, export, device, shape) -> None:
+    """By UV: seen, by shadow rays and by photons."""
+    light, image = lit_plane("AREA", shape=shape, size=2.0, size_y=1.2, energy=100)
+    texture = add_node(light.node_tree, "ShaderNodeTexImage")
+    texture.image = image
+    link(light, texture, "ShaderNodeTexCoord", "UV")
+    lamp = bpy.data.objects["Lamp"]
+    lamp.visible_camera, lamp.location.z = True, 1.0
+    bpy.data.objects["Plane"].location.z = -1.0
+    size = {"width": SIZE, "height": SIZE, "passes": 32}
+    for turned in (True, False):
+        scene.camera.location.z = 0.0 if turned else 5.0
+        scene.camera.rotation_euler = (math.pi if turned else 0.0, 0.0, 0.3)
+        exported, report = export()
+        assert "2048 x 1024 places" in str(report.of("approximated"))
+        theirs = block_means(render_loaded(256, seed=1))
+        rays = render(device, exported, photons=1000, **size)["Combined"]
+        photons = {"photons": 100000, "direct_by_photons": True}
+        landed = rays if turned else render(device, exported, **photons, **size)["Combined"]
+        for ours in (rays, landed):
+            off = np.abs(block_means(ours[..., :3]) - theirs) / np.maximum(theirs, theirs.mean())
+            assert np.median(off) < 0.015 and np.percentile(off, 95) < 0.05, turned
+            assert ours[..., :3].mean() == pytest.approx(theirs.mean(), rel=0.005)
 
 
 @pytest.mark.parametrize("case", ["area", "radius", "uneven", "position", "falloff"])

@@ -4,7 +4,7 @@
 from ...streams import Table, When
 from .records import LIGHT, LIGHT_LIMIT, LIGHT_NODE, LIGHT_PLACE, PORTAL, PROFILE
 
-LIGHT_DEFINES = ("PROFILES", "ENVIRONMENT", "GOBOS")
+LIGHT_DEFINES = ("PROFILES", "ENVIRONMENT", "GOBOS", "AREA_LIGHT")
 PORTALS = {"portals": When("PORTALS", Table(PORTAL))}
 LIGHT_TABLES = {
     "lights": Table(LIGHT),

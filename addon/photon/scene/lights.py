@@ -43,8 +43,9 @@ class Light:
     # How bright it is in each direction, times that: rows of even polar angles, from its direction
     # to behind it, of even azimuths, as IES files have them; none: equally.
     profile: tuple[tuple[float, ...], ...] = ()
-    # The number of the scene's image of the colours that its power is multiplied by in each
-    # direction: up is against its own, and `across` in the middle.
+    # The number of the scene's image of the colours that its power is multiplied by: of an area
+    # light at each place on it, `across` to the right, else in each direction, where up is against
+    # its own and `across` in the middle.
     gobo: int | None = None
     group: str = ""  # of Scene.light_groups
     subtracts: bool = False  # it takes away the light that it would give

@@ -62,7 +62,7 @@ class SceneNeeds:
     portals: bool = False  # there may be some: shadow rays go to the world, photons tell
     gathered_lobes: bool = False  # some are broad enough to gather photons with
     profiles: bool = False  # lights are not equally bright in all directions
-    gobos: bool = False  # or not of one colour
+    gobos: bool = False  # or not of one colour, or not at all places
     arrivals: bool = False  # what photons bring hangs on where they first land
     visibility: bool = False  # rays pass through some surfaces, or lights are limited
     first_hits: bool = False  # photons carry the direct light
@@ -225,7 +225,8 @@ class SceneNeeds:
     def light_defines(self) -> Defines:
         """What kernels that ask lights are compiled with."""
         profiles = {"PROFILES": 1} if self.profiles else {}
-        gobos = {"GOBOS": 1, "ENVIRONMENT": 1} if self.gobos else {}
+        area = light_kinds()["area"].number
+        gobos = {"GOBOS": 1, "ENVIRONMENT": 1, "AREA_LIGHT": area} if self.gobos else {}
         return {**light_defines(self.light_kinds), **profiles, **gobos}
 
     @cached_property

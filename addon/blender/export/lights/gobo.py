@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lamps whose colour differs from direction to direction, such as slides before a spotlight: what
-their nodes make of each direction, as an image. Blender itself evaluates them, as it does a world's
-(world_nodes.py)."""
+"""Lamps whose colour differs from direction to direction, such as slides before a spotlight, and
+area lights on which it does from place to place: what their nodes make of each, as an image.
+Blender itself evaluates them, as it does a world's (world_nodes.py)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..graph import Scope, source
 from ..world_nodes import StandIn, Unsuited, evaluate
 
-KINDS = {"POINT", "SPOT"}
+KINDS = {"POINT", "SPOT", "AREA"}
 WIDTH = 2048  # [px] of all around: a pixel is a hundredth of a cone of 18 degrees
 # Outputs that tell the direction, by the nodes' types. Their normal is the light's own, towards
 # what is lit.
@@ -41,19 +41,20 @@ def colours_of(
     light: Any, matrix: NDArray[np.float64], socket: bpy.types.NodeSocket, scope: Scope
 ) -> NDArray[np.float32] | None:
     """What an input has in each direction from a lamp that `matrix` places, float32 (height, width,
-    3), up against the lamp's axis and its x axis in the middle; None: the same in all, or in none
-    that is known. Raises Unsuited."""
+    3), up against the lamp's axis and its x axis in the middle, or at each place on an area light;
+    None: the same in all. Raises Unsuited."""
     node, end, inner = source(socket, scope)
     if node is None or not _differs(node, end, inner, set()):
         return None
     if light.type not in KINDS:
-        raise Unsuited("of other lamps than points and spots")
-    turn = matrix[:3, :3]
+        raise Unsuited("it is a sun")
+    turn, is_flat = matrix[:3, :3], light.type == "AREA"
     lengths = np.linalg.norm(turn, axis=0)
-    if lengths.min() <= 0.0 or np.linalg.det(turn) < 0.0 or np.ptp(lengths) > 1e-4 * lengths.max():
+    is_even = is_flat or np.ptp(lengths) <= 1e-4 * lengths.max()
+    if lengths.min() <= 0.0 or np.linalg.det(turn) < 0.0 or not is_even:
         raise Unsuited("the lamp is scaled unevenly or mirrored")
-    if light.shadow_soft_size > 0.0 and _differs(node, end, inner, set(), besides="UV"):
-        raise Unsuited("a lamp with a radius has a normal of each place on it")
+    if (is_flat or light.shadow_soft_size > 0.0) and _differs(node, end, inner, set(), "UV"):
+        raise Unsuited("a lamp of some size has other normals and directions at each place")
     pixels: NDArray[np.float32] = evaluate(
         node, end, inner, stand_in=_stand_in(light, turn / lengths), least=WIDTH
     )
@@ -132,8 +133,8 @@ def _in_world(turn: NDArray[np.float64]) -> Iterator[dict[str, Any]]:
 
 
 def _uv(light: Any) -> Iterator[dict[str, Any]]:
-    """As Cycles has it: of a spotlight a square about its cone, in a plane before it; else
-    longitude and latitude."""
+    """As Cycles has it: of a spotlight a square about its cone, in a plane before it; of points
+    longitude and latitude. Of area lights that of their image."""
     yield _node("ShaderNodeTexCoord")
     if light.type == "SPOT":
         half = 0.5 / math.tan(light.spot_size / 2.0)
@@ -144,10 +145,12 @@ def _uv(light: Any) -> Iterator[dict[str, Any]]:
         yield _node("ShaderNodeVectorMath", {0: (4, 0)}, {1: [0.5, 0.5, 0.0]}, operation="ADD")
         return
     yield _node("ShaderNodeSeparateXYZ", {0: (0, 0)})
-    yield _node("ShaderNodeMath", {0: (1, 0), 1: (1, 1)}, operation="ARCTAN2")
+    is_flat = light.type == "AREA"
+    x, y = (1, 0) if is_flat else (0, 1)
+    yield _node("ShaderNodeMath", {0: (1, x), 1: (1, y)}, operation="ARCTAN2")
     yield _scaled(2, -0.5 / math.pi, 0.5)
-    yield {**_node("ShaderNodeMath", {0: (1, 2)}, operation="ARCCOSINE")}
-    yield _scaled(4, -1.0 / math.pi, 1.0)
+    yield _node("ShaderNodeMath", {0: (1, 2)}, operation="ARCSINE" if is_flat else "ARCCOSINE")
+    yield _scaled(4, 1.0 / math.pi, 0.5) if is_flat else _scaled(4, -1.0 / math.pi, 1.0)
     yield _node("ShaderNodeCombineXYZ", {0: (3, 0), 1: (5, 0)})
 
 

@@ -75,7 +75,8 @@ def _gobo(
         return None
     if found is not None:
         height, width = found.shape[:2]
-        detail = f"an image of {width} x {height} directions stands for them"
+        what = "places" if light.type == "AREA" else "directions"
+        detail = f"an image of {width} x {height} {what} stands for them"
         graph.notes.approximated(graph.owner, f"Nodes of {socket.name}", detail)
     return found
 
