@@ -25,14 +25,14 @@ OPEN = 0.3  # of the rays: out of doors there are no portals
 LIFT = 1e-4  # of places off their surface [scene units]
 LAYERS = 5  # of what is transparent, and one more
 ENOUGH, FEWEST = 300, 30  # rays that tell where portals are; of one of them
-MOST_RAYS = 300  # of a portal, that are looked at
+MOST_RAYS = 200  # of a portal, that are looked at
 PULL = 1e-3  # to the middle of the picture, over that to where rays meet
 STEPS = 8  # of looking for middles
-NORMALS, TURNS = 128, 16  # that are tried
+NORMALS, TURNS = 96, 24  # that are tried
 SHARE = 0.75  # of the shadow rays, as in portals.glsl
 LEAST_GAIN = 2.0  # over the variance without
 GOOD = 0.25  # of that variance: no more portals are tried
-MOST = (0.03, 0.97)  # of the rays on a plane
+MOST = 0.03  # of the rays on a plane, on each side, that do not count
 MARGIN = 1.02  # of a rectangle's sides
 BEYOND = (0.0, 0.005, 0.02, 0.05)  # of the rays, on each side, that a rectangle may leave out
 NO_PORTALS = PORTAL.zeros(0)
@@ -170,21 +170,28 @@ def _rectangle(rays: Doubles, middle: Doubles, places: Doubles) -> _Rectangle:
     met = _met(rays, middle, axis) @ plane.T
     turns = np.linspace(0.0, np.pi / 2.0, TURNS, endpoint=False)
     turned = np.stack([np.cos(turns), np.sin(turns), -np.sin(turns), np.cos(turns)], axis=1)
-    found, least = None, np.inf
-    margin = MARGIN * (len(rays) + 1) / (len(rays) - 1)  # the outermost of few are not at the edge
-    for turn in turned.reshape(-1, 2, 2):
-        for beyond in BEYOND:
-            low, high = np.quantile(met @ turn.T, (beyond, 1.0 - beyond), axis=0)
-            across = turn @ plane
-            centre = middle + 0.5 * (low + high) @ across
-            one = _Rectangle(centre, np.vstack([across, axis]), margin * (high - low))
-            left = _left([one], rays, places)
-            if left < least:
-                found, least = one, left
-    assert found
+    on_axes = np.sort(met @ turned.reshape(-1, 2).T, axis=0)  # (n, 2 TURNS)
+    first_side, last_side = _within(on_axes, MOST)
+    widths = (last_side - first_side).reshape(-1, 2)
+    turn = int(widths.prod(axis=1).argmin())
+    across = turned[turn].reshape(2, 2) @ plane
     # Across, up and normal, as GLSL has them by two of them.
-    frame = np.vstack([found.frame[0], np.cross(axis, found.frame[0]), axis])
-    return _Rectangle(found.middle, frame, found.size)
+    frame = np.vstack([across[0], np.cross(axis, across[0]), axis])
+    margin = MARGIN * (len(rays) + 1) / (len(rays) - 1)  # the outermost of few are not at the edge
+    found = []
+    for beyond in BEYOND:
+        low, high = (side[2 * turn : 2 * turn + 2] for side in _within(on_axes, beyond))
+        centre = middle + 0.5 * (low + high) @ across
+        found.append(_Rectangle(centre, frame, margin * (high - low)))
+    return min(found, key=lambda one: _left([one], rays, places))
+
+
+def _within(ordered: Doubles, beyond: float) -> tuple[Doubles, Doubles]:
+    """(k,) between what most of each column (n, k) of numbers in order lies."""
+    few = int(beyond * len(ordered))
+    low: Doubles = ordered[few]
+    high: Doubles = ordered[-1 - few]
+    return low, high
 
 
 def _spread(rays: Doubles, middle: Doubles, normals: Doubles) -> Doubles:
@@ -194,11 +201,11 @@ def _spread(rays: Doubles, middle: Doubles, normals: Doubles) -> Doubles:
     along = np.where(np.abs(along) > 1e-3, along, 1e-3)
     origin = rays[:, :3] - middle
     ratio = origin @ normals.T / along
-    x = origin @ first.T - ratio * (rays[:, 3:] @ first.T)
-    y = origin @ second.T - ratio * (rays[:, 3:] @ second.T)
-    low_x, high_x = np.quantile(x, MOST, axis=0)
-    low_y, high_y = np.quantile(y, MOST, axis=0)
-    area: Doubles = (high_x - low_x) * (high_y - low_y)
+    area: Doubles = np.ones(len(normals))
+    for side in (first, second):
+        at = np.sort(origin @ side.T - ratio * (rays[:, 3:] @ side.T), axis=0)
+        low, high = _within(at, MOST)
+        area *= high - low
     return area
 
 
