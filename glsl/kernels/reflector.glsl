@@ -120,11 +120,9 @@ void kernel() {
             return;
         }
 #endif
-#ifdef NORMALS
         // What flux that fell on the triangle is on the lobe, and leaves it (Veach 1997, sec. 5.3.2).
         float falls = dot(incoming, normal) / dot(incoming, facing.normal);
         flux *= clamp(falls * dot(outgoing, facing.normal) / dot(outgoing, normal), 0.0, BRIGHTEST);
-#endif
 #ifdef TRANSMITS
 #ifdef VISIBILITY
         if (!is_taken(ray, dot(outgoing, facing.normal) < 0.0 ? RAY_TRANSMISSION : RAY_GLOSSY)) skip();

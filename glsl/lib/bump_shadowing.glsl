@@ -2,6 +2,7 @@
 // What normals of nodes shade that the smooth surface about them hides, as Cycles has it (bump_shadowing_term): no
 // light that comes from behind that surface; and Lambert's lobe darkens softly towards there (Conty Estevez, Lecocq &
 // Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem").
+#include "lib/constants.glsl"
 
 // Whether light from there is on the other side of the smooth surface, `base`.
 bool leaks(vec3 base, vec3 normal, vec3 to_light) {
@@ -19,9 +20,6 @@ float bump_shadowing(vec3 base, vec3 normal, vec3 to_light) {
     // Smith's masking of GGX.
     return 2.0 / (1.0 + sqrt(1.0 + alpha2 * (1.0 / (light * light) - 1.0)));
 }
-
-// By how much the light that fell on a triangle is brighter on Lambert's lobe, at most: little comes from so low.
-const float BRIGHTEST = 16.0;
 
 // What Lambert's lobe about a bent normal makes of flux that fell on the triangle from there.
 float bent_share(vec3 base, vec3 normal, vec3 geometric, vec3 to_light) {

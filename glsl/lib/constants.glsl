@@ -4,3 +4,5 @@ const float PI = 3.14159265358979;
 // ulp(1) = 3e-7 at most, so this lifts it off its surface and passes no wall thicker than itself.
 const float SURFACE_OFFSET = 1.0e-6;
 const float T_MAX = 3.0e38;
+// By how much the light that fell on a triangle is brighter about a bent normal, at most: little comes from so low.
+const float BRIGHTEST = 16.0;

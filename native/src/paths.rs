@@ -17,6 +17,7 @@ use crate::watertight::{Hit, Ray};
 use crate::wide::Stack;
 
 const T_MAX: f32 = 3.0e38; // as in glsl/lib/constants.glsl
+const BRIGHTEST: f32 = 16.0; // as well
 const PHOTONS_A_TASK: usize = 1024;
 
 type Vector = [f32; 3];
@@ -249,19 +250,26 @@ fn reflect(
         let up = (1.0 - disc[0] * disc[0] - disc[1] * disc[1]).max(0.0).sqrt();
         (from_frame(surface.geometric, [disc[0], disc[1], up]), surface.diffuse.map(|k| k / diffuse))
     } else if u[0] < diffuse + specular {
+        // What flux that fell on the triangle is on the lobe, and leaves it.
+        let bent = |normal: Vector, outgoing: Vector, weight: Vector| {
+            let falls = dot(photon.direction, normal) / dot(photon.direction, surface.geometric);
+            let leaves = dot(outgoing, normal);
+            let times = falls * dot(outgoing, surface.geometric) / leaves;
+            weight.map(|w| if leaves > 0.0 { w * times.clamp(0.0, BRIGHTEST) } else { 0.0 })
+        };
         let incoming = photon.direction;
         let normal = raised_normal(surface.shading, surface.geometric, incoming.map(|d| -d));
         let along = 2.0 * dot(incoming, normal);
         let mirrored: Vector = std::array::from_fn(|k| incoming[k] - along * normal[k]);
         let weight = surface.specular.map(|k| k / specular);
         if surface.exponent < 0.0 {
-            (mirrored, weight)
+            (mirrored, bent(normal, mirrored, weight))
         } else {
             let cosine = (1.0 - u[1]).powf(1.0 / (surface.exponent + 1.0));
             let outgoing = from_frame(mirrored, direction_from_versine(1.0 - cosine, u[2]));
             let lobe = (surface.exponent + 2.0) / (surface.exponent + 1.0);
             let lobe = lobe * dot(outgoing, normal).max(0.0);
-            (outgoing, weight.map(|w| w * lobe))
+            (outgoing, bent(normal, outgoing, weight.map(|w| w * lobe)))
         }
     } else {
         return None;
