@@ -223,9 +223,7 @@ class Geometry:
             self._open[key] = is_open(mesh.vertices, mesh.triangles)
             lean = lean_of(mesh.vertices[mesh.triangles], mesh.normals[mesh.corners])
             if lean > MOST_LEAN:
-                what = (
-                    f"they lean {lean:.0f} degrees from its faces: its caustics' brightness is off"
-                )
+                what = f"they lean {lean:.0f} degrees from its faces: its caustics are rough"
                 notes.approximated(f"Object '{name}'", "Smooth normals of glass", what)
         return self._open[key]
 
