@@ -329,10 +329,11 @@ def test_nan_vertices_pass_through(export) -> None:
 
 
 def test_unknown_object_features_are_reported(export) -> None:
-    add_mesh("Plane", QUAD, is_shadow_catcher=True)
+    plane = add_mesh("Plane", QUAD)
+    plane.light_linking.receiver_collection = bpy.data.collections.new("Lit by some")
     scene, report = export()
     assert scene.surfaces == ("Plane",)
-    assert ("Object 'Plane'", "Shadow Catcher") in [
+    assert ("Object 'Plane'", "Light Linking") in [
         (e.object, e.feature) for e in report.of("ignored")
     ]
 

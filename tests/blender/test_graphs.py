@@ -336,6 +336,7 @@ def test_what_casts_no_shadow(export, cycles_mean, device) -> None:
     bpy.data.objects["Sun"].rotation_euler = (0.6, 0.0, 0.0)
     scene, _ = export()
     ours = render_sheet(device, scene, columns, rows, "fragment")
+    bpy.context.scene.cycles.max_bounces = 0
     cycles = cycles_mean(1, 0)[..., :3].clip(0.0, 1.0)
     off = np.abs(ours - cycles).max(axis=2) > 0.01 * np.maximum(cycles.max(axis=2), 0.1)
     assert off.mean() < 0.01
