@@ -81,7 +81,7 @@ CASES = {
 }
 
 
-QUICK = ("twenty", "checker")
+QUICK = ("alpha", "checker")
 EACH = [x if x in QUICK else pytest.param(x, marks=pytest.mark.thorough) for x in CASES]
 
 

@@ -73,13 +73,12 @@ def test_two_windows_are_found(device: Device) -> None:
     np.testing.assert_allclose(middles[middles[:, 0].argsort()], expected, atol=0.25)
 
 
-@pytest.mark.parametrize("side", [False, True])
-@pytest.mark.parametrize("layer", ["native", "compute"])
+@pytest.mark.parametrize("layer, side", [("native", False), ("native", True), ("compute", True)])
 def test_light_is_the_same_and_quieter(
     device: Device, monkeypatch: pytest.MonkeyPatch, side: bool, layer: str
 ) -> None:
     """Of all the floor the mean to its noise, and a quarter of the variance."""
-    scene, passes = room(side), 24
+    scene, passes = room(side), 16
     portals, through, _ = direct(device, scene, passes, layer=layer)
     assert len(portals) == 1 + side
     _, again, _ = direct(device, scene, passes, layer=layer, seed=5)
