@@ -15,12 +15,15 @@ vec3 pack_bent_coat(vec4 parameters, vec4 more) {
     return vec3(q.x * 4096.0 + q.y, parameters.y, pack_octahedral(dot(normal, normal) > 0.0 ? normal : vec3(0.0, 0.0, 1.0), STEPS));
 }
 
-float roughness_bent_coat(Lobe lobe, Shape shape) { return floor(shape.parameters.x / 4096.0) / STEPS; }
+float roughness_of_bent_coat(Shape shape) { return floor(shape.parameters.x / 4096.0) / STEPS; }
+
+// It gathers no photons: they are gathered about the surface's normal, and coats are sharp.
+float roughness_bent_coat(Lobe lobe, Shape shape) { return 0.0; }
 
 float cover_of_bent_coat(Shape shape) { return mod(shape.parameters.x, 4096.0) / STEPS; }
 
 Ggx bent_coat_of(Lobe lobe, Shape shape) {
-    float roughness = roughness_bent_coat(lobe, shape), ior = shape.parameters.y;
+    float roughness = roughness_of_bent_coat(shape), ior = shape.parameters.y;
     return Ggx(GGX_DIELECTRIC, true, vec3(f0_of_ior(ior)), vec3(1.0), ior, vec2(roughness * roughness));
 }
 
@@ -55,7 +58,7 @@ vec3 albedo_bent_coat(Lobe lobe, Shape shape, float cosine) {
     return cover_of_bent_coat(shape) * albedo_microfacets(bent_coat_of(lobe, shape), cosine);
 }
 
-float by_cosine_bent_coat(Lobe lobe, Shape shape) { return share_by_cosine(roughness_bent_coat(lobe, shape)); }
+float by_cosine_bent_coat(Lobe lobe, Shape shape) { return share_by_cosine(roughness_of_bent_coat(shape)); }
 
 vec3 exchanged_bent_coat(Lobe lobe, Shape shape, float from, float to) {
     return exchanged_ggx(bent_coat_of(lobe, shape), from, to);

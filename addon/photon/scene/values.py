@@ -33,7 +33,7 @@ COATS = ("coat", "bent_coat")  # whose colour is their tint
 FRESNEL_LOBES = (*COATS, "ggx_dielectric", "ggx_metal", *GLASS)
 TRANSPARENT = "transparent"  # light goes straight on
 # Kinds that gather no photons, however rough they are.
-SEND_RAYS = ("mirror", *GLASS, "translucent", TRANSPARENT)
+SEND_RAYS = ("mirror", *GLASS, "bent_coat", "translucent", TRANSPARENT)
 ALPHAS = ("alpha", "alpha_x", "alpha_y")  # parameters of microfacets
 
 
