@@ -14,6 +14,7 @@ from ..stage.tables import Tables
 from .view import Doubles, View
 
 LIGHT, LIGHT_POINT = 0, 1  # dimensions of random numbers, as in glsl/lib/rng.glsl
+PULL = 1e-3  # to where closest_to begins, over that to where rays meet
 OF_PASS = 0xFFFFFFFF  # the element whose numbers are a pass's
 
 
@@ -107,7 +108,7 @@ def disc_about(middle: Doubles, rays: Doubles) -> tuple[NDArray[np.float32], Dou
     """By which two numbers rays (n, 6) of a light afar start on a disc about a place, and how much
     larger it is than the one about the scene (glsl/lib/aim.glsl)."""
     origin, direction = rays[:, :3], rays[:, 3:]
-    x, y = _frames(direction)
+    x, y = frames_about(direction)
     radius = -(origin * direction).sum(axis=1)
     aside = np.column_stack([x @ middle, y @ middle])
     place = np.column_stack([(x * origin).sum(axis=1), (y * origin).sum(axis=1)]) - aside
@@ -119,7 +120,20 @@ def disc_about(middle: Doubles, rays: Doubles) -> tuple[NDArray[np.float32], Dou
     return np.clip(numbers, 0.0, np.float32(1.0 - 2.0**-24)), larger
 
 
-def _frames(n: Doubles) -> tuple[Doubles, Doubles]:
+def closest_to(rays: Doubles, weight: Doubles, begin: Doubles) -> Doubles:
+    """The place that rays (n, 6) pass by closest, in the mean of squares by their weights (n,); of
+    rays that are alike, as far along them as `begin`."""
+    origin, direction = rays[:, :3], rays[:, 3:]
+    across = np.eye(3) - direction[:, :, None] * direction[:, None, :]
+    across *= weight[:, None, None]
+    pull = PULL * weight.sum()
+    matrix = across.sum(axis=0) + pull * np.eye(3)
+    toward = np.einsum("nij,nj->i", across, origin) + pull * begin
+    found: Doubles = np.linalg.solve(matrix, toward)
+    return found
+
+
+def frames_about(n: Doubles) -> tuple[Doubles, Doubles]:
     """Both vectors across unit vectors (n, 3), as frame_about of glsl/lib/sampling.glsl."""
     s = np.where(n[:, 2] >= 0.0, 1.0, -1.0)
     a = -1.0 / (s + n[:, 2])

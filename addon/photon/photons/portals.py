@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..kernels.records import PORTAL
 from ..stage.geometry import Mesh
 from ..stage.needs import MOST_PORTALS
+from .importance import closest_to, frames_about
 from .view import Doubles, View
 
 RAYS = (256, 2048)  # of each place, if fewer are too few
@@ -26,7 +27,6 @@ LIFT = 1e-4  # of places off their surface [scene units]
 LAYERS = 5  # of what is transparent, and one more
 ENOUGH, FEWEST = 300, 30  # rays that tell where portals are; of one of them
 MOST_RAYS = 200  # of a portal, that are looked at
-PULL = 1e-3  # to the middle of the picture, over that to where rays meet
 STEPS = 8  # of looking for middles
 NORMALS, TURNS = 96, 24  # that are tried
 SHARE = 0.75  # of the shadow rays, as in portals.glsl
@@ -64,7 +64,7 @@ def _upwards(places: Doubles, normals: Doubles, count: int) -> Doubles:
     golden = (math.sqrt(5.0) - 1.0) / 2.0
     share = (at / count + own * golden) % 1.0
     turn = 2.0 * np.pi * ((at * golden + own * golden**2) % 1.0)
-    first, second = _across(normals)
+    first, second = frames_about(normals)
     sine = np.sqrt(share)[..., None]
     directions = sine * (np.cos(turn)[..., None] * first + np.sin(turn)[..., None] * second)
     directions += np.sqrt(1.0 - share)[..., None] * normals
@@ -165,7 +165,7 @@ def _rectangle(rays: Doubles, middle: Doubles, places: Doubles) -> _Rectangle:
         tried = axis + width * np.concatenate([np.zeros((1, 3)), normals[::2], -normals[::2]])
         tried /= np.linalg.norm(tried, axis=1, keepdims=True)
         axis = tried[_spread(rays, middle, tried).argmin()]
-    first, second = _across(axis[None])
+    first, second = frames_about(axis[None])
     plane = np.concatenate([first, second])
     met = _met(rays, middle, axis) @ plane.T
     turns = np.linspace(0.0, np.pi / 2.0, TURNS, endpoint=False)
@@ -196,7 +196,7 @@ def _within(ordered: Doubles, beyond: float) -> tuple[Doubles, Doubles]:
 
 def _spread(rays: Doubles, middle: Doubles, normals: Doubles) -> Doubles:
     """(k,) the area on which most rays meet planes of these normals through a middle."""
-    first, second = _across(normals)
+    first, second = frames_about(normals)
     along = rays[:, 3:] @ normals.T
     along = np.where(np.abs(along) > 1e-3, along, 1e-3)
     origin = rays[:, :3] - middle
@@ -217,14 +217,6 @@ def _hemisphere(count: int) -> Doubles:
     return np.stack([ring * np.cos(turn), ring * np.sin(turn), z], axis=1)
 
 
-def _across(axes: Doubles) -> tuple[Doubles, Doubles]:
-    """Two unit vectors across each of (n, 3)."""
-    other = np.where(np.abs(axes[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
-    first = np.cross(other, axes)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return first, np.cross(axes, first)
-
-
 def _met(rays: Doubles, middle: Doubles, axis: Doubles) -> Doubles:
     """(n, 3) where rays meet a plane through a middle, from there."""
     along = rays[:, 3:] @ axis
@@ -237,7 +229,7 @@ def _met(rays: Doubles, middle: Doubles, axis: Doubles) -> Doubles:
 def _middles(rays: Doubles, count: int, begin: Doubles) -> Doubles:
     """(count, 3) where rays come closest together: Lloyd's algorithm for lines, each new middle
     begun at the ray that all others are farthest from."""
-    middles = _closest(rays, begin)[None]
+    middles = closest_to(rays, np.ones(len(rays)), begin)[None]
     for _ in range(count - 1):
         far = int(_off(rays, middles).min(axis=1).argmax())
         origin, direction = rays[far, :3], rays[far, 3:]
@@ -247,22 +239,11 @@ def _middles(rays: Doubles, count: int, begin: Doubles) -> Doubles:
             nearest = _off(rays, middles).argmin(axis=1)
             middles = np.array(
                 [
-                    _closest(rays[nearest == k], begin) if (nearest == k).any() else middle
-                    for k, middle in enumerate(middles)
+                    closest_to(own, np.ones(len(own)), begin) if len(own) else middle
+                    for own, middle in ((rays[nearest == k], m) for k, m in enumerate(middles))
                 ]
             )
     return middles
-
-
-def _closest(rays: Doubles, begin: Doubles) -> Doubles:
-    """The point that rays pass by closest, in the mean of squares; of rays alike, as far along them
-    as `begin`."""
-    origin, direction = rays[:, :3], rays[:, 3:]
-    across = np.eye(3) - direction[:, :, None] * direction[:, None, :]
-    pull = PULL * len(rays)
-    toward = np.einsum("nij,nj->i", across, origin) + pull * begin
-    found: Doubles = np.linalg.solve(across.sum(axis=0) + pull * np.eye(3), toward)
-    return found
 
 
 def _off(rays: Doubles, middles: Doubles) -> Doubles:

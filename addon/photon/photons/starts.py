@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..stage.aims import Aim, Aims
 from ..stage.light_tree import in_order
 from ..stage.tables import Tables
-from .importance import Importance, disc_about
+from .importance import Importance, closest_to, disc_about
 from .view import Doubles, View
 
 MOST_GROUPS = 16  # of lights, whose photons are importance apart
@@ -25,7 +25,6 @@ MOST_GROUPS = 16  # of lights, whose photons are importance apart
 # at most, for places that no light reaches are none to wait for.
 LEAST_PLAIN, MOST_PLAIN = 0.25, 0.5
 ENOUGH_PHOTONS = 24  # photons of a light that tell where others shall start
-PULL = 1e-3  # to the middle of the picture, over that to where rays meet
 NEAREST = 0.1  # of the way from the eye to what it sees: no photons are closer together at first
 
 
@@ -116,7 +115,8 @@ def _aims_by(importance: Importance, tables: Tables, view: View, least: float) -
             continue
         middle, nearest = np.zeros(3), 1.0
         if light < tables.distant_lights:
-            middle = _middle(own, view)
+            # As in a window.
+            middle = closest_to(own.rays, np.sqrt(own.mass), np.median(view.places, axis=0))
             nearest = _nearest(view, middle, float(-own.rays[0, :3] @ own.rays[0, 3:]))
         numbers, larger = _about(own, middle, light < tables.distant_lights)
         masses = own.mass * larger
@@ -147,17 +147,3 @@ def _about(
         return importance.numbers, np.ones(len(importance.mass))
     on_disc, larger = disc_about(middle, importance.rays)
     return np.concatenate([importance.numbers[:, :2], on_disc], axis=1), larger
-
-
-def _middle(importance: Importance, view: View) -> Doubles:
-    """Where rays that count come closest together, as in a window."""
-    origin, direction = importance.rays[:, :3], importance.rays[:, 3:]
-    weight = np.sqrt(importance.mass)
-    across = np.eye(3) - direction[:, :, None] * direction[:, None, :]
-    across *= weight[:, None, None]
-    pull = PULL * weight.sum()
-    begin = np.median(view.places, axis=0)
-    matrix = across.sum(axis=0) + pull * np.eye(3)
-    toward = np.einsum("nij,nj->i", across, origin) + pull * begin
-    found: Doubles = np.linalg.solve(matrix, toward)
-    return found
