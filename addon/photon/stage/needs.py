@@ -59,7 +59,9 @@ class SceneNeeds:
     camera_kind: str = "persp"
     lens: bool = False  # the camera has one: not all is in focus
     panorama: bool = False
-    portals: bool = False  # there may be some: shadow rays go to the world, photons tell
+    portals: bool = (
+        False  # there may be some: shadow rays go to the world, and who aims photons looks
+    )
     gathered_lobes: bool = False  # some are broad enough to gather photons with
     profiles: bool = False  # lights are not equally bright in all directions
     gobos: bool = False  # or not of one colour, or not at all places
@@ -136,7 +138,7 @@ class SceneNeeds:
             panorama=scene.camera.is_panorama,
             gathered_lobes=gathered,
             portals=asked
-            and settings.photons_a_pass > 0
+            and photons
             and any(light_kinds()[light.kind].is_world for light in emitting),
             profiles=any(light.profile for light in emitting),
             gobos=any(light.gobo is not None for light in emitting),

@@ -81,7 +81,6 @@ class Tables:
         seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
         self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
         self.distant_lights = count_distant(lights) if emitters else 0  # the first ones
-        self.has_world = any(light_kinds()[lamp.kind].is_world for lamp in emitters)
 
     @staticmethod
     def upload(
@@ -107,7 +106,7 @@ class Tables:
         if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
             tables["light_limits"] = limit_table(emitters, len(lights))
-        if count_distant(lights):
+        if any(light_kinds()[lamp.kind].is_world for lamp in emitters):
             tables["portals"] = PORTAL.zeros(MOST_PORTALS)
         if any(light.profile for light in emitters):
             tables["profiles"] = profile_table(emitters)
@@ -188,11 +187,16 @@ class Tables:
             self.textures["light_aims"] = upload_table(self._device, texels_of(aims.lights))
             self.textures["aim_nodes"] = upload_table(self._device, texels_of(aims.nodes))
 
+    @property
+    def has_world(self) -> bool:
+        """Whether there is one that lights."""
+        return "portals" in self.textures
+
     def open(self, portals: NDArray[Any]) -> None:
         """Let shadow rays go through portals, (n,) of PORTAL."""
         found = PORTAL.zeros(MOST_PORTALS)
         found[: len(portals)] = portals
-        if found.tobytes() == self.portals.tobytes() or "portals" not in self.textures:
+        if found.tobytes() == self.portals.tobytes():
             return
         self.portals = found
         write_table(self.textures["portals"], texels_of(found))
