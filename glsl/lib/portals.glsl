@@ -73,30 +73,41 @@ float pdf_portals(vec3 position, vec3 normal, float sum, vec3 to_light) {
 }
 #endif
 
-float pdf_asked(Light light, vec3 position, vec3 normal, vec3 to_light) {
-    float density = pdf_light(light, position, normal, to_light);
 #ifdef PORTALS
-    if (!is_found(light, IS_WORLD)) return density;
-    float seen = portals_seen(position, normal);
-    if (seen > 0.0) density = mix(density, pdf_portals(position, normal, seen, to_light), SHARE_OF_PORTALS);
+// All solid angles of portals, of those lights whose rays they share; else 0.
+float portals_for(Light light, vec3 position, vec3 normal) {
+    return is_found(light, IS_WORLD) ? portals_seen(position, normal) : 0.0;
+}
+
+float pdf_beside_portals(Light light, vec3 position, vec3 normal, float sum, vec3 to_light) {
+    float density = pdf_light(light, position, normal, to_light);
+    if (!(sum > 0.0)) return density;
+    return mix(density, pdf_portals(position, normal, sum, to_light), SHARE_OF_PORTALS);
+}
 #endif
-    return density;
+
+float pdf_asked(Light light, vec3 position, vec3 normal, vec3 to_light) {
+#ifdef PORTALS
+    return pdf_beside_portals(light, position, normal, portals_for(light, position, normal), to_light);
+#else
+    return pdf_light(light, position, normal, to_light);
+#endif
 }
 
 LightSample sample_asked(Light light, vec3 position, vec3 normal, vec2 u) {
 #ifdef PORTALS
-    float seen = is_found(light, IS_WORLD) ? portals_seen(position, normal) : 0.0;
-    if (seen > 0.0) {
+    float sum = portals_for(light, position, normal);
+    if (sum > 0.0) {
         LightSample found = LightSample(normal, T_MAX, vec3(0.0), 0.0);
         if (u.y < SHARE_OF_PORTALS) {
-            found.to_light = sample_portals(position, normal, seen, vec2(u.y / SHARE_OF_PORTALS, u.x));
+            found.to_light = sample_portals(position, normal, sum, vec2(u.y / SHARE_OF_PORTALS, u.x));
         } else {
             u.y = (u.y - SHARE_OF_PORTALS) / (1.0 - SHARE_OF_PORTALS);
             LightSample own = sample_light(light, position, normal, u);
             if (!(own.share > 0.0)) return own;
             found.to_light = own.to_light;
         }
-        float density = pdf_asked(light, position, normal, found.to_light);
+        float density = pdf_beside_portals(light, position, normal, sum, found.to_light);
         if (!(dot(normal, found.to_light) > 0.0) || !(density > 0.0)) return found;
         found.irradiance = seen_light(light, position, found.to_light, T_MAX).rgb / density;
         found.share = 1.0;
