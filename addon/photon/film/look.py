@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import Protocol
 
 import numpy as np
@@ -37,12 +37,18 @@ class HostLook:
 
     def take(self, wanted: Collection[str]) -> tuple[Picture, Error]:
         """As Look's."""
-        film = self._film
-        # Strip after strip, and each read twice: what is made of them takes more than they do.
-        few = [*film.exposures()] if len(film.strips) == 1 else None
-        images = self._picture(few or film.exposures(), {*wanted, "Combined"})
-        error = error_of(few or film.exposures(), images["Combined"], "Error" in wanted)
+        exposures = self._exposures()
+        images = self._picture(exposures(), {*wanted, "Combined"})
+        error = error_of(exposures(), images["Combined"], "Error" in wanted)
         return {name: image for name, image in images.items() if name in wanted}, error
+
+    def _exposures(self) -> Callable[[], Iterable[Exposure]]:
+        """What gives those of the strips. Of several each is read whenever it is asked for: what is
+        made of them takes more than they do."""
+        if len(self._film.strips) > 1:
+            return self._film.exposures
+        few = [*self._film.exposures()]
+        return lambda: few
 
     def _picture(self, exposures: Iterable[Exposure], wanted: Collection[str]) -> Picture:
         images: Picture = {}
@@ -64,12 +70,10 @@ class DenoisedLook(HostLook):
 
     def take(self, wanted: Collection[str]) -> tuple[Picture, Error]:
         """As Look's. Raises DenoiserError."""
-        film = self._film
-        few = [*film.exposures()] if len(film.strips) == 1 else None
-        images = self._picture(few or film.exposures(), {*wanted, *FEATURES, "Combined"})
-        plain, found = images["Combined"], picture_denoised(images, few or film.exposures())
+        exposures, with_image = self._exposures(), "Error" in wanted
+        images = self._picture(exposures(), {*wanted, *FEATURES, "Combined"})
+        plain, found = images["Combined"], picture_denoised(images, exposures())
         images["Combined"] = np.concatenate([found.picture, plain[..., 3:]], axis=-1)
-        exposures, with_image = few or film.exposures(), "Error" in wanted
-        error = error_of(exposures, plain, with_image, found.picture, found.left)
+        error = error_of(exposures(), plain, with_image, found.picture, found.left)
         self.by = found.by
         return {name: image for name, image in images.items() if name in wanted}, error
