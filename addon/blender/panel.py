@@ -11,17 +11,18 @@ ENGINE = PhotonStreamEngine.bl_idname
 
 
 class EnginePanel:
-    """A panel that is shown for this engine."""
+    """A panel that is shown for this engine, where the context has what it is about."""
 
     layout: bpy.types.UILayout
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "render"
     COMPAT_ENGINES = {ENGINE}
+    subject = "scene"  # a member of the context
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine in cls.COMPAT_ENGINES
+        return context.engine in cls.COMPAT_ENGINES and getattr(context, cls.subject) is not None
 
     def split_layout(self) -> bpy.types.UILayout:
         layout = self.layout

@@ -243,11 +243,8 @@ class VIEWLAYER_PT_photon_stream_passes(EnginePanel, bpy.types.Panel):
 class MATERIAL_PT_photon_stream_dispersion(EnginePanel, bpy.types.Panel):
     bl_label = "Dispersion"
     bl_context = "material"
+    subject = "material"
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.material is not None and super().poll(context)
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.split_layout()
@@ -261,10 +258,11 @@ class MATERIAL_PT_photon_stream_dispersion(EnginePanel, bpy.types.Panel):
 class DATA_PT_photon_stream_panorama(EnginePanel, bpy.types.Panel):
     bl_label = "Panorama"
     bl_context = "data"
+    subject = "camera"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.camera and context.camera.type == "PANO" and super().poll(context)
+        return super().poll(context) and context.camera.type == "PANO"
 
     def draw(self, context: bpy.types.Context) -> None:
         col = self.split_layout().column()
@@ -281,10 +279,7 @@ class DATA_PT_photon_stream_panorama(EnginePanel, bpy.types.Panel):
 class DATA_PT_photon_stream_light(EnginePanel, bpy.types.Panel):
     bl_label = "Light"
     bl_context = "data"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.light is not None and super().poll(context)
+    subject = "light"
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
@@ -313,12 +308,12 @@ class DATA_PT_photon_stream_light(EnginePanel, bpy.types.Panel):
 class DATA_PT_photon_stream_spot(EnginePanel, bpy.types.Panel):
     bl_label = "Beam Shape"
     bl_context = "data"
+    subject = "light"
     bl_parent_id = "DATA_PT_photon_stream_light"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        light = context.light
-        return light is not None and light.type == "SPOT" and super().poll(context)
+        return super().poll(context) and context.light.type == "SPOT"
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.split_layout()

@@ -15,10 +15,7 @@ LIGHT_RAYS = ("camera", "diffuse", "glossy")  # that may find lamps
 class OBJECT_PT_photon_stream_rays(EnginePanel, bpy.types.Panel):
     bl_label = "Rays and Light Group"
     bl_context = "object"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.object is not None and super().poll(context)
+    subject = "object"
 
     def draw(self, context: bpy.types.Context) -> None:
         obj = context.object
@@ -34,11 +31,8 @@ class OBJECT_PT_photon_stream_rays(EnginePanel, bpy.types.Panel):
 class WORLD_PT_photon_stream_group(EnginePanel, bpy.types.Panel):
     bl_label = "Light Group"
     bl_context = "world"
+    subject = "world"
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.world is not None and super().poll(context)
 
     def draw(self, context: bpy.types.Context) -> None:
         _draw_group(self.split_layout(), context.world, context.view_layer)
