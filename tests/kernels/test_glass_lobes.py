@@ -150,7 +150,7 @@ def test_reciprocal_but_for_the_index(one_bench: Bench, lobe: Lobe) -> None:
     back = probe(one_bench, behind(lobe), below, above * FLIP)[0][:, :3]
     assert forth.max() > 0
     # Of some that graze, rounding decides; on an H100 of 1.1 in ten thousand.
-    assert np.isclose(forth, back, rtol=5e-3, atol=1e-5).mean() > 0.9998
+    assert np.isclose(forth, back, rtol=5e-3, atol=1e-5).mean() > 0.99985
 
 
 @pytest.mark.parametrize("angle", ANGLES)
