@@ -13,13 +13,11 @@ import numpy as np
 
 from ..denoiser import ABSENT, find
 from ..streams import Device, StreamError
-from .composed import Composed, settings_of
 from .errors import DeviceError, PhotonStreamError
+from .eye.eye import Eye
 from .eye.images import PassImages
 from .eye.path import Path
-from .eye.paths import Eye
 from .eye.samples import instant
-from .film.look import DenoisedLook
 from .film.picture import (
     CAUSTIC_IMAGES,
     EMISSION_IMAGES,
@@ -29,6 +27,7 @@ from .film.picture import (
     ILLUMINANCE_IMAGES,
     MIRROR_IMAGES,
 )
+from .film.resolver import DenoisingResolver
 from .film.strips import StripFilm, strips_of
 from .memory import Budget
 from .phases import Phases
@@ -48,6 +47,7 @@ from .stage.geometry import Mesh
 from .stage.kinds import check_kinds
 from .stage.needs import SceneNeeds
 from .stage.textures import check_textures
+from .takes_renderer import TakesRenderer, settings_of
 from .ways.way import Way, way_of
 
 
@@ -82,7 +82,7 @@ def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None 
         warnings = (*warnings, *(x for x in one.warnings if x not in warnings))
     if takes[0].scene is scene:
         return Renderer(scene, settings, made[0], warnings)
-    return Composed(scene, settings, takes, made, warnings)
+    return TakesRenderer(scene, settings, takes, made, warnings)
 
 
 def photons_per_disc(photons: int) -> float:
@@ -160,9 +160,9 @@ class _Preparation:
             film = StripFilm(way, strips, names, halved)
             self._own.append(film.release)
             film.prepare()
-            looks = way.look(film, names)
-            self._own.append(looks.release)
-            denoised = DenoisedLook(film) if settings.denoise else None
+            resolver = way.resolver(film, names)
+            self._own.append(resolver.release)
+            denoised = DenoisingResolver(film) if settings.denoise else None
             estimators = self._estimators(stage, needs) if mapper else None
             if mapper:
                 self._start_pilot(mapper, stage, needs)
@@ -172,7 +172,7 @@ class _Preparation:
             photons = None
             if mapper and estimators:
                 photons = self._photons(mapper, *estimators, stage, eye, budget)
-        made = eye, images, film, looks, denoised, photons
+        made = eye, images, film, resolver, denoised, photons
         return Parts(way, stage, needs, *made, self._phases, self._own)
 
     def _find_room(self) -> Budget:

@@ -14,13 +14,13 @@ import numpy as np
 from ..denoiser import DenoiserError
 from ..streams import StreamError
 from .errors import DeviceError
+from .eye.eye import Eye
 from .eye.images import PassImages
 from .eye.path import Path
-from .eye.paths import Eye
 from .eye.samples import instant
 from .film.error import Error
-from .film.look import DenoisedLook, Look, Picture
 from .film.picture import CHANNELS, FEATURES, exposed
+from .film.resolver import DenoisingResolver, Picture, Resolver
 from .film.strips import StripFilm
 from .phases import Phases
 from .photons.kept import Stage
@@ -45,8 +45,8 @@ class Parts:
     eye: Eye
     images: PassImages
     film: StripFilm
-    look: Look
-    denoised: DenoisedLook | None
+    resolver: Resolver
+    denoised: DenoisingResolver | None
     photons: Photons | None
     phases: Phases
     own: list[Callable[[], None]]  # what releases them
@@ -67,7 +67,7 @@ class Renderer:
         self._stage, self.frame = parts.stage, parts.stage.frame
         self.triangles = len(parts.stage.mesh.triangles)
         self.eye, self.film, self.photons = parts.eye, parts.film, parts.photons
-        self._images, self._look, self._denoised = parts.images, parts.look, parts.denoised
+        self._images, self._resolver, self._denoised = parts.images, parts.resolver, parts.denoised
         self._phases, self._own = parts.phases, parts.own
         self._first_normals: list[moderngl.Buffer] = []  # and depths, of each strip: not read yet
         # Nothing seen, until the first pass; a mean over passes would mix objects.
@@ -113,7 +113,7 @@ class Renderer:
         if not self.settings.denoising_data:
             wanted = [name for name in wanted if name not in FEATURES]
         self.device.use()
-        images, error = self._take(wanted, is_preview)
+        images, error = self._resolve(wanted, is_preview)
         self._error = self.film.passes, error
         if error.image is not None:
             images["Error"] = error.image
@@ -126,17 +126,17 @@ class Renderer:
             images["Depth"] = self._depth
         return images
 
-    def _take(self, wanted: Collection[str], is_preview: bool) -> tuple[Picture, Error]:
+    def _resolve(self, wanted: Collection[str], is_preview: bool) -> tuple[Picture, Error]:
         """Picture and error; plain ones, and a warning, where denoising fails."""
         is_seen = not {"Combined", "Error"}.isdisjoint(wanted)
         if self._denoised and is_seen and not is_preview and self.film.passes > 1:
             try:
                 with self._phases.timed("denoise"):
-                    return self._denoised.take(wanted)
+                    return self._denoised.resolve(wanted)
             except DenoiserError as error:
                 self.warnings += (f"not denoised: {error}",)
                 self._denoised = None
-        return self._look.take(wanted)
+        return self._resolver.resolve(wanted)
 
     def error(self) -> Error:
         """How far the picture so far is from the converged one: the denoised one, if that was last

@@ -10,8 +10,8 @@ from typing import get_args
 
 from ..streams import Defines, DrawKernel, Kernel, Made
 from ..streams.draw import AddPart
-from .film.device_look import DECLARATIONS as LOOK_DECLARATIONS
-from .film.device_look import look_defines
+from .film.device_resolver import DECLARATIONS as RESOLVER_DECLARATIONS
+from .film.device_resolver import resolver_defines
 from .film.film import Accumulate, AccumulateBatches, AccumulateTwo
 from .kernels.absorb import Absorb
 from .kernels.add_chain import AddChain
@@ -215,8 +215,8 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield AddChain, {**first, "MOVED": 1}, {}
     for count in range(4):
         for names in combinations(("mirror", "emission", "blur"), count):
-            yield Resolve, look_defines(names), {}
-            yield ErrorParts, look_defines(names), {}
+            yield Resolve, resolver_defines(names), {}
+            yield ErrorParts, resolver_defines(names), {}
     for of_shadows in (Unshadowed, ShadowThrough):
         yield of_shadows, {}, {}
         yield of_shadows, lux, {}
@@ -283,7 +283,7 @@ def compute_programs() -> Iterator[tuple[str, str, Made]]:
     """Each program that is no kernel, what it is compiled with, and its includes."""
     for stem in COMPUTE:
         yield stem, DECLARATIONS.get(stem, ""), {}
-    yield "sum_texels", LOOK_DECLARATIONS, {}
+    yield "sum_texels", RESOLVER_DECLARATIONS, {}
     for scene in (*needs(), *program_needs()):
         for arrivals in (False, True):
             defines = replace(scene, arrivals=arrivals).photon_defines

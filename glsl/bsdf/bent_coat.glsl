@@ -60,11 +60,11 @@ vec3 albedo_bent_coat(Lobe lobe, Shape shape, float cosine) {
 
 float by_cosine_bent_coat(Lobe lobe, Shape shape) { return share_by_cosine(roughness_of_bent_coat(shape)); }
 
-vec3 exchanged_bent_coat(Lobe lobe, Shape shape, float from, float to) {
-    return exchanged_ggx(bent_coat_of(lobe, shape), from, to);
+vec3 adjoint_bent_coat(Lobe lobe, Shape shape, float from, float to) {
+    return adjoint_ggx(bent_coat_of(lobe, shape), from, to);
 }
 
-vec3 passed_bent_coat(Lobe lobe, Shape shape, float cosine) {
+vec3 transmittance_bent_coat(Lobe lobe, Shape shape, float cosine) {
     float cover = cover_of_bent_coat(shape), taken = largest(albedo_bent_coat(lobe, shape, cosine));
-    return passed_by_tint(lobe.colour, shape.parameters.y, cover, cosine) * clamp(1.0 - taken, 0.0, 1.0);
+    return transmittance_of_tint(lobe.colour, shape.parameters.y, cover, cosine) * clamp(1.0 - taken, 0.0, 1.0);
 }

@@ -35,11 +35,11 @@ float roughness_coat(Lobe lobe, Shape shape) { return sqrt(shape.parameters.x); 
 
 float by_cosine_coat(Lobe lobe, Shape shape) { return share_by_cosine(sqrt(shape.parameters.x)); }
 
-vec3 exchanged_coat(Lobe lobe, Shape shape, float from, float to) { return exchanged_ggx(coat_of(shape), from, to); }
+vec3 adjoint_coat(Lobe lobe, Shape shape, float from, float to) { return adjoint_ggx(coat_of(shape), from, to); }
 
-vec3 passed_coat(Lobe lobe, Shape shape, float cosine) {
-    float passed = 1.0 - largest(albedo_coat(lobe, shape, cosine));
-    return clamp(passed, 0.0, 1.0) * passed_by_tint(lobe.colour, shape.parameters.y, shape.parameters.z, cosine);
+vec3 transmittance_coat(Lobe lobe, Shape shape, float cosine) {
+    float through = 1.0 - largest(albedo_coat(lobe, shape, cosine));
+    return clamp(through, 0.0, 1.0) * transmittance_of_tint(lobe.colour, shape.parameters.y, shape.parameters.z, cosine);
 }
 
 Microfacets microfacets_coat(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer) {

@@ -35,6 +35,6 @@ vec3 albedo_dispersive_glass(Lobe lobe, Shape shape, float cosine) {
 // Sends rays.
 float roughness_dispersive_glass(Lobe lobe, Shape shape) { return 0.0; }
 
-vec3 exchanged_dispersive_glass(Lobe lobe, Shape shape, float from, float to) {
-    return exchanged_glass(dispersive_glass_of(lobe, shape), from, to);
+vec3 adjoint_dispersive_glass(Lobe lobe, Shape shape, float from, float to) {
+    return adjoint_glass(dispersive_glass_of(lobe, shape), from, to);
 }

@@ -45,6 +45,6 @@ vec3 albedo_ggx_dispersive_glass(Lobe lobe, Shape shape, float cosine) {
 // Sends rays: photons about a point tell of its own side alone.
 float roughness_ggx_dispersive_glass(Lobe lobe, Shape shape) { return 0.0; }
 
-vec3 exchanged_ggx_dispersive_glass(Lobe lobe, Shape shape, float from, float to) {
-    return exchanged_glass(ggx_dispersive_glass_of(lobe, shape), from, to);
+vec3 adjoint_ggx_dispersive_glass(Lobe lobe, Shape shape, float from, float to) {
+    return adjoint_glass(ggx_dispersive_glass_of(lobe, shape), from, to);
 }

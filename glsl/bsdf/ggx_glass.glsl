@@ -41,6 +41,6 @@ vec3 albedo_ggx_glass(Lobe lobe, Shape shape, float cosine) {
 // Sends rays: photons about a point tell of its own side alone.
 float roughness_ggx_glass(Lobe lobe, Shape shape) { return 0.0; }
 
-vec3 exchanged_ggx_glass(Lobe lobe, Shape shape, float from, float to) {
-    return exchanged_glass(ggx_glass_of(lobe, shape), from, to);
+vec3 adjoint_ggx_glass(Lobe lobe, Shape shape, float from, float to) {
+    return adjoint_glass(ggx_glass_of(lobe, shape), from, to);
 }

@@ -41,9 +41,9 @@ float roughness_ggx_metal(Lobe lobe, Shape shape) { return least_ggx_roughness(s
 
 float by_cosine_ggx_metal(Lobe lobe, Shape shape) { return share_by_cosine_ggx(shape.parameters.xy); }
 
-vec3 exchanged_ggx_metal(Lobe lobe, Shape shape, float from, float to) {
+vec3 adjoint_ggx_metal(Lobe lobe, Shape shape, float from, float to) {
     mat3 frame;
-    return exchanged_ggx(ggx_metal_of(lobe, shape, vec3(0.0, 0.0, 1.0), frame), from, to);
+    return adjoint_ggx(ggx_metal_of(lobe, shape, vec3(0.0, 0.0, 1.0), frame), from, to);
 }
 
 Shape turned_ggx_metal(Lobe lobe, Shape shape, float angle) {

@@ -33,6 +33,6 @@ vec3 albedo_glass(Lobe lobe, Shape shape, float cosine) { return albedo_glass(gl
 // Sends rays.
 float roughness_glass(Lobe lobe, Shape shape) { return 0.0; }
 
-vec3 exchanged_glass(Lobe lobe, Shape shape, float from, float to) {
-    return exchanged_glass(glass_of(lobe, shape), from, to);
+vec3 adjoint_glass(Lobe lobe, Shape shape, float from, float to) {
+    return adjoint_glass(glass_of(lobe, shape), from, to);
 }

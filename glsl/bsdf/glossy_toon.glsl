@@ -34,4 +34,4 @@ float roughness_glossy_toon(Lobe lobe, Shape shape) { return 1.0; }
 
 float by_cosine_glossy_toon(Lobe lobe, Shape shape) { return 0.5; }
 
-vec3 exchanged_glossy_toon(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }
+vec3 adjoint_glossy_toon(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

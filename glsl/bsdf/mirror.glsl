@@ -17,4 +17,4 @@ vec3 albedo_mirror(Lobe lobe, Shape shape, float cosine) { return lobe.colour; }
 
 float roughness_mirror(Lobe lobe, Shape shape) { return 0.0; }
 
-vec3 exchanged_mirror(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }
+vec3 adjoint_mirror(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

@@ -36,4 +36,4 @@ vec3 albedo_phong(Lobe lobe, Shape shape, float cosine) { return lobe.colour; }
 // Of microfacets about as broad.
 float roughness_phong(Lobe lobe, Shape shape) { return sqrt(sqrt(2.0 / (shape.parameters.x + 2.0))); }
 
-vec3 exchanged_phong(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }
+vec3 adjoint_phong(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

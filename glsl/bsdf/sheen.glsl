@@ -41,4 +41,4 @@ float roughness_sheen(Lobe lobe, Shape shape) { return shape.parameters.x; }
 // It is not reciprocal: photons leave where it is bright to the viewer.
 float by_cosine_sheen(Lobe lobe, Shape shape) { return 0.5; }
 
-vec3 exchanged_sheen(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }
+vec3 adjoint_sheen(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

@@ -33,4 +33,4 @@ float roughness_toon(Lobe lobe, Shape shape) { return 1.0; }
 // Photons go where the eye may be, not where light would come from.
 float by_cosine_toon(Lobe lobe, Shape shape) { return 0.5; }
 
-vec3 exchanged_toon(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }
+vec3 adjoint_toon(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

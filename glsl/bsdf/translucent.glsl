@@ -28,4 +28,4 @@ vec3 albedo_translucent(Lobe lobe, Shape shape, float cosine) { return lobe.colo
 // Sends rays: photons about a point tell of its own side alone.
 float roughness_translucent(Lobe lobe, Shape shape) { return 0.0; }
 
-vec3 exchanged_translucent(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }
+vec3 adjoint_translucent(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

@@ -20,4 +20,4 @@ vec3 albedo_transparent(Lobe lobe, Shape shape, float cosine) { return lobe.colo
 
 float roughness_transparent(Lobe lobe, Shape shape) { return 0.0; }
 
-vec3 exchanged_transparent(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }
+vec3 adjoint_transparent(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Add a pass to the sum of an image.
-#include "lib/compensated.glsl"
+#include "lib/compensated_sum.glsl"
 
 void kernel() {
     vec4 sum = load_sum().value, low = load_low().value;

@@ -13,7 +13,7 @@ void kernel() {
     Material material = material_at(surface.material);
     vec3 emission = material.emission;
     if (is_given(material.emission_from)) {
-        here = here_at(hit, direction, surface);
+        shading_point = shading_point_at(hit, direction, surface);
 #ifdef EYE
         ask_as_eye_ray();
 #else

@@ -3,13 +3,13 @@
 #include "lib/table.glsl"
 #include "lib/packing.glsl"
 #include "lib/radius_grid.glsl"
-#include "lib/facing.glsl"
+#include "lib/sides.glsl"
 layout(std430, binding = 0) buffer Sums { uint sums[]; };
 uniform sampler2D place;
 uniform sampler2D deposit;
 
 void count_on(int axis, float cosine, vec3 position) {
-    if (!(abs(cosine) >= FACING)) return;
+    if (!(abs(cosine) >= SIDE_COSINE)) return;
     int side = side_facing(axis, cosine);
     RadiusGrid grid = grid_of(side);
     vec3 at = (position - grid.origin) / grid.cell_size;

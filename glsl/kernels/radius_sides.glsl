@@ -2,7 +2,7 @@
 // The boxes about the photons of each side, native/src/radius/grids.rs, by a sample of those in the box about most.
 #include "lib/table.glsl"
 #include "lib/packing.glsl"
-#include "lib/facing.glsl"
+#include "lib/sides.glsl"
 #include "lib/photon_boxes.glsl"
 uniform sampler2D place;
 uniform sampler2D deposit;
@@ -10,7 +10,7 @@ uniform int step;  // photons from one of the sample to the next
 shared uint met[BOXES * FACES];
 
 void meet(int axis, float cosine, vec3 position) {
-    if (!(abs(cosine) >= FACING)) return;
+    if (!(abs(cosine) >= SIDE_COSINE)) return;
     int first = face_of(1 + side_facing(axis, cosine), 0, false);
     for (int k = 0; k < 3; k++) {
         uint along = ordered(position[k]);

@@ -48,7 +48,7 @@ void kernel() {
     Surface surface = surface_at(hit, direction);
     Material material = material_at(surface.material);
 #ifdef PROGRAMS
-    here = here_at(hit, direction, surface);
+    shading_point = shading_point_at(hit, direction, surface);
 #if defined(PHOTONS)
     ask_as_light();
 #elif defined(EYE)

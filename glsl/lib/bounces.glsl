@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How often a ray of the eye was scattered, and as what it asks programs of materials.
 #ifdef PROGRAMS
-#include "lib/here.glsl"
+#include "lib/shading_point.glsl"
 #endif
 
 float bounces_before() {

@@ -4,7 +4,7 @@
 // surface; frame = mat3(tangent, bitangent, normal).
 //
 // Compensation and layer weights hang on the viewer's cosine alone, so the lobe is not reciprocal: see
-// exchanged_ggx.
+// adjoint_ggx.
 #include "lib/sampling.glsl"
 #include "lib/ggx_energy.glsl"
 #include "lib/microfacets.glsl"
@@ -171,7 +171,7 @@ vec3 sample_microfacets(Ggx m, mat3 frame, vec3 to_viewer, vec2 u, out vec3 weig
 }
 
 // What f changes by when its directions change places: f(to, from) / f(from, to), by their cosines.
-vec3 exchanged_ggx(Ggx m, float from, float to) {
+vec3 adjoint_ggx(Ggx m, float from, float to) {
     return compensation_ggx(m, max(GGX_HORIZON, to)) / compensation_ggx(m, max(GGX_HORIZON, from));
 }
 

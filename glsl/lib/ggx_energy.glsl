@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The energy of GGX reflection: fits to the integrals over a viewer's visible normals (Heitz 2018).
-// Written by make_glsl.py from make_tables.py's quadrature; isotropic, roughness = sqrt(alpha) in [0, 1].
+// Isotropic; roughness = sqrt(alpha) in [0, 1].
 
 // Albedo at this cosine of one bounce between white microfacets. Relative error 0.0015 for a cosine
 // of 0.05 and more.

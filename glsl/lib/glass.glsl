@@ -4,7 +4,7 @@
 // viewer is above the surface, light may be below it.
 //
 // Radiance is divided by the squared index on its way from below, as it spreads or narrows there. The flux of a
-// photon is not: see exchanged_glass. Where both eye and light are outside that cancels. Behind an open sheet they
+// photon is not: see adjoint_glass. Where both eye and light are outside that cancels. Behind an open sheet they
 // need not be, and Cycles leaves radiance as it is: flux is then divided by the squared index on its way below.
 #include "lib/colour.glsl"
 #include "lib/ggx.glsl"
@@ -167,7 +167,7 @@ vec3 albedo_glass(Glass g, float cosine) {
 
 // What sample_glass's weight is multiplied by for a photon: the viewer is where it goes, on the other side if that
 // cosine is below 0, and its flux does not spread, but through a sheet.
-vec3 exchanged_glass(Glass g, float from, float to) {
+vec3 adjoint_glass(Glass g, float from, float to) {
     vec3 given = compensation_glass(g, max(GGX_HORIZON, from));
     if (to >= 0.0) return compensation_glass(g, max(GGX_HORIZON, to)) / given;
     Glass behind = g;

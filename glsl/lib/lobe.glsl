@@ -60,7 +60,7 @@ vec3 sample_lobe_for_photon(Lobe lobe, Shape shape, vec3 normal, vec3 to_light, 
     // One call for both cases: compilers take long for each.
     vec3 to_viewer = sample_lobe(lobe, shape, normal, to_light, apart, weight);
     if (!(by_cosine > 0.0)) {
-        weight *= exchanged_kind(lobe, shape, max(0.0, dot(to_light, normal)), dot(to_viewer, normal));
+        weight *= adjoint_kind(lobe, shape, max(0.0, dot(to_light, normal)), dot(to_viewer, normal));
         return to_viewer;
     }
     if (is_by_cosine) to_viewer = frame_about(normal) * sample_cosine_hemisphere(apart);
@@ -85,4 +85,4 @@ float share_of_first(Lobe first, Shape first_shape, Lobe second, Shape second_sh
 // The share of light that gets through it, to and fro, to what it lies over, as Cycles layers closures: by
 // the viewer's direction alone, and the same for all colours unless the lobe has a tint. That is not reciprocal:
 // whoever goes from the light to the eye has to ask for the direction that leads on to the eye.
-vec3 passed_by_lobe(Lobe lobe, Shape shape, float cosine) { return passed_kind(lobe, shape, cosine); }
+vec3 transmittance_lobe(Lobe lobe, Shape shape, float cosine) { return transmittance_kind(lobe, shape, cosine); }

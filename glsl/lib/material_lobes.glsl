@@ -50,15 +50,15 @@ float choice() {
 }
 
 // What all that lies over a lobe lets through to a viewer at this cosine.
-vec3 passed_over(Material material, MaterialLobe l, float cosine) {
-    vec3 passed = vec3(1.0);
+vec3 transmittance_above(Material material, MaterialLobe l, float cosine) {
+    vec3 transmittance = vec3(1.0);
 #ifdef LAYERS
     for (int i = 0; i < LAYERS && l.over > 0.0; i++) {
         l = lobe_at(int(material.first_lobe + l.over) - 1);
-        passed *= passed_by_lobe(lobe_of(l), shape_of(l), cosine);
+        transmittance *= transmittance_lobe(lobe_of(l), shape_of(l), cosine);
     }
 #endif
-    return passed;
+    return transmittance;
 }
 
 // Lambert's albedo to a viewer at this cosine, and whether photons land there, whatever the cosine.
@@ -69,14 +69,14 @@ Diffuse diffuse_below(Material material, float cosine) {
         MaterialLobe l = lobe_at(int(material.first_lobe) + i);
         if (!(largest(l.covered) > 0.0)) continue;
         covers = true;
-        albedo += l.covered * passed_by_lobe(lobe_of(l), shape_of(l), cosine) * passed_over(material, l, cosine);
+        albedo += l.covered * transmittance_lobe(lobe_of(l), shape_of(l), cosine) * transmittance_above(material, l, cosine);
     }
     Diffuse diffuse = bare_diffuse(albedo);
     return covers ? with_photons(diffuse) : diffuse;
 }
 
 float probable_albedo(Material material, MaterialLobe l, float cosine) {
-    return mean(albedo_lobe(lobe_of(l), shape_of(l, passed_over(material, l, cosine)), cosine)) + 1.0e-6;
+    return mean(albedo_lobe(lobe_of(l), shape_of(l, transmittance_above(material, l, cosine)), cosine)) + 1.0e-6;
 }
 
 #if defined(DIRECTIONS) && defined(GATHERED_FROM)
@@ -130,13 +130,13 @@ Lobes lobes_of(Material material, float cosine, float turn, float side) {
     if (!(material.lobes > 0.0)) return found;
     MaterialLobe l = lobe_at(int(material.first_lobe));
     found.lobe0 = lobe_of(l);
-    found.shape0 = placed(found.lobe0, shape_of(l, passed_over(material, l, cosine)), turn, side);
+    found.shape0 = placed(found.lobe0, shape_of(l, transmittance_above(material, l, cosine)), turn, side);
 #ifdef TWO_LOBES
     if (!(material.lobes > 1.0)) return found;
     float probability;
     l = drawn_lobe(material, 1, cosine, probability);
     found.lobe1 = lobe_of(l);
-    found.shape1 = placed(found.lobe1, shape_of(l, passed_over(material, l, cosine) / probability), turn, side);
+    found.shape1 = placed(found.lobe1, shape_of(l, transmittance_above(material, l, cosine) / probability), turn, side);
 #endif
     return found;
 }
@@ -160,8 +160,8 @@ Lobes lobes_of(Material material, Facing facing, Shading shading, vec3 to_light,
         vec2 u = reflection_numbers(load_flux()).yz;
         vec3 normal = raised_normal(shading.normal, facing.normal, to_light);
         vec3 onward = sample_lobe_for_photon(found.lobe0, found.shape0, normal, to_light, u, weight);
-        vec3 passed = passed_over(material, l, cosine_to_viewer(facing, shading, onward));
-        found.shape0 = weighed(found.shape0, passed);
+        vec3 transmittance = transmittance_above(material, l, cosine_to_viewer(facing, shading, onward));
+        found.shape0 = weighed(found.shape0, transmittance);
     }
 #endif
     return found;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Between the space of the point's object [m] and the world's.
-#include "lib/here.glsl"
+#include "lib/shading_point.glsl"
 
 // The linear part of the transform from world space [m] to the object's.
 mat3 world_to_object() { return linear_part(object_space()) / world_space().x.x; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Run a material's program: made/nodes.glsl has the nodes of the scene's, and what runs them. PROGRAMS registers
 // are enough. Uses the tables of instructions and constants.
-#include "lib/here.glsl"
+#include "lib/shading_point.glsl"
 #include "lib/surface.glsl"
 #include "lib/colour.glsl"
 
@@ -25,8 +25,8 @@ vec4 operand(float code) {
 
 #include "made/nodes.glsl"
 
-Here here_at(Hit hit, vec3 direction, Surface surface) {
-    Here found;
+ShadingPoint shading_point_at(Hit hit, vec3 direction, Surface surface) {
+    ShadingPoint found;
     found.position = surface.position;
     found.geometric = surface.geometric;
     found.shading = surface.shading;

@@ -2,7 +2,7 @@
 // The gather radius at every place of a surface: native/src/radius/field.rs. Uses the table radii:
 // each side's grid, then their nodes, four a texel.
 #include "lib/table.glsl"
-#include "lib/facing.glsl"
+#include "lib/sides.glsl"
 
 // No component is chosen by a variable index: a GPU's compiler would keep such vectors in memory.
 float node_radius(int at) {
@@ -27,7 +27,7 @@ float radius_on(int side, vec3 position) {
 }
 
 float radius_facing(int axis, float cosine, vec3 position) {
-    return !(abs(cosine) >= FACING) ? 1.0e30 : radius_on(side_facing(axis, cosine), position);
+    return !(abs(cosine) >= SIDE_COSINE) ? 1.0e30 : radius_on(side_facing(axis, cosine), position);
 }
 
 // The smallest of the sides that a surface counts for; 0 for what is no normal.

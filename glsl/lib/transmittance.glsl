@@ -11,7 +11,7 @@ vec3 transmittance_at(Hit hit, vec3 direction) {
     Material material = material_at(int(triangle_at(hit_triangle(hit)).material));
 #ifdef PROGRAMS
     if (is_given(material.transmittance_from)) {
-        here = here_at(hit, direction, surface_at(hit, direction));
+        shading_point = shading_point_at(hit, direction, surface_at(hit, direction));
         asking = SHADOW_RAY;
         run_program(material);
         return reflectance_from(material.transmittance_from, material.transmittance);

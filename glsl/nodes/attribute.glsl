@@ -5,7 +5,7 @@
 
 vec4 run_attribute(vec4 number, vec4 shift) {
 #ifdef ATTRIBUTES
-    CornerAttribute at = corner_attribute_at(here.triangle * ATTRIBUTES + int(number.x));
+    CornerAttribute at = corner_attribute_at(shading_point.triangle * ATTRIBUTES + int(number.x));
     vec3 corners = shifted_corners(shift);
     return corners.x * at.a + corners.y * at.b + corners.z * at.c;
 #else

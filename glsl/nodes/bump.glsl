@@ -6,8 +6,8 @@
 
 vec4 run_bump(vec4 normal, vec4 height, vec4 amount) {
 #ifdef BUMPS
-    vec3 n = normal.xyz, of_along = cross(here.across, n), of_across = cross(n, here.along);
-    float metres = here.footprint * world_space().x.x, area = dot(here.along, of_along);
+    vec3 n = normal.xyz, of_along = cross(shading_point.across, n), of_across = cross(n, shading_point.along);
+    float metres = shading_point.footprint * world_space().x.x, area = dot(shading_point.along, of_along);
     vec3 gradient = (height.y - height.x) * of_along + (height.z - height.x) * of_across;
     vec3 bent = amount.z * metres * abs(area) * n - amount.y * sign(area) * gradient;
     float l2 = dot(bent, bent);

@@ -11,8 +11,8 @@ float dielectric_reflectance(float cosine, float ior) {
 }
 
 vec4 run_fresnel(vec4 ior, vec4 normal, vec4 given) {
-    float cosine = dot(here.to_viewer, given.x > 0.0 ? normal.xyz : here.shading);
+    float cosine = dot(shading_point.to_viewer, given.x > 0.0 ? normal.xyz : shading_point.shading);
     float index = max(ior.x, 1.0e-5);
-    float reflected = dielectric_reflectance(cosine, here.side < 0.0 ? 1.0 / index : index);
+    float reflected = dielectric_reflectance(cosine, shading_point.side < 0.0 ? 1.0 / index : index);
     return vec4(vec3(reflected), abs(cosine));
 }

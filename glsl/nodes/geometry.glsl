@@ -11,10 +11,10 @@ vec4 run_geometry(vec4 which, vec4 shift) {
     vec3 value = vec3(shifted_corners(shift).xy, 0.0);
     if (wanted == 0) value = to_space(world_space(), shifted_position(shift));
     else if (wanted == 1) value = to_space(object_space(), shifted_position(shift));
-    else if (wanted == 2) value = here.shading;
-    else if (wanted == 3) value = normal_in_object(here.shading);
-    else if (wanted == 4) value = here.geometric;
-    else if (wanted == 5) value = here.to_viewer;
-    else if (wanted == 6) value = vec3(here.side < 0.0 ? 1.0 : 0.0);
+    else if (wanted == 2) value = shading_point.shading;
+    else if (wanted == 3) value = normal_in_object(shading_point.shading);
+    else if (wanted == 4) value = shading_point.geometric;
+    else if (wanted == 5) value = shading_point.to_viewer;
+    else if (wanted == 6) value = vec3(shading_point.side < 0.0 ? 1.0 : 0.0);
     return vec4(value, 1.0);
 }

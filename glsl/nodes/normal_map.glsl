@@ -10,14 +10,14 @@ vec4 run_normal_map(vec4 colour, vec4 tangent, vec4 normal, vec4 strength, vec4 
     int wanted = int(space.x);
     if (wanted > 2) c.yz = -c.yz;
     if (wanted == 0) {
-        if (tangent.w == 0.0) return vec4(here.shading, 1.0);  // the mesh has no such UV map
+        if (tangent.w == 0.0) return vec4(shading_point.shading, 1.0);  // the mesh has no such UV map
         c.xy *= strength.x;
         c.z = mix(1.0, c.z, clamp(strength.x, 0.0, 1.0));
         c = c.x * tangent.xyz + c.y * tangent.w * cross(normal.xyz, tangent.xyz) + c.z * normal.xyz;
     }
-    found = here.side * ((wanted & 1) == 1 || wanted == 0 ? normal_in_world(c) : c / max(length(c), 1.0e-30));
-    if (wanted > 0 && strength.x != 1.0) found = mix(here.shading, found, max(strength.x, 0.0));
+    found = shading_point.side * ((wanted & 1) == 1 || wanted == 0 ? normal_in_world(c) : c / max(length(c), 1.0e-30));
+    if (wanted > 0 && strength.x != 1.0) found = mix(shading_point.shading, found, max(strength.x, 0.0));
     float l2 = dot(found, found);
-    if (!(l2 > 1.0e-12) || isinf(l2)) return vec4(here.shading, 1.0);
+    if (!(l2 > 1.0e-12) || isinf(l2)) return vec4(shading_point.shading, 1.0);
     return vec4(found * inversesqrt(l2), 1.0);
 }

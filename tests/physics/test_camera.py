@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.eye.camera import between
+from addon.photon.eye.camera import rigid_between
 from addon.photon.eye.samples import pixel_jitter
 from addon.photon.renderer import NO_DEPTH
 from addon.photon.scene import Camera, Lens, Motion, Scene
@@ -218,11 +218,11 @@ def test_cameras_turn_evenly() -> None:
         matrices = np.stack([np.eye(4)] * 2)
         matrices[1, :3, :3] = about_x(degrees)
         matrices[1, :3, 3] = 4.0, 0.0, -2.0
-        quarter = between(matrices, 0.25)
+        quarter = rigid_between(matrices, 0.25)
         np.testing.assert_allclose(quarter[:3, 3], (1.0, 0.0, -0.5))
         signs = [about_x(sign * degrees / 4) for sign in (1, -1)[: 1 + (degrees == 180)]]
         assert min(np.abs(quarter[:3, :3] - turned).max() for turned in signs) < 1e-12
-        np.testing.assert_allclose(between(matrices, 1.0), matrices[1], atol=1e-12)
+        np.testing.assert_allclose(rigid_between(matrices, 1.0), matrices[1], atol=1e-12)
 
 
 def about_x(degrees: float) -> Any:

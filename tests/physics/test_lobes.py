@@ -207,7 +207,7 @@ vec3 pack_toy(vec4 parameters, vec4 more) { return parameters.xyz; }
 
 float roughness_toy(Lobe lobe, Shape shape) { return 1.0; }
 
-vec3 exchanged_toy(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }
+vec3 adjoint_toy(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }
 
 vec3 eval_toy(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
     return shape.parameters.x * lobe.colour / PI;

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.film.film import Exposure, merged
+from addon.photon.film.film import Statistics, merged
 from addon.photon.film.picture import picture_of
 from addon.photon.film.strips import strips_of
 from addon.photon.prepare import prepare
@@ -44,13 +44,13 @@ def picture(device: Device, **settings: Any) -> Images:
     return render(device, cornell(mirror=True, lobe=True), **CHOICES | settings)
 
 
-def exposure(device: Device, **settings: Any) -> Exposure:
+def statistics(device: Device, **settings: Any) -> Statistics:
     """What the film of that picture holds."""
     renderer = prepare(cornell(mirror=True, lobe=True), Settings(**CHOICES | settings), device)
     try:
         for _ in range(renderer.settings.passes):
             renderer.render_pass()
-        return renderer.film.exposure()
+        return renderer.film.statistics()
     finally:
         renderer.release()
 
@@ -158,9 +158,9 @@ def test_seeds_differ(device: Device) -> None:
 @pytest.mark.parametrize("split", [1, 3])
 def test_ranges_of_passes_merge_to_the_whole(device: Device, split: int) -> None:
     """What films hold are means over passes, so they merge; the picture is made of the whole."""
-    whole = exposure(device)
-    first = exposure(device, passes=split)
-    second = exposure(device, first_pass=split, passes=PASSES - split)
+    whole = statistics(device)
+    first = statistics(device, passes=split)
+    second = statistics(device, first_pass=split, passes=PASSES - split)
     both = merged([first, second])
     for name, mean in whole.means.items():
         # Relative to what was summed: the blur is a small difference.

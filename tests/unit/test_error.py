@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from addon.photon.film.error import DARK, EXTRAPOLATION, INNER_AREA, Error, error_of
-from addon.photon.film.film import Exposure, Squares
+from addon.photon.film.film import Squares, Statistics
 from addon.photon.film.picture import FILM_IMAGES, picture_of
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
@@ -25,7 +25,7 @@ SHAPE = (40, 30)
 BRIGHT = math.hypot(1.0, DARK)
 
 
-def exposure(noise: Any, change: Any = 0.0, coverage: Any = 1.0, passes: int = 64) -> Exposure:
+def statistics(noise: Any, change: Any = 0.0, coverage: Any = 1.0, passes: int = 64) -> Statistics:
     """A grey picture of indirect light of radiance one, whose passes vary by `noise` and whose
     change from the inner radius is `change`."""
     coverage = np.broadcast_to(coverage, SHAPE)
@@ -42,22 +42,22 @@ def exposure(noise: Any, change: Any = 0.0, coverage: Any = 1.0, passes: int = 6
         variance = np.zeros((*SHAPE, 4), np.float32)
         variance[..., :3] = np.broadcast_to(noise, SHAPE)[..., None] ** 2
         squares[length] = Squares(n, (n - 1) * variance / length)
-    return Exposure(passes, means, squares)
+    return Statistics(passes, means, squares)
 
 
-def error(exposure: Exposure) -> Error:
-    return error_of([exposure], picture_of(exposure.means)["Combined"])
+def error(statistics: Statistics) -> Error:
+    return error_of([statistics], picture_of(statistics.means)["Combined"])
 
 
 def test_noise() -> None:
-    found = error(exposure(0.2))
+    found = error(statistics(0.2))
     assert found.noise == pytest.approx(0.2 / 8 / BRIGHT, rel=1e-4)
     assert found.bias == 0.0 and found.total == found.noise
     np.testing.assert_allclose(found.image, 0.2 / 8, rtol=1e-4)
 
 
 def test_bias() -> None:
-    found = error(exposure(0.0, 0.01))
+    found = error(statistics(0.0, 0.01))
     assert found.noise == 0.0 and found.bias == pytest.approx(
         0.01 * EXTRAPOLATION / BRIGHT, rel=1e-4
     )
@@ -65,7 +65,7 @@ def test_bias() -> None:
 
 
 def test_both() -> None:
-    found = error(exposure(0.2, 0.01))
+    found = error(statistics(0.2, 0.01))
     assert found.total == pytest.approx(
         math.hypot(0.2 / 8, 0.01 * EXTRAPOLATION) / BRIGHT, rel=1e-4
     )
@@ -75,7 +75,7 @@ def test_both() -> None:
 def test_noise_is_no_bias() -> None:
     """A change that is as large as its own standard deviation says nothing."""
     rng = np.random.default_rng(3)
-    wanted = exposure(0.0, 0.01 * rng.standard_normal(SHAPE))
+    wanted = statistics(0.0, 0.01 * rng.standard_normal(SHAPE))
     for squares in wanted.squares.values():
         n = squares.batches
         squares.total[..., 3] = 0.01**2 * n * (n - 1)
@@ -86,7 +86,7 @@ def test_where_it_is() -> None:
     """The image shows where, and adds up to the whole."""
     x = np.linspace(0.0, 0.4, SHAPE[1])
     change = np.where(np.arange(SHAPE[0]) < 20, 0.0, 0.02)[:, None]
-    found = error(exposure(x, change))
+    found = error(statistics(x, change))
     assert np.sqrt(np.mean(found.image**2)) == pytest.approx(found.total * BRIGHT, rel=0.01)
     np.testing.assert_allclose(found.image[5, 2:-2, 0], x[2:-2] / 8, rtol=0.02)
     assert found.image[30, 2, 0] == pytest.approx(0.02 * EXTRAPOLATION, rel=0.1)
@@ -95,7 +95,7 @@ def test_where_it_is() -> None:
 def test_the_dark_counts() -> None:
     """Errors are relative down to a tenth of the picture's mean."""
     dark = np.where(np.arange(SHAPE[0]) < 20, 1.0, 0.01)[:, None]
-    wanted = exposure(0.01 * dark)
+    wanted = statistics(0.01 * dark)
     for name in ("indirect", "combined"):
         wanted.means[name][..., :3] *= dark[..., None]
     mean = (1 + 0.01) / 2
@@ -104,19 +104,19 @@ def test_the_dark_counts() -> None:
 
 
 def test_coverage_divides_the_deviations_too() -> None:
-    found = error(exposure(0.2, coverage=0.5))
+    found = error(statistics(0.2, coverage=0.5))
     assert found.noise == pytest.approx(0.2 / 8 / 0.5 / BRIGHT, rel=1e-4)
     assert found.bias == 0.0
 
 
 @pytest.mark.parametrize("passes", [0, 1, 4, 7])
 def test_unknown(passes: int) -> None:
-    found = error(exposure(0.2, passes=passes))
+    found = error(statistics(0.2, passes=passes))
     assert found.noise == found.bias == found.total == math.inf and np.isinf(found.image).all()
 
 
 def test_black_picture() -> None:
-    black = exposure(0.0)
+    black = statistics(0.0)
     for image in black.means.values():
         image[:] = 0.0
     found = error(black)
@@ -176,9 +176,9 @@ def test_without_photons_there_is_no_bias(device: Device) -> None:
 def test_edges_take_the_bias_of_the_even_surface() -> None:
     """Their own is hidden by the coverage's noise, here a change ten times as large."""
     edge = np.arange(SHAPE[1]) < 10
-    wanted = exposure(0.0, np.where(edge, 0.1, 0.01), np.where(edge, 0.25, 1.0))
+    wanted = statistics(0.0, np.where(edge, 0.1, 0.01), np.where(edge, 0.25, 1.0))
     assert error(wanted).bias == pytest.approx(0.01 * EXTRAPOLATION / BRIGHT, rel=1e-3)
-    nothing_but_edges = exposure(0.0, 0.1, 0.25)
+    nothing_but_edges = statistics(0.0, 0.1, 0.25)
     assert error(nothing_but_edges).bias == pytest.approx(0.1 * EXTRAPOLATION / BRIGHT, rel=1e-3)
 
 

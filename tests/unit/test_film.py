@@ -107,7 +107,7 @@ def test_variance(
     film = fill(device, layer, data, ("combined",))
     expected = batch_variance(data, 2 if passes < 16 else 4)
     assert np.allclose(
-        film.exposure().variance_of_mean(), expected, rtol=5e-3, atol=1e-2 * expected.mean()
+        film.statistics().variance_of_mean(), expected, rtol=5e-3, atol=1e-2 * expected.mean()
     )
     film.release()
 
@@ -118,7 +118,7 @@ def test_variance_of_low_discrepancy(device: Device, layer: Any) -> None:
     data = np.zeros((64, SIZE[1], SIZE[0], 4), np.float32)
     data += ((step[:, None] + np.linspace(0, 1, SIZE[0])) % 1.0 < 0.3)[:, None, :, None]
     film = fill(device, layer, data, ("combined",))
-    variance = film.exposure().variance_of_mean()
+    variance = film.statistics().variance_of_mean()
     assert variance is not None
     single = data.astype(float).var(axis=0, ddof=1).mean() / 64
     error = ((data.mean(axis=0) - 0.3) ** 2).mean()
@@ -133,7 +133,7 @@ def test_merged_variance(
     """Of two ranges of passes, as if they had been one: the same batches, if it is cut at one."""
     data = (3.0 + noise[:100]).astype(np.float32)
     films = [fill(device, layer, x, ("combined",)) for x in (data[:split], data[split:], data)]
-    *parts, whole = (film.exposure() for film in films)
+    *parts, whole = (film.statistics() for film in films)
     both = merged(parts)
     assert both.passes == 100
     assert np.allclose(both.means["combined"], whole.means["combined"])
@@ -155,8 +155,8 @@ def test_halves(device: Device, layer: Any, noise: NDArray[np.float64], passes: 
     assert 1 <= len(first) <= passes // 2 + 1 and abs(2 * len(first) - passes) <= 2
     film = fill(device, layer, data, names, halved=names)
     plain = fill(device, layer, data, names)
-    whole = film.exposure()
-    assert whole.half_passes == len(first) and not plain.exposure().halves
+    whole = film.statistics()
+    assert whole.half_passes == len(first) and not plain.statistics().halves
     for sign, name in zip((1, -1), names, strict=True):
         assert np.allclose(whole.halves[name], sign * data[first].mean(axis=0), rtol=1e-5)
         assert np.array_equal(whole.means[name], plain.means()[name])
@@ -171,7 +171,7 @@ def test_merged_of_few_passes_each(device: Device, noise: NDArray[np.float64]) -
     """Ranges too short for batches of four still tell the variance, by pairs."""
     data = (3.0 + noise[:24]).astype(np.float32)
     films = [fill(device, "native", data[k : k + 3], ("combined",)) for k in range(0, 24, 3)]
-    both = merged([film.exposure() for film in films])
+    both = merged([film.statistics() for film in films])
     found = both.variance_of_mean()
     assert both.passes == 24 and both.squares[4].batches == 0 and found is not None
     assert found.mean() == pytest.approx(data.var(axis=0, ddof=1).mean() / 24, rel=0.3)
@@ -185,15 +185,15 @@ def test_few_passes(device: Device, layer: Any) -> None:
         ]
     )
     film = film_of(device, layer, ("combined",))
-    assert not film.means()["combined"].any() and film.exposure().variance_of_mean() is None
+    assert not film.means()["combined"].any() and film.statistics().variance_of_mean() is None
     film.release()
     for passes, mean in ((1, 3.0), (2, 4.0), (3, 3.0), (6, 3.0)):
         film = fill(device, layer, data[:passes], ("combined",))
         assert (film.means()["combined"] == mean).all()
-        assert film.exposure().variance_of_mean() is None
+        assert film.statistics().variance_of_mean() is None
         film.release()
     film = fill(device, layer, data, ("combined",))
-    variance = film.exposure().variance_of_mean()
+    variance = film.statistics().variance_of_mean()
     assert variance is not None and np.allclose(variance, 0.75)  # 4 * 1.5^2 / (4 - 1) / 4
     film.release()
 

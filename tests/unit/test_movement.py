@@ -18,7 +18,7 @@ from addon.photon.prepare import prepare
 from addon.photon.scene import Moving, Scene
 from addon.photon.scene.snapshot import pack, same, unpack
 from addon.photon.settings import Settings
-from addon.photon.stage.movement import Movement, between
+from addon.photon.stage.movement import Movement, affine_between
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import cornell, plain_material
@@ -83,19 +83,21 @@ class TestBetween:
     def test_steps_are_kept(self) -> None:
         steps = np.array([turned(0.1, 1, 2, 3), moved(turned(1.0, 2, -1, 1), 1, 2, 3), turned(2.0)])
         for number, step in enumerate(steps):
-            np.testing.assert_allclose(between(steps, number / 2), step, atol=1e-12)
+            np.testing.assert_allclose(affine_between(steps, number / 2), step, atol=1e-12)
 
     @pytest.mark.parametrize("angle", [1e-7, 0.5, 3.0])
     def test_turns_evenly_and_goes_straight(self, angle: float) -> None:
-        found = between(np.array([turned(0.0), moved(turned(angle, 3, 3, 3), 4, 0, 0)]), 0.25)
+        found = affine_between(
+            np.array([turned(0.0), moved(turned(angle, 3, 3, 3), 4, 0, 0)]), 0.25
+        )
         np.testing.assert_allclose(found, moved(turned(angle / 4, 1.5, 1.5, 1.5), 1, 0, 0))
 
     def test_what_is_flat_at_a_step_keeps_its_turn(self) -> None:
-        found = between(np.array([turned(0.7, 0, 0, 0), turned(0.7, 2, 2, 2)]), 0.5)
+        found = affine_between(np.array([turned(0.7, 0, 0, 0), turned(0.7, 2, 2, 2)]), 0.5)
         np.testing.assert_allclose(found, turned(0.7, 1, 1, 1))
 
     def test_mirrored(self) -> None:
-        found = between(np.array([turned(0.0, -1, 1, 1), turned(1.0, -1, 1, 1)]), 0.5)
+        found = affine_between(np.array([turned(0.0, -1, 1, 1), turned(1.0, -1, 1, 1)]), 0.5)
         np.testing.assert_allclose(found, turned(0.5, -1, 1, 1), atol=1e-12)
 
 
@@ -155,15 +157,15 @@ def test_ranges_of_passes_are_merged_to_the_same(device: Device, way: Any) -> No
     """With what pass 0 learns, and a renderer that has just rendered something else."""
     settings = Settings(**CHOICES, layer=way, passes=4)
     kept = Kept(device)
-    exposures = []
+    parts = []
     for first, passes in ((0, 4), (0, 1), (1, 3)):
         renderer = prepare(SCENE, replace(settings, first_pass=first, passes=passes), device, kept)
         for _ in range(passes):
             renderer.render_pass()
-        exposures += [next(iter(renderer.film.exposures()))]
+        parts += [next(iter(renderer.film.strip_statistics()))]
         renderer.release()
     kept.release()
-    whole, both = exposures[0], merged(exposures[1:])
+    whole, both = parts[0], merged(parts[1:])
     for name, image in picture_of(whole.means).items():
         np.testing.assert_allclose(picture_of(both.means)[name], image, rtol=1e-5, atol=1e-6)
 

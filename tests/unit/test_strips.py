@@ -77,7 +77,7 @@ def test_films_are_one(device: Device, layer: Any) -> None:
         for number, strip in enumerate(found):
             part.upload(one[strip.region[1] - 3 : strip.region[3] - 3])
             parts.add(number, dict.fromkeys(NAMES, part))
-    one, other = whole.exposure(), parts.exposure()
+    one, other = whole.statistics(), parts.statistics()
     assert parts.passes == one.passes == other.passes == passes
     for name in NAMES:
         np.testing.assert_array_equal(one.means[name], other.means[name])

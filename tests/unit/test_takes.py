@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from addon.photon.composed import Composed, settings_of
 from addon.photon.errors import SceneError
 from addon.photon.film.composite import composite
 from addon.photon.photons.kept import Kept
@@ -18,6 +17,7 @@ from addon.photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS, Material, S
 from addon.photon.scene.snapshot import same
 from addon.photon.scene.takes import Take, takes_of
 from addon.photon.settings import Settings
+from addon.photon.takes_renderer import TakesRenderer, settings_of
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import backdrop, cornell
@@ -68,7 +68,7 @@ def test_most_scenes_are_their_own_take(device: Device) -> None:
     (take,) = takes_of(scene, is_transparent=True)
     assert take == Take(scene, "all", "", 1.0) and take.scene is scene
     renderer = prepare(scene, SETTINGS, device)
-    assert not isinstance(renderer, Composed)
+    assert not isinstance(renderer, TakesRenderer)
     renderer.release()
 
 

@@ -21,7 +21,7 @@ from .report import Entry, Notes, Report
 from .shaders import SpecularModel
 from .textures import TextureTable
 from .tracks import Tracks
-from .unheard import note_scene
+from .unsupported import note_scene
 from .visibility import Rays, group_of, note_rays, visible_bits
 from .world import export_world
 

@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...photon.scene import ALL_RAYS, Moving
-from . import unheard
+from . import unsupported
 from .attributes import OF_INSTANCES, corner_attribute, space_of, told_by_instance
 from .hair import hair_of, has_hair
 from .instances import Instances, tells_nothing
 from .materials import MaterialTable
 from .nodes.attributes import INSTANCER
+from .open_meshes import MOST_LEAN, is_open, lean_of
 from .report import Notes
-from .sheets import MOST_LEAN, is_open, lean_of
 from .strand_attributes import strand_attribute
 from .strands import STRANDS, Strands, strands_of
 from .tangents import Tangent, corner_tangents
@@ -124,7 +124,7 @@ class Geometry:
             notes.ignored(name, f"Object type {obj.type}", "not rendered")
             return
         note_object(obj, name, notes)
-        unheard.note_object(obj, name, notes)
+        unsupported.note_object(obj, name, notes)
         place = partial(self._place, instance, matrix, rays, materials, notes)
         if instance.show_self and {"MESH": self.meshes, "CURVES": self.hair}.get(obj.type, True):
             place((obj.data.as_pointer(), False), self._mesh_of(obj), follow)

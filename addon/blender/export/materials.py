@@ -32,7 +32,7 @@ from .shaders.glass import dispersing
 from .shaders.volume import absorption
 from .tangents import Tangent
 from .textures import TextureTable
-from .unheard import note_material
+from .unsupported import note_material
 
 NO_SURFACE = -1
 # Cycles' default surface before Blender 5.0, for slots without a material.

@@ -28,8 +28,8 @@ class Program:
     """A material's instructions so far."""
 
     instructions: list[Instruction] = field(default_factory=list)
-    # How many footprints beside the point values are asked for, along and across (lib/here.glsl):
-    # what its kind has an operand `shift` for.
+    # How far beside the shading point values are asked for, along and across [footprints]
+    # (lib/shading_point.glsl): what its kind has an operand `shift` for.
     shift: tuple[float, float] = (0.0, 0.0)
     _numbers: dict[Instruction, int] = field(default_factory=dict)
 

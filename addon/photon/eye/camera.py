@@ -103,7 +103,7 @@ class EyeCamera:
         return (right - left) / self._settings.width, eye
 
     def widths(self) -> dict[str, tuple[float, ...]]:
-        """How wide a pixel is anywhere, as glsl/lib/here.glsl has it."""
+        """How wide a pixel is anywhere, as glsl/lib/shading_point.glsl has it."""
         width, eye = self.footprint()
         widths = (0.0, width) if eye else (width, 0.0)
         return {**self.view_axis(), "pixel_width": (*widths, float(not self._camera.is_panorama))}
@@ -122,7 +122,7 @@ class EyeCamera:
             return self._matrix, self._window
         time = instant(self._settings, index, motion.shutter)
         zoom = float(np.interp(time, (0.0, 0.5, 1.0), motion.zooms))
-        return between(self._matrices, time), tuple(edge * zoom for edge in self._window)
+        return rigid_between(self._matrices, time), tuple(edge * zoom for edge in self._window)
 
     def _middle_angle(self) -> float:
         """Between the rays of two neighbouring pixels in the middle of the picture [rad]."""
@@ -137,9 +137,9 @@ class EyeCamera:
         return float(np.linalg.norm(first - second))
 
 
-def between(matrices: NDArray[np.float64], time: float) -> NDArray[np.float64]:
-    """One of rigid motions (S, 4, 4) at even instants, at a time in [0, 1]: it goes straight, and
-    turns evenly about one axis, from each to the next."""
+def rigid_between(matrices: NDArray[np.float64], time: float) -> NDArray[np.float64]:
+    """The rigid transform (4, 4) at a time in [0, 1], of those at S even instants (S, 4, 4):
+    between two of them it goes straight, and turns evenly about one axis."""
     place = time * (len(matrices) - 1)
     first = matrices[int(place)]
     last = matrices[min(int(place) + 1, len(matrices) - 1)]

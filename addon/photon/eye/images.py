@@ -15,8 +15,8 @@ from ..settings import Settings
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from ..ways.way import Way
+from .eye import Eye
 from .path import Path
-from .paths import Eye
 
 # What chains add to, by the name of the sum: an image, and what a ray adds to it.
 _SUMS = {

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ...denoiser import Denoiser, DenoiserError
 from .blocks import in_blocks
 from .error import DARK, Floats, box
-from .film import Exposure
+from .film import Statistics
 from .picture import first_half
 
 Picture = NDArray[np.float32]
@@ -79,11 +79,13 @@ def _over(a: Floats, b: Floats) -> Floats:
     return np.divide(a, b, where=b > 0.0, out=np.zeros_like(a))
 
 
-def picture_denoised(images: Mapping[str, Picture], exposures: Iterable[Exposure]) -> Denoised:
-    """Combined of `images`, which were made of `exposures`, without its noise: by
+def picture_denoised(
+    images: Mapping[str, Picture], strip_statistics: Iterable[Statistics]
+) -> Denoised:
+    """Combined of `images`, which were made of `strip_statistics`, without its noise: by
     OpenImageDenoise, which goes by the first albedo and normal that are no mirror's. Raises
     DenoiserError."""
-    parts = [(first_half(one), one.half_passes / one.passes) for one in exposures]
+    parts = [(first_half(one), one.half_passes / one.passes) for one in strip_statistics]
     half, share = np.concatenate([rows for rows, _ in parts]), parts[0][1]
     plain = np.ascontiguousarray(images["Combined"][..., :3])
     features = {port: images[name] for port, name in FEATURE_PORTS.items()}

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .blocks import in_blocks
-from .film import PAIR, Exposure, Images
+from .film import PAIR, Images, Statistics
 from .picture import LEAST_COVERAGE
 
 Floats = NDArray[np.floating[Any]]
@@ -68,15 +68,15 @@ def dark_of(sum_of_light: float, pixels: int) -> float:
 
 
 def error_of(
-    exposures: Iterable[Exposure],
+    strip_statistics: Iterable[Statistics],
     combined: Floats,
     with_image: bool = True,
     shown: Floats | None = None,
     left: Floats | None = None,
 ) -> Error:
-    """The error of the picture `combined` (h, w, 3 or more) that was made of `exposures`: of the
-    strips of its rows, from the bottom. If it was denoised, of the picture `shown` that became of
-    it, of which `left` (h, w) of the squared noise is left."""
+    """The error of the picture `combined` (h, w, 3 or more) that was made of `strip_statistics`:
+    those of the strips of its rows, from the bottom. If it was denoised, the error of the denoised
+    picture `shown` (h, w, 3), where a share `left` (h, w) of the squared noise remains."""
     height, width = combined.shape[:2]
     shown = combined if shown is None else shown
     # By rows, so that it is the same for all strips.
@@ -84,13 +84,13 @@ def error_of(
     floor = dark_of(light, height * width)
     parts = ErrorParts(*(np.zeros((height, width), kind) for kind in (float, float, bool, bool)))
     row = batches = 0
-    for exposure in exposures:
-        variance = exposure.variance_of_mean()
+    for statistics in strip_statistics:
+        variance = statistics.variance_of_mean()
         if variance is None:
             return unknown_error((height, width), with_image)
-        batches = exposure.squares[PAIR].batches
+        batches = statistics.squares[PAIR].batches
         strip = slice(row, row + len(variance))
-        _take(exposure, variance, combined, _Scale(shown, floor), strip, parts)
+        _take(statistics, variance, combined, _Scale(shown, floor), strip, parts)
         row += len(variance)
     if left is not None:
         parts.noises[:] *= left
@@ -175,7 +175,7 @@ class ErrorParts(NamedTuple):
 
 
 def _take(
-    exposure: Exposure,
+    statistics: Statistics,
     variance: Floats,
     combined: Floats,
     over: _Scale,
@@ -186,7 +186,7 @@ def _take(
 
     def work(rows: slice) -> None:
         here = slice(strip.start + rows.start, strip.start + rows.stop)
-        means = {name: mean[rows] for name, mean in exposure.means.items() if name in READ}
+        means = {name: mean[rows] for name, mean in statistics.means.items() if name in READ}
         value, scale = combined[here, :, :3].astype(np.float64), over.squared_reciprocal(here)
         # The picture divides indirect light by the coverage; so are its deviations divided.
         squares = np.square(_over(value, means["combined"][..., :3])) * variance[rows, :, :3]

@@ -98,7 +98,7 @@ def batches_that_tell(passes: int, batches: Mapping[int, int]) -> tuple[int, flo
 
 
 @dataclass(frozen=True)
-class Exposure:
+class Statistics:
     """What a film holds: the images' means over passes, and what tells their variance."""
 
     passes: int
@@ -194,14 +194,14 @@ class Film:
     def _mean(self, name: str, passes: int) -> NDArray[np.float64]:
         return _mean(self.sums[name].download(), self._lows[name].download(), passes)
 
-    def exposure(self) -> Exposure:
+    def statistics(self) -> Statistics:
         """All that the film holds."""
         squares = {
             length: Squares(self.passes // length, self.squares(length).download())
             for length in (PAIR, FOUR)
         }
         halves = {name: self._mean(_half(name), self._half_passes) for name in self._halved}
-        return Exposure(self.passes, self.means(), squares, halves, self._half_passes)
+        return Statistics(self.passes, self.means(), squares, halves, self._half_passes)
 
     def release(self) -> None:
         """Free streams and kernels."""
@@ -263,15 +263,15 @@ class HostFilm:
         """As Film.means."""
         return {name: _mean(total, None, self.passes) for name, total in self._sums.items()}
 
-    def exposure(self) -> Exposure:
-        """As Film.exposure."""
+    def statistics(self) -> Statistics:
+        """As Film.statistics."""
         squares = {
             length: Squares(self.passes // length, total.copy())
             for length, total in self._squares.items()
         }
         passes = self._half_passes
         halves = {name: _mean(total, None, passes) for name, total in self._halves.items()}
-        return Exposure(self.passes, self.means(), squares, halves, passes)
+        return Statistics(self.passes, self.means(), squares, halves, passes)
 
     def release(self) -> None:
         """As Film.release."""
@@ -293,11 +293,11 @@ def _mean(total: NDArray[Any], low: NDArray[Any] | None, passes: int) -> NDArray
     return mean
 
 
-def merged(parts: Sequence[Exposure]) -> Exposure:
-    """The exposure of all passes from those of separate ranges.
+def merged(parts: Sequence[Statistics]) -> Statistics:
+    """The statistics of all passes, of those of separate ranges of passes.
 
-    Merge exposures, then make the picture: `picture_of` divides by the coverage, and quotients of
-    parts do not average to the quotient of the whole.
+    Merge first, then make the picture: `picture_of` divides by the coverage, and quotients of parts
+    do not average to the quotient of the whole.
     """
     passes, half_passes = sum(p.passes for p in parts), sum(p.half_passes for p in parts)
     means = _together([part.means for part in parts], [part.passes / passes for part in parts])
@@ -315,7 +315,7 @@ def merged(parts: Sequence[Exposure]) -> Exposure:
             for n, part in zip(batches, parts, strict=True)
         )
         squares[length] = Squares(sum(batches), np.asarray(total, np.float32))
-    return Exposure(passes, means, squares, halves, half_passes)
+    return Statistics(passes, means, squares, halves, half_passes)
 
 
 def _together(images: Sequence[Images], weights: Sequence[float]) -> Images:

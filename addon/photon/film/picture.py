@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .blocks import in_blocks
-from .film import Exposure, Images
+from .film import Images, Statistics
 
 FILM_IMAGES = ("direct", "indirect", "background", "normal", "combined")
 MIRROR_IMAGES = ("mirror", "mirror_indirect")  # only of scenes with mirrors or lobes
@@ -104,10 +104,10 @@ def _rows_of(means: Images, wanted: Collection[str]) -> dict[str, NDArray[np.flo
     return images
 
 
-def first_half(exposure: Exposure) -> NDArray[np.float32]:
+def first_half(statistics: Statistics) -> NDArray[np.float32]:
     """Combined (h, w, 3) of the passes of the first half, with the whole's coverage: quotients of
     halves would not average to the quotient of the whole."""
-    means, halves = exposure.means, exposure.halves
+    means, halves = statistics.means, statistics.halves
     made = halves["combined"][..., :3].astype(np.float32)
     weights = {"indirect": means["direct"][..., 3:], "mirror_indirect": mirror_images(means)[0]}
 

@@ -12,7 +12,7 @@ import numpy as np
 from ...streams import Device, Stream
 from ..kernels.records import SUM
 from ..settings import Region
-from .film import Exposure, Film, HostFilm, Images, Squares
+from .film import Film, HostFilm, Images, Squares, Statistics
 
 
 class Films(Protocol):
@@ -105,10 +105,10 @@ class StripFilm:
         """Add a pass's images of strip `index`."""
         self.films[index].add(images)
 
-    def exposure_of(self, index: int) -> Exposure:
+    def statistics_of(self, index: int) -> Statistics:
         """What strip `index` holds, its own rows alone."""
-        whole, height = self.films[index].exposure(), self.strips[index].height
-        return Exposure(
+        whole, height = self.films[index].statistics(), self.strips[index].height
+        return Statistics(
             whole.passes,
             {name: image[:height] for name, image in whole.means.items()},
             {
@@ -119,16 +119,16 @@ class StripFilm:
             whole.half_passes,
         )
 
-    def exposures(self) -> Iterator[Exposure]:
+    def strip_statistics(self) -> Iterator[Statistics]:
         """What each strip holds, from the bottom."""
-        return map(self.exposure_of, range(len(self.strips)))
+        return map(self.statistics_of, range(len(self.strips)))
 
-    def exposure(self) -> Exposure:
+    def statistics(self) -> Statistics:
         """All that the films hold."""
-        parts = list(self.exposures())
+        parts = list(self.strip_statistics())
         if len(parts) == 1:
             return parts[0]
-        return Exposure(
+        return Statistics(
             self.passes,
             {name: np.concatenate([part.means[name] for part in parts]) for name in parts[0].means},
             {
@@ -146,7 +146,7 @@ class StripFilm:
 
     def means(self) -> Images:
         """The mean of each image so far, float64 (h, w, 4), row 0 at the bottom."""
-        return self.exposure().means
+        return self.statistics().means
 
     def release(self) -> None:
         """Free streams and kernels."""

@@ -20,7 +20,7 @@ import numpy as np
 
 from ...streams import Device, StreamError
 from ..errors import DeviceError, PhotonStreamError, RenderError
-from ..film.look import Picture
+from ..film.resolver import Picture
 from ..photons.kept import BUDGET, Kept
 from ..prepare import prepare
 from ..renderer import Renderer

@@ -154,16 +154,16 @@ BSDF_FUNCTIONS = (
     _Function("vec3", "sample", _SAMPLE, "weight = vec3(0.0);\n    return normal;", "lobe.kind"),
     _Function("vec3", "albedo", (*_LOBE, "float cosine"), "return vec3(0.0);", "lobe.kind"),
     _Function(
-        "vec3", "exchanged", (*_LOBE, "float from", "float to"), "return vec3(1.0);", "lobe.kind"
+        "vec3", "adjoint", (*_LOBE, "float from", "float to"), "return vec3(1.0);", "lobe.kind"
     ),
     _Function("float", "roughness", _LOBE, "return 0.0;", "lobe.kind"),
     _Function(
         "vec3",
-        "passed",
+        "transmittance",
         (*_LOBE, "float cosine"),
         "return vec3(clamp(1.0 - largest(albedo_kind(lobe, shape, cosine)), 0.0, 1.0));",
         "lobe.kind",
-        lambda kind: "passed" in kind.verbs,
+        lambda kind: "transmittance" in kind.verbs,
     ),
     _Function(
         "float",

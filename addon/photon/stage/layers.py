@@ -24,6 +24,6 @@ def has_tint(material: Material) -> bool:
 
 
 def _tints(lobe: Lobe) -> bool:
-    return "passed" in lobe_kinds()[lobe.kind].verbs and (
+    return "transmittance" in lobe_kinds()[lobe.kind].verbs and (
         lobe.colour != WHITE or "colour" in lobe.varying
     )

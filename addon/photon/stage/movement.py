@@ -114,7 +114,7 @@ class _Part:
 
     def placing(self, time: float) -> Doubles:
         """What places it, from where the scene has it (4, 4)."""
-        return between(self.moving.matrices, time) @ self.to_local
+        return affine_between(self.moving.matrices, time) @ self.to_local
 
     def box(self) -> tuple[Doubles, Doubles] | None:
         """As Movement's; None if nothing of it is finite."""
@@ -129,7 +129,7 @@ class _Part:
         corners = np.array([[ends[i >> k & 1][k] for k in range(3)] for i in range(8)])
         local = corners @ self.to_local[:3, :3].T + self.to_local[:3, 3]
         steps = np.linspace(0.0, 1.0, SUBSTEPS * max(len(self.moving.matrices) - 1, 1) + 1)
-        matrices = [between(self.moving.matrices, time) for time in steps]
+        matrices = [affine_between(self.moving.matrices, time) for time in steps]
         turned = np.array([local @ matrix[:3, :3].T for matrix in matrices])
         swept = turned + np.array([matrix[:3, 3] for matrix in matrices])[:, None]
         spare = SAGITTA * float(np.linalg.norm(turned, axis=2).max())
@@ -142,8 +142,8 @@ class _Part:
         return _unit(_at(self.moving.normals, time))[self.moving.corners]
 
 
-def between(matrices: Doubles, time: float) -> Doubles:
-    """One of affine motions (S, 4, 4) at even instants, at a time in [0, 1].
+def affine_between(matrices: Doubles, time: float) -> Doubles:
+    """The affine transform (4, 4) at a time in [0, 1], of those at S even instants (S, 4, 4).
 
     As Cycles: each is taken apart into a turn and stretches along axes that it keeps; what lies
     between two turns evenly about one axis, the rest goes straight.

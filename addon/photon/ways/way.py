@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from ...streams import Defines, Device, Kernel, Stream, StreamError
 from ...streams.device import Layer
 from ..errors import DeviceError
-from ..film.device_look import DeviceLook
+from ..film.device_resolver import DeviceResolver
 from ..film.film import Film, HostFilm
-from ..film.look import HostLook, Look
+from ..film.resolver import HostResolver, Resolver
 from ..film.strips import StripFilm
 from ..kernels.coverage import Coverage
 from ..kernels.cuts import Cuts
@@ -168,9 +168,9 @@ class Way:
         """What averages passes; `spare` are streams that all films of a size may write to."""
         return Film(self.device, self.layer, size, names, spare, halved)
 
-    def look(self, film: StripFilm, names: Sequence[str]) -> Look:
+    def resolver(self, film: StripFilm, names: Sequence[str]) -> Resolver:
         """What makes pictures of a film of these images."""
-        return HostLook(film)
+        return HostResolver(film)
 
     @property
     def film_spares(self) -> int:
@@ -213,8 +213,8 @@ class ResidentWay(Way):
         sort = DeviceSort(self.device)
         return self._gathering(mesh, settings, needs, in_chains, sort, lanes)
 
-    def look(self, film: StripFilm, names: Sequence[str]) -> Look:
-        return DeviceLook(self.device, film, names)
+    def resolver(self, film: StripFilm, names: Sequence[str]) -> Resolver:
+        return DeviceResolver(self.device, film, names)
 
 
 class NativeWay(Way):

@@ -22,7 +22,7 @@ void kernel() {
     float cosine = max(0.0, to_viewer.z);
     store_first(Value(vec4(eval_lobe(lobe, shape, normal, to_viewer, other), pdf)));
 #ifdef PASSED
-    store_second(Value(vec4(passed_by_lobe(lobe, shape, cosine), 1.0)));
+    store_second(Value(vec4(transmittance_lobe(lobe, shape, cosine), 1.0)));
 #else
     store_second(Value(vec4(albedo_lobe(lobe, shape, cosine), 1.0)));
 #endif

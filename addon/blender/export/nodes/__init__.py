@@ -15,7 +15,6 @@ from . import (
     constants,
     curves,
     gabor,
-    glow,
     gradient,
     image_texture,
     magic,
@@ -26,6 +25,7 @@ from . import (
     normals,
     objects,
     ranges,
+    spectra,
     unknown,
     vectors,
     views,
@@ -38,7 +38,7 @@ READERS: dict[str, Reader] = {
     "AMBIENT_OCCLUSION": unknown.read_occlusion,
     "ATTRIBUTE": attributes.read_attribute,
     "BEVEL": unknown.read_bevel,
-    "BLACKBODY": glow.read_blackbody,
+    "BLACKBODY": spectra.read_blackbody,
     "BRIGHTCONTRAST": colours.read_contrast,
     "BUMP": normals.read_bump,
     "CAMERA": views.read_camera,
@@ -94,7 +94,7 @@ READERS: dict[str, Reader] = {
     "VECT_TRANSFORM": mapping.read_transform,
     "VERTEX_COLOR": attributes.read_colour,
     "VOLUME_INFO": objects.read_nothing,
-    "WAVELENGTH": glow.read_wavelength,
+    "WAVELENGTH": spectra.read_wavelength,
     "WIREFRAME": unknown.read_wireframe,
 }
 

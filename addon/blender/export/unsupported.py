@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What settings of the scene, view layers, objects and materials ask of Cycles, and nobody here
-hears: it is reported."""
+"""Settings of the scene, view layers, objects and materials that Cycles heeds and we do not: each
+is reported."""
 
 from __future__ import annotations
 

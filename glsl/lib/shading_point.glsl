@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The point that a material's program is asked about. Uses the tables of spaces and of corners' attributes, and
-// with BUMPS that of triangles: bumps ask for heights beside the point, a part of its footprint away.
+// The shading point: where a material's program is evaluated, and for which ray. Uses the tables of spaces and of
+// corners' attributes, and with BUMPS that of triangles: a bump asks for heights beside the point, a tenth of its
+// footprint away.
 #include "lib/hit.glsl"
 #ifdef BUMPS
 #include "lib/triangle.glsl"
 #endif
 
-struct Here {
+struct ShadingPoint {
     vec3 position;   // [scene units]
     vec3 geometric;  // unit normal of the triangle, on the ray's side
     vec3 shading;    // unit, on the same side
@@ -25,7 +26,7 @@ struct Here {
 #endif
 };
 
-Here here;
+ShadingPoint shading_point;
 
 // Which ray asks: the camera's, a shadow ray, a diffuse or a glossy one; and how many scattered before it.
 const vec4 CAMERA_RAY = vec4(1.0, 0.0, 0.0, 0.0), SHADOW_RAY = vec4(0.0, 1.0, 0.0, 0.0);
@@ -49,17 +50,18 @@ mat3 linear_part(Space space) { return transpose(mat3(space.x.xyz, space.y.xyz, 
 // Where a value is asked for: so many footprints along and across from the point.
 vec3 shifted_position(vec4 shift) {
 #ifdef BUMPS
-    return here.position + here.footprint * (shift.x * here.along + shift.y * here.across);
+    vec3 offset = shift.x * shading_point.along + shift.y * shading_point.across;
+    return shading_point.position + shading_point.footprint * offset;
 #else
-    return here.position;
+    return shading_point.position;
 #endif
 }
 
 vec3 shifted_corners(vec4 shift) {
 #ifdef BUMPS
-    return here.corners + shift.x * here.corners_along + shift.y * here.corners_across;
+    return shading_point.corners + shift.x * shading_point.corners_along + shift.y * shading_point.corners_across;
 #else
-    return here.corners;
+    return shading_point.corners;
 #endif
 }
 
@@ -85,18 +87,18 @@ vec3 change_of_corners(Triangle triangle, vec3 way) {
 
 // Find what is beside a point. The axes are those of Cycles (make_orthonormals), for what is too fine to be
 // seen looks alike then.
-void look_about(inout Here here) {
-    vec3 n = here.geometric;
+void look_about(inout ShadingPoint p) {
+    vec3 n = p.geometric;
     bool is_diagonal = n.x == n.y && n.x == n.z;
-    here.along = normalize(is_diagonal ? vec3(n.z - n.y, n.x + n.z, -n.y - n.x) : vec3(n.z - n.y, n.x - n.z, n.y - n.x));
-    here.across = cross(n, here.along);
-    here.footprint = footprint_at(here.position);
-    Triangle triangle = triangle_at(here.triangle);
+    p.along = normalize(is_diagonal ? vec3(n.z - n.y, n.x + n.z, -n.y - n.x) : vec3(n.z - n.y, n.x - n.z, n.y - n.x));
+    p.across = cross(n, p.along);
+    p.footprint = footprint_at(p.position);
+    Triangle triangle = triangle_at(p.triangle);
     // Behind a triangle Cycles takes its sides the other way round.
-    here.corners_along = here.side * change_of_corners(triangle, here.footprint * here.along);
-    here.corners_across = here.side * change_of_corners(triangle, here.footprint * here.across);
+    p.corners_along = p.side * change_of_corners(triangle, p.footprint * p.along);
+    p.corners_across = p.side * change_of_corners(triangle, p.footprint * p.across);
 }
 #endif
 
 Space world_space() { return space_at(0); }
-Space object_space() { return space_at(here.surface + 1); }
+Space object_space() { return space_at(shading_point.surface + 1); }

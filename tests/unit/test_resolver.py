@@ -11,9 +11,9 @@ import moderngl
 import numpy as np
 import pytest
 
-from addon.photon.film.device_look import DeviceLook
-from addon.photon.film.look import HostLook
+from addon.photon.film.device_resolver import DeviceResolver
 from addon.photon.film.picture import FEATURES
+from addon.photon.film.resolver import HostResolver
 from addon.photon.prepare import prepare
 from addon.photon.renderer import ALL_IMAGES, Renderer
 from addon.photon.scene import Scene
@@ -37,15 +37,15 @@ def rendered(device: Device, scene: Scene, passes: int) -> Renderer:
 
 @pytest.mark.parametrize("rows", [24, 7])  # of a strip at most
 @pytest.mark.parametrize("scene", [cornell(), cornell(mirror=True)], ids=["diffuse", "mirror"])
-def test_looks_agree(
+def test_resolvers_agree(
     device: Device, monkeypatch: pytest.MonkeyPatch, scene: Scene, rows: int
 ) -> None:
     monkeypatch.setattr(way, "STRIP_PIXELS", 40 * rows)
     renderer = rendered(device, scene, 9)
     names = [*renderer.film.films[0].sums]  # type: ignore[union-attr]
-    look = DeviceLook(device, renderer.film, names)
-    expected, by_host = HostLook(renderer.film).take(ALL_IMAGES)
-    images, error = look.take(ALL_IMAGES)
+    resolver = DeviceResolver(device, renderer.film, names)
+    expected, by_host = HostResolver(renderer.film).resolve(ALL_IMAGES)
+    images, error = resolver.resolve(ALL_IMAGES)
     assert images.keys() == expected.keys() >= {"Illuminance", "Mirror", "Combined", *FEATURES}
     for name, image in images.items():
         assert image.dtype == np.float32 and image.shape == expected[name].shape
@@ -54,18 +54,18 @@ def test_looks_agree(
     assert math.isclose(error.bias, by_host.bias, rel_tol=1e-4)
     assert error.image is not None and by_host.image is not None
     np.testing.assert_allclose(error.image, by_host.image, rtol=1e-3)
-    few, same = look.take(["Combined"])
+    few, same = resolver.resolve(["Combined"])
     assert few.keys() == {"Combined"} and same == replace(error, image=None)
     np.testing.assert_array_equal(few["Combined"], images["Combined"])
-    look.release()
+    resolver.release()
     renderer.release()
 
 
 def test_a_few_passes_tell_no_error(device: Device) -> None:
     renderer = rendered(device, cornell(), 2)
-    look = DeviceLook(device, renderer.film, ["blur"])
-    assert look.take([])[1].total == math.inf
-    look.release()
+    resolver = DeviceResolver(device, renderer.film, ["blur"])
+    assert resolver.resolve([])[1].total == math.inf
+    resolver.release()
     renderer.release()
 
 

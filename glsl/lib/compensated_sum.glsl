@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Running sums, compensated so that a million passes lose nothing.
+// Running sums with Kahan's compensation (here Knuth's TwoSum), so that a million passes lose nothing.
 
 // The rounding error of a + b. Knuth's TwoSum; `precise` keeps the compiler from cancelling it.
 vec4 sum_error(vec4 a, vec4 b) {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Picture and error of what films hold, made on the device: the host reads what is asked for."""
+"""From films to the picture and its error, on the device: the host reads what is wanted."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ from .error import (
     unknown_error,
 )
 from .film import FOUR, PAIR, Film, batches_that_tell
-from .look import Picture
 from .picture import (
     CAUSTIC_IMAGES,
     CHANNELS,
@@ -34,6 +33,7 @@ from .picture import (
     caustics_of,
     illuminance_of,
 )
+from .resolver import Picture
 from .strips import StripFilm
 
 # Images that are means of the film's own.
@@ -52,7 +52,7 @@ EVEN_COUNTS = 2 * SUMMED  # a pixel with an even disc counts so, a lit one 1: su
 DECLARATIONS = f"const int SUMMED = {SUMMED};"  # what sum_texels is compiled with
 
 
-def look_defines(names: Collection[str]) -> Defines:
+def resolver_defines(names: Collection[str]) -> Defines:
     """What the kernels are compiled with for a film of these images."""
     there = {"mirror": "MIRRORED", "emission": "EMITTERS", "blur": "BLURRED"}
     return {
@@ -64,19 +64,19 @@ def look_defines(names: Collection[str]) -> Defines:
     }
 
 
-class DeviceLook:
-    """By compute programs, which write where films write during a pass."""
+class DeviceResolver:
+    """Resolves by compute programs, which write where films write during a pass."""
 
     def __init__(self, device: Device, film: StripFilm, names: Sequence[str]) -> None:
         """`names` of the film's images."""
         self._device, self._film = device, film
-        defines = look_defines(names)
+        defines = resolver_defines(names)
         self._resolve = resolve.Resolve(device, "compute", defines)
         self._parts = resolve.ErrorParts(device, "compute", defines)
         self._sum = Program(device, "sum_texels", DECLARATIONS)
 
-    def take(self, wanted: Collection[str]) -> tuple[Picture, Error]:
-        """As HostLook's, to rounding."""
+    def resolve(self, wanted: Collection[str]) -> tuple[Picture, Error]:
+        """As HostResolver's, to rounding."""
         return self._images(wanted), self._error("Error" in wanted)
 
     def _images(self, wanted: Collection[str]) -> Picture:
@@ -188,6 +188,6 @@ class DeviceLook:
         return read.astype(float)
 
     def release(self) -> None:
-        """As HostLook's."""
+        """As HostResolver's."""
         self._resolve.release()
         self._parts.release()

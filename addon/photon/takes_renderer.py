@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A renderer of a scene that takes several renders: all of them pass by pass, and their picture."""
+"""A renderer of a scene that needs several renders (scene/takes.py), pass by pass."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .film.composite import composite, group_name
 from .film.error import DARK, Error
-from .film.look import Picture
+from .film.resolver import Picture
 from .renderer import ALL_IMAGES, Parts, Renderer
 from .scene import Scene
 from .scene.takes import Take
@@ -32,8 +32,8 @@ def settings_of(take: Take, settings: Settings) -> Settings:
     return replace(settings, photons=0) if take.part == "behind" else settings
 
 
-class Composed(Renderer):
-    """Renders a pass of each take at a time.
+class TakesRenderer(Renderer):
+    """Renders a pass of each take at a time, and puts their pictures together.
 
     Every take has photons, streams and a film of its own. What else is asked is answered by the
     first one.

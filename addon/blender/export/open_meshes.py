@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes that bound no body: of glass they are sheets."""
+"""Open meshes, which bound no body: of glass they are sheets."""
 
 from __future__ import annotations
 
