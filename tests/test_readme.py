@@ -147,6 +147,19 @@ def test_named_files_exist(name: str) -> None:
     assert [x for x in files - WRITTEN - {package_file()} if not (ROOT / x).exists()] == []
 
 
+def test_table_of_folders_is_complete() -> None:
+    """Each folder of the renderer's code has a row, and each row a folder."""
+    section = TEXTS[HOW_IT_WORKS].split("## The folders\n")[1].split("\n## ")[0]
+    rows = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `")]
+    named = {name for row in rows for name in re.findall(r"`([^`]+)`", row)}
+    there = {
+        str(file.parent.relative_to(ROOT))
+        for top, kind in (("addon", "py"), ("glsl", "glsl"))
+        for file in (ROOT / top).rglob(f"*.{kind}")
+    }
+    assert there - {"addon"} <= named and all((ROOT / name).is_dir() for name in named)
+
+
 def test_written_files_are_named() -> None:
     """No file passes for a written one that no README names any more."""
     named = {word for text in TEXTS.values() for line in code(text) for word in line.split()}
