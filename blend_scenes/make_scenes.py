@@ -11,7 +11,7 @@ The three Cornell boxes are rooms of 10 x 10 x 10 units: x from -5 (left) to 5, 
 front) to 5, z from 0 (floor) to 10. The others are closed rooms in metres, seen from within.
 Objects stand SUNK deep in the floor, so that no two faces are coplanar. Every light is a delta
 light, and what a camera sees, directly or in a flat mirror, is diffuse or a Phong lobe, unless a
-docstring says otherwise, and but for the scenes of lit_scenes.py and glass_scenes.py.
+docstring says otherwise, and but for the scenes of lit_scenes.py, glass_scenes.py and kitchen.py.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from pathlib import Path
 
 import bpy
 from glass_scenes import pool, ring, wine_glass
+from kitchen import kitchen
 from lit_scenes import daylight, studio
 from mathutils import Vector
 from scene_parts import (
@@ -299,6 +300,7 @@ SCENES = (
     glossy_room,
     studio,
     daylight,
+    kitchen,
     wine_glass,
     pool,
     ring,

@@ -5,10 +5,10 @@
 
 Each half is a mean of pictures that several renderers made with seeds which the chart does not use,
 weighted by the inverse of their variances but by 0.9 at most; so no contender is compared with
-itself alone, but for Cycles in studio and daylight, which no other engine here takes. Photon
-Stream, whose estimate is consistent and not unbiased, is no part of them: its pictures are made to
-see that it converges to the same. Whether renderers agree is measured without their noise, as the
-mean of (s_A - t_A)(s_B - t_B) for renderers s and t, and written into the file.
+itself alone, but for Cycles in studio, daylight and kitchen, which no other engine here takes.
+Photon Stream, whose estimate is consistent and not unbiased, is no part of them: its pictures are
+made to see that it converges to the same. Whether renderers agree is measured without their noise,
+as the mean of (s_A - t_A)(s_B - t_B) for renderers s and t, and written into the file.
 
 `--seconds` is the wall time of each picture: 60 took an hour on two busy cores. Needs what
 `build.py chart` installs.
@@ -49,9 +49,10 @@ SOURCES = dict.fromkeys(SCENES, _PATHS) | {
     ),
     "caustic_in_mirror": (("light_tracer", "light"), ("photon_stream", "photons")),
     "door_ajar": (("light_tracer", "light"), ("mitsuba", "path"), ("photon_stream", "photons")),
-    # The others know neither area lights nor worlds.
+    # The others know neither area lights nor worlds nor textures.
     "studio": (("cycles", "path"), ("photon_stream", "photons")),
     "daylight": (("cycles", "path"), ("photon_stream", "photons")),
+    "kitchen": (("cycles", "path"), ("photon_stream", "photons")),
 }
 
 Halves = dict[str, Any]  # "A" and "B" to pictures (h, w, 3)

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from addon.photon.scene import Camera, Light, Material, Scene, area_light
+from addon.photon.scene import Camera, Instruction, Light, Material, Scene, area_light
 from tests.scenes import Builder, plain_light, plain_material
 
 from .chart.plain import check_converted, cone_of, specular_of
@@ -124,6 +125,14 @@ def test_lights_that_the_paper_does_not_have_are_refused() -> None:
     with pytest.raises(ValueError, match="'Key' is of kind area"):
         size = (1.0, 1.0)
         check_converted(area_light("Key", (0, 0, 0), (1, 1, 1), (0, 0, -1), (1, 0, 0), size=size))
+
+
+def test_textures_are_refused() -> None:
+    paint = plain_material("Paint", (0.8, 0.5, 0.2))
+    assert max(specular_of(paint)[0]) == 0
+    checkered = replace(paint, program=(Instruction("checker", ()),))
+    with pytest.raises(ValueError, match="'Paint' has textures"):
+        specular_of(checkered)
 
 
 def test_luxcore_refuses_phong_lobes(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ from addon.photon.scene import Scene
 
 BLEND_SCENES = Path(__file__).resolve().parents[2] / "blend_scenes"
 REFERENCES = BLEND_SCENES / "references"
-LIT = ("studio", "daylight")  # by lights of some size and a world
+LIT = ("studio", "daylight", "kitchen")  # by lights of some size, and a world but in the last
 SCENES = ("cornell_box", "cornell_classic", "cornell_mirror", *LIT)
 SIZE = 128  # [px] of the square references
 SIZES = dict.fromkeys(SCENES, SIZE) | {"daylight": 64}  # the fewer pixels, the more samples each

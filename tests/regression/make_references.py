@@ -3,9 +3,9 @@
 
     .venv/bin/python -m tests.regression.make_references [scene ...] [--samples N]
 
-Takes half an hour on two cores; studio was made with 512 samples and daylight with 1024. Each
-reference is the mean of RUNS renders with seeds of their own; how far these differ is the noise
-that is printed and written in the file.
+Takes half an hour on two cores; studio was made with 512 samples, daylight with 1024,
+kitchen with 400. Each reference is the mean of RUNS renders with seeds of their own; how far these
+differ is the noise that is printed and written in the file.
 """
 
 from __future__ import annotations

@@ -9,7 +9,10 @@ from addon.photon.scene import MIRROR, RGB, Light, Material
 
 
 def specular_of(material: Material) -> tuple[RGB, float]:
-    """k_s and its Phong exponent; ValueError for lobes that the paper does not have."""
+    """k_s and its Phong exponent; ValueError for what the paper does not have: other lobes, and
+    what differs from point to point."""
+    if material.program:
+        raise ValueError(f"material {material.name!r} has textures, which are not converted")
     lobes = [lobe for lobe in material.lobes if lobe.reflects]
     if not lobes:
         return (0.0, 0.0, 0.0), MIRROR

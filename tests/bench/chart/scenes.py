@@ -22,6 +22,7 @@ SCENES = (
     "cornell_box",
     "studio",
     "daylight",
+    "kitchen",
 )
 # Left and lower edge [px] of the part of each picture that the page shows enlarged
 CROPS = {
@@ -35,6 +36,7 @@ CROPS = {
     "cornell_box": (110, 20),
     "studio": (40, 80),
     "daylight": (60, 60),
+    "kitchen": (60, 100),
 }
 CROP = 80  # [px]
 
