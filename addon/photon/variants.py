@@ -19,7 +19,7 @@ from .kernels.bent_base import BentBase
 from .kernels.combine import CombineAll, CombineCaustics, CombineMirror, CombinePrimary
 from .kernels.coverage import Coverage
 from .kernels.cuts import Cuts
-from .kernels.direct import Direct, ShadowRays, ShadowThrough, Unshadowed
+from .kernels.direct import Direct, ShadowRays, ShadowThrough
 from .kernels.emitted import Emitted
 from .kernels.eye_rays import EyeRays
 from .kernels.features import Features
@@ -217,9 +217,8 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         for names in combinations(("mirror", "emission", "blur"), count):
             yield Resolve, resolver_defines(names), {}
             yield ErrorParts, resolver_defines(names), {}
-    for of_shadows in (Unshadowed, ShadowThrough):
-        yield of_shadows, {}, {}
-        yield of_shadows, lux, {}
+    for asked in ({}, lux):
+        yield ShadowThrough, asked, {}
     for scene in program_needs():
         yield Glow, scene.programs.defines, scene.made
         yield Glow, scene.glow_defines, scene.made

@@ -99,7 +99,6 @@ class Declaration:
     uniforms: Mapping[str, Uniform]
     tables: Mapping[str, Table | Items]
     records: tuple[Record, ...] = ()
-    repeats: bool = False
 
     def header(self, layer: Layer, version: int, defines: Defines, lanes: int) -> str:
         """What precedes the kernel's file in its program."""
@@ -112,12 +111,11 @@ class Declaration:
             lines.append("ivec2 element() { return ivec2(gl_FragCoord.xy); }")
         lines.append(_LANES if lanes > 1 else _ONE_LANE)
         lines.append("int element_index() { return element().y * stream_size.x + element().x; }")
-        lines.append(_REPEATING if self.repeats else _ONCE)
         for name, record in self.inputs.items():
             lines.append(f"uniform sampler2D input_{name};")
             lines.append(
                 f"{record.name} load_{name}() "
-                f"{{ return unpack_{record.name}(texelFetch(input_{name}, source_element(), 0)); }}"
+                f"{{ return unpack_{record.name}(texelFetch(input_{name}, element(), 0)); }}"
             )
         lines += self._outputs(compute, lanes)
         return "\n".join(lines)
@@ -236,12 +234,6 @@ ivec2 own_element() {{
 // Within the stream, for lanes beyond it help to sum.
 ivec2 element() {{ return min(own_element(), stream_size - 1); }}"""
 
-
-_ONCE = "ivec2 source_element() { return element(); }"
-
-_REPEATING = """uniform int source_rows;
-ivec2 source_element() { return ivec2(element().x, element().y % source_rows); }
-int repetition() { return element().y / source_rows; }"""
 
 _ONE_LANE = """int lane() { return 0; }
 vec4 sum_over_lanes(vec4 own) { return own; }"""

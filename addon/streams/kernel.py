@@ -54,8 +54,6 @@ class Kernel:
     In compute programs several `lanes` may share each element: all run `kernel()`, which takes
     every LANES-th step of its loop from `lane()`, and never skips before `sum_over_lanes(vec4)`.
 
-    With `repeats` the outputs may have several times the inputs' rows: `load_<input>()` then reads
-    element `source_element()`, the same in every `repetition()`.
     Raises StreamError at construction if the declaration and the file don't match, and there or at
     the first launch if the driver refuses the program.
     """
@@ -67,7 +65,6 @@ class Kernel:
     uniforms: Mapping[str, Any] = {}  # of Uniform, or When
     tables: Mapping[str, Any] = {}  # of Table or Items, or When
     records: ClassVar[tuple[Record, ...]] = ()  # structs besides those of the ports
-    repeats: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -118,7 +115,6 @@ class Kernel:
             present(cls.uniforms, defines),
             present(cls.tables, defines),
             cls.records,
-            cls.repeats,
         )
 
     @classmethod
@@ -191,8 +187,6 @@ class Kernel:
         for name, value in uniforms.items():
             self._program.set(name, value)
         self._program.set("stream_size", size)
-        if self.repeats:
-            self._program.set("source_rows", streams[next(iter(self.inputs))].size[1])
         self.launches += 1
         targets = [streams[name].texture for name in self.outputs]
         if self.layer == "compute":
@@ -267,8 +261,7 @@ class Kernel:
                 raise StreamError(
                     f"{who}: port {name!r} is a stream of {record.name}, got {stream.record.name}"
                 )
-            rows = stream.size[1] if self.repeats and name in self.inputs else size[1]
-            if (stream.size[0], rows) != (size[0], stream.size[1]) or size[1] % rows:
+            if stream.size != size:
                 raise StreamError(f"{who}: port {name!r} is {stream.size}, others are {size}")
         written = {id(streams[name]): name for name in self.outputs}
         if len(written) < len(self.outputs):

@@ -12,7 +12,7 @@
 #endif
 
 // The part of a lobe's ray in what it finds of a light that a shadow ray could have found (shadow_ray.glsl).
-float weight_of_chain(int number, RayOrigin origin, vec3 direction, float density) {
+float weight_of_chain(Light light, int number, RayOrigin origin, vec3 direction, float density) {
     if (!(density > 0.0)) return 1.0;  // a delta lobe, for which there are no shadow rays
 #ifdef TRANSPARENT
     Chain chain = load_chain();  // from where it was sent, before all that it has passed
@@ -25,7 +25,7 @@ float weight_of_chain(int number, RayOrigin origin, vec3 direction, float densit
 #ifdef TWO_SIDED
     rays *= share_of_side(int(origin.source));
 #endif
-    return density / (density + density_of_rays(rays, light_at(number), origin.position, normal, direction));
+    return density / (density + density_of_rays(rays, light, origin.position, normal, direction));
 }
 
 #ifdef GLOWS
@@ -41,6 +41,24 @@ int light_of_triangle(float number) {
 #endif
 #endif
 
+// What a ray meets of a light of a kind that is known where this is compiled, and of the world.
+void meet(int number, float kind, RayOrigin origin, vec3 direction, float far, bool is_of_eye, inout vec3 emitted,
+          inout vec3 world) {
+    Light light = light_at(number);
+    light.kind = kind;
+    if (!is_found(light, is_of_eye ? BY_CAMERA : BY_CHAINS)) return;
+    vec4 seen = seen_light(light, origin.position, direction, far);
+    vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
+#ifdef GOBOS
+    radiance *= gobo_colour(light, origin.position + seen.w * direction, -direction);
+#endif
+    if (!(largest(radiance) > 0.0)) return;
+#ifdef WEIGHED
+    if (!is_of_eye) radiance *= weight_of_chain(light, number, origin, direction, density_of(load_throughput()));
+#endif
+    if (is_found(light, IS_WORLD)) world += radiance; else emitted += radiance;
+}
+
 void kernel() {
     RayDirection ray = load_direction();
     vec3 direction = ray.direction;
@@ -54,20 +72,12 @@ void kernel() {
 #else
     bool is_of_eye = depth == 0;
 #endif
-    for (int i = 0; i < seen_lights; i++) {
-        Light light = light_at(i);
-        if (!is_found(light, is_of_eye ? BY_CAMERA : BY_CHAINS)) continue;
-        vec4 seen = seen_light(light, origin.position, direction, far);
-        vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
-#ifdef GOBOS
-        radiance *= gobo_colour(light, origin.position + seen.w * direction, -direction);
-#endif
-        if (!(largest(radiance) > 0.0)) continue;
-#ifdef WEIGHED
-        if (!is_of_eye) radiance *= weight_of_chain(i, origin, direction, density_of(load_throughput()));
-#endif
-        if (is_found(light, IS_WORLD)) world += radiance; else emitted += radiance;
-    }
+    // A loop for each kind, in the table's order: software OpenGL runs through all kinds where one loop has them.
+    int i = 0;
+#define MEET_KIND(KIND) \
+    for (; i < seen_lights && light_at(i).kind == KIND; i++) \
+        meet(i, KIND, origin, direction, far, is_of_eye, emitted, world);
+    EACH_LIGHT_KIND(MEET_KIND)
 #ifdef GLOWS
     if (is_hit(hit)) {
         Triangle triangle = triangle_at(hit_triangle(hit));
@@ -79,7 +89,7 @@ void kernel() {
 #ifdef WEIGHED
         if (!is_of_eye && largest(glow) > 0.0) {
             int light = light_of_triangle(triangle.number);
-            glow *= weight_of_chain(light, origin, direction, density_of(load_throughput()));
+            glow *= weight_of_chain(light_at(light), light, origin, direction, density_of(load_throughput()));
         }
 #endif
         emitted += glow;

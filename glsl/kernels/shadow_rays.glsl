@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Some of the visible points' shadow rays, those of a number above the last number's: for devices whose rays
-// another kernel traces.
+// The visible points' shadow rays of one number: for devices whose rays the host traces.
 #include "lib/visible_point.glsl"
 
 void kernel() {
     VisiblePoint point = visible_point();
-    int number = first_ray + repetition();
-    if (!is_place(point.place) || number >= SHADOW_RAYS) skip();
+    if (!is_place(point.place)) skip();
     ShadowRay ray = shadow_ray(point, number);
     if (!is_ray(ray)) skip();
     store_shadow_origin(ray.origin);

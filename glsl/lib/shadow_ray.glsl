@@ -125,11 +125,21 @@ vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light) {
 }
 #endif
 
+// Two numbers in [0, 1), evenly of each pass by itself. Those of two passes from an even one on are in both halves of
+// each, and of four from a fourth on in all quarters: the first points of Sobol's sequence, shuffled by chance.
+vec2 even_over_passes(uint dimension) {
+    uint pixel = uint(pixel_number(load_pixel().at)), number = pass_index & 3u;
+    uint across = (number >> 1u) | ((number & 1u) << 1u);
+    uvec2 part = uvec2(across, across ^ (number & 2u));
+    part ^= uvec2(4.0 * random4(seed, 0x40000000u + (pass_index >> 2u), pixel, dimension).zw);
+    vec2 within = random4(seed, pass_index, pixel, dimension).xy;
+    return min(0.25 * (vec2(part) + within), 0.99999994);
+}
+
 // Which light a point's shadow ray of this number goes to, and how many of them do in the mean.
 int light_of(VisiblePoint point, int number, out float rays) {
 #ifdef DRAWN
-    uint dimension = DIMENSION_CHOICE + uint(depth) * 0x10000u;
-    float u = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), dimension).x;
+    float u = even_over_passes(DIMENSION_CHOICE + uint(depth) * 0x10000u).x;
     u = (float(number) + u) / float(SHADOW_RAYS);
     Drawn drawn = draw_light(point.place.position, point.facing.normal, u);
     rays = float(SHADOW_RAYS) * drawn.probability;
@@ -140,17 +150,14 @@ int light_of(VisiblePoint point, int number, out float rays) {
 #endif
 }
 
-#if defined(ENVIRONMENT) || defined(TWO_SIDED)
-// Of an even pass and the next one, which one is up to chance, one is 0 and the other 1; twice.
-vec2 half_of_passes(uint dimension) {
-    uint pair = 0x80000000u + (pass_index >> 1);
-    vec2 chance = random4(seed, pair, uint(pixel_number(load_pixel().at)), dimension).xy;
-    bool is_even = (pass_index & 1u) == 0u;
-    return vec2((chance.x < 0.5) == is_even ? 0.0 : 1.0, (chance.y < 0.5) == is_even ? 0.0 : 1.0);
-}
-#endif
-
 #ifdef TWO_SIDED
+// Of an even pass and the next one, which one is up to chance, one is by the light from behind.
+bool is_for_behind(uint dimension) {
+    uint pair = 0x80000000u + (pass_index >> 1u);
+    float chance = random4(seed, pair, uint(pixel_number(load_pixel().at)), dimension).y;
+    return (chance < 0.5) != ((pass_index & 1u) == 0u);
+}
+
 // The same place for light that comes from behind, which has nothing but what lobes let through.
 VisiblePoint from_behind(VisiblePoint point) {
     point.facing.normal = -point.facing.normal;
@@ -166,7 +173,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
 #ifdef TWO_SIDED
     float share_of_rays = share_of_side(int(point.shading.triangle));
-    if (share_of_rays < 1.0 && half_of_passes(dimension).y > 0.0) point = from_behind(point);
+    if (share_of_rays < 1.0 && is_for_behind(dimension)) point = from_behind(point);
 #endif
     float rays;
     int chosen = light_of(point, number, rays);
@@ -179,12 +186,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     LightLimit limit = light_limit_at(chosen);
     if (point.bounces > limit.bounces) return none;
 #endif
-    vec2 u = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), dimension).xy;
-#ifdef ENVIRONMENT
-    // One of the two draws from an image, the other by the cosine.
-    u.x = min(0.5 * (u.x + half_of_passes(dimension).x), 0.99999994);
-#endif
-    LightSample found = sample_asked(light, point.place.position, point.facing.normal, u);
+    LightSample found = sample_asked(light, point.place.position, point.facing.normal, even_over_passes(dimension));
     float cosine = cosine_of_diffuse(point, found.to_light), any_cosine = cosine;
     float above = dot(found.to_light, point.facing.normal), lift = 0.0;
 #ifdef LOBES

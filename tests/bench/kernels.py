@@ -15,6 +15,7 @@ from typing import Any
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
+from addon.photon.ways.native_kernels import NativeTracer
 from addon.photon.ways.way import open_device
 from addon.streams import Device, HostKernel, Kernel
 
@@ -44,6 +45,7 @@ def main() -> None:
     device, spent = open_device(settings), Counter[str]()
     for kind in (Kernel, HostKernel):
         kind._launch = timed(device, spent, kind._launch)  # type: ignore[method-assign]
+    NativeTracer.hits = timed(device, spent, NativeTracer.hits)  # type: ignore[method-assign]
     for path in args.scenes:
         renderer = prepare(Scene.load(path), settings, device)
         for _ in range(BEFORE):

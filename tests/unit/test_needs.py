@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from addon.photon.prepare import prepare
-from addon.photon.scene import Lobe, Material, Scene, phong
+from addon.photon.scene import Lobe, Material, Scene, phong, world_light
 from addon.photon.settings import Settings
 from addon.photon.stage.light_tree import MOST_ASKED
 from addon.streams import Device, Kernel
@@ -299,16 +299,18 @@ def test_more_lights_than_a_point_asks(device: Device, compiled: list[str], more
 
 
 def test_native_way_of_shadow_rays(device: Device, compiled: list[str]) -> None:
-    """Aimed, traced and added up by kernels of their own, some at a time; if there are any."""
-    lights = cornell().lights * 6
-    scene = replace(cornell(), lights=lights)
+    """A program for each kind, launched once a light that there is to ask; without any, none."""
+    camera = replace(cornell().lights[0], found_by=("camera",))
+    sky = world_light("sky", (0.1,) * 3)
+    scene = replace(cornell(), lights=(*cornell().lights * 6, sky, camera))
     launches, images = run(device, scene, layer="native")
     assert "direct" not in launches
-    assert launches["shadow_rays"] == launches["unshadowed"] == 2 * PASSES  # 4 and 2 of them
+    assert launches["shadow_rays"] == 7 * PASSES
+    assert sum(name.startswith("shadow_rays ") for name in compiled) == 2
     assert images["Direct"].mean() > 0
     compiled.clear()
     run(device, replace(scene, lights=()), layer="native")
-    assert not {"shadow_rays", "unshadowed"} & stems(compiled)
+    assert "shadow_rays" not in stems(compiled)
 
 
 @pytest.mark.parametrize("settings", [{"denoise": True}, {"denoising_data": True}], ids=str)

@@ -140,34 +140,6 @@ def test_made_includes(device: Device, layer: Any, root: Path) -> None:
     device.errors.clear()
 
 
-@pytest.mark.parametrize("times", [1, 3])
-def test_repeats(device: Device, layer: Any, root: Path, times: int) -> None:
-    """The outputs have several times the inputs' rows, which are read over and over."""
-    write(
-        root,
-        "kernels/probe.glsl",
-        "void kernel() { store_b(Value(vec4(load_a().value.xyz, float(repetition())))); }\n",
-    )
-    kernel = declare("probe", {"b": VALUE}, inputs={"a": VALUE}, repeats=True)(device, layer)
-    a, b = ones(device, 5, 2), ones(device, 5, 2 * times)
-    data = np.arange(40, dtype=np.float32).reshape(2, 5, 4)
-    a.upload(data)
-    assert kernel.count({"a": a, "b": b}).wait() == 10 * times
-    found = b.download().reshape(times, 2, 5, 4)
-    for repetition in range(times):
-        assert np.array_equal(found[repetition, ..., :3], data[..., :3])
-        assert (found[repetition, ..., 3] == repetition).all()
-    for size in ((5, 4), (4, 2)):
-        with pytest.raises(StreamError, match=r"Probe: port 'a' is .*, others are \(5, "):
-            kernel.run({"a": ones(device, *size), "b": b})
-    # One that does not repeat takes no fewer rows.
-    write(root, "kernels/probe.glsl", "void kernel() { store_b(load_a()); }\n")
-    plain = declare("probe", {"b": VALUE}, inputs={"a": VALUE})(device, layer)
-    if times > 1:
-        with pytest.raises(StreamError, match=r"Probe: port 'a' is \(5, 2\), others are \(5, 6\)"):
-            plain.run({"a": a, "b": b})
-
-
 # Records of several texels.
 
 BIG = Record(

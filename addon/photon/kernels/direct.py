@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Direct light at visible points: one kernel that traces its shadow rays itself, or, for devices
-whose rays another one traces, the two around that."""
+whose rays the host traces, what aims them and what sends them on."""
 
 from ...streams import Kernel, Table, Uniform, When
 from ...streams.declaration import Ports
@@ -81,10 +81,9 @@ class Direct(Kernel):
 
 
 class ShadowRays(Kernel):
-    """Aim several shadow rays of each visible point, and say what light they would find."""
+    """Aim a shadow ray of each visible point, and say what light it would find."""
 
     stem = "shadow_rays"
-    repeats = True
     structure = _STRUCTURE
     inputs = _INPUTS
     outputs = {
@@ -93,7 +92,7 @@ class ShadowRays(Kernel):
         "unshadowed": RADIANCE,
         "unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
     }
-    uniforms = {**_UNIFORMS, "first_ray": Uniform("int")}
+    uniforms = {**_UNIFORMS, "number": Uniform("int")}
     tables = {
         **LIGHT_TABLES,
         **LIMITS,
@@ -130,19 +129,4 @@ class ShadowThrough(Kernel):
         "materials": Table(MATERIAL),
         "corner_normals": When("PROGRAMS", Table(CORNER_NORMALS)),
         **PROGRAM_TABLES,
-    }
-
-
-class Unshadowed(Kernel):
-    """Add what those shadow rays find that meet nothing."""
-
-    stem = "unshadowed"
-    structure = ("ILLUMINANCE",)
-    records = (HIT,)
-    inputs = {"sum": RADIANCE, "lux_sum": When("ILLUMINANCE", ILLUMINANCE)}
-    outputs = {"direct": RADIANCE, "illuminance": When("ILLUMINANCE", ILLUMINANCE)}
-    tables = {
-        "unshadowed": Table(),
-        "unshadowed_lux": When("ILLUMINANCE", Table()),
-        "shadow_hit": Table(),
     }

@@ -249,6 +249,11 @@ def light_kinds() -> Mapping[str, Kind]:
     return _kinds(source.glsl_root(), "lights")
 
 
+def order(kind: Kind) -> tuple[bool, int]:
+    """By which lamps are sorted: distant ones first, then by kind."""
+    return not kind.is_distant, kind.number
+
+
 def camera_kinds() -> Mapping[str, Kind]:
     """Those of glsl/cameras by name, in small letters."""
     return _kinds(source.glsl_root(), "cameras")
@@ -295,8 +300,12 @@ def made_bsdf(names: Collection[str]) -> Made:
 
 
 def made_lights(names: Collection[str]) -> Made:
-    """What a program includes as made/lights.glsl: lights of these kinds, and a switch."""
-    return {"made/lights.glsl": _made("lights", light_kinds(), names, LIGHT_FUNCTIONS, "light")}
+    """What a program includes as made/lights.glsl: lights of these kinds, a switch, and a macro
+    that puts another one for each kind that lamps have, in the order of their table."""
+    made = _made("lights", light_kinds(), names, LIGHT_FUNCTIONS, "light")
+    kinds = [light_kinds()[name] for name in names]
+    each = [f"_({kind.number}.0)" for kind in sorted(kinds, key=order) if not kind.is_of_mesh]
+    return {"made/lights.glsl": f"{made}#define EACH_LIGHT_KIND(_) {' '.join(each)}\n"}
 
 
 def made_nodes(names: Collection[str], code: str = "") -> Made:

@@ -21,7 +21,7 @@ from ..scene import FOUND_BY, RGB, Light, Scene
 from .environments import Place
 from .geometry import Frame, Mesh
 from .glow import triangle_lights
-from .kinds import WATTS, light_defines, light_kinds, made_lights
+from .kinds import WATTS, light_defines, light_kinds, made_lights, order
 from .light_tree import MOST_ASKED, Bounds, light_tree
 from .profiles import mean_of
 from .upload import Textures, texels_of, upload_table
@@ -181,8 +181,8 @@ def _of_each(
     return found
 
 
-def _rank(lamp: Light) -> tuple[bool, bool]:
-    return not light_kinds()[lamp.kind].is_distant, not is_seen(lamp)
+def _rank(lamp: Light) -> tuple[bool, int, bool]:
+    return *order(light_kinds()[lamp.kind]), not is_seen(lamp)
 
 
 def lights_of(
@@ -195,8 +195,9 @@ def lights_of(
     places: tuple[Place, ...],
     more: Textures,
 ) -> tuple[tuple[Light, ...], NDArray[Any]]:
-    """The lamps that emit, distant ones first and then those that are seen; and the table of LIGHT,
-    one at least: theirs and that of triangles, which glow with a radiance (n, 3)."""
+    """The lamps that emit, distant ones first, then by kind, and of each those that are seen first;
+    and the table of LIGHT, one at least: theirs and that of triangles, which glow with a radiance
+    (n, 3)."""
     lamps = tuple(sorted(scene.emitters, key=_rank))
     bounds = float(np.linalg.norm(mesh.extent))
     of_mesh = triangle_lights(scene, mesh, glow)

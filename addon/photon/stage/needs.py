@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -222,6 +222,11 @@ class SceneNeeds:
         normals = {"NORMALS": 1} if self.programs.normals else {}
         shadow = {**self.illuminance_defines, **self.rays("shadow"), **normals}
         return {**defines, **self.light_defines, **of_lobes, **shadow, **self.filter_defines}
+
+    def asking(self, kind: str) -> SceneNeeds:
+        """What shadow rays need that go to lights of one kind alone."""
+        portals = self.portals and light_kinds()[kind].is_world
+        return replace(self, light_kinds=frozenset({kind}), portals=portals)
 
     @cached_property
     def light_defines(self) -> Defines:

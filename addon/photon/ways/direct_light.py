@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,20 +12,24 @@ from numpy.typing import NDArray
 
 from ...streams import Device, Kernel, PingPong, Stream
 from ...streams.device import Layer
-from ..kernels.direct import Direct, ShadowRays, ShadowThrough, Unshadowed
+from ..kernels.direct import Direct, ShadowRays, ShadowThrough
 from ..kernels.launch import Streams, launch
 from ..kernels.records import CHAIN, HIT, ILLUMINANCE, RADIANCE, RAY_DIRECTION, RAY_ORIGIN
+from ..stage.kinds import light_kinds
+from ..stage.light_tables import FOUND_BITS
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
+from .native_kernels import NativeTracer
 
 Totals = Mapping[str, PingPong]
 Size = tuple[int, int]
-Arrays = dict[str, NDArray[np.float32]]
-_SUMS = {"direct": "sum", "illuminance": "lux_sum"}  # what Unshadowed calls them before it adds
+Array = NDArray[np.float32]
+Arrays = dict[str, Array]
+_BROUGHT = {"direct": "unshadowed", "illuminance": "unshadowed_lux"}  # by what rays find nothing
 HIT_TRIANGLE = list(HIT.fields).index("triangle")
 _RAY = ("shadow_origin", "shadow_direction")
 _WIDTH = 256  # of streams of rays that go on
-RAYS_AT_ONCE = 4  # shadow rays of a point that one call of another tracer's takes
+_ANY_KIND = 0  # of lights
 
 
 class DirectLight:
@@ -53,19 +58,16 @@ class DirectLight:
 
 
 class _Rays:
-    """Streams of shadow rays, of one size."""
+    """Streams of a shadow ray of each point, of one size."""
 
-    def __init__(
-        self, device: Device, size: tuple[int, int], illuminance: bool, go_on: bool
-    ) -> None:
+    def __init__(self, device: Device, size: Size, illuminance: bool, go_on: bool) -> None:
         """`go_on`: there are those of rays behind what they have met, too."""
         records = {"shadow_origin": RAY_ORIGIN, "shadow_direction": RAY_DIRECTION}
-        records |= {"shadow_hit": HIT, "unshadowed": RADIANCE}
+        records |= {"unshadowed": RADIANCE}
         records |= {"unshadowed_lux": ILLUMINANCE} if illuminance else {}
         if go_on:
             behind = {f"next_{name.removeprefix('shadow_')}": x for name, x in records.items()}
-            records |= {"chain": CHAIN, **behind}
-        self.size = size
+            records |= {"shadow_hit": HIT, "chain": CHAIN, **behind}
         self.streams = {name: Stream(device, record, size) for name, record in records.items()}
 
     def release(self) -> None:
@@ -75,44 +77,59 @@ class _Rays:
 
 
 class TracedDirectLight:
-    """By rays that a kernel of its own traces: some rays of all points in one call."""
+    """By rays that the host traces, one of each point after the other. A program aims those that go
+    to lights of one kind, and knows no other: software OpenGL runs through all that it knows."""
 
     def __init__(
-        self, device: Device, layer: Layer, needs: SceneNeeds, any_hit: Kernel, size: Size
+        self, device: Device, layer: Layer, needs: SceneNeeds, tracer: NativeTracer, size: Size
     ) -> None:
-        """`any_hit`: what traces, or where surfaces are transparent what finds the first hit;
-        `size`: of the streams of most points."""
+        """`tracer`: finds any hit, or where surfaces are transparent the first one; `size`: of the
+        streams of most points."""
         self._device, self._illuminance = device, needs.illuminance
         self._rays, self._layers = needs.shadow_rays, needs.transparent_depth
-        self._aim = ShadowRays(device, layer, needs.direct_defines, made=needs.made)
-        self._any_hit = any_hit
-        self._add = Unshadowed(device, layer, needs.illuminance_defines)
+        asked = {light_kinds()[kind].number: needs.asking(kind) for kind in needs.light_kinds}
+        if needs.drawn_lights:
+            asked = {_ANY_KIND: needs}
+        self._aims = {
+            kind: ShadowRays(device, layer, own.direct_defines, made=own.made)
+            for kind, own in asked.items()
+        }
+        self._tracer = tracer
         self._through: ShadowThrough | None = None
         if needs.transparent:
             defines = {**needs.illuminance_defines, **needs.filter_defines}
             self._through = ShadowThrough(device, layer, defines, made=needs.made)
         self._streams: dict[tuple[Size, bool], _Rays] = {}
-        self._of_points(size)
+        self._of_size(size, False)
 
     def add(
         self, totals: Totals, streams: Streams, tables: Tables, uniforms: dict[str, Any]
     ) -> None:
         """As DirectLight.add."""
-        own = self._of_points(streams["place"].size).streams
-        for first in range(0, self._rays, RAYS_AT_ONCE):
-            launch(self._aim, {**streams, **own}, tables, uniforms | {"first_ray": first})
-            self._trace(own, "shadow", tables)
+        size = streams["place"].size
+        own = self._of_size(size, False).streams
+        sums = {name: np.zeros((size[0] * size[1], 4), np.float32) for name in totals}
+        for kind, number in self._asked(tables.lights):
+            launch(self._aims[kind], {**streams, **own}, tables, uniforms | {"number": number})
+            brought = {name: own[_BROUGHT[name]].elements() for name in totals}
+            hits = self._trace(own, "shadow")
             if self._through:
-                self._pass_through(own, streams["chain"], tables)
-            backs = {name: total.back for name, total in totals.items()}
-            sums = {_SUMS[name]: total.front for name, total in totals.items()}
-            self._add.run(sums | backs, {name: own[name].texture for name in self._add.tables})
-            for total in totals.values():
-                total.swap()
+                self._pass_through(own, hits, brought, streams["chain"], tables)
+            free = hits[:, HIT_TRIANGLE, None] == 0.0
+            for name, of_one in sums.items():
+                np.add(of_one, brought[name], out=of_one, where=free)
+        for name, total in totals.items():
+            sums[name][:, 3] = 1.0
+            total.back.upload(sums[name].reshape(size[1], size[0], 4))
+            total.swap()
 
-    def _of_points(self, size: Size) -> _Rays:
-        """Streams of so many rays of each point as are traced in one call."""
-        return self._of_size((size[0], size[1] * min(self._rays, RAYS_AT_ONCE)), False)
+    def _asked(self, lights: NDArray[Any]) -> list[tuple[int, int]]:
+        """The rays of a point: by which program each is aimed, and its number."""
+        if _ANY_KIND in self._aims:
+            return [(_ANY_KIND, number) for number in range(self._rays)]
+        light_surfaces = FOUND_BITS["diffuse"] | FOUND_BITS["glossy"]
+        asked = np.flatnonzero(lights["found_by"].astype(int) & light_surfaces)
+        return [(int(lights["kind"][number]), int(number)) for number in asked]
 
     def _of_size(self, size: Size, go_on: bool) -> _Rays:
         key = size, go_on
@@ -120,37 +137,34 @@ class TracedDirectLight:
             self._streams[key] = _Rays(self._device, size, self._illuminance, go_on)
         return self._streams[key]
 
-    def _trace(self, own: Streams, which: str, tables: Tables) -> None:
-        names = ("origin", "direction", "hit")
-        launch(self._any_hit, {name: own[f"{which}_{name}"] for name in names}, tables)
+    def _trace(self, own: Streams, which: str) -> Array:
+        return self._tracer.hits({name: own[f"{which}_{name}"] for name in self._tracer.inputs})
 
-    def _pass_through(self, rays: Streams, chain: Stream, tables: Tables) -> None:
+    def _pass_through(
+        self, rays: Streams, hits: Array, brought: Arrays, chain: Stream, tables: Tables
+    ) -> None:
         """Let rays that have met transparent surfaces go on behind them: those that meet nothing
         there bring what is left of their light. On the host, where rays are traced, for most have
         met none, and to evaluate what each met takes longer than tracing."""
-        which = _met(rays["shadow_hit"].elements(), tables)
+        which = _met(hits, tables)
         if not len(which):
             return
-        brought = [name for name in ("unshadowed", "unshadowed_lux") if name in rays]
-        own = {name: rays[name].elements() for name in ("shadow_hit", *brought)}
-        found = {name: x[which] for name, x in own.items()}
-        found |= {name: rays[name].elements()[which] for name in _RAY}
-        found["chain"] = chain.elements()[which % (chain.size[0] * chain.size[1])]
+        found = {name: rays[name].elements()[which] for name in _RAY}
+        found |= {_BROUGHT[name]: x[which] for name, x in brought.items()}
+        found |= {"shadow_hit": hits[which], "chain": chain.elements()[which]}
         for layer in range(self._layers):
             behind = self._behind(found, layer, tables)
             there = behind["direction"].any(axis=1)
             free = there & (behind["hit"][:, HIT_TRIANGLE] == 0.0)
-            own["shadow_hit"][which[free]] = 0.0
-            for name in brought:
-                own[name][which[free]] = behind[name][free]
+            hits[which[free]] = 0.0
+            for name, x in brought.items():
+                x[which[free]] = behind[_BROUGHT[name]][free]
             on = _met(behind["hit"], tables)
             which = which[on]
             if not len(which):
                 break
             chains = found["chain"][on]
             found = {_before(name): x[on] for name, x in behind.items()} | {"chain": chains}
-        for name, x in own.items():
-            rays[name].take(x)
 
     def _behind(self, found: Arrays, layer: int, tables: Tables) -> Arrays:
         """What becomes of rays that have met transparent surfaces after so many others."""
@@ -161,13 +175,18 @@ class TracedDirectLight:
             own[name].take(x)
         values = {"layer": layer, "transparent_depth": self._layers}
         launch(self._through, own, tables, values)
-        self._trace(own, "next", tables)
         behind = {name.removeprefix("next_"): x for name, x in own.items() if "next_" in name}
-        return {name: x.elements()[: len(found["chain"])] for name, x in behind.items()}
+        arrays = {name: x.elements() for name, x in behind.items()} | {
+            "hit": self._trace(own, "next")
+        }
+        return {name: x[: len(found["chain"])] for name, x in arrays.items()}
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        return {kernel.stem: kernel.launches for kernel in self._kernels()}
+        counts: Counter[str] = Counter()
+        for kernel in self._kernels():
+            counts[kernel.stem] += kernel.launches
+        return counts
 
     def release(self) -> None:
         """Free streams and kernels."""
@@ -177,7 +196,7 @@ class TracedDirectLight:
             kernel.release()
 
     def _kernels(self) -> list[Kernel]:
-        kernels = [self._aim, self._any_hit, self._add]
+        kernels = [*self._aims.values(), self._tracer]
         return [*kernels, self._through] if self._through else kernels
 
 

@@ -14,7 +14,6 @@ from ...streams.device import Layer
 from ..film.film import SPARE
 from ..photons.device_photon_mapper import landed_rows
 from ..photons.photon_mapper import STREAM_WIDTH
-from .direct_light import RAYS_AT_ONCE
 
 TEXEL = 16
 FIXED = 80 << 20  # programs, a grid of the smallest
@@ -160,7 +159,7 @@ class NativeSizes(Sizes):
         return Bytes(0.0, LISTED * counts.landed)
 
     def shadow_textures(self, rays: int, illuminance: bool) -> int:
-        return (4 + illuminance) * min(rays, RAYS_AT_ONCE)
+        return (3 + illuminance) * (rays > 0)  # one ray's at a time
 
     def gather_textures(self, gathers_lobes: bool, native: int) -> int:
         if not gathers_lobes:

@@ -242,7 +242,7 @@ class NativeWay(Way):
     def reads_tree(self) -> bool:
         return False
 
-    def tracer(self, any_hit: bool = False, rays: Defines | None = None) -> Kernel:
+    def tracer(self, any_hit: bool = False, rays: Defines | None = None) -> NativeTracer:
         bits = int((rays or {}).get("VISIBILITY", EVERY_RAY))
         return NativeTracer(self.device, self.triangles, any_hit, bits)
 
@@ -255,8 +255,8 @@ class NativeWay(Way):
     def direct_light(
         self, needs: SceneNeeds, size: tuple[int, int]
     ) -> DirectLight | TracedDirectLight:
-        any_hit = self.tracer(any_hit=not needs.transparent, rays=needs.rays("shadow"))
-        return TracedDirectLight(self.device, self.layer, needs, any_hit, size)
+        tracer = self.tracer(any_hit=not needs.transparent, rays=needs.rays("shadow"))
+        return TracedDirectLight(self.device, self.layer, needs, tracer, size)
 
     def photon_mapper(
         self, stage: PhotonSource, settings: Settings, needs: SceneNeeds

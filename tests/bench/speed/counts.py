@@ -22,6 +22,7 @@ from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
+from addon.photon.ways.native_kernels import NativeTracer
 from addon.streams import Device, Stream
 
 from .launches import EYE, PHOTONS, kernel_classes, replaced
@@ -112,6 +113,7 @@ class _Counter:
             (kind, "_launch"): self._count_rays for kind in kernel_classes()
         }
         patches |= {
+            (NativeTracer, "hits"): self._count_shadow_rays,
             (PhotonMapper, "start"): self._take_photons,
             (PhotonGrid, "prepare"): self._take_radii,
             (PhotonGrid, "estimate"): self._count_pairs,
@@ -122,30 +124,40 @@ class _Counter:
     def _count_rays(self, function: Any) -> Any:
         def run(kernel: Any, streams: Any, *args: Any, **kwargs: Any) -> Any:
             if kernel.stem == Tracer.stem:
-                rays = streams["direction"].download()[..., :3].any(axis=-1)
-                self.work.rays[self._part] += int(rays.sum())
+                self._count_in(streams)
             if kernel.stem == Direct.stem:
                 self.work.rays[self._part] += self._shadow_rays(streams, *args, **kwargs)
             return function(kernel, streams, *args, **kwargs)
 
         return run
 
+    def _count_in(self, streams: Any) -> None:
+        rays = streams["direction"].download()[..., :3].any(axis=-1)
+        self.work.rays[self._part] += int(rays.sum())
+
+    def _count_shadow_rays(self, function: Any) -> Any:
+        def run(tracer: Any, streams: Any) -> Any:
+            self._count_in(streams)
+            return function(tracer, streams)
+
+        return run
+
     def _shadow_rays(self, streams: Any, tables: Any, uniforms: Any, *_: Any) -> int:
         """How many Direct traces of these streams."""
         needs, device = self._renderer.needs, self._renderer.device
-        width, height = streams["place"].size
         aim = ShadowRays(device, "fragment", needs.direct_defines, made=needs.made)
-        aimed = {
-            name: Stream(device, record, (width, height * needs.shadow_rays))
-            for name, record in aim.outputs.items()
-        }
+        size = streams["place"].size
+        aimed = {name: Stream(device, record, size) for name, record in aim.outputs.items()}
         points = {name: streams[name] for name in aim.inputs}
         own = {name: tables[name] for name in aim.tables}
-        aim.run(points | aimed, own, {**uniforms, "first_ray": 0})
-        rays = aimed["shadow_direction"].download()[..., :3].any(axis=-1)
+        values = {name: value for name, value in uniforms.items() if name in aim.uniforms}
+        rays = 0
+        for number in range(needs.shadow_rays):
+            aim.run(points | aimed, own, {**values, "number": number})
+            rays += int(aimed["shadow_direction"].download()[..., :3].any(axis=-1).sum())
         for item in (*aimed.values(), aim):
             item.release()
-        return int(rays.sum())
+        return rays
 
     def _as_photons(self, function: Any) -> Any:
         def run(*args: Any, **kwargs: Any) -> Any:

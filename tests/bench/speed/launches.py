@@ -17,6 +17,7 @@ from addon.photon.photons.native_photon_mapper import NativePhotonMapper
 from addon.photon.photons.photon_grid import PhotonGrid
 from addon.photon.photons.photon_mapper import PhotonMapper
 from addon.photon.photons.splats import Splats
+from addon.photon.ways.native_kernels import NativeTracer
 from addon.photon.ways.native_photon_grid import NativePhotonGrid
 from addon.streams import Device, HostKernel, Kernel, Program, Stream
 
@@ -89,6 +90,9 @@ class Watch:
             (kind, "_launch"): self._named(lambda kernel: str(kernel.stem), hosts=kind)
             for kind in kernel_classes()
         }
+        runs[NativeTracer, "hits"] = self._named(
+            lambda kernel: str(kernel.stem), hosts=NativeTracer
+        )
         runs[Program, "run"] = self._named(lambda kernel: str(kernel.stem), hosts=Program)
         parts = {
             (DevicePhotonMapper, "start"): self._as_part(PHOTONS),
