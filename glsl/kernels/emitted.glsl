@@ -56,7 +56,7 @@ void meet(int number, float kind, RayOrigin origin, vec3 direction, float far, b
 #ifdef WEIGHED
     if (!is_of_eye) radiance *= weight_of_chain(light, number, origin, direction, density_of(load_throughput()));
 #endif
-    if (is_found(light, IS_WORLD)) world += radiance; else emitted += radiance;
+    if (is_world(light)) world += radiance; else emitted += radiance;
 }
 
 void kernel() {
@@ -74,10 +74,9 @@ void kernel() {
 #endif
     // A loop for each kind, in the table's order: software OpenGL runs through all kinds where one loop has them.
     int i = 0;
-#define MEET_KIND(KIND) \
-    for (; i < seen_lights && light_at(i).kind == KIND; i++) \
-        meet(i, KIND, origin, direction, far, is_of_eye, emitted, world);
-    EACH_LIGHT_KIND(MEET_KIND)
+#define NEXT_IS(KIND) (i < seen_lights && light_at(i).kind == KIND)
+#define MEET(KIND) for (; NEXT_IS(KIND); i++) meet(i, KIND, origin, direction, far, is_of_eye, emitted, world);
+    EACH_LIGHT_KIND(MEET)
 #ifdef GLOWS
     if (is_hit(hit)) {
         Triangle triangle = triangle_at(hit_triangle(hit));

@@ -31,8 +31,7 @@ const int BY_CAMERA = 1;
 const int BY_DIFFUSE = 2;    // shadow rays of diffuse surfaces
 const int BY_GLOSSY = 4;     // shadow rays of lobes
 const int BY_CHAINS = 8;     // rays of lobes
-const int IS_WORLD = 16;     // it is what lies behind all
-const int IS_SOFT = 32;      // it is a disc that faces whoever looks
+const int IS_SOFT = 16;      // it is a disc that faces whoever looks
 
 // Its strength at a distance over what falls off with the distance squared (table of lights).
 float share_at(Light light, float far) {

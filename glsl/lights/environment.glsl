@@ -38,16 +38,19 @@ float brightness(vec3 radiance) { return dot(radiance, vec3(0.2126, 0.7152, 0.07
 
 // The density of directions drawn by the image [1/sr]: of pixels by luminance times solid angle, and about each
 // as its radiance is interpolated, so that where light is bright it is nearly even over its density.
-float pdf_by_image(Light light, vec3 direction) {
-    Environment image = environment_of(light);
+float pdf_by_image(Light light, vec3 direction, Environment image, Around found) {
     float total = brightness(environment_texel(image.rows - 1).rgb);
     if (!(total > 0.0)) return 0.0;
-    Around found = around(image, light, direction);
     float low = brightness(found.low) * solid_angle_of_row(image, found.row);
     float high = brightness(found.high) * solid_angle_of_row(image, found.row + 1);
     float across = length(direction - dot(direction, light.axis) * light.axis);
     float pixels = float(image.width * image.height) / (2.0 * PI * PI * max(across, 1.0e-6));  // a steradian
     return mix(low, high, found.part) / total * pixels;
+}
+
+float pdf_by_image(Light light, vec3 direction) {
+    Environment image = environment_of(light);
+    return pdf_by_image(light, direction, image, around(image, light, direction));
 }
 
 // A number in (-1, 1) by a tent's density.
@@ -84,9 +87,12 @@ float pdf_environment(Light light, vec3 position, vec3 normal, vec3 to_light) {
 LightSample sample_environment(Light light, vec3 position, vec3 normal, vec2 u) {
     vec3 to_light = u.x < 0.5 ? sample_by_image(light, vec2(2.0 * u.x, u.y))
         : frame_about(normal) * sample_cosine_hemisphere(vec2(2.0 * u.x - 1.0, u.y));
-    float density = pdf_environment(light, position, normal, to_light);
-    if (!(dot(normal, to_light) > 0.0) || !(density > 0.0)) return LightSample(to_light, T_MAX, vec3(0.0), 0.0);
-    return LightSample(to_light, T_MAX, environment_radiance(light, to_light) / density, 1.0);
+    Environment image = environment_of(light);
+    Around found = around(image, light, to_light);
+    float cosine = dot(normal, to_light);
+    float density = 0.5 * pdf_by_image(light, to_light, image, found) + 0.5 * pdf_cosine_hemisphere(cosine);
+    if (!(cosine > 0.0) || !(density > 0.0)) return LightSample(to_light, T_MAX, vec3(0.0), 0.0);
+    return LightSample(to_light, T_MAX, light.power * mix(found.low, found.high, found.part) / density, 1.0);
 }
 
 vec4 seen_environment(Light light, vec3 origin, vec3 direction, float far) {

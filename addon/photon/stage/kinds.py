@@ -300,11 +300,14 @@ def made_bsdf(names: Collection[str]) -> Made:
 
 
 def made_lights(names: Collection[str]) -> Made:
-    """What a program includes as made/lights.glsl: lights of these kinds, a switch, and a macro
-    that puts another one for each kind that lamps have, in the order of their table."""
+    """What a program includes as made/lights.glsl: lights of these kinds, a switch, whether a light
+    is what lies behind all else, and a macro that puts another one for each kind that lamps have,
+    in the order of their table."""
     made = _made("lights", light_kinds(), names, LIGHT_FUNCTIONS, "light")
-    kinds = [light_kinds()[name] for name in names]
-    each = [f"_({kind.number}.0)" for kind in sorted(kinds, key=order) if not kind.is_of_mesh]
+    kinds = sorted((light_kinds()[name] for name in names), key=order)
+    worlds = [f"light.kind == {kind.number}.0" for kind in kinds if kind.is_world]
+    each = [f"_({kind.number}.0)" for kind in kinds if not kind.is_of_mesh]
+    made += f"bool is_world(Light light) {{ return {' || '.join(worlds) or 'false'}; }}\n"
     return {"made/lights.glsl": f"{made}#define EACH_LIGHT_KIND(_) {' '.join(each)}\n"}
 
 

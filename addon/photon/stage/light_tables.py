@@ -28,8 +28,7 @@ from .upload import Textures, texels_of, upload_table
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
 FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
-IS_WORLD = 1 << len(FOUND_BY)
-IS_SOFT = 2 * IS_WORLD
+IS_SOFT = 1 << len(FOUND_BY)
 
 
 def is_seen(light: Light) -> bool:
@@ -56,8 +55,7 @@ def light_table(
         numbers = kind.numbers(light.parameters, 1.0 / frame.scale, bounds, places)
         row["parameters"], row["more"] = np.resize([*numbers, *[0.0] * 8], (2, 4))
         bits = [FOUND_BITS[name] for name in light.found_by]
-        more = (IS_WORLD if kind.is_world else 0) + (IS_SOFT if light.parameters.get("soft") else 0)
-        row["found_by"] = sum(bits) + more
+        row["found_by"] = sum(bits) + (IS_SOFT if light.parameters.get("soft") else 0)
         if light.gobo is not None:
             row["gobo"], row["gobo_width"], row["gobo_height"] = places[light.gobo]
         row["falloff"], row["smoothing"] = light.falloff, light.smoothing / frame.scale**2
