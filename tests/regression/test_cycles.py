@@ -32,7 +32,7 @@ MARGIN = 1  # [px] around edges
 # Passes and photons of the scenes that LIT names. Few photons find the window of daylight, and few
 # shadow rays what is bright beyond it. In the kitchen discs must be small: much stands close.
 QUICK = {"studio": (12, 65536)}
-MANY = {"studio": (128, 65536), "daylight": (512, 131072), "kitchen": (32, 262144)}
+MANY = {"studio": (128, 65536), "daylight": (512, 131072), "kitchen": (24, 1 << 20)}
 
 Record = Callable[[str, object], None]
 
