@@ -40,6 +40,7 @@ class Tracer:
         numbered: bool = False,
         aims: NDArray[np.float32] | None = None,
         aim_nodes: NDArray[np.float32] | None = None,
+        portals: NDArray[np.float32] | None = None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], int]: ...
     def cuts(
         self,
@@ -137,6 +138,12 @@ def aimed_numbers(
     seed: int,
     pass_index: int,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
+def photon_portals(
+    places: NDArray[np.float32],
+    normals: NDArray[np.float32],
+    photons: NDArray[np.uint32],
+    masses: NDArray[np.float32],
+) -> tuple[NDArray[np.float32], float]: ...
 def random_numbers(
     elements: NDArray[np.uint32], seed: int, pass_index: int, dimension: int
 ) -> NDArray[np.float32]: ...

@@ -165,7 +165,7 @@ class _Preparation:
             denoised = DenoisingResolver(film) if settings.denoise else None
             estimators = self._estimators(stage, needs) if mapper else None
             if mapper:
-                self._start_pilot(mapper, stage, needs)
+                self._start_pilot(mapper, stage, needs, eye)
             if not stage.movement or settings.first_pass == 0:  # else it is another instant
                 with self._phases.timed("eye"):
                     eye.send_ahead(settings.first_pass, strips[0].region)
@@ -212,12 +212,22 @@ class _Preparation:
             self._own.append(caustics.release)
         return splat, grid, caustics
 
-    def _start_pilot(self, mapper: Mapper, stage: Stage, needs: SceneNeeds) -> None:
+    def _start_pilot(self, mapper: Mapper, stage: Stage, needs: SceneNeeds, eye: Eye) -> None:
         """Send the photons that tell where others shall start, and, unless the user has set it,
         the radius."""
         look = partial(self._look, stage, needs)
         moves = stage.movement is not None  # passes learn at the instant of pass 0
-        self._aiming = Aiming(mapper, stage.tables, self._settings.seed, look, stage.mesh, moves)
+        _, place = eye.camera.footprint()
+        self._aiming = Aiming(
+            mapper,
+            stage.tables,
+            self._settings.seed,
+            look,
+            stage.mesh,
+            at_once=moves,
+            eye=place,
+            can_lead=needs.leads,
+        )
         with self._phases.timed("aim"):
             self._aiming.set(0)
         if not self._settings.radius:

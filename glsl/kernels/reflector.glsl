@@ -34,6 +34,13 @@ int rays_of(Lobe lobe) {
 #endif
 #endif
 
+#ifdef PORTALS
+#include "lib/openings.glsl"
+
+// Of what a diffuse surface scatters, what goes through portals at least.
+const float LEAST_BY_PORTAL = 0.2;
+#endif
+
 // How far a photon's ray may go, which says what photon it is.
 RayDirection sent(vec3 direction, float t_max, bool by_lobe) {
 #ifdef CAUSTICS
@@ -87,8 +94,32 @@ void kernel() {
 #endif
     int onward_rays = visible & RAYS_OF_LOBES;
 #endif
-    if (u.x < by_diffuse) {
+    bool is_diffuse = u.x < by_diffuse;
+#ifdef PORTALS
+    // Who would be absorbed goes through a portal instead. By the density of both ways no photon gains flux, but for
+    // white surfaces'.
+    float by_portal = 0.0, angles = by_diffuse > 0.0 ? portals_seen(place.position, facing.normal) : 0.0;
+#ifdef VISIBILITY
+    if (behind != 0) angles = 0.0;
+#endif
+    if (angles > 0.0) {
+        float absorbed = max(0.0, 1.0 - by_diffuse - by_lobe);
+        by_portal = max(absorbed, LEAST_BY_PORTAL * by_diffuse);
+        by_diffuse -= by_portal - absorbed;
+        is_diffuse = u.x < by_diffuse || u.x >= by_diffuse + by_lobe;
+    }
+#endif
+    if (is_diffuse) {
         outgoing = reflect_diffusely(facing, u);
+#ifdef PORTALS
+        if (angles > 0.0) {
+            float which = clamp((u.x - by_diffuse - by_lobe) / by_portal, 0.0, 0.99999994);
+            if (u.x >= by_diffuse) outgoing = sample_portals(place.position, facing.normal, angles, vec2(which, u.y));
+            float by_cosine = pdf_cosine_hemisphere(dot(outgoing, facing.normal));
+            float density = by_portal * pdf_portals(place.position, facing.normal, angles, outgoing);
+            flux *= diffuse.albedo * by_cosine / max(by_diffuse * by_cosine + density, 1.0e-30);
+        } else
+#endif
         flux *= diffuse.albedo / by_diffuse;
 #ifdef NORMALS
         vec3 base = is_displaced(diffuse) ? base_of(diffuse, shading.normal) : facing.normal;

@@ -5,75 +5,10 @@
 #include "lib/light.glsl"
 
 #ifdef PORTALS
-#include "lib/spherical_rectangle.glsl"
+#include "lib/openings.glsl"
 
 const float SHARE_OF_PORTALS = 0.75;
-const float LEAST_ANGLE_OF_PORTAL = 5.0e-3;  // [sr] below, sums of angles are not precise enough
 
-// A portal as a place sees it: that one by the portal's frame, on the side where z is positive, and the rectangle's
-// corners; its solid angle [sr]; 0: none of it is above the surface.
-struct SeenPortal { Portal portal; vec3 place; vec2 low; vec2 high; float angle; };
-
-vec3 in_portal(Portal portal, vec2 at) {
-    return at.x * portal.across + at.y * cross(portal.axis, portal.across);
-}
-
-SeenPortal seen_portal(int number, vec3 position, vec3 normal) {
-    Portal portal = portal_at(number);
-    vec3 away = position - portal.middle;
-    vec2 up = 0.5 * vec2(portal.width, portal.height);
-    vec3 place = vec3(dot(away, portal.across), dot(away, cross(portal.axis, portal.across)), abs(dot(away, portal.axis)));
-    SeenPortal seen = SeenPortal(portal, place, -up, up, 0.0);
-    vec2 slope = vec2(dot(normal, portal.across), dot(normal, cross(portal.axis, portal.across)));
-    if (!(dot(abs(slope), up) > dot(normal, away)) || !(place.z > 0.0)) return seen;
-    seen.angle = rectangle_solid_angle(place, -up, up);
-    float far = length(away);
-    if (!(seen.angle > LEAST_ANGLE_OF_PORTAL)) seen.angle = portal.width * portal.height * place.z / (far * far * far);
-    return seen;
-}
-
-// All solid angles [sr]. Those that are there are the first ones.
-float portals_seen(vec3 position, vec3 normal) {
-    float sum = 0.0;
-    for (int i = 0; i < PORTALS && portal_at(i).width > 0.0; i++) sum += seen_portal(i, position, normal).angle;
-    return sum;
-}
-
-vec3 sample_portals(vec3 position, vec3 normal, float sum, vec2 u) {
-    float before = 0.0;
-    SeenPortal seen = seen_portal(0, position, normal);
-    for (int i = 1; i < PORTALS && portal_at(i).width > 0.0 && before + seen.angle <= u.x * sum; i++) {
-        SeenPortal next = seen_portal(i, position, normal);
-        if (!(next.angle > 0.0)) continue;
-        before += seen.angle;
-        seen = next;
-    }
-    u.x = clamp((u.x * sum - before) / max(seen.angle, 1.0e-30), 0.0, 0.99999994);
-    vec2 met = mix(seen.low, seen.high, u);
-    if (seen.angle > LEAST_ANGLE_OF_PORTAL) met = sample_spherical_rectangle(seen.place, seen.low, seen.high, u);
-    return normalize(seen.portal.middle + in_portal(seen.portal, met) - position);
-}
-
-// [1/sr]
-float pdf_portals(vec3 position, vec3 normal, float sum, vec3 to_light) {
-    float density = 0.0;
-    for (int i = 0; i < PORTALS && portal_at(i).width > 0.0; i++) {
-        SeenPortal seen = seen_portal(i, position, normal);
-        if (!(seen.angle > 0.0)) continue;
-        vec3 axis = seen.portal.axis, across = seen.portal.across;
-        float toward = dot(to_light, axis) * sign(dot(seen.portal.middle - position, axis));
-        if (!(toward > 0.0)) continue;
-        float far = seen.place.z / toward;
-        vec2 met = seen.place.xy + far * vec2(dot(to_light, across), dot(to_light, cross(axis, across)));
-        if (any(greaterThan(abs(met), seen.high))) continue;
-        bool by_angle = seen.angle > LEAST_ANGLE_OF_PORTAL;
-        density += by_angle ? 1.0 : seen.angle * far * far / (seen.portal.width * seen.portal.height * toward);
-    }
-    return density / sum;
-}
-#endif
-
-#ifdef PORTALS
 // All solid angles of portals, of those lights whose rays they share; else 0.
 float portals_for(Light light, vec3 position, vec3 normal) {
     return is_world(light) ? portals_seen(position, normal) : 0.0;

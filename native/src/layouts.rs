@@ -3,7 +3,7 @@
 //! addon/photon/kernels/records.py declares them: whoever imports the core compares the two.
 
 /// Records by name, and their fields in order.
-pub const LAYOUTS: [(&str, &str); 25] = [
+pub const LAYOUTS: [(&str, &str); 26] = [
     ("RayOrigin", "vec3 position; float source"),
     ("RayDirection", "vec3 direction; float t_max"),
     ("Hit", "float t; float triangle; float u; float v"),
@@ -23,6 +23,7 @@ pub const LAYOUTS: [(&str, &str); 25] = [
     ("CornerNormals", "vec3 a; vec3 b; vec3 c"),
     ("LightAim", "vec3 middle; float root"),
     ("AimNode", "float axis; float share; float first"),
+    ("Portal", "vec3 middle; float width; vec3 across; float height; vec3 axis"),
     ("PlainMaterial", "vec3 diffuse; float exponent; vec3 specular; float gathers"),
     ("Gathered", "vec3 normal; float albedo"),
     ("PlainLobe", "vec3 mirrored; float exponent"),

@@ -24,6 +24,8 @@ mod microfacets;
 mod packing;
 pub mod paths;
 pub mod photons;
+pub mod portal_search;
+pub mod portals;
 #[cfg(feature = "python")]
 mod python;
 pub mod radius;

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::aim;
 use crate::lanes::widest;
 use crate::packing::{flux_with_direction, pack_direction};
+use crate::portals::{Portal, Portals};
 use crate::random::{DIMENSION_LIGHT, DIMENSION_LIGHT_POINT, DIMENSION_REFLECT, random4};
 use crate::trace::{Tree, Visible};
 use crate::vector::{dot, from_frame, normal_of, point_in, sin_cos_of_turns};
@@ -19,6 +20,8 @@ use crate::wide::Stack;
 const T_MAX: f32 = 3.0e38; // as in glsl/lib/constants.glsl
 const BRIGHTEST: f32 = 16.0; // as well
 const PHOTONS_A_TASK: usize = 1024;
+/// Of what a diffuse surface scatters, what goes through portals at least, as in glsl/kernels/reflector.glsl.
+const LEAST_BY_PORTAL: f32 = 0.2;
 
 type Vector = [f32; 3];
 
@@ -39,6 +42,8 @@ pub struct Scene<'a> {
     pub aims: &'a [[f32; 4]],
     /// AimNode.
     pub aim_nodes: &'a [aim::Node],
+    /// Through which photons go on from diffuse surfaces; none: by the cosine alone.
+    pub portals: &'a [Portal],
 }
 
 /// Which photons.
@@ -142,7 +147,7 @@ widest! {
                     };
                     landed.deposits.push([r, g, b, normal]);
                 }
-                if let Some(next) = reflect(emission, bounce, &photon, &surface, position) {
+                if let Some(next) = reflect(scene, emission, bounce, &photon, &surface, position) {
                     paths[alive] = next;
                     alive += 1;
                 }
@@ -234,8 +239,44 @@ impl Surface {
     }
 }
 
+/// How Lambert's lobe scatters: by the cosine, and through portals whom it would absorb.
+struct Scattering<'a> {
+    surface: &'a Surface,
+    by_cosine: f32,
+    by_portal: f32,
+    portals: Option<Portals>,
+}
+
+impl Scattering<'_> {
+    fn of<'a>(scene: &Scene, surface: &'a Surface, specular: f32) -> Scattering<'a> {
+        let diffuse = mean(surface.diffuse);
+        let portals = if diffuse > 0.0 && !scene.portals.is_empty() {
+            Portals::seen(scene.portals, surface.position, surface.geometric)
+        } else {
+            None
+        };
+        if portals.is_none() {
+            return Scattering { surface, by_cosine: diffuse, by_portal: 0.0, portals };
+        }
+        let absorbed = (1.0 - diffuse - specular).max(0.0);
+        let by_portal = absorbed.max(LEAST_BY_PORTAL * diffuse);
+        Scattering { surface, by_cosine: diffuse - (by_portal - absorbed), by_portal, portals }
+    }
+
+    /// A direction, and what flux that goes there is multiplied by.
+    fn to(&self, outgoing: Vector) -> (Vector, Vector) {
+        let albedo = self.surface.diffuse;
+        let Some(portals) = &self.portals else { return (outgoing, albedo.map(|k| k / self.by_cosine)) };
+        let cosine = dot(outgoing, self.surface.geometric).max(0.0) / PI;
+        let density = self.by_cosine * cosine + self.by_portal * portals.pdf(outgoing);
+        let share = cosine / density.max(1.0e-30);
+        (outgoing, albedo.map(|k| k * share))
+    }
+}
+
 /// reflector.glsl: None if the photon is absorbed.
 fn reflect(
+    scene: &Scene,
     emission: &Emission,
     bounce: u32,
     photon: &Photon,
@@ -244,11 +285,13 @@ fn reflect(
 ) -> Option<Photon> {
     let dimension = DIMENSION_REFLECT + bounce;
     let u = random4(emission.seed, emission.pass_index, photon.number, dimension);
-    let (diffuse, specular) = (mean(surface.diffuse), mean(surface.specular));
+    let specular = mean(surface.specular);
+    let scattering = Scattering::of(scene, surface, specular);
+    let diffuse = scattering.by_cosine;
     let (outgoing, weight) = if u[0] < diffuse {
         let disc = sample_disc([u[1], u[2]]);
         let up = (1.0 - disc[0] * disc[0] - disc[1] * disc[1]).max(0.0).sqrt();
-        (from_frame(surface.geometric, [disc[0], disc[1], up]), surface.diffuse.map(|k| k / diffuse))
+        scattering.to(from_frame(surface.geometric, [disc[0], disc[1], up]))
     } else if u[0] < diffuse + specular {
         // What flux that fell on the triangle is on the lobe, and leaves it.
         let bent = |normal: Vector, outgoing: Vector, weight: Vector| {
@@ -271,6 +314,9 @@ fn reflect(
             let lobe = lobe * dot(outgoing, normal).max(0.0);
             (outgoing, bent(normal, outgoing, weight.map(|w| w * lobe)))
         }
+    } else if let Some(portals) = &scattering.portals {
+        let which = ((u[0] - diffuse - specular) / scattering.by_portal).clamp(0.0, 0.999_999_94);
+        scattering.to(portals.sample([which, u[1]]))
     } else {
         return None;
     };

@@ -5,6 +5,7 @@ from .records import (
     HIT,
     LIGHT,
     MATERIAL,
+    PORTAL,
     RAY_DIRECTION,
     RAY_ORIGIN,
     TRIANGLE,
@@ -30,6 +31,8 @@ class Reflector(Kernel):
         "VISIBILITY",
         "NO_CAUSTICS",
         "NORMALS",
+        "PORTALS",
+        "ONE_WAY",
     )
     inputs = {
         "origin": When(("ARRIVALS", "ABSORPTION"), RAY_ORIGIN),
@@ -47,4 +50,5 @@ class Reflector(Kernel):
         "lights": When("ARRIVALS", Table(LIGHT)),
         "environments": When("ENVIRONMENT", Table()),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
+        "photon_portals": When("PORTALS", Table(PORTAL)),
     }

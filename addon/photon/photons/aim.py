@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..stage.geometry import Mesh
 from ..stage.tables import Tables
 from .importance import Importance, importance_of
+from .photon_portals import is_hidden, portals_by
 from .portals import NO_PORTALS, portals_of
 from .starts import Starts, even_shares, groups_of, proposed, starts_by, variance
 from .view import View
@@ -23,6 +24,7 @@ FIRST_PASS = 1 << 31  # numbers no pass of a picture has
 FIRST_PHOTONS, MOST_FIRST = 4096, 16384  # of each group of lights, and of all at most
 # Then, where it may be worth it, of all, twice: by what was importance before.
 PHOTONS = (1 << 15, 1 << 16)
+LED_PASS = FIRST_PASS + 8  # and the next one: of photons that look for portals
 WIDE = 2.5  # how much wider cells are for the first photons
 # Where half of what is seen has no photon, more look for it: of light from afar at all distances.
 ENOUGH_KNOWN = 0.5
@@ -54,18 +56,24 @@ class Aiming:
         look: Callable[[], View],
         mesh: Mesh,
         at_once: bool = False,
+        eye: list[float] | None = None,
+        can_lead: bool = False,
     ) -> None:
-        """`look` finds what the picture shows, of a mesh; `at_once`: all passes shall know."""
+        """`look` finds what the picture shows, of a mesh; `at_once`: all passes shall know; `eye`:
+        where it is, if there is one; `can_lead`: photons may go on through portals."""
         self._mapper, self._tables, self._seed, self._look = mapper, tables, seed, look
         self._plain = self._used = Starts(tables.by_flux, None)
         self._learned: Starts | None = None
         self._view: View | None = None
         self._mesh = mesh
         tables.open(NO_PORTALS)
+        tables.lead(NO_PORTALS)
+        self._seeks = can_lead and is_hidden(mesh, tables, eye)
         fluxes = [tables.by_flux[group].sum() for group in groups_of(tables)]
         outshone = bool(fluxes) and max(fluxes) > OUTSHINES * min(fluxes)
         late = 1 if len(fluxes) > 1 else PASSES_OF_ONE
-        self._first = 0 if at_once or outshone or tables.distant_lights else late  # pass that knows
+        at_once = at_once or outshone or tables.distant_lights > 0 or self._seeks
+        self._first = 0 if at_once else late  # pass that knows
         self._use(self._plain)
 
     def knows(self, index: int) -> bool:
@@ -107,6 +115,9 @@ class Aiming:
             tables.open(portals_of(view, self._mesh, tables.transparent))
         importance = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
         starts = self._starts(importance, view)
+        if self._seeks:
+            self._use(starts)
+            tables.lead(portals_by(self._mapper, tables, view, LED_PASS))
         return starts
 
     def _starts(self, importance: Importance | None, view: View) -> Starts:

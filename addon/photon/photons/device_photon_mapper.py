@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...streams import Compaction, Device, Reading, Stream, Tally
 from ..kernels.records import DEPOSIT, PLACE
 from ..settings import Settings
-from ..stage.needs import SceneNeeds
+from ..stage.needs import PORTAL_DEFINES, SceneNeeds
 from ..stage.tables import Tables
 from .bounces import Bounces
 from .deposits import DeviceDeposits
@@ -42,6 +42,7 @@ class _Flight:
     index: int
     photons: int
     numbered: bool  # deposits have their numbers
+    first_to_deposit: int  # bounce
     paths: Paths
     # In a launch, a bounce's above the last's: places, deposits, and the caustics' places if told.
     landed: tuple[Stream, ...]
@@ -79,7 +80,9 @@ class DevicePhotonMapper:
         self._device, self._tables, self._settings = device, tables, settings
         self._most_bounces = needs.photon_bounces + 1  # with that in which a photon is cut off
         self._emission = Emission(device, "compute", tables, needs)
-        self._bounces = Bounces(device, needs.photon_defines, needs.made)
+        self._needs = needs
+        self._plain = Bounces(device, needs.photon_defines, needs.made)
+        self._led: Bounces | None = None
         self._compaction = Compaction(device, "paths")
         self._tally = Tally(device, self._most_bounces)
         self._foreseen: dict[int, _Foreseen] = {}  # by the photons of a pass
@@ -96,12 +99,19 @@ class DevicePhotonMapper:
         self.start(index, photons)
         return self.finish()
 
-    def start(self, index: int, photons: int | None = None, numbered: bool = False) -> None:
+    def start(
+        self,
+        index: int,
+        photons: int | None = None,
+        numbered: bool = False,
+        first_hits: bool = False,
+    ) -> None:
         """Launch a pass as far as the passes before tell what it needs, and wait for nothing;
-        `numbered`: as PhotonMapper.start."""
+        `numbered` and `first_hits`: as PhotonMapper.start."""
         photons = self._settings.photons_a_pass if photons is None else photons
         self._dropped = self.deposits.dropped
-        flight = self._flight = self._emit(index, photons, numbered)
+        first = 0 if first_hits else first_to_deposit(self._settings)
+        flight = self._flight = self._emit(index, photons, numbered, first)
         # By rule of three from passes of other photons, such as the one that tells the radii.
         foreseen = min(
             self._foreseen.values(),
@@ -150,21 +160,34 @@ class DevicePhotonMapper:
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        return self._emission.launches() | {self._bounces.stem: self._bounces.launches}
+        both = [bounces for bounces in (self._plain, self._led) if bounces]
+        own = {Bounces.stem: sum(bounces.launches for bounces in both)}
+        return self._emission.launches() | own
 
-    def _emit(self, index: int, photons: int, numbered: bool) -> _Flight:
+    @property
+    def _bounces(self) -> Bounces:
+        """Where there are portals others, made when they first are."""
+        if "photon_portals" not in self._tables.textures:
+            return self._plain
+        if not self._led:
+            defines = {**self._needs.photon_defines, **PORTAL_DEFINES}
+            self._led = Bounces(self._device, defines, self._needs.made)
+        return self._led
+
+    def _emit(self, index: int, photons: int, numbered: bool, first_to_deposit: int) -> _Flight:
         """Begin a pass."""
         paths = self._paths.of(photons)
         self._emission.run(paths.fronts(), draw_of(self._settings, index), photons)
         self.deposits.clear()
         self._tally.clear()
         landed = self._landed_of(landed_rows(photons, self._most_bounces))
-        return _Flight(index, photons, numbered, paths, landed, photons)
+        return _Flight(index, photons, numbered, first_to_deposit, paths, landed, photons)
 
     def _again(self, flight: _Flight) -> _Flight:
         """Begin a pass that more photons took than was foreseen once more."""
         self.deposits.dropped = self._dropped
-        return self._emit(flight.index, flight.photons, flight.numbered)
+        first = flight.first_to_deposit
+        return self._emit(flight.index, flight.photons, flight.numbered, first)
 
     def _end(self, flight: _Flight) -> list[int]:
         """Trace a pass's photons until they have ended; how many were alive after each launch."""
@@ -194,7 +217,7 @@ class DevicePhotonMapper:
             self._tally.buffer,
             draw_of(self._settings, flight.index)
             | {"alive_slot": self._tally.next_slot(), "first_bounce": first, "bounces": bounces}
-            | {"first_to_deposit": first_to_deposit(self._settings), "numbered": flight.numbered},
+            | {"first_to_deposit": flight.first_to_deposit, "numbered": flight.numbered},
         )
         place, deposit, *caustics = flight.landed
         caustic = dict(zip(("caustic",), caustics, strict=False))

@@ -39,8 +39,15 @@ class Mapper(Protocol):
     def deposits(self) -> Deposits:
         """Where the photons of the last pass landed."""
 
-    def start(self, index: int, photons: int | None = None, numbered: bool = False) -> None:
-        """Launch a pass; `numbered`: its deposits have numbers in place of normals."""
+    def start(
+        self,
+        index: int,
+        photons: int | None = None,
+        numbered: bool = False,
+        first_hits: bool = False,
+    ) -> None:
+        """Launch a pass; `numbered`: its deposits have numbers in place of normals; `first_hits`:
+        direct light is deposited in any case."""
 
     def finish(self) -> Deposits:
         """Its deposits."""

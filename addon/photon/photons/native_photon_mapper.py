@@ -94,9 +94,15 @@ class NativePhotonMapper:
         """As PhotonMapper.rays: none, for these lights are not afar."""
         return np.zeros((photons, 6))
 
-    def start(self, index: int, photons: int | None = None, numbered: bool = False) -> None:
-        """Trace a pass; `numbered`: as PhotonMapper.start."""
-        aims = self._scene.aims
+    def start(
+        self,
+        index: int,
+        photons: int | None = None,
+        numbered: bool = False,
+        first_hits: bool = False,
+    ) -> None:
+        """Trace a pass; `numbered` and `first_hits`: as PhotonMapper.start."""
+        aims, portals = self._scene.aims, self._scene.photon_portals
         self._launches += 1
         self.deposits.clear()
         place, deposit, unfinished = self._triangles.tracer.photons(
@@ -107,11 +113,12 @@ class NativePhotonMapper:
             pass_index=index,
             photons=self._settings.photons_a_pass if photons is None else photons,
             bounces=self._needs.photon_bounces,
-            first_hits=self._settings.direct_by_photons,
+            first_hits=first_hits or self._settings.direct_by_photons,
             directions=self._needs.gathered_lobes,
             numbered=numbered,
             aims=texels_of(aims.lights) if aims else None,
             aim_nodes=texels_of(aims.nodes) if aims else None,
+            portals=texels_of(portals).reshape(-1, 3, 4) if len(portals) else None,
         )
         self.deposits.extend(place, deposit)
         self.unfinished += unfinished

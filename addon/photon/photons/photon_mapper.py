@@ -16,7 +16,7 @@ from ..kernels.records import FLUX, HIT, RAY_DIRECTION, RAY_ORIGIN
 from ..kernels.reflector import Reflector
 from ..kernels.shade import Shade
 from ..settings import Settings
-from ..stage.needs import SceneNeeds
+from ..stage.needs import PORTAL_DEFINES, SceneNeeds
 from ..stage.tables import Tables
 from .deposits import HostDeposits
 from .emission import Emission, rays_of
@@ -152,6 +152,8 @@ class PhotonMapper:
             Projector(device, layer, defines, made=needs.made),
             Reflector(device, layer, defines, made=made),
         )
+        self._layer = layer
+        self._led: Reflector | None = None
 
     def trace(self, index: int, photons: int | None = None) -> HostDeposits:
         """Trace pass `index` (of `photons`, or as many as the settings say); the deposits are in
@@ -159,11 +161,18 @@ class PhotonMapper:
         self.start(index, photons)
         return self.finish()
 
-    def start(self, index: int, photons: int | None = None, numbered: bool = False) -> None:
+    def start(
+        self,
+        index: int,
+        photons: int | None = None,
+        numbered: bool = False,
+        first_hits: bool = False,
+    ) -> None:
         """Trace a pass until all its photons have ended; `numbered`: deposits have their photons'
-        numbers in place of normals."""
+        numbers in place of normals; `first_hits`: direct light is deposited in any case."""
         photons = self._settings.photons_a_pass if photons is None else photons
-        tracer, shade, projector, reflector = self._kernels
+        tracer, shade, projector, _ = self._kernels
+        reflector = self._reflector()
         paths = self._paths.of(photons)
         self._emission.run(paths.fronts(), draw_of(self._settings, index), photons)
         self.deposits.clear()
@@ -174,7 +183,7 @@ class PhotonMapper:
             streams |= {f"next_{name}": stream for name, stream in paths.backs().items()}
             launch(tracer, streams, self._tables)
             launch(shade, streams, self._tables, draw)
-            if bounce >= first_to_deposit(self._settings):
+            if first_hits or bounce >= first_to_deposit(self._settings):
                 launch(projector, streams, self._tables, {"numbered": numbered})
                 caustic = {name: streams[name] for name in ("caustic",) if name in streams}
                 self.deposits.append(streams["landed"], streams["deposit"], **caustic)
@@ -184,6 +193,16 @@ class PhotonMapper:
                 return
             paths = self._compacted(paths, alive)
         self.unfinished += alive
+
+    def _reflector(self) -> Kernel:
+        """Where there are portals another one, made when they first are."""
+        *_, plain = self._kernels
+        if "photon_portals" not in self._tables.textures:
+            return plain
+        if not self._led:
+            defines = {**self._needs.photon_defines, **PORTAL_DEFINES}
+            self._led = Reflector(self._device, self._layer, defines, made=self._needs.made)
+        return self._led
 
     def finish(self) -> HostDeposits:
         """The deposits of the pass that was started."""
@@ -198,6 +217,7 @@ class PhotonMapper:
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
         own = {kernel.stem: kernel.launches for kernel in self._kernels}
+        own[Reflector.stem] += self._led.launches if self._led else 0
         return self._emission.launches() | own
 
     def _compacted(self, paths: _PathsAndEnds, alive: int) -> _PathsAndEnds:
@@ -221,6 +241,8 @@ class PhotonMapper:
         self._paths.release()
         for kernel in (self._emission, *self._kernels):
             kernel.release()
+        if self._led:
+            self._led.release()
         self.deposits.release()
 
 

@@ -209,6 +209,12 @@ def _spread(rays: Doubles, middle: Doubles, normals: Doubles) -> Doubles:
     return area
 
 
+def sphere(count: int) -> Doubles:
+    """Unit vectors about as far apart, in all directions, (count, 3)."""
+    half = _hemisphere(count // 2)
+    return np.concatenate([half, -half])
+
+
 def _hemisphere(count: int) -> Doubles:
     """Unit vectors about as far apart (Fibonacci's lattice)."""
     at = np.arange(count) + 0.5

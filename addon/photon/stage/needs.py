@@ -29,6 +29,7 @@ from .programs import ProgramNeeds
 from .spectrum import made_spectrum
 
 MOST_PORTALS = 4
+PORTAL_DEFINES: Defines = {"PORTALS": MOST_PORTALS, "ONE_WAY": 1}  # of photons that go through some
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 
 
@@ -252,6 +253,12 @@ class SceneNeeds:
     def glow_defines(self) -> Defines:
         """What the kernel is compiled with that tells eye rays what glows."""
         return {"EYE": 1, **self.programs.defines, **self.transparent_defines}
+
+    @property
+    def leads(self) -> bool:
+        """Whether photons may go on through portals: what lies over Lambert's lobe is weighed by a
+        way that is drawn by the cosine."""
+        return self.photons and not self.layers
 
     @cached_property
     def photon_defines(self) -> Defines:

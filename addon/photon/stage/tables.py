@@ -77,6 +77,7 @@ class Tables:
 
         self.aims: Aims | None = None
         self.portals = PORTAL.zeros(MOST_PORTALS)
+        self.photon_portals = PORTAL.zeros(0)  # through which photons go on
         self.transparent = np.zeros(0, bool)  # (K,) which of the mesh's triangles are
         seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
         self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
@@ -187,6 +188,18 @@ class Tables:
             self.textures["light_aims"] = upload_table(self._device, texels_of(aims.lights))
             self.textures["aim_nodes"] = upload_table(self._device, texels_of(aims.nodes))
 
+    def lead(self, portals: NDArray[Any]) -> None:
+        """Let photons go on from diffuse surfaces through portals, (n,) of PORTAL, or none."""
+        if portals.tobytes() == self.photon_portals.tobytes():
+            return
+        self.photon_portals = portals
+        if (name := "photon_portals") in self.textures:
+            self._device.put_back(self.textures.pop(name))
+        if len(portals):
+            found = PORTAL.zeros(MOST_PORTALS)
+            found[: len(portals)] = portals
+            self.textures[name] = upload_table(self._device, texels_of(found))
+
     @property
     def has_world(self) -> bool:
         """Whether there is one that lights."""
@@ -202,8 +215,9 @@ class Tables:
         write_table(self.textures["portals"], texels_of(found))
 
     def starts(self) -> bytes:
-        """How photons start at lights, for comparison."""
-        return self.lights["chosen"].tobytes() + (self.aims.bytes() if self.aims else b"")
+        """How photons start at lights, and where they are led, for comparison."""
+        aims = self.aims.bytes() if self.aims else b""
+        return self.lights["chosen"].tobytes() + aims + self.photon_portals.tobytes()
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
         """Those tables that a kernel declares."""

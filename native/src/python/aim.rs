@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//! Where photons start at lights.
+//! Where photons start at lights, and through which portals they go.
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::arrays::{F32Array, Rows, array, new_rows, rows};
 use super::run;
-use crate::aim;
+use crate::{aim, portal_search};
 
 /// A tree of boxes in the numbers in [0, 1) that a light's photons are drawn by, with the probabilities of the
 /// least variance.
@@ -83,4 +83,26 @@ pub(super) fn random_numbers<'py>(
     let elements = elements.as_slice()?;
     let draw = |&element: &u32| crate::random::random4(seed, pass_index, element, dimension);
     new_rows(py, elements.iter().map(draw).collect())
+}
+
+/// Portals through which photons shall go, float32[3 m, 4] laid out as LAYOUTS says of Portal, and how much less
+/// variance that leaves. Takes the paths of photons that counted, one after the other: places float32[n, 3], normals
+/// float32[n, 3], the photons' numbers uint32[n], and what each
+/// adds to the variance there, float32[n]. Raises ValueError for what is no mass.
+#[pyfunction]
+pub(super) fn photon_portals<'py>(
+    py: Python<'py>,
+    places: &Bound<'py, PyAny>,
+    normals: &Bound<'py, PyAny>,
+    photons: &Bound<'py, PyAny>,
+    masses: &Bound<'py, PyAny>,
+) -> PyResult<(Rows<'py>, f32)> {
+    let places = array::<f32>(places, "places", &[None, Some(3)])?;
+    let places = rows::<f32, 3>(&places)?;
+    let normals = array::<f32>(normals, "normals", &[Some(places.len()), Some(3)])?;
+    let photons = array::<u32>(photons, "photons", &[Some(places.len())])?;
+    let masses = array::<f32>(masses, "masses", &[Some(places.len())])?;
+    let (normals, photons, masses) = (rows::<f32, 3>(&normals)?, photons.as_slice()?, masses.as_slice()?);
+    let (portals, gain) = run(py, || portal_search::search(places, normals, photons, masses))?;
+    Ok((new_rows(py, portals.into_iter().flatten().collect())?, gain))
 }

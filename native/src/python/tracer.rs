@@ -88,12 +88,13 @@ impl Tracer {
     /// bounce; whether first hits are stored, too; and whether fluxes carry
     /// the direction to the light. A photon on a material that is not there ends. numbered: each deposit has its
     /// photon's number in its normal's place. aims float32[L, 4] and aim_nodes float32[N, 4], as LightAim and
-    /// AimNode: how photons start at lights.
+    /// AimNode: how photons start at lights. portals float32[n, 3, 4], as Portal: where they go from diffuse
+    /// surfaces.
     ///
     /// Returns (place float32[P, 4], deposit float32[P, 4], unfinished): position and surface + 1,
     /// flux and packed normal, in order of bounce and photon; and how many the last bounce cut off.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (normals, materials, lights, *, seed, pass_index, photons, bounces, first_hits, directions, numbered=false, aims=None, aim_nodes=None))]
+    #[pyo3(signature = (normals, materials, lights, *, seed, pass_index, photons, bounces, first_hits, directions, numbered=false, aims=None, aim_nodes=None, portals=None))]
     fn photons<'py>(
         &self,
         py: Python<'py>,
@@ -109,6 +110,7 @@ impl Tracer {
         numbered: bool,
         aims: Option<&Bound<'py, PyAny>>,
         aim_nodes: Option<&Bound<'py, PyAny>>,
+        portals: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Rows<'py>, Rows<'py>, usize)> {
         let normals = array::<f32>(normals, "normals", &[Some(self.corners.len()), Some(3), Some(4)])?;
         let materials = array::<f32>(materials, "materials", &[None, Some(2), Some(4)])?;
@@ -117,7 +119,10 @@ impl Tracer {
         let aims = aims.transpose()?;
         let aim_nodes = aim_nodes.map(|nodes| array::<f32>(nodes, "aim_nodes", &[None, Some(4)]));
         let aim_nodes = aim_nodes.transpose()?;
+        let portals = portals.map(|portals| array::<f32>(portals, "portals", &[None, Some(3), Some(4)]));
+        let portals = portals.transpose()?;
         let scene = paths::Scene {
+            portals: portals.as_ref().map_or(Ok(&[][..]), rows::<f32, 4>)?.as_chunks().0,
             aims: aims.as_ref().map_or(Ok(&[][..]), rows)?,
             aim_nodes: aim_nodes.as_ref().map_or(Ok(&[][..]), rows)?,
             tree: &self.tree,

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Portals of photons: rectangles, such as a door's gap, through which light that has bounced falls
+on what the picture shows. Photons go on through them by glsl/lib/openings.glsl.
+
+They are looked for where what is about the eye sees no lamp, by the paths of few photons that
+count, and kept where other photons tell that they leave much less variance at equal time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import photon_stream_native as native
+from numpy.typing import NDArray
+
+from ..kernels.records import PORTAL
+from ..stage.geometry import Mesh
+from ..stage.tables import Tables
+from .portals import sphere
+from .view import Doubles, View
+
+AROUND = 256  # rays from the eye
+MOST_ASKED = 8  # lamps, the strongest
+LIT = 0.05  # of what these rays meet, that sees a lamp: then light does not come from elsewhere
+LIFT = 1e-4  # of places off their surface [scene units]
+PHOTONS = 1 << 15  # that tell where portals are, and as many what they are worth
+TELLING = 240  # paths that are looked at
+ROUNDS = 2
+FEWEST = 40  # photons that count
+# Where this share of photons, those that count most, adds less than that of the variance, all are
+# about as good.
+FEW, MOST_OF_IT = 0.05, 0.6
+WIDE = 2.5  # how much wider cells are, of which few photons tell
+DARK = 0.1  # of the mean: what is darker counts no more
+LEAST_GAIN = 1.5  # over the variance without, at as many landings
+NO_PORTALS = PORTAL.zeros(0)
+
+
+def is_hidden(mesh: Mesh, tables: Tables, eye: list[float] | None) -> bool:
+    """Whether photons come to what is about the eye from elsewhere; no, where there is no eye, or
+    light from afar."""
+    near = np.flatnonzero(tables.by_flux > 0.0)
+    if eye is None or tables.distant_lights or not len(near):
+        return False
+    directions = sphere(AROUND)
+    origins = np.tile(np.array(eye), (AROUND, 1))
+    far, triangle = _meet(mesh, origins, directions)
+    there = triangle >= 0
+    met = (origins + (far - LIFT)[:, None] * directions)[there]
+    strongest = near[np.argsort(-tables.by_flux[near], kind="stable")[:MOST_ASKED]]
+    lit = np.zeros(len(met), bool)
+    for lamp in tables.lights["position"][strongest].astype(np.float64):
+        lit |= _sees(mesh, met, lamp)
+    return len(met) > 0 and bool(lit.mean() < LIT)
+
+
+def portals_by(mapper: Any, tables: Tables, view: View, index: int) -> NDArray[Any]:
+    """(n,) of PORTAL; none if they gain little. Traces passes of photons from `index` on.
+
+    Paths tell where portals are best that were found by first ones, of which there are few.
+    """
+    plain = landed = _landed(mapper, index)
+    totals = _totals([plain], view)
+    if not _is_promising(plain, _weights(plain, view, totals)):
+        return NO_PORTALS
+    found = []
+    for at in range(ROUNDS):
+        portals = _found(landed, _weights(landed, view, totals))
+        if not len(portals):
+            break
+        tables.lead(portals)
+        landed = _landed(mapper, index + at + 1)
+        totals = _totals([plain, landed], view)
+        # Photons take the longer the more often they land.
+        left = _variance(landed, view, totals) / _variance(plain, view, totals)
+        found.append((left * len(landed.flux) / len(plain.flux), portals))
+    tables.lead(NO_PORTALS)
+    left, portals = min(found, key=lambda one: one[0], default=(1.0, NO_PORTALS))
+    return portals if left * LEAST_GAIN <= 1.0 else NO_PORTALS
+
+
+@dataclass(frozen=True)
+class _Landed:
+    """Photons of a pass, in order of bounce and photon."""
+
+    places: Doubles  # (n, 3)
+    normals: Doubles  # (n, 3) about, of their surfaces
+    flux: Doubles  # (n,)
+    numbers: NDArray[np.intp]  # (n,) the photons'
+
+    @property
+    def indirect(self) -> NDArray[np.bool_]:
+        """(n,) where they have bounced."""
+        falls = np.flatnonzero(np.diff(self.numbers) <= 0)
+        first = int(falls[0]) + 1 if len(falls) else len(self.numbers)
+        return np.arange(len(self.numbers)) >= first
+
+
+def _landed(mapper: Any, index: int) -> _Landed:
+    """Trace a pass of few photons, once for their numbers and once for normals."""
+    mapper.start(index, PHOTONS, numbered=True, first_hits=True)
+    _, numbered = mapper.finish().arrays()
+    numbers = numbered[:, 3].astype(np.intp)
+    mapper.start(index, PHOTONS, first_hits=True)
+    place, deposit = mapper.finish().arrays()
+    flux = deposit[:, :3].mean(axis=1).astype(np.float64)
+    return _Landed(place[:, :3].astype(np.float64), _unpacked(deposit[:, 3]), flux, numbers)
+
+
+def _cells(view: View, places: Doubles, normals: Doubles) -> NDArray[np.int64]:
+    """(n,) numbers of cells, each of what faces about one way."""
+    axis = np.abs(normals).argmax(axis=1)
+    faces = 2 * axis + (normals[np.arange(len(normals)), axis] > 0.0)
+    cells: NDArray[np.int64] = view.cells(places, WIDE) * 8 + faces
+    return cells
+
+
+@dataclass(frozen=True)
+class _Totals:
+    """What cells that the picture shows have of photons."""
+
+    cells: NDArray[np.int64]  # (c,) their numbers, in order
+    weights: Doubles  # (c,) of squares of fluxes there, by the strict measure
+
+
+def _totals(passes: list[_Landed], view: View) -> _Totals:
+    """By the mean of passes: none knows of all that others bring."""
+    cells, seen_in = np.unique(_cells(view, view.places, view.normals), return_inverse=True)
+    seen = np.bincount(seen_in, view.weights, len(cells))
+    total = np.zeros(len(cells))
+    for landed in passes:
+        at, there = _within(cells, view, landed)
+        total += np.bincount(at[there], landed.flux[there], len(cells)) / len(passes)
+    dark = DARK * seen * total.sum() / max(seen.sum(), 1e-30)
+    weights = np.divide(seen, total**2 + dark**2, out=np.zeros(len(cells)), where=dark > 0.0)
+    return _Totals(cells, weights)
+
+
+def _weights(landed: _Landed, view: View, totals: _Totals) -> Doubles:
+    """(n,) of the squares of photons' fluxes, where they land."""
+    at, there = _within(totals.cells, view, landed)
+    weights: Doubles = np.where(there, totals.weights[at], 0.0)
+    return weights
+
+
+def _variance(landed: _Landed, view: View, totals: _Totals) -> float:
+    """What a pass's photons add to the picture's."""
+    return float((_weights(landed, view, totals) * landed.flux**2).sum())
+
+
+def _within(
+    cells: NDArray[np.int64], view: View, landed: _Landed
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Which of the cells photons are in, (n,), and whether they are in one and count there."""
+    own = _cells(view, landed.places, landed.normals)
+    at = np.minimum(np.searchsorted(cells, own), len(cells) - 1)
+    return at, (cells[at] == own) & landed.indirect
+
+
+def _is_promising(landed: _Landed, weights: Doubles) -> bool:
+    """Whether few of a pass's photons add most of the variance."""
+    of_photons = np.sort(np.bincount(landed.numbers, weights * landed.flux**2, PHOTONS))[::-1]
+    most = of_photons[: int(FEW * PHOTONS)].sum()
+    return bool(most > MOST_OF_IT * of_photons.sum())
+
+
+def _found(landed: _Landed, weights: Doubles) -> NDArray[Any]:
+    """By the paths of some photons, as likely as they count; these landed in the order of bounces.
+
+    Where flux is less than it would be by the cosine, as much likelier are paths: so the flux
+    alone is what they count for.
+    """
+    numbers, masses = landed.numbers, weights * landed.flux
+    of_photons = np.bincount(numbers, masses, PHOTONS)
+    if (of_photons > 0.0).sum() < FEWEST:
+        return NO_PORTALS
+    up_to = np.cumsum(of_photons)
+    drawn = np.searchsorted(up_to, (np.arange(TELLING) + 0.5) / TELLING * up_to[-1])
+    times = np.bincount(drawn, minlength=PHOTONS)
+    rows = np.flatnonzero(times[numbers])
+    rows = rows[np.argsort(numbers[rows], kind="stable")]
+    of_path = numbers[rows]
+    own = masses[rows] * times[of_path] / of_photons[of_path]
+    rectangles, _ = native.photon_portals(
+        landed.places[rows].astype(np.float32),
+        landed.normals[rows].astype(np.float32),
+        of_path.astype(np.uint32),
+        own.astype(np.float32),
+    )
+    portals = PORTAL.zeros(len(rectangles) // 3)
+    portals.view(np.float32).reshape(-1, 4)[:] = rectangles
+    return portals
+
+
+def _meet(mesh: Mesh, origins: Doubles, directions: Doubles) -> tuple[Doubles, NDArray[np.int64]]:
+    """How far rays (n, 3) go, and which triangle each meets; -1: none."""
+    both = origins.astype(np.float32), directions.astype(np.float32)
+    limits = np.full(len(origins), np.inf, np.float32), np.full(len(origins), -1, np.int32)
+    far, triangle, *_ = native.trace(*_tree(mesh), *both, *limits)
+    return np.where(triangle >= 0, far, 0.0), triangle.astype(np.int64)
+
+
+def _sees(mesh: Mesh, places: Doubles, lamp: Doubles) -> NDArray[np.bool_]:
+    """(n,) from which places a lamp is seen."""
+    away = lamp - places
+    far = np.linalg.norm(away, axis=1)
+    directions = (away / np.maximum(far, 1e-20)[:, None]).astype(np.float32)
+    limits = (0.99 * far).astype(np.float32), np.full(len(places), -1, np.int32)
+    origins = places.astype(np.float32)
+    hidden: NDArray[np.bool_] = native.occluded(*_tree(mesh), origins, directions, *limits)
+    return ~hidden
+
+
+def _tree(mesh: Mesh) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    return mesh.tree.nodes, np.ascontiguousarray(mesh.corners[:, :, :3])
+
+
+def _unpacked(codes: NDArray[np.float32]) -> Doubles:
+    """(n, 3) photons' normals (glsl/lib/packing.glsl)."""
+    x, y = np.divmod(codes.astype(np.float64), 4096.0)
+    x, y = x / 4095.0 * 2.0 - 1.0, y / 4095.0 * 2.0 - 1.0
+    z = 1.0 - np.abs(x) - np.abs(y)
+    turned = (
+        (1.0 - np.abs(y)) * np.where(x >= 0, 1, -1),
+        (1.0 - np.abs(x)) * np.where(y >= 0, 1, -1),
+    )
+    normals = np.stack([np.where(z < 0, turned[0], x), np.where(z < 0, turned[1], y), z], axis=1)
+    unit: Doubles = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    return unit
