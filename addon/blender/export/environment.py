@@ -10,11 +10,13 @@ import numpy as np
 from mathutils import Euler, Matrix
 from numpy.typing import NDArray
 
+from ...photon.errors import SceneError
+from ...photon.memory import free_host_memory
 from .colour_spaces import decoded
 from .graph import Scope, source
 
 MOST_PIXELS = 8192 * 4096
-ROWS_AT_ONCE = 256
+ROWS_AT_ONCE = 64
 # Colour spaces whose stored numbers are linear Rec. 709, Blender's scene colours by default.
 LINEAR = {"Linear Rec.709", "Linear", "Non-Color", "Raw"}
 
@@ -54,24 +56,40 @@ def linear_pixels(image: bpy.types.Image) -> tuple[NDArray[np.float32], int]:
     """(height, width, 3), finite and not negative, the lowest row first; of large images the mean
     of so many pixels each way."""
     width, height = image.size
+    fewer = 1
+    while width * height > MOST_PIXELS * fewer * fewer:
+        fewer += 1
+    rows, columns = height // fewer, width // fewer
+    free, needed = free_host_memory(), 4 * width * height * image.channels + 12 * rows * columns
+    if free is not None and needed > free:
+        raise SceneError(
+            f"image '{image.name}' of {width}x{height} pixels needs {needed / 1e9:.3g} GB to be "
+            f"read and {free / 1e9:.3g} GB are free: give it fewer"
+        )
     raw = np.empty(width * height * image.channels, np.float32)
     image.pixels.foreach_get(raw)
     pixels = raw.reshape(height, width, -1)
     # Blender hands out the bytes of 8-bit images as they are stored.
     is_coded = not image.is_float and image.colorspace_settings.name == "sRGB"
-    fewer = 1
-    while width * height > MOST_PIXELS * fewer * fewer:
-        fewer += 1
-    rows, columns = height // fewer, width // fewer
     found = np.empty((rows, columns, 3), np.float32)
     for low in range(0, rows, ROWS_AT_ONCE):  # large images are of gigabytes
         high = min(low + ROWS_AT_ONCE, rows)
-        part = _rgb(pixels[low * fewer : high * fewer, : columns * fewer], is_coded)
-        if fewer > 1:
-            part = part.reshape(high - low, fewer, columns, fewer, 3).mean(axis=(1, 3))
+        part = pixels[low * fewer : high * fewer, : columns * fewer]
+        part = _rgb(_shrunk(_rgb(part, True), fewer) if is_coded else _shrunk(part, fewer), False)
         finite = np.nan_to_num(part, nan=0.0, posinf=0.0, neginf=0.0)
         np.maximum(finite, 0.0, out=found[low:high])
     return found, fewer
+
+
+def _shrunk(pixels: NDArray[np.float32], fewer: int) -> NDArray[np.float32]:
+    """Means of so many pixels each way: row by row, as numpy's own of two axes takes long."""
+    if fewer == 1:
+        return pixels
+    height, width, channels = pixels.shape
+    rows = pixels.reshape(height // fewer, fewer, width, channels)
+    low = sum((rows[:, i] for i in range(1, fewer)), rows[:, 0])
+    columns = low.reshape(height // fewer, width // fewer, fewer, channels)
+    return np.asarray(sum((columns[:, :, i] for i in range(1, fewer)), columns[:, :, 0]) / fewer**2)
 
 
 def _rgb(pixels: NDArray[np.float32], is_coded: bool) -> NDArray[np.float32]:

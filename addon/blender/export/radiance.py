@@ -51,9 +51,9 @@ class Sum:
     discs: list[tuple[Disc, Factor]] = field(default_factory=list)
 
     def add_image(self, name: str, turned: Turned, factor: Factor) -> None:
-        first = turned.pixels[0, 0].astype(np.float64)
-        if np.ptp(turned.pixels, axis=(0, 1)).max() <= EVEN * first.max():
-            self.colour += factor * first
+        first = turned.pixels[0, 0]
+        if all(np.abs(row - first).max() <= EVEN * first.max() for row in turned.pixels):
+            self.colour += factor * first.astype(np.float64)
         else:
             self.images.append((name, turned, factor))
 
@@ -157,7 +157,9 @@ def _environment(
         how = f"{node.interpolation.lower()}, rendered as linear"
         graph.notes.approximated(graph.owner, f"Interpolation of '{node.name}'", how)
     if turned.fewer > 1:
-        detail = f"{turned.fewer} x {turned.fewer} of its pixels become one"
+        detail = (
+            f"{turned.fewer} x {turned.fewer} of its pixels become one, when Blender has read all"
+        )
         graph.notes.approximated(graph.owner, f"Image of '{node.name}'", detail)
     total.add_image(node.image.name, turned, factor)
 
