@@ -252,6 +252,7 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
             yield Generator, {**emitting, **aimed}, scene.made
         for bent in (found, replace(found, smooth=True)):
             yield Emitted, bent.emitted_defines, scene.made
+            yield Emitted, {**bent.emitted_defines, "BY_KIND": 1}, scene.made
             for kernel in (Direct, ShadowRays):
                 yield kernel, bent.direct_defines, scene.made
                 if not alone:

@@ -41,7 +41,7 @@ int light_of_triangle(float number) {
 #endif
 #endif
 
-// What a ray meets of a light of a kind that is known where this is compiled, and of the world.
+// What a ray meets of a light, and of the world; the kind may be known where this is compiled.
 void meet(int number, float kind, RayOrigin origin, vec3 direction, float far, bool is_of_eye, inout vec3 emitted,
           inout vec3 world) {
     Light light = light_at(number);
@@ -72,11 +72,17 @@ void kernel() {
 #else
     bool is_of_eye = depth == 0;
 #endif
-    // A loop for each kind, in the table's order: software OpenGL runs through all kinds where one loop has them.
+#ifdef BY_KIND
+    // In the table's order.
     int i = 0;
 #define NEXT_IS(KIND) (i < seen_lights && light_at(i).kind == KIND)
 #define MEET(KIND) for (; NEXT_IS(KIND); i++) meet(i, KIND, origin, direction, far, is_of_eye, emitted, world);
     EACH_LIGHT_KIND(MEET)
+#else
+    for (int i = 0; i < seen_lights; i++) {
+        meet(i, light_at(i).kind, origin, direction, far, is_of_eye, emitted, world);
+    }
+#endif
 #ifdef GLOWS
     if (is_hit(hit)) {
         Triangle triangle = triangle_at(hit_triangle(hit));

@@ -60,7 +60,8 @@ class Eye:
         self._emitted = self._glow = self._scatter = None
         self._absorb: Absorb | None = None
         if needs.emitters_seen:
-            self._emitted = Emitted(device, layer, needs.emitted_defines, made=needs.made)
+            defines = {**needs.emitted_defines, **way.kind_defines}
+            self._emitted = Emitted(device, layer, defines, made=needs.made)
         if needs.glows_by_programs:
             self._glow = Glow(device, layer, needs.glow_defines, made=needs.made)
         if needs.secondary_rays:

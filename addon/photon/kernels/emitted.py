@@ -9,6 +9,7 @@ class Emitted(Kernel):
 
     stem = "emitted"
     structure = (
+        "BY_KIND",
         "WEIGHED",
         "SHADOW_RAYS",
         "DRAWN",

@@ -94,6 +94,12 @@ class Way:
         return self.device.is_software
 
     @property
+    def kind_defines(self) -> Defines:
+        """What a kernel is compiled with that loops over lights: software OpenGL runs through all
+        kinds where one loop has them, and GPUs take longer to compile a loop for each."""
+        return {"BY_KIND": 1} if self.device.is_software else {}
+
+    @property
     def reads_tree(self) -> bool:
         """Whether kernels read the tree's table."""
         return True
