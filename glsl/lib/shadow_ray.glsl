@@ -195,12 +195,11 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
 #endif
     if (any_cosine <= 0.0 || found.share <= 0.0) return none;
 #ifdef SMOOTH
-    float terminator = terminator_share(dot(found.to_light, point.base), above);
-    if (terminator > 0.0) {
-        lift = height_to_smooth(int(point.shading.triangle), point.place.position, point.base);
-        if (above <= 0.0 && lift <= 0.0) return none;
-        lift *= terminator;
-    }
+    int triangle = int(point.shading.triangle);
+    float terminator = terminator_share(triangle, dot(found.to_light, point.base), above);
+    if (terminator > 0.0) lift = height_to_smooth(triangle, point.place.position, point.base);
+    if (above <= 0.0 && lift <= 0.0) return none;
+    lift *= terminator;
 #else
     if (above <= 0.0) return none;
 #endif

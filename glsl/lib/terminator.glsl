@@ -4,9 +4,6 @@
 // "Hacking the Shadow Terminator"). Uses the tables of triangles and of their normals.
 #include "lib/triangle.glsl"
 
-// Cosines to the light below which that is done, as Blender has it of objects ("Geometry Offset").
-const float TERMINATOR = 0.1;
-
 // The height of the quadratic surface through the corners that bends with their normals; 0: no higher.
 float height_to_smooth(int triangle, vec3 position, vec3 shading) {
     Triangle t = triangle_at(triangle);
@@ -18,8 +15,10 @@ float height_to_smooth(int triangle, vec3 position, vec3 shading) {
     return max(0.0, 0.5 * (dot(mean, shading) < 0.0 ? -bent : bent));
 }
 
-// Of it what a shadow ray begins above its place, by the cosines to the light; as in Cycles.
-float terminator_share(float shading, float geometric) {
-    float all = shading < TERMINATOR ? 2.0 - (geometric + shading) / TERMINATOR : 1.0 - geometric / TERMINATOR;
-    return clamp(all, 0.0, 1.0);
+// Of it what a shadow ray begins above its place, by the cosines to the light; as in Cycles. It is done where
+// these are below what the triangle's object has as "Geometry Offset"; 0: nowhere.
+float terminator_share(int triangle, float shading, float geometric) {
+    float below = corner_normals_at(triangle).terminator;
+    if (!(below > 0.0)) return 0.0;
+    return clamp(shading < below ? 2.0 - (geometric + shading) / below : 1.0 - geometric / below, 0.0, 1.0);
 }

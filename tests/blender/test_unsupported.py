@@ -34,6 +34,15 @@ def test_sample_clamping_is_named(scene, export) -> None:
     assert entry.feature == "Clamp Direct" and "2.5" in entry.detail
 
 
+def test_where_shadow_rays_begin(scene, export) -> None:
+    """An object's Geometry Offset is exported where it is not what new objects have."""
+    obj = add_mesh("Plane")
+    assert not len(export()[0].terminators)
+    obj.shadow_terminator_geometry_offset = 0.0
+    exported, report = export()
+    assert exported.terminators.tolist() == [0.0] and not report.of("ignored")
+
+
 @pytest.mark.parametrize(
     ("path", "value", "feature"),
     [

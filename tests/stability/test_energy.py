@@ -215,22 +215,31 @@ def test_sums_are_float32(device: Device, measured: Measured) -> None:
 
 @pytest.mark.stability(25)
 @pytest.mark.parametrize("layer", ["fragment", "native"])
-def test_terminator_of_a_coarse_ball(device: Device, measured: Measured, layer: str) -> None:
+@pytest.mark.parametrize("offset", [None, 0.0])
+def test_terminator_of_a_coarse_ball(
+    device: Device, measured: Measured, layer: str, offset: float | None
+) -> None:
     """Light from the right on a ball of few triangles: as on the ball that they stand for, also
-    where triangles turn from the light before it does, and none on its other side."""
+    where triangles turn from the light before it does, and none on its other side. With a Geometry
+    Offset of 0 such triangles are black, as in Cycles."""
     size, width = 64, 2.2
     view = orthographic((0, 0, 5), (1, 0, 0), (0, 1, 0), width)
     light = plain_light("light", "POINT", (1000.0, 0, 0), (1e6 * UNIT_INTENSITY,) * 3)
     ball = Builder().sphere((0, 0, 0), 1.0, subdivisions=2)
     scene = ball.scene(view, [light], [plain_material("grey", (0.5,) * 3)])
+    if offset is not None:
+        scene = replace(scene, terminators=np.full(len(scene.surfaces), offset, np.float32))
     options: dict[str, Any] = {"layer": layer, "passes": 8, "photons": 0}
     with rendered(device, scene, width=size, height=size, **options) as renderer:
         found = renderer.images()["Direct"][..., 0] * (math.pi / 0.5)
     across = (np.arange(size) + 0.5) / size * width - width / 2
     x, y = np.meshgrid(across, across)
     band = (x > 0.03) & (x < 0.3) & (np.hypot(x, y) < 0.9)
-    black = (found[band] < 0.1 * x[band]).mean()
-    assert measured("black in the band", black, "%") == 0
+    black = measured("black in the band", (found[band] < 0.1 * x[band]).mean(), "%")
+    if offset == 0.0:
+        assert 0.03 < black < 0.12
+        return
+    assert black == 0
     error = np.abs(found - x)[band].mean() / x[band].mean()
     assert measured("error in the band", error, "%") <= 0.02
     assert measured("light on the dark side", found[x < -0.03].max()) == 0

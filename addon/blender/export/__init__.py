@@ -22,7 +22,7 @@ from .shaders import SpecularModel
 from .textures import TextureTable
 from .tracks import Tracks
 from .unsupported import note_scene
-from .visibility import Rays, group_of, note_rays, visible_bits
+from .visibility import Rays, group_of, note_rays, terminator_of, visible_bits
 from .world import export_world
 
 __all__ = ["Entry", "Report", "SpecularModel", "snapshot"]
@@ -88,7 +88,7 @@ def _snapshot(
             lights += [replace(x, group=group) for x in export_light(obj, matrix, images, notes)]
         elif obj.type != "LIGHT":
             follow = partial(tracks.moving, instance, matrix) if tracks else None
-            rays = Rays(visible_bits(instance, layer), group_of(obj, layer))
+            rays = Rays(visible_bits(instance, layer), group_of(obj, layer), terminator_of(obj))
             geometry.add(instance, matrix, rays, materials, notes, follow)
     group = group_of(world, layer) if world else ""
     lights += [replace(x, group=group) for x in export_world(world, images, notes)]

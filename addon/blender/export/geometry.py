@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import ALL_RAYS, Moving
+from ...photon.scene import ALL_RAYS, TERMINATOR, Moving
 from . import unsupported
 from .attributes import OF_INSTANCES, corner_attribute, space_of, told_by_instance
 from .hair import hair_of, has_hair
@@ -87,6 +87,7 @@ class Geometry:
     surface: list[NDArray[np.int32]] = field(default_factory=list)
     surfaces: list[str] = field(default_factory=list)
     visible: list[int] = field(default_factory=list)
+    terminators: list[float] = field(default_factory=list)
     groups: list[str] = field(default_factory=list)
     objects: list[NDArray[np.float64]] = field(default_factory=list)
     attributes: list[dict[int, NDArray[np.float32]]] = field(default_factory=list)
@@ -166,6 +167,7 @@ class Geometry:
         self.surface.append(np.full(len(triangles), len(self.surfaces), np.int32))
         self.surfaces.append(obj.name)
         self.visible.append(rays.visible)
+        self.terminators.append(rays.terminator)
         self.groups.append(rays.group)
         self.objects.append(space_of(instance, matrix))
         self.attributes.append(attributes)
@@ -178,6 +180,7 @@ class Geometry:
 
     def arrays(self, has_programs: bool) -> dict[str, Any]:
         """Return the fields of Scene that hold geometry; of objects what programs read."""
+        terminators = np.array(self.terminators, np.float32)
         objects = np.array(self.objects) if has_programs and self.objects else np.zeros((0, 6, 4))
         return {
             "corner_attributes": self._joined_attributes(),
@@ -189,6 +192,7 @@ class Geometry:
             "material": _joined(self.material, (0,), np.int32),
             "surface": _joined(self.surface, (0,), np.int32),
             "visible": np.array(self.visible if {*self.visible} - {ALL_RAYS} else [], np.uint8),
+            "terminators": terminators[:0] if _are_usual(terminators) else terminators,
             "moving": tuple(self.moving),
             "surface_groups": tuple(self.groups) if any(self.groups) else (),
         }
@@ -444,6 +448,11 @@ def material_slots(
     return np.array(
         [materials.index_of(material, obj.name, is_sheet) for material in found], np.int32
     )
+
+
+def _are_usual(terminators: NDArray[np.float32]) -> bool:
+    """Whether all are as new objects have it."""
+    return bool((terminators == np.float32(TERMINATOR)).all())
 
 
 def _joined(parts: list[Any], shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:

@@ -19,8 +19,6 @@ BOUNCES = {
     "glossy_bounces": ("Glossy Bounces", 4),
     "transmission_bounces": ("Transmission Bounces", 12),
 }
-# What is set otherwise against shadows' edges on coarse meshes: by name, with what is rendered.
-TERMINATOR = {"shadow_terminator_geometry_offset": 0.1, "shadow_terminator_shading_offset": 0.0}
 
 
 def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: Notes) -> None:
@@ -71,10 +69,9 @@ def _note_passes(layer: bpy.types.ViewLayer, notes: Notes) -> None:
 def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
     """Write down what an object's settings ask for in vain."""
     for owner in (obj, getattr(obj, "cycles", None)):  # Cycles' before Blender 4
-        for setting, rendered in TERMINATOR.items():
-            if abs(getattr(owner, setting, rendered) - rendered) > 1e-6:
-                what = f"{rendered:g} is used"
-                notes.ignored(name, setting.replace("_", " ").title(), what)
+        if getattr(owner, "shadow_terminator_shading_offset", 0.0) > 0.0:
+            what = "light falls on smooth normals as they are"
+            notes.ignored(name, "Shadow Terminator Shading Offset", what)
     is_diced: Any = getattr(getattr(obj, "cycles", None), "use_adaptive_subdivision", False)
     for modifier in obj.modifiers:
         if modifier.type == "SUBSURF" and (

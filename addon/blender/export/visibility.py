@@ -7,17 +7,20 @@ from dataclasses import dataclass
 
 import bpy
 
-from ...photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS, TRANSPARENT, Scene
+from ...photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS, TERMINATOR, TRANSPARENT, Scene
 from ...photon.stage.kinds import lobe_kinds
 from .report import Notes
+
+GEOMETRY_OFFSET = "shadow_terminator_geometry_offset"
 
 
 @dataclass(frozen=True)
 class Rays:
-    """Which rays meet an object, and whose light its own is."""
+    """Which rays meet an object, where shadow rays begin on it, and whose light its own is."""
 
     visible: int  # bits of Scene.visible
     group: str = ""  # of Scene.light_groups
+    terminator: float = TERMINATOR  # of Scene.terminators
 
 
 def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.ViewLayer) -> int:
@@ -41,6 +44,12 @@ def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.V
 def group_of(owner: bpy.types.Object | bpy.types.World, layer: bpy.types.ViewLayer) -> str:
     """The light group of an object or the world, if the view layer has it."""
     return owner.lightgroup if owner.lightgroup in layer.lightgroups else ""
+
+
+def terminator_of(obj: bpy.types.Object) -> float:
+    """The Geometry Offset against coarse edges of shadows, which is Cycles' before Blender 4."""
+    of_cycles = getattr(getattr(obj, "cycles", None), GEOMETRY_OFFSET, TERMINATOR)
+    return float(getattr(obj, GEOMETRY_OFFSET, of_cycles))
 
 
 def note_rays(scene: Scene, notes: Notes) -> None:

@@ -86,8 +86,10 @@ TRIANGLE = Record(
         "number": "float",
     },
 )
-# Of its shading, unit; zero: the triangle's own.
-CORNER_NORMALS = Record("CornerNormals", {"a": "vec3", "b": "vec3", "c": "vec3"})
+# Of its shading, unit; zero: the triangle's own. Scene.terminators of its surface.
+CORNER_NORMALS = Record(
+    "CornerNormals", {"a": "vec3", "terminator": "float", "b": "vec3", "c": "vec3"}
+)
 # Which lobes that are no bodies of revolution turn with, of any length; zero: none.
 CORNER_TANGENTS = Record("CornerTangents", {"a": "vec3", "b": "vec3", "c": "vec3"})
 # Both children's boxes. A count of 0: `first` is a node, or below 0 none; else a leaf of triangles.

@@ -19,6 +19,7 @@ from .programs import Instruction, Result, Rows
 from .values import (
     MIRROR,
     SNAPSHOT_VERSION,
+    TERMINATOR,
     TRANSPARENT,
     Lobe,
     Material,
@@ -41,6 +42,7 @@ __all__ = [
     "RAY_BITS",
     "RGB",
     "SNAPSHOT_VERSION",
+    "TERMINATOR",
     "TRANSPARENT",
     "Camera",
     "Image",

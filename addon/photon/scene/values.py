@@ -34,6 +34,7 @@ FRESNEL_LOBES = (*COATS, "ggx_dielectric", "ggx_metal", *GLASS)
 TRANSPARENT = "transparent"  # light goes straight on
 # Kinds that gather no photons, however rough they are.
 SEND_RAYS = ("mirror", *GLASS, "bent_coat", "translucent", TRANSPARENT)
+TERMINATOR = 0.1  # of Scene.terminators, as Blender has it of new objects ("Geometry Offset")
 ALPHAS = ("alpha", "alpha_x", "alpha_y")  # parameters of microfacets
 
 
@@ -226,6 +227,9 @@ class Scene:
     textures: tuple[Texture, ...] = ()  # of programs
     # (S,) bits of visibility.py. (0,): all rays meet all surfaces.
     visible: NDArray[np.uint8] = _empty((0,), np.uint8)
+    # (S,) cosines to a light below which shadow rays begin on the smooth surface that the triangles
+    # stand for, and not on these; 0: nowhere. (0,): TERMINATOR.
+    terminators: NDArray[np.float32] = _empty((0,), np.float32)
     # (T, A, 3, 4) that programs ask for, interpolated, such as UV maps. (T, 0, 3, 4): none do.
     corner_attributes: NDArray[np.float32] = _empty((0, 0, 3, 4), np.float32)
     # (S, 6, 4): the transform from world space to the object's, three rows; its colour; its place
@@ -250,6 +254,7 @@ class Scene:
         count = len(self.triangles)
         tangents = count if len(self.corner_tangents) else 0
         visible = len(self.surfaces) if len(self.visible) else 0
+        terminators = len(self.surfaces) if len(self.terminators) else 0
         attributes = self.corner_attributes.shape[1:2]
         objects = len(self.surfaces) if len(self.objects) else 0
         for name, shape, dtype in (
@@ -260,6 +265,7 @@ class Scene:
             ("material", (count,), np.int32),
             ("surface", (count,), np.int32),
             ("visible", (visible,), np.uint8),
+            ("terminators", (terminators,), np.float32),
             ("corner_attributes", (count if any(attributes) else 0, *attributes, 3, 4), np.float32),
             ("objects", (objects, 6, 4), np.float64),
         ):
@@ -281,6 +287,8 @@ class Scene:
                 raise SceneError(
                     f"scene.{name}{list(where)} = {int(array[where])} is outside [0, {limit})"
                 )
+        if not ((self.terminators >= 0.0) & (self.terminators <= 1.0)).all():
+            raise SceneError("scene.terminators: a cosine is outside [0, 1]")
         if (self.visible & ~np.uint8(ALL_RAYS | HOLDOUT | CATCHER)).any():
             raise SceneError(f"scene.visible: {int(self.visible.max())} has bits of no ray")
         if set(self.caustics) - set(CAUSTICS):
@@ -451,6 +459,7 @@ _ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")
 _LATER = (
     "corner_tangents",
     "visible",
+    "terminators",
     "corner_attributes",
     "objects",
 )  # which older files don't have

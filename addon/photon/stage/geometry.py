@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ...streams import Record
 from ..errors import SceneError
 from ..kernels.records import CORNER_ATTRIBUTE, CORNER_NORMALS, CORNER_TANGENTS, TRIANGLE
-from ..scene import Scene
+from ..scene import TERMINATOR, Scene
 from .movement import Movement
 
 AREAS_AT_ONCE = 1 << 15
@@ -134,7 +134,7 @@ class Mesh:
         return Mesh(
             tree,
             triangle,
-            _at_corners(CORNER_NORMALS, scene.corner_normals, order),
+            _normals(scene, order),
             _at_corners(CORNER_TANGENTS, scene.corner_tangents, order if turned else order[:0]),
             _attributes(scene.corner_attributes, order),
             scene.visible[scene.surface[order]] if len(scene.visible) else scene.visible,
@@ -162,6 +162,14 @@ def _at_corners(
     if not np.isfinite(texels.sum()):
         np.nan_to_num(texels, copy=False, posinf=0.0, neginf=0.0)
     return texels.reshape(len(order), 12).view(record.dtype).reshape(len(order))
+
+
+def _normals(scene: Scene, order: NDArray[np.int32]) -> NDArray[Any]:
+    """Of some of the scene's triangles, (len(order),) of CORNER_NORMALS."""
+    normals = _at_corners(CORNER_NORMALS, scene.corner_normals, order)
+    has_own = len(scene.terminators) > 0
+    normals["terminator"] = scene.terminators[scene.surface[order]] if has_own else TERMINATOR
+    return normals
 
 
 def _attributes(values: NDArray[np.float32], order: NDArray[np.int32]) -> NDArray[Any]:
