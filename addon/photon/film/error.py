@@ -153,9 +153,9 @@ class _Scale(NamedTuple):
     def squared_reciprocal(self, rows: slice) -> Floats:
         """1 / (x^2 + floor^2), (h, w, 3). Float64: squares of a very dim picture's are beyond
         float32."""
-        value = self.picture[rows, :, :3].astype(np.float64)
-        scale: Floats = np.square(np.reciprocal(np.hypot(value, self.floor)))
-        return scale
+        scale: Floats = np.square(self.picture[rows, :, :3].astype(np.float64))
+        scale += self.floor**2
+        return np.reciprocal(scale, out=scale)
 
 
 class ErrorParts(NamedTuple):

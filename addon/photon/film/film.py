@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -189,19 +189,23 @@ class Film:
 
     def means(self) -> Images:
         """The mean of each image so far, float64 (h, w, 4), row 0 at the bottom."""
-        return {name: self._mean(name, self.passes) for name in self._names}
+        return self._means(self._names)
+
+    def _means(self, names: Collection[str]) -> Images:
+        return {name: self._mean(name, self.passes) for name in self._names if name in names}
 
     def _mean(self, name: str, passes: int) -> NDArray[np.float64]:
         return _mean(self.sums[name].download(), self._lows[name].download(), passes)
 
-    def statistics(self) -> Statistics:
-        """All that the film holds."""
+    def statistics(self, names: Collection[str] | None = None) -> Statistics:
+        """All that the film holds; of its images only `names`, if there are any."""
         squares = {
             length: Squares(self.passes // length, self.squares(length).download())
             for length in (PAIR, FOUR)
         }
         halves = {name: self._mean(_half(name), self._half_passes) for name in self._halved}
-        return Statistics(self.passes, self.means(), squares, halves, self._half_passes)
+        means = self._means(self._names if names is None else names)
+        return Statistics(self.passes, means, squares, halves, self._half_passes)
 
     def release(self) -> None:
         """Free streams and kernels."""
@@ -257,21 +261,27 @@ class HostFilm:
         before /= -batches
         before += batch
         np.square(before, out=before)
-        self._squares[length] += before * (batches / (batches + 1) / length**2)
+        before *= batches / (batches + 1) / length**2
+        # Another array: exposures hold what was there.
+        self._squares[length] = self._squares[length] + before.astype(np.float32)
 
     def means(self) -> Images:
         """As Film.means."""
-        return {name: _mean(total, None, self.passes) for name, total in self._sums.items()}
+        return self._means(self._sums)
 
-    def statistics(self) -> Statistics:
+    def _means(self, names: Collection[str]) -> Images:
+        sums = self._sums.items()
+        return {name: _mean(total, None, self.passes) for name, total in sums if name in names}
+
+    def statistics(self, names: Collection[str] | None = None) -> Statistics:
         """As Film.statistics."""
         squares = {
-            length: Squares(self.passes // length, total.copy())
-            for length, total in self._squares.items()
+            length: Squares(self.passes // length, total) for length, total in self._squares.items()
         }
         passes = self._half_passes
         halves = {name: _mean(total, None, passes) for name, total in self._halves.items()}
-        return Statistics(self.passes, self.means(), squares, halves, passes)
+        means = self._means(self._sums if names is None else names)
+        return Statistics(self.passes, means, squares, halves, passes)
 
     def release(self) -> None:
         """As Film.release."""

@@ -29,7 +29,16 @@ CHANNELS = {
     **dict.fromkeys((*PARTS, "Caustics", "Normal", *FEATURES), 3),
     "Illuminance": 1,
 }
+# Film images that all pictures are made of, as far as there are any, and what else those named are.
+OF_ALL = ("direct", "indirect", "background", *MIRROR_IMAGES, *EMISSION_IMAGES, "combined", "blur")
+MADE_OF = {"Normal": "normal", "Illuminance": "illuminance", **FEATURES}
 LEAST_COVERAGE = 0.02  # a mean below it is noise: dividing by it would make fireflies
+
+
+def images_for(wanted: Collection[str]) -> frozenset[str]:
+    """The film's images that a picture with `wanted`, and its error, are made of."""
+    own = {image for name, image in MADE_OF.items() if name in wanted}
+    return frozenset((*OF_ALL, *own, *(CAUSTIC_IMAGES if "Caustics" in wanted else ())))
 
 
 def picture_of(
@@ -90,7 +99,9 @@ def _rows_of(means: Images, wanted: Collection[str]) -> dict[str, NDArray[np.flo
     for part in others[1:]:
         combined[..., :3] += part
     np.clip(background[..., 3], 0.0, 1.0, out=combined[..., 3])
-    images = {"Combined": combined, **parts, "Normal": means["normal"][..., :3]}
+    images = {"Combined": combined, **parts}
+    if "Normal" in wanted:
+        images["Normal"] = means["normal"][..., :3]
     images |= {
         name: np.zeros_like(direct[..., :3]) for name in PARTS if name in wanted - parts.keys()
     }

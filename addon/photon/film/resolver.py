@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .denoise import picture_denoised
 from .error import Error, error_of
 from .film import Statistics
-from .picture import FEATURES, picture_of
+from .picture import FEATURES, images_for, picture_of
 from .strips import StripFilm
 
 Picture = dict[str, NDArray[np.float32]]
@@ -37,17 +37,18 @@ class HostResolver:
 
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Error]:
         """As Resolver's."""
-        strip_statistics = self._strip_statistics()
+        strip_statistics = self._strip_statistics(wanted)
         images = self._picture(strip_statistics(), {*wanted, "Combined"})
         error = error_of(strip_statistics(), images["Combined"], "Error" in wanted)
         return {name: image for name, image in images.items() if name in wanted}, error
 
-    def _strip_statistics(self) -> Callable[[], Iterable[Statistics]]:
-        """What gives those of the strips. Of several each is read whenever it is asked for: what is
-        made of them takes more than they do."""
+    def _strip_statistics(self, wanted: Collection[str]) -> Callable[[], Iterable[Statistics]]:
+        """What gives those of the strips, with the means that `wanted` are made of. Of several each
+        is read whenever it is asked for: what is made of them takes more than they do."""
+        names = images_for(wanted)
         if len(self._film.strips) > 1:
-            return self._film.strip_statistics
-        few = [*self._film.strip_statistics()]
+            return lambda: self._film.strip_statistics(names)
+        few = [*self._film.strip_statistics(names)]
         return lambda: few
 
     def _picture(self, strip_statistics: Iterable[Statistics], wanted: Collection[str]) -> Picture:
@@ -70,7 +71,8 @@ class DenoisingResolver(HostResolver):
 
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Error]:
         """As Resolver's. Raises DenoiserError."""
-        strip_statistics, with_image = self._strip_statistics(), "Error" in wanted
+        strip_statistics = self._strip_statistics({*wanted, *FEATURES})
+        with_image = "Error" in wanted
         images = self._picture(strip_statistics(), {*wanted, *FEATURES, "Combined"})
         plain, found = images["Combined"], picture_denoised(images, strip_statistics())
         images["Combined"] = np.concatenate([found.picture, plain[..., 3:]], axis=-1)

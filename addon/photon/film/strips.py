@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -105,9 +105,9 @@ class StripFilm:
         """Add a pass's images of strip `index`."""
         self.films[index].add(images)
 
-    def statistics_of(self, index: int) -> Statistics:
-        """What strip `index` holds, its own rows alone."""
-        whole, height = self.films[index].statistics(), self.strips[index].height
+    def statistics_of(self, index: int, names: Collection[str] | None = None) -> Statistics:
+        """What strip `index` holds, its own rows alone; of its images `names`, or all."""
+        whole, height = self.films[index].statistics(names), self.strips[index].height
         return Statistics(
             whole.passes,
             {name: image[:height] for name, image in whole.means.items()},
@@ -119,9 +119,9 @@ class StripFilm:
             whole.half_passes,
         )
 
-    def strip_statistics(self) -> Iterator[Statistics]:
-        """What each strip holds, from the bottom."""
-        return map(self.statistics_of, range(len(self.strips)))
+    def strip_statistics(self, names: Collection[str] | None = None) -> Iterator[Statistics]:
+        """What each strip holds, from the bottom; of its images `names`, or all."""
+        return (self.statistics_of(index, names) for index in range(len(self.strips)))
 
     def statistics(self) -> Statistics:
         """All that the films hold."""
