@@ -274,7 +274,7 @@ def test_pictures_are_bit_equal(
     monkeypatch.setattr(device_photon_mapper, "LANDED_ROWS", 32)
     monkeypatch.setattr(photon_grid, "LANES", 1)  # lanes add up in another order
     monkeypatch.setattr(photon_grid, "LANES_OF_CHAINS", 1)
-    monkeypatch.setattr(ResidentWay, "look", Way.look)  # the device's rounds otherwise
+    monkeypatch.setattr(ResidentWay, "resolver", Way.resolver)  # the device's rounds otherwise
     by_host = count_host_sorts(monkeypatch, max_ranked)
     pictures = []
     for native in (True, False):

@@ -12,7 +12,7 @@ import pytest
 
 from addon.denoiser import Denoiser, DenoiserError, find
 from addon.photon import prepare as preparation
-from addon.photon.film import denoise, look
+from addon.photon.film import denoise, resolver
 from addon.photon.film.error import DARK
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene
@@ -160,7 +160,7 @@ def test_failing(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
         raise DenoiserError("out of memory")
 
     monkeypatch.setattr(preparation, "find", lambda: "there")
-    monkeypatch.setattr(look, "picture_denoised", fails)
+    monkeypatch.setattr(resolver, "picture_denoised", fails)
     renderer = rendered(device, cornell(), replace(SMALL, denoise=True))
     assert not any("denoised" in x for x in renderer.warnings)
     plain, found = renderer.images(is_preview=True), renderer.images()
