@@ -61,24 +61,40 @@ def portals_by(mapper: Any, tables: Tables, view: View, index: int) -> NDArray[A
 
     Paths tell where portals are best that were found by first ones, of which there are few.
     """
-    plain = landed = _landed(mapper, index)
-    totals = _totals([plain], view)
-    if not _is_promising(plain, _weights(plain, view, totals)):
+    shown = _Shown.of(view)
+    plain = landed = _landed(mapper, index, view, shown)
+    totals = _totals([plain], shown)
+    if not _is_promising(plain, _weights(plain, totals)):
         return NO_PORTALS
     found = []
     for at in range(ROUNDS):
-        portals = _found(landed, _weights(landed, view, totals))
+        portals = _found(landed, _weights(landed, totals))
         if not len(portals):
             break
         tables.lead(portals)
-        landed = _landed(mapper, index + at + 1)
-        totals = _totals([plain, landed], view)
+        landed = _landed(mapper, index + at + 1, view, shown)
+        totals = _totals([plain, landed], shown)
         # Photons take the longer the more often they land.
-        left = _variance(landed, view, totals) / _variance(plain, view, totals)
+        left = _variance(landed, totals) / _variance(plain, totals)
         found.append((left * len(landed.flux) / len(plain.flux), portals))
     tables.lead(NO_PORTALS)
     left, portals = min(found, key=lambda one: one[0], default=(1.0, NO_PORTALS))
     return portals if left * LEAST_GAIN <= 1.0 else NO_PORTALS
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """Cells of what the picture shows."""
+
+    cells: NDArray[np.int64]  # (c,) their numbers, in order
+    seen: Doubles  # (c,) how much is seen of each
+
+    @staticmethod
+    def of(view: View) -> _Shown:
+        """Of what rays of the eye tell."""
+        cells, seen_in = np.unique(_cells(view, view.places, view.normals), return_inverse=True)
+        seen: Doubles = np.bincount(seen_in, view.weights, len(cells)).astype(np.float64)
+        return _Shown(cells, seen)
 
 
 @dataclass(frozen=True)
@@ -89,16 +105,11 @@ class _Landed:
     normals: Doubles  # (n, 3) about, of their surfaces
     flux: Doubles  # (n,)
     numbers: NDArray[np.intp]  # (n,) the photons'
-
-    @property
-    def indirect(self) -> NDArray[np.bool_]:
-        """(n,) where they have bounced."""
-        falls = np.flatnonzero(np.diff(self.numbers) <= 0)
-        first = int(falls[0]) + 1 if len(falls) else len(self.numbers)
-        return np.arange(len(self.numbers)) >= first
+    at: NDArray[np.intp]  # (n,) which of the cells that are shown they are in, if they are in one
+    counts: NDArray[np.bool_]  # (n,) whether they are, and have bounced
 
 
-def _landed(mapper: Any, index: int) -> _Landed:
+def _landed(mapper: Any, index: int, view: View, shown: _Shown) -> _Landed:
     """Trace a pass of few photons, once for their numbers and once for normals."""
     mapper.start(index, PHOTONS, numbered=True, first_hits=True)
     _, numbered = mapper.finish().arrays()
@@ -106,7 +117,14 @@ def _landed(mapper: Any, index: int) -> _Landed:
     mapper.start(index, PHOTONS, first_hits=True)
     place, deposit = mapper.finish().arrays()
     flux = deposit[:, :3].mean(axis=1).astype(np.float64)
-    return _Landed(place[:, :3].astype(np.float64), _unpacked(deposit[:, 3]), flux, numbers)
+    places, normals = place[:, :3].astype(np.float64), _unpacked(deposit[:, 3])
+    falls = np.flatnonzero(np.diff(numbers) <= 0)
+    first = int(falls[0]) + 1 if len(falls) else len(numbers)  # that has bounced
+    own = _cells(view, places[first:], normals[first:])
+    at, counts = np.zeros(len(numbers), np.intp), np.zeros(len(numbers), bool)
+    at[first:] = np.minimum(np.searchsorted(shown.cells, own), len(shown.cells) - 1)
+    counts[first:] = shown.cells[at[first:]] == own
+    return _Landed(places, normals, flux, numbers, at, counts)
 
 
 def _cells(view: View, places: Doubles, normals: Doubles) -> NDArray[np.int64]:
@@ -117,46 +135,29 @@ def _cells(view: View, places: Doubles, normals: Doubles) -> NDArray[np.int64]:
     return cells
 
 
-@dataclass(frozen=True)
-class _Totals:
-    """What cells that the picture shows have of photons."""
-
-    cells: NDArray[np.int64]  # (c,) their numbers, in order
-    weights: Doubles  # (c,) of squares of fluxes there, by the strict measure
-
-
-def _totals(passes: list[_Landed], view: View) -> _Totals:
-    """By the mean of passes: none knows of all that others bring."""
-    cells, seen_in = np.unique(_cells(view, view.places, view.normals), return_inverse=True)
-    seen = np.bincount(seen_in, view.weights, len(cells))
-    total = np.zeros(len(cells))
+def _totals(passes: list[_Landed], shown: _Shown) -> Doubles:
+    """(c,) what the squares of fluxes in cells count, by the strict measure: by the mean of passes,
+    as none knows of all that others bring."""
+    count, total = len(shown.cells), np.zeros(len(shown.cells))
     for landed in passes:
-        at, there = _within(cells, view, landed)
-        total += np.bincount(at[there], landed.flux[there], len(cells)) / len(passes)
-    dark = DARK * seen * total.sum() / max(seen.sum(), 1e-30)
-    weights = np.divide(seen, total**2 + dark**2, out=np.zeros(len(cells)), where=dark > 0.0)
-    return _Totals(cells, weights)
-
-
-def _weights(landed: _Landed, view: View, totals: _Totals) -> Doubles:
-    """(n,) of the squares of photons' fluxes, where they land."""
-    at, there = _within(totals.cells, view, landed)
-    weights: Doubles = np.where(there, totals.weights[at], 0.0)
+        there = landed.counts
+        total += np.bincount(landed.at[there], landed.flux[there], count) / len(passes)
+    dark = DARK * shown.seen * total.sum() / max(shown.seen.sum(), 1e-30)
+    weights: Doubles = np.divide(
+        shown.seen, total**2 + dark**2, out=np.zeros(count), where=dark > 0.0
+    )
     return weights
 
 
-def _variance(landed: _Landed, view: View, totals: _Totals) -> float:
+def _weights(landed: _Landed, totals: Doubles) -> Doubles:
+    """(n,) of the squares of photons' fluxes, where they land."""
+    weights: Doubles = np.where(landed.counts, totals[landed.at], 0.0)
+    return weights
+
+
+def _variance(landed: _Landed, totals: Doubles) -> float:
     """What a pass's photons add to the picture's."""
-    return float((_weights(landed, view, totals) * landed.flux**2).sum())
-
-
-def _within(
-    cells: NDArray[np.int64], view: View, landed: _Landed
-) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """Which of the cells photons are in, (n,), and whether they are in one and count there."""
-    own = _cells(view, landed.places, landed.normals)
-    at = np.minimum(np.searchsorted(cells, own), len(cells) - 1)
-    return at, (cells[at] == own) & landed.indirect
+    return float((_weights(landed, totals) * landed.flux**2).sum())
 
 
 def _is_promising(landed: _Landed, weights: Doubles) -> bool:
