@@ -51,7 +51,7 @@ from .stage.kinds import (
 )
 from .stage.light_tables import BoundsOfLights, LightFlux
 from .stage.light_tree import DRAWN_RAYS
-from .stage.needs import MOST_LOBES, PORTAL_DEFINES, SceneNeeds
+from .stage.needs import MOST_LOBES, SceneNeeds
 from .stage.programs import ProgramNeeds
 
 # Those that no define changes.
@@ -262,7 +262,7 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
             asked = replace(scene, arrivals=arrivals, absorption=absorption)
             yield kernel, asked.photon_defines, scene.made
             if kernel is Reflector and asked.leads and not (arrivals or absorption):
-                yield kernel, {**asked.photon_defines, **PORTAL_DEFINES}, scene.made
+                yield kernel, asked.portal_defines, scene.made
     yield Shade, scene.eye_defines, scene.made
     if scene.gathered_lobes:
         yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
@@ -288,10 +288,10 @@ def compute_programs() -> Iterator[tuple[str, str, Made]]:
     yield "sum_texels", RESOLVER_DECLARATIONS, {}
     for scene in (*needs(), *program_needs()):
         for arrivals in (False, True):
-            defines = replace(scene, arrivals=arrivals).photon_defines
-            yield Bounces.stem, declarations(defines), scene.made
+            asked = replace(scene, arrivals=arrivals)
+            yield Bounces.stem, declarations(asked.photon_defines), scene.made
             if scene.leads and not arrivals and not scene.programs.nodes:
-                yield Bounces.stem, declarations({**defines, **PORTAL_DEFINES}), scene.made
+                yield Bounces.stem, declarations(asked.portal_defines), scene.made
 
 
 def drawn() -> Iterator[tuple[type[DrawKernel], SplatShape, Defines]]:

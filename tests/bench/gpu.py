@@ -39,15 +39,11 @@ LONGEST = 4.0  # [s] of a curve
 
 def export(folder: Path, names: Sequence[str], size: int) -> None:
     """Write the snapshots."""
-    import bpy
-
-    from addon.blender.export import SpecularModel, snapshot
+    from addon.blender.export import SpecularModel
+    from tests.regression.cycles import open_blend
 
     for name in names:
-        _open(name, size)
-        graph = bpy.context.evaluated_depsgraph_get()
-        exported, _ = snapshot(graph, model=SpecularModel.GGX)
-        exported.save(folder / f"{name}.npz")
+        open_blend(name, size, SpecularModel.GGX).save(folder / f"{name}.npz")
 
 
 def cycles(folder: Path, names: Sequence[str], size: int, device: str) -> None:

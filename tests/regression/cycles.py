@@ -40,13 +40,14 @@ shader phong_lobe(float Exponent = 10, color Color = 0, output closure color BSD
 Image = NDArray[np.float32]
 
 
-def open_blend(name: str, size: int | None = None) -> Scene:
-    """Load a scene of blend_scenes, `size` pixels square or as SIZES says, and export it."""
+def open_blend(name: str, size: int | None = None, model: SpecularModel | None = None) -> Scene:
+    """Load a scene of blend_scenes, `size` pixels square or as SIZES says, and export it; by its
+    own model of specular lobes, or another."""
     bpy.ops.wm.open_mainfile(filepath=str(BLEND_SCENES / f"{name}.blend"))
     render = bpy.context.scene.render
     render.resolution_x = render.resolution_y = size or SIZES[name]
     render.resolution_percentage = 100
-    model = saved_model()
+    model = model or saved_model()
     exported, report = snapshot(bpy.context.evaluated_depsgraph_get(), model=model)
     lost = [entry for entry in report.entries if entry.status != "exact"]
     assert model is SpecularModel.PHONG or not lost, lost

@@ -181,6 +181,7 @@ class Geometry:
     def arrays(self, has_programs: bool) -> dict[str, Any]:
         """Return the fields of Scene that hold geometry; of objects what programs read."""
         terminators = np.array(self.terminators, np.float32)
+        own = terminators != np.float32(TERMINATOR)
         objects = np.array(self.objects) if has_programs and self.objects else np.zeros((0, 6, 4))
         return {
             "corner_attributes": self._joined_attributes(),
@@ -192,7 +193,7 @@ class Geometry:
             "material": _joined(self.material, (0,), np.int32),
             "surface": _joined(self.surface, (0,), np.int32),
             "visible": np.array(self.visible if {*self.visible} - {ALL_RAYS} else [], np.uint8),
-            "terminators": terminators[:0] if _are_usual(terminators) else terminators,
+            "terminators": terminators if own.any() else terminators[:0],
             "moving": tuple(self.moving),
             "surface_groups": tuple(self.groups) if any(self.groups) else (),
         }
@@ -448,11 +449,6 @@ def material_slots(
     return np.array(
         [materials.index_of(material, obj.name, is_sheet) for material in found], np.int32
     )
-
-
-def _are_usual(terminators: NDArray[np.float32]) -> bool:
-    """Whether all are as new objects have it."""
-    return bool((terminators == np.float32(TERMINATOR)).all())
 
 
 def _joined(parts: list[Any], shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:

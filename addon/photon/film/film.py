@@ -262,7 +262,7 @@ class HostFilm:
         before += batch
         np.square(before, out=before)
         before *= batches / (batches + 1) / length**2
-        # Another array: exposures hold what was there.
+        # Another array: statistics that were taken hold the one that was there.
         self._squares[length] = self._squares[length] + before.astype(np.float32)
 
     def means(self) -> Images:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...streams import Compaction, Device, Reading, Stream, Tally
 from ..kernels.records import DEPOSIT, PLACE
 from ..settings import Settings
-from ..stage.needs import PORTAL_DEFINES, SceneNeeds
+from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from .bounces import Bounces
 from .deposits import DeviceDeposits
@@ -167,11 +167,10 @@ class DevicePhotonMapper:
     @property
     def _bounces(self) -> Bounces:
         """Where there are portals others, made when they first are."""
-        if "photon_portals" not in self._tables.textures:
+        if not len(self._tables.photon_portals):
             return self._plain
         if not self._led:
-            defines = {**self._needs.photon_defines, **PORTAL_DEFINES}
-            self._led = Bounces(self._device, defines, self._needs.made)
+            self._led = Bounces(self._device, self._needs.portal_defines, self._needs.made)
         return self._led
 
     def _emit(self, index: int, photons: int, numbered: bool, first_to_deposit: int) -> _Flight:

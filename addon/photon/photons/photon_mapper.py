@@ -16,7 +16,7 @@ from ..kernels.records import FLUX, HIT, RAY_DIRECTION, RAY_ORIGIN
 from ..kernels.reflector import Reflector
 from ..kernels.shade import Shade
 from ..settings import Settings
-from ..stage.needs import PORTAL_DEFINES, SceneNeeds
+from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from .deposits import HostDeposits
 from .emission import Emission, rays_of
@@ -197,11 +197,11 @@ class PhotonMapper:
     def _reflector(self) -> Kernel:
         """Where there are portals another one, made when they first are."""
         *_, plain = self._kernels
-        if "photon_portals" not in self._tables.textures:
+        if not len(self._tables.photon_portals):
             return plain
         if not self._led:
-            defines = {**self._needs.photon_defines, **PORTAL_DEFINES}
-            self._led = Reflector(self._device, self._layer, defines, made=self._needs.made)
+            defines, made = self._needs.portal_defines, self._needs.made
+            self._led = Reflector(self._device, self._layer, defines, made=made)
         return self._led
 
     def finish(self) -> HostDeposits:

@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 from ..kernels.records import PORTAL
 from ..stage.geometry import Mesh
 from ..stage.tables import Tables
-from .portals import sphere
+from .portals import LIFT, NO_PORTALS, sphere
 from .view import Doubles, View
+
+Tree = tuple[NDArray[np.float32], NDArray[np.float32]]  # of Mesh.rays_meet
 
 AROUND = 256  # rays from the eye
 MOST_ASKED = 8  # lamps, the strongest
 LIT = 0.05  # of what these rays meet, that sees a lamp: then light does not come from elsewhere
-LIFT = 1e-4  # of places off their surface [scene units]
 PHOTONS = 1 << 15  # that tell where portals are, and as many what they are worth
 TELLING = 240  # paths that are looked at
 ROUNDS = 2
@@ -35,7 +36,6 @@ FEW, MOST_OF_IT = 0.05, 0.6
 WIDE = 2.5  # how much wider cells are, of which few photons tell
 DARK = 0.1  # of the mean: what is darker counts no more
 LEAST_GAIN = 1.5  # over the variance without, at as many landings
-NO_PORTALS = PORTAL.zeros(0)
 
 
 def is_hidden(mesh: Mesh, tables: Tables, eye: list[float] | None) -> bool:
@@ -46,13 +46,14 @@ def is_hidden(mesh: Mesh, tables: Tables, eye: list[float] | None) -> bool:
         return False
     directions = sphere(AROUND)
     origins = np.tile(np.array(eye), (AROUND, 1))
-    far, triangle = _meet(mesh, origins, directions)
+    tree = mesh.rays_meet()
+    far, triangle = _meet(tree, origins, directions)
     there = triangle >= 0
     met = (origins + (far - LIFT)[:, None] * directions)[there]
     strongest = near[np.argsort(-tables.by_flux[near], kind="stable")[:MOST_ASKED]]
     lit = np.zeros(len(met), bool)
     for lamp in tables.lights["position"][strongest].astype(np.float64):
-        lit |= _sees(mesh, met, lamp)
+        lit |= _sees(tree, met, lamp)
     return len(met) > 0 and bool(lit.mean() < LIT)
 
 
@@ -195,27 +196,23 @@ def _found(landed: _Landed, weights: Doubles) -> NDArray[Any]:
     return portals
 
 
-def _meet(mesh: Mesh, origins: Doubles, directions: Doubles) -> tuple[Doubles, NDArray[np.int64]]:
+def _meet(tree: Tree, origins: Doubles, directions: Doubles) -> tuple[Doubles, NDArray[np.int64]]:
     """How far rays (n, 3) go, and which triangle each meets; -1: none."""
     both = origins.astype(np.float32), directions.astype(np.float32)
     limits = np.full(len(origins), np.inf, np.float32), np.full(len(origins), -1, np.int32)
-    far, triangle, *_ = native.trace(*_tree(mesh), *both, *limits)
+    far, triangle, *_ = native.trace(*tree, *both, *limits)
     return np.where(triangle >= 0, far, 0.0), triangle.astype(np.int64)
 
 
-def _sees(mesh: Mesh, places: Doubles, lamp: Doubles) -> NDArray[np.bool_]:
+def _sees(tree: Tree, places: Doubles, lamp: Doubles) -> NDArray[np.bool_]:
     """(n,) from which places a lamp is seen."""
     away = lamp - places
     far = np.linalg.norm(away, axis=1)
     directions = (away / np.maximum(far, 1e-20)[:, None]).astype(np.float32)
     limits = (0.99 * far).astype(np.float32), np.full(len(places), -1, np.int32)
     origins = places.astype(np.float32)
-    hidden: NDArray[np.bool_] = native.occluded(*_tree(mesh), origins, directions, *limits)
+    hidden: NDArray[np.bool_] = native.occluded(*tree, origins, directions, *limits)
     return ~hidden
-
-
-def _tree(mesh: Mesh) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    return mesh.tree.nodes, np.ascontiguousarray(mesh.corners[:, :, :3])
 
 
 def _unpacked(codes: NDArray[np.float32]) -> Doubles:

@@ -75,7 +75,7 @@ def _upwards(places: Doubles, normals: Doubles, count: int) -> Doubles:
 
 def _escape(rays: Doubles, mesh: Mesh, transparent: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(n,) which rays meet nothing but what is transparent, of which a few layers."""
-    tree = mesh.tree.nodes, np.ascontiguousarray(mesh.corners[:, :, :3])
+    tree = mesh.rays_meet()
     under_way, escaped = np.arange(len(rays)), np.zeros(len(rays), bool)
     origins, directions = rays[:, :3].astype(np.float32), rays[:, 3:].astype(np.float32)
     skip = np.full(len(rays), -1, np.int32)

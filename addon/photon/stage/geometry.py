@@ -102,6 +102,11 @@ class Mesh:
         """The triangles as (K, 3, 4) numbers."""
         return self.triangles.view(np.float32).reshape(-1, 3, 4)
 
+    def rays_meet(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """The nodes, and the corners (K, 3, 3), of which the native core asks what rays meet; the
+        latter are a copy."""
+        return self.tree.nodes, np.ascontiguousarray(self.corners[:, :, :3])
+
     @staticmethod
     def build(
         scene: Scene, frame: Frame, old: Tree | None = None, movement: Movement | None = None

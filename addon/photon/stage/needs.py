@@ -292,6 +292,11 @@ class SceneNeeds:
         return {whose: 1, **BLEND} if self.gathered_lobes else {}
 
     @cached_property
+    def portal_defines(self) -> Defines:
+        """The same where photons go on through portals."""
+        return {**self.photon_defines, **PORTAL_DEFINES}
+
+    @cached_property
     def arrival_defines(self) -> Defines:
         """What kernels of photons that land are compiled with."""
         return {"ARRIVALS": 1, **light_defines(self.light_kinds)} if self.arrivals else {}
