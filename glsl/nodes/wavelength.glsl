@@ -36,9 +36,9 @@ vec4 run_wavelength(vec4 wavelength) {
     float at = (wavelength.x - 380.0) / 5.0;
     if (!(at >= 0.0 && at < 80.0)) return vec4(0.0);
     vec3 xyz = mix(CIE_1931[int(at)], CIE_1931[int(at) + 1], fract(at));
-    // To linear sRGB.
+    // To linear sRGB, outside of which most are: below 0 in some channel.
     vec3 colour = mat3(
         3.2404542, -0.9692660, 0.0556434, -1.5371385, 1.8760108, -0.2040259, -0.4985314, 0.0415560, 1.0572252
     ) * xyz;
-    return vec4(max(colour / 2.52, 0.0), 1.0);
+    return vec4(colour / 2.52, 1.0);
 }

@@ -179,7 +179,74 @@ def times(tree: Tree, socket: Socket) -> Socket:
     return node(MATH, {0: lambda _: socket, 1: U}, operation="MULTIPLY")(tree)
 
 
+def menu(tree: Tree) -> Socket:
+    """One of two colours."""
+    made = tree.nodes.new("GeometryNodeMenuSwitch")
+    made.data_type = "RGBA"
+    tree.links.new(COLOUR(tree), made.inputs[1])
+    made.inputs[0].default_value = made.enum_items[0].name
+    return made.outputs[0]
+
+
+def zone(tree: Tree) -> Socket:
+    """A number, three times half of what it was."""
+    entrance, exit_ = (tree.nodes.new(f"GeometryNodeRepeat{end}") for end in ("Input", "Output"))
+    entrance.pair_with_output(exit_)
+    exit_.repeat_items.clear()
+    exit_.repeat_items.new("FLOAT", "Number")
+    entrance.inputs[0].default_value = 3
+    tree.links.new(U(tree), entrance.inputs[1])
+    half = node(MATH, {0: lambda _: entrance.outputs[1], 1: 0.5}, operation="MULTIPLY")(tree)
+    tree.links.new(half, exit_.inputs[0])
+    return exit_.outputs[0]
+
+
+def closure(tree: Tree) -> Socket:
+    """A function of a colour."""
+    entrance, exit_ = (tree.nodes.new(f"NodeClosure{end}") for end in ("Input", "Output"))
+    called = tree.nodes.new("NodeEvaluateClosure")
+    entrance.pair_with_output(exit_)
+    for owner in (exit_, called):
+        owner.input_items.new("RGBA", "Given")
+        owner.output_items.new("RGBA", "Found")
+    turned = node(HUE, {"Hue": 0.1, "Color": lambda _: entrance.outputs[0]})(tree)
+    tree.links.new(turned, exit_.inputs[0])
+    tree.links.new(exit_.outputs[0], called.inputs[0])
+    tree.links.new(COLOUR(tree), called.inputs[1])
+    return called.outputs[0]
+
+
+def bundle(tree: Tree) -> Socket:
+    """A colour in it."""
+    packed, opened = (tree.nodes.new(f"Node{way}Bundle") for way in ("Combine", "Separate"))
+    for made in (packed, opened):
+        made.bundle_items.new("RGBA", "Colour")
+    tree.links.new(COLOUR(tree), packed.inputs[0])
+    tree.links.new(packed.outputs[0], opened.inputs[0])
+    return opened.outputs[0]
+
+
+def over_own(build: Build) -> Build:
+    """Linked to the input of a group that has a value of its own."""
+
+    def building(tree: Tree) -> Socket:
+        socket = grouped("Color", times, None)(tree)
+        tree.links.new(build(tree), socket.node.inputs[0])
+        return socket
+
+    return building
+
+
+RESOLVED = (  # what Blender itself resolves, from 5.0 on
+    Case("a menu", menu),
+    Case("a zone", zone),
+    Case("a closure", closure),
+    Case("a bundle", bundle),
+    Case("muted, of nothing, into a group", over_own(muted(node(HUE)))),
+    Case("a reroute of nothing, into a group", over_own(node("NodeReroute"))),
+)
 CASES = (
+    *(RESOLVED if bpy.app.version >= (5, 0) else ()),
     Case("a colour through a number", grouped("Float", plain, COLOUR)),
     Case("a vector through a number", grouped("Float", plain, UV)),
     Case("a number of a colour's default", grouped("Color", times, None)),
@@ -276,7 +343,7 @@ def test_a_circle_of_shaders_is_noted(scene, export, of_world) -> None:
 @pytest.mark.parametrize(
     ("build", "feature"),
     [
-        (node(MATH, {0: math.nan, 1: 1.0}), "Value"),
+        (node(MATH, {0: math.nan, 1: 1.0}), "Color" if bpy.app.version >= (5, 0) else "Value"),
         (chains(13), "'Math"),
         (wide(66), "Nodes"),
     ],

@@ -86,3 +86,14 @@ def test_view_layers_leave_out(scene, export) -> None:
     assert not export()[0].lights
     layer.use_solid = False
     assert not len(export()[0].triangles)
+
+
+@pytest.mark.parametrize(("kind", "left_out"), [("GAS", True), ("LIQUID", False)])
+def test_the_box_of_smoke_is_left_out(export, kind, left_out) -> None:
+    """A domain of a liquid, whose mesh is the water, is not."""
+    fluid = add_mesh("Domain").modifiers.new("Fluid", "FLUID")
+    fluid.fluid_type = "DOMAIN"
+    fluid.domain_settings.domain_type = kind
+    exported, report = export()
+    assert left_out == (not len(exported.triangles))
+    assert left_out == any(entry.feature == "Smoke or fire" for entry in report.of("ignored"))

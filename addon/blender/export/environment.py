@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 
 from ...photon.errors import SceneError
 from ...photon.memory import free_host_memory
-from .colour_spaces import decoded
+from .colour_spaces import Space, decoded, space_of
 from .graph import Scope, source
 
 MOST_PIXELS = 8192 * 4096
 ROWS_AT_ONCE = 64
-# Colour spaces whose stored numbers are linear Rec. 709, Blender's scene colours by default.
-LINEAR = {"Linear Rec.709", "Linear", "Non-Color", "Raw"}
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,9 @@ def read_turned(node: bpy.types.Node, scope: Scope) -> Turned | None:
     """The image of an Environment Texture that is there; None if its pixels need more than a turn,
     or are not linear colours or sRGB."""
     image = node.image
-    linear = image.is_float or image.colorspace_settings.name in {*LINEAR, "sRGB"}
+    space = space_of(image.colorspace_settings)
+    # Of floats that sRGB's curve codes Cycles decodes what it has interpolated.
+    linear = space is not (Space.SRGB if image.is_float else Space.OTHER)
     if node.projection != "EQUIRECTANGULAR" or image.source not in ("FILE", "GENERATED"):
         return None
     matrix = _direction(node, scope)
@@ -70,7 +70,7 @@ def linear_pixels(image: bpy.types.Image) -> tuple[NDArray[np.float32], int]:
     image.pixels.foreach_get(raw)
     pixels = raw.reshape(height, width, -1)
     # Blender hands out the bytes of 8-bit images as they are stored.
-    is_coded = not image.is_float and image.colorspace_settings.name == "sRGB"
+    is_coded = not image.is_float and space_of(image.colorspace_settings) is Space.SRGB
     found = np.empty((rows, columns, 3), np.float32)
     for low in range(0, rows, ROWS_AT_ONCE):  # large images are of gigabytes
         high = min(low + ROWS_AT_ONCE, rows)

@@ -117,6 +117,9 @@ class Geometry:
         if obj.type in NOT_RENDERED:
             notes.ignored(name, NOT_RENDERED[obj.type].capitalize(), "not rendered")
             return
+        if is_gas(obj):
+            notes.ignored(name, "Smoke or fire", "not rendered, nor is the box of its domain")
+            return
         if obj.type in STRANDS:
             what = "triangles stand for it; it does not move"
             notes.approximated(name, obj.type.capitalize(), what)
@@ -334,6 +337,16 @@ class Geometry:
             for part, material in zip(self.corner_tangents, self.material, strict=True)
         ]
         return _joined(parts, (0, 3, 3), np.float32)
+
+
+def is_gas(obj: bpy.types.Object) -> bool:
+    """Whether it is a domain of smoke or fire, whose mesh Cycles does not show either."""
+    domains = (
+        modifier.domain_settings
+        for modifier in obj.modifiers
+        if modifier.type == "FLUID" and modifier.fluid_type == "DOMAIN"
+    )
+    return any(settings and settings.domain_type == "GAS" for settings in domains)
 
 
 def read_mesh(obj: bpy.types.Object, read: Callable[[bpy.types.Mesh], Read]) -> Read:

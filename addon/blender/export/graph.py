@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from .programs import Program, Value
 from .properties import found_property
 from .report import Notes
 from .textures import TextureTable
+from .working_space import luminance, luminance_weights
 
 Colour = tuple[float, float, float]
 # The group nodes that were entered on the way to a node, outermost first.
@@ -41,6 +43,7 @@ CALLS = 20 * DEEPEST
 # Whether sockets of groups and muted nodes convert what passes them: Blender 5.0 ended that.
 CONVERTS = bpy.app.version < (5, 0, 0)
 NUMBERS = ("VALUE", "INT", "BOOLEAN")  # types of sockets that hold one
+NUMBERED = re.compile(r"^\d+_")  # what Blender puts before names of nodes that it copies
 
 # What gives the value of one output of a node.
 Reader = Callable[["Graph", bpy.types.Node, bpy.types.NodeSocket, Scope], Value]
@@ -81,6 +84,7 @@ class Graph:
     displaced: Value | None = None
     textures: TextureTable | None = None  # None: of images the mean alone is wanted
     shaders: list[Any] = field(default_factory=list)  # under way, with their scopes
+    holder: Any = None  # what Blender frees the tree with
     _known: dict[Any, Value] = field(default_factory=dict)
     _reading: list[Any] = field(default_factory=list)  # outputs under way
 
@@ -161,11 +165,24 @@ class Graph:
         return self._known[key]
 
 
+def resolved(
+    whose: bpy.types.Material | bpy.types.World | bpy.types.Light,
+) -> tuple[bpy.types.NodeTree, Any]:
+    """The nodes that Cycles has, and what frees them: from Blender 5.0 on those that are left when
+    Blender has put groups, zones, menus, closures, bundles and what is muted aside."""
+    if not hasattr(whose, "inline_shader_nodes"):
+        return whose.node_tree, None
+    holder = whose.inline_shader_nodes()
+    for node in holder.node_tree.nodes:
+        node.name = NUMBERED.sub("", node.name)
+    return holder.node_tree, holder
+
+
 def converted(value: Value, given: str, wanted: str) -> Value:
     """A value of one type of socket as Blender makes one of another of it."""
     if wanted in NUMBERS:
         if given == "RGBA":
-            return value.part("luminance")
+            return luminance(value)
         if given == "VECTOR":
             return value.part("average")
     return value
@@ -191,8 +208,8 @@ def many_calls() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Nothing:
-    """What stands for an input of a muted node that nothing is linked to: in Cycles it is 0,
-    whatever its value."""
+    """What stands for an input of a muted node that nothing is linked to, before Blender 5.0: in
+    Cycles it is 0, whatever its value."""
 
     type: str
     name: str = ""
@@ -389,5 +406,4 @@ def _as_value(value: object) -> float:
     """A number, or a colour's luminance, which is how Blender converts one into the other."""
     if isinstance(value, (int, float)):
         return float(value)
-    r, g, b = _as_colour(value)
-    return 0.2126 * r + 0.7152 * g + 0.0722 * b
+    return float(luminance_weights() @ _as_colour(value))

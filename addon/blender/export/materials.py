@@ -141,7 +141,7 @@ class MaterialTable:
         if not has_nodes(material):
             self.notes.exact(owner, "Viewport colour", "it has no nodes")
             return Bsdf(Value.of(material.diffuse_color[:3]))
-        graph = graph_of(material.node_tree, owner, self.notes, self._averages, asked)
+        graph = graph_of(material, owner, self.notes, self._averages, asked)
         graph.program, graph.textures = program, self.textures
         output = graph.output("OUTPUT_MATERIAL")
         if output is None:

@@ -16,6 +16,7 @@ from ...photon.scene import FOUND_BY
 from .environment import Turned, read_turned
 from .graph import MAGENTA, Graph, Scope, colour_of, missing, source
 from .sky import Disc, has_disc, read_sky
+from .working_space import luminance_weights
 from .world_nodes import Unsuited, evaluate
 
 Factor = NDArray[np.float64]  # (4, 3), of each of FOUND_BY and each channel
@@ -219,7 +220,7 @@ def _number(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> NDArray
     """(4, 1), of each of FOUND_BY. Raises _Uneven."""
     node, end, inner = source(socket, scope)
     if node is None or node.type in ("RGB", "VALUE"):
-        return np.full((len(FOUND_BY), 1), _constant(end) @ (0.2126, 0.7152, 0.0722))
+        return np.full((len(FOUND_BY), 1), _constant(end) @ luminance_weights())
     if node.type == "LIGHT_PATH":
         told = LIGHT_PATH.get(end.name, (0.0,) * len(FOUND_BY))
         if end.name not in SAME_IN_CYCLES:

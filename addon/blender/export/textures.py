@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ...photon.scene import Texture
 from .pixels import Stored, file_of, read_pixels
 from .report import Notes
+from .working_space import working_space
 
 # [bytes] of pixels that are kept between exports: what Blender has read need not be read again.
 KEPT = 1 << 30
@@ -239,6 +240,8 @@ def _key(image: bpy.types.Image, packed: Any, clips: bool, limit: int) -> Any:
         size = image.generated_width, image.generated_height
         kind = image.generated_type, image.use_generated_float
         made = *size, *kind, *image.generated_color
-    linear = getattr(getattr(bpy.data, "colorspace", None), "working_space", "")
-    settings = image.colorspace_settings.name, image.alpha_mode, image.file_format, linear
+    settings = (
+        *(image.colorspace_settings.name, image.alpha_mode, image.file_format),
+        working_space(),
+    )
     return made, settings, clips, limit

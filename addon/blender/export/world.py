@@ -33,7 +33,7 @@ def export_world(
         return ()
     owner = f"World '{world.name}'"
     if has_nodes(world):
-        graph = graph_of(world.node_tree, owner, notes)
+        graph = graph_of(world, owner, notes)
         output = graph.output("OUTPUT_WORLD")
         if output is not None and is_given(output.inputs["Volume"], ()):
             notes.ignored(owner, "Volume", "not rendered")

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .graph import Scope, source
+from .working_space import working_space
 
 WIDTH, MOST_WIDTH = 1024, 4096  # [px] of what is evaluated: as much as its largest image
 PATIENCE = 120.0  # [s]
@@ -69,6 +70,7 @@ def evaluate(
         given = {
             "nodes": nodes,
             "is_shader": output.type == "SHADER",
+            "space": working_space(),
             "width": min(max([least, *graph.widths]), MOST_WIDTH) // 2 * 2,
         }
         key = json.dumps(given, sort_keys=True).replace(json.dumps(folder)[1:-1], "")

@@ -26,6 +26,8 @@ BRIGHT, MOST, BRIGHT_SAMPLES = 20.0, 64, 1024
 def main(description: str, output: str) -> None:
     given = json.loads(Path(description).read_text(encoding="utf-8"))
     bpy.ops.wm.read_factory_settings(use_empty=True)
+    if hasattr(bpy.data, "colorspace"):  # Blender 5.0 on
+        bpy.ops.wm.set_working_color_space(working_space=given["space"], convert_colors=False)
     scene = bpy.context.scene
     scene.world = bpy.data.worlds.new("World")
     if bpy.app.version < (5, 0):

@@ -40,8 +40,7 @@ def strength_of(
     light: bpy.types.Light, matrix: NDArray[np.float64], owner: str, notes: Notes
 ) -> Strength:
     """Return colour times strength of the Emission node of a light that `matrix` places."""
-    tree = light.node_tree
-    graph = graph_of(tree, owner, notes)
+    graph = graph_of(light, owner, notes)
     node, _, scope = graph.surface("OUTPUT_LIGHT")
     if node is None:
         return Strength(np.zeros(3))

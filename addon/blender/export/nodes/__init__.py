@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Asked, Colour, Graph, Reader
+from ..graph import Asked, Colour, Graph, Reader, resolved
 from ..report import Notes
 from . import (
     attributes,
@@ -100,13 +100,14 @@ READERS: dict[str, Reader] = {
 
 
 def graph_of(
-    tree: bpy.types.NodeTree,
+    whose: bpy.types.Material | bpy.types.World | bpy.types.Light,
     owner: str,
     notes: Notes,
     averages: dict[str, Colour | None] | None = None,
     asked: Asked | None = None,
 ) -> Graph:
-    """A node tree with all readers; `asked` of meshes, if any there is."""
-    return Graph(
-        tree, owner, notes, READERS, {} if averages is None else averages, asked or Asked()
-    )
+    """The nodes of a material, a world or a light with all readers; `asked` of meshes, if any there
+    is."""
+    tree, holder = resolved(whose)
+    averages = {} if averages is None else averages
+    return Graph(tree, owner, notes, READERS, averages, asked or Asked(), holder=holder)

@@ -9,6 +9,7 @@ import bpy
 from ..graph import Graph, Scope
 from ..hsv import CONVERSIONS, hue_saturation
 from ..programs import Value, math, mix
+from ..working_space import luminance
 from .vectors import Numbers, combined
 
 
@@ -54,7 +55,7 @@ def read_grey(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> Value:
     """Read RGB to BW."""
-    return graph.value(node.inputs[0], scope).part("luminance")
+    return luminance(graph.value(node.inputs[0], scope))
 
 
 def read_separate(

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from ....streams import source
 from ..blackbody import blackbody
 from ..graph import Graph, Scope
-from ..programs import Value
+from ..programs import Value, math
+from ..working_space import REC_709, from_rec709, working_space
+from .mapping import transformed
 
 WAVELENGTH = "nodes/wavelength.glsl"
 _TRIPLE = re.compile(r"vec3\(([\d.]+), ([\d.]+), ([\d.]+)\)")
@@ -31,9 +33,10 @@ def read_blackbody(
 ) -> Value:
     """Read Blackbody."""
     temperature = graph.input(node, "Temperature", scope)
-    return graph.program.emit(
+    found = graph.program.emit(
         "blackbody", lambda kelvin: blackbody(kelvin[0]), temperature=temperature
     )
+    return found if working_space() == REC_709 else _of_rec709(graph, found)
 
 
 def read_wavelength(
@@ -41,7 +44,16 @@ def read_wavelength(
 ) -> Value:
     """Read Wavelength."""
     wavelength = graph.input(node, "Wavelength", scope)
-    return graph.program.emit("wavelength", _colour_of_wavelength, wavelength=wavelength)
+    found = graph.program.emit("wavelength", _colour_of_wavelength, wavelength=wavelength)
+    return _of_rec709(graph, found)
+
+
+def _of_rec709(graph: Graph, colour: Value) -> Value:
+    """A colour of linear Rec.709 as one of the file's, not below 0."""
+    if working_space() != REC_709:
+        rows = np.column_stack([from_rec709(), np.zeros(3)])
+        colour = transformed(graph, colour, rows)
+    return math("MAXIMUM", colour, 0.0)
 
 
 @lru_cache(maxsize=1)
@@ -57,4 +69,4 @@ def _colour_of_wavelength(nanometres: NDArray[np.float64]) -> NDArray[np.float64
     at = (nanometres[0] - 380.0) / 5.0
     steps = np.arange(len(table))
     xyz = [np.interp(at, steps, column, left=0.0, right=0.0) for column in table.T]
-    return np.maximum(TO_RGB @ xyz / 2.52, 0.0)
+    return np.asarray(TO_RGB @ xyz / 2.52)
