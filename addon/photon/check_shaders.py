@@ -6,6 +6,7 @@ Each kernel is checked for both layers, with every value of its defines and numb
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 import subprocess
@@ -64,6 +65,7 @@ def _wrong(validator: str, batch: list[tuple[str, str, Source]]) -> list[str]:
 
 def main() -> int:
     """Print each error with its file and line; 0 if there is none, or no validator."""
+    argparse.ArgumentParser(prog="addon.photon.check_shaders", description=__doc__).parse_args()
     validator = shutil.which("glslangValidator")
     if validator is None:
         print("shaders: not checked offline, glslangValidator is absent (Debian: glslang-tools)")

@@ -10,15 +10,19 @@ from numpy.typing import NDArray
 
 from addon.photon.stage.upload import texels_of, upload_table
 from addon.streams import Device, Kernel, Made, Stream
-from tests.unit.glsl_files import copy_root
+from tests.unit.glsl_files import copy_glsl, use_root
+
+
+@pytest.fixture(scope="session")
+def _root_of_kernels(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The real GLSL, and beside it the kernels that these tests have in `glsl`."""
+    return copy_glsl(tmp_path_factory.mktemp("glsl"), Path(__file__).parent / "glsl")
 
 
 @pytest.fixture(autouse=True)
-def _kernels_of_tests(
-    tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The real GLSL, and beside it the kernels that these tests have in `glsl`."""
-    copy_root(tmp_path_factory.mktemp("glsl"), Path(__file__).parent / "glsl", monkeypatch)
+def _kernels_of_tests(_root_of_kernels: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One root for all, so files are read once."""
+    use_root(_root_of_kernels, monkeypatch)
 
 
 @pytest.fixture(params=["fragment", "compute"])

@@ -18,7 +18,7 @@ from addon.photon.stage.light_tree import MOST_ASKED
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import Builder, camera, orthographic, plain_light, plain_material
-from tests.unit.glsl_files import copy_root, write
+from tests.unit.glsl_files import copy_glsl, use_root, write
 
 WAYS = [("native", True), ("fragment", True), ("compute", False)]
 Picture = Callable[..., dict[str, Any]]
@@ -253,7 +253,8 @@ vec3 flux_toy(Light light) { return 0.5 * light.parameters.x * light.power; }
 
 @pytest.fixture
 def _toys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    root = copy_root(tmp_path, Path(__file__).parents[1] / "kernels" / "glsl", monkeypatch)
+    root = copy_glsl(tmp_path, Path(__file__).parents[1] / "kernels" / "glsl")
+    use_root(root, monkeypatch)
     write(root, "bsdf/toy.glsl", TOY_LOBE)
     write(root, "lights/toy.glsl", TOY_LIGHT)
 

@@ -23,11 +23,11 @@ def use_root(root: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return root
 
 
-def copy_root(root: Path, kernels: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def copy_glsl(root: Path, kernels: Path) -> Path:
     """The real library, and beside it the real kernels and those of a folder."""
     shutil.copytree(addon.streams.source.glsl_root(), root, dirs_exist_ok=True)
     shutil.copytree(kernels, root / "kernels", dirs_exist_ok=True)
-    return use_root(root, monkeypatch)
+    return root
 
 
 def write(root: Path, path: str, text: str) -> None:
