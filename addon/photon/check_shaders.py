@@ -14,7 +14,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from hashlib import blake2b
 from pathlib import Path
 
 from ..streams.compute import compute_source
@@ -45,6 +45,22 @@ def programs() -> Iterator[tuple[str, str, Source]]:
         yield stem, "comp", compute_source(stem, declarations=declarations, made=made)
 
 
+def _batches() -> Iterator[list[tuple[str, str, Source]]]:
+    """Programs that differ, AT_ONCE at a time."""
+    known, batch = set[bytes](), []
+    for name, stage, source in programs():
+        digest = blake2b(source.text.encode(), digest_size=16, key=stage.encode()).digest()
+        if digest in known:
+            continue
+        known.add(digest)
+        batch.append((name, stage, source))
+        if len(batch) == AT_ONCE:
+            yield batch
+            batch = []
+    if batch:
+        yield batch
+
+
 def _wrong(validator: str, batch: list[tuple[str, str, Source]]) -> list[str]:
     """What is wrong with each program of a batch that has errors."""
     with tempfile.TemporaryDirectory() as folder:
@@ -70,13 +86,14 @@ def main() -> int:
     if validator is None:
         print("shaders: not checked offline, glslangValidator is absent (Debian: glslang-tools)")
         return 0
-    unique = {(stage, source.text): (name, source) for name, stage, source in programs()}
-    found = [(name, stage, source) for (stage, _), (name, source) in unique.items()]
-    count, failed = len(found), 0
-    batches = [found[first : first + AT_ONCE] for first in range(0, count, AT_ONCE)]
+    count, failed = 0, 0
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for wrong in pool.map(partial(_wrong, validator), batches):
-            for text in wrong:
+        waiting = []
+        for batch in _batches():  # while others are checked
+            count += len(batch)
+            waiting.append(pool.submit(_wrong, validator, batch))
+        for wrong in waiting:
+            for text in wrong.result():
                 failed += 1
                 print(text)
     print(f"shaders: {count} programs checked, {failed} with errors")

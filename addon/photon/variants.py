@@ -175,7 +175,17 @@ def _needs(
 
 
 def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
-    """Each kernel with each of its defines and includes; some are the same program."""
+    """Each kernel with each of its defines and includes, once."""
+    known = set()
+    for kernel, defines, made in _kernels():
+        own = frozenset((name, defines[name]) for name in kernel.structure if name in defines)
+        if (program := (kernel, own, frozenset(made.items()))) not in known:
+            known.add(program)
+            yield kernel, defines, made
+
+
+def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
+    """The same, some of them again and again."""
     for kernel in PLAIN:
         yield kernel, {}, {}
     for defines in ({}, {"VISIBILITY": ALL_RAYS}):
@@ -240,22 +250,26 @@ def kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
 
 
 def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]:
-    """Kernels of a scene; with all that lights and pictures may ask where lobes are not alone."""
+    """Kernels of a scene; with all that lights and pictures may ask, and with flat surfaces, where
+    no kind of lobe is alone: what one kind's file lacks, it lacks with any of these."""
     alone = len(scene.lobe_kinds) == 1
     kernel: type[Kernel]
     for kernel in (LightFlux, BoundsOfLights):
         yield kernel, light_defines(scene.light_kinds), scene.made
-    lit = [scene, replace(scene, profiles=True), *([replace(scene, gobos=True)] * alone)]
+    lit = [scene]
+    if not alone:
+        lit += [replace(scene, profiles=True), replace(scene, gobos=True)]
     for found in lit:
         emitting: Defines = {**found.light_defines, **found.photon_defines}
         for aimed in ({}, {"AIMED": 1}):
             yield Generator, {**emitting, **aimed}, scene.made
-        for bent in (found, replace(found, smooth=True)):
+        smooth = replace(found, smooth=True)
+        for bent in (smooth,) if alone else (found, smooth):
             yield Emitted, bent.emitted_defines, scene.made
             yield Emitted, {**bent.emitted_defines, "BY_KIND": 1}, scene.made
             for kernel in (Direct, ShadowRays):
                 yield kernel, bent.direct_defines, scene.made
-                if not alone:
+                if not (alone or bent.smooth):
                     yield kernel, {**bent.direct_defines, "ILLUMINANCE": 1}, scene.made
     for kernel in (Shade, Projector, Reflector):
         for arrivals, absorption in product((False, True), repeat=2):
