@@ -126,6 +126,8 @@ SCENE_STEPS: list[SceneStep] = [
     ("assignment", lambda s: replace(s, material=s.material[::-1].copy()), True),
     ("nothing more", lambda s: s, False),
 ]
+# Of those, where deposits stay on the device: one of each kind of what is kept.
+FEW_STEPS = {"nothing", "camera", "a world", "camera again", "object", "material", "nothing more"}
 SETTING_STEPS: list[tuple[dict[str, Any], int]] = [  # changes, and passes of photons they take
     ({"width": 12, "height": 16}, 0),
     ({"region": (2, 3, 7, 9)}, 0),
@@ -143,6 +145,7 @@ SETTING_STEPS: list[tuple[dict[str, Any], int]] = [  # changes, and passes of ph
     ({"direct_by_photons": True}, ALL),
     ({}, ALL),
 ]
+FEW_SETTINGS = ("region", "passes", "first_pass", "seed", "photons")  # likewise
 
 
 @pytest.mark.thorough("compute-splat")
@@ -154,6 +157,7 @@ def test_scene_changes(
     layer: Any,
     estimator: Any,
     on_host: bool,
+    thorough: bool,
 ) -> None:
     """One change after the other: photons are traced for those that they meet, and no others."""
     if layer == "compute" and not device.has_compute:
@@ -164,6 +168,8 @@ def test_scene_changes(
     assert render(device, scene, settings, kept).traced == ALL
     pictures = [b""]
     for name, change, retraced in SCENE_STEPS:
+        if not (on_host or thorough or name in FEW_STEPS):
+            continue
         scene = change(scene)
         frame, fresh = render(device, scene, settings, kept), render(device, scene, settings)
         assert frame.traced == (ALL if retraced else 0), name
@@ -299,7 +305,7 @@ def test_a_render_that_was_stopped(
 
 @pytest.mark.parametrize("on_host", [True, False])
 def test_settings_changes(
-    device: Device, kept: Kept, monkeypatch: pytest.MonkeyPatch, on_host: bool
+    device: Device, kept: Kept, monkeypatch: pytest.MonkeyPatch, on_host: bool, thorough: bool
 ) -> None:
     if not on_host and not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
@@ -308,6 +314,8 @@ def test_settings_changes(
     scene = cornell(mirror=True, lobe=True)
     render(device, scene, base, kept)
     for changes, traced in SETTING_STEPS:
+        if not (on_host or thorough or next(iter(changes), "photons") in FEW_SETTINGS):
+            continue
         settings = replace(base, **changes)
         frame, fresh = render(device, scene, settings, kept), render(device, scene, settings)
         assert frame.traced == traced, changes
@@ -366,6 +374,7 @@ def test_dropped_photons_are_counted_again(
 # Memory.
 
 
+@pytest.mark.thorough("compute-gather-False-scene0", "compute-splat-False-scene0")
 @pytest.mark.parametrize("scene", [cornell(), cornell(True)])
 @pytest.mark.parametrize(("layer", "estimator", "on_host"), WAYS)
 def test_textures_put_back(
@@ -527,6 +536,7 @@ def frames(request: pytest.FixtureRequest, device: Device, kept: Kept, way: Sett
     return rendered
 
 
+@pytest.mark.thorough("eye-compute-gather", "light-compute-splat")
 def test_spare_streams_do_not_add_up(
     device: Device, monkeypatch: pytest.MonkeyPatch, frames: Any
 ) -> None:
@@ -537,6 +547,7 @@ def test_spare_streams_do_not_add_up(
     assert max(spare[4:]) <= max(spare[:4]) + 2 and spare[-1] > 0
 
 
+@pytest.mark.thorough("compute-gather-False-eye", "compute-splat-False-light")
 @pytest.mark.skipif(sys.platform != "linux", reason="asks OpenGL through EGL")
 def test_animations_hold_no_more_from_frame_to_frame(
     device: Device, kept: Kept, monkeypatch: pytest.MonkeyPatch, way: Settings, frames: Any

@@ -61,11 +61,11 @@ print(used, guessed, known, resident("VmRSS") - before)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
-@pytest.mark.thorough("1400-4096-0-fragment")
+@pytest.mark.thorough("1100-4096-0-fragment")
 @pytest.mark.parametrize("layer", ["native", "fragment"])
 @pytest.mark.parametrize(
     ("size", "photons", "quads"),
-    [(512, 4096, 0), (1400, 4096, 0), (64, 600_000, 0), (64, 4096, 400)],
+    [(512, 4096, 0), (1100, 4096, 0), (64, 600_000, 0), (64, 4096, 400)],
 )
 def test_estimate_is_what_is_used(
     device: Device, layer: str, size: int, photons: int, quads: int

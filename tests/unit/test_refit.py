@@ -30,6 +30,10 @@ def kept(device: Device) -> Iterator[Kept]:
     made.release()
 
 
+# Which tree is taken is nothing to how deposits are summed.
+pytestmark = pytest.mark.thorough("compute splat")
+
+
 @pytest.fixture(params=WAYS, ids=["native", "fragment", "compute gather", "compute splat"])
 def picture(
     request: pytest.FixtureRequest, device: Device, monkeypatch: pytest.MonkeyPatch
