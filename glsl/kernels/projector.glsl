@@ -4,11 +4,9 @@
 #include "lib/diffuse.glsl"
 #include "lib/packing.glsl"
 #include "lib/photon_number.glsl"
+#include "lib/arriving_flux.glsl"
 #ifdef ARRIVALS
 #include "lib/arrival.glsl"
-#endif
-#ifdef ABSORPTION
-#include "lib/absorption.glsl"
 #endif
 #ifdef CAUSTICS
 #include "lib/specular_photon.glsl"
@@ -32,10 +30,7 @@ void kernel() {
 #ifdef VISIBILITY
     if (!may_land()) skip();
 #endif
-    vec3 flux = load_flux().flux;
-#ifdef ABSORPTION
-    flux *= left_by_absorption(load_hit(), load_facing().side, load_origin(), load_direction().direction);
-#endif
+    vec3 flux = arriving_flux(load_flux().flux);
 #ifdef ARRIVALS
     flux *= share_of_arrival(load_origin(), place.position, BY_DIFFUSE);
     if (flux == vec3(0.0)) skip();

@@ -20,7 +20,7 @@ use crate::wide::Stack;
 const T_MAX: f32 = 3.0e38; // as in glsl/lib/constants.glsl
 const BRIGHTEST: f32 = 16.0; // as well
 const PHOTONS_A_TASK: usize = 1024;
-/// Of what a diffuse surface scatters, what goes through portals at least, as in glsl/kernels/reflector.glsl.
+/// Of what a diffuse surface scatters, what goes through portals at least, as in glsl/lib/photon_roulette.glsl.
 const LEAST_BY_PORTAL: f32 = 0.2;
 
 type Vector = [f32; 3];

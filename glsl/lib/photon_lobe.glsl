@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Scattering of photons by a point's lobe besides Lambert's.
+#include "lib/photon_point.glsl"
+#include "lib/photon_visibility.glsl"
+#ifdef ARRIVALS
+#include "lib/arrival.glsl"
+#endif
+#ifdef LOBES
+#include "lib/lobe.glsl"
+
+// Where the lobe, whose normal this is, would send a photon; what that weighs, f cos / pdf; the lobe's mean albedo.
+struct LobeSample { Lobe lobe; vec3 normal; vec3 direction; vec3 weight; float albedo; };
+
+LobeSample sample_photon_lobe(PhotonPoint point, vec2 u) {
+    Lobe lobe = load_lobe0();
+    Shape shape = load_shape0();
+    vec3 weight, normal = raised_normal(point.shading.normal, point.facing.normal, -point.incoming);
+    vec3 direction = sample_lobe_for_photon(lobe, shape, normal, -point.incoming, u, weight);
+    float albedo = mean(albedo_lobe(lobe, shape, max(0.0, -dot(point.incoming, point.shading.normal))));
+    // Where some directions weigh much more than others, by what this one does.
+    albedo = mix(albedo, mean(weight), 2.0 * by_cosine_kind(lobe, shape));
+    return LobeSample(lobe, normal, direction, weight, albedo);
+}
+
+#ifdef VISIBILITY
+int rays_of(Lobe lobe) {
+#ifdef TRANSMITS
+    if (transmits_kind(lobe.kind)) return RAY_GLOSSY + RAY_TRANSMISSION;
+#endif
+    return RAY_GLOSSY;
+}
+
+bool may_scatter_by(Lobe lobe, RayAtSurface ray) {
+#ifdef TRANSPARENT
+    if (is_transparent(lobe)) return true;
+#endif
+    return may_scatter(ray) && is_taken(ray, rays_of(lobe));
+}
+#endif
+
+void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, float probability, inout RayAtSurface ray) {
+    vec3 geometric = point.facing.normal;
+    leaving.photon.flux *= by.weight / probability;
+    leaving.direction = by.direction;
+#ifdef TRANSPARENT
+    if (is_transparent(by.lobe)) {
+        // What it was it remains: light that has only passed is direct light still.
+        ray.next = PhotonRay(ray.came.rays & ray.visible, ray.came.bounces);
+        return;
+    }
+#endif
+    leaving.normal = by.normal;
+    leaving.by_specular = !is_diffuse_kind(by.lobe.kind);
+    // What flux that fell on the triangle is on the lobe, and leaves it (Veach 1997, sec. 5.3.2).
+    float falls = dot(point.incoming, by.normal) / dot(point.incoming, geometric);
+    leaving.photon.flux *= clamp(falls * dot(by.direction, geometric) / dot(by.direction, by.normal), 0.0, BRIGHTEST);
+#ifdef DISPERSION
+    if (disperses_kind(by.lobe.kind)) leaving.photon = with_colour(leaving.photon);
+#endif
+#ifdef NO_CAUSTICS
+    // Cycles leaves the lobe out where a diffuse ray meets it: such a ray cannot have found the photon.
+    int caustic = dot(by.direction, geometric) < 0.0 ? REFRACTIVE_CAUSTICS : REFLECTIVE_CAUSTICS;
+    if ((NO_CAUSTICS & caustic) != 0 && leaving.by_specular) ray.next.rays &= ~RAY_DIFFUSE;
+#endif
+#if defined(TRANSMITS) && defined(VISIBILITY)
+    if (!is_taken(ray, dot(by.direction, geometric) < 0.0 ? RAY_TRANSMISSION : RAY_GLOSSY)) leaving.photon.flux = vec3(0.0);
+#endif
+#ifdef ARRIVALS
+    leaving.photon.flux *= share_of_arrival(load_origin(), point.place.position, BY_GLOSSY);
+#endif
+}
+#else
+struct LobeSample { float albedo; };
+
+LobeSample sample_photon_lobe(PhotonPoint point, vec2 u) { return LobeSample(0.0); }
+void scatter_by_lobe(Leaving leaving, LobeSample by, PhotonPoint point, float probability, RayAtSurface ray) {}
+#endif

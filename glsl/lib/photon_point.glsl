@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The point where a photon met a surface, of the streams that Shade writes, and how the photon leaves it.
+
+struct PhotonPoint { Place place; Facing facing; Shading shading; Diffuse diffuse; vec3 incoming; };
+
+PhotonPoint photon_point() {
+    return PhotonPoint(load_place(), load_facing(), load_shading(), load_diffuse(), load_direction().direction);
+}
+
+struct Leaving {
+    Flux photon;
+    vec3 direction;
+    vec3 normal;       // the direction has to be on one side of this and of the geometric one
+    bool by_specular;  // a lobe that is not diffuse sent it
+};

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// With which probability a photon is scattered by which lobe of its point. Else it is absorbed, unless it goes through
+// a portal, or behind a surface that is hidden from some of its rays.
+#include "lib/photon_lobe.glsl"
+#ifdef PORTALS
+#include "lib/openings.glsl"
+
+// Of what a diffuse surface scatters, what goes through portals at least.
+const float LEAST_BY_PORTAL = 0.2;
+#endif
+
+struct Roulette {
+    float diffuse;  // by Lambert's lobe, in a direction by the cosine
+    float lobe;     // by the other one
+#ifdef PORTALS
+    float portal;   // by Lambert's lobe, in a direction through a portal
+    float angles;   // of all portals that the point sees [sr]
+#endif
+};
+
+// Who would be absorbed goes through a portal instead. By the density of both ways no photon gains flux, but for white
+// surfaces'.
+void give_portals_share(inout Roulette chance, PhotonPoint point, RayAtSurface ray) {
+#ifdef PORTALS
+    if (chance.diffuse > 0.0 && !is_hidden(ray)) chance.angles = portals_seen(point.place.position, point.facing.normal);
+    if (!(chance.angles > 0.0)) return;
+    float absorbed = max(0.0, 1.0 - chance.diffuse - chance.lobe);
+    chance.portal = max(absorbed, LEAST_BY_PORTAL * chance.diffuse);
+    chance.diffuse -= chance.portal - absorbed;
+#endif
+}
+
+Roulette roulette_of(PhotonPoint point, LobeSample by_lobe, RayAtSurface ray) {
+    Roulette chance;
+    chance.diffuse = mean(point.diffuse.albedo);
+    chance.lobe = by_lobe.albedo;
+    float all = max(1.0, chance.diffuse + chance.lobe);
+    chance.diffuse /= all;
+    chance.lobe /= all;
+#ifdef VISIBILITY
+    // What the surface does not hide goes on behind it in the cases that are left, half of all at least.
+    float share = is_hidden(ray) ? 0.5 : 1.0;
+    chance.diffuse *= may_scatter(ray) && is_taken(ray, RAY_DIFFUSE) ? share : 0.0;
+#ifdef LOBES
+    chance.lobe *= may_scatter_by(by_lobe.lobe, ray) ? share : 0.0;
+#endif
+#endif
+#ifdef PORTALS
+    chance.portal = chance.angles = 0.0;
+#endif
+    give_portals_share(chance, point, ray);
+    return chance;
+}
+
+// Whether a number in [0, 1) says that Lambert's lobe scatters the photon.
+bool is_diffuse(Roulette chance, float u) {
+#ifdef PORTALS
+    if (chance.angles > 0.0 && u >= chance.diffuse + chance.lobe) return true;
+#endif
+    return u < chance.diffuse;
+}
