@@ -20,8 +20,8 @@
 #include "lib/diffuse.glsl"
 
 const int MOST_LAYERS = 4;  // other surfaces that a probe may pass through
-// Times as many probes where the filter is tilted, by a scale of more than MUCH: each weighs up to MOST_SCALE as much, and most end on the
-// point's own triangle, which costs no ray.
+// Times as many probes where the filter is tilted, by a scale of more than MUCH: each weighs up to MOST_SCALE as much,
+// and most end on the point's own triangle, which costs no ray.
 const int TILTED = 4;
 const float MUCH = 1.5;
 const float FLAT = 0.02;    // slope up to which a surface is taken for the point's own at once

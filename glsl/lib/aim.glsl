@@ -3,11 +3,11 @@
 // the direction, two for the place on the light, or, of a light afar, on a disc before the scene. A tree of
 // boxes, each halved along an axis, says which numbers photons have that reach the picture. Uses the tables
 // light_aims and aim_nodes.
+#include "lib/constants.glsl"
 #include "lib/light.glsl"
 #include "lib/rng.glsl"
 
 const int MOST_HALVINGS = 96;
-const float BELOW_ONE = 0.99999994;
 
 // Turn plain numbers of a photon into those by the tree whose root is a node; the flux that it then has over what it
 // has by plain ones.

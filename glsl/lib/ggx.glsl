@@ -6,6 +6,7 @@
 // Compensation and layer weights hang on the viewer's cosine alone, so the lobe is not reciprocal: see
 // adjoint_ggx.
 #include "lib/sampling.glsl"
+#include "lib/fresnel.glsl"
 #include "lib/ggx_energy.glsl"
 #include "lib/microfacets.glsl"
 
@@ -31,21 +32,6 @@ bool is_smooth(Ggx m) { return m.alpha.x * m.alpha.y <= GGX_MIRROR; }
 float roughness_ggx(Ggx m) { return sqrt(sqrt(m.alpha.x * m.alpha.y)); }
 
 // ---- Fresnel
-
-float f0_of_ior(float ior) {
-    float r = (ior - 1.0) / (ior + 1.0);
-    return r * r;
-}
-
-// Unpolarised reflectance at a cosine >= 0; 1 at total reflection.
-float fresnel_dielectric(float cosine, float ior) {
-    float g2 = ior * ior - 1.0 + cosine * cosine;
-    if (g2 <= 0.0) return 1.0;
-    float g = sqrt(g2);
-    float s = (g - cosine) / (g + cosine);
-    float p = (cosine * (g + cosine) - 1.0) / (cosine * (g - cosine) + 1.0);
-    return 0.5 * s * s * (1.0 + p * p);
-}
 
 // Where the real curve stands between its own F0 (0) and 1 (1).
 float fresnel_share(float cosine, float ior) {

@@ -54,7 +54,7 @@ vec3 sample_portals(vec3 position, vec3 normal, float sum, vec2 u) {
         before += seen.angle;
         seen = next;
     }
-    u.x = clamp((u.x * sum - before) / max(seen.angle, 1.0e-30), 0.0, 0.99999994);
+    u.x = clamp((u.x * sum - before) / max(seen.angle, 1.0e-30), 0.0, BELOW_ONE);
     vec2 met = mix(seen.low, seen.high, u);
     if (seen.angle > LEAST_ANGLE_OF_PORTAL) met = sample_spherical_rectangle(seen.place, seen.low, seen.high, u);
     return normalize(seen.portal.middle + in_portal(seen.portal, met) - position);

@@ -10,7 +10,7 @@
 // Through a portal or by the cosine; what a photon of this direction weighs by the density of both ways.
 vec3 scatter_beside_portals(PhotonPoint point, Roulette chance, vec4 u, inout vec3 direction) {
     vec3 position = point.place.position, normal = point.facing.normal;
-    float which = clamp((u.x - chance.diffuse - chance.lobe) / chance.portal, 0.0, 0.99999994);
+    float which = clamp((u.x - chance.diffuse - chance.lobe) / chance.portal, 0.0, BELOW_ONE);
     if (u.x >= chance.diffuse) direction = sample_portals(position, normal, chance.angles, vec2(which, u.y));
     float by_cosine = pdf_cosine_hemisphere(dot(direction, normal));
     float by_portal = chance.portal * pdf_portals(position, normal, chance.angles, direction);

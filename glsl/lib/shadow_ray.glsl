@@ -133,7 +133,7 @@ vec2 even_over_passes(uint dimension) {
     uvec2 part = uvec2(across, across ^ (number & 2u));
     part ^= uvec2(4.0 * random4(seed, 0x40000000u + (pass_index >> 2u), pixel, dimension).zw);
     vec2 within = random4(seed, pass_index, pixel, dimension).xy;
-    return min(0.25 * (vec2(part) + within), 0.99999994);
+    return min(0.25 * (vec2(part) + within), BELOW_ONE);
 }
 
 // Which light a point's shadow ray of this number goes to, and how many of them do in the mean.

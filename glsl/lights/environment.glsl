@@ -3,6 +3,7 @@
 // the lowest row up, and interpolated between the centres of pixels. The light's axis is up in the image, and its
 // middle column lies across. Directions are drawn by the image, or by the cosine, half of them each.
 // Parameters: bounds [scene], image [image]. Power: W/(m^2 sr).
+#include "lib/colour.glsl"
 #include "lib/environment.glsl"
 #include "lib/sampling.glsl"
 
@@ -34,15 +35,13 @@ float solid_angle_of_row(Environment image, int row) {
     return height * 2.0 * PI / float(image.width);
 }
 
-float brightness(vec3 radiance) { return dot(radiance, vec3(0.2126, 0.7152, 0.0722)); }
-
 // The density of directions drawn by the image [1/sr]: of pixels by luminance times solid angle, and about each
 // as its radiance is interpolated, so that where light is bright it is nearly even over its density.
 float pdf_by_image(Light light, vec3 direction, Environment image, Around found) {
-    float total = brightness(environment_texel(image.rows - 1).rgb);
+    float total = luminance(environment_texel(image.rows - 1).rgb);
     if (!(total > 0.0)) return 0.0;
-    float low = brightness(found.low) * solid_angle_of_row(image, found.row);
-    float high = brightness(found.high) * solid_angle_of_row(image, found.row + 1);
+    float low = luminance(found.low) * solid_angle_of_row(image, found.row);
+    float high = luminance(found.high) * solid_angle_of_row(image, found.row + 1);
     float across = length(direction - dot(direction, light.axis) * light.axis);
     float pixels = float(image.width * image.height) / (2.0 * PI * PI * max(across, 1.0e-6));  // a steradian
     return mix(low, high, found.part) / total * pixels;

@@ -39,9 +39,9 @@ pub struct Probes {
     pub frame_width: usize,
 }
 
-/// Visible points as streams: the pixels of the frame that see them, positions and surfaces (0: no point), normals, something unused and the
-/// position of the triangle in leaf order, albedos and flags (0: not of interest), and the cuts of
-/// [`crate::cuts`].
+/// Visible points as streams: the pixels of the frame that see them, positions and surfaces (0: no point), normals,
+/// something unused and the position of the triangle in leaf order, albedos and flags (0: not of interest), and the
+/// cuts of [`crate::cuts`].
 #[derive(Clone, Copy)]
 pub struct Points<'a> {
     pub pixels: &'a [[f32; 4]],
