@@ -19,8 +19,8 @@ import numpy as np
 from ..streams import TABLE_WIDTH
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film.strips import strips_of
+from .photons.mapper import pilot_photons
 from .photons.native_photon_mapper import knows_lobes, knows_microfacets
-from .photons.photon_mapper import pilot_photons
 from .scene import Scene
 from .settings import Settings
 from .stage.gathered import can_gather, send_rays

@@ -32,9 +32,9 @@ from .film.strips import StripFilm, strips_of
 from .memory import Budget
 from .phases import Phases
 from .photons.aim import Aiming
-from .photons.kept import Kept, Mapper, Stage
+from .photons.kept import Kept, Stage
+from .photons.mapper import Mapper, pilot_photons
 from .photons.photon_grid import Gathering
-from .photons.photon_mapper import pilot_photons
 from .photons.photon_pass import Photons
 from .photons.radius_field import RadiusField, limits_by
 from .photons.splats import Splats

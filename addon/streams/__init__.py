@@ -6,6 +6,7 @@ element, reads streams and writes others; a `DrawKernel` draws items over the el
 to. How that happens is the physical layer's business.
 """
 
+from .by_defines import ByDefines
 from .compute import Compaction, Program, Scan
 from .count import Count
 from .declaration import (
@@ -32,6 +33,7 @@ from .tally import Tally
 __all__ = [
     "TABLE_WIDTH",
     "TEXEL",
+    "ByDefines",
     "Compaction",
     "Count",
     "Declaration",

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from addon.photon.kernels.records import DEPOSIT, PLACE
 from addon.photon.photons import device_photon_mapper, grid_sort, photon_grid
 from addon.photon.photons.deposits import Deposits, DeviceDeposits, HostDeposits
+from addon.photon.photons.mapper import Mapper, PhotonBatch
 from addon.photon.photons.radius_field import RadiusField
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
@@ -296,7 +297,8 @@ def test_pictures_are_bit_equal(
 
 def traced(mapper: Any, index: int) -> tuple[bytes, int]:
     """A pass's deposits, and how many photons were not finished by then."""
-    deposits = mapper.trace(index)
+    mapper.start(PhotonBatch(index, 20000))
+    deposits = mapper.finish()
     return b"".join(x.tobytes() for x in deposits.arrays()), mapper.unfinished
 
 
@@ -314,6 +316,12 @@ def mapper(
     renderer.release()
 
 
+def found(mapper: Mapper) -> Any:
+    """Where the photons of pass 1 land, and what they bring, (n, 8)."""
+    mapper.start(PhotonBatch(1, 20000))
+    return np.concatenate(mapper.finish().arrays(), axis=1)
+
+
 def test_several_bounces_in_one_launch(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """The deposits of one bounce a launch, and of one kernel a launch; for the latter a GPU's
     compiler may round otherwise, and a photon in thousands then turns at an edge."""
@@ -325,9 +333,9 @@ def test_several_bounces_in_one_launch(device: Device, monkeypatch: pytest.Monke
         renderer = prepare(cornell(True), settings, device)
         mapper = renderer.photons and renderer.photons.mapper
         assert mapper
-        lists.append(np.concatenate(mapper.trace(1).arrays(), axis=1))
+        lists.append(found(mapper))
         before = mapper.launches().get("bounces", 0)
-        again = np.concatenate(mapper.trace(1).arrays(), axis=1)  # now it is foreseen
+        again = found(mapper)  # now it is foreseen
         assert again.tobytes() == lists[-1].tobytes()
         launches.append(mapper.launches().get("bounces", 0) - before)
         renderer.release()
@@ -353,7 +361,7 @@ def test_host_does_not_wait_for_photons(mapper: Any, monkeypatch: pytest.MonkeyP
         reading.data()  # what nobody needed to know
     monkeypatch.setattr(Reading, "data", read)
     mapper.unfinished = 0
-    mapper.start(0)
+    mapper.start(PhotonBatch(0, 20000))
     is_launched = True
     mapper.finish()
     assert reads and all(reads)
@@ -382,7 +390,7 @@ def test_more_photons_than_foreseen(
     assert traced(mapper, 0) == expected
     assert mapper.launches()["generator"] == launches + 2  # it was traced again
     assert (foreseen.landed, foreseen.alive[looked]) == before and min(before) > 0
-    mapper.trace(0)
+    traced(mapper, 0)
     assert mapper.launches()["generator"] == launches + 3
 
 

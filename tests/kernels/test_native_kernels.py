@@ -12,6 +12,7 @@ import pytest
 
 from addon.photon.kernels.records import HIT, RAY_DIRECTION, RAY_ORIGIN
 from addon.photon.kernels.tracer import Tracer
+from addon.photon.photons.mapper import PhotonBatch
 from addon.photon.photons.native_photon_mapper import _lights, _materials
 from addon.photon.prepare import prepare
 from addon.photon.scene import Instruction, Lobe, Material, Result
@@ -86,7 +87,8 @@ class TestPhotons:
     def deposits(self, device: Device, layer: str, **settings: Any) -> tuple[Any, Any, int]:
         renderer = prepare(SCENE, replace(self.SETTINGS, layer=layer, **settings), device)  # type: ignore[arg-type]
         assert renderer.photons
-        place, deposit = (x.copy() for x in renderer.photons.mapper.trace(3).arrays())
+        renderer.photons.mapper.start(PhotonBatch(3, self.SETTINGS.photons_a_pass))
+        place, deposit = (x.copy() for x in renderer.photons.mapper.finish().arrays())
         unfinished = renderer.photons.mapper.unfinished
         renderer.release()
         return place, deposit, unfinished

@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.photons import aim
+from addon.photon.photons.mapper import PhotonBatch
 from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.scene import (
@@ -171,7 +172,7 @@ def fallen_in(renderer: Renderer, room: bool = True, passes: int = 6) -> NDArray
     assert renderer.photons
     mapper, frame, found = renderer.photons.mapper, renderer.frame, []
     for index in range(passes):
-        mapper.start(100 + index, 100000)
+        mapper.start(PhotonBatch(100 + index, 100000))
         place, deposit = mapper.finish().arrays()
         far = np.abs(place[:, :3] * frame.scale + frame.centre).max(axis=1)
         there = (far < 1.05) == room

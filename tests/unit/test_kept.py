@@ -20,6 +20,7 @@ from addon.photon.photons import kept as kept_module
 from addon.photon.photons.deposits import DEPOSIT_BYTES, DeviceDeposits, HostDeposits
 from addon.photon.photons.device_photon_mapper import DevicePhotonMapper
 from addon.photon.photons.kept import Kept, Stage, same_but_view
+from addon.photon.photons.mapper import PhotonBatch
 from addon.photon.photons.photon_pass import Photons
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene, phong
@@ -196,9 +197,9 @@ def test_the_next_photons_fly_while_the_host_waits(
     events: list[str] = []
     start, counted = DevicePhotonMapper.start, Kernel._counted
 
-    def watched_start(mapper: DevicePhotonMapper, index: int, photons: int | None = None) -> None:
-        events.append(f"photons {index}")
-        start(mapper, index, photons)
+    def watched_start(mapper: DevicePhotonMapper, batch: PhotonBatch) -> None:
+        events.append(f"photons {batch.index}")
+        start(mapper, batch)
 
     def watched_wait(kernel: Kernel, reading: Any) -> int:
         events.append("wait")

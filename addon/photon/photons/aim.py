@@ -7,7 +7,6 @@ All of it is a function of seed and scene, made again by whoever needs it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from ..stage.geometry import Mesh
 from ..stage.tables import Tables
 from .importance import Importance, importance_of
+from .mapper import Mapper
 from .photon_portals import is_hidden, portals_by
 from .portals import NO_PORTALS, portals_of
 from .starts import Starts, even_shares, groups_of, proposed, starts_by, variance
@@ -50,7 +50,7 @@ class Aiming:
 
     def __init__(
         self,
-        mapper: Any,
+        mapper: Mapper,
         tables: Tables,
         seed: int,
         look: Callable[[], View],

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Compaction, Device, Reading, Stream, Tally
+from ...streams import ByDefines, Compaction, Defines, Device, Reading, Stream, Tally
 from ..kernels.records import DEPOSIT, PLACE
 from ..settings import Settings
 from ..stage.needs import SceneNeeds
@@ -18,7 +18,8 @@ from ..stage.tables import Tables
 from .bounces import Bounces
 from .deposits import DeviceDeposits
 from .emission import Emission, rays_of
-from .photon_mapper import STREAM_WIDTH, Paths, PathsBySize, draw_of, first_to_deposit
+from .mapper import PhotonBatch, draw_of
+from .photon_mapper import STREAM_WIDTH, Paths, PathsBySize
 
 # Rows for what lands in one launch: photons take as many bounces in it as that has room for, for a
 # launch costs a GPU more than dead photons do unless there are many.
@@ -37,12 +38,9 @@ def landed_rows(photons: int, bounces: int) -> int:
 
 @dataclass
 class _Flight:
-    """A pass's photons under way."""
+    """A batch's photons under way."""
 
-    index: int
-    photons: int
-    numbered: bool  # deposits have their numbers
-    first_to_deposit: int  # bounce
+    batch: PhotonBatch
     paths: Paths
     # In a launch, a bounce's above the last's: places, deposits, and the caustics' places if told.
     landed: tuple[Stream, ...]
@@ -80,9 +78,13 @@ class DevicePhotonMapper:
         self._device, self._tables, self._settings = device, tables, settings
         self._most_bounces = needs.photon_bounces + 1  # with that in which a photon is cut off
         self._emission = Emission(device, "compute", tables, needs)
-        self._needs = needs
-        self._plain = Bounces(device, needs.photon_defines, needs.made)
-        self._led: Bounces | None = None
+        defines, made = needs.photon_defines, needs.made
+
+        def bounces(more: Defines) -> Bounces:
+            return Bounces(device, {**defines, **more}, made)
+
+        self._bounces = ByDefines(bounces)
+        self._bounces.of({})
         self._compaction = Compaction(device, "paths")
         self._tally = Tally(device, self._most_bounces)
         self._foreseen: dict[int, _Foreseen] = {}  # by the photons of a pass
@@ -94,24 +96,11 @@ class DevicePhotonMapper:
         self.deposits = DeviceDeposits(device, needs.caustics)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
 
-    def trace(self, index: int, photons: int | None = None) -> DeviceDeposits:
-        """As PhotonMapper.trace."""
-        self.start(index, photons)
-        return self.finish()
-
-    def start(
-        self,
-        index: int,
-        photons: int | None = None,
-        numbered: bool = False,
-        first_hits: bool = False,
-    ) -> None:
-        """Launch a pass as far as the passes before tell what it needs, and wait for nothing;
-        `numbered` and `first_hits`: as PhotonMapper.start."""
-        photons = self._settings.photons_a_pass if photons is None else photons
+    def start(self, batch: PhotonBatch) -> None:
+        """Launch a batch as far as the passes before tell what it needs, and wait for nothing."""
+        photons = batch.photons
         self._dropped = self.deposits.dropped
-        first = 0 if first_hits else first_to_deposit(self._settings)
-        flight = self._flight = self._emit(index, photons, numbered, first)
+        flight = self._flight = self._emit(batch)
         # By rule of three from passes of other photons, such as the one that tells the radii.
         foreseen = min(
             self._foreseen.values(),
@@ -130,7 +119,7 @@ class DevicePhotonMapper:
         self.deposits.ask()
 
     def finish(self) -> DeviceDeposits:
-        """The deposits of the pass that was started, once all its photons have ended."""
+        """The deposits of the batch that was started, once all its photons have ended."""
         flight = self._flight
         assert flight and flight.reading
         found = list(flight.reading.numbers())
@@ -160,33 +149,22 @@ class DevicePhotonMapper:
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        both = [bounces for bounces in (self._plain, self._led) if bounces]
-        own = {Bounces.stem: sum(bounces.launches for bounces in both)}
-        return self._emission.launches() | own
+        return self._emission.launches() | {Bounces.stem: self._bounces.launches}
 
-    @property
-    def _bounces(self) -> Bounces:
-        """Where there are portals others, made when they first are."""
-        if not len(self._tables.photon_portals):
-            return self._plain
-        if not self._led:
-            self._led = Bounces(self._device, self._needs.portal_defines, self._needs.made)
-        return self._led
-
-    def _emit(self, index: int, photons: int, numbered: bool, first_to_deposit: int) -> _Flight:
-        """Begin a pass."""
+    def _emit(self, batch: PhotonBatch) -> _Flight:
+        """Begin a batch."""
+        photons = batch.photons
         paths = self._paths.of(photons)
-        self._emission.run(paths.fronts(), draw_of(self._settings, index), photons)
+        self._emission.run(paths.fronts(), draw_of(self._settings, batch.index), photons)
         self.deposits.clear()
         self._tally.clear()
         landed = self._landed_of(landed_rows(photons, self._most_bounces))
-        return _Flight(index, photons, numbered, first_to_deposit, paths, landed, photons)
+        return _Flight(batch, paths, landed, photons)
 
     def _again(self, flight: _Flight) -> _Flight:
-        """Begin a pass that more photons took than was foreseen once more."""
+        """Begin a batch once more, of which more photons lived than was foreseen."""
         self.deposits.dropped = self._dropped
-        first = flight.first_to_deposit
-        return self._emit(flight.index, flight.photons, flight.numbered, first)
+        return self._emit(flight.batch)
 
     def _end(self, flight: _Flight) -> list[int]:
         """Trace a pass's photons until they have ended; how many were alive after each launch."""
@@ -199,7 +177,8 @@ class DevicePhotonMapper:
 
     def _learn(self, flight: _Flight, found: list[int]) -> _Foreseen:
         """Foresee as many photons alive as were found after a pass's first launches."""
-        foreseen = self._foreseen.setdefault(flight.photons, _Foreseen(flight.photons, 0, {}))
+        photons = flight.batch.photons
+        foreseen = self._foreseen.setdefault(photons, _Foreseen(photons, 0, {}))
         for bounce, alive in zip(flight.looks, found, strict=False):
             foreseen.alive[bounce] = max(foreseen.alive.get(bounce, 0), alive)
         return foreseen
@@ -207,16 +186,18 @@ class DevicePhotonMapper:
     def _fly(self, flight: _Flight) -> None:
         """Launch as many bounces as there is room for, of the photons that are alive."""
         self._compact(flight)
-        paths, first = flight.paths, flight.bounce
+        batch, paths, first = flight.batch, flight.paths, flight.bounce
+        program = self._bounces.of(self._tables.portal_defines)
         bounces = min(flight.landed[0].size[1] // paths.rows, self._most_bounces - first)
-        self._bounces.run(
+        program.run(
             paths.fronts(),
             [*(pair.back for pair in paths.pairs()), *flight.landed],
-            self._tables.of(self._bounces),
+            self._tables.of(program),
             self._tally.buffer,
-            draw_of(self._settings, flight.index)
+            draw_of(self._settings, batch.index)
             | {"alive_slot": self._tally.next_slot(), "first_bounce": first, "bounces": bounces}
-            | {"first_to_deposit": flight.first_to_deposit, "numbered": flight.numbered},
+            | {"first_to_deposit": batch.first_to_deposit(self._settings)}
+            | {"numbered": batch.numbered},
         )
         place, deposit, *caustics = flight.landed
         caustic = dict(zip(("caustic",), caustics, strict=False))

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Device, Stream
+from ...streams import ByDefines, Defines, Device, Stream
 from ...streams.device import Layer
 from ..kernels.generator import Generator
 from ..stage.needs import SceneNeeds
@@ -20,35 +20,33 @@ class Emission:
     are."""
 
     def __init__(self, device: Device, layer: Layer, tables: Tables, needs: SceneNeeds) -> None:
-        self._device, self._layer, self._tables, self._needs = device, layer, tables, needs
-        self._plain = self._generator()
-        self._aimed: Generator | None = None
+        self._tables = tables
+        defines, made = {**needs.light_defines, **needs.photon_defines}, needs.made
+
+        def generator(more: Defines) -> Generator:
+            return Generator(device, layer, {**defines, **more}, made=made)
+
+        self._generators = ByDefines(generator)
+        self._generators.of({})
 
     def run(self, streams: Mapping[str, Stream], draw: Mapping[str, int], photons: int) -> None:
         """Write origin, direction and flux of a pass's photons; `draw`: what its random numbers
         depend on."""
-        tables, generator = self._tables, self._plain
+        tables = self._tables
         values = {**draw, "photons": photons, "light_count": len(tables.lights)}
         if tables.aims:
-            generator = self._aimed = self._aimed or self._generator({"AIMED": 1})
             values["distant_lights"] = tables.distant_lights
+        generator = self._generators.of({"AIMED": 1} if tables.aims else {})
         generator.run(streams, tables.of(generator), values)
 
     def launches(self) -> dict[str, int]:
         """How often it has run."""
-        both = [kernel for kernel in (self._plain, self._aimed) if kernel]
-        return {Generator.stem: sum(kernel.launches for kernel in both)}
+        return {Generator.stem: self._generators.launches}
 
     def release(self) -> None:
         """Free the programs."""
-        for kernel in (self._plain, self._aimed):
-            if kernel:
-                kernel.release()
-
-    def _generator(self, more: Mapping[str, int] | None = None) -> Generator:
-        needs = self._needs
-        defines = {**needs.light_defines, **needs.photon_defines, **(more or {})}
-        return Generator(self._device, self._layer, defines, made=needs.made)
+        for generator in self._generators.made():
+            generator.release()
 
 
 def rays_of(streams: Mapping[str, Stream]) -> NDArray[np.float64]:

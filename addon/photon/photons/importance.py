@@ -11,6 +11,7 @@ import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ..stage.tables import Tables
+from .mapper import Mapper, PhotonBatch
 from .view import Doubles, View
 
 LIGHT, LIGHT_POINT = 0, 1  # dimensions of random numbers, as in glsl/lib/rng.glsl
@@ -35,14 +36,14 @@ class Importance:
 
 
 def importance_of(
-    mapper: Any, tables: Tables, view: View, seed: int, index: int, photons: int, wide: float
+    mapper: Mapper, tables: Tables, view: View, seed: int, index: int, photons: int, wide: float
 ) -> Importance | None:
     """Trace photons of a pass; None if none of them is of any use. `wide`: as of View.cells.
 
     A light of n photons adds a / n to the irradiance's relative variance in each cell, of which a
     photon that brings a share of the cell's flux tells the share's square.
     """
-    mapper.start(index, photons, numbered=True)
+    mapper.start(PhotonBatch(index, photons, numbered=True))
     place, deposit = mapper.finish().arrays()
     flux = deposit[:, :3].mean(axis=1).astype(np.float64)
     met = np.concatenate(

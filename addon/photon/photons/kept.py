@@ -7,10 +7,9 @@ The paper's future work: while nothing but the camera moves, photons are not tra
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...streams import Device
 from ..scene import Scene
@@ -23,43 +22,12 @@ from ..stage.tables import Tables
 from ..stage.textures import Texels
 from ..ways.way import Way
 from .deposits import DEPOSIT_BYTES, Copy, Deposits
+from .mapper import Mapper, PhotonBatch
 
 # [bytes] of deposits that are kept: an eighth of the memory that Blender asks for at least, and as
 # much as a GPU of 4 GB can spare; less where a render leaves less (`leave_room`).
 BUDGET = 1 << 30
 VIEW = ("camera",)  # what of a scene eye rays alone meet
-
-
-class Mapper(Protocol):
-    """What traces photons: a PhotonMapper, a DevicePhotonMapper or a NativePhotonMapper."""
-
-    unfinished: int
-
-    @property
-    def deposits(self) -> Deposits:
-        """Where the photons of the last pass landed."""
-
-    def start(
-        self,
-        index: int,
-        photons: int | None = None,
-        numbered: bool = False,
-        first_hits: bool = False,
-    ) -> None:
-        """Launch a pass; `numbered`: its deposits have numbers in place of normals; `first_hits`:
-        direct light is deposited in any case."""
-
-    def finish(self) -> Deposits:
-        """Its deposits."""
-
-    def rays(self, index: int, photons: int) -> NDArray[np.float64]:
-        """Where a pass's photons start, and where they go."""
-
-    def launches(self) -> dict[str, int]:
-        """How often each kernel has run."""
-
-    def release(self) -> None:
-        """Free what is on the device."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +75,7 @@ class Stage:
 class _Key(NamedTuple):
     """What a pass's photons depend on besides the stage and the source."""
 
-    number: int
+    pass_index: int
     photons: int
     starts: bytes  # how they start at lights
 
@@ -207,7 +175,7 @@ class Kept:
             deposits.held = key, kept.unfinished, kept.dropped
         else:
             self._before = mapper.unfinished, deposits.dropped
-            mapper.start(key.number, key.photons)
+            mapper.start(PhotonBatch(key.pass_index, key.photons))
             self._tracing = mapper
 
     def finish(self, mapper: Mapper) -> Deposits:

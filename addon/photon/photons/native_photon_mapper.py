@@ -21,6 +21,7 @@ from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from ..stage.upload import texels_of
 from .deposits import HostDeposits
+from .mapper import PhotonBatch
 
 # The kinds of lobes and lights that the native core knows; for scenes of others, or of several
 # lobes at a point, PhotonMapper runs the GLSL.
@@ -81,11 +82,6 @@ class NativePhotonMapper:
         self.deposits = HostDeposits(device)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
 
-    def trace(self, index: int, photons: int | None = None) -> HostDeposits:
-        """As PhotonMapper.trace."""
-        self.start(index, photons)
-        return self.finish()
-
     def finish(self) -> HostDeposits:
         """As PhotonMapper.finish."""
         return self.deposits
@@ -94,14 +90,8 @@ class NativePhotonMapper:
         """As PhotonMapper.rays: none, for these lights are not afar."""
         return np.zeros((photons, 6))
 
-    def start(
-        self,
-        index: int,
-        photons: int | None = None,
-        numbered: bool = False,
-        first_hits: bool = False,
-    ) -> None:
-        """Trace a pass; `numbered` and `first_hits`: as PhotonMapper.start."""
+    def start(self, batch: PhotonBatch) -> None:
+        """Trace a batch."""
         aims, portals = self._scene.aims, self._scene.photon_portals
         self._launches += 1
         self.deposits.clear()
@@ -110,12 +100,12 @@ class NativePhotonMapper:
             self._materials,
             _plain(_lights(self._scene.lights)),
             seed=self._settings.seed,
-            pass_index=index,
-            photons=self._settings.photons_a_pass if photons is None else photons,
+            pass_index=batch.index,
+            photons=batch.photons,
             bounces=self._needs.photon_bounces,
-            first_hits=first_hits or self._settings.direct_by_photons,
+            first_hits=batch.first_to_deposit(self._settings) == 0,
             directions=self._needs.gathered_lobes,
-            numbered=numbered,
+            numbered=batch.numbered,
             aims=texels_of(aims.lights) if aims else None,
             aim_nodes=texels_of(aims.nodes) if aims else None,
             portals=texels_of(portals).reshape(-1, 3, 4) if len(portals) else None,

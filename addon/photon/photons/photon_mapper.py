@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Device, Kernel, PingPong, Stream
+from ...streams import ByDefines, Defines, Device, Kernel, PingPong, Stream
 from ...streams.device import Layer
 from ..kernels.launch import launch, launch_and_count
 from ..kernels.projector import Projector
@@ -20,11 +20,9 @@ from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from .deposits import HostDeposits
 from .emission import Emission, rays_of
+from .mapper import PhotonBatch, draw_of
 
 STREAM_WIDTH = 1024  # photons a row
-# Photons of pass 0 that tell the radii, whichever passes are rendered. Where it has no more, they
-# are its own and are not traced again, and the first picture comes sooner than by fewer.
-PILOT_PHOTONS = 1 << 19
 
 
 class Paths:
@@ -139,7 +137,7 @@ class PhotonMapper:
         tracer: Kernel,
     ) -> None:
         """`tracer`: what finds where photons go."""
-        self._device, self._tables = device, tables
+        self._tables = tables
         self._settings, self._needs = settings, needs
         self._paths = PathsBySize(device, _PathsAndEnds)
         self.deposits = HostDeposits(device, needs.caustics)
@@ -150,41 +148,31 @@ class PhotonMapper:
             tracer,
             Shade(device, layer, defines, made=made),
             Projector(device, layer, defines, made=needs.made),
-            Reflector(device, layer, defines, made=made),
         )
-        self._layer = layer
-        self._led: Reflector | None = None
 
-    def trace(self, index: int, photons: int | None = None) -> HostDeposits:
-        """Trace pass `index` (of `photons`, or as many as the settings say); the deposits are in
-        order of bounce and photon."""
-        self.start(index, photons)
-        return self.finish()
+        def reflector(more: Defines) -> Reflector:
+            return Reflector(device, layer, {**defines, **more}, made=made)
 
-    def start(
-        self,
-        index: int,
-        photons: int | None = None,
-        numbered: bool = False,
-        first_hits: bool = False,
-    ) -> None:
-        """Trace a pass until all its photons have ended; `numbered`: deposits have their photons'
-        numbers in place of normals; `first_hits`: direct light is deposited in any case."""
-        photons = self._settings.photons_a_pass if photons is None else photons
-        tracer, shade, projector, _ = self._kernels
-        reflector = self._reflector()
+        self._reflectors = ByDefines(reflector)
+        self._reflectors.of({})
+
+    def start(self, batch: PhotonBatch) -> None:
+        """Trace a batch until all its photons have ended."""
+        settings, photons = self._settings, batch.photons
+        tracer, shade, projector = self._kernels
+        reflector = self._reflectors.of(self._tables.portal_defines)
         paths = self._paths.of(photons)
-        self._emission.run(paths.fronts(), draw_of(self._settings, index), photons)
+        self._emission.run(paths.fronts(), draw_of(settings, batch.index), photons)
         self.deposits.clear()
         alive = photons
         for bounce in range(self._needs.photon_bounces + 1):
-            draw = draw_of(self._settings, index) | {"bounce": bounce}
+            draw = draw_of(settings, batch.index) | {"bounce": bounce}
             streams = {**paths.fronts(), "hit": paths.hit, **paths.points(shade, projector)}
             streams |= {f"next_{name}": stream for name, stream in paths.backs().items()}
             launch(tracer, streams, self._tables)
             launch(shade, streams, self._tables, draw)
-            if first_hits or bounce >= first_to_deposit(self._settings):
-                launch(projector, streams, self._tables, {"numbered": numbered})
+            if bounce >= batch.first_to_deposit(settings):
+                launch(projector, streams, self._tables, {"numbered": batch.numbered})
                 caustic = {name: streams[name] for name in ("caustic",) if name in streams}
                 self.deposits.append(streams["landed"], streams["deposit"], **caustic)
             alive = launch_and_count(reflector, streams, self._tables, draw).wait()
@@ -194,18 +182,8 @@ class PhotonMapper:
             paths = self._compacted(paths, alive)
         self.unfinished += alive
 
-    def _reflector(self) -> Kernel:
-        """Where there are portals another one, made when they first are."""
-        *_, plain = self._kernels
-        if not len(self._tables.photon_portals):
-            return plain
-        if not self._led:
-            defines, made = self._needs.portal_defines, self._needs.made
-            self._led = Reflector(self._device, self._layer, defines, made=made)
-        return self._led
-
     def finish(self) -> HostDeposits:
-        """The deposits of the pass that was started."""
+        """The deposits of the batch that was started."""
         return self.deposits
 
     def rays(self, index: int, photons: int) -> NDArray[np.float64]:
@@ -217,8 +195,7 @@ class PhotonMapper:
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
         own = {kernel.stem: kernel.launches for kernel in self._kernels}
-        own[Reflector.stem] += self._led.launches if self._led else 0
-        return self._emission.launches() | own
+        return self._emission.launches() | own | {Reflector.stem: self._reflectors.launches}
 
     def _compacted(self, paths: _PathsAndEnds, alive: int) -> _PathsAndEnds:
         """The photons that are alive, in order, in streams of half the size or less if they fit.
@@ -239,23 +216,7 @@ class PhotonMapper:
     def release(self) -> None:
         """Free streams and kernels."""
         self._paths.release()
-        for kernel in (self._emission, *self._kernels):
+        self._emission.release()
+        for kernel in (*self._kernels, *self._reflectors.made()):
             kernel.release()
-        if self._led:
-            self._led.release()
         self.deposits.release()
-
-
-def pilot_photons(settings: Settings) -> int:
-    """How many photons tell the radii."""
-    return min(settings.photons_a_pass, PILOT_PHOTONS)
-
-
-def first_to_deposit(settings: Settings) -> int:
-    """The bounce from which on photons are deposited: first hits are direct light."""
-    return 0 if settings.direct_by_photons else 1
-
-
-def draw_of(settings: Settings, index: int) -> dict[str, int]:
-    """What random numbers of a pass depend on."""
-    return {"seed": settings.seed, "pass_index": index}

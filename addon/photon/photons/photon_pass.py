@@ -9,7 +9,8 @@ from ...streams import Stream
 from ..phases import Phases
 from ..settings import Settings
 from .aim import Aiming
-from .kept import Kept, Mapper
+from .kept import Kept
+from .mapper import Mapper
 from .photon_grid import Gathering
 from .radius_field import Radii, RadiusField, radius_scale
 from .splats import Splats, View

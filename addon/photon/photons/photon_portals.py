@@ -8,7 +8,7 @@ count, and kept where other photons tell that they leave much less variance at e
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..kernels.records import PORTAL
 from ..stage.geometry import Mesh
 from ..stage.tables import Tables
+from .mapper import Mapper, PhotonBatch
 from .portals import LIFT, NO_PORTALS, sphere
 from .view import Doubles, View
 
@@ -57,7 +58,7 @@ def is_hidden(mesh: Mesh, tables: Tables, eye: list[float] | None) -> bool:
     return len(met) > 0 and bool(lit.mean() < LIT)
 
 
-def portals_by(mapper: Any, tables: Tables, view: View, index: int) -> NDArray[Any]:
+def portals_by(mapper: Mapper, tables: Tables, view: View, index: int) -> NDArray[Any]:
     """(n,) of PORTAL; none if they gain little. Traces passes of photons from `index` on.
 
     Paths tell where portals are best that were found by first ones, of which there are few.
@@ -110,12 +111,13 @@ class _Landed:
     counts: NDArray[np.bool_]  # (n,) whether they are, and have bounced
 
 
-def _landed(mapper: Any, index: int, view: View, shown: _Shown) -> _Landed:
+def _landed(mapper: Mapper, index: int, view: View, shown: _Shown) -> _Landed:
     """Trace a pass of few photons, once for their numbers and once for normals."""
-    mapper.start(index, PHOTONS, numbered=True, first_hits=True)
+    batch = PhotonBatch(index, PHOTONS, first_hits=True)
+    mapper.start(replace(batch, numbered=True))
     _, numbered = mapper.finish().arrays()
     numbers = numbered[:, 3].astype(np.intp)
-    mapper.start(index, PHOTONS, first_hits=True)
+    mapper.start(batch)
     place, deposit = mapper.finish().arrays()
     flux = deposit[:, :3].mean(axis=1).astype(np.float64)
     places, normals = place[:, :3].astype(np.float64), _unpacked(deposit[:, 3])

@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import TABLE_WIDTH, Device
+from ...streams import TABLE_WIDTH, Defines, Device
 from ...streams.device import Layer
 from ..kernels.records import PORTAL
 from ..scene import Light, Scene
@@ -21,7 +21,7 @@ from .kinds import light_kinds
 from .light_tables import count_distant, is_seen, light_trees, lights_of, set_shares
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
-from .needs import MOST_PORTALS
+from .needs import MOST_PORTALS, PORTAL_DEFINES
 from .profiles import profile_table
 from .programs import program_tables
 from .upload import texels_of, upload_table, write_table
@@ -199,6 +199,11 @@ class Tables:
             found = PORTAL.zeros(MOST_PORTALS)
             found[: len(portals)] = portals
             self.textures[name] = upload_table(self._device, texels_of(found))
+
+    @property
+    def portal_defines(self) -> Defines:
+        """What kernels of photons are compiled with besides, where these go on through portals."""
+        return PORTAL_DEFINES if len(self.photon_portals) else {}
 
     @property
     def has_world(self) -> bool:

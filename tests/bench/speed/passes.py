@@ -10,6 +10,7 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, get_args
 
+from addon.photon.photons.mapper import Mapper, PhotonBatch
 from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
@@ -154,7 +155,7 @@ def time_way(
             start,
             phases,
             watch,
-            len(mapper.trace(0).arrays()[0]) if mapper else 0,
+            _landed(mapper, renderer.settings) if mapper else 0,
         )
     finally:
         renderer.release()
@@ -177,6 +178,12 @@ def compare(
         for renderer in renderers:
             renderer.release()
     return [statistics.median(own) for own in times]
+
+
+def _landed(mapper: Mapper, settings: Settings) -> int:
+    """How many of pass 0's photons land."""
+    mapper.start(PhotonBatch(0, settings.photons_a_pass))
+    return mapper.finish().count
 
 
 def _pass(renderer: Renderer, count: int = 1) -> float:

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from addon.photon.photons.deposits import Deposits
-from addon.photon.photons.kept import Kept, Mapper
+from addon.photon.photons.kept import Kept
+from addon.photon.photons.mapper import Mapper
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
