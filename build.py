@@ -38,7 +38,7 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
     "photons": {"type": int, "metavar": "N", "help": "a pass, else two a pixel"},
     "radius": {"type": float, "metavar": "R", "help": "of density estimation; 0: automatic"},
     "estimator": {"choices": ("auto", "splat", "gather"), "help": "sums photons up"},
-    "layer": {"choices": ("auto", "fragment", "compute", "native"), "help": "runs the kernels"},
+    "backend": {"choices": ("auto", "fragment", "compute", "native"), "help": "runs the kernels"},
     "caustics": {"action": "store_true", "help": "a pass of them in .exr"},
     "illuminance": {"action": "store_true", "help": "a pass of it in .exr [lx], for build.py lux"},
     "denoise": {"action": "store_true", "help": "what is noise in the picture"},
@@ -145,7 +145,7 @@ def main(argv: list[str]) -> int:
     sub.set_defaults(do=chart, theirs=theirs)
     sub.add_argument("--quick", action="store_true", help="ten minutes instead of forty")
     sub.add_argument("-o", "--output", type=Path, default=Path("chart"), metavar="FOLDER")
-    sub = commands.add_parser("bench", help="seconds of each kernel, layer, estimator, and choice")
+    sub = commands.add_parser("bench", help="seconds of each kernel, backend, estimator, choice")
     sub.set_defaults(do=bench, theirs=theirs)
     sub.add_argument(
         "file",

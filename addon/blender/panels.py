@@ -168,7 +168,7 @@ class RENDER_PT_photon_stream_performance(EnginePanel, bpy.types.Panel):
         layout = self.split_layout()
         settings = context.scene.photon_stream
         col = layout.column()
-        col.prop(settings, "layer")
+        col.prop(settings, "backend")
         col.prop(settings, "device_index")
         col = layout.column()
         col.prop(settings, "estimator")

@@ -19,7 +19,7 @@ ESTIMATORS = (
     ("SPLAT", "Splat", "Draw each photon as a small disc over the visible points", 1),
     ("GATHER", "Gather", "Let each visible point look for the photons around it", 2),
 )
-LAYERS = (
+BACKENDS = (
     (
         "AUTO",
         "Automatic",
@@ -211,11 +211,11 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
         items=SPLAT_SHAPES,
         default=DEFAULTS.splat_shape.upper(),
     )
-    layer: EnumProperty(
-        name="Kernels",
-        description="How the GPU runs the kernels; the picture is the same, the time is not",
-        items=LAYERS,
-        default=DEFAULTS.layer.upper(),
+    backend: EnumProperty(
+        name="Backend",
+        description="Who runs the kernels; the picture is the same, the time is not",
+        items=BACKENDS,
+        default=DEFAULTS.backend.upper(),
     )
     device_index: IntProperty(
         name="Device",
@@ -298,7 +298,7 @@ class PhotonStreamMaterial(bpy.types.PropertyGroup):
 
 
 CLASSES = (PhotonStreamSettings, PhotonStreamViewLayer, PhotonStreamMaterial)
-RENAMED = {"radius_shrink": "radius_decay"}  # properties of older files
+RENAMED = {"radius_shrink": "radius_decay", "layer": "backend"}  # properties of older files
 
 
 def settings_from(
@@ -319,7 +319,7 @@ def settings_from(
         radius_decay=p.radius_decay,
         seed=seed % (1 << 32),
         estimator=p.estimator.lower(),
-        layer=p.layer.lower(),
+        backend=p.backend.lower(),
         filter=p.filter.lower(),
         splat_shape=p.splat_shape.lower(),
         photon_bounces=p.photon_bounces,
@@ -362,8 +362,14 @@ def rename_old(_file: str = "") -> None:
             stored = settings.bl_system_properties_get() or {}
         for old, new in RENAMED.items():
             if old in stored and not settings.is_property_set(new):
-                setattr(settings, new, stored[old])
+                setattr(settings, new, _named(settings, new, stored[old]))
                 del stored[old]
+
+
+def _named(settings: PhotonStreamSettings, name: str, value: Any) -> Any:
+    """What a property is set to: of an enumeration the item of a number."""
+    items = getattr(settings.bl_rna.properties[name], "enum_items", ())
+    return next((item.identifier for item in items if item.value == value), value)
 
 
 def register() -> None:

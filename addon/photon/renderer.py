@@ -174,7 +174,7 @@ class Renderer:
             "version": VERSION,
             "device": self.device.name,
             "driver": self.device.version,
-            "layer": self.way.name,
+            "backend": self.way.name,
             "estimator": self.estimator,
             "triangles": self.triangles,
             "photons": photons * self.film.passes,

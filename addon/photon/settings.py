@@ -10,7 +10,7 @@ from typing import Literal, get_args
 from .errors import SettingsError
 
 Estimator = Literal["auto", "splat", "gather"]
-Layer = Literal["auto", "fragment", "compute", "native"]
+Backend = Literal["auto", "fragment", "compute", "native"]
 Filter = Literal["constant", "cone", "gaussian", "epanechnikov"]
 PixelFilter = Literal["box", "gauss", "blackman_harris"]
 SplatShape = Literal["triangle", "quad", "point"]
@@ -34,7 +34,7 @@ def filter_define(settings: Settings) -> dict[str, int | float]:
 class Settings:
     """A render's settings; `check` states their ranges.
 
-    The picture depends on every field but `layer`, `estimator` and `splat_shape`, which choose
+    The picture depends on every field but `backend`, `estimator` and `splat_shape`, which choose
     among ways to compute the same one.
     """
 
@@ -48,7 +48,7 @@ class Settings:
     radius_decay: float = 2.0 / 3.0  # alpha of Knaus & Zwicker 2011; 1 keeps the radius
     seed: int = 0
     estimator: Estimator = "auto"
-    layer: Layer = "auto"
+    backend: Backend = "auto"  # who traces, sorts and sums: ways/way.py
     filter: Filter = "epanechnikov"
     splat_shape: SplatShape = "quad"
     photon_bounces: int = 64  # scattering events a photon path may have
@@ -101,7 +101,7 @@ class Settings:
                 raise SettingsError(f"{name} = {value!r} is not a whole number")
         for name, kind in (
             ("estimator", Estimator),
-            ("layer", Layer),
+            ("backend", Backend),
             ("filter", Filter),
             ("splat_shape", SplatShape),
             ("pixel_filter", PixelFilter),

@@ -17,7 +17,7 @@ import numpy as np
 from addon.photon.kernels.launch import launch
 from addon.photon.prepare import prepare
 from addon.photon.scene import Instruction, Result, Scene
-from addon.photon.settings import Layer, Settings
+from addon.photon.settings import Backend, Settings
 from addon.photon.stage import straight
 from addon.streams import Device
 from tests.scenes import cornell
@@ -47,10 +47,10 @@ def programmed(scene: Scene, length: int) -> Scene:
     )
 
 
-def measured(device: Device, scene: Scene, layer: str) -> tuple[float, float]:
+def measured(device: Device, scene: Scene, backend: str) -> tuple[float, float]:
     """Seconds to set up, and nanoseconds a point."""
     begin = time.process_time()
-    renderer = prepare(scene, Settings(SIZE, SIZE, photons=256, layer=layer), device)
+    renderer = prepare(scene, Settings(SIZE, SIZE, photons=256, backend=backend), device)
     renderer.render_pass()
     device.ctx.finish()
     first, eye = time.process_time() - begin, renderer.eye
@@ -68,15 +68,15 @@ def measured(device: Device, scene: Scene, layer: str) -> tuple[float, float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("layer", nargs="?", default="auto", choices=get_args(Layer))
-    layer, device = parser.parse_args().layer, Device()
-    print(f"{device.name}, {layer}: ns a point, seconds to set up")
+    parser.add_argument("backend", nargs="?", default="auto", choices=get_args(Backend))
+    backend, device = parser.parse_args().backend, Device()
+    print(f"{device.name}, {backend}: ns a point, seconds to set up")
     most = straight.MOST_INSTRUCTIONS
     for length in LENGTHS:
         scene, cells = programmed(cornell(), length), []
         for limit in (most, 0)[: 1 + (length > 0)]:
             straight.MOST_INSTRUCTIONS = limit
-            first, point = measured(device, scene, layer)
+            first, point = measured(device, scene, backend)
             cells.append(f"{'straight' if limit else 'interpreted'} {point:.0f} ({first:.2f} s)")
         print(f"{length} instructions: {', '.join(cells)}")
 

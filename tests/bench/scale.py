@@ -29,10 +29,10 @@ BASE = Settings(width=256, height=256, photons=1 << 16, passes=3)
 NUMBERS = {"triangles": (64, 1 << 22), "photons": (4096, 1 << 22), "pixels": (4096, 1 << 24)}
 
 
-def measure(number: str, size: int, layer: str) -> tuple[int, list[float], list[float]]:
+def measure(number: str, size: int, backend: str) -> tuple[int, list[float], list[float]]:
     """How large it became; [s] by (clock, processor) of the start and of the fastest pass;
     memory [bytes] estimated and taken."""
-    settings, scene = replace(BASE, layer=layer), cornell()
+    settings, scene = replace(BASE, backend=backend), cornell()
     if number == "triangles":
         scene = hills(round((size / 2) ** 0.5))
         size = len(scene.triangles)
@@ -68,7 +68,7 @@ def main() -> None:
     """Print a table for each number."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--most", type=int, default=1 << 24)
-    parser.add_argument("--layer", default="auto")
+    parser.add_argument("--backend", default="auto")
     parser.add_argument("--only", choices=NUMBERS)
     arguments = parser.parse_args()
     print(open_device(BASE).name, BASE)
@@ -78,7 +78,7 @@ def main() -> None:
         (size, most), last = NUMBERS[number], None
         while size <= min(most, arguments.most):
             with context.Pool(1) as pool:
-                grown, spent, memory = pool.apply(measure, (number, size, arguments.layer))
+                grown, spent, memory = pool.apply(measure, (number, size, arguments.backend))
             cells = [*spent, *(x / 1e9 for x in memory)]
             if last:
                 cells += [spent[k] / last[1][k] * last[0] / grown for k in (1, 3)]

@@ -21,7 +21,7 @@ from addon.photon.settings import Settings
 from addon.streams import Device, HostKernel, Kernel
 from tests.scenes import cornell, corners_of
 
-from .speed import choices, layers, machine, paper
+from .speed import backends, choices, machine, paper
 from .speed.choices import Choice, Combination, grid, verdict
 from .speed.counts import WATCHED, count_pairs, count_work
 from .speed.launches import EYE, PHOTON_MAP, PHOTONS, Timer, Watch, kernel_classes
@@ -81,7 +81,7 @@ def test_pairs_as_by_brute_force(
     settings = replace(steady(SMALL), radius=radius, direct_by_photons=True, first_pass=WATCHED)
     work = count_work(scene, settings, device)
     seen = Seen(monkeypatch)
-    settings = replace(settings, layer="fragment", estimator="gather")
+    settings = replace(settings, backend="fragment", estimator="gather")
     renderer = prepare(scene, settings, device)
     renderer.render_pass()
     assert renderer.photons
@@ -133,7 +133,7 @@ def test_every_launch_is_watched(
 ) -> None:
     monkeypatch.setattr(Compaction, "compact", lambda *_: None)  # all streams are of one size
     renderer = prepare(
-        cornell(mirror=True), replace(SMALL, estimator=estimator, layer="fragment"), device
+        cornell(mirror=True), replace(SMALL, estimator=estimator, backend="fragment"), device
     )
     renderer.render_pass()
     before = renderer.launches()
@@ -154,7 +154,7 @@ def test_every_launch_is_watched(
 
 
 def test_host_kernels_are_watched(device: Device) -> None:
-    settings = replace(SMALL, layer="native")
+    settings = replace(SMALL, backend="native")
     renderer = prepare(cornell(), settings, device)
     renderer.render_pass()  # its photons were traced for the radii
     watch = Watch(Timer(device), waits=True)
@@ -209,7 +209,7 @@ def test_rates(device: Device) -> None:
     assert math.isclose(
         rates.photon_rays, work.rays[PHOTONS] / timing.watch.of("tracer", PHOTONS).seconds
     )
-    timing.watch.spent.clear()  # as of a layer that traces photons in one call
+    timing.watch.spent.clear()  # as of a backend that traces photons in one call
     assert math.isnan(rates_of(timing, work).photon_rays)
 
 
@@ -284,11 +284,11 @@ def test_ways_from_end_to_end(
     device: Device, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ways = [Way("fragment", "gather"), Way("native", "gather"), Way("fragment", "splat", "quad")]
-    monkeypatch.setattr(layers, "ways_of", lambda _: ways)
-    monkeypatch.setattr(layers, "_SLICE", 0.0)
+    monkeypatch.setattr(backends, "ways_of", lambda _: ways)
+    monkeypatch.setattr(backends, "_SLICE", 0.0)
     report, timer = Report(tmp_path), Timer(device)
-    layers.measure_ways(report, timer, "room", cornell(), SMALL, Clock(100.0))
-    layers.measure_scenes(report, timer, {"room": cornell()}, SMALL, Clock(100.0))
+    backends.measure_ways(report, timer, "room", cornell(), SMALL, Clock(100.0))
+    backends.measure_scenes(report, timer, {"room": cornell()}, SMALL, Clock(100.0))
     report.write()
     data = json.loads((tmp_path / "bench.json").read_text())
     assert [*data["ways"]["ways"]] == [str(way) for way in ways] == [way for way, _ in report.bars]
@@ -298,7 +298,7 @@ def test_ways_from_end_to_end(
 
 def test_no_time_left_is_said(device: Device, tmp_path: Path) -> None:
     report = Report(tmp_path)
-    layers.measure_scenes(report, Timer(device), {"room": cornell()}, SMALL, Clock(-1.0))
+    backends.measure_scenes(report, Timer(device), {"room": cornell()}, SMALL, Clock(-1.0))
     assert report.tables[0].rows == [] and "no time left" in report.tables[0].notes[0]
 
 

@@ -159,11 +159,11 @@ def _unwrap(mesh: bpy.types.Mesh) -> None:
         uv[loop.index].uv = (0.5 + 0.5 * x, 0.5 + 0.5 * y)
 
 
-def render_sheet(device: Device, scene: Scene, columns: int, rows: int, layer: str) -> Picture:
+def render_sheet(device: Device, scene: Scene, columns: int, rows: int, backend: str) -> Picture:
     """The direct light of an exported sheet, (h, w, 3)."""
     frame = {"width": CELL * columns, "height": CELL * rows}
     sharp = {"pixel_filter": "gauss", "pixel_width": 0.0}  # all rays in the pixels' middle
-    images = render(device, scene, layer=layer, photons=0, **frame, **sharp)
+    images = render(device, scene, backend=backend, photons=0, **frame, **sharp)
     return np.asarray(images["Direct"][..., :3], np.float32)
 
 

@@ -44,7 +44,7 @@ from addon.photon.settings import Settings
 from addon.streams import Device
 scene, device = Scene.load(sys.argv[1]), Device()
 before = time.perf_counter(), time.process_time()
-renderer = prepare(scene, Settings(width=8, height=8, photons=0, layer="fragment"), device)
+renderer = prepare(scene, Settings(width=8, height=8, photons=0, backend="fragment"), device)
 renderer.render_pass()
 print(min(time.perf_counter() - before[0], time.process_time() - before[1]))
 """

@@ -200,11 +200,11 @@ def test_every_option(export, cycles_mean, device, subject, shader) -> None:
     assert not bad, bad
 
 
-@pytest.mark.parametrize("layer", ["compute", "native"])
-def test_other_ways(export, cycles_mean, device, layer) -> None:
+@pytest.mark.parametrize("backend", ["compute", "native"])
+def test_other_ways(export, cycles_mean, device, backend) -> None:
     names = "map TANGENT", "bump by UV", BENT, "vector TANGENT"
     lay_out({name: CASES[name] for name in names}, ball, PRINCIPLED)
-    ours, cycles = pictures(export, cycles_mean, device, layer=layer)
+    ours, cycles = pictures(export, cycles_mean, device, backend=backend)
     assert (difference(ours, cycles) < NEAR).mean() > WITHIN[BENT]
 
 

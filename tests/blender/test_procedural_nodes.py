@@ -37,7 +37,7 @@ def test_extremes_stay_finite(export, device) -> None:
         shown = paper.inputs["Color"].links[0].from_socket
         finish(tree, add_node(tree, "ShaderNodeEmission", Color=shown))
     size = {"width": CELL * columns, "height": CELL * rows}
-    picture = render(device, export()[0], layer="fragment", photons=0, **size)["Combined"]
+    picture = render(device, export()[0], backend="fragment", photons=0, **size)["Combined"]
     assert (picture[..., :3].reshape(rows, CELL, columns, CELL, 3).max((1, 3, 4)) > 0.0).sum() > 20
     assert np.isfinite(picture).all() and picture.min() >= 0.0
 

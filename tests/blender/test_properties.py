@@ -13,7 +13,7 @@ import pytest
 from addon.blender import properties
 from addon.blender.export import SpecularModel
 from addon.blender.properties import settings_from
-from addon.photon.settings import Estimator, Filter, Layer, Settings, SplatShape
+from addon.photon.settings import Backend, Estimator, Filter, Settings, SplatShape
 
 pytestmark = pytest.mark.blender
 
@@ -51,7 +51,7 @@ def test_every_setting_has_a_property(scene) -> None:
         ("radius_decay", 0.5),
         ("seed", 3),
         ("estimator", "SPLAT"),
-        ("layer", "COMPUTE"),
+        ("backend", "COMPUTE"),
         ("filter", "CONE"),
         ("splat_shape", "POINT"),
         ("photon_bounces", 5),
@@ -79,10 +79,12 @@ def test_old_names_are_kept(scene, tmp_path) -> None:
     if hasattr(settings, "bl_system_properties_get"):  # Blender 5
         stored = settings.bl_system_properties_get(do_create=True)
     stored["radius_shrink"] = 0.25
+    stored["layer"] = 3
     path = str(tmp_path / "old.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
-    assert settings_from(bpy.context.scene, (512, 512)).radius_decay == 0.25
+    found = settings_from(bpy.context.scene, (512, 512))
+    assert (found.radius_decay, found.backend) == (0.25, "native")
 
 
 def test_fewer_min_passes_of_an_older_file(scene) -> None:
@@ -144,7 +146,7 @@ def test_animated_seed(scene) -> None:
     ("items", "kind"),
     [
         (properties.ESTIMATORS, Estimator),
-        (properties.LAYERS, Layer),
+        (properties.BACKENDS, Backend),
         (properties.FILTERS, Filter),
         (properties.SPLAT_SHAPES, SplatShape),
     ],

@@ -146,7 +146,7 @@ def test_poison_does_not_spread(
             width=32,
             height=32,
             photons=5000,
-            layer="compute",
+            backend="compute",
             estimator=estimator,
             photon_bounces=2,
         )
@@ -250,7 +250,7 @@ def test_several_launches_sum_as_one(device: Device, monkeypatch: pytest.MonkeyP
     pictures = []
     for most in (1 << 20, 64):
         monkeypatch.setattr(grid_sort, "MAX_ADDED", most)
-        settings = Settings(width=24, height=24, passes=2, photons=2000, layer="fragment")
+        settings = Settings(width=24, height=24, passes=2, photons=2000, backend="fragment")
         renderer = prepare(cornell(True), settings, device)
         for _ in range(settings.passes):
             renderer.render_pass()
@@ -271,7 +271,12 @@ def test_pictures_are_bit_equal(
 ) -> None:
     """Whoever keeps the photons and moves those alive together: the host or the device; but for the
     rounding of the radii, where they make those."""
-    settings: dict[str, Any] = {"layer": "compute", "radius": radius, "passes": 2, "photons": 20000}
+    settings: dict[str, Any] = {
+        "backend": "compute",
+        "radius": radius,
+        "passes": 2,
+        "photons": 20000,
+    }
     monkeypatch.setattr(device_photon_mapper, "LANDED_ROWS", 32)
     monkeypatch.setattr(photon_grid, "LANES", 1)  # lanes add up in another order
     monkeypatch.setattr(photon_grid, "LANES_OF_CHAINS", 1)
@@ -310,7 +315,7 @@ def mapper(
     two bounces in the first launch and more of those left in others, or one in each."""
     monkeypatch.setattr(device_photon_mapper, "LANDED_ROWS", request.param)
     monkeypatch.setattr(device, "prefers_native", False)
-    settings = Settings(photons=20000, layer="compute", photon_bounces=6)
+    settings = Settings(photons=20000, backend="compute", photon_bounces=6)
     renderer = prepare(cornell(True), settings, device)
     yield renderer.photons.mapper if renderer.photons else None
     renderer.release()
@@ -329,7 +334,7 @@ def test_several_bounces_in_one_launch(device: Device, monkeypatch: pytest.Monke
     for prefers_native, rows in ((False, 2048), (False, 40), (False, 1), (True, 1)):
         monkeypatch.setattr(device, "prefers_native", prefers_native)
         monkeypatch.setattr(device_photon_mapper, "LANDED_ROWS", rows)
-        settings = Settings(photons=20000, layer="compute", photon_bounces=6)
+        settings = Settings(photons=20000, backend="compute", photon_bounces=6)
         renderer = prepare(cornell(True), settings, device)
         mapper = renderer.photons and renderer.photons.mapper
         assert mapper
@@ -423,7 +428,7 @@ def test_lanes_gather_the_same(device: Device, monkeypatch: pytest.MonkeyPatch) 
     for lanes in ((1, 1), (8, 32)):
         monkeypatch.setattr(photon_grid, "LANES", lanes[0])
         monkeypatch.setattr(photon_grid, "LANES_OF_CHAINS", lanes[1])
-        pictures.append(render(device, cornell(True), layer="compute", passes=1, photons=20000))
+        pictures.append(render(device, cornell(True), backend="compute", passes=1, photons=20000))
     one, several = (picture["Combined"] for picture in pictures)
     assert np.abs(one - several).max() <= 1e-5 * one.max()
     assert (one != several).any() and pictures[1]["Mirror"].any()

@@ -84,8 +84,8 @@ class TestPhotons:
 
     SETTINGS = Settings(width=8, height=8, photons=3000, seed=5)
 
-    def deposits(self, device: Device, layer: str, **settings: Any) -> tuple[Any, Any, int]:
-        renderer = prepare(SCENE, replace(self.SETTINGS, layer=layer, **settings), device)  # type: ignore[arg-type]
+    def deposits(self, device: Device, backend: str, **settings: Any) -> tuple[Any, Any, int]:
+        renderer = prepare(SCENE, replace(self.SETTINGS, backend=backend, **settings), device)  # type: ignore[arg-type]
         assert renderer.photons
         renderer.photons.mapper.start(PhotonBatch(3, self.SETTINGS.photons_a_pass))
         place, deposit = (x.copy() for x in renderer.photons.mapper.finish().arrays())
@@ -96,8 +96,8 @@ class TestPhotons:
     @pytest.mark.parametrize("first_hits", [False, True])
     def test_same_photons_as_the_kernels(self, device: Device, first_hits: bool) -> None:
         found = [
-            self.deposits(device, layer, direct_by_photons=first_hits, photon_bounces=4)
-            for layer in ("fragment", "native")
+            self.deposits(device, backend, direct_by_photons=first_hits, photon_bounces=4)
+            for backend in ("fragment", "native")
         ]
         counts = [len(place) for place, _, _ in found]
         assert min(counts) > 800 and abs(counts[0] - counts[1]) <= 2
@@ -140,7 +140,8 @@ def test_gather_and_coverage(device: Device, name: str) -> None:
     """A picture's indirect light, to rounding, and where coverage is less than one."""
     settings: dict[str, Any] = {"width": 64, "height": 64, "filter": name, "radius": 0.8}
     glsl, ours = (
-        render(device, SCENE, layer=layer, passes=2, **settings) for layer in ("fragment", "native")
+        render(device, SCENE, backend=backend, passes=2, **settings)
+        for backend in ("fragment", "native")
     )
     for image in ("Direct", "Indirect", "Mirror"):
         a, b = glsl[image], ours[image]
@@ -178,10 +179,10 @@ def test_gather_with_lobes(device: Device, lobes: tuple[Lobe, ...], bent: bool) 
     scene = replace(cornell(), materials=(white, *cornell().materials[1:]))
     settings: dict[str, Any] = {"width": 48, "height": 48, "radius": 0.8, "passes": 2}
     found = []
-    for layer in ("fragment", "native"):
-        renderer = prepare(scene, Settings(**settings, photons=20000, layer=layer), device)
+    for backend in ("fragment", "native"):
+        renderer = prepare(scene, Settings(**settings, photons=20000, backend=backend), device)
         grid = renderer.photons and renderer.photons.grid
-        assert isinstance(grid, NativePhotonGrid) == (layer == "native")
+        assert isinstance(grid, NativePhotonGrid) == (backend == "native")
         for _ in range(2):
             renderer.render_pass()
         found.append(renderer.images())
@@ -191,11 +192,13 @@ def test_gather_with_lobes(device: Device, lobes: tuple[Lobe, ...], bent: bool) 
     assert differ.mean() < 0.005 and abs(ours.mean() / glsl.mean() - 1) < 1e-4
 
 
-def test_layer_is_named(device: Device) -> None:
-    for layer in ("auto", "native", "fragment"):
-        renderer = prepare(cornell(), Settings(width=8, height=8, photons=8, layer=layer), device)  # type: ignore[arg-type]
-        native_expected = layer == "native" or (layer == "auto" and device.is_software)
-        assert (renderer.info()["layer"] == "native") == native_expected
+def test_backend_is_named(device: Device) -> None:
+    for backend in ("auto", "native", "fragment"):
+        renderer = prepare(
+            cornell(), Settings(width=8, height=8, photons=8, backend=backend), device
+        )  # type: ignore[arg-type]
+        native_expected = backend == "native" or (backend == "auto" and device.is_software)
+        assert (renderer.info()["backend"] == "native") == native_expected
         renderer.release()
 
 
@@ -334,10 +337,10 @@ def test_host_and_glsl_draw_the_same_numbers(device: Device) -> None:
     """Coverage of a plate's edge depends on every probe: equal means equal numbers."""
     scene = cornell()
     pictures = []
-    for layer in ("fragment", "native"):
+    for backend in ("fragment", "native"):
         renderer = prepare(
             scene,
-            Settings(width=48, height=48, photons=64, seed=9, layer=layer),  # type: ignore[arg-type]
+            Settings(width=48, height=48, photons=64, seed=9, backend=backend),  # type: ignore[arg-type]
             device,
         )
         renderer.render_pass()

@@ -60,17 +60,17 @@ def chosen(device: Device, scene: Scene, **settings: Any) -> NDArray[Any]:
         return found
 
 
-@pytest.mark.parametrize("layer", ["native", "fragment"])
-def test_a_candle_beside_the_sun(device: Device, layer: str) -> None:
+@pytest.mark.parametrize("backend", ["native", "fragment"])
+def test_a_candle_beside_the_sun(device: Device, backend: str) -> None:
     """Gets its photons, and so its room the light that it has without a sun, which shines on its
     roof."""
     by_flux = CANDLE.power[0] / (CANDLE.power[0] + SUN.power[0])
-    share = chosen(device, room(CANDLE, SUN), layer=layer)[0]
+    share = chosen(device, room(CANDLE, SUN), backend=backend)[0]
     assert share > 0.4 > 1e4 * by_flux
     alone, both = (
         np.mean(
             [
-                images_of(device, scene, layer=layer, seed=seed)["Indirect"].mean(axis=(0, 1))
+                images_of(device, scene, backend=backend, seed=seed)["Indirect"].mean(axis=(0, 1))
                 for seed in range(3)
             ],
             axis=0,
@@ -114,7 +114,7 @@ def test_shares_are_the_scene_s(device: Device) -> None:
 
 def test_a_first_picture_waits_for_nothing(device: Device) -> None:
     """Where lights are near and alike its photons go by flux; the next ones by what is learned."""
-    settings = Settings(8, 8, photons=100, layer="fragment")
+    settings = Settings(8, 8, photons=100, backend="fragment")
     renderer = prepare(room(CANDLE, LAMP), settings, device)
     renderer.render_pass()
     assert renderer.launches()["generator"] == 1
@@ -231,16 +231,16 @@ def test_passes_are_independent(device: Device, light: Light) -> None:
     np.testing.assert_allclose(both, mean, rtol=1e-5, atol=1e-9)
 
 
-@pytest.mark.parametrize("layer", ["fragment", "compute"])
-def test_all_ways_aim_alike(device: Device, layer: str) -> None:
+@pytest.mark.parametrize("backend", ["fragment", "compute"])
+def test_all_ways_aim_alike(device: Device, backend: str) -> None:
     """To rounding."""
-    if layer == "compute" and not device.has_compute:
+    if backend == "compute" and not device.has_compute:
         pytest.skip("no compute programs")
     for scene in (behind_a_window(SKY), behind_a_window(BULB)):
         settings = {"radius": 0.4, "photons": 50000, "passes": 2, "width": 16, "height": 16}
         means = [
-            images_of(device, scene, layer=own, **settings)["Indirect"].mean()
-            for own in ("native", layer)
+            images_of(device, scene, backend=own, **settings)["Indirect"].mean()
+            for own in ("native", backend)
         ]
         assert means[0] == pytest.approx(means[1], rel=0.02)
 

@@ -39,12 +39,12 @@ def slab_and_mirror(caustics: tuple[str, ...]) -> Scene:
     return replace(built.scene(view, (sun,), (glass(), BLACK_WALL, mirror)), caustics=caustics)
 
 
-@pytest.mark.parametrize("layer", ("native", "fragment", "compute"))
-def test_switches(device: Device, layer: str) -> None:
+@pytest.mark.parametrize("backend", ("native", "fragment", "compute"))
+def test_switches(device: Device, backend: str) -> None:
     """What is left is what it was, and what is off is nothing."""
     found: dict[str, Any] = {}
     for name, caustics in OFF.items():
-        scene, settings = slab_and_mirror(caustics), {"width": 8, "height": 8, "layer": layer}
+        scene, settings = slab_and_mirror(caustics), {"width": 8, "height": 8, "backend": backend}
         with rendered(device, scene, photons=1 << 16, passes=1, **settings) as renderer:
             found[name] = fallen(renderer)[[1, 3], 0]
     for name, caustics in OFF.items():
@@ -180,7 +180,7 @@ def test_the_pass(
     if way == "resident":
         monkeypatch.setattr(device, "prefers_native", False)
     settings = {"width": 30, "height": 18, "photons": 1 << 13, "passes": 2}
-    settings |= {"layer": "compute" if way == "resident" else way, "radius": 0.5}
+    settings |= {"backend": "compute" if way == "resident" else way, "radius": 0.5}
     settings["boundary_correction"] = False  # tilted filters of a part may be below 0
     plain = render(device, ball_and_mirror(OFF["none"]), **settings)
     asked = render(device, ball_and_mirror(OFF["none"]), caustics=True, **settings)
@@ -214,7 +214,7 @@ def test_the_pass_of_lobes_that_gather(
     lamp = plain_light("lamp", "POINT", (0.0, 0.0, 2.0), (100.0,) * 3)
     scene = built.scene(camera((0, -0.5, 4), (0, 0, 0), 30), (lamp,), (metal, mirror))
     settings = {"width": 24, "height": 24, "photons": 1 << 14, "passes": 2}
-    settings |= {"layer": "compute" if way == "resident" else way, "mirror_depth": 2}
+    settings |= {"backend": "compute" if way == "resident" else way, "mirror_depth": 2}
     with rendered(device, scene, caustics=True, **settings) as renderer:
         assert renderer.needs.gathered_lobes
         images = renderer.images()

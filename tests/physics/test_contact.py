@@ -27,9 +27,9 @@ def expected() -> Any:
 
 
 @pytest.mark.parametrize(
-    ("layer", "estimator"), [("native", "gather"), ("compute", "gather"), ("fragment", "splat")]
+    ("backend", "estimator"), [("native", "gather"), ("compute", "gather"), ("fragment", "splat")]
 )
-def test_light_that_falls_off_towards_a_wall(device: Device, layer: str, estimator: str) -> None:
+def test_light_that_falls_off_towards_a_wall(device: Device, backend: str, estimator: str) -> None:
     """The floor gains a half of its light within a radius from the wall: the mean over what is left
     of a disc would be 15 % too bright there, the tilted filter is right to 3 %."""
     built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
@@ -40,7 +40,7 @@ def test_light_that_falls_off_towards_a_wall(device: Device, layer: str, estimat
     image = render_clean(
         device,
         built.scene(view, [lamp], [DIM]),
-        layer=layer,
+        backend=backend,
         estimator=estimator,
         direct_by_photons=True,
         photon_bounces=1,

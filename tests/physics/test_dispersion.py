@@ -117,14 +117,14 @@ def test_bands_are_white() -> None:
     assert (INDEX - 1.0) / (given[0] - given[1]) == pytest.approx(ABBE)
 
 
-@pytest.mark.parametrize("layer", ("native", "compute"))
-def test_photons_through_a_prism(device: Device, layer: Any) -> None:
+@pytest.mark.parametrize("backend", ("native", "compute"))
+def test_photons_through_a_prism(device: Device, backend: Any) -> None:
     """Each colour falls where Snell has it, to 1 % of the rainbow's length, as bright as it is."""
     direction = (BEAM[0], 0.0, BEAM[1])
     lamp = spot_light("lamp", tuple(beam_from(1.0)), WHITE, direction, size=0.004, blend=0.0)
     built = add_wall(prism(), -1.6, -0.4)
     scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (lamp,), (material(), BLACK_WALL))
-    settings = {"photons": 1 << 17, "passes": 1, "width": 8, "height": 8, "layer": layer}
+    settings = {"photons": 1 << 17, "passes": 1, "width": 8, "height": 8, "backend": backend}
     with rendered(device, scene, **settings) as renderer:
         assert renderer.photons
         place, deposit = renderer.photons.mapper.deposits.arrays()

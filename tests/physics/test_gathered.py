@@ -113,7 +113,7 @@ def test_all_ways_gather_alike(
     share(monkeypatch, 0.5)
     options: dict[str, Any] = {"width": 16, "height": 16, "photons": 4096, "radius": 1.5}
     native, other = (
-        render(device, room(MATERIALS[name]), passes=2, layer=way, **options)["Indirect"]
+        render(device, room(MATERIALS[name]), passes=2, backend=way, **options)["Indirect"]
         for way in ("native", layer)
     )
     assert native.mean() > 0.01

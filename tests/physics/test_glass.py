@@ -106,8 +106,8 @@ def test_absorption_is_beers(device: Device) -> None:
     assert found[1] / found[0] == pytest.approx(left, rel=0.01)
 
 
-@pytest.mark.parametrize("layer", ["native", "compute"])
-def test_a_pool_absorbs_above_its_floor(device: Device, layer: Any) -> None:
+@pytest.mark.parametrize("backend", ["native", "compute"])
+def test_a_pool_absorbs_above_its_floor(device: Device, backend: Any) -> None:
     """Water of index 1 about a floor: what it takes on the sun's way down, and on the eye's up."""
     clear, dim = (replace(glass(1.0), absorption=of) for of in ((0.0,) * 3, ABSORPTION))
     grey, found = plain_material("grey", (0.5, 0.5, 0.5)), []
@@ -116,7 +116,7 @@ def test_a_pool_absorbs_above_its_floor(device: Device, layer: Any) -> None:
         built = Builder().box((-2, -2, -0.5), (2, 2, 0.2), 0)
         built.quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 1)
         scene = built.scene(beam((0.0, 0.0, 1.0), 0.5), (sun,), (material, grey))
-        found.append(mean_of(device, scene, photons=1 << 15, photon_bounces=2, layer=layer))
+        found.append(mean_of(device, scene, photons=1 << 15, photon_bounces=2, backend=backend))
     left = np.exp(-0.2 * np.array(ABSORPTION))
     assert found[1] / found[0] == pytest.approx(left**2, rel=0.01)
 

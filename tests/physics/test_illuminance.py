@@ -22,7 +22,7 @@ LUX = 683.0
 WEIGHTS = (0.2126, 0.7152, 0.0722)
 SETTINGS: dict[str, Any] = {"width": 16, "height": 16, "illuminance": True}
 DARK = plain_material("dark", (0.02, 0.001, 0.3))
-LAYERS = ["native", "fragment"]
+BACKENDS = ["native", "fragment"]
 
 
 def lux_of(irradiance: Any) -> float:
@@ -36,23 +36,23 @@ def floor(material: Material, *lights: Light) -> Scene:
     return built.scene(view, lights, [material])
 
 
-@pytest.mark.parametrize("layer", LAYERS)
+@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("radius", [0.0, 0.5])
-def test_a_lamp_above_a_floor(device: Device, layer: str, radius: float) -> None:
+def test_a_lamp_above_a_floor(device: Device, backend: str, radius: float) -> None:
     power = (40.0, 20.0, 10.0)
     lamp = plain_light("lamp", "POINT", (1.5, 0, 2), power, radius=radius)
-    images = render(device, floor(DARK, lamp), **SETTINGS, passes=32, photons=0, layer=layer)
+    images = render(device, floor(DARK, lamp), **SETTINGS, passes=32, photons=0, backend=backend)
     distance2 = 1.5**2 + 2**2
     exact = lux_of(np.array(power) / (4 * math.pi) / distance2 * 2 / math.sqrt(distance2))
     assert images["Illuminance"].shape == (16, 16, 1)
     assert images["Illuminance"].mean() == pytest.approx(exact, rel=5e-3)
 
 
-@pytest.mark.parametrize("layer", LAYERS)
-def test_the_sky_on_a_plain(device: Device, layer: str) -> None:
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_sky_on_a_plain(device: Device, backend: str) -> None:
     sky = (1.0, 0.5, 0.25)
     scene = floor(DARK, world_light("sky", sky))
-    images = render(device, scene, **SETTINGS, photons=0, layer=layer)
+    images = render(device, scene, **SETTINGS, photons=0, backend=backend)
     assert images["Illuminance"].mean() == pytest.approx(lux_of(np.pi * np.array(sky)), rel=1e-3)
 
 

@@ -60,17 +60,22 @@ def turn(angle: float, axis: int = 2) -> Any:
     return rotation
 
 
-@pytest.mark.parametrize("layers", [("fragment", "compute")])
+@pytest.mark.parametrize("backends", [("fragment", "compute")])
 @pytest.mark.parametrize("estimator", ["splat", "gather"])
-def test_case_10_layers_are_bit_equal(device: Device, layers: Any, estimator: str) -> None:
-    """Both layers run one kernel source and draw the same random numbers."""
+def test_case_10_backends_are_bit_equal(device: Device, backends: Any, estimator: str) -> None:
+    """Both backends run one kernel source and draw the same random numbers."""
     if not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     a, b = (
         render(
-            device, cornell(True, lobe=True), layer=layer, estimator=estimator, width=48, height=48
+            device,
+            cornell(True, lobe=True),
+            backend=backend,
+            estimator=estimator,
+            width=48,
+            height=48,
         )
-        for layer in layers
+        for backend in backends
     )
     if device.is_software:
         assert all(np.array_equal(a[name], b[name]) for name in a)

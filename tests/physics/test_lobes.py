@@ -29,13 +29,13 @@ def picture(
     request: pytest.FixtureRequest, device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> Picture:
     """Renders a scene in one of the ways."""
-    layer, on_host = request.param
-    if layer == "compute" and not device.has_compute:
+    backend, on_host = request.param
+    if backend == "compute" and not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     monkeypatch.setattr(device, "prefers_native", on_host)
 
     def made(scene: Scene, **settings: Any) -> dict[str, Any]:
-        return render(device, scene, layer=layer, **settings)
+        return render(device, scene, backend=backend, **settings)
 
     return made
 

@@ -84,8 +84,8 @@ def test_no_layer_differs(device: Device, monkeypatch: pytest.MonkeyPatch) -> No
     force(monkeypatch, of_gap())
     settings = {"photons": 4000, "width": 8, "height": 8}
     found = [
-        arrived(device, SCENE, layer=layer, **settings)[0]
-        for layer in ("native", "fragment", "compute")
+        arrived(device, SCENE, backend=backend, **settings)[0]
+        for backend in ("native", "fragment", "compute")
     ]
     np.testing.assert_array_equal(found[1], found[2])
     np.testing.assert_allclose(found[0], found[1], rtol=1e-4)
@@ -103,24 +103,26 @@ def test_no_photon_gains(device: Device, monkeypatch: pytest.MonkeyPatch) -> Non
     assert most[1] <= 1.001 * most[0]
 
 
-@pytest.mark.parametrize("layer", ["native", "fragment"])
-def test_a_furnace_stays_even(device: Device, monkeypatch: pytest.MonkeyPatch, layer: str) -> None:
+@pytest.mark.parametrize("backend", ["native", "fragment"])
+def test_a_furnace_stays_even(
+    device: Device, monkeypatch: pytest.MonkeyPatch, backend: str
+) -> None:
     """White walls, and a portal in their midst, where nothing is to be gained."""
     portal = PORTAL.zeros(1)
     portal["across"], portal["axis"] = (1, 0, 0), (0, 0.6, 0.8)
     portal["middle"], portal["width"], portal["height"] = (0.2, -0.1, 0.1), 1.1, 0.7
     force(monkeypatch, portal)
     bounces, settings = 4, {"photons": 60000, "photon_bounces": 4, "width": 8, "height": 8}
-    flux, _ = arrived(device, closed_sphere(1.0), layer=layer, **settings)
+    flux, _ = arrived(device, closed_sphere(1.0), backend=backend, **settings)
     monkeypatch.undo()
-    plain, _ = arrived(device, closed_sphere(1.0), layer=layer, **settings)
+    plain, _ = arrived(device, closed_sphere(1.0), backend=backend, **settings)
     np.testing.assert_allclose(plain, 4.0 * np.pi * bounces, rtol=1e-3)
     np.testing.assert_allclose(flux, plain, rtol=0.02)
 
 
 def test_where_the_lamp_is_seen_there_are_none(device: Device) -> None:
     """And no other program is made."""
-    settings = {"photons": 2000, "layer": "fragment"}
+    settings = {"photons": 2000, "backend": "fragment"}
     with rendered(device, rooms(LAMP, NEAR), **(SETTINGS | settings)) as renderer:
         assert not len(renderer.eye._tables.photon_portals)
         assert renderer.photons

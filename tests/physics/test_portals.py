@@ -73,19 +73,19 @@ def test_two_windows_are_found(device: Device) -> None:
     np.testing.assert_allclose(middles[middles[:, 0].argsort()], expected, atol=0.25)
 
 
-@pytest.mark.parametrize("layer, side", [("native", False), ("native", True), ("compute", True)])
+@pytest.mark.parametrize("backend, side", [("native", False), ("native", True), ("compute", True)])
 def test_light_is_the_same_and_quieter(
-    device: Device, monkeypatch: pytest.MonkeyPatch, side: bool, layer: str
+    device: Device, monkeypatch: pytest.MonkeyPatch, side: bool, backend: str
 ) -> None:
     """Of all the floor the mean to its noise, and a quarter of the variance."""
     scene, passes = room(side), 16
-    portals, through, _ = direct(device, scene, passes, layer=layer)
+    portals, through, _ = direct(device, scene, passes, backend=backend)
     assert len(portals) == 1 + side
-    _, again, _ = direct(device, scene, passes, layer=layer, seed=5)
+    _, again, _ = direct(device, scene, passes, backend=backend, seed=5)
     without(monkeypatch)
-    none, plain, _ = direct(device, scene, passes, layer=layer)
+    none, plain, _ = direct(device, scene, passes, backend=backend)
     assert not len(none)
-    _, other, _ = direct(device, scene, passes, layer=layer, seed=5)
+    _, other, _ = direct(device, scene, passes, backend=backend, seed=5)
     variance, before = ((a - b).var() / 2 for a, b in ((through, again), (plain, other)))
     assert variance < before / 4
     chance = np.sqrt((variance + before) / 2 / plain.size)

@@ -39,29 +39,29 @@ def tilted(lobe: Lobe, tilt: float, down: float = 0.0) -> Scene:
     )
 
 
-def reflected(device: Device, scene: Scene, layer: str) -> float:
+def reflected(device: Device, scene: Scene, backend: str) -> float:
     """The flux [W] that falls on the box by way of the square, of a beam of 1 W/m^2."""
-    with rendered(device, scene, **SETTINGS, layer=layer) as renderer:
+    with rendered(device, scene, **SETTINGS, backend=backend) as renderer:
         return float(fallen(renderer)[0, 0])
 
 
 @pytest.mark.usefixtures("not_aimed")
-@pytest.mark.parametrize("layer", ["native", "compute"])
+@pytest.mark.parametrize("backend", ["native", "compute"])
 @pytest.mark.parametrize("tilt", [10.0, 20.0, 30.0])
-def test_a_mirror(device: Device, layer: str, tilt: float) -> None:
+def test_a_mirror(device: Device, backend: str, tilt: float) -> None:
     """A mirror whose normal is tilted shows the sun to places in the beam of its mirror direction,
     which is as wide as the square is from there."""
     out = math.cos(math.radians(2.0 * tilt))
-    found = reflected(device, tilted(Lobe("mirror", WHITE), math.radians(tilt)), layer)
+    found = reflected(device, tilted(Lobe("mirror", WHITE), math.radians(tilt)), backend)
     assert found == pytest.approx(out, rel=0.01)
 
 
 @pytest.mark.usefixtures("not_aimed")
-@pytest.mark.parametrize("layer", ["native", "compute"])
-def test_a_mirror_aslant(device: Device, layer: str) -> None:
+@pytest.mark.parametrize("backend", ["native", "compute"])
+def test_a_mirror_aslant(device: Device, backend: str) -> None:
     """A beam that comes from the side: by both cosines."""
     tilt, down = math.radians(-12.0), math.radians(40.0)
-    found = reflected(device, tilted(Lobe("mirror", WHITE), tilt, down), layer)
+    found = reflected(device, tilted(Lobe("mirror", WHITE), tilt, down), backend)
     assert found == pytest.approx(math.cos(down + 2.0 * tilt), rel=0.01)
 
 

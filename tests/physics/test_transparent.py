@@ -15,7 +15,7 @@ from tests.scenes import Builder, camera, plain_material
 
 GREY = plain_material("grey", (0.5, 0.5, 0.5))
 FILTER = (0.9, 0.6, 0.3)
-LAYERS = ["fragment", "compute", "native"]
+BACKENDS = ["fragment", "compute", "native"]
 SUN = sun_light("sun", (2.0, 2.0, 2.0), (0.3, 0.2, -1.0))
 
 
@@ -32,30 +32,35 @@ def stacked(layers: int, material: Material, lights: Any = (SUN,)) -> Scene:
     return built.scene(camera((0.1, 0.2, 3), (0, 0, 0), 20), lights, (GREY, material))
 
 
-def picture(device: Device, scene: Scene, layer: str = "auto", **settings: Any) -> Any:
-    settings = {"passes": 4, "photons": 2000, "transparent_depth": 64, "layer": layer} | settings
+def picture(device: Device, scene: Scene, backend: str = "auto", **settings: Any) -> Any:
+    settings = {
+        "passes": 4,
+        "photons": 2000,
+        "transparent_depth": 64,
+        "backend": backend,
+    } | settings
     return render(device, scene, width=16, height=16, **settings)["Combined"].astype(float)
 
 
-@pytest.mark.parametrize("layer", LAYERS)
+@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("layers", (1, 20))
 def test_sheets_filter_what_is_seen_and_what_lights(
-    device: Device, layer: str, layers: int
+    device: Device, backend: str, layers: int
 ) -> None:
     """Each twice: what the sun brings, and what the eye sees of that."""
     colour = np.array(FILTER) ** (1 / layers)
-    bare = picture(device, stacked(0, GREY), layer)[..., :3].mean(axis=(0, 1))
-    seen = picture(device, stacked(layers, filtering(tuple(colour))), layer)
+    bare = picture(device, stacked(0, GREY), backend)[..., :3].mean(axis=(0, 1))
+    seen = picture(device, stacked(layers, filtering(tuple(colour))), backend)
     assert seen[..., :3].mean(axis=(0, 1)) == pytest.approx(bare * np.array(FILTER) ** 2, rel=5e-3)
     assert (seen[..., 3] == 1).all()
 
 
-@pytest.mark.parametrize("layer", LAYERS)
-def test_too_many_sheets_are_opaque(device: Device, layer: str) -> None:
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_too_many_sheets_are_opaque(device: Device, backend: str) -> None:
     """The eye passes five, and as many are before the sun: it counts both, as Cycles does."""
     scene = stacked(5, filtering((1.0,) * 3))
-    assert picture(device, scene, layer, transparent_depth=10)[..., :3].mean() > 0.1
-    assert picture(device, scene, layer, transparent_depth=9)[..., :3].max() == 0.0
+    assert picture(device, scene, backend, transparent_depth=10)[..., :3].mean() > 0.1
+    assert picture(device, scene, backend, transparent_depth=9)[..., :3].max() == 0.0
 
 
 def test_light_is_seen_and_lights_as_through_nothing(device: Device) -> None:
@@ -78,25 +83,25 @@ def test_light_is_seen_and_lights_as_through_nothing(device: Device) -> None:
     assert found[1] == pytest.approx(found[0], rel=0.012)
 
 
-@pytest.mark.parametrize("layer", LAYERS)
-def test_alpha_of_what_is_behind(device: Device, layer: str) -> None:
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_alpha_of_what_is_behind(device: Device, backend: str) -> None:
     """A half transparent sheet over nothing is half there; the world is seen through it unless the
     film is transparent."""
     built = Builder().quad((-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0), 0)
     half = filtering((0.5,) * 3, (0.25,) * 3)
     lights = (world_light("world", (1.0, 1.0, 1.0)),)
     scene = built.scene(camera((0, 0, 3), (0, 0, 0), 20), lights, (half,))
-    seen = picture(device, scene, layer, transparent=True)
+    seen = picture(device, scene, backend, transparent=True)
     # Of white light from everywhere a sheet shows its albedo.
     assert seen.mean(axis=(0, 1)) == pytest.approx([0.25] * 3 + [0.5], abs=0.01)
-    seen = picture(device, scene, layer)
+    seen = picture(device, scene, backend)
     assert seen.mean(axis=(0, 1)) == pytest.approx([0.75] * 3 + [1.0], abs=0.01)
 
 
-@pytest.mark.parametrize("layer", LAYERS)
-def test_photons_pass(device: Device, layer: str) -> None:
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_photons_pass(device: Device, backend: str) -> None:
     """Directly lit, nothing lands; bounced off a wall, what a sheet lets through does."""
-    settings: Any = {"photons": 1 << 18, "passes": 1, "width": 8, "height": 8, "layer": layer}
+    settings: Any = {"photons": 1 << 18, "passes": 1, "width": 8, "height": 8, "backend": backend}
     scene = stacked(2, filtering(FILTER))
     with rendered(device, scene, **settings) as renderer:
         assert not fallen(renderer).any()

@@ -141,10 +141,10 @@ def test_layers_agree(
     scene = replace(scene, visible=visible, lights=lamps)
     given: dict[str, Any] = {"width": 24, "height": 24, "photons": 4000, "passes": 2}
     given["direct_by_photons"] = by_photons
-    other = render(device, scene, layer="native", **given)
+    other = render(device, scene, backend="native", **given)
     if layer == "lists":
         monkeypatch.setattr(device, "prefers_native", False)
-    one = render(device, scene, layer="fragment" if layer == "fragment" else "compute", **given)
+    one = render(device, scene, backend="fragment" if layer == "fragment" else "compute", **given)
     for name in ("Combined", "Direct", "Indirect", "Mirror"):
         assert one[name].mean() > 0.0 or (by_photons and name == "Direct")
         close = np.isclose(one[name], other[name], rtol=1e-3, atol=1e-3 * other[name].mean())

@@ -64,7 +64,7 @@ def by_us(device: Device) -> tuple[NDArray[np.float32], Report]:
     """The same of ours."""
     exported, report = snapshot(bpy.context.evaluated_depsgraph_get())
     settings = Settings(
-        width=SIZE, height=SIZE, passes=PASSES, photons=0, mirror_depth=0, layer="fragment"
+        width=SIZE, height=SIZE, passes=PASSES, photons=0, mirror_depth=0, backend="fragment"
     )
     renderer = renderer_of(exported, settings, device)
     try:

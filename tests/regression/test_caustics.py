@@ -88,8 +88,8 @@ def test_ways_agree(device: Device, name: str, thorough: bool, not_aimed: None) 
     scene = open_blend(name, 24)
     settings = {"width": 24, "height": 24, "photons": 1 << 14, "passes": 1, "estimator": "gather"}
     pictures = {
-        layer: render(device, scene, layer=layer, **settings)["Combined"]
-        for layer in ("fragment", "compute", "native")
+        backend: render(device, scene, backend=backend, **settings)["Combined"]
+        for backend in ("fragment", "compute", "native")
     }
     np.testing.assert_array_equal(pictures["fragment"], pictures["compute"])
     native, fragment = pictures["native"], pictures["fragment"]

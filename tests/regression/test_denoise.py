@@ -113,8 +113,8 @@ def test_strips_change_no_bit(device: Device, monkeypatch: pytest.MonkeyPatch) -
     assert all(np.array_equal(made[0][name], made[1][name]) for name in made[0])
 
 
-@pytest.mark.parametrize("layer", ["native", "fragment"])
-def test_features(device: Device, layer: Any) -> None:
+@pytest.mark.parametrize("backend", ["native", "fragment"])
+def test_features(device: Device, backend: Any) -> None:
     """A mirror that fills the left half of the picture shows the wall behind the camera, tinted;
     on the right there is a wall."""
     materials = [
@@ -130,7 +130,7 @@ def test_features(device: Device, layer: Any) -> None:
     matrix = np.eye(4)
     matrix[2, 3] = 3.0
     scene = plates.scene(replace(scene.camera, matrix=matrix), scene.lights, materials)
-    settings = replace(SMALL, width=16, height=16, denoising_data=True, layer=layer)
+    settings = replace(SMALL, width=16, height=16, denoising_data=True, backend=backend)
     renderer = rendered(device, scene, settings)
     images = renderer.images()
     renderer.release()

@@ -147,7 +147,7 @@ def by_us(device: Device, side: int) -> NDArray[np.float32]:
         passes=PASSES,
         photons=0,
         mirror_depth=0,
-        layer="fragment",
+        backend="fragment",
     )
     renderer = renderer_of(exported, settings, device)
     try:

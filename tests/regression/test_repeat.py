@@ -64,21 +64,21 @@ def digest(images: Images) -> str:
 
 
 @pytest.mark.stability(45)
-@pytest.mark.parametrize(("layer", "estimator"), WAYS)
-def test_two_renders_of_a_seed_are_equal(device: Device, layer: str, estimator: str) -> None:
-    first, second = (picture(device, layer=layer, estimator=estimator) for _ in range(2))
+@pytest.mark.parametrize(("backend", "estimator"), WAYS)
+def test_two_renders_of_a_seed_are_equal(device: Device, backend: str, estimator: str) -> None:
+    first, second = (picture(device, backend=backend, estimator=estimator) for _ in range(2))
     for name in first:
         np.testing.assert_array_equal(first[name], second[name], err_msg=name)
     assert max(first[name].max() for name in ("Indirect", "Mirror")) > 0
 
 
 @pytest.mark.stability(45)
-@pytest.mark.parametrize(("layer", "estimator"), WAYS)
-def test_two_processes_render_a_seed_equally(device: Device, layer: str, estimator: str) -> None:
+@pytest.mark.parametrize(("backend", "estimator"), WAYS)
+def test_two_processes_render_a_seed_equally(device: Device, backend: str, estimator: str) -> None:
     code = (
         "from addon.streams import Device\n"
         "from tests.regression.test_repeat import digest, picture\n"
-        f"print(digest(picture(Device(), layer={layer!r}, estimator={estimator!r})))"
+        f"print(digest(picture(Device(), backend={backend!r}, estimator={estimator!r})))"
     )
     # A hash seed of its own: an order that comes from a set or dict must not show.
     environment = os.environ | {"PYTHONHASHSEED": "12345"}
@@ -91,22 +91,22 @@ def test_two_processes_render_a_seed_equally(device: Device, layer: str, estimat
         timeout=300,
     )
     assert other.returncode == 0, other.stderr
-    assert other.stdout.split()[-1] == digest(picture(device, layer=layer, estimator=estimator))
+    assert other.stdout.split()[-1] == digest(picture(device, backend=backend, estimator=estimator))
 
 
 @pytest.mark.stability(55)
-@pytest.mark.parametrize(("layer", "estimator"), WAYS)
+@pytest.mark.parametrize(("backend", "estimator"), WAYS)
 @pytest.mark.parametrize(
     "region", [(7, 5, 30, 33), (0, 0, 1, 1), (47, 39, 48, 40), (0, 11, 48, 12)]
 )
 def test_a_border_render_is_the_crop_of_the_whole(
     device: Device,
-    layer: str,
+    backend: str,
     estimator: str,
     region: tuple[int, int, int, int],
     measured: Measured,
 ) -> None:
-    ways = {"layer": layer, "estimator": estimator, "passes": 2}
+    ways = {"backend": backend, "estimator": estimator, "passes": 2}
     whole = picture(device, **ways)
     part = picture(device, region=region, **ways)
     x0, y0, x1, y1 = region
@@ -115,7 +115,7 @@ def test_a_border_render_is_the_crop_of_the_whole(
         assert measured("crop's values that differ", differ) == 0, name
 
 
-@pytest.mark.parametrize(("layer", "estimator"), WAYS)
+@pytest.mark.parametrize(("backend", "estimator"), WAYS)
 @pytest.mark.parametrize(
     ("pixels", "settings"),
     [
@@ -130,13 +130,13 @@ def test_a_border_render_is_the_crop_of_the_whole(
 def test_strips_are_the_whole(
     device: Device,
     monkeypatch: pytest.MonkeyPatch,
-    layer: str,
+    backend: str,
     estimator: str,
     pixels: int,
     settings: Images,
 ) -> None:
     """What is rendered strip by strip has the bits of what is rendered at once."""
-    ways = {"layer": layer, "estimator": estimator, "passes": 8} | settings
+    ways = {"backend": backend, "estimator": estimator, "passes": 8} | settings
     whole = picture(device, **ways)
     for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
         monkeypatch.setattr(way, name, pixels)

@@ -40,9 +40,9 @@ def grown(sizes: list[float]) -> float:
 class Failing:
     """Renders in a process in which allocations of one kind fail when told to."""
 
-    def __init__(self, folder: Path, kind: str, layer: str) -> None:
+    def __init__(self, folder: Path, kind: str, backend: str) -> None:
         self._folder, self._kind = folder, kind
-        self._settings = replace(SETTINGS, layer=layer)
+        self._settings = replace(SETTINGS, backend=backend)
         self.process = RendererProcess(failing_python(folder))
         self.expected: Images = {}
 
@@ -101,19 +101,19 @@ class Failing:
 @pytest.mark.stability(50)
 @pytest.mark.parametrize("kind", ["refused", "memory", "host"])
 def test_every_allocation(tmp_path: Path, measured: Measured, thorough: bool, kind: str) -> None:
-    """On every layer; by default a few of them on one. The process lives on, and does not grow."""
-    for layer in ("native", "fragment", "compute") if thorough else ("auto",):
-        with Failing(tmp_path, kind, layer) as failing:
+    """On every backend; by default a few on one. The process lives on, and does not grow."""
+    for backend in ("native", "fragment", "compute") if thorough else ("auto",):
+        with Failing(tmp_path, kind, backend) as failing:
             total, pid = failing.allocations(), failing.process.pid
             wanted = range(1, total + 1) if thorough else sorted({1, 2, total // 2, total})
             said = [failing.error(number) for number in wanted]
             sizes = [failing.resident_after(n) for n in [*range(1, total + 1, -(-total // 8))] * 2]
             growth = grown(sizes)
             assert failing.process.pid == pid
-        print(f"{layer}, {kind}: {total} places; {sorted({text[:75] for text in said})}")
+        print(f"{backend}, {kind}: {total} places; {sorted({text[:75] for text in said})}")
         assert not any("internal error" in text for text in said), said
         assert any(text != "a picture" for text in said)
-        measured(f"{layer}, {kind}: places of {total}", len(wanted))
+        measured(f"{backend}, {kind}: places of {total}", len(wanted))
         assert measured("memory more, in MB", growth) <= MOST_GROWTH / 1e6
 
 

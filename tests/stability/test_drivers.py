@@ -48,12 +48,12 @@ except PhotonStreamError as error:
 name = f"{device.name}, OpenGL {device.version}"
 scenes = {"cornell": cornell(True, True), "room": random_room(2)}
 pictures = {}
-layers = ("native", "fragment", "compute")[: 2 + device.has_compute]
-for layer in layers[:1] if "softpipe" in name else layers:  # which takes minutes for a loop
+backends = ("native", "fragment", "compute")[: 2 + device.has_compute]
+for backend in backends[:1] if "softpipe" in name else backends:  # which takes minutes for a loop
     for scene in scenes:
-        settings = dict(width=64, height=64, photons=20000, passes=passes, layer=layer)
+        settings = dict(width=64, height=64, photons=20000, passes=passes, backend=backend)
         found = render_clean(device, scenes[scene], **settings)["Combined"][..., :3]
-        pictures[f"{layer} {scene}"] = found
+        pictures[f"{backend} {scene}"] = found
 np.savez(file, **pictures)
 print(json.dumps({"name": name}))
 """
@@ -80,7 +80,7 @@ def drivers(folder: Path) -> Iterator[tuple[int, dict[str, str]]]:
 
 
 def pictures(folder: Path, passes: int) -> dict[str, dict[str, Any]]:
-    """By driver, by layer and scene."""
+    """By driver, by backend and scene."""
     found: dict[str, dict[str, Any]] = {}
     for index, environment in drivers(folder):
         if index and len(found) < index:  # there was none before it
@@ -103,7 +103,7 @@ def pictures(folder: Path, passes: int) -> dict[str, dict[str, Any]]:
 
 @pytest.mark.stability(57)
 def test_drivers_agree(tmp_path: Path, measured: Measured, thorough: bool) -> None:
-    """Every layer on every driver shows the picture that every other shows."""
+    """Every backend on every driver shows the picture that every other shows."""
     passes = 8 if thorough else 2
     found = pictures(tmp_path, passes)
     assert found, "no OpenGL"
@@ -119,7 +119,7 @@ def test_drivers_agree(tmp_path: Path, measured: Measured, thorough: bool) -> No
     ]
     worst: dict[tuple[str, str], float] = {}
     for one, other in combinations(every, 2):
-        is_same_way = one[1] == other[1] or one[0] == other[0]  # layer, or driver
+        is_same_way = one[1] == other[1] or one[0] == other[0]  # backend, or driver
         if one[2] == other[2] and is_same_way:
             pair = one[0], other[0]
             worst[pair] = max(worst.get(pair, 0.0), mean_flip(one[3], other[3]))

@@ -126,11 +126,11 @@ def test_thin_wall(device: Device, measured: Measured) -> None:
 
 @pytest.mark.stability(28)
 @pytest.mark.parametrize(
-    ("layer", "kernel", "a_pass"), [("fragment", "reflector", 201), ("native", "photons", 1)]
+    ("backend", "kernel", "a_pass"), [("fragment", "reflector", 201), ("native", "photons", 1)]
 )
 @pytest.mark.usefixtures("not_aimed")
 def test_closed_box_of_albedo_one(
-    device: Device, measured: Measured, layer: str, kernel: str, a_pass: int
+    device: Device, measured: Measured, backend: str, kernel: str, a_pass: int
 ) -> None:
     """Every photon is cut off, and counted: what it carried is known."""
     box = Builder().box((-1, -1, -1), (1, 1, 1))
@@ -139,7 +139,7 @@ def test_closed_box_of_albedo_one(
         [plain_light("l", "POINT", (0, 0, 0), (1.0,) * 3)],
         [plain_material("white", (1.0,) * 3)],
     )
-    settings: Any = {"photons": 5000, "photon_bounces": 200, "passes": 2, "layer": layer}
+    settings: Any = {"photons": 5000, "photon_bounces": 200, "passes": 2, "backend": backend}
     with rendered(device, scene, **settings) as renderer:
         share = renderer.info()["unfinished_photons"] / (2 * 5000)
         assert renderer.launches()[kernel] == 2 * a_pass  # the radii's are the first pass's
@@ -214,10 +214,10 @@ def test_sums_are_float32(device: Device, measured: Measured) -> None:
 
 
 @pytest.mark.stability(25)
-@pytest.mark.parametrize("layer", ["fragment", "native"])
+@pytest.mark.parametrize("backend", ["fragment", "native"])
 @pytest.mark.parametrize("offset", [None, 0.0])
 def test_terminator_of_a_coarse_ball(
-    device: Device, measured: Measured, layer: str, offset: float | None
+    device: Device, measured: Measured, backend: str, offset: float | None
 ) -> None:
     """Light from the right on a ball of few triangles: as on the ball that they stand for, also
     where triangles turn from the light before it does, and none on its other side. With a Geometry
@@ -229,7 +229,7 @@ def test_terminator_of_a_coarse_ball(
     scene = ball.scene(view, [light], [plain_material("grey", (0.5,) * 3)])
     if offset is not None:
         scene = replace(scene, terminators=np.full(len(scene.surfaces), offset, np.float32))
-    options: dict[str, Any] = {"layer": layer, "passes": 8, "photons": 0}
+    options: dict[str, Any] = {"backend": backend, "passes": 8, "photons": 0}
     with rendered(device, scene, width=size, height=size, **options) as renderer:
         found = renderer.images()["Direct"][..., 0] * (math.pi / 0.5)
     across = (np.arange(size) + 0.5) / size * width - width / 2

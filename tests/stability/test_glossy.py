@@ -74,13 +74,13 @@ def changes(device: Device, kind: str, steps: list[float], **settings: Any) -> A
 
 @pytest.mark.stability(64)
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("layer", ["native", "fragment"])
+@pytest.mark.parametrize("backend", ["native", "fragment"])
 @pytest.mark.usefixtures("not_aimed")
 def test_no_jump_at_the_mirror_limit(
-    device: Device, measured: Measured, kind: str, layer: str
+    device: Device, measured: Measured, kind: str, backend: str
 ) -> None:
     steps = [0.0, 1e-4, LIMIT * 0.999, LIMIT * 1.001, 0.005, 0.01]
-    found = np.abs(changes(device, kind, steps, layer=layer)).max()
+    found = np.abs(changes(device, kind, steps, backend=backend)).max()
     assert measured(f"mirror limit, {kind}", found, "%") <= 0.01
 
 

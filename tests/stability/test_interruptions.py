@@ -35,9 +35,9 @@ def under_way(process: RendererProcess, settings: Settings, seconds: float) -> I
     return events
 
 
-def finish(process: RendererProcess, layer: str) -> Images:
+def finish(process: RendererProcess, backend: str) -> Images:
     """A render to its end."""
-    *_, last = process.render(cornell(), replace(SMALL, layer=layer))
+    *_, last = process.render(cornell(), replace(SMALL, backend=backend))
     assert last.done and last.images
     return last.images
 
@@ -47,16 +47,16 @@ def same(one: Images, other: Images) -> bool:
 
 
 @pytest.mark.stability(48)
-@pytest.mark.parametrize("layer", ["native", "fragment"])
-def test_cancel(measured: Measured, thorough: bool, layer: str) -> None:
+@pytest.mark.parametrize("backend", ["native", "fragment"])
+def test_cancel(measured: Measured, thorough: bool, backend: str) -> None:
     """At random moments: start, scene, programs, passes that are short, or take seconds."""
     rng = np.random.default_rng(48)
     process = RendererProcess()
-    expected = finish(process, layer)
+    expected = finish(process, backend)
     shared: set[Path | None] = set()
     times, killed = [], 0
     for number in range(500 if thorough else 12):
-        short = replace(SMALL, layer=layer, passes=1 << 20)
+        short = replace(SMALL, backend=backend, passes=1 << 20)
         settings = short if number % 5 else replace(short, photons=1 << 22)
         events = under_way(process, settings, rng.exponential(0.1))
         before = process.pid
@@ -66,12 +66,12 @@ def test_cancel(measured: Measured, thorough: bool, layer: str) -> None:
         times.append(time.monotonic() - begun)
         killed += process.pid != before
         if number % 7 == 0:
-            assert same(finish(process, layer), expected)
+            assert same(finish(process, backend), expected)
     process.close()
     assert not any(folder and folder.exists() for folder in shared)
     times.sort()
-    print(f"{layer}: {len(times)} cancelled, {killed} by ending the process;", times[-5:])
-    measured(f"{layer}, median of {len(times)}", times[len(times) // 2], " s")
+    print(f"{backend}: {len(times)} cancelled, {killed} by ending the process;", times[-5:])
+    measured(f"{backend}, median of {len(times)}", times[len(times) // 2], " s")
     late = sum(seconds > PROMISED for seconds in times)
     assert measured("worst", times[-1], " s") <= PROMISED + OTHERS
     assert measured(f"later than {PROMISED} s", late) <= max(1, len(times) // 100)

@@ -39,8 +39,8 @@ device = Device()
 kept = Kept(device)
 ways = WAYS + [("compute", "gather")] * device.has_compute
 for _ in range(int(sys.argv[1])):
-    for number, (layer, estimator) in enumerate(ways):
-        settings = Settings(12 + number, 8, photons=300, layer=layer, estimator=estimator)
+    for number, (backend, estimator) in enumerate(ways):
+        settings = Settings(12 + number, 8, photons=300, backend=backend, estimator=estimator)
         scene = cornell(mirror=number % 3 == 0)
         renderer = prepare(scene, settings, device, kept if number % 2 else None)
         renderer.render_pass()
@@ -57,7 +57,7 @@ for _ in range(int(sys.argv[1])):
 @linux
 @pytest.mark.stability(49)
 def test_renders_on_one_device(measured: Measured, thorough: bool) -> None:
-    """Every layer and estimator in turn, with and without what a render may keep."""
+    """Every backend and estimator in turn, with and without what a render may keep."""
     command = [sys.executable, "-c", IN_ONE_PROCESS, str(200 if thorough else 12)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -93,9 +93,9 @@ def test_renders_of_one_renderer_process(measured: Measured, thorough: bool) -> 
     rounds, renders = (125, 8) if thorough else (8, 8)
     for _ in range(rounds):
         for number in range(renders - 2):
-            layer = ("native", "fragment")[number % 2]
+            backend = ("native", "fragment")[number % 2]
             scene = cornell(mirror=number % 3 == 0)
-            *_, last = process.render(scene, replace(settings, layer=layer))
+            *_, last = process.render(scene, replace(settings, backend=backend))
             assert last.done
         for event in process.render(cornell(), replace(settings, passes=1 << 20)):
             if event.passes_done:

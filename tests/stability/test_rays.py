@@ -250,8 +250,10 @@ def test_coplanar_overlap(device: Device, measured: Measured) -> None:
         .quad(*shifted, 1)
         .scene(camera((0, -2, 2), (0, 0, 0)), [light], colours)
     )
-    layers = ["fragment", "compute"] if device.has_compute else ["fragment"]
-    pictures = [render_clean(device, scene, layer=x)["Combined"] for x in layers for _ in range(3)]
+    backends = ["fragment", "compute"] if device.has_compute else ["fragment"]
+    pictures = [
+        render_clean(device, scene, backend=x)["Combined"] for x in backends for _ in range(3)
+    ]
     differ = sum(np.count_nonzero(x != pictures[0]) for x in pictures[1:])
     assert measured("values that differ in 6 renders", differ) == 0
     assert (np.count_nonzero(pictures[0][..., :2], axis=-1) <= 1).all()  # never a mixture

@@ -15,14 +15,14 @@ from tests.stability.table import Measured
 
 
 @pytest.mark.stability(45)
-@pytest.mark.parametrize("layer", ["fragment", "compute"])
-def test_same_seed(device: Device, measured: Measured, thorough: bool, layer: str) -> None:
+@pytest.mark.parametrize("backend", ["fragment", "compute"])
+def test_same_seed(device: Device, measured: Measured, thorough: bool, backend: str) -> None:
     """A hundred renders of everything that there is, one hash."""
-    if layer == "compute" and not device.has_compute:
+    if backend == "compute" and not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     count = 100 if thorough else 10
     small = {"width": 24, "height": 20, "photons": 3000, "passes": 2}
-    hashes = {digest(picture(device, layer=layer, **small)) for _ in range(count)}
+    hashes = {digest(picture(device, backend=backend, **small)) for _ in range(count)}
     assert measured(f"hashes of {count} renders", len(hashes)) == 1
 
 

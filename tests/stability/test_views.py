@@ -88,14 +88,14 @@ def test_no_photon_reaches_the_view(device: Device, measured: Measured, estimato
 
 @pytest.mark.stability(55)
 @pytest.mark.parametrize("size", [(1, 1), (16384, 1), (1, 16384), (17, 13), (1025, 3)])
-@pytest.mark.parametrize("layer", ["fragment", "compute"])
-def test_sizes(device: Device, measured: Measured, layer: str, size: tuple[int, int]) -> None:
+@pytest.mark.parametrize("backend", ["fragment", "compute"])
+def test_sizes(device: Device, measured: Measured, backend: str, size: tuple[int, int]) -> None:
     """No pixel is left out, at sizes that no group of threads divides."""
-    if layer == "compute" and not device.has_compute:
+    if backend == "compute" and not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     scene = replace(cornell(), lights=(*cornell().lights, *backdrop((0.5,) * 3)))
     width, height = size
-    images = render_clean(device, scene, width=width, height=height, layer=layer, photons=2000)
+    images = render_clean(device, scene, width=width, height=height, backend=backend, photons=2000)
     assert images["Combined"].shape == (height, width, 4)
     assert measured("pixels left out", np.count_nonzero(images["Combined"][..., 3] != 1.0)) == 0
     lit = images["Combined"][..., :3].sum(axis=-1) > 0

@@ -42,8 +42,8 @@ def veiled() -> Scene:
     return built.scene(camera((-0.9, -0.9, 1.5), (0.3, 0.3, 0.5), 70), (lamp,), (wall, sheet))
 
 
-def pictures(device: Device, scene: Scene, layer: Any) -> dict[str, Any]:
-    renderer = prepare(scene, replace(SETTINGS, layer=layer), device)
+def pictures(device: Device, scene: Scene, backend: Any) -> dict[str, Any]:
+    renderer = prepare(scene, replace(SETTINGS, backend=backend), device)
     for _ in range(SETTINGS.passes):
         renderer.render_pass()
     images = renderer.images()
@@ -51,10 +51,10 @@ def pictures(device: Device, scene: Scene, layer: Any) -> dict[str, Any]:
     return images
 
 
-@pytest.mark.parametrize("layer", ["native", "fragment", "compute"])
+@pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
 @pytest.mark.parametrize("scene", [shiny, veiled])
 def test_no_bit_changes(
-    device: Device, monkeypatch: pytest.MonkeyPatch, scene: Any, layer: str
+    device: Device, monkeypatch: pytest.MonkeyPatch, scene: Any, backend: str
 ) -> None:
     if not device.is_software:
         pytest.skip("streams are not in the host's memory")
@@ -66,10 +66,10 @@ def test_no_bit_changes(
         sizes.append(path.at.size)
 
     monkeypatch.setattr(Compaction, "compact", noted)
-    moved = pictures(device, scene(), layer)
+    moved = pictures(device, scene(), backend)
     assert {(40, 24), (40, 1)} < {*sizes}
     monkeypatch.setattr(Compaction, "compact", lambda *_: None)
-    stayed = pictures(device, scene(), layer)
+    stayed = pictures(device, scene(), backend)
     assert moved["Mirror"].max() > 0.0
     for name, image in moved.items():
         np.testing.assert_array_equal(image, stayed[name], err_msg=name)

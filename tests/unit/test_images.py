@@ -65,7 +65,7 @@ def test_files_and_messages_hold_images(tmp_path: Path) -> None:
 
 def test_memory_is_told(device: Device) -> None:
     """As a table on the device, and once more on the host while that is made."""
-    settings = Settings(8, 8, layer="fragment")
+    settings = Settings(8, 8, backend="fragment")
     budget = Budget(with_images(Image("one", SOME)), settings, way_of(settings, device))
     part = next(part for part in budget.parts() if part.name == "image pixels")
     assert (part.count, part.size) == (512, Bytes(TEXEL * 512, TEXEL * 512))

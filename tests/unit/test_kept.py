@@ -150,21 +150,21 @@ FEW_SETTINGS = ("region", "passes", "first_pass", "seed", "photons")  # likewise
 
 
 @pytest.mark.thorough("compute-splat")
-@pytest.mark.parametrize(("layer", "estimator", "on_host"), WAYS)
+@pytest.mark.parametrize(("backend", "estimator", "on_host"), WAYS)
 def test_scene_changes(
     device: Device,
     kept: Kept,
     monkeypatch: pytest.MonkeyPatch,
-    layer: Any,
+    backend: Any,
     estimator: Any,
     on_host: bool,
     thorough: bool,
 ) -> None:
     """One change after the other: photons are traced for those that they meet, and no others."""
-    if layer == "compute" and not device.has_compute:
+    if backend == "compute" and not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     monkeypatch.setattr(device, "prefers_native", on_host)
-    settings = replace(SETTINGS, layer=layer, estimator=estimator)
+    settings = replace(SETTINGS, backend=backend, estimator=estimator)
     scene = cornell(mirror=True)
     assert render(device, scene, settings, kept).traced == ALL
     pictures = [b""]
@@ -187,7 +187,7 @@ def on_device(device: Device, monkeypatch: pytest.MonkeyPatch) -> Settings:
     if not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     monkeypatch.setattr(device, "prefers_native", False)
-    return replace(SETTINGS, layer="compute", passes=3)
+    return replace(SETTINGS, backend="compute", passes=3)
 
 
 def test_the_next_photons_fly_while_the_host_waits(
@@ -311,7 +311,7 @@ def test_settings_changes(
     if not on_host and not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     monkeypatch.setattr(device, "prefers_native", on_host)
-    base = SETTINGS if on_host else replace(SETTINGS, layer="compute")
+    base = SETTINGS if on_host else replace(SETTINGS, backend="compute")
     scene = cornell(mirror=True, lobe=True)
     render(device, scene, base, kept)
     for changes, traced in SETTING_STEPS:
@@ -325,8 +325,8 @@ def test_settings_changes(
 
 def test_layers_keep_their_own(device: Device, kept: Kept) -> None:
     """On GPUs their photons differ by rounding."""
-    for layer in ("native", "fragment", "native"):
-        settings = replace(SETTINGS, layer=layer)  # type: ignore[arg-type]
+    for backend in ("native", "fragment", "native"):
+        settings = replace(SETTINGS, backend=backend)  # type: ignore[arg-type]
         frame = render(device, cornell(), settings, kept)
         assert frame.traced == ALL
         assert frame.images == render(device, cornell(), settings).images
@@ -334,7 +334,7 @@ def test_layers_keep_their_own(device: Device, kept: Kept) -> None:
 
 def test_animation_traces_photons_once(device: Device, kept: Kept) -> None:
     """24 frames with a still light; then the light moves."""
-    settings = replace(SETTINGS, layer="fragment")
+    settings = replace(SETTINGS, backend="fragment")
     launches: list[dict[str, int]] = []
     for frame in range(25):
         scene = moved(cornell(), 0.05 * frame)
@@ -364,7 +364,7 @@ def test_dropped_photons_are_counted_again(
         deposit.upload(fluxes)
         append(self, place, deposit)
 
-    settings = replace(SETTINGS, layer="fragment")
+    settings = replace(SETTINGS, backend="fragment")
     monkeypatch.setattr(HostDeposits, "append", spoil)
     frames = [render(device, moved(cornell(), x), settings, kept) for x in (0.0, 0.0, 1.0)]
     assert [frame.traced for frame in frames] == [ALL, 0, 0]
@@ -377,18 +377,18 @@ def test_dropped_photons_are_counted_again(
 
 @pytest.mark.thorough("compute-gather-False-scene0", "compute-splat-False-scene0")
 @pytest.mark.parametrize("scene", [cornell(), cornell(True)])
-@pytest.mark.parametrize(("layer", "estimator", "on_host"), WAYS)
+@pytest.mark.parametrize(("backend", "estimator", "on_host"), WAYS)
 def test_textures_put_back(
     device: Device,
     monkeypatch: pytest.MonkeyPatch,
-    layer: Any,
+    backend: Any,
     estimator: Any,
     on_host: bool,
     scene: Scene,
 ) -> None:
     """A render finds those of the last one, as on GPUs, and whatever they hold is nothing to it."""
     monkeypatch.setattr(device, "prefers_native", on_host)
-    settings = replace(SETTINGS, layer=layer, estimator=estimator)
+    settings = replace(SETTINGS, backend=backend, estimator=estimator)
     fresh = render(device, scene, settings)
     put_back, made = device.put_back, 0
 
@@ -518,11 +518,11 @@ def way(
     request: pytest.FixtureRequest, device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> Settings:
     """Settings of each of WAYS."""
-    layer, estimator, on_host = request.param
-    if layer == "compute" and not device.has_compute:
+    backend, estimator, on_host = request.param
+    if backend == "compute" and not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     monkeypatch.setattr(device, "prefers_native", on_host)
-    return replace(SETTINGS, layer=layer, estimator=estimator)
+    return replace(SETTINGS, backend=backend, estimator=estimator)
 
 
 @pytest.fixture(params=[moved, lambda s, x: widened(s, x)], ids=["eye", "light"])
@@ -564,7 +564,7 @@ def test_animations_hold_no_more_from_frame_to_frame(
         sizes.append(kept.photon_bytes)
     print(f"OpenGL holds {counts[0]}, {sizes[0]} bytes of deposits")
     assert counts[1:] == [counts[0]] * 5
-    tables = 5 if way.layer == "native" else 6  # the stage's, with the tree
+    tables = 5 if way.backend == "native" else 6  # the stage's, with the tree
     assert counts[0]["Texture"] - before["Texture"] == tables
     assert max(sizes) <= 1.1 * sizes[0]
     kept.release()

@@ -211,7 +211,7 @@ def test_variants_are_what_scenes_need(device: Device, monkeypatch: pytest.Monke
         scene = replace(scene, images=(IMAGE,))
         scenes += [replace(scene, lights=lights), replace(scene, lights=lights * 40)]
     for each in scenes:
-        prepare(each, Settings(8, 8, photons=8, layer="fragment"), device).release()
+        prepare(each, Settings(8, 8, photons=8, backend="fragment"), device).release()
     names = {name for name, _ in texts}
     assert {"Shade", "Direct", "Scatter", "Reflector", "Generator", "LightFlux"} <= names
     assert [name for name, text in texts if text not in listed] == []

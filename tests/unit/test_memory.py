@@ -41,8 +41,8 @@ from addon.photon.ways.sizes import FIXED
 from addon.photon.ways.way import way_of
 from tests.bench.host import resident
 from tests.scenes import cornell, hills
-layer, size, photons, quads = sys.argv[1], *map(int, sys.argv[2:])
-settings = Settings(width=size, height=size, photons=photons, layer=layer, passes=1)
+backend, size, photons, quads = sys.argv[1], *map(int, sys.argv[2:])
+settings = Settings(width=size, height=size, photons=photons, backend=backend, passes=1)
 scene = hills(quads) if quads else cornell(True)
 device = open_device(settings)
 budget = Budget(scene, settings, way_of(settings, device))
@@ -62,18 +62,18 @@ print(used, guessed, known, resident("VmRSS") - before)
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
 @pytest.mark.thorough("1100-4096-0-fragment")
-@pytest.mark.parametrize("layer", ["native", "fragment"])
+@pytest.mark.parametrize("backend", ["native", "fragment"])
 @pytest.mark.parametrize(
     ("size", "photons", "quads"),
     [(512, 4096, 0), (1100, 4096, 0), (64, 600_000, 0), (64, 4096, 400)],
 )
 def test_estimate_is_what_is_used(
-    device: Device, layer: str, size: int, photons: int, quads: int
+    device: Device, backend: str, size: int, photons: int, quads: int
 ) -> None:
     """On software OpenGL, where textures are resident memory: no less, and not far above."""
     if not device.is_software:
         pytest.skip("textures are the GPU's")
-    command = [sys.executable, "-c", MEASURE, layer, *map(str, (size, photons, quads))]
+    command = [sys.executable, "-c", MEASURE, backend, *map(str, (size, photons, quads))]
     result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     used, guessed, known, left = map(int, result.stdout.split())
     print(f"used {used / 1e6:.0f} MB, estimated {guessed / 1e6:.0f}, then {known / 1e6:.0f}")
@@ -98,10 +98,10 @@ def scene_of(lobes: int, lights: int) -> Scene:
     "settings",
     [
         {},
-        {"layer": "fragment"},
-        {"estimator": "splat", "layer": "fragment"},
+        {"backend": "fragment"},
+        {"estimator": "splat", "backend": "fragment"},
         {"photons": 0},
-        {"denoise": True, "layer": "fragment"},
+        {"denoise": True, "backend": "fragment"},
         {"denoising_data": True},
     ],
     ids=str,
@@ -148,7 +148,7 @@ def test_textures_are_counted(
             "for 8388608 pixels: lower the resolution",
         ),
         (
-            {"photons": 1 << 24, "layer": "native"},
+            {"photons": 1 << 24, "backend": "native"},
             SettingsError,
             "for 16777216 photons: lower the photons a pass",
         ),
@@ -196,9 +196,9 @@ def test_what_was_kept_makes_room(device: Device, monkeypatch: pytest.MonkeyPatc
 
 def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the photons that tell the radii say is looked at, too."""
-    settings = replace(SMALL, photons=1 << 20, layer="native")
+    settings = replace(SMALL, photons=1 << 20, backend="native")
     monkeypatch.setattr(memory, "MOST_GUESSED", 0.0)
-    guess = Budget(cornell(), settings, way_of(Settings(layer="native"), device)).needed()
+    guess = Budget(cornell(), settings, way_of(Settings(backend="native"), device)).needed()
     monkeypatch.setattr(memory, "free_host_memory", lambda: guess)
     with pytest.raises(SettingsError, match="for 1048576 photons: lower the photons a pass"):
         prepare(cornell(), settings, device)
@@ -206,17 +206,17 @@ def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPa
 
 def test_what_the_caller_takes(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Blender's own copies of the picture count as the renderer's do."""
-    native = way_of(Settings(layer="native"), device)
+    native = way_of(Settings(backend="native"), device)
     needed = Budget(cornell(), SMALL, native).needed()
     monkeypatch.setattr(memory, "free_host_memory", lambda: needed + 1_000_000)
     Budget(
-        cornell(), replace(SMALL, caller_bytes=900_000), way_of(Settings(layer="native"), device)
+        cornell(), replace(SMALL, caller_bytes=900_000), way_of(Settings(backend="native"), device)
     )
     with pytest.raises(SettingsError, match="for 384 pixels: lower the resolution"):
         Budget(
             cornell(),
             replace(SMALL, caller_bytes=1_100_000_000),
-            way_of(Settings(layer="native"), device),
+            way_of(Settings(backend="native"), device),
         )
 
 
@@ -225,7 +225,7 @@ def test_sides_of_textures(device: Device, monkeypatch: pytest.MonkeyPatch) -> N
     with pytest.raises(SettingsError, match="300x8 pixels are more than 200 a side"):
         prepare(cornell(), replace(SMALL, width=300, height=8), device)
     with pytest.raises(SettingsError, match=r"204801 photons a pass are more than .* lower the ph"):
-        settings = replace(SMALL, photons=200 * 1024 + 1, layer="fragment")
+        settings = replace(SMALL, photons=200 * 1024 + 1, backend="fragment")
         prepare(cornell(), settings, device)
     monkeypatch.setattr(device, "texture_limit", 25)
     with pytest.raises(SceneError, match=r"30000 triangles are more than .* fewer triangles"):
@@ -236,8 +236,8 @@ def test_size_of_buffers(device: Device, monkeypatch: pytest.MonkeyPatch) -> Non
     """The lists that compute programs read, once it is known how many photons land."""
     monkeypatch.setattr(device, "buffer_limit", 16 * 5000)
     with pytest.raises(SettingsError, match="20000 photons a pass are more than .* lower the ph"):
-        prepare(cornell(), replace(SMALL, photons=20000, layer="compute"), device)
-    prepare(cornell(), replace(SMALL, photons=20000, layer="fragment"), device).release()
+        prepare(cornell(), replace(SMALL, photons=20000, backend="compute"), device)
+    prepare(cornell(), replace(SMALL, photons=20000, backend="fragment"), device).release()
 
 
 def test_memory_of_a_gpu(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -248,15 +248,15 @@ def test_memory_of_a_gpu(device: Device, monkeypatch: pytest.MonkeyPatch) -> Non
     free = 900_000_000
     monkeypatch.setattr(device, "free_memory", lambda: free, raising=False)
     with pytest.raises(SettingsError, match=r"of memory on .* and 0.9 GB are free; .* pixels"):
-        Budget(cornell(), settings, way_of(Settings(layer="compute"), device))
+        Budget(cornell(), settings, way_of(Settings(backend="compute"), device))
     free = 1_100_000_000
-    assert Budget(cornell(), settings, way_of(Settings(layer="compute"), device)).needed() > free
+    assert Budget(cornell(), settings, way_of(Settings(backend="compute"), device)).needed() > free
     monkeypatch.setattr(memory, "free_host_memory", lambda: 500_000_000)
     with pytest.raises(SettingsError, match="of memory and 0.5 GB are free"):
-        Budget(cornell(), settings, way_of(Settings(layer="compute"), device))
+        Budget(cornell(), settings, way_of(Settings(backend="compute"), device))
     free = None  # a driver that does not tell
     monkeypatch.setattr(memory, "free_host_memory", lambda: None)
-    Budget(cornell(), replace(settings, width=16384), way_of(Settings(layer="compute"), device))
+    Budget(cornell(), replace(settings, width=16384), way_of(Settings(backend="compute"), device))
 
 
 def test_texture_without_room(device: Device) -> None:

@@ -143,7 +143,7 @@ def alike(found: Any, wanted: Any, name: str) -> float:
 @pytest.mark.parametrize("way", WAYS)
 def test_a_pass_is_of_an_instant(device: Device, way: Any) -> None:
     """It is a picture of what stands still then, but for rounding of other scene units."""
-    settings = {**CHOICES, "layer": way, "first_pass": 1, "radius": 0.5}
+    settings = {**CHOICES, "backend": way, "first_pass": 1, "radius": 0.5}
     time = instant(Settings(**settings), 1, SHUTTER)
     still, middle = Movement(SCENE).at(time), replace(SCENE, moving=())
     found, wanted, other = (render(device, x, **settings) for x in (SCENE, still, middle))
@@ -155,7 +155,7 @@ def test_a_pass_is_of_an_instant(device: Device, way: Any) -> None:
 @pytest.mark.parametrize("way", WAYS)
 def test_ranges_of_passes_are_merged_to_the_same(device: Device, way: Any) -> None:
     """With what pass 0 learns, and a renderer that has just rendered something else."""
-    settings = Settings(**CHOICES, layer=way, passes=4)
+    settings = Settings(**CHOICES, backend=way, passes=4)
     kept = Kept(device)
     parts = []
     for first, passes in ((0, 4), (0, 1), (1, 3)):

@@ -50,7 +50,7 @@ def run(device: Device, scene: Scene, **settings: Any) -> tuple[dict[str, int], 
         "height": 16,
         "photons": 2000,
         "passes": PASSES,
-        "layer": "fragment",
+        "backend": "fragment",
     } | settings
     renderer = prepare(scene, Settings(**settings), device)
     for _ in range(PASSES):
@@ -303,13 +303,13 @@ def test_native_way_of_shadow_rays(device: Device, compiled: list[str]) -> None:
     camera = replace(cornell().lights[0], found_by=("camera",))
     sky = world_light("sky", (0.1,) * 3)
     scene = replace(cornell(), lights=(*cornell().lights * 6, sky, camera))
-    launches, images = run(device, scene, layer="native")
+    launches, images = run(device, scene, backend="native")
     assert "direct" not in launches
     assert launches["shadow_rays"] == 7 * PASSES
     assert sum(name.startswith("shadow_rays ") for name in compiled) == 2
     assert images["Direct"].mean() > 0
     compiled.clear()
-    run(device, replace(scene, lights=()), layer="native")
+    run(device, replace(scene, lights=()), backend="native")
     assert "shadow_rays" not in stems(compiled)
 
 

@@ -89,7 +89,7 @@ def test_refused_again_each_time(device: Device, root: Path) -> None:
 def test_second_renderer_compiles_nothing(
     new_device: Device, layer: str, compiled: list[Any], estimator: Any
 ) -> None:
-    settings = Settings(width=8, height=8, photons=256, layer=layer, estimator=estimator)
+    settings = Settings(width=8, height=8, photons=256, backend=layer, estimator=estimator)
     new_device.prefers_native = False  # the device's programs for lists, too
     counts, pictures = [], []
     for _ in range(3):

@@ -146,7 +146,7 @@ def test_told_whichever_device_was_used_last(
     if not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     monkeypatch.setattr(device, "prefers_native", False)
-    settings = Settings(width=24, height=16, photons=20000, layer="compute", estimator=estimator)
+    settings = Settings(width=24, height=16, photons=20000, backend="compute", estimator=estimator)
     renderer, other = prepare(cornell(), settings, device), Device()
     try:
         assert renderer.radius(0) > 0
@@ -219,7 +219,7 @@ def test_the_device_finds_the_same(
     perspective = cornell().camera
     for view in (perspective, replace(perspective, kind="ORTHO")):
         scene = replace(cornell(True), camera=view, lights=lights)
-        settings = Settings(width=64, height=64, photons=photons, layer="compute")
+        settings = Settings(width=64, height=64, photons=photons, backend="compute")
         prepare(scene, settings, device).release()
     assert compared == ([] if photons == 0 else [photons > 1] * 2)
 
@@ -242,12 +242,12 @@ def test_photons_a_disc_grow_with_the_pass() -> None:
     assert photons_per_disc(1) == 16 and photons_per_disc(1 << 24) == 400
 
 
-@pytest.mark.parametrize(("estimator", "layer"), [("splat", "fragment"), ("gather", "native")])
-def test_every_way_sums_within_the_same_radii(device: Device, estimator: str, layer: str) -> None:
+@pytest.mark.parametrize(("estimator", "backend"), [("splat", "fragment"), ("gather", "native")])
+def test_every_way_sums_within_the_same_radii(device: Device, estimator: str, backend: str) -> None:
     """Where the radius changes from point to point, all still sum the same pairs."""
     settings: dict[str, Any] = {"width": 64, "height": 64, "photons": 4000}
-    one = render(device, cornell(), estimator="gather", layer="fragment", **settings)["Indirect"]
-    other = render(device, cornell(), estimator=estimator, layer=layer, **settings)["Indirect"]
+    one = render(device, cornell(), estimator="gather", backend="fragment", **settings)["Indirect"]
+    other = render(device, cornell(), estimator=estimator, backend=backend, **settings)["Indirect"]
     assert one.mean() > 0
     differences = np.abs(other - one) / np.maximum(one, one.mean())
     if estimator == "splat":  # of the very same photons

@@ -38,12 +38,12 @@ pytestmark = pytest.mark.thorough("compute splat")
 def picture(
     request: pytest.FixtureRequest, device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> Callable[..., Frame]:
-    """Renders a scene on one layer."""
-    layer, estimator, on_host = request.param
-    if layer == "compute" and not device.has_compute:
+    """Renders a scene on one backend."""
+    backend, estimator, on_host = request.param
+    if backend == "compute" and not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     monkeypatch.setattr(device, "prefers_native", on_host)
-    settings = replace(SETTINGS, layer=layer, estimator=estimator, width=32, height=24)
+    settings = replace(SETTINGS, backend=backend, estimator=estimator, width=32, height=24)
 
     def made(scene: Scene, kept: Kept | None = None) -> Frame:
         return render(device, scene, settings, kept)

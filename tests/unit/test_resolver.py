@@ -24,7 +24,9 @@ from addon.streams.ahead import Ahead, links_ahead
 from addon.streams.linked import Linked
 from tests.scenes import cornell
 
-SETTINGS = Settings(width=40, height=24, photons=2048, layer="compute", illuminance=True, passes=9)
+SETTINGS = Settings(
+    width=40, height=24, photons=2048, backend="compute", illuminance=True, passes=9
+)
 SETTINGS = replace(SETTINGS, denoise=True, denoising_data=True)
 
 

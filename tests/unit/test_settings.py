@@ -35,7 +35,7 @@ RANGES: list[tuple[str, Any, Any, tuple[Any, ...]]] = [
 ]
 CHOICES: dict[str, tuple[str, ...]] = {
     "estimator": ("auto", "splat", "gather"),
-    "layer": ("auto", "fragment", "compute", "native"),
+    "backend": ("auto", "fragment", "compute", "native"),
     "filter": ("constant", "cone", "gaussian", "epanechnikov"),
     "pixel_filter": ("box", "gauss", "blackman_harris"),
     "splat_shape": ("triangle", "quad", "point"),

@@ -29,7 +29,7 @@ SIZE, PASSES, SUPERSAMPLED = 32, 96, 8
 HALF, HEIGHT = 0.5, 4.0  # [m] of what is seen of a plane, and above it the camera
 LIGHT = (0.6, -0.4, 2.0)
 ALPHAS = 0.25, 0.09
-LAYERS = ("native", "fragment", "compute")
+BACKENDS = ("native", "fragment", "compute")
 
 
 def lobe(kind: str = "ggx", turn: float = 0.0, alphas: tuple[float, float] = ALPHAS) -> Lobe:
@@ -66,10 +66,10 @@ def plane(of: Lobe, tangents: Any = None, tilt: float = 0.0, side: float = 1.0) 
     )
 
 
-def picture(device: Device, scene: Scene, layer: Any = "fragment", passes: int = PASSES) -> Any:
+def picture(device: Device, scene: Scene, backend: Any = "fragment", passes: int = PASSES) -> Any:
     """The first channel of a scene's image (h, w)."""
     settings = Settings(
-        width=SIZE, height=SIZE, passes=passes, photons=0, mirror_depth=0, layer=layer
+        width=SIZE, height=SIZE, passes=passes, photons=0, mirror_depth=0, backend=backend
     )
     renderer = prepare(scene, settings, device)
     try:
@@ -122,14 +122,14 @@ ALONG_X = np.tile((1.0, 0.0, 0.0), (4, 1))
 AROUND = np.array([(2, -2, 0), (2, 2, 0), (-2, 2, 0), (-2, -2, 0)], float)  # about the middle
 
 
-@pytest.mark.parametrize("layer", LAYERS)
+@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("rotation", [0.0, 0.25, 0.125])
 @pytest.mark.parametrize("kind", ["ggx", "ggx_metal"])
-def test_rotation(device: Device, layer: str, rotation: float, kind: str) -> None:
-    if layer == "compute" and not device.has_compute:
+def test_rotation(device: Device, backend: str, rotation: float, kind: str) -> None:
+    if backend == "compute" and not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     scene = plane(lobe(kind, 2.0 * math.pi * rotation), ALONG_X)
-    found = picture(device, scene, layer)
+    found = picture(device, scene, backend)
     reference = expected(scene, lambda points: np.tile((1.0, 0.0, 0.0), (len(points), 1)))
     assert rms(found, reference) < 0.005
     other = replace(scene, materials=(Material("metal", (0, 0, 0), (lobe(kind, 0.9),)),))

@@ -73,7 +73,7 @@ def test_memory_is_told(device: Device, monkeypatch: pytest.MonkeyPatch) -> None
     """Bytes stay bytes; where they do not fit, the error names the largest texture."""
     large = Texture("leaf", np.zeros((1024, 1024, 4), np.uint8))
     scene = with_textures(Texture("one", SOME), large)
-    settings = Settings(8, 8, layer="fragment")
+    settings = Settings(8, 8, backend="fragment")
     budget = Budget(scene, settings, way_of(settings, device))
     part = next(part for part in budget.parts() if part.name == "bytes of textures")
     assert part.count == part.size.device == bytes_of(scene.textures)
@@ -90,7 +90,7 @@ def test_memory_is_told(device: Device, monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_textures_stay_while_materials_change(device: Device) -> None:
     """On the device, whatever else does; other ones take their place."""
-    settings = Settings(8, 8, layer="fragment")
+    settings = Settings(8, 8, backend="fragment")
     way, kept = way_of(settings, device), Kept(device)
     scene = with_textures(Texture("one", SOME))
     array = kept.stage(scene, way).tables.textures["texels"]
@@ -122,7 +122,7 @@ def test_programs_read_what_is_there(device: Device, number: float, tiles: float
 
 
 def test_what_reads_no_texture_is_compiled_without(device: Device) -> None:
-    settings = Settings(8, 8, layer="fragment")
+    settings = Settings(8, 8, backend="fragment")
     for scene, expected in ((reading(0), True), (with_textures(Texture("one", SOME)), False)):
         kept = Kept(device)
         stage = kept.stage(scene, way_of(settings, device))

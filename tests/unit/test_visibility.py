@@ -22,7 +22,7 @@ from addon.streams import Device, Kernel
 from addon.streams.source import glsl_root
 from tests.scenes import cornell
 
-SETTINGS = Settings(width=8, height=8, passes=1, photons=1000, layer="fragment")
+SETTINGS = Settings(width=8, height=8, passes=1, photons=1000, backend="fragment")
 
 
 def flagged() -> Scene:

@@ -15,7 +15,7 @@ from ..errors import PhotonStreamError
 from ..film.picture_file import check_writable, write_picture
 from ..prepare import prepare
 from ..scene import Scene
-from ..settings import Estimator, Layer, Settings
+from ..settings import Backend, Estimator, Settings
 from ..ways.way import open_device
 from .console import ProgressLine, error_text
 from .interrupts import HUNG_UP, INTERRUPTED, Hangup, let_in, on_hangup, raise_hangup, say_last
@@ -32,7 +32,7 @@ SETTING_OPTIONS: dict[str, Any] = {
     "photons": int,
     "radius": float,
     "estimator": get_args(Estimator),
-    "layer": get_args(Layer),
+    "backend": get_args(Backend),
     "caustics": bool,
     "illuminance": bool,
     "denoise": bool,

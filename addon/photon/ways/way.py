@@ -300,10 +300,10 @@ class NativeWay(Way):
 def way_of(settings: Settings, device: Device) -> Way:
     """The way that the settings ask for, or the one that is fastest on a device; DeviceError if the
     device does not have it."""
-    if settings.layer == "native" or (settings.layer == "auto" and device.is_software):
+    if settings.backend == "native" or (settings.backend == "auto" and device.is_software):
         return NativeWay(device)
     try:
-        layer = device.choose_layer(settings.layer)
+        layer = device.choose_layer(settings.backend)
         return ResidentWay(device) if device.keeps_lists(layer) else Way(device, layer)
     except StreamError as error:
         raise DeviceError(str(error)) from error

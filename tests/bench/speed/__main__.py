@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`python build.py bench SCENE ...`: how fast a pass is, beside the machine, the paper and `auto`.
 
-Measures the machine's own ceiling, every layer and estimator on the first scene kernel by kernel,
+Measures the machine's own ceiling, every backend and estimator on the first scene kernel by kernel,
 the renderer's own choice on all scenes, the paper's tables on cornell_box, and a grid of
 combinations that shows whether `auto` chooses the fastest way. Prints tables, and writes bench.md,
 bench.json and bench.svg. `--machine`, `--ways`, `--scenes`, `--paper`, `--choices` measure these
@@ -22,9 +22,9 @@ from addon.photon.settings import Settings
 from addon.photon.ways.way import open_device
 
 from ..host import processor
+from .backends import measure_machine, measure_scenes, measure_ways
 from .choices import ALL_SHAPES, COMBINATIONS, measure_choices
 from .launches import Timer
-from .layers import measure_machine, measure_scenes, measure_ways
 from .machine import describe
 from .paper import measure_paper
 from .passes import Clock
@@ -50,7 +50,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--height", type=int)
     parser.add_argument("--radius", type=float, default=0.0, help="0: automatic")
     parser.add_argument("--machine", action="store_true", help="its ceiling")
-    parser.add_argument("--ways", action="store_true", help="each layer, estimator and kernel")
+    parser.add_argument("--ways", action="store_true", help="each backend, estimator and kernel")
     parser.add_argument("--scenes", action="store_true", help="every scene, chosen by itself")
     parser.add_argument("--paper", action="store_true", help="the paper's tables")
     parser.add_argument("--choices", action="store_true", help="is `auto` the fastest?")

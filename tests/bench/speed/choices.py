@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether the renderer's own choice of layer and estimator is the fastest: a grid of renders."""
+"""Whether the renderer's own choice of backend and estimator is the fastest: a grid of renders."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def measure_choices(
     count: int = COMBINATIONS,
     shapes: tuple[str, ...] = ("quad",),
 ) -> None:
-    """Render the grid with every layer and estimator that the device has."""
+    """Render the grid with every backend and estimator that the device has."""
     combinations = grid([*scenes], device.is_software, count)
     table = report.table(
         f"Whether `auto` is the fastest: {len(combinations)} combinations",

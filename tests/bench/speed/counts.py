@@ -57,7 +57,7 @@ def count_work(scene: Scene, settings: Settings, device: Device) -> Work:
     """Count the work of pass WATCHED, by fragment programs, which run kernel by kernel, and the
     gather: every way does the same."""
     # A renderer's first pass is launched in part before anyone asks for it.
-    settings = replace(settings, first_pass=WATCHED - 1, layer="fragment", estimator="gather")
+    settings = replace(settings, first_pass=WATCHED - 1, backend="fragment", estimator="gather")
     renderer = prepare(scene, settings, device)
     counter = _Counter(Work(settings.photons_a_pass), renderer)
     try:

@@ -46,16 +46,16 @@ class Clock:
 class Way:
     """A way to render: the picture is the same."""
 
-    layer: str
+    backend: str
     estimator: str
     shape: str = ""  # of a splat
 
     def __str__(self) -> str:
-        return " ".join(filter(None, (self.layer, self.estimator, self.shape)))
+        return " ".join(filter(None, (self.backend, self.estimator, self.shape)))
 
     def of(self, settings: Settings) -> Settings:
         """The settings that render in this way."""
-        choice: dict[str, Any] = {"layer": self.layer}
+        choice: dict[str, Any] = {"backend": self.backend}
         if self.estimator != "none":  # as a renderer without photons says
             choice["estimator"] = self.estimator
         if self.shape:
@@ -71,10 +71,10 @@ class Way:
 
 def ways_of(device: Device, shapes: tuple[str, ...] = get_args(SplatShape)) -> list[Way]:
     """Every way that a device has, the fast ones first."""
-    layers = [*["compute"] * device.has_compute, "fragment"]
-    layers.insert(0 if device.is_software else len(layers), "native")
-    gathers = [Way(layer, "gather") for layer in layers]
-    return gathers + [Way(layer, "splat", shape) for layer in layers for shape in shapes]
+    backends = [*["compute"] * device.has_compute, "fragment"]
+    backends.insert(0 if device.is_software else len(backends), "native")
+    gathers = [Way(backend, "gather") for backend in backends]
+    return gathers + [Way(backend, "splat", shape) for backend in backends for shape in shapes]
 
 
 class Predictor:

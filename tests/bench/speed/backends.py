@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What each layer and estimator takes, kernel by kernel, beside the machine's own ceiling."""
+"""What each backend and estimator takes, kernel by kernel, beside the machine's own ceiling."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def measure_machine(report: Report, timer: Timer, scene: Scene, settings: Settin
 def measure_ways(
     report: Report, timer: Timer, name: str, scene: Scene, settings: Settings, clock: Clock
 ) -> None:
-    """Every layer and estimator on one scene."""
+    """Every backend and estimator on one scene."""
     device = timer.device
     work = count_work(scene, steady(settings), device)
     picture = f"{name}, {settings.width}x{settings.height}, {settings.photons_a_pass} photons"
