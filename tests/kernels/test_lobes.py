@@ -27,6 +27,7 @@ from tests.unit.glsl_files import VALUE, declare
 
 COUNT = 1 << 18
 ANGLES = (0, 30, 60, 85)  # of the viewer from the normal [deg]
+SOME_ANGLES = [0, pytest.param(30, marks=pytest.mark.thorough), 60, 85]
 WHITE, COLOURED = (1.0, 1.0, 1.0), (0.5, 0.1, 0.3)
 
 
@@ -184,7 +185,7 @@ def at(angle: float) -> NDArray[np.float64]:
     return np.array([math.sin(math.radians(angle)), 0.0, math.cos(math.radians(angle))])
 
 
-@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("angle", SOME_ANGLES)
 @pytest.mark.parametrize("lobe", BROAD)
 def test_samples_have_the_density(one_bench: Bench, lobe: Lobe, angle: float) -> None:
     viewer = at(angle)
@@ -200,7 +201,7 @@ def test_samples_have_the_density(one_bench: Bench, lobe: Lobe, angle: float) ->
     assert_density(above, cells, density[0][:, 3] * is_above, len(above) / COUNT)
 
 
-@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("angle", SOME_ANGLES)
 @pytest.mark.parametrize("lobe", BROAD)
 def test_weight_is_bsdf_and_cosine_over_density(one_bench: Bench, lobe: Lobe, angle: float) -> None:
     viewer = np.broadcast_to(at(angle), (COUNT, 3))
@@ -223,6 +224,7 @@ def test_photons_gain_little(one_bench: Bench, alpha: float, angle: float) -> No
     assert 1.0 < weight.max() < MOST_GAINED
 
 
+@pytest.mark.thorough("-30-", "-0-colour1", "-85-colour1")
 @pytest.mark.parametrize("colour", [WHITE, COLOURED])
 @pytest.mark.parametrize("angle", ANGLES)
 @pytest.mark.parametrize("lobe", BROAD)
@@ -339,12 +341,13 @@ def test_reciprocity(one_bench: Bench, lobe: Lobe) -> None:
 
 
 @pytest.mark.parametrize("lobe", EACH)
-def test_always_finite(bench: Bench, lobe: Lobe) -> None:
+def test_always_finite(bench: Bench, lobe: Lobe, thorough: bool) -> None:
     """For random, grazing and opposite directions, on either side; and for the ends of numbers."""
     rng = np.random.default_rng(8)
-    some = rng.normal(size=(300, 3))
-    some[100:200, 2] *= 1e-7  # grazing
-    some[200:250, 2] = 0.0
+    sixth = 50 if thorough else 20
+    some = rng.normal(size=(6 * sixth, 3))
+    some[2 * sixth : 4 * sixth, 2] *= 1e-7  # grazing
+    some[4 * sixth : 5 * sixth, 2] = 0.0
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     some = np.concatenate([some / np.linalg.norm(some, axis=1, keepdims=True), axes])
     some = np.concatenate([some, some * [-1, -1, 1], some * [1, 1, -1], -some])

@@ -144,7 +144,7 @@ def test_reach_and_source(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("any_hit", [False, True])
-def test_every_tree_has_the_same_hits(bench: Bench, any_hit: bool) -> None:
+def test_every_tree_has_the_same_hits(bench: Bench, any_hit: bool, thorough: bool) -> None:
     """To the bit, of triangles everywhere, in one place, needles and a closed mesh: a tree that
     was built for them, and one that was built when they were elsewhere."""
     rng = np.random.default_rng(4)
@@ -160,7 +160,8 @@ def test_every_tree_has_the_same_hits(bench: Bench, any_hit: bool) -> None:
     assert fitted and fitted[3] > 1.5 * cost
     built, its_order, *_ = native.build_bvh(points, triangles)
 
-    origins, directions, t_max, skip = rays(120_000)
+    count = 120_000 if thorough else 40_000
+    origins, directions, t_max, skip = rays(count)
     a, b, c = np.moveaxis(points[triangles[rng.integers(0, len(triangles), len(skip))]], 1, 0)
     share = rng.random((len(skip), 2))
     share[::4] = 0.0  # at corners, and at edges
@@ -183,7 +184,7 @@ def test_every_tree_has_the_same_hits(bench: Bench, any_hit: bool) -> None:
         number = np.where(hit[:, 1] > 0, numbers[hit[:, 1].astype(int) - 1], -1)
         found.append(hit[:, 1] > 0 if any_hit else np.column_stack([hit[:, [0, 2, 3]], number]))
     assert np.count_nonzero(np.any(found[0] != found[1], axis=-1)) == 0
-    assert any_hit or np.count_nonzero(found[0][:, 3] >= 0) > 60_000
+    assert any_hit or np.count_nonzero(found[0][:, 3] >= 0) > count / 2
 
 
 def test_hits_lie_within_their_boxes(bench: Bench) -> None:

@@ -96,25 +96,27 @@ def test_two_processes_render_a_seed_equally(device: Device, backend: str, estim
 
 @pytest.mark.stability(55)
 @pytest.mark.parametrize(("backend", "estimator"), WAYS)
-@pytest.mark.parametrize(
-    "region", [(7, 5, 30, 33), (0, 0, 1, 1), (47, 39, 48, 40), (0, 11, 48, 12)]
-)
 def test_a_border_render_is_the_crop_of_the_whole(
     device: Device,
     backend: str,
     estimator: str,
-    region: tuple[int, int, int, int],
     measured: Measured,
 ) -> None:
     ways = {"backend": backend, "estimator": estimator, "passes": 2}
     whole = picture(device, **ways)
-    part = picture(device, region=region, **ways)
-    x0, y0, x1, y1 = region
-    for name, image in part.items():
-        differ = np.count_nonzero(image != whole[name][y0:y1, x0:x1])
-        assert measured("crop's values that differ", differ) == 0, name
+    for x0, y0, x1, y1 in ((7, 5, 30, 33), (0, 0, 1, 1), (47, 39, 48, 40), (0, 11, 48, 12)):
+        part = picture(device, region=(x0, y0, x1, y1), **ways)
+        for name, image in part.items():
+            differ = np.count_nonzero(image != whole[name][y0:y1, x0:x1])
+            assert measured("crop's values that differ", differ) == 0, (name, x0, y0)
 
 
+# Each kind of strips by splats and by gathering, each backend with two kinds or more.
+@pytest.mark.thorough(
+    *(f"{kind}-fragment-splat" for kind in ("even", "rows", "by photons")),
+    *(f"{kind}-native-splat" for kind in ("transparent", "border")),
+    *(f"{kind}-compute-gather" for kind in ("even", "border", "by photons")),
+)
 @pytest.mark.parametrize(("backend", "estimator"), WAYS)
 @pytest.mark.parametrize(
     ("pixels", "settings"),
