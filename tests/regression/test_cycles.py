@@ -102,6 +102,7 @@ def test_area_lights_sun_and_sky_are_those_of_cycles(
     assert abs(everywhere.bias) <= MEANS.get(name, MEDIAN / 2)
 
 
+@pytest.mark.thorough("daylight", "kitchen")  # as what is compared with them
 @pytest.mark.parametrize("name", SCENES)
 def test_references_are_what_cycles_renders(name: str, record_property: Record) -> None:
     """The mean of the whole picture lies within the noise of a quick render."""
@@ -117,6 +118,11 @@ def test_references_are_what_cycles_renders(name: str, record_property: Record) 
     assert (error < 0.004 * mean).all()
     # Student's t of 3 degrees of freedom: 99 % within 5.84 standard errors.
     assert (np.abs(mean - reference) < 5.84 * error + 0.002 * reference).all()
+
+
+def test_daylight_is_exported_as_it_is() -> None:
+    """As `open_blend` sees to; the other scenes have quick tests."""
+    assert open_blend("daylight", 16).lights
 
 
 def test_the_lobe_in_cycles_is_ours() -> None:

@@ -118,6 +118,7 @@ def test_twins_of_other_colours(kept: Kept, picture: Callable[..., Frame]) -> No
     assert not np.array_equal(Mesh.build(scene, frame_of(scene)).tree.order, first.order)
 
 
+@pytest.mark.thorough("compute gather-not finite", "compute gather-other triangles")
 @pytest.mark.parametrize("broken", ["not finite", "degenerate", "shuffled", "other triangles"])
 def test_another_tree_is_built(kept: Kept, picture: Callable[..., Frame], broken: str) -> None:
     """Where triangles are to be skipped that were not, and back; and for shapes too different."""
