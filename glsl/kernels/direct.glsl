@@ -8,7 +8,7 @@ void kernel() {
     VisiblePoint point = visible_point();
     if (!is_place(point.place)) skip();
 #ifdef TRANSPARENT
-    most_layers = transparent_depth - int(point.layers);
+    most_passed = transparent_depth - int(point.passed);
 #endif
     vec3 sum = vec3(0.0);
     float lux = 0.0;

@@ -16,7 +16,7 @@ float weight_of_chain(Light light, int number, RayOrigin origin, vec3 direction,
     if (!(density > 0.0)) return 1.0;  // a delta lobe, for which there are no shadow rays
 #ifdef TRANSPARENT
     Chain chain = load_chain();  // from where it was sent, before all that it has passed
-    origin = RayOrigin(origin.position - chain.way * direction, chain.source);
+    origin = RayOrigin(origin.position - chain.distance * direction, chain.source);
 #endif
     Triangle from = triangle_at(int(origin.source));
     vec3 normal = normal_of(from.b - from.a, from.c - from.a);

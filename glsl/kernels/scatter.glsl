@@ -37,7 +37,7 @@ void kernel() {
 #ifdef TRANSPARENT
     Chain chain = load_chain();
     bool is_straight = is_transparent(lobe);
-    if (is_straight ? chain.layers >= float(transparent_depth) : chain.bounces >= float(chain_depth)) skip();
+    if (is_straight ? chain.passed >= float(transparent_depth) : chain.bounces >= float(chain_depth)) skip();
 #endif
     vec3 weight;
     vec3 normal = raised_normal(shading.normal, facing.normal, to_viewer);
@@ -58,9 +58,9 @@ void kernel() {
         // The same ray as before, of the eye up to its clip distance, or of a lobe with the density of that.
         if (chain.bounces == 0.0) t_max = load_direction().t_max - load_hit().t;
         else density = density_of(load_throughput());
-        chain = Chain(chain.bounces, chain.layers + 1.0, chain.way + load_hit().t, chain.source);
+        chain = Chain(chain.bounces, chain.passed + 1.0, chain.distance + load_hit().t, chain.source);
     } else {
-        chain = Chain(chain.bounces + 1.0, chain.layers, 0.0, shading.triangle);
+        chain = Chain(chain.bounces + 1.0, chain.passed, 0.0, shading.triangle);
     }
     store_next_chain(chain);
 #endif

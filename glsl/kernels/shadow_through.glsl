@@ -7,7 +7,7 @@
 void kernel() {
     Hit hit = load_shadow_hit();
     if (!is_hit(hit)) skip();
-    if (load_chain().layers + float(layer) >= float(transparent_depth)) skip();
+    if (load_chain().passed + float(passed) >= float(transparent_depth)) skip();
     RayDirection ray = load_shadow_direction();
     vec3 through = transmittance_at(hit, ray.direction);
     if (!(largest(through) > 0.0)) skip();

@@ -17,7 +17,7 @@ const float SLAB_ROUNDING = 1.0000004;
 #include "lib/transmittance.glsl"
 #include "lib/colour.glsl"
 vec3 let_through;  // by the surfaces that the last ray has met
-int most_layers;   // that a ray may pass
+int most_passed;   // surfaces that a ray may pass
 #endif
 #endif
 
@@ -98,7 +98,7 @@ RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
 #ifdef ANY_HIT
 #ifdef TRANSPARENT
     let_through = vec3(1.0);
-    int layers = 0;
+    int passed = 0;
 #endif
 #endif
     float length2 = dot(direction, direction);
@@ -131,7 +131,7 @@ RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
 #ifdef TRANSPARENT
                 // In whatever order it meets them: the product is the same.
                 let_through *= transmittance_at(Hit(tuv.x, stored_triangle(triangle), tuv.y, tuv.z), direction);
-                if (largest(let_through) > 0.0 && ++layers <= most_layers) continue;
+                if (largest(let_through) > 0.0 && ++passed <= most_passed) continue;
 #endif
 #endif
                 best = RayHit(tuv.x, triangle, tuv.y, tuv.z);

@@ -28,7 +28,7 @@ struct VisiblePoint {
     vec3 to_viewer;
     vec3 base;  // normal of the smooth surface, about which the shading normal may be bent
     float bounces;  // of lobes, that the ray to it has behind it
-    float layers;   // transparent surfaces that it has passed: a shadow ray has what is left
+    float passed;   // transparent surfaces that it has passed: a shadow ray has what is left
 #ifdef LOBES
     vec3 raised;  // normal of the lobes, on the viewer's side
     Lobe lobe0;

@@ -11,10 +11,10 @@ VisiblePoint visible_point() {
     point.to_viewer = -load_direction().direction;
 #ifdef TRANSPARENT
     point.bounces = load_chain().bounces;
-    point.layers = load_chain().layers;
+    point.passed = load_chain().passed;
 #else
     point.bounces = float(depth);
-    point.layers = 0.0;
+    point.passed = 0.0;
 #endif
 #ifdef NORMALS
     point.base = base_normal(point.place, point.facing, point.shading, point.diffuse);

@@ -65,13 +65,13 @@ Found found_smooth(vec4 place, Cells cells, float smoothness, int dimensions) {
     return found;
 }
 
-struct Layers {
+struct VoronoiOctaves {
     float detail, roughness, lacunarity;  // as of Fractal in lib/fractal.glsl
     bool normalized;
 };
 
-Layers layers_of(vec4 octaves, float normalized) {
-    return Layers(clamp(octaves.y, 0.0, 15.0), clamp(octaves.z, 0.0, 1.0), octaves.w, normalized > 0.5);
+VoronoiOctaves octaves_of(vec4 octaves, float normalized) {
+    return VoronoiOctaves(clamp(octaves.y, 0.0, 15.0), clamp(octaves.z, 0.0, 1.0), octaves.w, normalized > 0.5);
 }
 
 // Of the node's: in (0, 0.5]. With none the nearest point is left of the blend.
@@ -80,24 +80,24 @@ float smoothness_of(float given) { return clamp(0.5 * given, 0.00001, 0.5); }
 // The colour in xyz and the distance in w, or with `placed` the place in all four. `blended`, a constant wherever it is
 // called but in rare nodes, says that points about are blended.
 vec4 voronoi_texture(
-    vec4 place, float scale, Layers layers, Cells cells, bool second, bool blended, float smoothness, bool placed,
+    vec4 place, float scale, VoronoiOctaves octaves, Cells cells, bool second, bool blended, float smoothness, bool placed,
     int dimensions
 ) {
     Found sum = Found(0.0, vec3(0.0), vec4(0.0));
     float amplitude = 1.0, total = 0.0, frequency = 1.0;
-    bool one = layers.detail == 0.0 || layers.roughness == 0.0;
-    float last = one ? 0.0 : ceil(layers.detail);
+    bool one = octaves.detail == 0.0 || octaves.roughness == 0.0;
+    float last = one ? 0.0 : ceil(octaves.detail);
     for (float i = 0.0; i <= last; ++i) {
         Found octave;
         if (blended) octave = found_smooth(place * frequency, cells, smoothness, dimensions);
         else octave = found_nearest(place * frequency, cells, second, dimensions);
-        float share = amplitude * (one || i <= layers.detail ? 1.0 : fract(layers.detail));
+        float share = amplitude * (one || i <= octaves.detail ? 1.0 : fract(octaves.detail));
         total += share;
         sum.distance += share * octave.distance;
         sum.colour += share * octave.colour;
         sum.place = mix(sum.place, octave.place / frequency, share);
-        frequency *= layers.lacunarity;
-        amplitude *= layers.roughness;
+        frequency *= octaves.lacunarity;
+        amplitude *= octaves.roughness;
     }
     if (placed) {
         // A blend moves all four; of one dimension the coordinate is W.
@@ -105,7 +105,7 @@ vec4 voronoi_texture(
         if (dimensions == 1) found = found.wzyx;
         return scale == 0.0 ? vec4(0.0) : found / scale;
     }
-    if (layers.normalized) {
+    if (octaves.normalized) {
         vec4 farthest = vec4(0.5 + 0.5 * cells.randomness) * vec4(reach_of_cells(1, dimensions));
         sum.distance /= total * as_distance(before_distance(farthest, cells), cells) * (second ? 2.0 : 1.0);
         sum.colour /= total;

@@ -18,7 +18,7 @@ from addon.photon.scene import Instruction, Material, Result
 from addon.photon.stage import straight
 from addon.photon.stage.kinds import made_nodes
 from addon.photon.stage.programs import MOST_REGISTERS, allocated, program_tables, registers_of
-from addon.photon.stage.straight import made_programs, row_of
+from addon.photon.stage.straight import made_programs, straight_code
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import cornell
@@ -43,10 +43,10 @@ def shaded(bench: Bench, program: tuple[Instruction, ...], at: int = -1) -> Any:
     result = Result(at % len(program))
     material = Material("m", program=program, varying={"diffuse": result})
     both = (BLACK, material)
-    row = row_of(both)
-    made = made_nodes({i.kind for i in program}, made_programs(row) if row else "")
-    defines = {"EYE": 1, "PROGRAMS": max(registers_of(both, row), 1)}
-    assert program_tables(both).compiled[1].shape == (1 if row else 0)
+    code = straight_code(both)
+    made = made_nodes({i.kind for i in program}, made_programs(code) if code else "")
+    defines = {"EYE": 1, "PROGRAMS": max(registers_of(both, code), 1)}
+    assert program_tables(both).compiled[1].shape == (1 if code else 0)
     found = bench.run(Shade, INPUTS, UNIFORMS, tables(material), defines, made=made)
     return found["diffuse"][0, :3]
 
@@ -109,14 +109,14 @@ def test_materials_of_one_shape_share_code() -> None:
         Material("m", program=(operation(name, constant(x)),), varying={"diffuse": Result(0)})
         for name, x in (("SINE", 0.1), ("SINE", 0.2), ("COSINE", 0.1))
     )
-    assert len(row_of((first, second)).shapes) == 1
-    assert len(row_of((first, second, other)).shapes) == 2
+    assert len(straight_code((first, second)).shapes) == 1
+    assert len(straight_code((first, second, other)).shapes) == 2
     table = program_tables((first, second, other))
     assert [each.shape for each in table.compiled] == [1, 1, 2]
-    row = row_of((first, second, other))
+    code = straight_code((first, second, other))
     for material, each in zip((first, second, other), table.compiled, strict=True):
-        (place,) = row.places[each.shape - 1]
-        at = each.first_constant + row.first_operands()[place]
+        (place,) = code.places[each.shape - 1]
+        at = each.first_constant + code.first_operands()[place]
         assert table.constants["value"][at] == pytest.approx(material.program[0].operands[0])
 
 
@@ -140,7 +140,7 @@ def test_programs_share_nodes_in_one_row(device: Device, monkeypatch) -> None:
         for material, program in zip(scene.materials, programs, strict=False)
     )
     materials += scene.materials[len(materials) :]
-    assert len(row_of(materials).nodes) == 5
+    assert len(straight_code(materials).nodes) == 5
     spaces = np.zeros((len(scene.surfaces), *scene.objects.shape[1:]))
     scene = replace(scene, materials=materials, objects=spaces)
     images = render(device, scene, width=24, height=24, passes=1, photons=512)
@@ -162,13 +162,13 @@ def test_a_row_has_what_its_programs_need(seed: int) -> None:
             program.append(operation(name, Result(int(rng.integers(0, number + 1)))))
         varying = {"diffuse": Result(len(program) - 1)}
         materials.append(Material("m", program=tuple(program), varying=varying))
-    row = row_of(materials)
-    assert {place for places in row.places for place in places} == set(range(len(row.nodes)))
-    for shape, places in zip(row.shapes, row.places, strict=True):
+    code = straight_code(materials)
+    assert {place for places in code.places for place in places} == set(range(len(code.nodes)))
+    for shape, places in zip(code.shapes, code.places, strict=True):
         assert list(places) == sorted(set(places))
-        kinds = [row.nodes[place][0] for place in places]
+        kinds = [code.nodes[place][0] for place in places]
         assert kinds == [instruction.kind for instruction in shape.instructions]
-    assert "run_program" in made_programs(row)
+    assert "run_program" in made_programs(code)
 
 
 def test_registers_are_used_again() -> None:

@@ -109,7 +109,7 @@ class ShadowThrough(Kernel):
 
     stem = "shadow_through"
     structure = ("ILLUMINANCE", *PROGRAM_DEFINES)
-    uniforms = {"layer": Uniform("int"), "transparent_depth": Uniform("int")}
+    uniforms = {"passed": Uniform("int"), "transparent_depth": Uniform("int")}
     inputs = {
         "shadow_origin": RAY_ORIGIN,
         "shadow_direction": RAY_DIRECTION,

@@ -24,9 +24,11 @@ ELEMENT = Record("Element", {"number": "float"})
 THROUGHPUT = Record("Throughput", {"throughput": "vec3", "density": "float"})
 
 # Of a chain where there are transparent surfaces: how often lobes have scattered it, 0 of the eye's
-# own rays, and how many transparent surfaces it has passed; since it was last scattered, the way
-# [scene units], and the triangle where that was.
-CHAIN = Record("Chain", {"bounces": "float", "layers": "float", "way": "float", "source": "float"})
+# own rays, and how many transparent surfaces it has passed; since it was last scattered, how far
+# it has come [scene units], and the triangle where that was.
+CHAIN = Record(
+    "Chain", {"bounces": "float", "passed": "float", "distance": "float", "source": "float"}
+)
 
 # Streams of shaded points: where rays end, and the BSDF there.
 PLACE = Record("Place", {"position": "vec3", "surface": "float"})  # surface number + 1

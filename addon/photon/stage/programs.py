@@ -16,7 +16,7 @@ from ..kernels.records import CONSTANT, INSTRUCTION
 from ..scene import Material, Result, Scene
 from ..scene.programs import MOST_OPERANDS, PARTS, Constant, Rows, Varying
 from .kinds import made_nodes, node_kinds
-from .straight import NO_ROW, NONE, Row, made_programs, row_of, shape_of
+from .straight import NO_CODE, NONE, StraightCode, made_programs, shape_of, straight_code
 from .textures import TEXTURE_NODE
 
 # More would not fit what GPUs have of memory for each thread that is quick.
@@ -29,7 +29,7 @@ class ProgramNeeds:
     """What programs need of the kernels that run them."""
 
     nodes: frozenset[str] = frozenset()  # kinds
-    row: Row = NO_ROW  # as straight code; without shapes: interpreted
+    code: StraightCode = NO_CODE  # without shapes: interpreted
     registers: int = 0
     attributes: int = 0  # that a triangle's corners have
     normals: bool = False  # some give those
@@ -37,11 +37,11 @@ class ProgramNeeds:
     @staticmethod
     def of(scene: Scene) -> ProgramNeeds:
         """Those of all materials."""
-        row = row_of(scene.materials)
+        code = straight_code(scene.materials)
         return ProgramNeeds(
             frozenset(node.kind for material in scene.materials for node in material.program),
-            row,
-            registers_of(scene.materials, row),
+            code,
+            registers_of(scene.materials, code),
             scene.corner_attributes.shape[1],
             any(material.varying.keys() & {"base", "normal"} for material in scene.materials),
         )
@@ -65,7 +65,7 @@ class ProgramNeeds:
     @property
     def made(self) -> Made:
         """What they include."""
-        return made_nodes(self.nodes, made_programs(self.row) if self.row else "")
+        return made_nodes(self.nodes, made_programs(self.code) if self.code else "")
 
 
 @dataclass(frozen=True)
@@ -100,11 +100,11 @@ def program_tables(materials: Sequence[Material]) -> ProgramTables:
     count = sum(len(material.program) for material in materials)
     tables = ProgramTables(INSTRUCTION.zeros(max(count, 1)), CONSTANT.zeros(1))
     constants = _Constants()
-    row, first = row_of(materials), 0
+    code, first = straight_code(materials), 0
     for material in materials:
-        compiled = _compiled(material, first, len(constants.values), row)
+        compiled = _compiled(material, first, len(constants.values), code)
         if compiled.shape:
-            _fill_constants(material, row, compiled.shape - 1, constants)
+            _fill_constants(material, code, compiled.shape - 1, constants)
         else:
             _fill(tables.instructions[first:], material, compiled, constants)
         tables.compiled.append(compiled)
@@ -158,11 +158,13 @@ def _fill(
                 row[name] = -float(constants.add(operand))
 
 
-def _fill_constants(material: Material, row: Row, shape: int, constants: _Constants) -> None:
-    """A constant for each operand of the row's nodes, to the end of all: those of a material."""
-    firsts = row.first_operands()
+def _fill_constants(
+    material: Material, code: StraightCode, shape: int, constants: _Constants
+) -> None:
+    """A constant for each operand of the code's nodes, to the end of all: those of a material."""
+    firsts = code.first_operands()
     own: list[Constant | Rows] = [NONE] * firsts[-1]
-    for instruction, place in zip(material.program, row.places[shape], strict=True):
+    for instruction, place in zip(material.program, code.places[shape], strict=True):
         for number, operand in enumerate(instruction.operands):
             if not isinstance(operand, Result):
                 own[firsts[place] + number] = operand
@@ -170,12 +172,12 @@ def _fill_constants(material: Material, row: Row, shape: int, constants: _Consta
         constants.add(operand)
 
 
-def _compiled(material: Material, first: int, first_constant: int, row: Row) -> Compiled:
-    if not (row and material.program):
+def _compiled(material: Material, first: int, first_constant: int, code: StraightCode) -> Compiled:
+    if not (code and material.program):
         return Compiled(first, first_constant, 0, allocated(material))
     shape = shape_of(material)
     registers = {number: register for register, number in enumerate(shape.asked)}
-    return Compiled(first, first_constant, 1 + row.shapes.index(shape), registers)
+    return Compiled(first, first_constant, 1 + code.shapes.index(shape), registers)
 
 
 def allocated(material: Material) -> dict[int, int]:
@@ -227,8 +229,8 @@ def last_uses(material: Material) -> dict[int, int]:
     return ends
 
 
-def registers_of(materials: Sequence[Material], row: Row) -> int:
+def registers_of(materials: Sequence[Material], code: StraightCode) -> int:
     """How many registers the programs of materials need, as straight code if there is any."""
-    if row:
-        return row.registers
+    if code:
+        return code.registers
     return max((1 + max(allocated(m).values(), default=-1) for m in materials), default=0)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Programs as straight code: all materials' as one row of nodes, each of which serves every program
-that has such a node there. That runs many times sooner than the interpreter, which asks at each
-instruction which one it is; where branches are not jumped over, as on llvmpipe, most of all.
+"""Programs as straight-line code: all materials' merged into one sequence of nodes, each of which
+serves every program that has such a node there. That runs many times sooner than the interpreter,
+which asks at each instruction which one it is; where branches are not jumped over, as on llvmpipe,
+most of all.
 
 Materials whose programs differ in constants alone have one shape.
 """
@@ -16,7 +17,7 @@ from ..scene import Instruction, Material, Result
 from ..scene.programs import Constant, Operand, Program, Rows
 from .kinds import NodeKind, node_kinds
 
-# Nodes of the row up to which it is written out: drivers take longer the more there are.
+# Nodes up to which the sequence is written out: drivers take longer the more there are.
 MOST_INSTRUCTIONS = 96
 # As so many counts one that is long to compile: 0.05 s on llvmpipe, 0.2 s on an H100.
 LONG = 8
@@ -31,12 +32,12 @@ class Shape:
     asked: tuple[int, ...]  # those whose results stand for values, in the order of their registers
 
 
-# A node of the row: a kind, and of each operand its choices, or None where it is a result.
+# A node of the sequence: a kind, and of each operand its choices, or None where it is a result.
 Node = tuple[str, tuple[Constant | None, ...]]
 
 
 @dataclass(frozen=True)
-class Row:
+class StraightCode:
     """The nodes of all shapes, and where each shape's instructions are among them."""
 
     nodes: tuple[Node, ...]
@@ -60,7 +61,7 @@ class Row:
         return firsts
 
 
-NO_ROW = Row((), (), ())
+NO_CODE = StraightCode((), (), ())
 
 
 def shape_of(material: Material) -> Shape:
@@ -70,24 +71,24 @@ def shape_of(material: Material) -> Shape:
     return Shape(tuple(map(_bare, material.program)), tuple(asked))
 
 
-def row_of(materials: Sequence[Material]) -> Row:
-    """The row of materials' programs; without any shape if it were too long."""
+def straight_code(materials: Sequence[Material]) -> StraightCode:
+    """That of materials' programs; without any shape if it were too long."""
     shapes = dict.fromkeys(shape_of(material) for material in materials if material.program)
-    return _row(tuple(shapes), MOST_INSTRUCTIONS)
+    return _merged_code(tuple(shapes), MOST_INSTRUCTIONS)
 
 
 @lru_cache(maxsize=8)
-def _row(shapes: tuple[Shape, ...], most: int) -> Row:
+def _merged_code(shapes: tuple[Shape, ...], most: int) -> StraightCode:
     nodes: list[Node] = []
     for shape in sorted(shapes, key=lambda shape: -len(shape.instructions)):
         nodes = _merged(nodes, [_node(instruction) for instruction in shape.instructions])
         if _length(nodes) > most:
-            return NO_ROW
+            return NO_CODE
     places = [_places(nodes, shape) for shape in shapes]
     # Where a shape finds a node before the one that was put there for it, nobody may need that.
     used = sorted({place for of_shape in places for place in of_shape})
     again = {place: number for number, place in enumerate(used)}
-    return Row(
+    return StraightCode(
         tuple(nodes[place] for place in used),
         shapes,
         tuple(tuple(again[place] for place in of_shape) for of_shape in places),
@@ -111,28 +112,28 @@ def _node(instruction: Instruction) -> Node:
     return instruction.kind, told
 
 
-def _merged(row: list[Node], more: list[Node]) -> list[Node]:
-    """The shortest row that has both within it, each in its order (Wagner & Fischer 1974)."""
-    common = [[0] * (len(more) + 1) for _ in range(len(row) + 1)]
-    for i in range(len(row) - 1, -1, -1):
+def _merged(some: list[Node], more: list[Node]) -> list[Node]:
+    """The shortest sequence that has both within it, each in its order (Wagner & Fischer 1974)."""
+    common = [[0] * (len(more) + 1) for _ in range(len(some) + 1)]
+    for i in range(len(some) - 1, -1, -1):
         for k in range(len(more) - 1, -1, -1):
-            if row[i] == more[k]:
-                common[i][k] = common[i + 1][k + 1] + _length([row[i]])
+            if some[i] == more[k]:
+                common[i][k] = common[i + 1][k + 1] + _length([some[i]])
             else:
                 common[i][k] = max(common[i + 1][k], common[i][k + 1])
     merged: list[Node] = []
     i = k = 0
-    while i < len(row) and k < len(more):
-        if row[i] == more[k]:
-            merged.append(row[i])
+    while i < len(some) and k < len(more):
+        if some[i] == more[k]:
+            merged.append(some[i])
             i, k = i + 1, k + 1
         elif common[i + 1][k] >= common[i][k + 1]:
-            merged.append(row[i])
+            merged.append(some[i])
             i += 1
         else:
             merged.append(more[k])
             k += 1
-    return merged + row[i:] + more[k:]
+    return merged + some[i:] + more[k:]
 
 
 def _places(nodes: list[Node], shape: Shape) -> tuple[int, ...]:
@@ -145,25 +146,27 @@ def _places(nodes: list[Node], shape: Shape) -> tuple[int, ...]:
     return tuple(places)
 
 
-def made_programs(row: Row) -> str:
-    """GLSL of a row: `run_program`, which runs a material's."""
+def made_programs(code: StraightCode) -> str:
+    """Its GLSL: `run_program`, which runs a material's."""
     lines = ["void run_program(Material material) {"]
     lines.append("    int first = int(material.first_constant), shape = int(material.shape);")
-    firsts = row.first_operands()
-    users: list[dict[int, Instruction]] = [{} for _ in row.nodes]  # instructions by shape
-    for number, (shape, places) in enumerate(zip(row.shapes, row.places, strict=True), 1):
+    firsts = code.first_operands()
+    users: list[dict[int, Instruction]] = [{} for _ in code.nodes]  # instructions by shape
+    for number, (shape, places) in enumerate(zip(code.shapes, code.places, strict=True), 1):
         for instruction, place in zip(shape.instructions, places, strict=True):
             users[place][number] = instruction
-    for at, ((kind, choices), used) in enumerate(zip(row.nodes, users, strict=True)):
+    for at, ((kind, choices), used) in enumerate(zip(code.nodes, users, strict=True)):
         given = [
-            _operand(row, {n: i.operands[k] for n, i in used.items()}, own, kind, k, firsts[at] + k)
+            _operand(
+                code, {n: i.operands[k] for n, i in used.items()}, own, kind, k, firsts[at] + k
+            )
             for k, own in enumerate(choices)
         ]
         lines.append(f"    vec4 v{at} = run_{kind}({', '.join(given)});")
-    for register in range(row.registers):
+    for register in range(code.registers):
         asked = {
             number: f"v{places[shape.asked[register]]}"
-            for number, (shape, places) in enumerate(zip(row.shapes, row.places, strict=True), 1)
+            for number, (shape, places) in enumerate(zip(code.shapes, code.places, strict=True), 1)
             if register < len(shape.asked)
         }
         lines.append(f"    registers[{register}] = {_chosen(asked)};")
@@ -171,7 +174,12 @@ def made_programs(row: Row) -> str:
 
 
 def _operand(
-    row: Row, used: dict[int, Operand], own: Constant | None, kind: str, operand: int, place: int
+    code: StraightCode,
+    used: dict[int, Operand],
+    own: Constant | None,
+    kind: str,
+    operand: int,
+    place: int,
 ) -> str:
     """What an operand of a node is, by shape: a result, or the constant at a place."""
     declared = node_kinds()[kind]
@@ -179,7 +187,7 @@ def _operand(
     given = {}
     for number, each in used.items():
         if isinstance(each, Result):
-            given[number] = _part(each, row.places[number - 1])
+            given[number] = _part(each, code.places[number - 1])
         else:
             given[number] = _constant(own or NONE, choices, place)
     return _chosen(given)

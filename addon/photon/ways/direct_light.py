@@ -86,7 +86,7 @@ class TracedDirectLight:
         """`tracer`: finds any hit, or where surfaces are transparent the first one; `size`: of the
         streams of most points."""
         self._device, self._illuminance = device, needs.illuminance
-        self._rays, self._layers = needs.shadow_rays, needs.transparent_depth
+        self._rays, self._transparent_depth = needs.shadow_rays, needs.transparent_depth
         asked = {light_kinds()[kind].number: needs.asking(kind) for kind in needs.light_kinds}
         if needs.drawn_lights:
             asked = {_ANY_KIND: needs}
@@ -152,8 +152,8 @@ class TracedDirectLight:
         found = {name: rays[name].elements()[which] for name in _RAY}
         found |= {_BROUGHT[name]: x[which] for name, x in brought.items()}
         found |= {"shadow_hit": hits[which], "chain": chain.elements()[which]}
-        for layer in range(self._layers):
-            behind = self._behind(found, layer, tables)
+        for passed in range(self._transparent_depth):
+            behind = self._behind(found, passed, tables)
             there = behind["direction"].any(axis=1)
             free = there & (behind["hit"][:, HIT_TRIANGLE] == 0.0)
             hits[which[free]] = 0.0
@@ -166,14 +166,14 @@ class TracedDirectLight:
             chains = found["chain"][on]
             found = {_before(name): x[on] for name, x in behind.items()} | {"chain": chains}
 
-    def _behind(self, found: Arrays, layer: int, tables: Tables) -> Arrays:
+    def _behind(self, found: Arrays, passed: int, tables: Tables) -> Arrays:
         """What becomes of rays that have met transparent surfaces after so many others."""
         assert self._through
         rows = -(-len(found["chain"]) // _WIDTH)
         own = self._of_size((_WIDTH, 1 << (rows - 1).bit_length()), True).streams
         for name, x in found.items():
             own[name].take(x)
-        values = {"layer": layer, "transparent_depth": self._layers}
+        values = {"passed": passed, "transparent_depth": self._transparent_depth}
         launch(self._through, own, tables, values)
         behind = {name.removeprefix("next_"): x for name, x in own.items() if "next_" in name}
         arrays = {name: x.elements() for name, x in behind.items()} | {
