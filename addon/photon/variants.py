@@ -230,23 +230,28 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     for asked in ({}, lux):
         yield ShadowThrough, asked, {}
     for scene in program_needs():
-        yield Glow, scene.programs.defines, scene.made
-        yield Glow, scene.glow_defines, scene.made
-        yield Shade, scene.photon_defines, scene.made
-        yield Shade, scene.eye_defines, scene.made
-        yield Emitted, scene.emitted_defines, scene.made
-        if scene.programs.normals:
-            yield Direct, scene.direct_defines, scene.made
-            yield ShadowRays, scene.direct_defines, scene.made
-            yield Reflector, scene.photon_defines, scene.made
-            yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
-        yield ShadowThrough, {**scene.transparent_defines, **scene.programs.defines}, scene.made
-        if scene.transparent:
-            filtering = replace(scene, filters_by_programs=True)
-            for kernel in (Direct, ShadowRays):
-                yield kernel, filtering.direct_defines, scene.made
+        yield from _of_programs(scene)
     for scene in needs():
         yield from _of_scene(scene)
+
+
+def _of_programs(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]:
+    """Kernels that run programs of materials."""
+    yield Glow, scene.programs.defines, scene.made
+    yield Glow, scene.glow_defines, scene.made
+    yield Shade, scene.photon_defines, scene.made
+    yield Shade, scene.eye_defines, scene.made
+    yield Emitted, scene.emitted_defines, scene.made
+    if scene.programs.normals:
+        yield Direct, scene.direct_defines, scene.made
+        yield ShadowRays, scene.direct_defines, scene.made
+        yield Reflector, scene.photon_defines, scene.made
+        yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
+    yield ShadowThrough, {**scene.transparent_defines, **scene.programs.defines}, scene.made
+    if scene.transparent:
+        filtering = replace(scene, filters_by_programs=True)
+        for kernel in (Direct, ShadowRays):
+            yield kernel, filtering.direct_defines, scene.made
 
 
 def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]:

@@ -251,42 +251,8 @@ class Scene:
 
     def check(self) -> None:
         """Raise SceneError if arrays do not fit together or a value is outside its range."""
-        count = len(self.triangles)
-        tangents = count if len(self.corner_tangents) else 0
-        visible = len(self.surfaces) if len(self.visible) else 0
-        terminators = len(self.surfaces) if len(self.terminators) else 0
-        attributes = self.corner_attributes.shape[1:2]
-        objects = len(self.surfaces) if len(self.objects) else 0
-        for name, shape, dtype in (
-            ("vertices", (len(self.vertices), 3), np.float64),
-            ("triangles", (count, 3), np.int32),
-            ("corner_normals", (count, 3, 3), np.float32),
-            ("corner_tangents", (tangents, 3, 3), np.float32),
-            ("material", (count,), np.int32),
-            ("surface", (count,), np.int32),
-            ("visible", (visible,), np.uint8),
-            ("terminators", (terminators,), np.float32),
-            ("corner_attributes", (count if any(attributes) else 0, *attributes, 3, 4), np.float32),
-            ("objects", (objects, 6, 4), np.float64),
-        ):
-            array = getattr(self, name)
-            if array.shape != shape or array.dtype != dtype:
-                raise SceneError(
-                    f"scene.{name}: expected {np.dtype(dtype).name}{list(shape)}, "
-                    f"got {array.dtype.name}{list(array.shape)}"
-                )
-        for name, limit in (
-            ("triangles", len(self.vertices)),
-            ("material", len(self.materials)),
-            ("surface", len(self.surfaces)),
-        ):
-            array = getattr(self, name)
-            bad = (array < 0) | (array >= limit)
-            if bad.any():
-                where = tuple(int(i) for i in np.argwhere(bad)[0])
-                raise SceneError(
-                    f"scene.{name}{list(where)} = {int(array[where])} is outside [0, {limit})"
-                )
+        self._check_arrays()
+        self._check_indices()
         if not ((self.terminators >= 0.0) & (self.terminators <= 1.0)).all():
             raise SceneError("scene.terminators: a cosine is outside [0, 1]")
         if (self.visible & ~np.uint8(ALL_RAYS | HOLDOUT | CATCHER)).any():
@@ -314,6 +280,47 @@ class Scene:
         check_finite("scene.shutter", self.shutter, 0.0)
         if self.moving and self.camera.motion and self.camera.motion.shutter != self.shutter:
             raise SceneError("scene.shutter is not the camera's")
+
+    def _check_arrays(self) -> None:
+        """Their shapes and types."""
+        count = len(self.triangles)
+        tangents = count if len(self.corner_tangents) else 0
+        visible = len(self.surfaces) if len(self.visible) else 0
+        terminators = len(self.surfaces) if len(self.terminators) else 0
+        attributes = self.corner_attributes.shape[1:2]
+        objects = len(self.surfaces) if len(self.objects) else 0
+        for name, shape, dtype in (
+            ("vertices", (len(self.vertices), 3), np.float64),
+            ("triangles", (count, 3), np.int32),
+            ("corner_normals", (count, 3, 3), np.float32),
+            ("corner_tangents", (tangents, 3, 3), np.float32),
+            ("material", (count,), np.int32),
+            ("surface", (count,), np.int32),
+            ("visible", (visible,), np.uint8),
+            ("terminators", (terminators,), np.float32),
+            ("corner_attributes", (count if any(attributes) else 0, *attributes, 3, 4), np.float32),
+            ("objects", (objects, 6, 4), np.float64),
+        ):
+            array = getattr(self, name)
+            if array.shape != shape or array.dtype != dtype:
+                raise SceneError(
+                    f"scene.{name}: expected {np.dtype(dtype).name}{list(shape)}, "
+                    f"got {array.dtype.name}{list(array.shape)}"
+                )
+
+    def _check_indices(self) -> None:
+        for name, limit in (
+            ("triangles", len(self.vertices)),
+            ("material", len(self.materials)),
+            ("surface", len(self.surfaces)),
+        ):
+            array = getattr(self, name)
+            bad = (array < 0) | (array >= limit)
+            if bad.any():
+                where = tuple(int(i) for i in np.argwhere(bad)[0])
+                raise SceneError(
+                    f"scene.{name}{list(where)} = {int(array[where])} is outside [0, {limit})"
+                )
 
     def save(self, path: str | Path) -> None:
         """Write the snapshot as an .npz file (arrays, and one JSON text for the rest)."""

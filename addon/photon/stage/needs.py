@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ...streams import Defines, Made
-from ..scene import ALL_RAYS, RAY_BITS, RAYS, TRANSPARENT, Light, Scene
+from ..scene import ALL_RAYS, RAY_BITS, RAYS, TRANSPARENT, Camera, Light, Material, Scene
 from ..settings import Settings
 from .gathered import BLEND, can_gather, send_rays
 from .geometry import Mesh
@@ -80,10 +82,7 @@ class SceneNeeds:
     @staticmethod
     def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
         """Look at the lamps that emit, and at the materials of the triangles that were kept."""
-        surfaces = len(mesh.triangles) > 0
-        shown = scene.material if scene.moving else mesh.triangles["material"].astype(int)
-        used = np.unique(shown) if surfaces else []
-        materials = [scene.materials[i] for i in used]
+        materials = _used(scene, mesh)
         diffuse = any(material.is_diffuse for material in materials)
         lobes = [[lobe.kind for lobe in m.lobes if lobe.reflects] for m in materials]
         kinds = {kind for of_one in lobes for kind in of_one}
@@ -103,7 +102,7 @@ class SceneNeeds:
         drawn = lights > MOST_ASKED
         photons = lighting and (diffuse or gathered) and settings.photons_a_pass > 0
         return SceneNeeds(
-            surfaces=surfaces,
+            surfaces=len(mesh.triangles) > 0,
             shadow_rays=(DRAWN_RAYS if drawn else lights) if asked else 0,
             drawn_lights=drawn,
             hidden_highlights=lighting and broad and settings.direct_by_photons,
@@ -116,27 +115,11 @@ class SceneNeeds:
             and broad
             and by_chains
             and (glows or any("glossy" in x.found_by for x in met)),
-            chain_depth=settings.mirror_depth,
             transparent_depth=settings.transparent_depth if transparent else 0,
-            absorption=any(max(material.absorption) > 0.0 for material in materials),
-            filters_by_programs=any(
-                lobe.kind == TRANSPARENT and lobe.varying for m in materials for lobe in m.lobes
-            ),
-            photon_bounces=settings.photon_bounces,
-            lobes=min(max(map(len, lobes), default=0), MOST_LOBES),
-            lobe_kinds=frozenset(kinds),
             light_kinds=of_mesh | {light.kind for light in emitting},
-            layers=max(map(count_layers, materials), default=0),
-            # What disperses light weighs each channel by itself, too.
-            tinted=any(map(has_tint, materials)) or any(lobe_kinds()[x].disperses for x in kinds),
             tangents=len(mesh.tangents) > 0,
-            illuminance=settings.illuminance,
-            features=settings.denoise or settings.denoising_data,
             smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc")
             or any(one.normals.size > 0 for one in scene.moving),
-            camera_kind=scene.camera.kind.lower(),
-            lens=scene.camera.lens is not None,
-            panorama=scene.camera.is_panorama,
             gathered_lobes=gathered,
             portals=asked
             and photons
@@ -151,9 +134,11 @@ class SceneNeeds:
             or transparent
             or no_caustics > 0,
             no_caustics=no_caustics,
-            first_hits=settings.direct_by_photons,
             programs=ProgramNeeds.of(scene),
             glows_by_programs=glows and any("emission" in m.varying for m in materials),
+            **_of_materials(materials, lobes),
+            **_of_settings(settings),
+            **_of_camera(scene.camera),
         )
 
     @cached_property
@@ -360,3 +345,46 @@ class SceneNeeds:
             **self.programs.made,
             **(made_spectrum() if self.disperses else {}),
         }
+
+
+def _used(scene: Scene, mesh: Mesh) -> list[Material]:
+    """The materials of the triangles that were kept."""
+    if not len(mesh.triangles):
+        return []
+    shown = scene.material if scene.moving else mesh.triangles["material"].astype(int)
+    return [scene.materials[number] for number in np.unique(shown)]
+
+
+def _of_materials(materials: Sequence[Material], lobes: Sequence[Sequence[str]]) -> dict[str, Any]:
+    """What hangs on them alone; `lobes` are the kinds of each one's."""
+    kinds = {kind for of_one in lobes for kind in of_one}
+    return {
+        "absorption": any(max(material.absorption) > 0.0 for material in materials),
+        "filters_by_programs": any(
+            lobe.kind == TRANSPARENT and lobe.varying for m in materials for lobe in m.lobes
+        ),
+        "lobes": min(max(map(len, lobes), default=0), MOST_LOBES),
+        "lobe_kinds": frozenset(kinds),
+        "layers": max(map(count_layers, materials), default=0),
+        # What disperses light weighs each channel by itself, too.
+        "tinted": any(map(has_tint, materials)) or any(lobe_kinds()[x].disperses for x in kinds),
+    }
+
+
+def _of_settings(settings: Settings) -> dict[str, Any]:
+    """What hangs on them alone."""
+    return {
+        "chain_depth": settings.mirror_depth,
+        "photon_bounces": settings.photon_bounces,
+        "illuminance": settings.illuminance,
+        "features": settings.denoise or settings.denoising_data,
+        "first_hits": settings.direct_by_photons,
+    }
+
+
+def _of_camera(camera: Camera) -> dict[str, Any]:
+    return {
+        "camera_kind": camera.kind.lower(),
+        "lens": camera.lens is not None,
+        "panorama": camera.is_panorama,
+    }
