@@ -7,9 +7,8 @@
 
 vec4 run_voronoi_1d(vec4 w, vec4 octaves, vec4 shape, vec4 options) {
     Cells cells = Cells(clamp(shape.x, 0.0, 1.0), METRIC_EUCLIDEAN, false, 0.0);
-    VoronoiOctaves octaves = octaves_of(octaves, shape.y);
     vec4 place = vec4(w.x, 0.0, 0.0, 0.0) * octaves.x;
     return voronoi_texture(
-        place, octaves.x, octaves, cells, options.x > 0.5, false, 0.0, options.y > 0.5, 1
+        place, octaves.x, octaves_of(octaves, shape.y), cells, options.x > 0.5, false, 0.0, options.y > 0.5, 1
     );
 }

@@ -8,9 +8,8 @@
 
 vec4 run_voronoi_2d(vec4 vector, vec4 octaves, vec4 shape, vec4 options) {
     Cells cells = Cells(clamp(shape.x, 0.0, 1.0), int(shape.y), false, 0.0);
-    VoronoiOctaves octaves = octaves_of(octaves, shape.z);
     vec4 place = vec4(vector.xy, 0.0, 0.0) * octaves.x;
     return voronoi_texture(
-        place, octaves.x, octaves, cells, options.x > 0.5, false, 0.0, options.y > 0.5, 2
+        place, octaves.x, octaves_of(octaves, shape.z), cells, options.x > 0.5, false, 0.0, options.y > 0.5, 2
     );
 }

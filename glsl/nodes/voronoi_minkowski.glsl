@@ -7,11 +7,10 @@
 
 vec4 run_voronoi_minkowski(vec4 vector, vec4 w, vec4 octaves, vec4 shape, vec4 options) {
     Cells cells = Cells(clamp(shape.x, 0.0, 1.0), METRIC_EUCLIDEAN, true, shape.y);
-    VoronoiOctaves octaves = octaves_of(octaves, shape.z);
     int feature = int(options.x), dimensions = int(options.w);
     vec4 place = octaves.x * vec4(vector.xy, dimensions > 2 ? vector.z : 0.0, dimensions > 3 ? w.x : 0.0);
     return voronoi_texture(
-        place, octaves.x, octaves, cells, feature == 1, feature == 2, smoothness_of(options.y), options.z > 0.5,
-        dimensions
+        place, octaves.x, octaves_of(octaves, shape.z), cells, feature == 1, feature == 2, smoothness_of(options.y),
+        options.z > 0.5, dimensions
     );
 }

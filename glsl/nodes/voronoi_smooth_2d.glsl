@@ -8,10 +8,9 @@
 
 vec4 run_voronoi_smooth_2d(vec4 vector, vec4 octaves, vec4 shape, vec4 options) {
     Cells cells = Cells(clamp(shape.x, 0.0, 1.0), int(shape.y), false, 0.0);
-    VoronoiOctaves octaves = octaves_of(octaves, shape.z);
     vec4 place = vec4(vector.xy, 0.0, 0.0) * octaves.x;
     float smoothness = smoothness_of(options.x);
     return voronoi_texture(
-        place, octaves.x, octaves, cells, false, true, smoothness, options.y > 0.5, 2
+        place, octaves.x, octaves_of(octaves, shape.z), cells, false, true, smoothness, options.y > 0.5, 2
     );
 }

@@ -10,7 +10,7 @@ import pytest
 
 from addon.blender.export import Report, snapshot
 from addon.photon.scene import Scene
-from addon.photon.stage.straight import row_of
+from addon.photon.stage.straight import straight_code
 
 pytestmark = pytest.mark.blender
 
@@ -43,4 +43,4 @@ def test_it_has_the_textures_that_it_is_there_for(exported: tuple[Scene, Report]
 def test_its_programs_are_straight_code(exported: tuple[Scene, Report]) -> None:
     """Interpreted, a pass takes two or three times as long on processors."""
     scene, _ = exported
-    assert row_of(scene.materials)
+    assert straight_code(scene.materials)

@@ -23,7 +23,7 @@ def test_straight_code(export, cycles_mean, device) -> None:
     """A sheet is for the interpreter; few nodes are not, which know their choices as constants."""
     cases = [noise("3D", "FBM", "Color", Distortion=0.6), voronoi("2D", "F2", "Color", "CHEBYCHEV")]
     compare(export, cycles_mean, device, "fragment", cases)
-    assert len(straight.row_of(export()[0].materials).shapes) == len(cases)
+    assert len(straight.straight_code(export()[0].materials).shapes) == len(cases)
 
 
 @pytest.mark.thorough
