@@ -147,7 +147,7 @@ def program_needs() -> Iterator[SceneNeeds]:
             programs = ProgramNeeds(
                 nodes, registers=8, attributes=attributes, normals=attributes > 0
             )
-            yield replace(some, programs=programs, glows_by_programs=True)
+            yield replace(some, programs=programs, glow_programs=programs)
 
 
 def _needs(
@@ -249,7 +249,7 @@ def _of_programs(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Mad
         yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
     yield ShadowThrough, {**scene.transparent_defines, **scene.programs.defines}, scene.made
     if scene.transparent:
-        filtering = replace(scene, filters_by_programs=True)
+        filtering = replace(scene, filter_programs=scene.programs)
         for kernel in (Direct, ShadowRays):
             yield kernel, filtering.direct_defines, scene.made
 

@@ -62,8 +62,8 @@ class Eye:
         if needs.emitters_seen:
             defines = {**needs.emitted_defines, **way.kind_defines}
             self._emitted = Emitted(device, layer, defines, made=needs.made)
-        if needs.glows_by_programs:
-            self._glow = Glow(device, layer, needs.glow_defines, made=needs.made)
+        if needs.glow_programs.nodes:
+            self._glow = Glow(device, layer, needs.glow_defines, made=needs.glow_made)
         if needs.secondary_rays:
             self._scatter = Scatter(device, layer, needs.eye_defines, made=needs.made)
             self._absorb = Absorb(device, layer) if needs.absorption else None

@@ -47,7 +47,7 @@ class PathStreams:
         ones |= {"pixel": PIXEL, "irradiance": IRRADIANCE, "zeros": TEXEL}
         if needs.emitters_seen:
             ones |= {"emitted": RADIANCE, "environment": RADIANCE}
-        if needs.glows_by_programs:
+        if needs.glow_programs.nodes:
             ones["glow"] = RADIANCE
         twos = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "direct": RADIANCE}
         if needs.photons:

@@ -16,7 +16,7 @@ from ..kernels.records import LIGHT
 from ..scene import FOUND_BY, RAY_BITS, Scene
 from .geometry import Mesh
 from .kinds import light_kinds
-from .programs import ProgramNeeds
+from .programs import ProgramNeeds, of_emission
 
 TRIANGLE = "triangle"  # the kind
 POINTS = 64  # of a triangle that tell what it radiates in the mean, half of them on its back
@@ -105,7 +105,7 @@ def mean_glow(
     varying = [at for at, material in enumerate(scene.materials) if "emission" in material.varying]
     if not varying:
         return found
-    needs = ProgramNeeds.of(scene)
+    needs = ProgramNeeds.of_some(scene, of_emission)
     kernel = Glow(device, layer, needs.defines, made=needs.made)
     tables = {name: textures[name] for name in kernel.tables}
     places = _places(mesh, numbers)

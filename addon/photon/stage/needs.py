@@ -27,7 +27,7 @@ from .kinds import (
 from .layers import count_layers, has_tint
 from .light_tree import DRAWN_RAYS, MOST_ASKED
 from .limits import casts_caustics, is_limited, lacking_caustics
-from .programs import ProgramNeeds
+from .programs import ProgramNeeds, of_emission, of_transmittance
 from .spectrum import made_spectrum
 
 MOST_PORTALS = 4
@@ -73,10 +73,10 @@ class SceneNeeds:
     first_hits: bool = False  # photons carry the direct light
     no_caustics: int = 0  # bits of CAUSTICS: by such lobes no light comes to diffuse surfaces
     programs: ProgramNeeds = ProgramNeeds()  # of the materials
-    glows_by_programs: bool = False  # what some triangles emit differs from point to point
+    glow_programs: ProgramNeeds = ProgramNeeds()  # where what they emit differs from point to point
     transparent_depth: int = 0  # surfaces that a ray goes straight on through
     absorption: bool = False  # light is absorbed inside meshes
-    filters_by_programs: bool = False  # what they let through differs from point to point
+    filter_programs: ProgramNeeds = ProgramNeeds()  # where what they let through does
     caustics: bool = False  # are asked for, and there may be some
 
     @staticmethod
@@ -116,6 +116,7 @@ class SceneNeeds:
             and by_chains
             and (glows or any("glossy" in x.found_by for x in met)),
             transparent_depth=settings.transparent_depth if transparent else 0,
+            filter_programs=ProgramNeeds.of_some(scene, of_transmittance),
             light_kinds=of_mesh | {light.kind for light in emitting},
             tangents=len(mesh.tangents) > 0,
             smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc")
@@ -135,7 +136,7 @@ class SceneNeeds:
             or no_caustics > 0,
             no_caustics=no_caustics,
             programs=ProgramNeeds.of(scene),
-            glows_by_programs=glows and any("emission" in m.varying for m in materials),
+            glow_programs=ProgramNeeds.of_some(scene, of_emission) if glows else ProgramNeeds(),
             **_of_materials(materials, lobes),
             **_of_settings(settings),
             **_of_camera(scene.camera),
@@ -172,11 +173,15 @@ class SceneNeeds:
     @cached_property
     def eye_defines(self) -> Defines:
         """What kernels of visible points are compiled with."""
-        gathered = self._gathered_defines("GATHERED_LOBES")
         seen = {"FOOTPRINT": 1} if self.programs.bumps else {}
         chains = {"CHAINS": 1} if self.transparent else {}
         chains |= {"DISPERSED_CHAINS": 1} if self.disperses else {}
-        return self._lobe_defines | gathered | self.programs.defines | seen | chains
+        return self._point_defines | self.programs.defines | seen | chains
+
+    @property
+    def _point_defines(self) -> dict[str, int | float]:
+        """What kernels are compiled with that know all of visible points but their materials."""
+        return self._lobe_defines | self._gathered_defines("GATHERED_LOBES")
 
     @property
     def _lobe_defines(self) -> dict[str, int | float]:
@@ -204,7 +209,7 @@ class SceneNeeds:
         if any(lobe_kinds()[kind].is_two_sided for kind in self.lobe_kinds):
             defines |= {"TWO_SIDED": 1}
         # What a lobe gathers matters where rays and shadow rays share a light alone.
-        of_lobes = (self.eye_defines if self.weighed else self._lobe_defines) if broad else {}
+        of_lobes = (self._point_defines if self.weighed else self._lobe_defines) if broad else {}
         normals = {"NORMALS": 1} if self.programs.normals else {}
         shadow = {**self.illuminance_defines, **self.rays("shadow"), **normals}
         return {**defines, **self.light_defines, **of_lobes, **shadow, **self.filter_defines}
@@ -226,18 +231,16 @@ class SceneNeeds:
     def emitted_defines(self) -> Defines:
         """What the kernel that finds lights is compiled with."""
         defines = {**self.direct_defines, **({"GLOWS": 1} if self.glows else {})}
-        defines |= {"GLOWS_BY_PROGRAMS": 1} if self.glows_by_programs else {}
+        defines |= {"GLOWS_BY_PROGRAMS": 1} if self.glow_programs.nodes else {}
         if not self.weighed:
             for name in ("TWO_SIDED", "PORTALS"):
                 defines.pop(name, None)
-        if self.filters_by_programs:
-            defines = {x: value for x, value in defines.items() if x not in self.programs.defines}
         return defines | ({"SURFACES": 1} if self.glows or self.weighed else {})
 
     @cached_property
     def glow_defines(self) -> Defines:
         """What the kernel is compiled with that tells eye rays what glows."""
-        return {"EYE": 1, **self.programs.defines, **self.transparent_defines}
+        return {"EYE": 1, **self.glow_programs.defines, **self.transparent_defines}
 
     @property
     def leads(self) -> bool:
@@ -317,8 +320,7 @@ class SceneNeeds:
     @property
     def filter_defines(self) -> dict[str, int | float]:
         """What kernels are compiled with that let shadow rays pass."""
-        programs = self.programs.defines if self.filters_by_programs else {}
-        return {**self.transparent_defines, **programs}
+        return {**self.transparent_defines, **self.filter_programs.defines}
 
     @property
     def transparent_defines(self) -> dict[str, int | float]:
@@ -346,6 +348,16 @@ class SceneNeeds:
             **(made_spectrum() if self.disperses else {}),
         }
 
+    @cached_property
+    def glow_made(self) -> Made:
+        """Those of the kernel that tells what glows."""
+        return {**self.made, **self.glow_programs.made}
+
+    @cached_property
+    def filter_made(self) -> Made:
+        """Those of kernels that let shadow rays pass."""
+        return {**self.made, **self.filter_programs.made}
+
 
 def _used(scene: Scene, mesh: Mesh) -> list[Material]:
     """The materials of the triangles that were kept."""
@@ -360,9 +372,6 @@ def _of_materials(materials: Sequence[Material], lobes: Sequence[Sequence[str]])
     kinds = {kind for of_one in lobes for kind in of_one}
     return {
         "absorption": any(max(material.absorption) > 0.0 for material in materials),
-        "filters_by_programs": any(
-            lobe.kind == TRANSPARENT and lobe.varying for m in materials for lobe in m.lobes
-        ),
         "lobes": min(max(map(len, lobes), default=0), MOST_LOBES),
         "lobe_kinds": frozenset(kinds),
         "layers": max(map(count_layers, materials), default=0),

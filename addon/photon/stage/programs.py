@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from ...streams import Made
 from ..errors import SceneError
 from ..kernels.records import CONSTANT, INSTRUCTION
-from ..scene import Material, Result, Scene
+from ..scene import TRANSPARENT, Material, Result, Scene
 from ..scene.programs import MOST_OPERANDS, PARTS, Constant, Rows, Varying
 from .kinds import made_nodes, node_kinds
-from .straight import NO_CODE, NONE, StraightCode, made_programs, shape_of, straight_code
+from .straight import NO_CODE, NONE, StraightCode, made_programs, needed, shape_of, straight_code
 from .textures import TEXTURE_NODE
 
 # More would not fit what GPUs have of memory for each thread that is quick.
@@ -45,6 +45,20 @@ class ProgramNeeds:
             scene.corner_attributes.shape[1],
             any(material.varying.keys() & {"base", "normal"} for material in scene.materials),
         )
+
+    @staticmethod
+    def of_some(scene: Scene, asked: Callable[[Material], Iterable[Result]]) -> ProgramNeeds:
+        """Those of some of each material's results: compilers take long for nodes, and points for
+        those of materials that they are not of."""
+        results = [tuple(asked(material)) for material in scene.materials]
+        code = straight_code(scene.materials, results)
+        nodes = frozenset(
+            material.program[number].kind
+            for material, own in zip(scene.materials, results, strict=True)
+            for number in needed(material.program, own)
+        )
+        attributes = scene.corner_attributes.shape[1]
+        return ProgramNeeds(nodes, code, registers_of(scene.materials, code), attributes)
 
     @property
     def bumps(self) -> bool:
@@ -227,6 +241,21 @@ def last_uses(material: Material) -> dict[int, int]:
         for result in varying.values():
             ends[result.instruction] = len(material.program)
     return ends
+
+
+def of_emission(material: Material) -> list[Result]:
+    """The result that says how a material glows, if one does."""
+    return [result for name, result in material.varying.items() if name == "emission"]
+
+
+def of_transmittance(material: Material) -> list[Result]:
+    """That of its transparent lobe."""
+    return [
+        result
+        for lobe in material.lobes
+        for name, result in lobe.varying.items()
+        if lobe.kind == TRANSPARENT and name == "colour"
+    ]
 
 
 def registers_of(materials: Sequence[Material], code: StraightCode) -> int:

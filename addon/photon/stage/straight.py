@@ -10,7 +10,7 @@ Materials whose programs differ in constants alone have one shape.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from ..scene import Instruction, Material, Result
@@ -43,6 +43,7 @@ class StraightCode:
     nodes: tuple[Node, ...]
     shapes: tuple[Shape, ...]
     places: tuple[tuple[int, ...], ...]  # by shape and instruction
+    wanted: tuple[frozenset[int], ...] = ()  # instructions by shape, if not all are code
 
     def __bool__(self) -> bool:
         return bool(self.shapes)
@@ -51,6 +52,10 @@ class StraightCode:
     def registers(self) -> int:
         """How many hold results that stand for values."""
         return max((len(shape.asked) for shape in self.shapes), default=0)
+
+    def wants(self, shape: int, instruction: int) -> bool:
+        """Whether an instruction of a shape is code."""
+        return not self.wanted or instruction in self.wanted[shape]
 
     def first_operands(self) -> list[int]:
         """At which of a material's constants the operands of each node are, and how many there are
@@ -71,10 +76,33 @@ def shape_of(material: Material) -> Shape:
     return Shape(tuple(map(_bare, material.program)), tuple(asked))
 
 
-def straight_code(materials: Sequence[Material]) -> StraightCode:
-    """That of materials' programs; without any shape if it were too long."""
+def straight_code(
+    materials: Sequence[Material], asked: Sequence[Iterable[Result]] | None = None
+) -> StraightCode:
+    """That of materials' programs; without any shape if it were too long. `asked`: some of each
+    one's results, if no others need to be there."""
     shapes = dict.fromkeys(shape_of(material) for material in materials if material.program)
-    return _merged_code(tuple(shapes), MOST_INSTRUCTIONS)
+    code = _merged_code(tuple(shapes), MOST_INSTRUCTIONS)
+    if asked is None:
+        return code
+    wanted: dict[Shape, frozenset[int]] = dict.fromkeys(code.shapes, frozenset())
+    for material, results in zip(materials, asked, strict=True):
+        if material.program and code:
+            wanted[shape_of(material)] |= needed(material.program, results)
+    return replace(code, wanted=tuple(wanted[shape] for shape in code.shapes))
+
+
+def needed(program: Program, asked: Iterable[Result]) -> frozenset[int]:
+    """The instructions of a program that some of its results need."""
+    found: set[int] = set()
+    left = [result.instruction for result in asked]
+    while left:
+        number = left.pop()
+        if number not in found:
+            found.add(number)
+            operands = program[number].operands
+            left += [operand.instruction for operand in operands if isinstance(operand, Result)]
+    return frozenset(found)
 
 
 @lru_cache(maxsize=8)
@@ -153,9 +181,12 @@ def made_programs(code: StraightCode) -> str:
     firsts = code.first_operands()
     users: list[dict[int, Instruction]] = [{} for _ in code.nodes]  # instructions by shape
     for number, (shape, places) in enumerate(zip(code.shapes, code.places, strict=True), 1):
-        for instruction, place in zip(shape.instructions, places, strict=True):
-            users[place][number] = instruction
+        for at, (instruction, place) in enumerate(zip(shape.instructions, places, strict=True)):
+            if code.wants(number - 1, at):
+                users[place][number] = instruction
     for at, ((kind, choices), used) in enumerate(zip(code.nodes, users, strict=True)):
+        if not used:
+            continue
         given = [
             _operand(
                 code, {n: i.operands[k] for n, i in used.items()}, own, kind, k, firsts[at] + k
@@ -167,9 +198,10 @@ def made_programs(code: StraightCode) -> str:
         asked = {
             number: f"v{places[shape.asked[register]]}"
             for number, (shape, places) in enumerate(zip(code.shapes, code.places, strict=True), 1)
-            if register < len(shape.asked)
+            if register < len(shape.asked) and code.wants(number - 1, shape.asked[register])
         }
-        lines.append(f"    registers[{register}] = {_chosen(asked)};")
+        if asked:
+            lines.append(f"    registers[{register}] = {_chosen(asked)};")
     return "\n".join([*lines, "}"]) + "\n"
 
 
