@@ -111,9 +111,8 @@ class RENDER_PT_photon_stream_light_paths(EnginePanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.split_layout()
         settings = context.scene.photon_stream
-        col = layout.column(align=True)
-        col.prop(settings, "photon_bounces")
-        col.prop(settings, "mirror_depth")
+        layout.prop(settings, "photon_bounces")
+        switched(layout, settings, "mirror_depth", "Custom Mirror Depth")
         layout.prop(settings, "specular_model")
         col = layout.column()
         col.prop(settings, "direct_by_photons")

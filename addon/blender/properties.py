@@ -180,6 +180,11 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
         max=1024,
         default=DEFAULTS.photon_bounces,
     )
+    use_mirror_depth: BoolProperty(
+        name="Custom Mirror Depth",
+        description="Set the mirror depth by hand; otherwise it is Cycles' Max Bounces",
+        default=False,
+    )
     mirror_depth: IntProperty(
         name="Mirror Depth",
         description="Most reflections that are followed from the camera; 0 turns mirrors off",
@@ -323,7 +328,7 @@ def settings_from(
         filter=p.filter.lower(),
         splat_shape=p.splat_shape.lower(),
         photon_bounces=p.photon_bounces,
-        mirror_depth=p.mirror_depth,
+        mirror_depth=p.mirror_depth if p.use_mirror_depth else bounces_of(scene),
         transparent_depth=transparent_bounces_of(scene),
         boundary_correction=p.boundary_correction,
         direct_by_photons=p.direct_by_photons,
@@ -333,6 +338,12 @@ def settings_from(
         time_limit=p.time_limit,
         **film_of(scene),
     )
+
+
+def bounces_of(scene: bpy.types.Scene) -> int:
+    """Return Cycles' Max Bounces; its default where Cycles is absent."""
+    cycles = getattr(scene, "cycles", None)
+    return int(cycles.max_bounces) if cycles else DEFAULTS.mirror_depth
 
 
 def transparent_bounces_of(scene: bpy.types.Scene) -> int:
@@ -364,6 +375,8 @@ def rename_old(_file: str = "") -> None:
             if old in stored and not settings.is_property_set(new):
                 setattr(settings, new, _named(settings, new, stored[old]))
                 del stored[old]
+        if "mirror_depth" in stored and not settings.is_property_set("use_mirror_depth"):
+            settings.use_mirror_depth = True  # files before there was the switch
 
 
 def _named(settings: PhotonStreamSettings, name: str, value: Any) -> Any:

@@ -52,7 +52,7 @@ class Settings:
     filter: Filter = "epanechnikov"
     splat_shape: SplatShape = "quad"
     photon_bounces: int = 64  # scattering events a photon path may have
-    mirror_depth: int = 8  # secondary rays a chain may have
+    mirror_depth: int = 12  # secondary rays a chain may have
     transparent_depth: int = 8  # transparent surfaces that a ray may pass, besides
     boundary_correction: bool = True  # cut discs, and divide by their share on the surface
     direct_by_photons: bool = False  # store first hits too and trace no shadow rays

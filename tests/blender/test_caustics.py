@@ -70,6 +70,10 @@ def test_report_says_who_casts_them(scene, export) -> None:
     casters = "'Ball of Glass' refracts by 'Glass'; 'Ball of Metal' reflects by 'Metal'"
     _, report = export()
     assert f"exact: Scene 'Scene': Caustics: {casters}" in map(str, report.entries)
+    assert not report.of("ignored")
+    scene.cycles.blur_glossy = 1.0
+    assert [entry.feature for entry in export()[1].of("ignored")] == ["Filter Glossy"]
+    scene.cycles.blur_glossy = 0.0
     scene.cycles.caustics_refractive = False
     found, report = export()
     entries = [str(entry) for entry in report.entries if "austics" in entry.feature]

@@ -55,7 +55,6 @@ def test_every_setting_has_a_property(scene) -> None:
         ("filter", "CONE"),
         ("splat_shape", "POINT"),
         ("photon_bounces", 5),
-        ("mirror_depth", 3),
         ("boundary_correction", False),
         ("direct_by_photons", True),
         ("denoise", True),
@@ -80,11 +79,12 @@ def test_old_names_are_kept(scene, tmp_path) -> None:
         stored = settings.bl_system_properties_get(do_create=True)
     stored["radius_shrink"] = 0.25
     stored["layer"] = 3
+    settings.mirror_depth = 3  # before it had a switch
     path = str(tmp_path / "old.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
     found = settings_from(bpy.context.scene, (512, 512))
-    assert (found.radius_decay, found.backend) == (0.25, "native")
+    assert (found.radius_decay, found.backend, found.mirror_depth) == (0.25, "native", 3)
 
 
 def test_fewer_min_passes_of_an_older_file(scene) -> None:
@@ -124,6 +124,14 @@ def test_photons_need_their_switch(scene) -> None:
     assert settings_from(scene, (8, 8)).photons is None
     scene.photon_stream.use_photons = True
     assert settings_from(scene, (8, 8)).photons == 1000
+
+
+def test_mirror_depth_needs_its_switch(scene) -> None:
+    """Without, it is Cycles' Max Bounces."""
+    scene.photon_stream.mirror_depth, scene.cycles.max_bounces = 3, 31
+    assert settings_from(scene, (8, 8)).mirror_depth == 31
+    scene.photon_stream.use_mirror_depth = True
+    assert settings_from(scene, (8, 8)).mirror_depth == 3
 
 
 def test_noise_threshold_needs_its_switch(scene) -> None:

@@ -97,3 +97,13 @@ def test_the_box_of_smoke_is_left_out(export, kind, left_out) -> None:
     exported, report = export()
     assert left_out == (not len(exported.triangles))
     assert left_out == any(entry.feature == "Smoke or fire" for entry in report.of("ignored"))
+
+
+def test_grease_pencils_are_no_loss(scene, export) -> None:
+    """Blender draws them over every engine's picture."""
+    kinds = [kind for kind in ("grease_pencils_v3", "grease_pencils") if hasattr(bpy.data, kind)]
+    pencil = getattr(bpy.data, kinds[0]).new("Pencil")
+    scene.collection.objects.link(bpy.data.objects.new("Pencil", pencil))
+    report = export()[1]
+    assert [e.feature for e in report.entries if e.object == "Object 'Pencil'"] == ["Grease Pencil"]
+    assert not report.of("ignored")

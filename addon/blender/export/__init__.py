@@ -105,5 +105,6 @@ def _snapshot(
     )
     exported.check()
     note_rays(exported, notes)
-    note_casters(f"Scene '{scene.name}'", exported, notes)
+    is_blurred = getattr(getattr(scene, "cycles", None), "blur_glossy", 0.0) > 0.0
+    note_casters(f"Scene '{scene.name}'", exported, is_blurred, notes)
     return exported, notes.finish()

@@ -35,8 +35,9 @@ def caustics_of(scene: bpy.types.Scene, materials: list[Material], notes: Notes)
     return wanted
 
 
-def note_casters(owner: str, scene: Scene, notes: Notes) -> None:
-    """Write in one line which objects cast caustics, and by which materials."""
+def note_casters(owner: str, scene: Scene, is_blurred: bool, notes: Notes) -> None:
+    """Write in one line which objects cast caustics, and by which materials; `is_blurred`: Cycles
+    makes casters rougher for diffuse rays."""
     if not scene.lights and not any(material.glows for material in scene.materials):
         return
     pairs = np.unique(np.stack([scene.surface, scene.material], -1), axis=0).tolist()
@@ -55,6 +56,8 @@ def note_casters(owner: str, scene: Scene, notes: Notes) -> None:
         rest = len(told) - MOST_NAMES
         more = [f"and {rest} more"] if rest > 0 else []
         notes.exact(owner, "Caustics", "; ".join([*told[:MOST_NAMES], *more]))
+    if told and is_blurred:
+        notes.ignored(owner, "Filter Glossy", "caustics are as sharp as what casts them")
 
 
 def _listed(names: dict[str, None]) -> str:

@@ -37,11 +37,7 @@ Follow = Callable[["LocalMesh", tuple[int, int], NDArray[np.int32]], Moving | No
 # time, as the mesh that is exported.
 BECOME_MESHES = {"CURVE", "SURFACE", "FONT", "META"}
 NO_GEOMETRY = {"EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT", "LIGHT_PROBE"}
-NOT_RENDERED = {
-    "VOLUME": "volume",
-    "GPENCIL": "grease pencil",
-    "GREASEPENCIL": "grease pencil",
-}
+GREASE_PENCILS = {"GPENCIL", "GREASEPENCIL"}  # the second from Blender 4.3 on
 
 
 @dataclass(frozen=True)
@@ -114,8 +110,11 @@ class Geometry:
         if obj.type in BECOME_MESHES or obj.type in NO_GEOMETRY:
             return
         name = f"Object '{obj.name}'"
-        if obj.type in NOT_RENDERED:
-            notes.ignored(name, NOT_RENDERED[obj.type].capitalize(), "not rendered")
+        if obj.type in GREASE_PENCILS:
+            notes.exact(name, "Grease Pencil", "Blender draws it over the picture, as over Cycles'")
+            return
+        if obj.type == "VOLUME":
+            notes.ignored(name, "Volume", "not rendered")
             return
         if is_gas(obj):
             notes.ignored(name, "Smoke or fire", "not rendered, nor is the box of its domain")

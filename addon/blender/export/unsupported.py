@@ -39,7 +39,7 @@ def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: N
     for setting, (label, usual) in BOUNCES.items():
         most = getattr(cycles, setting, usual)
         if most < usual:
-            what = f"light bounces on after {most}, by Photon Bounces and Mirror Depth"
+            what = f"photons bounce on after {most}, as often as Photon Bounces says"
             notes.ignored(name, label, what)
     if getattr(cycles, "use_fast_gi", False):
         notes.ignored(name, "Fast GI Approximation", "light bounces as it does")
