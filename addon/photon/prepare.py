@@ -148,6 +148,7 @@ class _Preparation:
             eye = Eye(way, tables, stage.frame, scene, settings, needs, size)
             self._own.append(eye.release)
             eye.prepare()
+            tables.footprint = eye.footprint
             images = PassImages(way, tables, scene, settings, needs, eye)
             self._own.append(images.release)
             names = [*FILM_IMAGES, *(MIRROR_IMAGES if needs.secondary_rays else ())]

@@ -66,11 +66,15 @@ vec3 shifted_corners(vec4 shift) {
 }
 
 #ifdef BUMPS
-// How wide a pixel is at a position, as the eye sees it. Photons don't know the eye: they outlast it.
+// How wide a pixel is at a position, as the eye sees it.
 float footprint_at(vec3 position) {
 #ifdef FOOTPRINT
     vec3 way = position - eye;
     float l = max(length(way), 1.0e-30), cosine = max(0.1, pixel_width.z > 0.0 ? dot(way, view_axis) / l : 1.0);
+#if FOOTPRINT > 1
+    // Not looked at from there, but by way of other surfaces: so many times as far.
+    return pixel_width.x + pixel_width.y * float(FOOTPRINT) * l;
+#endif
     // On a flat film pixels look narrower from the eye beside its middle: the mean of both sides'.
     return pixel_width.x + pixel_width.y * l * cosine * sqrt(0.5 + 0.5 * cosine * cosine);
 #else

@@ -49,7 +49,7 @@ class Eye:
         self._ended: dict[Region, int] = {}
         self._sent: Path | None = None  # ahead
         self.camera = EyeCamera(device, layer, scene, frame, settings, needs)
-        self._footprint = self.camera.widths() if needs.programs.bumps else {}
+        self.footprint = self.camera.widths() if needs.programs.bumps else {}
         self._shade: Shade | None = None
         self._tracers: list[Kernel] = []  # of eye rays, and of others if those see something else
         if needs.surfaces:
@@ -259,7 +259,7 @@ class Eye:
             "distant_lights": self._tables.distant_lights,
             "lamps": len(self._tables.emitters),
             "frame_size": (self._settings.width, self._settings.height),
-            **self._footprint,
+            **self.footprint,
         }
 
 

@@ -197,7 +197,8 @@ class DevicePhotonMapper:
             draw_of(self._settings, batch.index)
             | {"alive_slot": self._tally.next_slot(), "first_bounce": first, "bounces": bounces}
             | {"first_to_deposit": batch.first_to_deposit(self._settings)}
-            | {"numbered": batch.numbered},
+            | {"numbered": batch.numbered}
+            | dict(self._tables.footprint),
         )
         place, deposit, *caustics = flight.landed
         caustic = dict(zip(("caustic",), caustics, strict=False))

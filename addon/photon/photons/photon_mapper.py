@@ -166,7 +166,7 @@ class PhotonMapper:
         self.deposits.clear()
         alive = photons
         for bounce in range(self._needs.photon_bounces + 1):
-            draw = draw_of(settings, batch.index) | {"bounce": bounce}
+            draw = {**draw_of(settings, batch.index), "bounce": bounce, **self._tables.footprint}
             streams = {**paths.fronts(), "hit": paths.hit, **paths.points(shade, projector)}
             streams |= {f"next_{name}": stream for name, stream in paths.backs().items()}
             launch(tracer, streams, self._tables)

@@ -35,6 +35,11 @@ PORTAL_DEFINES: Defines = {"PORTALS": MOST_PORTALS, "ONE_WAY": 1}  # of photons 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 
 
+# In Cycles a path's pixel widens with all of its length. What photons leave from is seen by way of
+# another surface.
+PHOTONS_FARTHER = 2
+
+
 @dataclass(frozen=True)
 class SceneNeeds:
     """The scene summed up once; the pipeline is built from it."""
@@ -173,10 +178,14 @@ class SceneNeeds:
     @cached_property
     def eye_defines(self) -> Defines:
         """What kernels of visible points are compiled with."""
-        seen = {"FOOTPRINT": 1} if self.programs.bumps else {}
         chains = {"CHAINS": 1} if self.transparent else {}
         chains |= {"DISPERSED_CHAINS": 1} if self.disperses else {}
-        return self._point_defines | self.programs.defines | seen | chains
+        return self._point_defines | self.programs.defines | self._footprint(1) | chains
+
+    def _footprint(self, times: int) -> dict[str, int | float]:
+        """What Shade is compiled with where there are bumps: how many times as far as straight from
+        the eye rays have come there."""
+        return {"FOOTPRINT": times} if self.programs.bumps else {}
 
     @property
     def _point_defines(self) -> dict[str, int | float]:
@@ -264,7 +273,12 @@ class SceneNeeds:
         defines |= self.rays(*RAYS) | (BLEND if self.gathered_lobes else {})
         defines |= {"DIRECTIONS": 1} if self.directions else {}
         defines |= self.caustic_defines
-        return {**defines, **self.arrival_defines, **self.programs.defines}
+        return {
+            **defines,
+            **self.arrival_defines,
+            **self.programs.defines,
+            **self._footprint(PHOTONS_FARTHER),
+        }
 
     def rays(self, *names: str) -> dict[str, int]:
         """What a kernel is compiled with that traces rays of these names, if it makes a difference:

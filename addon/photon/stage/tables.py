@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import moderngl
@@ -78,6 +79,8 @@ class Tables:
         self.aims: Aims | None = None
         self.portals = PORTAL.zeros(MOST_PORTALS)
         self.photon_portals = PORTAL.zeros(0)  # through which photons go on
+        # How wide a pixel is to the eye, for photons that meet bumps: EyeCamera.widths.
+        self.footprint: Mapping[str, tuple[float, ...]] = {}
         self.transparent = np.zeros(0, bool)  # (K,) which of the mesh's triangles are
         seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
         self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
@@ -220,9 +223,11 @@ class Tables:
         write_table(self.textures["portals"], texels_of(found))
 
     def starts(self) -> bytes:
-        """How photons start at lights, and where they are led, for comparison."""
+        """How photons start at lights, where they are led, and how fine what they meet is, for
+        comparison."""
         aims = self.aims.bytes() if self.aims else b""
-        return self.lights["chosen"].tobytes() + aims + self.photon_portals.tobytes()
+        led = self.photon_portals.tobytes() + repr(self.footprint).encode()
+        return self.lights["chosen"].tobytes() + aims + led
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
         """Those tables that a kernel declares."""
