@@ -113,7 +113,8 @@ def _load(path: Path) -> Any:
 class Denoiser:
     """Filters pictures (h, w, 3) float32; the same pictures, device and version give the same bits.
 
-    A context manager: memory is taken when a picture comes, and given back at the end.
+    A context manager, or to be closed: a picture's memory is taken when it comes and given back
+    with it, the device's at the end.
     """
 
     def __init__(self, path: Path | None = None, on_cpu: bool = False, threads: int = 0) -> None:
@@ -152,6 +153,10 @@ class Denoiser:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give its memory back."""
         if self._device:
             self._library.oidnReleaseDevice(self._device)
             self._device = None

@@ -164,6 +164,7 @@ class _Preparation:
             resolver = way.resolver(film, names)
             self._own.append(resolver.release)
             denoised = DenoisingResolver(film) if settings.denoise else None
+            self._own += [denoised.release] if denoised else []
             estimators = self._estimators(stage, needs) if mapper else None
             if mapper:
                 self._start_pilot(mapper, stage, needs, eye)

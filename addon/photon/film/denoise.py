@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -79,8 +80,27 @@ def _over(a: Floats, b: Floats) -> Floats:
     return np.divide(a, b, where=b > 0.0, out=np.zeros_like(a))
 
 
+class Opened:
+    """OpenImageDenoise, which a thread opens while others work: a GPU takes ten times as long for
+    that as for a picture."""
+
+    def __init__(self) -> None:
+        self._thread = ThreadPoolExecutor(1)
+        self._denoiser = self._thread.submit(Denoiser)
+
+    def denoiser(self) -> Denoiser:
+        """Open. Raises DenoiserError."""
+        return self._denoiser.result()
+
+    def release(self) -> None:
+        """Close it."""
+        self._thread.shutdown()
+        if not self._denoiser.exception():
+            self._denoiser.result().close()
+
+
 def picture_denoised(
-    images: Mapping[str, Picture], strip_statistics: Iterable[Statistics]
+    images: Mapping[str, Picture], strip_statistics: Iterable[Statistics], opened: Opened
 ) -> Denoised:
     """Combined of `images`, which were made of `strip_statistics`, without its noise: by
     OpenImageDenoise, which goes by the first albedo and normal that are no mirror's. Raises
@@ -97,10 +117,10 @@ def picture_denoised(
         def filtered(picture: Picture) -> Picture:
             return unit * denoiser.denoised(picture / unit, features)
 
-        with denoiser:
-            return replace(denoised(plain, half, share, filtered), by=denoiser.name)
+        return replace(denoised(plain, half, share, filtered), by=denoiser.name)
 
     try:
-        return by(Denoiser())
+        return by(opened.denoiser())
     except DenoiserError:  # a GPU may have no room beside the scene
-        return by(Denoiser(on_cpu=True))
+        with Denoiser(on_cpu=True) as on_cpu:
+            return by(on_cpu)

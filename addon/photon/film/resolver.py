@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .denoise import picture_denoised
+from .denoise import Opened, picture_denoised
 from .error import Error, error_of
 from .film import Statistics
 from .picture import FEATURES, images_for, picture_of
@@ -69,12 +69,19 @@ class DenoisingResolver(HostResolver):
 
     by = "none"  # which denoiser made the last picture
 
+    def __init__(self, film: StripFilm) -> None:
+        super().__init__(film)
+        self._opened = Opened()
+
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Error]:
         """As Resolver's. Raises DenoiserError."""
         strip_statistics = self._strip_statistics({*wanted, *FEATURES})
         with_image = "Error" in wanted
         images = self._picture(strip_statistics(), {*wanted, *FEATURES, "Combined"})
-        plain, found = images["Combined"], picture_denoised(images, strip_statistics())
+        plain, found = (
+            images["Combined"],
+            picture_denoised(images, strip_statistics(), self._opened),
+        )
         images["Combined"] = np.concatenate([found.picture, plain[..., 3:]], axis=-1)
         error = error_of(strip_statistics(), plain, with_image, found.picture, found.left)
         self.by = found.by
