@@ -28,6 +28,7 @@ SCENES = ("cornell_box", "cornell_classic", "cornell_mirror", *LIT)
 SIZE = 128  # [px] of the square references
 SIZES = dict.fromkeys(SCENES, SIZE) | {"daylight": 64}  # the fewer pixels, the more samples each
 BOUNCES = 64
+TURNED_OFF = ("Clamp Indirect", "Filter Glossy")  # by `prepare`, of what reports name
 
 PHONG_OSL = """
 shader phong_lobe(float Exponent = 10, color Color = 0, output closure color BSDF = 0)

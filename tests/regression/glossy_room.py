@@ -18,6 +18,8 @@ import bpy
 from addon.blender.export import snapshot
 from addon.photon.scene import Scene
 
+from .cycles import TURNED_OFF
+
 SIZE = 64  # [px]
 HALF, HEIGHT = 2.0, 4.0  # [m] of the room
 LAMP = (-0.9, -0.8, 3.2)  # [m]
@@ -81,7 +83,7 @@ def open_room(case: Case) -> Scene:
     scene.camera = add(camera, (0, -7, 2))
     scene.camera.rotation_euler = (math.pi / 2, 0, 0)
     exported, report = snapshot(bpy.context.evaluated_depsgraph_get())
-    lost = [e for e in report.entries if e.status == "ignored" and e.feature != "Clamp Indirect"]
+    lost = [e for e in report.entries if e.status == "ignored" and e.feature not in TURNED_OFF]
     assert not lost, lost
     return exported
 

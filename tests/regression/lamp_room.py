@@ -16,6 +16,7 @@ import bpy
 from addon.blender.export import snapshot
 from addon.photon.scene import Scene
 
+from .cycles import TURNED_OFF
 from .glossy_room import HALF, HEIGHT, SIZE, add, add_quad, new_material
 
 # By name: Blender's type, place, rotation [deg], scale and settings of the light.
@@ -75,7 +76,7 @@ def open_case(name: str) -> Scene:
     render.resolution_x = render.resolution_y = SIZE
     render.resolution_percentage = 100
     exported, report = snapshot(bpy.context.evaluated_depsgraph_get())
-    lost = [e for e in report.entries if e.status != "exact" and e.feature != "Clamp Indirect"]
+    lost = [e for e in report.entries if e.status != "exact" and e.feature not in TURNED_OFF]
     assert not lost, lost
     return exported
 

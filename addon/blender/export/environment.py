@@ -32,9 +32,8 @@ def read_turned(node: bpy.types.Node, scope: Scope) -> Turned | None:
     """The image of an Environment Texture that is there; None if its pixels need more than a turn,
     or are not linear colours or sRGB."""
     image = node.image
-    space = space_of(image.colorspace_settings)
-    # Of floats that sRGB's curve codes Cycles decodes what it has interpolated.
-    linear = space is not (Space.SRGB if image.is_float else Space.OTHER)
+    # Blender hands out floats as linear colours.
+    linear = image.is_float or space_of(image.colorspace_settings) is not Space.OTHER
     if node.projection != "EQUIRECTANGULAR" or image.source not in ("FILE", "GENERATED"):
         return None
     matrix = _direction(node, scope)
