@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What outlives a render: the scene as it is set up on the device, and where its photons landed.
 
-The paper's future work: while nothing but the camera moves, photons are not traced again.
+The paper's future work: while nothing but the camera moves, photons are not traced again,
+unless they meet bumps, which are as fine as the eye sees them.
 """
 
 from __future__ import annotations

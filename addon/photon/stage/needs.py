@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...streams import Defines, Made
-from ..scene import ALL_RAYS, RAY_BITS, RAYS, TRANSPARENT, Camera, Light, Material, Scene
+from ..scene import ALL_RAYS, RAY_BITS, RAYS, TRANSPARENT, Camera, Light, Material, Result, Scene
 from ..settings import Settings
 from .gathered import BLEND, can_gather, send_rays
 from .geometry import Mesh
@@ -121,7 +121,7 @@ class SceneNeeds:
             and by_chains
             and (glows or any("glossy" in x.found_by for x in met)),
             transparent_depth=settings.transparent_depth if transparent else 0,
-            filter_programs=ProgramNeeds.of_some(scene, of_transmittance),
+            filter_programs=_programs_of(scene, materials, of_transmittance),
             light_kinds=of_mesh | {light.kind for light in emitting},
             tangents=len(mesh.tangents) > 0,
             smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc")
@@ -141,7 +141,7 @@ class SceneNeeds:
             or no_caustics > 0,
             no_caustics=no_caustics,
             programs=ProgramNeeds.of(scene),
-            glow_programs=ProgramNeeds.of_some(scene, of_emission) if glows else ProgramNeeds(),
+            glow_programs=_programs_of(scene, materials if glows else (), of_emission),
             **_of_materials(materials, lobes),
             **_of_settings(settings),
             **_of_camera(scene.camera),
@@ -379,6 +379,13 @@ def _used(scene: Scene, mesh: Mesh) -> list[Material]:
         return []
     shown = scene.material if scene.moving else mesh.triangles["material"].astype(int)
     return [scene.materials[number] for number in np.unique(shown)]
+
+
+def _programs_of(
+    scene: Scene, materials: Sequence[Material], asked: Callable[[Material], list[Result]]
+) -> ProgramNeeds:
+    """What programs need that tell some results; nothing where none of these materials has any."""
+    return ProgramNeeds.of_some(scene, asked) if any(map(asked, materials)) else ProgramNeeds()
 
 
 def _of_materials(materials: Sequence[Material], lobes: Sequence[Sequence[str]]) -> dict[str, Any]:
