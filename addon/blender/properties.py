@@ -340,26 +340,28 @@ def settings_from(
     )
 
 
+def _of_cycles(scene: bpy.types.Scene, name: str, usual: Any) -> Any:
+    """Return a scene's setting that is Cycles' own; `usual` where Cycles is absent."""
+    return getattr(getattr(scene, "cycles", None), name, usual)
+
+
 def bounces_of(scene: bpy.types.Scene) -> int:
     """Return Cycles' Max Bounces; its default where Cycles is absent."""
-    cycles = getattr(scene, "cycles", None)
-    return int(cycles.max_bounces) if cycles else DEFAULTS.mirror_depth
+    return int(_of_cycles(scene, "max_bounces", DEFAULTS.mirror_depth))
 
 
 def transparent_bounces_of(scene: bpy.types.Scene) -> int:
     """Return Cycles' limit, which is the scene's; its default where Cycles is absent."""
-    cycles = getattr(scene, "cycles", None)
-    return int(cycles.transparent_max_bounces) if cycles else DEFAULTS.transparent_depth
+    return int(_of_cycles(scene, "transparent_max_bounces", DEFAULTS.transparent_depth))
 
 
 def film_of(scene: bpy.types.Scene) -> dict[str, Any]:
     """Return the settings of the film, which are Cycles' own; its defaults where it is absent."""
-    cycles = getattr(scene, "cycles", None)
-    kind = getattr(cycles, "pixel_filter_type", "BLACKMAN_HARRIS")
+    kind = _of_cycles(scene, "pixel_filter_type", "BLACKMAN_HARRIS")
     return {
         "pixel_filter": PIXEL_FILTERS[kind],
-        "pixel_width": getattr(cycles, "filter_width", 1.5),
-        "exposure": getattr(cycles, "film_exposure", 1.0),
+        "pixel_width": _of_cycles(scene, "filter_width", 1.5),
+        "exposure": _of_cycles(scene, "film_exposure", 1.0),
     }
 
 

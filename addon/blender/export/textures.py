@@ -240,8 +240,6 @@ def _key(image: bpy.types.Image, packed: Any, clips: bool, limit: int) -> Any:
         size = image.generated_width, image.generated_height
         kind = image.generated_type, image.use_generated_float
         made = *size, *kind, *image.generated_color
-    settings = (
-        *(image.colorspace_settings.name, image.alpha_mode, image.file_format),
-        working_space(),
-    )
+    spaces = image.colorspace_settings.name, working_space()
+    settings = *spaces, image.alpha_mode, image.file_format
     return made, settings, clips, limit
