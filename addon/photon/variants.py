@@ -51,7 +51,7 @@ from .stage.kinds import (
 )
 from .stage.light_tables import BoundsOfLights, LightFlux
 from .stage.light_tree import DRAWN_RAYS
-from .stage.needs import MOST_LOBES, SceneNeeds
+from .stage.needs import AHEAD_DEFINES, MOST_LOBES, SPARED_DEFINES, SceneNeeds
 from .stage.programs import ProgramNeeds
 
 # Those that no define changes.
@@ -280,8 +280,13 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
         for arrivals, absorption in product((False, True), repeat=2):
             asked = replace(scene, arrivals=arrivals, absorption=absorption)
             yield kernel, asked.photon_defines, scene.made
-            if kernel is Reflector and asked.leads and not (arrivals or absorption):
-                yield kernel, asked.portal_defines, scene.made
+            if arrivals or absorption or not asked.leads:
+                continue
+            if kernel is Reflector:
+                yield kernel, {**asked.photon_defines, **SPARED_DEFINES}, scene.made
+                yield kernel, {**asked.photon_defines, **AHEAD_DEFINES}, scene.made
+            if kernel is Shade and asked.lobes:
+                yield kernel, {**asked.photon_defines, **AHEAD_DEFINES}, scene.made
     yield Shade, scene.eye_defines, scene.made
     if scene.gathered_lobes:
         yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
@@ -310,7 +315,9 @@ def compute_programs() -> Iterator[tuple[str, str, Made]]:
             asked = replace(scene, arrivals=arrivals)
             yield Bounces.stem, declarations(asked.photon_defines), scene.made
             if scene.leads and not arrivals and not scene.programs.nodes:
-                yield Bounces.stem, declarations(asked.portal_defines), scene.made
+                for portals in (SPARED_DEFINES, AHEAD_DEFINES):
+                    defines = declarations({**asked.photon_defines, **portals})
+                    yield Bounces.stem, defines, scene.made
 
 
 def drawn() -> Iterator[tuple[type[DrawKernel], SplatShape, Defines]]:

@@ -16,7 +16,7 @@ void kernel() {
     photon.flux = arriving_flux(photon.flux);
     LobeSample by_lobe = sample_photon_lobe(point, u.yz);
     RayAtSurface ray = ray_at_surface(point.place);
-    Roulette chance = roulette_of(point, by_lobe, ray);
+    Roulette chance = roulette_of(point, by_lobe, ray, u);
     vec3 normal = point.facing.normal;
     Leaving leaving = Leaving(photon, point.incoming, normal, false);
     if (is_diffuse(chance, u.x)) {

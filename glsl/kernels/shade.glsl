@@ -83,7 +83,7 @@ void kernel() {
     }
 #endif
 #else
-    vec3 onward = reflect_diffusely(facing, reflection_numbers(load_flux()));
+    vec3 onward = diffuse_way(surface.position, facing, reflection_numbers(load_flux())).direction;
     Diffuse diffuse = diffuse_below(material, cosine_to_viewer(facing, shading, onward));
     Lobes lobes = lobes_of(material, facing, shading, -direction, turn);
 #endif

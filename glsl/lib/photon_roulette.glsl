@@ -2,8 +2,8 @@
 // With which probability a photon is scattered by which lobe of its point. Else it is absorbed, unless it goes through
 // a portal, or behind a surface that is hidden from some of its rays.
 #include "lib/photon_lobe.glsl"
-#ifdef PORTALS
-#include "lib/openings.glsl"
+#include "lib/reflection.glsl"
+#ifdef SPARED
 
 // Of what a diffuse surface scatters, what goes through portals at least.
 const float LEAST_BY_PORTAL = 0.2;
@@ -12,7 +12,10 @@ const float LEAST_BY_PORTAL = 0.2;
 struct Roulette {
     float diffuse;  // by Lambert's lobe, in a direction by the cosine
     float lobe;     // by the other one
-#ifdef PORTALS
+#ifdef AHEAD
+    DiffuseWay way;
+#endif
+#ifdef SPARED
     float portal;   // by Lambert's lobe, in a direction through a portal
     float angles;   // of all portals that the point sees [sr]
 #endif
@@ -21,7 +24,7 @@ struct Roulette {
 // Who would be absorbed goes through a portal instead. By the density of both ways no photon gains flux, but for white
 // surfaces'.
 void give_portals_share(inout Roulette chance, PhotonPoint point, RayAtSurface ray) {
-#ifdef PORTALS
+#ifdef SPARED
     if (chance.diffuse > 0.0 && !is_hidden(ray)) chance.angles = portals_seen(point.place.position, point.facing.normal);
     if (!(chance.angles > 0.0)) return;
     float absorbed = max(0.0, 1.0 - chance.diffuse - chance.lobe);
@@ -30,9 +33,15 @@ void give_portals_share(inout Roulette chance, PhotonPoint point, RayAtSurface r
 #endif
 }
 
-Roulette roulette_of(PhotonPoint point, LobeSample by_lobe, RayAtSurface ray) {
+// `u`: the numbers by which the photon is reflected.
+Roulette roulette_of(PhotonPoint point, LobeSample by_lobe, RayAtSurface ray, vec4 u) {
     Roulette chance;
     chance.diffuse = mean(point.diffuse.albedo);
+#ifdef AHEAD
+    // As many go by the cosine as without portals, unless there are too few to spare.
+    chance.way = diffuse_way(point.place.position, point.facing, u);
+    chance.diffuse /= 1.0 - chance.way.by_portal;
+#endif
     chance.lobe = by_lobe.albedo;
     float all = max(1.0, chance.diffuse + chance.lobe);
     chance.diffuse /= all;
@@ -45,7 +54,7 @@ Roulette roulette_of(PhotonPoint point, LobeSample by_lobe, RayAtSurface ray) {
     chance.lobe *= may_scatter_by(by_lobe.lobe, ray) ? share : 0.0;
 #endif
 #endif
-#ifdef PORTALS
+#ifdef SPARED
     chance.portal = chance.angles = 0.0;
 #endif
     give_portals_share(chance, point, ray);
@@ -54,7 +63,7 @@ Roulette roulette_of(PhotonPoint point, LobeSample by_lobe, RayAtSurface ray) {
 
 // Whether a number in [0, 1) says that Lambert's lobe scatters the photon.
 bool is_diffuse(Roulette chance, float u) {
-#ifdef PORTALS
+#ifdef SPARED
     if (chance.angles > 0.0 && u >= chance.diffuse + chance.lobe) return true;
 #endif
     return u < chance.diffuse;

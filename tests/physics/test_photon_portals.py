@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from addon.photon.kernels.records import PORTAL
 from addon.photon.photons import aim
 from addon.photon.photons.photon_portals import NO_PORTALS
-from addon.photon.scene import Scene, point_light
+from addon.photon.scene import Lobe, Material, Scene, point_light
 from addon.streams import Device
 from tests.measure import fallen, rendered
-from tests.scenes import Builder, camera, closed_sphere, plain_material
+from tests.scenes import DIM, Builder, camera, closed_sphere, plain_material
 
 SETTINGS: dict[str, Any] = {"width": 24, "height": 24, "photons": 20000, "radius": 0.4}
 WALL = plain_material("wall", (0.7, 0.5, 0.3))
@@ -118,6 +118,34 @@ def test_a_furnace_stays_even(
     plain, _ = arrived(device, closed_sphere(1.0), backend=backend, **settings)
     np.testing.assert_allclose(plain, 4.0 * np.pi * bounces, rtol=1e-3)
     np.testing.assert_allclose(flux, plain, rtol=0.02)
+
+
+@pytest.mark.parametrize("backend", ["fragment", "compute"])
+def test_below_what_lies_over(
+    device: Device, monkeypatch: pytest.MonkeyPatch, backend: str
+) -> None:
+    """A floor under a dielectric, which reflects more towards the horizon: what comes from it to a
+    wall through a portal is as much as without."""
+    if backend == "compute" and not device.has_compute:
+        pytest.skip("no compute programs")
+    shape = {"alpha_x": 0.09, "alpha_y": 0.09, "turn": 0.0, "compensated": 1.0, "ior": 1.5}
+    glaze = Lobe("ggx_dielectric", (0.04,) * 3, shape, covered=(0.6, 0.5, 0.4))
+    built = Builder().quad((-5, -5, 0), (5, -5, 0), (5, 5, 0), (-5, 5, 0), 0, "floor")
+    built.box((2, -1, 0.02), (2.1, 1, 0.8), 1, "wall")
+    materials = [Material("glazed", (0.0,) * 3, (glaze,)), DIM]
+    lamp = point_light("lamp", (0, 0, 0.7), (100.0,) * 3)
+    scene = built.scene(camera((2.5, 0, 0.3), (2.05, 0, 0.3), 40), [lamp], materials)
+    portal = PORTAL.zeros(1)
+    portal["across"], portal["axis"] = (0, 1, 0), (-1, 0, 0)
+    portal["middle"], portal["width"], portal["height"] = (1.99 / 5, 0, 0), 2 / 5, 0.8 / 5
+    settings = {"backend": backend, "photons": 200_000, "width": 4, "height": 4}
+    found = []
+    for portals in (NO_PORTALS, portal):
+        force(monkeypatch, portals)
+        each = [arrived(device, scene, seed=seed, **settings)[0][1].mean() for seed in range(6)]
+        found.append(np.array(each))
+    chance = np.sqrt((found[0].var() + found[1].var()) / 5)
+    assert abs(found[0].mean() - found[1].mean()) < 3.0 * chance < 0.06 * found[0].mean()
 
 
 def test_where_the_lamp_is_seen_there_are_none(device: Device) -> None:

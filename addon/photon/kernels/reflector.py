@@ -33,6 +33,8 @@ class Reflector(Kernel):
         "NORMALS",
         "PORTALS",
         "ONE_WAY",
+        "SPARED",
+        "AHEAD",
     )
     inputs = {
         "origin": When(("ARRIVALS", "ABSORPTION"), RAY_ORIGIN),

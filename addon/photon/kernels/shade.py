@@ -18,6 +18,7 @@ from .records import (
     MATERIAL_LOBE,
     PIXEL,
     PLACE,
+    PORTAL,
     RAY_DIRECTION,
     SHADING,
     SHAPE,
@@ -76,6 +77,9 @@ class Shade(Kernel):
         *GATHERED_LOBES,
         *PROGRAM_DEFINES,
         "FOOTPRINT",  # bumps are as fine as the eye sees
+        "PORTALS",  # of photons
+        "ONE_WAY",
+        "AHEAD",
     )
     inputs = {
         "pixel": When("EYE", PIXEL),
@@ -104,5 +108,6 @@ class Shade(Kernel):
         "materials": Table(MATERIAL),
         "material_lobes": When("LOBES", Table(MATERIAL_LOBE)),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
+        "photon_portals": When("AHEAD", Table(PORTAL)),
         **PROGRAM_TABLES,
     }

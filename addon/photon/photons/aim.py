@@ -7,6 +7,7 @@ All of it is a function of seed and scene, made again by whoever needs it.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from .mapper import Mapper
 from .photon_portals import is_hidden, portals_by
 from .portals import NO_PORTALS, portals_of
 from .starts import Starts, even_shares, groups_of, proposed, starts_by, variance
+from .surroundings import Surrounded, is_small, surrounded
 from .view import View
 
 FIRST_PASS = 1 << 31  # numbers no pass of a picture has
@@ -65,10 +67,12 @@ class Aiming:
         self._plain = self._used = Starts(tables.by_flux, None)
         self._learned: Starts | None = None
         self._view: View | None = None
+        self._surrounded: Surrounded | None = None
         self._mesh = mesh
         tables.open(NO_PORTALS)
         tables.lead(NO_PORTALS)
         self._seeks = can_lead and is_hidden(mesh, tables, eye)
+        self._is_outside = can_lead and tables.distant_lights > 0
         fluxes = [tables.by_flux[group].sum() for group in groups_of(tables)]
         outshone = bool(fluxes) and max(fluxes) > OUTSHINES * min(fluxes)
         late = 1 if len(fluxes) > 1 else PASSES_OF_ONE
@@ -113,6 +117,11 @@ class Aiming:
             return self._plain
         if tables.has_world:
             tables.open(portals_of(view, self._mesh, tables.transparent))
+        if self._is_outside and is_small(view):
+            self._use(self._from_afar(view))
+            self._surrounded = surrounded(self._mapper, view, self._mesh, LED_PASS)
+            if self._surrounded:
+                tables.lead(self._surrounded.faces, around=True)
         importance = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
         starts = self._starts(importance, view)
         if self._seeks:
@@ -145,7 +154,10 @@ class Aiming:
     def _trace(self, starts: Starts, at: int, view: View, photons: int) -> Importance | None:
         self._use(starts)
         index, wide = FIRST_PASS + at, 1.0 if at else WIDE
-        return importance_of(self._mapper, self._tables, view, self._seed, index, photons, wide)
+        found = importance_of(self._mapper, self._tables, view, self._seed, index, photons, wide)
+        if found and self._surrounded:  # nothing comes to the rest
+            found = replace(found, known=min(found.known / self._surrounded.share, 1.0))
+        return found
 
     def _by_shares(self, importance: Importance, view: View) -> Starts:
         """By lights alone, if that is worth it."""
@@ -173,6 +185,13 @@ class Aiming:
         """By what is known, and where that is little, light from afar by what the picture shows."""
         tables = self._tables
         if tables.distant_lights and self._is_unknown(importance):
-            origin, direction = np.split(self._mapper.rays(FIRST_PASS, 1)[0], 2)
-            return Starts(even_shares(tables), proposed(tables, view, float(-origin @ direction)))
+            return self._from_afar(view)
         return starts_by(importance, tables, view) if importance else self._plain
+
+    def _from_afar(self, view: View) -> Starts:
+        """Light from afar at all distances from what the picture shows alike."""
+        around = self._surrounded
+        middle = around.middle if around else np.median(view.places, axis=0)
+        origin, direction = np.split(self._mapper.rays(FIRST_PASS, 1)[0], 2)
+        extent = float(-origin @ direction)
+        return Starts(even_shares(self._tables), proposed(self._tables, view, extent, middle))

@@ -92,7 +92,7 @@ class DevicePhotonMapper:
         self._dropped = 0  # deposits, before it
         self._paths = PathsBySize(device, Paths)
         self._landed: tuple[Stream, ...] = ()
-        self._tells_caustics = needs.caustics
+        self._tells_caustics, self._covers = needs.caustics, needs.covers
         self.deposits = DeviceDeposits(device, needs.caustics)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
 
@@ -187,7 +187,7 @@ class DevicePhotonMapper:
         """Launch as many bounces as there is room for, of the photons that are alive."""
         self._compact(flight)
         batch, paths, first = flight.batch, flight.paths, flight.bounce
-        program = self._bounces.of(self._tables.portal_defines)
+        program = self._bounces.of(self._tables.portal_defines(self._covers))
         bounces = min(flight.landed[0].size[1] // paths.rows, self._most_bounces - first)
         program.run(
             paths.fronts(),

@@ -144,23 +144,25 @@ class PhotonMapper:
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
         defines, made = needs.photon_defines, needs.made
         self._emission = Emission(device, layer, tables, needs)
-        self._kernels = (
-            tracer,
-            Shade(device, layer, defines, made=made),
-            Projector(device, layer, defines, made=needs.made),
-        )
+        self._kernels = (tracer, Projector(device, layer, defines, made=needs.made))
+
+        def shade(more: Defines) -> Shade:
+            return Shade(device, layer, {**defines, **more}, made=made)
 
         def reflector(more: Defines) -> Reflector:
             return Reflector(device, layer, {**defines, **more}, made=made)
 
-        self._reflectors = ByDefines(reflector)
+        self._shades, self._reflectors = ByDefines(shade), ByDefines(reflector)
+        self._shades.of({})
         self._reflectors.of({})
 
     def start(self, batch: PhotonBatch) -> None:
         """Trace a batch until all its photons have ended."""
         settings, photons = self._settings, batch.photons
-        tracer, shade, projector = self._kernels
-        reflector = self._reflectors.of(self._tables.portal_defines)
+        tracer, projector = self._kernels
+        portals = self._tables.portal_defines(self._needs.covers)
+        shade = self._shades.of(self._needs.shade_defines(portals))
+        reflector = self._reflectors.of(portals)
         paths = self._paths.of(photons)
         self._emission.run(paths.fronts(), draw_of(settings, batch.index), photons)
         self.deposits.clear()
@@ -195,7 +197,8 @@ class PhotonMapper:
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
         own = {kernel.stem: kernel.launches for kernel in self._kernels}
-        return self._emission.launches() | own | {Reflector.stem: self._reflectors.launches}
+        own |= {Shade.stem: self._shades.launches, Reflector.stem: self._reflectors.launches}
+        return self._emission.launches() | own
 
     def _compacted(self, paths: _PathsAndEnds, alive: int) -> _PathsAndEnds:
         """The photons that are alive, in order, in streams of half the size or less if they fit.
@@ -217,6 +220,6 @@ class PhotonMapper:
         """Free streams and kernels."""
         self._paths.release()
         self._emission.release()
-        for kernel in (*self._kernels, *self._reflectors.made()):
+        for kernel in (*self._kernels, *self._shades.made(), *self._reflectors.made()):
             kernel.release()
         self.deposits.release()

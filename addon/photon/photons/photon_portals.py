@@ -8,7 +8,7 @@ count, and kept where other photons tell that they leave much less variance at e
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from ..kernels.records import PORTAL
 from ..stage.geometry import Mesh
 from ..stage.tables import Tables
-from .mapper import Mapper, PhotonBatch
+from .landed import Landed, trace_few
+from .mapper import Mapper
 from .portals import LIFT, NO_PORTALS, sphere
 from .view import Doubles, View
 
@@ -100,34 +101,22 @@ class _Shown:
 
 
 @dataclass(frozen=True)
-class _Landed:
-    """Photons of a pass, in order of bounce and photon."""
+class _Landed(Landed):
+    """And where in what is shown."""
 
-    places: Doubles  # (n, 3)
-    normals: Doubles  # (n, 3) about, of their surfaces
-    flux: Doubles  # (n,)
-    numbers: NDArray[np.intp]  # (n,) the photons'
     at: NDArray[np.intp]  # (n,) which of the cells that are shown they are in, if they are in one
     counts: NDArray[np.bool_]  # (n,) whether they are, and have bounced
 
 
 def _landed(mapper: Mapper, index: int, view: View, shown: _Shown) -> _Landed:
-    """Trace a pass of few photons, once for their numbers and once for normals."""
-    batch = PhotonBatch(index, PHOTONS, first_hits=True)
-    mapper.start(replace(batch, numbered=True))
-    _, numbered = mapper.finish().arrays()
-    numbers = numbered[:, 3].astype(np.intp)
-    mapper.start(batch)
-    place, deposit = mapper.finish().arrays()
-    flux = deposit[:, :3].mean(axis=1).astype(np.float64)
-    places, normals = place[:, :3].astype(np.float64), _unpacked(deposit[:, 3])
-    falls = np.flatnonzero(np.diff(numbers) <= 0)
-    first = int(falls[0]) + 1 if len(falls) else len(numbers)  # that has bounced
+    """Trace few photons of a pass."""
+    found = trace_few(mapper, index, PHOTONS)
+    places, normals, numbers, first = found.places, found.normals, found.numbers, found.first
     own = _cells(view, places[first:], normals[first:])
     at, counts = np.zeros(len(numbers), np.intp), np.zeros(len(numbers), bool)
     at[first:] = np.minimum(np.searchsorted(shown.cells, own), len(shown.cells) - 1)
     counts[first:] = shown.cells[at[first:]] == own
-    return _Landed(places, normals, flux, numbers, at, counts)
+    return _Landed(places, normals, found.flux, numbers, first, at, counts)
 
 
 def _cells(view: View, places: Doubles, normals: Doubles) -> NDArray[np.int64]:
@@ -215,17 +204,3 @@ def _sees(tree: Tree, places: Doubles, lamp: Doubles) -> NDArray[np.bool_]:
     origins = places.astype(np.float32)
     hidden: NDArray[np.bool_] = native.occluded(*tree, origins, directions, *limits)
     return ~hidden
-
-
-def _unpacked(codes: NDArray[np.float32]) -> Doubles:
-    """(n, 3) photons' normals (glsl/lib/packing.glsl)."""
-    x, y = np.divmod(codes.astype(np.float64), 4096.0)
-    x, y = x / 4095.0 * 2.0 - 1.0, y / 4095.0 * 2.0 - 1.0
-    z = 1.0 - np.abs(x) - np.abs(y)
-    turned = (
-        (1.0 - np.abs(y)) * np.where(x >= 0, 1, -1),
-        (1.0 - np.abs(x)) * np.where(y >= 0, 1, -1),
-    )
-    normals = np.stack([np.where(z < 0, turned[0], x), np.where(z < 0, turned[1], y), z], axis=1)
-    unit: Doubles = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    return unit

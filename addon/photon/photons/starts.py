@@ -82,10 +82,9 @@ def variance(importance: Importance, tables: Tables, starts: Starts) -> float:
     return float((moments[there] / starts.shares[there]).sum())
 
 
-def proposed(tables: Tables, view: View, extent: float) -> Aims:
-    """Lights afar aimed at all distances from what the picture shows alike, before any photon tells
-    where; `extent`: the radius of the discs that photons start on."""
-    middle = np.median(view.places, axis=0)
+def proposed(tables: Tables, view: View, extent: float, middle: Doubles) -> Aims:
+    """Lights afar aimed at all distances from a middle alike, before any photon tells where;
+    `extent`: the radius of the discs that photons start on."""
     halvings = int(-np.log2(_nearest(view, middle, extent)))
     nodes = np.zeros((2 * halvings + 1, 4), np.float32)
     # Each halves a disc's inner part again, and that one is the first of its halves.

@@ -31,7 +31,11 @@ from .programs import ProgramNeeds, of_emission, of_transmittance
 from .spectrum import made_spectrum
 
 MOST_PORTALS = 4
-PORTAL_DEFINES: Defines = {"PORTALS": MOST_PORTALS, "ONE_WAY": 1}  # of photons that go through some
+FACES = 6  # of a box, that are portals of photons
+# Photons that would be absorbed go through portals.
+SPARED_DEFINES: Defines = {"PORTALS": MOST_PORTALS, "ONE_WAY": 1, "SPARED": 1}
+# Or some do, whatever the surface absorbs: so Shade can draw their way, too.
+AHEAD_DEFINES: Defines = {"PORTALS": FACES, "ONE_WAY": 1, "AHEAD": 1}
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 
 
@@ -59,6 +63,7 @@ class SceneNeeds:
     lobe_kinds: frozenset[str]
     light_kinds: frozenset[str]
     layers: int = 0  # that lie over a lobe at most
+    covers: bool = False  # some lie over Lambert's lobe
     tinted: bool = False  # such a layer colours what it lets through
     tangents: bool = False  # lobes turn with them
     illuminance: bool = False  # is asked for
@@ -253,9 +258,13 @@ class SceneNeeds:
 
     @property
     def leads(self) -> bool:
-        """Whether photons may go on through portals: what lies over Lambert's lobe is weighed by a
-        way that is drawn by the cosine."""
-        return self.photons and not self.layers
+        """Whether photons may go on through portals."""
+        return self.photons
+
+    def shade_defines(self, portals: Defines) -> Defines:
+        """What Shade is compiled with besides where photons go through portals: it draws their way,
+        too, where what lies over Lambert's lobe is weighed by that."""
+        return portals if self.covers else {}
 
     @cached_property
     def photon_defines(self) -> Defines:
@@ -292,11 +301,6 @@ class SceneNeeds:
 
     def _gathered_defines(self, whose: str) -> dict[str, int | float]:
         return {whose: 1, **BLEND} if self.gathered_lobes else {}
-
-    @cached_property
-    def portal_defines(self) -> Defines:
-        """The same where photons go on through portals."""
-        return {**self.photon_defines, **PORTAL_DEFINES}
 
     @cached_property
     def arrival_defines(self) -> Defines:
@@ -396,6 +400,7 @@ def _of_materials(materials: Sequence[Material], lobes: Sequence[Sequence[str]])
         "lobes": min(max(map(len, lobes), default=0), MOST_LOBES),
         "lobe_kinds": frozenset(kinds),
         "layers": max(map(count_layers, materials), default=0),
+        "covers": any(lobe.may_be("covered") for m in materials for lobe in m.lobes),
         # What disperses light weighs each channel by itself, too.
         "tinted": any(map(has_tint, materials)) or any(lobe_kinds()[x].disperses for x in kinds),
     }

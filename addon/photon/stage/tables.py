@@ -22,7 +22,7 @@ from .kinds import light_kinds
 from .light_tables import count_distant, is_seen, light_trees, lights_of, set_shares
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
-from .needs import MOST_PORTALS, PORTAL_DEFINES
+from .needs import AHEAD_DEFINES, FACES, MOST_PORTALS, SPARED_DEFINES
 from .profiles import profile_table
 from .programs import program_tables
 from .upload import texels_of, upload_table, write_table
@@ -79,6 +79,7 @@ class Tables:
         self.aims: Aims | None = None
         self.portals = PORTAL.zeros(MOST_PORTALS)
         self.photon_portals = PORTAL.zeros(0)  # through which photons go on
+        self._around = False  # these are faces of a box
         # How wide a pixel is to the eye, for photons that meet bumps: EyeCamera.widths.
         self.footprint: Mapping[str, tuple[float, ...]] = {}
         self.transparent = np.zeros(0, bool)  # (K,) which of the mesh's triangles are
@@ -191,22 +192,25 @@ class Tables:
             self.textures["light_aims"] = upload_table(self._device, texels_of(aims.lights))
             self.textures["aim_nodes"] = upload_table(self._device, texels_of(aims.nodes))
 
-    def lead(self, portals: NDArray[Any]) -> None:
-        """Let photons go on from diffuse surfaces through portals, (n,) of PORTAL, or none."""
-        if portals.tobytes() == self.photon_portals.tobytes():
+    def lead(self, portals: NDArray[Any], around: bool = False) -> None:
+        """Let photons go on from diffuse surfaces through portals, (n,) of PORTAL, or none;
+        `around`: they are faces of a box about what is shown."""
+        if (portals.tobytes(), around) == (self.photon_portals.tobytes(), self._around):
             return
-        self.photon_portals = portals
+        self.photon_portals, self._around = portals, around
         if (name := "photon_portals") in self.textures:
             self._device.put_back(self.textures.pop(name))
         if len(portals):
-            found = PORTAL.zeros(MOST_PORTALS)
+            found = PORTAL.zeros(FACES)
             found[: len(portals)] = portals
             self.textures[name] = upload_table(self._device, texels_of(found))
 
-    @property
-    def portal_defines(self) -> Defines:
-        """What kernels of photons are compiled with besides, where these go on through portals."""
-        return PORTAL_DEFINES if len(self.photon_portals) else {}
+    def portal_defines(self, covers: bool) -> Defines:
+        """What kernels of photons are compiled with besides, where these go on through portals;
+        `covers`: something lies over Lambert's lobe."""
+        if not len(self.photon_portals):
+            return {}
+        return AHEAD_DEFINES if self._around or covers else SPARED_DEFINES
 
     @property
     def has_world(self) -> bool:

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Things on a plain of kilometres have the light that comes from all of it, and no more noise than
+on ten metres."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.photon.photons import aim, surroundings
+from addon.photon.photons.mapper import PhotonBatch
+from addon.photon.photons.portals import NO_PORTALS
+from addon.photon.renderer import Renderer
+from addon.photon.scene import Light, Lobe, Material, Scene, sun_light, world_light
+from addon.streams import Device
+from tests.measure import fallen, render, rendered
+from tests.scenes import DIM, Builder, camera, plain_material
+
+GROUND = plain_material("ground", (0.5, 0.4, 0.3))
+WHITE = plain_material("white", (0.8, 0.8, 0.8))
+ROUND = {"alpha_x": 0.09, "alpha_y": 0.09, "turn": 0.0, "compensated": 1.0, "ior": 1.5}
+GLAZE = Lobe("ggx_dielectric", (0.04,) * 3, ROUND, covered=(0.5, 0.4, 0.3))
+GLAZED = Material("glazed", (0.0,) * 3, (GLAZE,))
+DOWN = np.array((0.3, 0.5, -0.8)) / np.linalg.norm((0.3, 0.5, -0.8))
+SUN = sun_light("sun", (3.0,) * 3, tuple(DOWN), 0.01)
+SKY = world_light("sky", (0.6, 0.8, 1.0))
+SETTINGS: dict[str, Any] = {"width": 8, "height": 8, "photons": 20000, "radius": 0.1}
+SIDE, HEIGHT = 0.4, 2.0  # [m] of a cube, and of its middle above the plain
+
+
+def on_a_plain(half: float, at: tuple[float, float] = (0.0, 0.0)) -> Builder:
+    """Two by `half` metres wide about `at`."""
+    (x, y), low = at, -half
+    corners = [(x + a, y + b, 0) for a, b in ((low, low), (half, low), (half, half), (low, half))]
+    return Builder().quad(*corners, 0, "plain")
+
+
+def cube(half: float, at: Any = (0.0, 0.0), middle: Any = (0.0, 0.0)) -> Scene:
+    """Above a plain about `middle`."""
+    x, y, near = *at, SIDE / 2
+    built = on_a_plain(half, middle)
+    low, high = (x - near, y - near, HEIGHT - near), (x + near, y + near, HEIGHT + near)
+    built.box(low, high, 1, "cube")
+    eye = camera((x + 1.0, y - 2.0, 2.2), (x, y, HEIGHT), 20)
+    return built.scene(eye, (SUN,), [GROUND, DIM])
+
+
+def boxes(half: float, *lights: Light, ground: Material = GROUND) -> Scene:
+    """Two of a metre beside each other."""
+    built = on_a_plain(half)
+    built.box((-1.2, -0.5, 0), (-0.2, 0.5, 1), 1, "one")
+    built.box((0.3, -0.4, 0), (1.3, 0.6, 1.2), 1, "other")
+    return built.scene(camera((2.5, -4, 4), (0, 0, 0.5), 35), lights, [ground, WHITE])
+
+
+def falls(renderer: Renderer, passes: int = 32) -> NDArray[Any]:
+    """The flux [W] that bounces bring to what is not the plain, of passes, (passes,)."""
+    assert renderer.photons
+    mapper, found = renderer.photons.mapper, []
+    for index in range(passes):
+        mapper.start(PhotonBatch(100 + index, renderer.settings.photons_a_pass))
+        place, deposit = mapper.finish().arrays()
+        flux = deposit[place[:, 3] > 1.0, :3].mean(axis=1)
+        found.append(flux.sum(dtype=float) * renderer.frame.scale**2)
+    return np.array(found)
+
+
+@pytest.mark.parametrize(
+    "half, at, middle",
+    [
+        (500.0, (0.0, 0.0), (0.0, 0.0)),
+        (5000.0, (0.0, 0.0), (0.0, 0.0)),
+        (500.0, (300.0, -250.0), (0.0, 0.0)),
+        (500.0, (5300.0, -3000.0), (5000.0, -3100.0)),
+    ],
+    ids=["1 km", "10 km", "beside its middle", "far from the origin"],
+)
+def test_a_cube_above_a_plain(device: Device, half: float, at: Any, middle: Any) -> None:
+    """By closed form: its walls see the plain in half of the directions by the cosine, and its
+    floor in all; its shadow takes less than a hundredth."""
+    with rendered(device, cube(half, at, middle), **SETTINGS) as renderer:
+        found = falls(renderer)
+    falls_on_plain = SUN.power[0] * -DOWN[2] * np.mean(GROUND.diffuse)
+    exact = 3.0 * SIDE**2 * falls_on_plain
+    assert found.mean() == pytest.approx(exact, rel=0.05)
+    assert found.std() < 0.2 * exact
+
+
+@pytest.mark.parametrize("light", [SUN, SKY], ids=lambda light: light.kind)
+def test_boxes_on_a_plain(device: Device, light: Light) -> None:
+    """Of a kilometre: they have no more noise than on ten metres."""
+    settings = SETTINGS | {"width": 16, "height": 16, "passes": 2}
+    near, far = (
+        np.array(
+            [
+                render(device, boxes(half, light), **settings, seed=seed)["Indirect"].mean(axis=2)
+                for seed in range(6)
+            ]
+        )
+        for half in (5.0, 500.0)
+    )
+    noise = [found.var(axis=0, ddof=1).mean() / found.mean() ** 2 for found in (near, far)]
+    assert noise[1] < noise[0]
+
+
+def test_faces_change_no_light(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What falls on things by a plain that is small enough to be met without a box's faces, too."""
+    monkeypatch.setattr(surroundings, "LEAST_GAIN", 0.0)
+    monkeypatch.setattr(aim, "is_small", lambda _: True)
+    settings = SETTINGS | {"photons": 60_000}
+    for ground in (GROUND, GLAZED):
+        with rendered(device, boxes(3.0, SUN, ground=ground), **settings) as renderer:
+            tables = renderer.eye._tables
+            assert len(tables.photon_portals)
+            led = falls(renderer, passes=12)
+            tables.lead(NO_PORTALS)
+            plain = falls(renderer, passes=12)
+        chance = np.hypot(led.std(), plain.std()) / np.sqrt(11)
+        assert led.mean() == pytest.approx(plain.mean(), abs=3.0 * chance)
+        assert chance < 0.02 * plain.mean()
+
+
+def test_no_layer_differs(device: Device) -> None:
+    """By fragment and by compute programs photons land in the same places."""
+    if not device.has_compute:
+        pytest.skip("no compute programs")
+    found = []
+    for backend in ("fragment", "compute"):
+        settings = SETTINGS | {"photons": 4000, "backend": backend}
+        with rendered(device, boxes(500.0, SUN, SKY, ground=GLAZED), **settings) as renderer:
+            assert len(renderer.eye._tables.photon_portals)
+            found.append(fallen(renderer))
+    np.testing.assert_array_equal(*found)
+
+
+def test_where_little_is_about_there_are_none(device: Device) -> None:
+    """And no other program is made."""
+    with rendered(device, boxes(5.0, SUN), **SETTINGS, backend="fragment") as renderer:
+        assert not len(renderer.eye._tables.photon_portals)
+        mapper: Any = renderer.photons and renderer.photons.mapper
+        assert len(mapper._reflectors.made()) == len(mapper._shades.made()) == 1
