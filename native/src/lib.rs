@@ -19,6 +19,7 @@ mod gloss;
 mod lanes;
 pub mod layouts;
 mod microfacets;
+mod outline;
 mod packing;
 pub mod paths;
 pub mod photons;
