@@ -14,7 +14,7 @@ void kernel() {
     Flux photon = load_flux();
     vec4 u = reflection_numbers(photon);
     photon.flux = arriving_flux(photon.flux);
-    LobeSample by_lobe = sample_photon_lobe(point, u.yz);
+    LobeSample by_lobe = sample_photon_lobe(point, u);
     RayAtSurface ray = ray_at_surface(point.place);
     Roulette chance = roulette_of(point, by_lobe, ray, u);
     vec3 normal = point.facing.normal;

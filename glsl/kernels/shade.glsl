@@ -85,7 +85,7 @@ void kernel() {
 #else
     vec3 onward = diffuse_way(surface.position, facing, reflection_numbers(load_flux())).direction;
     Diffuse diffuse = diffuse_below(material, cosine_to_viewer(facing, shading, onward));
-    Lobes lobes = lobes_of(material, facing, shading, -direction, turn);
+    Lobes lobes = lobes_of(material, surface.position, facing, shading, -direction, turn);
 #endif
 #ifdef GATHERED_LOBES
     bool has_broad = gathered_share(lobes.lobe0, lobes.shape0) + gathered_share(lobes.lobe1, lobes.shape1) > 0.0;

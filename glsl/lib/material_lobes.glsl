@@ -147,7 +147,7 @@ float cosine_to_viewer(Facing facing, Shading shading, vec3 onward) {
     return max(0.0, dot(onward, raised_normal(shading.normal, facing.normal, onward)));
 }
 
-Lobes lobes_of(Material material, Facing facing, Shading shading, vec3 to_light, float turn) {
+Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading, vec3 to_light, float turn) {
     Lobes found = no_lobes();
     if (!(material.lobes > 0.0)) return found;
     float probability;
@@ -156,10 +156,9 @@ Lobes lobes_of(Material material, Facing facing, Shading shading, vec3 to_light,
     found.shape0 = placed(found.lobe0, shape_of(l, vec3(1.0 / probability)), turn, facing.side);
 #ifdef LAYERS
     if (l.over > 0.0) {
-        vec3 weight;
-        vec2 u = reflection_numbers(load_flux()).yz;
+        vec4 u = reflection_numbers(load_flux());
         vec3 normal = raised_normal(shading.normal, facing.normal, to_light);
-        vec3 onward = sample_lobe_for_photon(found.lobe0, found.shape0, normal, to_light, u, weight);
+        vec3 onward = lobe_way(found.lobe0, found.shape0, position, facing, normal, to_light, u).direction;
         vec3 transmittance = transmittance_above(material, l, cosine_to_viewer(facing, shading, onward));
         found.shape0 = weighed(found.shape0, transmittance);
     }

@@ -7,19 +7,25 @@
 #endif
 #ifdef LOBES
 #include "lib/lobe.glsl"
+#include "lib/reflection.glsl"
 
-// Where the lobe, whose normal this is, would send a photon; what that weighs, f cos / pdf; the lobe's mean albedo.
+// Where the lobe, whose normal this is, would send a photon, and what that weighs; the lobe's mean albedo.
 struct LobeSample { Lobe lobe; vec3 normal; vec3 direction; vec3 weight; float albedo; };
 
-LobeSample sample_photon_lobe(PhotonPoint point, vec2 u) {
+// `u`: the numbers by which the photon is reflected.
+LobeSample sample_photon_lobe(PhotonPoint point, vec4 u) {
     Lobe lobe = load_lobe0();
     Shape shape = load_shape0();
-    vec3 weight, normal = raised_normal(point.shading.normal, point.facing.normal, -point.incoming);
-    vec3 direction = sample_lobe_for_photon(lobe, shape, normal, -point.incoming, u, weight);
+    vec3 normal = raised_normal(point.shading.normal, point.facing.normal, -point.incoming);
+    Way way = lobe_way(lobe, shape, point.place.position, point.facing, normal, -point.incoming, u);
     float albedo = mean(albedo_lobe(lobe, shape, max(0.0, -dot(point.incoming, point.shading.normal))));
-    // Where some directions weigh much more than others, by what this one does.
-    albedo = mix(albedo, mean(weight), 2.0 * by_cosine_kind(lobe, shape));
-    return LobeSample(lobe, normal, direction, weight, albedo);
+    // Where some directions weigh much more than others, by what this one does; but few would go through portals.
+#ifdef AHEAD
+    if (way.by_portal > 0.0) albedo /= 1.0 - way.by_portal;
+    else
+#endif
+    albedo = mix(albedo, mean(way.weight), 2.0 * by_cosine_kind(lobe, shape));
+    return LobeSample(lobe, normal, way.direction, way.weight, albedo);
 }
 
 #ifdef VISIBILITY
@@ -72,6 +78,6 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
 #else
 struct LobeSample { float albedo; };
 
-LobeSample sample_photon_lobe(PhotonPoint point, vec2 u) { return LobeSample(0.0); }
+LobeSample sample_photon_lobe(PhotonPoint point, vec4 u) { return LobeSample(0.0); }
 void scatter_by_lobe(Leaving leaving, LobeSample by, PhotonPoint point, float probability, RayAtSurface ray) {}
 #endif

@@ -13,7 +13,7 @@ struct Roulette {
     float diffuse;  // by Lambert's lobe, in a direction by the cosine
     float lobe;     // by the other one
 #ifdef AHEAD
-    DiffuseWay way;
+    Way way;
 #endif
 #ifdef SPARED
     float portal;   // by Lambert's lobe, in a direction through a portal

@@ -12,11 +12,25 @@
 #endif
 #ifdef AHEAD
 
-// Of what a diffuse surface scatters, what goes through portals at most; and from which solid angle of all [sr] on it is
-// as much. It goes with the root of that: where photons start at all distances from what is shown alike, their flux
-// goes with the square of the distance, and what of it comes there by the cosine with its third power. So each brings
-// as much that goes through a portal.
+// Of what a surface scatters, what goes through portals at most; and from which solid angle of all [sr] on it is as
+// much. It goes with the root of that: where photons start at all distances from what is shown alike, their flux goes
+// with the square of the distance, and what of it comes there by the cosine with its third power. So each brings as
+// much that goes through a portal.
 const float MOST_BY_PORTAL = 0.4, WIDE_PORTAL = 0.25;
+// Sharper lobes have little to gain: what they send there is as bright by themselves.
+const float LEAST_ROUGHNESS_OF_LED = 0.1;
+
+// All portals [sr], and how likely a photon goes through one.
+struct SeenPortals { float angles; float share; };
+
+SeenPortals seen_portals(vec3 position, vec3 normal) {
+    float angles = portals_seen(position, normal);
+    return SeenPortals(angles, angles > 0.0 ? MOST_BY_PORTAL * sqrt(min(1.0, angles / WIDE_PORTAL)) : 0.0);
+}
+
+// Whether a photon that goes through a portal misses it by rounding. It would weigh as if it went the other way, by
+// which nearly none comes there.
+bool is_lost(vec4 u, SeenPortals seen, float by_portal) { return u.w < seen.share && !(by_portal > 0.0); }
 #endif
 
 // x is by what it is reflected, if it is, and y and z are where to.
@@ -28,20 +42,45 @@ vec4 reflection_numbers(Flux photon) {
 // ledger closes whatever the shading normals are.
 vec3 reflect_diffusely(Facing facing, vec4 u) { return frame_about(facing.normal) * sample_cosine_hemisphere(u.yz); }
 
-// Where a diffuse surface sends a photon; how likely that is by a portal, else by the cosine; and what the photon
-// weighs, by the density of both ways over that of the cosine's.
-struct DiffuseWay { vec3 direction; float by_portal; float weight; };
+// Where a photon is sent; how likely that is by a portal; and what it weighs, f cos / pdf, for Lambert's lobe over its
+// albedo.
+struct Way { vec3 direction; float by_portal; vec3 weight; };
 
-DiffuseWay diffuse_way(vec3 position, Facing facing, vec4 u) {
-    DiffuseWay way = DiffuseWay(reflect_diffusely(facing, u), 0.0, 1.0);
+Way diffuse_way(vec3 position, Facing facing, vec4 u) {
+    Way way = Way(reflect_diffusely(facing, u), 0.0, vec3(1.0));
 #ifdef AHEAD
-    float angles = portals_seen(position, facing.normal);
-    if (!(angles > 0.0)) return way;
-    way.by_portal = MOST_BY_PORTAL * sqrt(min(1.0, angles / WIDE_PORTAL));
-    if (u.w < way.by_portal) way.direction = sample_portals(position, facing.normal, angles, u.yz);
-    float by_cosine = pdf_cosine_hemisphere(dot(way.direction, facing.normal));
-    float by_portal = pdf_portals(position, facing.normal, angles, way.direction);
-    way.weight = by_cosine / max(mix(by_cosine, by_portal, way.by_portal), 1.0e-30);
+    vec3 normal = facing.normal;
+    SeenPortals seen = seen_portals(position, normal);
+    if (!(seen.share > 0.0)) return way;
+    way.by_portal = seen.share;
+    if (u.w < seen.share) way.direction = sample_portals(position, normal, seen.angles, u.yz);
+    float by_cosine = pdf_cosine_hemisphere(dot(way.direction, normal));
+    float by_portal = pdf_portals(position, normal, seen.angles, way.direction);
+    way.weight = vec3(by_cosine / max(mix(by_cosine, by_portal, seen.share), 1.0e-30));
+    if (is_lost(u, seen, by_portal)) way.weight = vec3(0.0);
 #endif
     return way;
 }
+
+#ifdef LOBES
+// The same by a lobe, whose normal this is.
+Way lobe_way(Lobe lobe, Shape shape, vec3 position, Facing facing, vec3 normal, vec3 to_light, vec4 u) {
+    Way way = Way(vec3(0.0), 0.0, vec3(0.0));
+    way.direction = sample_lobe_for_photon(lobe, shape, normal, to_light, u.yz, way.weight);
+#ifdef AHEAD
+    if (roughness_kind(lobe, shape) < LEAST_ROUGHNESS_OF_LED) return way;
+    SeenPortals seen = seen_portals(position, facing.normal);
+    if (!(seen.share > 0.0)) return way;
+    way.by_portal = seen.share;
+    if (u.w < seen.share) way.direction = sample_portals(position, facing.normal, seen.angles, u.yz);
+    float cosine = max(0.0, dot(way.direction, normal));
+    float by_lobe = pdf_lobe(lobe, shape, normal, to_light, way.direction);
+    by_lobe = mix(by_lobe, pdf_cosine_hemisphere(cosine), by_cosine_kind(lobe, shape));
+    float by_portal = pdf_portals(position, facing.normal, seen.angles, way.direction);
+    float density = mix(by_lobe, by_portal, seen.share);
+    way.weight = eval_lobe(lobe, shape, normal, way.direction, to_light) * (cosine / max(density, 1.0e-30));
+    if (is_lost(u, seen, by_portal)) way.weight = vec3(0.0);
+#endif
+    return way;
+}
+#endif

@@ -26,8 +26,8 @@ from .view import VIEW, WIDE, Doubles, View
 
 LARGE = 0.5  # a picture that is so much wider than half of the scene, about where what is near is
 NEAR = 0.1  # of what it shows
-PHOTONS, LOOKED_AT = 1 << 12, 1 << 10  # that are traced, and of which light is followed
-PLACES = 128  # that stand for all that the picture shows
+PHOTONS, LOOKED_AT = 1 << 12, 1 << 9  # that are traced, and of which light is followed
+PLACES = 256  # that stand for all that the picture shows
 PAIRS = 2000  # of both, as likely as they add to the variance, that tell of boxes
 ALBEDO = 0.5  # what a surface is taken to reflect
 LIFT = 2e-6  # of places off their surface [scene units]
@@ -38,6 +38,9 @@ MOST_BY_PORTAL, WIDE_PORTAL = 0.4, 0.25  # as in glsl/lib/reflection.glsl
 PLAIN = 0.5  # of the photons start wherever these have
 BEYOND, MARGINS = (0.0, 0.05), (0.02, 0.2, 0.6)  # of first boxes: of places left out, and of sides
 ROUNDS = 3  # in which faces are moved
+# What is as near to the box, over its sides, shall be inside, and as much more: who comes past the
+# faces is rare, and bright.
+BESIDE, MORE = 0.25, 0.03
 THINNEST = 0.02  # of a box, over its longest side
 LEAST_GAIN = 2.0  # over the variance without
 AXES = range(3)
@@ -52,7 +55,8 @@ class _Pairs:
     normals: Doubles  # (n, 3)
     directions: Doubles  # (n, 3) from there to the place of the picture
     ends: Doubles  # (n, 3) that one
-    share: float  # of what is shown that any light comes to in this way
+    lit: Doubles  # (k, 3) places of the picture that any light comes to in this way
+    share: float  # of all of them
 
 
 def is_small(view: View) -> bool:
@@ -76,7 +80,10 @@ def surrounded(mapper: Mapper, view: View, mesh: Mesh, index: int) -> Surrounded
     if pairs is None:
         return None
     gain, box = _best(pairs)
-    return Surrounded(_faces(box), box.mean(axis=0), pairs.share) if gain >= LEAST_GAIN else None
+    if gain < LEAST_GAIN:
+        return None
+    box = _about(box, pairs.lit)
+    return Surrounded(_faces(box), box.mean(axis=0), pairs.share)
 
 
 def _pairs(found: Landed, view: View, mesh: Mesh) -> _Pairs | None:
@@ -103,8 +110,16 @@ def _pairs(found: Landed, view: View, mesh: Mesh) -> _Pairs | None:
     up_to = np.cumsum(masses)
     drawn = np.searchsorted(up_to, (np.arange(PAIRS) + 0.5) / PAIRS * up_to[-1])
     start, end = np.divmod(drawn, PLACES)
-    share = float(np.average(light > 0.0, weights=seen))
-    return _Pairs(start, places[start], normals[start], directions[start, end], ends[end], share)
+    lit = light > 0.0
+    return _Pairs(
+        start,
+        places[start],
+        normals[start],
+        directions[start, end],
+        ends[end],
+        ends[lit],
+        float(np.average(lit, weights=seen)),
+    )
 
 
 def _see(
@@ -156,6 +171,19 @@ def _gain(pairs: _Pairs, box: Doubles) -> float:
     worth = np.sqrt(np.bincount(pairs.start, left, LOOKED_AT))
     rarer = 1.0 / (PLAIN + (1.0 - PLAIN) * worth / worth.mean())[pairs.start]
     return float(rarer.sum() / (rarer * left).sum())
+
+
+def _about(box: Doubles, places: Doubles) -> Doubles:
+    """With those of places (n, 3) inside that are near."""
+    side = np.outer((-1.0, 1.0), box[1] - box[0])
+    near = places[
+        ((places > (box + BESIDE * side)[0]) & (places < (box + BESIDE * side)[1])).all(1)
+    ]
+    if not len(near):
+        return box
+    low, high = np.minimum(box[0], near.min(axis=0)), np.maximum(box[1], near.max(axis=0))
+    found: Doubles = np.array([low, high]) + MORE * side
+    return found
 
 
 def _seen(pairs: _Pairs, box: Doubles) -> tuple[Doubles, Doubles]:

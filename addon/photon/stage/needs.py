@@ -264,7 +264,7 @@ class SceneNeeds:
     def shade_defines(self, portals: Defines) -> Defines:
         """What Shade is compiled with besides where photons go through portals: it draws their way,
         too, where what lies over Lambert's lobe is weighed by that."""
-        return portals if self.covers else {}
+        return portals if self.covers or self.layers else {}
 
     @cached_property
     def photon_defines(self) -> Defines:
