@@ -31,22 +31,32 @@ const int TILTED = 4;
 const float MUCH = 1.5;
 const float FLAT = 0.02;    // slope up to which a surface is taken for the point's own at once
 
-// Sample the filter within the cuts. What of the tilted filter's mass is there on the surface, and of the inner one's,
-// less that of the outline, over the density of the sampled point. Of several layers the one nearest to the plane
-// counts: in a fold of less than 45 degrees the first one met is the back of its other side.
-vec2 probe(Place place, Flat own, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 u, float radius) {
-    float r2 = radius * radius;
-    vec3 normal = frame[2];
+// A point of the plane by the filter within the cuts, in what direction and how far; the filter's mass there.
+struct Probe { vec2 direction; float x2; float within; };
+
+Probe probe_of(Cuts cuts, vec2 u, float radius) {
     vec2 direction = direction_at(u.y);
     float within = filter_mass(cut_reach2(cuts.first, cuts.second, radius, direction));
-    float x2 = sample_filter(u.x * within), away = sqrt(x2 * r2);
+    return Probe(direction, sample_filter(u.x * within), within);
+}
+
+vec2 place_of(Probe probe, float radius) { return probe.direction * sqrt(probe.x2) * radius; }
+
+// What of the tilted filter's mass is there on the surface, and of the inner one's, less that of `known` times the plane,
+// over the density of the sampled point. Of several layers the one nearest to the plane counts: in a fold of less than
+// 45 degrees the first one met is the back of its other side.
+vec2 probe(
+    Place place, Flat own, mat3 frame, Probe sampled, FilterTilt outer, FilterTilt inner, float radius, float known
+) {
+    float r2 = radius * radius, x2 = sampled.x2, within = sampled.within, away = sqrt(x2) * radius;
+    vec3 normal = frame[2];
+    vec2 direction = sampled.direction, at_plane = direction * away;
     float mass = max(filter_shape(x2), 1.0e-30), inner_mass = inner_filter_shape(x2) / mass;
-    float known = outline_at(direction * away);
-    vec2 sampled = vec2(tilted_at(outer, direction * away), inner_mass * tilted_at(inner, direction * away));
+    vec2 of_plane = vec2(tilted_at(outer, at_plane), inner_mass * tilted_at(inner, at_plane));
     // Most probes end on the point's own triangle: they need no ray.
-    if (holds(own, direction * away)) return within * (1.0 - known) * sampled;
+    if (holds(own, at_plane)) return within * (1.0 - known) * of_plane;
     float height = away + SURFACE_OFFSET;  // within 45 degrees a surface strays no further
-    vec3 origin = place.position + frame * vec3(direction * away, 0.0) + normal * height;
+    vec3 origin = place.position + frame * vec3(at_plane, 0.0) + normal * height;
     float left = 2.0 * height, above = height;
     vec2 found_mass = vec2(0.0);
     int source = -1;
@@ -68,7 +78,7 @@ vec2 probe(Place place, Flat own, mat3 frame, Cuts cuts, FilterTilt outer, Filte
         origin -= normal * found.t;
         source = found.triangle;
     }
-    return within * (found_mass - known * sampled);
+    return within * (found_mass - known * of_plane);
 }
 
 void kernel() {
@@ -91,12 +101,18 @@ void kernel() {
     int times = outer.scale > MUCH ? TILTED : 1, count = probes * times;
     vec2 share = vec2(outer.mass, inner.mass);  // of the filter, of the inner one
     if (!is_held) {
-        find_outline(place, facing, frame, radius);
-        float turn = r2_sequence(start.zw, first_probe).y;
-        if (in_outline > 0) share -= lacked_by_outline(cuts, outer, inner, radius, turn);
+        bool is_outlined = count <= MOST_PLACES;
+        if (is_outlined) {
+            for (int i = 0; i < MOST_PLACES; i++) {
+                places[i] = place_of(probe_of(cuts, r2_sequence(start.xy, first_probe + uint(i)), radius), radius);
+            }
+            vec2 direction = direction_at(r2_sequence(start.zw, first_probe).y / float(CUT_DIRECTIONS));
+            share -= find_outline(place, facing, frame, Outlined(cuts, outer, inner, radius, direction));
+        }
         for (int i = 0; i < count; i++) {
-            vec2 u = r2_sequence(start.xy, first_probe * uint(times) + uint(i));
-            share += probe(place, own, frame, cuts, outer, inner, u, radius) / float(count);
+            Probe sampled = probe_of(cuts, r2_sequence(start.xy, first_probe * uint(times) + uint(i)), radius);
+            float known = is_outlined ? outline_at[i] : 1.0;
+            share += probe(place, own, frame, sampled, outer, inner, radius, known) / float(count);
         }
     }
     store_coverage(Coverage(share.x, share.y, outer.scale, inner.scale));

@@ -50,28 +50,85 @@ float nearest_side(Flat other) {
     return max(max(away.x, away.y), away.z);
 }
 
-// The triangles of the point's surface about it that face the way it does, and how many; -1: too many.
-Flat outline[MOST_IN_OUTLINE];
+// The triangles of the point's surface about it that face the way it does: how many, or -1, where they are too many;
+// the mass of the filters that they have within the cuts; and how many of them are at places of the plane. None is kept,
+// which GPUs would have to do in memory.
 int in_outline;
+vec2 outline_mass;
+const int MOST_PLACES = 8;
+vec2 places[MOST_PLACES];
+float outline_at[MOST_PLACES];  // 1: all of the plane counts where the outline is not known
 
-void add_to_outline(Triangle triangle, Place place, Facing facing, mat3 frame, float radius) {
+// A disc, and the first direction in which the mass of its filters is looked at.
+struct Outlined { Cuts cuts; FilterTilt outer; FilterTilt inner; float radius; vec2 direction; };
+
+// The mass of the tilted filters in a direction up to a distance.
+vec2 mass_up_to(Outlined disc, vec2 direction, float away) {
+    float x2 = min(1.0, away * away / (disc.radius * disc.radius)), inner_x2 = min(1.0, x2 / INNER_AREA);
+    if (disc.cuts.first == vec2(0.0)) return vec2(filter_mass(x2), filter_mass(inner_x2));
+    vec3 whole = filter_moments(x2), within = filter_moments(inner_x2);
+    float across = disc.radius * whole.y, inner_across = disc.radius * sqrt(INNER_AREA) * within.y;
+    return vec2(disc.outer.scale * (whole.x + across * dot(disc.outer.tilt, direction)),
+                disc.inner.scale * (within.x + inner_across * dot(disc.inner.tilt, direction)));
+}
+
+// From where to where a triangle is there in a direction, no farther than `reach`.
+vec2 span_of(Flat there, vec2 direction, float reach) {
+    vec3 rises = vec3(dot(there.first.xy, direction), dot(there.second.xy, direction), dot(there.third.xy, direction));
+    vec3 level = vec3(there.first.z, there.second.z, there.third.z), met = -level / rises;
+    vec3 from = mix(vec3(0.0), met, greaterThan(rises, vec3(0.0)));
+    vec3 to = mix(vec3(reach), met, lessThan(rises, vec3(0.0)));
+    bvec3 is_along = equal(rises, vec3(0.0)), is_beyond = lessThanEqual(level, vec3(0.0));
+    if ((is_along.x && is_beyond.x) || (is_along.y && is_beyond.y) || (is_along.z && is_beyond.z)) return vec2(0.0);
+    return vec2(max(max(from.x, from.y), max(from.z, 0.0)), min(min(to.x, to.y), min(to.z, reach)));
+}
+
+float reach_of(Outlined disc, vec2 direction) {
+    return disc.radius * sqrt(cut_reach2(disc.cuts.first, disc.cuts.second, disc.radius, direction));
+}
+
+vec2 mass_on(Outlined disc, Flat there) {
+    vec2 sum = vec2(0.0), direction = disc.direction;
+    for (int i = 0; i < CUT_DIRECTIONS; i++) {
+        vec2 span = span_of(there, direction, reach_of(disc, direction));
+        if (span.y > span.x) {
+            sum += mass_up_to(disc, direction, span.y);
+            if (span.x > 0.0) sum -= mass_up_to(disc, direction, span.x);
+        }
+        direction = CUT_STEP * direction;
+    }
+    return sum / float(CUT_DIRECTIONS);
+}
+
+vec2 mass_within_cuts(Outlined disc) {
+    if (disc.cuts.first == vec2(0.0)) return vec2(1.0);
+    vec2 sum = vec2(0.0), direction = disc.direction;
+    for (int i = 0; i < CUT_DIRECTIONS; i++) {
+        sum += mass_up_to(disc, direction, reach_of(disc, direction));
+        direction = CUT_STEP * direction;
+    }
+    return sum / float(CUT_DIRECTIONS);
+}
+
+void add_to_outline(Triangle triangle, Place place, Facing facing, mat3 frame, Outlined disc) {
     vec3 normal = facing.side * normal_of(triangle.b - triangle.a, triangle.c - triangle.a);
     if (stored_surface(triangle.surface) != place.surface || !(dot(normal, facing.normal) >= SAME_ORIENTATION)) return;
     Flat found = flat_of(triangle, place.position, frame);
-    if (!(nearest_side(found) < radius)) return;
+    if (!(nearest_side(found) < disc.radius)) return;
     if (in_outline == MOST_IN_OUTLINE) {
         in_outline = -1;
         return;
     }
-    outline[in_outline++] = found;
+    in_outline++;
+    outline_mass += mass_on(disc, found);
+    for (int i = 0; i < MOST_PLACES; i++) outline_at[i] += holds(found, places[i]) ? 1.0 : 0.0;
 }
 
-void find_outline(Place place, Facing facing, mat3 frame, float radius) {
-    vec3 low = place.position - (radius + SURFACE_OFFSET), high = place.position + (radius + SURFACE_OFFSET);
+void look_for_outline(Place place, Facing facing, mat3 frame, Outlined disc) {
+    vec3 reach = vec3(disc.radius + SURFACE_OFFSET), low = place.position - reach, high = place.position + reach;
     int stack[BVH_STACK];
     stack[0] = 0;
     int depth = 1, looked_at = 0;
-    in_outline = 0;
     while (depth > 0) {
         Node both = node_at(stack[--depth]);
         for (int side = 0; side < 2; side++) {
@@ -86,58 +143,20 @@ void find_outline(Place place, Facing facing, mat3 frame, float radius) {
                 vec3 a = triangle.a, b = triangle.b, c = triangle.c;
                 if (any(greaterThan(min(min(a, b), c), high)) || any(lessThan(max(max(a, b), c), low))) continue;
                 if (++looked_at > OUTLINE_LOOKED_AT) in_outline = -1;
-                else add_to_outline(triangle, place, facing, frame, radius);
+                else add_to_outline(triangle, place, facing, frame, disc);
                 if (in_outline < 0) return;
             }
         }
     }
-    if (in_outline == 0) in_outline = -1;  // nothing is known
 }
 
-// How many of its triangles are at a point of the plane; all of the plane counts where it is not known.
-float outline_at(vec2 at) {
-    if (in_outline < 0) return 1.0;
-    float count = 0.0;
-    for (int i = 0; i < in_outline; i++) count += holds(outline[i], at) ? 1.0 : 0.0;
-    return count;
-}
-
-// The mass of the tilted filters in a direction up to a distance.
-vec2 mass_up_to(FilterTilt outer, FilterTilt inner, vec2 direction, float away, float radius) {
-    float x2 = min(1.0, away * away / (radius * radius));
-    vec3 whole = filter_moments(x2), within = filter_moments(min(1.0, x2 / INNER_AREA));
-    float across = radius * whole.y, inner_across = radius * sqrt(INNER_AREA) * within.y;
-    return vec2(outer.scale * (whole.x + across * dot(outer.tilt, direction)),
-                inner.scale * (within.x + inner_across * dot(inner.tilt, direction)));
-}
-
-// From where to where a triangle is there in a direction, no farther than `reach`.
-vec2 span_of(Flat there, vec2 direction, float reach) {
-    vec3 rises = vec3(dot(there.first.xy, direction), dot(there.second.xy, direction), dot(there.third.xy, direction));
-    vec3 level = vec3(there.first.z, there.second.z, there.third.z);
-    vec2 span = vec2(0.0, reach);
-    for (int i = 0; i < 3; i++) {
-        if (rises[i] > 0.0) span.x = max(span.x, -level[i] / rises[i]);
-        else if (rises[i] < 0.0) span.y = min(span.y, -level[i] / rises[i]);
-        else if (level[i] <= 0.0) span.y = 0.0;
-    }
-    return span;
-}
-
-// The mass of the tilted filter that the outline lacks within the cuts, and the inner filter's; `turn`, 0 to 1, moves
-// the directions that are looked at.
-vec2 lacked_by_outline(Cuts cuts, FilterTilt outer, FilterTilt inner, float radius, float turn) {
-    vec2 sum = vec2(0.0), direction = direction_at(turn / float(CUT_DIRECTIONS));
-    for (int i = 0; i < CUT_DIRECTIONS; i++) {
-        float reach = radius * sqrt(cut_reach2(cuts.first, cuts.second, radius, direction));
-        sum += mass_up_to(outer, inner, direction, reach, radius);
-        for (int k = 0; k < in_outline; k++) {
-            vec2 span = span_of(outline[k], direction, reach);
-            if (!(span.y > span.x)) continue;
-            sum -= mass_up_to(outer, inner, direction, span.y, radius);
-            if (span.x > 0.0) sum += mass_up_to(outer, inner, direction, span.x, radius);
-        }
-        direction = CUT_STEP * direction;
-    }
-    return sum / float(CUT_DIRECTIONS);
+// Find the outline, and how many of its triangles are at `places`. What it lacks of the filters' mass within the cuts.
+vec2 find_outline(Place place, Facing facing, mat3 frame, Outlined disc) {
+    in_outline = 0;
+    outline_mass = vec2(0.0);
+    for (int i = 0; i < MOST_PLACES; i++) outline_at[i] = 0.0;
+    look_for_outline(place, facing, frame, disc);
+    if (in_outline > 0) return mass_within_cuts(disc) - outline_mass;
+    for (int i = 0; i < MOST_PLACES; i++) outline_at[i] = 1.0;
+    return vec2(0.0);
 }

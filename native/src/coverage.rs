@@ -22,6 +22,8 @@ const FLAT: f32 = 0.02; // slope up to which a surface is taken for the point's 
 /// glsl/kernels/coverage.glsl).
 const TILTED: u32 = 4;
 const MUCH: f32 = 1.5;
+/// Probes of a point at most, that an outline is asked for.
+const MOST_PLACES: u32 = 8;
 const POINTS_A_TASK: usize = 128;
 
 /// What the probes of a pass depend on.
@@ -115,14 +117,16 @@ widest! {
             let [outer, inner] = disc.tilts;
             let mut share = [outer.mass, inner.mass];
             if !is_held {
-                let around = outline::<L>(tree, corners, &disc, &mut found, &mut stack);
+                let times = if outer.scale > MUCH { TILTED } else { 1 };
+                let (count, first_probe) = (probes.count * times, probes.first.wrapping_mul(times));
+                let is_outlined = count <= MOST_PLACES;
+                let around = is_outlined.then(|| outline::<L>(tree, corners, &disc, &mut found, &mut stack));
+                let around = around.flatten();
                 if let Some(around) = around {
                     let turn = r2_sequence([numbers[2], numbers[3]], probes.first)[1];
                     let lacked = lacked_by(around, &disc, probes.filter, turn);
                     share = std::array::from_fn(|k| share[k] - lacked[k]);
                 }
-                let times = if outer.scale > MUCH { TILTED } else { 1 };
-                let (count, first_probe) = (probes.count * times, probes.first.wrapping_mul(times));
                 for probe in 0..count {
                     let u = r2_sequence(start, first_probe.wrapping_add(probe));
                     let more = probe_surface::<L>(tree, corners, &disc, &own, around, u, probes, &mut stack);
