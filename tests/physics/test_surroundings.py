@@ -121,6 +121,20 @@ def test_faces_change_no_light(device: Device, monkeypatch: pytest.MonkeyPatch) 
         assert chance < 0.02 * plain.mean()
 
 
+def test_the_box_is_the_scene_s_and_the_seed_s(device: Device) -> None:
+    """Not the passes', the resolution's or a border's: ranges of passes merge to the bit."""
+
+    def box(**settings: Any) -> bytes:
+        with rendered(device, boxes(500.0, SUN), **SETTINGS | settings) as renderer:
+            found: bytes = renderer.eye._tables.photon_portals.tobytes()
+            return found
+
+    whole = box()
+    assert whole and box(seed=1) != whole
+    for settings in ({"first_pass": 5}, {"width": 16, "region": (4, 2, 12, 6)}):
+        assert box(**settings) == whole
+
+
 def test_no_layer_differs(device: Device) -> None:
     """By fragment and by compute programs photons land in the same places."""
     if not device.has_compute:
