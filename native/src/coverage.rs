@@ -3,10 +3,9 @@
 
 use rayon::prelude::*;
 
-use crate::cuts::{self, Tilt, reach2};
+use crate::cuts::{self, Cuts, Tilt, reach2};
 use crate::filter::{Filter, SAME_ORIENTATION};
 use crate::lanes::{Lanes, widest};
-use crate::outline::{Disc, Flat, lacked_by, outline};
 use crate::packing::{pack_direction, unpack_direction};
 use crate::radius::RadiusField;
 use crate::random::{DIMENSION_COVERAGE, r2_sequence, random4};
@@ -22,8 +21,6 @@ const FLAT: f32 = 0.02; // slope up to which a surface is taken for the point's 
 /// glsl/kernels/coverage.glsl).
 const TILTED: u32 = 4;
 const MUCH: f32 = 1.5;
-/// Probes of a point at most, that an outline is asked for.
-const MOST_PLACES: u32 = 8;
 const POINTS_A_TASK: usize = 128;
 
 /// What the probes of a pass depend on.
@@ -53,6 +50,18 @@ pub struct Points<'a> {
     pub shadings: &'a [[f32; 4]],
     pub diffuses: &'a [[f32; 4]],
     pub cuts: &'a [[f32; 4]],
+}
+
+/// Where a point's surface is probed, and with what it is compared.
+struct Point {
+    position: [f32; 3],
+    normal: [f32; 3],
+    tangent: [f32; 3],
+    bitangent: [f32; 3],
+    surface: f32,
+    radius: f32,
+    cuts: Cuts,
+    tilts: [Tilt; 2],
 }
 
 /// Write the share of the filter's mass on the surface into `out`, then the inner filter's, and what scales
@@ -87,12 +96,12 @@ widest! {
         out: &mut [[f32; 4]],
         tilt_out: &mut [[f32; 4]],
     ) {
-        let (mut stack, mut found) = (Stack::new(), Vec::new());
+        let mut stack = Stack::new();
         for (i, (out, tilt_out)) in out.iter_mut().zip(tilt_out).enumerate() {
             (*out, *tilt_out) = ([0.0; 4], [0.0; 4]);
             let at = first + i;
             let [x, y, z, surface] = points.places[at];
-            let [nx, ny, nz, side] = points.facings[at];
+            let [nx, ny, nz, _] = points.facings[at];
             if !(surface > 0.0 && points.diffuses[at][3] > 0.0) {
                 continue;
             }
@@ -106,70 +115,63 @@ widest! {
             let start = [numbers[0], numbers[1]];
             let position = [x, y, z];
             let tilts = [Tilt::NONE; 2];
-            let mut disc = Disc { position, normal, tangent, bitangent, surface, side, radius, cuts, tilts };
-            let own = corners.get(points.shadings[at][3] as usize).map_or(Flat::NONE, |own| Flat::of(own, &disc));
+            let mut point = Point { position, normal, tangent, bitangent, surface, radius, cuts, tilts };
+            let own = corners.get(points.shadings[at][3] as usize).map_or(Own::NONE, |own| Own::of(own, &point));
             let is_held = own.holds_disc(radius);
             if cuts != cuts::NONE {
                 let sides = if is_held { None } else { Some(own.cuts()) };
                 let turns = r2_sequence(start, probes.first);
-                disc.tilts = cuts::tilts(cuts, sides, radius, probes.filter, turns);
+                point.tilts = cuts::tilts(cuts, sides, radius, probes.filter, turns);
             }
-            let [outer, inner] = disc.tilts;
-            let mut share = [outer.mass, inner.mass];
+            let times = if point.tilts[0].scale > MUCH { TILTED } else { 1 };
+            let (count, first_probe) = (probes.count * times, probes.first.wrapping_mul(times));
+            let mut missing = [0.0; 2];
             if !is_held {
-                let times = if outer.scale > MUCH { TILTED } else { 1 };
-                let (count, first_probe) = (probes.count * times, probes.first.wrapping_mul(times));
-                let is_outlined = count <= MOST_PLACES;
-                let around = is_outlined.then(|| outline::<L>(tree, corners, &disc, &mut found, &mut stack));
-                let around = around.flatten();
-                if let Some(around) = around {
-                    let turn = r2_sequence([numbers[2], numbers[3]], probes.first)[1];
-                    let lacked = lacked_by(around, &disc, probes.filter, turn);
-                    share = std::array::from_fn(|k| share[k] - lacked[k]);
-                }
                 for probe in 0..count {
                     let u = r2_sequence(start, first_probe.wrapping_add(probe));
-                    let more = probe_surface::<L>(tree, corners, &disc, &own, around, u, probes, &mut stack);
-                    share = std::array::from_fn(|k| share[k] + more[k] / count as f32);
+                    let found = probe_surface::<L>(tree, corners, &point, &own, u, probes, &mut stack);
+                    missing = [missing[0] + found[0], missing[1] + found[1]];
                 }
             }
-            *out = [share[0], share[1], outer.scale, inner.scale];
+            let [outer, inner] = point.tilts;
+            let count = count as f32;
+            *out = [
+                outer.mass - missing[0] / count,
+                inner.mass - missing[1] / count,
+                outer.scale,
+                inner.scale,
+            ];
             *tilt_out = [outer.tilt[0], outer.tilt[1], inner.tilt[0], inner.tilt[1]];
         }
     }
 }
 
-/// Sample the filter within the cuts. What of the tilted filter's mass is there on the surface, and of the inner
-/// one's, less that of the outline, or of all there, over the density of the sampled disc.
+/// Sample the filter within the cuts. What the surface lacks of the tilted filter's mass there, and of the
+/// inner one's, over the density of the sampled point.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
 fn probe_surface<L: Lanes>(
     tree: &Tree,
     corners: &[[[f32; 4]; 3]],
-    disc: &Disc,
-    own: &Flat,
-    around: Option<&[Flat]>,
+    point: &Point,
+    own: &Own,
     u: [f32; 2],
     probes: &Probes,
     stack: &mut Stack,
 ) -> [f32; 2] {
-    let (r2, normal) = (disc.radius * disc.radius, disc.normal);
+    let (r2, normal) = (point.radius * point.radius, point.normal);
     let (sin, cos) = sin_cos_of_turns(u[1]);
-    let within = probes.filter.mass_within(reach2(disc.cuts, disc.radius, [cos, sin]));
+    let within = probes.filter.mass_within(reach2(point.cuts, point.radius, [cos, sin]));
     let x2 = probes.filter.sample(u[0] * within);
     let distance = (x2 * r2).sqrt();
     let (x, y) = (cos * distance, sin * distance);
+    if own.holds([x, y]) {
+        return [0.0; 2];
+    }
     let [mass, inner_mass] = probes.filter.shape_and_inner(x2);
     let mass = mass.max(1.0e-30);
-    let [outer, inner] = disc.tilts.map(|tilt| tilt.at([x, y]));
-    let sampled = [outer, inner * inner_mass / mass];
-    let known = around.map_or(1.0, |around| around.iter().filter(|flat| flat.holds([x, y])).count() as f32);
-    if own.holds([x, y]) {
-        return sampled.map(|sampled| within * (1.0 - known) * sampled);
-    }
     let height = distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
     let on_plane: [f32; 3] =
-        std::array::from_fn(|k| disc.position[k] + x * disc.tangent[k] + y * disc.bitangent[k]);
+        std::array::from_fn(|k| point.position[k] + x * point.tangent[k] + y * point.bitangent[k]);
     let mut origin: [f32; 3] = std::array::from_fn(|k| on_plane[k] + normal[k] * height);
     let (mut left, mut above, mut source) = (2.0 * height, height, -1);
     let mut found = [0.0; 2];
@@ -186,14 +188,14 @@ fn probe_surface<L: Lanes>(
         left -= hit.t;
         // Asked of the normal as photons carry it, so that they and the coverage agree at 45 degrees.
         let carried = unpack_direction(pack_direction(geometric));
-        if triangle[1][3] + 1.0 == disc.surface && dot(carried, normal) >= SAME_ORIENTATION {
+        if triangle[1][3] + 1.0 == point.surface && dot(carried, normal) >= SAME_ORIENTATION {
             let met = point_in(triangle, hit.u, hit.v);
-            let offset: [f32; 3] = std::array::from_fn(|k| met[k] - disc.position[k]);
+            let offset: [f32; 3] = std::array::from_fn(|k| met[k] - point.position[k]);
             let at = dot(offset, offset);
             let on_surface = if at > r2 { [0.0; 2] } else { probes.filter.shape_and_inner(at / r2) };
-            let there = [dot(offset, disc.tangent), dot(offset, disc.bitangent)];
+            let there = [dot(offset, point.tangent), dot(offset, point.bitangent)];
             let density = mass * dot(geometric, normal);
-            found = std::array::from_fn(|k| on_surface[k] * disc.tilts[k].at(there) / density);
+            found = std::array::from_fn(|k| on_surface[k] * point.tilts[k].at(there) / density);
             // Of several layers the one nearest to the plane counts: in a fold of less than 45
             // degrees the first one met is the back of its other side.
             if above <= FLAT * height {
@@ -206,5 +208,41 @@ fn probe_surface<L: Lanes>(
         }
         source = position;
     }
-    std::array::from_fn(|k| within * (found[k] - known * sampled[k]))
+    let [outer, inner] = point.tilts.map(|tilt| tilt.at([x, y]));
+    [within * (outer - found[0]), within * (inner * inner_mass / mass - found[1])]
+}
+
+/// The point's own triangle, on which most probes end: they need no ray. Seen from the point in its plane,
+/// the sides with the triangle to their left: at (x, y) it is there that a x + b y + c > 0.
+struct Own([[f32; 3]; 3]);
+
+impl Own {
+    const NONE: Own = Own([[0.0, 0.0, -1.0]; 3]);
+
+    #[inline(always)]
+    fn of(corners: &[[f32; 4]; 3], point: &Point) -> Own {
+        let [p, q, r] = corners.map(|corner| {
+            let away: [f32; 3] = std::array::from_fn(|k| corner[k] - point.position[k]);
+            [dot(away, point.tangent), dot(away, point.bitangent)]
+        });
+        let side = |[ax, ay]: [f32; 2], [bx, by]: [f32; 2]| [ay - by, bx - ax, ax * by - ay * bx];
+        let sides = [side(p, q), side(q, r), side(r, p)];
+        let area = sides[0][2] + sides[1][2] + sides[2][2];
+        Own(if area < 0.0 { sides.map(|side| side.map(|x| -x)) } else { sides })
+    }
+
+    #[inline(always)]
+    fn holds(&self, [x, y]: [f32; 2]) -> bool {
+        self.0.iter().all(|[a, b, c]| a * x + b * y + c > 0.0)
+    }
+
+    /// The sides as [`Cuts`] are; of no triangle, none is left of the disc.
+    fn cuts(&self) -> [[f32; 2]; 3] {
+        self.0.map(|[a, b, c]| if c > 0.0 { [-a / c, -b / c] } else { [1.0e10; 2] })
+    }
+
+    #[inline(always)]
+    fn holds_disc(&self, radius: f32) -> bool {
+        self.0.iter().all(|[a, b, c]| *c > radius * (a * a + b * b).sqrt())
+    }
 }

@@ -19,7 +19,6 @@ mod gloss;
 mod lanes;
 pub mod layouts;
 mod microfacets;
-mod outline;
 mod packing;
 pub mod paths;
 pub mod photons;

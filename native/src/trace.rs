@@ -203,19 +203,6 @@ impl Tree {
         self.wide.crossing::<L>(disc, stack, most, visit)
     }
 
-    /// [`Wide::about`]
-    #[inline(always)]
-    pub(crate) fn about<L: Lanes>(
-        &self,
-        position: [f32; 3],
-        radius: f32,
-        stack: &mut Stack,
-        most: u32,
-        visit: impl FnMut(i32) -> bool,
-    ) -> bool {
-        self.wide.about::<L>(position, radius, stack, most, visit)
-    }
-
     /// The closest hits of rays. The caller has checked them.
     pub fn trace(&self, rays: &Rays) -> Vec<Option<(i32, Hit)>> {
         self.hits(rays, false)

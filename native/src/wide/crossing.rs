@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//! Which triangles are near: those that cross the two levels of a disc that is lifted off its surface, and those
-//! about a place.
+//! Where triangles cross the two levels of a disc that is lifted off its surface.
 
 use super::{Block, LEAF, Stack, Wide};
 use crate::lanes::{Lanes, Row, WIDTH};
@@ -39,54 +38,9 @@ impl Wide {
         most: u32,
         mut visit: impl FnMut(i32, [f32; 3]),
     ) -> bool {
-        let (region, planes) = (Region::<L>::new(disc.low, disc.high), Planes::<L>::new(disc));
-        self.meeting(&region, stack, most, |block, there| {
-            let (mut found, heights) = planes.crossed_by(block, there);
-            while found != 0 {
-                let lane = found.trailing_zeros() as usize;
-                found &= found - 1;
-                visit(block.position[lane], [heights[0].0[lane], heights[1].0[lane], heights[2].0[lane]]);
-            }
-            true
-        })
-    }
-
-    /// Calls `visit(triangle)` for those whose boxes overlap the one about a ball, until it says no. False if it did,
-    /// or these are more than `most`, whatever was visited.
-    #[inline(always)]
-    pub(crate) fn about<L: Lanes>(
-        &self,
-        position: [f32; 3],
-        radius: f32,
-        stack: &mut Stack,
-        most: u32,
-        mut visit: impl FnMut(i32) -> bool,
-    ) -> bool {
-        let reach = radius + SURFACE_OFFSET;
-        let region = Region::<L>::new(position.map(|x| x - reach), position.map(|x| x + reach));
-        self.meeting(&region, stack, most, |block, there| {
-            let mut found = L::bits(there);
-            while found != 0 {
-                if !visit(block.position[found.trailing_zeros() as usize]) {
-                    return false;
-                }
-                found &= found - 1;
-            }
-            true
-        })
-    }
-
-    /// Calls `visit(triangles, which of them)` for those whose boxes overlap a region, until it says no.
-    #[inline(always)]
-    fn meeting<L: Lanes>(
-        &self,
-        region: &Region<L>,
-        stack: &mut Stack,
-        most: u32,
-        mut visit: impl FnMut(&Block, L::Mask) -> bool,
-    ) -> bool {
         let stack = &mut stack.0;
         let mut looked_at = 0;
+        let (region, planes) = (Region::<L>::new(disc), Planes::<L>::new(disc));
         stack[0].0 = 0;
         let mut size = 1;
         while size > 0 {
@@ -106,8 +60,14 @@ impl Wide {
             for block in &self.blocks[(reference & !LEAF) as usize..] {
                 let there = region.meets(block);
                 looked_at += L::bits(there).count_ones();
-                if looked_at > most || !visit(block, there) {
+                if looked_at > most {
                     return false;
+                }
+                let (mut found, heights) = planes.crossed_by(block, there);
+                while found != 0 {
+                    let lane = found.trailing_zeros() as usize;
+                    found &= found - 1;
+                    visit(block.position[lane], [heights[0].0[lane], heights[1].0[lane], heights[2].0[lane]]);
                 }
                 if !block.more {
                     break;
@@ -118,7 +78,7 @@ impl Wide {
     }
 }
 
-/// A box.
+/// The box about a lifted disc.
 struct Region<L> {
     low: [L; 3],
     high: [L; 3],
@@ -126,8 +86,8 @@ struct Region<L> {
 
 impl<L: Lanes> Region<L> {
     #[inline(always)]
-    fn new(low: [f32; 3], high: [f32; 3]) -> Self {
-        Region { low: L::splat3(low), high: L::splat3(high) }
+    fn new(disc: &Lifted) -> Self {
+        Region { low: L::splat3(disc.low), high: L::splat3(disc.high) }
     }
 
     /// The lanes whose interval along an axis overlaps it.
