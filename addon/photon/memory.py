@@ -24,6 +24,7 @@ from .photons.native_photon_mapper import knows_lobes, knows_microfacets
 from .scene import Scene
 from .settings import Settings
 from .stage.gathered import can_gather, send_rays
+from .stage.layers import count_layered
 from .stage.light_tables import is_seen
 from .stage.needs import MOST_LOBES
 from .stage.textures import advice, bytes_of
@@ -120,6 +121,7 @@ class Budget:
             self._deposits(deposits) * photons,
             settings.photon_bounces + 1,
             self._lobes > 0,
+            any(material.program or count_layered(material) for material in self._materials),
             settings.estimator == "splat",
         )
         strip, images = self._strip[0] * self._strip[1], self._image_pixels

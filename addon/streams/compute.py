@@ -14,6 +14,7 @@ from typing import Any
 
 import moderngl
 
+from .declaration import first_lines
 from .device import Device
 from .source import Made, Source, expand
 
@@ -26,8 +27,9 @@ def compute_source(
     stem: str, version: int = 430, declarations: str = "", made: Made | None = None
 ) -> Source:
     """The expanded text of `glsl/kernels/<stem>.glsl`, which declares its own bindings."""
-    header = f"#version {max(version, 430)} core\nlayout(local_size_x = {GROUP}) in;\n"
-    header += f"""uniform int count;
+    header = f"""{first_lines(max(version, 430))}
+layout(local_size_x = {GROUP}) in;
+uniform int count;
 int thread() {{
     int group = int(gl_WorkGroupID.y) * {_GROUPS_A_ROW} + int(gl_WorkGroupID.x);
     return group * {GROUP} + int(gl_LocalInvocationID.x);

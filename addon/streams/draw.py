@@ -14,6 +14,7 @@ from .device import Device
 from .kernel import Kernel, no_count
 from .source import Source, StreamError, every_branch, expand
 from .stream import TEXEL, Stream
+from .tally import Tally
 
 Shape = Literal["triangle", "quad", "point"]
 
@@ -111,7 +112,7 @@ class DrawKernel(Kernel):
         streams: Mapping[str, Stream],
         tables: Mapping[str, Any],
         uniforms: Mapping[str, Any],
-        count: bool,
+        count: bool | Tally,
         items: int = 0,
     ) -> Callable[[], int]:
         assert not count  # several items cover an element

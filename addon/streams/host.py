@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .device import Device
 from .kernel import Kernel, Placed
 from .stream import Stream
+from .tally import Tally
 
 
 class HostKernel(Kernel):
@@ -39,10 +40,11 @@ class HostKernel(Kernel):
         streams: Mapping[str, Stream],
         tables: Mapping[str, Any],
         uniforms: Mapping[str, Any],
-        count: bool,
+        count: bool | Tally,
     ) -> Callable[[], int]:
         """As Kernel's; what counts are the elements of the first output that are not zero, and
         there is no wait."""
+        assert not isinstance(count, Tally)  # that is on a device
         self._check_bindings(streams, tables, uniforms)
         self.launches += 1
         inputs = {name: streams[name].download() for name in self.inputs}

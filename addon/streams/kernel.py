@@ -26,6 +26,7 @@ from .readback import Reading
 from .record import Record
 from .source import Made, Source, StreamError, every_branch, expand
 from .stream import TEXEL, Stream
+from .tally import Tally
 
 _MOST_CHECKED = 64  # sets of streams that a kernel remembers; a pass has fewer
 
@@ -165,12 +166,23 @@ class Kernel:
         its way: read it before the next."""
         return Count(self._launch(streams, tables or {}, uniforms or {}, True))
 
+    def tally(
+        self,
+        streams: Mapping[str, Stream],
+        tables: Mapping[str, Any] | None = None,
+        uniforms: Mapping[str, Any] | None = None,
+        *,
+        into: Tally,
+    ) -> None:
+        """As `count`, of compute programs; the count is the tally's next."""
+        self._launch(streams, tables or {}, uniforms or {}, into)
+
     def _launch(
         self,
         streams: Mapping[str, Stream],
         tables: Mapping[str, Any],
         uniforms: Mapping[str, Any],
-        count: bool,
+        count: bool | Tally,
     ) -> Callable[[], int]:
         names = (*streams.items(),), (*tables,), (*uniforms,)
         size = self._checked.get(names)
@@ -191,6 +203,7 @@ class Kernel:
         targets = [streams[name].texture for name in self.outputs]
         if self.layer == "compute":
             return self._dispatch(targets, size, count)
+        assert not isinstance(count, Tally)
         return self._draw(targets, count)
 
     @staticmethod
@@ -207,17 +220,21 @@ class Kernel:
         self,
         targets: list[moderngl.Texture],
         size: tuple[int, int],
-        count: bool,
+        count: bool | Tally,
     ) -> Callable[[], int]:
         for unit, texture in enumerate(targets):
             texture.bind_to_image(unit, read=False, write=True)
-        self._program.set("is_counting", count)
-        self.device.alive.bind_to_storage_buffer(0)
+        self._program.set("is_counting", bool(count))
+        tally = count if isinstance(count, Tally) else None
+        self._program.set("alive_slot", tally.next_slot() if tally else 0)
+        (tally.buffer if tally else self.device.alive).bind_to_storage_buffer(0)
         groups = [-(-n // g) for n, g in zip(size, self._group, strict=True)]
         self._program.program.run(*groups)
         self.device.ctx.memory_barrier()
         self.device.launched()
-        return partial(self._counted, self.device.ask(self.device.alive, 1)) if count else no_count
+        if tally or not count:
+            return no_count
+        return partial(self._counted, self.device.ask(self.device.alive, 1))
 
     def _counted(self, reading: Reading) -> int:
         (total,) = reading.numbers()

@@ -64,7 +64,7 @@ vec3 adjoint_bent_coat(Lobe lobe, Shape shape, float from, float to) {
     return adjoint_ggx(bent_coat_of(lobe, shape), from, to);
 }
 
-vec3 transmittance_bent_coat(Lobe lobe, Shape shape, float cosine) {
-    float cover = cover_of_bent_coat(shape), taken = largest(albedo_bent_coat(lobe, shape, cosine));
-    return transmittance_of_tint(lobe.colour, shape.parameters.y, cover, cosine) * clamp(1.0 - taken, 0.0, 1.0);
+vec3 transmittance_bent_coat(Lobe lobe, Shape shape, float cosine, vec3 albedo) {
+    float cover = cover_of_bent_coat(shape), through = clamp(1.0 - largest(albedo), 0.0, 1.0);
+    return transmittance_of_tint(lobe.colour, shape.parameters.y, cover, cosine) * through;
 }

@@ -37,8 +37,8 @@ float by_cosine_coat(Lobe lobe, Shape shape) { return share_by_cosine(sqrt(shape
 
 vec3 adjoint_coat(Lobe lobe, Shape shape, float from, float to) { return adjoint_ggx(coat_of(shape), from, to); }
 
-vec3 transmittance_coat(Lobe lobe, Shape shape, float cosine) {
-    float through = 1.0 - largest(albedo_coat(lobe, shape, cosine));
+vec3 transmittance_coat(Lobe lobe, Shape shape, float cosine, vec3 albedo) {
+    float through = 1.0 - largest(albedo);
     return clamp(through, 0.0, 1.0) * transmittance_of_tint(lobe.colour, shape.parameters.y, shape.parameters.z, cosine);
 }
 

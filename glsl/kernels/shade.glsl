@@ -74,7 +74,6 @@ void kernel() {
 #endif
 #ifdef EYE
     float cosine = max(0.0, -dot(direction, raised));
-    Diffuse diffuse = diffuse_below(material, cosine);
     Lobes lobes = lobes_of(material, cosine, turn, surface.side);
 #ifdef VISIBILITY
     if (is_held_out(surface, material)) {
@@ -83,16 +82,12 @@ void kernel() {
     }
 #endif
 #else
-    vec3 onward = diffuse_way(surface.position, facing, reflection_numbers(load_flux())).direction;
-    Diffuse diffuse = diffuse_below(material, cosine_to_viewer(facing, shading, onward));
     Lobes lobes = lobes_of(material, surface.position, facing, shading, -direction, turn);
 #endif
+    Diffuse diffuse = lobes.diffuse;
 #ifdef GATHERED_LOBES
     bool has_broad = gathered_share(lobes.lobe0, lobes.shape0) + gathered_share(lobes.lobe1, lobes.shape1) > 0.0;
     if (has_broad) diffuse = with_photons(diffuse);
-#endif
-#if defined(DIRECTIONS) && defined(GATHERED_FROM)
-    if (gathers_some(material)) diffuse = with_photons(diffuse);
 #endif
     store_lobe0(lobes.lobe0);
     store_shape0(lobes.shape0);

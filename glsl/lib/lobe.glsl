@@ -85,4 +85,6 @@ float share_of_first(Lobe first, Shape first_shape, Lobe second, Shape second_sh
 // The share of light that gets through it, to and fro, to what it lies over, as Cycles layers closures: by
 // the viewer's direction alone, and the same for all colours unless the lobe has a tint. That is not reciprocal:
 // whoever goes from the light to the eye has to ask for the direction that leads on to the eye.
-vec3 transmittance_lobe(Lobe lobe, Shape shape, float cosine) { return transmittance_kind(lobe, shape, cosine); }
+vec3 transmittance_lobe(Lobe lobe, Shape shape, float cosine) {
+    return transmittance_kind(lobe, shape, cosine, albedo_kind(lobe, shape, cosine));
+}

@@ -6,6 +6,9 @@
 // second, by chance: its weight is divided by its probability, so that passes average to all. A photon has one.
 // Both have the albedo that all lobes over it leave: by the direction to the viewer, which for a photon is the one
 // in which it goes on, if it does.
+//
+// One loop asks what lobes do, once for each direction that counts: compilers write each call of it out, and take
+// long for them.
 #include "lib/gathered.glsl"
 #include "lib/diffuse.glsl"
 #include "lib/rng.glsl"
@@ -13,20 +16,12 @@
 #include "lib/wavelength.glsl"
 #endif
 #ifdef EYE
-#include "lib/pixel.glsl"
+#include "lib/even.glsl"
 #else
 #include "lib/reflection.glsl"
 #endif
 
-struct Lobes { Lobe lobe0; Shape shape0; Lobe lobe1; Shape shape1; };
-
-Lobe lobe_of(MaterialLobe l) { return Lobe(l.colour, l.kind); }
-
-Shape shape_of(MaterialLobe l, vec3 by) {
-    return Shape(pack_kind(l.kind, l.parameters, l.more), packed_weight(l.weight * by));
-}
-
-Shape shape_of(MaterialLobe l) { return shape_of(l, vec3(1.0)); }
+struct Lobes { Lobe lobe0; Shape shape0; Lobe lobe1; Shape shape1; Diffuse diffuse; };
 
 // Element of the table of lobes, with what its material's program gives.
 MaterialLobe lobe_at(int number) {
@@ -43,101 +38,103 @@ MaterialLobe lobe_at(int number) {
 
 float choice() {
 #ifdef EYE
-    return random4(seed, pass_index, uint(pixel_number(load_pixel().at)), DIMENSION_SHADE + uint(depth)).x;
+    return even_over_passes(DIMENSION_SHADE + uint(depth)).x;
 #else
     return random4(seed, pass_index, photon_number(load_flux()), DIMENSION_SHADE_PHOTON + uint(bounce)).x;
 #endif
 }
 
-// What all that lies over a lobe lets through to a viewer at this cosine.
-vec3 transmittance_above(Material material, MaterialLobe l, float cosine) {
-    vec3 transmittance = vec3(1.0);
 #ifdef LAYERS
-    for (int i = 0; i < LAYERS && l.over > 0.0; i++) {
-        l = lobe_at(int(material.first_lobe + l.over) - 1);
-        transmittance *= transmittance_lobe(lobe_of(l), shape_of(l), cosine);
-    }
+vec3 through[LAYERS];  // what gets through each lobe of the material and through those over it
 #endif
-    return transmittance;
-}
 
-// Lambert's albedo to a viewer at this cosine, and whether photons land there, whatever the cosine.
-Diffuse diffuse_below(Material material, float cosine) {
-    vec3 albedo = material.albedo;
-    bool covers = false;
-    for (int i = 0; i < int(material.lobes); i++) {
-        MaterialLobe l = lobe_at(int(material.first_lobe) + i);
-        if (!(largest(l.covered) > 0.0)) continue;
-        covers = true;
-        albedo += l.covered * transmittance_lobe(lobe_of(l), shape_of(l), cosine) * transmittance_above(material, l, cosine);
-    }
-    Diffuse diffuse = bare_diffuse(albedo);
-    return covers ? with_photons(diffuse) : diffuse;
-}
+// A lobe as it is seen at a cosine.
+struct Seen {
+    Lobe lobe;
+    Shape shape;   // but for its weight
+    float weight;
+    float over;    // the lobe over it, + 1; 0: none
+    vec3 above;    // what all those over it let through
+    vec3 albedo;   // of the lobe itself, without either
+    bool covers;   // whether it lies over Lambert's lobe
+    vec3 covered;  // of whose albedo as much is seen through it
+};
 
-float probable_albedo(Material material, MaterialLobe l, float cosine) {
-    return mean(albedo_lobe(lobe_of(l), shape_of(l, transmittance_above(material, l, cosine)), cosine)) + 1.0e-6;
-}
-
-#if defined(DIRECTIONS) && defined(GATHERED_FROM)
-// Whether any lobe of a material does.
-bool gathers_some(Material material) {
-    float share = 0.0;
-    for (int i = 0; i < int(material.lobes); i++) {
-        MaterialLobe l = lobe_at(int(material.first_lobe) + i);
-        share += gathered_share(lobe_of(l), shape_of(l));
-    }
-    return share > 0.0;
-}
+// All before it are asked for at the same cosine first.
+Seen seen_lobe(Material material, int number, float cosine) {
+    MaterialLobe l = lobe_at(int(material.first_lobe) + number);
+    Lobe lobe = Lobe(l.colour, l.kind);
+    Shape shape = Shape(pack_kind(l.kind, l.parameters, l.more), 0.0);
+    vec3 albedo = albedo_kind(lobe, shape, cosine), above = vec3(1.0);
+    vec3 own = transmittance_kind(lobe, shape, cosine, albedo);
+#ifdef LAYERS
+    if (l.over > 0.0) above = through[int(l.over) - 1];
+    through[number] = own * above;
 #endif
+    return Seen(lobe, shape, l.weight, l.over, above, albedo, largest(l.covered) > 0.0, l.covered * own * above);
+}
+
+// One of several by chance, as much as each reflects (Chao 1982): by one random number, each takes the place of
+// those before it with its share of all so far.
+struct Draw { Seen seen; float own; float all; float u; };
+
+Draw no_draw() {
+    vec3 none = vec3(0.0);
+    return Draw(Seen(Lobe(none, 0.0), Shape(none, 0.0), 0.0, 0.0, none, none, false, none), 1.0, 0.0, choice());
+}
+
+void consider(inout Draw draw, Seen seen) {
+    float own = mean(seen.weight * seen.above * seen.albedo) + 1.0e-6, others = draw.all;
+    draw.all += own;
+    float at = draw.u * draw.all;
+    bool is_taken = at < own || others == 0.0;
+    draw.u = min(is_taken ? at / own : (at - own) / others, BELOW_ONE);
+    if (!is_taken) return;
+    draw.seen = seen;
+    draw.own = own;
+}
+
+// `turn`: of the tangent (tangent.glsl); `side`: of the surface.
+Shape shape_of(Seen seen, vec3 by, float turn, float side) {
+    Shape shape = Shape(seen.shape.parameters, packed_weight(seen.weight * by));
+#ifdef DISPERSION
+    if (disperses_kind(seen.lobe.kind)) shape = weighed(shape, path_colour);
+#endif
+    return sided_kind(seen.lobe, turned_kind(seen.lobe, shape, turn), side);
+}
 
 Lobes no_lobes() {
     Lobe none = Lobe(vec3(0.0), 0.0);
     Shape nothing = Shape(vec3(0.0), 0.0);
-    return Lobes(none, nothing, none, nothing);
-}
-
-// One of a material's lobes from the first of these on, by chance, and its probability.
-MaterialLobe drawn_lobe(Material material, int from, float cosine, out float probability) {
-    int first = int(material.first_lobe), lobes = int(material.lobes);
-    MaterialLobe l = lobe_at(first + from);
-    probability = 1.0;
-    if (lobes == from + 1) return l;
-    float all = 0.0;
-    for (int i = from; i < lobes; i++) all += probable_albedo(material, lobe_at(first + i), cosine);
-    float left = choice() * all;
-    for (int i = from; i < lobes; i++) {
-        l = lobe_at(first + i);
-        float own = probable_albedo(material, l, cosine);
-        probability = own / all;
-        if (left < own) break;
-        left -= own;
-    }
-    return l;
-}
-
-// `turn`: of the tangent (tangent.glsl); `side`: of the surface.
-Shape placed(Lobe lobe, Shape shape, float turn, float side) {
-#ifdef DISPERSION
-    if (disperses_kind(lobe.kind)) shape = weighed(shape, path_colour);
-#endif
-    return sided_kind(lobe, turned_kind(lobe, shape, turn), side);
+    return Lobes(none, nothing, none, nothing, Diffuse(vec3(0.0), 0.0));
 }
 
 #ifdef EYE
 Lobes lobes_of(Material material, float cosine, float turn, float side) {
     Lobes found = no_lobes();
-    if (!(material.lobes > 0.0)) return found;
-    MaterialLobe l = lobe_at(int(material.first_lobe));
-    found.lobe0 = lobe_of(l);
-    found.shape0 = placed(found.lobe0, shape_of(l, transmittance_above(material, l, cosine)), turn, side);
+    vec3 albedo = material.albedo;
+    bool lands = false;
 #ifdef TWO_LOBES
-    if (!(material.lobes > 1.0)) return found;
-    float probability;
-    l = drawn_lobe(material, 1, cosine, probability);
-    found.lobe1 = lobe_of(l);
-    found.shape1 = placed(found.lobe1, shape_of(l, transmittance_above(material, l, cosine) / probability), turn, side);
+    Draw draw = no_draw();
 #endif
+    for (int i = 0; i < int(material.lobes); i++) {
+        Seen seen = seen_lobe(material, i, cosine);
+        albedo += seen.covered;
+        lands = lands || seen.covers;
+        if (i == 0) {
+            found.lobe0 = seen.lobe;
+            found.shape0 = shape_of(seen, seen.above, turn, side);
+        }
+#ifdef TWO_LOBES
+        else consider(draw, seen);
+#endif
+    }
+#ifdef TWO_LOBES
+    found.lobe1 = draw.seen.lobe;
+    found.shape1 = shape_of(draw.seen, draw.seen.above * (draw.all / draw.own), turn, side);
+#endif
+    found.diffuse = bare_diffuse(albedo);
+    if (lands) found.diffuse = with_photons(found.diffuse);
     return found;
 }
 #else
@@ -147,22 +144,54 @@ float cosine_to_viewer(Facing facing, Shading shading, vec3 onward) {
     return max(0.0, dot(onward, raised_normal(shading.normal, facing.normal, onward)));
 }
 
+// To where a round asks what lobes do.
+const int FOR_CHOICE = 0;   // which of them has the photon
+const int FOR_LAMBERT = 1;  // to where Lambert's lobe sends it: how much of that is seen
+const int FOR_LOBE = 2;     // to where the lobe that was drawn sends it: what those over it let through
+#ifdef LAYERS
+const int ROUNDS = 3;
+#else
+const int ROUNDS = 2;
+#endif
+
+// `position`: the point's.
 Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading, vec3 to_light, float turn) {
     Lobes found = no_lobes();
-    if (!(material.lobes > 0.0)) return found;
-    float probability;
-    MaterialLobe l = drawn_lobe(material, 0, max(0.0, dot(to_light, shading.normal)), probability);
-    found.lobe0 = lobe_of(l);
-    found.shape0 = placed(found.lobe0, shape_of(l, vec3(1.0 / probability)), turn, facing.side);
+    vec3 albedo = material.albedo, onward = diffuse_way(position, facing, reflection_numbers(load_flux())).direction;
+    int lobes = int(material.lobes);
+    bool lands = false;
+    float cosine = max(0.0, dot(to_light, shading.normal));
+    Draw draw = no_draw();
+    for (int k = 0; k < ROUNDS * lobes; k++) {
+        int round = k / lobes, i = k - round * lobes;
+        if (k == lobes) {
+            cosine = cosine_to_viewer(facing, shading, onward);
+            found.lobe0 = draw.seen.lobe;
+            found.shape0 = shape_of(draw.seen, vec3(draw.all / draw.own), turn, facing.side);
+        }
 #ifdef LAYERS
-    if (l.over > 0.0) {
-        vec4 u = reflection_numbers(load_flux());
-        vec3 normal = raised_normal(shading.normal, facing.normal, to_light);
-        vec3 onward = lobe_way(found.lobe0, found.shape0, position, facing, normal, to_light, u).direction;
-        vec3 transmittance = transmittance_above(material, l, cosine_to_viewer(facing, shading, onward));
-        found.shape0 = weighed(found.shape0, transmittance);
-    }
+        if (k == FOR_LOBE * lobes && draw.seen.over > 0.0) {
+            vec3 normal = raised_normal(shading.normal, facing.normal, to_light);
+            vec4 u = reflection_numbers(load_flux());
+            onward = lobe_way(found.lobe0, found.shape0, position, facing, normal, to_light, u).direction;
+            cosine = cosine_to_viewer(facing, shading, onward);
+        }
+        if (round == FOR_LOBE && float(i) >= draw.seen.over) break;
 #endif
+        Seen seen = seen_lobe(material, i, cosine);
+        if (round == FOR_LAMBERT) albedo += seen.covered;
+        if (round != FOR_CHOICE) continue;
+        consider(draw, seen);
+        lands = lands || seen.covers;
+#if defined(DIRECTIONS) && defined(GATHERED_FROM)
+        lands = lands || gathered_share(seen.lobe, seen.shape) > 0.0;
+#endif
+    }
+#ifdef LAYERS
+    if (draw.seen.over > 0.0) found.shape0 = weighed(found.shape0, through[int(draw.seen.over) - 1]);
+#endif
+    found.diffuse = bare_diffuse(albedo);
+    if (lands) found.diffuse = with_photons(found.diffuse);
     return found;
 }
 #endif

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a light would send to a visible point and on to the viewer, and the shadow ray that decides.
 #include "lib/rng.glsl"
-#include "lib/pixel.glsl"
+#include "lib/even.glsl"
 #include "lib/asked_lights.glsl"
 #include "lib/place.glsl"
 #include "lib/diffuse.glsl"
@@ -91,50 +91,48 @@ float cosine_of_lobes(VisiblePoint point, vec3 to_light) {
 // What a point's lobes reflect of a light. Where rays of a lobe may find the light as well, this is the part of
 // so many shadow rays by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other.
 vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light) {
-    vec3 normal = point.raised;
-    vec3 first = eval_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light);
+    vec3 normal = point.raised, sum = vec3(0.0);
+    int lobes = 1;
+    float share = 1.0;  // of the first lobe, of the point's rays
 #ifdef TWO_LOBES
-    vec3 second = eval_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
+    if (is_lobe(point.lobe1)) lobes = 2;
 #endif
 #ifdef WEIGHED
     float own = density_of_rays(rays, light, point.place.position, point.facing.normal, to_light);
-    if (own > 0.0 && point.bounces < float(chain_depth)) {
-        float share = 1.0;
+    bool is_weighed = own > 0.0 && point.bounces < float(chain_depth);
 #ifdef TWO_LOBES
-        float cosine = dot(point.to_viewer, point.shading.normal);
-        cosine = max(0.0, is_behind(point) ? -cosine : cosine);
-        Shape rays0 = shape_of_rays(point.lobe0, point.shape0), rays1 = shape_of_rays(point.lobe1, point.shape1);
-        share = share_of_first(point.lobe0, rays0, point.lobe1, rays1, cosine);
-        float density1 = pdf_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
-        second *= part_of_shadow_rays(own, (1.0 - share) * density1, point.lobe1, point.shape1);
+    float cosine = dot(point.to_viewer, point.shading.normal);
+    cosine = max(0.0, is_behind(point) ? -cosine : cosine);
+    Shape rays0 = shape_of_rays(point.lobe0, point.shape0), rays1 = shape_of_rays(point.lobe1, point.shape1);
+    if (is_weighed && lobes > 1) share = share_of_first(point.lobe0, rays0, point.lobe1, rays1, cosine);
 #endif
-        float density0 = pdf_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light);
-        first *= part_of_shadow_rays(own, share * density0, point.lobe0, point.shape0);
-    }
+#endif
+    // A loop, for compilers write out each call.
+    for (int i = 0; i < lobes; i++) {
+        Lobe lobe = point.lobe0;
+        Shape shape = point.shape0;
+#ifdef TWO_LOBES
+        if (i > 0) {
+            lobe = point.lobe1;
+            shape = point.shape1;
+            share = 1.0 - share;
+        }
 #endif
 #ifdef TWO_SIDED
-    if (is_behind(point) && !transmits_kind(point.lobe0.kind)) first = vec3(0.0);
-#ifdef TWO_LOBES
-    if (is_behind(point) && !transmits_kind(point.lobe1.kind)) second = vec3(0.0);
+        if (is_behind(point) && !transmits_kind(lobe.kind)) continue;
 #endif
+        vec3 reflected = eval_lobe(lobe, shape, normal, point.to_viewer, to_light);
+#ifdef WEIGHED
+        if (is_weighed) {
+            float density = pdf_lobe(lobe, shape, normal, point.to_viewer, to_light);
+            reflected *= part_of_shadow_rays(own, share * density, lobe, shape);
+        }
 #endif
-#ifdef TWO_LOBES
-    first += second;
-#endif
-    return first;
+        sum += reflected;
+    }
+    return sum;
 }
 #endif
-
-// Two numbers in [0, 1), evenly of each pass by itself. Those of two passes from an even one on are in both halves of
-// each, and of four from a fourth on in all quarters: the first points of Sobol's sequence, shuffled by chance.
-vec2 even_over_passes(uint dimension) {
-    uint pixel = uint(pixel_number(load_pixel().at)), number = pass_index & 3u;
-    uint across = (number >> 1u) | ((number & 1u) << 1u);
-    uvec2 part = uvec2(across, across ^ (number & 2u));
-    part ^= uvec2(4.0 * random4(seed, 0x40000000u + (pass_index >> 2u), pixel, dimension).zw);
-    vec2 within = random4(seed, pass_index, pixel, dimension).xy;
-    return min(0.25 * (vec2(part) + within), BELOW_ONE);
-}
 
 // Which light a point's shadow ray of this number goes to, and how many of them do in the mean.
 int light_of(VisiblePoint point, int number, out float rays) {

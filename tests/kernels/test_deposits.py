@@ -12,12 +12,13 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.kernels.records import DEPOSIT, PLACE
-from addon.photon.photons import device_photon_mapper, grid_sort, photon_grid
+from addon.photon.photons import bounces, device_photon_mapper, grid_sort, photon_grid
 from addon.photon.photons.deposits import Deposits, DeviceDeposits, HostDeposits
 from addon.photon.photons.mapper import Mapper, PhotonBatch
 from addon.photon.photons.radius_field import RadiusField
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
+from addon.photon.stage.needs import SceneNeeds
 from addon.photon.variants import needs
 from addon.photon.ways.way import ResidentWay, Way
 from addon.streams import Device, Reading, Stream
@@ -126,7 +127,7 @@ def test_poison_does_not_spread(
     for poison in (np.nan, 0.0):
 
         def spoil(
-            self: Any, place: Stream, deposit: Stream, by: float = poison, **rows: int
+            self: Any, place: Stream, deposit: Stream, *more: Any, by: float = poison, **rows: int
         ) -> None:
             nonlocal appends
             appends += int(np.isnan(by))
@@ -139,7 +140,7 @@ def test_poison_does_not_spread(
                 places[y, x] = fluxes[y, x] = 0.0
                 place.upload(places)
                 deposit.upload(fluxes)
-            append(self, place, deposit, **rows)
+            append(self, place, deposit, *more, **rows)
 
         monkeypatch.setattr(kind, "append", spoil)
         settings = Settings(
@@ -277,7 +278,7 @@ def test_pictures_are_bit_equal(
         "passes": 2,
         "photons": 20000,
     }
-    monkeypatch.setattr(device_photon_mapper, "LANDED_ROWS", 32)
+    monkeypatch.setattr(bounces, "LANDED_ROWS", 32)
     monkeypatch.setattr(photon_grid, "LANES", 1)  # lanes add up in another order
     monkeypatch.setattr(photon_grid, "LANES_OF_CHAINS", 1)
     monkeypatch.setattr(ResidentWay, "resolver", Way.resolver)  # the device's rounds otherwise
@@ -307,13 +308,15 @@ def traced(mapper: Any, index: int) -> tuple[bytes, int]:
     return b"".join(x.tobytes() for x in deposits.arrays()), mapper.unfinished
 
 
-@pytest.fixture(params=[40, 1])
+@pytest.fixture(params=[40, 1, "apart"])
 def mapper(
     device: Device, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> Iterator[Any]:
     """Of a device that keeps lists; photons end at their seventh bounce at the latest. They take
-    two bounces in the first launch and more of those left in others, or one in each."""
-    monkeypatch.setattr(device_photon_mapper, "LANDED_ROWS", request.param)
+    two bounces in the first launch and more of those left in others, or one in each, or in one
+    each kernel is launched apart."""
+    monkeypatch.setattr(SceneNeeds, "shades_long", request.param == "apart")
+    monkeypatch.setattr(bounces, "LANDED_ROWS", 40 if request.param == "apart" else request.param)
     monkeypatch.setattr(device, "prefers_native", False)
     settings = Settings(photons=20000, backend="compute", photon_bounces=6)
     renderer = prepare(cornell(True), settings, device)
@@ -331,9 +334,10 @@ def test_several_bounces_in_one_launch(device: Device, monkeypatch: pytest.Monke
     """The deposits of one bounce a launch, and of one kernel a launch; for the latter a GPU's
     compiler may round otherwise, and a photon in thousands then turns at an edge."""
     lists, launches = [], []
-    for prefers_native, rows in ((False, 2048), (False, 40), (False, 1), (True, 1)):
+    for prefers_native, rows in ((False, 2048), (False, 40), (False, 1), (True, 1), (False, 0)):
         monkeypatch.setattr(device, "prefers_native", prefers_native)
-        monkeypatch.setattr(device_photon_mapper, "LANDED_ROWS", rows)
+        monkeypatch.setattr(SceneNeeds, "shades_long", rows == 0)  # then kernels are launched apart
+        monkeypatch.setattr(bounces, "LANDED_ROWS", rows)
         settings = Settings(photons=20000, backend="compute", photon_bounces=6)
         renderer = prepare(cornell(True), settings, device)
         mapper = renderer.photons and renderer.photons.mapper
@@ -344,8 +348,9 @@ def test_several_bounces_in_one_launch(device: Device, monkeypatch: pytest.Monke
         assert again.tobytes() == lists[-1].tobytes()
         launches.append(mapper.launches().get("bounces", 0) - before)
         renderer.release()
-    assert 1 == launches[0] < launches[1] < launches[2] and launches[3] == 0
+    assert 1 == launches[0] < launches[1] < launches[2] and launches[3:] == [0, 0]
     assert lists[0].tobytes() == lists[1].tobytes() == lists[2].tobytes()
+    assert lists[3].tobytes() == lists[4].tobytes()
     assert len(lists[0]) == pytest.approx(len(lists[3]), rel=1e-3)
     if device.is_software:
         assert lists[0].tobytes() == lists[3].tobytes()

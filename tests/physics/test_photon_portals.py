@@ -156,7 +156,7 @@ def test_where_the_lamp_is_seen_there_are_none(device: Device) -> None:
     with rendered(device, rooms(LAMP, NEAR), **(SETTINGS | settings)) as renderer:
         assert not len(renderer.eye._tables.photon_portals)
         assert renderer.photons
-        assert len(renderer.photons.mapper._reflectors.made()) == 1  # type: ignore[attr-defined]
+        assert len(renderer.photons.mapper._bounce._reflectors.made()) == 1  # type: ignore[attr-defined]
 
 
 def test_passes_are_the_scene_s_and_the_seed_s(device: Device) -> None:

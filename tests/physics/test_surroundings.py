@@ -153,4 +153,4 @@ def test_where_little_is_about_there_are_none(device: Device) -> None:
     with rendered(device, boxes(5.0, SUN), **SETTINGS, backend="fragment") as renderer:
         assert not len(renderer.eye._tables.photon_portals)
         mapper: Any = renderer.photons and renderer.photons.mapper
-        assert len(mapper._reflectors.made()) == len(mapper._shades.made()) == 1
+        assert len(mapper._bounce._reflectors.made()) == len(mapper._bounce._shades.made()) == 1

@@ -30,7 +30,8 @@ PIXELS = 32  # of a ball
 SAMPLES, PASSES = 64, 48
 # Relative, of blocks; HIGH at their 95th percentile. Normals that lean, and toon, have edges.
 MEDIAN, HIGH = 0.01, {"layers": 0.03, "edged": 0.05}
-MEAN = 0.01  # of a ball
+# Of a ball; one of four lobes by chance is noise of 0.012 after these passes (0.003 after 768).
+MEAN, NOISY = 0.01, {"all": 0.03}
 PAINT = {"Base_Color": (0.8, 0.25, 0.1, 1.0), "Roughness": 0.5}
 METAL = {"Base_Color": (0.9, 0.7, 0.4, 1.0), "Roughness": 0.4, "Metallic": 1.0}
 COAT = {"Coat_Weight": 1.0, "Coat_Roughness": 0.2}
@@ -177,4 +178,4 @@ def test_balls(device: Device, record_property: Callable[[str, object], None], s
     print(f"all: {found.median:.2%}, 95th {found.high:.2%}, mean {found.bias:+.2%}")
     assert lit.mean() > 0.5 * len(names) / across**2
     assert found.median <= MEDIAN and found.high <= HIGH[sheet]
-    assert not [name for name, mean in means.items() if abs(mean) > MEAN]
+    assert not [name for name, mean in means.items() if abs(mean) > NOISY.get(name, MEAN)]

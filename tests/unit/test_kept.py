@@ -357,12 +357,12 @@ def test_dropped_photons_are_counted_again(
     """Deposits that are not finite fall out once, and show in each render's account."""
     append = HostDeposits.append
 
-    def spoil(self: HostDeposits, place: Any, deposit: Any) -> None:
+    def spoil(self: HostDeposits, place: Any, deposit: Any, *more: Any) -> None:
         fluxes = deposit.download()
         y, x = np.argwhere(place.download()[..., 3] != 0)[10]
         fluxes[y, x, 1] = np.nan
         deposit.upload(fluxes)
-        append(self, place, deposit)
+        append(self, place, deposit, *more)
 
     settings = replace(SETTINGS, backend="fragment")
     monkeypatch.setattr(HostDeposits, "append", spoil)

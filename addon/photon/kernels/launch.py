@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ...streams import Count, Kernel, Stream
+from ...streams import Count, Kernel, Stream, Tally
 from ..stage.tables import Tables
 
 Streams = Mapping[str, Stream]
@@ -25,6 +25,18 @@ def launch_and_count(
 ) -> Count:
     """As Kernel.count."""
     return kernel.count(*_bound(kernel, streams, tables, uniforms or {}))
+
+
+def launch_and_tally(
+    kernel: Kernel,
+    streams: Streams,
+    tables: Tables,
+    uniforms: Mapping[str, Any] | None = None,
+    *,
+    into: Tally,
+) -> None:
+    """As Kernel.tally."""
+    kernel.tally(*_bound(kernel, streams, tables, uniforms or {}), into=into)
 
 
 def _bound(

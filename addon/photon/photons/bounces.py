@@ -8,11 +8,38 @@ from typing import Any
 
 import moderngl
 
-from ...streams import Declaration, Defines, Device, Made, Program, Stream, in_registers
+from ...streams import (
+    ByDefines,
+    Declaration,
+    Defines,
+    Device,
+    Made,
+    Program,
+    Stream,
+    Tally,
+    in_registers,
+)
 from ..kernels.projector import Projector
+from ..kernels.records import DEPOSIT, PLACE
 from ..kernels.reflector import Reflector
 from ..kernels.shade import Shade
 from ..kernels.tracer import Tracer
+from ..settings import Settings
+from ..stage.needs import SceneNeeds
+from ..stage.tables import Tables
+from .deposits import DeviceDeposits
+from .mapper import PhotonBatch, draw_of
+from .paths import STREAM_WIDTH, Paths
+
+# Rows for what lands in one launch: photons take as many bounces in it as that has room for, for a
+# launch costs a GPU more than dead photons do unless there are many.
+LANDED_ROWS = 2048
+
+
+def landed_rows(photons: int, bounces: int) -> int:
+    """Rows for what lands of so many photons of so many bounces, in one launch."""
+    rows = -(-photons // STREAM_WIDTH)
+    return max(rows, min(LANDED_ROWS, rows * bounces))
 
 
 def kernels(defines: Defines) -> list[tuple[str, Declaration]]:
@@ -53,3 +80,66 @@ class Bounces:
         images = [stream.texture for stream in end]
         self._program.run(width * height, [alive], {**textures, **tables}, images, uniforms)
         self.launches += 1
+
+
+class SeveralBounces:
+    """As many a launch as there is room for, up to that in which a photon is cut off."""
+
+    def __init__(
+        self, device: Device, tables: Tables, settings: Settings, needs: SceneNeeds
+    ) -> None:
+        self._device, self._tables, self._settings = device, tables, settings
+        self._most, self._covers = needs.photon_bounces + 1, needs.covers
+        defines, made = needs.photon_defines, needs.made
+
+        def bounces(more: Defines) -> Bounces:
+            return Bounces(device, {**defines, **more}, made)
+
+        self._programs = ByDefines(bounces)
+        self._programs.of({})
+        self._records = PLACE, DEPOSIT, *([PLACE] * needs.caustics)
+        # A bounce's above the last's: places, deposits, and the caustics' places if told.
+        self._landed: tuple[Stream, ...] = ()
+
+    def make_room(self, photons: int) -> None:
+        """For what lands of so many."""
+        size = STREAM_WIDTH, landed_rows(photons, self._most)
+        if not self._landed or self._landed[0].size != size:
+            self.release()  # of passes of another size
+            self._landed = tuple(Stream(self._device, record, size) for record in self._records)
+
+    def worth_compacting(self, paths: Paths, first: int) -> bool:
+        """Not if what is left takes one launch as it is."""
+        return paths.rows * (self._most - first) > self._landed[0].size[1]
+
+    def run(
+        self, batch: PhotonBatch, paths: Paths, first: int, deposits: DeviceDeposits, tally: Tally
+    ) -> int:
+        """Launch bounces from the first on, append what lands, and count who goes on in the
+        tally's next; how many bounces."""
+        program = self._programs.of(self._tables.portal_defines(self._covers))
+        bounces = min(self._landed[0].size[1] // paths.rows, self._most - first)
+        program.run(
+            paths.fronts(),
+            [*(pair.back for pair in paths.pairs()), *self._landed],
+            self._tables.of(program),
+            tally.buffer,
+            draw_of(self._settings, batch.index)
+            | {"alive_slot": tally.next_slot(), "first_bounce": first, "bounces": bounces}
+            | {"first_to_deposit": batch.first_to_deposit(self._settings)}
+            | {"numbered": batch.numbered}
+            | dict(self._tables.footprint),
+        )
+        deposits.append(*self._landed, rows=bounces * paths.rows)
+        paths.swap()
+        return bounces
+
+    def launches(self) -> dict[str, int]:
+        """How often the program has run."""
+        return {Bounces.stem: self._programs.launches}
+
+    def release(self) -> None:
+        """Free streams."""
+        for stream in self._landed:
+            stream.release()
+        self._landed = ()

@@ -6,34 +6,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import ByDefines, Compaction, Defines, Device, Reading, Stream, Tally
-from ..kernels.records import DEPOSIT, PLACE
+from ...streams import Compaction, Device, Kernel, Reading, Tally
 from ..settings import Settings
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
-from .bounces import Bounces
+from .bounces import SeveralBounces
 from .deposits import DeviceDeposits
 from .emission import Emission, rays_of
 from .mapper import PhotonBatch, draw_of
-from .photon_mapper import STREAM_WIDTH, Paths, PathsBySize
+from .one_bounce import OneBounce, PathsAndEnds
+from .paths import STREAM_WIDTH, Paths, PathsBySize
 
-# Rows for what lands in one launch: photons take as many bounces in it as that has room for, for a
-# launch costs a GPU more than dead photons do unless there are many.
-LANDED_ROWS = 2048
 # After the first pass the host does not ask, but goes by what the passes before found, an eighth
 # more, and this: by chance they differ by the square root of their number.
 SPARE_PHOTONS = 1024
 GUESSED = 2  # times that a photon lands, before any has
-
-
-def landed_rows(photons: int, bounces: int) -> int:
-    """Rows for what lands of so many photons of so many bounces, in one launch."""
-    rows = -(-photons // STREAM_WIDTH)
-    return max(rows, min(LANDED_ROWS, rows * bounces))
 
 
 @dataclass
@@ -41,9 +33,7 @@ class _Flight:
     """A batch's photons under way."""
 
     batch: PhotonBatch
-    paths: Paths
-    # In a launch, a bounce's above the last's: places, deposits, and the caustics' places if told.
-    landed: tuple[Stream, ...]
+    paths: Any
     alive: int  # or more than are
     bounce: int = 0  # the next one
     looks: list[int] = field(default_factory=list)  # the next one after each launch
@@ -74,25 +64,25 @@ class DevicePhotonMapper:
         tables: Tables,
         settings: Settings,
         needs: SceneNeeds,
+        tracer: Kernel,
     ) -> None:
-        self._device, self._tables, self._settings = device, tables, settings
+        """`tracer`: what finds where photons go."""
+        self._device, self._settings = device, settings
         self._most_bounces = needs.photon_bounces + 1  # with that in which a photon is cut off
         self._emission = Emission(device, "compute", tables, needs)
-        defines, made = needs.photon_defines, needs.made
-
-        def bounces(more: Defines) -> Bounces:
-            return Bounces(device, {**defines, **more}, made)
-
-        self._bounces = ByDefines(bounces)
-        self._bounces.of({})
+        self._paths: PathsBySize[Any]
+        self._bounces: SeveralBounces | OneBounce
+        if needs.shades_long:
+            self._paths = PathsBySize(device, PathsAndEnds)
+            self._bounces = OneBounce(device, "compute", tables, settings, needs, tracer)
+        else:
+            self._paths = PathsBySize(device, Paths)
+            self._bounces = SeveralBounces(device, tables, settings, needs)
         self._compaction = Compaction(device, "paths")
         self._tally = Tally(device, self._most_bounces)
         self._foreseen: dict[int, _Foreseen] = {}  # by the photons of a pass
         self._flight: _Flight | None = None
         self._dropped = 0  # deposits, before it
-        self._paths = PathsBySize(device, Paths)
-        self._landed: tuple[Stream, ...] = ()
-        self._tells_caustics, self._covers = needs.caustics, needs.covers
         self.deposits = DeviceDeposits(device, needs.caustics)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
 
@@ -149,7 +139,7 @@ class DevicePhotonMapper:
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        return self._emission.launches() | {Bounces.stem: self._bounces.launches}
+        return self._emission.launches() | self._bounces.launches()
 
     def _emit(self, batch: PhotonBatch) -> _Flight:
         """Begin a batch."""
@@ -158,8 +148,8 @@ class DevicePhotonMapper:
         self._emission.run(paths.fronts(), draw_of(self._settings, batch.index), photons)
         self.deposits.clear()
         self._tally.clear()
-        landed = self._landed_of(landed_rows(photons, self._most_bounces))
-        return _Flight(batch, paths, landed, photons)
+        self._bounces.make_room(photons)
+        return _Flight(batch, paths, photons)
 
     def _again(self, flight: _Flight) -> _Flight:
         """Begin a batch once more, of which more photons lived than was foreseen."""
@@ -184,34 +174,16 @@ class DevicePhotonMapper:
         return foreseen
 
     def _fly(self, flight: _Flight) -> None:
-        """Launch as many bounces as there is room for, of the photons that are alive."""
+        """Launch some bounces of the photons that are alive."""
         self._compact(flight)
         batch, paths, first = flight.batch, flight.paths, flight.bounce
-        program = self._bounces.of(self._tables.portal_defines(self._covers))
-        bounces = min(flight.landed[0].size[1] // paths.rows, self._most_bounces - first)
-        program.run(
-            paths.fronts(),
-            [*(pair.back for pair in paths.pairs()), *flight.landed],
-            self._tables.of(program),
-            self._tally.buffer,
-            draw_of(self._settings, batch.index)
-            | {"alive_slot": self._tally.next_slot(), "first_bounce": first, "bounces": bounces}
-            | {"first_to_deposit": batch.first_to_deposit(self._settings)}
-            | {"numbered": batch.numbered}
-            | dict(self._tables.footprint),
-        )
-        place, deposit, *caustics = flight.landed
-        caustic = dict(zip(("caustic",), caustics, strict=False))
-        self.deposits.append(place, deposit, **caustic, rows=bounces * paths.rows)
-        paths.swap()
-        flight.bounce += bounces
+        flight.bounce += self._bounces.run(batch, paths, first, self.deposits, self._tally)
         flight.looks.append(flight.bounce)
 
     def _compact(self, flight: _Flight) -> None:
-        """Move the photons that are alive to smaller streams, in order, unless what is left takes
-        one launch as it is."""
-        paths, left = flight.paths, self._most_bounces - flight.bounce
-        if paths.rows * left <= flight.landed[0].size[1]:
+        """Move the photons that are alive to smaller streams, in order, if that is worth it."""
+        paths = flight.paths
+        if not self._bounces.worth_compacting(paths, flight.bounce):
             return
         smaller = self._paths.halved(paths, flight.alive)
         if smaller is paths:
@@ -222,24 +194,10 @@ class DevicePhotonMapper:
         self._compaction.move(elements, textures, [p.front.texture for p in smaller.pairs()])
         flight.paths = smaller
 
-    def _landed_of(self, rows: int) -> tuple[Stream, ...]:
-        size = STREAM_WIDTH, rows
-        if not self._landed or self._landed[0].size != size:
-            self._release_landed()  # of passes of another size
-            records = PLACE, DEPOSIT, *([PLACE] * self._tells_caustics)
-            self._landed = tuple(Stream(self._device, record, size) for record in records)
-        return self._landed
-
-    def _release_landed(self) -> None:
-        for stream in self._landed:
-            stream.release()
-        self._landed = ()
-
     def release(self) -> None:
         """Free streams and kernels."""
         self._paths.release()
-        self._release_landed()
-        for item in (self._emission, self._compaction, self._tally, self.deposits):
+        for item in (self._emission, self._bounces, self._compaction, self._tally, self.deposits):
             item.release()
 
 

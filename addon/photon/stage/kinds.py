@@ -24,9 +24,6 @@ _OPERANDS = re.compile(r"^Operands: ([^\n]*)\.$", re.M)
 _PARAMETERS = re.compile(r"^Parameters: ([^.]*)\.( Power: .*)?$", re.M)
 _POWER = re.compile(r"\bPower: (.+)\.$", re.M)
 _PARAMETER = re.compile(r"(\w+)(?: \[([^\]]*)\])?")
-# NVIDIA's compiler takes twice as long, or more, for many loops if it unrolls them; points take a
-# third more time if it does not.
-NO_UNROLLING = "#pragma optionNV(unroll none)"
 METRES = "m"
 WATTS = "W"
 RADIANCE = "W/(m^2 sr)"
@@ -160,8 +157,8 @@ BSDF_FUNCTIONS = (
     _Function(
         "vec3",
         "transmittance",
-        (*_LOBE, "float cosine"),
-        "return vec3(clamp(1.0 - largest(albedo_kind(lobe, shape, cosine)), 0.0, 1.0));",
+        (*_LOBE, "float cosine", "vec3 albedo"),
+        "return vec3(clamp(1.0 - largest(albedo), 0.0, 1.0));",
         "lobe.kind",
         lambda kind: "transmittance" in kind.verbs,
     ),
@@ -318,8 +315,6 @@ def made_nodes(names: Collection[str], code: str = "") -> Made:
     lines = [f'#include "nodes/{kind.name}.glsl"' for kind in used]
     if code:
         return {"made/nodes.glsl": "\n".join([*lines, code])}
-    if any(kind.is_long for kind in used):
-        lines.insert(0, NO_UNROLLING)
     # Operands are fetched once for all kinds: for each it would be more code than most of them are.
     fields = ("first", "second", "third", "fourth", "fifth", "sixth")
     most = max((len(kind.operands) for kind in used), default=0)

@@ -9,12 +9,10 @@ from .kinds import lobe_kinds
 WHITE = (1.0, 1.0, 1.0)
 
 
-def count_layers(material: Material) -> int:
-    """How many lie over one of its lobes at most."""
-    depths: list[int] = []
-    for lobe in reflecting(material.lobes):
-        depths.append(0 if lobe.over is None else depths[lobe.over] + 1)
-    return max(depths, default=0)
+def count_layered(material: Material) -> int:
+    """How many lobes it has, if some lie over others."""
+    lobes = reflecting(material.lobes)
+    return len(lobes) if any(lobe.over is not None for lobe in lobes) else 0
 
 
 def has_tint(material: Material) -> bool:

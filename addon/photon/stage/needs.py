@@ -24,7 +24,7 @@ from .kinds import (
     made_camera,
     made_lights,
 )
-from .layers import count_layers, has_tint
+from .layers import count_layered, has_tint
 from .light_tree import DRAWN_RAYS, MOST_ASKED
 from .limits import casts_caustics, is_limited, lacking_caustics
 from .programs import ProgramNeeds, of_emission, of_transmittance
@@ -62,7 +62,7 @@ class SceneNeeds:
     lobes: int  # that a visible point has at most, besides Lambert's
     lobe_kinds: frozenset[str]
     light_kinds: frozenset[str]
-    layers: int = 0  # that lie over a lobe at most
+    layers: int = 0  # lobes of a material at most, of which some lie over others
     covers: bool = False  # some lie over Lambert's lobe
     tinted: bool = False  # such a layer colours what it lets through
     tangents: bool = False  # lobes turn with them
@@ -289,6 +289,11 @@ class SceneNeeds:
             **self._footprint(PHOTONS_FARTHER),
         }
 
+    @property
+    def shades_long(self) -> bool:
+        """Whether the device shades photons apart from tracing them."""
+        return bool(self.programs.nodes) or self.layers > 0
+
     def rays(self, *names: str) -> dict[str, int]:
         """What a kernel is compiled with that traces rays of these names, if it makes a difference:
         their bits."""
@@ -399,7 +404,7 @@ def _of_materials(materials: Sequence[Material], lobes: Sequence[Sequence[str]])
         "absorption": any(max(material.absorption) > 0.0 for material in materials),
         "lobes": min(max(map(len, lobes), default=0), MOST_LOBES),
         "lobe_kinds": frozenset(kinds),
-        "layers": max(map(count_layers, materials), default=0),
+        "layers": max(map(count_layered, materials), default=0),
         "covers": any(lobe.may_be("covered") for m in materials for lobe in m.lobes),
         # What disperses light weighs each channel by itself, too.
         "tinted": any(map(has_tint, materials)) or any(lobe_kinds()[x].disperses for x in kinds),

@@ -12,11 +12,11 @@ from typing import NamedTuple
 from ...streams import TABLE_WIDTH, Device
 from ...streams.device import Layer
 from ..film.film import SPARE
-from ..photons.device_photon_mapper import landed_rows
-from ..photons.photon_mapper import STREAM_WIDTH
+from ..photons.bounces import landed_rows
+from ..photons.paths import STREAM_WIDTH
 
 TEXEL = 16
-FIXED = 80 << 20  # programs, a grid of the smallest
+FIXED = 88 << 20  # programs, a grid of the smallest
 # On a GPU: photon_grid.MAX_CELLS in two buffers, and the grids of device_radii.py.
 GRIDS = (40 + 60) << 20
 # A photon's: six textures of paths, three of a bounce's ends and four of shaded points, and two
@@ -64,6 +64,7 @@ class PhotonCounts:
     landed: float  # deposits of a pass
     most_bounces: int
     has_lobes: bool
+    shades_long: bool  # SceneNeeds'
     are_drawn: bool  # as splats
 
     @property
@@ -145,6 +146,8 @@ class ResidentSizes(Sizes):
     def paths(self, counts: PhotonCounts) -> Bytes:
         rows = sum(landed_rows(photons, counts.most_bounces) for photons in {*counts.passes})
         paths = RESIDENT_PATHS * sum({*counts.passes}) + 2 * TEXEL * STREAM_WIDTH * rows
+        if counts.shades_long:
+            paths = (PATHS + LOBE_PATHS) * sum({*counts.passes})
         lists = RESIDENT_ROOM * counts.a_pass + (RESIDENT_LISTED + SORTED) * counts.landed
         return Bytes(paths + lists)
 

@@ -201,7 +201,8 @@ class ResidentWay(Way):
     def photon_mapper(
         self, stage: PhotonSource, settings: Settings, needs: SceneNeeds
     ) -> PhotonMapper | NativePhotonMapper | DevicePhotonMapper:
-        return DevicePhotonMapper(self.device, stage.tables, settings, needs)
+        tracer = self.tracer(rays=needs.rays(*RAYS))
+        return DevicePhotonMapper(self.device, stage.tables, settings, needs, tracer)
 
     def radius_grids(self, deposits: Deposits, focus: Box | None = None) -> Grids:
         """At once."""
