@@ -12,11 +12,10 @@
 #endif
 #ifdef AHEAD
 
-// Of what a surface scatters, what goes through portals at most; and from which solid angle of all [sr] on it is as
-// much. It goes with the root of that: where photons start at all distances from what is shown alike, their flux goes
-// with the square of the distance, and what of it comes there by the cosine with its third power. So each brings as
-// much that goes through a portal.
-const float MOST_BY_PORTAL = 0.4, WIDE_PORTAL = 0.25;
+// Of what a surface scatters MOST_BY_PORTAL goes through portals where all of them fill WIDE_PORTAL [sr] or more. Else
+// it goes with the root of that: where photons start at all distances from what is shown alike, their flux goes with the
+// square of the distance, and what of it comes there by the cosine with its third power. So each brings as much that
+// goes through a portal.
 // Sharper lobes have little to gain: what they send there is as bright by themselves.
 const float LEAST_ROUGHNESS_OF_LED = 0.1;
 

@@ -74,6 +74,16 @@ def finish(tree: bpy.types.NodeTree, shader: bpy.types.Node) -> None:
     tree.links.new(shader.outputs[0], output.inputs["Surface"])
 
 
+def new_world(scene: bpy.types.Scene) -> bpy.types.NodeTree:
+    """Give the scene a world whose node tree holds nothing but an output."""
+    world = scene.world = bpy.data.worlds.new("World")
+    if bpy.app.version < (5, 0):
+        world.use_nodes = True
+    world.node_tree.nodes.clear()
+    world.node_tree.nodes.new("ShaderNodeOutputWorld")
+    return world.node_tree
+
+
 def long_paths(scene: bpy.types.Scene) -> None:
     """Let Cycles follow 32 bounces of every kind, blur none, and filter pixels by boxes."""
     scene.cycles.pixel_filter_type, scene.cycles.max_bounces = "BOX", 32

@@ -31,6 +31,7 @@ from .build import (
     add_node,
     finish,
     new_material,
+    new_world,
     shader_material,
     unknown_lens,
 )
@@ -54,13 +55,8 @@ def room(scene) -> bpy.types.Scene:
         mirror
     )
     add_light("Spot", "SPOT", energy=500.0, location=(0, 0, 6), spot_size=1.8)
-    world = scene.world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0):
-        world.use_nodes = True
-    world.node_tree.nodes.clear()
-    world.node_tree.nodes.new("ShaderNodeOutputWorld")
-    background = add_node(world.node_tree, "ShaderNodeBackground", Color=(0.1, 0.2, 0.3, 1))
-    finish(world.node_tree, background)
+    world = new_world(scene)
+    finish(world, add_node(world, "ShaderNodeBackground", Color=(0.1, 0.2, 0.3, 1)))
     scene.render.engine = "PHOTON_STREAM"
     scene.render.resolution_x = scene.render.resolution_y = 32
     scene.photon_stream.passes, scene.photon_stream.photons = 2, 4096

@@ -14,19 +14,9 @@ from addon.blender.export import environment, world_nodes
 from addon.photon.scene import FOUND_BY
 from tests.measure import render
 
-from .build import CUBE, add_mesh, add_node, finish
+from .build import CUBE, add_mesh, add_node, finish, new_world
 
 pytestmark = pytest.mark.blender
-
-
-def new_world(scene: bpy.types.Scene) -> bpy.types.NodeTree:
-    """Give the scene a world whose node tree holds nothing but an output."""
-    world = scene.world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0):
-        world.use_nodes = True
-    world.node_tree.nodes.clear()
-    world.node_tree.nodes.new("ShaderNodeOutputWorld")
-    return world.node_tree
 
 
 def test_no_world_is_black(export) -> None:

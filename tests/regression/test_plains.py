@@ -20,6 +20,7 @@ from tests.blender.build import (
     add_node,
     add_object,
     finish,
+    new_world,
     shader_material,
 )
 from tests.measure import render
@@ -42,13 +43,8 @@ def open_plain(half: float, at: Vector, kind: str) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.resolution_x = scene.render.resolution_y = SIZE
-    world = scene.world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0):
-        world.use_nodes = True
-    world.node_tree.nodes.clear()
-    world.node_tree.nodes.new("ShaderNodeOutputWorld")
-    sky = add_node(world.node_tree, "ShaderNodeBackground", Color=(0.4, 0.6, 1.0, 1.0))
-    finish(world.node_tree, sky)
+    world = new_world(scene)
+    finish(world, add_node(world, "ShaderNodeBackground", Color=(0.4, 0.6, 1.0, 1.0)))
     colour = {"ShaderNodeBsdfDiffuse": "Color"}.get(kind, "Base_Color")
     white, ground = (
         shader_material(kind, name, **{colour: shade})

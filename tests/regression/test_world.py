@@ -14,7 +14,7 @@ import pytest
 
 from addon.blender.export import snapshot
 from addon.streams import Device
-from tests.blender.build import add_node, add_object, finish, shader_material
+from tests.blender.build import add_node, add_object, finish, new_world, shader_material
 from tests.measure import render
 
 from .blocks import Difference, block_means, compare
@@ -175,19 +175,15 @@ def open_scene(graph: Graph, folder: Path) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.resolution_x = scene.render.resolution_y = SIZE
-    world = scene.world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0):
-        world.use_nodes = True
-    world.node_tree.nodes.clear()
-    world.node_tree.nodes.new("ShaderNodeOutputWorld")
-    finish(world.node_tree, graph(world.node_tree, folder))
+    world = new_world(scene)
+    finish(world, graph(world, folder))
     material = shader_material("ShaderNodeBsdfDiffuse", Color=(0.8, 0.8, 0.8, 1.0))
     tree = material.node_tree
     diffuse = next(node for node in tree.nodes if node.type == "BSDF_DIFFUSE")
     mirror = add_node(tree, "ShaderNodeBsdfGlossy", Roughness=0.0, Color=(0.9, 0.9, 0.9, 1.0))
     has_sun = any(
         node.type == "TEX_SKY" and "SCATTERING" in node.sky_type and node.sun_disc
-        for node in world.node_tree.nodes
+        for node in world.nodes
     )
     mix = add_node(tree, "ShaderNodeMixShader", Fac=0.0 if has_sun else 0.5)
     for socket, shader in zip(mix.inputs[1:], (diffuse, mirror), strict=True):

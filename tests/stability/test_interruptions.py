@@ -22,7 +22,7 @@ from tests.stability.table import Measured
 
 SMALL = Settings(width=24, height=16, photons=1000, passes=2)
 PROMISED = 0.2  # [s] in which closing a render returns
-OTHERS = 1.0  # [s] for which other programs may keep the cores from us, once in a hundred times
+OTHERS = 0.5  # [s] for which other programs may keep the cores from us, once in a hundred times
 
 
 def under_way(process: RendererProcess, settings: Settings, seconds: float) -> Iterator[Progress]:

@@ -35,6 +35,8 @@ class Reflector(Kernel):
         "ONE_WAY",
         "SPARED",
         "AHEAD",
+        "MOST_BY_PORTAL",
+        "WIDE_PORTAL",
     )
     inputs = {
         "origin": When(("ARRIVALS", "ABSORPTION"), RAY_ORIGIN),

@@ -80,6 +80,8 @@ class Shade(Kernel):
         "PORTALS",  # of photons
         "ONE_WAY",
         "AHEAD",
+        "MOST_BY_PORTAL",
+        "WIDE_PORTAL",
     )
     inputs = {
         "pixel": When("EYE", PIXEL),

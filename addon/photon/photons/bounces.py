@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import moderngl
 
@@ -84,6 +84,8 @@ class Bounces:
 
 class SeveralBounces:
     """As many a launch as there is room for, up to that in which a photon is cut off."""
+
+    paths: ClassVar = Paths  # that it takes
 
     def __init__(
         self, device: Device, tables: Tables, settings: Settings, needs: SceneNeeds

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Compaction, Device, Kernel, Reading, Tally
+from ...streams import Compaction, Device, Reading, Tally
 from ..settings import Settings
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
@@ -19,8 +19,8 @@ from .bounces import SeveralBounces
 from .deposits import DeviceDeposits
 from .emission import Emission, rays_of
 from .mapper import PhotonBatch, draw_of
-from .one_bounce import OneBounce, PathsAndEnds
-from .paths import STREAM_WIDTH, Paths, PathsBySize
+from .one_bounce import OneBounce
+from .paths import STREAM_WIDTH, PathsBySize
 
 # After the first pass the host does not ask, but goes by what the passes before found, an eighth
 # more, and this: by chance they differ by the square root of their number.
@@ -64,20 +64,13 @@ class DevicePhotonMapper:
         tables: Tables,
         settings: Settings,
         needs: SceneNeeds,
-        tracer: Kernel,
+        bounces: SeveralBounces | OneBounce,
     ) -> None:
-        """`tracer`: what finds where photons go."""
         self._device, self._settings = device, settings
         self._most_bounces = needs.photon_bounces + 1  # with that in which a photon is cut off
         self._emission = Emission(device, "compute", tables, needs)
-        self._paths: PathsBySize[Any]
-        self._bounces: SeveralBounces | OneBounce
-        if needs.shades_long:
-            self._paths = PathsBySize(device, PathsAndEnds)
-            self._bounces = OneBounce(device, "compute", tables, settings, needs, tracer)
-        else:
-            self._paths = PathsBySize(device, Paths)
-            self._bounces = SeveralBounces(device, tables, settings, needs)
+        self._paths: PathsBySize[Any] = PathsBySize(device, bounces.paths)
+        self._bounces = bounces
         self._compaction = Compaction(device, "paths")
         self._tally = Tally(device, self._most_bounces)
         self._foreseen: dict[int, _Foreseen] = {}  # by the photons of a pass

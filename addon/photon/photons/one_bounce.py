@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from ...streams import ByDefines, Count, Defines, Device, Kernel, Stream, Tally
 from ...streams.device import Layer
@@ -44,6 +44,8 @@ class PathsAndEnds(Paths):
 
 class OneBounce:
     """The kernels of a bounce, and how often they ran."""
+
+    paths: ClassVar = PathsAndEnds  # that it takes
 
     def __init__(
         self,

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Device, Kernel
+from ...streams import Device
 from ...streams.device import Layer
 from ..settings import Settings
 from ..stage.needs import SceneNeeds
@@ -29,16 +29,15 @@ class PhotonMapper:
         tables: Tables,
         settings: Settings,
         needs: SceneNeeds,
-        tracer: Kernel,
+        bounce: OneBounce,
     ) -> None:
-        """`tracer`: what finds where photons go."""
         self._tables = tables
         self._settings, self._needs = settings, needs
-        self._paths = PathsBySize(device, PathsAndEnds)
+        self._paths = PathsBySize(device, bounce.paths)
         self.deposits = HostDeposits(device, needs.caustics)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
         self._emission = Emission(device, layer, tables, needs)
-        self._bounce = OneBounce(device, layer, tables, settings, needs, tracer)
+        self._bounce = bounce
 
     def start(self, batch: PhotonBatch) -> None:
         """Trace a batch until all its photons have ended."""

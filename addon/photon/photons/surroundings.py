@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from ..kernels.records import PORTAL
 from ..stage.geometry import Mesh
+from ..stage.needs import MOST_BY_PORTAL, WIDE_PORTAL
 from .landed import Landed, trace_few
 from .mapper import Mapper
 from .view import VIEW, WIDE, Doubles, View
@@ -34,7 +35,6 @@ LIFT = 2e-6  # of places off their surface [scene units]
 ROUNDED = 4e-4  # by as much photons' normals may be off: a plain does not see itself
 NEARLY = 0.99  # of the way to a place, on which nothing may stand
 DARK = 0.1  # of the mean: what is darker counts no more
-MOST_BY_PORTAL, WIDE_PORTAL = 0.4, 0.25  # as in glsl/lib/reflection.glsl
 PLAIN = 0.5  # of the photons start wherever these have
 BEYOND, MARGINS = (0.0, 0.05), (0.02, 0.2, 0.6)  # of first boxes: of places left out, and of sides
 ROUNDS = 3  # in which faces are moved

@@ -35,7 +35,11 @@ FACES = 6  # of a box, that are portals of photons
 # Photons that would be absorbed go through portals.
 SPARED_DEFINES: Defines = {"PORTALS": MOST_PORTALS, "ONE_WAY": 1, "SPARED": 1}
 # Or some do, whatever the surface absorbs: so Shade can draw their way, too.
-AHEAD_DEFINES: Defines = {"PORTALS": FACES, "ONE_WAY": 1, "AHEAD": 1}
+MOST_BY_PORTAL, WIDE_PORTAL = 0.4, 0.25  # as glsl/lib/reflection.glsl says
+AHEAD_DEFINES: Defines = {
+    **{"PORTALS": FACES, "ONE_WAY": 1, "AHEAD": 1},
+    **{"MOST_BY_PORTAL": MOST_BY_PORTAL, "WIDE_PORTAL": WIDE_PORTAL},
+}
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 
 

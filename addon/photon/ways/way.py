@@ -22,11 +22,13 @@ from ..film.strips import StripFilm
 from ..kernels.coverage import Coverage
 from ..kernels.cuts import Cuts
 from ..kernels.tracer import Tracer
+from ..photons.bounces import SeveralBounces
 from ..photons.deposits import Deposits
 from ..photons.device_photon_mapper import DevicePhotonMapper
 from ..photons.device_radii import Box, Grids, Limits, grids_on_device, radii_on_device
 from ..photons.grid_sort import DeviceSort, HostSort, Sort
 from ..photons.native_photon_mapper import NativePhotonMapper, knows, knows_lobes, knows_microfacets
+from ..photons.one_bounce import OneBounce
 from ..photons.photon_grid import Cells, Gathering, Lanes, PhotonGrid, lanes_of_gpu
 from ..photons.photon_mapper import PhotonMapper
 from ..photons.radius_field import SAMPLE, Found, grids_on_host, radii_on_host
@@ -127,8 +129,12 @@ class Way:
         self, stage: PhotonSource, settings: Settings, needs: SceneNeeds
     ) -> PhotonMapper | NativePhotonMapper | DevicePhotonMapper:
         """What traces photons."""
+        bounce = self._one_bounce(stage, settings, needs)
+        return PhotonMapper(self.device, self.layer, stage.tables, settings, needs, bounce)
+
+    def _one_bounce(self, stage: PhotonSource, settings: Settings, needs: SceneNeeds) -> OneBounce:
         tracer = self.tracer(rays=needs.rays(*RAYS))
-        return PhotonMapper(self.device, self.layer, stage.tables, settings, needs, tracer)
+        return OneBounce(self.device, self.layer, stage.tables, settings, needs, tracer)
 
     def radius_grids(self, deposits: Deposits, focus: Box | None = None) -> Grids:
         """Where most of the deposits are, of those in a box if there is one; called when it must
@@ -201,8 +207,12 @@ class ResidentWay(Way):
     def photon_mapper(
         self, stage: PhotonSource, settings: Settings, needs: SceneNeeds
     ) -> PhotonMapper | NativePhotonMapper | DevicePhotonMapper:
-        tracer = self.tracer(rays=needs.rays(*RAYS))
-        return DevicePhotonMapper(self.device, stage.tables, settings, needs, tracer)
+        bounces: OneBounce | SeveralBounces
+        if needs.shades_long:
+            bounces = self._one_bounce(stage, settings, needs)
+        else:
+            bounces = SeveralBounces(self.device, stage.tables, settings, needs)
+        return DevicePhotonMapper(self.device, stage.tables, settings, needs, bounces)
 
     def radius_grids(self, deposits: Deposits, focus: Box | None = None) -> Grids:
         """At once."""
