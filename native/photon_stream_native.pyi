@@ -17,6 +17,8 @@ class Tracer:
         nodes: NDArray[np.float32],
         corners: NDArray[np.float32],
         visible: NDArray[np.uint8] | None = None,
+        solid: NDArray[np.int8] | None = None,
+        opaque: NDArray[np.uint8] | None = None,
     ) -> None: ...
     def trace(
         self,
@@ -152,6 +154,9 @@ def radius_grids_about(boxes: NDArray[np.uint32]) -> tuple[NDArray[np.float32], 
 def build_bvh(
     vertices: NDArray[np.float32], triangles: NDArray[np.int32]
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], int, int, float]: ...
+def solid_triangles(
+    vertices: NDArray[np.float32], triangles: NDArray[np.int32], surfaces: NDArray[np.int32]
+) -> NDArray[np.int8]: ...
 def refit_bvh(
     nodes: NDArray[np.float32],
     order: NDArray[np.int32],

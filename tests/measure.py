@@ -65,7 +65,7 @@ def fallen(renderer: Renderer) -> Any:
     """The flux [W] that a renderer's last pass deposited on each surface, (surfaces, 3)."""
     assert renderer.photons
     place, deposit = renderer.photons.mapper.deposits.arrays()
-    surface = place[:, 3].astype(int) - 1
+    surface = np.abs(place[:, 3]).astype(int) - 1
     count = len(renderer.scene.surfaces)
     flux = [np.bincount(surface, deposit[:, channel], count) for channel in range(3)]
     return np.stack(flux, -1) * renderer.frame.scale**2

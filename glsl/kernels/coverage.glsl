@@ -3,7 +3,8 @@
 // 1/4 in a corner. Dividing by its mean over passes removes the boundary bias, and, since the filter
 // is integrated over the surface as it is, that of creases and curvature too.
 //
-// Each probe samples the filter on the tangent plane and looks for the surface above and below. The
+// Each probe samples the filter on the tangent plane and looks for the surface above and below, where photons of it
+// count: on the point's side, within 45 degrees of the plane. The
 // inner filter's share comes from the same probes, weighted by inner over outer filter.
 //
 // Where the disc is cut, probes are sampled within the cuts, and tell what the surface lacks of the mass
@@ -19,27 +20,31 @@
 #include "lib/place.glsl"
 #include "lib/diffuse.glsl"
 
-const int MOST_LAYERS = 4;  // other surfaces that a probe may pass through
+const int MOST_LAYERS = 16;  // that a probe may pass through
+const float ONE_LAYER = 4.0 * SURFACE_OFFSET;  // so near to each other layers are one: rays meet the first
+const int LOOKS = 8;  // every so many-th probe looks for all layers, of which all but the nearest count as much more
+const float TOUCHES = 0.02;  // what is so near below another layer, over how far from the plane a probe begins
 // Times as many probes where the filter is tilted, by a scale of more than MUCH: each weighs up to MOST_SCALE as much,
 // and most end on the point's own triangle, which costs no ray.
 const int TILTED = 4;
 const float MUCH = 1.5;
-const float FLAT = 0.02;    // slope up to which a surface is taken for the point's own at once
+const float FLAT = 0.02;  // slope up to which a surface is taken for the nearest layer at once
 
-// The point's own triangle, on which most probes end: they need no ray. Seen from the point in its plane,
-// the sides with the triangle to their left: at (x, y) it is there that a x + b y + c > 0.
-struct Own { vec3 first; vec3 second; vec3 third; };
+// The point's own triangle, on which most probes end. Seen from the point in its plane, the sides with the
+// triangle to their left: at (x, y) it is there that a x + b y + c > 0. The rest is as Surface has it.
+struct Own { vec3 first; vec3 second; vec3 third; int triangle; bool is_opaque; float solid; };
 
 vec3 side_of(vec2 p, vec2 q) { return vec3(p.y - q.y, q.x - p.x, p.x * q.y - p.y * q.x); }
 
-Own own_triangle(int triangle, vec3 position, mat3 frame) {
+Own own_triangle(int triangle, vec3 position, mat3 frame, float side) {
     Triangle corners = triangle_at(triangle);
     vec2 a = ((corners.a - position) * frame).xy;
     vec2 b = ((corners.b - position) * frame).xy;
     vec2 c = ((corners.c - position) * frame).xy;
-    Own own = Own(side_of(a, b), side_of(b, c), side_of(c, a));
-    float turn = own.first.z + own.second.z + own.third.z < 0.0 ? -1.0 : 1.0;
-    return Own(turn * own.first, turn * own.second, turn * own.third);
+    vec3 first = side_of(a, b), second = side_of(b, c), third = side_of(c, a);
+    float turn = first.z + second.z + third.z < 0.0 ? -1.0 : 1.0;
+    CornerNormals normals = corner_normals_at(triangle);
+    return Own(turn * first, turn * second, turn * third, triangle, normals.opaque > 0.0, side * normals.solid);
 }
 
 bool holds(Own own, vec2 at) {
@@ -59,43 +64,66 @@ mat3x2 cuts_of(Own own) {
     return mat3x2(-own.first.xy / nearness.x, -own.second.xy / nearness.y, -own.third.xy / nearness.z);
 }
 
+// What a probe met before, from above: how far above the plane; whether light gets through; whether below it one is
+// in a solid.
+struct Layer { float above; bool is_opaque; bool is_top; };
+
+// Whether no light falls on the next layer: it is in a solid, as a leg in a seat, of whose outside a point is, or
+// touches what is above it, as a board on another.
+bool hides(Layer layer, float above, float height, bool is_outside) {
+    return layer.is_opaque && ((layer.is_top && is_outside) || layer.above - above < TOUCHES * height);
+}
+
 // Sample the filter within the cuts. What the surface lacks of the tilted filter's mass there, and of the inner
-// one's, over the density of the sampled point. Of several layers the one nearest to the plane counts: in a
-// fold of less than 45 degrees the first one met is the back of its other side.
-vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 u, float radius) {
+// one's, over the density of the sampled point. As photons do, all of its layers on the point's side count, but
+// hidden ones: the nearest to the plane, and, `others` times, what else is met; 0: that is not looked for.
+vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 u, float radius, float others) {
     float r2 = radius * radius;
     vec3 normal = frame[2];
     vec2 direction = direction_at(u.y);
     float within = filter_mass(cut_reach2(cuts.first, cuts.second, radius, direction));
     float x2 = sample_filter(u.x * within), away = sqrt(x2 * r2);
-    if (holds(own, direction * away)) return vec2(0.0);
+    bool is_own = holds(own, direction * away);
+    if (is_own && others == 0.0) return vec2(0.0);
     float mass = max(filter_shape(x2), 1.0e-30);
+    vec2 sampled = vec2(1.0, inner_filter_shape(x2) / mass);
+    sampled *= vec2(tilted_at(outer, direction * away), tilted_at(inner, direction * away));
     float height = away + SURFACE_OFFSET;  // within 45 degrees a surface strays no further
     vec3 origin = place.position + frame * vec3(direction * away, 0.0) + normal * height;
-    float left = 2.0 * height, above = height;
-    float inner_mass = inner_filter_shape(x2) / mass;
-    vec2 found_mass = vec2(0.0);
-    int source = -1;
-    for (int layer = 0; layer < MOST_LAYERS; layer++) {
+    // The point's own triangle needs no ray.
+    vec2 nearest = is_own ? sampled : vec2(0.0), rest = vec2(0.0);
+    int source = is_own ? own.triangle : -1;
+    float left = 2.0 * height, above = height, nearness = is_own ? 0.0 : 1.0e10;
+    Layer before = Layer(1.0e10, false, false);
+    bool is_done = false;
+    for (int layer = 0; layer < MOST_LAYERS && !is_done; layer++) {
         RayHit found = trace(origin, -normal, left, source);
         if (found.triangle < 0) break;
         Surface surface = surface_at(Hit(found.t, stored_triangle(found.triangle), found.u, found.v), -normal);
         above -= found.t;
         left -= found.t;
-        if (stored_surface(surface.surface) == place.surface && same_orientation(pack_direction(surface.geometric), normal)) {
+        if (is_own && above < 0.0 && before.above > 0.0) before = Layer(0.0, own.is_opaque, own.solid > 0.0);
+        bool is_known = abs(above - before.above) < ONE_LAYER || (is_own && abs(above) < ONE_LAYER);
+        bool is_hidden = hides(before, above, height, own.solid >= 0.0);
+        before = Layer(above, surface.is_opaque, surface.solid > 0.0);
+        if (!is_known && !is_hidden && stored_surface(surface.surface, surface.side) == place.surface
+            && same_orientation(pack_direction(surface.geometric), normal)) {
             vec3 offset = surface.position - place.position;
             float at = dot(offset, offset) / r2;
             vec2 there = (offset * frame).xy;
             vec2 counts = vec2(filter_shape(at) * tilted_at(outer, there), inner_filter_shape(at) * tilted_at(inner, there));
-            found_mass = at > 1.0 ? vec2(0.0) : counts / (mass * dot(surface.geometric, normal));
-            if (above <= FLAT * height) break;
-            left = 2.0 * above;  // as far below the plane as this one is above it
+            counts = at > 1.0 ? vec2(0.0) : counts / (mass * dot(surface.geometric, normal));
+            bool is_nearest = abs(above) < nearness;
+            rest += is_nearest ? nearest : counts;
+            if (is_nearest) nearest = counts;
+            nearness = min(nearness, abs(above));
+            is_done = others == 0.0 && above <= FLAT * height;
+            if (others == 0.0) left = 2.0 * above;  // what is further below the plane is not nearer
         }
         origin -= normal * found.t;
         source = found.triangle;
     }
-    vec2 sampled = vec2(tilted_at(outer, direction * away), inner_mass * tilted_at(inner, direction * away));
-    return within * (sampled - found_mass);
+    return within * (sampled - nearest - others * rest);
 }
 
 void kernel() {
@@ -110,18 +138,19 @@ void kernel() {
     Cuts cuts = load_cuts();
     vec2 missing = vec2(0.0);  // of the filter, of the inner one
     mat3 frame = frame_about(normal);
-    Own own = own_triangle(triangle, place.position, frame);
+    Own own = own_triangle(triangle, place.position, frame, facing.side);
     FilterTilt outer = no_tilt(), inner = no_tilt();
     bool is_held = holds_disc(own, radius);
     if (cuts.first != vec2(0.0)) {
         cut_tilts(cuts, is_held, cuts_of(own), radius, r2_sequence(start, first_probe), outer, inner);
     }
     int times = outer.scale > MUCH ? TILTED : 1, count = probes * times;
-    if (!is_held) {
-        for (int i = 0; i < count; i++) {
-            vec2 u = r2_sequence(start, first_probe * uint(times) + uint(i));
-            missing += probe(place, own, frame, cuts, outer, inner, u, radius) / float(count);
-        }
+    for (int i = 0; i < count; i++) {
+        uint number = first_probe * uint(times) + uint(i);
+        float others = number % uint(LOOKS) == 0u ? float(LOOKS) : 0.0;
+        if (is_held && others == 0.0) continue;
+        vec2 u = r2_sequence(start, number);
+        missing += probe(place, own, frame, cuts, outer, inner, u, radius, others) / float(count);
     }
     store_coverage(Coverage(outer.mass - missing.x, inner.mass - missing.y, outer.scale, inner.scale));
     store_tilt(Tilt(outer.tilt, inner.tilt));

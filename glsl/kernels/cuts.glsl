@@ -16,7 +16,7 @@ void kernel() {
     Facing facing = load_facing();
     float radius = radius_at(place.position, facing.normal);
     if (!(radius > 0.0)) skip();
-    Disc disc = disc_at(place.position, facing.normal, radius, place.surface);
+    Disc disc = disc_at(place.position, facing.normal, radius, surface_number(place));
     vec2 first = nearest_cut(disc, vec2(0.0));
     if (first == vec2(0.0)) skip();
     store_cuts(Cuts(first, nearest_cut(disc, first)));

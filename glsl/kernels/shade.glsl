@@ -101,7 +101,7 @@ void kernel() {
 #ifdef NORMALS
     if (is_given(material.base_from) && gathers(diffuse)) diffuse = with_base(diffuse, base, surface.shading);
 #endif
-    store_place(Place(surface.position, stored_surface(surface.surface)));
+    store_place(Place(surface.position, stored_surface(surface.surface, surface.side)));
     store_facing(facing);
     store_shading(shading);
 #ifdef EYE

@@ -5,6 +5,9 @@
 
 // Photons of a surface that bends away by more than 45 degrees say nothing about this point.
 const float SAME_ORIENTATION = 0.7071;
+// Nor do those of what lies above the point or below it, as nothing does that bends less; to what positions are
+// rounded [scene units^2].
+const float ROUNDED2 = 1.0e-10;
 const float INNER_AREA = 0.5;  // of the disc's; error.py extrapolates with it
 const float GAUSSIAN_BETA = 2.0;  // standard deviation r / 2
 
@@ -103,11 +106,12 @@ bool same_orientation(float packed_normal, vec3 normal) {
 }
 
 // What a photon adds to the irradiance at a visible point, over the filter's peak: zero beyond the radius,
-// from another surface, from the other side of a thin wall, or from round a corner. In alpha the mean of
+// from another surface, from the other side of a thin wall, from round a corner, or from a fold above. In alpha the mean of
 // what its channels add within the inner radius. Nothing here divides: every pair pays for it.
 vec4 photon_share(vec4 photon, vec4 flux, vec3 position, float surface, vec3 normal, float inverse_r2) {
     vec3 offset = photon.xyz - position;
-    float x2 = dot(offset, offset) * inverse_r2;
-    if (x2 > 1.0 || photon.w != surface || !same_orientation(flux.w, normal)) return vec4(0.0);
+    float d2 = dot(offset, offset), x2 = d2 * inverse_r2, height = dot(offset, normal);
+    if (x2 > 1.0 || photon.w != surface || 2.0 * height * height > d2 + ROUNDED2) return vec4(0.0);
+    if (!same_orientation(flux.w, normal)) return vec4(0.0);
     return vec4(flux.rgb * filter_shape(x2), dot(flux.rgb, vec3(1.0 / 3.0)) * inner_filter_shape(x2));
 }

@@ -25,7 +25,7 @@ struct Disc {
     mat3 frame;  // about the normal
     float radius;
     vec2 levels;  // heights above it at which obstacles are looked for
-    float surface;  // as places hold it
+    float surface;
 };
 
 Disc disc_at(vec3 position, vec3 normal, float radius, float surface) {
@@ -50,7 +50,7 @@ bool crosses(Near near, float level) {
 
 // Light falls on a triangle of the disc's own surface that bends up slowly as it does on the disc.
 bool bends_slowly(Disc disc, Near near) {
-    if (stored_surface(near.surface) != disc.surface) return false;
+    if (near.surface != disc.surface) return false;
     return abs(dot(normal_of(near.b - near.a, near.c - near.a), disc.frame[2])) >= SAME_ORIENTATION;
 }
 

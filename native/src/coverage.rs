@@ -15,8 +15,14 @@ use crate::watertight::Ray;
 use crate::watertight::SURFACE_OFFSET;
 use crate::wide::Stack;
 
-const MOST_LAYERS: usize = 4; // other surfaces that a probe may pass through
-const FLAT: f32 = 0.02; // slope up to which a surface is taken for the point's own at once
+const MOST_LAYERS: usize = 16; // that a probe may pass through
+/// Layers so near to each other are one: of surfaces in one place rays meet the first.
+const ONE_LAYER: f32 = 4.0 * SURFACE_OFFSET;
+/// Every so many-th probe looks for all layers, of which those that are not the nearest count as much more.
+const LOOKS: u32 = 8;
+/// What is so near below another layer, over how far from the plane a probe begins, touches it.
+const TOUCHES: f32 = 0.02;
+const FLAT: f32 = 0.02; // slope up to which a surface is taken for the nearest layer at once
 /// Times as many probes where the filter is tilted, by a scale of more than this (the reason is in
 /// glsl/kernels/coverage.glsl).
 const TILTED: u32 = 4;
@@ -52,6 +58,30 @@ pub struct Points<'a> {
     pub cuts: &'a [[f32; 4]],
 }
 
+/// In leaf order, the fourth number of whose second corner is the surface.
+pub struct Triangles<'a> {
+    pub corners: &'a [[[f32; 4]; 3]],
+    /// As [`crate::solid::solid`] tells; none: no triangle bounds one.
+    pub solid: &'a [i8],
+    /// 1: no light gets through; none: through any.
+    pub opaque: &'a [u8],
+}
+
+impl Triangles<'_> {
+    /// Whether a solid is behind a triangle, seen from one of its sides, or in front of it; 0: neither.
+    #[inline(always)]
+    fn behind(&self, position: i32, side: f32) -> f32 {
+        side * self.solid.get(position as usize).map_or(0.0, |&solid| f32::from(solid))
+    }
+
+    /// What a probe has met that is a triangle seen from one of its sides.
+    #[inline(always)]
+    fn layer(&self, above: f32, position: i32, side: f32) -> Layer {
+        let is_opaque = self.opaque.get(position as usize) == Some(&1);
+        Layer { above, is_opaque, is_top: self.behind(position, side) > 0.0 }
+    }
+}
+
 /// Where a point's surface is probed, and with what it is compared.
 struct Point {
     position: [f32; 3],
@@ -66,12 +96,10 @@ struct Point {
 
 /// Write the share of the filter's mass on the surface into `out`, then the inner filter's, and what scales
 /// either; into `tilt_out` how either is tilted.
-///
-/// `corners` are the triangles in leaf order, whose second corner's fourth number is the surface.
 #[allow(clippy::too_many_arguments)]
 pub fn coverage(
     tree: &Tree,
-    corners: &[[[f32; 4]; 3]],
+    triangles: &Triangles,
     radii: &RadiusField,
     points: &Points,
     probes: &Probes,
@@ -80,7 +108,7 @@ pub fn coverage(
 ) {
     let both = out.par_chunks_mut(POINTS_A_TASK).zip(tilt_out.par_chunks_mut(POINTS_A_TASK)).enumerate();
     both.for_each(|(chunk, (out, tilt_out))| {
-        chunk_of(tree, corners, radii, points, probes, chunk * POINTS_A_TASK, out, tilt_out);
+        chunk_of(tree, triangles, radii, points, probes, chunk * POINTS_A_TASK, out, tilt_out);
     });
 }
 
@@ -88,7 +116,7 @@ widest! {
     #[allow(clippy::too_many_arguments)]
     fn chunk_of<L>(
         tree: &Tree,
-        corners: &[[[f32; 4]; 3]],
+        triangles: &Triangles,
         radii: &RadiusField,
         points: &Points,
         probes: &Probes,
@@ -102,7 +130,7 @@ widest! {
             let at = first + i;
             let [x, y, z, surface] = points.places[at];
             let [nx, ny, nz, _] = points.facings[at];
-            if !(surface > 0.0 && points.diffuses[at][3] > 0.0) {
+            if !(surface != 0.0 && points.diffuses[at][3] > 0.0) {
                 continue;
             }
             let radius = radii.at([x, y, z], [nx, ny, nz]) * probes.radius_scale;
@@ -116,7 +144,7 @@ widest! {
             let position = [x, y, z];
             let tilts = [Tilt::NONE; 2];
             let mut point = Point { position, normal, tangent, bitangent, surface, radius, cuts, tilts };
-            let own = corners.get(points.shadings[at][3] as usize).map_or(Own::NONE, |own| Own::of(own, &point));
+            let own = Own::of(triangles, points.shadings[at][3] as i32, &point);
             let is_held = own.holds_disc(radius);
             if cuts != cuts::NONE {
                 let sides = if is_held { None } else { Some(own.cuts()) };
@@ -126,12 +154,14 @@ widest! {
             let times = if point.tilts[0].scale > MUCH { TILTED } else { 1 };
             let (count, first_probe) = (probes.count * times, probes.first.wrapping_mul(times));
             let mut missing = [0.0; 2];
-            if !is_held {
-                for probe in 0..count {
-                    let u = r2_sequence(start, first_probe.wrapping_add(probe));
-                    let found = probe_surface::<L>(tree, corners, &point, &own, u, probes, &mut stack);
-                    missing = [missing[0] + found[0], missing[1] + found[1]];
+            for number in (0..count).map(|probe| first_probe.wrapping_add(probe)) {
+                let others = if number % LOOKS == 0 { LOOKS as f32 } else { 0.0 };
+                if is_held && others == 0.0 {
+                    continue;
                 }
+                let probe = Probe { u: r2_sequence(start, number), others };
+                let found = probe_surface::<L>(tree, triangles, &point, &own, &probe, probes.filter, &mut stack);
+                missing = [missing[0] + found[0], missing[1] + found[1]];
             }
             let [outer, inner] = point.tilts;
             let count = count as f32;
@@ -146,41 +176,76 @@ widest! {
     }
 }
 
+/// Where the filter is sampled, and how much layers count that are not the nearest to the plane; 0: they are not
+/// looked for.
+struct Probe {
+    u: [f32; 2],
+    others: f32,
+}
+
+/// What a probe met before, from above.
+#[derive(Clone, Copy)]
+struct Layer {
+    above: f32, // the plane
+    is_opaque: bool,
+    /// Below it one is in a solid.
+    is_top: bool,
+}
+
+impl Layer {
+    const NONE: Layer = Layer { above: f32::INFINITY, is_opaque: false, is_top: false };
+
+    /// Whether no light falls on the next layer: it is in a solid, as a leg in a seat, of whose outside a point
+    /// is, or touches what is above it, as a board on another.
+    #[inline(always)]
+    fn hides(&self, above: f32, height: f32, is_outside: bool) -> bool {
+        self.is_opaque && ((self.is_top && is_outside) || self.above - above < TOUCHES * height)
+    }
+}
+
 /// Sample the filter within the cuts. What the surface lacks of the tilted filter's mass there, and of the
-/// inner one's, over the density of the sampled point.
+/// inner one's, over the density of the sampled point. As photons do, all of its layers on the point's side count.
 #[inline(always)]
 fn probe_surface<L: Lanes>(
     tree: &Tree,
-    corners: &[[[f32; 4]; 3]],
+    triangles: &Triangles,
     point: &Point,
     own: &Own,
-    u: [f32; 2],
-    probes: &Probes,
+    probe: &Probe,
+    filter: Filter,
     stack: &mut Stack,
 ) -> [f32; 2] {
     let (r2, normal) = (point.radius * point.radius, point.normal);
-    let (sin, cos) = sin_cos_of_turns(u[1]);
-    let within = probes.filter.mass_within(reach2(point.cuts, point.radius, [cos, sin]));
-    let x2 = probes.filter.sample(u[0] * within);
+    let (sin, cos) = sin_cos_of_turns(probe.u[1]);
+    let within = filter.mass_within(reach2(point.cuts, point.radius, [cos, sin]));
+    let x2 = filter.sample(probe.u[0] * within);
     let distance = (x2 * r2).sqrt();
     let (x, y) = (cos * distance, sin * distance);
-    if own.holds([x, y]) {
+    let is_own = own.holds([x, y]);
+    if is_own && probe.others == 0.0 {
         return [0.0; 2];
     }
-    let [mass, inner_mass] = probes.filter.shape_and_inner(x2);
+    let [mass, inner_mass] = filter.shape_and_inner(x2);
     let mass = mass.max(1.0e-30);
+    let [outer, inner] = point.tilts.map(|tilt| tilt.at([x, y]));
+    let sampled = [outer, inner * inner_mass / mass];
     let height = distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
-    let on_plane: [f32; 3] =
+    let middle: [f32; 3] =
         std::array::from_fn(|k| point.position[k] + x * point.tangent[k] + y * point.bitangent[k]);
-    let mut origin: [f32; 3] = std::array::from_fn(|k| on_plane[k] + normal[k] * height);
-    let (mut left, mut above, mut source) = (2.0 * height, height, -1);
-    let mut found = [0.0; 2];
+    let mut origin: [f32; 3] = std::array::from_fn(|k| middle[k] + normal[k] * height);
+    // The point's own triangle needs no ray.
+    let (mut nearest, mut away, mut source) =
+        if is_own { (sampled, 0.0, own.triangle) } else { ([0.0; 2], f32::INFINITY, -1) };
+    let mut others = [0.0; 2];
+    let (mut left, mut above, mut before) = (2.0 * height, height, Layer::NONE);
+    let on_plane = triangles.layer(0.0, own.triangle, point.surface.signum());
+    let is_outside = triangles.behind(own.triangle, point.surface.signum()) >= 0.0;
     for _ in 0..MOST_LAYERS {
         let Some(ray) = Ray::new(origin, normal.map(|n| -n)) else { break };
         let Some((position, hit)) = tree.closest::<L>(&ray, left, source, Visible::TO_ALL, stack) else {
             break;
         };
-        let triangle = &corners[position as usize];
+        let triangle = &triangles.corners[position as usize];
         let geometric = normal_of(triangle);
         let side = if dot(geometric, normal) < 0.0 { -1.0 } else { 1.0 }; // the one the ray came from
         let geometric = geometric.map(|n| n * side);
@@ -188,39 +253,56 @@ fn probe_surface<L: Lanes>(
         left -= hit.t;
         // Asked of the normal as photons carry it, so that they and the coverage agree at 45 degrees.
         let carried = unpack_direction(pack_direction(geometric));
-        if triangle[1][3] + 1.0 == point.surface && dot(carried, normal) >= SAME_ORIENTATION {
+        if is_own && above < 0.0 && before.above > 0.0 {
+            before = on_plane;
+        }
+        let is_known = (above - before.above).abs() < ONE_LAYER || (is_own && above.abs() < ONE_LAYER);
+        let is_hidden = before.hides(above, height, is_outside);
+        before = triangles.layer(above, position, side);
+        if !(is_known || is_hidden)
+            && side * (triangle[1][3] + 1.0) == point.surface
+            && dot(carried, normal) >= SAME_ORIENTATION
+        {
             let met = point_in(triangle, hit.u, hit.v);
             let offset: [f32; 3] = std::array::from_fn(|k| met[k] - point.position[k]);
             let at = dot(offset, offset);
-            let on_surface = if at > r2 { [0.0; 2] } else { probes.filter.shape_and_inner(at / r2) };
+            let on_surface = if at > r2 { [0.0; 2] } else { filter.shape_and_inner(at / r2) };
             let there = [dot(offset, point.tangent), dot(offset, point.bitangent)];
             let density = mass * dot(geometric, normal);
-            found = std::array::from_fn(|k| on_surface[k] * point.tilts[k].at(there) / density);
-            // Of several layers the one nearest to the plane counts: in a fold of less than 45
-            // degrees the first one met is the back of its other side.
-            if above <= FLAT * height {
-                break;
+            let found = std::array::from_fn(|k| on_surface[k] * point.tilts[k].at(there) / density);
+            let other = if above.abs() < away { std::mem::replace(&mut nearest, found) } else { found };
+            others = std::array::from_fn(|k| others[k] + other[k]);
+            away = away.min(above.abs());
+            if probe.others == 0.0 {
+                if above <= FLAT * height {
+                    break;
+                }
+                left = 2.0 * above; // what is further below the plane is not nearer
             }
-            left = 2.0 * above; // as far below the plane as this one is above it
         }
         for k in 0..3 {
             origin[k] -= normal[k] * hit.t;
         }
         source = position;
     }
-    let [outer, inner] = point.tilts.map(|tilt| tilt.at([x, y]));
-    [within * (outer - found[0]), within * (inner * inner_mass / mass - found[1])]
+    std::array::from_fn(|k| within * (sampled[k] - nearest[k] - probe.others * others[k]))
 }
 
-/// The point's own triangle, on which most probes end: they need no ray. Seen from the point in its plane,
+/// The point's own triangle, on which most probes end. Seen from the point in its plane,
 /// the sides with the triangle to their left: at (x, y) it is there that a x + b y + c > 0.
-struct Own([[f32; 3]; 3]);
+struct Own {
+    sides: [[f32; 3]; 3],
+    triangle: i32,
+}
 
 impl Own {
-    const NONE: Own = Own([[0.0, 0.0, -1.0]; 3]);
+    const NONE: Own = Own { sides: [[0.0, 0.0, -1.0]; 3], triangle: -1 };
 
     #[inline(always)]
-    fn of(corners: &[[f32; 4]; 3], point: &Point) -> Own {
+    fn of(triangles: &Triangles, triangle: i32, point: &Point) -> Own {
+        let Some(corners) = usize::try_from(triangle).ok().and_then(|at| triangles.corners.get(at)) else {
+            return Own::NONE;
+        };
         let [p, q, r] = corners.map(|corner| {
             let away: [f32; 3] = std::array::from_fn(|k| corner[k] - point.position[k]);
             [dot(away, point.tangent), dot(away, point.bitangent)]
@@ -228,21 +310,21 @@ impl Own {
         let side = |[ax, ay]: [f32; 2], [bx, by]: [f32; 2]| [ay - by, bx - ax, ax * by - ay * bx];
         let sides = [side(p, q), side(q, r), side(r, p)];
         let area = sides[0][2] + sides[1][2] + sides[2][2];
-        Own(if area < 0.0 { sides.map(|side| side.map(|x| -x)) } else { sides })
+        Own { sides: if area < 0.0 { sides.map(|side| side.map(|x| -x)) } else { sides }, triangle }
     }
 
     #[inline(always)]
     fn holds(&self, [x, y]: [f32; 2]) -> bool {
-        self.0.iter().all(|[a, b, c]| a * x + b * y + c > 0.0)
+        self.sides.iter().all(|[a, b, c]| a * x + b * y + c > 0.0)
     }
 
     /// The sides as [`Cuts`] are; of no triangle, none is left of the disc.
     fn cuts(&self) -> [[f32; 2]; 3] {
-        self.0.map(|[a, b, c]| if c > 0.0 { [-a / c, -b / c] } else { [1.0e10; 2] })
+        self.sides.map(|[a, b, c]| if c > 0.0 { [-a / c, -b / c] } else { [1.0e10; 2] })
     }
 
     #[inline(always)]
     fn holds_disc(&self, radius: f32) -> bool {
-        self.0.iter().all(|[a, b, c]| *c > radius * (a * a + b * b).sqrt())
+        self.sides.iter().all(|[a, b, c]| *c > radius * (a * a + b * b).sqrt())
     }
 }

@@ -186,7 +186,7 @@ widest! {
             let (position, normal) = ([x, y, z], [nx, ny, nz]);
             let radius = radii.at(position, normal) * radius_scale;
             // False for NaN.
-            if !(surface > 0.0 && flags > 0.0 && radius > 0.0) {
+            if !(surface != 0.0 && flags > 0.0 && radius > 0.0) {
                 continue;
             }
             let levels = LIFTS.map(|lift| 4.0 * SURFACE_OFFSET + lift * radius);
@@ -227,7 +227,7 @@ impl Disc {
     /// Where a triangle, of whose corners these are the heights, crosses the levels; nowhere if it is of
     /// the point's own surface and bends up slowly.
     fn add_segments(&self, triangle: &[[f32; 4]; 3], heights: [f32; 3], segments: &mut Vec<Segment>) {
-        if triangle[1][3] + 1.0 == self.surface
+        if triangle[1][3] + 1.0 == self.surface.abs()
             && dot(normal_of(triangle), self.normal).abs() >= SAME_ORIENTATION
         {
             return;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::InvalidInput;
 use crate::bent::Bent;
 use crate::cuts::Cuts;
-use crate::filter::{Filter, INNER_AREA, SAME_ORIENTATION};
+use crate::filter::{Filter, INNER_AREA, ROUNDED2, SAME_ORIENTATION};
 use crate::gloss::Gloss;
 use crate::lanes::{COUNTING, Lanes, Row, WIDTH, widest};
 use crate::microfacets::Microfacets;
@@ -279,7 +279,9 @@ fn sums_about<L: Lanes>(
                     if is_cut {
                         near = near & !(one.less(dot(offset, first)) | one.less(dot(offset, second)));
                     }
+                    let height = dot(offset, normal);
                     near = near
+                        & (height * height * L::splat(2.0)).less_equal(d2 + L::splat(ROUNDED2))
                         & L::load(&photons.surface).equal(L::splat(point.surface))
                         & L::splat(SAME_ORIENTATION).less_equal(dot(L::load3(&photons.normal), normal));
                     let x2 = d2 * inverse;

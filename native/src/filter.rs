@@ -9,6 +9,9 @@ use crate::lanes::{Lanes, Row};
 /// Photons of a surface that bends away by more than 45 degrees say nothing about a point.
 #[allow(clippy::approx_constant)] // the very number that the GLSL has
 pub(crate) const SAME_ORIENTATION: f32 = 0.7071;
+/// Nor do those of what lies above the point or below it, as nothing does that bends less; to what positions are
+/// rounded [scene units^2].
+pub(crate) const ROUNDED2: f32 = 1.0e-10;
 /// Area of the inner disc over the disc's.
 pub(crate) const INNER_AREA: f32 = 0.5;
 const GAUSSIAN_BETA: f32 = 2.0;

@@ -29,6 +29,7 @@ mod python;
 pub mod radius;
 pub mod random;
 pub mod refit;
+pub mod solid;
 pub mod trace;
 mod vector;
 pub mod watertight;

@@ -139,7 +139,7 @@ widest! {
                     } else {
                         photon.flux
                     };
-                    landed.places.push([x, y, z, surface.surface + 1.0]);
+                    landed.places.push([x, y, z, surface.side * (surface.surface + 1.0)]);
                     let normal = if emission.numbered {
                         photon.number as f32
                     } else {
@@ -208,6 +208,7 @@ struct Surface {
     position: Vector,
     geometric: Vector,
     shading: Vector,
+    side: f32,
     surface: f32,
     diffuse: Vector,
     specular: Vector,
@@ -221,7 +222,8 @@ impl Surface {
         let material = triangle[0][3];
         let [[dr, dg, db, exponent], [sr, sg, sb, gathers]] = *scene.materials.get(material as usize)?;
         let geometric = normal_of(triangle);
-        let geometric = if dot(geometric, direction) > 0.0 { geometric.map(|n| -n) } else { geometric };
+        let side = if dot(geometric, direction) > 0.0 { -1.0 } else { 1.0 };
+        let geometric = geometric.map(|n| n * side);
         let shading = point_in(&scene.normals[position as usize], hit.u, hit.v);
         let length2 = dot(shading, shading);
         let shading = if length2 > 1.0e-12 { shading.map(|n| n / length2.sqrt()) } else { geometric };
@@ -230,6 +232,7 @@ impl Surface {
             position: point_in(triangle, hit.u, hit.v),
             geometric,
             shading,
+            side,
             surface: triangle[1][3],
             diffuse: [dr, dg, db],
             specular: [sr, sg, sb],

@@ -53,7 +53,9 @@ def brute_force(
     near = (offset**2).sum(-1) <= np.square(radius).reshape(-1, 1)
     same = (points[:, None, 3] == photons[None, :, 3]) & (points[:, None, 3] != 0)
     oriented = normals.astype(float) @ unpacked(deposits[:, 3].astype(float)).T >= ORIENTED
-    return int((near & same & oriented).sum())
+    height = (offset * normals[:, None, :]).sum(-1)
+    within = 2.0 * height**2 <= (offset**2).sum(-1) + 1e-10  # 45 degrees of the plane
+    return int((near & same & oriented & within).sum())
 
 
 class Seen:

@@ -329,6 +329,7 @@ class TestBindings:
             offset = points[..., None, :3].astype(float) - place[:, :3]
             near = (offset**2).sum(-1) <= np.float32(radius) ** 2
             near &= (points[..., None, 3] == place[:, 3]) & (points[..., None, 3] > 0)
+            near &= 2 * offset[..., 2] ** 2 <= (offset**2).sum(-1) + 1e-10  # within 45 degrees
             expected = near @ deposit[:, :3].astype(float) / (np.pi * radius**2)
             np.testing.assert_allclose(photons.gather(*args)[..., :3], expected, rtol=1e-4)
 

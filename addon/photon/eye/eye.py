@@ -123,7 +123,7 @@ class Eye:
             stream.download().reshape(-1, 4).astype(np.float64)
             for stream in (ones["place"], ones["facing"], ones["diffuse"], path.throughput)
         )
-        there = (place[:, 3] > 0.0) & (diffuse[:, 3] > 0.0)
+        there = (place[:, 3] != 0.0) & (diffuse[:, 3] > 0.0)
         return place[there, :3], facing[there, :3], throughput[there, :3].mean(axis=1)
 
     def emitted(self, path: Path) -> tuple[Stream, Stream] | None:

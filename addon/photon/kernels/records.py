@@ -31,7 +31,7 @@ CHAIN = Record(
 )
 
 # Streams of shaded points: where rays end, and the BSDF there.
-PLACE = Record("Place", {"position": "vec3", "surface": "float"})  # surface number + 1
+PLACE = Record("Place", {"position": "vec3", "surface": "float"})  # and its side; lib/place.glsl
 # Geometric normal, unit, on the ray's side; which side that is: 1 outside, -1 inside.
 FACING = Record("Facing", {"normal": "vec3", "side": "float"})
 SHADING = Record("Shading", {"normal": "vec3", "triangle": "float"})  # unit, on the ray's side
@@ -88,9 +88,19 @@ TRIANGLE = Record(
         "number": "float",
     },
 )
-# Of its shading, unit; zero: the triangle's own. Scene.terminators of its surface.
+# Of its shading, unit; zero: the triangle's own. Scene.terminators of its surface. Solid: 1
+# if its front is outside of one, -1 if its back is; native/src/solid.rs. Opaque 1: no lobe of its
+# material lets light through.
 CORNER_NORMALS = Record(
-    "CornerNormals", {"a": "vec3", "terminator": "float", "b": "vec3", "c": "vec3"}
+    "CornerNormals",
+    {
+        "a": "vec3",
+        "terminator": "float",
+        "b": "vec3",
+        "solid": "float",
+        "c": "vec3",
+        "opaque": "float",
+    },
 )
 # Which lobes that are no bodies of revolution turn with, of any length; zero: none.
 CORNER_TANGENTS = Record("CornerTangents", {"a": "vec3", "b": "vec3", "c": "vec3"})

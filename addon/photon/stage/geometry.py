@@ -8,7 +8,7 @@ is then the irradiance in W/m^2.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from ...streams import Record
 from ..errors import SceneError
 from ..kernels.records import CORNER_ATTRIBUTE, CORNER_NORMALS, CORNER_TANGENTS, TRIANGLE
-from ..scene import TERMINATOR, Scene
+from ..scene import TERMINATOR, Material, Scene
+from .kinds import lobe_kinds
 from .movement import Movement
 
 AREAS_AT_ONCE = 1 << 15
@@ -61,6 +62,8 @@ class Tree:
 
     triangles: NDArray[np.int32]  # (T, 3) the scene's, kept or not
     order: NDArray[np.int32]  # (K,) the kept ones' numbers, in leaf order
+    # (T,) outside of a solid is the front of those that are 1, the back of those that are -1
+    solid: NDArray[np.int8]
     nodes: NDArray[np.float32]  # (N, 16)
     not_finite: int
     degenerate: int
@@ -68,9 +71,13 @@ class Tree:
 
     @staticmethod
     def build(
-        vertices: NDArray[np.float32], triangles: NDArray[np.int32], old: Tree | None = None
+        vertices: NDArray[np.float32],
+        triangles: NDArray[np.int32],
+        surfaces: NDArray[np.int32],
+        old: Tree | None = None,
     ) -> Tree:
-        """Fit `old` to vertices (V, 3) if it is a good tree for them, or else build another.
+        """Fit `old` to vertices (V, 3) if it is a good tree for them, or else build another;
+        `surfaces` (T,): of which the triangles are.
 
         ValueError if the native core refuses the triangles.
         """
@@ -78,10 +85,11 @@ class Tree:
             fitted = native.refit_bvh(old.nodes, old.order, vertices, triangles)
             if fitted and fitted[3] <= MOST_WEAR * old.cost:
                 nodes, not_finite, degenerate, _ = fitted
-                return Tree(triangles, old.order, nodes, not_finite, degenerate, old.cost)
+                return replace(old, nodes=nodes, not_finite=not_finite, degenerate=degenerate)
             del fitted, old  # there may not be room for these as well
         nodes, order, not_finite, degenerate, cost = native.build_bvh(vertices, triangles)
-        return Tree(triangles, order, nodes, not_finite, degenerate, cost)
+        solid = native.solid_triangles(vertices, triangles, surfaces)
+        return Tree(triangles, order, solid, nodes, not_finite, degenerate, cost)
 
 
 @dataclass(frozen=True)
@@ -118,7 +126,7 @@ class Mesh:
             vertices[:, :3] = frame.points(scene.vertices)
         triangles = np.ascontiguousarray(scene.triangles)
         try:
-            tree = Tree.build(np.ascontiguousarray(vertices[:, :3]), triangles, old)
+            tree = Tree.build(np.ascontiguousarray(vertices[:, :3]), triangles, scene.surface, old)
         except ValueError as error:
             raise SceneError(f"scene geometry: {error}") from error
         order = tree.order
@@ -139,7 +147,7 @@ class Mesh:
         return Mesh(
             tree,
             triangle,
-            _normals(scene, order),
+            _normals(scene, tree),
             _at_corners(CORNER_TANGENTS, scene.corner_tangents, order if turned else order[:0]),
             _attributes(scene.corner_attributes, order),
             scene.visible[scene.surface[order]] if len(scene.visible) else scene.visible,
@@ -169,12 +177,20 @@ def _at_corners(
     return texels.reshape(len(order), 12).view(record.dtype).reshape(len(order))
 
 
-def _normals(scene: Scene, order: NDArray[np.int32]) -> NDArray[Any]:
-    """Of some of the scene's triangles, (len(order),) of CORNER_NORMALS."""
-    normals = _at_corners(CORNER_NORMALS, scene.corner_normals, order)
+def _normals(scene: Scene, tree: Tree) -> NDArray[Any]:
+    """Of the scene's triangles in a tree, (K,) of CORNER_NORMALS."""
+    normals = _at_corners(CORNER_NORMALS, scene.corner_normals, tree.order)
     has_own = len(scene.terminators) > 0
-    normals["terminator"] = scene.terminators[scene.surface[order]] if has_own else TERMINATOR
+    normals["terminator"] = scene.terminators[scene.surface[tree.order]] if has_own else TERMINATOR
+    normals["solid"] = tree.solid[tree.order]
+    opaque = np.array([not _lets_through(m) for m in scene.materials], bool)
+    normals["opaque"] = opaque[scene.material[tree.order]]
     return normals
+
+
+def _lets_through(material: Material) -> bool:
+    """Whether light gets to the other side."""
+    return any(lobe.reflects and lobe_kinds()[lobe.kind].transmits for lobe in material.lobes)
 
 
 def _attributes(values: NDArray[np.float32], order: NDArray[np.int32]) -> NDArray[Any]:

@@ -8,7 +8,7 @@ use super::arrays::{I32Array, Rows, array, new_matrix, rows};
 use super::run;
 use crate::trace::{Rays, Tree};
 use crate::watertight::Triangle;
-use crate::{InvalidInput, brute_force, bvh, refit};
+use crate::{InvalidInput, brute_force, bvh, refit, solid};
 
 /// Build a BVH over triangles, the same on any number of threads.
 ///
@@ -42,6 +42,28 @@ pub(super) fn build_bvh<'py>(
     let nodes = new_matrix(py, tree.nodes, bvh::NODE_FLOATS)?;
     let order = PyArray1::from_vec(py, order);
     Ok((nodes, order, tree.skipped_not_finite, tree.skipped_degenerate, tree.cost))
+}
+
+/// Which triangles bound a solid, pieces of a surface that are closed and face one way, and which side is outside.
+///
+/// Takes vertices float32[V, 3], triangles int32[T, 3], indices into vertices, and surfaces int32[T], of
+/// which corners in one place are one. Returns int8[T]: 1 where a front is outside, -1 where a back
+/// is, 0 where there is no solid.
+///
+/// Raises ValueError for an index outside [0, V) and for another number of surfaces.
+#[pyfunction]
+pub(super) fn solid_triangles<'py>(
+    py: Python<'py>,
+    vertices: &Bound<'py, PyAny>,
+    triangles: &Bound<'py, PyAny>,
+    surfaces: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArray1<i8>>> {
+    let vertices = array::<f32>(vertices, "vertices", &[None, Some(3)])?;
+    let triangles = array::<i32>(triangles, "triangles", &[None, Some(3)])?;
+    let surfaces = array::<i32>(surfaces, "surfaces", &[None])?;
+    let (vertices, triangles) = (rows::<f32, 3>(&vertices)?, rows::<i32, 3>(&triangles)?);
+    let surfaces = surfaces.as_slice()?;
+    Ok(PyArray1::from_vec(py, run(py, || solid::solid(vertices, triangles, surfaces))?))
 }
 
 /// Fit a BVH's boxes to triangles whose vertices have moved.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! A scene's triangles, and what rays through them find.
 
-use numpy::PyUntypedArrayMethods;
+use numpy::{Element, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use super::arrays::{Rows, Stream, array, new_rows, new_stream, rows, streams};
@@ -23,30 +23,39 @@ pub(super) struct Tracer {
     tree: Tree,
     corners: Vec<[[f32; 4]; 3]>,
     visible: Vec<u8>,
+    solid: Vec<i8>,
+    opaque: Vec<u8>,
+}
+
+/// What is told of each triangle, if it is.
+fn of_each<T: Element + Copy>(values: Option<&Bound<PyAny>>, name: &str, count: usize) -> PyResult<Vec<T>> {
+    values.map_or(Ok(Vec::new()), |values| Ok(array::<T>(values, name, &[Some(count)])?.as_slice()?.to_vec()))
 }
 
 #[pymethods]
 impl Tracer {
     #[new]
-    #[pyo3(signature = (nodes, corners, visible=None))]
+    #[pyo3(signature = (nodes, corners, visible=None, solid=None, opaque=None))]
     fn new(
         py: Python,
         nodes: &Bound<PyAny>,
         corners: &Bound<PyAny>,
         visible: Option<&Bound<PyAny>>,
+        solid: Option<&Bound<PyAny>>,
+        opaque: Option<&Bound<PyAny>>,
     ) -> PyResult<Tracer> {
         let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
         let corners = array::<f32>(corners, "corners", &[None, Some(3), Some(4)])?;
         let nodes = nodes.as_slice()?;
         let corners = rows::<f32, 4>(&corners)?.as_chunks::<3>().0.to_vec();
-        let visible = match visible {
-            Some(bits) => array::<u8>(bits, "visible", &[Some(corners.len())])?.as_slice()?.to_vec(),
-            None => Vec::new(),
-        };
+        let count = corners.len();
+        let visible = of_each::<u8>(visible, "visible", count)?;
+        let (solid, opaque) =
+            (of_each::<i8>(solid, "solid", count)?, of_each::<u8>(opaque, "opaque", count)?);
         run(py, || {
             let points: Vec<Triangle> = corners.iter().map(|t| t.map(|[x, y, z, _]| [x, y, z])).collect();
             let numbers = corners.iter().map(|t| t[2][3] as u32).collect();
-            Ok(Tracer { tree: Tree::new(nodes, &points)?.numbered(numbers), corners, visible })
+            Ok(Tracer { tree: Tree::new(nodes, &points)?.numbered(numbers), corners, visible, solid, opaque })
         })
     }
 
@@ -223,7 +232,12 @@ impl Tracer {
                     cuts: rows(&cuts)?,
                 };
                 run(py, || {
-                    coverage::coverage(&self.tree, &self.corners, &radii.0, &points, &probes, out, tilts);
+                    let triangles = coverage::Triangles {
+                        corners: &self.corners,
+                        solid: &self.solid,
+                        opaque: &self.opaque,
+                    };
+                    coverage::coverage(&self.tree, &triangles, &radii.0, &points, &probes, out, tilts);
                     Ok(())
                 })
             })?);

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Layers of one surface above each other, within a radius: photons and the coverage count the same.
+
+Whatever is white under an even sky is as bright as the sky, however its parts hide each other.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.photon.scene import Scene, world_light
+from addon.streams import Device
+from tests.measure import render
+from tests.scenes import Builder, orthographic, plain_material
+
+SKY = (1.0, 0.5, 0.25)
+WHITE = plain_material("white", (1.0, 1.0, 1.0))
+SHELVES, PLATES = 5, 300
+SIZE, PASSES, PHOTONS = 24, 32, 30000
+
+
+def shelves() -> Any:
+    """Boards of one mesh, each of two large triangles."""
+    ends = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    vertices = [(x, y, 0.15 * layer) for layer in range(SHELVES) for x, y in ends]
+    quads = np.arange(len(vertices)).reshape(-1, 4)
+    return vertices, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def heap(tilt: float, some_face_down: bool) -> Any:
+    """Small plates of one mesh, anyhow."""
+    rng = np.random.default_rng(4)
+    middle = rng.uniform((-1, -1, 0), (1, 1, 0.8), (PLATES, 3))
+    turn, lean = rng.uniform(0, 2 * np.pi, PLATES), rng.uniform(-tilt, tilt, PLATES)
+    along = np.stack([np.cos(turn) * np.cos(lean), np.sin(turn) * np.cos(lean), np.sin(lean)], -1)
+    across = np.stack([-np.sin(turn), np.cos(turn), np.zeros(PLATES)], -1)
+    corners = middle[:, None] + 0.12 * np.stack([-along - across, along - across, 2 * across], 1)
+    triangles = np.arange(3 * PLATES).reshape(PLATES, 3)
+    if some_face_down:
+        triangles[::2] = triangles[::2, ::-1]
+    return corners.reshape(-1, 3), triangles
+
+
+def stool(flipped: bool) -> Any:
+    """A seat on a board, which it touches, and legs that end in it: one mesh of five bodies."""
+    built = Builder().box((-1, -1, 0.5), (1, 1, 0.6)).box((-1, -1, 0.4), (1, 1, 0.5))
+    for x, y in [(-0.5, -0.5), (0.2, -0.3), (0.0, 0.4)]:
+        built.box((x, y, 0), (x + 0.3, y + 0.3, 0.55))
+    triangles = np.concatenate(built.triangles)
+    return np.concatenate(built.vertices), triangles[:, ::-1] if flipped else triangles
+
+
+CASES = {
+    "shelves": shelves(),
+    "stool": stool(False),
+    "turned stool": stool(True),
+    "plates": heap(0.3, False),
+    "leaves": heap(0.9, True),
+}
+
+
+def scene_of(name: str) -> Scene:
+    """From above, before the sky, which lights it."""
+    view = orthographic((0, 0, 3), (1, 0, 0), (0, 1, 0), 1.2)
+    return Builder().add(*CASES[name]).scene(view, [world_light("sky", SKY)], [WHITE])
+
+
+@pytest.mark.parametrize("radius", [0.04, 0.25])
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
+def test_white_layers_under_an_even_sky(
+    device: Device, backend: str, name: str, radius: float, thorough: bool
+) -> None:
+    if backend != "native" and not (thorough or (backend == "fragment" and name == "leaves")):
+        pytest.skip("runs with --thorough")
+    settings: dict[str, Any] = {"backend": backend, "direct_by_photons": True}
+    images = render(
+        device,
+        scene_of(name),
+        width=SIZE,
+        height=SIZE,
+        passes=PASSES,
+        photons=PHOTONS,
+        radius=radius,
+        **settings,
+    )
+    np.testing.assert_allclose(images["Combined"][..., :3].mean(axis=(0, 1)), SKY, rtol=0.02)
