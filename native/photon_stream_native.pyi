@@ -18,7 +18,7 @@ class Tracer:
         corners: NDArray[np.float32],
         visible: NDArray[np.uint8] | None = None,
         solid: NDArray[np.int8] | None = None,
-        opaque: NDArray[np.uint8] | None = None,
+        flags: NDArray[np.uint8] | None = None,
     ) -> None: ...
     def trace(
         self,

@@ -10,7 +10,7 @@ struct Surface {
     float side;      // which that is: 1 where the triangle's corners go round to the left, -1 behind it
     int material;
     float surface;
-    bool is_opaque;  // no light gets through
+    int flags;       // of its material; see lib/triangle.glsl
     float solid;     // 1 where one is behind the triangle, -1 where it is on the ray's side, 0 where there is none
 };
 
@@ -30,6 +30,6 @@ Surface surface_at(Hit hit, vec3 direction) {
     s.material = int(triangle.material);
     s.surface = triangle.surface;
     s.solid = s.side * normals.solid;
-    s.is_opaque = normals.opaque > 0.0;
+    s.flags = int(normals.flags);
     return s;
 }

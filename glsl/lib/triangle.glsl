@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Flags of a triangle's material, as stage/geometry.py and native/src/coverage.rs have them.
+const int OPAQUE = 1;   // no lobe lets light through
+const int PHOTONS_LAND = 2;  // photons may land there
 
 // The shares of a triangle's corners at a position on it.
 vec3 corner_shares(Triangle t, vec3 position) {

@@ -15,6 +15,9 @@ use crate::watertight::Ray;
 use crate::watertight::SURFACE_OFFSET;
 use crate::wide::Stack;
 
+/// Flags of glsl/lib/triangle.glsl.
+const OPAQUE: u8 = 1;
+const PHOTONS_LAND: u8 = 2;
 const MOST_LAYERS: usize = 16; // that a probe may pass through
 /// Layers so near to each other are one: of surfaces in one place rays meet the first.
 const ONE_LAYER: f32 = 4.0 * SURFACE_OFFSET;
@@ -63,8 +66,8 @@ pub struct Triangles<'a> {
     pub corners: &'a [[[f32; 4]; 3]],
     /// As [`crate::solid::solid`] tells; none: no triangle bounds one.
     pub solid: &'a [i8],
-    /// 1: no light gets through; none: through any.
-    pub opaque: &'a [u8],
+    /// OPAQUE and PHOTONS_LAND, of materials; none: all have PHOTONS_LAND alone.
+    pub flags: &'a [u8],
 }
 
 impl Triangles<'_> {
@@ -74,10 +77,15 @@ impl Triangles<'_> {
         side * self.solid.get(position as usize).map_or(0.0, |&solid| f32::from(solid))
     }
 
+    #[inline(always)]
+    fn flags_of(&self, position: i32) -> u8 {
+        self.flags.get(position as usize).copied().unwrap_or(PHOTONS_LAND)
+    }
+
     /// What a probe has met that is a triangle seen from one of its sides.
     #[inline(always)]
     fn layer(&self, above: f32, position: i32, side: f32) -> Layer {
-        let is_opaque = self.opaque.get(position as usize) == Some(&1);
+        let is_opaque = self.flags_of(position) & OPAQUE != 0;
         Layer { above, is_opaque, is_top: self.behind(position, side) > 0.0 }
     }
 }
@@ -260,6 +268,7 @@ fn probe_surface<L: Lanes>(
         let is_hidden = before.hides(above, height, is_outside);
         before = triangles.layer(above, position, side);
         if !(is_known || is_hidden)
+            && triangles.flags_of(position) & PHOTONS_LAND != 0
             && side * (triangle[1][3] + 1.0) == point.surface
             && dot(carried, normal) >= SAME_ORIENTATION
         {

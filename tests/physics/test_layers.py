@@ -6,12 +6,13 @@ Whatever is white under an even sky is as bright as the sky, however its parts h
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from addon.photon.scene import Scene, world_light
+from addon.photon.scene import BLACK, Lobe, Material, Scene, world_light
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import Builder, orthographic, plain_material
@@ -66,6 +67,34 @@ def scene_of(name: str) -> Scene:
     """From above, before the sky, which lights it."""
     view = orthographic((0, 0, 3), (1, 0, 0), (0, 1, 0), 1.2)
     return Builder().add(*CASES[name]).scene(view, [world_light("sky", SKY)], [WHITE])
+
+
+def tiles() -> Scene:
+    """White strips and mirrors in one plane, and of one mesh."""
+    built = Builder()
+    for strip in range(10):
+        low, high = strip / 5 - 1, (strip + 1) / 5 - 1
+        built.quad((low, -1, 0), (high, -1, 0), (high, 1, 0), (low, 1, 0), strip % 2)
+    view = orthographic((0, 0, 3), (1, 0, 0), (0, 1, 0), 1.2)
+    mirror = Material("mirror", BLACK, (Lobe("mirror", (1.0, 1.0, 1.0)),))
+    scene = built.scene(view, [world_light("sky", SKY)], [WHITE, mirror])
+    return replace(scene, surface=np.zeros_like(scene.surface), surfaces=("tiles",))
+
+
+@pytest.mark.parametrize("backend", ["native", "fragment"])
+def test_photons_land_on_some_materials_alone(device: Device, backend: str) -> None:
+    images = render(
+        device,
+        tiles(),
+        width=SIZE,
+        height=SIZE,
+        passes=PASSES,
+        photons=PHOTONS,
+        radius=0.25,
+        direct_by_photons=True,
+        backend=backend,
+    )
+    np.testing.assert_allclose(images["Combined"][..., :3].mean(axis=(0, 1)), SKY, rtol=0.01)
 
 
 @pytest.mark.parametrize("radius", [0.04, 0.25])

@@ -89,8 +89,8 @@ TRIANGLE = Record(
     },
 )
 # Of its shading, unit; zero: the triangle's own. Scene.terminators of its surface. Solid: 1
-# if its front is outside of one, -1 if its back is; native/src/solid.rs. Opaque 1: no lobe of its
-# material lets light through.
+# if its front is outside of one, -1 if its back is; native/src/solid.rs. Flags of its
+# material: lib/triangle.glsl.
 CORNER_NORMALS = Record(
     "CornerNormals",
     {
@@ -99,7 +99,7 @@ CORNER_NORMALS = Record(
         "b": "vec3",
         "solid": "float",
         "c": "vec3",
-        "opaque": "float",
+        "flags": "float",
     },
 )
 # Which lobes that are no bodies of revolution turn with, of any length; zero: none.

@@ -19,10 +19,12 @@ from ...streams import Record
 from ..errors import SceneError
 from ..kernels.records import CORNER_ATTRIBUTE, CORNER_NORMALS, CORNER_TANGENTS, TRIANGLE
 from ..scene import TERMINATOR, Material, Scene
+from .gathered import gather_some
 from .kinds import lobe_kinds
 from .movement import Movement
 
 AREAS_AT_ONCE = 1 << 15
+OPAQUE, PHOTONS_LAND = 1, 2  # flags of glsl/lib/triangle.glsl
 # A refitted tree is kept up to this cost over what it was when it was built: rays then take as much
 # longer than in another, about, and a tenth of a few passes' rays take as long as building it.
 MOST_WEAR = 1.1
@@ -183,14 +185,15 @@ def _normals(scene: Scene, tree: Tree) -> NDArray[Any]:
     has_own = len(scene.terminators) > 0
     normals["terminator"] = scene.terminators[scene.surface[tree.order]] if has_own else TERMINATOR
     normals["solid"] = tree.solid[tree.order]
-    opaque = np.array([not _lets_through(m) for m in scene.materials], bool)
-    normals["opaque"] = opaque[scene.material[tree.order]]
+    flags = np.array([_flags_of(material) for material in scene.materials], np.float32)
+    normals["flags"] = flags[scene.material[tree.order]]
     return normals
 
 
-def _lets_through(material: Material) -> bool:
-    """Whether light gets to the other side."""
-    return any(lobe.reflects and lobe_kinds()[lobe.kind].transmits for lobe in material.lobes)
+def _flags_of(material: Material) -> int:
+    """Those of glsl/lib/triangle.glsl."""
+    through = any(lobe.reflects and lobe_kinds()[lobe.kind].transmits for lobe in material.lobes)
+    return OPAQUE * (not through) | PHOTONS_LAND * (material.is_diffuse or gather_some(material))
 
 
 def _attributes(values: NDArray[np.float32], order: NDArray[np.int32]) -> NDArray[Any]:

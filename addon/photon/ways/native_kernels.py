@@ -59,8 +59,8 @@ class NativeTriangles:
 def tracer_of(mesh: Mesh) -> native.Tracer:
     """What the native core traces a mesh's triangles by."""
     visible = mesh.visible if len(mesh.visible) else None
-    solid, opaque = mesh.normals["solid"].astype(np.int8), mesh.normals["opaque"].astype(np.uint8)
-    return native.Tracer(mesh.tree.nodes, mesh.corners, visible, solid, opaque)
+    solid, flags = mesh.normals["solid"].astype(np.int8), mesh.normals["flags"].astype(np.uint8)
+    return native.Tracer(mesh.tree.nodes, mesh.corners, visible, solid, flags)
 
 
 class NativeTracer(HostKernel):

@@ -24,7 +24,7 @@ pub(super) struct Tracer {
     corners: Vec<[[f32; 4]; 3]>,
     visible: Vec<u8>,
     solid: Vec<i8>,
-    opaque: Vec<u8>,
+    flags: Vec<u8>,
 }
 
 /// What is told of each triangle, if it is.
@@ -35,14 +35,14 @@ fn of_each<T: Element + Copy>(values: Option<&Bound<PyAny>>, name: &str, count: 
 #[pymethods]
 impl Tracer {
     #[new]
-    #[pyo3(signature = (nodes, corners, visible=None, solid=None, opaque=None))]
+    #[pyo3(signature = (nodes, corners, visible=None, solid=None, flags=None))]
     fn new(
         py: Python,
         nodes: &Bound<PyAny>,
         corners: &Bound<PyAny>,
         visible: Option<&Bound<PyAny>>,
         solid: Option<&Bound<PyAny>>,
-        opaque: Option<&Bound<PyAny>>,
+        flags: Option<&Bound<PyAny>>,
     ) -> PyResult<Tracer> {
         let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
         let corners = array::<f32>(corners, "corners", &[None, Some(3), Some(4)])?;
@@ -50,12 +50,11 @@ impl Tracer {
         let corners = rows::<f32, 4>(&corners)?.as_chunks::<3>().0.to_vec();
         let count = corners.len();
         let visible = of_each::<u8>(visible, "visible", count)?;
-        let (solid, opaque) =
-            (of_each::<i8>(solid, "solid", count)?, of_each::<u8>(opaque, "opaque", count)?);
+        let (solid, flags) = (of_each::<i8>(solid, "solid", count)?, of_each::<u8>(flags, "flags", count)?);
         run(py, || {
             let points: Vec<Triangle> = corners.iter().map(|t| t.map(|[x, y, z, _]| [x, y, z])).collect();
             let numbers = corners.iter().map(|t| t[2][3] as u32).collect();
-            Ok(Tracer { tree: Tree::new(nodes, &points)?.numbered(numbers), corners, visible, solid, opaque })
+            Ok(Tracer { tree: Tree::new(nodes, &points)?.numbered(numbers), corners, visible, solid, flags })
         })
     }
 
@@ -235,7 +234,7 @@ impl Tracer {
                     let triangles = coverage::Triangles {
                         corners: &self.corners,
                         solid: &self.solid,
-                        opaque: &self.opaque,
+                        flags: &self.flags,
                     };
                     coverage::coverage(&self.tree, &triangles, &radii.0, &points, &probes, out, tilts);
                     Ok(())
