@@ -38,7 +38,7 @@ from .photons.photon_grid import Gathering
 from .photons.photon_pass import Photons
 from .photons.radius_field import RadiusField, limits_by
 from .photons.splats import Splats
-from .photons.view import VIEW, View
+from .photons.view import EYE_RAYS_A_SIDE, View
 from .renderer import Parts, Renderer
 from .scene import Scene
 from .scene.takes import takes_of
@@ -228,7 +228,7 @@ class _Preparation:
             stage.mesh,
             at_once=moves,
             eye=place,
-            can_lead=needs.leads,
+            through_portals=needs.leads,
         )
         with self._phases.timed("aim"):
             self._aiming.set(0)
@@ -238,8 +238,10 @@ class _Preparation:
 
     def _look(self, stage: Stage, needs: SceneNeeds) -> View:
         """What the picture shows, in mirrors too."""
-        region = (0, 0, VIEW, VIEW)
-        settings = replace(self._settings, width=VIEW, height=VIEW, region=None, first_pass=0)
+        region = (0, 0, EYE_RAYS_A_SIDE, EYE_RAYS_A_SIDE)
+        settings = replace(
+            self._settings, width=EYE_RAYS_A_SIDE, height=EYE_RAYS_A_SIDE, region=None, first_pass=0
+        )
         bare = replace(
             needs,
             shadow_rays=0,

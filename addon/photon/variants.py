@@ -51,7 +51,12 @@ from .stage.kinds import (
 )
 from .stage.light_tables import BoundsOfLights, LightFlux
 from .stage.light_tree import DRAWN_RAYS
-from .stage.needs import AHEAD_DEFINES, MOST_LOBES, SPARED_DEFINES, SceneNeeds
+from .stage.needs import (
+    MOST_LOBES,
+    PORTALS_BY_SHARE_DEFINES,
+    PORTALS_FOR_ABSORBED_DEFINES,
+    SceneNeeds,
+)
 from .stage.programs import ProgramNeeds
 
 # Those that no define changes.
@@ -283,10 +288,10 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
             if arrivals or absorption or not asked.leads:
                 continue
             if kernel is Reflector:
-                yield kernel, {**asked.photon_defines, **SPARED_DEFINES}, scene.made
-                yield kernel, {**asked.photon_defines, **AHEAD_DEFINES}, scene.made
+                yield kernel, {**asked.photon_defines, **PORTALS_FOR_ABSORBED_DEFINES}, scene.made
+                yield kernel, {**asked.photon_defines, **PORTALS_BY_SHARE_DEFINES}, scene.made
             if kernel is Shade and asked.lobes:
-                yield kernel, {**asked.photon_defines, **AHEAD_DEFINES}, scene.made
+                yield kernel, {**asked.photon_defines, **PORTALS_BY_SHARE_DEFINES}, scene.made
     yield Shade, scene.eye_defines, scene.made
     if scene.gathered_lobes:
         yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
@@ -315,7 +320,7 @@ def compute_programs() -> Iterator[tuple[str, str, Made]]:
             asked = replace(scene, arrivals=arrivals)
             yield Bounces.stem, declarations(asked.photon_defines), scene.made
             if scene.leads and not arrivals and not scene.programs.nodes:
-                for portals in (SPARED_DEFINES, AHEAD_DEFINES):
+                for portals in (PORTALS_FOR_ABSORBED_DEFINES, PORTALS_BY_SHARE_DEFINES):
                     defines = declarations({**asked.photon_defines, **portals})
                     yield Bounces.stem, defines, scene.made
 

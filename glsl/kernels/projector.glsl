@@ -14,7 +14,7 @@
 #ifdef VISIBILITY
 #include "lib/photon_ray.glsl"
 
-// Whether it may have been found by a ray from here: of light that has not been scattered, if that is stored.
+// Whether a diffuse ray from here could have found the photon; with FIRST_HITS also one straight from a light.
 bool may_land() {
     int rays = photon_ray(load_direction()).rays;
 #ifdef FIRST_HITS

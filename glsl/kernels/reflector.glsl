@@ -12,22 +12,22 @@ void kernel() {
     PhotonPoint point = photon_point();
     if (!is_place(point.place)) skip();
     Flux photon = load_flux();
-    vec4 u = reflection_numbers(photon);
+    vec4 u = reflection_numbers(photon);  // x: by what it is scattered; y, z: where to
     photon.flux = arriving_flux(photon.flux);
     LobeSample by_lobe = sample_photon_lobe(point, u);
     RayAtSurface ray = ray_at_surface(point.place);
     Roulette chance = roulette_of(point, by_lobe, ray, u);
     vec3 normal = point.facing.normal;
     Leaving leaving = Leaving(photon, point.incoming, normal, false);
-    if (is_diffuse(chance, u.x)) {
+    if (scatters_diffusely(chance, u.x)) {
         scatter_diffusely(leaving, point, chance, u);
     } else if (u.x < chance.diffuse + chance.lobe) {
         scatter_by_lobe(leaving, by_lobe, point, chance.lobe, ray);
-    } else if (is_hidden(ray)) {
+    } else if (is_hidden(ray)) {  // some rays that it stands for do not meet the surface
         pass_behind(ray);
         leaving.photon.flux /= 1.0 - chance.diffuse - chance.lobe;
     } else {
-        skip();
+        skip();  // absorbed
     }
     vec3 direction = leaving.direction;
     bool is_onward = dot(direction, normal) * dot(direction, leaving.normal) > 0.0;

@@ -6,7 +6,7 @@
 #include "lib/bent.glsl"
 #endif
 
-#ifdef SPARED
+#ifdef PORTALS_FOR_ABSORBED
 // Through a portal or by the cosine; what a photon of this direction weighs by the density of both ways.
 vec3 scatter_beside_portals(PhotonPoint point, Roulette chance, vec4 u, inout vec3 direction) {
     vec3 position = point.place.position, normal = point.facing.normal;
@@ -20,13 +20,13 @@ vec3 scatter_beside_portals(PhotonPoint point, Roulette chance, vec4 u, inout ve
 
 void scatter_diffusely(inout Leaving leaving, PhotonPoint point, Roulette chance, vec4 u) {
     vec3 weight = point.diffuse.albedo / chance.diffuse;
-#ifdef AHEAD
+#ifdef PORTALS_BY_SHARE
     leaving.direction = chance.way.direction;
     weight *= chance.way.weight;
 #else
     leaving.direction = reflect_diffusely(point.facing, u);
 #endif
-#ifdef SPARED
+#ifdef PORTALS_FOR_ABSORBED
     if (chance.angles > 0.0) weight = scatter_beside_portals(point, chance, u, leaving.direction);
 #endif
     leaving.photon.flux *= weight;

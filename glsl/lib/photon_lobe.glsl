@@ -20,7 +20,7 @@ LobeSample sample_photon_lobe(PhotonPoint point, vec4 u) {
     Way way = lobe_way(lobe, shape, point.place.position, point.facing, normal, -point.incoming, u);
     float albedo = mean(albedo_lobe(lobe, shape, max(0.0, -dot(point.incoming, point.shading.normal))));
     // Where some directions weigh much more than others, by what this one does; but few would go through portals.
-#ifdef AHEAD
+#ifdef PORTALS_BY_SHARE
     if (way.by_portal > 0.0) albedo /= 1.0 - way.by_portal;
     else
 #endif

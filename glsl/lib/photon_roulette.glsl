@@ -3,7 +3,7 @@
 // a portal, or behind a surface that is hidden from some of its rays.
 #include "lib/photon_lobe.glsl"
 #include "lib/reflection.glsl"
-#ifdef SPARED
+#ifdef PORTALS_FOR_ABSORBED
 
 // Of what a diffuse surface scatters, what goes through portals at least.
 const float LEAST_BY_PORTAL = 0.2;
@@ -12,10 +12,10 @@ const float LEAST_BY_PORTAL = 0.2;
 struct Roulette {
     float diffuse;  // by Lambert's lobe, in a direction by the cosine
     float lobe;     // by the other one
-#ifdef AHEAD
+#ifdef PORTALS_BY_SHARE
     Way way;
 #endif
-#ifdef SPARED
+#ifdef PORTALS_FOR_ABSORBED
     float portal;   // by Lambert's lobe, in a direction through a portal
     float angles;   // of all portals that the point sees [sr]
 #endif
@@ -24,7 +24,7 @@ struct Roulette {
 // Who would be absorbed goes through a portal instead. By the density of both ways no photon gains flux, but for white
 // surfaces'.
 void give_portals_share(inout Roulette chance, PhotonPoint point, RayAtSurface ray) {
-#ifdef SPARED
+#ifdef PORTALS_FOR_ABSORBED
     if (chance.diffuse > 0.0 && !is_hidden(ray)) chance.angles = portals_seen(point.place.position, point.facing.normal);
     if (!(chance.angles > 0.0)) return;
     float absorbed = max(0.0, 1.0 - chance.diffuse - chance.lobe);
@@ -37,7 +37,7 @@ void give_portals_share(inout Roulette chance, PhotonPoint point, RayAtSurface r
 Roulette roulette_of(PhotonPoint point, LobeSample by_lobe, RayAtSurface ray, vec4 u) {
     Roulette chance;
     chance.diffuse = mean(point.diffuse.albedo);
-#ifdef AHEAD
+#ifdef PORTALS_BY_SHARE
     // As many go by the cosine as without portals, unless there are too few to spare.
     chance.way = diffuse_way(point.place.position, point.facing, u);
     chance.diffuse /= 1.0 - chance.way.by_portal;
@@ -54,16 +54,17 @@ Roulette roulette_of(PhotonPoint point, LobeSample by_lobe, RayAtSurface ray, ve
     chance.lobe *= may_scatter_by(by_lobe.lobe, ray) ? share : 0.0;
 #endif
 #endif
-#ifdef SPARED
+#ifdef PORTALS_FOR_ABSORBED
     chance.portal = chance.angles = 0.0;
 #endif
     give_portals_share(chance, point, ray);
     return chance;
 }
 
-// Whether a number in [0, 1) says that Lambert's lobe scatters the photon.
-bool is_diffuse(Roulette chance, float u) {
-#ifdef SPARED
+// Whether a number in [0, 1) says that Lambert's lobe scatters the photon: by the cosine, or through a portal if it
+// would be absorbed.
+bool scatters_diffusely(Roulette chance, float u) {
+#ifdef PORTALS_FOR_ABSORBED
     if (chance.angles > 0.0 && u >= chance.diffuse + chance.lobe) return true;
 #endif
     return u < chance.diffuse;

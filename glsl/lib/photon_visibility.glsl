@@ -38,7 +38,8 @@ void pass_behind(RayAtSurface ray) {}
 float t_max_of(RayAtSurface ray) { return ray.t_max; }
 #endif
 
-// Of a photon that this lobe, or none that is not diffuse, has just scattered.
+// How far the photon's next ray may go. With CAUSTICS it also says whether a lobe that is not diffuse has scattered
+// the photon, now (`by_specular`) or before.
 float t_max_after(RayAtSurface ray, bool by_specular) {
 #ifdef CAUSTICS
     if (by_specular || came_by_lobe(load_direction())) return t_max_by_lobe(t_max_of(ray));

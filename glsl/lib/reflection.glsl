@@ -10,7 +10,7 @@
 #ifdef PORTALS
 #include "lib/openings.glsl"
 #endif
-#ifdef AHEAD
+#ifdef PORTALS_BY_SHARE
 
 // Of what a surface scatters MOST_BY_PORTAL goes through portals where all of them fill WIDE_PORTAL [sr] or more. Else
 // it goes with the root of that: where photons start at all distances from what is shown alike, their flux goes with the
@@ -47,7 +47,7 @@ struct Way { vec3 direction; float by_portal; vec3 weight; };
 
 Way diffuse_way(vec3 position, Facing facing, vec4 u) {
     Way way = Way(reflect_diffusely(facing, u), 0.0, vec3(1.0));
-#ifdef AHEAD
+#ifdef PORTALS_BY_SHARE
     vec3 normal = facing.normal;
     SeenPortals seen = seen_portals(position, normal);
     if (!(seen.share > 0.0)) return way;
@@ -66,7 +66,7 @@ Way diffuse_way(vec3 position, Facing facing, vec4 u) {
 Way lobe_way(Lobe lobe, Shape shape, vec3 position, Facing facing, vec3 normal, vec3 to_light, vec4 u) {
     Way way = Way(vec3(0.0), 0.0, vec3(0.0));
     way.direction = sample_lobe_for_photon(lobe, shape, normal, to_light, u.yz, way.weight);
-#ifdef AHEAD
+#ifdef PORTALS_BY_SHARE
     if (roughness_kind(lobe, shape) < LEAST_ROUGHNESS_OF_LED) return way;
     SeenPortals seen = seen_portals(position, facing.normal);
     if (!(seen.share > 0.0)) return way;

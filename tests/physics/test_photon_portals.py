@@ -53,7 +53,7 @@ def of_gap() -> NDArray[Any]:
 
 
 def force(monkeypatch: pytest.MonkeyPatch, portals: NDArray[Any]) -> None:
-    monkeypatch.setattr(aim, "is_hidden", lambda *_: True)
+    monkeypatch.setattr(aim, "sees_no_lamp", lambda *_: True)
     monkeypatch.setattr(aim, "portals_by", lambda *_: portals)
 
 

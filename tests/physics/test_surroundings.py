@@ -114,7 +114,7 @@ def test_faces_change_no_light(device: Device, monkeypatch: pytest.MonkeyPatch) 
             tables = renderer.eye._tables
             assert len(tables.photon_portals)
             led = falls(renderer, passes=12)
-            tables.lead(NO_PORTALS)
+            tables.set_photon_portals(NO_PORTALS)
             plain = falls(renderer, passes=12)
         chance = np.hypot(led.std(), plain.std()) / np.sqrt(11)
         assert led.mean() == pytest.approx(plain.mean(), abs=3.0 * chance)

@@ -33,8 +33,8 @@ class Reflector(Kernel):
         "NORMALS",
         "PORTALS",
         "ONE_WAY",
-        "SPARED",
-        "AHEAD",
+        "PORTALS_FOR_ABSORBED",
+        "PORTALS_BY_SHARE",
         "MOST_BY_PORTAL",
         "WIDE_PORTAL",
     )

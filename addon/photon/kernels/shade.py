@@ -79,7 +79,7 @@ class Shade(Kernel):
         "FOOTPRINT",  # bumps are as fine as the eye sees
         "PORTALS",  # of photons
         "ONE_WAY",
-        "AHEAD",
+        "PORTALS_BY_SHARE",
         "MOST_BY_PORTAL",
         "WIDE_PORTAL",
     )
@@ -110,6 +110,6 @@ class Shade(Kernel):
         "materials": Table(MATERIAL),
         "material_lobes": When("LOBES", Table(MATERIAL_LOBE)),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
-        "photon_portals": When("AHEAD", Table(PORTAL)),
+        "photon_portals": When("PORTALS_BY_SHARE", Table(PORTAL)),
         **PROGRAM_TABLES,
     }

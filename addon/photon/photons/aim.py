@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Photons start where they count: at which lights and where, few photons tell before.
+"""Photons start at the lights and places that count. A few photons traced before find these.
 
 All of it is a function of seed and scene, made again by whoever needs it.
 """
@@ -16,17 +16,17 @@ from ..stage.geometry import Mesh
 from ..stage.tables import Tables
 from .importance import Importance, importance_of
 from .mapper import Mapper
-from .photon_portals import is_hidden, portals_by
+from .photon_portals import portals_by, sees_no_lamp
 from .portals import NO_PORTALS, portals_of
 from .starts import Starts, even_shares, groups_of, proposed, starts_by, variance
 from .surroundings import Surrounded, is_small, surrounded
 from .view import View
 
-FIRST_PASS = 1 << 31  # numbers no pass of a picture has
+LEARNING_PASS = 1 << 31  # and above: numbers that no pass of a picture has
 FIRST_PHOTONS, MOST_FIRST = 4096, 16384  # of each group of lights, and of all at most
-# Then, where it may be worth it, of all, twice: by what was importance before.
+# Then, where it may be worth it, of all, twice: each time by the importance found before.
 PHOTONS = (1 << 15, 1 << 16)
-LED_PASS = FIRST_PASS + 8  # and the next one: of photons that look for portals
+PORTAL_PASS = LEARNING_PASS + 8  # and the next one: of photons that look for portals
 WIDE = 2.5  # how much wider cells are for the first photons
 # Where half of what is seen has no photon, more look for it: of light from afar at all distances.
 ENOUGH_KNOWN = 0.5
@@ -59,20 +59,20 @@ class Aiming:
         mesh: Mesh,
         at_once: bool = False,
         eye: list[float] | None = None,
-        can_lead: bool = False,
+        through_portals: bool = False,
     ) -> None:
         """`look` finds what the picture shows, of a mesh; `at_once`: all passes shall know; `eye`:
-        where it is, if there is one; `can_lead`: photons may go on through portals."""
+        where it is, if there is one; `through_portals`: photons may go on through portals."""
         self._mapper, self._tables, self._seed, self._look = mapper, tables, seed, look
         self._plain = self._used = Starts(tables.by_flux, None)
         self._learned: Starts | None = None
         self._view: View | None = None
         self._surrounded: Surrounded | None = None
         self._mesh = mesh
-        tables.open(NO_PORTALS)
-        tables.lead(NO_PORTALS)
-        self._seeks = can_lead and is_hidden(mesh, tables, eye)
-        self._is_outside = can_lead and tables.distant_lights > 0
+        tables.set_shadow_portals(NO_PORTALS)
+        tables.set_photon_portals(NO_PORTALS)
+        self._seeks = through_portals and sees_no_lamp(mesh, tables, eye)
+        self._is_outside = through_portals and tables.distant_lights > 0
         fluxes = [tables.by_flux[group].sum() for group in groups_of(tables)]
         outshone = bool(fluxes) and max(fluxes) > OUTSHINES * min(fluxes)
         late = 1 if len(fluxes) > 1 else PASSES_OF_ONE
@@ -116,17 +116,17 @@ class Aiming:
         if not len(view.places):
             return self._plain
         if tables.has_world:
-            tables.open(portals_of(view, self._mesh, tables.transparent))
+            tables.set_shadow_portals(portals_of(view, self._mesh, tables.transparent))
         if self._is_outside and is_small(view):
             self._use(self._from_afar(view))
-            self._surrounded = surrounded(self._mapper, view, self._mesh, LED_PASS)
+            self._surrounded = surrounded(self._mapper, view, self._mesh, PORTAL_PASS)
             if self._surrounded:
-                tables.lead(self._surrounded.faces, around=True)
+                tables.set_photon_portals(self._surrounded.faces, around=True)
         importance = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
         starts = self._starts(importance, view)
         if self._seeks:
             self._use(starts)
-            tables.lead(portals_by(self._mapper, tables, view, LED_PASS))
+            tables.set_photon_portals(portals_by(self._mapper, tables, view, PORTAL_PASS))
         return starts
 
     def _starts(self, importance: Importance | None, view: View) -> Starts:
@@ -153,7 +153,7 @@ class Aiming:
 
     def _trace(self, starts: Starts, at: int, view: View, photons: int) -> Importance | None:
         self._use(starts)
-        index, wide = FIRST_PASS + at, 1.0 if at else WIDE
+        index, wide = LEARNING_PASS + at, 1.0 if at else WIDE
         found = importance_of(self._mapper, self._tables, view, self._seed, index, photons, wide)
         if found and self._surrounded:  # nothing comes to the rest
             found = replace(found, known=min(found.known / self._surrounded.share, 1.0))
@@ -178,7 +178,7 @@ class Aiming:
         return best >= PROMISING * variance(other, tables, by_one)
 
     def _is_unknown(self, importance: Importance | None) -> bool:
-        """Whether light may reach more than photons have importance."""
+        """Whether light may reach much of the picture that no photon has reached yet."""
         return importance is None or importance.known < ENOUGH_KNOWN
 
     def _next(self, importance: Importance | None, view: View) -> Starts:
@@ -192,6 +192,6 @@ class Aiming:
         """Light from afar at all distances from what the picture shows alike."""
         around = self._surrounded
         middle = around.middle if around else np.median(view.places, axis=0)
-        origin, direction = np.split(self._mapper.rays(FIRST_PASS, 1)[0], 2)
+        origin, direction = np.split(self._mapper.rays(LEARNING_PASS, 1)[0], 2)
         extent = float(-origin @ direction)
         return Starts(even_shares(self._tables), proposed(self._tables, view, extent, middle))

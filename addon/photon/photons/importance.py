@@ -21,7 +21,7 @@ OF_PASS = 0xFFFFFFFF  # the element whose numbers are a pass's
 
 @dataclass(frozen=True)
 class Importance:
-    """Photons that have landed."""
+    """Photons that landed, how each started, and what it counts for (mass)."""
 
     light: NDArray[np.int64]  # (n,) that each started at
     numbers: NDArray[np.float32]  # (n, 4) in [0, 1) that it started by

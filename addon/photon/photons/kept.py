@@ -28,12 +28,12 @@ from .mapper import Mapper, PhotonBatch
 # [bytes] of deposits that are kept: an eighth of the memory that Blender asks for at least, and as
 # much as a GPU of 4 GB can spare; less where a render leaves less (`leave_room`).
 BUDGET = 1 << 30
-VIEW = ("camera",)  # what of a scene eye rays alone meet
+EYE_ONLY_FIELDS = ("camera",)  # what of a scene eye rays alone meet
 
 
 @dataclass(frozen=True)
 class Stage:
-    """A scene without its VIEW, set up on a device in a way."""
+    """A scene without its EYE_ONLY_FIELDS, set up on a device in a way."""
 
     scene: Scene
     way: Way
@@ -222,6 +222,6 @@ class Kept:
 
 
 def same_but_view(one: Scene, other: Scene) -> bool:
-    """Whether two scenes are equal to the bit, but for their VIEW."""
-    names = [field.name for field in fields(Scene) if field.name not in VIEW]
+    """Whether two scenes are equal to the bit, but for their EYE_ONLY_FIELDS."""
+    names = [field.name for field in fields(Scene) if field.name not in EYE_ONLY_FIELDS]
     return all(same(getattr(one, name), getattr(other, name)) for name in names)

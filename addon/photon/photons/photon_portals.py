@@ -40,8 +40,8 @@ DARK = 0.1  # of the mean: what is darker counts no more
 LEAST_GAIN = 1.5  # over the variance without, at as many landings
 
 
-def is_hidden(mesh: Mesh, tables: Tables, eye: list[float] | None) -> bool:
-    """Whether photons come to what is about the eye from elsewhere; no, where there is no eye, or
+def sees_no_lamp(mesh: Mesh, tables: Tables, eye: list[float] | None) -> bool:
+    """Whether next to nothing about the eye sees a lamp; False where there is no eye, or
     light from afar."""
     near = np.flatnonzero(tables.by_flux > 0.0)
     if eye is None or tables.distant_lights or not len(near):
@@ -74,13 +74,13 @@ def portals_by(mapper: Mapper, tables: Tables, view: View, index: int) -> NDArra
         portals = _found(landed, _weights(landed, totals))
         if not len(portals):
             break
-        tables.lead(portals)
+        tables.set_photon_portals(portals)
         landed = _landed(mapper, index + at + 1, view, shown)
         totals = _totals([plain, landed], shown)
         # Photons take the longer the more often they land.
         left = _variance(landed, totals) / _variance(plain, totals)
         found.append((left * len(landed.flux) / len(plain.flux), portals))
-    tables.lead(NO_PORTALS)
+    tables.set_photon_portals(NO_PORTALS)
     left, portals = min(found, key=lambda one: one[0], default=(1.0, NO_PORTALS))
     return portals if left * LEAST_GAIN <= 1.0 else NO_PORTALS
 

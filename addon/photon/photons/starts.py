@@ -20,7 +20,7 @@ from ..stage.tables import Tables
 from .importance import Importance, closest_to, disc_about
 from .view import Doubles, View
 
-MOST_GROUPS = 16  # of lights, whose photons are importance apart
+MOST_GROUPS = 16  # of lights, whose importance is measured apart
 # What these photons have not met must be found by others: at least so many start by flux alone, and
 # at most, for places that no light reaches are none to wait for.
 LEAST_PLAIN, MOST_PLAIN = 0.25, 0.5

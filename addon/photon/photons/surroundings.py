@@ -23,10 +23,10 @@ from ..stage.geometry import Mesh
 from ..stage.needs import MOST_BY_PORTAL, WIDE_PORTAL
 from .landed import Landed, trace_few
 from .mapper import Mapper
-from .view import VIEW, WIDE, Doubles, View
+from .view import CELL_WIDTH, EYE_RAYS_A_SIDE, Doubles, View
 
-LARGE = 0.5  # a picture that is so much wider than half of the scene, about where what is near is
-NEAR = 0.1  # of what it shows
+LARGE = 0.5  # [scene units] the picture's width at its near places from which on no box is tried
+NEAR = 0.1  # the quantile of distances to what it shows that counts as near
 PHOTONS, LOOKED_AT = 1 << 12, 1 << 9  # that are traced, and of which light is followed
 PLACES = 256  # that stand for all that the picture shows
 PAIRS = 2000  # of both, as likely as they add to the variance, that tell of boxes
@@ -60,8 +60,8 @@ class _Pairs:
 
 
 def is_small(view: View) -> bool:
-    """Whether there is much about what is shown that is near."""
-    return bool(VIEW * view.pixel * np.quantile(view.away(view.places), NEAR) < LARGE)
+    """Whether the picture, at its near places, is less than LARGE wide."""
+    return bool(EYE_RAYS_A_SIDE * view.pixel * np.quantile(view.away(view.places), NEAR) < LARGE)
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def _pairs(found: Landed, view: View, mesh: Mesh) -> _Pairs | None:
     golden = (np.sqrt(5.0) - 1.0) / 2.0
     shown = ((np.arange(PLACES) + 0.5) * golden % 1.0 * len(view.places)).astype(int)
     ends, facing, seen = view.places[shown], view.normals[shown], view.weights[shown]
-    area = (WIDE * view.pixel * view.away(ends)) ** 2
+    area = (CELL_WIDTH * view.pixel * view.away(ends)) ** 2
     way = ends[None] - places[:, None]
     far = np.maximum(np.linalg.norm(way, axis=2), 1e-20)
     directions = way / far[..., None]

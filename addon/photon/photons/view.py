@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-VIEW = 64  # eye rays a side
-WIDE = 3.0  # eye rays a side of a cell, or a little more
+EYE_RAYS_A_SIDE = 64  # eye rays a side
+CELL_WIDTH = 3.0  # eye rays a side of a cell, or a little more
 
 BEYOND = 0.01  # of the places, on either side of each axis: some are far
 MIX = np.int64(0x2545F4914F6CDD1D)  # odd, of many bits: cells' numbers differ
@@ -31,7 +31,7 @@ class View:
         """Numbers of those that places (n, 3) are in, (n,); `wide`: times as wide as they would be.
         Few share one by chance."""
         level = np.floor(np.log2(np.maximum(self.away(places), 1e-9)))
-        at = np.floor(places / (WIDE * wide * self.pixel * 2.0**level)[:, None])
+        at = np.floor(places / (CELL_WIDTH * wide * self.pixel * 2.0**level)[:, None])
         number: NDArray[np.int64] = level.astype(np.int64)
         for axis in range(3):
             number = (number ^ at[:, axis].astype(np.int64)) * MIX

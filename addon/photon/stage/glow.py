@@ -49,7 +49,7 @@ def found_by(scene: Scene, numbers: NDArray[np.intp]) -> NDArray[np.int64]:
     return found
 
 
-def is_hidden(scene: Scene, mesh: Mesh) -> bool:
+def glows_for_some_only(scene: Scene, mesh: Mesh) -> bool:
     """Whether some of what glows does not light all kinds of surfaces."""
     wanted = sum(1 << FOUND_BY.index(name) for name in ("diffuse", "glossy"))
     return bool((found_by(scene, glowing(scene, mesh)) & wanted != wanted).any())

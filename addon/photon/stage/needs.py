@@ -15,7 +15,7 @@ from ..scene import ALL_RAYS, RAY_BITS, RAYS, TRANSPARENT, Camera, Light, Materi
 from ..settings import Settings
 from .gathered import BLEND, can_gather, send_rays
 from .geometry import Mesh
-from .glow import TRIANGLE, glowing, is_hidden
+from .glow import TRIANGLE, glowing, glows_for_some_only
 from .kinds import (
     light_defines,
     light_kinds,
@@ -33,11 +33,15 @@ from .spectrum import made_spectrum
 MOST_PORTALS = 4
 FACES = 6  # of a box, that are portals of photons
 # Photons that would be absorbed go through portals.
-SPARED_DEFINES: Defines = {"PORTALS": MOST_PORTALS, "ONE_WAY": 1, "SPARED": 1}
+PORTALS_FOR_ABSORBED_DEFINES: Defines = {
+    "PORTALS": MOST_PORTALS,
+    "ONE_WAY": 1,
+    "PORTALS_FOR_ABSORBED": 1,
+}
 # Or some do, whatever the surface absorbs: so Shade can draw their way, too.
 MOST_BY_PORTAL, WIDE_PORTAL = 0.4, 0.25  # as glsl/lib/reflection.glsl says
-AHEAD_DEFINES: Defines = {
-    **{"PORTALS": FACES, "ONE_WAY": 1, "AHEAD": 1},
+PORTALS_BY_SHARE_DEFINES: Defines = {
+    **{"PORTALS": FACES, "ONE_WAY": 1, "PORTALS_BY_SHARE": 1},
     **{"MOST_BY_PORTAL": MOST_BY_PORTAL, "WIDE_PORTAL": WIDE_PORTAL},
 }
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
@@ -142,7 +146,7 @@ class SceneNeeds:
             profiles=any(light.profile for light in emitting),
             gobos=any(light.gobo is not None for light in emitting),
             arrivals=any(x.cares_who_is_lit for x in emitting if x.lights_surfaces)
-            or is_hidden(scene, mesh),
+            or glows_for_some_only(scene, mesh),
             visibility=is_limited(emitting)
             or any(material.holdout for material in materials)
             or bool((mesh.visible != ALL_RAYS).any())

@@ -22,7 +22,7 @@ from .kinds import light_kinds
 from .light_tables import count_distant, is_seen, light_trees, lights_of, set_shares
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
-from .needs import AHEAD_DEFINES, FACES, MOST_PORTALS, SPARED_DEFINES
+from .needs import FACES, MOST_PORTALS, PORTALS_BY_SHARE_DEFINES, PORTALS_FOR_ABSORBED_DEFINES
 from .profiles import profile_table
 from .programs import program_tables
 from .upload import texels_of, upload_table, write_table
@@ -192,7 +192,7 @@ class Tables:
             self.textures["light_aims"] = upload_table(self._device, texels_of(aims.lights))
             self.textures["aim_nodes"] = upload_table(self._device, texels_of(aims.nodes))
 
-    def lead(self, portals: NDArray[Any], around: bool = False) -> None:
+    def set_photon_portals(self, portals: NDArray[Any], around: bool = False) -> None:
         """Let photons go on from diffuse surfaces through portals, (n,) of PORTAL, or none;
         `around`: they are faces of a box about what is shown."""
         if (portals.tobytes(), around) == (self.photon_portals.tobytes(), self._around):
@@ -210,14 +210,14 @@ class Tables:
         `covers`: something lies over Lambert's lobe."""
         if not len(self.photon_portals):
             return {}
-        return AHEAD_DEFINES if self._around or covers else SPARED_DEFINES
+        return PORTALS_BY_SHARE_DEFINES if self._around or covers else PORTALS_FOR_ABSORBED_DEFINES
 
     @property
     def has_world(self) -> bool:
         """Whether there is one that lights."""
         return "portals" in self.textures
 
-    def open(self, portals: NDArray[Any]) -> None:
+    def set_shadow_portals(self, portals: NDArray[Any]) -> None:
         """Let shadow rays go through portals, (n,) of PORTAL."""
         found = PORTAL.zeros(MOST_PORTALS)
         found[: len(portals)] = portals

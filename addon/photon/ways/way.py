@@ -148,7 +148,8 @@ class Way:
     def photon_grid(
         self, mesh: Mesh, settings: Settings, needs: SceneNeeds, in_chains: Sequence[bool]
     ) -> Gathering:
-        """What sorts photons and gathers them: for visible points of eye rays, of chains."""
+        """What sorts photons and gathers them. `in_chains`: for which points kernels are made,
+        False: those of eye rays, True: of chains."""
         return self._gathering(mesh, settings, needs, in_chains, HostSort(self._list), Lanes())
 
     def _list(self, values: NDArray[Any]) -> Any:
