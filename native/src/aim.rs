@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//! Where photons start at a light: by a tree of boxes in the four numbers in [0, 1) that they are drawn by
-//! (glsl/lib/aim.glsl), made of photons that counted.
+//! Importance sampling of where photons start at a light: a tree of boxes over primary sample space, the four
+//! random numbers in [0, 1) that a photon starts by (glsl/lib/aim.glsl), built from photons that reached the picture.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;

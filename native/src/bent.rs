@@ -5,8 +5,9 @@ use crate::gloss::dot;
 use crate::lanes::Lanes;
 use crate::vector::dot as product;
 
-/// By how much the light that fell on a triangle is brighter on the lobe, at most: little comes from so low.
-const BRIGHTEST: f32 = 16.0;
+/// The most that cosine(bent normal) / cosine(geometric normal) may scale flux (glsl/lib/constants.glsl): little
+/// comes from so low.
+pub(crate) const BRIGHTEST: f32 = 16.0;
 const LEAST: f32 = 1.0e-6; // cosine with the smooth surface
 
 /// Of a visible point.

@@ -225,9 +225,9 @@ fn dot<L: Lanes>(a: [L; 3], b: [L; 3]) -> L {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Over the photons about a point, the filter times flux, and the inner filter times the channels' sum, but
-/// for constants. The filter is a constant where this is called: to ask for it at each group of photons takes
-/// longer. So is whether there are other lobes, for which the other four are the same.
+/// Sums over the photons about a point: flux weighted by the filter, and the channels' sum weighted by the inner
+/// filter, both without their constant factors; then the same of what the other lobes reflect. Called with a
+/// constant filter, so that no group of photons has to branch on it.
 #[inline(always)]
 fn sums_about<L: Lanes>(
     map: &PhotonMap,

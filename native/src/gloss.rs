@@ -3,7 +3,7 @@
 
 use crate::lanes::Lanes;
 
-/// By how much light from the grazing side of a smooth normal is brighter than the flux that fell, at most.
+/// The most that cosine(shading normal) / cosine(geometric normal) may scale a photon's flux.
 pub(crate) const MOST_BRIGHTER: f32 = 4.0;
 /// Steps of an exponent, a power of two: by as many roots less one a photon's cosine is raised to a fraction.
 const STEPS: u32 = 64;
@@ -40,8 +40,8 @@ impl Gloss {
         })
     }
 
-    /// The BSDF [1/sr] for light along these unit vectors, by how much brighter it is for its cosine with the
-    /// smooth normal.
+    /// The BSDF [1/sr] for light from these directions (unit vectors), times its cosine with the shading normal over
+    /// that with the geometric normal: flux is measured on the triangle.
     #[inline(always)]
     pub(crate) fn value<L: Lanes>(&self, to_light: [L; 3]) -> [L; 3] {
         let zero = L::splat(0.0);

@@ -2,8 +2,9 @@
 //! Native core of Photon Stream: pure functions over arrays.
 //!
 //! [`bvh::build`] writes the node array that the GLSL kernels traverse, [`refit::refit`] moves its boxes with
-//! the triangles, [`photons::sort`] puts photons into the cells of a grid, and [`radius`] says how far a place looks for them. Where OpenGL is
-//! software, [`trace`], [`paths`], [`cuts`], [`coverage`] and [`density`] take the place of GLSL kernels. Python
+//! the triangles, [`photons::sort`] puts photons into the cells of a grid, [`radius`] finds the
+//! gather radius at every place, [`aim`] and [`portal_search`] where photons had better go. Where OpenGL is software,
+//! [`trace`], [`paths`], [`cuts`], [`coverage`] and [`density`] take the place of GLSL kernels. Python
 //! sees them through the module `python` (cargo feature `python`).
 
 pub mod aim;

@@ -48,8 +48,8 @@ impl Microfacets {
         Some(Microfacets { geometric, normal, lobes })
     }
 
-    /// The BSDF [1/sr] for light along these unit vectors, by how much brighter it is for its cosine with the
-    /// smooth normal.
+    /// The BSDF [1/sr] for light from these directions (unit vectors), times its cosine with the shading normal over
+    /// that with the geometric normal: flux is measured on the triangle.
     #[inline(always)]
     pub(crate) fn value<L: Lanes>(&self, to_light: [L; 3]) -> [L; 3] {
         let zero = L::splat(0.0);

@@ -7,6 +7,7 @@ use std::f32::consts::PI;
 use rayon::prelude::*;
 
 use crate::aim;
+use crate::bent::BRIGHTEST;
 use crate::lanes::widest;
 use crate::packing::{flux_with_direction, pack_direction};
 use crate::portals::{Portal, Portals};
@@ -18,7 +19,6 @@ use crate::watertight::{Hit, Ray};
 use crate::wide::Stack;
 
 const T_MAX: f32 = 3.0e38; // as in glsl/lib/constants.glsl
-const BRIGHTEST: f32 = 16.0; // as well
 const PHOTONS_A_TASK: usize = 1024;
 /// Of what a diffuse surface scatters, what goes through portals at least, as in glsl/lib/photon_roulette.glsl.
 const LEAST_BY_PORTAL: f32 = 0.2;

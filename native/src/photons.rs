@@ -15,9 +15,9 @@ const CHUNK: usize = 1 << 16;
 /// A uniform grid; cells are numbered with x fastest.
 #[derive(Debug, Clone, Copy)]
 pub struct Grid {
-    /// The lowest corner [m].
+    /// The lowest corner [scene units].
     pub origin: [f32; 3],
-    /// Edge length of a cell [m], > 0.
+    /// Edge length of a cell [scene units], > 0.
     pub cell_size: f32,
     /// Cells along x, y and z, at least 1 each and at most [`MAX_CELLS`] in all.
     pub cells: [usize; 3],
@@ -62,7 +62,7 @@ impl Grid {
 /// Sort photons by cell with a stable counting sort: `order[cell_start[c] .. cell_start[c + 1]]`
 /// are the photons of cell c, in ascending order.
 ///
-/// `positions` holds `stride` floats a photon (at least 3), x, y and z first [m].
+/// `positions` holds `stride` floats a photon (at least 3), x, y and z first [scene units].
 ///
 /// # Errors
 /// A position that is not finite; a grid that is empty, too large or not finite; more photons

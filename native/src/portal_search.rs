@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//! Portals of photons are looked for by the paths of some that counted: rectangles are tried until they leave
-//! little variance, which those paths tell, for how much likelier portals make each is known.
+//! Finds portals by hill climbing over rectangles. The paths of photons that contributed to the picture estimate
+//! the variance that a rectangle would leave: it changes the pdf of each path by a known factor.
 
 use std::f32::consts::PI;
 

@@ -40,7 +40,7 @@ impl Seen {
         (angle > 0.0).then_some(Seen { middle, across, up, axis, place, half, angle })
     }
 
-    /// How likely a direction is through this portal alone, times its solid angle.
+    /// The pdf of a direction through this portal alone [1/sr], times the portal's solid angle [sr].
     pub(crate) fn density(&self, direction: Vector) -> f32 {
         let toward = -dot(direction, self.axis);
         let far = self.place[2] / toward;
@@ -95,7 +95,7 @@ impl Portals {
         onward.map(|x| x / length)
     }
 
-    /// How likely a direction is [1/sr].
+    /// The pdf of a direction [1/sr].
     pub(crate) fn pdf(&self, direction: Vector) -> f32 {
         self.seen.iter().flatten().map(|seen| seen.density(direction)).sum::<f32>() / self.angle
     }

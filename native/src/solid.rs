@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use crate::InvalidInput;
+use crate::bvh::check_indices;
 
 /// Bits of a vertex's number in an edge's key, of which the lowest bit is the edge's direction.
 const BITS: u32 = 31;
@@ -23,10 +24,7 @@ pub fn solid(
         let (n, m) = (surfaces.len(), triangles.len());
         return Err(InvalidInput(format!("surfaces has {n} numbers, but there are {m} triangles")));
     }
-    if let Some(at) = triangles.iter().position(|t| t.iter().any(|&i| i < 0 || i as usize >= vertices.len()))
-    {
-        return Err(InvalidInput(format!("triangles[{at}] = {:?} is out of range", triangles[at])));
-    }
+    check_indices(triangles, vertices.len())?;
     let places = places(vertices, triangles, surfaces);
     let corners: Vec<[u32; 3]> =
         triangles.iter().map(|triangle| triangle.map(|vertex| places[vertex as usize])).collect();

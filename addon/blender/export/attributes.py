@@ -31,7 +31,7 @@ from .nodes.attributes import (
 )
 from .properties import found_property
 from .strands import TYPES
-from .tangents import signed_tangents, undeformed, uv_of
+from .tangents import loops_of, signed_tangents, undeformed, uv_of
 from .triangles import normals_of, positions_of, triangles_of
 
 Numbers = NDArray[np.float64]
@@ -118,9 +118,7 @@ def attribute_of(
         case "EDGE":
             return _of_vertices(mesh, attribute, of_each)[triangles]
         case "CORNER":
-            loops = np.empty(3 * len(triangles), np.int32)
-            mesh.loop_triangles.foreach_get("loops", loops)
-            return of_each[loops].reshape(-1, 3, width)
+            return of_each[loops_of(mesh, len(triangles))]
         case "FACE":
             faces = np.empty(len(triangles), np.int32)
             mesh.loop_triangle_polygons.foreach_get("value", faces)

@@ -224,7 +224,8 @@ class Geometry:
         return self._local[key]
 
     def _is_open(self, key: Key, name: str, notes: Notes) -> bool:
-        """Whether a mesh is, which only glass asks; of glass smooth normals matter more."""
+        """Whether a mesh is open. Only asked for glass: smooth normals that lean too far are noted,
+        too."""
         if key not in self._open:
             mesh = self._local[key]
             self._open[key] = is_open(mesh.vertices, mesh.triangles)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import View
-from .colour_spaces import decoded
+from .colour_spaces import Space, decoded, space_of
 from .programs import Program, Value
 from .properties import found_property
 from .report import Notes
@@ -377,7 +377,7 @@ def _read_average(image: bpy.types.Image) -> Colour | None:
     image.pixels.foreach_get(pixels)
     pixels = pixels.reshape(-1, image.channels)
     # Blender hands out the bytes of 8-bit images as they are stored, so decode before averaging.
-    if not image.is_float and image.colorspace_settings.name == "sRGB":
+    if not image.is_float and space_of(image.colorspace_settings) is Space.SRGB:
         pixels = decoded(pixels)
     mean = pixels.mean(axis=0, dtype=np.float64)
     return _as_colour(mean if len(mean) >= 3 else mean[0])

@@ -76,7 +76,10 @@ class MaterialTable:
     _averages: dict[str, Colour | None] = field(default_factory=dict)
 
     def index_of(
-        self, material: bpy.types.Material | None, object_name: str, is_sheet: Callable[[], bool]
+        self,
+        material: bpy.types.Material | None,
+        object_name: str,
+        has_open_mesh: Callable[[], bool],
     ) -> int:
         """Return the number of a Blender material, NO_SURFACE if it has none. Of glass it matters
         whether the object is a sheet."""
@@ -92,7 +95,7 @@ class MaterialTable:
         exported = self._exported[key]
         if exported is None:
             return NO_SURFACE
-        is_open = is_glass(exported.material) and is_sheet()
+        is_open = is_glass(exported.material) and has_open_mesh()
         if is_open:
             self.notes.exact(f"Object '{object_name}'", "Glass", "an open mesh: as in Cycles")
         if (key, is_open) not in self._numbers:

@@ -53,7 +53,7 @@ def read_pixels(image: bpy.types.Image, is_file: bool, clips: bool, limit: int) 
             f"image '{image.name}' of {width}x{height} pixels needs {needed / 1e9:.3g} GB to be "
             f"read and {free / 1e9:.3g} GB are free: give it fewer"
         )
-    floats = _floats(image)
+    floats = rgba_floats(image)
     space = space_of(image.colorspace_settings)
     if image.is_float:
         odd = without_odd(floats)
@@ -70,7 +70,7 @@ def read_pixels(image: bpy.types.Image, is_file: bool, clips: bool, limit: int) 
     return Stored(fewer, is_srgb, odd, unknown, fewer is not pixels)
 
 
-def _floats(image: bpy.types.Image) -> NDArray[np.float32]:
+def rgba_floats(image: bpy.types.Image) -> NDArray[np.float32]:
     """(height, width, 4) as Blender hands them out."""
     width, height = image.size
     raw = np.empty(width * height * image.channels, np.float32)

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...photon.scene import RGB
-from ...photon.stage.environments import LUMINANCE, solid_angles
+from ...photon.stage.environments import solid_angles
 from .environment import Turned
 from .graph import Scope
+from .working_space import luminance_weights
 from .world_nodes import evaluate
 
 WITHOUT = {"PREETHAM", "HOSEK_WILKIE"}  # types that have none
@@ -52,6 +53,7 @@ def read_sky(
     up = np.pi * ((rows[:, None] + 0.5) / height - 0.5)
     around = np.pi * (1.0 - 2.0 * (np.arange(width) + 0.5) / width)
     places = [np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up) + 0.0 * around]
-    middle = np.array([(brought @ LUMINANCE * place).sum() for place in places])
+    weights = luminance_weights()
+    middle = np.array([(brought @ weights * place).sum() for place in places])
     x, y, z = (float(part) for part in -middle / np.linalg.norm(middle))
     return Turned(sky, np.eye(3)), Disc((x, y, z), irradiance, float(node.sun_size))

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .graph import Scope, source
+from .pixels import rgba_floats
 from .working_space import working_space
 
 WIDTH, MOST_WIDTH = 1024, 4096  # [px] of what is evaluated: as much as its largest image
@@ -194,11 +195,7 @@ class _Description:
         if is_file and path.is_file():
             changed = path.stat().st_mtime_ns
             return {**described, "path": str(path.resolve()), "changed": changed}
-        width, height = image.size
-        pixels = np.empty((height, width, image.channels), np.float32)
-        image.pixels.foreach_get(pixels.ravel())
-        whole = np.ones((height, width, 4), np.float32)
-        whole[..., : image.channels] = pixels
+        whole = rgba_floats(image)
         name = f"{hashlib.blake2b(whole.tobytes(), digest_size=16).hexdigest()}.npy"
         np.save(self._folder / name, whole)
         return {**described, "pixels": str(self._folder / name), "is_float": image.is_float}

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! The Python module: numpy arrays in, numpy arrays out.
 //!
-//! Every function checks its arrays, releases the GIL while it works and turns a panic, which
-//! would be a bug here, into a RuntimeError.
+//! Every function checks its arrays. Those whose work takes long do it in [run]: without the GIL, and a panic,
+//! which would be a bug here, becomes a RuntimeError.
 
 mod aim;
 mod arrays;
@@ -26,7 +26,7 @@ impl From<InvalidInput> for PyErr {
     }
 }
 
-/// Native core of Photon Stream: BVH build, CPU ray tracing and photon sorting.
+/// Native core of Photon Stream: BVH, ray tracing, photon paths, gather radii and gathering on the CPU.
 #[pymodule]
 fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;

@@ -14,9 +14,10 @@ use crate::{bvh, coverage, cuts, paths};
 
 /// Traces the rays of streams through a scene's triangles.
 ///
-/// Tracer(nodes, corners, visible=None): nodes as from build_bvh; corners float32[K, 3, 4], the triangles in
+/// Tracer(nodes, corners, visible=None, solid=None, flags=None): nodes as from build_bvh; corners float32[K, 3, 4], the triangles in
 /// leaf order, whose fourth numbers are material, surface and the triangle's number in the scene; visible
-/// uint8[K], a bit for each class of rays that meets a triangle, or None: all do. Raises ValueError as trace
+/// uint8[K], a bit for each class of rays that meets a triangle, or None: all do; solid int8[K], as solid_triangles tells it, in leaf order; flags uint8[K], see
+/// glsl/lib/triangle.glsl. Raises ValueError as trace
 /// does.
 #[pyclass(frozen, module = "photon_stream_native")]
 pub(super) struct Tracer {

@@ -7,8 +7,8 @@ import math
 from collections.abc import Mapping, Sequence
 from html import escape
 
-WIDTH, HEIGHT = 640, 420
-LEFT, RIGHT, TOP, BOTTOM = 70, 150, 34, 46  # margins; the right one holds the names
+WIDTH, HEIGHT = 670, 420
+LEFT, RIGHT, TOP, BOTTOM = 70, 180, 34, 46  # margins; the right one holds the names
 COLOURS = {
     "Photon Stream": "#d9480f",
     "Photon Stream + Denoise": "#f59f00",

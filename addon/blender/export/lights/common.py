@@ -54,10 +54,10 @@ class Lamp:
         return triple(x), triple(-z), triple(lengths)
 
 
-def finished(lamp: Lamp, light: Light, surface: float) -> Light:
+def finished(lamp: Lamp, light: Light, unnormalized: float) -> Light:
     """A light of power 1 with the power that Cycles gives it, and found by whom Cycles shows it to.
 
-    `surface`: what power is multiplied by where it is not that of the light as a whole. Each factor
+    `unnormalized`: the factor on the power where Blender's Normalize is off. Each factor
     was checked against the irradiance that Cycles renders.
     """
     data, notes = lamp.data, lamp.notes
@@ -66,7 +66,7 @@ def finished(lamp: Lamp, light: Light, surface: float) -> Light:
     if getattr(data, "use_temperature", False):  # Blender 4.5 on
         power *= np.array(data.temperature_color[:], np.float64)
     if not getattr(data, "normalize", True):
-        power *= surface
+        power *= unnormalized
     # 5.1 deprecates the switch: there, a light with a tree uses it.
     if data.node_tree and (bpy.app.version >= (5, 1) or data.use_nodes):
         strength = strength_of(data, lamp.matrix, lamp.owner, notes)

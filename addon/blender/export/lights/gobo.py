@@ -34,7 +34,6 @@ UNSUITED = {
     "TEX_IES",
     "TANGENT",
 }
-NORMALS = {"Normal", "True Normal"}
 
 
 def colours_of(

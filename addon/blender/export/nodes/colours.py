@@ -64,7 +64,7 @@ def read_separate(
     """Read Separate Color."""
     colour = graph.value(node.inputs[0], scope)
     if node.mode != "RGB":
-        colour = in_space(graph, colour, f"RGB to {node.mode}")
+        colour = converted_colour(graph, colour, f"RGB to {node.mode}")
     return colour.part("xyz"[list(node.outputs).index(output)])
 
 
@@ -73,10 +73,10 @@ def read_combine(
 ) -> Value:
     """Read Combine Color."""
     colour = combined(graph, *(graph.value(socket, scope) for socket in node.inputs))
-    return colour if node.mode == "RGB" else in_space(graph, colour, f"{node.mode} to RGB")
+    return colour if node.mode == "RGB" else converted_colour(graph, colour, f"{node.mode} to RGB")
 
 
-def in_space(graph: Graph, colour: Value, conversion: str) -> Value:
+def converted_colour(graph: Graph, colour: Value, conversion: str) -> Value:
     """A colour after one of CONVERSIONS."""
     number, function = CONVERSIONS[conversion]
 

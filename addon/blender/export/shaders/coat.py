@@ -60,9 +60,9 @@ def let_through(tint: Colour, ior: float, cover: float) -> Colour:
     """What a smooth coat lets through of a diffuse glow below it."""
     squared = (np.arange(ANGLES) + 0.5) / ANGLES  # cosines as often as a diffuse glow has them
     cosine, inside = np.sqrt(squared), np.sqrt(1.0 - (1.0 - squared) / ior**2)
-    beside = ((cosine - ior * inside) / (cosine + ior * inside)) ** 2
-    along = ((ior * cosine - inside) / (ior * cosine + inside)) ** 2
-    passed = 1.0 - cover * 0.5 * (beside + along)
+    perpendicular = ((cosine - ior * inside) / (cosine + ior * inside)) ** 2
+    parallel = ((ior * cosine - inside) / (ior * cosine + inside)) ** 2
+    passed = 1.0 - cover * 0.5 * (perpendicular + parallel)
     tinted = 1.0 - cover + cover * tint ** (1.0 / inside[:, None])
     shares: Colour = (passed[:, None] * tinted).mean(axis=0)
     return shares

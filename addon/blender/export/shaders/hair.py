@@ -10,7 +10,7 @@ from ..programs import ONE, Value, math, value
 from .bsdf import Bsdf, SpecularModel, clipped, colour, number
 
 # What absorbs light in hair, eumelanin and pheomelanin, by channel (d'Eon et al. 2011).
-DARK, RED = (0.506, 0.841, 1.653), (0.343, 0.733, 1.924)
+EUMELANIN, PHEOMELANIN = (0.506, 0.841, 1.653), (0.343, 0.733, 1.924)
 
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
@@ -22,7 +22,7 @@ def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel)
         return Bsdf(_seen(graph, node, scope, colour(graph, node, "Absorption Coefficient", scope)))
     left = math("MAXIMUM", ONE - number(graph, node, "Melanin", scope).clamp(), 1e-4)
     amount, red = 0.0 - _log(left), number(graph, node, "Melanin Redness", scope).clamp()
-    absorbed = amount * (value(DARK) * (ONE - red) + value(RED) * red)
+    absorbed = amount * (value(EUMELANIN) * (ONE - red) + value(PHEOMELANIN) * red)
     tint = colour(graph, node, "Tint", scope)
     return Bsdf(clipped(_seen(graph, node, scope, absorbed) * tint))
 
