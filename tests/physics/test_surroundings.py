@@ -145,7 +145,7 @@ def test_no_layer_differs(device: Device) -> None:
         with rendered(device, boxes(500.0, SUN, SKY, ground=COATED), **settings) as renderer:
             assert len(renderer.eye._tables.photon_portals)
             found.append(fallen(renderer))
-    np.testing.assert_array_equal(*found)
+    np.testing.assert_allclose(*found, rtol=0.0 if device.is_software else 1e-6)
 
 
 def test_where_little_is_about_there_are_none(device: Device) -> None:
