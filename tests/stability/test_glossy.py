@@ -99,7 +99,10 @@ def test_no_jump_at_any_roughness(
     if thorough:
         # Of one bounce off the lobe: later ones have a few heavy photons, see the rough ball below.
         quiet = {"width": 64, "height": 64, "passes": 24, "photons": 32768, "photon_bounces": 2}
-        steps = changes(device, kind, [i / 50 for i in range(51)], **quiet)
+        roughness = [i / 50 for i in range(51)]
+        # One seed's kinks are up to 2.3 % of noise, of either sign, from roughness 0.4 to 0.8.
+        seeds = [changes(device, kind, roughness, seed=seed, **quiet) for seed in range(8)]
+        steps = np.mean(seeds, axis=0)
         kinks = steps[1:-1] - 0.5 * (steps[:-2] + steps[2:])
         print(f"\n{kind}: kinks {np.abs(kinks).max(axis=1).round(4)}")
         assert measured(f"anywhere, {kind}", np.abs(kinks).max(), "%") <= 0.01
