@@ -76,7 +76,7 @@ def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None 
     for number, take in enumerate(takes):
         own = settings_of(take, settings)
         its_own = kept.beside(number) if kept else None
-        one = _Preparation(take.scene, own, way_of(own, device), its_own, scene)
+        one = _Preparation(take.scene, own, way_of(own, device), its_own)
         with one.undone(made):
             made.append(one.parts())
         warnings = (*warnings, *(x for x in one.warnings if x not in warnings))
@@ -98,11 +98,8 @@ def photons_per_disc(photons: int) -> float:
 class _Preparation:
     """The steps, and what is to be undone if one fails."""
 
-    def __init__(
-        self, scene: Scene, settings: Settings, way: Way, kept: Kept | None, whole: Scene
-    ) -> None:
-        """`whole`: of which the scene is a take, or itself."""
-        self._scene, self._settings, self._way, self._whole = scene, settings, way, whole
+    def __init__(self, scene: Scene, settings: Settings, way: Way, kept: Kept | None) -> None:
+        self._scene, self._settings, self._way = scene, settings, way
         self._device, self._phases = way.device, Phases()
         self._kept = kept or Kept(way.device, budget=0)
         self._own: list[Callable[[], None]] = [self._forget]

@@ -25,7 +25,7 @@ const float ONE_LAYER = 4.0 * SURFACE_OFFSET;  // so near to each other layers a
 const int LOOKS = 8;  // every so many-th probe looks for all layers, of which all but the nearest count as much more
 const float TOUCHES = 0.02;  // what is so near below another layer, over how far from the plane a probe begins
 // Times as many probes where the filter is tilted, by a scale of more than MUCH: each weighs up to MOST_SCALE as much,
-// and most end on the point's own triangle, which costs no ray.
+// and most end on the point's own triangle, where one of LOOKS costs a ray.
 const int TILTED = 4;
 const float MUCH = 1.5;
 const float FLAT = 0.02;  // slope up to which a surface is taken for the nearest layer at once
