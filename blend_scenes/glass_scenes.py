@@ -12,7 +12,8 @@ from collections.abc import Sequence
 
 import bpy
 from lit_scenes import principled
-from scene_parts import SUNK, block, camera, lamp, lathe, lathes, material, mesh_object, world
+from scene_lights import lamp, world
+from scene_parts import SUNK, block, camera, lathe, lathes, material, mesh_object
 
 WATER, GLASS, WINE = 1.333, 1.5, 1.36
 

@@ -38,7 +38,8 @@ from kitchen_parts import (
     unwrap,
 )
 from kitchen_things import basket, book, cloth, cup, fruit, on_counter, plant, tea_and_books
-from scene_parts import SUNK, block, camera, closed_room, lamp, mesh_object, sphere
+from scene_lights import lamp
+from scene_parts import SUNK, block, camera, closed_room, mesh_object, sphere
 
 
 def kitchen() -> None:

@@ -9,20 +9,18 @@ from __future__ import annotations
 import math
 
 import bpy
+from scene_lights import lamp, sky, world
 from scene_parts import (
     SUNK,
     backdrop,
     block,
     camera,
     closed_room,
-    lamp,
     lathe,
     material,
-    sky,
     sphere,
     tube,
     wall_with_window,
-    world,
 )
 
 

@@ -27,6 +27,7 @@ from glass_scenes import pool, ring, wine_glass
 from kitchen import kitchen
 from lit_scenes import daylight, studio
 from mathutils import Vector
+from scene_lights import point_light, spotlight
 from scene_parts import (
     SUNK,
     PhotonStreamStub,
@@ -38,11 +39,9 @@ from scene_parts import (
     lathe,
     material,
     mesh_object,
-    point_light,
     room,
     sheet,
     sphere,
-    spotlight,
     use_phong,
     wall_with_doorway,
 )

@@ -128,9 +128,7 @@ def aim_tree(
     least: float,
     nearest: float = 1.0,
 ) -> tuple[NDArray[np.float32], float]: ...
-def aim_density(
-    nodes: NDArray[np.float32], numbers: NDArray[np.float32]
-) -> NDArray[np.float32]: ...
+def aim_pdf(nodes: NDArray[np.float32], numbers: NDArray[np.float32]) -> NDArray[np.float32]: ...
 def aimed_numbers(
     nodes: NDArray[np.float32],
     root: int,

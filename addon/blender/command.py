@@ -37,7 +37,7 @@ from ..photon.errors import PhotonStreamError, RenderError, SceneError, Settings
 from ..photon.jobs.console import ProgressLine, error_text
 from ..photon.jobs.interrupts import HANGUP, HUNG_UP, INTERRUPTED, let_in, on_hangup, say_last
 from ..photon.jobs.process import last_error
-from ..photon.settings import Backend, Estimator, Settings
+from ..photon.settings import BackendName, Estimator, Settings
 from .engine import PhotonStreamEngine
 from .session import SESSION
 
@@ -74,7 +74,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     add("--photons", type=int, help="photons a pass; else two a pixel")
     add("--radius", type=float, help="first radius in metres; 0: automatic")
     add("--estimator", choices=get_args(Estimator))
-    add("--backend", choices=get_args(Backend))
+    add("--backend", choices=get_args(BackendName))
     add("--caustics", action="store_true", help="a pass of them in .exr")
     add("--illuminance", action="store_true", help="a pass of it in .exr [lx]")
     add("--denoise", action="store_true", help="what is noise in the picture")

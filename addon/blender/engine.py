@@ -24,8 +24,8 @@ from ..photon.scene import Scene
 from ..photon.settings import Region, Settings
 from .export import Report, SpecularModel, snapshot
 from .export.camera import frame_size
-from .properties import settings_from
 from .session import SESSION
+from .settings import settings_from
 
 LOG = logging.getLogger("photon_stream")
 REPORT_VARIABLE = "PHOTON_STREAM_REPORT"
@@ -57,8 +57,6 @@ COMPONENTS = {
     "use_pass_emission": Pass("Emission", "RGB", "COLOR"),
     "use_pass_background": Pass("Background", "RGB", "COLOR"),
 }
-
-
 CAUSTICS = {"use_pass_caustics": Pass("Caustics", "RGB", "COLOR")}  # a part of others
 LIGHTING = {
     "use_pass_illuminance": Pass("Illuminance", "X", "VALUE"),

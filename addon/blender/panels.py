@@ -45,8 +45,6 @@ INCLUDED = {
     "EEVEE_WORLD_PT_surface",
     "VIEWLAYER_PT_override",
 }
-
-
 LABELS = {"shadow_soft_size": {"text": "Radius"}}  # where Blender's own is another engine's
 # What lights of each type have besides their power.
 SIZES = {

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What memory a render will take, told before any of it is taken.
 
-The bytes below and those of ways/sizes.py were measured as peak resident sizes, or counted
+The bytes below and those of backends/sizes.py were measured as peak resident sizes, or counted
 (tests/unit/test_memory.py holds them to both). They are upper ends: a render takes half of its
 estimate or more, once it is known how often photons land. What kept.py keeps beside has a limit of
 its own, and makes room.
@@ -17,6 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from ..streams import TABLE_WIDTH
+from .backends.backend import Backend
+from .backends.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film.strips import strips_of
 from .photons.mapper import pilot_photons
@@ -28,8 +30,6 @@ from .stage.layers import count_layered
 from .stage.light_tables import is_seen
 from .stage.needs import MOST_LOBES
 from .stage.textures import advice, bytes_of
-from .ways.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool
-from .ways.way import Way
 
 # A pixel's on the host: the images and the squared errors of its parts while a picture is made;
 # and the images twice more, the last preview's in shared memory and what was asked for of them.
@@ -41,7 +41,9 @@ DENOISED, DENOISER, MOST_DENOISER = 220, 520, 3 << 30
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host
-LIGHTS = (6 + 1 + 4 * 3) * TEXEL  # of one that glows with its nodes, and twice that on the host
+LIGHTS = (
+    6 + 1 + 4 * 3
+) * TEXEL  # of an emissive triangle with its nodes, and twice that on the host
 MOST_TRIANGLES = (1 << 24) - 1  # float32 numbers them
 
 _ADVICE = {
@@ -70,9 +72,9 @@ class Part:
 class Budget:
     """A render's memory and what there is of it, looked up once, before anything is taken."""
 
-    def __init__(self, scene: Scene, settings: Settings, way: Way) -> None:
+    def __init__(self, scene: Scene, settings: Settings, backend: Backend) -> None:
         """Raises as `check`."""
-        self._settings, self._device, self._sizes = settings, way.device, way.sizes
+        self._settings, self._device, self._sizes = settings, backend.device, backend.sizes
         self._triangles, self._emitters = len(scene.triangles), scene.emitters
         self._tangents = TANGENTS if len(scene.corner_tangents) else 0
         self._moving = sum(x.offsets.nbytes + x.normals.nbytes for x in scene.moving)
@@ -80,14 +82,14 @@ class Budget:
         self._image_pixels = sum(image.pixels.size // 3 for image in scene.images)
         self._textures = scene.textures
         used = np.bincount(scene.material, minlength=len(scene.materials))
-        glows = np.array([material.glows for material in scene.materials], bool)
-        self._glowing = int(used[glows].sum())
+        emissive = np.array([material.is_emissive for material in scene.materials], bool)
+        self._emissive = int(used[emissive].sum())
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._is_transparent = any(material.is_transparent for material in self._materials)
-        self._shares_memory = way.shares_memory
+        self._shares_memory = backend.shares_memory
         self._can_gather = can_gather(scene, settings, self._materials)
-        self._strip = strips_of(settings.frame_region, way.strip_pixels)[0].size
-        self._pools = way.sizes.pools(free_host_memory())
+        self._strip = strips_of(settings.frame_region, backend.strip_pixels)[0].size
+        self._pools = backend.sizes.pools(free_host_memory())
         self.check()
 
     def check(self, deposits: float | None = None) -> None:
@@ -150,9 +152,9 @@ class Budget:
         return (Part("bytes of textures", size, Bytes(size, largest), named),)
 
     def _of_triangles(self) -> Bytes:
-        """What they take, and those of them that glow besides."""
+        """What they take, and the emissive ones besides."""
         found = self._sizes.triangles(self._triangles, self._tangents)
-        lights = LIGHTS * self._glowing
+        lights = LIGHTS * self._emissive
         host = self._instants * (found.host + 2 * lights) + self._moving
         return Bytes(found.device + lights, host)
 
@@ -199,7 +201,7 @@ class Budget:
     def _shadow_textures(self) -> int:
         if self._settings.direct_by_photons:
             return 0
-        lights = len(self._emitters) + self._glowing
+        lights = len(self._emitters) + self._emissive
         return self._sizes.shadow_textures(lights, self._settings.illuminance)
 
     @cached_property
@@ -219,7 +221,7 @@ class Budget:
     @cached_property
     def _has_emitters(self) -> bool:
         """To be seen."""
-        return self._glowing > 0 or any(map(is_seen, self._emitters))
+        return self._emissive > 0 or any(map(is_seen, self._emitters))
 
     @cached_property
     def _lobes(self) -> int:
@@ -229,7 +231,7 @@ class Budget:
 
     @cached_property
     def _has_photons(self) -> bool:
-        lit = bool(self._emitters) or self._glowing > 0
+        lit = bool(self._emitters) or self._emissive > 0
         return lit and self._triangles > 0 and self._settings.photons_a_pass > 0
 
     @property

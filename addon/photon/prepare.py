@@ -13,6 +13,7 @@ import numpy as np
 
 from ..denoiser import ABSENT, find
 from ..streams import Device, StreamError
+from .backends.backend import Backend, backend_of
 from .errors import DeviceError, PhotonStreamError
 from .eye.eye import Eye
 from .eye.images import PassImages
@@ -43,12 +44,12 @@ from .renderer import Parts, Renderer
 from .scene import Scene
 from .scene.takes import takes_of
 from .settings import Settings, filter_define
+from .stage.find_needs import find_needs
 from .stage.geometry import Mesh
 from .stage.kinds import check_kinds
 from .stage.needs import SceneNeeds
 from .stage.textures import check_textures
 from .takes_renderer import TakesRenderer, settings_of
-from .ways.way import Way, way_of
 
 
 def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None = None) -> Renderer:
@@ -76,7 +77,7 @@ def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None 
     for number, take in enumerate(takes):
         own = settings_of(take, settings)
         its_own = kept.beside(number) if kept else None
-        one = _Preparation(take.scene, own, way_of(own, device), its_own)
+        one = _Preparation(take.scene, own, backend_of(own, device), its_own)
         with one.undone(made):
             made.append(one.parts())
         warnings = (*warnings, *(x for x in one.warnings if x not in warnings))
@@ -98,10 +99,12 @@ def photons_per_disc(photons: int) -> float:
 class _Preparation:
     """The steps, and what is to be undone if one fails."""
 
-    def __init__(self, scene: Scene, settings: Settings, way: Way, kept: Kept | None) -> None:
-        self._scene, self._settings, self._way = scene, settings, way
-        self._device, self._phases = way.device, Phases()
-        self._kept = kept or Kept(way.device, budget=0)
+    def __init__(
+        self, scene: Scene, settings: Settings, backend: Backend, kept: Kept | None
+    ) -> None:
+        self._scene, self._settings, self._backend = scene, settings, backend
+        self._device, self._phases = backend.device, Phases()
+        self._kept = kept or Kept(backend.device, budget=0)
         self._own: list[Callable[[], None]] = [self._forget]
         self._own += [] if kept else [self._kept.release]
         self.warnings: tuple[str, ...] = ()
@@ -131,22 +134,22 @@ class _Preparation:
     def parts(self) -> Parts:
         """Make them, all programs first: a GPU's driver has threads that link them. Eye rays fly
         while the host waits for the photons that tell the radii."""
-        settings, way = self._settings, self._way
+        settings, backend = self._settings, self._backend
         budget = self._find_room()
         with self._phases.timed("bvh"):
-            stage = self._kept.stage(self._scene, way)
+            stage = self._kept.stage(self._scene, backend)
             stage = stage.at(instant(settings, 0, self._scene.shutter))
-        needs = SceneNeeds.of(self._scene, settings, stage.mesh, stage.tables.emitters)
+        needs = find_needs(self._scene, settings, stage.mesh, stage.tables.emitters)
         self.warnings = _warnings(self._scene, settings, stage.mesh, needs)
         with self._phases.timed("programs"):
             mapper = self._mapper(stage, needs) if needs.photons else None
-            strips = strips_of(settings.frame_region, way.strip_pixels)
+            strips = strips_of(settings.frame_region, backend.strip_pixels)
             tables, scene, size = stage.tables, self._scene, strips[0].size
-            eye = Eye(way, tables, stage.frame, scene, settings, needs, size)
+            eye = Eye(backend, tables, stage.frame, scene, settings, needs, size)
             self._own.append(eye.release)
             eye.prepare()
             tables.footprint = eye.footprint
-            images = PassImages(way, tables, scene, settings, needs, eye)
+            images = PassImages(backend, tables, scene, settings, needs, eye)
             self._own.append(images.release)
             names = [*FILM_IMAGES, *(MIRROR_IMAGES if needs.secondary_rays else ())]
             names += EMISSION_IMAGES if needs.emitters_seen else ()
@@ -155,10 +158,10 @@ class _Preparation:
             names += FEATURE_IMAGES if needs.features else ()
             names += ["blur"] * needs.photons
             halved = [name for name in HALVED_IMAGES if name in names] if settings.denoise else []
-            film = StripFilm(way, strips, names, halved)
+            film = StripFilm(backend, strips, names, halved)
             self._own.append(film.release)
             film.prepare()
-            resolver = way.resolver(film, names)
+            resolver = backend.resolver(film, names)
             self._own.append(resolver.release)
             denoised = DenoisingResolver(film) if settings.denoise else None
             self._own += [denoised.release] if denoised else []
@@ -172,11 +175,11 @@ class _Preparation:
             if mapper and estimators:
                 photons = self._photons(mapper, *estimators, stage, eye, budget)
         made = eye, images, film, resolver, denoised, photons
-        return Parts(way, stage, needs, *made, self._phases, self._own)
+        return Parts(backend, stage, needs, *made, self._phases, self._own)
 
     def _find_room(self) -> Budget:
         """The budget; what only makes a render start sooner goes where there is no room for it."""
-        arguments = self._scene, self._settings, self._way
+        arguments = self._scene, self._settings, self._backend
         for make_room in (self._device.drop_spare, self._kept.release):
             try:
                 return Budget(*arguments)
@@ -186,7 +189,7 @@ class _Preparation:
 
     def _mapper(self, stage: Stage, needs: SceneNeeds) -> Mapper:
         """What traces photons."""
-        mapper = self._way.photon_mapper(stage, self._settings, needs)
+        mapper = self._backend.photon_mapper(stage, self._settings, needs)
         self._own.append(mapper.release)
         return mapper
 
@@ -195,19 +198,19 @@ class _Preparation:
     ) -> tuple[Splats | None, Gathering | None, Gathering | None]:
         """What sums photons up, where the eye's own rays end and where others do; and those that
         are told apart."""
-        way, settings = self._way, self._settings
+        backend, settings = self._backend, self._settings
         splat = grid = caustics = None
         if settings.estimator == "splat" and needs.projects:
             define = filter_define(settings)
-            splat = Splats(self._device, way.layer, settings.splat_shape, define)
+            splat = Splats(self._device, backend.layer, settings.splat_shape, define)
             self._own.append(splat.release)
         if not splat or needs.secondary_rays:
             kinds = [False] * (not splat) + [True] * needs.secondary_rays
-            grid = way.photon_grid(stage.mesh, settings, needs, kinds)
+            grid = backend.photon_grid(stage.mesh, settings, needs, kinds)
             self._own.append(grid.release)
         if needs.caustics:
             kinds = [False] + [True] * needs.secondary_rays
-            caustics = way.photon_grid(stage.mesh, settings, needs, kinds)
+            caustics = backend.photon_grid(stage.mesh, settings, needs, kinds)
             self._own.append(caustics.release)
         return splat, grid, caustics
 
@@ -225,7 +228,6 @@ class _Preparation:
             stage.mesh,
             at_once=moves,
             eye=place,
-            through_portals=needs.leads,
         )
         with self._phases.timed("aim"):
             self._aiming.set(0)
@@ -248,7 +250,7 @@ class _Preparation:
             caustics=False,
         )
         tables, frame, scene = stage.tables, stage.frame, self._scene
-        eye = Eye(self._way, tables, frame, scene, settings, bare, region[2:])
+        eye = Eye(self._backend, tables, frame, scene, settings, bare, region[2:])
         eye.prepare()
         found = []
         path: Path | None = eye.send(0, region)
@@ -270,14 +272,14 @@ class _Preparation:
         eye: Eye,
         budget: Budget,
     ) -> Photons:
-        way, settings = self._way, self._settings
+        backend, settings = self._backend, self._settings
         with self._phases.timed("radius"):
             if settings.radius:
                 field = RadiusField.even(self._device, settings.radius / stage.frame.scale)
             else:
                 field = self._find_radii(mapper, stage.mesh, eye, budget)
         find = partial(self._find_again, mapper, stage.mesh, eye)
-        ahead = way.works_alone and not stage.movement
+        ahead = backend.works_alone and not stage.movement
         phases, aiming = self._phases, self._aiming
         assert aiming
         photons = Photons(
@@ -292,7 +294,7 @@ class _Preparation:
             return None
         before = mapper.unfinished, mapper.deposits.dropped
         self._kept.start(mapper, self._settings, 0, pilot_photons(self._settings))
-        budget = Budget(self._scene, self._settings, self._way)
+        budget = Budget(self._scene, self._settings, self._backend)
         field = self._find_radii(mapper, mesh, eye, budget)
         mapper.unfinished, mapper.deposits.dropped = before
         return field
@@ -302,13 +304,15 @@ class _Preparation:
         photons_a_pass, photons = self._settings.photons_a_pass, pilot_photons(self._settings)
         deposits = self._kept.finish(mapper)
         focus = self._aiming.focus if self._aiming else None
-        grids = self._way.radius_grids(deposits, focus)  # a GPU looks while the host looks for room
+        grids = self._backend.radius_grids(
+            deposits, focus
+        )  # a GPU looks while the host looks for room
         landed = deposits.count / photons
         try:
             budget.check(landed)
         except PhotonStreamError:
             self._kept.forget_photons()  # there may be room without them
-            budget = Budget(self._scene, self._settings, self._way)
+            budget = Budget(self._scene, self._settings, self._backend)
             budget.check(landed)
         mapper.unfinished = deposits.dropped = 0
         times = photons_a_pass / photons
@@ -317,7 +321,7 @@ class _Preparation:
         sides, box = grids()
         area = min(mesh.area, box)
         limits = limits_by(wanted, times, deposits.count, area, pixel, place)
-        field = RadiusField(self._way.radii(deposits, sides, limits))
+        field = RadiusField(self._backend.radii(deposits, sides, limits))
         self._kept.leave_room(budget.spare(landed))  # while a GPU makes them
         return field
 
@@ -348,7 +352,7 @@ def _warnings(scene: Scene, settings: Settings, mesh: Mesh, needs: SceneNeeds) -
         warnings.append(f"{mesh.tree.degenerate} triangles of zero area were skipped")
     if not needs.surfaces:
         warnings.append("the scene has no triangles to render")
-    if not scene.lights and not needs.glows:
+    if not scene.lights and not needs.emissive:
         warnings.append("the scene has no light")
     for light in scene.lights:
         if max(light.power) <= 0:

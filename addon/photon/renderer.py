@@ -13,6 +13,7 @@ import numpy as np
 
 from ..denoiser import DenoiserError
 from ..streams import StreamError
+from .backends.backend import Backend
 from .errors import DeviceError
 from .eye.eye import Eye
 from .eye.images import PassImages
@@ -29,7 +30,6 @@ from .scene import Scene
 from .settings import Settings
 from .stage.needs import SceneNeeds
 from .version import VERSION
-from .ways.way import Way
 
 NO_DEPTH = 1.0e10  # Blender's depth where nothing is seen
 ALL_IMAGES = (*CHANNELS, "Error", "Depth")
@@ -39,7 +39,7 @@ ALL_IMAGES = (*CHANNELS, "Error", "Depth")
 class Parts:
     """What a renderer renders with (prepare.py)."""
 
-    way: Way
+    backend: Backend
     stage: Stage
     needs: SceneNeeds
     eye: Eye
@@ -63,7 +63,7 @@ class Renderer:
         self, scene: Scene, settings: Settings, parts: Parts, warnings: tuple[str, ...]
     ) -> None:
         self.scene, self.settings, self.warnings = scene, settings, warnings
-        self.way, self.device, self.needs = parts.way, parts.way.device, parts.needs
+        self.backend, self.device, self.needs = parts.backend, parts.backend.device, parts.needs
         self._stage, self.frame = parts.stage, parts.stage.frame
         self.triangles = len(parts.stage.mesh.triangles)
         self.eye, self.film, self.photons = parts.eye, parts.film, parts.photons
@@ -174,7 +174,7 @@ class Renderer:
             "version": VERSION,
             "device": self.device.name,
             "driver": self.device.version,
-            "backend": self.way.name,
+            "backend": self.backend.name,
             "estimator": self.estimator,
             "triangles": self.triangles,
             "photons": photons * self.film.passes,

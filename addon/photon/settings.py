@@ -10,7 +10,7 @@ from typing import Literal, get_args
 from .errors import SettingsError
 
 Estimator = Literal["auto", "splat", "gather"]
-Backend = Literal["auto", "fragment", "compute", "native"]
+BackendName = Literal["auto", "fragment", "compute", "native"]
 Filter = Literal["constant", "cone", "gaussian", "epanechnikov"]
 PixelFilter = Literal["box", "gauss", "blackman_harris"]
 SplatShape = Literal["triangle", "quad", "point"]
@@ -48,7 +48,7 @@ class Settings:
     radius_decay: float = 2.0 / 3.0  # alpha of Knaus & Zwicker 2011; 1 keeps the radius
     seed: int = 0
     estimator: Estimator = "auto"
-    backend: Backend = "auto"  # who traces, sorts and sums: ways/way.py
+    backend: BackendName = "auto"  # who traces, sorts and sums: backends/backend.py
     filter: Filter = "epanechnikov"
     splat_shape: SplatShape = "quad"
     photon_bounces: int = 64  # scattering events a photon path may have
@@ -101,7 +101,7 @@ class Settings:
                 raise SettingsError(f"{name} = {value!r} is not a whole number")
         for name, kind in (
             ("estimator", Estimator),
-            ("backend", Backend),
+            ("backend", BackendName),
             ("filter", Filter),
             ("splat_shape", SplatShape),
             ("pixel_filter", PixelFilter),

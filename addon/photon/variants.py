@@ -26,7 +26,6 @@ from .kernels.features import Features
 from .kernels.gather import Gather
 from .kernels.gather_radius import GatherRadius
 from .kernels.generator import Generator
-from .kernels.glow import Glow
 from .kernels.plain_lobe import PlainLobe
 from .kernels.plain_microfacets import PlainMicrofacets
 from .kernels.projector import Projector
@@ -35,20 +34,14 @@ from .kernels.resolve import ErrorParts, Resolve
 from .kernels.scatter import Scatter
 from .kernels.shade import Shade
 from .kernels.splat import Splat
+from .kernels.surface_emission import SurfaceEmission
 from .kernels.tracer import Tracer
 from .photons.bounces import Bounces, declarations
 from .photons.device_radii import DECLARATIONS
 from .scene import ALL_RAYS, TRANSPARENT
 from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
-from .stage.glow import TRIANGLE
-from .stage.kinds import (
-    camera_kinds,
-    light_defines,
-    light_kinds,
-    lobe_kinds,
-    made_camera,
-    node_kinds,
-)
+from .stage.emissive import TRIANGLE
+from .stage.kinds import camera_kinds, light_kinds, lobe_kinds, node_kinds
 from .stage.light_tables import BoundsOfLights, LightFlux
 from .stage.light_tree import DRAWN_RAYS
 from .stage.needs import (
@@ -58,6 +51,7 @@ from .stage.needs import (
     SceneNeeds,
 )
 from .stage.programs import ProgramNeeds
+from .stage.switches import light_defines, made_camera
 
 # Those that no define changes.
 PLAIN: tuple[type[Kernel], ...] = (
@@ -99,7 +93,7 @@ def needs() -> Iterator[SceneNeeds]:
     together, one of them at a point or two, with tangents and without; each kind of light alone and
     all together; lights that are all asked, and lights that are drawn; lobes that send
     rays, and lobes that gather photons; surfaces that not all rays meet; lobes under others. What
-    does not meet in one function is not crossed: single lobes with triangles that glow, say."""
+    does not meet in one function is not crossed: single lobes with emissive triangles, say."""
     all_lights, all_lobes = frozenset(light_kinds()), frozenset(lobe_kinds())
     dark = all_lights - {TRIANGLE}
     for drawn in (False, True):
@@ -152,13 +146,13 @@ def program_needs() -> Iterator[SceneNeeds]:
             programs = ProgramNeeds(
                 nodes, registers=8, attributes=attributes, normals=attributes > 0
             )
-            yield replace(some, programs=programs, glow_programs=programs)
+            yield replace(some, programs=programs, emission_programs=programs)
 
 
 def _needs(
     lobes: int, of_lobes: frozenset[str], of_lights: frozenset[str], drawn: bool
 ) -> SceneNeeds:
-    glows = TRIANGLE in of_lights
+    emissive = TRIANGLE in of_lights
     return SceneNeeds(
         surfaces=True,
         shadow_rays=DRAWN_RAYS if drawn else 2,
@@ -167,7 +161,7 @@ def _needs(
         photons=True,
         secondary_rays=lobes > 0,
         emitters_seen=True,
-        glows=glows,
+        emissive=emissive,
         weighed=any(not lobe_kinds()[kind].is_delta for kind in of_lobes),
         chain_depth=1,
         photon_bounces=1,
@@ -242,8 +236,8 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
 
 def _of_programs(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]:
     """Kernels that run programs of materials."""
-    yield Glow, scene.programs.defines, scene.made
-    yield Glow, scene.glow_defines, scene.made
+    yield SurfaceEmission, scene.programs.defines, scene.made
+    yield SurfaceEmission, scene.surface_emission_defines, scene.made
     yield Shade, scene.photon_defines, scene.made
     yield Shade, scene.eye_defines, scene.made
     yield Emitted, scene.emitted_defines, scene.made
@@ -285,7 +279,7 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
         for arrivals, absorption in product((False, True), repeat=2):
             asked = replace(scene, arrivals=arrivals, absorption=absorption)
             yield kernel, asked.photon_defines, scene.made
-            if arrivals or absorption or not asked.leads:
+            if arrivals or absorption:
                 continue
             if kernel is Reflector:
                 yield kernel, {**asked.photon_defines, **PORTALS_FOR_ABSORBED_DEFINES}, scene.made
@@ -319,7 +313,7 @@ def compute_programs() -> Iterator[tuple[str, str, Made]]:
         for arrivals in (False, True):
             asked = replace(scene, arrivals=arrivals)
             yield Bounces.stem, declarations(asked.photon_defines), scene.made
-            if scene.leads and not arrivals and not scene.programs.nodes:
+            if not arrivals and not scene.programs.nodes:
                 for portals in (PORTALS_FOR_ABSORBED_DEFINES, PORTALS_BY_SHARE_DEFINES):
                     defines = declarations({**asked.photon_defines, **portals})
                     yield Bounces.stem, defines, scene.made

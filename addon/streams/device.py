@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .ahead import links_ahead
+from .driver import free_memory, listen, newest_context, nothing
 from .functions import find_function
 from .linked import Linked
 from .readback import Readback, Reading
@@ -22,27 +23,8 @@ Layer = Literal["fragment", "compute"]  # how OpenGL runs a kernel
 
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
 _CACHED_FRAMEBUFFERS = 128
-_VERSIONS = (450, 430, 410, 330)  # compute programs from 430; macOS ends at 410
-
-# GL_NVX_gpu_memory_info and GL_ATI_meminfo: the first of up to four numbers [kB]
-_FREE_MEMORY = {"GL_NVX_gpu_memory_info": 0x9049, "GL_ATI_meminfo": 0x87FC}
-# KHR_debug (glext.h)
-_DEBUG_OUTPUT, _DEBUG_OUTPUT_SYNCHRONOUS = 0x92E0, 0x8242
-_DEBUG_TYPE_ERROR, _DEBUG_SOURCE_SHADER_COMPILER = 0x824C, 0x8248
-_DebugCallback = ctypes.CFUNCTYPE(
-    None,
-    ctypes.c_uint,
-    ctypes.c_uint,
-    ctypes.c_uint,
-    ctypes.c_uint,
-    ctypes.c_int,
-    ctypes.c_char_p,
-    ctypes.c_void_p,
-)
-
 
 _WRITTEN, _READ = "by programs", "by the host"  # what a buffer is for
-_listening: list[Any] = []  # callbacks of contexts not yet released: a driver calls them to the end
 
 
 def rounded_up(number: int, least: int = 1) -> int:
@@ -62,10 +44,7 @@ class Device:
     """
 
     def __init__(self, index: int = 0) -> None:
-        arguments: dict[str, Any] = {"standalone": True}
-        if sys.platform.startswith("linux"):
-            arguments |= {"backend": "egl", "device_index": index}
-        self.ctx: Any = _newest_context(index, arguments)
+        self.ctx: Any = newest_context(index)
         try:
             self._set_up()
         except (moderngl.Error, StreamError) as error:
@@ -106,8 +85,7 @@ class Device:
         flush = None if self.is_software else find_function("glFlush")
         self._flush = ctypes.CFUNCTYPE(None)(flush) if flush else nothing
         self._launched = 0  # programs since something was last asked for
-        self._set_callback: Any = None
-        self._callback = self._listen()
+        self._stop_listening = listen(self.ctx, self.errors)
 
     def use(self) -> None:
         """Make this device's context the thread's current one: OpenGL calls go there."""
@@ -353,13 +331,7 @@ class Device:
 
     def free_memory(self) -> int | None:
         """What the GPU has left [bytes]; None where the driver does not tell."""
-        address = find_function("glGetIntegerv")
-        for extension, number in _FREE_MEMORY.items():
-            if address and extension in self.ctx.extensions:
-                values = (ctypes.c_int * 4)(-1)  # which stays, if the driver does not know either
-                ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.c_void_p)(address)(number, values)
-                return 1024 * values[0] if values[0] >= 0 else None
-        return None
+        return free_memory(self.ctx)
 
     def trim(self) -> None:
         """Return to the system what was released: on the host the C library keeps blocks of less
@@ -393,9 +365,7 @@ class Device:
         self._release_framebuffers()
         for linked in self._programs.values():
             linked.release()
-        if self._callback:
-            self._set_callback(None, None)
-            _listening.remove(self._callback)
+        self._stop_listening()
         self.ctx.release()
 
     def _release_framebuffers(self) -> None:
@@ -403,42 +373,3 @@ class Device:
         for framebuffer in self._framebuffers.values():
             framebuffer.release()
         self._framebuffers.clear()
-
-    def _listen(self) -> Any:
-        """Collect KHR_debug errors; moderngl has no call for it, so through the EGL loader."""
-        address, enable_address = map(find_function, ("glDebugMessageCallback", "glEnable"))
-        if not address or not enable_address or self.ctx.version_code < 430:
-            return None
-
-        def listen(
-            source: int, kind: int, _id: int, _severity: int, _n: int, text: bytes, _user: int
-        ) -> None:
-            # What a compiler says is raised by who links the program.
-            if kind == _DEBUG_TYPE_ERROR and source != _DEBUG_SOURCE_SHADER_COMPILER:
-                self.errors.append(text.decode(errors="replace"))
-
-        callback = _DebugCallback(listen)
-        enable = ctypes.CFUNCTYPE(None, ctypes.c_uint)(enable_address)
-        enable(_DEBUG_OUTPUT)
-        enable(_DEBUG_OUTPUT_SYNCHRONOUS)
-        self._set_callback = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address)
-        self._set_callback(ctypes.cast(callback, ctypes.c_void_p), None)
-        _listening.append(callback)
-        return callback
-
-
-def nothing() -> None:
-    """What is done where there is nothing to do."""
-
-
-def _newest_context(index: int, arguments: dict[str, Any]) -> moderngl.Context:
-    """Ask for the newest OpenGL that we use: some drivers give exactly what is asked for."""
-    for version in _VERSIONS:
-        try:
-            return moderngl.create_context(require=version, **arguments)
-        except Exception as error:  # glcontext raises bare Exception
-            reason = error
-    raise StreamError(
-        f"no OpenGL 3.3 context on device {index}: {reason}. "
-        "Install a graphics driver (on Debian: libegl1 and libgl1-mesa-dri)"
-    ) from reason

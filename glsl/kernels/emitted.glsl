@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Find the lights that a ray meets, what glows where it ends, and the world that is behind. Lamps hide nothing: a
-// ray goes on behind them.
+// Find the lights that a ray meets, what the surface emits where it ends, and the world that is behind. Lamps hide
+// nothing: a ray goes on behind them.
 #include "lib/asked_lights.glsl"
 #include "lib/hit.glsl"
 #include "lib/colour.glsl"
@@ -28,8 +28,8 @@ float weight_of_chain(Light light, int number, RayOrigin origin, vec3 direction,
     return density / (density + density_of_rays(rays, light, origin.position, normal, direction));
 }
 
-#ifdef GLOWS
-// Triangles that glow are the last lights, in the order of their numbers in the scene.
+#ifdef EMISSIVE
+// Emissive triangles are the last lights, in the order of their numbers in the scene.
 int light_of_triangle(float number) {
     int low = lamps, high = light_count - 1;
     while (low < high) {
@@ -83,21 +83,21 @@ void kernel() {
         meet(i, light_at(i).kind, origin, direction, far, is_of_eye, emitted, world);
     }
 #endif
-#ifdef GLOWS
+#ifdef EMISSIVE
     if (is_hit(hit)) {
         Triangle triangle = triangle_at(hit_triangle(hit));
-#ifdef GLOWS_BY_PROGRAMS
-        vec3 glow = load_glow().radiance;
+#ifdef EMISSION_BY_PROGRAMS
+        vec3 emission = load_emission().radiance;
 #else
-        vec3 glow = material_at(int(triangle.material)).emission;
+        vec3 emission = material_at(int(triangle.material)).emission;
 #endif
 #ifdef WEIGHED
-        if (!is_of_eye && largest(glow) > 0.0) {
+        if (!is_of_eye && largest(emission) > 0.0) {
             int light = light_of_triangle(triangle.number);
-            glow *= weight_of_chain(light_at(light), light, origin, direction, density_of(load_throughput()));
+            emission *= weight_of_chain(light_at(light), light, origin, direction, density_of(load_throughput()));
         }
 #endif
-        emitted += glow;
+        emitted += emission;
     }
 #endif
     store_emitted(Radiance(emitted, 1.0));

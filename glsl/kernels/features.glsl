@@ -34,7 +34,7 @@ void kernel() {
     }
     float all = mean(albedo) + mirrored;
 #ifdef EMITTERS
-    // What glows has no noise of its own, but edges.
+    // What surfaces emit has no noise of its own, but edges.
     albedo += load_emitted().radiance + load_environment().radiance;
 #endif
     store_albedo_seen(Radiance(clamp(throughput * albedo, 0.0, 1.0), 1.0));

@@ -34,7 +34,7 @@ const vec4 DIFFUSE_RAY = vec4(0.0, 0.0, 1.0, 0.0), GLOSSY_RAY = vec4(0.0, 0.0, 0
 vec4 asking = CAMERA_RAY;
 float scattered = 0.0;
 
-// Who sees a photon, or is lit by what glows, does so by a diffuse ray, mostly.
+// Who sees a photon, or is lit by emissive surfaces, does so by a diffuse ray, mostly.
 void ask_as_light() {
     asking = DIFFUSE_RAY;
     scattered = 1.0;

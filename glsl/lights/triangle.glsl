@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A triangle of a mesh that glows with one radiance on both sides. Its position is its first corner, its axis the
+// An emissive triangle of a mesh, of one radiance on both sides. Its position is its first corner, its axis the
 // normal; its number is that in the scene.
 // Parameters: b [mesh], number [mesh], c [mesh]. Power: W/(m^2 sr).
 #include "lib/offset.glsl"

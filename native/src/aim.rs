@@ -71,10 +71,10 @@ pub fn aimed_photons(
     photons.iter().zip(numbers).map(of_one).unzip()
 }
 
-/// How likely numbers are by a tree, over how likely they are without.
-pub fn density(nodes: &[Node], numbers: &[Numbers]) -> Vec<f32> {
+/// The pdf of numbers by a tree; without one it is 1.
+pub fn pdf(nodes: &[Node], numbers: &[Numbers]) -> Vec<f32> {
     let of_one = |numbers: &Numbers| {
-        let (mut low, mut size, mut density, mut at) = ([0.0f32; 4], [1.0f32; 4], 1.0f32, 0);
+        let (mut low, mut size, mut pdf, mut at) = ([0.0f32; 4], [1.0f32; 4], 1.0f32, 0);
         while let Some(&[axis, share, first, _]) = nodes.get(at)
             && first > 0.0
         {
@@ -82,10 +82,10 @@ pub fn density(nodes: &[Node], numbers: &[Numbers]) -> Vec<f32> {
             size[axis] *= 0.5;
             let is_low = numbers[axis] < low[axis] + size[axis];
             low[axis] += if is_low { 0.0 } else { size[axis] };
-            density *= 2.0 * if is_low { share } else { 1.0 - share };
+            pdf *= 2.0 * if is_low { share } else { 1.0 - share };
             at = first as usize + usize::from(!is_low);
         }
-        density
+        pdf
     };
     numbers.iter().map(of_one).collect()
 }
@@ -310,8 +310,8 @@ mod tests {
             both.map(|(_, &weight)| f64::from(weight)).sum::<f64>() / found.len() as f64
         };
         assert!((flux(true) * 64.0 - 1.0).abs() < 0.03 && (flux(false) - 1.0).abs() < 0.03);
-        for (density, weight) in density(&nodes, &found).iter().zip(&weights) {
-            assert!((density * weight - 1.0).abs() < 1e-5 && *weight < 4.1);
+        for (pdf, weight) in pdf(&nodes, &found).iter().zip(&weights) {
+            assert!((pdf * weight - 1.0).abs() < 1e-5 && *weight < 4.1);
         }
     }
 
@@ -328,7 +328,7 @@ mod tests {
         let numbers: Vec<Numbers> = (0..4096).map(|i| random4(1, 2, i, 3)).collect();
         let near: Vec<Numbers> = numbers.iter().map(|&[a, b, c, d]| [a, b, 1e-6 * c, d]).collect();
         let (nodes, _) = tree(&near, &vec![1.0; near.len()], 0.25, 1e-6).unwrap();
-        let ring = |radius2: f32| density(&nodes, &[[0.5, 0.5, 0.75 * radius2, 0.5]])[0] * radius2 * 0.5;
+        let ring = |radius2: f32| pdf(&nodes, &[[0.5, 0.5, 0.75 * radius2, 0.5]])[0] * radius2 * 0.5;
         for halvings in 1..18 {
             let share = ring(0.5f32.powi(halvings));
             assert!((0.004..0.03).contains(&share) || halvings == 1, "{halvings}: {share}");

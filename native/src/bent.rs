@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Lambert's lobe about a normal that nodes have bent (glsl/lib/bump_shadowing.glsl).
 
-use crate::gloss::dot;
 use crate::lanes::Lanes;
-use crate::vector::dot as product;
+use crate::vector::dot;
 
 /// The most that cosine(bent normal) / cosine(geometric normal) may scale flux (glsl/lib/constants.glsl): little
 /// comes from so low.
@@ -25,7 +24,7 @@ impl Bent {
         let [x, y, z, _] = shading;
         let [bx, by, bz, is_bent] = base;
         let (normal, base) = ([x, y, z], [bx, by, bz]);
-        let side = product(base, normal);
+        let side = dot(base, normal);
         let alpha2 = (0.125 * (1.0 / (side * side) - 1.0)).clamp(0.0, 1.0);
         (is_bent > 0.0).then_some(Bent { normal, base, geometric, side, alpha2 })
     }
@@ -34,14 +33,14 @@ impl Bent {
     #[inline(always)]
     pub(crate) fn share<L: Lanes>(&self, to_light: [L; 3]) -> L {
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
-        let fell = dot(to_light, self.geometric);
-        let cosine = dot(to_light, self.normal);
+        let fell = L::dot(to_light, L::splat3(self.geometric));
+        let cosine = L::dot(to_light, L::splat3(self.normal));
         let brighter = (cosine / fell).min(L::splat(BRIGHTEST));
         let seen = zero.less(fell) & zero.less(cosine);
         if self.normal == self.base {
             return brighter.keep(seen);
         }
-        let light = dot(to_light, self.base);
+        let light = L::dot(to_light, L::splat3(self.base));
         let leaks = (light * L::splat(self.side) * cosine).less(zero);
         let square = light * light;
         let slope = L::splat(self.alpha2) * (one / square - one).max(zero);

@@ -1,40 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//! Density estimation as in glsl/lib/density.glsl: the photon map, gathering.
+//! Density estimation as in glsl/lib/density.glsl: photons are gathered about visible points.
 
 use rayon::prelude::*;
 
-use crate::InvalidInput;
 use crate::bent::Bent;
 use crate::cuts::Cuts;
 use crate::filter::{Filter, INNER_AREA, ROUNDED2, SAME_ORIENTATION};
-use crate::gloss::Gloss;
-use crate::lanes::{COUNTING, Lanes, Row, WIDTH, widest};
+use crate::lanes::{COUNTING, Lanes, WIDTH, widest};
 use crate::microfacets::Microfacets;
-use crate::packing::{direction_with_flux, unpack_direction};
-use crate::photons::{self, Grid};
+use crate::phong::PhongLobe;
+use crate::photon_map::PhotonMap;
 use crate::radius::RadiusField;
 use crate::vector::from_frame;
 
 const BLOCK: usize = 128; // groups
 const POINTS_A_TASK: usize = 256;
-
-/// Eight photons in order of their cells, a row a quantity: together in memory where they are together in
-/// space. A group may span cells, and the last one is filled up with zeros.
-struct Group {
-    position: [Row; 3], // [scene units]
-    surface: Row,       // its number plus one
-    normal: [Row; 3],   // of the surface, a unit vector
-    flux: [Row; 3],     // [W]
-}
-
-/// A pass's photons, sorted into the cells of a grid.
-pub struct PhotonMap {
-    grid: Grid,
-    cell_start: Vec<u32>,
-    groups: Vec<Group>,
-    /// To the light, of each group; empty if no lobe asks.
-    directions: Vec<[Row; 3]>,
-}
 
 /// Visible points as streams: positions and surfaces (0: no point), normals, cuts as [`crate::cuts::cuts`]
 /// writes them, and what [`crate::coverage::coverage`] does.
@@ -60,7 +40,7 @@ pub enum Lobes<'a> {
 
 /// What gathers photons at a point besides Lambert's lobe.
 enum Gatherer {
-    Phong(Gloss),
+    Phong(PhongLobe),
     Microfacets(Microfacets),
 }
 
@@ -70,7 +50,7 @@ impl Gatherer {
         match lobes {
             Lobes::Phong(streams) => {
                 let [gathered, lobe, peak] = streams.map(|stream| stream[at]);
-                Gloss::of(gathered, lobe, peak, geometric).map(Gatherer::Phong)
+                PhongLobe::of(gathered, lobe, peak, geometric).map(Gatherer::Phong)
             }
             Lobes::Microfacets(streams) => {
                 let [gathered, [x, y, z, _], a, b, c, d, e, f] = streams.map(|stream| stream[at]);
@@ -84,7 +64,7 @@ impl Gatherer {
     #[inline(always)]
     fn value<L: Lanes>(&self, to_light: [L; 3]) -> [L; 3] {
         match self {
-            Gatherer::Phong(gloss) => gloss.value(to_light),
+            Gatherer::Phong(lobe) => lobe.value(to_light),
             Gatherer::Microfacets(lobes) => lobes.value(to_light),
         }
     }
@@ -98,104 +78,26 @@ pub struct Discs<'a> {
     pub filter: Filter,
 }
 
-impl PhotonMap {
-    /// `places` are positions and surfaces, `deposits` fluxes and packed normals; with `directions`
-    /// fluxes carry the direction to the light.
-    ///
-    /// # Errors
-    /// As [`photons::sort`]; arrays of different lengths.
-    pub fn new(
-        places: &[[f32; 4]],
-        deposits: &[[f32; 4]],
-        grid: Grid,
-        directions: bool,
-    ) -> Result<PhotonMap, InvalidInput> {
-        if places.len() != deposits.len() {
-            return Err(InvalidInput(format!(
-                "deposits has {} rows, but places has {}",
-                deposits.len(),
-                places.len()
-            )));
-        }
-        let (cell_start, order) = photons::sort(places.as_flattened(), 4, &grid)?;
-        let groups = order.par_chunks(WIDTH).map(|photons| Group::of(photons, places, deposits)).collect();
-        let directions = if directions {
-            order.par_chunks(WIDTH).map(|photons| directions_of(photons, deposits)).collect()
-        } else {
-            Vec::new()
-        };
-        Ok(PhotonMap { grid, cell_start, groups, directions })
-    }
-
-    /// Whether photons have directions, if there are any.
-    pub fn has_directions(&self) -> bool {
-        self.directions.len() == self.groups.len()
-    }
-
-    /// The irradiance at visible points, and the channels' mean within the inner radius; zeros where
-    /// there is none (glsl/kernels/gather.glsl).
-    pub fn gather(&self, points: &Points, discs: &Discs, out: &mut [[f32; 4]]) {
-        let indices = out.par_chunks_mut(POINTS_A_TASK).enumerate();
-        indices.for_each(|(chunk, out)| gather_chunk(self, points, discs, chunk * POINTS_A_TASK, out));
-    }
-
-    /// The same, and what the points' lobes send on of the photons, likewise. The map has directions.
-    pub fn gather_gloss(
-        &self,
-        points: &Points,
-        lobes: &Lobes,
-        discs: &Discs,
-        out: &mut [[f32; 4]],
-        gloss: &mut [[f32; 4]],
-    ) {
-        let both = out.par_chunks_mut(POINTS_A_TASK).zip(gloss.par_chunks_mut(POINTS_A_TASK)).enumerate();
-        both.for_each(|(chunk, (out, gloss))| {
-            gather_gloss_chunk(self, points, lobes, discs, chunk * POINTS_A_TASK, out, gloss);
-        });
-    }
-
-    /// The first and last cell along an axis that `radius` around a position may touch.
-    fn reach(&self, position: f32, axis: usize, radius: f32) -> Option<(usize, usize)> {
-        // The margin covers the rounding of photons to cells.
-        let reach = radius * 1.00001 + 1.0e-7;
-        let cell = |x: f32| ((x - self.grid.origin[axis]) / self.grid.cell_size).floor();
-        let (low, high) = (cell(position - reach), cell(position + reach));
-        let last = self.grid.cells[axis] - 1;
-        // False for NaN.
-        (low <= last as f32 && high >= 0.0).then(|| (low.max(0.0) as usize, (high as usize).min(last)))
-    }
+/// The irradiance at visible points, and the channels' mean within the inner radius; zeros where
+/// there is none (glsl/kernels/gather.glsl).
+pub fn gather(map: &PhotonMap, points: &Points, discs: &Discs, out: &mut [[f32; 4]]) {
+    let indices = out.par_chunks_mut(POINTS_A_TASK).enumerate();
+    indices.for_each(|(chunk, out)| gather_chunk(map, points, discs, chunk * POINTS_A_TASK, out));
 }
 
-impl Group {
-    /// Photons by their numbers, eight or, at the end, fewer.
-    fn of(photons: &[u32], places: &[[f32; 4]], deposits: &[[f32; 4]]) -> Group {
-        let none = Row([0.0; WIDTH]);
-        let mut group = Group { position: [none; 3], surface: none, normal: [none; 3], flux: [none; 3] };
-        for (lane, &photon) in photons.iter().enumerate() {
-            let (place, deposit) = (&places[photon as usize], &deposits[photon as usize]);
-            let normal = unpack_direction(deposit[3]);
-            for axis in 0..3 {
-                group.position[axis].0[lane] = place[axis];
-                group.normal[axis].0[lane] = normal[axis];
-                group.flux[axis].0[lane] = deposit[axis];
-            }
-            group.surface.0[lane] = place[3];
-        }
-        group
-    }
-}
-
-/// Of photons by their numbers, eight or fewer.
-fn directions_of(photons: &[u32], deposits: &[[f32; 4]]) -> [Row; 3] {
-    let mut rows = [Row([0.0; WIDTH]); 3];
-    for (lane, &photon) in photons.iter().enumerate() {
-        let [r, g, b, _] = deposits[photon as usize];
-        let direction = direction_with_flux([r, g, b]);
-        for axis in 0..3 {
-            rows[axis].0[lane] = direction[axis];
-        }
-    }
-    rows
+/// The same, and the radiance that the points' lobes reflect of the photons, likewise. The map has directions.
+pub fn gather_lobes(
+    map: &PhotonMap,
+    points: &Points,
+    lobes: &Lobes,
+    discs: &Discs,
+    out: &mut [[f32; 4]],
+    reflected: &mut [[f32; 4]],
+) {
+    let both = out.par_chunks_mut(POINTS_A_TASK).zip(reflected.par_chunks_mut(POINTS_A_TASK)).enumerate();
+    both.for_each(|(chunk, (out, reflected))| {
+        gather_lobes_chunk(map, points, lobes, discs, chunk * POINTS_A_TASK, out, reflected);
+    });
 }
 
 /// A visible point whose photons are summed up.
@@ -220,11 +122,6 @@ fn directions(normal: [f32; 3], [ax, ay, bx, by]: Cuts) -> [[f32; 3]; 2] {
     [from_frame(normal, [ax, ay, 0.0]), from_frame(normal, [bx, by, 0.0])]
 }
 
-#[inline(always)]
-fn dot<L: Lanes>(a: [L; 3], b: [L; 3]) -> L {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 /// Sums over the photons about a point: flux weighted by the filter, and the channels' sum weighted by the inner
 /// filter, both without their constant factors; then the same of what the other lobes reflect. Called with a
 /// constant filter, so that no group of photons has to branch on it.
@@ -233,7 +130,7 @@ fn sums_about<L: Lanes>(
     map: &PhotonMap,
     point: &Point,
     filter: Filter,
-    gloss: Option<&Gatherer>,
+    lobes: Option<&Gatherer>,
 ) -> [[f32; 4]; 2] {
     let is_cut = point.cuts != [0.0; 4];
     let [in_x, in_y, in_z] = point.cells;
@@ -246,7 +143,7 @@ fn sums_about<L: Lanes>(
     let (tilt, inner_tilt) = (L::splat3(a), L::splat3(b));
     let (none, one) = (L::splat(0.0), L::splat(1.0));
     let (mut red, mut green, mut blue, mut inner) = (none, none, none, none);
-    let mut sent = [none; 4];
+    let mut reflected = [none; 4];
     for row_z in in_z.0..=in_z.1 {
         for row_y in in_y.0..=in_y.1 {
             let row = (row_z * map.grid.cells[1] + row_y) * map.grid.cells[0];
@@ -265,7 +162,7 @@ fn sums_about<L: Lanes>(
                     next += WIDTH;
                     let [x, y, z] = L::load3(&photons.position);
                     let offset = [x - position[0], y - position[1], z - position[2]];
-                    let d2 = dot(offset, offset);
+                    let d2 = L::dot(offset, offset);
                     let mut near = d2.less_equal(square);
                     if L::bits(near) == 0 {
                         continue;
@@ -277,18 +174,18 @@ fn sums_about<L: Lanes>(
                         near = near & L::splat(from).less_equal(lane) & lane.less(L::splat(to));
                     }
                     if is_cut {
-                        near = near & !(one.less(dot(offset, first)) | one.less(dot(offset, second)));
+                        near = near & !(one.less(L::dot(offset, first)) | one.less(L::dot(offset, second)));
                     }
-                    let height = dot(offset, normal);
+                    let height = L::dot(offset, normal);
                     near = near
                         & (height * height * L::splat(2.0)).less_equal(d2 + L::splat(ROUNDED2))
                         & L::load(&photons.surface).equal(L::splat(point.surface))
-                        & L::splat(SAME_ORIENTATION).less_equal(dot(L::load3(&photons.normal), normal));
+                        & L::splat(SAME_ORIENTATION).less_equal(L::dot(L::load3(&photons.normal), normal));
                     let x2 = d2 * inverse;
                     let mut weight = filter.shapes(x2).keep(near);
                     let flux = L::load3(&photons.flux);
                     if is_cut {
-                        weight = weight * (one + dot(offset, tilt));
+                        weight = weight * (one + L::dot(offset, tilt));
                     }
                     let mut kept = one;
                     if let Some(bent) = &point.bent {
@@ -301,11 +198,11 @@ fn sums_about<L: Lanes>(
                     let inside = near & x2.less_equal(L::splat(INNER_AREA));
                     let mut inner_weight = filter.shapes(x2 * L::splat(1.0 / INNER_AREA)).keep(inside);
                     if is_cut {
-                        inner_weight = inner_weight * (one + dot(offset, inner_tilt));
+                        inner_weight = inner_weight * (one + L::dot(offset, inner_tilt));
                     }
                     i = i + (flux[0] + flux[1] + flux[2]) * (inner_weight * kept);
-                    if let Some(gloss) = gloss {
-                        let value = gloss.value(L::load3(&map.directions[number / WIDTH]));
+                    if let Some(lobes) = lobes {
+                        let value = lobes.value(L::load3(&map.directions[number / WIDTH]));
                         let [r, g, b] = [flux[0] * value[0], flux[1] * value[1], flux[2] * value[2]];
                         on[0] = on[0] + r * weight;
                         on[1] = on[1] + g * weight;
@@ -314,19 +211,19 @@ fn sums_about<L: Lanes>(
                     }
                 }
                 (red, green, blue, inner) = (red + r, green + g, blue + b, inner + i);
-                if gloss.is_some() {
-                    for (sum, part) in sent.iter_mut().zip(on) {
+                if lobes.is_some() {
+                    for (sum, part) in reflected.iter_mut().zip(on) {
                         *sum = *sum + part;
                     }
                 }
             }
         }
     }
-    let [sent_red, sent_green, sent_blue, sent_inner] = sent;
-    let sent = [sent_red.sum(), sent_green.sum(), sent_blue.sum(), sent_inner.sum()];
+    let [r, g, b, i] = reflected;
+    let reflected = [r.sum(), g.sum(), b.sum(), i.sum()];
     let [outer_scale, inner_scale] = point.scales;
     let scale = [outer_scale, outer_scale, outer_scale, inner_scale];
-    [[red.sum(), green.sum(), blue.sum(), inner.sum()], sent]
+    [[red.sum(), green.sum(), blue.sum(), inner.sum()], reflected]
         .map(|sums| std::array::from_fn(|k| sums[k] * scale[k]))
 }
 
@@ -363,13 +260,13 @@ fn sums_by_filter<L: Lanes>(
     map: &PhotonMap,
     point: &Point,
     filter: Filter,
-    gloss: Option<&Gatherer>,
+    lobes: Option<&Gatherer>,
 ) -> [[f32; 4]; 2] {
     match filter {
-        Filter::Constant => sums_about::<L>(map, point, Filter::Constant, gloss),
-        Filter::Cone => sums_about::<L>(map, point, Filter::Cone, gloss),
-        Filter::Gaussian => sums_about::<L>(map, point, Filter::Gaussian, gloss),
-        Filter::Epanechnikov => sums_about::<L>(map, point, Filter::Epanechnikov, gloss),
+        Filter::Constant => sums_about::<L>(map, point, Filter::Constant, lobes),
+        Filter::Cone => sums_about::<L>(map, point, Filter::Cone, lobes),
+        Filter::Gaussian => sums_about::<L>(map, point, Filter::Gaussian, lobes),
+        Filter::Epanechnikov => sums_about::<L>(map, point, Filter::Epanechnikov, lobes),
     }
 }
 
@@ -391,24 +288,24 @@ widest! {
 }
 
 widest! {
-    fn gather_gloss_chunk<L>(
+    fn gather_lobes_chunk<L>(
         map: &PhotonMap,
         points: &Points,
         lobes: &Lobes,
         discs: &Discs,
         first: usize,
         out: &mut [[f32; 4]],
-        gloss: &mut [[f32; 4]],
+        reflected: &mut [[f32; 4]],
     ) {
-        for (i, (out, sent)) in out.iter_mut().zip(gloss).enumerate() {
-            (*out, *sent) = ([0.0; 4], [0.0; 4]);
+        for (i, (out, reflected)) in out.iter_mut().zip(reflected).enumerate() {
+            (*out, *reflected) = ([0.0; 4], [0.0; 4]);
             let at = first + i;
             let Some(point) = point_at(map, points, discs, at) else { continue };
             let peak = discs.filter.peak(point.radius * point.radius);
             if let Some(lobes) = Gatherer::of(lobes, at, point.normal) {
                 let [sums, of_lobes] = sums_by_filter::<L>(map, &point, discs.filter, Some(&lobes));
                 *out = scaled(sums, peak);
-                *sent = scaled(of_lobes, peak);
+                *reflected = scaled(of_lobes, peak);
             } else {
                 let [sums, _] = sums_by_filter::<L>(map, &point, discs.filter, None);
                 *out = scaled(sums, peak);

@@ -57,6 +57,12 @@ pub(crate) trait Lanes:
         [Self::load(&rows[0]), Self::load(&rows[1]), Self::load(&rows[2])]
     }
 
+    /// The dot products of vectors.
+    #[inline(always)]
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    }
+
     #[inline(always)]
     fn sum(self) -> f32 {
         let [a, b, c, d, e, f, g, h] = self.store().0;

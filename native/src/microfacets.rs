@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Lobes of microfacets of a visible point, which photons are gathered with (glsl/lib/ggx.glsl).
 
-use crate::gloss::{MOST_BRIGHTER, dot};
 use crate::lanes::Lanes;
-use crate::vector::{dot as product, frame_about};
+use crate::phong::MOST_BRIGHTER;
+use crate::vector::{dot, frame_about};
 
 const HORIZON: f32 = 1.0e-6; // no lobe below this cosine
 const ASPECT_STEPS: f32 = 585.0; // an octave
@@ -40,7 +40,7 @@ impl Microfacets {
     ) -> Option<Microfacets> {
         let [x, y, z, albedo] = gathered;
         let normal = [x, y, z];
-        if !(albedo > 0.0 && product(to_viewer, normal) > HORIZON) {
+        if !(albedo > 0.0 && dot(to_viewer, normal) > HORIZON) {
             return None;
         }
         let [first, second] = records;
@@ -53,8 +53,8 @@ impl Microfacets {
     #[inline(always)]
     pub(crate) fn value<L: Lanes>(&self, to_light: [L; 3]) -> [L; 3] {
         let zero = L::splat(0.0);
-        let cosine = dot(to_light, self.normal);
-        let fell = dot(to_light, self.geometric);
+        let cosine = L::dot(to_light, L::splat3(self.normal));
+        let fell = L::dot(to_light, L::splat3(self.geometric));
         let seen = L::splat(HORIZON).less(cosine) & zero.less(fell);
         let mut sum = [zero; 3];
         if L::bits(seen) == 0 {
@@ -83,7 +83,7 @@ impl Lobe {
         let (x, y) = frame_about(normal);
         let turned = |a: f32, b: f32| std::array::from_fn(|i| a * x[i] + b * y[i]);
         let frame = [turned(cos, sin), turned(-sin, cos)];
-        let viewer = [product(to_viewer, frame[0]), product(to_viewer, frame[1]), product(to_viewer, normal)];
+        let viewer = [dot(to_viewer, frame[0]), dot(to_viewer, frame[1]), dot(to_viewer, normal)];
         let alpha = [both / aspect, both * aspect];
         let along = [alpha[0] * viewer[0], alpha[1] * viewer[1], viewer[2]];
         let constant = 0.5 / (std::f32::consts::PI * alpha[0] * alpha[1]);
@@ -91,7 +91,7 @@ impl Lobe {
             frame,
             viewer,
             alpha,
-            stretched: product(along, along).sqrt(),
+            stretched: dot(along, along).sqrt(),
             scale: [red * constant, green * constant, blue * constant],
             f0: [r, g, b],
             dip: [dip_r, dip_g, dip_b],
@@ -101,7 +101,8 @@ impl Lobe {
 
     #[inline(always)]
     fn value<L: Lanes>(&self, to_light: [L; 3], lz: L) -> [L; 3] {
-        let (lx, ly) = (dot(to_light, self.frame[0]), dot(to_light, self.frame[1]));
+        let (lx, ly) =
+            (L::dot(to_light, L::splat3(self.frame[0])), L::dot(to_light, L::splat3(self.frame[1])));
         let [vx, vy, vz] = L::splat3(self.viewer);
         let [ax, ay] = [L::splat(self.alpha[0]), L::splat(self.alpha[1])];
         let [hx, hy, hz] = [lx + vx, ly + vy, lz + vz];

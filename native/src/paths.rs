@@ -13,7 +13,7 @@ use crate::packing::{flux_with_direction, pack_direction};
 use crate::portals::{Portal, Portals};
 use crate::random::{DIMENSION_LIGHT, DIMENSION_LIGHT_POINT, DIMENSION_REFLECT, random4};
 use crate::trace::{Tree, Visible};
-use crate::vector::{dot, from_frame, normal_of, point_in, sin_cos_of_turns};
+use crate::vector::{Vector, dot, from_frame, normal_of, point_in, sin_cos_of_turns};
 use crate::watertight::SURFACE_OFFSET;
 use crate::watertight::{Hit, Ray};
 use crate::wide::Stack;
@@ -22,8 +22,6 @@ const T_MAX: f32 = 3.0e38; // as in glsl/lib/constants.glsl
 const PHOTONS_A_TASK: usize = 1024;
 /// Of what a diffuse surface scatters, what goes through portals at least, as in glsl/lib/photon_roulette.glsl.
 const LEAST_BY_PORTAL: f32 = 0.2;
-
-type Vector = [f32; 3];
 
 /// What photons meet: scenes whose materials have Lambert's lobe and a mirror or Phong's at most, and whose
 /// lights are points and spots. The GLSL does all others.

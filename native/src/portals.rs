@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Rectangles through which photons reach what the picture shows, as glsl/lib/openings.glsl has them.
 
-use crate::vector::{cross, dot};
+use crate::vector::{Vector, cross, dot};
 
 /// As in addon/photon/stage/needs.py.
 pub(crate) const MOST_PORTALS: usize = 4;
-
-type Vector = [f32; 3];
 
 /// Portal of layouts.rs.
 pub type Portal = [[f32; 4]; 3];

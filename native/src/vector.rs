@@ -3,6 +3,8 @@
 
 use std::f32::consts::PI;
 
+pub(crate) type Vector = [f32; 3];
+
 pub(crate) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -13,11 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from addon.photon.backends.backend import open_device
 from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Image, Light, Scene, area_light, environment_light, sun_light
 from addon.photon.settings import Settings
-from addon.photon.ways.way import open_device
 from tests.scenes import Builder, camera, plain_light, plain_material
 
 VIEW = camera((4.5, -5.0, 3.0), (0, 0, 0.8), 45)

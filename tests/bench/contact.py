@@ -16,10 +16,10 @@ import time
 
 import numpy as np
 
+from addon.photon.backends.backend import open_device
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
-from addon.photon.ways.way import open_device
 from addon.streams import Device
 from tests.regression.cycles import open_blend
 

@@ -18,11 +18,11 @@ from dataclasses import replace
 import numpy as np
 
 from addon.denoiser import Denoiser
+from addon.photon.backends.backend import open_device
 from addon.photon.film.denoise import denoised
 from addon.photon.prepare import prepare
 from addon.photon.scene import Lens, Scene
 from addon.photon.settings import Settings
-from addon.photon.ways.way import open_device
 from addon.streams import Device
 from tests.regression.cycles import open_blend
 

@@ -82,9 +82,9 @@ def cycles(folder: Path, names: Sequence[str], size: int, device: str) -> None:
 
 def ours(folder: Path, names: Sequence[str], size: int, seeds: int) -> None:
     """Climb, and print all curves."""
+    from addon.photon.backends.backend import open_device
     from addon.photon.scene import Scene
     from addon.photon.settings import Settings
-    from addon.photon.ways.way import open_device
 
     device = open_device(Settings())
     for name in names:

@@ -12,11 +12,11 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from addon.photon.backends.backend import open_device
+from addon.photon.backends.native_kernels import NativeTracer
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
-from addon.photon.ways.native_kernels import NativeTracer
-from addon.photon.ways.way import open_device
 from addon.streams import Device, HostKernel, Kernel
 
 BEFORE, PASSES = 2, 4  # passes that are not counted, and that are

@@ -17,7 +17,7 @@ import numpy as np
 from addon.photon.kernels.launch import launch
 from addon.photon.prepare import prepare
 from addon.photon.scene import Instruction, Result, Scene
-from addon.photon.settings import Backend, Settings
+from addon.photon.settings import BackendName, Settings
 from addon.photon.stage import straight
 from addon.streams import Device
 from tests.scenes import cornell
@@ -68,7 +68,7 @@ def measured(device: Device, scene: Scene, backend: str) -> tuple[float, float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("backend", nargs="?", default="auto", choices=get_args(Backend))
+    parser.add_argument("backend", nargs="?", default="auto", choices=get_args(BackendName))
     backend, device = parser.parse_args().backend, Device()
     print(f"{device.name}, {backend}: ns a point, seconds to set up")
     most = straight.MOST_INSTRUCTIONS

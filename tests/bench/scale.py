@@ -16,11 +16,11 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
+from addon.photon.backends.backend import open_device
 from addon.photon.memory import Budget
 from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings
-from addon.photon.ways.way import open_device
 from tests.bench.host import resident
 from tests.scenes import cornell, hills
 
@@ -60,7 +60,7 @@ def measure(number: str, size: int, backend: str) -> tuple[int, list[float], lis
     return (
         size,
         [*start, *fastest],
-        [Budget(scene, settings, renderer.way).needed(), taken],
+        [Budget(scene, settings, renderer.backend).needed(), taken],
     )
 
 

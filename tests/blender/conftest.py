@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An empty Blender scene for every test, and a way to see what the exporter makes of it."""
+"""An empty Blender scene for every test, a small room, and what the exporter and Cycles make of
+them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -13,9 +15,10 @@ from numpy.typing import NDArray
 
 import addon
 from addon.blender.export import Report, SpecularModel, snapshot
+from addon.blender.export.textures import KEPT_PIXELS
 from addon.photon.scene import Material, Scene
 
-from .build import add_mesh
+from .build import add_light, add_mesh, add_node, finish, new_world, shader_material
 
 Picture = NDArray[np.float32]
 Export = Callable[..., tuple[Scene, Report]]
@@ -134,3 +137,35 @@ def cycles_mean(tmp_path: Path) -> Callable[[int, int], Picture]:
         return pixels.reshape(height, width, 4)
 
     return run
+
+
+@pytest.fixture
+def room(scene) -> bpy.types.Scene:
+    """A floor, a wall, a mirror and a spotlight before a grey world; 32 x 32 pixels."""
+    grey = shader_material("ShaderNodeBsdfDiffuse", "Grey", Color=(0.7, 0.6, 0.5, 1))
+    mirror = shader_material("ShaderNodeBsdfGlossy", "Mirror", Roughness=0.0)
+    add_mesh("Floor", scale=(3, 3, 1)).data.materials.append(grey)
+    add_mesh(
+        "Wall", location=(-3, 0, 3), rotation_euler=(0, math.pi / 2, 0), scale=(3, 3, 1)
+    ).data.materials.append(grey)
+    add_mesh("Mirror", location=(1.5, 0, 1), rotation_euler=(0.3, -0.3, 0)).data.materials.append(
+        mirror
+    )
+    add_light("Spot", "SPOT", energy=500.0, location=(0, 0, 6), spot_size=1.8)
+    world = new_world(scene)
+    finish(world, add_node(world, "ShaderNodeBackground", Color=(0.1, 0.2, 0.3, 1)))
+    scene.render.engine = "PHOTON_STREAM"
+    scene.render.resolution_x = scene.render.resolution_y = 32
+    scene.photon_stream.passes, scene.photon_stream.photons = 2, 4096
+    scene.photon_stream.use_photons = True
+    view_layer = scene.view_layers[0]
+    view_layer.use_pass_z = view_layer.use_pass_normal = True
+    return scene
+
+
+@pytest.fixture
+def nothing_kept() -> Iterator[None]:
+    """No pixels of images are kept from export to export."""
+    KEPT_PIXELS.clear()
+    yield
+    KEPT_PIXELS.clear()

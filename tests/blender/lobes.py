@@ -10,7 +10,9 @@ import bpy
 import pytest
 
 from addon.blender.export import SpecularModel
-from addon.photon.scene import Lobe
+from addon.photon.scene import MIRROR, RGB, Lobe, Material
+
+from .build import add_node, finish, new_material
 
 GGX, PHONG = SpecularModel
 BLACK = (0.0, 0.0, 0.0)
@@ -38,3 +40,34 @@ def assert_lobe(lobe: Lobe, kind: str, colour: Any, parameters: Any, **others: A
         assert lobe.parameters[name] == near(value), name
     assert lobe.weight == near(others.get("weight", 1.0))
     assert lobe.covered == near(tuple(others.get("covered", BLACK)))
+
+
+def specular(material: Material) -> RGB:
+    """The reflectance of the paper's only lobe."""
+    return material.lobes[0].colour if material.lobes else BLACK
+
+
+def exponent(material: Material) -> float:
+    (lobe,) = material.lobes
+    if lobe.kind == "mirror":
+        assert not lobe.parameters
+        return MIRROR
+    assert lobe.kind == "phong" and list(lobe.parameters) == ["exponent"]
+    return lobe.parameters["exponent"]
+
+
+def joined(kind: str, first: dict, second: dict, factor: float | None = None) -> bpy.types.Material:
+    """Two shaders in a Mix or Add Shader."""
+    material, tree = new_material()
+    node = tree.nodes.new(kind)
+    sockets = list(node.inputs)[-2:]
+    if factor is not None:
+        node.inputs[0].default_value = factor
+    for shader, socket in zip((first, second), sockets, strict=True):
+        tree.links.new(add_node(tree, **shader).outputs[0], socket)
+    finish(tree, node)
+    return material
+
+
+mixed = partial(joined, "ShaderNodeMixShader")
+added = partial(joined, "ShaderNodeAddShader")

@@ -66,7 +66,7 @@ def test_mixed(convert, joint, factor, share) -> None:
     assert converted.diffuse == near((0.5 if factor is None else 0.5 * factor,) * 3)
 
 
-def test_each_instance_glows(export, scene) -> None:
+def test_each_instance_emits(export, scene) -> None:
     """Where it is."""
     cube = add_mesh("Cube", CUBE)
     cube.data.materials.append(shader_material(EMISSION, Strength=1.0))
@@ -74,8 +74,8 @@ def test_each_instance_glows(export, scene) -> None:
     copy.location = (5, 0, 0)
     scene.collection.objects.link(copy)
     exported, _ = export()
-    glows = np.array([m.glows for m in exported.materials])[exported.material]
-    assert glows.all() and len(glows) == 24
+    emissive = np.array([m.is_emissive for m in exported.materials])[exported.material]
+    assert emissive.all() and len(emissive) == 24
     assert np.ptp(exported.vertices[exported.triangles].mean(axis=(0, 1))[:1]) == 0
     assert exported.vertices[:, 0].max() == pytest.approx(6.0)
 
@@ -88,7 +88,7 @@ def test_each_instance_glows(export, scene) -> None:
         (DIFFUSE, "Is Glossy Ray", ["Emission by Light Path"]),
     ],
 )
-def test_what_glows_otherwise_than_in_cycles_is_named(convert, other, ray, named) -> None:
+def test_what_emits_otherwise_than_in_cycles_is_named(convert, other, ray, named) -> None:
     material, tree = new_material()
     both = tree.nodes.new("ShaderNodeMixShader")
     if ray:
@@ -100,7 +100,7 @@ def test_what_glows_otherwise_than_in_cycles_is_named(convert, other, ray, named
     assert features(convert(material)[1], "approximated") == named
 
 
-def test_textured_glow_is_named(convert) -> None:
+def test_textured_emission_is_named(convert) -> None:
     """Of its place on a triangle a light knows nothing."""
     material, tree = new_material()
     noise = tree.nodes.new("ShaderNodeTexNoise")

@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -16,50 +15,22 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.blender.export import pixels, textures
-from addon.blender.export.textures import KEPT_PIXELS
-from addon.photon.errors import SceneError
 from addon.photon.scene import Scene
 from tests.measure import render
 
-from .build import add_light, add_mesh, add_node, add_object, finish, new_material
+from .build import add_light, add_node, add_object, finish
 from .image_files import write, write_exr, write_png
+from .image_panels import HEIGHT, RANDOM, SPAN, WIDTH, load, noise, quad, textured
 
-pytestmark = pytest.mark.blender
+pytestmark = [pytest.mark.blender, pytest.mark.usefixtures("nothing_kept")]
 
 SIDE = 16  # [px] of a panel's picture
-SPAN = (-0.5, 1.5)  # of UV coordinates: texels' and pixels' edges meet for WIDTH x HEIGHT texels
-WIDTH, HEIGHT = 4, 2
 SAMPLES = 144
-RANDOM = np.random.default_rng(1)
 EXTENSIONS = ("REPEAT", "EXTEND", "CLIP", "MIRROR")
 MODES = ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE")
 
 Panels = dict[str, bpy.types.Material]  # by what they show
 Compare = Callable[..., tuple[Scene, list[str]]]
-
-
-def noise(dtype: Any, channels: int, low: float = 0.6, high: float = 0.85) -> NDArray[Any]:
-    found = RANDOM.uniform(low, high, (HEIGHT, WIDTH, channels))
-    return (found * np.iinfo(dtype).max if np.dtype(dtype).kind == "u" else found).astype(dtype)
-
-
-def load(path: Path, **settings: Any) -> bpy.types.Image:
-    image = bpy.data.images.load(str(path))
-    if name := settings.pop("space", None):
-        image.colorspace_settings.name = name
-    if settings.pop("packed", False):
-        image.pack()
-    for key, value in settings.items():
-        setattr(image, key, value)
-    return image
-
-
-@pytest.fixture(autouse=True)
-def nothing_kept() -> Iterator[None]:
-    KEPT_PIXELS.clear()
-    yield
-    KEPT_PIXELS.clear()
 
 
 @pytest.fixture
@@ -68,19 +39,6 @@ def stage(scene: bpy.types.Scene) -> bpy.types.Scene:
     add_light("Sun", "SUN", energy=math.pi, angle=0.0)
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
     return scene
-
-
-def textured(
-    image: bpy.types.Image | None, kind: str = "ShaderNodeTexImage", **settings: Any
-) -> tuple[Any, Any]:
-    """A material whose diffuse colour is an image, and its Image Texture."""
-    material, tree = new_material()
-    node = tree.nodes.new(kind)
-    node.image = image
-    for key, value in settings.items():
-        setattr(node, key, value)
-    finish(tree, add_node(tree, "ShaderNodeBsdfDiffuse", Color=node.outputs["Color"]))
-    return material, node
 
 
 def with_alpha(image: bpy.types.Image, what: str) -> bpy.types.Material:
@@ -98,15 +56,6 @@ def with_alpha(image: bpy.types.Image, what: str) -> bpy.types.Material:
         tree.links.new(node.outputs["Color"], tiny.inputs[2])
         tree.links.new(tiny.outputs[0], diffuse.inputs["Color"])
     return material
-
-
-def quad(material: bpy.types.Material, at: tuple[float, float], span: Any) -> None:
-    obj = add_mesh("Panel", location=(*at, 0.0))
-    low, high = span
-    layer = obj.data.uv_layers.new(name="UVMap")
-    corners = [low, low, high, low, high, high, low, high]
-    layer.uv.foreach_set("vector", np.array(corners, np.float32))
-    obj.data.materials.append(material)
 
 
 @pytest.fixture
@@ -155,9 +104,7 @@ def equal_share(ours: NDArray[Any], theirs: NDArray[Any]) -> float:
 
 def test_interpolation_and_extension(compare, tmp_path) -> None:
     image = load(write_png(tmp_path / "a.png", noise(np.uint8, 3)))
-    options = product(
-        ("Linear", "Closest", "Cubic", "Smart"), ("REPEAT", "EXTEND", "CLIP", "MIRROR")
-    )
+    options = product(("Linear", "Closest", "Cubic", "Smart"), EXTENSIONS)
     scene, lost = compare(
         {f"{i} {e}": textured(image, interpolation=i, extension=e)[0] for i, e in options}
     )
@@ -342,27 +289,6 @@ def test_emission(compare, tmp_path) -> None:
     assert len(lost) == 1 and "as a light each triangle is as bright as in the mean" in lost[0]
 
 
-def exported(export: Any, image: bpy.types.Image | None, **settings: Any) -> tuple[Any, list[str]]:
-    """The first texture of an image on a panel, and what is not exact."""
-    for obj in [o for o in bpy.data.objects if o.type == "MESH"]:
-        bpy.data.objects.remove(obj)
-    quad(textured(image, **settings)[0], (0, 0), SPAN)
-    scene, report = export()
-    return scene.textures, [str(x) for x in report.entries if x.status != "exact"]
-
-
-@pytest.mark.stability(71)
-def test_texels_that_are_not_finite(export, stage, tmp_path) -> None:
-    some = noise(np.float32, 4)
-    some[0, 1, 0], some[1, 2, 3], some[0, 3, 2] = np.nan, np.inf, 1e30
-    textures_, lost = exported(export, load(write_exr(tmp_path / "odd.exr", some)))
-    (texture,) = textures_
-    assert not texture.pixels[0, 1].any() and not texture.pixels[1, 2].any()
-    assert texture.pixels.dtype == np.float32  # half numbers do not reach that far
-    np.testing.assert_allclose(texture.pixels[0, 3], some[0, 3], rtol=1e-6)
-    assert len(lost) == 1 and "2 are not finite" in lost[0]
-
-
 def test_texture_limit(compare, stage, tmp_path) -> None:
     """Simplify's, as Cycles halves what is larger."""
     stage.render.use_simplify, stage.cycles.texture_limit_render = True, "128"
@@ -377,65 +303,3 @@ def test_texture_limit(compare, stage, tmp_path) -> None:
     shapes = [texture.pixels.shape[1::-1] for texture in scene.textures]
     assert shapes == [(128, 64), (64, 32), (1, 75), (128, 128)]
     assert len(lost) == 3 and all("Simplify's texture limit" in text for text in lost)
-
-
-@pytest.mark.stability(71)
-def test_no_memory_to_read(export, stage, tmp_path, monkeypatch) -> None:
-    image = load(write_png(tmp_path / "large.png", noise(np.uint8, 3)))
-    monkeypatch.setattr(pixels, "free_host_memory", lambda: 100)
-    with pytest.raises(SceneError, match=r"image 'large.png' of 4x2 pixels needs .* are free"):
-        exported(export, image)
-
-
-def test_pixels_are_read_once(export, stage, tmp_path, monkeypatch) -> None:
-    """Until the file, the image or how it is read changes; what is painted is always read."""
-    reads: list[str] = []
-    read = textures.read_pixels
-
-    def counted(image: Any, *options: Any) -> Any:
-        reads.append(image.name)
-        return read(image, *options)
-
-    monkeypatch.setattr(textures, "read_pixels", counted)
-    path = write_png(tmp_path / "a.png", noise(np.uint8, 3))
-    image = load(path)
-
-    def pixels_now(**settings: Any) -> NDArray[Any]:
-        ((texture, *_), _) = exported(export, image, **settings)
-        return texture.pixels
-
-    first = pixels_now()
-    assert pixels_now() is first and pixels_now(interpolation="Cubic") is first
-    assert len(reads) == 1 and not image.has_data  # Blender need not hold it, too
-    write_png(path, noise(np.uint8, 3))
-    image.reload()
-    assert not np.array_equal(pixels_now(), first) and len(reads) == 2
-    image.colorspace_settings.name = "Non-Color"
-    pixels_now()
-    image.pack()
-    packed = pixels_now()
-    assert len(reads) == 4 and pixels_now() is packed and len(reads) == 4
-    image.pixels[0] = 0.0
-    assert pixels_now()[0, 0, 0] == 0 and pixels_now()[0, 0, 0] == 0 and len(reads) == 6
-
-
-def test_kept_pixels_have_bounds() -> None:
-    kept = textures.Kept(room=100)
-    for number in range(5):
-        kept.keep(number, pixels.Stored(np.zeros((4, 10, 1), np.uint8), False, 0, False, False))
-        assert kept.get(0) if number < 2 else True
-    assert [number for number in range(5) if kept.get(number)] == [3, 4]
-
-
-@pytest.mark.thorough
-def test_a_large_image_is_read_quickly(export, stage) -> None:
-    """4096 x 4096 of bytes, and again of what was kept."""
-    image = bpy.data.images.new("large", 4096, 4096)
-    image.generated_type = "COLOR_GRID"
-    exported(export, image)
-    KEPT_PIXELS.clear()
-    start = time.perf_counter()
-    exported(export, image)
-    between = time.perf_counter()
-    exported(export, image)
-    assert between - start < 1.0 and time.perf_counter() - between < 0.2

@@ -58,8 +58,8 @@ def instanced(
     modified.modifiers.new("Scatter", "NODES").node_group = tree
 
 
-def glowing(kind: str, output: str, **properties: object) -> bpy.types.Material:
-    """Glows as an output of a node says."""
+def emissive(kind: str, output: str, **properties: object) -> bpy.types.Material:
+    """Emits what an output of a node says."""
     material, tree = new_material()
     node = add_node(tree, kind)
     for name, value in properties.items():
@@ -103,7 +103,7 @@ def test_attributes_of_instances(export, cycles_mean, device, kind, ids) -> None
     part = bpy.data.objects.new("Part", new_mesh("Part", CUBE))
     part.scale = (0.4, 0.4, 0.4)
     node = "ShaderNodeAttribute"
-    tint = glowing(node, "Color", attribute_name="tint", attribute_type="INSTANCER")
+    tint = emissive(node, "Color", attribute_name="tint", attribute_type="INSTANCER")
     part.data.materials.append(tint)
     collection.objects.link(part)
     instanced(collection if kind == "collection" else part, kind, add_mesh("Points"), ids)
@@ -114,7 +114,7 @@ def test_attributes_of_instances(export, cycles_mean, device, kind, ids) -> None
 def test_particles(export, cycles_mean, device, output) -> None:
     """Cubes that a plane emits, one frame after another."""
     part = add_mesh("Part", CUBE, location=(50.0, 0.0, 0.0))
-    part.data.materials.append(glowing("ShaderNodeParticleInfo", output))
+    part.data.materials.append(emissive("ShaderNodeParticleInfo", output))
     emitter = add_mesh("Emitter")
     emitter.show_instancer_for_render = False
     emitter.modifiers.new("Emits", "PARTICLE_SYSTEM")
@@ -128,7 +128,7 @@ def test_particles(export, cycles_mean, device, output) -> None:
 
 @pytest.mark.parametrize("output", ["UV", "Generated"])
 def test_coordinates_of_the_instancer(export, cycles_mean, device, output) -> None:
-    material = glowing("ShaderNodeTexCoord", output, from_instancer=True)
+    material = emissive("ShaderNodeTexCoord", output, from_instancer=True)
     part = add_mesh("Part", CUBE, scale=(0.2, 0.2, 0.2))
     part.data.materials.append(material)
     whole = add_mesh("Whole", ([(x / 2, y / 2, 0) for y in (-2, 0, 2) for x in (-2, 0, 2)], FACES))

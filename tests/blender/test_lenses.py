@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.blender.properties import film_of
+from addon.blender.settings import film_of
 from tests.measure import render
 
 from .build import add_mesh

@@ -12,8 +12,8 @@ import pytest
 
 from addon.blender import properties
 from addon.blender.export import SpecularModel
-from addon.blender.properties import settings_from
-from addon.photon.settings import Backend, Estimator, Filter, Settings, SplatShape
+from addon.blender.settings import settings_from
+from addon.photon.settings import BackendName, Estimator, Filter, Settings, SplatShape
 
 pytestmark = pytest.mark.blender
 
@@ -154,7 +154,7 @@ def test_animated_seed(scene) -> None:
     ("items", "kind"),
     [
         (properties.ESTIMATORS, Estimator),
-        (properties.BACKENDS, Backend),
+        (properties.BACKENDS, BackendName),
         (properties.FILTERS, Filter),
         (properties.SPLAT_SHAPES, SplatShape),
     ],

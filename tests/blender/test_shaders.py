@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shader nodes become lobes: the paper's, or GGX as Cycles evaluates it."""
+"""Every shader node becomes lobes, as Cycles evaluates it."""
 
 from __future__ import annotations
 
-from functools import partial
 from itertools import product
 
 import bpy
@@ -12,7 +11,6 @@ import pytest
 
 from addon.blender.export import SpecularModel
 from addon.blender.export.shaders import READERS
-from addon.photon.scene import MIRROR, RGB, Material
 from addon.photon.stage.kinds import COLOUR, check_kinds, lobe_kinds
 
 from .build import add_mesh, add_node, features, finish, new_material, shader_material
@@ -28,46 +26,13 @@ from .lobes import (
     PRINCIPLED,
     RED,
     assert_lobe,
+    joined,
     microfacets,
+    mixed,
     near,
-    needs_metallic,
 )
 
 pytestmark = pytest.mark.blender
-
-
-def specular(material: Material) -> RGB:
-    """The reflectance of the paper's only lobe."""
-    return material.lobes[0].colour if material.lobes else BLACK
-
-
-def exponent(material: Material) -> float:
-    (lobe,) = material.lobes
-    if lobe.kind == "mirror":
-        assert not lobe.parameters
-        return MIRROR
-    assert lobe.kind == "phong" and list(lobe.parameters) == ["exponent"]
-    return lobe.parameters["exponent"]
-
-
-def joined(kind: str, first: dict, second: dict, factor: float | None = None) -> bpy.types.Material:
-    """Two shaders in a Mix or Add Shader."""
-    material, tree = new_material()
-    node = tree.nodes.new(kind)
-    sockets = list(node.inputs)[-2:]
-    if factor is not None:
-        node.inputs[0].default_value = factor
-    for shader, socket in zip((first, second), sockets, strict=True):
-        tree.links.new(add_node(tree, **shader).outputs[0], socket)
-    finish(tree, node)
-    return material
-
-
-mixed = partial(joined, "ShaderNodeMixShader")
-added = partial(joined, "ShaderNodeAddShader")
-
-
-# Every reader.
 
 SHADERS = {
     "BSDF_DIFFUSE": DIFFUSE,
@@ -254,170 +219,14 @@ def test_coats_have_normals_of_their_own(convert, linked, kind) -> None:
 
 def test_emission_below_a_coat(convert) -> None:
     """A tinted coat of index 1 lets its tint through."""
-    glow = {"Emission_Color": GOLD, "Emission_Strength": 2.0}
+    emission = {"Emission_Color": GOLD, "Emission_Strength": 2.0}
     coat = {"Coat_Weight": 0.5, "Coat_IOR": 1.0, "Coat_Tint": RED}
-    material, report = convert(shader_material(PRINCIPLED, **glow, **coat))
+    material, report = convert(shader_material(PRINCIPLED, **emission, **coat))
     expected = (2.0 * g * (0.5 + 0.5 * r) for g, r in zip(GOLD[:3], RED[:3], strict=True))
     assert max(material.emission) < 2.0
     found = np.array(material.emission) / tuple(expected)
     assert found.max() - found.min() < 0.2 and 0.5 < found.mean() < 1.0
     assert features(report, "approximated") == ["Emission below a coat"]
-
-
-# The paper's lobes.
-
-
-def test_sharp_glossy_is_an_exact_mirror(convert) -> None:
-    for model in SpecularModel:
-        material, report = convert(shader_material(GLOSSY, Color=RED, Roughness=0.0), model)
-        assert material.diffuse == BLACK
-        assert specular(material) == near(RED[:3])
-        assert exponent(material) == MIRROR
-        assert features(report, "exact") == ["Shader"]
-        bpy.data.objects.remove(bpy.data.objects["Plane"])
-
-
-def test_rough_glossy_is_a_phong_lobe(convert) -> None:
-    material, report = convert(shader_material(GLOSSY, Color=RED, Roughness=0.5), PHONG)
-    assert exponent(material) == pytest.approx(2.0 / 0.5**4 - 2.0)
-    assert features(report, "approximated") == ["Roughness 0.5"]
-
-
-def test_hardly_rough_glossy_is_a_mirror_and_says_so(convert) -> None:
-    material, report = convert(shader_material(GLOSSY, Roughness=0.01), PHONG)
-    assert exponent(material) == MIRROR
-    assert features(report, "approximated") == ["Roughness 0.01"]
-
-
-@pytest.mark.parametrize(
-    ("inputs", "diffuse", "reflected"),
-    [
-        ({"Metallic": 1.0}, 0.0, 0.5),
-        ({"Specular_IOR_Level": 0.0}, 0.5, 0.0),
-        ({}, 0.5 * (1 - 0.04), 0.04),
-        ({"Metallic": 0.5}, 0.25 * (1 - 0.04), 0.25 + 0.02),
-        ({"IOR": 2.0}, 0.5 * (1 - 1 / 9), 1 / 9),
-    ],
-)
-def test_principled_as_phong(convert, inputs, diffuse, reflected) -> None:
-    grey = (0.5, 0.5, 0.5, 1.0)
-    node = {"Base_Color": grey, "IOR": 1.5, "Metallic": 0.0, "Roughness": 0.5} | inputs
-    material, report = convert(shader_material(PRINCIPLED, **node), PHONG)
-    assert material.diffuse == pytest.approx((diffuse,) * 3, abs=1e-6)
-    assert specular(material) == pytest.approx((reflected,) * 3, abs=1e-6)
-    if reflected:
-        assert "Principled reflection" in features(report, "approximated")
-        assert exponent(material) == pytest.approx(30.0)
-    else:
-        assert features(report, "exact") == ["Shader"]
-
-
-@needs_metallic
-def test_metallic_as_phong(convert) -> None:
-    material, report = convert(shader_material(METALLIC, Base_Color=GOLD, Roughness=0.5), PHONG)
-    assert (material.diffuse, specular(material)) == (BLACK, near(GOLD[:3]))
-    assert exponent(material) == pytest.approx(30.0)
-    assert "Metal" in features(report, "approximated")
-
-
-@pytest.mark.parametrize("model", SpecularModel)
-def test_glass_is_the_same_in_either_model(convert, model) -> None:
-    material, report = convert(shader_material(GLASS, Color=RED, IOR=2.0, Roughness=0.5), model)
-    assert [lobe.kind for lobe in material.lobes] == ["ggx_glass"]
-    assert features(report, "exact") == ["Shader"]
-
-
-# Several shaders.
-
-
-def test_mix_weighs_its_shaders(convert) -> None:
-    """A mirror's reflectance takes its share, of either model."""
-    for model in SpecularModel:
-        white = {"kind": GLOSSY, "Color": (1, 1, 1, 1), "Roughness": 0.0}
-        material, report = convert(mixed({"kind": DIFFUSE, "Color": RED}, white, 0.25), model)
-        assert material.diffuse == near(tuple(0.75 * c for c in RED[:3]))
-        assert specular(material) == near((0.25,) * 3)
-        assert features(report, "exact") == ["Shader"]
-        bpy.data.objects.remove(bpy.data.objects["Plane"])
-
-
-def test_mix_of_ggx(convert) -> None:
-    """Weights and covered albedos take their shares; colours are what Fresnel's curves begin at."""
-    plastic = {"kind": PRINCIPLED, "Base_Color": RED, "Roughness": 0.3, "Metallic": 0.5}
-    gloss = {"kind": GLOSSY, "Color": GOLD, "Roughness": 0.6}
-    material, report = convert(mixed(plastic, gloss, 0.25))
-    metal, coat, glossy = material.lobes
-    parameters = microfacets(0.3)
-    white = {"tint": (1.0, 1.0, 1.0)}
-    assert_lobe(metal, "ggx_metal", RED[:3], parameters | white, weight=0.375)
-    under = tuple(0.375 * c for c in RED[:3])
-    curve = parameters | {"ior": 1.5}
-    assert_lobe(coat, "ggx_dielectric", (0.04,) * 3, curve, weight=0.375, covered=under)
-    assert_lobe(glossy, "ggx", GOLD[:3], microfacets(0.6), weight=0.25)
-    assert material.diffuse == BLACK
-    assert features(report, "exact") == ["Shader"]
-
-
-def test_mix_of_one_lobe_over_two_bases(convert) -> None:
-    """Lobes of one shape become one, over what both cover."""
-    red, gold = ({"kind": PRINCIPLED, "Base_Color": c, "Roughness": 0.3} for c in (RED, GOLD))
-    material, _ = convert(mixed(red, gold, 0.25))
-    (lobe,) = material.lobes
-    covered = tuple(0.75 * a + 0.25 * b for a, b in zip(RED[:3], GOLD[:3], strict=True))
-    parameters = microfacets(0.3) | {"ior": 1.5}
-    assert_lobe(lobe, "ggx_dielectric", (0.04,) * 3, parameters, covered=covered)
-
-
-@pytest.mark.parametrize("factor", [0.0, 1.0])
-def test_mix_of_one_alone(convert, factor) -> None:
-    red, gold = ({"kind": GLOSSY, "Color": c, "Roughness": 0.3} for c in (RED, GOLD))
-    (lobe,) = convert(mixed(red, gold, factor))[0].lobes
-    assert_lobe(lobe, "ggx", (GOLD if factor else RED)[:3], microfacets(0.3))
-
-
-@pytest.mark.parametrize("model", SpecularModel)
-def test_add_keeps_lobes_of_two_shapes(convert, model) -> None:
-    grey, dim = (0.3, 0.3, 0.3, 1), (0.1, 0.1, 0.1, 1)
-    rough = {"kind": GLOSSY, "Color": grey, "Roughness": 0.5}
-    material, _ = convert(added(rough, {"kind": GLOSSY, "Color": dim, "Roughness": 0.0}), model)
-    broad, mirror = material.lobes
-    assert broad.colour == near((0.3,) * 3)
-    assert_lobe(mirror, "mirror", dim[:3], {})
-    if model is GGX:
-        assert_lobe(broad, "ggx", grey[:3], microfacets(0.5))
-    else:
-        assert_lobe(broad, "phong", grey[:3], {"exponent": 30.0})
-
-
-@pytest.mark.parametrize("model", SpecularModel)
-def test_add_joins_lobes_of_one_shape(convert, model) -> None:
-    grey = {"kind": GLOSSY, "Color": (0.3, 0.3, 0.3, 1), "Roughness": 0.5}
-    material, _ = convert(added(grey, grey), model)
-    (lobe,) = material.lobes
-    assert lobe.weight * np.array(lobe.colour) == near(np.full(3, 0.6))
-
-
-def test_too_bright_sums_are_scaled_and_named(convert) -> None:
-    for model in SpecularModel:
-        diffuse = {"kind": DIFFUSE, "Color": (0.9, 0.3, 0.3, 1)}
-        mirror = {"kind": GLOSSY, "Color": (0.6, 0.6, 0.6, 1), "Roughness": 0.0}
-        converted, report = convert(added(diffuse, mirror), model)
-        assert converted.diffuse == near((0.6, 0.3, 0.3))
-        assert specular(converted) == near((0.4, 0.6, 0.6))
-        assert features(report, "approximated") == ["Albedo above 1"]
-        bpy.data.objects.remove(bpy.data.objects["Plane"])
-
-
-def test_too_bright_sums_of_ggx(convert) -> None:
-    """A white dielectric and a white lobe: each gives way by half."""
-    white = (1, 1, 1, 1)
-    plastic = {"kind": PRINCIPLED, "Base_Color": white, "Roughness": 0.3}
-    converted, report = convert(added(plastic, {"kind": GLOSSY, "Color": white, "Roughness": 0.5}))
-    coat, glossy = converted.lobes
-    assert glossy.colour == near((0.5,) * 3)
-    assert coat.covered == near((0.5,) * 3)
-    assert converted.head_on().max() <= 1.0 + 1e-2
-    assert features(report, "approximated") == ["Albedo above 1"]
 
 
 @pytest.mark.parametrize(
@@ -435,10 +244,11 @@ def test_unknown_shaders_are_named(convert, kind, status, model) -> None:
 
 
 @pytest.mark.parametrize("name", ["COLOR", "MELANIN", "ABSORPTION"])
-def test_principled_hair_has_its_colour(convert, name) -> None:
+@pytest.mark.parametrize("model", ["CHIANG", "HUANG"])
+def test_principled_hair_has_its_colour(convert, model, name) -> None:
     """That of much of it, whatever tells it: half of all melanin, all of it dark."""
     absorbed = np.log(2.0) * np.array((0.506, 0.841, 1.653))
-    seen = np.exp(-np.sqrt(absorbed) * 5.8887)  # at a roughness of 0.3
+    seen = np.exp(-np.sqrt(absorbed) * 5.8887)  # at a roughness of 0.3, a new node's
     inputs = {
         "COLOR": {"Color": (*seen, 1.0)},
         "MELANIN": {"Melanin": 0.5, "Melanin Redness": 0.0, "Tint": (1.0, 1.0, 1.0, 1.0)},
@@ -446,8 +256,8 @@ def test_principled_hair_has_its_colour(convert, name) -> None:
     }
     material, tree = new_material()
     hair = add_node(tree, "ShaderNodeBsdfHairPrincipled")
-    hair.parametrization = name
-    for socket, given in (inputs[name] | {"Radial Roughness": 0.3}).items():
+    hair.model, hair.parametrization = model, name
+    for socket, given in inputs[name].items():
         hair.inputs[socket].default_value = given
     finish(tree, hair)
     assert convert(material)[0].diffuse == pytest.approx(seen, rel=1e-3)
@@ -456,7 +266,7 @@ def test_principled_hair_has_its_colour(convert, name) -> None:
 @pytest.mark.parametrize(
     ("kind", "expected"), [("ShaderNodeRGB", (0.5, 0.5, 0.5)), ("ShaderNodeValue", (0.5,) * 3)]
 )
-def test_colours_in_place_of_shaders_glow(convert, kind, expected) -> None:
+def test_colours_in_place_of_shaders_are_emitted(convert, kind, expected) -> None:
     material, tree = new_material()
     node = add_node(tree, kind)
     half = 0.5 if kind == "ShaderNodeValue" else (0.5, 0.5, 0.5, 1.0)

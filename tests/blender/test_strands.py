@@ -76,7 +76,7 @@ def children() -> bpy.types.Object:
 
 
 def asked(name: str, output: str = "Color", **properties: str) -> bpy.types.Material:
-    """A material that glows as a node says."""
+    """A material that emits what a node says."""
     material, tree = new_material(output)
     node = add_node(tree, name)
     for key, value in properties.items():
@@ -131,7 +131,7 @@ def test_what_they_tell_is_cycles(export, cycles_mean, device, make, node, outpu
     scene.cycles_curves.shape = "THICK"
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
     ours = render(device, export()[0], width=SIZE, height=SIZE, passes=16, photons=0)
-    pictures = ours["Combined"], cycles_mean(16, 0).clip(0.0)  # here nothing glows negatively
+    pictures = ours["Combined"], cycles_mean(16, 0).clip(0.0)  # here no emission is negative
     ours, cycles = (block_means(picture[..., :3]) for picture in pictures)
     assert cycles.max() > 0.05 and np.abs(ours - cycles).mean() < 0.05 * cycles.mean()
 

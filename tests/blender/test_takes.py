@@ -59,7 +59,7 @@ def add(name: str, shape: Any, kind: str, colour: Any, **properties: Any) -> bpy
     return obj
 
 
-def glowing(name: str, **properties: Any) -> bpy.types.Object:
+def emissive(name: str, **properties: Any) -> bpy.types.Object:
     obj = add(name, PLATE, "ShaderNodeEmission", (0.2, 1.0, 0.3), **properties)
     emission = obj.data.materials[0].node_tree.nodes
     next(x for x in emission if x.type == "EMISSION").inputs["Strength"].default_value = 3.0
@@ -132,14 +132,14 @@ def test_negative_lamps(table, export, device) -> None:
 
 
 def test_light_groups(table, export, device) -> None:
-    """Each as Cycles has it, by lamps, what glows and the world; one lamp is in none."""
+    """Each as Cycles has it, by lamps, an emissive panel and the world; one lamp is in none."""
     layer = bpy.context.view_layer
     for name in ("Key", "Fill", "Sky"):
         layer.lightgroups.add(name=name)
     bpy.data.objects["Key"].lightgroup = "Key"
     fill = add_light("Fill", "AREA", energy=100, size=1.0, location=(2.5, -1, 2.5))
     fill.rotation_euler, fill.lightgroup = (0.3, 0.9, 0), "Fill"
-    glowing("Glow", location=(1.0, 1.5, 0.2)).lightgroup = "Fill"
+    emissive("Panel", location=(1.0, 1.5, 0.2)).lightgroup = "Fill"
     rim = add_light("Rim", "POINT", energy=40, color=(1, 0.3, 0.1), location=(2, 2, 2))
     rim.lightgroup = "Elsewhere"  # the view layer has no such group
     table.world.lightgroup = "Sky"
@@ -152,11 +152,11 @@ def test_light_groups(table, export, device) -> None:
 
 @pytest.mark.parametrize("is_transparent", [True, pytest.param(False, marks=pytest.mark.thorough)])
 def test_shadow_catchers(table, export, device, is_transparent) -> None:
-    """Floor and wall catch; before them a clear plate, one that glows, and an area light."""
+    """Floor and wall catch; before them a clear plate, an emissive one, and an area light."""
     for name in ("Floor", "Back"):
         bpy.data.objects[name].is_shadow_catcher = True
     add("Clear", PLATE, "ShaderNodeBsdfTransparent", (0.5, 0.7, 0.5), location=(0.3, -0.8, 0))
-    glowing("Glow", location=(1.2, 2.0, 0.2))
+    emissive("Panel", location=(1.2, 2.0, 0.2))
     add_light("Fill", "AREA", energy=60, size=0.7, location=(1.5, 2, 2.5), rotation_euler=(1, 0, 0))
     ours, theirs = both(export, device, 256, is_transparent)
     a, b = block_means(ours["Combined"]), block_means(theirs["Combined"])

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.blender.properties import transparent_bounces_of
+from addon.blender.settings import transparent_bounces_of
 from tests.measure import render
 
 from .build import (

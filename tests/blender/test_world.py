@@ -10,7 +10,8 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.blender.export import environment, world_nodes
+from addon.blender.export import environment, pixels, world_nodes
+from addon.blender.export.pixels import floats_of
 from addon.photon.scene import FOUND_BY
 from tests.measure import render
 
@@ -178,6 +179,19 @@ def test_sky_texture(scene, export) -> None:
     assert second.lights[0].power == (3.0,) * 3
 
 
+def test_images_of_one_channel_are_grey(scene, export, monkeypatch) -> None:
+    """In nodes that Blender evaluates."""
+    monkeypatch.setattr(pixels, "floats_of", lambda image: floats_of(image)[..., :1])
+    tree = new_world(scene)
+    node = tree.nodes.new("ShaderNodeTexEnvironment")
+    node.image = image_of(RANDOM, float_buffer=True)
+    root = add_node(tree, "ShaderNodeGamma", Color=node.outputs[0], Gamma=0.5)
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=root.outputs[0]))
+    (image,) = export()[0].images
+    assert np.ptp(image.pixels, axis=2).max() < 1e-6
+    assert image.pixels.mean() == pytest.approx(np.sqrt(RANDOM[..., 0]).mean(), rel=0.05)
+
+
 def test_what_cannot_be_evaluated_is_named(scene, export, monkeypatch) -> None:
     """By the node that asks for more than a direction, or by what Blender said."""
     tree = new_world(scene)
@@ -189,7 +203,7 @@ def test_what_cannot_be_evaluated_is_named(scene, export, monkeypatch) -> None:
     (entry,) = (e for e in export()[1].of("ignored") if "World" in e.object)
     assert "Gamma" in entry.feature and "'Light Path'" in entry.detail
     tree.links.remove(power.inputs["Gamma"].links[0])
-    monkeypatch.setattr(world_nodes, "PATIENCE", 1e-3)
+    monkeypatch.setattr(world_nodes, "TIMEOUT", 1e-3)
     (entry,) = (e for e in export()[1].of("ignored") if "World" in e.object)
     assert "Blender could not evaluate it" in entry.detail and "timed out" in entry.detail
 

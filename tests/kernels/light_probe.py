@@ -12,8 +12,9 @@ from addon.photon.kernels.records import LIGHT
 from addon.photon.scene import Image, Light
 from addon.photon.stage.environments import environment_table
 from addon.photon.stage.geometry import Frame
-from addon.photon.stage.kinds import light_defines, light_kinds, made_lights
+from addon.photon.stage.kinds import light_kinds
 from addon.photon.stage.light_tables import light_table
+from addon.photon.stage.switches import light_defines, made_lights
 from addon.streams import Table, When
 from tests.kernels.conftest import Bench
 from tests.unit.glsl_files import VALUE, declare

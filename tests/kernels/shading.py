@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from addon.photon.kernels.records import CORNER_NORMALS, SPACE, TRIANGLE
 from addon.photon.kernels.shade import Shade
 from addon.photon.scene import Material
-from addon.photon.stage.kinds import made_bsdf
 from addon.photon.stage.material_tables import material_tables
 from addon.photon.stage.programs import program_tables
+from addon.photon.stage.switches import made_bsdf
 from addon.streams import Made
 from tests.kernels.conftest import Bench
 

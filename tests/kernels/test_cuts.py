@@ -11,11 +11,11 @@ import photon_stream_native as native
 import pytest
 from numpy.typing import NDArray
 
+from addon.photon.backends.native_kernels import tracer_of
 from addon.photon.kernels.coverage import Coverage
 from addon.photon.kernels.cuts import Cuts
 from addon.photon.settings import Filter
 from addon.photon.stage.geometry import Frame, Mesh
-from addon.photon.ways.native_kernels import tracer_of
 from tests.kernels.conftest import Bench
 from tests.scenes import GREY, Builder, cornell, corners_of, plain_material
 

@@ -10,8 +10,8 @@ import pytest
 
 from addon.photon.kernels.direct import ShadowRays
 from addon.photon.stage.geometry import Frame
-from addon.photon.stage.kinds import made_bsdf, made_lights
 from addon.photon.stage.light_tables import light_table
+from addon.photon.stage.switches import made_bsdf, made_lights
 from tests.kernels.conftest import Bench
 from tests.kernels.statistics import excess
 from tests.scenes import plain_light

@@ -11,8 +11,8 @@ import pytest
 
 from addon.photon.kernels.generator import Generator
 from addon.photon.stage.geometry import Frame
-from addon.photon.stage.kinds import made_lights
 from addon.photon.stage.light_tables import choose_lights, light_table
+from addon.photon.stage.switches import made_lights
 from tests.kernels.conftest import Bench
 from tests.scenes import emitted_flux, plain_light
 

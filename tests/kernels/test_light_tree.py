@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from addon.photon.kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE
 from addon.photon.scene import BLACK, Light, Material, point_light, spot_light, world_light
+from addon.photon.stage.emissive import emissive_triangles, triangle_lights
 from addon.photon.stage.geometry import Frame, Mesh
-from addon.photon.stage.glow import glowing, triangle_lights
-from addon.photon.stage.kinds import made_lights
 from addon.photon.stage.light_tables import (
     choose_lights,
     flux_of,
@@ -26,6 +25,7 @@ from addon.photon.stage.light_tables import (
     tree_of,
 )
 from addon.photon.stage.light_tree import Bounds, light_tree
+from addon.photon.stage.switches import made_lights
 from addon.streams import Table, Uniform
 from tests.kernels.conftest import Bench
 from tests.scenes import Builder, camera
@@ -80,7 +80,7 @@ def triangles(seed: int) -> NDArray[Any]:
     scene = built.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [Material("", BLACK, (), (1, 2, 3))])
     mesh = Mesh.build(scene, HERE)
     glow = np.array([material.emission for material in scene.materials])
-    return triangle_lights(scene, mesh, glow[scene.material[glowing(scene, mesh)]])
+    return triangle_lights(scene, mesh, glow[scene.material[emissive_triangles(scene, mesh)]])
 
 
 TABLES = {

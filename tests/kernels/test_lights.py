@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.scene import Light
-from addon.photon.stage.glow import TRIANGLE
+from addon.photon.stage.emissive import TRIANGLE
 from addon.photon.stage.kinds import light_kinds
 from tests.kernels.conftest import Bench
 from tests.kernels.light_probe import (

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from addon.photon.kernels.records import LOBE, MATERIAL_LOBE, SHAPE
 from addon.photon.scene import Lobe, Material
-from addon.photon.scene.values import COATS
-from addon.photon.stage.kinds import lobe_kinds, made_bsdf
+from addon.photon.scene.materials import COATS
+from addon.photon.stage.kinds import lobe_kinds
 from addon.photon.stage.material_tables import material_tables
 from addon.photon.stage.programs import program_tables
+from addon.photon.stage.switches import made_bsdf
 from addon.streams import Uniform
 from tests.kernels.conftest import Bench
 from tests.kernels.statistics import Cells, assert_density

@@ -10,6 +10,8 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
+from addon.photon.backends.native_kernels import NativeTracer, NativeTriangles, tracer_of
+from addon.photon.backends.native_photon_grid import NativePhotonGrid
 from addon.photon.kernels.records import HIT, RAY_DIRECTION, RAY_ORIGIN
 from addon.photon.kernels.tracer import Tracer
 from addon.photon.photons.mapper import PhotonBatch
@@ -20,8 +22,6 @@ from addon.photon.settings import Filter, Settings
 from addon.photon.stage.geometry import Mesh, frame_of
 from addon.photon.stage.light_tables import choose_lights, light_table
 from addon.photon.stage.upload import texels_of, upload_table
-from addon.photon.ways.native_kernels import NativeTracer, NativeTriangles, tracer_of
-from addon.photon.ways.native_photon_grid import NativePhotonGrid
 from addon.streams import Device, Stream, StreamError
 from tests.measure import render
 from tests.scenes import cornell

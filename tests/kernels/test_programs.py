@@ -16,9 +16,9 @@ from addon.photon.errors import SceneError
 from addon.photon.kernels.shade import Shade
 from addon.photon.scene import Instruction, Material, Result
 from addon.photon.stage import straight
-from addon.photon.stage.kinds import made_nodes
 from addon.photon.stage.programs import MOST_REGISTERS, allocated, program_tables, registers_of
 from addon.photon.stage.straight import made_programs, straight_code
+from addon.photon.stage.switches import made_nodes
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import cornell

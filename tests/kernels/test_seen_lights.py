@@ -23,8 +23,8 @@ from addon.photon.scene import (
     sun_light,
     world_light,
 )
+from addon.photon.stage.emissive import emissive_triangles, triangle_lights
 from addon.photon.stage.geometry import Mesh
-from addon.photon.stage.glow import glowing, triangle_lights
 from tests.kernels.conftest import Bench
 from tests.kernels.light_probe import (
     BOUNDS,
@@ -98,7 +98,7 @@ def glowing_triangle() -> NDArray[Any]:
     scene = replace(scene, vertices=scene.vertices + _at(MIDDLE - 0.25))
     mesh = Mesh.build(scene, FRAME)
     glow = np.array([material.emission for material in scene.materials])
-    return triangle_lights(scene, mesh, glow[scene.material[glowing(scene, mesh)]])
+    return triangle_lights(scene, mesh, glow[scene.material[emissive_triangles(scene, mesh)]])
 
 
 EACH = [pytest.param(light, id=light.name) for light in SEEN_LIGHTS]

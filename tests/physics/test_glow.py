@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.scene import BLACK, Instruction, Lobe, Material, Result, Scene, point_light
-from addon.photon.stage import glow
+from addon.photon.stage import emissive
 from addon.photon.stage.light_tables import FOUND_BITS
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
@@ -114,7 +114,7 @@ def test_white_furnace(
     if found_by == "shadow rays" and alpha < 0.3:
         pytest.skip("a sharp lobe by shadow rays to all around is noise")
     bits = {"lobes": ("chains",), "shadow rays": ("glossy",), "both": ("glossy", "chains")}
-    monkeypatch.setattr(glow, "EVERYONE", sum(FOUND_BITS[name] for name in bits[found_by]))
+    monkeypatch.setattr(emissive, "EVERYONE", sum(FOUND_BITS[name] for name in bits[found_by]))
     scene, settings = in_a_glowing_ball(lobe), {"width": 24, "height": 24, "photons": 0}
     depth = 0 if found_by == "shadow rays" else 4
     images = render(device, scene, **settings, passes=80, mirror_depth=depth)

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from addon.photon.backends.backend import open_device
 from addon.photon.settings import Settings
-from addon.photon.ways.way import open_device
 from tests.measure import render
 from tests.scenes import random_room
 

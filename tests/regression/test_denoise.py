@@ -105,8 +105,8 @@ def test_what_it_leaves_alone(device: Device) -> None:
 def test_strips_change_no_bit(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     made = []
     for strip in (1 << 19, 24 * 4):
-        monkeypatch.setattr("addon.photon.ways.way.STRIP_PIXELS", strip)
-        monkeypatch.setattr("addon.photon.ways.way.GPU_STRIP_PIXELS", strip)
+        monkeypatch.setattr("addon.photon.backends.backend.STRIP_PIXELS", strip)
+        monkeypatch.setattr("addon.photon.backends.backend.GPU_STRIP_PIXELS", strip)
         renderer = rendered(device, cornell(True), replace(SMALL, denoise=True))
         made.append(renderer.images())
         renderer.release()

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from addon.photon.backends import backend as backend_module
 from addon.photon.film.film import Statistics, merged
 from addon.photon.film.picture import picture_of
 from addon.photon.film.strips import strips_of
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
-from addon.photon.ways import way
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import cornell
@@ -141,7 +141,7 @@ def test_strips_are_the_whole(
     ways = {"backend": backend, "estimator": estimator, "passes": 8} | settings
     whole = picture(device, **ways)
     for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
-        monkeypatch.setattr(way, name, pixels)
+        monkeypatch.setattr(backend_module, name, pixels)
     assert len(strips_of(Settings(**CHOICES | ways).frame_region, pixels)) > 1
     part = picture(device, **ways)
     for name, image in whole.items():

@@ -34,7 +34,7 @@ RENDER = """
 import json, sys
 import numpy as np
 from addon.photon.errors import PhotonStreamError
-from addon.photon.ways.way import open_device
+from addon.photon.backends.backend import open_device
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from tests.measure import render_clean

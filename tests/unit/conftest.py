@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from addon.photon.photons.kept import Kept
 from addon.streams import Device
 from tests.unit.glsl_files import use_root
 
@@ -22,3 +24,10 @@ def layer(request: pytest.FixtureRequest, device: Device) -> str:
     if request.param == "compute" and not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     return request.param
+
+
+@pytest.fixture
+def kept(device: Device) -> Iterator[Kept]:
+    made = Kept(device)
+    yield made
+    made.release()

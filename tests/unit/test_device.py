@@ -9,10 +9,10 @@ import moderngl
 import numpy as np
 import pytest
 
+from addon.photon.backends.backend import open_device
 from addon.photon.errors import DeviceError
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
-from addon.photon.ways.way import open_device
 from addon.streams import Device, StreamError
 from tests.scenes import cornell
 

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from addon.photon.backends.backend import backend_of
+from addon.photon.backends.sizes import TEXEL, Bytes
 from addon.photon.errors import SceneError
 from addon.photon.memory import Budget
 from addon.photon.photons.kept import same_but_view
@@ -18,8 +20,6 @@ from addon.photon.scene import Image, Scene, environment_light
 from addon.photon.scene.snapshot import INLINE, pack, unpack
 from addon.photon.settings import Settings
 from addon.photon.stage.environments import environment_table, solid_angles
-from addon.photon.ways.sizes import TEXEL, Bytes
-from addon.photon.ways.way import way_of
 from addon.streams import Device
 from tests.scenes import cornell
 
@@ -66,7 +66,7 @@ def test_files_and_messages_hold_images(tmp_path: Path) -> None:
 def test_memory_is_told(device: Device) -> None:
     """As a table on the device, and once more on the host while that is made."""
     settings = Settings(8, 8, backend="fragment")
-    budget = Budget(with_images(Image("one", SOME)), settings, way_of(settings, device))
+    budget = Budget(with_images(Image("one", SOME)), settings, backend_of(settings, device))
     part = next(part for part in budget.parts() if part.name == "image pixels")
     assert (part.count, part.size) == (512, Bytes(TEXEL * 512, TEXEL * 512))
 

@@ -89,10 +89,10 @@ def test_streams_alone_loads_no_photon() -> None:
     assert "addon.streams.kernel" in result.stdout and "addon.photon" not in result.stdout
 
 
-# What tells devices apart, and the ways to use them: asked for in ways/ alone.
+# What tells devices apart, and the backends: asked for in backends/ alone.
 ASKING = {"is_software", "prefers_native", "keeps_lists", "has_compute", "choose_layer"}
 TOLD_APART = {"HostKernel", "HostDeposits", "DeviceDeposits", "HostRadii", "DeviceRadii"}
-TOLD_APART |= {"Way", "ResidentWay", "NativeWay", "PhotonGrid", "NativePhotonGrid"}
+TOLD_APART |= {"Backend", "ResidentBackend", "NativeBackend", "PhotonGrid", "NativePhotonGrid"}
 LAYERS = {"fragment", "compute", "native"}
 
 
@@ -111,19 +111,20 @@ def questions(text: str) -> Iterator[int]:
                 yield node.lineno
 
 
-def test_only_ways_asks_which_device_runs() -> None:
+def test_only_backends_ask_which_device_runs() -> None:
     asked = {
         f"{file.relative_to(ADDON)}:{line}"
         for room in ("photon", "blender")
         for file in (ADDON / room).rglob("*.py")
         for line in questions(file.read_text(encoding="utf-8"))
     }
-    assert {place for place in asked if not place.startswith("photon/ways/")} == set()
-    assert asked  # ways/ does
+    assert {place for place in asked if not place.startswith("photon/backends/")} == set()
+    assert asked  # backends/ do
 
 
 @pytest.mark.parametrize(
-    "text", ["x = device.is_software", "isinstance(a, (HostKernel, B))", 'y = way.name == "native"']
+    "text",
+    ["x = device.is_software", "isinstance(a, (HostKernel, B))", 'y = a.name == "native"'],
 )
 def test_questions_are_seen(text: str) -> None:
     assert list(questions(text)) == [1]

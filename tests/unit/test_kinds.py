@@ -17,7 +17,8 @@ from addon.photon.kernels.shade import Shade
 from addon.photon.prepare import prepare
 from addon.photon.scene import Light, Lobe, Material, Scene, phong
 from addon.photon.settings import Settings
-from addon.photon.stage.kinds import check_kinds, light_kinds, lobe_kinds, made_bsdf, made_lights
+from addon.photon.stage.kinds import check_kinds, light_kinds, lobe_kinds
+from addon.photon.stage.switches import made_bsdf, made_lights
 from addon.photon.variants import drawn, kernels
 from addon.streams import Device, HostKernel, Kernel, StreamError
 from tests.kernels.light_probe import IMAGE

@@ -12,6 +12,9 @@ from typing import Any
 import pytest
 
 from addon.photon import memory
+from addon.photon.backends import backend as backend_module
+from addon.photon.backends.backend import backend_of
+from addon.photon.backends.sizes import FIXED
 from addon.photon.errors import SceneError, SettingsError
 from addon.photon.eye.compaction import Compaction
 from addon.photon.memory import Budget
@@ -20,9 +23,6 @@ from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene, phong
 from addon.photon.settings import Settings
-from addon.photon.ways import way
-from addon.photon.ways.sizes import FIXED
-from addon.photon.ways.way import way_of
 from addon.streams import Device, Stream, StreamError, draw
 from tests.scenes import cornell
 
@@ -32,20 +32,16 @@ SMALL = Settings(width=24, height=16, photons=1000, passes=1)
 MEASURE = """
 import sys
 from addon.photon.memory import Budget
-from addon.photon.ways.way import open_device, way_of
+from addon.photon.backends.backend import backend_of, open_device
 from addon.photon.prepare import prepare
-from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings
-from addon.photon.ways import way
-from addon.photon.ways.sizes import FIXED
-from addon.photon.ways.way import way_of
 from tests.bench.host import resident
 from tests.scenes import cornell, hills
 backend, size, photons, quads = sys.argv[1], *map(int, sys.argv[2:])
 settings = Settings(width=size, height=size, photons=photons, backend=backend, passes=1)
 scene = hills(quads) if quads else cornell(True)
 device = open_device(settings)
-budget = Budget(scene, settings, way_of(settings, device))
+budget = Budget(scene, settings, backend_of(settings, device))
 before = resident("VmRSS")
 renderer = prepare(scene, settings, device)
 renderer.render_pass()
@@ -114,8 +110,8 @@ def test_textures_are_counted(
     strip: int,
     settings: dict[str, Any],
 ) -> None:
-    monkeypatch.setattr(way, "STRIP_PIXELS", strip)
-    monkeypatch.setattr(way, "GPU_STRIP_PIXELS", strip)
+    monkeypatch.setattr(backend_module, "STRIP_PIXELS", strip)
+    monkeypatch.setattr(backend_module, "GPU_STRIP_PIXELS", strip)
     monkeypatch.setattr(grid_sort, "MAX_ADDED", 64)  # several launches, as where photons crowd
     monkeypatch.setattr(draw, "MOST_ITEMS", 64)
     made = []
@@ -129,10 +125,10 @@ def test_textures_are_counted(
     monkeypatch.setattr(Compaction, "compact", lambda *_: None)  # smaller ones count besides
     renderer = prepare(scene_of(lobes, lights), replace(SMALL, **settings), device)
     renderer.render_pass()
-    budget = Budget(renderer.scene, renderer.settings, renderer.way)
+    budget = Budget(renderer.scene, renderer.settings, renderer.backend)
     renderer.release()
     count = 24 * 16 // strip
-    on_host = renderer.way.name == "native"  # the film is in arrays, of as many bytes
+    on_host = renderer.backend.name == "native"  # the film is in arrays, of as many bytes
     expected = budget.strip_textures + (0 if on_host else count * budget.film_textures)
     height = 16 // count
     found = sum(size[1] // height for size in made if size[0] == 24 and size[1] % height == 0)
@@ -198,7 +194,7 @@ def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPa
     """What the photons that tell the radii say is looked at, too."""
     settings = replace(SMALL, photons=1 << 20, backend="native")
     monkeypatch.setattr(memory, "MOST_GUESSED", 0.0)
-    guess = Budget(cornell(), settings, way_of(Settings(backend="native"), device)).needed()
+    guess = Budget(cornell(), settings, backend_of(Settings(backend="native"), device)).needed()
     monkeypatch.setattr(memory, "free_host_memory", lambda: guess)
     with pytest.raises(SettingsError, match="for 1048576 photons: lower the photons a pass"):
         prepare(cornell(), settings, device)
@@ -206,18 +202,12 @@ def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPa
 
 def test_what_the_caller_takes(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Blender's own copies of the picture count as the renderer's do."""
-    native = way_of(Settings(backend="native"), device)
+    native = backend_of(Settings(backend="native"), device)
     needed = Budget(cornell(), SMALL, native).needed()
     monkeypatch.setattr(memory, "free_host_memory", lambda: needed + 1_000_000)
-    Budget(
-        cornell(), replace(SMALL, caller_bytes=900_000), way_of(Settings(backend="native"), device)
-    )
+    Budget(cornell(), replace(SMALL, caller_bytes=900_000), native)
     with pytest.raises(SettingsError, match="for 384 pixels: lower the resolution"):
-        Budget(
-            cornell(),
-            replace(SMALL, caller_bytes=1_100_000_000),
-            way_of(Settings(backend="native"), device),
-        )
+        Budget(cornell(), replace(SMALL, caller_bytes=1_100_000_000), native)
 
 
 def test_sides_of_textures(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -245,18 +235,18 @@ def test_memory_of_a_gpu(device: Device, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(device, "is_software", False)
     monkeypatch.setattr(device, "prefers_native", False)
     settings = replace(SMALL, width=1024, height=1024)
-    free = 900_000_000
+    free, compute = 900_000_000, backend_of(Settings(backend="compute"), device)
     monkeypatch.setattr(device, "free_memory", lambda: free, raising=False)
     with pytest.raises(SettingsError, match=r"of memory on .* and 0.9 GB are free; .* pixels"):
-        Budget(cornell(), settings, way_of(Settings(backend="compute"), device))
+        Budget(cornell(), settings, compute)
     free = 1_100_000_000
-    assert Budget(cornell(), settings, way_of(Settings(backend="compute"), device)).needed() > free
+    assert Budget(cornell(), settings, compute).needed() > free
     monkeypatch.setattr(memory, "free_host_memory", lambda: 500_000_000)
     with pytest.raises(SettingsError, match="of memory and 0.5 GB are free"):
-        Budget(cornell(), settings, way_of(Settings(backend="compute"), device))
+        Budget(cornell(), settings, compute)
     free = None  # a driver that does not tell
     monkeypatch.setattr(memory, "free_host_memory", lambda: None)
-    Budget(cornell(), replace(settings, width=16384), way_of(Settings(backend="compute"), device))
+    Budget(cornell(), replace(settings, width=16384), compute)
 
 
 def test_texture_without_room(device: Device) -> None:
@@ -281,7 +271,7 @@ def test_free_memory_of_a_driver_that_tells(
 ) -> None:
     """The call works: another number that is known here stands in for it."""
     extension, texture_size = sorted(device.ctx.extensions)[0], 0x0D33
-    monkeypatch.setattr("addon.streams.device._FREE_MEMORY", {extension: texture_size})
+    monkeypatch.setattr("addon.streams.driver._FREE_MEMORY", {extension: texture_size})
     assert device.free_memory() == 1024 * device.ctx.info["GL_MAX_TEXTURE_SIZE"]
 
 

@@ -10,14 +10,14 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
+from addon.photon.backends import backend as backend_module
+from addon.photon.backends.backend import ResidentBackend
 from addon.photon.kernels.records import RADIUS_GRID
 from addon.photon.photons.deposits import Copy, DeviceDeposits
 from addon.photon.photons.device_radii import _ordered, _within, radii_on_device
 from addon.photon.photons.radius_field import SAMPLE, grids_on_host, radius_scale, sample_of
 from addon.photon.prepare import photons_per_disc, prepare
 from addon.photon.settings import Settings
-from addon.photon.ways import way
-from addon.photon.ways.way import ResidentWay
 from addon.streams import TABLE_WIDTH, Device
 from tests.measure import render
 from tests.scenes import Builder, camera, cornell, plain_light, with_cone
@@ -174,7 +174,7 @@ def test_the_device_finds_where_photons_are(device: Device, count: int, flat: bo
     deposits = DeviceDeposits(device)
     copy = Copy(count, tuple(device.ctx.buffer(part) for part in rows))
     deposits.paste(copy)
-    grids, area = ResidentWay(device).radius_grids(deposits)()
+    grids, area = ResidentBackend(device).radius_grids(deposits)()
     expected, box = native.radius_grids(sample_of(place, deposit, SAMPLE))
     np.testing.assert_array_equal(grids, expected)
     assert area == box
@@ -212,7 +212,7 @@ def test_the_device_finds_the_same(
         return made
 
     monkeypatch.setattr(device, "prefers_native", False)
-    monkeypatch.setattr(way, "radii_on_device", both)
+    monkeypatch.setattr(backend_module, "radii_on_device", both)
     lights = cornell().lights
     if photons == 1:  # which nothing stops
         lights = (replace(lights[0], direction=(0.0, 0.0, 1.0), position=(5.0, 5.0, 30.0)),)

@@ -18,7 +18,7 @@ from addon.photon.scene import Scene
 from addon.photon.stage.geometry import MOST_WEAR, Mesh, Tree, _areas, frame_of
 from addon.streams import Device
 from tests.scenes import Builder, camera, cornell, corners_of, plain_light, plain_material
-from tests.unit.test_kept import SETTINGS, WAYS, Frame, render
+from tests.unit.kept_frames import SETTINGS, WAYS, Frame, render
 
 WALLS = slice(0, 20)  # vertices of the room
 

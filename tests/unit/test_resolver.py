@@ -11,6 +11,7 @@ import moderngl
 import numpy as np
 import pytest
 
+from addon.photon.backends import backend as backend_module
 from addon.photon.film.device_resolver import DeviceResolver
 from addon.photon.film.picture import FEATURES
 from addon.photon.film.resolver import HostResolver
@@ -18,7 +19,6 @@ from addon.photon.prepare import prepare
 from addon.photon.renderer import ALL_IMAGES, Renderer
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
-from addon.photon.ways import way
 from addon.streams import Device
 from addon.streams.ahead import Ahead, links_ahead
 from addon.streams.linked import Linked
@@ -42,7 +42,7 @@ def rendered(device: Device, scene: Scene, passes: int) -> Renderer:
 def test_resolvers_agree(
     device: Device, monkeypatch: pytest.MonkeyPatch, scene: Scene, rows: int
 ) -> None:
-    monkeypatch.setattr(way, "STRIP_PIXELS", 40 * rows)
+    monkeypatch.setattr(backend_module, "STRIP_PIXELS", 40 * rows)
     renderer = rendered(device, scene, 9)
     names = [*renderer.film.films[0].sums]  # type: ignore[union-attr]
     resolver = DeviceResolver(device, renderer.film, names)

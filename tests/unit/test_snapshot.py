@@ -17,7 +17,7 @@ from addon.photon.photons.kept import same_but_view
 from addon.photon.scene import Instruction, Light, Lobe, Material, Result, Rows, Scene
 from addon.photon.scene.snapshot import INLINE, pack, same, unpack
 from tests.scenes import cornell
-from tests.unit.test_scene import awkward
+from tests.unit.test_scene_files import awkward
 
 LONG = np.arange(100_000, dtype=np.float32)  # repr() leaves out its middle
 

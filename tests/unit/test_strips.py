@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from addon.photon.backends import backend as backend_module
+from addon.photon.backends.backend import Backend, backend_of
 from addon.photon.film.film import Film
 from addon.photon.film.strips import StripFilm, strips_of
 from addon.photon.kernels.records import RADIANCE
 from addon.photon.prepare import prepare
 from addon.photon.settings import Region, Settings
-from addon.photon.ways import way
-from addon.photon.ways.way import Way, way_of
 from addon.streams import Device, Stream
 from tests.scenes import cornell
 
@@ -27,7 +27,7 @@ def pixels(monkeypatch: pytest.MonkeyPatch) -> Any:
 
     def limit(count: int) -> None:
         for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
-            monkeypatch.setattr(way, name, count)
+            monkeypatch.setattr(backend_module, name, count)
 
     return limit
 
@@ -54,7 +54,7 @@ def test_each_row_once(most: int, region: Region) -> None:
 
 def test_what_is_usual_is_one_strip(device: Device) -> None:
     size = (720, 720) if device.is_software else (1920, 1080)
-    most = way_of(Settings(), device).strip_pixels
+    most = backend_of(Settings(), device).strip_pixels
     assert len(strips_of((0, 0, *size), most)) == 1
     assert len(strips_of((0, 0, 4096, 4096), most)) > 1
 
@@ -67,7 +67,7 @@ def test_films_are_one(device: Device, layer: Any) -> None:
     assert [strip.height for strip in found] == [3, 4, 4]
     data = np.random.default_rng(3).normal(size=(passes, height, width, 4)).astype(np.float32)
     whole = Film(device, layer, (width, height), NAMES)
-    parts = StripFilm(Way(device, layer), found, NAMES)
+    parts = StripFilm(Backend(device, layer), found, NAMES)
     whole.prepare()
     parts.prepare()
     frame, part = (Stream(device, RADIANCE, size) for size in ((width, height), found[0].size))

@@ -82,7 +82,7 @@ def test_each_light_has_one_take() -> None:
         ("Fill", -1.0, ["Hole"]),
         ("", 1.0, ["Lone", scene.lights[3].name]),
     ]
-    glows = [np.array([m.glows for m in x.scene.materials])[x.scene.material] for x in takes]
+    glows = [np.array([m.is_emissive for m in x.scene.materials])[x.scene.material] for x in takes]
     where = [sorted(set(x.scene.surface[on])) for x, on in zip(takes, glows, strict=True)]
     assert where == [[], [1], [], [0]]
     for take in takes:

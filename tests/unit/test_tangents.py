@@ -20,6 +20,7 @@ from addon.photon.prepare import prepare
 from addon.photon.scene import Camera, Lobe, Material, Scene, point_light
 from addon.photon.scene.snapshot import pack, same, unpack
 from addon.photon.settings import Settings
+from addon.photon.stage.find_needs import find_needs
 from addon.photon.stage.geometry import Mesh, frame_of
 from addon.photon.stage.needs import SceneNeeds
 from addon.streams import Device
@@ -177,7 +178,7 @@ def test_no_tangent(device: Device, bad: float) -> None:
 
 
 def needs_of(scene: Scene) -> SceneNeeds:
-    return SceneNeeds.of(scene, Settings(), Mesh.build(scene, frame_of(scene)), scene.emitters)
+    return find_needs(scene, Settings(), Mesh.build(scene, frame_of(scene)), scene.emitters)
 
 
 def test_only_where_a_lobe_is_anisotropic(device: Device) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from addon.photon import memory
+from addon.photon.backends.backend import backend_of
 from addon.photon.errors import SceneError
 from addon.photon.memory import Budget
 from addon.photon.photons.kept import Kept, same_but_view
@@ -18,9 +19,8 @@ from addon.photon.prepare import prepare
 from addon.photon.scene import Instruction, Result, Scene, Texture
 from addon.photon.scene.snapshot import INLINE, pack, unpack
 from addon.photon.settings import Settings
-from addon.photon.stage.needs import SceneNeeds
+from addon.photon.stage.find_needs import find_needs
 from addon.photon.stage.textures import bytes_of
-from addon.photon.ways.way import way_of
 from addon.streams import Device
 from tests.scenes import cornell
 
@@ -74,34 +74,35 @@ def test_memory_is_told(device: Device, monkeypatch: pytest.MonkeyPatch) -> None
     large = Texture("leaf", np.zeros((1024, 1024, 4), np.uint8))
     scene = with_textures(Texture("one", SOME), large)
     settings = Settings(8, 8, backend="fragment")
-    budget = Budget(scene, settings, way_of(settings, device))
+    budget = Budget(scene, settings, backend_of(settings, device))
     part = next(part for part in budget.parts() if part.name == "bytes of textures")
     assert part.count == part.size.device == bytes_of(scene.textures)
     exact = SOME.nbytes + large.pixels.nbytes
     assert exact <= part.count <= exact + 3 * 4 * 4096
     assert not any(
-        p.name == part.name for p in Budget(cornell(), settings, way_of(settings, device)).parts()
+        p.name == part.name
+        for p in Budget(cornell(), settings, backend_of(settings, device)).parts()
     )
     monkeypatch.setattr(memory, "free_host_memory", lambda: budget.needed() - part.count)
     if device.is_software:
         with pytest.raises(SceneError, match="texture limit .* 'leaf' with 1024x1024 texels"):
-            Budget(scene, settings, way_of(settings, device)).check()
+            Budget(scene, settings, backend_of(settings, device)).check()
 
 
 def test_textures_stay_while_materials_change(device: Device) -> None:
     """On the device, whatever else does; other ones take their place."""
     settings = Settings(8, 8, backend="fragment")
-    way, kept = way_of(settings, device), Kept(device)
+    backend, kept = backend_of(settings, device), Kept(device)
     scene = with_textures(Texture("one", SOME))
-    array = kept.stage(scene, way).tables.textures["texels"]
+    array = kept.stage(scene, backend).tables.textures["texels"]
     darker = tuple(replace(m, diffuse=(0.1, 0.1, 0.1)) for m in scene.materials)
     again = replace(scene, materials=darker, textures=(Texture("one", SOME.copy()),))
-    assert kept.stage(again, way).tables.textures["texels"] is array
-    other = kept.stage(with_textures(Texture("one", SOME[::-1])), way).tables.textures["texels"]
+    assert kept.stage(again, backend).tables.textures["texels"] is array
+    other = kept.stage(with_textures(Texture("one", SOME[::-1])), backend).tables.textures["texels"]
     assert other is not array
     data = np.frombuffer(other.read(), np.uint8)
     assert SOME[::-1].tobytes() in data.tobytes()
-    assert "texels" not in kept.stage(cornell(), way).tables.textures
+    assert "texels" not in kept.stage(cornell(), backend).tables.textures
     kept.release()
 
 
@@ -125,7 +126,7 @@ def test_what_reads_no_texture_is_compiled_without(device: Device) -> None:
     settings = Settings(8, 8, backend="fragment")
     for scene, expected in ((reading(0), True), (with_textures(Texture("one", SOME)), False)):
         kept = Kept(device)
-        stage = kept.stage(scene, way_of(settings, device))
-        needs = SceneNeeds.of(scene, settings, stage.mesh, stage.tables.emitters)
+        stage = kept.stage(scene, backend_of(settings, device))
+        needs = find_needs(scene, settings, stage.mesh, stage.tables.emitters)
         assert ("TEXTURES" in needs.eye_defines) is expected
         kept.release()

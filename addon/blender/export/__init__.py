@@ -13,7 +13,7 @@ from ...photon.scene import Camera, Image, Light, Scene
 from .camera import View, export_camera
 from .caustics import caustics_of, note_casters
 from .geometry import Geometry
-from .graph import Asked
+from .graph import Context
 from .lights import export_light
 from .materials import MaterialTable
 from .motion import FrameSet, Shutter, Views
@@ -49,7 +49,7 @@ def snapshot(
     try:
         views, tracks = Views(camera or scene.camera, depsgraph, notes), Tracks(depsgraph, notes)
         tracks.follow(shutter, views)
-        moving = views.give(exported_camera, shutter.curve)
+        moving = views.moving(exported_camera, shutter.curve)
         exported, report = _snapshot(moving, depsgraph, model, notes, tracks)
         return replace(exported, shutter=shutter.curve if exported.moving else ()), report
     finally:
@@ -71,8 +71,8 @@ def _snapshot(
     world = getattr(view_layer, "world_override", None) or scene.world
     world = world if view_layer.use_sky else None
     holders = tuple(holder for holder in (view_layer, scene, world) if holder)
-    view = Asked(camera=View(camera), holders=holders)
-    materials = MaterialTable(notes, model, view_layer.material_override, view, textures)
+    context = Context(camera=View(camera), holders=holders)
+    materials = MaterialTable(notes, model, view_layer.material_override, context, textures)
     lights: list[Light] = []
     images: list[Image] = []
     # Render depsgraphs hold no hidden objects, the viewport's do.

@@ -46,9 +46,9 @@ def _wrapped(a: Numbers, high: Numbers, low: Numbers) -> Numbers:
     return np.where(span != 0.0, a - span * np.floor(ratio(a - low, span)), low)
 
 
-def _smooth_minimum(a: Numbers, b: Numbers, reach: Numbers) -> Numbers:
-    h = ratio(np.maximum(reach - np.abs(a - b), 0.0), reach)
-    return np.minimum(a, b) - h * h * h * reach / 6.0
+def _smooth_minimum(a: Numbers, b: Numbers, distance: Numbers) -> Numbers:
+    h = ratio(np.maximum(distance - np.abs(a - b), 0.0), distance)
+    return np.minimum(a, b) - h * h * h * distance / 6.0
 
 
 def _ping_pong(a: Numbers, scale: Numbers) -> Numbers:

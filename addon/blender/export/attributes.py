@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .colour_spaces import decoded
+from .coordinates import generated, loops_of, uv_of
 from .hashes import WHOLE, hashed, hashed_name
 from .instances import Instances
 from .mesh_shape import of_vertices, pointiness, random_per_island
@@ -31,8 +32,8 @@ from .nodes.attributes import (
 )
 from .properties import found_property
 from .strands import TYPES
-from .tangents import loops_of, signed_tangents, undeformed, uv_of
-from .triangles import normals_of, positions_of, triangles_of
+from .tangents import signed_tangents
+from .triangles import normals_of, positions_of, read, triangles_of
 
 Numbers = NDArray[np.float64]
 OF_INSTANCES = (OBJECT, INSTANCER, PARTICLE, PLACED_AT)  # what all of an object or instance has
@@ -43,6 +44,7 @@ def corner_attribute(
 ) -> NDArray[np.float32]:
     """An attribute of a kind at triangles' corners (T, 3, 4); 0 if the mesh has none such."""
     found: Numbers | None = None
+    nothing = np.zeros((len(triangles), 3, 4), np.float32)
     if what[0] == GENERATED:
         found = generated(mesh)[triangles]
     elif what[0] == UV and (what[1] or len(mesh.uv_layers)):  # else nothing, unlike for tangents
@@ -54,9 +56,9 @@ def corner_attribute(
         name = what[1] or mesh.attributes.default_color_name
         found = attribute_of(mesh, obj, triangles, name)
         if found is None:  # unlike others it has no alpha either
-            return np.zeros((len(triangles), 3, 4), np.float32)
+            return nothing
     elif what[0] == STRAND:
-        return np.zeros((len(triangles), 3, 4), np.float32)
+        return nothing
     elif what[0] == POINTINESS:
         found = pointiness(mesh)[triangles]
     elif what[0] == ISLAND:
@@ -66,7 +68,7 @@ def corner_attribute(
     elif what[0] == TANGENT:
         uv = uv_of(mesh, triangles, what[1])
         if uv is None:  # no sign of the bitangent tells so
-            return np.zeros((len(triangles), 3, 4), np.float32)
+            return nothing
         places = positions_of(mesh)[triangles].astype(np.float64)
         found = signed_tangents(places, corner_normals(mesh), uv)
     return padded(found, len(triangles))
@@ -108,8 +110,7 @@ def attribute_of(
     if attribute.data_type not in TYPES:
         return None
     of_value, width = TYPES[attribute.data_type]
-    values = np.empty(len(attribute.data) * width, np.float32)
-    attribute.data.foreach_get(of_value, values)
+    values = read(attribute.data, of_value, len(attribute.data) * width)
     of_each = values.reshape(-1, width).astype(np.float64)
     mesh.calc_loop_triangles()
     match attribute.domain:
@@ -120,8 +121,7 @@ def attribute_of(
         case "CORNER":
             return of_each[loops_of(mesh, len(triangles))]
         case "FACE":
-            faces = np.empty(len(triangles), np.int32)
-            mesh.loop_triangle_polygons.foreach_get("value", faces)
+            faces = read(mesh.loop_triangle_polygons, "value", len(triangles), np.int32)
             return np.repeat(of_each[faces][:, None], 3, axis=1)
     return None
 
@@ -130,7 +130,7 @@ def _of_vertices(mesh: bpy.types.Mesh, attribute: bpy.types.Attribute, of_each: 
     """What edges have (E, n) as vertices have it (V, n), as Blender makes it."""
     kind = attribute.data_type
     if kind == "BYTE_COLOR":  # it averages the bytes
-        attribute.data.foreach_get("color_srgb", codes := np.empty(of_each.size, np.float32))
+        codes = read(attribute.data, "color_srgb", of_each.size)
         mean = np.rint(255.0 * of_vertices(mesh, codes.reshape(-1, 4).astype(np.float64))) / 255.0
         return np.column_stack((decoded(mean[:, :3]), mean[:, 3]))
     found = of_vertices(mesh, of_each)
@@ -152,7 +152,7 @@ def weights_of(mesh: bpy.types.Mesh, obj: bpy.types.Object, name: str) -> Number
     return found
 
 
-def told_by_instance(
+def instance_attribute(
     instance: bpy.types.DepsgraphObjectInstance,
     what: tuple[str, ...],
     instances: Instances,
@@ -205,14 +205,7 @@ def placed_at(instance: bpy.types.DepsgraphObjectInstance, name: str) -> Numbers
     return found
 
 
-def generated(mesh: bpy.types.Mesh) -> Numbers:
-    """Where vertices (V, 3) are in the mesh's texture space, from 0 to 1, before modifiers."""
-    size = 2.0 * np.array(mesh.texspace_size, np.float64)
-    centred = undeformed(mesh) - np.array(mesh.texspace_location, np.float64)
-    return np.divide(centred, size, out=np.zeros_like(centred), where=size != 0.0) + 0.5
-
-
-def space_of(instance: bpy.types.DepsgraphObjectInstance, matrix: Numbers) -> Numbers:
+def object_record(instance: bpy.types.DepsgraphObjectInstance, matrix: Numbers) -> Numbers:
     """(6, 4), as Scene.objects has it, of an object or instance that is placed by `matrix`."""
     obj, found = instance.object, np.zeros((6, 4))
     try:
@@ -222,6 +215,6 @@ def space_of(instance: bpy.types.DepsgraphObjectInstance, matrix: Numbers) -> Nu
     found[3] = obj.color[:]
     found[4, :3] = matrix[:3, 3]
     number = instance.random_id if instance.is_instance else hashed_name(obj.name)
-    found[4, 3] = (number & 0xFFFFFFFF) / 0xFFFFFFFF
+    found[4, 3] = (number & WHOLE) / WHOLE
     found[5, 0] = obj.pass_index
     return found

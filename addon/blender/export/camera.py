@@ -51,7 +51,7 @@ def export_camera(
         parameters=parameters_of(data, kind, depsgraph.scene_eval.render),
         lens=lens,
     )
-    if not notes.mention(name):
+    if not notes.mentions(name):
         notes.exact(name, "Panoramic" if camera_exported.is_panorama else data.type.capitalize())
     return camera_exported
 

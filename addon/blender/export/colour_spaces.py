@@ -34,7 +34,7 @@ class Space(enum.Enum):
 KNOWN = {"Linear Rec.709": Space.LINEAR, "scene_linear": Space.LINEAR, "sRGB": Space.SRGB}
 
 
-def space_of(settings: bpy.types.ColorManagedInputColorspaceSettings) -> Space:
+def colour_space_of(settings: bpy.types.ColorManagedInputColorspaceSettings) -> Space:
     """The kind of an image's colour space."""
     if settings.is_data:
         return Space.DATA

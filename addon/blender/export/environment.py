@@ -10,30 +10,28 @@ import numpy as np
 from mathutils import Euler, Matrix
 from numpy.typing import NDArray
 
-from ...photon.errors import SceneError
-from ...photon.memory import free_host_memory
-from .colour_spaces import Space, decoded, space_of
-from .graph import Scope, source
+from .colour_spaces import Space, colour_space_of, decoded
+from .links import Scope, source
+from .pixels import check_memory, floats_of
 
 MOST_PIXELS = 8192 * 4096
 ROWS_AT_ONCE = 64
 
 
 @dataclass(frozen=True)
-class Turned:
+class EnvironmentMap:
     """An image of all directions, and the rotation from the world's into it."""
 
     pixels: NDArray[np.float32]  # (height, width, 3)
     rows: NDArray[np.float64]  # (3, 3): what is the middle, a quarter to the left, and up in it
-    fewer: int = 1  # how many pixels, each way, became one
+    downsampling: int = 1  # how many pixels, each way, became one
 
 
-def read_turned(node: bpy.types.Node, scope: Scope) -> Turned | None:
+def read_environment_map(node: bpy.types.Node, scope: Scope) -> EnvironmentMap | None:
     """The image of an Environment Texture that is there; None if its pixels need more than a turn,
     or are not linear colours or sRGB."""
     image = node.image
-    # Blender hands out floats as linear colours.
-    linear = image.is_float or space_of(image.colorspace_settings) is not Space.OTHER
+    linear = image.is_float or colour_space_of(image.colorspace_settings) is not Space.OTHER
     if node.projection != "EQUIRECTANGULAR" or image.source not in ("FILE", "GENERATED"):
         return None
     matrix = _direction(node, scope)
@@ -45,50 +43,42 @@ def read_turned(node: bpy.types.Node, scope: Scope) -> Turned | None:
     rows = matrix / lengths.mean()
     if np.abs(rows @ rows.T - np.eye(3)).max() > 1e-5:
         return None
-    pixels, fewer = linear_pixels(image)
+    pixels, downsampling = linear_pixels(image)
     if np.linalg.det(rows) < 0.0:  # a mirror image
         pixels, rows = np.ascontiguousarray(pixels[:, ::-1]), rows * [[1.0], [-1.0], [1.0]]
-    return Turned(pixels, rows, fewer)
+    return EnvironmentMap(pixels, rows, downsampling)
 
 
 def linear_pixels(image: bpy.types.Image) -> tuple[NDArray[np.float32], int]:
     """(height, width, 3), finite and not negative, the lowest row first; of large images the mean
     of so many pixels each way."""
     width, height = image.size
-    fewer = 1
-    while width * height > MOST_PIXELS * fewer * fewer:
-        fewer += 1
-    rows, columns = height // fewer, width // fewer
-    free, needed = free_host_memory(), 4 * width * height * image.channels + 12 * rows * columns
-    if free is not None and needed > free:
-        raise SceneError(
-            f"image '{image.name}' of {width}x{height} pixels needs {needed / 1e9:.3g} GB to be "
-            f"read and {free / 1e9:.3g} GB are free: give it fewer"
-        )
-    raw = np.empty(width * height * image.channels, np.float32)
-    image.pixels.foreach_get(raw)
-    pixels = raw.reshape(height, width, -1)
-    # Blender hands out the bytes of 8-bit images as they are stored.
-    is_coded = not image.is_float and space_of(image.colorspace_settings) is Space.SRGB
+    step = 1
+    while width * height > MOST_PIXELS * step * step:
+        step += 1
+    rows, columns = height // step, width // step
+    check_memory(image, 4 * width * height * image.channels + 12 * rows * columns)
+    pixels = floats_of(image)
+    is_coded = not image.is_float and colour_space_of(image.colorspace_settings) is Space.SRGB
     found = np.empty((rows, columns, 3), np.float32)
     for low in range(0, rows, ROWS_AT_ONCE):  # large images are of gigabytes
         high = min(low + ROWS_AT_ONCE, rows)
-        part = pixels[low * fewer : high * fewer, : columns * fewer]
-        part = _rgb(_shrunk(_rgb(part, True), fewer) if is_coded else _shrunk(part, fewer), False)
-        finite = np.nan_to_num(part, nan=0.0, posinf=0.0, neginf=0.0)
+        part = pixels[low * step : high * step, : columns * step]
+        mean = _downsampled(_rgb(part, is_coded), step)
+        finite = np.nan_to_num(mean, nan=0.0, posinf=0.0, neginf=0.0)
         np.maximum(finite, 0.0, out=found[low:high])
-    return found, fewer
+    return found, step
 
 
-def _shrunk(pixels: NDArray[np.float32], fewer: int) -> NDArray[np.float32]:
+def _downsampled(pixels: NDArray[np.float32], step: int) -> NDArray[np.float32]:
     """Means of so many pixels each way: row by row, as numpy's own of two axes takes long."""
-    if fewer == 1:
+    if step == 1:
         return pixels
     height, width, channels = pixels.shape
-    rows = pixels.reshape(height // fewer, fewer, width, channels)
-    low = sum((rows[:, i] for i in range(1, fewer)), rows[:, 0])
-    columns = low.reshape(height // fewer, width // fewer, fewer, channels)
-    return np.asarray(sum((columns[:, :, i] for i in range(1, fewer)), columns[:, :, 0]) / fewer**2)
+    rows = pixels.reshape(height // step, step, width, channels)
+    low = sum((rows[:, i] for i in range(1, step)), rows[:, 0])
+    columns = low.reshape(height // step, width // step, step, channels)
+    return np.asarray(sum((columns[:, :, i] for i in range(1, step)), columns[:, :, 0]) / step**2)
 
 
 def _rgb(pixels: NDArray[np.float32], is_coded: bool) -> NDArray[np.float32]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 import bpy
 import numpy as np
@@ -14,57 +14,37 @@ from numpy.typing import NDArray
 
 from ...photon.scene import ALL_RAYS, TERMINATOR, Moving
 from . import unsupported
-from .attributes import OF_INSTANCES, corner_attribute, space_of, told_by_instance
+from .attributes import OF_INSTANCES, corner_attribute, instance_attribute, object_record
 from .hair import hair_of, has_hair
-from .instances import Instances, tells_nothing
+from .instances import Instances, hides_attributes
 from .materials import MaterialTable
+from .meshes import (
+    LocalMesh,
+    is_mirroring,
+    local_mesh,
+    local_strands,
+    placed,
+    placed_tangents,
+    read_mesh,
+)
 from .nodes.attributes import INSTANCER
 from .open_meshes import MOST_LEAN, is_open, lean_of
 from .report import Notes
 from .strand_attributes import strand_attribute
 from .strands import STRANDS, Strands, strands_of
 from .tangents import Tangent, corner_tangents
-from .triangles import normals_of, positions_of, read, triangles_of
 from .visibility import Rays, note_object
 
-Read = TypeVar("Read")
 # Whose triangles these are: the address of a mesh, and whether of its particles' hair.
 Key = tuple[int, bool]
 # How something moves in the scene: a mesh, its vertices' run, and its triangles' corners.
-Follow = Callable[["LocalMesh", tuple[int, int], NDArray[np.int32]], Moving | None]
+Follow = Callable[[LocalMesh, tuple[int, int], NDArray[np.int32]], Moving | None]
 
 # Object types that Blender turns into meshes on the way; the depsgraph lists each of them a second
 # time, as the mesh that is exported.
 BECOME_MESHES = {"CURVE", "SURFACE", "FONT", "META"}
 NO_GEOMETRY = {"EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT", "LIGHT_PROBE"}
 GREASE_PENCILS = {"GPENCIL", "GREASEPENCIL"}  # the second from Blender 4.3 on
-
-
-@dataclass(frozen=True)
-class Shape:
-    """What of a mesh may change while the shutter is open."""
-
-    vertices: NDArray[np.float32]  # (V, 3) [m]
-    normals: NDArray[np.float32]  # (N, 3)
-    is_flat: bool  # these are its triangles'
-
-    def fits(self, other: Shape) -> bool:
-        """Whether another one is of the same vertices."""
-        shapes = self.vertices.shape == other.vertices.shape
-        return shapes and (self.is_flat or self.normals.shape == other.normals.shape)
-
-    def same(self, other: Shape) -> bool:
-        """Whether another one is the same."""
-        return self.fits(other) and np.array_equal(self.vertices, other.vertices)
-
-
-@dataclass(frozen=True)
-class LocalMesh(Shape):
-    """A mesh in its own space, triangulated; instances share it."""
-
-    triangles: NDArray[np.int32]  # (T, 3)
-    corners: NDArray[np.int32]  # (T, 3) indices into normals
-    slot: NDArray[np.int32]  # (T,) material slot
 
 
 @dataclass
@@ -171,7 +151,7 @@ class Geometry:
         self.visible.append(rays.visible)
         self.terminators.append(rays.terminator)
         self.groups.append(rays.group)
-        self.objects.append(space_of(instance, matrix))
+        self.objects.append(object_record(instance, matrix))
         self.attributes.append(attributes)
         if follow:
             run = self.vertex_count, self.vertex_count + len(vertices)
@@ -286,15 +266,15 @@ class Geometry:
         found: dict[int, NDArray[np.float32]] = {}
         for wears in np.unique(material[material >= 0]):
             of_it = material == wears
-            for number, what in enumerate(materials.asked[wears].attributes):
+            for number, what in enumerate(materials.contexts[wears].attributes):
                 if number not in found:
                     found[number] = np.zeros((len(material), 3, 4), np.float32)
-                if what[0] == INSTANCER and tells_nothing(instance):
-                    asked = f"Attribute '{what[1]}' of its instances"
+                if what[0] == INSTANCER and hides_attributes(instance):
+                    feature = f"Attribute '{what[1]}' of its instances"
                     unread = "before Blender 5.0 nobody can read it: a property, else 0, is used"
-                    notes.approximated(f"Object '{instance.parent.name}'", asked, unread)
+                    notes.approximated(f"Object '{instance.parent.name}'", feature, unread)
                 if what[0] in OF_INSTANCES:
-                    found[number][of_it] = told_by_instance(
+                    found[number][of_it] = instance_attribute(
                         instance, what, self._instances, self.frame
                     )
                 else:
@@ -349,118 +329,14 @@ def is_gas(obj: bpy.types.Object) -> bool:
     return any(settings and settings.domain_type == "GAS" for settings in domains)
 
 
-def read_mesh(obj: bpy.types.Object, read: Callable[[bpy.types.Mesh], Read]) -> Read:
-    """What `read` copies out of Blender of the mesh of an object.
-
-    In Edit Mode, where a file may have been saved, a mesh has no attributes, and without modifiers
-    no vertices either: Blender makes one that has, as it does for Cycles.
-    """
-    if not obj.data.is_editmode:
-        return read(obj.data)
-    try:
-        return read(obj.to_mesh())
-    finally:
-        obj.to_mesh_clear()
-
-
-def local_mesh(mesh: bpy.types.Mesh) -> LocalMesh:
-    """Copy a mesh out of Blender."""
-    triangles, vertices = triangles_of(mesh), positions_of(mesh)
-    normals, corners = normals_of(mesh, triangles, vertices)
-    slots, faces = mesh.attributes.get("material_index"), triangles.faces
-    return LocalMesh(
-        vertices,
-        normals,
-        mesh.normals_domain == "FACE",
-        triangles.vertices,
-        corners,
-        read(slots.data, "value", len(mesh.polygons), np.int32)[faces]
-        if slots
-        else np.zeros(len(faces), np.int32),
-    )
-
-
-def local_strands(strands: Strands) -> LocalMesh:
-    """The triangles that stand for hair or a point cloud."""
-    triangles = strands.triangles
-    slots = np.zeros(len(triangles), np.int32)
-    if len(strands.slots):
-        slots = strands.slots[strands.curve[triangles[:, 0]]]
-    return LocalMesh(strands.vertices, strands.normals, False, triangles, triangles, slots)
-
-
-def shape_of(mesh: bpy.types.Mesh) -> Shape:
-    """Copy what of a mesh may change out of Blender."""
-    vertices = positions_of(mesh)
-    normals, _ = normals_of(mesh, triangles_of(mesh), vertices)
-    return Shape(vertices, normals, mesh.normals_domain == "FACE")
-
-
-def placed(
-    mesh: LocalMesh, matrix: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.float32]]:
-    """Return vertices, triangles and unit corner normals in world space.
-
-    Normals go with the inverse transpose. A mirroring transform reverses the winding, so the
-    triangle's geometric normal stays on the side of its corner normals.
-    """
-    vertices = mesh.vertices.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
-    triangles, corners = mesh.triangles, mesh.corners
-    if is_mirroring(matrix):
-        triangles, corners = triangles[:, ::-1], corners[:, ::-1]
-    return (
-        vertices,
-        np.ascontiguousarray(triangles),
-        np.take(placed_normals(mesh.normals, matrix), corners, axis=0),
-    )
-
-
-def placed_normals(
-    normals: NDArray[np.float32], matrix: NDArray[np.float64]
-) -> NDArray[np.float32]:
-    """Return normals (N, 3) in world space, of unit length."""
-    cofactor = cofactor_of(matrix)
-    # Objects of millimetres or kilometres would under- or overflow in float32 before normalising.
-    turned = normals.astype(np.float64) @ (-cofactor if is_mirroring(matrix) else cofactor).T
-    lengths = np.sqrt(np.einsum("ij,ij->i", turned, turned))[:, None]
-    turned = np.divide(turned, lengths, out=np.zeros_like(turned), where=lengths > 0.0)
-    return turned.astype(np.float32)
-
-
-def placed_tangents(
-    tangents: NDArray[np.float64], matrix: NDArray[np.float64]
-) -> NDArray[np.float32]:
-    """Return a mesh's tangents (T, 3, 3) in world space, in the order of `placed`'s corners.
-
-    They go with the inverse transpose, as Cycles has it. The longest is as long as 1.
-    """
-    found = tangents @ cofactor_of(matrix).T
-    longest = np.abs(found).max(initial=0.0)
-    found = found / longest if longest > 0.0 else found
-    found = found[:, ::-1] if is_mirroring(matrix) else found
-    return found.astype(np.float32)
-
-
-def is_mirroring(matrix: NDArray[np.float64]) -> bool:
-    """Whether a transform turns left hands into right ones."""
-    return bool(np.linalg.det(matrix[:3, :3]) < 0.0)
-
-
-def cofactor_of(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the inverse transpose (3, 3) of a transform times its determinant, which exists for
-    flattened objects too."""
-    x, y, z = matrix[:3, :3].T
-    return np.column_stack((np.cross(y, z), np.cross(z, x), np.cross(x, y)))
-
-
 def material_slots(
-    obj: bpy.types.Object, materials: MaterialTable, is_sheet: Callable[[], bool]
+    obj: bpy.types.Object, materials: MaterialTable, has_open_mesh: Callable[[], bool]
 ) -> NDArray[np.int32]:
     """Return the material number of every slot; at least one."""
     found: Sequence[bpy.types.Material | None]
     found = [slot.material for slot in obj.material_slots] or list(obj.data.materials) or [None]
     return np.array(
-        [materials.index_of(material, obj.name, is_sheet) for material in found], np.int32
+        [materials.index_of(material, obj.name, has_open_mesh) for material in found], np.int32
     )
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Walk shader node trees: follow links through reroutes and groups, read values."""
+"""Read the values of shader node trees."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...photon.scene import RGB
 from .camera import View
-from .colour_spaces import Space, decoded, space_of
+from .colour_spaces import Space, colour_space_of, decoded
+from .links import DEPTH, Scope, source
+from .pixels import floats_of
 from .programs import Program, Value
 from .properties import found_property
 from .report import Notes
 from .textures import TextureTable
+from .triples import triple
 from .working_space import luminance, luminance_weights
-
-Colour = tuple[float, float, float]
-# The group nodes that were entered on the way to a node, outermost first.
-Scope = tuple[bpy.types.Node, ...]
 
 # Nodes that change a colour: their Color input stands for it where a constant is wanted.
 ADJUSTMENTS = {"HUE_SAT", "BRIGHTCONTRAST", "GAMMA", "CURVE_RGB"}
@@ -34,8 +34,6 @@ ADJUSTMENTS = {"HUE_SAT", "BRIGHTCONTRAST", "GAMMA", "CURVE_RGB"}
 MOST_PIXELS = 4096 * 4096
 # What Cycles puts where an image is missing.
 MAGENTA = (1.0, 0.0, 1.0)
-# Reroutes and groups in a row; more are taken for a loop.
-DEPTH = 64
 # Nodes from a material's output to what they are made of, one behind the other: each takes a few of
 # Python's calls.
 DEEPEST = 600
@@ -50,8 +48,9 @@ Reader = Callable[["Graph", bpy.types.Node, bpy.types.NodeSocket, Scope], Value]
 
 
 @dataclass
-class Asked:
-    """What a material asks of meshes, by number, their corners' attributes; and what it may ask."""
+class Context:
+    """What nodes know besides their inputs: of meshes, by number, the attributes of their corners
+    that a material asks for; and what is the same at all points."""
 
     attributes: list[tuple[str, ...]] = field(default_factory=list)  # a kind, and maybe a name
     index: int = 0  # the material's own
@@ -77,8 +76,8 @@ class Graph:
     owner: str  # "Material 'Glass'"
     notes: Notes
     readers: Mapping[str, Reader] = field(default_factory=dict)  # by the node's type
-    averages: dict[str, Colour | None] = field(default_factory=dict)  # by image name
-    asked: Asked = field(default_factory=Asked)
+    averages: dict[str, RGB | None] = field(default_factory=dict)  # by image name
+    context: Context = field(default_factory=Context)
     program: Program = field(default_factory=Program)
     # The world space normal of the smooth surface that displacement makes; None: the mesh's own.
     displaced: Value | None = None
@@ -108,8 +107,13 @@ class Graph:
             return None, None, ()
         return source(output.inputs["Surface"], ())
 
-    def input(self, node: bpy.types.Node, name: str, scope: Scope) -> Value:
-        """The value of an input by its name; KeyError if the node has none such."""
+    def input(
+        self, node: bpy.types.Node, name: str, scope: Scope, otherwise: float | None = None
+    ) -> Value:
+        """The value of an input by its name; `otherwise` if the node has none such, in this Blender
+        or with its options; KeyError without that."""
+        if otherwise is not None and name not in node.inputs:
+            return Value.of(otherwise)
         return self.value(node.inputs[name], scope)
 
     def value(self, socket: bpy.types.NodeSocket, scope: Scope) -> Value:
@@ -206,58 +210,7 @@ def many_calls() -> Iterator[None]:
         sys.setrecursionlimit(kept)
 
 
-@dataclass(frozen=True)
-class Nothing:
-    """What stands for an input of a muted node that nothing is linked to, before Blender 5.0: in
-    Cycles it is 0, whatever its value."""
-
-    type: str
-    name: str = ""
-
-
-def source(
-    socket: bpy.types.NodeSocket, scope: Scope, passed: list[str] | None = None
-) -> tuple[bpy.types.Node | None, Any, Scope]:
-    """Follow an input to what feeds it.
-
-    Returns (node, its output socket, scope); node is None if nothing does, and the socket is then
-    the unlinked input, maybe a group's, whose default value counts, if it has one. `passed` is told
-    the types of the sockets of groups and muted nodes on the way.
-    """
-    passed = [] if passed is None else passed
-    for _ in range(DEPTH):
-        link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
-        if link is None:
-            return None, socket, scope
-        node, output = link.from_node, link.from_socket
-        if node.mute:
-            inner = next((i for i in node.internal_links if i.to_socket == output), None)
-            if inner is None:
-                return None, socket, scope
-            passed.append(output.type)
-            socket = inner.from_socket
-            if not socket.is_linked:
-                return None, Nothing(output.type), scope
-        elif node.type == "REROUTE":
-            socket = node.inputs[0]
-        elif node.type == "GROUP" and node.node_tree:
-            inside = _group_output(node.node_tree, output.identifier)
-            if inside is None:
-                return None, output, scope
-            passed += output.type, inside.type
-            socket, scope = inside, (*scope, node)
-        elif node.type == "GROUP_INPUT" and scope:
-            outside = _by_identifier(scope[-1].inputs, output.identifier)
-            if outside is None:
-                return None, output, scope[:-1]
-            passed += output.type, outside.type
-            socket, scope = outside, scope[:-1]
-        else:
-            return node, output, scope
-    return None, socket, scope
-
-
-def colour_of(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> Colour:
+def colour_of(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> RGB:
     """Return the constant colour of an input; what is no constant is approximated, and noted."""
     node, end, scope = source(socket, scope)
     if node is None:
@@ -301,34 +254,18 @@ def value_of(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> float:
     return value
 
 
-def linked(node: bpy.types.Node, name: str, scope: Scope) -> bool:
-    """Whether the input of that name exists and is given."""
-    socket = node.inputs.get(name)
-    return socket is not None and is_given(socket, scope)
-
-
-def is_given(socket: bpy.types.NodeSocket, scope: Scope) -> bool:
-    """Whether an input has what a node gives, or the value of a group's input. Without, textures
-    and shaders know coordinates and normals themselves; normals also where the group shows none."""
-    node, end, _ = source(socket, scope)
-    if node is not None:
-        return True
-    is_own = end == socket or isinstance(end, Nothing)
-    return not is_own and not (end.hide_value and socket.name.endswith("Normal"))
-
-
 def normal_reflectance(ior: float) -> float:
     """Return a dielectric's reflectance at normal incidence (Fresnel)."""
     return ((ior - 1.0) / (ior + 1.0)) ** 2 if ior > 0.0 else 1.0
 
 
-def colour_text(colour: Colour) -> str:
+def colour_text(colour: RGB) -> str:
     return "(" + ", ".join(f"{channel:.4g}" for channel in colour) + ")"
 
 
 def _upstream_average(
     graph: Graph, node: bpy.types.Node, end: bpy.types.NodeSocket, scope: Scope
-) -> tuple[Colour, str] | None:
+) -> tuple[RGB, str] | None:
     """Return the mean colour of the image behind `node`, through colour adjustments."""
     for _ in range(DEPTH):
         if node.type in ("TEX_IMAGE", "TEX_ENVIRONMENT"):
@@ -362,44 +299,28 @@ def missing(node: bpy.types.Node) -> str:
     return "" if there else f"image '{image.name}' is missing ({path or 'no path'})"
 
 
-def image_average(graph: Graph, image: bpy.types.Image) -> Colour | None:
+def image_average(graph: Graph, image: bpy.types.Image) -> RGB | None:
     """Return the linear mean colour of an image, None if it is very large or moving."""
     if image.name not in graph.averages:
         graph.averages[image.name] = _read_average(image)
     return graph.averages[image.name]
 
 
-def _read_average(image: bpy.types.Image) -> Colour | None:
+def _read_average(image: bpy.types.Image) -> RGB | None:
     width, height = image.size
     if not 0 < width * height <= MOST_PIXELS:
         return None
-    pixels = np.empty(width * height * image.channels, np.float32)
-    image.pixels.foreach_get(pixels)
-    pixels = pixels.reshape(-1, image.channels)
-    # Blender hands out the bytes of 8-bit images as they are stored, so decode before averaging.
-    if not image.is_float and space_of(image.colorspace_settings) is Space.SRGB:
+    pixels = floats_of(image).reshape(-1, image.channels)
+    if not image.is_float and colour_space_of(image.colorspace_settings) is Space.SRGB:
         pixels = decoded(pixels)
     mean = pixels.mean(axis=0, dtype=np.float64)
     return _as_colour(mean if len(mean) >= 3 else mean[0])
 
 
-def _group_output(tree: bpy.types.NodeTree, identifier: str) -> bpy.types.NodeSocket | None:
-    outputs = [node for node in tree.nodes if node.type == "GROUP_OUTPUT"]
-    active = [node for node in outputs if node.is_active_output]
-    for node in active or outputs:
-        return _by_identifier(node.inputs, identifier)
-    return None
-
-
-def _by_identifier(sockets: bpy.types.NodeInputs, identifier: str) -> bpy.types.NodeSocket | None:
-    return next((socket for socket in sockets if socket.identifier == identifier), None)
-
-
-def _as_colour(value: object) -> Colour:
+def _as_colour(value: object) -> RGB:
     if isinstance(value, (int, float)):
-        return float(value), float(value), float(value)
-    r, g, b = (float(channel) for channel in list(value)[:3])  # type: ignore[call-overload]
-    return r, g, b
+        return triple([value] * 3)
+    return triple(list(value)[:3])  # type: ignore[call-overload]
 
 
 def _as_value(value: object) -> float:

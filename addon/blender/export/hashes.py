@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-WHOLE = 0xFFFFFFFF
+WHOLE = 0xFFFFFFFF  # the largest number of 32 bits
 
 
 def hashed_name(name: str) -> int:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .strands import TYPES, read_numbers
+from .triangles import read
 
 Numbers = NDArray[np.float64]
 NO_NUMBER = 0x7FFFFFFF  # in persistent_id, behind the last level
@@ -120,12 +121,10 @@ def _read_level(geometry: Any) -> _Level | None:
 
 
 def _integers(points: Any, name: str) -> NDArray[np.int32]:
-    values = np.empty(len(points.points), np.int32)
-    points.attributes[name].data.foreach_get("value", values)
-    return values
+    return read(points.attributes[name].data, "value", len(points.points), np.int32)
 
 
-def tells_nothing(instance: bpy.types.DepsgraphObjectInstance) -> bool:
+def hides_attributes(instance: bpy.types.DepsgraphObjectInstance) -> bool:
     """Whether geometry nodes placed it, and Blender, before 5.0, hides what they stored there."""
     if not instance.is_instance or instance.particle_system:
         return False

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ...photon.scene import RGB, Instruction, Lobe, Material, Result, reflecting
 from ...photon.stage.programs import MOST_REGISTERS, width_of
 from ...photon.stage.spectrum import BANDS
-from .graph import Asked, Colour, Graph, colour_text, is_given, many_calls
+from .graph import Context, Graph, colour_text, many_calls
+from .links import is_given
 from .nodes import graph_of
 from .nodes.normals import bump_of_displacement
 from .programs import Program, Value
@@ -26,12 +27,12 @@ from .shaders import (
     SpecularModel,
     principled,
     read_shader,
-    triple,
 )
 from .shaders.glass import dispersing
 from .shaders.volume import absorption
 from .tangents import Tangent
 from .textures import TextureTable
+from .triples import triple
 from .unsupported import note_material
 
 NO_SURFACE = -1
@@ -41,8 +42,8 @@ DEFAULT_GREY = (0.8, 0.8, 0.8)
 ROUNDING = 1e-5
 DISPERSION_OF_ABBE = 20.0  # its Dispersion is so much over the Abbe number, as in glTF
 COLOURS = {"tint"}  # parameters of lobes that are
-# Kinds of nodes that give the same everywhere on an object, of what is the same.
-ALIKE = {
+# Kinds of instructions that give the same everywhere on an object, of what is the same.
+UNIFORM = {
     *("arithmetic", "functions", "combine", "vector", "rotate", "matrix", "ramp", "curves"),
     *("blend", "blend_hue", "hsv", "hue_saturation", "blackbody", "wavelength"),
     *("object", "light_path"),
@@ -56,7 +57,7 @@ class _Exported:
 
     material: Material
     tangent: Tangent | None
-    asked: Asked
+    context: Context
 
 
 @dataclass
@@ -66,14 +67,14 @@ class MaterialTable:
     notes: Notes
     model: SpecularModel = SpecularModel.GGX
     override: bpy.types.Material | None = None  # the view layer's
-    view: Asked = field(default_factory=Asked)  # what every material may ask
+    context: Context = field(default_factory=Context)  # of all, before one asks for attributes
     textures: TextureTable | None = None  # None: of images the mean is used
     materials: list[Material] = field(default_factory=list)
     tangents: list[Tangent | None] = field(default_factory=list)  # None: they need none
-    asked: list[Asked] = field(default_factory=list)  # by each of the materials
+    contexts: list[Context] = field(default_factory=list)  # of each of the materials
     _exported: dict[str | None, _Exported | None] = field(default_factory=dict)
     _numbers: dict[tuple[str | None, bool], int] = field(default_factory=dict)
-    _averages: dict[str, Colour | None] = field(default_factory=dict)
+    _averages: dict[str, RGB | None] = field(default_factory=dict)
 
     def index_of(
         self,
@@ -88,10 +89,11 @@ class MaterialTable:
             self.notes.exact(f"Object '{object_name}'", "No material", "Cycles' default surface")
         key = material.name_full if material else None
         if key not in self._exported:
-            asked = replace(self.view, attributes=[], index=material.pass_index if material else 0)
+            index = material.pass_index if material else 0
+            context = replace(self.context, attributes=[], index=index)
             with many_calls():
-                found = self._export(material, asked)
-            self._exported[key] = None if found is None else _Exported(*found, asked)
+                found = self._export(material, context)
+            self._exported[key] = None if found is None else _Exported(*found, context)
         exported = self._exported[key]
         if exported is None:
             return NO_SURFACE
@@ -102,7 +104,7 @@ class MaterialTable:
             self._numbers[key, is_open] = len(self.materials)
             made = exported.material
             self.materials.append(opened(made) if is_open else made)
-            self.asked.append(exported.asked)
+            self.contexts.append(exported.context)
             self.tangents.append(exported.tangent if made.is_anisotropic else None)
         return self._numbers[key, is_open]
 
@@ -111,19 +113,19 @@ class MaterialTable:
         black = Material("", (0.0, 0.0, 0.0))
         if black not in self.materials:
             self.materials.append(black)
-            self.asked.append(Asked())
+            self.contexts.append(Context())
             self.tangents.append(None)
         return self.materials.index(black)
 
     def _export(
-        self, material: bpy.types.Material | None, asked: Asked
+        self, material: bpy.types.Material | None, context: Context
     ) -> tuple[Material, Tangent | None] | None:
         if material is None:
             if self.model is SpecularModel.PHONG or bpy.app.version < (5, 0, 0):
                 return Material("", DEFAULT_GREY), None
             return bounded(principled.default(), Program(), "", "No material", self.notes), None
         owner, program = f"Material '{material.name}'", Program()
-        lobes = self._lobes(material, owner, program, asked)
+        lobes = self._lobes(material, owner, program, context)
         if lobes is CLEAR:
             self.notes.ignored(owner, "No surface", "objects or faces that wear it are left out")
             return None
@@ -133,18 +135,18 @@ class MaterialTable:
             self.notes.approximated(owner, "Nodes", what)
             lobes = replace(principled.default(), tangent=None)
             exported = bounded(lobes, Program(), material.name, owner, self.notes)
-        if not self.notes.mention(owner):
+        if not self.notes.mentions(owner):
             self.notes.exact(owner, "Shader")
         return exported, lobes.tangent
 
     def _lobes(
-        self, material: bpy.types.Material, owner: str, program: Program, asked: Asked
+        self, material: bpy.types.Material, owner: str, program: Program, context: Context
     ) -> Bsdf | None:
         note_material(material, owner, self.notes)
         if not has_nodes(material):
             self.notes.exact(owner, "Viewport colour", "it has no nodes")
             return Bsdf(Value.of(material.diffuse_color[:3]))
-        graph = graph_of(material, owner, self.notes, self._averages, asked)
+        graph = graph_of(material, owner, self.notes, self._averages, context)
         graph.program, graph.textures = program, self.textures
         output = graph.output("OUTPUT_MATERIAL")
         if output is None:
@@ -221,18 +223,18 @@ def opened(material: Material) -> Material:
 def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -> Material:
     """Return the material, with constant reflectances within [0, 1] that add up to 1 at most in
     each channel; note what had to give. What varies the renderer bounds where it is used."""
-    found = _Found(owner, notes)
+    found = _Fields(owner, notes)
     diffuse = found.colour(bsdf.diffuse, "Diffuse colour", "diffuse")
     lobes = reflecting(tuple(_lobe(lobe, owner, notes) for lobe in bsdf.lobes))
     for whose, normal in (("base", bsdf.base), ("normal", bsdf.normal)):
         if normal is not None:
             found.number(normal, whose, 0.0)
-    glow = (0.0, 0.0, 0.0)
+    emission = (0.0, 0.0, 0.0)
     if bsdf.emission.is_constant:
-        glow = triple(np.nan_to_num(bsdf.emission.colour, nan=0.0, posinf=0.0))
+        emission = triple(np.nan_to_num(bsdf.emission.colour, nan=0.0, posinf=0.0))
     else:
         found.number(bsdf.emission, "emission", 0.0)
-        _note_glow(bsdf.emission, program, owner, notes)
+        _note_emission(bsdf.emission, program, owner, notes)
     instructions, numbers = program.pruned(
         result
         for varying in (found.varying, *(x.varying for x in lobes))
@@ -245,11 +247,11 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
         name,
         diffuse,
         tuple(replace(lobe, varying=_moved(lobe.varying, numbers)) for lobe in lobes),
-        glow,
+        emission,
         _is_held_out(bsdf.holdout, owner, notes),
         instructions,
         _moved(found.varying, numbers),
-        triple(bsdf.absorption.colour),
+        bsdf.absorption.rgb,
     )
     total = material.head_on()
     if not instructions and total.max() > 1.0 + ROUNDING:
@@ -259,10 +261,10 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
     return material.conserving()
 
 
-def _note_glow(emission: Value, program: Program, owner: str, notes: Notes) -> None:
-    """Write down what a glow lights by that differs from place to place."""
+def _note_emission(emission: Value, program: Program, owner: str, notes: Notes) -> None:
+    """Write down how an emission that differs from place to place lights."""
     instructions, _ = program.pruned([emission.result] if emission.result else [])
-    if any(instruction.kind not in ALIKE for instruction in instructions):
+    if any(instruction.kind not in UNIFORM for instruction in instructions):
         what = "seen as it is; as a light each triangle is as bright as in the mean"
         notes.approximated(owner, "Emission by nodes", what)
     if any(one.kind == "light_path" and _which(one) != CAMERA_ALONE for one in instructions):
@@ -277,7 +279,7 @@ def _which(instruction: Instruction) -> float | None:
 
 
 @dataclass
-class _Found:
+class _Fields:
     """Values as a scene's record has them: constants, and results by name."""
 
     owner: str
@@ -300,7 +302,7 @@ class _Found:
 
 
 def _lobe(lobe: ShaderLobe, owner: str, notes: Notes) -> Lobe:
-    found = _Found(owner, notes)
+    found = _Fields(owner, notes)
     colour = found.colour(lobe.colour, "Specular colour", "colour")
     covered = found.colour(lobe.covered, "Diffuse colour", "covered")
     weight = found.number(lobe.weight, "weight", 1.0)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .hashes import WHOLE, hashed_one
-from .triangles import unit
+from .triangles import positions_of, read, unit
 
 Numbers = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -16,11 +16,8 @@ Ints = NDArray[np.int64]
 
 def pointiness(mesh: bpy.types.Mesh) -> Numbers:
     """(V, 1): the angle of a vertex' normal to its edges over pi, blurred over neighbours."""
-    count = len(mesh.vertices)
-    places, normals = np.empty(3 * count, np.float32), np.empty(3 * count, np.float32)
-    mesh.vertices.foreach_get("co", places)
-    mesh.vertex_normals.foreach_get("vector", normals)
-    unique, one_of = np.unique(places.reshape(-1, 3), axis=0, return_inverse=True)
+    normals = read(mesh.vertex_normals, "vector", 3 * len(mesh.vertices))
+    unique, one_of = np.unique(positions_of(mesh), axis=0, return_inverse=True)
     one_of = one_of.reshape(-1)  # vertices in one place are one
     normal = _summed(one_of, normals.reshape(-1, 3).astype(np.float64), len(unique))
     edges = np.unique(np.sort(one_of[_edges(mesh)], axis=1), axis=0)
@@ -73,8 +70,7 @@ def of_vertices(mesh: bpy.types.Mesh, values: Numbers) -> Numbers:
 
 def _edges(mesh: bpy.types.Mesh) -> Ints:
     """(E, 2) vertices."""
-    found = np.empty(2 * len(mesh.edges), np.int32)
-    mesh.edges.foreach_get("vertices", found)
+    found = read(mesh.edges, "vertices", 2 * len(mesh.edges), np.int32)
     return found.reshape(-1, 2).astype(np.int64)
 
 

@@ -71,7 +71,7 @@ class Views:
         self._matrices[time] = rigid(matrix, self._name, self._notes)
         self._windows[time] = window_of(seen, self._depsgraph)
 
-    def give(self, exported: Camera, curve: tuple[float, ...]) -> Camera:
+    def moving(self, exported: Camera, curve: tuple[float, ...]) -> Camera:
         """The camera with its motion, and where it is in the middle of the exposure."""
         matrices = [self._matrices[time] for time in self.times]
         windows = [self._windows[time] for time in self.times]

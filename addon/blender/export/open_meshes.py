@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 GRID = 1e-5  # of a mesh's size: vertices of one cell are one
-
-
 MOST_LEAN = 30.0  # of smooth normals [degrees], that caustics bear
 
 

@@ -12,22 +12,22 @@ from numpy.typing import NDArray
 
 from ...photon.errors import SceneError
 from ...photon.memory import free_host_memory
-from .colour_spaces import Space, space_of, to_linear
+from .colour_spaces import Space, colour_space_of, to_linear
 from .texels import (
     as_floats,
-    as_whole,
+    as_integers,
     associate,
+    blacken_nonfinite,
     code_srgb,
     cut_to_half,
     halved,
     is_grey,
     is_opaque,
     separate,
-    without_odd,
 )
 
 READ = 16 + 4  # [bytes] of a pixel while it is read: floats, and what becomes of them
-# Formats of floats, which Cycles reads as such; others with more than 8 bits have whole numbers.
+# Formats of floats, which Cycles reads as such; others with more than 8 bits have integers.
 FLOATS = ("OPEN_EXR", "OPEN_EXR_MULTILAYER", "HDR")
 # Formats that Cycles takes to hold colours not multiplied by alpha, whatever Alpha Mode says.
 STRAIGHT = ("PNG", "TARGA", "TARGA_RAW", "DDS", "WEBP", "PSD", "BMP")
@@ -38,7 +38,7 @@ class Stored(NamedTuple):
 
     pixels: NDArray[Any]
     is_srgb: bool
-    odd: int  # pixels that are not finite
+    nonfinite: int  # pixels that are not finite
     unknown: bool  # there was no way to convert its colours
     is_halved: bool
 
@@ -47,36 +47,48 @@ def read_pixels(image: bpy.types.Image, is_file: bool, clips: bool, limit: int) 
     """Those that Blender has; `is_file`: Cycles reads the file itself; `clips`: there is nothing
     beyond its edges; `limit` [texels] of a side, 0: none. SceneError if there is no memory."""
     width, height = image.size
-    free, needed = free_host_memory(), READ * width * height
-    if free is not None and needed > free:
-        raise SceneError(
-            f"image '{image.name}' of {width}x{height} pixels needs {needed / 1e9:.3g} GB to be "
-            f"read and {free / 1e9:.3g} GB are free: give it fewer"
-        )
+    check_memory(image, READ * width * height)
     floats = rgba_floats(image)
-    space = space_of(image.colorspace_settings)
+    space = colour_space_of(image.colorspace_settings)
     if image.is_float:
-        odd = without_odd(floats)
+        nonfinite = blacken_nonfinite(floats)
         pixels, is_srgb = _of_floats(image, floats, space, is_file)
         unknown = False
     else:
-        odd = 0
+        nonfinite = 0
         pixels, is_srgb, unknown = _of_bytes(image, floats, space, is_file)
     # Outside a clipped image of one channel Cycles finds opaque black, of others nothing.
     grey_file = is_file and image.depth == (32 if image.is_float else 8)
     if (grey_file or not clips) and is_grey(pixels):
         pixels = np.ascontiguousarray(pixels[..., :1])
     fewer = halved(pixels, limit) if limit else pixels
-    return Stored(fewer, is_srgb, odd, unknown, fewer is not pixels)
+    return Stored(fewer, is_srgb, nonfinite, unknown, fewer is not pixels)
 
 
-def rgba_floats(image: bpy.types.Image) -> NDArray[np.float32]:
-    """(height, width, 4) as Blender hands them out."""
+def check_memory(image: bpy.types.Image, needed: int) -> None:
+    """Raise SceneError if there is no memory to read an image, which needs so much [bytes]."""
+    width, height = image.size
+    free = free_host_memory()
+    if free is not None and needed > free:
+        raise SceneError(
+            f"image '{image.name}' of {width}x{height} pixels needs {needed / 1e9:.3g} GB to be "
+            f"read and {free / 1e9:.3g} GB are free: give it fewer"
+        )
+
+
+def floats_of(image: bpy.types.Image) -> NDArray[np.float32]:
+    """(height, width, channels) as Blender hands them out: bytes as they are stored, floats as
+    linear colours."""
     width, height = image.size
     raw = np.empty(width * height * image.channels, np.float32)
     image.pixels.foreach_get(raw)
-    pixels = raw.reshape(height, width, -1)
-    channels = pixels.shape[2]
+    return raw.reshape(height, width, image.channels)
+
+
+def rgba_floats(image: bpy.types.Image) -> NDArray[np.float32]:
+    """The same of four channels: one becomes grey, and alpha is 1 where there is none."""
+    pixels = floats_of(image)
+    height, width, channels = pixels.shape
     if channels == 4:
         return pixels
     whole = np.ones((height, width, 4), np.float32)
@@ -135,7 +147,7 @@ def _of_bytes(
             if alpha.times:
                 floats[..., :3] *= floats[..., 3:]
             return as_floats(floats, exactly=False), False, False
-    pixels = as_whole(floats, np.uint8)
+    pixels = as_integers(floats, np.uint8)
     if alpha.times and not is_opaque(pixels):
         if alpha.times > 1:  # Blender has divided them
             associate(pixels, is_rounded=True)
@@ -153,18 +165,18 @@ def _of_floats(
         floats[..., 3] = 1.0
     is_multiplied = image.alpha_mode in ("STRAIGHT", "PREMUL") and space is not Space.DATA
     is_srgb = is_file and space is Space.SRGB
-    is_whole = is_file and image.file_format not in FLOATS and space is not Space.OTHER
-    if is_multiplied and (is_srgb or is_whole or not alpha.times):
+    is_integer = is_file and image.file_format not in FLOATS and space is not Space.OTHER
+    if is_multiplied and (is_srgb or is_integer or not alpha.times):
         separate(floats)
         is_multiplied = False
     if is_srgb:
         code_srgb(floats)
     times = 0 if is_multiplied else alpha.times
-    if is_whole:
+    if is_integer:
         for _ in range(times - 1):
             floats[..., :3] *= floats[..., 3:]
         if _is_within_one(floats):
-            pixels = as_whole(floats, np.uint16)
+            pixels = as_integers(floats, np.uint16)
             if times and not is_opaque(pixels):
                 associate(pixels)
             return pixels, is_srgb

@@ -18,6 +18,7 @@ from ...photon.scene import RGB, Instruction, Result
 from ...photon.scene.programs import Constant, Operand, Rows
 from ...photon.stage.kinds import node_kinds
 from .arithmetic import ARITHMETIC, FUNCTIONS
+from .triples import triple
 
 Fold = Callable[..., Any]  # of the operands (4,): the result (4,)
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
@@ -151,8 +152,7 @@ class Value:
     @property
     def rgb(self) -> RGB:
         """The same as a scene has it."""
-        r, g, b = (float(channel) for channel in self.colour)
-        return r, g, b
+        return triple(self.colour)
 
     def is_just(self, number: float) -> bool:
         """Whether it is this constant, in x, y and z."""

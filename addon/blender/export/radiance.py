@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...photon.scene import FOUND_BY
-from .environment import Turned, read_turned
-from .graph import MAGENTA, Graph, Scope, colour_of, missing, source
+from .environment import EnvironmentMap, read_environment_map
+from .graph import MAGENTA, Graph, colour_of, missing
+from .links import Scope, source
 from .sky import Disc, has_disc, read_sky
 from .working_space import luminance_weights
 from .world_nodes import Unsuited, evaluate
@@ -48,15 +49,16 @@ class Sum:
     """What a world radiates."""
 
     colour: Factor = field(default_factory=lambda: np.zeros_like(ONE))
-    images: list[tuple[str, Turned, Factor]] = field(default_factory=list)  # each with a name
+    # Each with a name.
+    images: list[tuple[str, EnvironmentMap, Factor]] = field(default_factory=list)
     discs: list[tuple[Disc, Factor]] = field(default_factory=list)
 
-    def add_image(self, name: str, turned: Turned, factor: Factor) -> None:
-        first = turned.pixels[0, 0]
-        if all(np.abs(row - first).max() <= EVEN * first.max() for row in turned.pixels):
+    def add_image(self, name: str, environment: EnvironmentMap, factor: Factor) -> None:
+        first = environment.pixels[0, 0]
+        if all(np.abs(row - first).max() <= EVEN * first.max() for row in environment.pixels):
             self.colour += factor * first.astype(np.float64)
         else:
-            self.images.append((name, turned, factor))
+            self.images.append((name, environment, factor))
 
 
 class _Uneven(Exception):
@@ -151,18 +153,17 @@ def _environment(
         graph.notes.approximated(graph.owner, f"'{node.name}'", f"{absent}: magenta")
         total.colour += factor * MAGENTA
         return
-    turned = read_turned(node, scope)
-    if turned is None:
-        turned = _evaluated(graph, node, end, scope)
+    environment = read_environment_map(node, scope)
+    if environment is None:
+        environment = _evaluated(graph, node, end, scope)
     elif node.interpolation != "Linear":
         how = f"{node.interpolation.lower()}, rendered as linear"
         graph.notes.approximated(graph.owner, f"Interpolation of '{node.name}'", how)
-    if turned.fewer > 1:
-        detail = (
-            f"{turned.fewer} x {turned.fewer} of its pixels become one, when Blender has read all"
-        )
+    if environment.downsampling > 1:
+        block = f"{environment.downsampling} x {environment.downsampling}"
+        detail = f"{block} of its pixels become one, when Blender has read all"
         graph.notes.approximated(graph.owner, f"Image of '{node.name}'", detail)
-    total.add_image(node.image.name, turned, factor)
+    total.add_image(node.image.name, environment, factor)
 
 
 def _sky(
@@ -173,11 +174,11 @@ def _sky(
     factor: Factor,
     total: Sum,
 ) -> None:
-    turned, disc = read_sky(node, end, scope)
-    height, width = turned.pixels.shape[:2]
+    environment, disc = read_sky(node, end, scope)
+    height, width = environment.pixels.shape[:2]
     detail = f"an image of {width} x {height} pixels and an even disc stand for it"
     graph.notes.approximated(graph.owner, f"{node.bl_label} '{node.name}'", detail)
-    total.add_image(node.name, turned, factor)
+    total.add_image(node.name, environment, factor)
     if disc:
         total.discs.append((disc, factor))
 
@@ -244,9 +245,9 @@ def _constant(end: bpy.types.NodeSocket) -> NDArray[np.float64]:
 
 def _evaluated(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
-) -> Turned:
+) -> EnvironmentMap:
     pixels = evaluate(node, output, scope)
     height, width = pixels.shape[:2]
     detail = f"an image of {width} x {height} pixels stands for it"
     graph.notes.approximated(graph.owner, f"{node.bl_label} '{node.name}'", detail)
-    return Turned(pixels, np.eye(3))
+    return EnvironmentMap(pixels, np.eye(3))

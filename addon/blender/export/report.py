@@ -94,7 +94,7 @@ class Notes:
     def ignored(self, object: str, feature: str, detail: str = "") -> None:
         self._add(Entry(object, feature, "ignored", detail))
 
-    def mention(self, object: str) -> bool:
+    def mentions(self, object: str) -> bool:
         """Whether anything was written about `object` so far."""
         return object in self._objects
 

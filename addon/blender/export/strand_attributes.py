@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .attributes import as_number, padded
 from .hair import uv_of_hair
-from .hashes import hashed
+from .hashes import WHOLE, hashed
 from .nodes.attributes import COLOUR, FACTOR, GENERATED, NAMED, STRAND, UV
 from .strands import TYPES, Strands, read_numbers
 
@@ -73,7 +73,7 @@ def _own(name: str, strands: Strands) -> Floats | None:
             return strands.of_curves(points[firsts[:-1]])
         case "Random":
             numbers = hashed(np.arange(len(firsts) - 1))
-            return strands.of_curves(numbers[:, None] / 0xFFFFFFFF)
+            return strands.of_curves(numbers[:, None] / WHOLE)
     ways = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
     ways[firsts[:-1][np.diff(firsts) > 0]] = 0.0
     ends = np.concatenate([[0.0], ways.cumsum()])

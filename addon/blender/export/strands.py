@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .triangles import unit
+from .triangles import read, unit
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
@@ -204,10 +204,8 @@ def _ball(is_fine: bool) -> tuple[Floats, Ints]:
 
 
 def read_numbers(data: bpy.types.ID, name: str, field: str, count: int) -> Floats:
-    """Return `count` numbers of an attribute."""
-    values = np.empty(count, np.float32)
-    data.attributes[name].data.foreach_get(field, values)
-    return values.astype(np.float64)
+    """Return `count` numbers of an attribute, of what its elements call `field`."""
+    return read(data.attributes[name].data, field, count).astype(np.float64)
 
 
 def _flat(values: Floats) -> NDArray[np.float32]:

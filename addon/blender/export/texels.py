@@ -34,8 +34,8 @@ def by_strips(work: Callable[[slice], None], count: int) -> None:
         list(pool.map(work, strips(count)))
 
 
-def as_whole(floats: Floats, dtype: Any) -> NDArray[Any]:
-    """Numbers of 0 to 1 as whole ones of a type."""
+def as_integers(floats: Floats, dtype: Any) -> NDArray[Any]:
+    """Numbers of 0 to 1 as integers of a type."""
     most = np.iinfo(dtype).max
     source = floats.reshape(-1, 4)
     found = np.empty(source.shape, dtype)
@@ -52,7 +52,7 @@ def as_whole(floats: Floats, dtype: Any) -> NDArray[Any]:
 
 
 def is_opaque(pixels: NDArray[Any]) -> bool:
-    """Whether all alphas of whole numbers are the most."""
+    """Whether all alphas of integers are the most."""
     return bool(pixels[..., 3].min() == np.iinfo(pixels.dtype).max)
 
 
@@ -104,16 +104,16 @@ def cut_to_half(floats: Floats, times: int, is_rounded: bool) -> None:
     by_strips(cut, len(flat))
 
 
-def without_odd(floats: Floats) -> int:
+def blacken_nonfinite(floats: Floats) -> int:
     """Make black, in place, what is not finite in any channel; how many pixels are."""
     flat = floats.reshape(-1, 4)
     count = 0
     for strip in strips(len(flat)):
         part = flat[strip]
         if not np.isfinite(part.sum()):  # a large sum only makes us look
-            odd = ~np.isfinite(part).all(axis=1)
-            part[odd] = 0.0
-            count += int(odd.sum())
+            nonfinite = ~np.isfinite(part).all(axis=1)
+            part[nonfinite] = 0.0
+            count += int(nonfinite.sum())
     return count
 
 

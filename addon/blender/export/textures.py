@@ -147,8 +147,8 @@ class TextureTable:
 
     def _report(self, image: bpy.types.Image, stored: Stored) -> None:
         owner = f"Image '{image.name}'"
-        if stored.odd:
-            self.notes.approximated(owner, "Pixels", f"{stored.odd} are not finite: black")
+        if stored.nonfinite:
+            self.notes.approximated(owner, "Pixels", f"{stored.nonfinite} are not finite: black")
         if stored.unknown:
             name = image.colorspace_settings.name
             self.notes.approximated(owner, "Color Space", f"{name} is unknown: taken for sRGB")

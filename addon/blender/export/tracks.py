@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...photon.scene import Moving
-from .geometry import Shape, placed_normals, read_mesh, shape_of
+from .meshes import Shape, placed_normals, placed_points, read_mesh, shape_of
 from .motion import Shutter, Views, bends, steps_of, times_of
 from .report import Notes
 
@@ -135,8 +135,8 @@ def _as_bent(
     corners: NDArray[np.int32],
 ) -> Moving:
     """A change of shape, of what matrices place."""
-    here = _placed(shape.vertices, matrix)
-    offsets = [_placed(s.vertices, m) - here for s, m in zip(shapes, matrices, strict=True)]
+    here = placed_points(shape.vertices, matrix)
+    offsets = [placed_points(s.vertices, m) - here for s, m in zip(shapes, matrices, strict=True)]
     normals = np.zeros((len(shapes), 0, 3), np.float32)
     if not shape.is_flat:
         turned = [placed_normals(s.normals, m) for s, m in zip(shapes, matrices, strict=True)]
@@ -147,8 +147,3 @@ def _as_bent(
         normals=normals,
         corners=corners if not shape.is_flat else np.zeros((0, 3), np.int32),
     )
-
-
-def _placed(vertices: NDArray[np.float32], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    result: NDArray[np.float64] = vertices.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
-    return result

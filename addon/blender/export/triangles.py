@@ -66,18 +66,15 @@ def normals_of(
     normals, corners = np.zeros((0, 3), np.float32), triangles.loops.copy()
     if not flat.all():
         normals = read(mesh.corner_normals, "vector", 3 * len(mesh.loops)).reshape(-1, 3)
-    own = own_normals(positions[triangles.vertices[flat]])
+    own = geometric_normals(positions[triangles.vertices[flat]])
     corners[flat] = (len(normals) + np.arange(len(own), dtype=np.int32))[:, None]
     return np.concatenate([normals, own]), corners
 
 
-def own_normals(corners: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Those (T, 3) of triangles (T, 3, 3), unit; 0 of those without any area."""
+def geometric_normals(corners: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Unit normals (T, 3) of triangles (T, 3, 3) themselves; 0 of those without any area."""
     a, b, c = np.moveaxis(corners.astype(np.float64), 1, 0)
-    across = np.cross(b - a, c - a)
-    lengths = np.linalg.norm(across, axis=1, keepdims=True)
-    unit = np.divide(across, lengths, out=np.zeros_like(across), where=lengths > 0.0)
-    return unit.astype(np.float32)
+    return unit(np.cross(b - a, c - a)).astype(np.float32)
 
 
 def read(items: Any, name: str, count: int, dtype: Any = np.float32) -> NDArray[Any]:
@@ -88,6 +85,6 @@ def read(items: Any, name: str, count: int, dtype: Any = np.float32) -> NDArray[
 
 
 def unit(vectors: NDArray[Any]) -> NDArray[np.float64]:
-    """Vectors (..., 3) as long as 1; those of no length stay."""
+    """Vectors (..., 3) of length 1; those of no length stay."""
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)

@@ -18,11 +18,12 @@ from ...photon.scene import (
     sun_light,
     world_light,
 )
-from .graph import is_given
+from .links import is_given
 from .materials import has_nodes
 from .nodes import graph_of
 from .radiance import ONE, Factor, Sum, radiance
 from .report import Notes
+from .triples import triple
 
 
 def export_world(
@@ -45,15 +46,15 @@ def export_world(
         world_light(world.name, colour, found_by)
         for colour, found_by in _by_factor(total.colour * visible, owner, notes)
     ]
-    for name, turned, factor in total.images:
-        middle, _, up = ((float(x), float(y), float(z)) for x, y, z in turned.rows)
+    for name, environment, factor in total.images:
+        middle, _, up = map(triple, environment.rows)
         found = _by_factor(factor * visible, owner, notes)
         lights += [
             environment_light(world.name, len(images), colour, up, middle, found_by)
             for colour, found_by in found
         ]
         if found:
-            images.append(Image(name, turned.pixels))
+            images.append(Image(name, environment.pixels))
     lights += [
         sun_light(world.name, colour, disc.direction, disc.angle, found_by)
         for disc, factor in total.discs
@@ -64,7 +65,7 @@ def export_world(
     if bounces < MOST_BOUNCES and lights:
         what = "none of its light comes after so many; Cycles lets surfaces' own rays find some"
         notes.approximated(owner, "Max Bounces", what)
-    if not notes.mention(owner):
+    if not notes.mentions(owner):
         notes.exact(owner, "Background")
     return tuple(replace(light, max_bounces=bounces) for light in lights)
 

@@ -18,12 +18,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .graph import Scope, source
+from .links import Scope, source
 from .pixels import rgba_floats
 from .working_space import working_space
 
 WIDTH, MOST_WIDTH = 1024, 4096  # [px] of what is evaluated: as much as its largest image
-PATIENCE = 120.0  # [s]
+TIMEOUT = 120.0  # [s]
 KEPT = 8  # images of graphs that were evaluated last
 # Types of nodes whose values depend on more than a direction.
 UNSUITED = {
@@ -99,7 +99,7 @@ def _evaluated(given: dict[str, Any], folder: Path) -> NDArray[np.float32]:
             capture_output=True,
             text=True,
             errors="replace",
-            timeout=PATIENCE,
+            timeout=TIMEOUT,
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise Unsuited(f"Blender could not evaluate it: {error}") from None

@@ -12,7 +12,7 @@ from ...streams import Device, Stream
 from ...streams.device import Layer
 from ..kernels.eye_rays import EyeRays
 from ..kernels.records import RAY_DIRECTION, RAY_ORIGIN
-from ..photons.splats import View
+from ..photons.splats import Projection
 from ..scene import Scene
 from ..settings import Region, Settings
 from ..stage.geometry import Frame
@@ -63,7 +63,7 @@ class EyeCamera:
 
     def send(
         self, index: int, region: Region, origin: Stream, direction: Stream, pixel: Stream
-    ) -> View:
+    ) -> Projection:
         """Send one ray of a pass through each pixel of a region; where points project then."""
         settings = self._settings
         matrix, window = self._at(index)
@@ -92,7 +92,7 @@ class EyeCamera:
             bottom + (v0 + y1 - y0) * dv,
         )
         world_to_camera = _column_major(np.linalg.inv(matrix))
-        return View(world_to_camera, window, self._is_orthographic)
+        return Projection(world_to_camera, window, self._is_orthographic)
 
     def footprint(self) -> tuple[float, list[float] | None]:
         """How wide a pixel is at distance 1 from the eye, or everywhere and None [scene units]."""

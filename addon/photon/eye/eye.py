@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...streams import Kernel, Stream
+from ..backends.backend import Backend
 from ..kernels.absorb import Absorb
 from ..kernels.emitted import Emitted
-from ..kernels.glow import Glow
 from ..kernels.launch import launch, launch_and_count
 from ..kernels.scatter import Scatter
 from ..kernels.shade import POINT, Shade
+from ..kernels.surface_emission import SurfaceEmission
 from ..photons.photon_pass import PhotonPass
 from ..photons.radius_field import Radii
 from ..scene import Scene
@@ -23,7 +24,6 @@ from ..settings import Region, Settings
 from ..stage.geometry import Frame
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
-from ..ways.way import Way
 from .camera import EyeCamera
 from .compaction import Compaction
 from .path import CAUSTIC, Path, PathStreams
@@ -34,7 +34,7 @@ class Eye:
 
     def __init__(
         self,
-        way: Way,
+        backend: Backend,
         tables: Tables,
         frame: Frame,
         scene: Scene,
@@ -43,8 +43,8 @@ class Eye:
         size: tuple[int, int],
     ) -> None:
         """`size`: of a region."""
-        device, layer = way.device, way.layer
-        self._waits = way.works_alone  # while the host asks it something
+        device, layer = backend.device, backend.layer
+        self._waits = backend.works_alone  # while the host asks it something
         self._tables, self._settings, self._needs = tables, settings, needs
         self._ended: dict[Region, int] = {}
         self._sent: Path | None = None  # ahead
@@ -54,25 +54,27 @@ class Eye:
         self._tracers: list[Kernel] = []  # of eye rays, and of others if those see something else
         if needs.surfaces:
             kinds = ("camera", "glossy")[: 1 + (needs.secondary_rays and needs.visibility)]
-            self._tracers = [way.tracer(rays=needs.rays(kind)) for kind in kinds]
+            self._tracers = [backend.tracer(rays=needs.rays(kind)) for kind in kinds]
             self._shade = Shade(device, layer, needs.eye_defines, made=needs.made)
-        self._direct_light = way.direct_light(needs, size) if needs.shadow_rays else None
-        self._emitted = self._glow = self._scatter = None
+        self._direct_light = backend.direct_light(needs, size) if needs.shadow_rays else None
+        self._emitted = self._surface_emission = self._scatter = None
         self._absorb: Absorb | None = None
         if needs.emitters_seen:
-            defines = {**needs.emitted_defines, **way.kind_defines}
+            defines = {**needs.emitted_defines, **backend.kind_defines}
             self._emitted = Emitted(device, layer, defines, made=needs.made)
-        if needs.glow_programs.nodes:
-            self._glow = Glow(device, layer, needs.glow_defines, made=needs.glow_made)
+        if needs.emission_programs.nodes:
+            self._surface_emission = SurfaceEmission(
+                device, layer, needs.surface_emission_defines, made=needs.surface_emission_made
+            )
         if needs.secondary_rays:
             self._scatter = Scatter(device, layer, needs.eye_defines, made=needs.made)
             self._absorb = Absorb(device, layer) if needs.absorption else None
         self._cuts = self._coverage = None
         if needs.photons and settings.boundary_correction:
-            self._cuts, self._coverage = way.cuts(), way.coverage(settings)
+            self._cuts, self._coverage = backend.cuts(), backend.coverage(settings)
         self.streams = PathStreams(device, needs, self._coverage is not None, size)
         self._compaction: Compaction | None = None
-        if needs.secondary_rays and way.shares_memory:
+        if needs.secondary_rays and backend.shares_memory:
             self._compaction = Compaction(self.streams)
 
     def prepare(self) -> None:
@@ -94,9 +96,9 @@ class Eye:
             return sent
         at = self.streams
         origin, direction = (at.pairs[name].front for name in ("origin", "direction"))
-        view = self.camera.send(index, region, origin, direction, at.ones["pixel"])
+        projection = self.camera.send(index, region, origin, direction, at.ones["pixel"])
         chain = at.ones.get("first_chain")
-        return Path(index, region, 0, at, at.unit, chain, view, None, self._ended)
+        return Path(index, region, 0, at, at.unit, chain, projection, None, self._ended)
 
     def shade(self, path: Path) -> None:
         """Find where the rays end, and evaluate the materials there."""
@@ -131,8 +133,8 @@ class Eye:
         if not self._emitted:
             return None
         streams = {**self.of(path), "throughput": path.throughput}
-        if self._glow:
-            launch(self._glow, streams, self._tables, self._draw(path))
+        if self._surface_emission:
+            launch(self._surface_emission, streams, self._tables, self._draw(path))
         launch(self._emitted, streams, self._tables, self._draw(path))
         return path.at.ones["emitted"], path.at.ones["environment"]
 
@@ -156,14 +158,14 @@ class Eye:
         self._find_cuts(path, photons.radii)
         coverage = self._find_coverage(path, photons.radii)
         points = self.of(path)
-        photons.gather(points, irradiance, path.view)
+        photons.gather(points, irradiance, path.projection)
         if self._needs.caustics:
             own = {
                 name.removeprefix(CAUSTIC): stream
                 for name, stream in points.items()
                 if name.startswith(CAUSTIC)
             }
-            photons.gather_caustics(points | own, own["irradiance"], path.view)
+            photons.gather_caustics(points | own, own["irradiance"], path.projection)
         return irradiance, coverage
 
     def scatter(self, path: Path) -> Path | None:
@@ -186,7 +188,9 @@ class Eye:
         for pair in pairs.values():
             pair.swap()
         depth = path.depth + 1
-        onward = replace(path, depth=depth, view=None, count=count, direct=None, is_shaded=False)
+        onward = replace(
+            path, depth=depth, projection=None, count=count, direct=None, is_shaded=False
+        )
         if self._compaction and count:
             self._compaction.compact(onward, count.wait())
         pairs = onward.at.rays()
@@ -212,7 +216,13 @@ class Eye:
             self._direct_light.release()
 
     def _kernels(self) -> list[Kernel]:
-        known = self.camera.kernel, *self._tracers, self._shade, self._glow, self._emitted
+        known = (
+            self.camera.kernel,
+            *self._tracers,
+            self._shade,
+            self._surface_emission,
+            self._emitted,
+        )
         known += self._absorb, self._scatter, self._cuts, self._coverage
         return [kernel for kernel in known if kernel]
 

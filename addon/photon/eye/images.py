@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from ...streams import Kernel, PingPong, Stream
+from ..backends.backend import Backend
 from ..film.picture import EMISSION_IMAGES, FEATURE_IMAGES, FILM_IMAGES, MIRROR_IMAGES
 from ..kernels.add_chain import AddChain
 from ..kernels.combine import CombineAll, CombineCaustics, CombineMirror, CombinePrimary
@@ -14,7 +15,6 @@ from ..scene import Scene
 from ..settings import Settings
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
-from ..ways.way import Way
 from .eye import Eye
 from .path import Path
 
@@ -35,14 +35,14 @@ class PassImages:
 
     def __init__(
         self,
-        way: Way,
+        backend: Backend,
         tables: Tables,
         scene: Scene,
         settings: Settings,
         needs: SceneNeeds,
         eye: Eye,
     ) -> None:
-        device, layer, size = way.device, way.layer, eye.streams.size
+        device, layer, size = backend.device, backend.layer, eye.streams.size
         self._tables, self._eye, self._device = tables, eye, device
         defines = needs.combine_defines
         of_primary = {**defines, **needs.illuminance_defines, **needs.camera_defines}
@@ -68,7 +68,7 @@ class PassImages:
         if needs.secondary_rays:
             self._mirror = CombineMirror(device, layer, defines)
             self._add[False] = AddChain(device, layer, defines)
-            if way.shares_memory:
+            if backend.shares_memory:
                 self._add[True] = AddChain(device, layer, {**defines, "MOVED": 1})
             records = dict.fromkeys(MIRROR_IMAGES, RADIANCE)
             records |= {"blur": BLUR} if needs.photons else {}

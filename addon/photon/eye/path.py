@@ -25,7 +25,7 @@ from ..kernels.records import (
     TILT,
 )
 from ..kernels.shade import GLOSSY, LOBES, POINT
-from ..photons.splats import View
+from ..photons.splats import Projection
 from ..settings import Region
 from ..stage.needs import SceneNeeds
 
@@ -47,8 +47,8 @@ class PathStreams:
         ones |= {"pixel": PIXEL, "irradiance": IRRADIANCE, "zeros": TEXEL}
         if needs.emitters_seen:
             ones |= {"emitted": RADIANCE, "environment": RADIANCE}
-        if needs.glow_programs.nodes:
-            ones["glow"] = RADIANCE
+        if needs.emission_programs.nodes:
+            ones["emission"] = RADIANCE
         twos = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "direct": RADIANCE}
         if needs.photons:
             ones |= {"cuts": CUTS, "coverage": COVERAGE, "tilt": TILT}
@@ -104,7 +104,7 @@ class Path:
     at: PathStreams  # what holds it
     throughput: Stream
     chain: Stream | None  # if there are transparent surfaces
-    view: View | None  # of eye rays
+    projection: Projection | None  # of eye rays
     count: Count | None  # of the rays that are alive; None: they are taken to be
     ended: dict[Region, int]  # at which depth all had in a region
     element: Stream | None = None  # where in the streams each pixel's is; None: at its place

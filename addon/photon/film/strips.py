@@ -16,7 +16,7 @@ from .film import Film, HostFilm, Images, Squares, Statistics
 
 
 class Films(Protocol):
-    """Who gives films: a way."""
+    """Who gives films: a backend."""
 
     device: Device
 
@@ -73,7 +73,7 @@ class StripFilm:
 
     def __init__(
         self,
-        way: Films,
+        backend: Films,
         strips: Sequence[Strip],
         names: Sequence[str],
         halved: Sequence[str] = (),
@@ -81,9 +81,9 @@ class StripFilm:
         """`halved`: images of which half of the passes is kept apart, too."""
         self.strips = strips
         size = strips[0].size
-        self._spare = [Stream(way.device, SUM, size) for _ in range(way.film_spares)]
+        self._spare = [Stream(backend.device, SUM, size) for _ in range(backend.film_spares)]
         self.films: list[Film | HostFilm] = [
-            way.film(size, names, self._spare, halved) for _ in strips
+            backend.film(size, names, self._spare, halved) for _ in strips
         ]
 
     def prepare(self) -> None:

@@ -11,12 +11,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
+from ..backends.backend import open_device
 from ..errors import PhotonStreamError
 from ..film.picture_file import check_writable, write_picture
 from ..prepare import prepare
 from ..scene import Scene
-from ..settings import Backend, Estimator, Settings
-from ..ways.way import open_device
+from ..settings import BackendName, Estimator, Settings
 from .console import ProgressLine, error_text
 from .interrupts import HUNG_UP, INTERRUPTED, Hangup, let_in, on_hangup, raise_hangup, say_last
 from .process import Progress, last_error
@@ -32,7 +32,7 @@ SETTING_OPTIONS: dict[str, Any] = {
     "photons": int,
     "radius": float,
     "estimator": get_args(Estimator),
-    "backend": get_args(Backend),
+    "backend": get_args(BackendName),
     "caustics": bool,
     "illuminance": bool,
     "denoise": bool,

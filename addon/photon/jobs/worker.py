@@ -19,6 +19,7 @@ import moderngl
 import numpy as np
 
 from ...streams import Device, StreamError
+from ..backends.backend import open_device
 from ..errors import DeviceError, PhotonStreamError, RenderError
 from ..film.resolver import Picture
 from ..photons.kept import BUDGET, Kept
@@ -26,7 +27,6 @@ from ..prepare import prepare
 from ..renderer import Renderer
 from ..scene.snapshot import unpack
 from ..settings import Settings
-from ..ways.way import open_device
 from .blobs import BLOBS, BlobReader
 from .messages import Message, receive, send
 from .process import DENOISING

@@ -5,7 +5,7 @@ from .records import CHAIN, HIT, MATERIAL, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, 
 
 
 class Emitted(Kernel):
-    """Find the lights that rays meet, what glows where they end, and the world that is behind."""
+    """Find the lights that rays meet, what surfaces emit where rays end, and the world behind."""
 
     stem = "emitted"
     structure = (
@@ -13,8 +13,8 @@ class Emitted(Kernel):
         "WEIGHED",
         "SHADOW_RAYS",
         "DRAWN",
-        "GLOWS",
-        "GLOWS_BY_PROGRAMS",
+        "EMISSIVE",
+        "EMISSION_BY_PROGRAMS",
         "SURFACES",
         "SMOOTH",
         "TWO_SIDED",
@@ -28,7 +28,7 @@ class Emitted(Kernel):
         "direction": RAY_DIRECTION,
         "hit": HIT,
         "throughput": When("WEIGHED", THROUGHPUT),
-        "glow": When("GLOWS_BY_PROGRAMS", RADIANCE),
+        "emission": When("EMISSION_BY_PROGRAMS", RADIANCE),
         "chain": When("TRANSPARENT", CHAIN),
     }
     outputs = {"emitted": RADIANCE, "environment": RADIANCE}
@@ -37,12 +37,12 @@ class Emitted(Kernel):
         "seen_lights": Uniform("int"),
         "light_count": Uniform("int"),
         "distant_lights": When("DRAWN", Uniform("int")),
-        "lamps": When("GLOWS", Uniform("int")),
+        "lamps": When("EMISSIVE", Uniform("int")),
     }
     tables = {
         **LIGHT_TABLES,
         **CHOICE,
         **PORTALS,
         "triangles": When("SURFACES", Table(TRIANGLE)),
-        "materials": When(("GLOWS", "TWO_SIDED"), Table(MATERIAL)),
+        "materials": When(("EMISSIVE", "TWO_SIDED"), Table(MATERIAL)),
     }

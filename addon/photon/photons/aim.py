@@ -59,10 +59,9 @@ class Aiming:
         mesh: Mesh,
         at_once: bool = False,
         eye: list[float] | None = None,
-        through_portals: bool = False,
     ) -> None:
         """`look` finds what the picture shows, of a mesh; `at_once`: all passes shall know; `eye`:
-        where it is, if there is one; `through_portals`: photons may go on through portals."""
+        where it is, if there is one."""
         self._mapper, self._tables, self._seed, self._look = mapper, tables, seed, look
         self._plain = self._used = Starts(tables.by_flux, None)
         self._learned: Starts | None = None
@@ -71,8 +70,8 @@ class Aiming:
         self._mesh = mesh
         tables.set_shadow_portals(NO_PORTALS)
         tables.set_photon_portals(NO_PORTALS)
-        self._seeks = through_portals and sees_no_lamp(mesh, tables, eye)
-        self._is_outside = through_portals and tables.distant_lights > 0
+        self._seeks = sees_no_lamp(mesh, tables, eye)
+        self._is_outside = tables.distant_lights > 0
         fluxes = [tables.by_flux[group].sum() for group in groups_of(tables)]
         outshone = bool(fluxes) and max(fluxes) > OUTSHINES * min(fluxes)
         late = 1 if len(fluxes) > 1 else PASSES_OF_ONE

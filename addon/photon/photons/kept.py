@@ -13,15 +13,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...streams import Device
+from ..backends.backend import Backend
 from ..scene import Scene
 from ..scene.snapshot import same
 from ..settings import Settings
+from ..stage.emissive import emissive_triangles
 from ..stage.geometry import Frame, Mesh, frame_of
-from ..stage.glow import glowing
 from ..stage.movement import Movement
 from ..stage.tables import Tables
 from ..stage.textures import Texels
-from ..ways.way import Way
 from .deposits import DEPOSIT_BYTES, Copy, Deposits
 from .mapper import Mapper, PhotonBatch
 
@@ -33,10 +33,10 @@ EYE_ONLY_FIELDS = ("camera",)  # what of a scene eye rays alone meet
 
 @dataclass(frozen=True)
 class Stage:
-    """A scene without its EYE_ONLY_FIELDS, set up on a device in a way."""
+    """A scene without its EYE_ONLY_FIELDS, set up on a device for a backend."""
 
     scene: Scene
-    way: Way
+    backend: Backend
     frame: Frame
     mesh: Mesh
     tables: Tables
@@ -46,7 +46,7 @@ class Stage:
     @staticmethod
     def build(
         scene: Scene,
-        way: Way,
+        backend: Backend,
         frame: Frame,
         mesh: Mesh,
         texels: Texels | None = None,
@@ -54,11 +54,11 @@ class Stage:
     ) -> Stage:
         """Upload the tables of a scene's mesh, beside its `texels`, which stay the caller's;
         SceneError if that is impossible."""
-        way.prepare_mesh(mesh)
+        backend.prepare_mesh(mesh)
         array = texels.array if texels else None
-        device, layer = way.device, way.layer
-        tables = Tables.upload(device, layer, scene, frame, mesh, way.reads_tree, array)
-        return Stage(scene, way, frame, mesh, tables, movement)
+        device, layer = backend.device, backend.layer
+        tables = Tables.upload(device, layer, scene, frame, mesh, backend.reads_tree, array)
+        return Stage(scene, backend, frame, mesh, tables, movement)
 
     def at(self, time: float) -> Stage:
         """The stage at an instant of the exposure. It takes tables and triangles of the last one
@@ -67,9 +67,9 @@ class Stage:
             return self
         now = self.movement.at(time)
         mesh = Mesh.build(now, self.frame, self.mesh.tree, self.movement)
-        self.way.prepare_mesh(mesh)
-        relit = bool(np.isin(glowing(self.scene, mesh), self.movement.rows).any())
-        self.tables.move(self.way.layer, self.scene, now, self.frame, mesh, relit)
+        self.backend.prepare_mesh(mesh)
+        relit = bool(np.isin(emissive_triangles(self.scene, mesh), self.movement.rows).any())
+        self.tables.move(self.backend.layer, self.scene, now, self.frame, mesh, relit)
         return replace(self, mesh=mesh, time=time)
 
 
@@ -108,12 +108,12 @@ class Kept:
         self._before = 0, 0  # photons unfinished and dropped when it was
         self._beside: list[Kept] = []  # of the scene's other takes
 
-    def stage(self, scene: Scene, way: Way) -> Stage:
+    def stage(self, scene: Scene, backend: Backend) -> Stage:
         """The scene's stage: the one that is there, if nothing but the view has changed. Another
         begins with its tree, as long as triangles have only moved."""
         there = self._stage
-        if there and there.way.name == way.name and same_but_view(there.scene, scene):
-            way.share(there.way)
+        if there and there.backend.name == backend.name and same_but_view(there.scene, scene):
+            backend.share(there.backend)
             return replace(there, time=None) if there.movement else there
         tree = there.mesh.tree if there else None
         del there
@@ -124,7 +124,7 @@ class Kept:
         frame = frame_of(scene, movement)
         mesh = Mesh.build(scene, frame, tree, movement)
         del tree
-        self._stage = Stage.build(scene, way, frame, mesh, self._texels, movement)
+        self._stage = Stage.build(scene, backend, frame, mesh, self._texels, movement)
         return self._stage
 
     def beside(self, number: int) -> Kept:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...streams import Device
 from ..kernels.records import PLAIN_LIGHT, PLAIN_MATERIAL
 from ..scene import Material, Scene
-from ..scene.values import SEND_RAYS
+from ..scene.materials import SEND_RAYS
 from ..settings import Settings
 from ..stage.gathered import gather_some
 from ..stage.kinds import light_kinds, lobe_kinds

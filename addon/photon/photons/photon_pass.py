@@ -13,7 +13,7 @@ from .kept import Kept
 from .mapper import Mapper
 from .photon_grid import Gathering
 from .radius_field import Radii, RadiusField, radius_scale
-from .splats import Splats, View
+from .splats import Projection, Splats
 
 
 class PhotonPass:
@@ -23,18 +23,20 @@ class PhotonPass:
         self._photons, self.radii = photons, radii
         self._has_landed = False
 
-    def gather(self, points: Mapping[str, Stream], irradiance: Stream, view: View | None) -> None:
+    def gather(
+        self, points: Mapping[str, Stream], irradiance: Stream, projection: Projection | None
+    ) -> None:
         """Write the irradiance [W/m^2] at points: place, facing, cuts, coverage, tilt; and where
-        their lobes gather photons, what those bring; the view is that of eye rays."""
+        their lobes gather photons, what those bring; the projection is that of eye rays."""
         self._land()
-        self._photons.sum_about(points, irradiance, view)
+        self._photons.sum_about(points, irradiance, projection)
 
     def gather_caustics(
-        self, points: Mapping[str, Stream], irradiance: Stream, view: View | None
+        self, points: Mapping[str, Stream], irradiance: Stream, projection: Projection | None
     ) -> None:
         """The same of those photons alone that came by way of lobes that are not diffuse."""
         self._land()
-        self._photons.sum_caustics_about(points, irradiance, view)
+        self._photons.sum_caustics_about(points, irradiance, projection)
 
     def _land(self) -> None:
         if not self._has_landed:
@@ -109,21 +111,21 @@ class Photons:
                 self._caustics.prepare(deposits.caustics, radii)
 
     def sum_about(
-        self, points: Mapping[str, Stream], irradiance: Stream, view: View | None
+        self, points: Mapping[str, Stream], irradiance: Stream, projection: Projection | None
     ) -> None:
         """As PhotonPass.gather, of the photons that landed last."""
-        if self.splat and view:
-            self.splat.estimate(points, irradiance, view)
+        if self.splat and projection:
+            self.splat.estimate(points, irradiance, projection)
         else:
             assert self.grid
-            self.grid.estimate(points, irradiance, in_chain=view is None)
+            self.grid.estimate(points, irradiance, in_chain=projection is None)
 
     def sum_caustics_about(
-        self, points: Mapping[str, Stream], irradiance: Stream, view: View | None
+        self, points: Mapping[str, Stream], irradiance: Stream, projection: Projection | None
     ) -> None:
         """As PhotonPass.gather_caustics, of the photons that landed last."""
         assert self._caustics
-        self._caustics.estimate(points, irradiance, in_chain=view is None)
+        self._caustics.estimate(points, irradiance, in_chain=projection is None)
 
     def radius(self, index: int) -> float:
         """The radius of a pass, typical of where photons fall [scene units]."""

@@ -17,7 +17,7 @@ from .radius_field import Radii
 
 
 @dataclass(frozen=True)
-class View:
+class Projection:
     """How visible points project to the screen: what eye_rays.glsl inverted."""
 
     world_to_camera: tuple[float, ...]  # column-major, scene units
@@ -46,7 +46,9 @@ class Splats:
         """Take a pass's deposits and radii."""
         self._deposits, self._radii = deposits, radii
 
-    def estimate(self, points: Mapping[str, Stream], irradiance: Stream, view: View) -> None:
+    def estimate(
+        self, points: Mapping[str, Stream], irradiance: Stream, projection: Projection
+    ) -> None:
         """Write the irradiance [W/m^2] at points: place, facing, cuts, coverage, tilt."""
         assert self._deposits and self._radii
         count, *photons = self._deposits.tables()
@@ -60,10 +62,10 @@ class Splats:
             dict(zip(("photon_place", "photon_deposit"), photons, strict=True))
             | self._radii.tables(self._splat),
             {
-                "world_to_camera": view.world_to_camera,
-                "window": view.window,
+                "world_to_camera": projection.world_to_camera,
+                "window": projection.window,
                 "field_is_even": self._radii.field.is_even,
-                "orthographic": view.orthographic,
+                "orthographic": projection.orthographic,
             }
             | self._radii.uniforms,
             items=count,

@@ -132,7 +132,7 @@ def _moments(importance: Importance, tables: Tables, aims: dict[int, Aim]) -> Do
     for light, aim in aims.items():
         those = np.flatnonzero(importance.light == light)
         numbers, larger = _about(importance.part(those), aim.middle, light < tables.distant_lights)
-        mass[those] *= larger / native.aim_density(aim.nodes, numbers)
+        mass[those] *= larger / native.aim_pdf(aim.nodes, numbers)
     moments: Doubles = np.bincount(importance.light, mass, len(tables.by_flux)).astype(np.float64)
     return moments
 

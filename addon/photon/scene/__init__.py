@@ -14,19 +14,10 @@ from .lights import (
     sun_light,
     world_light,
 )
+from .materials import MIRROR, TRANSPARENT, Lobe, Material, phong, reflecting
 from .moving import Moving
 from .programs import Instruction, Result, Rows
-from .values import (
-    MIRROR,
-    SNAPSHOT_VERSION,
-    TERMINATOR,
-    TRANSPARENT,
-    Lobe,
-    Material,
-    Scene,
-    phong,
-    reflecting,
-)
+from .values import SNAPSHOT_VERSION, TERMINATOR, Scene
 from .visibility import ALL_RAYS, CATCHER, CAUSTICS, HOLDOUT, MOST_BOUNCES, RAY_BITS, RAYS
 
 __all__ = [

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from .checks import BLACK
 from .lights import Light
-from .values import Material, Scene
+from .materials import Material
+from .values import Scene
 from .visibility import CATCHER, HOLDOUT, RAY_BITS
 
 # What of the picture a take shows. Without catchers all of it. With them what the eye sees first:
@@ -50,12 +51,12 @@ def takes_of(scene: Scene, is_transparent: bool) -> tuple[Take, ...]:
     found = [*takes]
     found += _lit(_seen(dark, np.where(catches, bits, hidden)), "caught", ())
     only_seen = (bits & camera) | np.uint8(HOLDOUT)
-    alone = _glowing(dark, catches)  # what else glows is among the other things
+    alone = _emitting_only(dark, catches)  # what else is emissive is among the other things
     found += _lit(_seen(alone, np.where(catches, bits, only_seen)), "alone", ())
     if not is_transparent:
         sky = tuple(light for light in scene.lights if light.kind in WORLDS)
         sky = tuple(replace(x, found_by=("camera",)) for x in sky if "camera" in x.found_by)
-        bare = _glowing(replace(scene, lights=sky), np.zeros(len(scene.surfaces), bool))
+        bare = _emitting_only(replace(scene, lights=sky), np.zeros(len(scene.surfaces), bool))
         found += _lit(_seen(bare, np.where(catches, 0, bits)), "behind", ())
     return tuple(found)
 
@@ -85,7 +86,7 @@ def _lit(scene: Scene, part: Part, groups: tuple[str, ...]) -> Iterator[Take]:
     """Takes by the groups' lights and by all others, one at least."""
     plain = replace(scene, light_groups=(), surface_groups=())
     of_surfaces = scene.surface_groups or ("",) * len(scene.surfaces)
-    all_glow = _glow(scene)
+    all_emissive = _emissive(scene)
     is_first = True
     for group in (*groups, ""):
         for sign in (1.0, -1.0):
@@ -98,34 +99,34 @@ def _lit(scene: Scene, part: Part, groups: tuple[str, ...]) -> Iterator[Take]:
             member = [_group_of(name, groups) == group for name in of_surfaces]
             shines = np.array(member, bool) & (not subtracts)
             is_last = group == "" and subtracts and is_first
-            if not (lights or (shines & all_glow).any() or is_last):
+            if not (lights or (shines & all_emissive).any() or is_last):
                 continue
             is_first = False
-            yield Take(_glowing(replace(plain, lights=lights), shines), part, group, sign)
+            yield Take(_emitting_only(replace(plain, lights=lights), shines), part, group, sign)
 
 
 def _group_of(name: str, groups: tuple[str, ...]) -> str:
     return name if name in groups else ""
 
 
-def _glow(scene: Scene) -> NDArray[np.bool_]:
-    """(S,): which surfaces have triangles that glow."""
-    glows = np.array([material.glows for material in scene.materials], bool)
+def _emissive(scene: Scene) -> NDArray[np.bool_]:
+    """(S,): which surfaces have emissive triangles."""
+    emissive = np.array([material.is_emissive for material in scene.materials], bool)
     found = np.zeros(len(scene.surfaces), bool)
-    if glows.any():
-        found[scene.surface[glows[scene.material]]] = True
+    if emissive.any():
+        found[scene.surface[emissive[scene.material]]] = True
     return found
 
 
-def _glowing(scene: Scene, shines: NDArray[np.bool_]) -> Scene:
-    """The scene in which of what glows only such surfaces (S,) do."""
-    if shines[_glow(scene)].all():
+def _emitting_only(scene: Scene, shines: NDArray[np.bool_]) -> Scene:
+    """The scene in which of emissive surfaces only such (S,) emit."""
+    if shines[_emissive(scene)].all():
         return scene
     off = ~shines[scene.surface]
     material, materials = scene.material.copy(), [*scene.materials]
     for number, one in enumerate(scene.materials):
         chosen = off & (scene.material == number)
-        if one.glows and chosen.any():
+        if one.is_emissive and chosen.any():
             material[chosen] = len(materials)
             materials.append(_dark(one))
     return replace(scene, material=material, materials=tuple(materials))

@@ -7,7 +7,6 @@ World space, lengths in metres, linear RGB.
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, is_dataclass, replace
 from pathlib import Path
@@ -18,189 +17,20 @@ from numpy.typing import NDArray
 
 from ..errors import SceneError
 from .camera import Camera
-from .checks import BLACK, RGB, check_finite
+from .checks import BLACK, check_finite
 from .images import Image, Texture
 from .lights import Light, point_light, spot_light, world_light
+from .materials import Lobe, Material, phong
 from .moving import ARRAYS, Moving, check_moving
-from .programs import Program, Varying, check_program, read_program, read_varying
+from .programs import read_program, read_varying
 from .visibility import ALL_RAYS, CATCHER, CAUSTICS, HOLDOUT
 
 SNAPSHOT_VERSION = 5
-MIRROR = np.inf  # Phong exponent of a perfect mirror
-GLASS = ("glass", "ggx_glass", "dispersive_glass", "ggx_dispersive_glass")
-# Kinds of lobes whose colour is their reflectance head-on: black ones reflect at grazing angles.
-COATS = ("coat", "bent_coat")  # whose colour is their tint
-FRESNEL_LOBES = (*COATS, "ggx_dielectric", "ggx_metal", *GLASS)
-TRANSPARENT = "transparent"  # light goes straight on
-# Kinds that gather no photons, however rough they are.
-SEND_RAYS = ("mirror", *GLASS, "bent_coat", "translucent", TRANSPARENT)
 TERMINATOR = 0.1  # of Scene.terminators, as Blender has it of new objects ("Geometry Offset")
-ALPHAS = ("alpha", "alpha_x", "alpha_y")  # parameters of microfacets
 
 
 def _empty(shape: tuple[int, ...], dtype: Any) -> Any:
     return field(default_factory=lambda: np.zeros(shape, dtype))
-
-
-@dataclass(frozen=True)
-class Lobe:
-    """A lobe of one of the kinds of glsl/bsdf, whose files say what colour and parameters are."""
-
-    kind: str
-    colour: RGB
-    parameters: Mapping[str, float | RGB] = field(default_factory=dict)
-    weight: float = 1.0  # times all that it reflects
-    # The albedo of what it lies over, which has what the lobe lets through.
-    covered: RGB = BLACK
-    # Its colour, weight, covered or parameters that the material's program gives in place of those.
-    varying: Varying = field(default_factory=dict)
-    over: int | None = None  # the material's lobe that lies over this one, before it in their order
-
-    def check(self, who: str) -> None:
-        """Raise SceneError naming the lobe's owner and the first value out of its range."""
-        check_finite(f"{who}: colour", self.colour, 0.0)
-        check_finite(f"{who}: covered", self.covered, 0.0)
-        check_finite(f"{who}: weight", self.weight, 0.0)
-        for name, value in self.parameters.items():
-            check_finite(f"{who}: {name}", value, 0.0)
-
-    @property
-    def reflects(self) -> bool:
-        """Whether it does, or has what it covers do."""
-        own = self.may_be("colour") or self.kind in FRESNEL_LOBES
-        return (self.may_be("weight") and own) or self.may_be("covered")
-
-    def may_be(self, name: str) -> bool:
-        """Whether its colour, weight or covered may be more than 0 anywhere."""
-        return name in self.varying or bool(np.max(getattr(self, name)) > 0.0)
-
-    @property
-    def roughness(self) -> tuple[float, float]:
-        """Of microfacets as broad as the lobe, where it is sharpest, as glsl/bsdf has it; 0 of a
-        kind that gathers no photons, and 1 where parameters do not tell. The least and the most
-        that it may be anywhere."""
-        if self.kind in SEND_RAYS:
-            return 0.0, 0.0
-        given: Mapping[str, Any] = self.parameters
-        alphas = [given[name] for name in ALPHAS if name in given]
-        if self.varying.keys() & {"exponent", "roughness", *ALPHAS}:
-            return 0.0, 1.0
-        if "exponent" in given:
-            found = float((2.0 / (given["exponent"] + 2.0)) ** 0.25)
-        elif "roughness" in given:
-            found = float(given["roughness"])
-        else:
-            found = math.sqrt(min(alphas, default=1.0))
-        return found, found
-
-    @property
-    def is_anisotropic(self) -> bool:
-        """Whether it is rougher along its tangent than across, or the other way round."""
-        given = {**self.parameters, **self.varying}
-        return given.get("alpha_x") != given.get("alpha_y")
-
-    def reflected_head_on(self) -> NDArray[np.float64]:
-        """What it reflects itself to a viewer straight above, but for its weight; about that."""
-        if self.kind in COATS:
-            given: Mapping[str, Any] = self.parameters
-            f0 = ((given["ior"] - 1.0) / (given["ior"] + 1.0)) ** 2
-            return np.full(3, min(given["cover"], 1.0) * f0)
-        if self.kind == "sheen":  # next to nothing
-            return np.zeros(3)
-        return np.array(self.colour, np.float64)
-
-
-def reflecting(lobes: tuple[Lobe, ...]) -> tuple[Lobe, ...]:
-    """Those that do, in their order. What others would lie over lies under what is over these."""
-    kept: list[Lobe] = []
-    places: list[int | None] = []  # of each lobe, or of what lies over it
-    for lobe in lobes:
-        over = None if lobe.over is None else places[lobe.over]
-        places.append(len(kept) if lobe.reflects else over)
-        if lobe.reflects:
-            kept.append(replace(lobe, over=over))
-    return tuple(kept)
-
-
-def phong(colour: RGB, exponent: float = MIRROR) -> Lobe:
-    """The paper's specular lobe: a mirror, or Phong's."""
-    if math.isinf(exponent) and exponent > 0.0:
-        return Lobe("mirror", colour)
-    return Lobe("phong", colour, {"exponent": exponent})
-
-
-@dataclass(frozen=True)
-class Material:
-    """BSDF = albedo / pi of a diffuse lobe that nothing covers, and other lobes; and what glows."""
-
-    name: str
-    diffuse: RGB = (0.8, 0.8, 0.8)  # albedo
-    lobes: tuple[Lobe, ...] = ()
-    emission: RGB = BLACK  # radiance on both sides [W/(m^2 sr)]
-    holdout: bool = False  # the eye sees nothing there, and nothing behind it
-    program: Program = ()
-    # Its diffuse albedo, emission, the normal of its smooth surface, "base", or the shading normal
-    # about that one, that the program gives.
-    varying: Varying = field(default_factory=dict)
-    absorption: RGB = BLACK  # of light on its way inside a mesh that wears it [1/m]
-
-    def check(self) -> None:
-        """Raise SceneError naming the material and the first value out of its range."""
-        who = f"material {self.name!r}"
-        check_finite(f"{who}: diffuse", self.diffuse, 0.0)
-        check_finite(f"{who}: emission", self.emission, 0.0)
-        check_finite(f"{who}: absorption", self.absorption, 0.0)
-        for number, lobe in enumerate(self.lobes):
-            lobe.check(f"{who}: {lobe.kind}")
-            if lobe.over is not None and lobe.over not in range(number):
-                raise SceneError(f"{who}: {lobe.kind}: over = {lobe.over} is no lobe before it")
-        check_program(who, self.program, [self.varying, *(lobe.varying for lobe in self.lobes)])
-
-    @property
-    def glows(self) -> bool:
-        """Whether its triangles are lights."""
-        return max(self.emission) > 0 or "emission" in self.varying
-
-    @property
-    def is_transparent(self) -> bool:
-        """Whether light goes straight on through it, all of it or some."""
-        return any(lobe.kind == TRANSPARENT and lobe.reflects for lobe in self.lobes)
-
-    @property
-    def is_diffuse(self) -> bool:
-        """Whether photons land on it."""
-        bare = max(self.diffuse) > 0 or "diffuse" in self.varying
-        return bare or any(lobe.may_be("covered") for lobe in self.lobes)
-
-    @property
-    def is_anisotropic(self) -> bool:
-        """Whether what it reflects depends on a tangent."""
-        return any(lobe.reflects and lobe.is_anisotropic for lobe in self.lobes)
-
-    def head_on(self) -> NDArray[np.float64]:
-        """What it reflects of light from everywhere to a viewer straight above, per channel."""
-        albedo = np.array(self.diffuse, np.float64)
-        passed: list[float] = []  # what gets through each, and through what lies over it
-        for lobe in self.lobes:
-            own, above = lobe.reflected_head_on(), 1.0 if lobe.over is None else passed[lobe.over]
-            passed.append(above * (1.0 - min(own.max(), 1.0)))
-            albedo += above * lobe.weight * own + passed[-1] * np.array(lobe.covered)
-        return albedo
-
-    def conserving(self) -> Material:
-        """The material that reflects no more than it receives in any channel (scaled down). What
-        its program gives is bounded where it is used."""
-        if self.program:
-            return self
-        total = self.head_on()
-        if total.max() <= 1.0:
-            return self
-        scale = np.maximum(total, 1.0)
-        return replace(
-            self,
-            diffuse=_colour(np.divide(self.diffuse, scale)),
-            lobes=tuple(_divided(lobe, scale) for lobe in self.lobes),
-        )
 
 
 @dataclass(frozen=True)
@@ -242,7 +72,7 @@ class Scene:
     light_groups: tuple[str, ...] = ()  # whose light is told apart
     surface_groups: tuple[
         str, ...
-    ] = ()  # (S,) of these, or "", to which what glows belongs; (): ""
+    ] = ()  # (S,) of these, or "", to which what it emits belongs; (): ""
 
     @property
     def emitters(self) -> tuple[Light, ...]:
@@ -450,16 +280,6 @@ _READERS: dict[int, tuple[Callable[..., Light], Callable[..., Material]]] = {
     4: (_read_light, _read_material),
     5: (_read_light, _read_material),
 }
-
-
-def _divided(lobe: Lobe, by: NDArray[np.float64]) -> Lobe:
-    colour = lobe.colour if lobe.kind in COATS else _colour(np.divide(lobe.colour, by))
-    return replace(lobe, colour=colour, covered=_colour(np.divide(lobe.covered, by)))
-
-
-def _colour(values: Any) -> RGB:
-    red, green, blue = map(float, values)
-    return red, green, blue
 
 
 _ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")

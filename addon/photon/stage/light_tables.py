@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights as tables: lamps, triangles that glow, and their tree."""
+"""Lights as tables: lamps, emissive triangles, and their tree."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ from ..kernels.records import (
     LIGHT_LOW,
 )
 from ..scene import FOUND_BY, RGB, Light, Scene
+from .emissive import triangle_lights
 from .environments import Place
 from .geometry import Frame, Mesh
-from .glow import triangle_lights
-from .kinds import WATTS, light_defines, light_kinds, made_lights, order
+from .kinds import WATTS, light_kinds, order
 from .light_tree import MOST_ASKED, Bounds, light_tree
 from .profiles import mean_of
+from .switches import light_defines, made_lights
 from .upload import Textures, texels_of, upload_table
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
@@ -189,16 +190,16 @@ def lights_of(
     scene: Scene,
     frame: Frame,
     mesh: Mesh,
-    glow: NDArray[np.float64],
+    emission: NDArray[np.float64],
     places: tuple[Place, ...],
     more: Textures,
 ) -> tuple[tuple[Light, ...], NDArray[Any]]:
     """The lamps that emit, distant ones first, then by kind, and of each those that are seen first;
-    and the table of LIGHT, one at least: theirs and that of triangles, which glow with a radiance
+    and the table of LIGHT, one at least: theirs and that of triangles, which emit a radiance
     (n, 3)."""
     lamps = tuple(sorted(scene.emitters, key=_rank))
     bounds = float(np.linalg.norm(mesh.extent))
-    of_mesh = triangle_lights(scene, mesh, glow)
+    of_mesh = triangle_lights(scene, mesh, emission)
     if not lamps and not len(of_mesh):
         return lamps, light_table(lamps, frame, bounds)
     of_lamps = light_table(lamps, frame, bounds, places)[: len(lamps)]

@@ -3,32 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
-
-import numpy as np
 
 from ...streams import Defines, Made
-from ..scene import ALL_RAYS, RAY_BITS, RAYS, TRANSPARENT, Camera, Light, Material, Result, Scene
-from ..settings import Settings
-from .gathered import BLEND, can_gather, send_rays
-from .geometry import Mesh
-from .glow import TRIANGLE, glowing, glows_for_some_only
-from .kinds import (
-    light_defines,
-    light_kinds,
-    lobe_kinds,
-    made_bsdf,
-    made_camera,
-    made_lights,
-)
-from .layers import count_layered, has_tint
-from .light_tree import DRAWN_RAYS, MOST_ASKED
-from .limits import casts_caustics, is_limited, lacking_caustics
-from .programs import ProgramNeeds, of_emission, of_transmittance
+from ..scene import RAY_BITS, RAYS, TRANSPARENT
+from .gathered import BLEND
+from .kinds import light_kinds, lobe_kinds
+from .programs import ProgramNeeds
 from .spectrum import made_spectrum
+from .switches import light_defines, made_bsdf, made_camera, made_lights
 
 MOST_PORTALS = 4
 FACES = 6  # of a box, that are portals of photons
@@ -63,7 +47,7 @@ class SceneNeeds:
     photons: bool  # light can reach a diffuse surface by a path that photons stand for
     secondary_rays: bool  # a surface sends some
     emitters_seen: bool  # lights or the world, by the eye or by secondary rays
-    glows: bool  # triangles do
+    emissive: bool  # some triangles are
     weighed: bool  # shadow rays and rays of lobes may find the same light
     chain_depth: int
     photon_bounces: int
@@ -91,74 +75,13 @@ class SceneNeeds:
     first_hits: bool = False  # photons carry the direct light
     no_caustics: int = 0  # bits of CAUSTICS: by such lobes no light comes to diffuse surfaces
     programs: ProgramNeeds = ProgramNeeds()  # of the materials
-    glow_programs: ProgramNeeds = ProgramNeeds()  # where what they emit differs from point to point
+    emission_programs: ProgramNeeds = (
+        ProgramNeeds()
+    )  # where what they emit differs from point to point
     transparent_depth: int = 0  # surfaces that a ray goes straight on through
     absorption: bool = False  # light is absorbed inside meshes
     filter_programs: ProgramNeeds = ProgramNeeds()  # where what they let through does
     caustics: bool = False  # are asked for, and there may be some
-
-    @staticmethod
-    def of(scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]) -> SceneNeeds:
-        """Look at the lamps that emit, and at the materials of the triangles that were kept."""
-        materials = _used(scene, mesh)
-        diffuse = any(material.is_diffuse for material in materials)
-        lobes = [[lobe.kind for lobe in m.lobes if lobe.reflects] for m in materials]
-        kinds = {kind for of_one in lobes for kind in of_one}
-        broad = any(not lobe_kinds()[kind].is_delta for kind in kinds)
-        triangles = len(glowing(scene, mesh))
-        glows, lights = triangles > 0, len(emitting) + triangles
-        lighting = glows or any(light.lights_surfaces for light in emitting)
-        asked = lighting and (diffuse or broad) and not settings.direct_by_photons
-        gathered = lighting and can_gather(scene, settings, materials)
-        rays = bool(kinds) and not (gathered and not any(map(send_rays, materials)))
-        transparent = any(material.is_transparent for material in materials)
-        no_caustics = lacking_caustics(scene, [lobe_kinds()[kind] for kind in kinds])
-        chains = (rays and settings.mirror_depth > 0) or transparent
-        met = [light for light in emitting if light_kinds()[light.kind].is_met(light.parameters)]
-        by_chains = chains and (glows or any("chains" in light.found_by for light in met))
-        of_mesh = frozenset({TRIANGLE} if glows else ())
-        drawn = lights > MOST_ASKED
-        photons = lighting and (diffuse or gathered) and settings.photons_a_pass > 0
-        return SceneNeeds(
-            surfaces=len(mesh.triangles) > 0,
-            shadow_rays=(DRAWN_RAYS if drawn else lights) if asked else 0,
-            drawn_lights=drawn,
-            hidden_highlights=lighting and broad and settings.direct_by_photons,
-            photons=photons,
-            caustics=photons and settings.caustics and any(map(casts_caustics, kinds)),
-            secondary_rays=chains,
-            emitters_seen=by_chains or glows or any("camera" in x.found_by for x in met),
-            glows=glows,
-            weighed=asked
-            and broad
-            and by_chains
-            and (glows or any("glossy" in x.found_by for x in met)),
-            transparent_depth=settings.transparent_depth if transparent else 0,
-            filter_programs=_programs_of(scene, materials, of_transmittance),
-            light_kinds=of_mesh | {light.kind for light in emitting},
-            tangents=len(mesh.tangents) > 0,
-            smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc")
-            or any(one.normals.size > 0 for one in scene.moving),
-            gathered_lobes=gathered,
-            portals=asked
-            and photons
-            and any(light_kinds()[light.kind].is_world for light in emitting),
-            profiles=any(light.profile for light in emitting),
-            gobos=any(light.gobo is not None for light in emitting),
-            arrivals=any(x.cares_who_is_lit for x in emitting if x.lights_surfaces)
-            or glows_for_some_only(scene, mesh),
-            visibility=is_limited(emitting)
-            or any(material.holdout for material in materials)
-            or bool((mesh.visible != ALL_RAYS).any())
-            or transparent
-            or no_caustics > 0,
-            no_caustics=no_caustics,
-            programs=ProgramNeeds.of(scene),
-            glow_programs=_programs_of(scene, materials if glows else (), of_emission),
-            **_of_materials(materials, lobes),
-            **_of_settings(settings),
-            **_of_camera(scene.camera),
-        )
 
     @cached_property
     def emitter_defines(self) -> Defines:
@@ -252,22 +175,17 @@ class SceneNeeds:
     @cached_property
     def emitted_defines(self) -> Defines:
         """What the kernel that finds lights is compiled with."""
-        defines = {**self.direct_defines, **({"GLOWS": 1} if self.glows else {})}
-        defines |= {"GLOWS_BY_PROGRAMS": 1} if self.glow_programs.nodes else {}
+        defines = {**self.direct_defines, **({"EMISSIVE": 1} if self.emissive else {})}
+        defines |= {"EMISSION_BY_PROGRAMS": 1} if self.emission_programs.nodes else {}
         if not self.weighed:
             for name in ("TWO_SIDED", "PORTALS"):
                 defines.pop(name, None)
-        return defines | ({"SURFACES": 1} if self.glows or self.weighed else {})
+        return defines | ({"SURFACES": 1} if self.emissive or self.weighed else {})
 
     @cached_property
-    def glow_defines(self) -> Defines:
-        """What the kernel is compiled with that tells eye rays what glows."""
-        return {"EYE": 1, **self.glow_programs.defines, **self.transparent_defines}
-
-    @property
-    def leads(self) -> bool:
-        """Whether photons may go on through portals."""
-        return self.photons
+    def surface_emission_defines(self) -> Defines:
+        """What the kernel is compiled with that tells eye rays what surfaces emit."""
+        return {"EYE": 1, **self.emission_programs.defines, **self.transparent_defines}
 
     def shade_defines(self, portals: Defines) -> Defines:
         """What Shade is compiled with besides where photons go through portals: it draws their way,
@@ -380,59 +298,11 @@ class SceneNeeds:
         }
 
     @cached_property
-    def glow_made(self) -> Made:
-        """Those of the kernel that tells what glows."""
-        return {**self.made, **self.glow_programs.made}
+    def surface_emission_made(self) -> Made:
+        """Those of the kernel that tells what surfaces emit."""
+        return {**self.made, **self.emission_programs.made}
 
     @cached_property
     def filter_made(self) -> Made:
         """Those of kernels that let shadow rays pass."""
         return {**self.made, **self.filter_programs.made}
-
-
-def _used(scene: Scene, mesh: Mesh) -> list[Material]:
-    """The materials of the triangles that were kept."""
-    if not len(mesh.triangles):
-        return []
-    shown = scene.material if scene.moving else mesh.triangles["material"].astype(int)
-    return [scene.materials[number] for number in np.unique(shown)]
-
-
-def _programs_of(
-    scene: Scene, materials: Sequence[Material], asked: Callable[[Material], list[Result]]
-) -> ProgramNeeds:
-    """What programs need that tell some results; nothing where none of these materials has any."""
-    return ProgramNeeds.of_some(scene, asked) if any(map(asked, materials)) else ProgramNeeds()
-
-
-def _of_materials(materials: Sequence[Material], lobes: Sequence[Sequence[str]]) -> dict[str, Any]:
-    """What hangs on them alone; `lobes` are the kinds of each one's."""
-    kinds = {kind for of_one in lobes for kind in of_one}
-    return {
-        "absorption": any(max(material.absorption) > 0.0 for material in materials),
-        "lobes": min(max(map(len, lobes), default=0), MOST_LOBES),
-        "lobe_kinds": frozenset(kinds),
-        "layers": max(map(count_layered, materials), default=0),
-        "covers": any(lobe.may_be("covered") for m in materials for lobe in m.lobes),
-        # What disperses light weighs each channel by itself, too.
-        "tinted": any(map(has_tint, materials)) or any(lobe_kinds()[x].disperses for x in kinds),
-    }
-
-
-def _of_settings(settings: Settings) -> dict[str, Any]:
-    """What hangs on them alone."""
-    return {
-        "chain_depth": settings.mirror_depth,
-        "photon_bounces": settings.photon_bounces,
-        "illuminance": settings.illuminance,
-        "features": settings.denoise or settings.denoising_data,
-        "first_hits": settings.direct_by_photons,
-    }
-
-
-def _of_camera(camera: Camera) -> dict[str, Any]:
-    return {
-        "camera_kind": camera.kind.lower(),
-        "lens": camera.lens is not None,
-        "panorama": camera.is_panorama,
-    }

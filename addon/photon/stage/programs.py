@@ -15,8 +15,9 @@ from ..errors import SceneError
 from ..kernels.records import CONSTANT, INSTRUCTION
 from ..scene import TRANSPARENT, Material, Result, Scene
 from ..scene.programs import MOST_OPERANDS, PARTS, Constant, Rows, Varying
-from .kinds import made_nodes, node_kinds
+from .kinds import node_kinds
 from .straight import NO_CODE, NONE, StraightCode, made_programs, needed, shape_of, straight_code
+from .switches import made_nodes
 from .textures import TEXTURE_NODE
 
 # More would not fit what GPUs have of memory for each thread that is quick.
@@ -244,7 +245,7 @@ def last_uses(material: Material) -> dict[int, int]:
 
 
 def of_emission(material: Material) -> list[Result]:
-    """The result that says how a material glows, if one does."""
+    """The result that says what a material emits, if one does."""
     return [result for name, result in material.varying.items() if name == "emission"]
 
 

@@ -15,9 +15,9 @@ from ...streams.device import Layer
 from ..kernels.records import PORTAL
 from ..scene import Light, Scene
 from .aims import Aims
+from .emissive import mean_emission
 from .environments import Place, environment_table
 from .geometry import Frame, Mesh
-from .glow import mean_glow
 from .kinds import light_kinds
 from .light_tables import count_distant, is_seen, light_trees, lights_of, set_shares
 from .limits import knows_rays, limit_table, visibility_table
@@ -105,8 +105,8 @@ class Tables:
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {TEXELS: texels} if texels else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
-        glow = mean_glow(device, layer, mesh, scene, textures)
-        emitters, lights = lights_of(device, layer, scene, frame, mesh, glow, places, more)
+        emission = mean_emission(device, layer, mesh, scene, textures)
+        emitters, lights = lights_of(device, layer, scene, frame, mesh, emission, places, more)
         tables = {"lights": lights, **light_trees(device, layer, lights, mesh, more)}
         if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
@@ -122,7 +122,7 @@ class Tables:
         return made
 
     def choose(self, shares: NDArray[np.float64]) -> None:
-        """Let photons start at lights with these probabilities; where triangles that glow have
+        """Let photons start at lights with these probabilities; where emissive triangles have
         moved, with as much more as their flux has grown."""
         if shares is self._shares:
             return
@@ -142,7 +142,7 @@ class Tables:
         self, layer: Layer, scene: Scene, now: Scene, frame: Frame, mesh: Mesh, relit: bool
     ) -> None:
         """Let triangles be where a mesh of the scene has them, as it is `now`; `relit`: some of
-        those that have moved glow."""
+        those that have moved are emissive."""
         self.transparent = _transparent(scene, mesh)
         tables = {
             "triangles": mesh.triangles,
@@ -161,11 +161,11 @@ class Tables:
             self._relight(layer, scene, frame, mesh)
 
     def _relight(self, layer: Layer, scene: Scene, frame: Frame, mesh: Mesh) -> None:
-        """Let the triangles that glow be lights where they are now."""
+        """Let the emissive triangles be lights where they are now."""
         device, places = self._device, self._places
         more = {name: self.textures[name] for name in ("environments",) if places}
-        glow = mean_glow(device, layer, mesh, scene, self.textures)
-        _, self.lights = lights_of(device, layer, scene, frame, mesh, glow, places, more)
+        emission = mean_emission(device, layer, mesh, scene, self.textures)
+        _, self.lights = lights_of(device, layer, scene, frame, mesh, emission, places, more)
         self._flux_now = self.lights["chosen"].astype(np.float64)
         set_shares(self.lights, self._shares_now())
         tables = {"lights": self.lights, **light_trees(device, layer, self.lights, mesh, more)}

@@ -12,7 +12,7 @@ use crate::{aim, portal_search};
 /// least variance.
 ///
 /// Takes numbers float32[n, 4] that samples were drawn by, and of each a mass float32[n], the square of what it
-/// brings over its density; least: the share of photons that goes by plain numbers, in [0, 1]; nearest: below 1
+/// brings over its pdf; least: the share of photons that goes by plain numbers, in [0, 1]; nearest: below 1
 /// where the third number is the square of a distance: half of that share then looks at all distances from its
 /// root on alike. Returns nodes
 /// float32[m, 4] laid out as LAYOUTS says of AimNode, the root first, and the deviation that is left, over
@@ -34,9 +34,9 @@ pub(super) fn aim_tree<'py>(
     Ok((new_rows(py, nodes)?, deviation))
 }
 
-/// How likely numbers float32[n, 4] are by a tree's nodes, over how likely they are without: float32[n].
+/// The pdf of numbers float32[n, 4] by a tree's nodes: float32[n]; without a tree it is 1.
 #[pyfunction]
-pub(super) fn aim_density<'py>(
+pub(super) fn aim_pdf<'py>(
     py: Python<'py>,
     nodes: &Bound<'py, PyAny>,
     numbers: &Bound<'py, PyAny>,
@@ -44,7 +44,7 @@ pub(super) fn aim_density<'py>(
     let nodes = array::<f32>(nodes, "nodes", &[None, Some(4)])?;
     let numbers = array::<f32>(numbers, "numbers", &[None, Some(4)])?;
     let (nodes, numbers) = (rows(&nodes)?, rows(&numbers)?);
-    Ok(PyArray1::from_vec(py, run(py, || Ok(aim::density(nodes, numbers)))?))
+    Ok(PyArray1::from_vec(py, run(py, || Ok(aim::pdf(nodes, numbers)))?))
 }
 
 /// The numbers of photons of a pass by the tree whose root is at a place of nodes: those that numbers

@@ -34,10 +34,7 @@ pub(super) fn build_bvh<'py>(
     vertices: &Bound<'py, PyAny>,
     triangles: &Bound<'py, PyAny>,
 ) -> PyResult<(Rows<'py>, I32Array<'py>, usize, usize, f64)> {
-    let vertices = array::<f32>(vertices, "vertices", &[None, Some(3)])?;
-    let triangles = array::<i32>(triangles, "triangles", &[None, Some(3)])?;
-    let (vertices, triangles) = (rows::<f32, 3>(&vertices)?, rows::<i32, 3>(&triangles)?);
-    let tree = run(py, || bvh::build(vertices, triangles))?;
+    let tree = with_triangles(py, vertices, triangles, bvh::build)?;
     let order = tree.order.into_iter().map(|index| index as i32).collect();
     let nodes = new_matrix(py, tree.nodes, bvh::NODE_FLOATS)?;
     let order = PyArray1::from_vec(py, order);
@@ -58,12 +55,12 @@ pub(super) fn solid_triangles<'py>(
     triangles: &Bound<'py, PyAny>,
     surfaces: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyArray1<i8>>> {
-    let vertices = array::<f32>(vertices, "vertices", &[None, Some(3)])?;
-    let triangles = array::<i32>(triangles, "triangles", &[None, Some(3)])?;
     let surfaces = array::<i32>(surfaces, "surfaces", &[None])?;
-    let (vertices, triangles) = (rows::<f32, 3>(&vertices)?, rows::<i32, 3>(&triangles)?);
     let surfaces = surfaces.as_slice()?;
-    Ok(PyArray1::from_vec(py, run(py, || solid::solid(vertices, triangles, surfaces))?))
+    let sides = with_triangles(py, vertices, triangles, |vertices, triangles| {
+        solid::solid(vertices, triangles, surfaces)
+    })?;
+    Ok(PyArray1::from_vec(py, sides))
 }
 
 /// Fit a BVH's boxes to triangles whose vertices have moved.
@@ -89,15 +86,26 @@ pub(super) fn refit_bvh<'py>(
 ) -> PyResult<Option<(Rows<'py>, usize, usize, f64)>> {
     let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
     let order = array::<i32>(order, "order", &[None])?;
-    let vertices = array::<f32>(vertices, "vertices", &[None, Some(3)])?;
-    let triangles = array::<i32>(triangles, "triangles", &[None, Some(3)])?;
     let (nodes, order) = (nodes.as_slice()?, order.as_slice()?);
-    let (vertices, triangles) = (rows::<f32, 3>(&vertices)?, rows::<i32, 3>(&triangles)?);
-    let Some(tree) = run(py, || refit::refit(nodes, order, vertices, triangles))? else {
-        return Ok(None);
-    };
+    let tree = with_triangles(py, vertices, triangles, |vertices, triangles| {
+        refit::refit(nodes, order, vertices, triangles)
+    })?;
+    let Some(tree) = tree else { return Ok(None) };
     let nodes = new_matrix(py, tree.nodes, bvh::NODE_FLOATS)?;
     Ok(Some((nodes, tree.skipped_not_finite, tree.skipped_degenerate, tree.cost)))
+}
+
+/// What `work` makes of vertices float32[V, 3] and triangles int32[T, 3].
+fn with_triangles<T: Send>(
+    py: Python,
+    vertices: &Bound<PyAny>,
+    triangles: &Bound<PyAny>,
+    work: impl FnOnce(&[[f32; 3]], &[[i32; 3]]) -> Result<T, InvalidInput> + Send,
+) -> PyResult<T> {
+    let vertices = array::<f32>(vertices, "vertices", &[None, Some(3)])?;
+    let triangles = array::<i32>(triangles, "triangles", &[None, Some(3)])?;
+    let (vertices, triangles) = (rows(&vertices)?, rows(&triangles)?);
+    run(py, || work(vertices, triangles))
 }
 
 /// Find the closest hit of each ray, watertight (Woop, Benthin & Wald 2013).

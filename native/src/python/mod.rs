@@ -40,7 +40,7 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(radius_field::radius_grids_about, module)?)?;
     for function in [
         wrap_pyfunction!(aim::aim_tree, module)?,
-        wrap_pyfunction!(aim::aim_density, module)?,
+        wrap_pyfunction!(aim::aim_pdf, module)?,
         wrap_pyfunction!(aim::aimed_numbers, module)?,
         wrap_pyfunction!(aim::random_numbers, module)?,
         wrap_pyfunction!(aim::photon_portals, module)?,

@@ -9,7 +9,7 @@ use super::arrays::{Stream, U32Array, array, new_stream, rows, streams};
 use super::radius_field::RadiusField;
 use super::run;
 use crate::filter::Filter;
-use crate::{density, photons};
+use crate::{density, photon_map, photons};
 
 /// A pass's photons in the cells of a grid, for gathering.
 ///
@@ -18,7 +18,7 @@ use crate::{density, photons};
 /// light); the grid as for sort_photons, which says what is
 /// refused.
 #[pyclass(frozen, module = "photon_stream_native")]
-pub(super) struct PhotonMap(density::PhotonMap);
+pub(super) struct PhotonMap(photon_map::PhotonMap);
 
 #[pymethods]
 impl PhotonMap {
@@ -37,7 +37,7 @@ impl PhotonMap {
         let deposit = array::<f32>(deposit, "deposit", &[None, Some(4)])?;
         let (place, deposit) = (rows(&place)?, rows(&deposit)?);
         let grid = photons::Grid { origin, cell_size, cells };
-        Ok(PhotonMap(run(py, || density::PhotonMap::new(place, deposit, grid, directions))?))
+        Ok(PhotonMap(run(py, || photon_map::PhotonMap::new(place, deposit, grid, directions))?))
     }
 
     /// Sum the photons around each visible point.
@@ -62,7 +62,7 @@ impl PhotonMap {
         let discs = density::Discs { radii: &radii.0, radius_scale, filter: Filter::named(filter)? };
         new_stream(py, given.place(), |out| {
             run(py, || {
-                self.0.gather(&points, &discs, out);
+                density::gather(&self.0, &points, &discs, out);
                 Ok(())
             })
         })
@@ -72,7 +72,7 @@ impl PhotonMap {
     ///
     /// Takes besides the streams of lobes; see layouts.rs. Of Phong's: Gathered, PlainLobe, PlainPeak. Of
     /// microfacets: Gathered, RayDirection, and Scaled, Based and Dipped of each of two. Returns the irradiance
-    /// and, alike, the radiance that lobes send on.
+    /// and, alike, the radiance that lobes reflect.
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (points, lobes, radii, radius_scale, filter, bent=None))]
     fn gather_lobes<'py>(
@@ -92,16 +92,16 @@ impl PhotonMap {
         let (points, lobes) = (given.points()?, lobes_of(&lobes)?);
         let discs = density::Discs { radii: &radii.0, radius_scale, filter: Filter::named(filter)? };
         let mut irradiance = None;
-        let gloss = new_stream(py, given.place(), |gloss| {
+        let reflected = new_stream(py, given.place(), |reflected| {
             irradiance = Some(new_stream(py, given.place(), |out| {
                 run(py, || {
-                    self.0.gather_gloss(&points, &lobes, &discs, out, gloss);
+                    density::gather_lobes(&self.0, &points, &lobes, &discs, out, reflected);
                     Ok(())
                 })
             })?);
             Ok(())
         })?;
-        Ok((irradiance.expect("made with the gloss"), gloss))
+        Ok((irradiance.expect("made with the other"), reflected))
     }
 }
 

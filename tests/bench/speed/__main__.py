@@ -18,8 +18,8 @@ import traceback
 from collections.abc import Callable
 from pathlib import Path
 
+from addon.photon.backends.backend import open_device
 from addon.photon.settings import Settings
-from addon.photon.ways.way import open_device
 
 from ..host import processor
 from .backends import measure_machine, measure_scenes, measure_ways

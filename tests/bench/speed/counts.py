@@ -13,6 +13,7 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
+from addon.photon.backends.native_kernels import NativeTracer
 from addon.photon.kernels.direct import Direct, ShadowRays
 from addon.photon.kernels.tracer import Tracer
 from addon.photon.photons.photon_grid import PhotonGrid
@@ -22,7 +23,6 @@ from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
-from addon.photon.ways.native_kernels import NativeTracer
 from addon.streams import Device, Stream
 
 from .launches import EYE, PHOTONS, kernel_classes, replaced

@@ -12,13 +12,13 @@ from typing import Any
 
 import moderngl
 
+from addon.photon.backends.native_kernels import NativeTracer
+from addon.photon.backends.native_photon_grid import NativePhotonGrid
 from addon.photon.photons.device_photon_mapper import DevicePhotonMapper
 from addon.photon.photons.native_photon_mapper import NativePhotonMapper
 from addon.photon.photons.photon_grid import PhotonGrid
 from addon.photon.photons.photon_mapper import PhotonMapper
 from addon.photon.photons.splats import Splats
-from addon.photon.ways.native_kernels import NativeTracer
-from addon.photon.ways.native_photon_grid import NativePhotonGrid
 from addon.streams import Device, HostKernel, Kernel, Program, Stream
 
 PHOTONS, PHOTON_MAP, EYE = "photons", "photon map", "eye"  # the parts of a pass

@@ -18,6 +18,7 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
+from addon.photon.backends.backend import open_device
 from addon.photon.jobs.process import RendererProcess
 from addon.photon.kernels.records import HIT, RAY_DIRECTION, RAY_ORIGIN
 from addon.photon.kernels.tracer import Tracer
@@ -26,7 +27,6 @@ from addon.photon.scene import Camera, Scene
 from addon.photon.settings import Settings
 from addon.photon.stage.geometry import Mesh, frame_of
 from addon.photon.stage.tables import Tables
-from addon.photon.ways.way import open_device
 from addon.streams import TEXEL, Device, Stream
 from tests.scenes import corners_of, plain_material
 

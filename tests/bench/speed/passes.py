@@ -66,7 +66,7 @@ class Way:
     def taken(renderer: Renderer) -> Way:
         """The way that a renderer has taken, chosen by itself or not."""
         shape = renderer.settings.splat_shape if renderer.estimator == "splat" else ""
-        return Way(renderer.way.name, renderer.estimator, shape)
+        return Way(renderer.backend.name, renderer.estimator, shape)
 
 
 def ways_of(device: Device, shapes: tuple[str, ...] = get_args(SplatShape)) -> list[Way]:

@@ -41,6 +41,6 @@ def export_light(
         return ()
     note_light(lamp)
     light = READERS[obj.data.type](lamp)
-    if not notes.mention(lamp.owner):
+    if not notes.mentions(lamp.owner):
         notes.exact(lamp.owner, f"{obj.data.type.capitalize()} light")
     return signed(limited(light, obj.data)) if light else ()

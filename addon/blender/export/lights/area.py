@@ -6,7 +6,8 @@ from __future__ import annotations
 import math
 
 from ....photon.scene import Light, area_light
-from .common import Lamp, finished, triple
+from ..triples import triple
+from .common import Lamp, finished
 
 
 def read(lamp: Lamp) -> Light | None:

@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from ....photon.scene import MOST_BOUNCES, RGB, Image, Light
 from ..report import Notes
+from ..triples import triple
 from .strength import strength_of
 
 # Two axes count as equally long within matrix_world's float32 rounding.
 EVEN_SCALE = 1e-4
+RAYS = ("camera", "diffuse", "glossy")  # that objects' ray visibility tells apart for lights
 # RNA names of what only EEVEE knows, with their neutral values.
 EEVEE_FACTORS = {"diffuse_factor": "Diffuse", "specular_factor": "Specular"}
 
@@ -100,7 +102,7 @@ def _found_by(lamp: Lamp) -> tuple[str, ...]:
     """As in Cycles: where its rays are not to find a light, the eye's are not either."""
     cycles = getattr(lamp.data, "cycles", None)
     by_rays = getattr(cycles, "use_multiple_importance_sampling", True)
-    visible = {name: getattr(lamp.obj, f"visible_{name}", True) for name in VISIBLE}
+    visible = {name: getattr(lamp.obj, f"visible_{name}", True) for name in RAYS}
     found = {
         "camera": visible["camera"] and by_rays,
         "diffuse": visible["diffuse"],
@@ -108,9 +110,6 @@ def _found_by(lamp: Lamp) -> tuple[str, ...]:
         "chains": visible["glossy"] and by_rays,
     }
     return tuple(name for name, is_found in found.items() if is_found)
-
-
-VISIBLE = ("camera", "diffuse", "glossy")
 
 
 def limited(light: Light, data: bpy.types.Light) -> Light:
@@ -135,11 +134,6 @@ def note_light(lamp: Lamp) -> None:
     linking = getattr(obj, "light_linking", None)
     if linking and (linking.receiver_collection or linking.blocker_collection):
         notes.ignored(name, "Light Linking", "it lights every object")
-
-
-def triple(values: Any) -> RGB:
-    x, y, z = (float(value) for value in values)
-    return x, y, z
 
 
 def _numbers(values: NDArray[np.float64]) -> str:

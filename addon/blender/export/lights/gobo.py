@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..graph import Scope, source
+from ..links import Scope, source
 from ..world_nodes import StandIn, Unsuited, evaluate
 
 KINDS = {"POINT", "SPOT", "AREA"}

@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from ....photon.scene import Light, point_light
-from .common import Lamp, finished, triple
+from ..triples import triple
+from .common import Lamp, finished
 
 
 def read(lamp: Lamp) -> Light:
@@ -18,7 +19,7 @@ def read(lamp: Lamp) -> Light:
     if np.linalg.norm(lamp.matrix[:3, :3], axis=0).min() > 0.0:  # else it has no directions
         _, _, axes = lamp.matrix[:3, :3].T
         light = replace(light, direction=triple(-axes), across=triple(lamp.matrix[:3, 0]))
-    return finished(lamp, light, surface_of(radius))
+    return finished(lamp, light, unnormalized_factor(radius))
 
 
 def size_of(lamp: Lamp) -> tuple[float, bool]:
@@ -27,6 +28,6 @@ def size_of(lamp: Lamp) -> tuple[float, bool]:
     return radius, bool(getattr(lamp.data, "use_soft_falloff", False))  # Blender 4.3 on
 
 
-def surface_of(radius: float) -> float:
-    """What Cycles multiplies by where power is not of the whole light: 4 for one without size."""
+def unnormalized_factor(radius: float) -> float:
+    """What Cycles multiplies by where Normalize is off: 4 for a light without size."""
     return 4.0 * math.pi * radius * radius if radius > 0.0 else 4.0

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 from ....photon.scene import Light, spot_light
+from ..triples import triple
 from . import point
-from .common import EVEN_SCALE, Lamp, finished, triple
+from .common import EVEN_SCALE, Lamp, finished
 
 
 def read(lamp: Lamp) -> Light | None:
@@ -29,4 +30,4 @@ def read(lamp: Lamp) -> Light | None:
         across=across,
         stretch=stretch,
     )
-    return finished(lamp, light, point.surface_of(radius))
+    return finished(lamp, light, point.unnormalized_factor(radius))

@@ -10,7 +10,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..graph import Graph, Scope, colour_of, source, value_of
+from ..graph import Graph, colour_of, value_of
+from ..links import Scope, source
 from ..nodes import graph_of
 from ..report import Notes
 from ..world_nodes import Unsuited

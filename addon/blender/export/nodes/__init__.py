@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Asked, Colour, Graph, Reader, resolved
+from ....photon.scene import RGB
+from ..graph import Context, Graph, Reader, resolved
 from ..report import Notes
 from . import (
     attributes,
@@ -103,11 +104,10 @@ def graph_of(
     whose: bpy.types.Material | bpy.types.World | bpy.types.Light,
     owner: str,
     notes: Notes,
-    averages: dict[str, Colour | None] | None = None,
-    asked: Asked | None = None,
+    averages: dict[str, RGB | None] | None = None,
+    context: Context | None = None,
 ) -> Graph:
-    """The nodes of a material, a world or a light with all readers; `asked` of meshes, if any there
-    is."""
+    """The nodes of a material, a world or a light with all readers."""
     tree, holder = resolved(whose)
     averages = {} if averages is None else averages
-    return Graph(tree, owner, notes, READERS, averages, asked or Asked(), holder=holder)
+    return Graph(tree, owner, notes, READERS, averages, context or Context(), holder=holder)

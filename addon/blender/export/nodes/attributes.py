@@ -7,7 +7,8 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import ZERO, Value
 from . import geometry
 from .geometry import GEOMETRY
@@ -30,7 +31,7 @@ STRAND = "strand"  # what Hair Info and Point Info tell, by the names of their o
 
 def attribute(graph: Graph, *what: str) -> Value:
     """What the corners of the meshes have of a kind, and maybe a name."""
-    number = Value.of(graph.asked.attribute(*what))
+    number = Value.of(graph.context.attribute(*what))
     if what[0] in (NORMAL, TANGENT):  # of the point itself, as in Cycles
         return graph.program.emit("attribute", number=number, shift=Value.of((0.0, 0.0, 0.0, 0.0)))
     return graph.program.emit("attribute", number=number)
@@ -72,15 +73,15 @@ def read_coordinate(
 
 def in_camera(graph: Graph) -> Value:
     """Where the point is, for the camera: it looks along its Z [m]."""
-    if graph.asked.camera is None:
+    if graph.context.camera is None:
         graph.notes.approximated(graph.owner, "Camera coordinates", "0 is used")
         return ZERO
-    return transformed(graph, here(graph, "position"), graph.asked.camera.to_camera[:3])
+    return transformed(graph, here(graph, "position"), graph.context.camera.to_camera[:3])
 
 
 def in_window(graph: Graph) -> Value:
     """Where the picture shows the point, from 0 to 1."""
-    view = graph.asked.camera
+    view = graph.context.camera
     if view is None or view.camera.is_panorama:
         graph.notes.approximated(graph.owner, "Window coordinates", "0 is used")
         return ZERO
@@ -108,7 +109,7 @@ def read_attribute(
         case "OBJECT" | "INSTANCER":
             found = attribute(graph, OBJECT if node.attribute_type == "OBJECT" else INSTANCER, name)
         case _:
-            found = Value.of(graph.asked.of_view(name))
+            found = Value.of(graph.context.of_view(name))
     if output.name == "Alpha":
         return found.part("w")
     return found.part("average") if is_factor else found

@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope
+from ..graph import Graph
 from ..hsv import CONVERSIONS, hue_saturation
+from ..links import Scope
 from ..programs import Value, math, mix
 from ..working_space import luminance
 from .vectors import Numbers, combined

@@ -7,7 +7,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import ONE, Table, Value, mix
 
 ROWS = 256
@@ -36,7 +37,7 @@ def read_curves(
     """Read RGB or Vector Curves: of colours, the common curve and then the channel's."""
     factor, colour = (graph.value(socket, scope) for socket in node.inputs)
     is_rgb = node.type == "CURVE_RGB"
-    low, high = reach(node.mapping, 4 if is_rgb else 3)
+    low, high = domain(node.mapping, 4 if is_rgb else 3)
     node.mapping.initialize()
     curves, evaluate = node.mapping.curves, node.mapping.evaluate
     rows = np.ones((ROWS, 4))
@@ -54,7 +55,7 @@ def read_float_curve(
 ) -> Value:
     """Read Float Curve."""
     factor, number = (graph.value(socket, scope) for socket in node.inputs)
-    low, high = reach(node.mapping, 1)
+    low, high = domain(node.mapping, 1)
     node.mapping.initialize()
     curve, evaluate = node.mapping.curves[0], node.mapping.evaluate
     numbers = [evaluate(curve, at) for at in np.linspace(low, high, ROWS)]
@@ -69,8 +70,8 @@ def _table(node: bpy.types.Node, rows: NDArray[np.float64]) -> dict[str, Value |
     return {"rows": Table(rows), "extends": extends}
 
 
-def reach(mapping: bpy.types.CurveMapping, count: int) -> tuple[float, float]:
-    """From where to where so many of its curves have points."""
+def domain(mapping: bpy.types.CurveMapping, count: int) -> tuple[float, float]:
+    """Where the first so many of its curves have points: from the lowest x to the highest."""
     ends = [(curve.points[0].location.x, curve.points[-1].location.x) for curve in mapping.curves]
     low, high = min(a for a, _ in ends[:count]), max(b for _, b in ends[:count])
     return low, high

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import Value
 from .procedural import numbers, vector
 

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..colour_spaces import decoded
-from ..graph import Graph, Scope, is_given
+from ..graph import Graph
+from ..links import Scope, is_given
 from ..programs import Value
 from ..textures import Found, is_separated
-from .attributes import UV, attribute, here
+from .attributes import UV, here
+from .texture_vector import texture_vector
 
 # The numbers of glsl/lib/image.glsl and glsl/nodes/image.glsl.
 TEXELS = {"Closest": 1, "Linear": 2, "Cubic": 4, "Smart": 4}
@@ -31,7 +33,7 @@ def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope
         is_box = node.projection == "BOX"
         value = graph.program.emit(
             "image",
-            vector=_vector(graph, node, scope),
+            vector=texture_vector(graph, node, scope, UV, ""),
             normal=here(graph, "object normal") if is_box else Value.of(0.0),
             image=Value.of(found.first),
             tiles=Value.of(0 if is_box else found.tiles),
@@ -67,18 +69,6 @@ def read_environment(
         separated=Value.of(0.0),
         faces=Value.of(1),
     )
-
-
-def _vector(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value:
-    mapping = node.texture_mapping
-    moved = any(mapping.translation) or any(mapping.rotation) or any(x != 1 for x in mapping.scale)
-    if moved or mapping.use_min or mapping.use_max:
-        what = "the node's own mapping, of old files, is left out"
-        graph.notes.approximated(graph.owner, f"Texture Mapping of '{node.name}'", what)
-    socket = node.inputs["Vector"]
-    if not is_given(socket, scope):
-        return attribute(graph, UV, "")
-    return graph.value(socket, scope)
 
 
 def _constant(found: Found, separated: bool) -> NDArray[np.float64]:

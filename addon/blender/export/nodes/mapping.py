@@ -6,7 +6,8 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import ZERO, Value, math
 from .vectors import Numbers, unit, vector
 
@@ -71,7 +72,7 @@ def read_transform(
     given, wanted = node.convert_from, node.convert_to
     if given == wanted:
         return at
-    if "CAMERA" in (given, wanted) and graph.asked.camera is None:
+    if "CAMERA" in (given, wanted) and graph.context.camera is None:
         graph.notes.approximated(graph.owner, "Camera space", "world space is used")
     if given == "OBJECT":
         at = in_space(graph, at, way + 3)
@@ -84,9 +85,9 @@ def read_transform(
 
 def _by_camera(graph: Graph, at: Value, kind: str, is_back: bool) -> Value:
     """From world space to the camera's, which looks along its Z, or back."""
-    if graph.asked.camera is None:
+    if graph.context.camera is None:
         return at
-    to_camera = graph.asked.camera.to_camera
+    to_camera = graph.context.camera.to_camera
     rows = (np.linalg.inv(to_camera) if is_back else to_camera)[:3].copy()
     if kind != "POINT":
         rows[:, 3] = 0.0

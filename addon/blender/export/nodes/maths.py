@@ -6,7 +6,8 @@ from __future__ import annotations
 import bpy
 
 from ..arithmetic import ARITHMETIC, FUNCTIONS
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import Value, math
 
 # How many of its inputs an operation has; the others have two.

@@ -9,8 +9,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..graph import Graph, Scope
+from ..graph import Graph
 from ..hsv import BLENDS, HUE_BLENDS, Blend
+from ..links import Scope
 from ..programs import ZERO, Value, math, mix
 
 Numbers = NDArray[np.float64]

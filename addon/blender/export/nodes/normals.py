@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope, linked
+from ..graph import Graph
+from ..links import Scope, linked
 from ..programs import ZERO, Value, value
 from .attributes import NORMAL, TANGENT, attribute, here
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import ZERO, Value
 from .attributes import PARTICLE, STRAND, attribute
 from .mapping import in_space
@@ -19,7 +20,7 @@ def read_info(
 ) -> Value:
     """Read Object Info."""
     if output.name == "Material Index":
-        return Value.of(graph.asked.index)
+        return Value.of(graph.context.index)
     found = graph.program.emit("object", which=Value.of(INFO[output.name]))
     return found.part("w") if output.name == "Alpha" else found
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope, is_given
+from ..graph import Graph
+from ..links import Scope
 from ..programs import Value
-from .attributes import GENERATED, attribute
+from .attributes import GENERATED
+from .texture_vector import texture_vector
 
 # What instructions have of a place, by the dimensions of a texture.
 PLACES = {"1D": ("w",), "2D": ("vector",), "3D": ("vector",), "4D": ("vector", "w")}
@@ -15,16 +17,7 @@ PLACES = {"1D": ("w",), "2D": ("vector",), "3D": ("vector",), "4D": ("vector", "
 
 def vector(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value:
     """The coordinates of a texture: generated ones if nothing is linked."""
-    mapping = node.texture_mapping
-    axes = (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z)
-    moved = any(mapping.translation) or any(mapping.rotation) or tuple(mapping.scale) != (1, 1, 1)
-    if moved or axes != ("X", "Y", "Z") or mapping.use_min or mapping.use_max:
-        feature = f"Texture Mapping of '{node.name}'"
-        graph.notes.approximated(graph.owner, feature, "coordinates are used as they are")
-    socket = node.inputs["Vector"]
-    if not is_given(socket, scope):
-        return attribute(graph, GENERATED)
-    return graph.value(socket, scope)
+    return texture_vector(graph, node, scope, GENERATED)
 
 
 def place(graph: Graph, node: bpy.types.Node, scope: Scope, dimensions: str) -> dict[str, Value]:
@@ -46,15 +39,10 @@ def whole_place(
     return {"vector": none, "w": none} | place(graph, node, scope, dimensions)
 
 
-def number(graph: Graph, node: bpy.types.Node, scope: Scope, name: str) -> Value:
-    """An input by its name; 0 where the node's options leave it out, and nothing asks for it."""
-    socket = node.inputs.get(name)
-    return Value.of(0.0) if socket is None else graph.value(socket, scope)
-
-
 def numbers(graph: Graph, node: bpy.types.Node, scope: Scope, *names: str) -> dict[str, Value]:
-    """Inputs by their names in Blender, as operands: "Detail Scale" is detail_scale."""
-    return {name.lower().replace(" ", "_"): number(graph, node, scope, name) for name in names}
+    """Inputs by their names in Blender, as operands: "Detail Scale" is detail_scale. Those that a
+    node's options leave out are 0: nothing asks for them."""
+    return {name.lower().replace(" ", "_"): graph.input(node, name, scope, 0.0) for name in names}
 
 
 def choice(value: float) -> Value:

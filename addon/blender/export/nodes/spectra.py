@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from ....streams import source
 from ..blackbody import blackbody
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import Value, math
 from ..working_space import REC_709, from_rec709, working_space
 from .mapping import transformed

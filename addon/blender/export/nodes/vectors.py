@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arithmetic import ARITHMETIC, FUNCTIONS
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import ONE, Value, math
 
 Numbers = NDArray[np.float64]

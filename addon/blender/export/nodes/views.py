@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope, is_given
+from ..graph import Graph
+from ..links import Scope, is_given
 from ..programs import ONE, ZERO, Value, math
 from .attributes import in_camera
 from .mapping import normalized

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import Value
-from .procedural import choice, number, numbers, place, whole_place
+from .procedural import choice, numbers, place, whole_place
 
 # The numbers of glsl/lib/voronoi.glsl; Minkowski's metric is an instruction of its own.
 METRICS = {"EUCLIDEAN": 0, "MANHATTAN": 1, "CHEBYCHEV": 2}
@@ -33,7 +34,7 @@ def _points(graph: Graph, node: bpy.types.Node, scope: Scope, placed: bool) -> V
     dimensions, feature = node.voronoi_dimensions, node.feature
     operands = numbers(graph, node, scope, *LAYERS)
     operands |= {"normalized": choice(node.normalize), "placed": choice(placed)}
-    smoothness = number(graph, node, scope, "Smoothness")
+    smoothness = graph.input(node, "Smoothness", scope, 0.0)
     if feature == "SMOOTH_F1" and smoothness.is_just(0.0):
         feature = "F1"
     if dimensions == "1D":
@@ -43,7 +44,7 @@ def _points(graph: Graph, node: bpy.types.Node, scope: Scope, placed: bool) -> V
         return graph.program.emit(
             "voronoi_minkowski",
             **operands,
-            exponent=number(graph, node, scope, "Exponent"),
+            exponent=graph.input(node, "Exponent", scope),
             feature=choice(FEATURES[feature]),
             smoothness=smoothness,
             dimensions=choice(int(dimensions[0])),

@@ -8,22 +8,21 @@ from functools import partial
 
 import bpy
 
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import ONE
 from . import diffuse, emission, glass, glossy, hair, metallic, mix, principled, sheen, toon
-from .bsdf import BLACK, CLEAR, Bsdf, Colour, ShaderLobe, SpecularModel, as_diffuse, triple
+from .bsdf import BLACK, CLEAR, Bsdf, ShaderLobe, SpecularModel, as_diffuse
 from .normals import with_normal
 
 __all__ = [
     "BLACK",
     "CLEAR",
     "Bsdf",
-    "Colour",
     "ShaderLobe",
     "SpecularModel",
     "principled",
     "read_shader",
-    "triple",
 ]
 
 Reader = Callable[[Graph, bpy.types.Node, Scope, SpecularModel], Bsdf | None]
@@ -37,12 +36,12 @@ def read_shader(
     model: SpecularModel,
 ) -> Bsdf | None:
     """Return the lobes of the shader that ends in an output of `node`; CLEAR if it is no surface at
-    all. A colour or a number glows."""
+    all. A colour or a number is emitted."""
     if node is None:
         return BLACK
     reader = READERS.get(node.type)
     if reader is None and node.type in graph.readers:
-        return emission.glowing(graph.output_value(node, output, scope))
+        return emission.emitted(graph.output_value(node, output, scope))
     if reader is None:
         graph.notes.ignored(graph.owner, f"{node.bl_label} '{node.name}'", "reflects nothing")
         return BLACK

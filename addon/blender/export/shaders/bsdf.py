@@ -8,15 +8,12 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import bpy
-import numpy as np
-from numpy.typing import NDArray
 
-from ....photon.scene import RGB
-from ..graph import Graph, Scope
-from ..programs import ONE, ZERO, Value, math, value
+from ..graph import Graph
+from ..links import Scope
+from ..programs import ONE, ZERO, Value, math
 from ..tangents import Tangent
 
-Colour = NDArray[np.float64]
 # A Phong lobe narrower than this is beyond float32 cosines on the GPU; roughness 0.038.
 SHARPEST_EXPONENT = 1e6
 # alpha_x alpha_y up to which Cycles' microfacets are a perfect mirror; roughness 0.0038.
@@ -147,47 +144,27 @@ def _joined(one: ShaderLobe, other: ShaderLobe) -> ShaderLobe:
     return replace(one, weight=one.weight + other.weight, covered=covered)
 
 
-def triple(values: Colour) -> RGB:
-    """Three numbers as a value of the scene's."""
-    red, green, blue = (float(value) for value in values)
-    return red, green, blue
-
-
-def colour(graph: Graph, node: bpy.types.Node, name: str, scope: Scope) -> Value:
-    """The colour of an input, black if there is no such input."""
-    socket = node.inputs.get(name)
-    return ZERO if socket is None else graph.value(socket, scope)
-
-
-def number(
-    graph: Graph, node: bpy.types.Node, name: str, scope: Scope, default: float = 0.0
-) -> Value:
-    """The number of an input, `default` if there is no such input."""
-    socket = node.inputs.get(name)
-    return value(default) if socket is None else graph.value(socket, scope)
-
-
 def note_anisotropy(graph: Graph, node: bpy.types.Node, scope: Scope) -> None:
     """Say that reflections are not stretched."""
     for name in ("Anisotropy", "Anisotropic"):
-        if not number(graph, node, name, scope).is_just(0.0):
+        if not graph.input(node, name, scope, 0.0).is_just(0.0):
             graph.notes.approximated(graph.owner, name, "its reflections are round")
 
 
 def as_diffuse(graph: Graph, node: bpy.types.Node, scope: Scope) -> Bsdf:
     """Scattering of other kinds, as a diffuse surface of the same colour."""
     graph.notes.approximated(graph.owner, f"{node.bl_label}", "rendered as diffuse")
-    return Bsdf(colour(graph, node, "Color", scope))
+    return Bsdf(graph.input(node, "Color", scope))
 
 
 def roughness_of(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value:
     """A node's roughness, in [0, 1]."""
-    return math("MINIMUM", math("ABSOLUTE", number(graph, node, "Roughness", scope)), 1.0)
+    return math("MINIMUM", math("ABSOLUTE", graph.input(node, "Roughness", scope)), 1.0)
 
 
 def phong_of(graph: Graph, node: bpy.types.Node, k_s: Value, scope: Scope) -> ShaderLobe:
     """The paper's lobe of a node's roughness: exponent n = 2 / alpha^2 - 2, alpha = roughness^2."""
-    roughness = math("ABSOLUTE", number(graph, node, "Roughness", scope))
+    roughness = math("ABSOLUTE", graph.input(node, "Roughness", scope))
     mirror = ShaderLobe("mirror", k_s, {})
     if roughness.is_just(0.0):
         return mirror

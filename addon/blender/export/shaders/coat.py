@@ -7,25 +7,27 @@ from dataclasses import replace
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
-from ..graph import Graph, Scope, linked
+from ..graph import Graph
+from ..links import Scope, linked
 from ..nodes.normals import smooth
 from ..programs import Value, math, value
-from .bsdf import Bsdf, Colour, ShaderLobe, clipped, colour, number
+from .bsdf import Bsdf, ShaderLobe, clipped
 
 ANGLES = 64  # of rays through the coat, to average what it lets through
 
 
 def under_coat(graph: Graph, node: bpy.types.Node, scope: Scope, below: Bsdf) -> Bsdf:
     """What the coat lies over, and the coat, if there is any."""
-    cover = number(graph, node, "Coat Weight", scope).clamp()
+    cover = graph.input(node, "Coat Weight", scope).clamp()
     if cover.is_just(0.0):
         return below
-    tint = clipped(colour(graph, node, "Coat Tint", scope))
-    ior = math("MAXIMUM", number(graph, node, "Coat IOR", scope, 1.5), 1.0)
-    roughness = number(graph, node, "Coat Roughness", scope).clamp()
+    tint = clipped(graph.input(node, "Coat Tint", scope))
+    ior = math("MAXIMUM", graph.input(node, "Coat IOR", scope), 1.0)
+    roughness = graph.input(node, "Coat Roughness", scope).clamp()
     if not below.emission.is_just(0.0):
-        below = replace(below, emission=below.emission * _of_glow(graph, tint, ior, cover))
+        below = replace(below, emission=below.emission * _emission_share(graph, tint, ior, cover))
     parameters = {"alpha": roughness * roughness, "ior": ior, "cover": cover}
     own, kind = _own_normal(graph, node, scope), "coat"
     if own is not None:
@@ -45,8 +47,8 @@ def _own_normal(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value | Non
     return None if own == base else own
 
 
-def _of_glow(graph: Graph, tint: Value, ior: Value, cover: Value) -> Value:
-    """The share of what glows below a coat that it lets through."""
+def _emission_share(graph: Graph, tint: Value, ior: Value, cover: Value) -> Value:
+    """The share of the emission below a coat that it lets through."""
     if not (tint.is_constant and ior.is_constant and cover.is_constant):
         what = "a coat that differs from point to point does not dim it"
         graph.notes.approximated(graph.owner, "Emission below a coat", what)
@@ -56,13 +58,13 @@ def _of_glow(graph: Graph, tint: Value, ior: Value, cover: Value) -> Value:
     return value(let_through(tint.colour, ior.number, cover.number))
 
 
-def let_through(tint: Colour, ior: float, cover: float) -> Colour:
-    """What a smooth coat lets through of a diffuse glow below it."""
-    squared = (np.arange(ANGLES) + 0.5) / ANGLES  # cosines as often as a diffuse glow has them
+def let_through(tint: NDArray[np.float64], ior: float, cover: float) -> NDArray[np.float64]:
+    """What a smooth coat lets through of diffuse emission below it."""
+    squared = (np.arange(ANGLES) + 0.5) / ANGLES  # cosines as often as diffuse emission has them
     cosine, inside = np.sqrt(squared), np.sqrt(1.0 - (1.0 - squared) / ior**2)
     perpendicular = ((cosine - ior * inside) / (cosine + ior * inside)) ** 2
     parallel = ((ior * cosine - inside) / (ior * cosine + inside)) ** 2
     passed = 1.0 - cover * 0.5 * (perpendicular + parallel)
     tinted = 1.0 - cover + cover * tint ** (1.0 / inside[:, None])
-    shares: Colour = (passed[:, None] * tinted).mean(axis=0)
+    shares: NDArray[np.float64] = (passed[:, None] * tinted).mean(axis=0)
     return shares

@@ -5,17 +5,18 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import Value
-from .bsdf import Bsdf, ShaderLobe, SpecularModel, clipped, colour, number
+from .bsdf import Bsdf, ShaderLobe, SpecularModel, clipped
 
 SMOOTH = 1e-5  # the roughness up to which Cycles takes it for none
 
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read the node's lobe."""
-    roughness = number(graph, node, "Roughness", scope)
-    return rough_diffuse(graph, colour(graph, node, "Color", scope), roughness, model)
+    roughness = graph.input(node, "Roughness", scope)
+    return rough_diffuse(graph, graph.input(node, "Color", scope), roughness, model)
 
 
 def rough_diffuse(graph: Graph, albedo: Value, roughness: Value, model: SpecularModel) -> Bsdf:
@@ -33,6 +34,4 @@ def read_translucent(
     graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel
 ) -> Bsdf:
     """Read a Translucent BSDF."""
-    return Bsdf(
-        lobes=(ShaderLobe("translucent", clipped(colour(graph, node, "Color", scope)), {}),)
-    )
+    return Bsdf(lobes=(ShaderLobe("translucent", clipped(graph.input(node, "Color", scope)), {}),))

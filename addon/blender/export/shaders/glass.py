@@ -7,19 +7,10 @@ from dataclasses import replace
 
 import bpy
 
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import ONE, ZERO, Value, math, value
-from .bsdf import (
-    NO_INTERFACE,
-    SMOOTH,
-    Bsdf,
-    ShaderLobe,
-    SpecularModel,
-    clipped,
-    colour,
-    number,
-    roughness_of,
-)
+from .bsdf import NO_INTERFACE, SMOOTH, Bsdf, ShaderLobe, SpecularModel, clipped, roughness_of
 from .microfacets import LEAST, is_compensated
 
 # What reflection is multiplied by (glsl/lib/glass.glsl).
@@ -46,7 +37,7 @@ def glass(
 ) -> ShaderLobe:
     """The lobe of a node's roughness and index; `passed`: what refraction is multiplied by, `tint`:
     what reflection head-on is."""
-    index = number(graph, node, "IOR", scope, 1.5)
+    index = graph.input(node, "IOR", scope)
     parameters = {"ior": math("MAXIMUM", index, 1e-5), "tint": clipped(tint), "reflects": reflects}
     parameters["open"] = ZERO  # of a mesh that is, MaterialTable makes another material
     roughness = roughness_of(graph, node, scope)
@@ -79,6 +70,6 @@ def _dispersing(lobe: ShaderLobe, dispersion: float) -> ShaderLobe:
 
 
 def _of_node(graph: Graph, node: bpy.types.Node, scope: Scope, reflects: Value) -> Bsdf:
-    passed = colour(graph, node, "Color", scope)
+    passed = graph.input(node, "Color", scope)
     lobe = glass(graph, node, scope, passed, reflects)
     return Bsdf(lobes=(lobe,)) if lobe.colour.may_exceed(0.0) else Bsdf()

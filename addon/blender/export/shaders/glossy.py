@@ -5,22 +5,15 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope
-from .bsdf import (
-    Bsdf,
-    ShaderLobe,
-    SpecularModel,
-    colour,
-    is_smooth,
-    note_anisotropy,
-    phong_of,
-)
-from .microfacets import along, microfacets
+from ..graph import Graph
+from ..links import Scope
+from .bsdf import Bsdf, ShaderLobe, SpecularModel, is_smooth, note_anisotropy, phong_of
+from .microfacets import microfacets, with_tangent
 
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read the node's lobe."""
-    reflectance = colour(graph, node, "Color", scope)
+    reflectance = graph.input(node, "Color", scope)
     if model is SpecularModel.PHONG:
         note_anisotropy(graph, node, scope)
         return Bsdf(lobes=(phong_of(graph, node, reflectance, scope),))
@@ -28,4 +21,4 @@ def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel)
     if is_smooth(parameters):
         return Bsdf(lobes=(ShaderLobe("mirror", reflectance, {}),))
     lobe = ShaderLobe("ggx", reflectance, parameters)
-    return along(graph, node, scope, Bsdf(lobes=(lobe,)))
+    return with_tangent(graph, node, scope, Bsdf(lobes=(lobe,)))

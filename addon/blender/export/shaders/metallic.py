@@ -6,18 +6,11 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import ONE, Value, math, value
-from .bsdf import (
-    Bsdf,
-    ShaderLobe,
-    SpecularModel,
-    clipped,
-    colour,
-    note_anisotropy,
-    phong_of,
-)
-from .microfacets import along, microfacets
+from .bsdf import Bsdf, ShaderLobe, SpecularModel, clipped, note_anisotropy, phong_of
+from .microfacets import microfacets, with_tangent
 
 COSINE_82 = 1.0 / 7.0  # of the angle at which the F82 tint counts
 
@@ -25,14 +18,14 @@ COSINE_82 = 1.0 / 7.0  # of the angle at which the F82 tint counts
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read the node's lobe."""
     if node.fresnel_type == "PHYSICAL_CONDUCTOR":
-        index, extinction = (colour(graph, node, name, scope) for name in ("IOR", "Extinction"))
+        index, extinction = (graph.input(node, name, scope) for name in ("IOR", "Extinction"))
         graph.notes.approximated(
             graph.owner, "Physical Conductor", "its colour is exact at 0 and 82 degrees only"
         )
         base = conductor(index, extinction, 1.0)
         tint = conductor(index, extinction, COSINE_82) / _schlick(base, COSINE_82)
     else:
-        base, tint = (colour(graph, node, name, scope) for name in ("Base Color", "Edge Tint"))
+        base, tint = (graph.input(node, name, scope) for name in ("Base Color", "Edge Tint"))
     return metal(graph, node, scope, model, base, tint)
 
 
@@ -52,7 +45,7 @@ def metal(
         return Bsdf(lobes=(phong_of(graph, node, base, scope),))
     parameters = {**microfacets(graph, node, scope), "tint": clipped(tint)}
     lobe = ShaderLobe("ggx_metal", clipped(base), parameters)
-    return along(graph, node, scope, Bsdf(lobes=(lobe,)))
+    return with_tangent(graph, node, scope, Bsdf(lobes=(lobe,)))
 
 
 def conductor(index: Value, extinction: Value, cosine: float) -> Value:

@@ -8,10 +8,11 @@ from math import pi
 
 import bpy
 
-from ..graph import Graph, Scope, source
+from ..graph import Graph
+from ..links import Scope, source
 from ..programs import ONE, ZERO, Value, math, mix, value
 from ..tangents import Tangent
-from .bsdf import Bsdf, number, roughness_of
+from .bsdf import Bsdf, roughness_of
 
 ROUND = 1e-4  # the Glossy BSDF's anisotropy up to which it has none
 MOST = 0.99  # and what it is clamped to
@@ -23,7 +24,7 @@ def microfacets(graph: Graph, node: bpy.types.Node, scope: Scope) -> dict[str, V
     roughness = roughness_of(graph, node, scope)
     alpha = roughness * roughness
     compensated = is_compensated(graph, node)
-    alpha_x, alpha_y, turn = stretched(graph, node, scope, alpha)
+    alpha_x, alpha_y, turn = anisotropic(graph, node, scope, alpha)
     return {"alpha_x": alpha_x, "alpha_y": alpha_y, "turn": turn, "compensated": compensated}
 
 
@@ -35,12 +36,12 @@ def is_compensated(graph: Graph, node: bpy.types.Node) -> Value:
     return value(float(distribution == "MULTI_GGX"))
 
 
-def stretched(
+def anisotropic(
     graph: Graph, node: bpy.types.Node, scope: Scope, alpha: Value
 ) -> tuple[Value, Value, Value]:
     """A node's alpha along its tangent and across, and what it is turned by [rad]."""
     if node.type == "BSDF_GLOSSY":
-        amount = number(graph, node, "Anisotropy", scope).clamp(-MOST, MOST)
+        amount = graph.input(node, "Anisotropy", scope).clamp(-MOST, MOST)
         # Its tangent is the smoother way, the others' the rougher.
         is_positive = math("GREATER_THAN", amount, 0.0)
         aspect = mix(1.0 / (1.0 + amount), 1.0 - amount, is_positive)
@@ -50,12 +51,12 @@ def stretched(
     else:
         principled = node.type == "BSDF_PRINCIPLED"
         name = "Anisotropic" if principled else "Anisotropy"
-        amount = number(graph, node, name, scope).clamp()
+        amount = graph.input(node, name, scope).clamp()
         aspect = math("INVERSE_SQRT", 1.0 - amount * 0.9)
         turn = "Anisotropic Rotation" if principled else "Rotation"
     if aspect.is_just(1.0):
         return _bounded(alpha), _bounded(alpha), ZERO
-    angle = number(graph, node, turn, scope) * (2.0 * pi)
+    angle = graph.input(node, turn, scope) * (2.0 * pi)
     turned = math("FLOORED_MODULO", angle, pi)
     return _bounded(alpha * aspect), _bounded(alpha / aspect), turned
 
@@ -64,7 +65,7 @@ def _bounded(alpha: Value) -> Value:
     return alpha.clamp(0.0 if alpha.is_constant else LEAST, 1.0)
 
 
-def along(graph: Graph, node: bpy.types.Node, scope: Scope, bsdf: Bsdf) -> Bsdf:
+def with_tangent(graph: Graph, node: bpy.types.Node, scope: Scope, bsdf: Bsdf) -> Bsdf:
     """What a node reflects, with its tangent if that matters."""
     if not any(lobe.is_anisotropic for lobe in bsdf.lobes):
         return bsdf

@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 import bpy
 
-from ..graph import Graph, Scope, source
-from .bsdf import CLEAR, Bsdf, SpecularModel, colour, surface_of, transparent
+from ..graph import Graph
+from ..links import Scope, source
+from .bsdf import CLEAR, Bsdf, SpecularModel, surface_of, transparent
 from .microfacets import note_tangents
 from .normals import about_one_normal
 
@@ -52,7 +53,7 @@ def read_transparent(
     graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel
 ) -> Bsdf | None:
     """Read a Transparent BSDF."""
-    return transparent(colour(graph, node, "Color", scope))
+    return transparent(graph.input(node, "Color", scope))
 
 
 def _input(

@@ -8,7 +8,8 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from ..graph import Graph, Scope, linked
+from ..graph import Graph
+from ..links import Scope, linked
 from ..nodes.normals import smooth
 from ..programs import Value
 from .bsdf import Bsdf

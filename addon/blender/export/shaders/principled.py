@@ -9,7 +9,8 @@ from functools import partial
 
 import bpy
 
-from ..graph import Graph, Scope
+from ..graph import Graph
+from ..links import Scope
 from ..programs import ONE, ZERO, Value, math, mix, value
 from .bsdf import (
     CLEAR,
@@ -18,9 +19,7 @@ from .bsdf import (
     ShaderLobe,
     SpecularModel,
     clipped,
-    colour,
     note_anisotropy,
-    number,
     phong_of,
     surface_of,
     transparent,
@@ -30,7 +29,7 @@ from .diffuse import rough_diffuse
 from .emission import radiance
 from .glass import ALL, glass
 from .metallic import metal
-from .microfacets import along, microfacets
+from .microfacets import microfacets, with_tangent
 from .sheen import under_sheen
 
 MOST_F0 = 0.99  # beyond which the specular level raises no index any more
@@ -40,7 +39,7 @@ DEFAULT_BASE, DEFAULT_ROUGHNESS, DEFAULT_IOR = (0.8, 0.8, 0.8), 0.5, 1.5
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf | None:
     """Read what there is of it, and what its Alpha lets pass."""
-    alpha = _number(graph, node, scope, "Alpha", 1.0).clamp()
+    alpha = graph.input(node, "Alpha", scope).clamp()
     if alpha.is_just(0.0):
         return CLEAR
     found = _surface(graph, node, scope, model)
@@ -51,15 +50,14 @@ def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel)
 
 def _surface(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read metallic and dielectric shares, and what lies over them; the rest is reported."""
-    base = math("MAXIMUM", colour(graph, node, "Base Color", scope), 0.0)
-    metallic = _number(graph, node, scope, "Metallic").clamp()
+    base = math("MAXIMUM", graph.input(node, "Base Color", scope), 0.0)
+    metallic = graph.input(node, "Metallic", scope).clamp()
     _note(graph, node, scope, metallic, model)
-    glow = radiance(graph, node, scope, "Emission Color", "Emission Strength")
-    found = Bsdf(emission=glow)
+    found = Bsdf(emission=radiance(graph, node, scope, "Emission Color", "Emission Strength"))
     if model is SpecularModel.PHONG:
         return found.plus(_as_phong(graph, node, scope, base, metallic))
     if metallic.may_exceed(0.0):
-        tint = colour(graph, node, "Specular Tint", scope)
+        tint = graph.input(node, "Specular Tint", scope)
         found = found.plus(metal(graph, node, scope, model, base, tint).scaled(metallic))
     if not metallic.is_just(1.0):
         found = found.plus(_dielectric(graph, node, scope, base).scaled(ONE - metallic))
@@ -87,7 +85,7 @@ def head_on(ior: Value) -> Value:
 
 
 def _dielectric(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
-    given = partial(_number, graph, node, scope)
+    given = partial(graph.input, node, scope=scope)
     transmission = given("Transmission Weight").clamp()
     found = Bsdf()
     if transmission.may_exceed(0.0):
@@ -98,26 +96,26 @@ def _dielectric(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -
 
 
 def _glass(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
-    tint = math("MAXIMUM", colour(graph, node, "Specular Tint", scope), 0.0)
+    tint = math("MAXIMUM", graph.input(node, "Specular Tint", scope), 0.0)
     return Bsdf(lobes=(glass(graph, node, scope, math("SQRT", clipped(base)), ALL, tint),))
 
 
 def _opaque(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
-    given, under = partial(_number, graph, node, scope), _base(graph, node, scope, base)
-    f0, ior = level_of(given("IOR", 1.5), given("Specular IOR Level", 0.5))
+    given, under = partial(graph.input, node, scope=scope), _base(graph, node, scope, base)
+    f0, ior = level_of(given("IOR"), given("Specular IOR Level"))
     if ior.is_constant and abs(ior.number - 1.0) < NO_INTERFACE:
         return under
-    tint = math("MAXIMUM", colour(graph, node, "Specular Tint", scope), 0.0)
+    tint = math("MAXIMUM", graph.input(node, "Specular Tint", scope), 0.0)
     parameters = microfacets(graph, node, scope)
     lobe = ShaderLobe("ggx_dielectric", clipped(f0 * tint), {**parameters, "ior": ior})
-    return along(graph, node, scope, under.beneath(lobe))
+    return with_tangent(graph, node, scope, under.beneath(lobe))
 
 
 def _base(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
     """What the interface of a dielectric lies over; of it light that scatters below is diffuse."""
-    roughness = number(graph, node, "Diffuse Roughness", scope)
+    roughness = graph.input(node, "Diffuse Roughness", scope, 0.0)
     rough = rough_diffuse(graph, base, roughness, SpecularModel.GGX)
-    below = number(graph, node, "Subsurface Weight", scope).clamp()
+    below = graph.input(node, "Subsurface Weight", scope).clamp()
     if below.is_just(0.0) or not rough.lobes:
         return rough
     return rough.scaled(ONE - below).plus(Bsdf(below * clipped(base)))
@@ -142,11 +140,11 @@ def _as_phong(
     graph: Graph, node: bpy.types.Node, scope: Scope, base: Value, metallic: Value
 ) -> Bsdf:
     """Metallic share m: k_s = m * base; the rest: a reflecting layer F0 over (1 - F0) * base."""
-    given = partial(_number, graph, node, scope)
-    level = given("Specular IOR Level", 0.5) * 2.0
-    layer = math("MINIMUM", head_on(given("IOR", 1.5)) * level, 1.0)
+    given = partial(graph.input, node, scope=scope)
+    level = given("Specular IOR Level") * 2.0
+    layer = math("MINIMUM", head_on(given("IOR")) * level, 1.0)
     tinted = layer.may_exceed(0.0) and not metallic.is_just(1.0)
-    tint = colour(graph, node, "Specular Tint", scope) if tinted else ONE
+    tint = graph.input(node, "Specular Tint", scope) if tinted else ONE
     transmission = given("Transmission Weight").clamp()
     k_s = metallic * base + (ONE - metallic) * (ONE - transmission) * layer * tint
     k_d = (ONE - metallic) * (ONE - transmission) * (ONE - clipped(layer * tint)) * base
@@ -162,18 +160,12 @@ def _as_phong(
     return found.plus(Bsdf(lobes=(phong_of(graph, node, k_s, scope),)))
 
 
-def _number(
-    graph: Graph, node: bpy.types.Node, scope: Scope, name: str, default: float = 0.0
-) -> Value:
-    return number(graph, node, name, scope, default)
-
-
 def _note(
     graph: Graph, node: bpy.types.Node, scope: Scope, metallic: Value, model: SpecularModel
 ) -> None:
     """Write down what the node asks for and the renderer does not know."""
     notes, owner = graph.notes, graph.owner
-    given = partial(_number, graph, node, scope)
+    given = partial(graph.input, node, scope=scope, otherwise=0.0)
     if not metallic.is_just(1.0):
         if given("Subsurface Weight").may_exceed(0.0):
             notes.approximated(owner, "Subsurface", "rendered as diffuse")

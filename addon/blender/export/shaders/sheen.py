@@ -5,24 +5,17 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope
-from .bsdf import (
-    Bsdf,
-    ShaderLobe,
-    SpecularModel,
-    as_diffuse,
-    clipped,
-    colour,
-    number,
-)
+from ..graph import Graph
+from ..links import Scope
+from .bsdf import Bsdf, ShaderLobe, SpecularModel, as_diffuse, clipped
 
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read the node's lobe."""
     if model is SpecularModel.PHONG:
         return as_diffuse(graph, node, scope)
-    roughness = number(graph, node, "Roughness", scope).clamp()
-    tint = clipped(colour(graph, node, "Color", scope))
+    roughness = graph.input(node, "Roughness", scope).clamp()
+    tint = clipped(graph.input(node, "Color", scope))
     if node.distribution == "ASHIKHMIN":
         return Bsdf(lobes=(ShaderLobe("velvet", tint, {"sigma": roughness}),))
     return Bsdf(lobes=(ShaderLobe("sheen", tint, {"roughness": roughness}),))
@@ -30,11 +23,11 @@ def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel)
 
 def under_sheen(graph: Graph, node: bpy.types.Node, scope: Scope, below: Bsdf) -> Bsdf:
     """What Principled's sheen lies over, and the sheen, if there is any."""
-    weight = number(graph, node, "Sheen Weight", scope).clamp()
+    weight = graph.input(node, "Sheen Weight", scope).clamp()
     if weight.is_just(0.0):
         return below
     if not below.emission.is_just(0.0):
         graph.notes.approximated(graph.owner, "Emission below sheen", "the sheen does not dim it")
-    tint = clipped(weight * colour(graph, node, "Sheen Tint", scope))
-    roughness = number(graph, node, "Sheen Roughness", scope, 0.5).clamp()
+    tint = clipped(weight * graph.input(node, "Sheen Tint", scope))
+    roughness = graph.input(node, "Sheen Roughness", scope).clamp()
     return below.beneath(ShaderLobe("sheen", tint, {"roughness": roughness}))

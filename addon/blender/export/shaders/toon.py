@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, Scope
-from .bsdf import Bsdf, ShaderLobe, SpecularModel, as_diffuse, clipped, colour, number
+from ..graph import Graph
+from ..links import Scope
+from .bsdf import Bsdf, ShaderLobe, SpecularModel, as_diffuse, clipped
 
 KINDS = {"DIFFUSE": "toon", "GLOSSY": "glossy_toon"}
 
@@ -15,7 +16,7 @@ def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel)
     """Read the node's lobe."""
     if model is SpecularModel.PHONG:
         return as_diffuse(graph, node, scope)
-    size, edge = (number(graph, node, name, scope).clamp() for name in ("Size", "Smooth"))
-    tint = clipped(colour(graph, node, "Color", scope))
+    size, edge = (graph.input(node, name, scope).clamp() for name in ("Size", "Smooth"))
+    tint = clipped(graph.input(node, "Color", scope))
     lobe = ShaderLobe(KINDS[node.component], tint, {"size": size, "edge": edge})
     return Bsdf(lobes=(lobe,))

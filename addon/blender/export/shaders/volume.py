@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import bpy
 
-from ..graph import Graph, is_given, source
+from ..graph import Graph
+from ..links import is_given, source
 from ..programs import ZERO, Value, math
-from .bsdf import colour, number
 
 
 def absorption(graph: Graph, output: bpy.types.Node, has_surface: bool) -> Value:
@@ -19,8 +19,8 @@ def absorption(graph: Graph, output: bpy.types.Node, has_surface: bool) -> Value
     if node is None or node.type != "VOLUME_ABSORPTION" or not has_surface:
         graph.notes.ignored(graph.owner, "Volume", "not rendered")
         return ZERO
-    density = math("MAXIMUM", number(graph, node, "Density", scope), 0.0)
-    lost = math("MAXIMUM", 1.0 - colour(graph, node, "Color", scope), 0.0) * density
+    density = math("MAXIMUM", graph.input(node, "Density", scope), 0.0)
+    lost = math("MAXIMUM", 1.0 - graph.input(node, "Color", scope), 0.0) * density
     if not lost.is_constant:
         graph.notes.ignored(graph.owner, "Volume", "it differs from point to point: none")
         return ZERO

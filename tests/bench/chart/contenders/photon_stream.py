@@ -9,13 +9,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from addon.photon.backends.backend import open_device
 from addon.photon.photons.deposits import Deposits
 from addon.photon.photons.kept import Kept
 from addon.photon.photons.mapper import Mapper
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
-from addon.photon.ways.way import open_device
 from addon.streams import Device
 from tests.bench.host import CORES
 

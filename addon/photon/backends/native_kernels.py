@@ -231,7 +231,7 @@ class NativeGather(HostKernel):
             stream.release()
 
 
-class NativeGlossGather(NativeGather):
+class NativePhongGather(NativeGather):
     """The same, and what Phong's lobe sends on."""
 
     outputs = {"irradiance": IRRADIANCE, "gloss": GLOSS}

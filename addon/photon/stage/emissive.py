@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangles that glow, as lights."""
+"""Emissive triangles, as lights."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ...streams import TABLE_WIDTH, Device, Stream
 from ...streams.device import Layer
-from ..kernels.glow import Glow
 from ..kernels.records import LIGHT
+from ..kernels.surface_emission import SurfaceEmission
 from ..scene import FOUND_BY, RAY_BITS, Scene
 from .geometry import Mesh
 from .kinds import light_kinds
@@ -21,20 +21,20 @@ from .programs import ProgramNeeds, of_emission
 TRIANGLE = "triangle"  # the kind
 POINTS = 64  # of a triangle that tell what it radiates in the mean, half of them on its back
 EVERYONE = (1 << len(FOUND_BY)) - 1  # finds them
-# Who finds what glows, by the rays that meet its surface: shadow rays are sent for others.
+# Who finds emissive triangles, by the rays that meet its surface: shadow rays are sent for others.
 FINDS = {"camera": ("camera",), "diffuse": ("diffuse",), "glossy": ("glossy", "chains")}
 
 
-def glowing(scene: Scene, mesh: Mesh) -> NDArray[np.intp]:
+def emissive_triangles(scene: Scene, mesh: Mesh) -> NDArray[np.intp]:
     """The numbers in the scene of the triangles that are lights: of what stands still those with
     an area, else all, so that at each instant there are as many."""
-    glows = np.array([material.glows for material in scene.materials], bool)
-    if not glows.any():
+    emissive = np.array([material.is_emissive for material in scene.materials], bool)
+    if not emissive.any():
         return np.zeros(0, np.intp)
     if scene.moving:
-        return np.flatnonzero(glows[scene.material])
+        return np.flatnonzero(emissive[scene.material])
     shown = mesh.triangles["material"].astype(int)
-    return np.sort(mesh.triangles["number"][glows[shown]].astype(np.intp))
+    return np.sort(mesh.triangles["number"][emissive[shown]].astype(np.intp))
 
 
 def found_by(scene: Scene, numbers: NDArray[np.intp]) -> NDArray[np.int64]:
@@ -49,10 +49,10 @@ def found_by(scene: Scene, numbers: NDArray[np.intp]) -> NDArray[np.int64]:
     return found
 
 
-def glows_for_some_only(scene: Scene, mesh: Mesh) -> bool:
-    """Whether some of what glows does not light all kinds of surfaces."""
+def emits_for_some_only(scene: Scene, mesh: Mesh) -> bool:
+    """Whether some emissive triangle does not light all kinds of surfaces."""
     wanted = sum(1 << FOUND_BY.index(name) for name in ("diffuse", "glossy"))
-    return bool((found_by(scene, glowing(scene, mesh)) & wanted != wanted).any())
+    return bool((found_by(scene, emissive_triangles(scene, mesh)) & wanted != wanted).any())
 
 
 def _places(mesh: Mesh, numbers: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -66,9 +66,9 @@ def _places(mesh: Mesh, numbers: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def triangle_lights(scene: Scene, mesh: Mesh, radiance: NDArray[np.float64]) -> NDArray[Any]:
-    """(n,) of LIGHT, of those that glow, of a radiance (n, 3); which of them photons start at is
+    """(n,) of LIGHT, of the emissive ones, of a radiance (n, 3); which of them photons start at is
     not said yet. Those that have no area in the mesh are dark."""
-    numbers = glowing(scene, mesh)
+    numbers = emissive_triangles(scene, mesh)
     table = LIGHT.zeros(len(numbers))
     if not len(numbers):
         return table
@@ -93,12 +93,12 @@ def _of_each(table: NDArray[Any], triangles: NDArray[Any]) -> NDArray[Any]:
     return table
 
 
-def mean_glow(
+def mean_emission(
     device: Device, layer: Layer, mesh: Mesh, scene: Scene, textures: Mapping[str, Any]
 ) -> NDArray[np.float64]:
-    """What triangles that glow radiate in the mean (n, 3): of those whose program tells, of POINTS
+    """What emissive triangles radiate in the mean (n, 3): of those whose program tells, of POINTS
     places, looked at from either side; `textures` are the tables that programs read."""
-    numbers = glowing(scene, mesh)
+    numbers = emissive_triangles(scene, mesh)
     number = scene.material[numbers]
     emission = np.array([material.emission for material in scene.materials]).reshape(-1, 3)
     found: NDArray[np.float64] = emission[number]
@@ -106,13 +106,13 @@ def mean_glow(
     if not varying:
         return found
     needs = ProgramNeeds.of_some(scene, of_emission)
-    kernel = Glow(device, layer, needs.defines, made=needs.made)
+    kernel = SurfaceEmission(device, layer, needs.defines, made=needs.made)
     tables = {name: textures[name] for name in kernel.tables}
     places = _places(mesh, numbers)
     wanted = np.flatnonzero(np.isin(number, varying) & (places >= 0))
     for first in range(0, len(wanted), TABLE_WIDTH):
         some = wanted[first : first + TABLE_WIDTH]
-        found[some] = _glow_of(kernel, mesh.triangles[places[some]], places[some], tables)
+        found[some] = _emission_of(kernel, mesh.triangles[places[some]], places[some], tables)
     kernel.release()
     return found
 
@@ -123,8 +123,8 @@ def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _to_them(across: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(POINTS, n, 3): as often from a direction as what glows evenly sends light there, from either
-    side in turn; what glows by the direction lights as much as all of them see."""
+    """(POINTS, n, 3): as often from a direction as what emits evenly sends light there, from either
+    side in turn; what emits by the direction lights as much as all of them see."""
     number = np.arange(POINTS)[:, None]
     squared, turn = ((number // 2 + 0.5) * (0.8191725134, 0.6710436067)).T % 1.0
     sine, angle = np.sqrt(1.0 - squared)[:, None, None], 2.0 * np.pi * turn[:, None, None]
@@ -134,8 +134,11 @@ def _to_them(across: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArr
     return found
 
 
-def _glow_of(
-    kernel: Glow, triangles: NDArray[Any], places: NDArray[np.intp], tables: Mapping[str, Any]
+def _emission_of(
+    kernel: SurfaceEmission,
+    triangles: NDArray[Any],
+    places: NDArray[np.intp],
+    tables: Mapping[str, Any],
 ) -> NDArray[np.float64]:
     size = len(places), POINTS
     ports = {**kernel.inputs, **kernel.outputs}
@@ -153,7 +156,7 @@ def _glow_of(
     streams["hit"].upload(hits)
     streams["direction"].upload(rays)
     kernel.run(streams, tables)
-    mean: NDArray[np.float64] = streams["glow"].download()[..., :3].mean(axis=0, dtype=float)
+    mean: NDArray[np.float64] = streams["emission"].download()[..., :3].mean(axis=0, dtype=float)
     for stream in streams.values():
         stream.release()
     return mean

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What glows where a ray of the eye ends (EYE), or for what it lights.
+// What surfaces emit where a ray of the eye ends (EYE), or for what they light.
 #include "lib/program.glsl"
 #ifdef EYE
 #include "lib/bounces.glsl"
@@ -22,5 +22,5 @@ void kernel() {
         run_program(material);
         emission = radiance_from(material.emission_from);
     }
-    store_glow(Radiance(emission, 1.0));
+    store_emission(Radiance(emission, 1.0));
 }

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which device does what: the only place that asks.
 
-Whoever traces, sorts and sums gives the same picture: a way is a choice of who does it.
+Whoever traces, sorts and sums gives the same picture: a backend is a choice of who does it.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ from .native_kernels import (
     NativeCoverage,
     NativeCuts,
     NativeGather,
-    NativeGlossGather,
     NativeMicrofacetGather,
+    NativePhongGather,
     NativeTracer,
     NativeTriangles,
 )
@@ -69,7 +69,7 @@ class PhotonSource(Protocol):
     def tables(self) -> Tables: ...
 
 
-class Way:
+class Backend:
     """GLSL by fragment or compute programs, with lists on the host."""
 
     works_alone = False  # while the host does other work
@@ -87,7 +87,7 @@ class Way:
         """Take the triangles of a scene, before anything else is asked for, and whenever they have
         moved."""
 
-    def share(self, other: Way) -> None:
+    def share(self, other: Backend) -> None:
         """Take what another one of this kind made of the same triangles."""
 
     @property
@@ -191,7 +191,7 @@ class Way:
         return self.sizes.film_spares
 
 
-class ResidentWay(Way):
+class ResidentBackend(Backend):
     """GLSL by compute programs, with lists that never leave the device."""
 
     works_alone = True
@@ -235,7 +235,7 @@ class ResidentWay(Way):
         return DeviceResolver(self.device, film, names)
 
 
-class NativeWay(Way):
+class NativeBackend(Backend):
     """The native core traces, cuts, probes, sorts, gathers and sums; the rest is fragment programs.
     On software OpenGL that takes a fraction of the time of fragment programs alone."""
 
@@ -247,14 +247,9 @@ class NativeWay(Way):
     def prepare_mesh(self, mesh: Mesh) -> None:
         self.triangles.take(mesh)
 
-    def share(self, other: Way) -> None:
-        assert isinstance(other, NativeWay)
+    def share(self, other: Backend) -> None:
+        assert isinstance(other, NativeBackend)
         self.triangles = other.triangles
-
-    @property
-    def shares_memory(self) -> bool:
-        """Whether streams are in the host's memory, which moves elements as well as the device."""
-        return self.device.is_software
 
     @property
     def reads_tree(self) -> bool:
@@ -291,7 +286,7 @@ class NativeWay(Way):
         kind = NativeGather
         if needs.gathered_lobes:
             if knows_lobes(needs.lobes, needs.lobe_kinds):
-                kind = NativeGlossGather
+                kind = NativePhongGather
             elif knows_microfacets(needs.lobe_kinds):
                 kind = NativeMicrofacetGather
             else:
@@ -309,14 +304,14 @@ class NativeWay(Way):
         return HostFilm(size, names, halved)
 
 
-def way_of(settings: Settings, device: Device) -> Way:
-    """The way that the settings ask for, or the one that is fastest on a device; DeviceError if the
-    device does not have it."""
+def backend_of(settings: Settings, device: Device) -> Backend:
+    """The backend that the settings ask for, or the one that is fastest on a device; DeviceError if
+    the device does not have it."""
     if settings.backend == "native" or (settings.backend == "auto" and device.is_software):
-        return NativeWay(device)
+        return NativeBackend(device)
     try:
         layer = device.choose_layer(settings.backend)
-        return ResidentWay(device) if device.keeps_lists(layer) else Way(device, layer)
+        return ResidentBackend(device) if device.keeps_lists(layer) else Backend(device, layer)
     except StreamError as error:
         raise DeviceError(str(error)) from error
 
@@ -327,5 +322,5 @@ def open_device(settings: Settings) -> Device:
         device = Device(settings.device_index)
     except StreamError as error:
         raise DeviceError(str(error)) from error
-    way_of(settings, device)
+    backend_of(settings, device)
     return device

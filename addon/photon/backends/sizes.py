@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What memory each way takes [bytes], and where: measured as peak resident sizes, or counted
+"""What memory each backend takes [bytes], and where: measured as peak resident sizes, or counted
 (tests/unit/test_memory.py holds them to both)."""
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ const STEPS: u32 = 64;
 const LEAST: f32 = 1.0e-12; // of what counts: smaller powers might take the processor's slow way to 0
 
 /// A lobe, seen from where the viewer is.
-pub(crate) struct Gloss {
+pub(crate) struct PhongLobe {
     mirrored: [f32; 3],
     normal: [f32; 3],
     geometric: [f32; 3],
@@ -20,17 +20,17 @@ pub(crate) struct Gloss {
     least_cosine: f32, // with the mirrored direction
 }
 
-impl Gloss {
+impl PhongLobe {
     /// Of the streams Gathered, PlainLobe and PlainPeak (layouts.rs); None: nothing is gathered.
     pub(crate) fn of(
         gathered: [f32; 4],
         lobe: [f32; 4],
         peak: [f32; 4],
         geometric: [f32; 3],
-    ) -> Option<Gloss> {
+    ) -> Option<PhongLobe> {
         let [nx, ny, nz, albedo] = gathered;
         let [mx, my, mz, exponent] = lobe;
-        (albedo > 0.0).then(|| Gloss {
+        (albedo > 0.0).then(|| PhongLobe {
             mirrored: [mx, my, mz],
             normal: [nx, ny, nz],
             geometric,
@@ -45,9 +45,9 @@ impl Gloss {
     #[inline(always)]
     pub(crate) fn value<L: Lanes>(&self, to_light: [L; 3]) -> [L; 3] {
         let zero = L::splat(0.0);
-        let cosine = dot(to_light, self.normal);
-        let fell = dot(to_light, self.geometric);
-        let with_mirrored = dot(to_light, self.mirrored);
+        let cosine = L::dot(to_light, L::splat3(self.normal));
+        let fell = L::dot(to_light, L::splat3(self.geometric));
+        let with_mirrored = L::dot(to_light, L::splat3(self.mirrored));
         let seen = zero.less(cosine) & zero.less(fell) & L::splat(self.least_cosine).less(with_mirrored);
         let brighter = (cosine / fell).min(L::splat(MOST_BRIGHTER));
         let value = (self.power(with_mirrored.max(zero)) * brighter).keep(seen);
@@ -82,11 +82,6 @@ impl Gloss {
     }
 }
 
-#[inline(always)]
-pub(crate) fn dot<L: Lanes>(a: [L; 3], b: [f32; 3]) -> L {
-    a[0] * L::splat(b[0]) + a[1] * L::splat(b[1]) + a[2] * L::splat(b[2])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,9 +91,9 @@ mod tests {
     fn powers() {
         for exponent in [0.25, 1.0, 9.984375, 12.5, 60.0] {
             let up = [0.0, 0.0, 1.0];
-            let gloss = Gloss::of([0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 1.0, exponent], [1.0; 4], up).unwrap();
+            let lobe = PhongLobe::of([0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 1.0, exponent], [1.0; 4], up).unwrap();
             for x in [0.3f32, 0.9, 1.0] {
-                let found = gloss.power(Plain::splat(x)).store().0[3];
+                let found = lobe.power(Plain::splat(x)).store().0[3];
                 assert!((found / x.powf(exponent) - 1.0).abs() < 1e-5, "{x} ^ {exponent} is not {found}");
             }
         }

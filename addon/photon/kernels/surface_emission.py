@@ -4,14 +4,14 @@ from .records import CHAIN, CORNER_NORMALS, HIT, MATERIAL, RADIANCE, RAY_DIRECTI
 from .shade import PROGRAM_DEFINES, PROGRAM_TABLES
 
 
-class Glow(Kernel):
-    """Find what glows where rays of the eye end (EYE), if that differs from point to point; or how
-    it lights."""
+class SurfaceEmission(Kernel):
+    """Find what surfaces emit where rays of the eye end (EYE), if that differs from point to
+    point; or how they light."""
 
-    stem = "glow"
+    stem = "surface_emission"
     structure = ("EYE", "TRANSPARENT", *PROGRAM_DEFINES)
     inputs = {"direction": RAY_DIRECTION, "hit": HIT, "chain": When("TRANSPARENT", CHAIN)}
-    outputs = {"glow": RADIANCE}
+    outputs = {"emission": RADIANCE}
     uniforms = {"depth": When("EYE", Uniform("int"))}
     tables = {
         "triangles": Table(TRIANGLE),
