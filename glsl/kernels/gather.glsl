@@ -94,6 +94,9 @@ void kernel() {
     Sums sums = Sums(vec4(0.0), vec4(0.0));
 #ifdef GATHERED_LOBES
     Gatherer gatherer = gatherer_of(normal);
+#ifdef OTHER_LOBES
+    if (!is_place(place) || !has_other_lobes(gatherer)) skip();
+#endif
 #else
     Gatherer gatherer = Gatherer(0.0);
 #endif

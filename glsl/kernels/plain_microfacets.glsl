@@ -11,7 +11,7 @@ Microfacets plain(Gatherer g, Lobe lobe, Shape shape) {
 
 void kernel() {
     Gatherer g = gatherer_of(load_facing().normal);
-    if (!is_place(load_place()) || !(has_weight(g.shape0) || has_weight(g.shape1))) skip();
+    if (!is_place(load_place()) || !(has_weight(g.shape0) || has_weight(g.shape1)) || has_other_lobes(g)) skip();
     Microfacets m = plain(g, g.lobe0, g.shape0);
     store_scaled0(Scaled(m.scale, m.alpha));
     store_based0(Based(m.f0, m.ior));

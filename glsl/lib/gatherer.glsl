@@ -25,3 +25,10 @@ Gatherer gatherer_of(vec3 geometric) {
     if (has_weight(g.shape1)) g.albedo += mean(albedo_lobe(g.lobe1, g.shape1, cosine));
     return g;
 }
+
+bool is_other(Gatherer g, Lobe lobe, Shape shape) {
+    return has_weight(shape) && !is_microfacets(microfacets_kind(lobe, shape, g.normal, g.to_viewer));
+}
+
+// Whether a lobe gathers that is not of microfacets, so that the native core does not know it.
+bool has_other_lobes(Gatherer g) { return is_other(g, g.lobe0, g.shape0) || is_other(g, g.lobe1, g.shape1); }

@@ -10,3 +10,6 @@ struct Microfacets {
     vec3 dip;
     float shape;  // pack_ggx_shape's second number
 };
+
+// False of what is said of lobes of other kinds.
+bool is_microfacets(Microfacets m) { return m.alpha > 0.0; }

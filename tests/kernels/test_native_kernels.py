@@ -11,13 +11,13 @@ import photon_stream_native as native
 import pytest
 
 from addon.photon.backends.native_kernels import NativeTracer, NativeTriangles, tracer_of
-from addon.photon.backends.native_photon_grid import NativePhotonGrid
+from addon.photon.backends.native_photon_grid import MixedPhotonGrid, NativePhotonGrid
 from addon.photon.kernels.records import HIT, RAY_DIRECTION, RAY_ORIGIN
 from addon.photon.kernels.tracer import Tracer
 from addon.photon.photons.mapper import PhotonBatch
 from addon.photon.photons.native_photon_mapper import _lights, _materials
 from addon.photon.prepare import prepare
-from addon.photon.scene import Instruction, Lobe, Material, Result
+from addon.photon.scene import Instruction, Lobe, Material, Result, Scene
 from addon.photon.settings import Filter, Settings
 from addon.photon.stage.geometry import Mesh, frame_of
 from addon.photon.stage.light_tables import choose_lights, light_table
@@ -165,6 +165,11 @@ LOBES = (
         Lobe("ggx", (0.1,) * 3, ROUND),
     ),
 )
+# Of kinds that GLSL alone knows, one beside another of microfacets.
+OTHERS = (
+    (Lobe("sheen", (0.5, 0.6, 0.7), {"roughness": 0.5}),),
+    (LOBES[0][0], Lobe("velvet", (0.3,) * 3, {"sigma": 0.6})),
+)
 TURNED = Instruction(
     "normal_map", ((0.8, 0.4, 0.9, 1.0), *[(0.0,) * 4] * 2, (0.4,) * 4, (2.0, 0.0, 0.0, 0.0))
 )
@@ -177,12 +182,27 @@ def test_gather_with_lobes(device: Device, lobes: tuple[Lobe, ...], bent: bool) 
     program = {"program": (TURNED,), "varying": {"normal": Result(0)}} if bent else {}
     white = Material("white", (0.3,) * 3, lobes, **program)
     scene = replace(cornell(), materials=(white, *cornell().materials[1:]))
-    settings: dict[str, Any] = {"width": 48, "height": 48, "radius": 0.8, "passes": 2}
+    assert_gathered_alike(device, scene, NativePhotonGrid)
+
+
+@pytest.mark.parametrize("lobes", OTHERS, ids=len)
+def test_gather_with_other_lobes(device: Device, lobes: tuple[Lobe, ...]) -> None:
+    """The native core gathers with the lobes it knows, GLSL where a point has another."""
+    white, red, *rest = cornell().materials
+    other, known = replace(white, lobes=lobes), replace(red, lobes=LOBES[1])
+    scene = replace(cornell(), materials=(other, known, *rest))
+    assert_gathered_alike(device, scene, MixedPhotonGrid)
+
+
+def assert_gathered_alike(device: Device, scene: Scene, native_grid: type) -> None:
+    """The light of photons is the same with the native core and without, but for photons that meet
+    an edge."""
     found = []
     for backend in ("fragment", "native"):
-        renderer = prepare(scene, Settings(**settings, photons=20000, backend=backend), device)
+        settings = Settings(width=48, height=48, radius=0.8, photons=20000, backend=backend)  # type: ignore[arg-type]
+        renderer = prepare(scene, settings, device)
         grid = renderer.photons and renderer.photons.grid
-        assert isinstance(grid, NativePhotonGrid) == (backend == "native")
+        assert isinstance(grid, native_grid) == (backend == "native")
         for _ in range(2):
             renderer.render_pass()
         found.append(renderer.images())

@@ -49,7 +49,7 @@ from .native_kernels import (
     NativeTracer,
     NativeTriangles,
 )
-from .native_photon_grid import NativePhotonGrid
+from .native_photon_grid import MixedPhotonGrid, NativePhotonGrid
 from .sizes import NativeSizes, ResidentSizes, Sizes
 
 # Pixels of a strip. Shorter strips take longer a pass; a GPU wants more at a time, and has what a
@@ -166,8 +166,10 @@ class Backend:
         in_chains: Sequence[bool],
         sort: Sort,
         lanes: Lanes,
+        more: Defines | None = None,
     ) -> PhotonGrid:
-        defines, cells = {**filter_define(settings), **needs.gather_defines}, Cells(mesh.extent)
+        defines = {**filter_define(settings), **needs.gather_defines, **(more or {})}
+        cells = Cells(mesh.extent)
         device, layer, area = self.device, self.layer, mesh.area
         return PhotonGrid(device, layer, defines, cells, area, sort, lanes, in_chains, needs.made)
 
@@ -285,14 +287,17 @@ class NativeBackend(Backend):
     ) -> Gathering:
         kind = NativeGather
         if needs.gathered_lobes:
-            if knows_lobes(needs.lobes, needs.lobe_kinds):
-                kind = NativePhongGather
-            elif knows_microfacets(needs.lobe_kinds):
-                kind = NativeMicrofacetGather
-            else:
-                return super().photon_grid(mesh, settings, needs, in_chains)
+            is_phong = knows_lobes(needs.lobes, needs.lobe_kinds)
+            kind = NativePhongGather if is_phong else NativeMicrofacetGather
         kernel = kind(self.device, self.layer, settings.filter, needs)
-        return NativePhotonGrid(kernel, Cells(mesh.extent))
+        known = NativePhotonGrid(kernel, Cells(mesh.extent))
+        if kind is not NativeMicrofacetGather or knows_microfacets(needs.lobe_kinds):
+            return known
+        sort = HostSort(self._list)
+        others = self._gathering(
+            mesh, settings, needs, in_chains, sort, Lanes(), {"OTHER_LOBES": 1}
+        )
+        return MixedPhotonGrid(known, others)
 
     def film(
         self,

@@ -27,7 +27,15 @@ class Gather(Kernel):
     its lobes send on of each."""
 
     stem = "gather"
-    structure = (*FILTER_DEFINES, *GATHERED_LOBES, "LOBES", "TWO_LOBES", "TINTED", "NORMALS")
+    structure = (
+        *FILTER_DEFINES,
+        *GATHERED_LOBES,
+        "LOBES",
+        "TWO_LOBES",
+        "TINTED",
+        "NORMALS",
+        "OTHER_LOBES",
+    )
     inputs = {
         "place": PLACE,
         "facing": FACING,
