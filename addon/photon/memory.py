@@ -184,9 +184,10 @@ class Budget:
             count += 2 * (settings.estimator == "splat")  # radius, and a part of the splats
             if self._has_chains or settings.estimator != "splat":
                 kinds = {lobe.kind for m in self._materials for lobe in m.lobes if lobe.reflects}
-                known = 3 * self._lobes * knows_microfacets(kinds)
-                native = PLAIN_LOBES if knows_lobes(self._lobes, kinds) else known
-                count += sizes.gather_textures(self._gathers_lobes, native)
+                is_phong = knows_lobes(self._lobes, kinds)
+                native = PLAIN_LOBES if is_phong else 3 * self._lobes
+                others = not is_phong and not knows_microfacets(kinds)
+                count += sizes.gather_textures(self._gathers_lobes, native, others)
         return count
 
     @cached_property

@@ -116,10 +116,10 @@ class Sizes:
         """Of a strip's size, for so many shadow rays of a point."""
         return 0
 
-    def gather_textures(self, gathers_lobes: bool, native: int) -> int:
+    def gather_textures(self, gathers_lobes: bool, native: int, others: bool) -> int:
         """Of a strip's size: what launches add to where photons crowd; of lobes that gather the
-        same, and what they bring. `native`: that say what the native core gathers with; 0: it
-        cannot."""
+        same, and what they bring. `native`: that say what the native core gathers with; `others`:
+        whether there are lobes that it does not know."""
         return 6 if gathers_lobes else 2
 
     def waiting(self, pixels: int, strip: int) -> int:
@@ -164,10 +164,11 @@ class NativeSizes(Sizes):
     def shadow_textures(self, rays: int, illuminance: bool) -> int:
         return (3 + illuminance) * (rays > 0)  # one ray's at a time
 
-    def gather_textures(self, gathers_lobes: bool, native: int) -> int:
+    def gather_textures(self, gathers_lobes: bool, native: int, others: bool) -> int:
         if not gathers_lobes:
             return 0
-        return 2 + native if native else super().gather_textures(gathers_lobes, native)
+        # Of other lobes also what GLSL finds, and what its launches add to.
+        return 2 + native + (3 + 4 if others else 0)
 
     def waiting(self, pixels: int, strip: int) -> int:
         return 0  # the look takes more than they do
