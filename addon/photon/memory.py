@@ -22,7 +22,7 @@ from .backends.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film.strips import strips_of
 from .photons.mapper import pilot_photons
-from .photons.native_photon_mapper import knows_lobes, knows_microfacets
+from .photons.native_photon_mapper import knows_lobes, leaves_lobes
 from .scene import Scene
 from .settings import Settings
 from .stage.gathered import can_gather, send_rays
@@ -186,7 +186,7 @@ class Budget:
                 kinds = {lobe.kind for m in self._materials for lobe in m.lobes if lobe.reflects}
                 is_phong = knows_lobes(self._lobes, kinds)
                 native = PLAIN_LOBES if is_phong else 3 * self._lobes
-                others = not is_phong and not knows_microfacets(kinds)
+                others = leaves_lobes(self._lobes, kinds)
                 count += sizes.gather_textures(self._gathers_lobes, native, others)
         return count
 

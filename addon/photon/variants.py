@@ -288,11 +288,14 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
                 yield kernel, {**asked.photon_defines, **PORTALS_BY_SHARE_DEFINES}, scene.made
     yield Shade, scene.eye_defines, scene.made
     if scene.gathered_lobes:
-        yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
+        for others in ({}, {"OTHER_LOBES": 1}):
+            yield (
+                Gather,
+                {**filter_define(Settings()), **scene.gather_defines, **others},
+                scene.made,
+            )
         yield PlainLobe, scene.gather_defines, scene.made
         yield PlainMicrofacets, scene.gather_defines, scene.made
-        others = {**filter_define(Settings()), **scene.gather_defines, "OTHER_LOBES": 1}
-        yield Gather, others, scene.made
     for kernel in (CombinePrimary, CombineMirror):
         for emitters in ({}, scene.emitter_defines):
             for more in ({}, scene.transparent_defines):

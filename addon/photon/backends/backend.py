@@ -27,7 +27,7 @@ from ..photons.deposits import Deposits
 from ..photons.device_photon_mapper import DevicePhotonMapper
 from ..photons.device_radii import Box, Grids, Limits, grids_on_device, radii_on_device
 from ..photons.grid_sort import DeviceSort, HostSort, Sort
-from ..photons.native_photon_mapper import NativePhotonMapper, knows, knows_lobes, knows_microfacets
+from ..photons.native_photon_mapper import NativePhotonMapper, knows, knows_lobes, leaves_lobes
 from ..photons.one_bounce import OneBounce
 from ..photons.photon_grid import Cells, Gathering, Lanes, PhotonGrid, lanes_of_gpu
 from ..photons.photon_mapper import PhotonMapper
@@ -291,7 +291,7 @@ class NativeBackend(Backend):
             kind = NativePhongGather if is_phong else NativeMicrofacetGather
         kernel = kind(self.device, self.layer, settings.filter, needs)
         known = NativePhotonGrid(kernel, Cells(mesh.extent))
-        if kind is not NativeMicrofacetGather or knows_microfacets(needs.lobe_kinds):
+        if not needs.gathered_lobes or not leaves_lobes(needs.lobes, needs.lobe_kinds):
             return known
         sort = HostSort(self._list)
         others = self._gathering(

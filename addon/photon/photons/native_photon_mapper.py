@@ -34,9 +34,11 @@ def knows_lobes(lobes: int, kinds: Collection[str]) -> bool:
     return lobes <= 1 and LOBES.issuperset(kinds)
 
 
-def knows_microfacets(kinds: Collection[str]) -> bool:
-    """Whether it can gather photons with those lobes of these kinds that gather at all."""
-    return all(x in SEND_RAYS or "microfacets" in lobe_kinds()[x].verbs for x in kinds)
+def leaves_lobes(lobes: int, kinds: Collection[str]) -> bool:
+    """Whether GLSL gathers photons with some of these, as they are neither lobes that it knows nor
+    microfacets."""
+    known = (x in SEND_RAYS or "microfacets" in lobe_kinds()[x].verbs for x in kinds)
+    return not knows_lobes(lobes, kinds) and not all(known)
 
 
 def knows(scene: Scene, needs: SceneNeeds) -> bool:
