@@ -99,6 +99,7 @@ def test_smooth_and_flat_normals(export) -> None:
 def test_attributes_say_what_loop_triangles_say(export, smooth, domain) -> None:
     """Vertices, normals and material of each triangle, as Blender names them one by one."""
     mesh = add_mesh("Cube", CUBE).data
+    mesh.attributes.new("sharp_edge", "BOOLEAN", "EDGE").data[0].value = domain == "CORNER"
     for name in "ABC":
         mesh.materials.append(shader_material("ShaderNodeBsdfDiffuse", name))
     mesh.polygons.foreach_set("use_smooth", [index < smooth for index in range(6)])
@@ -110,6 +111,22 @@ def test_attributes_say_what_loop_triangles_say(export, smooth, domain) -> None:
     assert list(scene.material) == [t.material_index for t in mesh.loop_triangles]
     normals = [[mesh.corner_normals[i].vector for i in t.loops] for t in mesh.loop_triangles]
     np.testing.assert_allclose(scene.corner_normals, normals, atol=1e-6)
+
+
+@pytest.mark.parametrize("sharp", [False, True])
+def test_smooth_faces_beside_flat_ones(export, sharp) -> None:
+    """Unless an edge is sharp, those smooth have their vertices' normals in Cycles before Blender
+    5.2; since then, and beside a sharp edge, their corners' own."""
+    mesh = add_mesh("Cube", CUBE).data
+    mesh.polygons.foreach_set("use_smooth", [index < 3 for index in range(6)])
+    mesh.attributes.new("sharp_edge", "BOOLEAN", "EDGE").data[11].value = sharp
+    by_corner = sharp or bpy.app.version >= (5, 2)
+    scene = export()[0]
+    normals = mesh.corner_normals if by_corner else mesh.vertex_normals
+    mesh.calc_loop_triangles()
+    smooth = [t for t in mesh.loop_triangles if mesh.polygons[t.polygon_index].use_smooth]
+    expected = [[normals[i].vector for i in (t.loops if by_corner else t.vertices)] for t in smooth]
+    np.testing.assert_allclose(scene.corner_normals[: len(smooth)], expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("smooth", [0, 1])

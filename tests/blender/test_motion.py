@@ -76,6 +76,16 @@ def test_what_moves(blurred, export) -> None:
     assert blurred.frame_current == 1 and blurred.frame_subframe == 0.0
 
 
+def test_the_camera_moves_too(blurred, export) -> None:
+    """One shutter is the scene's and the camera's."""
+    for obj in (blurred.camera, add_mesh("Moved")):
+        go(obj, location=((0, 0, 0), (2, 0, 0)))
+    blurred.frame_set(1)
+    exported, _ = export()
+    assert exported.moving and exported.camera.motion
+    assert exported.shutter == exported.camera.motion.shutter != ()
+
+
 def test_other_vertices(blurred, export) -> None:
     """A mesh with other vertices at another instant keeps its shape, and is named."""
     obj = add_mesh("Plane")

@@ -50,8 +50,7 @@ def snapshot(
         views, tracks = Views(camera or scene.camera, depsgraph, notes), Tracks(depsgraph, notes)
         tracks.follow(shutter, views)
         moving = views.moving(exported_camera, shutter.curve)
-        exported, report = _snapshot(moving, depsgraph, model, notes, tracks)
-        return replace(exported, shutter=shutter.curve if exported.moving else ()), report
+        return _snapshot(moving, depsgraph, model, notes, tracks, shutter.curve)
     finally:
         shutter.leave()
 
@@ -62,8 +61,9 @@ def _snapshot(
     model: SpecularModel,
     notes: Notes,
     tracks: Tracks | None = None,
+    shutter: tuple[float, ...] = (),
 ) -> tuple[Scene, Report]:
-    """As snapshot, at an instant; `tracks` tell what moves then."""
+    """As snapshot, at an instant; `tracks` tell what moves while the `shutter` is open."""
     scene = depsgraph.scene_eval
     view_layer, layer = depsgraph.view_layer_eval, depsgraph.view_layer
     note_scene(scene, view_layer, notes)
@@ -92,6 +92,7 @@ def _snapshot(
             geometry.add(instance, matrix, rays, materials, notes, follow)
     group = group_of(world, layer) if world else ""
     lights += [replace(x, group=group) for x in export_world(world, images, notes)]
+    arrays = geometry.arrays(any(material.program for material in materials.materials))
     exported = Scene(
         camera=camera,
         lights=tuple(lights),
@@ -101,7 +102,8 @@ def _snapshot(
         textures=tuple(textures.textures),
         caustics=caustics_of(scene, materials.materials, notes),
         light_groups=tuple(group.name for group in layer.lightgroups),
-        **geometry.arrays(any(material.program for material in materials.materials)),
+        shutter=shutter if arrays["moving"] else (),
+        **arrays,
     )
     exported.check()
     note_rays(exported, notes)

@@ -39,11 +39,9 @@ def triangles_of(mesh: bpy.types.Mesh) -> Triangles:
 def are_flat(mesh: bpy.types.Mesh, triangles: Triangles) -> NDArray[np.bool_]:
     """(T,), whether they are not smooth: then Cycles takes their own normals, which of a face that
     is not plane are several."""
-    if mesh.normals_domain != "CORNER":
-        return np.full(len(triangles.faces), mesh.normals_domain == "FACE")
     sharp = mesh.attributes.get("sharp_face")
-    if sharp is None:
-        return np.zeros(len(triangles.faces), np.bool_)
+    if mesh.normals_domain != "CORNER" or sharp is None:
+        return np.full(len(triangles.faces), mesh.normals_domain == "FACE")
     return read(sharp.data, "value", len(mesh.polygons), np.bool_)[triangles.faces]
 
 
@@ -59,16 +57,29 @@ def normals_of(
     mesh: bpy.types.Mesh, triangles: Triangles, positions: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], Ints]:
     """Normals (N, 3), and which of them corners (T, 3) have."""
-    if mesh.normals_domain == "POINT":  # a sixth of the corners'
-        normals = read(mesh.vertex_normals, "vector", 3 * len(mesh.vertices))
-        return normals.reshape(-1, 3), triangles.vertices
     flat = are_flat(mesh, triangles)
-    normals, corners = np.zeros((0, 3), np.float32), triangles.loops.copy()
-    if not flat.all():
+    if flat.all():
+        normals, corners = np.zeros((0, 3), np.float32), triangles.loops.copy()
+    elif _has_vertex_normals(mesh):  # a sixth of the corners'
+        normals = read(mesh.vertex_normals, "vector", 3 * len(mesh.vertices)).reshape(-1, 3)
+        corners = triangles.vertices.copy()
+    else:
         normals = read(mesh.corner_normals, "vector", 3 * len(mesh.loops)).reshape(-1, 3)
+        corners = triangles.loops.copy()
     own = geometric_normals(positions[triangles.vertices[flat]])
     corners[flat] = (len(normals) + np.arange(len(own), dtype=np.int32))[:, None]
     return np.concatenate([normals, own]), corners
+
+
+def _has_vertex_normals(mesh: bpy.types.Mesh) -> bool:
+    """Whether all smooth faces about a vertex have one normal there. Before Blender 5.2 Cycles
+    takes it where faces beside them are flat, too, if no edge is sharp."""
+    if mesh.normals_domain == "POINT":
+        return True
+    if bpy.app.version >= (5, 2) or mesh.has_custom_normals:
+        return False
+    sharp = mesh.attributes.get("sharp_edge")
+    return sharp is None or not read(sharp.data, "value", len(mesh.edges), np.bool_).any()
 
 
 def geometric_normals(corners: NDArray[np.float32]) -> NDArray[np.float32]:
