@@ -86,6 +86,7 @@ class Budget:
         self._emissive = int(used[emissive].sum())
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._is_transparent = any(material.is_transparent for material in self._materials)
+        self._absorbs = any(max(material.absorption) > 0.0 for material in self._materials)
         self._shares_memory = backend.shares_memory
         self._can_gather = can_gather(scene, settings, self._materials)
         self._strip = strips_of(settings.frame_region, backend.strip_pixels)[0].size
@@ -123,6 +124,7 @@ class Budget:
             self._deposits(deposits) * photons,
             settings.photon_bounces + 1,
             self._lobes > 0,
+            self._absorbs,
             any(material.program or count_layered(material) for material in self._materials),
             settings.estimator == "splat",
         )
@@ -177,7 +179,7 @@ class Budget:
         count += 2 * self._has_features
         if self._has_chains:
             count += 8 + 3 * self._has_photons + 6 * self._is_transparent + self._shares_memory
-            count += 6 * self._has_features
+            count += 6 * self._has_features + 3 * self._absorbs
         if self._has_photons:
             count += 3  # cuts, coverage and tilt
             count += settings.caustics * (4 + 3 * self._has_chains)

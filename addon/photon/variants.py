@@ -37,6 +37,7 @@ from .kernels.splat import Splat
 from .kernels.surface_emission import SurfaceEmission
 from .kernels.tracer import Tracer
 from .photons.bounces import Bounces, declarations
+from .photons.device_photon_mapper import ABSORPTION_DEFINE
 from .photons.device_radii import DECLARATIONS
 from .scene import ALL_RAYS, TRANSPARENT
 from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
@@ -264,8 +265,9 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
     if not alone:
         lit += [replace(scene, profiles=True), replace(scene, gobos=True)]
     for found in lit:
-        emitting: Defines = {**found.light_defines, **found.photon_defines}
-        for aimed in ({}, {"AIMED": 1}):
+        for absorption, aimed in product((False, True), ({}, {"AIMED": 1})):
+            asked = replace(found, absorption=absorption)
+            emitting: Defines = {**asked.light_defines, **asked.photon_defines}
             yield Generator, {**emitting, **aimed}, scene.made
         smooth = replace(found, smooth=True)
         for bent in (smooth,) if alone else (found, smooth):
@@ -306,19 +308,21 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
     if scene.caustics:
         yield CombineCaustics, scene.combine_defines, {}
     if scene.lobes:
-        yield Scatter, scene.eye_defines, scene.made
+        for absorption in (False, True):
+            yield Scatter, replace(scene, absorption=absorption).eye_defines, scene.made
 
 
 def compute_programs() -> Iterator[tuple[str, str, Made]]:
     """Each program that is no kernel, what it is compiled with, and its includes."""
     for stem in COMPUTE:
         yield stem, DECLARATIONS.get(stem, ""), {}
+    yield "paths_move", ABSORPTION_DEFINE, {}
     yield "sum_texels", RESOLVER_DECLARATIONS, {}
     for scene in (*needs(), *program_needs()):
-        for arrivals in (False, True):
-            asked = replace(scene, arrivals=arrivals)
+        for arrivals, absorption in ((False, False), (False, True), (True, False)):
+            asked = replace(scene, arrivals=arrivals, absorption=absorption)
             yield Bounces.stem, declarations(asked.photon_defines), scene.made
-            if not arrivals and not scene.programs.nodes:
+            if not (arrivals or absorption or scene.programs.nodes):
                 for portals in (PORTALS_FOR_ABSORBED_DEFINES, PORTALS_BY_SHARE_DEFINES):
                     defines = declarations({**asked.photon_defines, **portals})
                     yield Bounces.stem, defines, scene.made

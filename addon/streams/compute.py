@@ -130,9 +130,12 @@ class Compaction:
     Two launches: flags, their sums by Scan and the move were six, and took a GPU longer.
     """
 
-    def __init__(self, device: Device, stem: str) -> None:
+    def __init__(self, device: Device, stem: str, defines: str = "") -> None:
+        """`defines`: lines of both programs."""
         self._device = device
-        self._count, self._move = (Program(device, f"{stem}_{step}") for step in ("count", "move"))
+        self._count, self._move = (
+            Program(device, f"{stem}_{step}", defines) for step in ("count", "move")
+        )
         self._blocks: moderngl.Buffer | None = None
 
     def count(

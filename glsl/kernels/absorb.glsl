@@ -5,9 +5,6 @@
 void kernel() {
     Throughput chain = load_throughput();
     Hit hit = load_hit();
-    if (is_hit(hit)) {
-        vec3 direction = load_direction().direction;
-        chain.throughput *= left_by_absorption(hit, load_facing().side, load_origin(), direction);
-    }
+    if (is_hit(hit)) chain.throughput *= left_by_absorption(load_medium(), hit, load_facing().side);
     store_left(chain);
 }

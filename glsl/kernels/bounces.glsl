@@ -22,6 +22,14 @@ layout(rgba32f, binding = 4) writeonly uniform image2D deposits;
 #ifdef CAUSTICS
 layout(rgba32f, binding = 5) writeonly uniform image2D caustics;
 #endif
+#ifdef ABSORPTION
+#ifdef CAUSTICS
+layout(rgba32f, binding = 6) writeonly uniform image2D end_medium;
+#else
+layout(rgba32f, binding = 5) writeonly uniform image2D end_medium;
+#endif
+uniform sampler2D begin_medium;
+#endif
 uniform sampler2D begin_origin;
 uniform sampler2D begin_direction;
 uniform sampler2D begin_flux;
@@ -45,6 +53,9 @@ void main() {
         store_origin(unpack_RayOrigin(texelFetch(begin_origin, at, 0)));
         store_direction(unpack_RayDirection(texelFetch(begin_direction, at, 0)));
         store_flux(unpack_Flux(texelFetch(begin_flux, at, 0)));
+#ifdef ABSORPTION
+        store_medium(unpack_Medium(texelFetch(begin_medium, at, 0)));
+#endif
         bool lives = any(notEqual(load_direction().direction, vec3(0.0)));
         for (int i = 0; i < bounces; i++) {
             vec4 place = vec4(0.0), deposit = vec4(0.0), caustic = vec4(0.0);
@@ -62,6 +73,9 @@ void main() {
                 store_origin(load_next_origin());
                 store_direction(load_next_direction());
                 store_flux(load_next_flux());
+#ifdef ABSORPTION
+                store_medium(load_next_medium());
+#endif
             }
             imageStore(places, at + ivec2(0, i * size.y), place);
             imageStore(deposits, at + ivec2(0, i * size.y), deposit);
@@ -73,6 +87,9 @@ void main() {
         imageStore(end_origin, at, lives ? pack_RayOrigin(load_origin()) : none);
         imageStore(end_direction, at, lives ? pack_RayDirection(load_direction()) : none);
         imageStore(end_flux, at, lives ? pack_Flux(load_flux()) : none);
+#ifdef ABSORPTION
+        imageStore(end_medium, at, lives ? pack_Medium(load_medium()) : none);
+#endif
         if (lives) atomicAdd(group_alive, 1u);
     }
     barrier();

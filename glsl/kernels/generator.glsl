@@ -46,5 +46,8 @@ void kernel() {
     t_max = t_max_of(PhotonRay(limit.shadowed > 0.0 ? RAY_SHADOW : RAY_UNSHADOWED, int(limit.bounces)));
 #endif
     store_direction(RayDirection(emitted.direction, t_max));
+#ifdef ABSORPTION
+    store_medium(Medium(vec3(0.0)));  // unless the first surface's back tells
+#endif
     store_flux(Flux(flux / (float(photons) * light.chosen), float(photon)));
 }

@@ -8,6 +8,10 @@ layout(rgba32f, binding = 1) writeonly uniform image2D kept_direction;
 layout(rgba32f, binding = 2) writeonly uniform image2D kept_flux;
 uniform sampler2D origin;
 uniform sampler2D flux;
+#ifdef ABSORPTION
+layout(rgba32f, binding = 3) writeonly uniform image2D kept_medium;
+uniform sampler2D medium;
+#endif
 
 void main() {
     int kept = int(kept_in_all()), to = int(kept_before_here());
@@ -16,12 +20,18 @@ void main() {
             imageStore(kept_origin, texel_of(i), vec4(0.0));
             imageStore(kept_direction, texel_of(i), vec4(0.0));
             imageStore(kept_flux, texel_of(i), vec4(0.0));
+#ifdef ABSORPTION
+            imageStore(kept_medium, texel_of(i), vec4(0.0));
+#endif
         }
         if (!is_kept(i)) continue;
         ivec2 from = texel_of(i), there = texel_of(to);
         imageStore(kept_origin, there, texelFetch(origin, from, 0));
         imageStore(kept_direction, there, texelFetch(direction, from, 0));
         imageStore(kept_flux, there, texelFetch(flux, from, 0));
+#ifdef ABSORPTION
+        imageStore(kept_medium, there, texelFetch(medium, from, 0));
+#endif
         to++;
     }
 }

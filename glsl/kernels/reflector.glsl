@@ -7,6 +7,7 @@
 #include "lib/arriving_flux.glsl"
 #include "lib/photon_diffuse.glsl"
 #include "lib/photon_lobe.glsl"
+#include "lib/photon_medium.glsl"
 
 void kernel() {
     PhotonPoint point = photon_point();
@@ -18,13 +19,14 @@ void kernel() {
     RayAtSurface ray = ray_at_surface(point.place);
     Roulette chance = roulette_of(point, by_lobe, ray, u);
     vec3 normal = point.facing.normal;
-    Leaving leaving = Leaving(photon, point.incoming, normal, false);
+    Leaving leaving = Leaving(photon, point.incoming, normal, false, false);
     if (scatters_diffusely(chance, u.x)) {
         scatter_diffusely(leaving, point, chance, u);
     } else if (u.x < chance.diffuse + chance.lobe) {
         scatter_by_lobe(leaving, by_lobe, point, chance.lobe, ray);
     } else if (is_hidden(ray)) {  // some rays that it stands for do not meet the surface
         pass_behind(ray);
+        leaving.is_unmet = true;
         leaving.photon.flux /= 1.0 - chance.diffuse - chance.lobe;
     } else {
         skip();  // absorbed
@@ -35,4 +37,5 @@ void kernel() {
     store_next_origin(RayOrigin(offset_origin(point.place.position, normal, direction), point.shading.triangle));
     store_next_direction(RayDirection(direction, t_max_after(ray, leaving.by_specular)));
     store_next_flux(leaving.photon);
+    carry_medium(leaving);
 }

@@ -7,6 +7,9 @@
 #include "lib/lobe.glsl"
 #include "lib/gathered.glsl"
 #include "lib/chain_density.glsl"
+#ifdef ABSORPTION
+#include "lib/absorption.glsl"
+#endif
 
 // Chains that carry less than this go on by Russian roulette.
 const float ROULETTE_BELOW = 0.05;
@@ -66,6 +69,11 @@ void kernel() {
 #endif
 #ifdef DISPERSION
     if (has_colour(load_throughput()) || disperses_kind(lobe.kind)) density = density_with_colour(density);
+#endif
+#ifdef ABSORPTION
+    Medium medium = load_medium();
+    if (dot(outgoing, facing.normal) < 0.0) medium = medium_behind(medium, load_hit(), facing.side);
+    store_next_medium(medium);
 #endif
     store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
     store_next_direction(RayDirection(outgoing, t_max));

@@ -1,16 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is left of light on its way inside a mesh (Beer and Lambert). A ray is taken to be inside the mesh whose back
-// it meets, all its way; where it meets a front, inside the one from whose back it starts, as in a pool above its
-// floor. Uses the tables of triangles and materials.
+// What light loses on its way inside meshes (Beer and Lambert). What it goes into adds to what is there, and what it
+// leaves is taken away again: so meshes may overlap, and hold others. Uses the tables of triangles and materials.
 #include "lib/hit.glsl"
 #include "lib/triangle.glsl"
 
-vec3 left_by_absorption(Hit hit, float side, RayOrigin origin, vec3 direction) {
-    bool meets_front = side > 0.0;
-    int at = meets_front ? int(origin.source) : hit_triangle(hit);
-    if (at < 0) return vec3(1.0);
-    Triangle triangle = triangle_at(at);
-    vec3 normal = normal_of(triangle.b - triangle.a, triangle.c - triangle.a);
-    if (meets_front && dot(normal, direction) >= 0.0) return vec3(1.0);
-    return exp(-hit.t * material_at(int(triangle.material)).absorption);
+// Of what is left of one mesh when another is taken away, less than this share of that is rounding.
+const float ABSORPTION_ROUNDING = 1.0e-5;
+
+// Of the mesh whose surface a ray meets.
+vec3 absorption_at(Hit hit) { return material_at(int(triangle_at(hit_triangle(hit)).material)).absorption; }
+
+// On a ray's way to a surface of a mesh that absorbs so much. One that meets the back has come from inside it, also where
+// the camera or a lamp is in it. `side`: Facing's.
+vec3 absorption_before(Medium medium, vec3 own, float side) {
+    return side < 0.0 ? max(medium.absorption, own) : medium.absorption;
+}
+
+// On its way behind the surface.
+Medium medium_behind(Medium medium, Hit hit, float side) {
+    vec3 own = absorption_at(hit);
+    if (side > 0.0) return Medium(medium.absorption + own);
+    vec3 left = absorption_before(medium, own, side) - own;
+    return Medium(mix(left, vec3(0.0), lessThan(left, ABSORPTION_ROUNDING * own)));
+}
+
+vec3 left_by_absorption(Medium medium, Hit hit, float side) {
+    return exp(-hit.t * absorption_before(medium, absorption_at(hit), side));
 }

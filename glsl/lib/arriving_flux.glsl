@@ -6,7 +6,7 @@
 
 vec3 arriving_flux(vec3 flux) {
 #ifdef ABSORPTION
-    flux *= left_by_absorption(load_hit(), load_facing().side, load_origin(), load_direction().direction);
+    flux *= left_by_absorption(load_medium(), load_hit(), load_facing().side);
 #endif
     return flux;
 }

@@ -17,7 +17,7 @@ from tests.scenes import Builder, camera, orthographic, plain_material
 
 WHITE = (1.0, 1.0, 1.0)
 BLACK_WALL = Material("black", (1e-4,) * 3)
-GLOW = Material("glow", (0.0, 0.0, 0.0), emission=WHITE)
+EMISSIVE = Material("emissive", (0.0, 0.0, 0.0), emission=WHITE)
 # By the angle of incidence [deg], index 1.5, with all reflections inside.
 SLAB = {0: 0.92308, 30: 0.92027, 45: 0.90433, 60: 0.83623, 75: 0.59609}
 # Of a parallel beam on a ball of index 1.5: reflected, and with what left at the next two meetings.
@@ -48,7 +48,7 @@ def test_eyes_through_a_slab(device: Device, angle: float) -> None:
     built = Builder().box((-9, -9, 0), (9, 9, 0.2), 0)
     built.quad((-30, -30, -0.5), (30, -30, -0.5), (30, 30, -0.5), (-30, 30, -0.5), 1)
     away = np.array([math.sin(math.radians(angle)), 0.0, math.cos(math.radians(angle))])
-    scene = built.scene(beam(away, 0.5), (), (glass(), GLOW))
+    scene = built.scene(beam(away, 0.5), (), (glass(), EMISSIVE))
     assert mean_of(device, scene) == pytest.approx(SLAB[angle], rel=0.01)
 
 
@@ -101,7 +101,7 @@ def test_absorption_is_beers(device: Device) -> None:
         scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), (material, BLACK_WALL))
         with rendered(device, scene, photons=1 << 16, passes=1, width=8, height=8) as renderer:
             found.append(fallen(renderer)[1])
-        lit = built.scene(beam((0.0, 0.0, 1.0), 0.5), (), (material, GLOW))
+        lit = built.scene(beam((0.0, 0.0, 1.0), 0.5), (), (material, EMISSIVE))
         assert mean_of(device, lit) == pytest.approx(left if material is dim else 1.0, rel=0.01)
     assert found[1] / found[0] == pytest.approx(left, rel=0.01)
 
@@ -119,6 +119,43 @@ def test_a_pool_absorbs_above_its_floor(device: Device, backend: Any) -> None:
         found.append(mean_of(device, scene, photons=1 << 15, photon_bounces=2, backend=backend))
     left = np.exp(-0.2 * np.array(ABSORPTION))
     assert found[1] / found[0] == pytest.approx(left**2, rel=0.01)
+
+
+@pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
+def test_meshes_that_overlap_absorb_as_their_sum(device: Device, backend: Any) -> None:
+    """A bar that lies within another, as ice in a drink, and one that reaches out of it, as a drink
+    whose side is in its glass: for the eye, and on a floor for photons."""
+    other = (3.0, 1.0, 0.0)
+    outer, inner = (replace(glass(1.0), absorption=of) for of in (ABSORPTION, other))
+    for low, high in ((0.05, 0.15), (0.1, 0.3), (-0.05, 0.25)):
+        left = np.exp(-0.2 * np.array(ABSORPTION) - (high - low) * np.array(other))
+        built = Builder().box((-2, -2, 0), (2, 2, 0.2), 0, "outer")
+        built.box((-2.1, -2.1, low), (2.1, 2.1, high), 1, "inner")
+        built.quad((-1, -1, -0.1), (1, -1, -0.1), (1, 1, -0.1), (-1, 1, -0.1), 2, "floor")
+        sun = sun_light("sun", WHITE, (0.0, 0.0, -1.0))
+        materials = (outer, inner, BLACK_WALL)
+        scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), materials)
+        settings = {"photons": 1 << 14, "passes": 1, "width": 8, "height": 8, "backend": backend}
+        with rendered(device, scene, **settings) as renderer:
+            fallen_there = fallen(renderer)[scene.surfaces.index("floor")]
+        assert fallen_there / 4.0 == pytest.approx(left, rel=0.01)
+        lit = built.scene(beam((0.0, 0.0, 1.0), 0.5), (), (outer, inner, EMISSIVE))
+        assert mean_of(device, lit, backend=backend) == pytest.approx(left, rel=0.01)
+
+
+@pytest.mark.parametrize("backend", ["native", "compute"])
+def test_it_absorbs_between_things_in_water(device: Device, backend: Any) -> None:
+    """Down through 0.2 m of water to a mirror that leans, and 0.5 m on to an emitting wall."""
+    water = replace(glass(1.0), absorption=ABSORPTION)
+    mirror = Material("mirror", (0.0, 0.0, 0.0), (Lobe("mirror", WHITE),))
+    built = Builder().box((-2, -2, -1), (2, 2, 0.2), 0, "water")
+    built.quad(
+        (-0.4, -0.4, -0.4), (0.4, -0.4, 0.4), (0.4, 0.4, 0.4), (-0.4, 0.4, -0.4), 1, "mirror"
+    )
+    built.quad((-0.5, -1, -1), (-0.5, 1, -1), (-0.5, 1, 0.1), (-0.5, -1, 0.1), 2, "lamp")
+    scene = built.scene(beam((0.0, 0.0, 1.0), 0.05), (), (water, mirror, EMISSIVE))
+    left = np.exp(-0.7 * np.array(ABSORPTION))
+    assert mean_of(device, scene, backend=backend) == pytest.approx(left, rel=0.02)
 
 
 def test_snells_window(device: Device) -> None:
@@ -188,7 +225,7 @@ def test_sheet_is_as_in_cycles(device: Device, angle: float) -> None:
         sheet = [(x * upside, y, 0.0) for x, y in ((-9, -9), (9, -9), (9, 9), (-9, 9))]
         built = Builder().quad(*sheet, 0)
         built.quad((-30, -30, -0.5), (30, -30, -0.5), (30, 30, -0.5), (-30, 30, -0.5), 1)
-        scene = built.scene(beam(away, 0.5), (), (glass(is_open=1.0), GLOW))
+        scene = built.scene(beam(away, 0.5), (), (glass(is_open=1.0), EMISSIVE))
         assert mean_of(device, scene) == pytest.approx(passed, rel=0.01)
         scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), (glass(is_open=1.0), BLACK_WALL))
         with rendered(device, scene, photons=1 << 16, passes=1, width=8, height=8) as renderer:

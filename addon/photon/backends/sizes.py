@@ -22,6 +22,7 @@ GRIDS = (40 + 60) << 20
 # A photon's: six textures of paths, three of a bounce's ends and four of shaded points, and two
 # more of these if there are lobes; and all that have half the size of another (photon_mapper.py).
 PATHS, LOBE_PATHS = 2 * 13 * TEXEL, 2 * 2 * TEXEL
+MEDIA = 2 * 2 * TEXEL  # what absorbs a photon, likewise
 RESIDENT_PATHS = 2 * 6 * TEXEL  # on a GPU with compute programs
 RESIDENT_ROOM = 6 * TEXEL  # in the list: device_photon_mapper.GUESSED and some
 DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
@@ -64,6 +65,7 @@ class PhotonCounts:
     landed: float  # deposits of a pass
     most_bounces: int
     has_lobes: bool
+    absorbs: bool  # something absorbs them on their way
     shades_long: bool  # SceneNeeds'
     are_drawn: bool  # as splats
 
@@ -99,7 +101,7 @@ class Sizes:
 
     def paths(self, counts: PhotonCounts) -> Bytes:
         """The same without splats."""
-        paths = PATHS + (LOBE_PATHS if counts.has_lobes else 0)
+        paths = PATHS + LOBE_PATHS * counts.has_lobes + MEDIA * counts.absorbs
         return Bytes(
             paths * counts.a_pass + SORTED * counts.landed,
             DOWNLOADED * counts.a_pass + LISTED * counts.landed,
@@ -145,9 +147,9 @@ class ResidentSizes(Sizes):
 
     def paths(self, counts: PhotonCounts) -> Bytes:
         rows = sum(landed_rows(photons, counts.most_bounces) for photons in {*counts.passes})
-        paths = RESIDENT_PATHS * sum({*counts.passes}) + 2 * TEXEL * STREAM_WIDTH * rows
-        if counts.shades_long:
-            paths = (PATHS + LOBE_PATHS) * sum({*counts.passes})
+        a_photon = PATHS + LOBE_PATHS if counts.shades_long else RESIDENT_PATHS
+        paths = (a_photon + MEDIA * counts.absorbs) * sum({*counts.passes})
+        paths += 0 if counts.shades_long else 2 * TEXEL * STREAM_WIDTH * rows
         lists = RESIDENT_ROOM * counts.a_pass + (RESIDENT_LISTED + SORTED) * counts.landed
         return Bytes(paths + lists)
 

@@ -26,7 +26,7 @@ from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from .camera import EyeCamera
 from .compaction import Compaction
-from .path import CAUSTIC, Path, PathStreams
+from .path import CAUSTIC, FIRST, Path, PathStreams
 
 
 class Eye:
@@ -97,8 +97,8 @@ class Eye:
         at = self.streams
         origin, direction = (at.pairs[name].front for name in ("origin", "direction"))
         projection = self.camera.send(index, region, origin, direction, at.ones["pixel"])
-        chain = at.ones.get("first_chain")
-        return Path(index, region, 0, at, at.unit, chain, projection, None, self._ended)
+        carried = {name: at.ones[first] for name, first in FIRST.items() if first in at.ones}
+        return Path(index, region, 0, at, at.unit, carried, projection, None, self._ended)
 
     def shade(self, path: Path) -> None:
         """Find where the rays end, and evaluate the materials there."""
@@ -195,7 +195,7 @@ class Eye:
             self._compaction.compact(onward, count.wait())
         pairs = onward.at.rays()
         onward.throughput = pairs["throughput"].front
-        onward.chain = pairs["chain"].front if "chain" in pairs else None
+        onward.carried = {name: pairs[name].front for name in FIRST if name in pairs}
         return onward
 
     def launches(self) -> dict[str, int]:
@@ -229,8 +229,7 @@ class Eye:
     def of(self, path: Path) -> dict[str, Stream]:
         """What there is of a path."""
         rays = {name: path.at.pairs[name].front for name in ("origin", "direction")}
-        chain = {"chain": path.chain} if path.chain else {}
-        return {**path.at.ones, **rays, **chain}
+        return {**path.at.ones, **rays, **path.carried}
 
     def _find_cuts(self, path: Path, radii: Radii) -> None:
         """Where each point's disc ends at what stands on its surface. Without a kernel nothing

@@ -17,6 +17,7 @@ from ..kernels.records import (
     HIT,
     ILLUMINANCE,
     IRRADIANCE,
+    MEDIUM,
     PIXEL,
     RADIANCE,
     RAY_DIRECTION,
@@ -31,7 +32,9 @@ from ..stage.needs import SceneNeeds
 
 CAUSTIC = "caustic_"  # how streams of the part of gathered light begin that caustics are
 # What a secondary ray takes with it.
-RAY = ("origin", "direction", "throughput", "chain")
+RAY = ("origin", "direction", "throughput", "chain", "medium")
+# Of these, what the eye's own rays have, zero, in streams of their own.
+FIRST = {"chain": "first_chain", "medium": "first_medium"}
 
 
 class PathStreams:
@@ -61,6 +64,8 @@ class PathStreams:
             twos["throughput"] = THROUGHPUT
         if needs.transparent:
             ones["first_chain"] = twos["chain"] = CHAIN
+        if needs.secondary_rays and needs.absorption:
+            ones["first_medium"] = twos["medium"] = MEDIUM
         self.ones = {name: Stream(device, record, size) for name, record in ones.items()}
         self.pairs = {name: PingPong(device, record, size) for name, record in twos.items()}
         self.unit = Stream(device, THROUGHPUT, size)
@@ -103,7 +108,7 @@ class Path:
     depth: int
     at: PathStreams  # what holds it
     throughput: Stream
-    chain: Stream | None  # if there are transparent surfaces
+    carried: dict[str, Stream]  # what else there is of FIRST
     projection: Projection | None  # of eye rays
     count: Count | None  # of the rays that are alive; None: they are taken to be
     ended: dict[Region, int]  # at which depth all had in a region

@@ -1,18 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table
-from .records import FACING, HIT, MATERIAL, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE
+from .records import FACING, HIT, MATERIAL, MEDIUM, THROUGHPUT, TRIANGLE
 
 
 class Absorb(Kernel):
     """Take from secondary rays what was absorbed on their way inside meshes."""
 
     stem = "absorb"
-    inputs = {
-        "throughput": THROUGHPUT,
-        "origin": RAY_ORIGIN,
-        "direction": RAY_DIRECTION,
-        "hit": HIT,
-        "facing": FACING,
-    }
+    inputs = {"throughput": THROUGHPUT, "medium": MEDIUM, "hit": HIT, "facing": FACING}
     outputs = {"left": THROUGHPUT}
     tables = {"triangles": Table(TRIANGLE), "materials": Table(MATERIAL)}

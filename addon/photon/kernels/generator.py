@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
 from .lights import LIGHT_DEFINES, LIGHT_TABLES, LIMITS
-from .records import AIM_NODE, FLUX, LIGHT_AIM, RAY_DIRECTION, RAY_ORIGIN
+from .records import AIM_NODE, FLUX, LIGHT_AIM, MEDIUM, RAY_DIRECTION, RAY_ORIGIN
 
 
 class Generator(Kernel):
     """Emit photons of equal flux from the lights (Marino & Abbate, Generator)."""
 
     stem = "generator"
-    structure = (*LIGHT_DEFINES, "VISIBILITY", "AIMED")
-    outputs = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "flux": FLUX}
+    structure = (*LIGHT_DEFINES, "VISIBILITY", "AIMED", "ABSORPTION")
+    outputs = {
+        "origin": RAY_ORIGIN,
+        "direction": RAY_DIRECTION,
+        "flux": FLUX,
+        "medium": When("ABSORPTION", MEDIUM),
+    }
     uniforms = {
         "seed": Uniform("uint"),
         "pass_index": Uniform("uint"),

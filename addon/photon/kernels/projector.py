@@ -8,6 +8,7 @@ from .records import (
     HIT,
     LIGHT,
     MATERIAL,
+    MEDIUM,
     PLACE,
     RAY_DIRECTION,
     RAY_ORIGIN,
@@ -36,8 +37,9 @@ class Projector(Kernel):
         "diffuse": DIFFUSE,
         "flux": FLUX,
         "hit": When("ABSORPTION", HIT),
-        "direction": When(("INCOMING", "ABSORPTION", "CAUSTICS"), RAY_DIRECTION),
-        "origin": When(("ARRIVALS", "ABSORPTION"), RAY_ORIGIN),
+        "medium": When("ABSORPTION", MEDIUM),
+        "direction": When(("INCOMING", "CAUSTICS"), RAY_DIRECTION),
+        "origin": When("ARRIVALS", RAY_ORIGIN),
     }
     outputs = {
         "landed": PLACE,

@@ -16,6 +16,9 @@ HIT = Record("Hit", {"t": "float", "triangle": "float", "u": "float", "v": "floa
 FLUX = Record(
     "Flux", {"flux": "vec3", "photon": "float"}
 )  # [W], linear RGB, >= 0; photon_number.glsl
+# What light loses where the ray begins: of all meshes that it is inside, by the surfaces that it
+# has gone through [1 / scene units].
+MEDIUM = Record("Medium", {"absorption": "vec3"})
 PIXEL = Record("Pixel", {"at": "vec2"})  # of the frame, that a path is of
 # Where the path of a pixel is among those that are alive, + 1; 0: it has ended.
 ELEMENT = Record("Element", {"number": "float"})

@@ -5,6 +5,7 @@ from .records import (
     HIT,
     LIGHT,
     MATERIAL,
+    MEDIUM,
     PORTAL,
     RAY_DIRECTION,
     RAY_ORIGIN,
@@ -39,14 +40,20 @@ class Reflector(Kernel):
         "WIDE_PORTAL",
     )
     inputs = {
-        "origin": When(("ARRIVALS", "ABSORPTION"), RAY_ORIGIN),
+        "origin": When("ARRIVALS", RAY_ORIGIN),
         "direction": RAY_DIRECTION,
         "flux": FLUX,
         "hit": When("ABSORPTION", HIT),
+        "medium": When("ABSORPTION", MEDIUM),
         **POINT,
         **FIRST_LOBE,
     }
-    outputs = {"next_origin": RAY_ORIGIN, "next_direction": RAY_DIRECTION, "next_flux": FLUX}
+    outputs = {
+        "next_origin": RAY_ORIGIN,
+        "next_direction": RAY_DIRECTION,
+        "next_flux": FLUX,
+        "next_medium": When("ABSORPTION", MEDIUM),
+    }
     uniforms = {"seed": Uniform("uint"), "pass_index": Uniform("uint"), "bounce": Uniform("int")}
     tables = {
         "triangles": When("ABSORPTION", Table(TRIANGLE)),

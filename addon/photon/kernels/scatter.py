@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Uniform, When
+from ...streams import Kernel, Table, Uniform, When
 from .records import (
     CHAIN,
     FACING,
     HIT,
+    MATERIAL,
+    MEDIUM,
     PIXEL,
     PLACE,
     RAY_DIRECTION,
     RAY_ORIGIN,
     SHADING,
     THROUGHPUT,
+    TRIANGLE,
 )
 from .shade import GATHERED_LOBES, LOBES
 
@@ -24,6 +27,7 @@ class Scatter(Kernel):
         "TINTED",
         "WEIGHED",
         "TRANSPARENT",
+        "ABSORPTION",
         "DISPERSION",
         *GATHERED_LOBES,
     )
@@ -34,7 +38,8 @@ class Scatter(Kernel):
         "shading": SHADING,
         "direction": RAY_DIRECTION,
         "throughput": THROUGHPUT,
-        "hit": When("TRANSPARENT", HIT),
+        "hit": When(("TRANSPARENT", "ABSORPTION"), HIT),
+        "medium": When("ABSORPTION", MEDIUM),
         "chain": When("TRANSPARENT", CHAIN),
         **LOBES,
     }
@@ -43,6 +48,7 @@ class Scatter(Kernel):
         "next_direction": RAY_DIRECTION,
         "next_throughput": THROUGHPUT,
         "next_chain": When("TRANSPARENT", CHAIN),
+        "next_medium": When("ABSORPTION", MEDIUM),
     }
     uniforms = {
         "seed": Uniform("uint"),
@@ -51,4 +57,8 @@ class Scatter(Kernel):
         "chain_depth": When("TRANSPARENT", Uniform("int")),
         "transparent_depth": When("TRANSPARENT", Uniform("int")),
         "frame_size": Uniform("ivec2"),
+    }
+    tables = {
+        "triangles": When("ABSORPTION", Table(TRIANGLE)),
+        "materials": When("ABSORPTION", Table(MATERIAL)),
     }

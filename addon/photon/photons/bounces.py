@@ -72,9 +72,9 @@ class Bounces:
         alive: moderngl.Buffer,
         uniforms: Mapping[str, Any],
     ) -> None:
-        """`begin` are origin, direction and flux of the photons, and `end` the same after it, and
-        the places and deposits of all bounces, one bounce's streams above the last one's. Counts
-        in `alive` who has not ended."""
+        """`begin` are the streams of Paths, and `end` origin, direction and flux after it, the
+        places and deposits of all bounces, one bounce's streams above the last one's, and the media
+        if there are any. Counts in `alive` who has not ended."""
         width, height = begin["origin"].size
         textures = {f"begin_{name}": stream.texture for name, stream in begin.items()}
         images = [stream.texture for stream in end]
@@ -121,9 +121,11 @@ class SeveralBounces:
         tally's next; how many bounces."""
         program = self._programs.of(self._tables.portal_defines(self._covers))
         bounces = min(self._landed[0].size[1] // paths.rows, self._most - first)
+        backs = paths.backs()
+        media = [backs.pop("medium")] if "medium" in backs else []
         program.run(
             paths.fronts(),
-            [*(pair.back for pair in paths.pairs()), *self._landed],
+            [*backs.values(), *self._landed, *media],
             self._tables.of(program),
             tally.buffer,
             draw_of(self._settings, batch.index)

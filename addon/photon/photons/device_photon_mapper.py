@@ -25,6 +25,7 @@ from .paths import STREAM_WIDTH, PathsBySize
 # After the first pass the host does not ask, but goes by what the passes before found, an eighth
 # more, and this: by chance they differ by the square root of their number.
 SPARE_PHOTONS = 1024
+ABSORPTION_DEFINE = "#define ABSORPTION\n"  # photons carry what absorbs them
 GUESSED = 2  # times that a photon lands, before any has
 
 
@@ -69,9 +70,9 @@ class DevicePhotonMapper:
         self._device, self._settings = device, settings
         self._most_bounces = needs.photon_bounces + 1  # with that in which a photon is cut off
         self._emission = Emission(device, "compute", tables, needs)
-        self._paths: PathsBySize[Any] = PathsBySize(device, bounces.paths)
+        self._paths: PathsBySize[Any] = PathsBySize(device, bounces.paths, needs.absorption)
         self._bounces = bounces
-        self._compaction = Compaction(device, "paths")
+        self._compaction = Compaction(device, "paths", ABSORPTION_DEFINE * needs.absorption)
         self._tally = Tally(device, self._most_bounces)
         self._foreseen: dict[int, _Foreseen] = {}  # by the photons of a pass
         self._flight: _Flight | None = None
@@ -184,7 +185,9 @@ class DevicePhotonMapper:
         elements = paths.rows * STREAM_WIDTH
         textures = {name: stream.texture for name, stream in paths.fronts().items()}
         self._compaction.count(elements, {"direction": textures["direction"]})
-        self._compaction.move(elements, textures, [p.front.texture for p in smaller.pairs()])
+        self._compaction.move(
+            elements, textures, [pair.front.texture for pair in smaller.pairs.values()]
+        )
         flight.paths = smaller
 
     def release(self) -> None:

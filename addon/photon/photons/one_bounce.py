@@ -23,8 +23,8 @@ from .paths import Paths
 class PathsAndEnds(Paths):
     """With the streams of a bounce's hits, places and deposits."""
 
-    def __init__(self, device: Device, rows: int) -> None:
-        super().__init__(device, rows)
+    def __init__(self, device: Device, rows: int, absorption: bool) -> None:
+        super().__init__(device, rows, absorption)
         self.hit = Stream(device, HIT, self.size)
         self._points: dict[str, Stream] = {}
 
@@ -33,7 +33,7 @@ class PathsAndEnds(Paths):
         records: dict[str, Any] = {**shade.outputs, **projector.outputs}
         for name, record in records.items():
             if name not in self._points:
-                self._points[name] = Stream(self.origin.back.device, record, self.size)
+                self._points[name] = Stream(self.device, record, self.size)
         return self._points
 
     def release(self) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Generic, TypeVar
 
 from ...streams import Device, PingPong, Stream
-from ..kernels.records import FLUX, RAY_DIRECTION, RAY_ORIGIN
+from ..kernels.records import FLUX, MEDIUM, RAY_DIRECTION, RAY_ORIGIN
 
 STREAM_WIDTH = 1024  # photons a row
 
@@ -14,40 +14,29 @@ STREAM_WIDTH = 1024  # photons a row
 class Paths:
     """The streams of photons under way, which a bounce renews."""
 
-    def __init__(self, device: Device, rows: int) -> None:
-        self.rows, self.size = rows, (STREAM_WIDTH, rows)
-        self.origin = PingPong(device, RAY_ORIGIN, self.size)
-        self.direction = PingPong(device, RAY_DIRECTION, self.size)
-        self.flux = PingPong(device, FLUX, self.size)
-
-    def pairs(self) -> tuple[PingPong, PingPong, PingPong]:
-        """All of them."""
-        return self.origin, self.direction, self.flux
+    def __init__(self, device: Device, rows: int, absorption: bool) -> None:
+        """`absorption`: photons know what absorbs them."""
+        self.device, self.rows, self.size = device, rows, (STREAM_WIDTH, rows)
+        records = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "flux": FLUX}
+        records |= {"medium": MEDIUM} if absorption else {}
+        self.pairs = {name: PingPong(device, of, self.size) for name, of in records.items()}
 
     def fronts(self) -> dict[str, Stream]:
         """What the next bounce reads."""
-        return {
-            "origin": self.origin.front,
-            "direction": self.direction.front,
-            "flux": self.flux.front,
-        }
+        return {name: pair.front for name, pair in self.pairs.items()}
 
     def backs(self) -> dict[str, Stream]:
         """What it writes."""
-        return {
-            "origin": self.origin.back,
-            "direction": self.direction.back,
-            "flux": self.flux.back,
-        }
+        return {name: pair.back for name, pair in self.pairs.items()}
 
     def swap(self) -> None:
         """End a bounce."""
-        for pair in self.pairs():
+        for pair in self.pairs.values():
             pair.swap()
 
     def release(self) -> None:
         """Put them back."""
-        for pair in self.pairs():
+        for pair in self.pairs.values():
             pair.release()
 
 
@@ -57,8 +46,9 @@ AnyPaths = TypeVar("AnyPaths", bound=Paths)
 class PathsBySize(Generic[AnyPaths]):
     """The streams of a pass's photons, and smaller ones for those that are left of them."""
 
-    def __init__(self, device: Device, kind: type[AnyPaths]) -> None:
-        self._device, self._kind = device, kind
+    def __init__(self, device: Device, kind: type[AnyPaths], absorption: bool) -> None:
+        """`absorption`: as Paths."""
+        self._device, self._kind, self._absorption = device, kind, absorption
         self._paths: dict[int, AnyPaths] = {}  # by rows
 
     def of(self, photons: int) -> AnyPaths:
@@ -77,7 +67,7 @@ class PathsBySize(Generic[AnyPaths]):
 
     def _of_rows(self, rows: int) -> AnyPaths:
         if rows not in self._paths:
-            self._paths[rows] = self._kind(self._device, rows)
+            self._paths[rows] = self._kind(self._device, rows, self._absorption)
         return self._paths[rows]
 
     def release(self) -> None:

@@ -33,7 +33,7 @@ class PhotonMapper:
     ) -> None:
         self._tables = tables
         self._settings, self._needs = settings, needs
-        self._paths = PathsBySize(device, bounce.paths)
+        self._paths = PathsBySize(device, bounce.paths, needs.absorption)
         self.deposits = HostDeposits(device, needs.caustics)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
         self._emission = Emission(device, layer, tables, needs)
@@ -76,11 +76,13 @@ class PhotonMapper:
         smaller = self._paths.halved(paths, alive)
         if smaller is paths:
             return paths
-        there = np.flatnonzero(paths.direction.front.download().reshape(-1, 4)[:, :3].any(axis=1))
-        for old, new in zip(paths.pairs(), smaller.pairs(), strict=True):
+        there = np.flatnonzero(
+            paths.pairs["direction"].front.download().reshape(-1, 4)[:, :3].any(axis=1)
+        )
+        for name, old in paths.pairs.items():
             texels = np.zeros((smaller.rows * STREAM_WIDTH, 4), np.float32)
             texels[: len(there)] = old.front.download().reshape(-1, 4)[there]
-            new.front.upload(texels.reshape(smaller.rows, STREAM_WIDTH, 4))
+            smaller.pairs[name].front.upload(texels.reshape(smaller.rows, STREAM_WIDTH, 4))
         return smaller
 
     def release(self) -> None:

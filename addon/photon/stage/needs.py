@@ -116,6 +116,7 @@ class SceneNeeds:
         """What kernels of visible points are compiled with."""
         chains = {"CHAINS": 1} if self.transparent else {}
         chains |= {"DISPERSED_CHAINS": 1} if self.disperses else {}
+        chains |= {"ABSORPTION": 1} if self.absorption else {}
         return self._point_defines | self.programs.defines | self._footprint(1) | chains
 
     def _footprint(self, times: int) -> dict[str, int | float]:
