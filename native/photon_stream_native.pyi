@@ -17,7 +17,6 @@ class Tracer:
         nodes: NDArray[np.float32],
         corners: NDArray[np.float32],
         visible: NDArray[np.uint8] | None = None,
-        solid: NDArray[np.int8] | None = None,
         flags: NDArray[np.uint8] | None = None,
     ) -> None: ...
     def trace(
@@ -70,6 +69,7 @@ class Tracer:
         seed: int,
         depth: int,
         frame_size: tuple[int, int],
+        solid: NDArray[np.int8] | None = None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
 
 class RadiusField:

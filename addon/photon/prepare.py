@@ -33,7 +33,7 @@ from .film.strips import StripFilm, strips_of
 from .memory import Budget
 from .phases import Phases
 from .photons.aim import Aiming
-from .photons.kept import Kept, Stage
+from .photons.kept import Kept
 from .photons.mapper import Mapper, pilot_photons
 from .photons.photon_grid import Gathering
 from .photons.photon_pass import Photons
@@ -44,6 +44,7 @@ from .renderer import Parts, Renderer
 from .scene import Scene
 from .scene.takes import takes_of
 from .settings import Settings, filter_define
+from .stage.device_scene import DeviceScene
 from .stage.find_needs import find_needs
 from .stage.geometry import Mesh
 from .stage.kinds import check_kinds
@@ -137,15 +138,15 @@ class _Preparation:
         settings, backend = self._settings, self._backend
         budget = self._find_room()
         with self._phases.timed("bvh"):
-            stage = self._kept.stage(self._scene, backend)
-            stage = stage.at(instant(settings, 0, self._scene.shutter))
-        needs = find_needs(self._scene, settings, stage.mesh, stage.tables.emitters)
-        self.warnings = _warnings(self._scene, settings, stage.mesh, needs)
+            device_scene = self._kept.device_scene(self._scene, backend)
+            device_scene = device_scene.at(instant(settings, 0, self._scene.shutter))
+        needs = find_needs(self._scene, settings, device_scene.mesh, device_scene.tables.emitters)
+        self.warnings = _warnings(self._scene, settings, device_scene.mesh, needs)
         with self._phases.timed("programs"):
-            mapper = self._mapper(stage, needs) if needs.photons else None
+            mapper = self._mapper(device_scene, needs) if needs.photons else None
             strips = strips_of(settings.frame_region, backend.strip_pixels)
-            tables, scene, size = stage.tables, self._scene, strips[0].size
-            eye = Eye(backend, tables, stage.frame, scene, settings, needs, size)
+            tables, scene, size = device_scene.tables, self._scene, strips[0].size
+            eye = Eye(backend, tables, device_scene.frame, scene, settings, needs, size)
             self._own.append(eye.release)
             eye.prepare()
             tables.footprint = eye.footprint
@@ -165,17 +166,17 @@ class _Preparation:
             self._own.append(resolver.release)
             denoised = DenoisingResolver(film) if settings.denoise else None
             self._own += [denoised.release] if denoised else []
-            estimators = self._estimators(stage, needs) if mapper else None
+            estimators = self._estimators(device_scene, needs) if mapper else None
             if mapper:
-                self._start_pilot(mapper, stage, needs, eye)
-            if not stage.movement or settings.first_pass == 0:  # else it is another instant
+                self._start_pilot(mapper, device_scene, needs, eye)
+            if not device_scene.movement or settings.first_pass == 0:  # else it is another instant
                 with self._phases.timed("eye"):
                     eye.send_ahead(settings.first_pass, strips[0].region)
             photons = None
             if mapper and estimators:
-                photons = self._photons(mapper, *estimators, stage, eye, budget)
+                photons = self._photons(mapper, *estimators, device_scene, eye, budget)
         made = eye, images, film, resolver, denoised, photons
-        return Parts(backend, stage, needs, *made, self._phases, self._own)
+        return Parts(backend, device_scene, needs, *made, self._phases, self._own)
 
     def _find_room(self) -> Budget:
         """The budget; what only makes a render start sooner goes where there is no room for it."""
@@ -187,14 +188,14 @@ class _Preparation:
                 make_room()
         return Budget(*arguments)
 
-    def _mapper(self, stage: Stage, needs: SceneNeeds) -> Mapper:
+    def _mapper(self, device_scene: DeviceScene, needs: SceneNeeds) -> Mapper:
         """What traces photons."""
-        mapper = self._backend.photon_mapper(stage, self._settings, needs)
+        mapper = self._backend.photon_mapper(device_scene, self._settings, needs)
         self._own.append(mapper.release)
         return mapper
 
     def _estimators(
-        self, stage: Stage, needs: SceneNeeds
+        self, device_scene: DeviceScene, needs: SceneNeeds
     ) -> tuple[Splats | None, Gathering | None, Gathering | None]:
         """What sums photons up, where the eye's own rays end and where others do; and those that
         are told apart."""
@@ -206,26 +207,28 @@ class _Preparation:
             self._own.append(splat.release)
         if not splat or needs.secondary_rays:
             kinds = [False] * (not splat) + [True] * needs.secondary_rays
-            grid = backend.photon_grid(stage.mesh, settings, needs, kinds)
+            grid = backend.photon_grid(device_scene.mesh, settings, needs, kinds)
             self._own.append(grid.release)
         if needs.caustics:
             kinds = [False] + [True] * needs.secondary_rays
-            caustics = backend.photon_grid(stage.mesh, settings, needs, kinds)
+            caustics = backend.photon_grid(device_scene.mesh, settings, needs, kinds)
             self._own.append(caustics.release)
         return splat, grid, caustics
 
-    def _start_pilot(self, mapper: Mapper, stage: Stage, needs: SceneNeeds, eye: Eye) -> None:
+    def _start_pilot(
+        self, mapper: Mapper, device_scene: DeviceScene, needs: SceneNeeds, eye: Eye
+    ) -> None:
         """Send the photons that tell where others shall start, and, unless the user has set it,
         the radius."""
-        look = partial(self._look, stage, needs)
-        moves = stage.movement is not None  # passes learn at the instant of pass 0
+        look = partial(self._look, device_scene, needs)
+        moves = device_scene.movement is not None  # passes learn at the instant of pass 0
         _, place = eye.camera.footprint()
         self._aiming = Aiming(
             mapper,
-            stage.tables,
+            device_scene.tables,
             self._settings.seed,
             look,
-            stage.mesh,
+            device_scene.mesh,
             at_once=moves,
             eye=place,
         )
@@ -235,7 +238,7 @@ class _Preparation:
             with self._phases.timed("radius"):
                 self._kept.start(mapper, self._settings, 0, pilot_photons(self._settings))
 
-    def _look(self, stage: Stage, needs: SceneNeeds) -> View:
+    def _look(self, device_scene: DeviceScene, needs: SceneNeeds) -> View:
         """What the picture shows, in mirrors too."""
         region = (0, 0, EYE_RAYS_A_SIDE, EYE_RAYS_A_SIDE)
         settings = replace(
@@ -249,7 +252,7 @@ class _Preparation:
             illuminance=False,
             caustics=False,
         )
-        tables, frame, scene = stage.tables, stage.frame, self._scene
+        tables, frame, scene = device_scene.tables, device_scene.frame, self._scene
         eye = Eye(self._backend, tables, frame, scene, settings, bare, region[2:])
         eye.prepare()
         found = []
@@ -268,18 +271,18 @@ class _Preparation:
         splat: Splats | None,
         grid: Gathering | None,
         caustics: Gathering | None,
-        stage: Stage,
+        device_scene: DeviceScene,
         eye: Eye,
         budget: Budget,
     ) -> Photons:
         backend, settings = self._backend, self._settings
         with self._phases.timed("radius"):
             if settings.radius:
-                field = RadiusField.even(self._device, settings.radius / stage.frame.scale)
+                field = RadiusField.even(self._device, settings.radius / device_scene.frame.scale)
             else:
-                field = self._find_radii(mapper, stage.mesh, eye, budget)
-        find = partial(self._find_again, mapper, stage.mesh, eye)
-        ahead = backend.works_alone and not stage.movement
+                field = self._find_radii(mapper, device_scene.mesh, eye, budget)
+        find = partial(self._find_again, mapper, device_scene.mesh, eye)
+        ahead = backend.works_alone and not device_scene.movement
         phases, aiming = self._phases, self._aiming
         assert aiming
         photons = Photons(

@@ -24,10 +24,10 @@ from .film.picture import CHANNELS, FEATURES, exposed
 from .film.resolver import DenoisingResolver, Picture, Resolver
 from .film.strips import StripFilm
 from .phases import Phases
-from .photons.kept import Stage
 from .photons.photon_pass import Photons
 from .scene import Scene
 from .settings import Settings
+from .stage.device_scene import DeviceScene
 from .stage.needs import SceneNeeds
 from .version import VERSION
 
@@ -40,7 +40,7 @@ class Parts:
     """What a renderer renders with (prepare.py)."""
 
     backend: Backend
-    stage: Stage
+    device_scene: DeviceScene
     needs: SceneNeeds
     eye: Eye
     images: PassImages
@@ -64,8 +64,8 @@ class Renderer:
     ) -> None:
         self.scene, self.settings, self.warnings = scene, settings, warnings
         self.backend, self.device, self.needs = parts.backend, parts.backend.device, parts.needs
-        self._stage, self.frame = parts.stage, parts.stage.frame
-        self.triangles = len(parts.stage.mesh.triangles)
+        self._device_scene, self.frame = parts.device_scene, parts.device_scene.frame
+        self.triangles = len(parts.device_scene.mesh.triangles)
         self.eye, self.film, self.photons = parts.eye, parts.film, parts.photons
         self._images, self._resolver, self._denoised = parts.images, parts.resolver, parts.denoised
         self._phases, self._own = parts.phases, parts.own
@@ -87,7 +87,9 @@ class Renderer:
 
     def _render(self, index: int) -> None:
         with self._phases.timed("bvh"):
-            self._stage = self._stage.at(instant(self.settings, index, self.scene.shutter))
+            self._device_scene = self._device_scene.at(
+                instant(self.settings, index, self.scene.shutter)
+            )
         photons = self.photons.start(index) if self.photons else None  # launched, not awaited
         for number, strip in enumerate(self.film.strips):
             image = self._images.begin()

@@ -31,10 +31,15 @@ const float MUCH = 1.5;
 const float FLAT = 0.02;  // slope up to which a surface is taken for the nearest layer at once
 
 // The point's own triangle, on which most probes end. Seen from the point in its plane, the sides with the
-// triangle to their left: at (x, y) it is there that a x + b y + c > 0. The rest is as Surface has it.
-struct Own { vec3 first; vec3 second; vec3 third; int triangle; int flags; float solid; };
+// triangle to their left: at (x, y) it is there that a x + b y + c > 0. Flags as Surface has them; what is behind it.
+struct Own { vec3 first; vec3 second; vec3 third; int triangle; int flags; float behind; };
 
 vec3 side_of(vec2 p, vec2 q) { return vec3(p.y - q.y, q.x - p.x, p.x * q.y - p.y * q.x); }
+
+// 1 where a solid is behind a triangle, seen from one of its sides, -1 where it is in front of it, 0: neither.
+float solid_behind(int triangle, float side) {
+    return side * solids_at(triangle / 4).sides[triangle % 4];
+}
 
 Own own_triangle(int triangle, vec3 position, mat3 frame, float side) {
     Triangle corners = triangle_at(triangle);
@@ -43,8 +48,8 @@ Own own_triangle(int triangle, vec3 position, mat3 frame, float side) {
     vec2 c = ((corners.c - position) * frame).xy;
     vec3 first = side_of(a, b), second = side_of(b, c), third = side_of(c, a);
     float turn = first.z + second.z + third.z < 0.0 ? -1.0 : 1.0;
-    CornerNormals normals = corner_normals_at(triangle);
-    return Own(turn * first, turn * second, turn * third, triangle, int(normals.flags), side * normals.solid);
+    int flags = int(corner_normals_at(triangle).flags);
+    return Own(turn * first, turn * second, turn * third, triangle, flags, solid_behind(triangle, side));
 }
 
 bool holds(Own own, vec2 at) {
@@ -102,10 +107,11 @@ vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, Filter
         Surface surface = surface_at(Hit(found.t, stored_triangle(found.triangle), found.u, found.v), -normal);
         above -= found.t;
         left -= found.t;
-        if (is_own && above < 0.0 && before.above > 0.0) before = Layer(0.0, (own.flags & OPAQUE) != 0, own.solid > 0.0);
+        if (is_own && above < 0.0 && before.above > 0.0) before = Layer(0.0, (own.flags & OPAQUE) != 0, own.behind > 0.0);
         bool is_known = abs(above - before.above) < ONE_LAYER || (is_own && abs(above) < ONE_LAYER);
-        bool is_hidden = hides(before, above, height, own.solid >= 0.0);
-        before = Layer(above, (surface.flags & OPAQUE) != 0, surface.solid > 0.0);
+        bool is_hidden = hides(before, above, height, own.behind >= 0.0);
+        bool is_top = solid_behind(found.triangle, surface.side) > 0.0;
+        before = Layer(above, (surface.flags & OPAQUE) != 0, is_top);
         bool is_lit = !is_known && !is_hidden && (surface.flags & PHOTONS_LAND) != 0;
         if (is_lit && stored_surface(surface.surface, surface.side) == place.surface
             && same_orientation(pack_direction(surface.geometric), normal)) {

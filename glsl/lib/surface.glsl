@@ -11,7 +11,6 @@ struct Surface {
     int material;
     float surface;
     int flags;       // of its material; see lib/triangle.glsl
-    float solid;     // 1 where one is behind the triangle, -1 where it is on the ray's side, 0 where there is none
 };
 
 Surface surface_at(Hit hit, vec3 direction) {
@@ -29,7 +28,6 @@ Surface surface_at(Hit hit, vec3 direction) {
     if (dot(s.shading, s.geometric) < 0.0) s.shading = -s.shading;
     s.material = int(triangle.material);
     s.surface = triangle.surface;
-    s.solid = s.side * normals.solid;
     s.flags = int(normals.flags);
     return s;
 }

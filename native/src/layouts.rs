@@ -20,7 +20,7 @@ pub const LAYOUTS: [(&str, &str); 26] = [
         "RadiusGrid",
         "vec3 origin; float first; vec3 cells; float cell_size; vec3 low; float first_corner; vec3 high",
     ),
-    ("CornerNormals", "vec3 a; float terminator; vec3 b; float solid; vec3 c; float flags"),
+    ("CornerNormals", "vec3 a; float terminator; vec3 b; vec3 c; float flags"),
     ("LightAim", "vec3 middle; float root"),
     ("AimNode", "float axis; float share; float first"),
     ("Portal", "vec3 middle; float width; vec3 across; float height; vec3 axis"),

@@ -16,6 +16,7 @@ from addon.photon.kernels.coverage import Coverage
 from addon.photon.kernels.cuts import Cuts
 from addon.photon.settings import Filter
 from addon.photon.stage.geometry import Frame, Mesh
+from addon.photon.stage.tables import solid_table
 from tests.kernels.conftest import Bench
 from tests.scenes import GREY, Builder, cornell, corners_of, plain_material
 
@@ -229,6 +230,7 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
         "nodes": mesh.tree.nodes,
         "triangles": mesh.triangles,
         "corner_normals": mesh.normals,
+        "solids": solid_table(mesh),
         "radii": radii.table(),
     }
     defines = {f"FILTER_{name.upper()}": 1}
@@ -236,7 +238,7 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     for index in range(PASSES):
         draw["first_probe"] = index * PROBES
         ours = tracer_of(mesh).coverage(
-            *(x[None] for x in streams.values()), radii, filter=name, **draw
+            *(x[None] for x in streams.values()), radii, filter=name, solid=mesh.solid, **draw
         )
         found = one_bench.run(Coverage, streams, draw, tables, defines)
         shares, tilts = (x[0] for x in ours)

@@ -72,15 +72,15 @@ def lamps(count: int, seed: int) -> tuple[Light, ...]:
 
 
 def triangles(seed: int) -> NDArray[Any]:
-    """A ball that glows, and a sheet."""
+    """An emissive ball, and a sheet."""
     built = Builder().sphere((0.4, 0.2, 0.3), 0.2, subdivisions=1)
     x = np.linspace(-1, 1, 8)
     for a, b in pairwise(x):
         built.quad((a, -1, 0.9), (b, -1, 0.9), (b, 1, 0.9), (a, 1, 0.9))
     scene = built.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [Material("", BLACK, (), (1, 2, 3))])
     mesh = Mesh.build(scene, HERE)
-    glow = np.array([material.emission for material in scene.materials])
-    return triangle_lights(scene, mesh, glow[scene.material[emissive_triangles(scene, mesh)]])
+    emission = np.array([material.emission for material in scene.materials])
+    return triangle_lights(scene, mesh, emission[scene.material[emissive_triangles(scene, mesh)]])
 
 
 TABLES = {

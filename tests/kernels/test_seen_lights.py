@@ -90,19 +90,19 @@ SEEN_LIGHTS = (
 )
 
 
-def glowing_triangle() -> NDArray[Any]:
+def emissive_triangle() -> NDArray[Any]:
     """Across the middle, seen from below at a slant, larger than what is sampled by area."""
     b = Builder().add([[0, 0, 0], [1.6, 0.2, 0.1], [0.3, 1.4, -0.2]], [[0, 1, 2]])
-    glow = Material("glow", BLACK, (), POWER)
-    scene = b.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [glow])
+    emitter = Material("emissive", BLACK, (), POWER)
+    scene = b.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [emitter])
     scene = replace(scene, vertices=scene.vertices + _at(MIDDLE - 0.25))
     mesh = Mesh.build(scene, FRAME)
-    glow = np.array([material.emission for material in scene.materials])
-    return triangle_lights(scene, mesh, glow[scene.material[emissive_triangles(scene, mesh)]])
+    emission = np.array([material.emission for material in scene.materials])
+    return triangle_lights(scene, mesh, emission[scene.material[emissive_triangles(scene, mesh)]])
 
 
 EACH = [pytest.param(light, id=light.name) for light in SEEN_LIGHTS]
-EACH.append(pytest.param(glowing_triangle(), id="triangle"))
+EACH.append(pytest.param(emissive_triangle(), id="triangle"))
 
 
 def directions_above(normal: NDArray[Any], u: NDArray[Any]) -> NDArray[Any]:

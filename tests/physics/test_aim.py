@@ -43,14 +43,14 @@ def soon(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(aim, "PASSES_OF_ONE", 1)
 
 
-def room(*lights: Any, glow: Material = WALL) -> Scene:
-    """A closed one, on a plain; something in it may glow."""
+def room(*lights: Any, emissive: Material = WALL) -> Scene:
+    """A closed one, on a plain; something in it may be emissive."""
     built = Builder().box((-1, -1, -1), (1, 1, 1), 0, "room")
     low, high = -20, 20
     z = -1.01
     built.quad((low, low, z), (high, low, z), (high, high, z), (low, high, z), 0, "plain")
     built.box((0.1, -0.3, -1), (0.4, 0.3, 0.2), 1, "box")
-    return built.scene(camera((-0.9, -0.9, 0.8), (0.3, 0.3, -0.4), 80), lights, [WALL, glow])
+    return built.scene(camera((-0.9, -0.9, 0.8), (0.3, 0.3, -0.4), 80), lights, [WALL, emissive])
 
 
 def chosen(device: Device, scene: Scene, **settings: Any) -> NDArray[Any]:
@@ -91,9 +91,9 @@ def test_lights_alike_get_photons_by_flux(device: Device) -> None:
 
 
 def test_any_shares_mean_the_same(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is asked of lamps and of what glows, however many photons each gets."""
-    glow = Material("glow", (0.2,) * 3, (), (0.5, 1.0, 2.0))
-    scene, found = room(CANDLE, LAMP, glow=glow), []
+    """What is asked of lamps and of what is emissive, however many photons each gets."""
+    emissive = Material("emissive", (0.2,) * 3, (), (0.5, 1.0, 2.0))
+    scene, found = room(CANDLE, LAMP, emissive=emissive), []
     monkeypatch.setattr(aim, "PROMISING", np.inf)
     for gain in (0.0, np.inf):
         monkeypatch.setattr(aim, "LEAST_GAIN_OF_SHARES", gain)

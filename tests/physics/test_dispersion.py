@@ -19,7 +19,7 @@ from tests.scenes import Builder, camera, orthographic
 
 WHITE = (1.0, 1.0, 1.0)
 BLACK_WALL = Material("black", (1e-4,) * 3)
-GLOW = Material("glow", (0.0, 0.0, 0.0), emission=WHITE)
+EMISSIVE = Material("emissive", (0.0, 0.0, 0.0), emission=WHITE)
 INDEX, ABBE = 1.5168, 30.0
 LINES = {"d": 0.58756, "F": 0.48613, "C": 0.65627}  # Fraunhofer's [um]
 # A prism of 60 degrees, its edge along y; in x and z the middle of its left face, where a beam
@@ -153,7 +153,7 @@ def test_photons_through_a_prism(device: Device, backend: Any) -> None:
 
 
 def test_eyes_through_a_prism(device: Device) -> None:
-    """The share of each channel that falls below a height, by a wall that glows there."""
+    """The share of each channel that falls below a height, by an emissive wall there."""
     heights, shares = rainbow()
     _, colours = bands()
     across = np.array([0.0, 1.0, 0.0])
@@ -161,7 +161,7 @@ def test_eyes_through_a_prism(device: Device) -> None:
     view = orthographic(beam_from(1.0), across, np.cross(-way, across), 0.002)
     for wavelength in (0.47, 0.55, 0.61):
         edge = through_prism(wavelength)[0]
-        scene = add_wall(prism(), -1.6, edge).scene(view, (), (material(), GLOW))
+        scene = add_wall(prism(), -1.6, edge).scene(view, (), (material(), EMISSIVE))
         settings = {"width": 16, "height": 16, "passes": 32, "photons": 0}
         image = render(device, scene, **settings)["Combined"][..., :3]
         expected = np.mean(colours[:, None] * (shares * (heights < edge))[..., None], axis=(0, 1))

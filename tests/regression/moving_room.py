@@ -14,7 +14,7 @@ from .glossy_room import SIZE, add_quad, new_material
 from .lamp_room import LAMPS, OVERHEAD, make_room
 
 EDGES = (0, 2)  # frames; the exposure is of frame 1, a frame long
-CASES = ("box", "cloth", "glowing")
+CASES = ("box", "cloth", "emissive")
 
 
 def open_case(name: str) -> Scene:
@@ -28,10 +28,10 @@ def open_case(name: str) -> Scene:
         _bend()
     else:
         bpy.data.objects["Lamp"].hide_render = True
-        glow = new_material("Glow", "ShaderNodeEmission", (1.0, 0.9, 0.7))
-        glow.node_tree.nodes["Shader"].inputs["Strength"].default_value = 20.0
+        material = new_material("Emissive", "ShaderNodeEmission", (1.0, 0.9, 0.7))
+        material.node_tree.nodes["Shader"].inputs["Strength"].default_value = 20.0
         panel = [(-0.5, -0.4, 0), (0.5, -0.4, 0), (0.5, 0.4, 0), (-0.5, 0.4, 0)]
-        add_quad("Panel", panel, glow)
+        add_quad("Panel", panel, material)
         x, y, z = OVERHEAD
         _go(bpy.data.objects["Panel"], (x - 1.5, y, z), (x + 2.5, y, z - 0.6), 0.5)
     render = scene.render

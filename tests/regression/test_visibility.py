@@ -73,13 +73,15 @@ def holdout_shader() -> None:
     bpy.data.objects["Box"].data.materials[0] = shader_material("ShaderNodeHoldout", "Hole")
 
 
-def glowing(**flags: bool) -> Callable[[], None]:
-    """The box glows, beside the lamp."""
+def emissive(**flags: bool) -> Callable[[], None]:
+    """The box is emissive, beside the lamp."""
 
     def change() -> None:
         box = bpy.data.objects["Box"]
-        glow = shader_material("ShaderNodeEmission", "Glow", Color=(0.3, 1.0, 0.4, 1.0), Strength=2)
-        box.data.materials[0] = glow
+        material = shader_material(
+            "ShaderNodeEmission", "Emissive", Color=(0.3, 1.0, 0.4, 1.0), Strength=2
+        )
+        box.data.materials[0] = material
         for flag, value in flags.items():
             setattr(box, flag, value)
 
@@ -87,8 +89,8 @@ def glowing(**flags: bool) -> Callable[[], None]:
 
 
 def indirect_only() -> None:
-    """A glowing box in such a collection, and a mirror."""
-    glowing()()
+    """An emissive box in such a collection, and a mirror."""
+    emissive()()
     scene, inside = bpy.context.scene, bpy.data.collections.new("Inside")
     scene.collection.children.link(inside)
     for name in ("Box", "Mirror"):
@@ -111,9 +113,9 @@ CASES: dict[str, Callable[[], None]] = {
     "one bounce": max_bounces,
     "holdout": lambda: setattr(bpy.data.objects["Box"], "is_holdout", True),
     "holdout shader": holdout_shader,
-    "glow without diffuse rays": glowing(visible_diffuse=False),
-    "glow without glossy rays": glowing(visible_glossy=False),
-    "holdout that glows": glowing(is_holdout=True),
+    "emissive without diffuse rays": emissive(visible_diffuse=False),
+    "emissive without glossy rays": emissive(visible_glossy=False),
+    "holdout that is emissive": emissive(is_holdout=True),
     "indirect only": indirect_only,
 }
 

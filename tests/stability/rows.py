@@ -68,7 +68,7 @@ ROWS: dict[int, tuple[str, str]] = {
     58: ("world on an open plane, furnace of each lobe: sampling, lost energy", "0.5 %"),
     59: ("sky with a texel 1e6 times brighter: missed", "the sun of that solid angle to 1 %"),
     61: ("1 to 1e5 lights over 6 decades, behind walls", "pass sublinear, 1 %"),
-    62: ("mesh that glows of 1e5 triangles, of one, of no area", "0.5 %"),
+    62: ("emissive mesh of 1e5 triangles, of one, of no area", "0.5 %"),
     63: ("area light edge-on, on a wall, larger than the room", "finite, closed form to 1 %"),
     64: ("roughness 1e-4 to 1, mirror limit: pdf -> infinity", "no jump > 1 %; Cycles to 1 %"),
     65: ("glossy on smooth normals at grazing: light from behind", "no black, energy <= 1"),

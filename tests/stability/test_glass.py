@@ -13,7 +13,7 @@ import pytest
 from addon.photon.scene import Scene, point_light, sun_light
 from addon.streams import Device
 from tests.measure import fallen, render_clean, rendered
-from tests.physics.test_glass import BLACK_WALL, GLOW, WHITE, beam, glass, mean_of
+from tests.physics.test_glass import BLACK_WALL, EMISSIVE, WHITE, beam, glass, mean_of
 from tests.scenes import UNIT_INTENSITY, Builder, camera, plain_material
 from tests.stability.table import Measured
 
@@ -82,7 +82,9 @@ def test_liquid_that_touches_glass(device: Device, measured: Measured) -> None:
     found = on_floor(device, built.scene(DOWN, (SUN,), (*LAYERS, BLACK_WALL))) / 4.0
     assert measured("photons", abs(found / exact - 1.0), "%") <= 0.01
     built = floor(sheets(Builder(), *STACK), 4, -0.5, 30.0)
-    seen = mean_of(device, built.scene(beam(np.array([0.0, 0.0, 1.0]), 0.5), (), (*LAYERS, GLOW)))
+    seen = mean_of(
+        device, built.scene(beam(np.array([0.0, 0.0, 1.0]), 0.5), (), (*LAYERS, EMISSIVE))
+    )
     assert measured("eye's rays", float(np.abs(seen / exact - 1.0).max()), "%") <= 0.01
 
 
@@ -153,7 +155,7 @@ def test_indices_about_one(device: Device, ior: float, measured: Measured) -> No
     found = on_floor(device, scene)
     assert measured("photons", abs(found / exact - 1.0), "%") <= 0.01
     built = floor(Builder().box((-2, -2, 0), (2, 2, 0.1), 0), 1, -0.5, 30.0)
-    scene = built.scene(beam(np.array([0.0, 0.0, 1.0]), 0.5), (), (glass(ior), GLOW))
+    scene = built.scene(beam(np.array([0.0, 0.0, 1.0]), 0.5), (), (glass(ior), EMISSIVE))
     seen = mean_of(device, scene, passes=64 if ior < 1.0 else 4)
     assert measured("eye's rays", float(np.abs(4.0 * seen / exact - 1.0).max()), "%") <= 0.01
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worlds, images of the sky, many lights, meshes that glow and area lights where they fail."""
+"""Worlds, images of the sky, many lights, emissive meshes and area lights where they fail."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from addon.photon.settings import Settings
 from addon.photon.stage.environments import solid_angles
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
+from tests.physics.test_emission import RADIANCE, RECTANGLES, irradiance, under
 from tests.physics.test_environment import lit
-from tests.physics.test_glow import RADIANCE, RECTANGLES, irradiance, under
 from tests.physics.test_world import ball, on_ball
 from tests.scenes import DIM, Builder, orthographic, plain_light, plain_material
 from tests.stability.table import Measured
@@ -174,7 +174,7 @@ def strips(count: int) -> tuple[Any, Any]:
 
 @pytest.mark.stability(62)
 @pytest.mark.parametrize("count", [1, 2, 100_000])
-def test_meshes_that_glow(device: Device, measured: Measured, thorough: bool, count: int) -> None:
+def test_emissive_meshes(device: Device, measured: Measured, thorough: bool, count: int) -> None:
     """One triangle, two, and slivers of two micrometres' width; by Lambert's formula."""
     corners = RECTANGLES["far"]
     if count == 1:
@@ -185,19 +185,19 @@ def test_meshes_that_glow(device: Device, measured: Measured, thorough: bool, co
         vertices, triangles = strips(count)
     own = scene.surface == scene.surfaces.index("plate")
     first = len(scene.vertices)
-    glow = triangles + first
-    normals = np.zeros((len(glow), 3, 3), np.float32)
+    emissive = triangles + first
+    normals = np.zeros((len(emissive), 3, 3), np.float32)
     scene = replace(
         scene,
         vertices=np.concatenate([scene.vertices, vertices]),
-        triangles=np.concatenate([scene.triangles[own], glow]).astype(np.int32),
+        triangles=np.concatenate([scene.triangles[own], emissive]).astype(np.int32),
         corner_normals=np.concatenate([scene.corner_normals[own], normals]),
-        material=np.concatenate([scene.material[own], np.ones(len(glow))]).astype(np.int32),
-        surface=np.concatenate([scene.surface[own], np.ones(len(glow))]).astype(np.int32),
+        material=np.concatenate([scene.material[own], np.ones(len(emissive))]).astype(np.int32),
+        surface=np.concatenate([scene.surface[own], np.ones(len(emissive))]).astype(np.int32),
     )
     found = direct(device, scene, 128 if thorough or count < 100 else 32)
     expected = irradiance(corners, 1.0)[..., None] * np.multiply(RADIANCE, ALBEDO / np.pi)
-    assert measured("glow off", off(found, expected), "%") <= 0.005
+    assert measured("emissive mesh off", off(found, expected), "%") <= 0.005
     assert np.isfinite(found).all()
 
 

@@ -14,11 +14,11 @@ import moderngl
 import numpy as np
 import pytest
 
-from addon.photon.photons import kept as kept_module
 from addon.photon.photons.deposits import DEPOSIT_BYTES, DeviceDeposits
-from addon.photon.photons.kept import Kept, Stage
+from addon.photon.photons.kept import Kept
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
+from addon.photon.stage.device_scene import DeviceScene
 from addon.streams import Device, StreamError
 from tests.scenes import cornell
 from tests.unit.kept_frames import ALL, SETTINGS, WAYS, moved, render, widened
@@ -216,7 +216,7 @@ def test_animations_hold_no_more_from_frame_to_frame(
         sizes.append(kept.photon_bytes)
     print(f"OpenGL holds {counts[0]}, {sizes[0]} bytes of deposits")
     assert counts[1:] == [counts[0]] * 5
-    tables = 5 if way.backend == "native" else 6  # the stage's, with the tree
+    tables = 5 if way.backend == "native" else 7  # the scene's, with the tree and solids
     assert counts[0]["Texture"] - before["Texture"] == tables
     assert max(sizes) <= 1.1 * sizes[0]
     kept.release()
@@ -227,10 +227,10 @@ def test_animations_hold_no_more_from_frame_to_frame(
 def test_what_was_kept_goes_before_the_next_is_built(
     device: Device, kept: Kept, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    build, seen = Stage.build, []
+    build, seen = DeviceScene.build, []
     monkeypatch.setattr(device, "reuses", False)  # nor is put back, as on GPUs
 
-    def spy(device: Device, scene: Scene, layer: str, *rest: Any) -> Stage:
+    def spy(device: Device, scene: Scene, layer: str, *rest: Any) -> DeviceScene:
         seen.append([isinstance(t.mglo, moderngl.InvalidObject) for t in textures])
         assert kept.photon_bytes == 0
         made = build(device, scene, layer, *rest)
@@ -238,7 +238,7 @@ def test_what_was_kept_goes_before_the_next_is_built(
         return made
 
     textures: list[moderngl.Texture] = []
-    monkeypatch.setattr(kept_module.Stage, "build", staticmethod(spy))
+    monkeypatch.setattr(DeviceScene, "build", staticmethod(spy))
     for scene in (cornell(), widened(cornell(), 0.1)):
         render(device, scene, kept=kept)
         assert kept.photon_bytes > 0

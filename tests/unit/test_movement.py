@@ -49,7 +49,7 @@ def run_of(scene: Scene, name: str) -> tuple[int, int]:
 
 
 def with_moving(scene: Scene) -> Scene:
-    """The box turns and goes, the sphere, which glows, bends."""
+    """The box turns and goes, the sphere, which is emissive, bends."""
     box, sphere = run_of(scene, "box"), run_of(scene, "sphere")
     middle = moved(turned(0.3), 3.0, 6.7, 0.0)
     ends = [moved(turned(-0.5), 1.5, 5.0, 2.0), middle, moved(turned(1.2), 5.0, 7.0, 0.2)]
@@ -57,11 +57,11 @@ def with_moving(scene: Scene) -> Scene:
     normals = scene.corner_normals[rows].reshape(-1, 3)
     shape = scene.vertices[slice(*sphere)]
     offsets = [shape * s - shape + by for s, by in ((0.97, -1.0), (1.0, 0.0), (1.05, 1.0))]
-    glow = replace(plain_material("glow"), emission=(1.0, 2.0, 3.0))
+    emissive = replace(plain_material("emissive"), emission=(1.0, 2.0, 3.0))
     material = np.where(rows, len(scene.materials), scene.material).astype(np.int32)
     return replace(
         scene,
-        materials=(*scene.materials, glow),
+        materials=(*scene.materials, emissive),
         material=material,
         moving=(
             Moving(box, np.array(ends), middle),

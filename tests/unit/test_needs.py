@@ -326,15 +326,15 @@ def test_what_denoisers_go_by(
     assert any("add_chain" in name and "FEATURES" in name for name in compiled)
 
 
-def test_what_glows(device: Device, compiled: list[str]) -> None:
+def test_what_is_emissive(device: Device, compiled: list[str]) -> None:
     """Its triangles are lights: shadow rays and photons without a lamp. Only they ask for more."""
     scene = replace(cornell(), lights=())
     run(device, scene)
     assert not {"direct", "generator", "emitted"} & stems(compiled)
     compiled.clear()
     material = scene.materials[0]
-    glowing = replace(material, emission=(1.0, 1.0, 1.0))
-    images = run(device, replace(scene, materials=(glowing, *scene.materials[1:])))[1]
+    emissive = replace(material, emission=(1.0, 1.0, 1.0))
+    images = run(device, replace(scene, materials=(emissive, *scene.materials[1:])))[1]
     assert {"direct", "generator"} <= stems(compiled)
     assert any(name.split()[0] == "emitted" and "EMISSIVE" in name for name in compiled)
     assert all(images[name].max() > 0 for name in ("Direct", "Indirect", "Emission"))

@@ -13,8 +13,10 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
+from addon.photon.backends.backend import backend_of
+from addon.photon.kernels.coverage import Coverage
 from addon.photon.photons.kept import Kept
-from addon.photon.scene import Scene
+from addon.photon.scene import Moving, Scene
 from addon.photon.stage.geometry import MOST_WEAR, Mesh, Tree, _areas, frame_of
 from addon.streams import Device
 from tests.scenes import Builder, camera, cornell, corners_of, plain_light, plain_material
@@ -52,8 +54,8 @@ def picture(
 
 
 def tree_of(kept: Kept) -> Tree:
-    assert kept._stage
-    return kept._stage.mesh.tree
+    assert kept._scene
+    return kept._scene.mesh.tree
 
 
 def bent(scene: Scene, by: float) -> Scene:
@@ -156,13 +158,66 @@ def test_another_tree_is_built(kept: Kept, picture: Callable[..., Frame], broken
         assert frame.images == fresh.images and frame.info == fresh.info
 
 
+def seat(parted: float = 0.0) -> Scene:
+    """A board and a leg that ends in it, of one surface; a side of the board has moved away."""
+    light = plain_light("lamp", "SPOT", (0.5, -1.0, 3.0), (300.0,) * 3, (-0.1, 0.3, -1.0))
+    built = Builder().box((-1, -1, 0), (1, 1, 0.1)).box((-0.4, -0.4, -0.5), (0.4, 0.4, 0.05))
+    built.quad((-2, -2, -0.5), (2, -2, -0.5), (2, 2, -0.5), (-2, 2, -0.5))
+    scene = built.scene(camera((0, -2.5, 2.0), (0, 0, 0)), [light])
+    vertices = scene.vertices.copy()
+    vertices[:4, 0] -= parted
+    return replace(scene, vertices=vertices, surface=np.maximum(scene.surface - 1, 0))
+
+
+def test_a_seam_parts(kept: Kept, picture: Callable[..., Frame]) -> None:
+    """What was closed is so no more, with the same tree: what is in it then counts."""
+    picture(seat(), kept)
+    first = tree_of(kept)
+    frame, fresh = picture(seat(0.05), kept), picture(seat(0.05))
+    assert tree_of(kept).order is first.order
+    assert frame.images == fresh.images and frame.info == fresh.info
+
+
+def test_solids_are_of_the_mesh_as_it_is() -> None:
+    scene, parted = seat(), seat(0.05)
+    mesh = Mesh.build(scene, frame_of(scene))
+    fitted = Mesh.build(parted, frame_of(parted), mesh.tree)
+    assert fitted.tree.order is mesh.tree.order
+    board = mesh.tree.order < 12
+    leg = (mesh.tree.order >= 12) & (mesh.tree.order < 24)
+    assert (mesh.solid == board | leg).all() and (fitted.solid == leg).all()
+
+
+def test_a_seam_parts_while_the_shutter_is_open(kept: Kept, device: Device) -> None:
+    offsets = np.zeros((2, 4, 3), np.float32)
+    offsets[1, :, 0] = -0.05
+    normals = np.zeros((2, 0, 3), np.float32)  # flat
+    scene = replace(seat(), moving=(Moving((0, 4), offsets=offsets, normals=normals),))
+    now = kept.device_scene(scene, backend_of(replace(SETTINGS, backend="fragment"), device))
+    for time, count in ((0.0, 24), (1.0, 12), (0.0, 24)):
+        now = now.at(time)
+        solids = np.frombuffer(now.tables.of(Coverage)["solids"].read(), np.float32)
+        assert solids.sum() == count and (solids[: len(now.mesh.solid)] == now.mesh.solid).all()
+
+
+def test_solids_are_not_looked_for_where_nothing_gathers(
+    kept: Kept, device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Any] = []
+    found = native.solid_triangles
+    monkeypatch.setattr(native, "solid_triangles", lambda *x: asked.append(x) or found(*x))
+    for photons, times in ((0, 0), (500, 1), (500, 1)):
+        render(device, seat(), replace(SETTINGS, photons=photons), kept)
+        assert len(asked) == times
+
+
 def test_wear_adds_up() -> None:
     """Many small steps for the worse are one large one."""
     scene = bent(cornell(), 0.0)
 
     def scattered(share: float) -> Any:
         vertices = scene.vertices + share * (shuffled(scene).vertices - scene.vertices)
-        return vertices.astype(np.float32), scene.triangles, scene.surface
+        return vertices.astype(np.float32), scene.triangles
 
     tree = Tree.build(*scattered(1.0))
     for share in np.linspace(0.99, 0.0, 100):
@@ -170,9 +225,9 @@ def test_wear_adds_up() -> None:
         if tree.order is not before.order:
             break
         assert tree.cost == before.cost
-    refitted = native.refit_bvh(before.nodes, before.order, *scattered(share)[:2])
+    refitted = native.refit_bvh(before.nodes, before.order, *scattered(share))
     assert refitted and refitted[3] > MOST_WEAR * before.cost
-    nodes, *_, cost = native.build_bvh(*scattered(share)[:2])
+    nodes, *_, cost = native.build_bvh(*scattered(share))
     assert share < 0.98 and tree.cost == cost and np.array_equal(tree.nodes, nodes)
 
 

@@ -169,7 +169,7 @@ def test_a_bad_value_of_version_1(file: Path) -> None:
 
 
 def test_emission_is_saved(file: Path) -> None:
-    """Materials that older files hold do not glow."""
+    """Materials that older files hold emit nothing."""
     scene = cornell()
     first, *others = scene.materials
     replace(scene, materials=(replace(first, emission=(1.0, 2.0, 0.1)), *others)).save(file)

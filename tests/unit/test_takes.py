@@ -27,7 +27,7 @@ CAMERA = RAY_BITS["camera"]
 
 
 def grouped() -> Scene:
-    """Two groups, of which one has a lamp that subtracts and a box that glows; a lamp of none."""
+    """Two groups, of which one has a lamp that subtracts and an emissive box; a lamp of none."""
     scene = cornell()
     (lamp,) = scene.lights
     lights = (
@@ -38,12 +38,12 @@ def grouped() -> Scene:
         point_light("Lone", (2.0, 2.0, 4.0), (50.0, 50.0, 50.0)),
         *(replace(light, group="Other") for light in backdrop((0.1, 0.1, 0.1))),
     )
-    glows = Material("glows", emission=(1.0, 2.0, 3.0))
+    emissive = Material("emissive", emission=(1.0, 2.0, 3.0))
     names = tuple("Fill" if number == 1 else "" for number in range(len(scene.surfaces)))
     return replace(
         scene,
         lights=lights,
-        materials=(*scene.materials, glows),
+        materials=(*scene.materials, emissive),
         material=np.where(scene.surface <= 1, len(scene.materials), scene.material).astype(
             np.int32
         ),
@@ -82,8 +82,9 @@ def test_each_light_has_one_take() -> None:
         ("Fill", -1.0, ["Hole"]),
         ("", 1.0, ["Lone", scene.lights[3].name]),
     ]
-    glows = [np.array([m.is_emissive for m in x.scene.materials])[x.scene.material] for x in takes]
-    where = [sorted(set(x.scene.surface[on])) for x, on in zip(takes, glows, strict=True)]
+    materials = [np.array([m.is_emissive for m in x.scene.materials]) for x in takes]
+    emissive = [of[x.scene.material] for x, of in zip(takes, materials, strict=True)]
+    where = [sorted(set(x.scene.surface[on])) for x, on in zip(takes, emissive, strict=True)]
     assert where == [[], [1], [], [0]]
     for take in takes:
         take.scene.check()

@@ -94,15 +94,17 @@ def test_textures_stay_while_materials_change(device: Device) -> None:
     settings = Settings(8, 8, backend="fragment")
     backend, kept = backend_of(settings, device), Kept(device)
     scene = with_textures(Texture("one", SOME))
-    array = kept.stage(scene, backend).tables.textures["texels"]
+    array = kept.device_scene(scene, backend).tables.textures["texels"]
     darker = tuple(replace(m, diffuse=(0.1, 0.1, 0.1)) for m in scene.materials)
     again = replace(scene, materials=darker, textures=(Texture("one", SOME.copy()),))
-    assert kept.stage(again, backend).tables.textures["texels"] is array
-    other = kept.stage(with_textures(Texture("one", SOME[::-1])), backend).tables.textures["texels"]
+    assert kept.device_scene(again, backend).tables.textures["texels"] is array
+    other = kept.device_scene(with_textures(Texture("one", SOME[::-1])), backend).tables.textures[
+        "texels"
+    ]
     assert other is not array
     data = np.frombuffer(other.read(), np.uint8)
     assert SOME[::-1].tobytes() in data.tobytes()
-    assert "texels" not in kept.stage(cornell(), backend).tables.textures
+    assert "texels" not in kept.device_scene(cornell(), backend).tables.textures
     kept.release()
 
 
@@ -126,7 +128,7 @@ def test_what_reads_no_texture_is_compiled_without(device: Device) -> None:
     settings = Settings(8, 8, backend="fragment")
     for scene, expected in ((reading(0), True), (with_textures(Texture("one", SOME)), False)):
         kept = Kept(device)
-        stage = kept.stage(scene, backend_of(settings, device))
-        needs = find_needs(scene, settings, stage.mesh, stage.tables.emitters)
+        device_scene = kept.device_scene(scene, backend_of(settings, device))
+        needs = find_needs(scene, settings, device_scene.mesh, device_scene.tables.emitters)
         assert ("TEXTURES" in needs.eye_defines) is expected
         kept.release()

@@ -126,15 +126,15 @@ class Backend:
         return DirectLight(self.device, self.layer, needs)
 
     def photon_mapper(
-        self, stage: PhotonSource, settings: Settings, needs: SceneNeeds
+        self, source: PhotonSource, settings: Settings, needs: SceneNeeds
     ) -> PhotonMapper | NativePhotonMapper | DevicePhotonMapper:
         """What traces photons."""
-        bounce = self._one_bounce(stage, settings, needs)
-        return PhotonMapper(self.device, self.layer, stage.tables, settings, needs, bounce)
+        bounce = self._one_bounce(source, settings, needs)
+        return PhotonMapper(self.device, self.layer, source.tables, settings, needs, bounce)
 
-    def _one_bounce(self, stage: PhotonSource, settings: Settings, needs: SceneNeeds) -> OneBounce:
+    def _one_bounce(self, source: PhotonSource, settings: Settings, needs: SceneNeeds) -> OneBounce:
         tracer = self.tracer(rays=needs.rays(*RAYS))
-        return OneBounce(self.device, self.layer, stage.tables, settings, needs, tracer)
+        return OneBounce(self.device, self.layer, source.tables, settings, needs, tracer)
 
     def radius_grids(self, deposits: Deposits, focus: Box | None = None) -> Grids:
         """Where most of the deposits are, of those in a box if there is one; called when it must
@@ -208,14 +208,14 @@ class ResidentBackend(Backend):
         return False
 
     def photon_mapper(
-        self, stage: PhotonSource, settings: Settings, needs: SceneNeeds
+        self, source: PhotonSource, settings: Settings, needs: SceneNeeds
     ) -> PhotonMapper | NativePhotonMapper | DevicePhotonMapper:
         bounces: OneBounce | SeveralBounces
         if needs.shades_long:
-            bounces = self._one_bounce(stage, settings, needs)
+            bounces = self._one_bounce(source, settings, needs)
         else:
-            bounces = SeveralBounces(self.device, stage.tables, settings, needs)
-        return DevicePhotonMapper(self.device, stage.tables, settings, needs, bounces)
+            bounces = SeveralBounces(self.device, source.tables, settings, needs)
+        return DevicePhotonMapper(self.device, source.tables, settings, needs, bounces)
 
     def radius_grids(self, deposits: Deposits, focus: Box | None = None) -> Grids:
         """At once."""
@@ -274,12 +274,12 @@ class NativeBackend(Backend):
         return TracedDirectLight(self.device, self.layer, needs, tracer, size)
 
     def photon_mapper(
-        self, stage: PhotonSource, settings: Settings, needs: SceneNeeds
+        self, source: PhotonSource, settings: Settings, needs: SceneNeeds
     ) -> PhotonMapper | NativePhotonMapper | DevicePhotonMapper:
-        if not knows(stage.scene, needs):
-            return super().photon_mapper(stage, settings, needs)
+        if not knows(source.scene, needs):
+            return super().photon_mapper(source, settings, needs)
         return NativePhotonMapper(
-            self.device, stage.scene, stage.tables, settings, needs, self.triangles
+            self.device, source.scene, source.tables, settings, needs, self.triangles
         )
 
     def photon_grid(

@@ -49,18 +49,18 @@ class NativeTriangles:
     """A scene's triangles for the native kernels: those of the mesh that was taken last."""
 
     tracer: native.Tracer
-    normals: NDArray[Any]  # of CORNER_NORMALS
+    mesh: Mesh
 
     def take(self, mesh: Mesh) -> None:
         """Hold those of a mesh from now on."""
-        self.tracer, self.normals = tracer_of(mesh), mesh.normals
+        self.tracer, self.mesh = tracer_of(mesh), mesh
 
 
 def tracer_of(mesh: Mesh) -> native.Tracer:
     """What the native core traces a mesh's triangles by."""
     visible = mesh.visible if len(mesh.visible) else None
-    solid, flags = mesh.normals["solid"].astype(np.int8), mesh.normals["flags"].astype(np.uint8)
-    return native.Tracer(mesh.tree.nodes, mesh.corners, visible, solid, flags)
+    flags = mesh.normals["flags"].astype(np.uint8)
+    return native.Tracer(mesh.tree.nodes, mesh.corners, visible, flags)
 
 
 class NativeTracer(HostKernel):
@@ -149,6 +149,7 @@ class NativeCoverage(HostKernel):
             inputs["diffuse"],
             tables["radii"],
             filter=self._filter,
+            solid=self._triangles.mesh.solid,
             **{name: uniforms[name] for name in self._OWN},
         )
 

@@ -9,6 +9,7 @@ from .records import (
     HIT,
     NODE,
     PIXEL,
+    SOLIDS,
     TILT,
     TRIANGLE,
 )
@@ -35,4 +36,5 @@ class Coverage(Kernel):
         "nodes": Table(NODE),
         "triangles": Table(TRIANGLE),
         "corner_normals": Table(CORNER_NORMALS),
+        "solids": Table(SOLIDS),
     } | radius_field.TABLES

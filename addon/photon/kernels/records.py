@@ -91,20 +91,21 @@ TRIANGLE = Record(
         "number": "float",
     },
 )
-# Of its shading, unit; zero: the triangle's own. Scene.terminators of its surface. Solid: 1
-# if its front is outside of one, -1 if its back is; native/src/solid.rs. Flags of its
-# material: lib/triangle.glsl.
+# Of its shading, unit; zero: the triangle's own. Scene.terminators of its surface. Flags of
+# its material: lib/triangle.glsl.
 CORNER_NORMALS = Record(
     "CornerNormals",
     {
         "a": "vec3",
         "terminator": "float",
         "b": "vec3",
-        "solid": "float",
         "c": "vec3",
         "flags": "float",
     },
 )
+# Of four triangles: 1 where the front is outside of a solid, -1 where the back is, else 0;
+# native/src/solid.rs.
+SOLIDS = Record("Solids", {"sides": "vec4"})
 # Which lobes that are no bodies of revolution turn with, of any length; zero: none.
 CORNER_TANGENTS = Record("CornerTangents", {"a": "vec3", "b": "vec3", "c": "vec3"})
 # Both children's boxes. A count of 0: `first` is a node, or below 0 none; else a leaf of triangles.

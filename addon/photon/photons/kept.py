@@ -7,20 +7,17 @@ unless they meet bumps, which are as fine as the eye sees them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from ...streams import Device
 from ..backends.backend import Backend
 from ..scene import Scene
 from ..scene.snapshot import same
 from ..settings import Settings
-from ..stage.emissive import emissive_triangles
-from ..stage.geometry import Frame, Mesh, frame_of
+from ..stage.device_scene import DeviceScene
+from ..stage.geometry import Mesh, frame_of
 from ..stage.movement import Movement
-from ..stage.tables import Tables
 from ..stage.textures import Texels
 from .deposits import DEPOSIT_BYTES, Copy, Deposits
 from .mapper import Mapper, PhotonBatch
@@ -31,50 +28,8 @@ BUDGET = 1 << 30
 EYE_ONLY_FIELDS = ("camera",)  # what of a scene eye rays alone meet
 
 
-@dataclass(frozen=True)
-class Stage:
-    """A scene without its EYE_ONLY_FIELDS, set up on a device for a backend."""
-
-    scene: Scene
-    backend: Backend
-    frame: Frame
-    mesh: Mesh
-    tables: Tables
-    movement: Movement | None = None  # of what moves while the shutter is open
-    time: float | None = None  # of that; None: as the scene has it
-
-    @staticmethod
-    def build(
-        scene: Scene,
-        backend: Backend,
-        frame: Frame,
-        mesh: Mesh,
-        texels: Texels | None = None,
-        movement: Movement | None = None,
-    ) -> Stage:
-        """Upload the tables of a scene's mesh, beside its `texels`, which stay the caller's;
-        SceneError if that is impossible."""
-        backend.prepare_mesh(mesh)
-        array = texels.array if texels else None
-        device, layer = backend.device, backend.layer
-        tables = Tables.upload(device, layer, scene, frame, mesh, backend.reads_tree, array)
-        return Stage(scene, backend, frame, mesh, tables, movement)
-
-    def at(self, time: float) -> Stage:
-        """The stage at an instant of the exposure. It takes tables and triangles of the last one
-        with it."""
-        if self.movement is None or time == self.time:
-            return self
-        now = self.movement.at(time)
-        mesh = Mesh.build(now, self.frame, self.mesh.tree, self.movement)
-        self.backend.prepare_mesh(mesh)
-        relit = bool(np.isin(emissive_triangles(self.scene, mesh), self.movement.rows).any())
-        self.tables.move(self.backend.layer, self.scene, now, self.frame, mesh, relit)
-        return replace(self, mesh=mesh, time=time)
-
-
 class _Key(NamedTuple):
-    """What a pass's photons depend on besides the stage and the source."""
+    """What a pass's photons depend on besides the scene and the source."""
 
     pass_index: int
     photons: int
@@ -88,7 +43,7 @@ class _Pass(NamedTuple):
 
 
 class Kept:
-    """Keeps one scene's stage and photons on a device, for one renderer at a time.
+    """Keeps one scene and its photons on a device, for one renderer at a time.
 
     Whatever is taken from here is, bit for bit, what would be made anew. Scenes are values: one
     whose arrays are changed in place is taken for what it was.
@@ -97,9 +52,9 @@ class Kept:
     def __init__(self, device: Device, budget: int = BUDGET) -> None:
         """`budget` [bytes] of deposits."""
         self._device, self.budget = device, budget
-        self._stage: Stage | None = None
-        self._texels: Texels | None = None  # the stage's
-        self._source: tuple[Any, ...] = ()  # what photons depend on besides the stage
+        self._scene: DeviceScene | None = None
+        self._texels: Texels | None = None  # the scene's
+        self._source: tuple[Any, ...] = ()  # what photons depend on besides the scene
         self._passes: dict[_Key, _Pass] = {}
         self.photon_bytes = 0  # that the deposits of these take
         self._spare = self.budget
@@ -108,27 +63,27 @@ class Kept:
         self._before = 0, 0  # photons unfinished and dropped when it was
         self._beside: list[Kept] = []  # of the scene's other takes
 
-    def stage(self, scene: Scene, backend: Backend) -> Stage:
-        """The scene's stage: the one that is there, if nothing but the view has changed. Another
+    def device_scene(self, scene: Scene, backend: Backend) -> DeviceScene:
+        """A scene on the device: what is there, if nothing but the view has changed. Another one
         begins with its tree, as long as triangles have only moved."""
-        there = self._stage
+        there = self._scene
         if there and there.backend.name == backend.name and same_but_view(there.scene, scene):
             backend.share(there.backend)
             return replace(there, time=None) if there.movement else there
         tree = there.mesh.tree if there else None
         del there
-        self._release_stage()  # first: there may not be room for both
+        self._release_scene()  # first: there may not be room for both
         texels, self._texels = self._texels, None
         self._texels = Texels.of(self._device, scene, texels)
         movement = Movement(scene) if scene.moving else None
         frame = frame_of(scene, movement)
         mesh = Mesh.build(scene, frame, tree, movement)
         del tree
-        self._stage = Stage.build(scene, backend, frame, mesh, self._texels, movement)
-        return self._stage
+        self._scene = DeviceScene.build(scene, backend, frame, mesh, self._texels, movement)
+        return self._scene
 
     def beside(self, number: int) -> Kept:
-        """What is kept of a scene's take: of the first one by this, of others the stage alone."""
+        """What is kept of a scene's take: of the first one by this, of others no photons."""
         while number > len(self._beside):
             self._beside.append(Kept(self._device, budget=0))
         return self._beside[number - 1] if number else self
@@ -164,7 +119,7 @@ class Kept:
         if source != self._source:
             self.forget_photons()
             self._source = source
-        starts = self._stage.tables.starts() if self._stage else b""
+        starts = self._scene.tables.starts() if self._scene else b""
         key = _Key(index, settings.photons_a_pass if photons is None else photons, starts)
         if (self._tracing, self._key) == (mapper, key):
             return
@@ -180,7 +135,7 @@ class Kept:
             self._tracing = mapper
 
     def finish(self, mapper: Mapper) -> Deposits:
-        """The deposits of what was started: traced on the stage, or what that gave when it was last
+        """The deposits of what was started: traced in the scene, or what that gave when it was last
         done, a pass that the mapper's deposits hold still or one that is kept.
 
         Passes are kept until the budget is spent, and the first ones stay: if later ones took their
@@ -206,19 +161,19 @@ class Kept:
 
     def release(self) -> None:
         """Forget everything, and free it on the device."""
-        self._release_stage()
+        self._release_scene()
         if self._texels:
             self._texels.release()
         self._texels = None
         self.limit(0)
 
-    def _release_stage(self) -> None:
+    def _release_scene(self) -> None:
         """But the textures: they take longest to send, and stay while materials change."""
         self._device.use()
         self.forget_photons()
-        if self._stage:
-            self._stage.tables.release()
-        self._stage = self._tracing = None
+        if self._scene:
+            self._scene.tables.release()
+        self._scene = self._tracing = None
 
 
 def same_but_view(one: Scene, other: Scene) -> bool:

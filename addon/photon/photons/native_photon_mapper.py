@@ -16,6 +16,7 @@ from ..scene import Material, Scene
 from ..scene.materials import SEND_RAYS
 from ..settings import Settings
 from ..stage.gathered import gather_some
+from ..stage.geometry import Mesh
 from ..stage.kinds import light_kinds, lobe_kinds
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
@@ -61,7 +62,7 @@ class Triangles(Protocol):
     """A scene's, where they are now."""
 
     tracer: native.Tracer
-    normals: NDArray[Any]  # of CORNER_NORMALS
+    mesh: Mesh
 
 
 class NativePhotonMapper:
@@ -98,7 +99,7 @@ class NativePhotonMapper:
         self._launches += 1
         self.deposits.clear()
         place, deposit, unfinished = self._triangles.tracer.photons(
-            _plain(self._triangles.normals),
+            _plain(self._triangles.mesh.normals),
             self._materials,
             _plain(_lights(self._scene.lights)),
             seed=self._settings.seed,

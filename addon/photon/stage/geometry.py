@@ -9,6 +9,7 @@ is then the irradiance in W/m^2.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,11 @@ class Frame:
         """World points (..., 3) in scene units."""
         return (np.asarray(world, np.float64) - self.centre) / self.scale
 
+    def vertices(self, world: NDArray[np.float64]) -> NDArray[np.float32]:
+        """The same (V, 3) as trees and tables have them: what is beyond float32 is infinite."""
+        with np.errstate(over="ignore"):
+            return self.points(world).astype(np.float32)
+
 
 def frame_of(scene: Scene, movement: Movement | None = None) -> Frame:
     """The scene units of the finite vertices that triangles use, and of where they move."""
@@ -64,8 +70,6 @@ class Tree:
 
     triangles: NDArray[np.int32]  # (T, 3) the scene's, kept or not
     order: NDArray[np.int32]  # (K,) the kept ones' numbers, in leaf order
-    # (T,) outside of a solid is the front of those that are 1, the back of those that are -1
-    solid: NDArray[np.int8]
     nodes: NDArray[np.float32]  # (N, 16)
     not_finite: int
     degenerate: int
@@ -75,11 +79,9 @@ class Tree:
     def build(
         vertices: NDArray[np.float32],
         triangles: NDArray[np.int32],
-        surfaces: NDArray[np.int32],
         old: Tree | None = None,
     ) -> Tree:
-        """Fit `old` to vertices (V, 3) if it is a good tree for them, or else build another;
-        `surfaces` (T,): of which the triangles are.
+        """Fit `old` to vertices (V, 3) if it is a good tree for them, or else build another.
 
         ValueError if the native core refuses the triangles.
         """
@@ -90,8 +92,7 @@ class Tree:
                 return replace(old, nodes=nodes, not_finite=not_finite, degenerate=degenerate)
             del fitted, old  # there may not be room for these as well
         nodes, order, not_finite, degenerate, cost = native.build_bvh(vertices, triangles)
-        solid = native.solid_triangles(vertices, triangles, surfaces)
-        return Tree(triangles, order, solid, nodes, not_finite, degenerate, cost)
+        return Tree(triangles, order, nodes, not_finite, degenerate, cost)
 
 
 @dataclass(frozen=True)
@@ -99,6 +100,9 @@ class Mesh:
     """Triangles in BVH order. In which one shows in nothing that is made of them."""
 
     tree: Tree
+    frame: Frame
+    vertices: NDArray[np.float64]  # (V, 3) the scene's [m], used or not
+    surfaces: NDArray[np.int32]  # (T,) of the scene's triangles, kept or not
     triangles: NDArray[Any]  # (K,) of TRIANGLE
     normals: NDArray[Any]  # (K,) of CORNER_NORMALS
     tangents: NDArray[Any]  # (K,) of CORNER_TANGENTS; (0,): nothing is anisotropic
@@ -112,6 +116,15 @@ class Mesh:
         """The triangles as (K, 3, 4) numbers."""
         return self.triangles.view(np.float32).reshape(-1, 3, 4)
 
+    @cached_property
+    def solid(self) -> NDArray[np.int8]:
+        """(K,) 1 where the front of a triangle is outside of a solid, -1 where its back is, else 0.
+        It is found when it is first asked for, of the mesh as it is now."""
+        vertices = self.frame.vertices(self.vertices)
+        found = native.solid_triangles(vertices, self.tree.triangles, self.surfaces)
+        sides: NDArray[np.int8] = found[self.tree.order]
+        return sides
+
     def rays_meet(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """The nodes, and the corners (K, 3, 3), of which the native core asks what rays meet; the
         latter are a copy."""
@@ -123,16 +136,14 @@ class Mesh:
     ) -> Mesh:
         """Build the BVH natively, or refit an old one; SceneError if triangles are refused.
         `movement`: how the scene moves, whose extent that of the mesh then is."""
-        vertices = np.zeros((len(scene.vertices), 4), np.float32)
-        with np.errstate(over="ignore"):  # beyond float32 is infinite, and skipped as such
-            vertices[:, :3] = frame.points(scene.vertices)
-        triangles = np.ascontiguousarray(scene.triangles)
+        vertices, triangles = frame.vertices(scene.vertices), np.ascontiguousarray(scene.triangles)
         try:
-            tree = Tree.build(np.ascontiguousarray(vertices[:, :3]), triangles, scene.surface, old)
+            tree = Tree.build(vertices, triangles, old)
         except ValueError as error:
             raise SceneError(f"scene geometry: {error}") from error
         order = tree.order
-        corners = np.take(vertices, np.take(triangles, order, axis=0), axis=0)
+        corners = np.zeros((len(order), 3, 4), np.float32)
+        corners[..., :3] = np.take(vertices, np.take(triangles, order, axis=0), axis=0)
         extent = [_greatest(corners[..., k]) for k in range(3)] if len(order) else [0.0] * 3
         if movement:
             extent = np.abs([*extent_of(movement, frame), extent]).max(axis=0)
@@ -148,6 +159,9 @@ class Mesh:
         areas[order] = np.where(diffuse[material], _areas(corners), 0.0)
         return Mesh(
             tree,
+            frame,
+            scene.vertices,
+            scene.surface,
             triangle,
             _normals(scene, tree),
             _at_corners(CORNER_TANGENTS, scene.corner_tangents, order if turned else order[:0]),
@@ -184,7 +198,6 @@ def _normals(scene: Scene, tree: Tree) -> NDArray[Any]:
     normals = _at_corners(CORNER_NORMALS, scene.corner_normals, tree.order)
     has_own = len(scene.terminators) > 0
     normals["terminator"] = scene.terminators[scene.surface[tree.order]] if has_own else TERMINATOR
-    normals["solid"] = tree.solid[tree.order]
     flags = np.array([_flags_of(material) for material in scene.materials], np.float32)
     normals["flags"] = flags[scene.material[tree.order]]
     return normals

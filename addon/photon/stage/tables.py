@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...streams import TABLE_WIDTH, Defines, Device
 from ...streams.device import Layer
-from ..kernels.records import PORTAL
+from ..kernels.records import PORTAL, SOLIDS
 from ..scene import Light, Scene
 from .aims import Aims
 from .emissive import mean_emission
@@ -28,6 +28,7 @@ from .programs import program_tables
 from .upload import texels_of, upload_table, write_table
 
 TEXELS = "texels"  # the table of all textures'
+SOLID = "solids"  # that of which triangles bound solids
 
 
 def _surface_tables(scene: Scene, frame: Frame, mesh: Mesh) -> dict[str, NDArray[Any]]:
@@ -58,6 +59,13 @@ def _transparent(scene: Scene, mesh: Mesh) -> NDArray[np.bool_]:
     return found
 
 
+def solid_table(mesh: Mesh) -> NDArray[Any]:
+    """What of a mesh's triangles is outside of solids, of SOLIDS."""
+    table = SOLIDS.zeros(-(-len(mesh.solid) // 4))
+    table["sides"].reshape(-1)[: len(mesh.solid)] = mesh.solid
+    return table
+
+
 class Tables:
     """The scene's textures on a device."""
 
@@ -65,13 +73,16 @@ class Tables:
         self,
         device: Device,
         textures: dict[str, moderngl.Texture],
+        mesh: Mesh,
         emitters: tuple[Light, ...],
         lights: NDArray[Any],
         places: tuple[Place, ...] = (),
     ) -> None:
-        """`emitters`: the lamps that emit; `lights`: of LIGHT, theirs and those of triangles, as
-        the texture of that name holds them; `places`: of the scene's images."""
+        """`mesh`: whose triangles they hold; `emitters`: the lamps that emit; `lights`: of LIGHT,
+        theirs and those of triangles, as the texture of that name holds them; `places`: of the
+        scene's images."""
         self._device, self.textures, self._places = device, textures, places
+        self._mesh = mesh
         self.emitters, self.lights = emitters, lights
         self.by_flux = lights["chosen"].astype(np.float64)  # as the scene has them
         self._flux_now = self._shares = self.by_flux
@@ -117,7 +128,7 @@ class Tables:
             tables["profiles"] = profile_table(emitters)
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         textures |= more
-        made = Tables(device, textures, emitters, lights, places)
+        made = Tables(device, textures, mesh, emitters, lights, places)
         made.transparent = _transparent(scene, mesh)
         return made
 
@@ -143,7 +154,9 @@ class Tables:
     ) -> None:
         """Let triangles be where a mesh of the scene has them, as it is `now`; `relit`: some of
         those that have moved are emissive."""
-        self.transparent = _transparent(scene, mesh)
+        self.transparent, self._mesh = _transparent(scene, mesh), mesh
+        if SOLID in self.textures:
+            self._device.put_back(self.textures.pop(SOLID))
         tables = {
             "triangles": mesh.triangles,
             "corner_normals": mesh.normals,
@@ -234,7 +247,9 @@ class Tables:
         return self.lights["chosen"].tobytes() + aims + led
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
-        """Those tables that a kernel declares."""
+        """Those tables that a kernel declares. That of solids is made for the first that does."""
+        if SOLID in kernel.tables and SOLID not in self.textures:
+            self.textures[SOLID] = upload_table(self._device, texels_of(solid_table(self._mesh)))
         return {name: self.textures[name] for name in kernel.tables if name in self.textures}
 
     def release(self) -> None:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! A scene's triangles, and what rays through them find.
 
-use numpy::{Element, PyUntypedArrayMethods};
+use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 
 use super::arrays::{Rows, Stream, array, new_rows, new_stream, rows, streams};
@@ -14,35 +14,33 @@ use crate::{bvh, coverage, cuts, paths};
 
 /// Traces the rays of streams through a scene's triangles.
 ///
-/// Tracer(nodes, corners, visible=None, solid=None, flags=None): nodes as from build_bvh; corners float32[K, 3, 4], the triangles in
-/// leaf order, whose fourth numbers are material, surface and the triangle's number in the scene; visible
-/// uint8[K], a bit for each class of rays that meets a triangle, or None: all do; solid int8[K], as solid_triangles tells it, in leaf order; flags uint8[K], see
-/// glsl/lib/triangle.glsl. Raises ValueError as trace
-/// does.
+/// Tracer(nodes, corners, visible=None, flags=None): nodes as from build_bvh; corners float32[K, 3, 4], the
+/// triangles in leaf order, whose fourth numbers are material, surface and the triangle's number in the
+/// scene; visible uint8[K], a bit for each class of rays that meets a triangle, or None: all do; flags
+/// uint8[K], see glsl/lib/triangle.glsl. Raises ValueError as trace does.
 #[pyclass(frozen, module = "photon_stream_native")]
 pub(super) struct Tracer {
     tree: Tree,
     corners: Vec<[[f32; 4]; 3]>,
     visible: Vec<u8>,
-    solid: Vec<i8>,
     flags: Vec<u8>,
 }
 
 /// What is told of each triangle, if it is.
-fn of_each<T: Element + Copy>(values: Option<&Bound<PyAny>>, name: &str, count: usize) -> PyResult<Vec<T>> {
-    values.map_or(Ok(Vec::new()), |values| Ok(array::<T>(values, name, &[Some(count)])?.as_slice()?.to_vec()))
+fn of_each(values: Option<&Bound<PyAny>>, name: &str, count: usize) -> PyResult<Vec<u8>> {
+    values
+        .map_or(Ok(Vec::new()), |values| Ok(array::<u8>(values, name, &[Some(count)])?.as_slice()?.to_vec()))
 }
 
 #[pymethods]
 impl Tracer {
     #[new]
-    #[pyo3(signature = (nodes, corners, visible=None, solid=None, flags=None))]
+    #[pyo3(signature = (nodes, corners, visible=None, flags=None))]
     fn new(
         py: Python,
         nodes: &Bound<PyAny>,
         corners: &Bound<PyAny>,
         visible: Option<&Bound<PyAny>>,
-        solid: Option<&Bound<PyAny>>,
         flags: Option<&Bound<PyAny>>,
     ) -> PyResult<Tracer> {
         let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
@@ -50,12 +48,12 @@ impl Tracer {
         let nodes = nodes.as_slice()?;
         let corners = rows::<f32, 4>(&corners)?.as_chunks::<3>().0.to_vec();
         let count = corners.len();
-        let visible = of_each::<u8>(visible, "visible", count)?;
-        let (solid, flags) = (of_each::<i8>(solid, "solid", count)?, of_each::<u8>(flags, "flags", count)?);
+        let visible = of_each(visible, "visible", count)?;
+        let flags = of_each(flags, "flags", count)?;
         run(py, || {
             let points: Vec<Triangle> = corners.iter().map(|t| t.map(|[x, y, z, _]| [x, y, z])).collect();
             let numbers = corners.iter().map(|t| t[2][3] as u32).collect();
-            Ok(Tracer { tree: Tree::new(nodes, &points)?.numbered(numbers), corners, visible, solid, flags })
+            Ok(Tracer { tree: Tree::new(nodes, &points)?.numbered(numbers), corners, visible, flags })
         })
     }
 
@@ -179,11 +177,12 @@ impl Tracer {
     /// surface + 1; 0: no point), facing (normal), shading (unused, leaf position of the triangle), cuts,
     /// diffuse (albedo, flags; 0: not of interest); radii, of which each is multiplied by radius_scale;
     /// filter (constant, cone, gaussian, epanechnikov); probes a point, and how many were sent before; what
-    /// random numbers depend on besides the pixel: seed, depth, frame_size.
+    /// random numbers depend on besides the pixel: seed, depth, frame_size; solid int8[K], as solid_triangles
+    /// tells it, in leaf order, or None: no triangle bounds one.
     /// Returns two float32[H, W, 4]: the filter's share, the inner filter's, and what scales either; how they
     /// are tilted.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (pixel, place, facing, shading, cuts, diffuse, radii, *, radius_scale, filter, probes, first_probe, seed, depth, frame_size))]
+    #[pyo3(signature = (pixel, place, facing, shading, cuts, diffuse, radii, *, radius_scale, filter, probes, first_probe, seed, depth, frame_size, solid=None))]
     fn coverage<'py>(
         &self,
         py: Python<'py>,
@@ -201,6 +200,7 @@ impl Tracer {
         seed: u32,
         depth: u32,
         frame_size: (usize, usize),
+        solid: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Stream<'py>, Stream<'py>)> {
         let named = [
             ("pixel", pixel),
@@ -220,6 +220,9 @@ impl Tracer {
             depth,
             frame_width: frame_size.0,
         };
+        let count = self.corners.len();
+        let solid = solid.map(|solid| array::<i8>(solid, "solid", &[Some(count)])).transpose()?;
+        let solid = solid.as_ref().map_or(Ok(&[][..]), |solid| solid.as_slice())?;
         let mut shares = None;
         let tilts = new_stream(py, &place, |tilts| {
             shares = Some(new_stream(py, &place, |out| {
@@ -232,11 +235,7 @@ impl Tracer {
                     cuts: rows(&cuts)?,
                 };
                 run(py, || {
-                    let triangles = coverage::Triangles {
-                        corners: &self.corners,
-                        solid: &self.solid,
-                        flags: &self.flags,
-                    };
+                    let triangles = coverage::Triangles { corners: &self.corners, solid, flags: &self.flags };
                     coverage::coverage(&self.tree, &triangles, &radii.0, &points, &probes, out, tilts);
                     Ok(())
                 })

@@ -76,7 +76,7 @@ def _first(*numbers: Numbers) -> Any:
 
 
 def unit(a: Numbers) -> Numbers:
-    """(3,) as long as 1; 0 stays."""
+    """(3,) as long as 1; 0 stays. Of a vector alone: the last bits of triangles.unit are others."""
     length = np.linalg.norm(a)
     return a / length if length > 0.0 else np.zeros(3)
 

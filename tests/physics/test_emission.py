@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes that glow light by closed forms: by shadow rays, by photons and by lobes."""
+"""Emissive meshes light by closed forms: by shadow rays, by photons and by lobes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.scenes import Builder, orthographic, plain_material
 RADIANCE = (4.0, 2.0, 1.0)
 WHITE = (1.0, 1.0, 1.0)
 GREY, ALBEDO = plain_material("grey", (0.5, 0.5, 0.5)), 0.5
-GLOW = Material("glow", BLACK, (), RADIANCE)
+EMISSIVE = Material("emissive", BLACK, (), RADIANCE)
 SIZE, FINE = 16, 4  # pixels, and points a pixel's width
 # Above a plate [-1, 1]^2 at z = 0: at a distance, so close that it is all around, and a wall on it.
 RECTANGLES = {
@@ -48,12 +48,12 @@ def irradiance(corners: Any, width: float) -> NDArray[Any]:
 
 
 def under(corners: Any, flipped: bool = False, width: float = 1.0) -> Scene:
-    """The plate, seen from between it and a rectangle that glows."""
+    """The plate, seen from between it and an emissive rectangle."""
     corners = corners[::-1] if flipped else corners
     eye = max(min(z for *_, z in corners) / 2, 1e-3)
     built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 0, "plate")
     view = orthographic((0, 0, eye), (1, 0, 0), (0, 1, 0), width)
-    return built.quad(*corners, 1, "glow").scene(view, [], [GREY, GLOW])
+    return built.quad(*corners, 1, "emissive").scene(view, [], [GREY, EMISSIVE])
 
 
 @pytest.mark.parametrize("flipped", [False, True], ids=["one side", "other side"])
@@ -82,7 +82,7 @@ def test_a_sphere(device: Device) -> None:
     radius, height = 0.2, 1.0
     built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
     built.sphere((0, 0, height), radius, 1, subdivisions=1)
-    scene = built.scene(orthographic((0, 0, 0.5), (1, 0, 0), (0, 1, 0), 0.1), [], [GREY, GLOW])
+    scene = built.scene(orthographic((0, 0, 0.5), (1, 0, 0), (0, 1, 0), 0.1), [], [GREY, EMISSIVE])
     images = render(device, scene, width=SIZE, height=SIZE, passes=64, photons=0)
     found = images["Direct"][..., :3].mean(axis=(0, 1))
     # An icosphere of 80 triangles: its mean silhouette is a quarter of its surface.
@@ -94,12 +94,12 @@ def test_a_sphere(device: Device) -> None:
     assert images["Emission"].max() == 0.0
 
 
-def in_a_glowing_ball(lobe: Lobe) -> Scene:
+def in_an_emissive_ball(lobe: Lobe) -> Scene:
     """A white body that is lit from everywhere by a mesh."""
     view = orthographic((0, 0, 1.5), (1, 0, 0), (0, 1, 0), 0.8)
     built = Builder().sphere((0, 0, 0), 1.0, subdivisions=4)
     built.sphere((0, 0, 0), 2.0, 1, subdivisions=0, smooth=False)
-    return built.scene(view, [], [Material("white", BLACK, (lobe,)), GLOW])
+    return built.scene(view, [], [Material("white", BLACK, (lobe,)), EMISSIVE])
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.01, 0.36, 1.0])
@@ -115,14 +115,14 @@ def test_white_furnace(
         pytest.skip("a sharp lobe by shadow rays to all around is noise")
     bits = {"lobes": ("chains",), "shadow rays": ("glossy",), "both": ("glossy", "chains")}
     monkeypatch.setattr(emissive, "EVERYONE", sum(FOUND_BITS[name] for name in bits[found_by]))
-    scene, settings = in_a_glowing_ball(lobe), {"width": 24, "height": 24, "photons": 0}
+    scene, settings = in_an_emissive_ball(lobe), {"width": 24, "height": 24, "photons": 0}
     depth = 0 if found_by == "shadow rays" else 4
     images = render(device, scene, **settings, passes=80, mirror_depth=depth)
     found = images["Combined"][6:18, 6:18, :3].mean(axis=(0, 1))
     np.testing.assert_allclose(found, RADIANCE, rtol=8e-3)
 
 
-def test_what_glows_is_seen(device: Device) -> None:
+def test_what_emits_is_seen(device: Device) -> None:
     """On both sides, whatever lamps there are, and it reflects besides."""
     for side in (1.0, -1.0):
         view = orthographic((0, 0, side), (side, 0, 0), (0, 1, 0), 1.0)
@@ -135,7 +135,7 @@ def test_what_glows_is_seen(device: Device) -> None:
         np.testing.assert_allclose(images["Direct"][..., :3], reflected, rtol=1e-3)
 
 
-def test_what_a_program_gives_glows_as_a_constant_does(device: Device) -> None:
+def test_a_program_emits_as_a_constant_does(device: Device) -> None:
     """Seen, by shadow rays and by photons; it lights as much as it radiates in the mean."""
     program = (
         Instruction("combine", tuple((x, x, x, 1.0) for x in (*RADIANCE, 1.0))),
@@ -146,8 +146,8 @@ def test_what_a_program_gives_glows_as_a_constant_does(device: Device) -> None:
     for result in (None, Result(0), Result(2)):
         varying = {"emission": result} if result else {}
         emission = BLACK if result else RADIANCE
-        glow = Material("glow", BLACK, (), emission, program=program, varying=varying)
-        scene = replace(under(RECTANGLES["far"]), materials=(GREY, glow))
+        emitter = Material("emissive", BLACK, (), emission, program=program, varying=varying)
+        scene = replace(under(RECTANGLES["far"]), materials=(GREY, emitter))
         scene = replace(scene, objects=np.tile(np.eye(6, 4), (2, 1, 1)))
         images.append(render(device, scene, width=SIZE, height=SIZE, passes=16, photons=4096))
     for name in ("Combined", "Direct", "Indirect"):
@@ -163,7 +163,7 @@ def test_what_a_program_gives_glows_as_a_constant_does(device: Device) -> None:
     )
 
 
-def test_what_glows_by_the_direction_lights_by_its_mean(device: Device) -> None:
+def test_what_emits_by_the_direction_lights_by_its_mean(device: Device) -> None:
     """Radiance times the cosine to the viewer: two thirds of the light, though all of it is seen
     from straight above."""
     program = (
@@ -172,8 +172,8 @@ def test_what_glows_by_the_direction_lights_by_its_mean(device: Device) -> None:
     )
     pictures = []
     for varying, emission in (({}, (2.0,) * 3), ({"emission": Result(1)}, BLACK)):
-        glow = Material("glow", BLACK, (), emission, program=program, varying=varying)
-        scene = replace(under(RECTANGLES["far"]), materials=(GREY, glow))
+        emitter = Material("emissive", BLACK, (), emission, program=program, varying=varying)
+        scene = replace(under(RECTANGLES["far"]), materials=(GREY, emitter))
         scene = replace(scene, objects=np.tile(np.eye(6, 4), (2, 1, 1)))
         picture = render(device, scene, width=SIZE, height=SIZE, passes=8, photons=0)
         pictures.append(picture["Direct"][..., :3].mean())
@@ -181,7 +181,7 @@ def test_what_glows_by_the_direction_lights_by_its_mean(device: Device) -> None:
 
 
 @pytest.mark.parametrize(("asker", "is_seen", "lights"), [(0.0, 1.0, 0.0), (2.0, 0.0, 1.0)])
-def test_what_glows_by_who_asks(
+def test_what_emits_by_who_asks(
     device: Device, asker: float, is_seen: float, lights: float
 ) -> None:
     """Light Path's Is Camera Ray is seen and lights nothing, Is Diffuse Ray is not seen and
@@ -189,8 +189,8 @@ def test_what_glows_by_who_asks(
     program = (Instruction("light_path", ((asker,) * 4,)),)
     images = []
     for varying, emission in (({}, WHITE), ({"emission": Result(0)}, BLACK)):
-        glow = Material("glow", BLACK, (), emission, program=program, varying=varying)
-        scene = replace(under(RECTANGLES["far"]), materials=(GREY, glow))
+        emitter = Material("emissive", BLACK, (), emission, program=program, varying=varying)
+        scene = replace(under(RECTANGLES["far"]), materials=(GREY, emitter))
         scene = replace(scene, objects=np.tile(np.eye(6, 4), (2, 1, 1)))
         images.append(render(device, scene, width=SIZE, height=SIZE, passes=2, photons=1024))
     for name in ("Direct", "Indirect"):

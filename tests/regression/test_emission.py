@@ -27,7 +27,7 @@ Record = Callable[[str, object], None]
 
 
 def open_room() -> None:
-    """A cube from inside: a panel below the ceiling, a ball of Principled that glows, a glossy
+    """A cube from inside: a panel below the ceiling, an emissive ball of Principled, a glossy
     wall, and a box that throws shadows."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
