@@ -24,7 +24,10 @@ from tests.scenes import Builder, camera, plain_material
 
 SIZE, PASSES, REFERENCE = 64, 16, 160
 VIEW = camera((-2.7, -2.7, 1.6), (1, 1, 0.3), 80)
-GREY, GLOW = plain_material("grey", (0.6,) * 3), Material("glow", BLACK, (), (5.0, 4.0, 3.0))
+GREY, EMISSIVE = (
+    plain_material("grey", (0.6,) * 3),
+    Material("emissive", BLACK, (), (5.0, 4.0, 3.0)),
+)
 
 
 def room() -> Builder:
@@ -48,7 +51,7 @@ def strips(count: int) -> Scene:
         for a, b in pairwise(x):
             low, high = y - 0.05, y + 0.05
             built.quad((a, low, 1.95), (b, low, 1.95), (b, high, 1.95), (a, high, 1.95), 1)
-    return built.scene(VIEW, [], [GREY, GLOW])
+    return built.scene(VIEW, [], [GREY, EMISSIVE])
 
 
 def measured(

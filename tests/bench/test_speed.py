@@ -321,6 +321,12 @@ def test_bumpy_sphere_is_closed() -> None:
     assert count > 100 and (hits[..., 1] > 0).all()
 
 
+def test_a_device_traces_rays(device: Device) -> None:
+    scene = machine.bumpy_sphere(4)
+    _, mesh = machine.build_bvh(scene)
+    assert machine.device_rays(Timer(device), scene, mesh) > 0.0
+
+
 def test_peers_that_are_absent_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     import sys
 

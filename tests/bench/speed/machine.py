@@ -172,7 +172,7 @@ def device_rays(timer: Timer, scene: Scene, mesh: Mesh) -> float:
     device = timer.device
     layer = device.choose_layer("auto")
     count = 1 << (17 if device.is_software else 23)
-    tables = Tables(device, layer, scene, frame_of(scene), mesh)
+    tables = Tables.upload(device, layer, scene, frame_of(scene), mesh)
     kernel = Tracer(device, layer)
     size = (1024, count // 1024)
     streams = {
