@@ -26,6 +26,9 @@ class Tracer:
         any_hit: bool,
         rays: int = 255,
     ) -> NDArray[np.float32]: ...
+    def photon_starts(
+        self, lights: NDArray[np.float32], seed: int, pass_index: int, photons: int
+    ) -> NDArray[np.float32]: ...
     def photons(
         self,
         normals: NDArray[np.float32],

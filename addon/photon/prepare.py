@@ -91,10 +91,10 @@ def photons_per_disc(photons: int) -> float:
     """How many photons of a first pass a disc shall hold.
 
     The error after n passes of P photons depends on radius and n P alone, and radii decay with
-    (n P)^(-1/6); so P photons a pass want P^(2/3) a disc. More than 400 cost more time than
-    they save.
+    (n P)^(-1/6); so P photons a pass want P^(2/3) a disc, of those that land. More than 400 cost
+    more time than they save.
     """
-    return float(min(max(150.0 * (photons / 16384) ** (2 / 3), 16.0), 400.0))
+    return float(min(max(150.0 * (photons / 16384) ** (2 / 3), 4.0), 400.0))
 
 
 class _Preparation:
@@ -306,6 +306,11 @@ class _Preparation:
         """Radii by where pass 0's photons fall."""
         photons_a_pass, photons = self._settings.photons_a_pass, pilot_photons(self._settings)
         deposits = self._kept.finish(mapper)
+        if self._aiming and self._aiming.is_missed(deposits.count / photons):
+            with self._phases.timed("aim"):
+                self._aiming.set(0)
+            self._kept.start(mapper, self._settings, 0, photons)
+            deposits = self._kept.finish(mapper)
         focus = self._aiming.focus if self._aiming else None
         grids = self._backend.radius_grids(
             deposits, focus
@@ -319,7 +324,8 @@ class _Preparation:
             budget.check(landed)
         mapper.unfinished = deposits.dropped = 0
         times = photons_a_pass / photons
-        wanted = photons_per_disc(photons_a_pass) / times
+        # Where most leave the scene, of those that do not.
+        wanted = photons_per_disc(round(min(landed, 1.0) * photons_a_pass)) / times
         pixel, place = eye.camera.footprint()
         sides, box = grids()
         area = min(mesh.area, box)

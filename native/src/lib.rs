@@ -4,7 +4,7 @@
 //! [`bvh::build`] writes the node array that the GLSL kernels traverse, [`refit::refit`] moves its boxes with
 //! the triangles, [`photons::sort`] puts photons into the cells of a grid, [`radius`] finds the
 //! gather radius at every place, [`aim`] and [`portal_search`] where photons had better go. Where OpenGL is software,
-//! [`trace`], [`paths`], [`cuts`], [`coverage`] and [`density`] take the place of GLSL kernels. Python
+//! [`trace`], [`emission`], [`paths`], [`cuts`], [`coverage`] and [`density`] take the place of GLSL kernels. Python
 //! sees them through the module `python` (cargo feature `python`).
 
 pub mod aim;
@@ -15,6 +15,7 @@ pub mod bvh;
 pub mod coverage;
 pub mod cuts;
 pub mod density;
+pub mod emission;
 pub mod filter;
 mod lanes;
 pub mod layouts;

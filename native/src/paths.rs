@@ -8,12 +8,13 @@ use rayon::prelude::*;
 
 use crate::aim;
 use crate::bent::BRIGHTEST;
+use crate::emission::{Emission, Photon, direction_from_versine, generate, sample_disc, shift_of};
 use crate::lanes::widest;
 use crate::packing::{flux_with_direction, pack_direction};
 use crate::portals::{Portal, Portals};
-use crate::random::{DIMENSION_LIGHT, DIMENSION_LIGHT_POINT, DIMENSION_REFLECT, random4};
+use crate::random::{DIMENSION_REFLECT, random4};
 use crate::trace::{Tree, Visible};
-use crate::vector::{Vector, dot, from_frame, normal_of, point_in, sin_cos_of_turns};
+use crate::vector::{Vector, dot, from_frame, normal_of, point_in};
 use crate::watertight::SURFACE_OFFSET;
 use crate::watertight::{Hit, Ray};
 use crate::wide::Stack;
@@ -44,22 +45,6 @@ pub struct Scene<'a> {
     pub portals: &'a [Portal],
 }
 
-/// Which photons.
-#[derive(Debug, Clone, Copy)]
-pub struct Emission {
-    pub photons: u32,
-    pub seed: u32,
-    pub pass_index: u32,
-    /// Reflections of a photon at most.
-    pub bounces: u32,
-    /// Whether photons are stored where they land first, too.
-    pub first_hits: bool,
-    /// Whether fluxes carry the direction to the light.
-    pub directions: bool,
-    /// Whether the photons' numbers take the place of normals.
-    pub numbered: bool,
-}
-
 /// Where photons landed on diffuse surfaces, in order of bounce and photon.
 #[derive(Default)]
 pub struct Landed {
@@ -71,15 +56,6 @@ pub struct Landed {
     ends: Vec<usize>,
     /// Photons that the limit of bounces cut off.
     pub unfinished: usize,
-}
-
-#[derive(Clone, Copy)]
-struct Photon {
-    origin: Vector,
-    source: i32,
-    direction: Vector,
-    flux: Vector,
-    number: u32,
 }
 
 /// Trace photons until all are absorbed, have left, or have bounced as often as they may.
@@ -115,7 +91,7 @@ widest! {
     fn trace_chunk<L>(scene: &Scene, emission: &Emission, first: u32, count: u32, landed: &mut Landed) {
         let mut stack = Stack::new();
         let mut paths = Vec::with_capacity(count as usize);
-        let shift = random4(emission.seed, emission.pass_index, u32::MAX, DIMENSION_LIGHT)[0];
+        let shift = shift_of(emission);
         for number in first..first + count {
             paths.extend(generate(scene, emission, number, shift));
         }
@@ -158,47 +134,6 @@ widest! {
         }
         landed.unfinished = paths.len();
     }
-}
-
-/// generator.glsl
-fn generate(scene: &Scene, emission: &Emission, number: u32, shift: f32) -> Option<Photon> {
-    let draw = |element, dimension| random4(emission.seed, emission.pass_index, element, dimension);
-    let u = draw(number, DIMENSION_LIGHT);
-    let share = (number as f32 + shift) / emission.photons as f32;
-    let (mut low, mut high) = (0, scene.lights.len().checked_sub(1)?);
-    while low < high {
-        let middle = (low + high) / 2;
-        if share < scene.lights[middle][3][1] { high = middle } else { low = middle + 1 }
-    }
-    let [[x, y, z, radius], [ax, ay, az, outer], [r, g, b, inner], [chosen, ..]] = scene.lights[low];
-    if chosen <= 0.0 {
-        return None;
-    }
-    let on_light = draw(number, DIMENSION_LIGHT_POINT);
-    let numbers = [u[0], u[1], on_light[0], on_light[1]];
-    let (u, weight) = match scene.aims.get(low) {
-        Some(&[.., root]) if root > 0.0 => {
-            aim::aimed(scene.aim_nodes, root as usize - 1, numbers, |dimension| draw(number, dimension))
-        }
-        _ => (numbers, 1.0),
-    };
-    let versine = sample_spot(inner, outer, u[0]);
-    let direction = from_frame([ax, ay, az], direction_from_versine(versine, u[1]));
-    let mut lift = [0.0; 3];
-    if radius > 0.0 {
-        let disc = sample_disc([u[2], u[3]]);
-        let up = (1.0 - disc[0] * disc[0] - disc[1] * disc[1]).max(0.0).sqrt();
-        lift = from_frame(direction, [disc[0], disc[1], up].map(|x| x * radius));
-    }
-    let emitted = PI * (inner + outer) / (4.0 * PI) / (emission.photons as f32 * chosen) * weight;
-    let position = [x, y, z];
-    Some(Photon {
-        origin: std::array::from_fn(|k| position[k] + lift[k] + direction[k] * SURFACE_OFFSET),
-        source: -1,
-        direction,
-        flux: [r, g, b].map(|power| power * emitted),
-        number,
-    })
 }
 
 /// Where a photon meets a triangle (glsl/lib/surface.glsl and material.glsl).
@@ -354,39 +289,6 @@ fn raised_normal(shading: Vector, geometric: Vector, to_viewer: Vector) -> Vecto
     let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
     let z2 = (0.25 * (b + if aside < 0.0 { root } else { -root }) / a).clamp(0.0, 1.0);
     std::array::from_fn(|k| (1.0 - z2).sqrt() * x[k] + z2.sqrt() * geometric[k])
-}
-
-/// 1 - cos of the angle to a spotlight's axis (glsl/lights/spot.glsl).
-fn sample_spot(inner: f32, outer: f32, u: f32) -> f32 {
-    let fading = outer - inner;
-    let x = u * (inner + 0.5 * fading);
-    if x < inner {
-        return x;
-    }
-    let rest = (1.0 - (x - inner) / (0.5 * fading)).clamp(0.0, 1.0);
-    let mut t = (0.5 * rest).cbrt();
-    for _ in 0..6 {
-        let slope = t * t * (6.0 - 4.0 * t);
-        let before = t;
-        if slope > 0.0 {
-            t = (t - (t * t * t * (2.0 - t) - rest) / slope).clamp(0.0, 1.0);
-        }
-        if t == before {
-            break; // further steps would change nothing either
-        }
-    }
-    outer - t * fading
-}
-
-fn direction_from_versine(v: f32, turns: f32) -> Vector {
-    let sine = (v * (2.0 - v)).max(0.0).sqrt();
-    let (sin, cos) = sin_cos_of_turns(turns);
-    [sine * cos, sine * sin, 1.0 - v]
-}
-
-fn sample_disc(u: [f32; 2]) -> [f32; 2] {
-    let (sin, cos) = sin_cos_of_turns(u[1]);
-    [cos, sin].map(|x| x * u[0].sqrt())
 }
 
 fn mean(v: Vector) -> f32 {

@@ -144,6 +144,21 @@ CASES = (
         uneven=True,
         dress=with_group,
     ),
+    *(
+        Case(
+            f"{label}: {name}, a name that Cycles keeps",
+            node(kind, **{key: name}),
+            -0.1,
+            1.1,
+            uneven=True,
+            dress=with_attribute(name, "FLOAT_COLOR", "POINT"),
+        )
+        for name in ("color", "density", "generated", "uv")
+        for label, kind, key in (
+            ("Attribute", ATTRIBUTE, "attribute_name"),
+            ("Color Attribute", "ShaderNodeVertexColor", "layer_name"),
+        )
+    ),
     Case("Attribute: none", node(ATTRIBUTE, attribute_name="Nothing"), -1.0, 1.0),
     *(_property("amount", x) for x in ("Color", "Factor", "Alpha")),
     *(_property("tint", x) for x in ("Color", "Factor", "Vector", "Alpha")),

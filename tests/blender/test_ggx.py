@@ -152,6 +152,20 @@ def test_principled_says_what_it_lost(convert, inputs, status, feature, model) -
     assert feature in features(report, status)
 
 
+@pytest.mark.parametrize("kind", [METALLIC, GLASS])
+def test_thin_films_are_named(convert, kind) -> None:
+    """Also of shaders that are nothing else."""
+    if kind == METALLIC and bpy.app.version < (4, 3):
+        pytest.skip("Metallic BSDF came with Blender 4.3")
+    material, tree = new_material()
+    node = add_node(tree, kind)
+    if "Thin Film Thickness" not in node.inputs:
+        pytest.skip(f"{node.bl_label} of {bpy.app.version_string} has no thin film")
+    node.inputs["Thin Film Thickness"].default_value = 400.0
+    finish(tree, node)
+    assert "Thin Film" in features(convert(material)[1], "ignored")
+
+
 @pytest.mark.parametrize("roughness", [0.0037, 0.0038, 0.05, 0.5, 1.0])
 def test_glossy(convert, roughness) -> None:
     """As in Cycles a mirror up to a roughness between the first two."""

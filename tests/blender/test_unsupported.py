@@ -43,6 +43,15 @@ def test_where_shadow_rays_begin(scene, export) -> None:
     assert exported.terminators.tolist() == [0.0] and not report.of("ignored")
 
 
+@pytest.mark.parametrize("name", ["Camera Cull", "Distance Cull"])
+def test_culling_is_named(scene, export, name) -> None:
+    """While Simplify is on."""
+    setattr(scene.cycles, f"use_{name.lower().replace(' ', '_')}", True)
+    assert not export()[1].of("ignored")
+    scene.render.use_simplify = True
+    assert [entry.feature for entry in export()[1].of("ignored")] == [name]
+
+
 @pytest.mark.parametrize(
     ("path", "value", "feature"),
     [

@@ -34,6 +34,10 @@ WALL = plain_material("wall", (0.6, 0.5, 0.4))
 SETTINGS: dict[str, Any] = {"width": 32, "height": 32, "photons": 20000, "passes": 8}
 CANDLE = point_light("candle", (-0.3, 0.2, 0.5), (20.0,) * 3)
 SUN = point_light("sun", (5.0, 5.0, 20.0), (1e6,) * 3)
+CEILING = area_light("ceiling", (0.0, 0.0, 4.0), (400.0,) * 3, size=(16.0, 16.0))
+FAR_SPOT = spot_light(
+    "far spot", (30.0, -30.0, 100.0), (4e5,) * 3, (-0.3, 0.3, -1.0), size=1.5, blend=0.2
+)
 LAMP = point_light("lamp", (0.5, -0.3, 0.4), (10.0,) * 3)
 
 
@@ -300,3 +304,18 @@ def test_a_caustic_on_a_plain(device: Device) -> None:
     assert far.var(axis=0, ddof=1).mean() < 2.0 * near.var(axis=0, ddof=1).mean()
     truth = near.mean(axis=0)
     assert truth.max() > 5.0 * np.median(truth)  # a caustic
+
+
+@pytest.mark.parametrize("light", [CEILING, FAR_SPOT], ids=["ceiling", "far spot"])
+def test_light_that_seldom_lands(device: Device, light: Light) -> None:
+    """Things on a floor in the open, under a lamp much larger than they are, or far from them: of a
+    hundred photons less than one bounces off the floor to them. Few a pass, or many at once."""
+    built = Builder().quad((-8, -8, 0), (8, -8, 0), (8, 8, 0), (-8, 8, 0), 0, "floor")
+    built.box((0.7, -0.3, 0.3), (1.3, 0.3, 0.9), 0, "box").sphere((-0.8, -0.5, 0.6), 0.6, 0, "ball")
+    scene = built.scene(camera((0.5, -7, 3), (0, 0, 0.5), 35), [light], [WALL])
+    found = []
+    for passes, photons in ((32, 13824), (4, 500_000)):
+        settings = {"width": 96, "height": 72, "passes": passes, "photons": photons, "seed": 1}
+        with rendered(device, scene, **settings) as renderer:
+            found.append(renderer.images(["Indirect"])["Indirect"].mean(dtype=float))
+    assert found[0] == pytest.approx(found[1], rel=0.2)

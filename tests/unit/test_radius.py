@@ -239,7 +239,7 @@ def test_custom_radius_is_even(device: Device) -> None:
 
 def test_photons_a_disc_grow_with_the_pass() -> None:
     assert photons_per_disc(16384) == pytest.approx(150)
-    assert photons_per_disc(1) == 16 and photons_per_disc(1 << 24) == 400
+    assert photons_per_disc(1) == 4 and photons_per_disc(1 << 24) == 400
 
 
 @pytest.mark.parametrize(("estimator", "backend"), [("splat", "fragment"), ("gather", "native")])

@@ -36,6 +36,14 @@ from .tangents import signed_tangents
 from .triangles import normals_of, positions_of, read, triangles_of
 
 Numbers = NDArray[np.float64]
+# Names that Cycles keeps for attributes of its own, most of them of volumes: a mesh's is not read.
+KEPT_NAMES = frozenset(
+    {
+        "color", "density", "flame", "heat", "temperature", "velocity",
+        "generated", "uv", "pointiness", "random_per_island",
+        "motion_P", "particle", "ptex_uv", "shadow_transparency", "undisplaced",
+    }
+)  # fmt: skip
 OF_INSTANCES = (OBJECT, INSTANCER, PARTICLE, PLACED_AT)  # what all of an object or instance has
 
 
@@ -103,6 +111,8 @@ def attribute_of(
 ) -> Numbers | None:
     """An attribute, or a vertex group, by name (T, 3, n); None if there is none that Cycles
     reads."""
+    if name in KEPT_NAMES:
+        return None
     attribute = mesh.attributes.get(name)
     if attribute is None:
         weights = weights_of(mesh, obj, name)

@@ -45,6 +45,13 @@ def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: N
         notes.ignored(name, "Fast GI Approximation", "light bounces as it does")
     if scene.render.film_transparent and getattr(cycles, "film_transparent_glass", False):
         notes.ignored(name, "Transparent Glass", "the world behind glass is opaque")
+    if scene.render.use_simplify:
+        for setting, label in (
+            ("use_camera_cull", "Camera Cull"),
+            ("use_distance_cull", "Distance Cull"),
+        ):
+            if getattr(cycles, setting, False):
+                notes.ignored(name, label, "objects that it would leave out are rendered")
     _note_passes(view_layer, notes)
 
 

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from ..stage.geometry import Mesh
 from ..stage.tables import Tables
-from .importance import Importance, importance_of
+from .importance import Importance, importance_of, toward_box
 from .mapper import Mapper
 from .photon_portals import portals_by, sees_no_lamp
 from .portals import NO_PORTALS, portals_of
-from .starts import Starts, even_shares, groups_of, proposed, starts_by, variance
+from .starts import Starts, aimed_by, even_shares, groups_of, proposed, starts_by, variance
 from .surroundings import Surrounded, is_small, surrounded
 from .view import View
 
@@ -37,6 +37,12 @@ LEAST_GAIN = 1.5
 # A light of so much less flux than another has so few photons by flux that a pass of them spoils
 # the mean of all.
 OUTSHINES = 16.0
+# Photons of a near light that start at once by what the picture shows, where few reach that: so
+# many are looked at, of a pass.
+TOWARD, TOWARD_PASS = 1 << 18, LEARNING_PASS + 7
+FEW_TELL = 256  # of the first ones, of all lights
+# Where a pass's photons land less often than this, for they leave the scene, all passes know.
+FEW_LAND = 0.1
 # Where there is one near light it is seldom worth while: so it is asked for when that takes little
 # of what was rendered.
 PASSES_OF_ONE = 16
@@ -82,6 +88,14 @@ class Aiming:
     def knows(self, index: int) -> bool:
         """Whether a pass may be started without more photons than its own."""
         return index < self._first or self._learned is not None
+
+    def is_missed(self, landed: float) -> bool:
+        """Whether photons that start by flux alone land so seldom, each in the mean, that all
+        passes shall know; then they do."""
+        missed = self._first > 0 and landed < FEW_LAND
+        if missed:
+            self._first = 0
+        return missed
 
     @property
     def is_aimed(self) -> bool:
@@ -185,7 +199,15 @@ class Aiming:
         tables = self._tables
         if tables.distant_lights and self._is_unknown(importance):
             return self._from_afar(view)
-        return starts_by(importance, tables, view) if importance else self._plain
+        if importance and (len(importance.mass) >= FEW_TELL or tables.distant_lights):
+            return starts_by(importance, tables, view)
+        return self._toward(view)
+
+    def _toward(self, view: View) -> Starts:
+        """Near lights aimed at the box about what the picture shows, before photons tell."""
+        self._use(self._plain)
+        toward = toward_box(self._mapper, self._tables, view, self._seed, TOWARD_PASS, TOWARD)
+        return Starts(even_shares(self._tables), aimed_by(toward, self._tables, view))
 
     def _from_afar(self, view: View) -> Starts:
         """Light from afar at all distances from what the picture shows alike."""

@@ -70,6 +70,24 @@ def importance_of(
     return Importance(light, numbers, rays, mass / weight, float(seen[known].sum() / seen.sum()))
 
 
+def toward_box(
+    mapper: Mapper, tables: Tables, view: View, seed: int, index: int, photons: int
+) -> Importance:
+    """Of a pass's photons, none of them aimed, those that start toward the box about what the
+    picture shows, all of one mass."""
+    rays = mapper.rays(index, photons)[:photons]
+    low, high = view.box().astype(np.float64)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        planes = (np.stack([low, high])[:, None] - rays[:, :3]) / rays[:, 3:]
+    enters = np.nanmax(planes.min(axis=0), axis=1, initial=0.0)
+    leaves = np.nanmin(planes.max(axis=0), axis=1, initial=np.inf)
+    meets = (enters <= leaves) & rays[:, 3:].any(axis=1)
+    number = np.flatnonzero(meets).astype(np.uint32)
+    light = _lights_of(tables, number, seed, index, photons)
+    numbers, _ = _numbers_of(tables, light, number, seed, index)
+    return Importance(light, numbers, rays[number], np.ones(len(number)), 0.0)
+
+
 def _lights_of(
     tables: Tables, number: NDArray[np.uint32], seed: int, index: int, photons: int
 ) -> NDArray[np.int64]:

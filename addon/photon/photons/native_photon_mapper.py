@@ -90,8 +90,10 @@ class NativePhotonMapper:
         return self.deposits
 
     def rays(self, index: int, photons: int) -> NDArray[np.float64]:
-        """As PhotonMapper.rays: none, for these lights are not afar."""
-        return np.zeros((photons, 6))
+        """As PhotonMapper.rays, of lights that nothing is aimed from."""
+        lights, seed = _plain(_lights(self._scene.lights)), self._settings.seed
+        starts = self._triangles.tracer.photon_starts(lights, seed, index, photons)
+        return starts.astype(np.float64)
 
     def start(self, batch: PhotonBatch) -> None:
         """Trace a batch."""

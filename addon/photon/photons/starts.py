@@ -75,6 +75,12 @@ def starts_by(importance: Importance, tables: Tables, view: View, are_aimed: boo
     return Starts(shares, Aims(len(flux), aims) if aims else None)
 
 
+def aimed_by(importance: Importance, tables: Tables, view: View) -> Aims | None:
+    """Aims of what counts alike, before any photon has landed."""
+    aims = _aims_by(importance, tables, view, MOST_PLAIN)
+    return Aims(len(tables.by_flux), aims) if aims else None
+
+
 def variance(importance: Importance, tables: Tables, starts: Starts) -> float:
     """What a pass's photons would leave that start so, up to a factor."""
     moments = _moments(importance, tables, starts.aims.by_light if starts.aims else {})

@@ -4,13 +4,13 @@
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 
-use super::arrays::{Rows, Stream, array, new_rows, new_stream, rows, streams};
+use super::arrays::{Rows, Stream, array, new_matrix, new_rows, new_stream, rows, streams};
 use super::radius_field::RadiusField;
 use super::run;
 use crate::filter::Filter;
 use crate::trace::{Tree, Visible};
 use crate::watertight::Triangle;
-use crate::{bvh, coverage, cuts, paths};
+use crate::{bvh, coverage, cuts, emission, paths};
 
 /// Traces the rays of streams through a scene's triangles.
 ///
@@ -139,9 +139,35 @@ impl Tracer {
             lights: rows::<f32, 4>(&lights)?.as_chunks().0,
         };
         let emission =
-            paths::Emission { photons, seed, pass_index, bounces, first_hits, directions, numbered };
+            emission::Emission { photons, seed, pass_index, bounces, first_hits, directions, numbered };
         let landed = run(py, || Ok(paths::trace_photons(&scene, &emission)))?;
         Ok((new_rows(py, landed.places)?, new_rows(py, landed.deposits)?, landed.unfinished))
+    }
+
+    /// Where photons start at lights that nothing is aimed from, and where they go to: float32[photons, 6], zeros
+    /// for those that do not start. Takes what photons does.
+    fn photon_starts<'py>(
+        &self,
+        py: Python<'py>,
+        lights: &Bound<'py, PyAny>,
+        seed: u32,
+        pass_index: u32,
+        photons: u32,
+    ) -> PyResult<Rows<'py>> {
+        let lights = array::<f32>(lights, "lights", &[None, Some(4), Some(4)])?;
+        let scene = paths::Scene {
+            tree: &self.tree,
+            corners: &[],
+            normals: &[],
+            materials: &[],
+            lights: rows::<f32, 4>(&lights)?.as_chunks().0,
+            aims: &[],
+            aim_nodes: &[],
+            portals: &[],
+        };
+        let of = emission::Emission { photons, seed, pass_index, ..emission::Emission::default() };
+        let starts = run(py, || Ok(emission::photon_starts(&scene, &of)))?;
+        new_matrix(py, starts.into_flattened().into_flattened(), 6)
     }
 
     /// Find where each visible point's disc ends at what stands on its surface.

@@ -26,6 +26,13 @@ COLOUR = "colour"  # without a name the one that is active in renders
 OBJECT, INSTANCER = "object", "instancer"  # properties
 POINTINESS, ISLAND = "pointiness", "island"  # what Geometry tells of a mesh
 PARTICLE, PLACED_AT = "particle", "placed at"  # what instances are told
+# What Cycles finds by these names of attributes, whatever the mesh has.
+STANDARD = {
+    "generated": (GENERATED,),
+    "uv": (UV, ""),
+    "pointiness": (POINTINESS,),
+    "random_per_island": (ISLAND,),
+}
 STRAND = "strand"  # what Hair Info and Point Info tell, by the names of their outputs
 
 
@@ -104,6 +111,8 @@ def read_attribute(
     name = node.attribute_name
     is_factor = output.name in ("Fac", "Factor")
     match node.attribute_type:
+        case "GEOMETRY" if name in STANDARD:
+            found = attribute(graph, *STANDARD[name])
         case "GEOMETRY":
             found = attribute(graph, FACTOR if is_factor else NAMED, name)
         case "OBJECT" | "INSTANCER":

@@ -151,6 +151,12 @@ def note_anisotropy(graph: Graph, node: bpy.types.Node, scope: Scope) -> None:
             graph.notes.approximated(graph.owner, name, "its reflections are round")
 
 
+def note_thin_film(graph: Graph, node: bpy.types.Node, scope: Scope) -> None:
+    """Say that there is none."""
+    if graph.input(node, "Thin Film Thickness", scope, 0.0).may_exceed(0.0):
+        graph.notes.ignored(graph.owner, "Thin Film", "left out")
+
+
 def as_diffuse(graph: Graph, node: bpy.types.Node, scope: Scope) -> Bsdf:
     """Scattering of other kinds, as a diffuse surface of the same colour."""
     graph.notes.approximated(graph.owner, f"{node.bl_label}", "rendered as diffuse")

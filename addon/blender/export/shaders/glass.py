@@ -10,7 +10,16 @@ import bpy
 from ..graph import Graph
 from ..links import Scope
 from ..programs import ONE, ZERO, Value, math, value
-from .bsdf import NO_INTERFACE, SMOOTH, Bsdf, ShaderLobe, SpecularModel, clipped, roughness_of
+from .bsdf import (
+    NO_INTERFACE,
+    SMOOTH,
+    Bsdf,
+    ShaderLobe,
+    SpecularModel,
+    clipped,
+    note_thin_film,
+    roughness_of,
+)
 from .microfacets import LEAST, is_compensated
 
 # What reflection is multiplied by (glsl/lib/glass.glsl).
@@ -70,6 +79,7 @@ def _dispersing(lobe: ShaderLobe, dispersion: float) -> ShaderLobe:
 
 
 def _of_node(graph: Graph, node: bpy.types.Node, scope: Scope, reflects: Value) -> Bsdf:
+    note_thin_film(graph, node, scope)
     passed = graph.input(node, "Color", scope)
     lobe = glass(graph, node, scope, passed, reflects)
     return Bsdf(lobes=(lobe,)) if lobe.colour.may_exceed(0.0) else Bsdf()

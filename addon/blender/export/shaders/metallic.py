@@ -9,7 +9,15 @@ import numpy as np
 from ..graph import Graph
 from ..links import Scope
 from ..programs import ONE, Value, math, value
-from .bsdf import Bsdf, ShaderLobe, SpecularModel, clipped, note_anisotropy, phong_of
+from .bsdf import (
+    Bsdf,
+    ShaderLobe,
+    SpecularModel,
+    clipped,
+    note_anisotropy,
+    note_thin_film,
+    phong_of,
+)
 from .microfacets import microfacets, with_tangent
 
 COSINE_82 = 1.0 / 7.0  # of the angle at which the F82 tint counts
@@ -17,6 +25,7 @@ COSINE_82 = 1.0 / 7.0  # of the angle at which the F82 tint counts
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
     """Read the node's lobe."""
+    note_thin_film(graph, node, scope)
     if node.fresnel_type == "PHYSICAL_CONDUCTOR":
         index, extinction = (graph.input(node, name, scope) for name in ("IOR", "Extinction"))
         graph.notes.approximated(

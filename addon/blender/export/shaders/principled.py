@@ -20,6 +20,7 @@ from .bsdf import (
     SpecularModel,
     clipped,
     note_anisotropy,
+    note_thin_film,
     phong_of,
     surface_of,
     transparent,
@@ -172,6 +173,7 @@ def _note(
         if model is SpecularModel.PHONG and given("Diffuse Roughness").may_exceed(0.0):
             notes.approximated(owner, "Diffuse roughness", "rendered as Lambertian")
     left_out = ("Coat Weight", "Sheen Weight") if model is SpecularModel.PHONG else ()
-    for name in (*left_out, "Thin Film Thickness"):
+    note_thin_film(graph, node, scope)
+    for name in left_out:
         if given(name).may_exceed(0.0):
             notes.ignored(owner, name.rsplit(" ", 1)[0], "left out")
