@@ -269,6 +269,8 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
             asked = replace(found, absorption=absorption)
             emitting: Defines = {**asked.light_defines, **asked.photon_defines}
             yield Generator, {**emitting, **aimed}, scene.made
+            if asked.emits_by_cosine:
+                yield Generator, {**emitting, **aimed, **PORTALS_BY_SHARE_DEFINES}, scene.made
         smooth = replace(found, smooth=True)
         for bent in (smooth,) if alone else (found, smooth):
             yield Emitted, bent.emitted_defines, scene.made

@@ -11,6 +11,9 @@
 #ifdef VISIBILITY
 #include "lib/photon_ray.glsl"
 #endif
+#ifdef PORTALS_BY_SHARE
+#include "lib/emission_portals.glsl"
+#endif
 
 void kernel() {
     int photon = element_index();
@@ -32,6 +35,12 @@ void kernel() {
 #ifdef AIMED
     if (own.root > 0.0 && number < distant_lights) emitted = about_middle(emitted, own.middle, numbers.zw);
     emitted.weight *= weight;
+#endif
+#ifdef PORTALS_BY_SHARE
+#ifdef AIMED
+    if (!(own.root > 0.0))
+#endif
+    emitted = through_portals(light, emitted, uint(photon));
 #endif
     vec3 flux = carried_light(light, emitted.direction) * emitted.weight;
 #ifdef GOBOS

@@ -48,6 +48,7 @@ vec2 lens_sequence(vec2 start, uint n) {
 // Where each kernel's dimensions begin; a path's bounce or depth is added.
 const uint DIMENSION_LIGHT = 0u;        // which light, and its direction
 const uint DIMENSION_LIGHT_POINT = 1u;  // where on the light
+const uint DIMENSION_LIGHT_PORTAL = 2u; // through which face of a box
 const uint DIMENSION_AIM = 0x10u;       // + a fourth of the halvings
 const uint DIMENSION_REFLECT = 0x100u;  // + bounce
 const uint DIMENSION_SHADE_PHOTON = 0x800u;  // + bounce

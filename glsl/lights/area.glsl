@@ -111,6 +111,8 @@ LightRay emit_area(Light light, vec2 u, vec2 on_light) {
     return LightRay(light.position + frame * vec3(place * light.parameters.xy, 0.0), normalize(frame * direction), 1.0);
 }
 
+vec3 cosine_axis_area(Light light, vec3 direction) { return light.parameters.w > 0.0 ? vec3(0.0) : light.axis; }
+
 vec4 seen_area(Light light, vec3 origin, vec3 direction, float far) {
     mat3 frame = frame_of_area(light);
     vec3 place = (origin - light.position) * frame, local = direction * frame;

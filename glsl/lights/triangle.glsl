@@ -63,6 +63,10 @@ LightRay emit_triangle(Light light, vec2 u, vec2 on_light) {
     return LightRay(offset_origin(place, normal, direction), direction, 1.0);
 }
 
+vec3 cosine_axis_triangle(Light light, vec3 direction) {
+    return dot(light.axis, direction) > 0.0 ? light.axis : -light.axis;
+}
+
 vec4 seen_triangle(Light light, vec3 origin, vec3 direction, float far) {
     vec3 a = light.position - origin, b = light.parameters.xyz - origin, c = light.more.xyz - origin;
     if (!is_within(normalize(a), normalize(b), normalize(c), direction)) return vec4(0.0);

@@ -35,6 +35,7 @@ SETTINGS: dict[str, Any] = {"width": 32, "height": 32, "photons": 20000, "passes
 CANDLE = point_light("candle", (-0.3, 0.2, 0.5), (20.0,) * 3)
 SUN = point_light("sun", (5.0, 5.0, 20.0), (1e6,) * 3)
 CEILING = area_light("ceiling", (0.0, 0.0, 4.0), (400.0,) * 3, size=(16.0, 16.0))
+HUGE = area_light("huge", (0.0, 0.0, 100.0), (2e5,) * 3, size=(400.0, 400.0))
 FAR_SPOT = spot_light(
     "far spot", (30.0, -30.0, 100.0), (4e5,) * 3, (-0.3, 0.3, -1.0), size=1.5, blend=0.2
 )
@@ -306,7 +307,7 @@ def test_a_caustic_on_a_plain(device: Device) -> None:
     assert truth.max() > 5.0 * np.median(truth)  # a caustic
 
 
-@pytest.mark.parametrize("light", [CEILING, FAR_SPOT], ids=["ceiling", "far spot"])
+@pytest.mark.parametrize("light", [CEILING, HUGE, FAR_SPOT], ids=lambda light: light.name)
 def test_light_that_seldom_lands(device: Device, light: Light) -> None:
     """Things on a floor in the open, under a lamp much larger than they are, or far from them: of a
     hundred photons less than one bounces off the floor to them. Few a pass, or many at once."""
@@ -319,3 +320,24 @@ def test_light_that_seldom_lands(device: Device, light: Light) -> None:
         with rendered(device, scene, **settings) as renderer:
             found.append(renderer.images(["Indirect"])["Indirect"].mean(dtype=float))
     assert found[0] == pytest.approx(found[1], rel=0.2)
+
+
+@pytest.mark.parametrize("backend", ["native", "compute"])
+def test_a_dome_far_away(device: Device, backend: str) -> None:
+    """Things on a floor in a dome of emitting triangles are lit as by a world of its radiance; of
+    the photons that leave it by the cosine none comes there."""
+    found = []
+    for radius in (60.0, 0.0):
+        built = Builder().quad((-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0), 0, "floor")
+        built.box((0.7, -0.3, 0.3), (1.3, 0.3, 0.9), 0, "box")
+        built.sphere((-0.8, -0.5, 0.6), 0.6, 0, "ball")
+        if radius:
+            built.sphere((0, 0, 0), radius, 1, "dome", subdivisions=3)
+        lights = [] if radius else [world_light("world", (1.0,) * 3)]
+        dome = Material("dome", (0.0, 0.0, 0.0), emission=(1.0,) * 3)
+        scene = built.scene(camera((0.5, -7, 3), (0, 0, 0.5), 30), lights, [WALL, dome])
+        settings = {"width": 64, "height": 48, "passes": 16, "photons": 30000, "backend": backend}
+        with rendered(device, scene, **settings) as renderer:
+            found.append(renderer.images(["Indirect"])["Indirect"].mean(axis=(0, 1), dtype=float))
+    assert found[0] == pytest.approx(found[1], rel=0.1)
+    assert (found[1] > 0.001).all()

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
 from .lights import LIGHT_DEFINES, LIGHT_TABLES, LIMITS
-from .records import AIM_NODE, FLUX, LIGHT_AIM, MEDIUM, RAY_DIRECTION, RAY_ORIGIN
+from .records import AIM_NODE, FLUX, LIGHT_AIM, MEDIUM, PORTAL, RAY_DIRECTION, RAY_ORIGIN
+
+BY_SHARE = ("PORTALS", "ONE_WAY", "PORTALS_BY_SHARE")
 
 
 class Generator(Kernel):
     """Emit photons of equal flux from the lights (Marino & Abbate, Generator)."""
 
     stem = "generator"
-    structure = (*LIGHT_DEFINES, "VISIBILITY", "AIMED", "ABSORPTION")
+    structure = (*LIGHT_DEFINES, "VISIBILITY", "AIMED", "ABSORPTION", *BY_SHARE)
     outputs = {
         "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,
@@ -27,4 +29,5 @@ class Generator(Kernel):
         **LIMITS,
         "light_aims": When("AIMED", Table(LIGHT_AIM)),
         "aim_nodes": When("AIMED", Table(AIM_NODE)),
+        "photon_portals": When("PORTALS_BY_SHARE", Table(PORTAL)),
     }

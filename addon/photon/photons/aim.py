@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..stage.geometry import Mesh
+from ..stage.kinds import light_kinds
 from ..stage.tables import Tables
 from .importance import Importance, importance_of, toward_box
 from .mapper import Mapper
 from .photon_portals import portals_by, sees_no_lamp
 from .portals import NO_PORTALS, portals_of
 from .starts import Starts, aimed_by, even_shares, groups_of, proposed, starts_by, variance
-from .surroundings import Surrounded, is_small, surrounded
+from .surroundings import Surrounded, boxed, is_small, surrounded
 from .view import View
 
 LEARNING_PASS = 1 << 31  # and above: numbers that no pass of a picture has
@@ -77,7 +78,7 @@ class Aiming:
         tables.set_shadow_portals(NO_PORTALS)
         tables.set_photon_portals(NO_PORTALS)
         self._seeks = sees_no_lamp(mesh, tables, eye)
-        self._is_outside = tables.distant_lights > 0
+        self._is_outside, self._misses = tables.distant_lights > 0, False
         fluxes = [tables.by_flux[group].sum() for group in groups_of(tables)]
         outshone = bool(fluxes) and max(fluxes) > OUTSHINES * min(fluxes)
         late = 1 if len(fluxes) > 1 else PASSES_OF_ONE
@@ -94,7 +95,7 @@ class Aiming:
         passes shall know; then they do."""
         missed = self._first > 0 and landed < FEW_LAND
         if missed:
-            self._first = 0
+            self._first, self._misses = 0, True
         return missed
 
     @property
@@ -135,6 +136,8 @@ class Aiming:
             self._surrounded = surrounded(self._mapper, view, self._mesh, PORTAL_PASS)
             if self._surrounded:
                 tables.set_photon_portals(self._surrounded.faces, around=True)
+        elif self._misses and _emits_by_cosine(tables):
+            tables.set_photon_portals(boxed(view).faces, around=True)
         importance = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
         starts = self._starts(importance, view)
         if self._seeks:
@@ -216,3 +219,10 @@ class Aiming:
         origin, direction = np.split(self._mapper.rays(LEARNING_PASS, 1)[0], 2)
         extent = float(-origin @ direction)
         return Starts(even_shares(self._tables), proposed(self._tables, view, extent, middle))
+
+
+def _emits_by_cosine(tables: Tables) -> bool:
+    """Whether photons of some lights leave a surface by the cosine."""
+    kinds = {kind.number for kind in light_kinds().values() if kind.emits_by_cosine}
+    emits = np.isin(tables.lights["kind"], [*kinds])
+    return bool((tables.by_flux[emits] > 0.0).any())

@@ -20,7 +20,7 @@ class Emission:
     are."""
 
     def __init__(self, device: Device, layer: Layer, tables: Tables, needs: SceneNeeds) -> None:
-        self._tables = tables
+        self._tables, self._needs = tables, needs
         defines, made = {**needs.light_defines, **needs.photon_defines}, needs.made
 
         def generator(more: Defines) -> Generator:
@@ -36,8 +36,14 @@ class Emission:
         values = {**draw, "photons": photons, "light_count": len(tables.lights)}
         if tables.aims:
             values["distant_lights"] = tables.distant_lights
-        generator = self._generators.of({"AIMED": 1} if tables.aims else {})
+        aimed: Defines = {"AIMED": 1} if tables.aims else {}
+        generator = self._generators.of({**aimed, **self._portals})
         generator.run(streams, tables.of(generator), values)
+
+    @property
+    def _portals(self) -> Defines:
+        """With the faces of a box, where some lights send photons there."""
+        return self._tables.faces_defines if self._needs.emits_by_cosine else {}
 
     def launches(self) -> dict[str, int]:
         """How often it has run."""

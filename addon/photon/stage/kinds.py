@@ -83,6 +83,11 @@ class Kind:
         return MESH in self.parameters.values()
 
     @property
+    def emits_by_cosine(self) -> bool:
+        """Whether photons of some of these lights leave a surface by the cosine."""
+        return "cosine_axis" in self.verbs
+
+    @property
     def has_image(self) -> bool:
         """Whether it refers to an image."""
         return IMAGE in self.parameters.values()

@@ -217,6 +217,11 @@ class SceneNeeds:
         }
 
     @property
+    def emits_by_cosine(self) -> bool:
+        """Whether photons of some lights leave a surface by the cosine."""
+        return any(light_kinds()[kind].emits_by_cosine for kind in self.light_kinds)
+
+    @property
     def shades_long(self) -> bool:
         """Whether the device shades photons apart from tracing them."""
         return bool(self.programs.nodes) or self.layers > 0

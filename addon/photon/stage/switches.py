@@ -113,6 +113,15 @@ LIGHT_FUNCTIONS = (
     ),
     _Function("vec4", "seen", _RAY, "return vec4(0.0);", "light.kind"),
     _Function("vec3", "flux", ("Light light",), "return vec3(0.0);", "light.kind"),
+    # About which a photon of this direction has left by the cosine; 0: by something else.
+    _Function(
+        "vec3",
+        "cosine_axis",
+        ("Light light", "vec3 direction"),
+        "return vec3(0.0);",
+        "light.kind",
+        lambda kind: kind.emits_by_cosine,
+    ),
     # That of a photon times what the light has photons, which differs where colours do.
     _Function(
         "vec3",

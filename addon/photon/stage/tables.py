@@ -226,6 +226,11 @@ class Tables:
         return PORTALS_BY_SHARE_DEFINES if self._around or covers else PORTALS_FOR_ABSORBED_DEFINES
 
     @property
+    def faces_defines(self) -> Defines:
+        """What kernels are compiled with that send photons through the faces of a box."""
+        return PORTALS_BY_SHARE_DEFINES if self._around else {}
+
+    @property
     def has_world(self) -> bool:
         """Whether there is one that lights."""
         return "portals" in self.textures
