@@ -136,18 +136,19 @@ class Aiming:
             self._surrounded = surrounded(self._mapper, view, self._mesh, PORTAL_PASS)
             if self._surrounded:
                 tables.set_photon_portals(self._surrounded.faces, around=True)
-        elif self._misses and _emits_by_cosine(tables):
+        starts = self._starts(view)
+        if self._misses and not starts.aims and _emits_by_cosine(tables):
             tables.set_photon_portals(boxed(view).faces, around=True)
-        importance = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
-        starts = self._starts(importance, view)
+            starts = self._starts(view)
         if self._seeks:
             self._use(starts)
             tables.set_photon_portals(portals_by(self._mapper, tables, view, PORTAL_PASS))
         return starts
 
-    def _starts(self, importance: Importance | None, view: View) -> Starts:
-        """By what the first photons tell, and by more where it may be worth it."""
+    def _starts(self, view: View) -> Starts:
+        """By what first photons tell, and by more where it may be worth it."""
         tables = self._tables
+        importance = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
         plain = starts = self._by_shares(importance, view) if importance else self._plain
         for at, photons in enumerate(PHOTONS, 1):
             if not self._is_unknown(importance) and not (
