@@ -33,6 +33,7 @@ from .film.strips import StripFilm, strips_of
 from .memory import Budget
 from .phases import Phases
 from .photons.aim import Aiming
+from .photons.deposits import Deposits
 from .photons.kept import Kept
 from .photons.mapper import Mapper, pilot_photons
 from .photons.photon_grid import Gathering
@@ -91,10 +92,26 @@ def photons_per_disc(photons: int) -> float:
     """How many photons of a first pass a disc shall hold.
 
     The error after n passes of P photons depends on radius and n P alone, and radii decay with
-    (n P)^(-1/6); so P photons a pass want P^(2/3) a disc, of those that land. More than 400 cost
-    more time than they save.
+    (n P)^(-1/6); so P photons a pass want P^(2/3) a disc. More than 400 cost more time than
+    they save.
     """
     return float(min(max(150.0 * (photons / 16384) ** (2 / 3), 4.0), 400.0))
+
+
+def photons_wanted(deposits: Deposits, photons: int, photons_a_pass: int) -> float:
+    """How many a disc shall hold of a pass, by the deposits of so many photons.
+
+    Where most photons leave the scene, P are those that do not. If their fluxes are unequal, noise
+    is that of n = (sum f)^2 / sum f^2 equal ones, and radii go with n^(-1/6).
+    """
+    most, landed = photons_per_disc(photons_a_pass), deposits.count
+    if landed >= photons or not landed:
+        return most
+    flux = deposits.arrays()[1][:, :3].mean(axis=1, dtype=np.float64)
+    squares = float((flux**2).sum())
+    equal = flux.sum() ** 2 / squares if squares > 0.0 else landed
+    wanted = photons_per_disc(round(landed / photons * photons_a_pass))
+    return float(min(wanted * (landed / equal) ** (1.0 / 3.0), most))
 
 
 class _Preparation:
@@ -324,8 +341,7 @@ class _Preparation:
             budget.check(landed)
         mapper.unfinished = deposits.dropped = 0
         times = photons_a_pass / photons
-        # Where most leave the scene, of those that do not.
-        wanted = photons_per_disc(round(min(landed, 1.0) * photons_a_pass)) / times
+        wanted = photons_wanted(deposits, photons, photons_a_pass) / times
         pixel, place = eye.camera.footprint()
         sides, box = grids()
         area = min(mesh.area, box)

@@ -41,7 +41,6 @@ OUTSHINES = 16.0
 # Photons of a near light that start at once by what the picture shows, where few reach that: so
 # many are looked at, of a pass.
 TOWARD, TOWARD_PASS = 1 << 18, LEARNING_PASS + 7
-FEW_TELL = 256  # of the first ones, of all lights
 # Where a pass's photons land less often than this, for they leave the scene, all passes know.
 FEW_LAND = 0.1
 # Where there is one near light it is seldom worth while: so it is asked for when that takes little
@@ -93,7 +92,8 @@ class Aiming:
     def is_missed(self, landed: float) -> bool:
         """Whether photons that start by flux alone land so seldom, each in the mean, that all
         passes shall know; then they do."""
-        missed = self._first > 0 and landed < FEW_LAND
+        shines = bool((self._tables.by_flux > 0.0).any())
+        missed = shines and self._first > 0 and landed < FEW_LAND
         if missed:
             self._first, self._misses = 0, True
         return missed
@@ -203,8 +203,9 @@ class Aiming:
         tables = self._tables
         if tables.distant_lights and self._is_unknown(importance):
             return self._from_afar(view)
-        if importance and (len(importance.mass) >= FEW_TELL or tables.distant_lights):
-            return starts_by(importance, tables, view)
+        starts = starts_by(importance, tables, view) if importance else None
+        if starts and (starts.aims or tables.distant_lights):
+            return starts
         return self._toward(view)
 
     def _toward(self, view: View) -> Starts:
