@@ -322,8 +322,9 @@ def test_light_that_seldom_lands(device: Device, light: Light) -> None:
     assert found[0] == pytest.approx(found[1], rel=0.2)
 
 
+@pytest.mark.parametrize("hidden", [False, True], ids=["no world", "a world that it hides"])
 @pytest.mark.parametrize("backend", ["native", "compute"])
-def test_a_dome_far_away(device: Device, backend: str) -> None:
+def test_a_dome_far_away(device: Device, backend: str, hidden: bool) -> None:
     """Things on a floor in a dome of emitting triangles are lit as by a world of its radiance; of
     the photons that leave it by the cosine none comes there."""
     found = []
@@ -333,7 +334,8 @@ def test_a_dome_far_away(device: Device, backend: str) -> None:
         built.sphere((-0.8, -0.5, 0.6), 0.6, 0, "ball")
         if radius:
             built.sphere((0, 0, 0), radius, 1, "dome", subdivisions=3)
-        lights = [] if radius else [world_light("world", (1.0,) * 3)]
+        world = [world_light("world", (0.01 if radius else 1.0,) * 3)]
+        lights = world if hidden or not radius else []
         dome = Material("dome", (0.0, 0.0, 0.0), emission=(1.0,) * 3)
         scene = built.scene(camera((0.5, -7, 3), (0, 0, 0.5), 30), lights, [WALL, dome])
         settings = {"width": 64, "height": 48, "passes": 16, "photons": 30000, "backend": backend}

@@ -43,6 +43,7 @@ OUTSHINES = 16.0
 TOWARD, TOWARD_PASS = 1 << 18, LEARNING_PASS + 7
 # Where a pass's photons land less often than this, for they leave the scene, all passes know.
 FEW_LAND = 0.1
+RARELY_LAND = 0.01  # from surfaces that emit half of them go to the box about what is shown
 # Where there is one near light it is seldom worth while: so it is asked for when that takes little
 # of what was rendered.
 PASSES_OF_ONE = 16
@@ -77,7 +78,8 @@ class Aiming:
         tables.set_shadow_portals(NO_PORTALS)
         tables.set_photon_portals(NO_PORTALS)
         self._seeks = sees_no_lamp(mesh, tables, eye)
-        self._is_outside, self._misses = tables.distant_lights > 0, False
+        self._is_outside = tables.distant_lights > 0
+        self._misses = self._is_rare = False
         fluxes = [tables.by_flux[group].sum() for group in groups_of(tables)]
         outshone = bool(fluxes) and max(fluxes) > OUTSHINES * min(fluxes)
         late = 1 if len(fluxes) > 1 else PASSES_OF_ONE
@@ -93,10 +95,13 @@ class Aiming:
         """Whether photons that start by flux alone land so seldom, each in the mean, that all
         passes shall know; then they do."""
         shines = bool((self._tables.by_flux > 0.0).any())
-        missed = shines and self._first > 0 and landed < FEW_LAND
-        if missed:
-            self._first, self._misses = 0, True
-        return missed
+        if not shines or self._misses or landed >= FEW_LAND:
+            return False
+        is_rare = landed < RARELY_LAND
+        if self._first == 0 and not (is_rare and _is_unled(self._tables, self._used)):
+            return False
+        self._first, self._misses, self._is_rare, self._learned = 0, True, is_rare, None
+        return True
 
     @property
     def is_aimed(self) -> bool:
@@ -137,7 +142,7 @@ class Aiming:
             if self._surrounded:
                 tables.set_photon_portals(self._surrounded.faces, around=True)
         starts = self._starts(view)
-        if self._misses and not starts.aims and _emits_by_cosine(tables):
+        if self._is_rare and _is_unled(tables, starts):
             tables.set_photon_portals(boxed(view).faces, around=True)
             starts = self._starts(view)
         if self._seeks:
@@ -223,8 +228,9 @@ class Aiming:
         return Starts(even_shares(self._tables), proposed(self._tables, view, extent, middle))
 
 
-def _emits_by_cosine(tables: Tables) -> bool:
-    """Whether photons of some lights leave a surface by the cosine."""
+def _is_unled(tables: Tables, starts: Starts) -> bool:
+    """Whether most photons leave surfaces by the cosine, from lights that none are aimed from."""
     kinds = {kind.number for kind in light_kinds().values() if kind.emits_by_cosine}
     emits = np.isin(tables.lights["kind"], [*kinds])
-    return bool((tables.by_flux[emits] > 0.0).any())
+    emits[list(starts.aims.by_light if starts.aims else ())] = False
+    return bool(tables.by_flux[emits].sum() > 0.5 * tables.by_flux.sum())
