@@ -102,10 +102,11 @@ def photons_wanted(deposits: Deposits, photons: int, photons_a_pass: int) -> flo
     """How many a disc shall hold of a pass, by the deposits of so many photons.
 
     Where most photons leave the scene, P are those that do not. If their fluxes are unequal, noise
-    is that of n = (sum f)^2 / sum f^2 equal ones, and radii go with n^(-1/6).
+    is that of n = (sum f)^2 / sum f^2 equal ones, and radii go with n^(-1/6). A device is asked
+    for them where less than half land.
     """
     most, landed = photons_per_disc(photons_a_pass), deposits.count
-    if landed >= photons or not landed:
+    if 2 * landed >= photons or not landed:
         return most
     flux = deposits.arrays()[1][:, :3].mean(axis=1, dtype=np.float64)
     squares = float((flux**2).sum())
