@@ -26,6 +26,7 @@ from .nodes.attributes import (
     PARTICLE,
     PLACED_AT,
     POINTINESS,
+    STANDARD,
     STRAND,
     TANGENT,
     UV,
@@ -37,13 +38,10 @@ from .triangles import normals_of, positions_of, read, triangles_of
 
 Numbers = NDArray[np.float64]
 # Names that Cycles keeps for attributes of its own, most of them of volumes: a mesh's is not read.
-KEPT_NAMES = frozenset(
-    {
-        "color", "density", "flame", "heat", "temperature", "velocity",
-        "generated", "uv", "pointiness", "random_per_island",
-        "motion_P", "particle", "ptex_uv", "shadow_transparency", "undisplaced",
-    }
-)  # fmt: skip
+KEPT_NAMES = {
+    "color", "density", "flame", "heat", "temperature", "velocity",
+    "motion_P", "particle", "ptex_uv", "shadow_transparency", "undisplaced", *STANDARD,
+}  # fmt: skip
 OF_INSTANCES = (OBJECT, INSTANCER, PARTICLE, PLACED_AT)  # what all of an object or instance has
 
 

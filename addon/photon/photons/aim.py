@@ -20,7 +20,7 @@ from .mapper import Mapper
 from .photon_portals import portals_by, sees_no_lamp
 from .portals import NO_PORTALS, portals_of
 from .starts import Starts, aimed_by, even_shares, groups_of, proposed, starts_by, variance
-from .surroundings import Surrounded, boxed, is_small, surrounded
+from .surroundings import Surrounded, faces_about, is_small, surrounded
 from .view import View
 
 LEARNING_PASS = 1 << 31  # and above: numbers that no pass of a picture has
@@ -143,7 +143,7 @@ class Aiming:
                 tables.set_photon_portals(self._surrounded.faces, around=True)
         starts = self._starts(view)
         if self._is_rare and _is_unled(tables, starts):
-            tables.set_photon_portals(boxed(view).faces, around=True)
+            tables.set_photon_portals(faces_about(view), around=True)
             starts = self._starts(view)
         if self._seeks:
             self._use(starts)

@@ -41,7 +41,6 @@ ROUNDS = 3  # in which faces are moved
 # What is as near to the box, over its sides, shall be inside, and as much more: who comes past the
 # faces is rare, and bright.
 BESIDE, MORE = 0.25, 0.03
-BEYOND_BOX = 0.01  # of the places, on either side of each axis, outside a box that is not sought
 THINNEST = 0.02  # of a box, over its longest side
 LEAST_GAIN = 2.0  # over the variance without
 AXES = range(3)
@@ -74,12 +73,11 @@ class Surrounded:
     share: float  # of all that is shown
 
 
-def boxed(view: View) -> Surrounded:
-    """The box about most of what is shown, whatever it gains."""
-    box = np.quantile(view.places, (BEYOND_BOX, 1.0 - BEYOND_BOX), axis=0)
+def faces_about(view: View) -> NDArray[Any]:
+    """(6,) of PORTAL, of the box about most of what is shown, whatever they gain."""
+    box = view.bounds()
     side = (box[1] - box[0]).max()
-    box += np.outer((-1.0, 1.0), np.full(3, MORE * side + LIFT))
-    return Surrounded(_faces(box), box.mean(axis=0), 1.0)
+    return _faces(box + np.outer((-1.0, 1.0), np.full(3, MORE * side + LIFT)))
 
 
 def surrounded(mapper: Mapper, view: View, mesh: Mesh, index: int) -> Surrounded | None:

@@ -44,8 +44,13 @@ class View:
         far: Doubles = np.linalg.norm(places - np.array(self.eye), axis=1)
         return far
 
+    def bounds(self) -> Doubles:
+        """(2, 3) the lowest and the highest corner of the box about most of the places."""
+        found: Doubles = np.quantile(self.places, (BEYOND, 1.0 - BEYOND), axis=0)
+        return found
+
     def box(self) -> NDArray[np.float32]:
-        """The box about most of the places, and as much again on all sides."""
-        low, high = np.quantile(self.places, (BEYOND, 1.0 - BEYOND), axis=0)
+        """That box, and as much again on all sides."""
+        low, high = self.bounds()
         margin = (high - low).max() / 2.0
         return np.array([low - margin, high + margin], np.float32)
