@@ -158,12 +158,13 @@ class _Preparation:
         with self._phases.timed("bvh"):
             device_scene = self._kept.device_scene(self._scene, backend)
             device_scene = device_scene.at(instant(settings, 0, self._scene.shutter))
-        needs = find_needs(self._scene, settings, device_scene.mesh, device_scene.tables.emitters)
-        self.warnings = _warnings(self._scene, settings, device_scene.mesh, needs)
+        tables, mesh = device_scene.tables, device_scene.mesh
+        needs = find_needs(self._scene, settings, mesh, tables.emitters, tables.asked)
+        self.warnings = _warnings(self._scene, settings, mesh, needs)
         with self._phases.timed("programs"):
             mapper = self._mapper(device_scene, needs) if needs.photons else None
             strips = strips_of(settings.frame_region, backend.strip_pixels)
-            tables, scene, size = device_scene.tables, self._scene, strips[0].size
+            scene, size = self._scene, strips[0].size
             eye = Eye(backend, tables, device_scene.frame, scene, settings, needs, size)
             self._own.append(eye.release)
             eye.prepare()

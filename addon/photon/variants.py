@@ -157,7 +157,7 @@ def _needs(
     return SceneNeeds(
         surfaces=True,
         shadow_rays=DRAWN_RAYS if drawn else 2,
-        drawn_lights=drawn,
+        drawn_rays=DRAWN_RAYS if drawn else 0,
         hidden_highlights=False,
         photons=True,
         secondary_rays=lobes > 0,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which lights a visible point's SHADOW_RAYS go to: to all there are, one each, or where DRAWN, so many by chance.
+// Which lights a visible point's SHADOW_RAYS go to: one each to those that it asks, which are all there are, or
+// where others are DRAWN some, and so many to these by chance.
 #ifdef DRAWN
 #include "lib/light_tree.glsl"
 #endif
@@ -8,7 +9,8 @@
 // How many of a point's shadow rays go to a light, in the mean.
 float rays_to(int light, vec3 position, vec3 normal) {
 #ifdef DRAWN
-    return float(SHADOW_RAYS) * probability_of(light, position, normal);
+    LightPlace place = light_place_at(light);
+    return place.place < 0.0 ? 1.0 : float(DRAWN) * probability_of(place, position, normal);
 #else
     return 1.0;
 #endif

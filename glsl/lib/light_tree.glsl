@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One of many lights, by what it may bring to a place: how far it is, and on which side of the surface and of the
 // light (Conty Estevez & Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting"). Uses the
-// tables of lights' nodes and places and the uniforms light_count and distant_lights.
+// tables of lights' nodes and places and the uniforms light_count and asked_lights.
 //
-// Node n has the children 2 n and 2 n + 1, of which the first has the larger half of its lights. The root is 1; node
-// 0 stands for all distant lights, which are no part of the tree.
+// Node n has the children 2 n and 2 n + 1, of which the first has the larger half of its lights. The root is 1. Lights
+// that every point asks are no part of the tree: the first of the places name them.
 #include "lib/light.glsl"
 
 // A light, and the probability with which it is drawn; 0: none.
@@ -36,14 +36,6 @@ float importance(LightNode node, vec3 position, vec3 normal) {
     return node.flux * incident * leaving / distance2;
 }
 
-// The probability of lights afar.
-float share_of_distant(vec3 position, vec3 normal) {
-    if (distant_lights == 0) return 0.0;
-    float distant = light_node_at(0).flux;
-    float all = distant + (distant_lights < light_count ? importance(light_node_at(1), position, normal) : 0.0);
-    return all > 0.0 ? distant / all : 0.0;
-}
-
 // The probability of a node's first child; below 0: nothing of either arrives.
 float share_of_first(int node, vec3 position, vec3 normal) {
     float first = importance(light_node_at(2 * node), position, normal);
@@ -53,19 +45,8 @@ float share_of_first(int node, vec3 position, vec3 normal) {
 
 // The light that a number u in [0, 1) draws.
 Drawn draw_light(vec3 position, vec3 normal, float u) {
-    float probability = share_of_distant(position, normal);
-    if (u < probability) {
-        float sum = 0.0;
-        for (int i = 0; i < distant_lights; i++) {
-            float share = probability * light_place_at(i).share;
-            sum += share;
-            if (u < sum || i == distant_lights - 1) return Drawn(i, share);
-        }
-    }
-    u = (u - probability) / (1.0 - probability);
-    probability = 1.0 - probability;
-    int node = 1, first = 0, count = light_count - distant_lights;
-    if (count == 0) return Drawn(0, 0.0);
+    float probability = 1.0;
+    int node = 1, first = 0, count = light_count - asked_lights;
     while (count > 1) {
         float share = share_of_first(node, position, normal);
         if (share < 0.0) return Drawn(0, 0.0);
@@ -77,16 +58,13 @@ Drawn draw_light(vec3 position, vec3 normal, float u) {
         first += is_first ? 0 : half_of_them;
         count = is_first ? half_of_them : count - half_of_them;
     }
-    return Drawn(int(light_place_at(distant_lights + first).light), probability);
+    return Drawn(int(light_place_at(asked_lights + first).light), probability);
 }
 
-// With which probability that gives a light.
-float probability_of(int light, vec3 position, vec3 normal) {
-    LightPlace place = light_place_at(light);
-    float probability = share_of_distant(position, normal);
-    if (light < distant_lights) return probability * place.share;
-    probability = 1.0 - probability;
-    int node = 1, first = 0, count = light_count - distant_lights;
+// With which probability that gives a light of the tree.
+float probability_of(LightPlace place, vec3 position, vec3 normal) {
+    float probability = 1.0;
+    int node = 1, first = 0, count = light_count - asked_lights;
     while (count > 1) {
         float share = share_of_first(node, position, normal);
         if (share < 0.0) return 0.0;

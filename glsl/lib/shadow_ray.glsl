@@ -136,14 +136,15 @@ vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light) {
 
 // Which light a point's shadow ray of this number goes to, and how many of them do in the mean.
 int light_of(VisiblePoint point, int number, out float rays) {
+    rays = 1.0;
 #ifdef DRAWN
+    if (number < asked_lights) return int(light_place_at(number).light);
     float u = even_over_passes(DIMENSION_CHOICE + uint(depth) * 0x10000u).x;
-    u = (float(number) + u) / float(SHADOW_RAYS);
+    u = (float(number - asked_lights) + u) / float(DRAWN);
     Drawn drawn = draw_light(point.place.position, point.facing.normal, u);
-    rays = float(SHADOW_RAYS) * drawn.probability;
+    rays = float(DRAWN) * drawn.probability;
     return drawn.light;
 #else
-    rays = 1.0;
     return number;
 #endif
 }

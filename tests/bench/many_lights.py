@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.photon.scene import BLACK, Material, Scene, point_light
-from addon.photon.stage import light_tables, light_tree, needs
+from addon.photon.stage import light_tables, light_tree, tables
+from addon.photon.stage.light_tree import AskedLights
 from addon.streams import Device
 from tests.measure import rendered
 from tests.physics.test_many_lights import by_power_alone
@@ -58,12 +59,13 @@ def measured(
     device: Device, scene: Scene, rays: int, passes: int, by_power: bool = False, seed: int = 1
 ) -> tuple[NDArray[Any], float]:
     """Direct light, and seconds a pass; `rays`: 0 for all lights."""
-    most = 0 if rays else 1 << 20
     choice = by_power_alone if by_power else light_tree.light_tree
+
+    def asked(flux: NDArray[Any], _: int) -> AskedLights:
+        return AskedLights(np.arange(0 if rays else len(flux)), rays)
+
     with (
-        patch.object(light_tables, "MOST_ASKED", most),
-        patch.object(needs, "MOST_ASKED", most),
-        patch.object(needs, "DRAWN_RAYS", rays),
+        patch.object(tables, "asked_lights", asked),
         patch.object(light_tables, "light_tree", choice),
         rendered(device, scene, width=SIZE, height=SIZE, photons=0, seed=seed) as renderer,
     ):

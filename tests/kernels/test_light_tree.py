@@ -18,13 +18,21 @@ from addon.photon.stage.emissive import emissive_triangles, triangle_lights
 from addon.photon.stage.geometry import Frame, Mesh
 from addon.photon.stage.light_tables import (
     choose_lights,
+    count_distant,
     flux_of,
     joined,
     kinds_of,
     light_table,
     tree_of,
 )
-from addon.photon.stage.light_tree import Bounds, light_tree
+from addon.photon.stage.light_tree import (
+    DRAWN_RAYS,
+    LEAST_DRAWN,
+    MOST_ASKED,
+    Bounds,
+    asked_lights,
+    light_tree,
+)
 from addon.photon.stage.switches import made_lights
 from addon.streams import Table, Uniform
 from tests.kernels.conftest import Bench
@@ -39,7 +47,7 @@ PROBE = declare(
     "probe_light_tree",
     {"first": VALUE, "second": VALUE},
     inputs={"a": VALUE, "b": VALUE},
-    uniforms={"light_count": Uniform("int"), "distant_lights": Uniform("int")},
+    uniforms={"light_count": Uniform("int"), "asked_lights": Uniform("int")},
     tables={
         "lights": Table(LIGHT),
         "light_nodes": Table(LIGHT_NODE),
@@ -91,7 +99,6 @@ TABLES = {
         light_table(lamps(64, 3), HERE),
         triangles(4),
     ),
-    "world": lambda: light_table((world_light("a", (0.1,) * 3),), HERE, EXTENT),
     "one": lambda: light_table(lamps(1, 5), HERE),
     "two": lambda: light_table(lamps(2, 6), HERE),
 }
@@ -106,8 +113,8 @@ class Asked:
         flux = flux_of(device, layer, lights, {})
         choose_lights(lights, flux)
         self.flux = flux.mean(axis=1)
-        self.nodes, self.places = tree_of(device, layer, lights, EXTENT, {})
-        self.distant = int((self.places["share"] > 0).sum())
+        self.asked = np.arange(count_distant(lights))
+        self.nodes, self.places = tree_of(device, layer, lights, self.asked, {})
 
     def __call__(self, ask: int, place: Any, normal: Any, numbers: Any) -> NDArray[Any]:
         return self.both(ask, place, normal, numbers)[0]
@@ -120,7 +127,7 @@ class Asked:
         found = self.bench.run(
             PROBE,
             {"a": a, "b": b},
-            {"light_count": len(self.lights), "distant_lights": self.distant},
+            {"light_count": len(self.lights), "asked_lights": len(self.asked)},
             {"lights": self.lights, "light_nodes": self.nodes, "light_places": self.places},
             defines={"ASK": ask},
             made=made_lights(kinds_of(self.lights)),
@@ -134,7 +141,8 @@ def test_draws_have_their_probabilities(one_bench: Bench, name: str, at: int) ->
     asked = Asked(one_bench, TABLES[name]())
     count = len(asked.lights)
     place, normal = PLACES[at], NORMALS[at]
-    probabilities = asked(PROBABILITY, place, normal, np.arange(count))[:, 0]
+    probabilities, places = asked(PROBABILITY, place, normal, np.arange(count))[:, :2].T
+    assert np.array_equal(np.flatnonzero(places < 0), asked.asked)
     # Whole, but for what is lost where a node may bring something and no light in it does.
     u = (np.arange(COUNT) + 0.5) / COUNT
     drawn = asked(DRAW, place, normal, u)
@@ -154,7 +162,7 @@ def test_no_light_that_could_arrive_is_forgotten(one_bench: Bench, name: str) ->
     """Wherever a photon of a light arrives, it may be drawn."""
     asked = Asked(one_bench, TABLES[name]())
     rng = np.random.default_rng(7)
-    number = np.repeat(np.arange(asked.distant, len(asked.lights)), 64)
+    number = np.repeat(np.arange(len(asked.asked), len(asked.lights)), 64)
     both = rng.random((2, len(number), 3)).astype(np.float32)
     origin, direction = asked.both(EMIT, both[0], both[1], number)
     place = origin[:, :3] + direction[:, :3] * rng.uniform(0.01, 2.0, (len(number), 1))
@@ -173,6 +181,27 @@ def test_what_is_dark_widens_nothing() -> None:
     flux = np.where(np.arange(len(places)) < 2, 1.0, 0.0)
     axes, ones = np.tile((0.0, 0.0, 1.0), (len(places), 1)), np.ones(len(places))
     bounds = Bounds(places, places, axes, -ones, 0.0 * ones, flux)
-    root = light_tree(bounds, np.zeros(0), EXTENT)[0][1]
+    root = light_tree(bounds, np.zeros(0, int))[0][1]
     assert np.array_equal(root["low"], [0, 0, 0]) and np.array_equal(root["high"], [1, 1, 0])
     assert root["flux"] == 2.0
+
+
+@pytest.mark.parametrize(
+    ("flux", "distant", "asked", "drawn"),
+    [
+        (np.ones(MOST_ASKED), 0, range(MOST_ASKED), 0),
+        (np.ones(MOST_ASKED + 1), 0, (), DRAWN_RAYS),
+        # A strong lamp: of the many weak ones beside it few are drawn, and of few none.
+        (np.array([30.0, *[0.01] * 40]), 0, [0], LEAST_DRAWN),
+        (np.array([30.0, *[0.01] * 16]), 0, range(17), 0),
+        # Half of the light comes from many.
+        (np.array([50.0, *[1.0] * 50]), 0, [0], DRAWN_RAYS // 2),
+        # A sun says nothing of lamps in a room; a lamp that lights nothing is not asked.
+        (np.array([1e6, *[1.0] * 40]), 1, range(41), 0),
+        (np.array([1e6, 0.0, *[1.0] * 65]), 1, [0], DRAWN_RAYS),
+        (np.zeros(3), 1, range(3), 0),
+    ],
+)
+def test_weak_lights_are_drawn(flux: Any, distant: int, asked: Any, drawn: int) -> None:
+    found = asked_lights(flux, distant)
+    assert (found.lights.tolist(), found.drawn) == (list(asked), drawn)

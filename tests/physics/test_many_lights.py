@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -69,6 +70,17 @@ def test_a_thousand_bulbs(device: Device, monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(light_tables, "light_tree", by_power_alone)
     by_power = error()
     assert by_tree < 0.05 and 2.5 * by_tree < by_power, (by_tree, by_power)
+
+
+def test_a_strong_bulb_beside_weak_ones(device: Device) -> None:
+    """It is asked by every point, and few rays go to the others: as much light of either."""
+    weak = [replace(light, power=(light.power[0] * 1e-3,) * 3) for light in bulbs()]
+    strong = point_light("strong", (0.3, 0.2, 0.4), (20.0,) * 3)
+    alone = render(device, plate([strong]), **SETTINGS)["Direct"][..., 0]
+    both = render(device, plate([*weak, strong]), **SETTINGS)["Direct"][..., 0]
+    more, truth = both - alone, expected(weak)
+    assert more.mean() == pytest.approx(truth.mean(), rel=0.01)
+    assert np.abs(more / truth - 1).mean() < 0.1
 
 
 def test_with_a_sky(device: Device) -> None:

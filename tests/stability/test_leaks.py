@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import statistics
 import subprocess
 import sys
 import threading
@@ -110,5 +111,6 @@ def test_renders_of_one_renderer_process(measured: Measured, thorough: bool) -> 
     print([round(x / 1e6) for x in resident], handles, ours, pids)
     more = abs(ours[-1] - ours[WARM]) + abs(handles[-1] - handles[WARM])
     assert measured(f"files and threads more after {renders * rounds}", more) == 0
-    growth = (resident[-1] - resident[WARM]) / 1e6
+    # What the cancelled render leaves is given back a little later: now and then it is seen.
+    growth = (statistics.median(resident[-5:]) - resident[WARM]) / 1e6
     assert measured("renderer's memory more, in MB", growth) <= MOST_GROWTH / 1e6

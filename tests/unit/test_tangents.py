@@ -22,6 +22,7 @@ from addon.photon.scene.snapshot import pack, same, unpack
 from addon.photon.settings import Settings
 from addon.photon.stage.find_needs import find_needs
 from addon.photon.stage.geometry import Mesh, frame_of
+from addon.photon.stage.light_tree import AskedLights
 from addon.photon.stage.needs import SceneNeeds
 from addon.streams import Device
 from tests.scenes import UNIT_INTENSITY, cornell
@@ -178,7 +179,9 @@ def test_no_tangent(device: Device, bad: float) -> None:
 
 
 def needs_of(scene: Scene) -> SceneNeeds:
-    return find_needs(scene, Settings(), Mesh.build(scene, frame_of(scene)), scene.emitters)
+    mesh = Mesh.build(scene, frame_of(scene))
+    asked = AskedLights(np.arange(len(scene.emitters)))
+    return find_needs(scene, Settings(), mesh, scene.emitters, asked)
 
 
 def test_only_where_a_lobe_is_anisotropic(device: Device) -> None:

@@ -129,6 +129,7 @@ def test_what_reads_no_texture_is_compiled_without(device: Device) -> None:
     for scene, expected in ((reading(0), True), (with_textures(Texture("one", SOME)), False)):
         kept = Kept(device)
         device_scene = kept.device_scene(scene, backend_of(settings, device))
-        needs = find_needs(scene, settings, device_scene.mesh, device_scene.tables.emitters)
+        tables = device_scene.tables
+        needs = find_needs(scene, settings, device_scene.mesh, tables.emitters, tables.asked)
         assert ("TEXTURES" in needs.eye_defines) is expected
         kept.release()

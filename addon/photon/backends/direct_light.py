@@ -86,14 +86,9 @@ class TracedDirectLight:
         """`tracer`: finds any hit, or where surfaces are transparent the first one; `size`: of the
         streams of most points."""
         self._device, self._illuminance = device, needs.illuminance
-        self._rays, self._transparent_depth = needs.shadow_rays, needs.transparent_depth
-        asked = {light_kinds()[kind].number: needs.asking(kind) for kind in needs.light_kinds}
-        if needs.drawn_lights:
-            asked = {_ANY_KIND: needs}
-        self._aims = {
-            kind: ShadowRays(device, layer, own.direct_defines, made=own.made)
-            for kind, own in asked.items()
-        }
+        self._transparent_depth = needs.transparent_depth
+        self._layer, self._needs = layer, needs
+        self._aims: dict[int, ShadowRays] = {}  # by kind
         self._tracer = tracer
         self._through: ShadowThrough | None = None
         if needs.transparent:
@@ -109,8 +104,8 @@ class TracedDirectLight:
         size = streams["place"].size
         own = self._of_size(size, False).streams
         sums = {name: np.zeros((size[0] * size[1], 4), np.float32) for name in totals}
-        for kind, number in self._asked(tables.lights):
-            launch(self._aims[kind], {**streams, **own}, tables, uniforms | {"number": number})
+        for kind, number in self._asked(tables):
+            launch(self._aim(kind), {**streams, **own}, tables, uniforms | {"number": number})
             brought = {name: own[_BROUGHT[name]].elements() for name in totals}
             hits = self._trace(own, "shadow")
             if self._through:
@@ -123,13 +118,27 @@ class TracedDirectLight:
             total.back.upload(sums[name].reshape(size[1], size[0], 4))
             total.swap()
 
-    def _asked(self, lights: NDArray[Any]) -> list[tuple[int, int]]:
-        """The rays of a point: by which program each is aimed, and its number."""
-        if _ANY_KIND in self._aims:
-            return [(_ANY_KIND, number) for number in range(self._rays)]
+    def _asked(self, tables: Tables) -> list[tuple[int, int]]:
+        """The rays of a point: by which program each is aimed, and its number, which of a ray to a
+        light that is asked is the light's."""
+        lights, asked = tables.lights, tables.asked.lights
         light_surfaces = FOUND_BITS["diffuse"] | FOUND_BITS["glossy"]
-        asked = np.flatnonzero(lights["found_by"].astype(int) & light_surfaces)
-        return [(int(lights["kind"][number]), int(number)) for number in asked]
+        asked = asked[lights["found_by"][asked].astype(int) & light_surfaces > 0]
+        rays = [(int(lights["kind"][number]), int(number)) for number in asked]
+        first = len(tables.asked.lights)
+        return [*rays, *((_ANY_KIND, first + i) for i in range(self._needs.drawn_rays))]
+
+    def _aim(self, kind: int) -> ShadowRays:
+        """The program that aims rays to lights of a kind."""
+        if kind not in self._aims:
+            needs = self._needs
+            if kind != _ANY_KIND:
+                needs = needs.asking(
+                    next(x for x in light_kinds() if light_kinds()[x].number == kind)
+                )
+            made = ShadowRays(self._device, self._layer, needs.direct_defines, made=needs.made)
+            self._aims[kind] = made
+        return self._aims[kind]
 
     def _of_size(self, size: Size, go_on: bool) -> _Rays:
         key = size, go_on

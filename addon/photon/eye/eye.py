@@ -265,7 +265,7 @@ class Eye:
             "transparent_depth": self._needs.transparent_depth,
             "light_count": len(self._tables.lights),
             "seen_lights": self._tables.seen_lights,
-            "distant_lights": self._tables.distant_lights,
+            "asked_lights": len(self._tables.asked.lights),
             "lamps": len(self._tables.emitters),
             "frame_size": (self._settings.width, self._settings.height),
             **self.footprint,

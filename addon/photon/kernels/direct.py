@@ -52,7 +52,7 @@ _UNIFORMS = {
     "depth": Uniform("int"),
     "chain_depth": When("WEIGHED", Uniform("int")),
     "light_count": Uniform("int"),
-    "distant_lights": When("DRAWN", Uniform("int")),
+    "asked_lights": When("DRAWN", Uniform("int")),
     "frame_size": Uniform("ivec2"),
 }
 

@@ -36,7 +36,7 @@ class Emitted(Kernel):
         "depth": Uniform("int"),
         "seen_lights": Uniform("int"),
         "light_count": Uniform("int"),
-        "distant_lights": When("DRAWN", Uniform("int")),
+        "asked_lights": When("DRAWN", Uniform("int")),
         "lamps": When("EMISSIVE", Uniform("int")),
     }
     tables = {

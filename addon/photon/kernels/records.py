@@ -261,9 +261,9 @@ LIGHT_NODE = Record(
         "reach": "float",
     },
 )
-# A light's place in the order of the tree; which light is at this place; of a distant light, its
-# share of all of them.
-LIGHT_PLACE = Record("LightPlace", {"place": "float", "light": "float", "share": "float"})
+# A light's place in the order of the tree, -1: every point asks it; and which light is at this
+# place: those that are asked, then the tree's.
+LIGHT_PLACE = Record("LightPlace", {"place": "float", "light": "float"})
 
 # A side's grid in the table of radii (lib/radius.glsl), whose later texels hold the nodes' radii.
 RADIUS_GRID = Record(

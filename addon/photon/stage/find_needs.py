@@ -15,23 +15,27 @@ from .gathered import can_gather, send_rays
 from .geometry import Mesh
 from .kinds import light_kinds, lobe_kinds
 from .layers import count_layered, has_tint
-from .light_tree import DRAWN_RAYS, MOST_ASKED
+from .light_tree import AskedLights
 from .limits import casts_caustics, is_limited, lacking_caustics
 from .needs import MOST_LOBES, SceneNeeds
 from .programs import ProgramNeeds, of_emission, of_transmittance
 
 
 def find_needs(
-    scene: Scene, settings: Settings, mesh: Mesh, emitting: tuple[Light, ...]
+    scene: Scene,
+    settings: Settings,
+    mesh: Mesh,
+    emitting: tuple[Light, ...],
+    asked_lights: AskedLights,
 ) -> SceneNeeds:
-    """Look at the lamps that emit, and at the materials of the triangles that were kept."""
+    """Look at the lamps that emit, at the lights that visible points ask, and at the materials of
+    the triangles that were kept."""
     materials = _used(scene, mesh)
     diffuse = any(material.is_diffuse for material in materials)
     lobes = [[lobe.kind for lobe in m.lobes if lobe.reflects] for m in materials]
     kinds = {kind for of_one in lobes for kind in of_one}
     broad = any(not lobe_kinds()[kind].is_delta for kind in kinds)
-    triangles = len(emissive_triangles(scene, mesh))
-    emissive, lights = triangles > 0, len(emitting) + triangles
+    emissive = len(emissive_triangles(scene, mesh)) > 0
     lighting = emissive or any(light.lights_surfaces for light in emitting)
     asked = lighting and (diffuse or broad) and not settings.direct_by_photons
     gathered = lighting and can_gather(scene, settings, materials)
@@ -42,12 +46,11 @@ def find_needs(
     met = [light for light in emitting if light_kinds()[light.kind].is_met(light.parameters)]
     by_chains = chains and (emissive or any("chains" in light.found_by for light in met))
     of_mesh = frozenset({TRIANGLE} if emissive else ())
-    drawn = lights > MOST_ASKED
     photons = lighting and (diffuse or gathered) and settings.photons_a_pass > 0
     return SceneNeeds(
         surfaces=len(mesh.triangles) > 0,
-        shadow_rays=(DRAWN_RAYS if drawn else lights) if asked else 0,
-        drawn_lights=drawn,
+        shadow_rays=asked_lights.rays if asked else 0,
+        drawn_rays=asked_lights.drawn,
         hidden_highlights=lighting and broad and settings.direct_by_photons,
         photons=photons,
         caustics=photons and settings.caustics and any(map(casts_caustics, kinds)),

@@ -22,7 +22,7 @@ from .emissive import triangle_lights
 from .environments import Place
 from .geometry import Frame, Mesh
 from .kinds import WATTS, light_kinds, order
-from .light_tree import MOST_ASKED, Bounds, light_tree
+from .light_tree import AskedLights, Bounds, light_tree
 from .profiles import mean_of
 from .switches import light_defines, made_lights
 from .upload import Textures, texels_of, upload_table
@@ -133,17 +133,15 @@ def flux_of(
 
 
 def tree_of(
-    device: Device, layer: Layer, lights: NDArray[Any], extent: float, more: Textures
+    device: Device, layer: Layer, lights: NDArray[Any], asked: NDArray[np.int64], more: Textures
 ) -> tuple[Any, Any]:
-    """The tree of a table's lights, of which the distant ones are the first, and their places in
-    it; see light_tree."""
+    """The tree of a table's lights but those that are asked, and their places; see light_tree."""
     flux = flux_of(device, layer, lights, more).mean(axis=1).astype(np.float64)
     flux[lights["chosen"] == 0.0] = 0.0  # it lights nothing
     found = _of_each(BoundsOfLights, device, layer, lights, more)
     low, high, axis = (of_one.astype(np.float64) for of_one in found)
     bounds = Bounds(low[:, :3], high[:, :3], axis[:, :3], low[:, 3], high[:, 3], flux)
-    first = count_distant(lights)
-    return light_tree(bounds.at(np.s_[first:]), flux[:first], extent)
+    return light_tree(bounds, asked)
 
 
 def joined(*tables: NDArray[Any]) -> NDArray[Any]:
@@ -219,10 +217,10 @@ def lights_of(
 
 
 def light_trees(
-    device: Device, layer: Layer, lights: NDArray[Any], mesh: Mesh, more: Textures
+    device: Device, layer: Layer, lights: NDArray[Any], asked: AskedLights, more: Textures
 ) -> dict[str, NDArray[Any]]:
-    """The tables of a tree of lights, where there are enough for one."""
-    if len(lights) <= MOST_ASKED:
+    """The tables of a tree of lights, where some are drawn by one."""
+    if not asked.drawn:
         return {}
-    nodes, places = tree_of(device, layer, lights, float(np.linalg.norm(mesh.extent)), more)
+    nodes, places = tree_of(device, layer, lights, asked.lights, more)
     return {"light_nodes": nodes, "light_places": places}

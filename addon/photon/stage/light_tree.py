@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A tree of lights, by which a place draws those that may bring it the most (light_tree.glsl)."""
+"""Which lights a visible point asks, and a tree of all others, by which it draws those that may
+bring it the most (light_tree.glsl)."""
 
 from __future__ import annotations
 
@@ -14,10 +15,41 @@ from ..kernels.records import LIGHT_NODE, LIGHT_PLACE
 # Lights that every visible point asks; where there are more, it draws so many of them by the tree.
 MOST_ASKED = 64
 DRAWN_RAYS = 32
+# Where others are stronger, both are less by as much as these have of the light of all that are not
+# distant; but no fewer rays than so many are drawn, nor from fewer than twice as many lights.
+LEAST_DRAWN = 8
+STRONG = 1 / 16  # as much of that light has one that is asked beside those that are drawn
+ASKED = -1.0  # as a place in the tree
 BOTH_SIDES = 2.0  # a reach, as in light.glsl
 ROUNDING = 1e-5  # of cosines: a node must not lose what a light in it has
 
 Doubles = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AskedLights:
+    """Where a visible point's shadow rays go."""
+
+    lights: NDArray[np.int64]  # (A,) their numbers; one ray goes to each
+    drawn: int = 0  # rays to others, each to one by the tree
+
+    @property
+    def rays(self) -> int:
+        """A point's, in all."""
+        return len(self.lights) + self.drawn
+
+
+def asked_lights(flux: Doubles, distant: int) -> AskedLights:
+    """Those of lights of these fluxes (L,), in any unit, of which so many first ones are distant.
+    All of them, but where many have little."""
+    local = flux.copy()
+    local[:distant] = 0.0
+    weak = (local > 0.0) & (local < STRONG * local.sum())
+    share = float(local[weak].sum() / local.sum()) if weak.any() else 0.0
+    if weak.sum() <= max(MOST_ASKED * share, 2 * LEAST_DRAWN):
+        return AskedLights(np.arange(len(flux)))
+    asked = np.flatnonzero((flux > 0.0) & ~weak)
+    return AskedLights(asked, max(round(DRAWN_RAYS * share), LEAST_DRAWN))
 
 
 @dataclass(frozen=True)
@@ -36,20 +68,17 @@ class Bounds:
         return Bounds(*(values[places] for values in vars(self).values()))
 
 
-def light_tree(lights: Bounds, distant: Doubles, extent: float) -> tuple[Any, Any]:
-    """LIGHT_NODEs and (L,) of LIGHT_PLACE, for lights of which the first ones are distant, of these
-    fluxes; `extent`: how far away they count as."""
+def light_tree(all_lights: Bounds, asked: NDArray[np.int64]) -> tuple[Any, Any]:
+    """LIGHT_NODEs of lights but those that are asked, and (L,) of LIGHT_PLACE of all."""
+    others = np.setdiff1d(np.arange(len(all_lights.flux)), asked)
+    lights = all_lights.at(others)
     order = in_order((lights.low + lights.high) / 2)
-    count, first = len(order), len(distant)
-    places = LIGHT_PLACE.zeros(first + count)
-    places["place"][first + order] = np.arange(count)
-    places["light"][first:] = first + order
-    all_distant = float(distant.sum())
-    if all_distant > 0.0:
-        places["share"][:first] = distant / all_distant
+    count = len(order)
+    places = LIGHT_PLACE.zeros(len(asked) + count)
+    places["place"][asked], places["place"][others[order]] = ASKED, np.arange(count)
+    places["light"] = np.concatenate([asked, others[order]])
     levels = _levels(count)
     nodes = LIGHT_NODE.zeros(max(1 << len(levels), 2))
-    nodes["flux"][0] = all_distant / extent**2 if extent > 0.0 else 0.0
     below: Bounds | None = None
     for level, (begin, size) in reversed([*enumerate(levels)]):
         leaves = lights.at(order[np.minimum(begin, count - 1)])

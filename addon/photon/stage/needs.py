@@ -42,7 +42,7 @@ class SceneNeeds:
 
     surfaces: bool  # there are triangles to see
     shadow_rays: int  # of a visible point; none if photons carry the direct light
-    drawn_lights: bool  # there are more lights than these, so they are drawn
+    drawn_rays: int  # those of them that go to lights by chance
     hidden_highlights: bool  # photons carry the direct light, and lobes would have reflected it
     photons: bool  # light can reach a diffuse surface by a path that photons stand for
     secondary_rays: bool  # a surface sends some
@@ -149,7 +149,9 @@ class SceneNeeds:
     def direct_defines(self) -> Defines:
         """What kernels of shadow rays are compiled with: no lamp is seen in delta lobes."""
         broad = any(not lobe_kinds()[kind].is_delta for kind in self.lobe_kinds)
-        defines = {"SHADOW_RAYS": self.shadow_rays} | ({"DRAWN": 1} if self.drawn_lights else {})
+        defines = {"SHADOW_RAYS": self.shadow_rays} | (
+            {"DRAWN": self.drawn_rays} if self.drawn_rays else {}
+        )
         defines |= {"PORTALS": MOST_PORTALS} if self.portals else {}
         defines |= {"SMOOTH": 1} if self.smooth or self.programs.normals else {}
         if any(lobe_kinds()[kind].is_two_sided for kind in self.lobe_kinds):
@@ -161,9 +163,9 @@ class SceneNeeds:
         return {**defines, **self.light_defines, **of_lobes, **shadow, **self.filter_defines}
 
     def asking(self, kind: str) -> SceneNeeds:
-        """What shadow rays need that go to lights of one kind alone."""
+        """What shadow rays need that go to lights of one kind alone, which are asked."""
         portals = self.portals and light_kinds()[kind].is_world
-        return replace(self, light_kinds=frozenset({kind}), portals=portals)
+        return replace(self, light_kinds=frozenset({kind}), portals=portals, drawn_rays=0)
 
     @cached_property
     def light_defines(self) -> Defines:

@@ -20,6 +20,7 @@ from .environments import Place, environment_table
 from .geometry import Frame, Mesh
 from .kinds import light_kinds
 from .light_tables import count_distant, is_seen, light_trees, lights_of, set_shares
+from .light_tree import AskedLights, asked_lights
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
 from .needs import FACES, MOST_PORTALS, PORTALS_BY_SHARE_DEFINES, PORTALS_FOR_ABSORBED_DEFINES
@@ -76,14 +77,15 @@ class Tables:
         mesh: Mesh,
         emitters: tuple[Light, ...],
         lights: NDArray[Any],
+        asked: AskedLights,
         places: tuple[Place, ...] = (),
     ) -> None:
         """`mesh`: whose triangles they hold; `emitters`: the lamps that emit; `lights`: of LIGHT,
-        theirs and those of triangles, as the texture of that name holds them; `places`: of the
-        scene's images."""
+        theirs and those of triangles, as the texture of that name holds them; `asked`: those that
+        visible points ask; `places`: of the scene's images."""
         self._device, self.textures, self._places = device, textures, places
         self._mesh = mesh
-        self.emitters, self.lights = emitters, lights
+        self.emitters, self.lights, self.asked = emitters, lights, asked
         self.by_flux = lights["chosen"].astype(np.float64)  # as the scene has them
         self._flux_now = self._shares = self.by_flux
 
@@ -118,7 +120,9 @@ class Tables:
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         emission = mean_emission(device, layer, mesh, scene, textures)
         emitters, lights = lights_of(device, layer, scene, frame, mesh, emission, places, more)
-        tables = {"lights": lights, **light_trees(device, layer, lights, mesh, more)}
+        flux = lights["chosen"].astype(np.float64)
+        asked = asked_lights(flux, count_distant(lights) if emitters else 0)
+        tables = {"lights": lights, **light_trees(device, layer, lights, asked, more)}
         if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
             tables["light_limits"] = limit_table(emitters, len(lights))
@@ -128,7 +132,7 @@ class Tables:
             tables["profiles"] = profile_table(emitters)
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         textures |= more
-        made = Tables(device, textures, mesh, emitters, lights, places)
+        made = Tables(device, textures, mesh, emitters, lights, asked, places)
         made.transparent = _transparent(scene, mesh)
         return made
 
@@ -181,7 +185,10 @@ class Tables:
         _, self.lights = lights_of(device, layer, scene, frame, mesh, emission, places, more)
         self._flux_now = self.lights["chosen"].astype(np.float64)
         set_shares(self.lights, self._shares_now())
-        tables = {"lights": self.lights, **light_trees(device, layer, self.lights, mesh, more)}
+        tables = {
+            "lights": self.lights,
+            **light_trees(device, layer, self.lights, self.asked, more),
+        }
         for name, table in tables.items():
             self._renew(name, texels_of(table))
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // By ASK: 0 the light that a number draws at a place, and with which probability it is drawn; 1 the probability of a
-// light at a place, 2 what a light emits by four numbers.
+// light of the tree at a place, and which place in the tree it has; 2 what a light emits by four numbers.
 #include "lib/light_tree.glsl"
 
 void kernel() {
@@ -11,7 +11,9 @@ void kernel() {
     store_first(Value(vec4(float(drawn.light), drawn.probability, 1.0, 1.0)));
     store_second(Value(vec4(0.0, 0.0, 0.0, 1.0)));
 #elif ASK == 1
-    store_first(Value(vec4(probability_of(int(a.w), a.xyz, normal), 1.0, 1.0, 1.0)));
+    LightPlace place = light_place_at(int(a.w));
+    float probability = place.place < 0.0 ? 0.0 : probability_of(place, a.xyz, normal);
+    store_first(Value(vec4(probability, place.place, 1.0, 1.0)));
     store_second(Value(vec4(0.0, 0.0, 0.0, 1.0)));
 #else
     LightRay emitted = emit_light(light_at(int(a.w)), a.xy, normal.xy);
