@@ -55,7 +55,7 @@ def link(light: Any, texture: Any, kind: str, output: str) -> None:
     ("lamp", "kind", "output"),
     [
         ("SPOT", "", ""),  # of images the UV
-        ("POINT", "ShaderNodeTexCoord", "Normal"),
+        pytest.param("POINT", "ShaderNodeTexCoord", "Normal", marks=pytest.mark.thorough),
         pytest.param("POINT", "ShaderNodeTexCoord", "UV", marks=pytest.mark.thorough),
         pytest.param("SPOT", "ShaderNodeNewGeometry", "Incoming", marks=pytest.mark.thorough),
         pytest.param("SPOT", "ShaderNodeTexCoord", "Normal", marks=pytest.mark.thorough),

@@ -30,7 +30,7 @@ from .make_room_references import FILE, ROOMS, SIZE
 LOW, HIGH = 0.7, 1.5  # estimated over true
 # By the strict measure small rooms of few photons have dark places where too little is told.
 LOW_IN_ROOMS = 0.4
-EVERY = 3  # of the rooms, where time is short
+EVERY = 5  # of the rooms, where time is short
 PASSES = (8, 16, 64)
 SEEDS = (1, 2)
 MORE_SEEDS = (3, 4, 5, 6)  # up to MORE_PASSES

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! No ray slips out of a closed mesh, and hits agree with float64.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use photon_stream_native::{brute_force, trace::Tree};
 
 const SCALES: [f64; 5] = [1e-4, 1e-2, 1.0, 1e3, 1e6];

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! The sort equals a naive stable sort.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use photon_stream_native::photons::{Grid, sort};
 
 fn naive(positions: &[f32], stride: usize, grid: &Grid) -> (Vec<u32>, Vec<u32>) {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! The tree is valid, shallow, and the same every time, whatever it is built of.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use photon_stream_native::bvh::{self, MAX_DEPTH};
 use photon_stream_native::trace::Tree;
 

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! A refitted tree has the boxes and the hits of its triangles, wherever they went, or there is none.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use photon_stream_native::bvh::{self, Bvh};
 use photon_stream_native::refit::{Refitted, refit};
 use photon_stream_native::trace::Tree;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Meshes, random numbers and shorthands that the tests share.
-#![allow(dead_code)] // Each test program uses a part of it.
 
 use photon_stream_native::bvh::{self, Bvh};
 use photon_stream_native::trace::{Rays, Tree};
