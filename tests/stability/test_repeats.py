@@ -28,8 +28,8 @@ def test_same_seed(device: Device, measured: Measured, thorough: bool, backend: 
 
 @pytest.mark.stability(46)
 def test_many_seeds(device: Device, measured: Measured, thorough: bool) -> None:
-    """24 or 64 seeds: normal about the truth, and their spread falls with the root of passes."""
-    counts, truth, seeds = (1, 2, 4, 8), 0.5 / np.pi, 64 if thorough else 24
+    """32 or 64 seeds: normal about the truth, and their spread falls with the root of passes."""
+    counts, truth, seeds = (1, 2, 4, 8), 0.5 / np.pi, 64 if thorough else 32
     pixels = np.zeros((seeds, len(counts), 4, 4))
     settings = {"photons": 2000, "radius": 0.3, "filter": "constant", "boundary_correction": False}
     for seed in range(seeds):
