@@ -39,6 +39,14 @@ def write(root: Path, path: str, text: str) -> None:
     (root / path).write_text(text, encoding="utf-8")
 
 
+class _AtOnce(Kernel):
+    """Linked when it is made, also where a driver's threads would have time for it."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._program.program  # asks for it
+
+
 def declare(stem: str, outputs: Mapping[str, Record], **declaration: Any) -> type[Kernel]:
     """A kernel class named Probe."""
-    return type("Probe", (Kernel,), {"stem": stem, "outputs": outputs, **declaration})
+    return type("Probe", (_AtOnce,), {"stem": stem, "outputs": outputs, **declaration})
