@@ -98,6 +98,9 @@ void kernel() {
 #else
     Diffuse diffuse = bare_diffuse(material.albedo);
 #endif
+#ifndef EYE
+    diffuse = with_photons(diffuse, (surface.flags & PHOTONS_LAND) != 0);
+#endif
 #ifdef NORMALS
     if (is_given(material.base_from) && gathers(diffuse)) diffuse = with_base(diffuse, base, surface.shading);
 #endif

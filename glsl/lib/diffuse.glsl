@@ -21,6 +21,10 @@ float let_through_by(Diffuse holdout) { return IS_HOLDOUT - holdout.flags; }
 // The same point, where other lobes gather photons.
 Diffuse with_photons(Diffuse diffuse) { return Diffuse(diffuse.albedo, max(diffuse.flags, GATHERS)); }
 
+// The same for photons: they land by the whole material, as coverage counts its triangles, also where a texture
+// leaves nothing of its albedo.
+Diffuse with_photons(Diffuse diffuse, bool lands) { return Diffuse(diffuse.albedo, lands ? GATHERS : 0.0); }
+
 // The same where the smooth surface's normal is this: as many times IS_DISPLACED as say so. Once: the shading normal
 // is; else it is packed, to 0.001.
 const float STEPS_OF_BASE = 2046.0;  // so that all flags are below 2^24

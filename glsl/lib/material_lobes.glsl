@@ -159,7 +159,6 @@ Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading,
     Lobes found = no_lobes();
     vec3 albedo = material.albedo, onward = diffuse_way(position, facing, reflection_numbers(load_flux())).direction;
     int lobes = int(material.lobes);
-    bool lands = false;
     float cosine = max(0.0, dot(to_light, shading.normal));
     Draw draw = no_draw();
     for (int k = 0; k < ROUNDS * lobes; k++) {
@@ -180,18 +179,12 @@ Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading,
 #endif
         Seen seen = seen_lobe(material, i, cosine);
         if (round == FOR_LAMBERT) albedo += seen.covered;
-        if (round != FOR_CHOICE) continue;
-        consider(draw, seen);
-        lands = lands || seen.covers;
-#if defined(DIRECTIONS) && defined(GATHERED_FROM)
-        lands = lands || gathered_share(seen.lobe, seen.shape) > 0.0;
-#endif
+        if (round == FOR_CHOICE) consider(draw, seen);
     }
 #ifdef LAYERS
     if (draw.seen.over > 0.0) found.shape0 = weighed(found.shape0, through[int(draw.seen.over) - 1]);
 #endif
     found.diffuse = bare_diffuse(albedo);
-    if (lands) found.diffuse = with_photons(found.diffuse);
     return found;
 }
 #endif

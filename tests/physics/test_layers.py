@@ -12,7 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.scene import BLACK, Lobe, Material, Scene, world_light
+from addon.photon.scene import (
+    BLACK,
+    Instruction,
+    Lobe,
+    Material,
+    Result,
+    Scene,
+    world_light,
+)
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import Builder, orthographic, plain_material
@@ -95,6 +103,34 @@ def test_photons_land_on_some_materials_alone(device: Device, backend: str) -> N
         backend=backend,
     )
     np.testing.assert_allclose(images["Combined"][..., :3].mean(axis=(0, 1)), SKY, rtol=0.01)
+
+
+@pytest.mark.parametrize("holes", ["black", "open"])
+@pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
+def test_white_dots_are_white(device: Device, backend: str, holes: str) -> None:
+    """Between them a texture leaves nothing of the albedo, or what is behind is seen: photons land
+    by the whole material, as the coverage of its triangles says."""
+    program = (
+        Instruction("geometry", ((0.0,) * 4, (0.0,) * 4)),
+        Instruction("checker", (Result(0), (5.0,) * 4)),
+        Instruction("arithmetic", ((1.0,) * 4, Result(1), (0.0,) * 4, (1.0,) * 4)),
+    )
+    lobes = (Lobe("transparent", (1.0, 1.0, 1.0), {}, varying={"weight": Result(2)}),)
+    dots = Material(
+        "dots",
+        BLACK,
+        lobes if holes == "open" else (),
+        program=program,
+        varying={"diffuse": Result(1)},
+    )
+    built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
+    view = orthographic((0, 0, 3), (1, 0, 0), (0, 1, 0), 1.2)
+    scene = built.scene(view, [world_light("sky", SKY)], [dots])
+    scene = replace(scene, objects=np.tile(np.eye(6, 4), (1, 1, 1)))
+    settings: dict[str, Any] = {"backend": backend, "direct_by_photons": True}
+    settings |= {"width": SIZE, "height": SIZE, "passes": 8, "photons": PHOTONS, "radius": 0.25}
+    mean = render(device, scene, **settings)["Combined"][..., :3].mean(axis=(0, 1))
+    np.testing.assert_allclose(mean, np.array(SKY) * (1.0 if holes == "open" else 0.5), rtol=0.015)
 
 
 @pytest.mark.parametrize("radius", [0.04, 0.25])
