@@ -123,6 +123,8 @@ CASES = (
         for output in ("Color", "Alpha")
         if bpy.app.version >= (5, 0)
     ),
+    # Where a table of another length would step elsewhere.
+    Case("Color Ramp: where it steps", ramp("RGB", "CONSTANT", at=scaled(U, 0.44, 0.46))),
     Case("Color Ramp: alpha", ramp("RGB", "LINEAR", output="Alpha")),
     *(
         Case(f"RGB Curves: {x}", curve(RGB_CURVES, {0: V, 1: STRONG}, BENT, x), -0.5, 1.5)

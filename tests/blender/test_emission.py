@@ -14,13 +14,15 @@ from .lobes import BLACK, DIFFUSE, PRINCIPLED, near
 
 pytestmark = pytest.mark.blender
 
-EMISSION = "ShaderNodeEmission"
+EMISSION, BACKGROUND = "ShaderNodeEmission", "ShaderNodeBackground"
 WARM = (1.0, 0.5, 0.25, 1.0)
 
 
+@pytest.mark.parametrize("kind", [EMISSION, BACKGROUND])
 @pytest.mark.parametrize(("strength", "expected"), [(3.0, (3.0, 1.5, 0.75)), (-1.0, BLACK)])
-def test_emission(convert, strength, expected) -> None:
-    material = shader_material(EMISSION, Color=WARM, Strength=strength)
+def test_emission(convert, kind, strength, expected) -> None:
+    """A Background of a surface is as Cycles has it, too."""
+    material = shader_material(kind, Color=WARM, Strength=strength)
     converted, report = convert(material)
     assert converted.emission == near(expected)
     assert converted.diffuse == BLACK and not converted.lobes

@@ -192,13 +192,14 @@ PANORAMAS: dict[str, Any] = {
 
 @pytest.mark.parametrize("kind", PANORAMAS)
 def test_panoramas_look_where_they_say(device: Device, kind: str) -> None:
-    """From within a sphere: its normals, and depth, which is the distance along the ray."""
+    """From within a sphere: its normals, depth, which is the distance along the ray, and the
+    photons that land on it."""
     parameters, direction = PANORAMAS[kind]
     matrix = np.eye(4)
     matrix[:3, :3] = [[0, 0, -1], [1, 0, 0], [0, -1, 0]]
     view = Camera(kind, matrix, (0.0, 1.0, 0.0, 1.0), parameters=parameters)
     scene = replace(closed_sphere(0.5), camera=view)
-    images = render(device, scene, width=48, height=32, photons=0)
+    images = render(device, scene, width=48, height=32, photons=30000)
     jx, jy = pixel_jitter(Settings(), 0)
     x, y = np.meshgrid((np.arange(48) + jx) / 24 - 1, (np.arange(32) + jy) / 16 - 1)
     inside = (np.hypot(x, y) <= 1) | (kind == "EQUIRECTANGULAR")
@@ -210,6 +211,7 @@ def test_panoramas_look_where_they_say(device: Device, kind: str) -> None:
     np.testing.assert_allclose(images["Depth"][inside], 1.0, atol=2e-3)
     assert (images["Depth"][~inside] == NO_DEPTH).all()
     assert (images["Combined"][~inside] == (0, 0, 0, 1)).all()
+    assert images["Indirect"][inside, 0].mean() == pytest.approx(0.5 / math.pi, rel=0.02)
 
 
 def test_cameras_turn_evenly() -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...streams import Device, Stream
 from ...streams.device import Layer
 from ..kernels.eye_rays import EyeRays
-from ..kernels.records import RAY_DIRECTION, RAY_ORIGIN
+from ..kernels.records import PIXEL, RAY_DIRECTION, RAY_ORIGIN
 from ..photons.splats import Projection
 from ..scene import Scene
 from ..settings import Region, Settings
@@ -127,7 +127,8 @@ class EyeCamera:
     def _middle_angle(self) -> float:
         """Between the rays of two neighbouring pixels in the middle of the picture [rad]."""
         x, y = self._settings.width // 2, self._settings.height // 2
-        rays = [Stream(self._device, record, (2, 1)) for record in (RAY_ORIGIN, RAY_DIRECTION)]
+        records = RAY_ORIGIN, RAY_DIRECTION, PIXEL
+        rays = [Stream(self._device, record, (2, 1)) for record in records]
         for ray in rays:
             ray.clear()
         self.send(self._settings.first_pass, (x, y, x + 2, y + 1), *rays)

@@ -11,7 +11,7 @@ from ..graph import Graph
 from ..links import Scope
 from ..programs import ONE, Table, Value, mix
 
-ROWS = 256
+ROWS = 257  # Cycles divides the range by 256
 
 
 def read_ramp(

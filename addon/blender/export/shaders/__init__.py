@@ -65,6 +65,7 @@ def _holdout(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularMo
 
 READERS: dict[str, Reader] = {
     "ADD_SHADER": partial(mix.read_add, read=read_shader),
+    "BACKGROUND": emission.read,
     "BSDF_DIFFUSE": diffuse.read,
     "BSDF_GLASS": glass.read,
     "BSDF_GLOSSY": glossy.read,
