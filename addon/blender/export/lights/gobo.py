@@ -52,8 +52,8 @@ def colours_of(
     is_even = is_flat or np.ptp(lengths) <= 1e-4 * lengths.max()
     if lengths.min() <= 0.0 or np.linalg.det(turn) < 0.0 or not is_even:
         raise Unsuited("the lamp is scaled unevenly or mirrored")
-    if (is_flat or light.shadow_soft_size > 0.0) and _differs(node, end, inner, set(), "UV"):
-        raise Unsuited("a lamp of some size has other normals and directions at each place")
+    if is_flat and _differs(node, end, inner, set(), "UV"):
+        raise Unsuited("an area light has other directions at each place")
     pixels: NDArray[np.float32] = evaluate(
         node, end, inner, stand_in=_stand_in(light, turn / lengths), least=WIDTH
     )
