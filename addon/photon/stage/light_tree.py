@@ -4,6 +4,7 @@ bring it the most (light_tree.glsl)."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,7 +50,8 @@ def asked_lights(flux: Doubles, distant: int) -> AskedLights:
     if weak.sum() <= max(MOST_ASKED * share, 2 * LEAST_DRAWN):
         return AskedLights(np.arange(len(flux)))
     asked = np.flatnonzero((flux > 0.0) & ~weak)
-    return AskedLights(asked, max(round(DRAWN_RAYS * share), LEAST_DRAWN))
+    drawn = 2 ** round(math.log2(DRAWN_RAYS * share))  # for few programs
+    return AskedLights(asked, max(drawn, LEAST_DRAWN))
 
 
 @dataclass(frozen=True)
