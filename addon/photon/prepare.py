@@ -183,8 +183,7 @@ class _Preparation:
             film.prepare()
             resolver = backend.resolver(film, names)
             self._own.append(resolver.release)
-            denoised = DenoisingResolver(film) if settings.denoise else None
-            self._own += [denoised.release] if denoised else []
+            denoised = DenoisingResolver(film, self._kept.opened()) if settings.denoise else None
             estimators = self._estimators(device_scene, needs) if mapper else None
             if mapper:
                 self._start_pilot(mapper, device_scene, needs, eye)

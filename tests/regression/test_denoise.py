@@ -14,6 +14,7 @@ from addon.denoiser import Denoiser, DenoiserError, find
 from addon.photon import prepare as preparation
 from addon.photon.film import denoise, resolver
 from addon.photon.film.error import DARK
+from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
@@ -168,6 +169,33 @@ def test_failing(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.array_equal(plain["Combined"], found["Combined"])
     assert renderer.info()["denoiser"] == "none"
     renderer.release()
+
+
+@needs_it
+def test_it_stays_open(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From one render to the next, as long as the scene is kept; without that, for one."""
+    opened, closed = [], []
+    monkeypatch.setattr(denoise, "Denoiser", lambda: opened.append(Denoiser()) or opened[-1])
+    close = Denoiser.close
+    monkeypatch.setattr(Denoiser, "close", lambda self: closed.append(self) or close(self))
+
+    def shown(kept: Kept | None) -> Any:
+        settings = Settings(16, 12, photons=300, passes=2, denoise=True)
+        renderer = prepare(cornell(), settings, device, kept)
+        for _ in range(2):
+            renderer.render_pass()
+        images = renderer.images()
+        renderer.release()
+        return images["Combined"]
+
+    kept = Kept(device)
+    first, second = shown(kept), shown(kept)
+    assert len(opened) == 1 and not closed
+    kept.release()
+    assert closed == opened
+    np.testing.assert_array_equal(first, second)
+    np.testing.assert_array_equal(first, shown(None))
+    assert len(opened) == 2 and closed == opened
 
 
 @needs_it

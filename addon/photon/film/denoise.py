@@ -92,6 +92,11 @@ class Opened:
         """Open. Raises DenoiserError."""
         return self._denoiser.result()
 
+    @property
+    def has_failed(self) -> bool:
+        """Whether it is known that it can't be opened."""
+        return self._denoiser.done() and self._denoiser.exception() is not None
+
     def release(self) -> None:
         """Close it."""
         self._thread.shutdown()

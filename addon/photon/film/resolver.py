@@ -69,9 +69,9 @@ class DenoisingResolver(HostResolver):
 
     by = "none"  # which denoiser made the last picture
 
-    def __init__(self, film: StripFilm) -> None:
+    def __init__(self, film: StripFilm, opened: Opened) -> None:
         super().__init__(film)
-        self._opened = Opened()
+        self._opened = opened
 
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Error]:
         """As Resolver's. Raises DenoiserError."""

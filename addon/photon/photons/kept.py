@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from ...streams import Device
 from ..backends.backend import Backend
+from ..film.denoise import Opened
 from ..scene import Scene
 from ..scene.snapshot import same
 from ..settings import Settings
@@ -62,6 +63,7 @@ class Kept:
         self._tracing: Mapper | None = None  # who has started it and not finished
         self._before = 0, 0  # photons unfinished and dropped when it was
         self._beside: list[Kept] = []  # of the scene's other takes
+        self._opened: Opened | None = None
 
     def device_scene(self, scene: Scene, backend: Backend) -> DeviceScene:
         """A scene on the device: what is there, if nothing but the view has changed. Another one
@@ -81,6 +83,13 @@ class Kept:
         del tree
         self._scene = DeviceScene.build(scene, backend, frame, mesh, self._texels, movement)
         return self._scene
+
+    def opened(self) -> Opened:
+        """OpenImageDenoise, which stays open from one render to the next."""
+        if self._opened and self._opened.has_failed:
+            self._opened = None
+        self._opened = self._opened or Opened()
+        return self._opened
 
     def beside(self, number: int) -> Kept:
         """What is kept of a scene's take: of the first one by this, of others no photons."""
@@ -165,6 +174,9 @@ class Kept:
         if self._texels:
             self._texels.release()
         self._texels = None
+        if self._opened:
+            self._opened.release()
+        self._opened = None
         self.limit(0)
 
     def _release_scene(self) -> None:
