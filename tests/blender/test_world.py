@@ -179,6 +179,17 @@ def test_sky_texture(scene, export) -> None:
     assert second.lights[0].power == (3.0,) * 3
 
 
+@pytest.mark.parametrize(("scale", "width"), [(1.0, 1024), (120.0, 2048)])
+def test_fine_skies_have_more_pixels(scene, export, scale, width) -> None:
+    """Stars, beside clouds."""
+    tree = new_world(scene)
+    cells = add_node(tree, "ShaderNodeTexVoronoi", Scale=scale)
+    root = add_node(tree, "ShaderNodeGamma", Color=cells.outputs["Distance"], Gamma=4.0)
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=root.outputs[0]))
+    (image,) = export()[0].images
+    assert image.pixels.shape == (width // 2, width, 3)
+
+
 def test_images_of_one_channel_are_grey(scene, export, monkeypatch) -> None:
     """In nodes that Blender evaluates."""
     monkeypatch.setattr(pixels, "floats_of", lambda image: floats_of(image)[..., :1])

@@ -23,6 +23,8 @@ from .pixels import rgba_floats
 from .working_space import working_space
 
 WIDTH, MOST_WIDTH = 1024, 4096  # [px] of what is evaluated: as much as its largest image
+FINE_WIDTH = 2048  # as much where more than FINE of the picture are details of a pixel or two
+FINE = 0.02
 TIMEOUT = 120.0  # [s]
 KEPT = 8  # images of graphs that were evaluated last
 # Types of nodes whose values depend on more than a direction.
@@ -78,10 +80,25 @@ def evaluate(
         if key in _kept:
             _kept.move_to_end(key)
         else:
-            _kept[key] = _evaluated(given, Path(folder))
+            pixels = _evaluated(given, Path(folder))
+            if given["width"] < FINE_WIDTH and is_fine(pixels):
+                given["width"] = FINE_WIDTH
+                pixels = _evaluated(given, Path(folder))
+            _kept[key] = pixels
             if len(_kept) > KEPT:
                 _kept.popitem(last=False)
         return _kept[key]
+
+
+def is_fine(pixels: NDArray[np.float32]) -> bool:
+    """Whether a picture (height, width, 3), as it is shown, has details of a pixel or two, such as
+    stars: there may be others between them."""
+    mean = float(pixels.mean(dtype=np.float64)) or 1.0
+    shown = pixels.mean(axis=-1) / (pixels.mean(axis=-1) + np.float32(mean))
+    height, width = shown.shape
+    pairs = shown[: height // 2 * 2, : width // 2 * 2].reshape(height // 2, 2, width // 2, 2)
+    detail = np.abs(pairs - pairs.mean(axis=(1, 3), keepdims=True)).mean()
+    return bool(detail > FINE * shown.mean())
 
 
 def _evaluated(given: dict[str, Any], folder: Path) -> NDArray[np.float32]:
