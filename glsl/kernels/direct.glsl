@@ -12,8 +12,13 @@ void kernel() {
 #endif
     vec3 sum = vec3(0.0);
     float lux = 0.0;
-    for (int i = 0; i < SHADOW_RAYS; i++) {
-        ShadowRay ray = shadow_ray(point, i);
+#ifdef BY_LOBES
+    const int WAYS = 2;
+#else
+    const int WAYS = 1;
+#endif
+    for (int i = 0; i < WAYS * SHADOW_RAYS; i++) {
+        ShadowRay ray = shadow_ray(point, i / WAYS, i % WAYS == 1);
         if (!is_ray(ray)) continue;
         RayHit found = trace(ray.origin.position, ray.direction.direction, ray.direction.t_max, int(ray.origin.source));
         if (found.triangle >= 0) continue;

@@ -5,7 +5,11 @@
 void kernel() {
     VisiblePoint point = visible_point();
     if (!is_place(point.place)) skip();
-    ShadowRay ray = shadow_ray(point, number);
+#ifdef BY_LOBES
+    ShadowRay ray = shadow_ray(point, number, by_lobe == 1);
+#else
+    ShadowRay ray = shadow_ray(point, number, false);
+#endif
     if (!is_ray(ray)) skip();
     store_shadow_origin(ray.origin);
     store_shadow_direction(ray.direction);

@@ -88,9 +88,54 @@ float cosine_of_lobes(VisiblePoint point, vec3 to_light) {
     return max(0.0, is_behind(point) ? -cosine : cosine);
 }
 
+#ifdef BY_LOBES
+// What gathers photons sends no rays, and by the cosine few shadow rays to the world would go where it reflects most. So
+// a second one goes where such a lobe sends it. Each ray of the two has its part by the balance heuristic.
+
+// With which probability that is the point's first lobe; below 0: it has none that gathers.
+float share_of_first_to_gather(VisiblePoint point) {
+    float first = gathered_share(point.lobe0, point.shape0), second = 0.0;
+#ifdef TWO_LOBES
+    second = gathered_share(point.lobe1, point.shape1);
+#endif
+    return first + second > 0.0 ? first / (first + second) : -1.0;
+}
+
+float pdf_to_gather(VisiblePoint point, float first, vec3 to_light) {
+    float density = first * pdf_lobe(point.lobe0, point.shape0, point.raised, point.to_viewer, to_light);
+#ifdef TWO_LOBES
+    if (first < 1.0) density += (1.0 - first) * pdf_lobe(point.lobe1, point.shape1, point.raised, point.to_viewer, to_light);
+#endif
+    return density;
+}
+
+LightSample sample_to_gather(VisiblePoint point, Light light, float first, vec2 u) {
+    LightSample found = LightSample(point.raised, T_MAX, vec3(0.0), 0.0);
+    Lobe lobe = point.lobe0;
+    Shape shape = point.shape0;
+#ifdef TWO_LOBES
+    if (u.x >= first) {
+        lobe = point.lobe1;
+        shape = point.shape1;
+        u.x = (u.x - first) / (1.0 - first);
+    } else {
+        u.x /= first;
+    }
+#endif
+    vec3 weight;
+    found.to_light = sample_lobe(lobe, shape, point.raised, point.to_viewer, u, weight);
+    float density = pdf_to_gather(point, first, found.to_light);
+    if (!(largest(weight) > 0.0) || !(density > 0.0)) return found;
+    found.irradiance = seen_light(light, point.place.position, found.to_light, T_MAX).rgb / density;
+    found.share = 1.0;
+    return found;
+}
+#endif
+
 // What a point's lobes reflect of a light. Where rays of a lobe may find the light as well, this is the part of
-// so many shadow rays by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other.
-vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light) {
+// so many shadow rays by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other. `part`: of
+// what gathers photons, by this ray, and nothing else if it goes by it.
+vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light, float part, bool by_lobe) {
     vec3 normal = point.raised, sum = vec3(0.0);
     int lobes = 1;
     float share = 1.0;  // of the first lobe, of the point's rays
@@ -122,13 +167,18 @@ vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light) {
         if (is_behind(point) && !transmits_kind(lobe.kind)) continue;
 #endif
         vec3 reflected = eval_lobe(lobe, shape, normal, point.to_viewer, to_light);
+        float counts = 1.0;
 #ifdef WEIGHED
         if (is_weighed) {
             float density = pdf_lobe(lobe, shape, normal, point.to_viewer, to_light);
-            reflected *= part_of_shadow_rays(own, share * density, lobe, shape);
+            counts = part_of_shadow_rays(own, share * density, lobe, shape);
         }
 #endif
-        sum += reflected;
+#ifdef BY_LOBES
+        float gathered = gathered_share(lobe, shape);
+        counts = gathered * part + (by_lobe ? 0.0 : counts - gathered);
+#endif
+        sum += counts * reflected;
     }
     return sum;
 }
@@ -167,9 +217,11 @@ VisiblePoint from_behind(VisiblePoint point) {
 }
 #endif
 
-ShadowRay shadow_ray(VisiblePoint point, int number) {
+// `by_lobe`: the second one to the world.
+ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     ShadowRay none = ShadowRay(RayOrigin(vec3(0.0), 0.0), RayDirection(vec3(0.0), 0.0), vec3(0.0), 0.0);
     uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
+    float part = 1.0;  // of what gathering lobes reflect
 #ifdef TWO_SIDED
     float share_of_rays = share_of_side(int(point.shading.triangle));
     if (share_of_rays < 1.0 && is_for_behind(dimension)) point = from_behind(point);
@@ -185,7 +237,23 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     LightLimit limit = light_limit_at(chosen);
     if (point.bounces > limit.bounces) return none;
 #endif
-    LightSample found = sample_asked(light, point.place.position, point.facing.normal, even_over_passes(dimension));
+    vec3 position = point.place.position;
+#ifdef BY_LOBES
+    float first = is_world(light) ? share_of_first_to_gather(point) : -1.0;
+#ifdef TWO_SIDED
+    if (share_of_rays < 1.0) first = -1.0;
+#endif
+    if (by_lobe && first < 0.0) return none;
+    LightSample found = by_lobe ? sample_to_gather(point, light, first, even_over_passes(dimension + 0x8000u))
+        : sample_asked(light, position, point.facing.normal, even_over_passes(dimension));
+    if (first >= 0.0) {
+        float own = pdf_asked(light, position, point.facing.normal, found.to_light);
+        float other = pdf_to_gather(point, first, found.to_light);
+        part = (by_lobe ? other : own) / max(own + other, 1.0e-30);
+    }
+#else
+    LightSample found = sample_asked(light, position, point.facing.normal, even_over_passes(dimension));
+#endif
     float cosine = cosine_of_diffuse(point, found.to_light), any_cosine = cosine;
     float above = dot(found.to_light, point.facing.normal), lift = 0.0;
 #ifdef LOBES
@@ -208,7 +276,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     irradiance *= gobo_colour(light, point.place.position + found.far * found.to_light, -found.to_light);
 #endif
     float lux = 0.0;
-    if (is_found(light, BY_DIFFUSE)) {
+    if (!by_lobe && is_found(light, BY_DIFFUSE)) {
         radiance = irradiance * point.diffuse.albedo * (cosine / PI);
 #ifdef ILLUMINANCE
         if (is_diffuse(point.diffuse)) lux = lux_of(irradiance * cosine);
@@ -216,7 +284,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number) {
     }
 #ifdef LOBES
     if (of_lobes > 0.0 && is_found(light, BY_GLOSSY)) {
-        radiance += irradiance * of_lobes * eval_lobes(point, light, rays, found.to_light);
+        radiance += irradiance * of_lobes * eval_lobes(point, light, rays, found.to_light, part, by_lobe);
     }
 #endif
     if (!(largest(radiance) > 0.0 || lux > 0.0)) return none;

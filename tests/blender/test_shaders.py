@@ -47,6 +47,7 @@ SHADERS = {
     "BSDF_TOON": "ShaderNodeBsdfToon",
     "BSDF_TRANSLUCENT": "ShaderNodeBsdfTranslucent",
     "BSDF_TRANSPARENT": "ShaderNodeBsdfTransparent",
+    "BACKGROUND": "ShaderNodeBackground",
     "EMISSION": "ShaderNodeEmission",
     "HOLDOUT": "ShaderNodeHoldout",
     "SUBSURFACE_SCATTERING": "ShaderNodeSubsurfaceScattering",

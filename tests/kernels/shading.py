@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from addon.photon.kernels.records import CORNER_NORMALS, SPACE, TRIANGLE
 from addon.photon.kernels.shade import Shade
 from addon.photon.scene import Material
+from addon.photon.stage.geometry import flags_of
 from addon.photon.stage.material_tables import material_tables
 from addon.photon.stage.programs import program_tables
 from addon.photon.stage.switches import made_bsdf
@@ -31,6 +32,7 @@ def tables(material: Material) -> dict[str, NDArray[Any]]:
     normals = CORNER_NORMALS.zeros(1)
     for corner in "abc":
         normals[corner] = 0.0, 0.0, 1.0
+    normals["flags"] = flags_of(material)
     both = (BLACK, material)
     programs = program_tables(both)
     materials, lobes = material_tables(both, programs.compiled)

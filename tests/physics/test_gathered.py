@@ -119,3 +119,26 @@ def test_all_ways_gather_alike(
     assert native.mean() > 0.01
     assert (np.abs(other - native) > 2e-3 * native.max()).mean() < 0.01
     np.testing.assert_allclose(other.mean(axis=(0, 1)), native.mean(axis=(0, 1)), rtol=2e-3)
+
+
+@pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
+@pytest.mark.parametrize("lobes", [(METAL,), (COAT, METAL)], ids=["metal", "two"])
+def test_the_world_is_found_where_they_reflect_most(
+    device: Device, backend: Any, lobes: tuple[Lobe, ...]
+) -> None:
+    """What gathers photons sends no rays: shadow rays to the world go by it, too. As much light as
+    by rays alone, from close above a plate, and no specks."""
+    built = Builder().quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0))
+    view = camera((0, -5, 0.7), (0, 0, 0), 30)
+    scene = built.scene(view, [world_light("sky", (1.0, 0.8, 0.6))], [Material("", BLACK, lobes)])
+    scene = replace(
+        scene, lights=(replace(scene.lights[0], found_by=("diffuse", "glossy", "chains")),)
+    )
+    size = {"width": 24, "height": 24, "passes": 32, "backend": backend}
+    lit = slice(0, 10)  # rows below the horizon
+    by_rays, found = (
+        render(device, scene, photons=photons, **size)["Combined"][lit, :, :3].astype(float)
+        for photons in (0, 4096)
+    )
+    np.testing.assert_allclose(found.mean(axis=(0, 1)), by_rays.mean(axis=(0, 1)), rtol=0.02)
+    assert (found.std(axis=(0, 1)) < 0.15 * found.mean(axis=(0, 1))).all()

@@ -104,8 +104,9 @@ class TracedDirectLight:
         size = streams["place"].size
         own = self._of_size(size, False).streams
         sums = {name: np.zeros((size[0] * size[1], 4), np.float32) for name in totals}
-        for kind, number in self._asked(tables):
-            launch(self._aim(kind), {**streams, **own}, tables, uniforms | {"number": number})
+        for kind, number, by_lobe in self._asked(tables):
+            ray = {"number": number, "by_lobe": by_lobe}
+            launch(self._aim(kind), {**streams, **own}, tables, uniforms | ray)
             brought = {name: own[_BROUGHT[name]].elements() for name in totals}
             hits = self._trace(own, "shadow")
             if self._through:
@@ -118,15 +119,18 @@ class TracedDirectLight:
             total.back.upload(sums[name].reshape(size[1], size[0], 4))
             total.swap()
 
-    def _asked(self, tables: Tables) -> list[tuple[int, int]]:
-        """The rays of a point: by which program each is aimed, and its number, which of a ray to a
-        light that is asked is the light's."""
+    def _asked(self, tables: Tables) -> list[tuple[int, int, int]]:
+        """The rays of a point: by which program each is aimed; its number, of a ray to a light that
+        is asked the light's; and 1: it goes by a lobe."""
         lights, asked = tables.lights, tables.asked.lights
         light_surfaces = FOUND_BITS["diffuse"] | FOUND_BITS["glossy"]
         asked = asked[lights["found_by"][asked].astype(int) & light_surfaces > 0]
-        rays = [(int(lights["kind"][number]), int(number)) for number in asked]
+        rays = [(int(lights["kind"][number]), int(number), 0) for number in asked]
+        if self._needs.by_lobes:
+            worlds = {kind.number for kind in light_kinds().values() if kind.is_world}
+            rays += [(kind, number, 1) for kind, number, _ in rays if kind in worlds]
         first = len(tables.asked.lights)
-        return [*rays, *((_ANY_KIND, first + i) for i in range(self._needs.drawn_rays))]
+        return [*rays, *((_ANY_KIND, first + i, 0) for i in range(self._needs.drawn_rays))]
 
     def _aim(self, kind: int) -> ShadowRays:
         """The program that aims rays to lights of a kind."""

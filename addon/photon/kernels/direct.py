@@ -24,6 +24,7 @@ from .shade import GATHERED_LOBES, LOBES, POINT, PROGRAM_DEFINES, PROGRAM_TABLES
 _STRUCTURE = (
     "SHADOW_RAYS",
     "DRAWN",
+    "BY_LOBES",
     "LOBES",
     "TWO_LOBES",
     "TINTED",
@@ -92,7 +93,11 @@ class ShadowRays(Kernel):
         "unshadowed": RADIANCE,
         "unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
     }
-    uniforms = {**_UNIFORMS, "number": Uniform("int")}
+    uniforms = {
+        **_UNIFORMS,
+        "number": Uniform("int"),
+        "by_lobe": When("BY_LOBES", Uniform("int")),
+    }
     tables = {
         **LIGHT_TABLES,
         **LIMITS,

@@ -198,12 +198,12 @@ def _normals(scene: Scene, tree: Tree) -> NDArray[Any]:
     normals = _at_corners(CORNER_NORMALS, scene.corner_normals, tree.order)
     has_own = len(scene.terminators) > 0
     normals["terminator"] = scene.terminators[scene.surface[tree.order]] if has_own else TERMINATOR
-    flags = np.array([_flags_of(material) for material in scene.materials], np.float32)
+    flags = np.array([flags_of(material) for material in scene.materials], np.float32)
     normals["flags"] = flags[scene.material[tree.order]]
     return normals
 
 
-def _flags_of(material: Material) -> int:
+def flags_of(material: Material) -> int:
     """Those of glsl/lib/triangle.glsl."""
     through = any(lobe.reflects and lobe_kinds()[lobe.kind].transmits for lobe in material.lobes)
     return OPAQUE * (not through) | PHOTONS_LAND * (material.is_diffuse or gather_some(material))

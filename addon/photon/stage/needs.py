@@ -157,10 +157,17 @@ class SceneNeeds:
         if any(lobe_kinds()[kind].is_two_sided for kind in self.lobe_kinds):
             defines |= {"TWO_SIDED": 1}
         # What a lobe gathers matters where rays and shadow rays share a light alone.
-        of_lobes = (self._point_defines if self.weighed else self._lobe_defines) if broad else {}
+        tells = self.weighed or self.by_lobes
+        of_lobes = (self._point_defines if tells else self._lobe_defines) if broad else {}
+        of_lobes |= {"BY_LOBES": 1} if self.by_lobes else {}
         normals = {"NORMALS": 1} if self.programs.normals else {}
         shadow = {**self.illuminance_defines, **self.rays("shadow"), **normals}
         return {**defines, **self.light_defines, **of_lobes, **shadow, **self.filter_defines}
+
+    @property
+    def by_lobes(self) -> bool:
+        """Whether shadow rays go to the world by lobes that gather photons, too."""
+        return self.gathered_lobes and any(light_kinds()[x].is_world for x in self.light_kinds)
 
     def asking(self, kind: str) -> SceneNeeds:
         """What shadow rays need that go to lights of one kind alone, which are asked."""
