@@ -222,6 +222,9 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     ShadowRay none = ShadowRay(RayOrigin(vec3(0.0), 0.0), RayDirection(vec3(0.0), 0.0), vec3(0.0), 0.0);
     uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
     float part = 1.0;  // of what gathering lobes reflect
+#ifdef DRAWN
+    if (by_lobe && number >= asked_lights) return none;  // the world is asked
+#endif
 #ifdef TWO_SIDED
     float share_of_rays = share_of_side(int(point.shading.triangle));
     if (share_of_rays < 1.0 && is_for_behind(dimension)) point = from_behind(point);
