@@ -157,9 +157,9 @@ class SceneNeeds:
         if any(lobe_kinds()[kind].is_two_sided for kind in self.lobe_kinds):
             defines |= {"TWO_SIDED": 1}
         # What a lobe gathers matters where rays and shadow rays share a light alone.
-        tells = self.weighed or self.by_lobes
-        of_lobes = (self._point_defines if tells else self._lobe_defines) if broad else {}
-        of_lobes |= {"BY_LOBES": 1} if self.by_lobes else {}
+        by_lobes = {"BY_LOBES": 1} if self.by_lobes else {}
+        tells = self._point_defines if self.weighed or by_lobes else self._lobe_defines
+        of_lobes = {**tells, **by_lobes} if broad else {}
         normals = {"NORMALS": 1} if self.programs.normals else {}
         shadow = {**self.illuminance_defines, **self.rays("shadow"), **normals}
         return {**defines, **self.light_defines, **of_lobes, **shadow, **self.filter_defines}
