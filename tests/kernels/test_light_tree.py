@@ -200,6 +200,8 @@ def test_what_is_dark_widens_nothing() -> None:
         (np.array([1e6, *[1.0] * 40]), 1, range(41), 0),
         (np.array([1e6, 0.0, *[1.0] * 65]), 1, [0], DRAWN_RAYS),
         (np.zeros(3), 1, range(3), 0),
+        # What a sun outshines by more than numbers hold.
+        (np.array([1e12, *[0.0] * 100]), 1, [0], DRAWN_RAYS),
     ],
 )
 def test_weak_lights_are_drawn(flux: Any, distant: int, asked: Any, drawn: int) -> None:

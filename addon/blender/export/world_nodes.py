@@ -93,8 +93,8 @@ def evaluate(
 def is_fine(pixels: NDArray[np.float32]) -> bool:
     """Whether a picture (height, width, 3), as it is shown, has details of a pixel or two, such as
     stars: there may be others between them."""
-    mean = float(pixels.mean(dtype=np.float64)) or 1.0
-    shown = pixels.mean(axis=-1) / (pixels.mean(axis=-1) + np.float32(mean))
+    grey = pixels.mean(axis=-1)
+    shown = grey / (grey + np.float32(grey.mean(dtype=np.float64) or 1.0))
     height, width = shown.shape
     pairs = shown[: height // 2 * 2, : width // 2 * 2].reshape(height // 2, 2, width // 2, 2)
     detail = np.abs(pairs - pairs.mean(axis=(1, 3), keepdims=True)).mean()

@@ -137,9 +137,8 @@ class TracedDirectLight:
         if kind not in self._aims:
             needs = self._needs
             if kind != _ANY_KIND:
-                needs = needs.asking(
-                    next(x for x in light_kinds() if light_kinds()[x].number == kind)
-                )
+                (name,) = (name for name, of in light_kinds().items() if of.number == kind)
+                needs = needs.asking(name)
             made = ShadowRays(self._device, self._layer, needs.direct_defines, made=needs.made)
             self._aims[kind] = made
         return self._aims[kind]

@@ -45,8 +45,10 @@ def asked_lights(flux: Doubles, distant: int) -> AskedLights:
     All of them, but where many have little."""
     local = flux.copy()
     local[:distant] = 0.0
-    weak = (local > 0.0) & (local < STRONG * local.sum())
-    share = float(local[weak].sum() / local.sum()) if weak.any() else 0.0
+    whole = float(local.sum())
+    weak = local <= STRONG * whole
+    weak[:distant] = False
+    share = float(local[weak].sum()) / whole if whole > 0.0 else 1.0
     if weak.sum() <= max(MOST_ASKED * share, 2 * LEAST_DRAWN):
         return AskedLights(np.arange(len(flux)))
     asked = np.flatnonzero((flux > 0.0) & ~weak)
