@@ -6,7 +6,8 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from ctypes import c_bool, c_char_p, c_int, c_size_t, c_void_p
 from functools import lru_cache
 from importlib.util import find_spec
@@ -15,6 +16,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+Pixels = NDArray[np.float32]
 
 VARIABLE = "PHOTON_STREAM_OIDN"  # in the environment: the library's file, or where to look first
 ABSENT = "OpenImageDenoise is not here: Blender brings it, and so does `pip install pyoidn`"
@@ -113,8 +116,8 @@ def _load(path: Path) -> Any:
 class Denoiser:
     """Filters pictures (h, w, 3) float32; the same pictures, device and version give the same bits.
 
-    A context manager, or to be closed: a picture's memory is taken when it comes and given back
-    with it, the device's at the end.
+    A context manager, or to be closed: pictures' memory is taken while they are filtered, the
+    device's until the end.
     """
 
     def __init__(self, path: Path | None = None, on_cpu: bool = False, threads: int = 0) -> None:
@@ -161,39 +164,47 @@ class Denoiser:
             self._library.oidnReleaseDevice(self._device)
             self._device = None
 
-    def denoised(
-        self, picture: NDArray[np.float32], features: Mapping[str, NDArray[np.float32]]
-    ) -> NDArray[np.float32]:
-        """A picture of linear light (h, w, 3) without its noise; `features` of the same size:
-        "albedo" in [0, 1], and with it perhaps "normal"."""
-        images = {"color": picture, **features}
-        height, width = picture.shape[:2]
-        size = 12 * width * height
-        result = np.empty((height, width, 3), np.float32)
-        library, buffers = self._library, []
+    @contextmanager
+    def filtering(
+        self, shape: tuple[int, ...], features: Mapping[str, Pixels]
+    ) -> Iterator[Callable[[Pixels], Pixels]]:
+        """What takes the noise out of pictures of linear light of a shape (h, w, 3); `features` of
+        the same: "albedo" in [0, 1], and with it perhaps "normal"."""
+        height, width = shape[:2]
+        size, library = 12 * width * height, self._library
         rt = library.oidnNewFilter(self._device, b"RT")
-        try:
-            for name in (*images, "output"):
-                buffer = library.oidnNewBuffer(self._device, size)
-                self._check()
-                buffers.append(buffer)
-                if name in images:
-                    pixels = np.ascontiguousarray(images[name], np.float32)
-                    assert pixels.shape == result.shape, (name, pixels.shape, result.shape)
-                    library.oidnWriteBuffer(buffer, 0, size, pixels.ctypes.data)
-                place = (name.encode(), buffer, _FLOAT3, width, height, 0, 0, 0)
-                library.oidnSetFilterImage(rt, *place)
-            library.oidnSetFilterBool(rt, b"hdr", True)
-            library.oidnCommitFilter(rt)
+        buffers: dict[str, Any] = {}
+
+        def write(name: str, image: Pixels) -> None:
+            assert image.shape == shape, (name, image.shape, shape)
+            pixels = np.ascontiguousarray(image, np.float32)
+            library.oidnWriteBuffer(buffers[name], 0, size, pixels.ctypes.data)
+
+        def filtered(picture: Pixels) -> Pixels:
+            result = np.empty(shape, np.float32)
+            write("color", picture)
             library.oidnExecuteFilter(rt)
             self._check()
-            library.oidnReadBuffer(buffers[-1], 0, size, result.ctypes.data)
+            library.oidnReadBuffer(buffers["output"], 0, size, result.ctypes.data)
             self._check()
+            return result
+
+        try:
+            for name in ("color", *features, "output"):
+                buffers[name] = library.oidnNewBuffer(self._device, size)
+                self._check()
+                place = (name.encode(), buffers[name], _FLOAT3, width, height, 0, 0, 0)
+                library.oidnSetFilterImage(rt, *place)
+            for name, image in features.items():
+                write(name, image)
+            library.oidnSetFilterBool(rt, b"hdr", True)
+            library.oidnCommitFilter(rt)
+            self._check()
+            yield filtered
         finally:
             library.oidnReleaseFilter(rt)
-            for buffer in buffers:
+            for buffer in buffers.values():
                 library.oidnReleaseBuffer(buffer)
-        return result
 
     def _check(self) -> None:
         if said := self._said():

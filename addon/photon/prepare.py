@@ -183,7 +183,9 @@ class _Preparation:
             film.prepare()
             resolver = backend.resolver(film, names)
             self._own.append(resolver.release)
-            denoised = DenoisingResolver(film, self._kept.opened()) if settings.denoise else None
+            denoised = None
+            if settings.denoise:
+                denoised = DenoisingResolver(film, resolver, self._kept.opened())
             estimators = self._estimators(device_scene, needs) if mapper else None
             if mapper:
                 self._start_pilot(mapper, device_scene, needs, eye)

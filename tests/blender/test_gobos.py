@@ -54,11 +54,11 @@ def link(light: Any, texture: Any, kind: str, output: str) -> None:
 @pytest.mark.parametrize(
     ("lamp", "kind", "output", "radius"),
     [
-        ("SPOT", "", "", 0.0),  # of images the UV
         ("POINT", "ShaderNodeNewGeometry", "Incoming", 0.3),
         *(
             pytest.param(*case, marks=pytest.mark.thorough)
             for case in (
+                ("SPOT", "", "", 0.0),  # of images the UV
                 ("POINT", "ShaderNodeTexCoord", "Normal", 0.0),
                 ("POINT", "ShaderNodeTexCoord", "UV", 0.0),
                 ("SPOT", "ShaderNodeNewGeometry", "Incoming", 0.0),

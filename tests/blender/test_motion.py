@@ -130,6 +130,7 @@ CURVE = (0.0, 0.3, 1.0)
 
 
 @pytest.mark.stability(74)
+@pytest.mark.thorough("stretched", "instanced")
 @pytest.mark.parametrize("kind", ["moved", "turned", "stretched", "bent", "both", "instanced"])
 def test_moving_objects(blurred, cycles_mean, export, device, kind) -> None:
     """By the shares of pixels that they cover, of exposures of several kinds."""
@@ -163,6 +164,7 @@ def test_moving_objects(blurred, cycles_mean, export, device, kind) -> None:
 
 
 @pytest.mark.stability(74)
+@pytest.mark.thorough("0.0")
 @pytest.mark.parametrize("shutter", [0.0, 1.0])
 def test_a_camera_inside_what_is_blurred(blurred, cycles_mean, export, device, shutter) -> None:
     """A shell with a hole goes past the camera in it."""

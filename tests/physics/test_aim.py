@@ -322,6 +322,7 @@ def test_light_that_seldom_lands(device: Device, light: Light) -> None:
     assert found[0] == pytest.approx(found[1], rel=0.2)
 
 
+@pytest.mark.thorough("compute-no world", "native-a world")
 @pytest.mark.parametrize("hidden", [False, True], ids=["no world", "a world that it hides"])
 @pytest.mark.parametrize("backend", ["native", "compute"])
 def test_a_dome_far_away(device: Device, backend: str, hidden: bool) -> None:

@@ -209,10 +209,10 @@ def test_a_gpu_without_room(device: Device, monkeypatch: pytest.MonkeyPatch) -> 
             self._is_full = not on_cpu
             tried.append(on_cpu)
 
-        def denoised(self, *args: Any) -> Any:
+        def filtering(self, *args: Any) -> Any:
             if self._is_full:
                 raise DenoiserError("out of memory")
-            return super().denoised(*args)
+            return super().filtering(*args)
 
     made = []
     for kind in (partial(Denoiser, on_cpu=True), Full):

@@ -36,6 +36,7 @@ def shell_on_a_floor(shell: Builder, place: Any, light_radius: float) -> Scene:
 
 
 @pytest.mark.stability(30)
+@pytest.mark.thorough("0.0")
 @pytest.mark.parametrize("light_radius", [0.0, 0.1])
 def test_light_inside_a_solid(
     device: Device, measured: Measured, thorough: bool, light_radius: float

@@ -92,7 +92,9 @@ def test_noise_goes_and_bits_stay() -> None:
     for threads in (0, 1, 2):
         with Denoiser(on_cpu=True, threads=threads) as denoiser:
             features = {"albedo": albedo, "normal": normal}
-            made += [denoiser.denoised(noisy, features) for _ in range(2)]
+            for _ in range(2):
+                with denoiser.filtering(SIZE, features) as filtered:
+                    made += [filtered(noisy) for _ in range(2)]
             assert denoiser.name.startswith("OpenImageDenoise 2.")
             assert denoiser.name.endswith(", CPU")
     assert all(np.array_equal(one, made[0]) for one in made)
@@ -106,5 +108,6 @@ def test_what_it_complains_of_is_raised() -> None:
     with (
         Denoiser(on_cpu=True) as denoiser,
         pytest.raises(DenoiserError, match="OpenImageDenoise: "),
+        denoiser.filtering(picture.shape, {"normal": picture}) as filtered,  # without albedo
     ):
-        denoiser.denoised(picture, {"normal": picture})  # it knows no normal without albedo
+        filtered(picture)

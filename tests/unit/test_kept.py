@@ -38,7 +38,7 @@ SETTING_STEPS: list[tuple[dict[str, Any], int]] = [  # changes, and passes of ph
     ({"direct_by_photons": True}, ALL),
     ({}, ALL),
 ]
-FEW_SETTINGS = ("region", "passes", "first_pass", "seed", "photons")  # likewise
+FEW_SETTINGS = ("region", "passes", "seed")  # likewise
 
 
 @pytest.mark.thorough("compute-splat")

@@ -119,10 +119,9 @@ def picture_denoised(
     unit = np.float32(2.0 ** math.floor(math.log2(mean)) if 0.0 < mean < math.inf else 1.0)
 
     def by(denoiser: Denoiser) -> Denoised:
-        def filtered(picture: Picture) -> Picture:
-            return unit * denoiser.denoised(picture / unit, features)
-
-        return replace(denoised(plain, half, share, filtered), by=denoiser.name)
+        with denoiser.filtering(plain.shape, features) as filtered:
+            found = denoised(plain, half, share, lambda x: unit * filtered(x / unit))
+        return replace(found, by=denoiser.name)
 
     try:
         return by(opened.denoiser())

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,7 @@ from .picture import (
     caustics_of,
     illuminance_of,
 )
-from .resolver import Picture
+from .resolver import Picture, Telling
 from .strips import StripFilm
 
 # Images that are means of the film's own.
@@ -75,9 +75,9 @@ class DeviceResolver:
         self._parts = resolve.ErrorParts(device, "compute", defines)
         self._sum = Program(device, "sum_texels", DECLARATIONS)
 
-    def resolve(self, wanted: Collection[str]) -> tuple[Picture, Error]:
+    def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """As HostResolver's, to rounding."""
-        return self._images(wanted), self._error("Error" in wanted)
+        return self._images(wanted), cache(partial(self._error, "Error" in wanted))
 
     def _images(self, wanted: Collection[str]) -> Picture:
         there = next(self._strips())[0].sums

@@ -20,6 +20,8 @@ CAUSTIC_IMAGES = ("caustics", "mirror_caustics")  # where they are asked for; in
 FEATURE_IMAGES = ("albedo", "normal_shown")  # of what denoisers go by, where they are asked for
 # Of what a picture is made from, where it is denoised: half of the passes apart.
 HALVED_IMAGES = ("combined", "indirect", "mirror_indirect")
+# And those of the whole film by whose coverage halves are divided.
+OF_HALVES = ("direct", "indirect", *MIRROR_IMAGES)
 PARTS = ("Direct", "Indirect", "Mirror", "Emission", "Background")
 FEATURES = {"Denoising Albedo": "albedo", "Denoising Normal": "normal_shown"}  # by Cycles' names
 # That are there if the film has these.

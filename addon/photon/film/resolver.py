@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -12,18 +13,21 @@ from numpy.typing import NDArray
 from .denoise import Opened, picture_denoised
 from .error import Error, error_of
 from .film import Statistics
-from .picture import FEATURES, images_for, picture_of
+from .picture import FEATURES, OF_HALVES, images_for, picture_of
 from .strips import StripFilm
 
 Picture = dict[str, NDArray[np.float32]]
+# What tells the error of a picture, as long as its film has no more passes: half of a look's time
+# goes there, and who only looks need not wait for it.
+Telling = Callable[[], Error]
 
 
 class Resolver(Protocol):
     """Resolves a film: makes the picture, and its estimated error, of the passes so far."""
 
-    def resolve(self, wanted: Collection[str]) -> tuple[Picture, Error]:
-        """The wanted images (`picture_of`), and the error of Combined, with its image if "Error" is
-        wanted, too."""
+    def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
+        """The wanted images (`picture_of`), and what tells the error of Combined, with its image if
+        "Error" is wanted, too."""
 
     def release(self) -> None:
         """Free what is its own."""
@@ -35,12 +39,23 @@ class HostResolver:
     def __init__(self, film: StripFilm) -> None:
         self._film = film
 
-    def resolve(self, wanted: Collection[str]) -> tuple[Picture, Error]:
+    def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """As Resolver's."""
+        if not wanted:
+            return {}, cache(self._error)
         strip_statistics = self._strip_statistics(wanted)
         images = self._picture(strip_statistics(), {*wanted, "Combined"})
-        error = error_of(strip_statistics(), images["Combined"], "Error" in wanted)
-        return {name: image for name, image in images.items() if name in wanted}, error
+        shown = {name: image for name, image in images.items() if name in wanted}
+        if "Error" not in wanted:
+            return shown, cache(self._error)
+        error = error_of(strip_statistics(), images["Combined"])
+        return shown, lambda: error
+
+    def _error(self) -> Error:
+        """Without an image."""
+        strip_statistics = self._strip_statistics(())
+        combined = self._picture(strip_statistics(), {"Combined"})["Combined"]
+        return error_of(strip_statistics(), combined, with_image=False)
 
     def _strip_statistics(self, wanted: Collection[str]) -> Callable[[], Iterable[Statistics]]:
         """What gives those of the strips, with the means that `wanted` are made of. Of several each
@@ -69,20 +84,23 @@ class DenoisingResolver(HostResolver):
 
     by = "none"  # which denoiser made the last picture
 
-    def __init__(self, film: StripFilm, opened: Opened) -> None:
+    def __init__(self, film: StripFilm, plain: Resolver, opened: Opened) -> None:
+        """`plain` resolves the film as it is."""
         super().__init__(film)
-        self._opened = opened
+        self._plain, self._opened = plain, opened
 
-    def resolve(self, wanted: Collection[str]) -> tuple[Picture, Error]:
+    def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """As Resolver's. Raises DenoiserError."""
-        strip_statistics = self._strip_statistics({*wanted, *FEATURES})
-        with_image = "Error" in wanted
-        images = self._picture(strip_statistics(), {*wanted, *FEATURES, "Combined"})
-        plain, found = (
-            images["Combined"],
-            picture_denoised(images, strip_statistics(), self._opened),
-        )
+        images, _ = self._plain.resolve({*wanted, *FEATURES, "Combined"} - {"Error"})
+        plain = images["Combined"]
+        found = picture_denoised(images, self._film.strip_statistics(OF_HALVES), self._opened)
         images["Combined"] = np.concatenate([found.picture, plain[..., 3:]], axis=-1)
-        error = error_of(strip_statistics(), plain, with_image, found.picture, found.left)
         self.by = found.by
-        return {name: image for name, image in images.items() if name in wanted}, error
+
+        @cache
+        def telling() -> Error:
+            read = self._strip_statistics(())
+            of_plain = self._picture(read(), {"Combined"})["Combined"]
+            return error_of(read(), of_plain, "Error" in wanted, found.picture, found.left)
+
+        return {name: image for name, image in images.items() if name in wanted}, telling

@@ -52,7 +52,7 @@ class Kept:
 
     def __init__(self, device: Device, budget: int = BUDGET) -> None:
         """`budget` [bytes] of deposits."""
-        self._device, self.budget = device, budget
+        self.device, self.budget = device, budget
         self._scene: DeviceScene | None = None
         self._texels: Texels | None = None  # the scene's
         self._source: tuple[Any, ...] = ()  # what photons depend on besides the scene
@@ -76,7 +76,7 @@ class Kept:
         del there
         self._release_scene()  # first: there may not be room for both
         texels, self._texels = self._texels, None
-        self._texels = Texels.of(self._device, scene, texels)
+        self._texels = Texels.of(self.device, scene, texels)
         movement = Movement(scene) if scene.moving else None
         frame = frame_of(scene, movement)
         mesh = Mesh.build(scene, frame, tree, movement)
@@ -94,7 +94,7 @@ class Kept:
     def beside(self, number: int) -> Kept:
         """What is kept of a scene's take: of the first one by this, of others no photons."""
         while number > len(self._beside):
-            self._beside.append(Kept(self._device, budget=0))
+            self._beside.append(Kept(self.device, budget=0))
         return self._beside[number - 1] if number else self
 
     def limit(self, count: int) -> None:
@@ -181,7 +181,7 @@ class Kept:
 
     def _release_scene(self) -> None:
         """But the textures: they take longest to send, and stay while materials change."""
-        self._device.use()
+        self.device.use()
         self.forget_photons()
         if self._scene:
             self._scene.tables.release()
