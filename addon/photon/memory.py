@@ -172,7 +172,7 @@ class Budget:
 
     @cached_property
     def strip_textures(self) -> int:
-        """How many there are of a strip's size: ray_tracer.py's and what films write to."""
+        """How many there are of a strip's size: eye/path.py's and what films write to."""
         settings, sizes = self._settings, self._sizes
         count = 21 + 2 * self._lobes + sizes.film_spares + self._shadow_textures
         count += 3 * self._has_emitters + 3 * settings.illuminance + self._has_photons

@@ -169,7 +169,7 @@ class _Preparation:
             self._own.append(eye.release)
             eye.prepare()
             tables.footprint = eye.footprint
-            images = PassImages(backend, tables, scene, settings, needs, eye)
+            images = PassImages(backend, tables, settings, needs, eye)
             self._own.append(images.release)
             names = [*FILM_IMAGES, *(MIRROR_IMAGES if needs.secondary_rays else ())]
             names += EMISSION_IMAGES if needs.emitters_seen else ()

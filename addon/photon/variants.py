@@ -249,7 +249,7 @@ def _of_programs(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Mad
         yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
     yield ShadowThrough, {**scene.transparent_defines, **scene.programs.defines}, scene.made
     if scene.transparent:
-        filtering = replace(scene, filter_programs=scene.programs)
+        filtering = replace(scene, shadow_programs=scene.programs)
         for kernel in (Direct, ShadowRays):
             yield kernel, filtering.direct_defines, scene.made
 

@@ -2,6 +2,7 @@
 // A clear coat (coat.glsl) about a normal of its own, in scene space. Colour: the tint of what it lies over, seen
 // head-on. What it lies over is dimmed as by a coat about the surface's normal.
 // Parameters: alpha, ior, cover, normal_x, normal_y, normal_z.
+// Traits: sends rays.
 #include "lib/coat_tint.glsl"
 #include "lib/ggx.glsl"
 #include "lib/packing.glsl"

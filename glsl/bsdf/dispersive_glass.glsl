@@ -2,6 +2,7 @@
 // Smooth glass that bends each wavelength differently, which is a delta lobe on both sides. As glass.glsl, but that
 // ior is the index at Fraunhofer's line d; dispersion: 1 / Abbe number of the denser side, > 0 (lib/cauchy.glsl).
 // Parameters: ior [by side], tint [rgb], reflects, open, dispersion.
+// Traits: delta, transmits.
 #include "lib/cauchy.glsl"
 #include "lib/glass.glsl"
 

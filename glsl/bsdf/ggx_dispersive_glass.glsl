@@ -3,6 +3,7 @@
 // Fraunhofer's line d, and switches are twice what it reflects and 1 if it is compensated; dispersion: 1 / Abbe number
 // of the denser side, > 0 (lib/cauchy.glsl).
 // Parameters: alpha, switches, ior [by side], tint [rgb], open, dispersion.
+// Traits: transmits, sends rays.
 #include "lib/cauchy.glsl"
 #include "lib/glass.glsl"
 

@@ -3,6 +3,7 @@
 // of the reflectance head-on; reflects: nothing (0), by Fresnel's formulae (1), or that times the colour (2).
 // Open: a sheet, not the surface of a body (1), and as Cycles has it: see lib/glass.glsl.
 // Parameters: alpha, compensated, ior [by side], tint [rgb], reflects, open.
+// Traits: transmits, sends rays.
 #include "lib/glass.glsl"
 
 Glass ggx_glass_of(Lobe lobe, Shape shape) {

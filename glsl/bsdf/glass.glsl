@@ -4,6 +4,7 @@
 // times the colour (2).
 // Open: a sheet, not the surface of a body (1), and as Cycles has it: see lib/glass.glsl.
 // Parameters: ior [by side], tint [rgb], reflects, open.
+// Traits: delta, transmits.
 #include "lib/glass.glsl"
 
 Glass glass_of(Lobe lobe, Shape shape) {

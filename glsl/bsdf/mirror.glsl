@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A perfect mirror, which is a delta lobe. Colour: its reflectance.
+// A perfect mirror. Colour: its reflectance.
 // Parameters: none.
+// Traits: delta.
 
 vec3 pack_mirror(vec4 parameters, vec4 more) { return vec3(0.0); }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A thin sheet that scatters what falls on it, on both sides, evenly over the other one. Colour: how much of it.
 // Parameters: none.
+// Traits: transmits, sends rays.
 #include "lib/sampling.glsl"
 
 vec3 pack_translucent(vec4 parameters, vec4 more) { return vec3(0.0); }

@@ -2,6 +2,7 @@
 // Light goes straight on, on both sides, as if nothing was there but a filter: a delta lobe. Colour: what is let
 // through. Shadow rays ask for it as well (lib/transmittance.glsl).
 // Parameters: none.
+// Traits: delta, transmits.
 
 vec3 pack_transparent(vec4 parameters, vec4 more) { return vec3(0.0); }
 

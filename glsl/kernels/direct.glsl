@@ -12,7 +12,7 @@ void kernel() {
 #endif
     vec3 sum = vec3(0.0);
     float lux = 0.0;
-#ifdef BY_LOBES
+#ifdef SHADOW_RAYS_BY_LOBES
     const int WAYS = 2;
 #else
     const int WAYS = 1;

@@ -6,10 +6,11 @@ layout(std430, binding = 0) buffer Sums { uint sums[]; };
 layout(std430, binding = 1) buffer Radii { float radii[]; };
 uniform float photons;  // in a disc
 uniform float times;  // photons of a pass for each one counted
-uniform float most;
-uniform float pixel;
+uniform float most;  // the widest radius [scene units]
+uniform float pixel;  // how wide one is, at distance 1 from the eye or everywhere [scene units]
 uniform vec4 eye;  // its fourth number: whether there is one
 
+// As native/src/radius/find.rs, where the reasons stand; AROUND is 2 to the power of AROUND there.
 const float BOX = 4.0 / PI;
 const float TELLING = 50.0;
 const float PASSES = 16.0;

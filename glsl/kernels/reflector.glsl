@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scatter or absorb each photon by Russian roulette with the mean albedos of Lambert's lobe and of another; a
-// survivor's flux takes the surface's colour (Marino & Abbate, Reflector; Jensen 2001, sec. 5.2).
+// Scatter or absorb each photon by Russian roulette with the mean albedos of Lambert's lobe and of another, p; a
+// survivor's flux is multiplied by the surface's colour over p (Marino & Abbate, Reflector; Jensen 2001, sec. 5.2).
+// That is done in scatter_diffusely (lib/photon_diffuse.glsl) and scatter_by_lobe (lib/photon_lobe.glsl).
 #include "lib/offset.glsl"
 #include "lib/place.glsl"
 #include "lib/diffuse.glsl"

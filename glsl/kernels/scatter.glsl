@@ -14,6 +14,14 @@
 // Chains that carry less than this go on by Russian roulette.
 const float ROULETTE_BELOW = 0.05;
 
+#ifdef TRANSPARENT
+// The chain that goes straight on, or that a lobe scatters at a triangle.
+Chain next_of(Chain chain, bool is_straight, float triangle) {
+    if (!is_straight) return Chain(chain.bounces + 1.0, chain.passed, 0.0, triangle);
+    return Chain(chain.bounces, chain.passed + 1.0, chain.distance + load_hit().t, chain.source);
+}
+#endif
+
 void kernel() {
     Place place = load_place();
     Lobe lobe = load_lobe0();
@@ -61,10 +69,8 @@ void kernel() {
         // The same ray as before, of the eye up to its clip distance, or of a lobe with the density of that.
         if (chain.bounces == 0.0) t_max = load_direction().t_max - load_hit().t;
         else density = density_of(load_throughput());
-        chain = Chain(chain.bounces, chain.passed + 1.0, chain.distance + load_hit().t, chain.source);
-    } else {
-        chain = Chain(chain.bounces + 1.0, chain.passed, 0.0, shading.triangle);
     }
+    chain = next_of(chain, is_straight, shading.triangle);
     store_next_chain(chain);
 #endif
 #ifdef DISPERSION

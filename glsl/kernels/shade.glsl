@@ -40,12 +40,8 @@ float left_straight(inout Lobe lobe, Shape shape, float cosine) {
 #endif
 #endif
 
-void kernel() {
-    Hit hit = load_hit();
-    if (!is_hit(hit)) skip();
-    float let_through = 0.0;  // by what is held out
-    vec3 direction = load_direction().direction;
-    Surface surface = surface_at(hit, direction);
+// The surface's material, with what its program gives here.
+Material material_of(Hit hit, vec3 direction, Surface surface) {
     Material material = material_at(surface.material);
 #ifdef PROGRAMS
     shading_point = shading_point_at(hit, direction, surface);
@@ -57,6 +53,16 @@ void kernel() {
     run_program(material);
     material.albedo = reflectance_from(material.albedo_from, material.albedo);
 #endif
+    return material;
+}
+
+void kernel() {
+    Hit hit = load_hit();
+    if (!is_hit(hit)) skip();
+    float let_through = 0.0;  // by what is held out
+    vec3 direction = load_direction().direction;
+    Surface surface = surface_at(hit, direction);
+    Material material = material_of(hit, direction, surface);
 #ifdef NORMALS
     vec3 base = normal_from(material.base_from, surface.shading);
     surface.shading = normal_from(material.normal_from, base);

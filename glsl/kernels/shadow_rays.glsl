@@ -5,7 +5,7 @@
 void kernel() {
     VisiblePoint point = visible_point();
     if (!is_place(point.place)) skip();
-#ifdef BY_LOBES
+#ifdef SHADOW_RAYS_BY_LOBES
     ShadowRay ray = shadow_ray(point, number, by_lobe == 1);
 #else
     ShadowRay ray = shadow_ray(point, number, false);

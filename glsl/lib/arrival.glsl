@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a light lets be of its photons where they first land: they bring what shadow rays from there would find.
+// The factor on a photon's flux where it first lands, so that it brings what a shadow ray from there would find: by the
+// kinds of surfaces that find its light, by that light's falloff, and of soft discs by how much of one is seen.
 #include "lib/light.glsl"
 #include "lib/from_light.glsl"
 
@@ -11,6 +12,6 @@ float share_of_arrival(RayOrigin origin, vec3 place, int by) {
     vec3 way = place - origin.position;
     float far = length(way);
     // A disc that faces whoever looks: from nearby, less of it is seen than of what it is from afar.
-    if (is_found(light, IS_SOFT) && !(seen_light(light, place, -way / far, T_MAX).w > 0.0)) return 0.0;
+    if (is_soft(light) && !(seen_light(light, place, -way / far, T_MAX).w > 0.0)) return 0.0;
     return share_at(light, far);
 }

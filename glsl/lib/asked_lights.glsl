@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which lights a visible point's SHADOW_RAYS go to: one each to those that it asks, which are all there are, or
-// where others are DRAWN some, and so many to these by chance.
+// Which lights a visible point's SHADOW_RAYS go to. It asks some lights each: one ray goes to each of these. Of all
+// others it asks DRAWN at a time, which the tree draws; without DRAWN there are no others.
 #ifdef DRAWN
 #include "lib/light_tree.glsl"
 #endif

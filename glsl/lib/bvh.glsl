@@ -60,7 +60,7 @@ float enter_box(vec3 low, vec3 high, Slabs slabs, float t_max) {
 // The hit lies no nearer than where the ray enters the triangle's own box, as rounding may have it: the boxes
 // about that one are then entered before t_max, too, and no tree loses it. `number` is the triangle's in the
 // scene.
-bool hit_triangle_at(ShearedRay ray, Slabs slabs, int index, float t_max, out vec3 tuv, out float number) {
+bool intersect_triangle(ShearedRay ray, Slabs slabs, int index, float t_max, out vec3 tuv, out float number) {
     Triangle corners = triangle_at(index);
     vec3 a = permute(corners.a - ray.origin, ray.axis);
     vec3 b = permute(corners.b - ray.origin, ray.axis);
@@ -125,7 +125,7 @@ RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
             int triangle = i < from_left ? int(both.left_first) + i : int(both.right_first) + i - from_left;
             vec3 tuv;
             float number;
-            if (triangle != source && hit_triangle_at(ray, slabs, triangle, best.t, tuv, number)
+            if (triangle != source && intersect_triangle(ray, slabs, triangle, best.t, tuv, number)
                 && (tuv.x < best.t || (best.triangle >= 0 && number < first))) {
 #ifdef ANY_HIT
 #ifdef TRANSPARENT

@@ -9,14 +9,14 @@ const float EMITTED_BY_PORTAL = 0.5;
 
 LightRay through_portals(Light light, LightRay ray, uint photon) {
     vec3 normal = cosine_axis_light(light, ray.direction);
-    float angles = normal == vec3(0.0) ? 0.0 : portals_seen(ray.origin, normal);
+    float angles = normal == vec3(0.0) ? 0.0 : portals_angle(ray.origin, normal);
     if (!(angles > 0.0)) return ray;
     vec4 u = random4(seed, pass_index, photon, DIMENSION_LIGHT_PORTAL);
-    bool is_led = u.x < EMITTED_BY_PORTAL;
-    if (is_led) ray.direction = sample_portals(ray.origin, normal, angles, u.yz);
+    bool by_portal_chosen = u.x < EMITTED_BY_PORTAL;
+    if (by_portal_chosen) ray.direction = sample_portals(ray.origin, normal, angles, u.yz);
     float by_cosine = pdf_cosine_hemisphere(dot(ray.direction, normal));
     float by_portal = pdf_portals(ray.origin, normal, angles, ray.direction);
     ray.weight *= by_cosine / max(mix(by_cosine, by_portal, EMITTED_BY_PORTAL), 1.0e-30);
-    if (is_led && !(by_portal > 0.0)) ray.weight = 0.0;  // it misses the face by rounding
+    if (by_portal_chosen && !(by_portal > 0.0)) ray.weight = 0.0;  // it misses the face by rounding
     return ray;
 }

@@ -31,7 +31,7 @@ const int BY_CAMERA = 1;
 const int BY_DIFFUSE = 2;    // shadow rays of diffuse surfaces
 const int BY_GLOSSY = 4;     // shadow rays of lobes
 const int BY_CHAINS = 8;     // rays of lobes
-const int IS_SOFT = 16;      // it is a disc that faces whoever looks
+const int SOFT_BIT = 16;     // no finder: it is a disc that faces whoever looks
 
 // Its strength at a distance over what falls off with the distance squared (table of lights).
 float share_at(Light light, float far) {
@@ -42,6 +42,8 @@ float share_at(Light light, float far) {
 }
 
 bool is_found(Light light, int by) { return (int(light.found_by) & by) != 0; }
+
+bool is_soft(Light light) { return (int(light.found_by) & SOFT_BIT) != 0; }
 
 // 1 - cos of the angle between unit vectors, precise for small angles.
 float versine_between(vec3 a, vec3 b) {

@@ -12,13 +12,13 @@ const float LEAST_ANGLE_OF_PORTAL = 5.0e-3;  // [sr] below, sums of angles are n
 
 // A portal as a place sees it: that one by the portal's frame, on the side where z is positive, and the rectangle's
 // corners; its solid angle [sr]; 0: none of it is above the surface, or seen from there.
-struct SeenPortal { Portal portal; vec3 place; vec2 low; vec2 high; float angle; };
+struct PortalFrom { Portal portal; vec3 place; vec2 low; vec2 high; float angle; };
 
 vec3 in_portal(Portal portal, vec2 at) {
     return at.x * portal.across + at.y * cross(portal.axis, portal.across);
 }
 
-SeenPortal seen_portal(int number, vec3 position, vec3 normal) {
+PortalFrom portal_from(int number, vec3 position, vec3 normal) {
     Portal portal = portal_at(number);
     vec3 away = position - portal.middle;
     vec2 up = 0.5 * vec2(portal.width, portal.height);
@@ -27,7 +27,7 @@ SeenPortal seen_portal(int number, vec3 position, vec3 normal) {
     height = abs(height);
 #endif
     vec3 place = vec3(dot(away, portal.across), dot(away, cross(portal.axis, portal.across)), height);
-    SeenPortal seen = SeenPortal(portal, place, -up, up, 0.0);
+    PortalFrom seen = PortalFrom(portal, place, -up, up, 0.0);
     vec2 slope = vec2(dot(normal, portal.across), dot(normal, cross(portal.axis, portal.across)));
     if (!(dot(abs(slope), up) > dot(normal, away)) || !(place.z > 0.0)) return seen;
 #ifndef ONE_WAY
@@ -39,17 +39,17 @@ SeenPortal seen_portal(int number, vec3 position, vec3 normal) {
 }
 
 // All solid angles [sr]. Those that are there are the first ones.
-float portals_seen(vec3 position, vec3 normal) {
+float portals_angle(vec3 position, vec3 normal) {
     float sum = 0.0;
-    for (int i = 0; i < PORTALS && portal_at(i).width > 0.0; i++) sum += seen_portal(i, position, normal).angle;
+    for (int i = 0; i < PORTALS && portal_at(i).width > 0.0; i++) sum += portal_from(i, position, normal).angle;
     return sum;
 }
 
 vec3 sample_portals(vec3 position, vec3 normal, float sum, vec2 u) {
     float before = 0.0;
-    SeenPortal seen = seen_portal(0, position, normal);
+    PortalFrom seen = portal_from(0, position, normal);
     for (int i = 1; i < PORTALS && portal_at(i).width > 0.0 && before + seen.angle <= u.x * sum; i++) {
-        SeenPortal next = seen_portal(i, position, normal);
+        PortalFrom next = portal_from(i, position, normal);
         if (!(next.angle > 0.0)) continue;
         before += seen.angle;
         seen = next;
@@ -64,7 +64,7 @@ vec3 sample_portals(vec3 position, vec3 normal, float sum, vec2 u) {
 float pdf_portals(vec3 position, vec3 normal, float sum, vec3 to_light) {
     float density = 0.0;
     for (int i = 0; i < PORTALS && portal_at(i).width > 0.0; i++) {
-        SeenPortal seen = seen_portal(i, position, normal);
+        PortalFrom seen = portal_from(i, position, normal);
         if (!(seen.angle > 0.0)) continue;
         vec3 axis = seen.portal.axis, across = seen.portal.across;
         float toward = dot(to_light, axis) * sign(dot(seen.portal.middle - position, axis));

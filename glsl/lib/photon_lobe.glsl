@@ -9,8 +9,9 @@
 #include "lib/lobe.glsl"
 #include "lib/reflection.glsl"
 
-// Where the lobe, whose normal this is, would send a photon, and what that weighs; the lobe's mean albedo.
-struct LobeSample { Lobe lobe; vec3 normal; vec3 direction; vec3 weight; float albedo; };
+// Where the lobe, whose normal this is, would send a photon, and what that weighs; how likely it shall be scattered so:
+// by the lobe's mean albedo, or by the weight of this way.
+struct LobeSample { Lobe lobe; vec3 normal; vec3 direction; vec3 weight; float probability; };
 
 // `u`: the numbers by which the photon is reflected.
 LobeSample sample_photon_lobe(PhotonPoint point, vec4 u) {
@@ -18,14 +19,14 @@ LobeSample sample_photon_lobe(PhotonPoint point, vec4 u) {
     Shape shape = load_shape0();
     vec3 normal = raised_normal(point.shading.normal, point.facing.normal, -point.incoming);
     Way way = lobe_way(lobe, shape, point.place.position, point.facing, normal, -point.incoming, u);
-    float albedo = mean(albedo_lobe(lobe, shape, max(0.0, -dot(point.incoming, point.shading.normal))));
+    float probability = mean(albedo_lobe(lobe, shape, max(0.0, -dot(point.incoming, point.shading.normal))));
     // Where some directions weigh much more than others, by what this one does; but few would go through portals.
 #ifdef PORTALS_BY_SHARE
-    if (way.by_portal > 0.0) albedo /= 1.0 - way.by_portal;
+    if (way.by_portal > 0.0) probability /= 1.0 - way.by_portal;
     else
 #endif
-    albedo = mix(albedo, mean(way.weight), 2.0 * by_cosine_kind(lobe, shape));
-    return LobeSample(lobe, normal, way.direction, way.weight, albedo);
+    probability = mix(probability, mean(way.weight), 2.0 * by_cosine_kind(lobe, shape));
+    return LobeSample(lobe, normal, way.direction, way.weight, probability);
 }
 
 #ifdef VISIBILITY
@@ -76,7 +77,7 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
 #endif
 }
 #else
-struct LobeSample { float albedo; };
+struct LobeSample { float probability; };
 
 LobeSample sample_photon_lobe(PhotonPoint point, vec4 u) { return LobeSample(0.0); }
 void scatter_by_lobe(Leaving leaving, LobeSample by, PhotonPoint point, float probability, RayAtSurface ray) {}

@@ -20,7 +20,7 @@ float t_max_of(PhotonRay ray) { return T_MAX / float(1 + ray.rays + 64 * ray.bou
 PhotonRay photon_ray(RayDirection direction) {
     int number = int(T_MAX / direction.t_max + 0.5) - 1;
 #ifdef CAUSTICS
-    if (came_by_lobe(direction)) number -= BY_LOBE;
+    if (came_by_lobe(direction)) number -= LOBE_BIT;
 #endif
     return PhotonRay(number % 64, number / 64);
 }

@@ -21,11 +21,11 @@ struct Roulette {
 #endif
 };
 
-// Who would be absorbed goes through a portal instead. By the density of both ways no photon gains flux, but for white
-// surfaces'.
+// Photons that would be absorbed go through a portal instead. Weighed by the density of both ways together none gains
+// flux, but for those on surfaces that are nearly white.
 void give_portals_share(inout Roulette chance, PhotonPoint point, RayAtSurface ray) {
 #ifdef PORTALS_FOR_ABSORBED
-    if (chance.diffuse > 0.0 && !is_hidden(ray)) chance.angles = portals_seen(point.place.position, point.facing.normal);
+    if (chance.diffuse > 0.0 && !is_hidden(ray)) chance.angles = portals_angle(point.place.position, point.facing.normal);
     if (!(chance.angles > 0.0)) return;
     float absorbed = max(0.0, 1.0 - chance.diffuse - chance.lobe);
     chance.portal = max(absorbed, LEAST_BY_PORTAL * chance.diffuse);
@@ -42,7 +42,7 @@ Roulette roulette_of(PhotonPoint point, LobeSample by_lobe, RayAtSurface ray, ve
     chance.way = diffuse_way(point.place.position, point.facing, u);
     chance.diffuse /= 1.0 - chance.way.by_portal;
 #endif
-    chance.lobe = by_lobe.albedo;
+    chance.lobe = by_lobe.probability;
     float all = max(1.0, chance.diffuse + chance.lobe);
     chance.diffuse /= all;
     chance.lobe /= all;

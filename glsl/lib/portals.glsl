@@ -11,7 +11,7 @@ const float SHARE_OF_PORTALS = 0.75;
 
 // All solid angles of portals, of those lights whose rays they share; else 0.
 float portals_for(Light light, vec3 position, vec3 normal) {
-    return is_world(light) ? portals_seen(position, normal) : 0.0;
+    return is_world(light) ? portals_angle(position, normal) : 0.0;
 }
 
 float pdf_beside_portals(Light light, vec3 position, vec3 normal, float sum, vec3 to_light) {

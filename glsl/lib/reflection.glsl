@@ -12,24 +12,21 @@
 #endif
 #ifdef PORTALS_BY_SHARE
 
-// Of what a surface scatters MOST_BY_PORTAL goes through portals where all of them fill WIDE_PORTAL [sr] or more. Else
-// it goes with the root of that: where photons start at all distances from what is shown alike, their flux goes with the
-// square of the distance, and what of it comes there by the cosine with its third power. So each brings as much that
-// goes through a portal.
-// Sharper lobes have little to gain: what they send there is as bright by themselves.
-const float LEAST_ROUGHNESS_OF_LED = 0.1;
+// Sharper lobes send nothing by portals, which they have little to gain by: what goes there is as bright by themselves.
+// MOST_BY_PORTAL and WIDE_PORTAL: addon/photon/stage/needs.py.
+const float LEAST_ROUGHNESS_BY_PORTAL = 0.1;
 
-// All portals [sr], and how likely a photon goes through one.
-struct SeenPortals { float angles; float share; };
+// The solid angle of all portals from a place [sr], and how likely a photon goes through one.
+struct PortalChance { float angles; float share; };
 
-SeenPortals seen_portals(vec3 position, vec3 normal) {
-    float angles = portals_seen(position, normal);
-    return SeenPortals(angles, angles > 0.0 ? MOST_BY_PORTAL * sqrt(min(1.0, angles / WIDE_PORTAL)) : 0.0);
+PortalChance chance_of_portals(vec3 position, vec3 normal) {
+    float angles = portals_angle(position, normal);
+    return PortalChance(angles, angles > 0.0 ? MOST_BY_PORTAL * sqrt(min(1.0, angles / WIDE_PORTAL)) : 0.0);
 }
 
 // Whether a photon that goes through a portal misses it by rounding. It would weigh as if it went the other way, by
 // which nearly none comes there.
-bool is_lost(vec4 u, SeenPortals seen, float by_portal) { return u.w < seen.share && !(by_portal > 0.0); }
+bool is_lost(vec4 u, PortalChance seen, float by_portal) { return u.w < seen.share && !(by_portal > 0.0); }
 #endif
 
 // x is by what it is reflected, if it is, and y and z are where to.
@@ -49,7 +46,7 @@ Way diffuse_way(vec3 position, Facing facing, vec4 u) {
     Way way = Way(reflect_diffusely(facing, u), 0.0, vec3(1.0));
 #ifdef PORTALS_BY_SHARE
     vec3 normal = facing.normal;
-    SeenPortals seen = seen_portals(position, normal);
+    PortalChance seen = chance_of_portals(position, normal);
     if (!(seen.share > 0.0)) return way;
     way.by_portal = seen.share;
     if (u.w < seen.share) way.direction = sample_portals(position, normal, seen.angles, u.yz);
@@ -67,8 +64,8 @@ Way lobe_way(Lobe lobe, Shape shape, vec3 position, Facing facing, vec3 normal, 
     Way way = Way(vec3(0.0), 0.0, vec3(0.0));
     way.direction = sample_lobe_for_photon(lobe, shape, normal, to_light, u.yz, way.weight);
 #ifdef PORTALS_BY_SHARE
-    if (roughness_kind(lobe, shape) < LEAST_ROUGHNESS_OF_LED) return way;
-    SeenPortals seen = seen_portals(position, facing.normal);
+    if (roughness_kind(lobe, shape) < LEAST_ROUGHNESS_BY_PORTAL) return way;
+    PortalChance seen = chance_of_portals(position, facing.normal);
     if (!(seen.share > 0.0)) return way;
     way.by_portal = seen.share;
     if (u.w < seen.share) way.direction = sample_portals(position, facing.normal, seen.angles, u.yz);

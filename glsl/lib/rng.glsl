@@ -45,6 +45,8 @@ vec2 lens_sequence(vec2 start, uint n) {
     return fract(start + vec2((step * n) >> 8u) * (1.0 / 16777216.0));
 }
 
+// Numbers that no pass has stand for fours of passes from 0x40000000 on (lib/even.glsl), for pairs of them and for those
+// that photons are aimed by from 0x80000000 on (lib/shadow_ray.glsl, aim.py); element 0xffffffff has a pass's own numbers.
 // Where each kernel's dimensions begin; a path's bounce or depth is added.
 const uint DIMENSION_LIGHT = 0u;        // which light, and its direction
 const uint DIMENSION_LIGHT_POINT = 1u;  // where on the light
@@ -55,7 +57,7 @@ const uint DIMENSION_SHADE_PHOTON = 0x800u;  // + bounce
 const uint DIMENSION_SCATTER = 0x1000u;  // + depth
 const uint DIMENSION_COVERAGE = 0x1800u;  // + depth
 const uint DIMENSION_SHADE = 0x1c00u;  // + depth
-const uint DIMENSION_DIRECT = 0x2000u;  // + shadow ray + 0x10000 * depth
+const uint DIMENSION_DIRECT = 0x2000u;  // + shadow ray + 0x8000 for those by lobes + 0x10000 * depth
 const uint DIMENSION_CHOICE = 0xf000u;  // + 0x10000 * depth: of lights
 const uint DIMENSION_LENS = 0xf100u;
 const uint DIMENSION_WAVELENGTH = 0xf200u;

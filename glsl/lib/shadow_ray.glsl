@@ -88,7 +88,7 @@ float cosine_of_lobes(VisiblePoint point, vec3 to_light) {
     return max(0.0, is_behind(point) ? -cosine : cosine);
 }
 
-#ifdef BY_LOBES
+#ifdef SHADOW_RAYS_BY_LOBES
 // What gathers photons sends no rays, and by the cosine few shadow rays to the world would go where it reflects most. So
 // a second one goes where such a lobe sends it. Each ray of the two has its part by the balance heuristic.
 
@@ -174,7 +174,7 @@ vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light, floa
             counts = part_of_shadow_rays(own, share * density, lobe, shape);
         }
 #endif
-#ifdef BY_LOBES
+#ifdef SHADOW_RAYS_BY_LOBES
         float gathered = gathered_share(lobe, shape);
         counts = gathered * part + (by_lobe ? 0.0 : counts - gathered);
 #endif
@@ -217,17 +217,72 @@ VisiblePoint from_behind(VisiblePoint point) {
 }
 #endif
 
-// `by_lobe`: the second one to the world.
+// Where on a light, which has this shadow ray and dimension, and which part of what gathering lobes reflect of it is
+// this ray's. `by_lobe`: the second one to the world, whose share is 0 where lobes ask for none.
+LightSample sample_for(VisiblePoint point, Light light, uint dimension, bool by_lobe, bool one_sided, out float part) {
+    vec3 position = point.place.position, facing = point.facing.normal;
+    part = 1.0;
+#ifdef SHADOW_RAYS_BY_LOBES
+    float first = is_world(light) && one_sided ? share_of_first_to_gather(point) : -1.0;
+    if (by_lobe && first < 0.0) return LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0);
+    LightSample found = by_lobe ? sample_to_gather(point, light, first, even_over_passes(dimension + 0x8000u))
+        : sample_asked(light, position, facing, even_over_passes(dimension));
+    if (first >= 0.0) {
+        float own = pdf_asked(light, position, facing, found.to_light);
+        float other = pdf_to_gather(point, first, found.to_light);
+        part = (by_lobe ? other : own) / max(own + other, 1.0e-30);
+    }
+    return found;
+#else
+    return sample_asked(light, position, facing, even_over_passes(dimension));
+#endif
+}
+
+// How high above the triangle a shadow ray begins, as on the smooth surface, whose terminator is not the triangles';
+// below 0: it would go into what is below.
+float lift_towards(VisiblePoint point, vec3 to_light) {
+    float above = dot(to_light, point.facing.normal);
+#ifdef SMOOTH
+    int triangle = int(point.shading.triangle);
+    float lift = 0.0, terminator = terminator_share(triangle, dot(to_light, point.base), above);
+    if (terminator > 0.0) lift = height_to_smooth(triangle, point.place.position, point.base);
+    return above <= 0.0 && lift <= 0.0 ? -1.0 : lift * terminator;
+#else
+    return above <= 0.0 ? -1.0 : 0.0;
+#endif
+}
+
+// The ray from a point, lifted, to what was found on a light.
+ShadowRay ray_to(VisiblePoint point, LightSample found, float lift) {
+    vec3 origin = offset_origin(point.place.position, point.facing.normal, point.facing.normal);
+    origin += lift * point.base;
+    // Ends short of the light, so that a light on a surface is not hidden by it: by what the origin
+    // was lifted, and as much again for the rounding of the light and of the surface.
+    float far = found.far - 2.0 * distance(origin, point.place.position);
+    vec3 direction = found.to_light;
+#ifdef SMOOTH
+    if (lift > 0.0 && found.far < T_MAX) {
+        // From as high as that it goes to the same place on the light, in another direction.
+        vec3 to_place = point.place.position + found.to_light * found.far - origin;
+        direction = to_place / max(length(to_place), 1.0e-30);
+        far = length(to_place) - 2.0 * SURFACE_OFFSET;
+    }
+#endif
+    return ShadowRay(RayOrigin(origin, point.shading.triangle), RayDirection(direction, far), vec3(0.0), 0.0);
+}
+
+// A point's shadow ray of this number; `by_lobe`: the second one to the world.
 ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     ShadowRay none = ShadowRay(RayOrigin(vec3(0.0), 0.0), RayDirection(vec3(0.0), 0.0), vec3(0.0), 0.0);
     uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
-    float part = 1.0;  // of what gathering lobes reflect
+    bool one_sided = true;
 #ifdef DRAWN
     if (by_lobe && number >= asked_lights) return none;  // the world is asked
 #endif
 #ifdef TWO_SIDED
     float share_of_rays = share_of_side(int(point.shading.triangle));
-    if (share_of_rays < 1.0 && is_for_behind(dimension)) point = from_behind(point);
+    one_sided = !(share_of_rays < 1.0);
+    if (!one_sided && is_for_behind(dimension)) point = from_behind(point);
 #endif
     float rays;
     int chosen = light_of(point, number, rays);
@@ -240,39 +295,16 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     LightLimit limit = light_limit_at(chosen);
     if (point.bounces > limit.bounces) return none;
 #endif
-    vec3 position = point.place.position;
-#ifdef BY_LOBES
-    float first = is_world(light) ? share_of_first_to_gather(point) : -1.0;
-#ifdef TWO_SIDED
-    if (share_of_rays < 1.0) first = -1.0;
-#endif
-    if (by_lobe && first < 0.0) return none;
-    LightSample found = by_lobe ? sample_to_gather(point, light, first, even_over_passes(dimension + 0x8000u))
-        : sample_asked(light, position, point.facing.normal, even_over_passes(dimension));
-    if (first >= 0.0) {
-        float own = pdf_asked(light, position, point.facing.normal, found.to_light);
-        float other = pdf_to_gather(point, first, found.to_light);
-        part = (by_lobe ? other : own) / max(own + other, 1.0e-30);
-    }
-#else
-    LightSample found = sample_asked(light, position, point.facing.normal, even_over_passes(dimension));
-#endif
+    float part;
+    LightSample found = sample_for(point, light, dimension, by_lobe, one_sided, part);
     float cosine = cosine_of_diffuse(point, found.to_light), any_cosine = cosine;
-    float above = dot(found.to_light, point.facing.normal), lift = 0.0;
 #ifdef LOBES
     float of_lobes = cosine_of_lobes(point, found.to_light);
     any_cosine += of_lobes;
 #endif
     if (any_cosine <= 0.0 || found.share <= 0.0) return none;
-#ifdef SMOOTH
-    int triangle = int(point.shading.triangle);
-    float terminator = terminator_share(triangle, dot(found.to_light, point.base), above);
-    if (terminator > 0.0) lift = height_to_smooth(triangle, point.place.position, point.base);
-    if (above <= 0.0 && lift <= 0.0) return none;
-    lift *= terminator;
-#else
-    if (above <= 0.0) return none;
-#endif
+    float lift = lift_towards(point, found.to_light);
+    if (lift < 0.0) return none;
     float share = found.share * share_by_nodes(light, found.to_light, found.far);
     vec3 irradiance = found.irradiance * (share / rays), radiance = vec3(0.0);
 #ifdef GOBOS
@@ -291,22 +323,11 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     }
 #endif
     if (!(largest(radiance) > 0.0 || lux > 0.0)) return none;
-    vec3 origin = offset_origin(point.place.position, point.facing.normal, point.facing.normal);
-    origin += lift * point.base;
-    // Ends short of the light, so that a light on a surface is not hidden by it: by what the origin
-    // was lifted, and as much again for the rounding of the light and of the surface.
-    float far = found.far - 2.0 * distance(origin, point.place.position);
-    vec3 direction = found.to_light;
-#ifdef SMOOTH
-    if (lift > 0.0 && found.far < T_MAX) {
-        // From as high as that it goes to the same place on the light, in another direction.
-        vec3 to_place = point.place.position + found.to_light * found.far - origin;
-        direction = to_place / max(length(to_place), 1.0e-30);
-        far = length(to_place) - 2.0 * SURFACE_OFFSET;
-    }
-#endif
+    ShadowRay ray = ray_to(point, found, lift);
+    ray.radiance = radiance;
+    ray.lux = lux;
 #ifdef VISIBILITY
-    if (!(limit.shadowed > 0.0)) far = 0.0;  // nothing is in its way
+    if (!(limit.shadowed > 0.0)) ray.direction.t_max = 0.0;  // nothing is in its way
 #endif
-    return ShadowRay(RayOrigin(origin, point.shading.triangle), RayDirection(direction, far), radiance, lux);
+    return ray;
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The world, of one radiance from everywhere: what is behind all else. Photons of it start on a sphere about the
-// scene, which is all that they could miss.
+// The world, of one radiance from everywhere: what is behind all else. Photons of it start on discs before the scene.
 // Parameters: bounds [scene]. Power: W/(m^2 sr).
 
 // By the cosine: what remains for a diffuse surface is exact.

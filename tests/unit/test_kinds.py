@@ -17,6 +17,7 @@ from addon.photon.kernels.shade import Shade
 from addon.photon.prepare import prepare
 from addon.photon.scene import Light, Lobe, Material, Scene, phong
 from addon.photon.settings import Settings
+from addon.photon.stage import kinds as kinds_module
 from addon.photon.stage.kinds import check_kinds, light_kinds, lobe_kinds
 from addon.photon.stage.switches import made_bsdf, made_lights
 from addon.photon.variants import drawn, kernels
@@ -39,6 +40,25 @@ def test_what_heads_say() -> None:
     ]
     for kinds in (lobe_kinds(), light_kinds()):
         assert sorted(kind.number for kind in kinds.values()) == [*range(1, len(kinds) + 1)]
+
+
+def test_traits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They alone tell: a head's prose does not."""
+    root = use_root(tmp_path, monkeypatch)
+    head = "// A mirror on both sides, a delta lobe.\n// Parameters: none.\n"
+    write(root, "bsdf/odd.glsl", f"{head}\nfloat x;\n")
+    odd = lobe_kinds()["odd"]
+    assert not (odd.is_delta or odd.transmits or odd.sends_rays)
+    write(root, "bsdf/sharp.glsl", f"{head}// Traits: delta, transmits.\n\nfloat x;\n")
+    write(root, "bsdf/thin.glsl", f"{head}// Traits: sends rays.\n\nfloat x;\n")
+    kinds_module._kinds.cache_clear()
+    sharp, thin = lobe_kinds()["sharp"], lobe_kinds()["thin"]
+    assert sharp.is_delta and sharp.transmits and sharp.sends_rays and not sharp.is_two_sided
+    assert thin.sends_rays and not (thin.is_delta or thin.transmits)
+    write(root, "bsdf/thin.glsl", f"{head}// Traits: sharp.\n\nfloat x;\n")
+    kinds_module._kinds.cache_clear()
+    with pytest.raises(StreamError, match=r"thin\.glsl: 'sharp' is no trait: delta, transmits"):
+        lobe_kinds()
 
 
 def test_a_head_without_parameters(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,7 +36,7 @@ class DirectLight:
     """By a kernel that traces the rays itself: one launch, whatever the number of lights."""
 
     def __init__(self, device: Device, layer: Layer, needs: SceneNeeds) -> None:
-        self._kernel = Direct(device, layer, needs.direct_defines, made=needs.filter_made)
+        self._kernel = Direct(device, layer, needs.direct_defines, made=needs.shadow_made)
 
     def add(
         self, totals: Totals, streams: Streams, tables: Tables, uniforms: dict[str, Any]
@@ -92,8 +92,8 @@ class TracedDirectLight:
         self._tracer = tracer
         self._through: ShadowThrough | None = None
         if needs.transparent:
-            defines = {**needs.illuminance_defines, **needs.filter_defines}
-            self._through = ShadowThrough(device, layer, defines, made=needs.filter_made)
+            defines = {**needs.illuminance_defines, **needs.shadow_filter_defines}
+            self._through = ShadowThrough(device, layer, defines, made=needs.shadow_made)
         self._streams: dict[tuple[Size, bool], _Rays] = {}
         self._of_size(size, False)
 

@@ -49,7 +49,7 @@ class Eye:
         self._ended: dict[Region, int] = {}
         self._sent: Path | None = None  # ahead
         self.camera = EyeCamera(device, layer, scene, frame, settings, needs)
-        self.footprint = self.camera.widths() if needs.programs.bumps else {}
+        self.footprint: dict[str, tuple[float, ...]] = {}  # of a pixel, where bumps ask; `prepare`
         self._shade: Shade | None = None
         self._tracers: list[Kernel] = []  # of eye rays, and of others if those see something else
         if needs.surfaces:
@@ -78,8 +78,10 @@ class Eye:
             self._compaction = Compaction(self.streams)
 
     def prepare(self) -> None:
-        """Fill the streams that something is read from before it is written."""
+        """Fill the streams that something is read from before it is written, and tell the
+        footprint of pixels."""
         self.streams.prepare()
+        self.footprint = self.camera.widths() if self._needs.programs.bumps else {}
 
     def send_ahead(self, index: int, region: Region) -> None:
         """Send a pass's rays and light the points where they end, which no photon tells: a GPU

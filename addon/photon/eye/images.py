@@ -11,7 +11,6 @@ from ..kernels.combine import CombineAll, CombineCaustics, CombineMirror, Combin
 from ..kernels.features import Features
 from ..kernels.launch import launch
 from ..kernels.records import BLUR, ILLUMINANCE_SEEN, LOST, RADIANCE
-from ..scene import Scene
 from ..settings import Settings
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
@@ -37,7 +36,6 @@ class PassImages:
         self,
         backend: Backend,
         tables: Tables,
-        scene: Scene,
         settings: Settings,
         needs: SceneNeeds,
         eye: Eye,

@@ -24,7 +24,7 @@ from .shade import GATHERED_LOBES, LOBES, POINT, PROGRAM_DEFINES, PROGRAM_TABLES
 _STRUCTURE = (
     "SHADOW_RAYS",
     "DRAWN",
-    "BY_LOBES",
+    "SHADOW_RAYS_BY_LOBES",
     "LOBES",
     "TWO_LOBES",
     "TINTED",
@@ -96,7 +96,7 @@ class ShadowRays(Kernel):
     uniforms = {
         **_UNIFORMS,
         "number": Uniform("int"),
-        "by_lobe": When("BY_LOBES", Uniform("int")),
+        "by_lobe": When("SHADOW_RAYS_BY_LOBES", Uniform("int")),
     }
     tables = {
         **LIGHT_TABLES,

@@ -8,10 +8,10 @@ import photon_stream_native as native
 from ...streams import Record
 
 # Streams of rays and of photons under way.
-RAY_ORIGIN = Record("RayOrigin", {"position": "vec3", "source": "float"})  # source: triangle or -1
-RAY_DIRECTION = Record(
-    "RayDirection", {"direction": "vec3", "t_max": "float"}
-)  # unit; zero: no ray
+# `source`: the triangle that it leaves, or -1; of a photon from a light -1 less its number.
+RAY_ORIGIN = Record("RayOrigin", {"position": "vec3", "source": "float"})
+# Unit; zero: no ray. `t_max` [scene units], of photons a code: photon_ray.glsl.
+RAY_DIRECTION = Record("RayDirection", {"direction": "vec3", "t_max": "float"})
 HIT = Record("Hit", {"t": "float", "triangle": "float", "u": "float", "v": "float"})  # number + 1
 FLUX = Record(
     "Flux", {"flux": "vec3", "photon": "float"}
@@ -59,7 +59,8 @@ ILLUMINANCE_SEEN = Record(
 GLOSS = Record("Gloss", {"radiance": "vec3", "inner": "float"})
 # The normal of those lobes, and their mean albedo towards the viewer; 0: none gathers.
 GATHERED = Record("Gathered", {"normal": "vec3", "albedo": "float"})
-# [W], with DIRECTIONS that to the light in its last bits (packing.glsl); geometric normal, packed
+# [W], with DIRECTIONS that to the light in its last bits (packing.glsl); geometric normal, packed,
+# or, where deposits are numbered, the photon's number.
 DEPOSIT = Record("Deposit", {"flux": "vec3", "normal": "float"})
 GATHER_RADIUS = Record("GatherRadius", {"radius": "float"})  # [scene units]
 # Half planes that end a visible point's disc (lib/cuts.glsl) [1 / scene units]; zero: no cut
@@ -209,7 +210,7 @@ LIGHT = Record(
         "kind": "float",
         "axis": "vec3",  # unit
         "chosen": "float",  # probability with which a photon starts here
-        "power": "vec3",  # P per channel, so that power / distance^2 is W/m^2
+        "power": "vec3",  # in its kind's unit; what is in W over the scene's scale squared
         "cdf": "float",  # sum of `chosen` up to and including this light
         "across": "vec3",  # unit, at a right angle to the axis
         "found_by": "float",  # bits, see light.glsl
@@ -236,8 +237,8 @@ LIGHT_LIMIT = Record("LightLimit", {"bounces": "float", "shadowed": "float"})  #
 # Where photons start that count (lib/aim.glsl): of a light afar, on a disc about this place; which
 # node is its tree's root, plus one, or 0: anywhere.
 LIGHT_AIM = Record("LightAim", {"middle": "vec3", "root": "float"})
-# A rectangle through which the world's light comes (lib/portals.glsl) [scene units]; both its axes
-# are unit vectors. Of width 0: none.
+# A rectangle through which light comes, of the world to what is shown (lib/portals.glsl), or of
+# photons to it (lib/openings.glsl) [scene units]; both its axes are unit vectors. Of width 0: none.
 PORTAL = Record(
     "Portal",
     {"middle": "vec3", "width": "float", "across": "vec3", "height": "float", "axis": "vec3"},

@@ -21,8 +21,9 @@ class Resolve(Kernel):
 
 
 class ErrorParts(Kernel):
-    """What noise and blur add to the relative square of each pixel of the picture: noise, change,
-    the same where the disc is even, and which of the two there is."""
+    """Of each pixel of the picture, relative squared errors: by noise, by blur (the change from the
+    inner radius to the radius), the latter again where the disc is even and 0 elsewhere, and in the
+    last channel whether light falls there and whether the disc is even."""
 
     stem = "error_parts"
     structure = ("MIRRORED", "BLURRED", "LEAST_COVERAGE", "INNER_AREA", "EVEN", "EVEN_COUNTS")

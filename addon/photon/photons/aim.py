@@ -27,7 +27,7 @@ LEARNING_PASS = 1 << 31  # and above: numbers that no pass of a picture has
 FIRST_PHOTONS, MOST_FIRST = 4096, 16384  # of each group of lights, and of all at most
 # Then, where it may be worth it, of all, twice: each time by the importance found before.
 PHOTONS = (1 << 15, 1 << 16)
-PORTAL_PASS = LEARNING_PASS + 8  # and the next one: of photons that look for portals
+PORTAL_PASS = LEARNING_PASS + 8  # and the next two: of photons that look for portals
 WIDE = 2.5  # how much wider cells are for the first photons
 # Where half of what is seen has no photon, more look for it: of light from afar at all distances.
 ENOUGH_KNOWN = 0.5
@@ -98,7 +98,7 @@ class Aiming:
         if not shines or self._misses or landed >= FEW_LAND:
             return False
         is_rare = landed < RARELY_LAND
-        if self._first == 0 and not (is_rare and _is_unled(self._tables, self._used)):
+        if self._first == 0 and not (is_rare and _uses_no_portal(self._tables, self._used)):
             return False
         self._first, self._misses, self._is_rare, self._learned = 0, True, is_rare, None
         return True
@@ -142,7 +142,7 @@ class Aiming:
             if self._surrounded:
                 tables.set_photon_portals(self._surrounded.faces, around=True)
         starts = self._starts(view)
-        if self._is_rare and _is_unled(tables, starts):
+        if self._is_rare and _uses_no_portal(tables, starts):
             tables.set_photon_portals(faces_about(view), around=True)
             starts = self._starts(view)
         if self._seeks:
@@ -228,7 +228,7 @@ class Aiming:
         return Starts(even_shares(self._tables), proposed(self._tables, view, extent, middle))
 
 
-def _is_unled(tables: Tables, starts: Starts) -> bool:
+def _uses_no_portal(tables: Tables, starts: Starts) -> bool:
     """Whether most photons leave surfaces by the cosine, from lights that none are aimed from."""
     kinds = {kind.number for kind in light_kinds().values() if kind.emits_by_cosine}
     emits = np.isin(tables.lights["kind"], [*kinds])

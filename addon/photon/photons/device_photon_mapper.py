@@ -67,7 +67,7 @@ class DevicePhotonMapper:
         needs: SceneNeeds,
         bounces: SeveralBounces | OneBounce,
     ) -> None:
-        self._device, self._settings = device, settings
+        self._settings = settings
         self._most_bounces = needs.photon_bounces + 1  # with that in which a photon is cut off
         self._emission = Emission(device, "compute", tables, needs)
         self._paths: PathsBySize[Any] = PathsBySize(device, bounces.paths, needs.absorption)

@@ -15,7 +15,8 @@ from .mapper import Mapper, PhotonBatch
 from .view import Doubles, View
 
 LIGHT, LIGHT_POINT = 0, 1  # dimensions of random numbers, as in glsl/lib/rng.glsl
-PULL = 1e-3  # to where closest_to begins, over that to where rays meet
+# How closest_to weighs the distance to its start over that to where rays meet.
+PULL = 1e-3
 OF_PASS = 0xFFFFFFFF  # the element whose numbers are a pass's
 
 

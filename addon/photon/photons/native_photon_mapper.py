@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ...streams import Device
 from ..kernels.records import PLAIN_LIGHT, PLAIN_MATERIAL
 from ..scene import Material, Scene
-from ..scene.materials import SEND_RAYS
 from ..settings import Settings
 from ..stage.gathered import gather_some
 from ..stage.geometry import Mesh
@@ -38,8 +37,9 @@ def knows_lobes(lobes: int, kinds: Collection[str]) -> bool:
 def leaves_lobes(lobes: int, kinds: Collection[str]) -> bool:
     """Whether GLSL gathers photons with some of these, as they are neither lobes that it knows nor
     microfacets."""
-    known = (x in SEND_RAYS or "microfacets" in lobe_kinds()[x].verbs for x in kinds)
-    return not knows_lobes(lobes, kinds) and not all(known)
+    found = [lobe_kinds()[kind] for kind in kinds]
+    known = all(kind.sends_rays or "microfacets" in kind.verbs for kind in found)
+    return not knows_lobes(lobes, kinds) and not known
 
 
 def knows(scene: Scene, needs: SceneNeeds) -> bool:
@@ -79,7 +79,7 @@ class NativePhotonMapper:
         triangles: Triangles,
     ) -> None:
         self._settings, self._needs, self._triangles = settings, needs, triangles
-        self._scene = tables
+        self._tables = tables
         self._materials = _plain(_materials(scene.materials, needs.gathered_lobes))
         self._launches = 0
         self.deposits = HostDeposits(device)
@@ -91,19 +91,19 @@ class NativePhotonMapper:
 
     def rays(self, index: int, photons: int) -> NDArray[np.float64]:
         """As PhotonMapper.rays, of lights that nothing is aimed from."""
-        lights, seed = _plain(_lights(self._scene.lights)), self._settings.seed
+        lights, seed = _plain(_lights(self._tables.lights)), self._settings.seed
         starts = self._triangles.tracer.photon_starts(lights, seed, index, photons)
         return starts.astype(np.float64)
 
     def start(self, batch: PhotonBatch) -> None:
         """Trace a batch."""
-        aims, portals = self._scene.aims, self._scene.photon_portals
+        aims, portals = self._tables.aims, self._tables.photon_portals
         self._launches += 1
         self.deposits.clear()
         place, deposit, unfinished = self._triangles.tracer.photons(
             _plain(self._triangles.mesh.normals),
             self._materials,
-            _plain(_lights(self._scene.lights)),
+            _plain(_lights(self._tables.lights)),
             seed=self._settings.seed,
             pass_index=batch.index,
             photons=batch.photons,

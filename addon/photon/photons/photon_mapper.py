@@ -31,7 +31,6 @@ class PhotonMapper:
         needs: SceneNeeds,
         bounce: OneBounce,
     ) -> None:
-        self._tables = tables
         self._settings, self._needs = settings, needs
         self._paths = PathsBySize(device, bounce.paths, needs.absorption)
         self.deposits = HostDeposits(device, needs.caustics)

@@ -21,8 +21,6 @@ GLASS = ("glass", "ggx_glass", "dispersive_glass", "ggx_dispersive_glass")
 COATS = ("coat", "bent_coat")  # whose colour is their tint
 FRESNEL_LOBES = (*COATS, "ggx_dielectric", "ggx_metal", *GLASS)
 TRANSPARENT = "transparent"  # light goes straight on
-# Kinds that gather no photons, however rough they are.
-SEND_RAYS = ("mirror", *GLASS, "bent_coat", "translucent", TRANSPARENT)
 ALPHAS = ("alpha", "alpha_x", "alpha_y")  # parameters of microfacets
 
 
@@ -60,11 +58,9 @@ class Lobe:
 
     @property
     def roughness(self) -> tuple[float, float]:
-        """Of microfacets as broad as the lobe, where it is sharpest, as glsl/bsdf has it; 0 of a
-        kind that gathers no photons, and 1 where parameters do not tell. The least and the most
-        that it may be anywhere."""
-        if self.kind in SEND_RAYS:
-            return 0.0, 0.0
+        """Of microfacets as broad as the lobe, where it is sharpest, as glsl/bsdf has it; 1 where
+        its alpha, roughness or exponent do not tell. The least and the most that it may be
+        anywhere."""
         given: Mapping[str, Any] = self.parameters
         alphas = [given[name] for name in ALPHAS if name in given]
         if self.varying.keys() & {"exponent", "roughness", *ALPHAS}:

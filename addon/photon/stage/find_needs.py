@@ -62,7 +62,7 @@ def find_needs(
         and by_chains
         and (emissive or any("glossy" in x.found_by for x in met)),
         transparent_depth=settings.transparent_depth if transparent else 0,
-        filter_programs=_programs_of(scene, materials, of_transmittance),
+        shadow_programs=_programs_of(scene, materials, of_transmittance),
         light_kinds=of_mesh | {light.kind for light in emitting},
         tangents=len(mesh.tangents) > 0,
         smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from ..scene import CAUSTICS, RAY_BITS, Light, Material, Scene
+from ..scene import CAUSTICS, RAY_BITS, Light, Lobe, Material, Scene
 from ..settings import Settings
 from .kinds import lobe_kinds
 
@@ -15,14 +15,19 @@ GATHERED_FROM, GATHERED_WHOLLY = 0.4, 0.5
 BLEND = {"GATHERED_FROM": GATHERED_FROM, "GATHERED_WHOLLY": GATHERED_WHOLLY}
 
 
+def _roughness(lobe: Lobe) -> tuple[float, float]:
+    """The least and the most that it may be where the lobe gathers; 0 of one that never does."""
+    return (0.0, 0.0) if lobe_kinds()[lobe.kind].sends_rays else lobe.roughness
+
+
 def gather_some(material: Material) -> bool:
     """Whether photons are gathered with any of its lobes, wholly or in part."""
-    return any(lobe.reflects and lobe.roughness[1] > GATHERED_FROM for lobe in material.lobes)
+    return any(lobe.reflects and _roughness(lobe)[1] > GATHERED_FROM for lobe in material.lobes)
 
 
 def send_rays(material: Material) -> bool:
     """Whether any of its lobes, or a part of one, sends rays where others gather."""
-    return any(lobe.reflects and lobe.roughness[0] < GATHERED_WHOLLY for lobe in material.lobes)
+    return any(lobe.reflects and _roughness(lobe)[0] < GATHERED_WHOLLY for lobe in material.lobes)
 
 
 def _is_met_by_rays_alone(light: Light) -> bool:

@@ -22,8 +22,12 @@ from ..scene.programs import MOST_OPERANDS
 
 _OPERANDS = re.compile(r"^Operands: ([^\n]*)\.$", re.M)
 _PARAMETERS = re.compile(r"^Parameters: ([^.]*)\.( Power: .*)?$", re.M)
+_TRAITS = re.compile(r"^Traits: ([^.]*)\.$", re.M)
 _POWER = re.compile(r"\bPower: (.+)\.$", re.M)
 _PARAMETER = re.compile(r"(\w+)(?: \[([^\]]*)\])?")
+# What a lobe's file may say of it: it reflects each direction into one other; it lets light through
+# from behind; it gathers no photons, however rough it is. Delta lobes never do.
+DELTA, TRANSMITS, SENDS_RAYS = TRAITS = "delta", "transmits", "sends rays"
 METRES = "m"
 WATTS = "W"
 RADIANCE = "W/(m^2 sr)"
@@ -42,10 +46,24 @@ class Kind:
     name: str
     number: int  # in tables and streams; 0 is no lobe
     parameters: Mapping[str, str]  # their units by name, in order
-    is_delta: bool  # it reflects each direction into one other
-    transmits: bool  # light from behind, as well
+    traits: frozenset[str]  # of TRAITS
     power: str  # of a light: its unit
     verbs: frozenset[str]  # of the functions that its file defines
+
+    @property
+    def is_delta(self) -> bool:
+        """Whether it reflects each direction into one other."""
+        return DELTA in self.traits
+
+    @property
+    def transmits(self) -> bool:
+        """Whether it lets light through from behind."""
+        return TRANSMITS in self.traits
+
+    @property
+    def sends_rays(self) -> bool:
+        """Whether it gathers no photons, however rough it is."""
+        return bool(self.traits & {DELTA, SENDS_RAYS})
 
     @property
     def is_two_sided(self) -> bool:
@@ -208,7 +226,7 @@ def _kinds(root: Path, folder: str) -> Mapping[str, Kind]:
 
 
 def _read(file: Path, number: int) -> Kind:
-    """StreamError if the file's head does not say what its parameters are."""
+    """StreamError if the file's head does not say what its parameters are, or an unknown trait."""
     text = file.read_text(encoding="utf-8")
     head = text.split("\n\n", 1)[0].replace("// ", "")
     found = _PARAMETERS.search(head)
@@ -217,9 +235,12 @@ def _read(file: Path, number: int) -> Kind:
     named = [] if found[1] == "none" else _PARAMETER.findall(found[1])
     power = _POWER.search(head)
     verbs = frozenset(re.findall(rf"(\w+)_{file.stem}\(", text))
-    is_delta, transmits = "delta lobe" in head, "on both sides" in head
+    said = _TRAITS.search(head)
+    traits = frozenset(said[1].split(", ") if said else ())
+    if unknown := traits.difference(TRAITS):
+        raise StreamError(f"{file}: {min(unknown)!r} is no trait: {', '.join(TRAITS)}")
     unit = power[1] if power else ""
-    return Kind(file.stem, number, dict(named), is_delta, transmits, unit, verbs)
+    return Kind(file.stem, number, dict(named), traits, unit, verbs)
 
 
 @lru_cache(maxsize=16)

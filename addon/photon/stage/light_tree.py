@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from ..kernels.records import LIGHT_NODE, LIGHT_PLACE
 
-# Lights that every visible point asks; where there are more, it draws so many of them by the tree.
+# A visible point asks each light, one shadow ray each, up to so many weak ones. Of more of those it
+# asks DRAWN_RAYS, drawn by the tree. Distant lights are asked each.
 MOST_ASKED = 64
 DRAWN_RAYS = 32
-# Where others are stronger, both are less by as much as these have of the light of all that are not
-# distant; but no fewer rays than so many are drawn, nor from fewer than twice as many lights.
+STRONG = 1 / 16  # of the flux of all that are not distant: weak is a light that has no more of it
+# MOST_ASKED and DRAWN_RAYS are times the share that weak lights have of that flux. At least so many
+# rays are drawn, and only from more than twice as many lights.
 LEAST_DRAWN = 8
-STRONG = 1 / 16  # as much of that light has one that is asked beside those that are drawn
 ASKED = -1.0  # as a place in the tree
 BOTH_SIDES = 2.0  # a reach, as in light.glsl
 ROUNDING = 1e-5  # of cosines: a node must not lose what a light in it has

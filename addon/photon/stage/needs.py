@@ -22,8 +22,12 @@ PORTALS_FOR_ABSORBED_DEFINES: Defines = {
     "ONE_WAY": 1,
     "PORTALS_FOR_ABSORBED": 1,
 }
-# Or some do, whatever the surface absorbs: so Shade can draw their way, too.
-MOST_BY_PORTAL, WIDE_PORTAL = 0.4, 0.25  # as glsl/lib/reflection.glsl says
+# Or some do, whatever the surface absorbs: so Shade can draw their way, too. Of what it scatters
+# the share MOST_BY_PORTAL goes through portals where all of them fill WIDE_PORTAL [sr] or more,
+# else less by the root of that solid angle. For where photons start at all distances from what is
+# shown alike, their flux goes with the square of the distance, and what of it comes there by the
+# cosine with its third power: so each brings as much that goes through a portal.
+MOST_BY_PORTAL, WIDE_PORTAL = 0.4, 0.25
 PORTALS_BY_SHARE_DEFINES: Defines = {
     **{"PORTALS": FACES, "ONE_WAY": 1, "PORTALS_BY_SHARE": 1},
     **{"MOST_BY_PORTAL": MOST_BY_PORTAL, "WIDE_PORTAL": WIDE_PORTAL},
@@ -64,9 +68,8 @@ class SceneNeeds:
     camera_kind: str = "persp"
     lens: bool = False  # the camera has one: not all is in focus
     panorama: bool = False
-    portals: bool = (
-        False  # there may be some: shadow rays go to the world, and who aims photons looks
-    )
+    # Shadow rays go to the world: before pass 0 portals are looked for, with what aims photons.
+    portals: bool = False
     gathered_lobes: bool = False  # some are broad enough to gather photons with
     profiles: bool = False  # lights are not equally bright in all directions
     gobos: bool = False  # or not of one colour, or not at all places
@@ -80,7 +83,7 @@ class SceneNeeds:
     )  # where what they emit differs from point to point
     transparent_depth: int = 0  # surfaces that a ray goes straight on through
     absorption: bool = False  # light is absorbed inside meshes
-    filter_programs: ProgramNeeds = ProgramNeeds()  # where what they let through does
+    shadow_programs: ProgramNeeds = ProgramNeeds()  # where what they let through does
     caustics: bool = False  # are asked for, and there may be some
 
     @cached_property
@@ -157,12 +160,12 @@ class SceneNeeds:
         if any(lobe_kinds()[kind].is_two_sided for kind in self.lobe_kinds):
             defines |= {"TWO_SIDED": 1}
         # What a lobe gathers matters where rays and shadow rays share a light alone.
-        by_lobes = {"BY_LOBES": 1} if self.by_lobes else {}
+        by_lobes = {"SHADOW_RAYS_BY_LOBES": 1} if self.by_lobes else {}
         tells = self._point_defines if self.weighed or by_lobes else self._lobe_defines
         of_lobes = {**tells, **by_lobes} if broad else {}
         normals = {"NORMALS": 1} if self.programs.normals else {}
         shadow = {**self.illuminance_defines, **self.rays("shadow"), **normals}
-        return {**defines, **self.light_defines, **of_lobes, **shadow, **self.filter_defines}
+        return {**defines, **self.light_defines, **of_lobes, **shadow, **self.shadow_filter_defines}
 
     @property
     def by_lobes(self) -> bool:
@@ -282,9 +285,9 @@ class SceneNeeds:
         return TRANSPARENT in self.lobe_kinds
 
     @property
-    def filter_defines(self) -> dict[str, int | float]:
+    def shadow_filter_defines(self) -> dict[str, int | float]:
         """What kernels are compiled with that let shadow rays pass."""
-        return {**self.transparent_defines, **self.filter_programs.defines}
+        return {**self.transparent_defines, **self.shadow_programs.defines}
 
     @property
     def transparent_defines(self) -> dict[str, int | float]:
@@ -318,6 +321,6 @@ class SceneNeeds:
         return {**self.made, **self.emission_programs.made}
 
     @cached_property
-    def filter_made(self) -> Made:
+    def shadow_made(self) -> Made:
         """Those of kernels that let shadow rays pass."""
-        return {**self.made, **self.filter_programs.made}
+        return {**self.made, **self.shadow_programs.made}

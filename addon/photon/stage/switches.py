@@ -61,7 +61,7 @@ BSDF_FUNCTIONS = (
     ),
     _Function(
         "float",
-        "by_cosine",  # half at most
+        "by_cosine",  # the share of photons that `sample` sends by the cosine, half at most
         _LOBE,
         "return 0.0;",
         "lobe.kind",
@@ -69,7 +69,7 @@ BSDF_FUNCTIONS = (
     ),
     _Function(
         "Microfacets",
-        "microfacets",  # for who evaluates them elsewhere
+        "microfacets",  # what the native core gathers photons with
         (*_LOBE, "vec3 normal", "vec3 to_viewer"),
         "return Microfacets(vec3(0.0), 0.0, vec3(0.0), 0.0, vec3(0.0), 0.0);",
         "lobe.kind",
@@ -122,7 +122,8 @@ LIGHT_FUNCTIONS = (
         "light.kind",
         lambda kind: kind.emits_by_cosine,
     ),
-    # That of a photon times what the light has photons, which differs where colours do.
+    # A photon's flux times the light's number of photons [W]: another than the light's where its
+    # colour goes by direction.
     _Function(
         "vec3",
         "carried",
