@@ -80,7 +80,9 @@ def test_several_bounces_in_one_launch(device: Device, monkeypatch: pytest.Monke
         assert lists[0].tobytes() == lists[3].tobytes()
 
 
-def test_host_does_not_wait_for_photons(mapper: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_host_does_not_wait_for_photons(
+    device: Device, mapper: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """After the first pass nothing is read before all is launched, and it is the same."""
     expected = traced(mapper, 0)
     reads: list[bool] = []
@@ -91,7 +93,7 @@ def test_host_does_not_wait_for_photons(mapper: Any, monkeypatch: pytest.MonkeyP
         reads.append(is_launched)
         return data(reading)
 
-    for reading in filter(None, mapper._device._readback._taken):
+    for reading in filter(None, device._readback._taken):
         reading.data()  # what nobody needed to know
     monkeypatch.setattr(Reading, "data", read)
     mapper.unfinished = 0
@@ -105,7 +107,7 @@ def test_host_does_not_wait_for_photons(mapper: Any, monkeypatch: pytest.MonkeyP
 
 @pytest.mark.parametrize("part", ["landed", "first", "second"])
 def test_more_photons_than_foreseen(
-    mapper: Any, monkeypatch: pytest.MonkeyPatch, part: str
+    device: Device, mapper: Any, monkeypatch: pytest.MonkeyPatch, part: str
 ) -> None:
     """More landed than there was room for, or were alive at a look than in any pass before."""
     monkeypatch.setattr(device_photon_mapper, "SPARE_PHOTONS", 0)
@@ -119,7 +121,7 @@ def test_more_photons_than_foreseen(
     else:
         foreseen.alive[looked] //= 64
     mapper.deposits.release()
-    mapper.deposits = DeviceDeposits(mapper._device)
+    mapper.deposits = DeviceDeposits(device)
     launches = mapper.launches()["generator"]
     assert traced(mapper, 0) == expected
     assert mapper.launches()["generator"] == launches + 2  # it was traced again
@@ -128,14 +130,16 @@ def test_more_photons_than_foreseen(
     assert mapper.launches()["generator"] == launches + 3
 
 
-def test_more_deposits_than_guessed(mapper: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_more_deposits_than_guessed(
+    device: Device, mapper: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The first pass of all finds no room for what lands, and is traced again."""
     expected = traced(mapper, 0)
     monkeypatch.setattr(device_photon_mapper, "GUESSED", 0)
     mapper._foreseen.clear()
     mapper.unfinished = 0
     mapper.deposits.release()
-    mapper.deposits = DeviceDeposits(mapper._device)
+    mapper.deposits = DeviceDeposits(device)
     before = mapper.launches()["generator"]
     assert traced(mapper, 0) == expected
     assert mapper.launches()["generator"] == before + 2
