@@ -211,6 +211,47 @@ impl Layer {
     }
 }
 
+/// Where in a disc's plane a probe samples the filter, within the cuts.
+struct Drawn {
+    at: [f32; 2],
+    distance: f32,
+    /// Its square over the radius's.
+    x2: f32,
+    /// The filter's mass in that direction within the cuts, over all of it.
+    within: f32,
+}
+
+impl Drawn {
+    #[inline(always)]
+    fn of(point: &Point, probe: &Probe, filter: Filter) -> Drawn {
+        let (sin, cos) = sin_cos_of_turns(probe.u[1]);
+        let within = filter.mass_within(reach2(point.cuts, point.radius, [cos, sin]));
+        let x2 = filter.sample(probe.u[0] * within);
+        let distance = (x2 * (point.radius * point.radius)).sqrt();
+        Drawn { at: [cos * distance, sin * distance], distance, x2, within }
+    }
+
+    /// The filter's mass there; the tilted filter and the inner one over that.
+    #[inline(always)]
+    fn mass_and_tilted(&self, point: &Point, filter: Filter) -> (f32, [f32; 2]) {
+        let [mass, inner_mass] = filter.shape_and_inner(self.x2);
+        let mass = mass.max(1.0e-30);
+        let [outer, inner] = point.tilts.map(|tilt| tilt.at(self.at));
+        (mass, [outer, inner * inner_mass / mass])
+    }
+}
+
+/// The tilted filter at a place, and the inner one, over the density by which a probe found it.
+#[inline(always)]
+fn tilted_share(point: &Point, filter: Filter, place: [f32; 3], density: f32) -> [f32; 2] {
+    let r2 = point.radius * point.radius;
+    let offset: [f32; 3] = std::array::from_fn(|k| place[k] - point.position[k]);
+    let at = dot(offset, offset);
+    let on_surface = if at > r2 { [0.0; 2] } else { filter.shape_and_inner(at / r2) };
+    let there = [dot(offset, point.tangent), dot(offset, point.bitangent)];
+    std::array::from_fn(|k| on_surface[k] * point.tilts[k].at(there) / density)
+}
+
 /// Sample the filter within the cuts. What the surface lacks of the tilted filter's mass there, and of the
 /// inner one's, over the density of the sampled point. As photons do, all of its layers on the point's side count.
 #[inline(always)]
@@ -223,21 +264,15 @@ fn probe_surface<L: Lanes>(
     filter: Filter,
     stack: &mut Stack,
 ) -> [f32; 2] {
-    let (r2, normal) = (point.radius * point.radius, point.normal);
-    let (sin, cos) = sin_cos_of_turns(probe.u[1]);
-    let within = filter.mass_within(reach2(point.cuts, point.radius, [cos, sin]));
-    let x2 = filter.sample(probe.u[0] * within);
-    let distance = (x2 * r2).sqrt();
-    let (x, y) = (cos * distance, sin * distance);
-    let is_own = own.holds([x, y]);
+    let normal = point.normal;
+    let drawn = Drawn::of(point, probe, filter);
+    let [x, y] = drawn.at;
+    let is_own = own.holds(drawn.at);
     if is_own && probe.others == 0.0 {
         return [0.0; 2];
     }
-    let [mass, inner_mass] = filter.shape_and_inner(x2);
-    let mass = mass.max(1.0e-30);
-    let [outer, inner] = point.tilts.map(|tilt| tilt.at([x, y]));
-    let sampled = [outer, inner * inner_mass / mass];
-    let height = distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
+    let (mass, sampled) = drawn.mass_and_tilted(point, filter);
+    let height = drawn.distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
     let middle: [f32; 3] =
         std::array::from_fn(|k| point.position[k] + x * point.tangent[k] + y * point.bitangent[k]);
     let mut origin: [f32; 3] = std::array::from_fn(|k| middle[k] + normal[k] * height);
@@ -273,12 +308,7 @@ fn probe_surface<L: Lanes>(
             && dot(carried, normal) >= SAME_ORIENTATION
         {
             let met = point_in(triangle, hit.u, hit.v);
-            let offset: [f32; 3] = std::array::from_fn(|k| met[k] - point.position[k]);
-            let at = dot(offset, offset);
-            let on_surface = if at > r2 { [0.0; 2] } else { filter.shape_and_inner(at / r2) };
-            let there = [dot(offset, point.tangent), dot(offset, point.bitangent)];
-            let density = mass * dot(geometric, normal);
-            let found = std::array::from_fn(|k| on_surface[k] * point.tilts[k].at(there) / density);
+            let found = tilted_share(point, filter, met, mass * dot(geometric, normal));
             let other = if above.abs() < away { std::mem::replace(&mut nearest, found) } else { found };
             others = std::array::from_fn(|k| others[k] + other[k]);
             away = away.min(above.abs());
@@ -294,7 +324,7 @@ fn probe_surface<L: Lanes>(
         }
         source = position;
     }
-    std::array::from_fn(|k| within * (sampled[k] - nearest[k] - probe.others * others[k]))
+    std::array::from_fn(|k| drawn.within * (sampled[k] - nearest[k] - probe.others * others[k]))
 }
 
 /// The point's own triangle, on which most probes end. Seen from the point in its plane,

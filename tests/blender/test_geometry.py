@@ -39,6 +39,7 @@ def test_million_metres_away_keeps_double_precision(export) -> None:
     np.testing.assert_array_equal(np.unique(scene.vertices[:, 0]), (999999.5, 1000000.5))
 
 
+@pytest.mark.stability(73)
 def test_linked_duplicates_share_one_export(export, monkeypatch) -> None:
     found: list[Geometry] = []
     original = Geometry.arrays
@@ -55,6 +56,7 @@ def test_linked_duplicates_share_one_export(export, monkeypatch) -> None:
     assert len(found[0]._local) == 1
 
 
+@pytest.mark.stability(73)
 def test_collection_instances(scene, export) -> None:
     collection = bpy.data.collections.new("Parts")
     collection.objects.link(bpy.data.objects.new("Part", new_mesh("Part")))
@@ -225,6 +227,7 @@ def edited(case: str) -> bpy.types.Object:
     return obj
 
 
+@pytest.mark.stability(73)
 @pytest.mark.parametrize(
     ("case", "quads"),
     [
@@ -251,6 +254,7 @@ def test_saved_in_edit_mode_shows_what_cycles_shows(
     np.testing.assert_allclose(exported.corner_normals[..., 2], 1.0, atol=1e-6)
 
 
+@pytest.mark.stability(73)
 def test_edited_since_the_file_was_opened(scene, export, cycles, tmp_path) -> None:
     """What the mesh itself has not been told of yet."""
     scene.render.resolution_y = 64
@@ -281,6 +285,7 @@ def test_edit_mode_keeps_materials_and_normals(export, tmp_path) -> None:
         np.testing.assert_allclose(getattr(after, name), getattr(before, name), atol=1e-6)
 
 
+@pytest.mark.stability(73)
 def test_hidden_objects_stay_out(scene, export) -> None:
     add_mesh("Hidden", hide_render=True)
     add_mesh("Only hidden in the viewport", hide_viewport=True)

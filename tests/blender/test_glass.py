@@ -30,11 +30,10 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", CASES)
-def test_ball_of_glass(scene, cycles_mean, export, device, case, thorough) -> None:
+def test_ball_of_glass(scene, cycles_mean, export, device, case) -> None:
     """Blocks of pixels about the ball: 1 % in the median, 3 % at the 95th percentile."""
-    if not thorough and case != "smooth":
-        pytest.skip("runs with --thorough")
     shader, inputs = CASES[case]
     world = scene.world = bpy.data.worlds.new("World")
     world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.8, 0.9, 1.0, 1)

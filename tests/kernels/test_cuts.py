@@ -199,6 +199,27 @@ def weights(name: str, x2: Any) -> Any:
     return np.where(x2 <= 1, shape, 0.0) / np.pi
 
 
+def check_tilted(name: str, cuts: Any, x: Any, means: Any) -> None:
+    """That discs at x before the plate's edge, of these cuts, shares, scales and tilts, have the
+    mass that lies on the plate, and within the cuts as much as without tilts."""
+    side = (np.arange(1200) + 0.5) / 600 - 1
+    u, v = np.meshgrid(side, side)
+    squares = u * u + v * v
+    for at in range(len(x)):
+        a, b, c, d = cuts[at] * RADIUS
+        within = (u * a + v * b <= 1) & (u * c + v * d <= 1)
+        for k, filter_ in enumerate((weights(name, squares), 2 * weights(name, 2 * squares))):
+            share, scale, along_u, along_v = means[:, at, k]
+            tilted = filter_ * (scale + along_u * u + along_v * v) / 600**2
+            on_surface = (tilted * within * (x[at] + u * RADIUS <= 0.9)).sum()
+            assert share == pytest.approx(on_surface, abs=8e-3)
+            left = (filter_ * within).sum() / 600**2
+            tilted *= within  # as good as 16 directions tell
+            assert tilted.sum() == pytest.approx(left, abs=0.02)
+            if at % 2 == 0 and scale < 3.0:
+                assert abs((tilted * u).sum()) < 0.01 and abs((tilted * v).sum()) < 0.01
+
+
 @pytest.mark.thorough("cone", "gaussian")
 @pytest.mark.parametrize("name", get_args(Filter))
 def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
@@ -251,22 +272,7 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
             means[0, :, k] += shares[:, k] / PASSES
             means[1, :, k] += scale / PASSES
             means[2:, :, k] += scale * tilts[:, 2 * k : 2 * k + 2].T * RADIUS / PASSES
-    side = (np.arange(1200) + 0.5) / 600 - 1
-    u, v = np.meshgrid(side, side)
-    squares = u * u + v * v
-    for at in range(count):
-        a, b, c, d = cuts[at] * RADIUS
-        within = (u * a + v * b <= 1) & (u * c + v * d <= 1)
-        for k, filter_ in enumerate((weights(name, squares), 2 * weights(name, 2 * squares))):
-            share, scale, along_u, along_v = means[:, at, k]
-            tilted = filter_ * (scale + along_u * u + along_v * v) / 600**2
-            on_surface = (tilted * within * (x[at] + u * RADIUS <= 0.9)).sum()
-            assert share == pytest.approx(on_surface, abs=8e-3)
-            left = (filter_ * within).sum() / 600**2
-            tilted *= within  # as good as 16 directions tell
-            assert tilted.sum() == pytest.approx(left, abs=0.02)
-            if at % 2 == 0 and scale < 3.0:
-                assert abs((tilted * u).sum()) < 0.01 and abs((tilted * v).sum()) < 0.01
+    check_tilted(name, cuts, x, means)
 
 
 @pytest.mark.parametrize(("quads", "is_cut"), [(60, True), (70, False)])

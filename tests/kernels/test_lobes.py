@@ -225,7 +225,7 @@ def test_photons_gain_little(one_bench: Bench, alpha: float, angle: float) -> No
     assert 1.0 < weight.max() < MOST_GAINED
 
 
-@pytest.mark.thorough("-30-", "-60-colour1", "-0-colour1", "-85-colour0")
+@pytest.mark.thorough("-30-", "-60-", "-0-colour1", "-85-colour0")
 @pytest.mark.parametrize("colour", [WHITE, COLOURED])
 @pytest.mark.parametrize("angle", ANGLES)
 @pytest.mark.parametrize("lobe", BROAD)

@@ -26,6 +26,7 @@ def expected() -> Any:
     return (LAMP[2] / away**1.5).reshape(32 * PIXELS, PIXELS, 32).mean(axis=(0, 2))
 
 
+@pytest.mark.stability(75)
 @pytest.mark.parametrize(
     ("backend", "estimator"), [("native", "gather"), ("compute", "gather"), ("fragment", "splat")]
 )

@@ -55,7 +55,7 @@ def test_case_2_mirror_and_diffuse_ledger(device: Device) -> None:
     assert relative_bound(values, 0.25 / math.pi * 4.0 / 0.5) <= 0.005
 
 
-@pytest.mark.thorough("0.1-", "0.02-")
+@pytest.mark.thorough("0.1-", "0.02-", "0.5-8000")
 @pytest.mark.parametrize(
     ("radius", "photons", "passes"),
     [(0.02, 250000, 1), (0.1, 150000, 1), (0.5, 100000, 1), (0.5, 8000, 16)],

@@ -43,6 +43,7 @@ def mean_of(device: Device, scene: Scene, **settings: Any) -> Any:
     return render(device, scene, **settings)["Combined"][..., :3].mean(axis=(0, 1), dtype=float)
 
 
+@pytest.mark.stability(66)
 @pytest.mark.parametrize("angle", SLAB)
 def test_eyes_through_a_slab(device: Device, angle: float) -> None:
     built = Builder().box((-9, -9, 0), (9, 9, 0.2), 0)
@@ -52,6 +53,7 @@ def test_eyes_through_a_slab(device: Device, angle: float) -> None:
     assert mean_of(device, scene) == pytest.approx(SLAB[angle], rel=0.01)
 
 
+@pytest.mark.stability(66)
 @pytest.mark.parametrize("angle", (0, 60))
 def test_photons_through_a_slab(device: Device, angle: float) -> None:
     """On a floor, over what falls there without one."""
@@ -69,6 +71,7 @@ def test_photons_through_a_slab(device: Device, angle: float) -> None:
     assert found[1] == pytest.approx(area, rel=0.02)
 
 
+@pytest.mark.stability(66)
 @pytest.mark.parametrize("depth", (1, 2, 3))
 def test_ball_of_eyes_rays(device: Device, depth: int) -> None:
     """A beam as wide as it, in a world of one radiance: what has left it after so many meetings."""
@@ -158,6 +161,7 @@ def test_it_absorbs_between_things_in_water(device: Device, backend: Any) -> Non
     assert mean_of(device, scene, backend=backend) == pytest.approx(left, rel=0.02)
 
 
+@pytest.mark.stability(66)
 def test_snells_window(device: Device) -> None:
     """From below water one sees the sky within 48.607 degrees, brighter by the squared index; and
     without that what is below."""
@@ -191,6 +195,7 @@ def ball_lens(behind: float, radius: float) -> float:
     return float((passed * 2 * height * (met < radius)).mean() / radius**2)
 
 
+@pytest.mark.stability(66)
 @pytest.mark.parametrize(("behind", "exact"), [(1.2, 23.04), (2.0, 8.294), (3.0, 0.9216)])
 def test_ball_lens(device: Device, behind: float, exact: float) -> None:
     """What falls on a disc about the axis of a parallel beam, to 2 %. On the axis itself rays that
@@ -209,6 +214,7 @@ def test_ball_lens(device: Device, behind: float, exact: float) -> None:
     assert found == pytest.approx(ball_lens(behind, radius), rel=0.02)
 
 
+@pytest.mark.stability(66)
 @pytest.mark.parametrize("angle", (0, 60))
 def test_sheet_is_as_in_cycles(device: Device, angle: float) -> None:
     """The eye sees what a face passes without the squared index, from above and from below; a

@@ -139,8 +139,7 @@ def test_white_dots_are_white(device: Device, backend: str, holes: str) -> None:
 def test_white_layers_under_an_even_sky(
     device: Device, backend: str, name: str, radius: float, thorough: bool
 ) -> None:
-    quick = backend == "native" or (backend, name, radius) == ("fragment", "leaves", 0.25)
-    if not (quick or thorough):
+    if not (backend == "native" or thorough):
         pytest.skip("runs with --thorough")
     settings: dict[str, Any] = {"backend": backend, "direct_by_photons": True}
     images = render(

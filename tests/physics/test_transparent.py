@@ -42,6 +42,7 @@ def picture(device: Device, scene: Scene, backend: str = "auto", **settings: Any
     return render(device, scene, width=16, height=16, **settings)["Combined"].astype(float)
 
 
+@pytest.mark.stability(70)
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("layers", (1, 20))
 def test_sheets_filter_what_is_seen_and_what_lights(
@@ -55,6 +56,7 @@ def test_sheets_filter_what_is_seen_and_what_lights(
     assert (seen[..., 3] == 1).all()
 
 
+@pytest.mark.stability(70)
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_too_many_sheets_are_opaque(device: Device, backend: str) -> None:
     """The eye passes five, and as many are before the sun: it counts both, as Cycles does."""
@@ -83,6 +85,7 @@ def test_light_is_seen_and_lights_as_through_nothing(device: Device) -> None:
     assert found[1] == pytest.approx(found[0], rel=0.012)
 
 
+@pytest.mark.stability(70)
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_alpha_of_what_is_behind(device: Device, backend: str) -> None:
     """A half transparent sheet over nothing is half there; the world is seen through it unless the
@@ -98,6 +101,7 @@ def test_alpha_of_what_is_behind(device: Device, backend: str) -> None:
     assert seen.mean(axis=(0, 1)) == pytest.approx([0.75] * 3 + [1.0], abs=0.01)
 
 
+@pytest.mark.stability(70)
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_photons_pass(device: Device, backend: str) -> None:
     """Directly lit, nothing lands; bounced off a wall, what a sheet lets through does."""

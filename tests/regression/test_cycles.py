@@ -82,7 +82,7 @@ def test_block_means_are_those_of_cycles(
     assert everywhere.high <= HIGH
 
 
-@pytest.mark.stability(66)
+@pytest.mark.stability(76)
 @pytest.mark.parametrize("name", LIT)
 def test_area_lights_sun_and_sky_are_those_of_cycles(
     device: Device, name: str, thorough: bool, measured: Measured

@@ -23,7 +23,7 @@ PASSES, FEW_PASSES = 256, 48
 ALWAYS = ("soft point", DEFAULT)
 
 
-@pytest.mark.stability(66)
+@pytest.mark.stability(76)
 @pytest.mark.parametrize("case", CASES)
 def test_lamps_are_those_of_cycles(
     device: Device, case: str, thorough: bool, measured: Measured

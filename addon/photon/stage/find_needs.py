@@ -69,10 +69,6 @@ def find_needs(
         or any(one.normals.size > 0 for one in scene.moving),
         gathered_lobes=gathered,
         portals=asked and photons and any(light_kinds()[light.kind].is_world for light in emitting),
-        profiles=any(light.profile for light in emitting),
-        gobos=any(light.gobo is not None for light in emitting),
-        arrivals=any(x.cares_who_is_lit for x in emitting if x.lights_surfaces)
-        or emits_for_some_only(scene, mesh),
         visibility=is_limited(emitting)
         or any(material.holdout for material in materials)
         or bool((mesh.visible != ALL_RAYS).any())
@@ -81,6 +77,7 @@ def find_needs(
         no_caustics=no_caustics,
         programs=ProgramNeeds.of(scene),
         emission_programs=_programs_of(scene, materials if emissive else (), of_emission),
+        **_of_lights(scene, mesh, emitting),
         **_of_materials(materials, lobes),
         **_of_settings(settings),
         **_of_camera(scene.camera),
@@ -100,6 +97,16 @@ def _programs_of(
 ) -> ProgramNeeds:
     """What programs need that tell some results; nothing where none of these materials has any."""
     return ProgramNeeds.of_some(scene, asked) if any(map(asked, materials)) else ProgramNeeds()
+
+
+def _of_lights(scene: Scene, mesh: Mesh, emitting: tuple[Light, ...]) -> dict[str, Any]:
+    """What hangs on the lamps that emit, and on emissive meshes, alone."""
+    for_some = any(light.cares_who_is_lit for light in emitting if light.lights_surfaces)
+    return {
+        "profiles": any(light.profile for light in emitting),
+        "gobos": any(light.gobo is not None for light in emitting),
+        "arrivals": for_some or emits_for_some_only(scene, mesh),
+    }
 
 
 def _of_materials(materials: Sequence[Material], lobes: Sequence[Sequence[str]]) -> dict[str, Any]:

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings, SplatShape
@@ -18,7 +19,7 @@ from addon.photon.stage.geometry import frame_of
 
 from .launches import Timer
 from .passes import Clock, Predictor, Timing, Way, time_way
-from .report import Report, duration
+from .report import Report, Table, duration
 
 ROOM = 10.0  # [m] the paper's unit is a tenth of the room
 SHARE_OF_SPLATS = (0.70, 0.75)  # of the photons, by the paper
@@ -108,40 +109,10 @@ def measure_paper(report: Report, timer: Timer, scene: Scene, clock: Clock) -> N
     # First, for it takes a hundredth of what splats take: of these there may be too many.
     gathers = {cell: timed(cell, gather) for cell in cells()}
     for cell, gather_timing in gathers.items():
-        seconds: dict[str, float] = {}
-        parts: dict[str, tuple[float, float]] = {}
-        gathered = gather_timing.seconds if gather_timing else math.nan
-        splats = math.nan
-        for shape in shapes:
-            if not (timing := timed(cell, Way("auto", "splat", shape))):
-                continue
-            assert timing.watch
-            seconds[shape], splats = timing.seconds, timing.splats
-            parts[shape] = (
-                timing.phases.get("photons", math.nan),
-                timing.watch.of("splat").seconds,
-            )
-        best = min(seconds, key=lambda shape: seconds[shape]) if seconds else ""
-        known = KNOWN.get(cell, Seconds(math.nan))
-        ratios = [known.total / seconds[best] if seconds else math.nan, known.total / gathered]
-        tracing, splatting = parts.get(best, (math.nan, math.nan))
-        table.add(
-            f"{cell.photons}, {cell.radius:g}, {cell.size}x{cell.size}",
-            *(duration(seconds.get(shape, math.nan)) for shape in shapes),
-            *map(duration, (tracing, splatting)),
-            f"{splats / cell.photons:.0%}" if seconds else "-",
-            *map(duration, (known.total, known.tracing, known.splatting)),
-            _ratio(ratios[0]),
-            duration(gathered),
-            _ratio(ratios[1]),
-        )
-        results.append(
-            cell._asdict()
-            | {"seconds": seconds, "tracing": tracing, "splatting": splatting}
-            | {"splats": splats, "gather": gathered, "paper": vars(known)}
-            | {"paper over splats and gather": ratios}
-        )
-        if not seconds:
+        of_splats = {shape: timed(cell, Way("auto", "splat", shape)) for shape in shapes}
+        found = {shape: timing for shape, timing in of_splats.items() if timing}
+        results.append(_tell(table, cell, found, gather_timing))
+        if not found:
             ways = [Way("auto", "splat", shape) for shape in shapes]
             left_out.append(min(predictor.seconds(way, cell.work) for way in ways))
     if left_out:
@@ -156,4 +127,37 @@ def measure_paper(report: Report, timer: Timer, scene: Scene, clock: Clock) -> N
         f" correction, estimated error; tracing: its photons; tracing and splatting: of the fastest"
         f" shape; splats a photon: {low:.0%} to {high:.0%} by the paper; the room is {width:.3g} m"
         " wide"
+    )
+
+
+def _tell(
+    table: Table, cell: Cell, of_splats: Mapping[str, Timing], gather: Timing | None
+) -> dict[str, Any]:
+    """Add a cell's row, of the timings of shapes of splats; what the data have of it."""
+    seconds = {shape: timing.seconds for shape, timing in of_splats.items()}
+    gathered = gather.seconds if gather else math.nan
+    best = min(seconds, key=lambda shape: seconds[shape]) if seconds else ""
+    splats = [*of_splats.values()][-1].splats if of_splats else math.nan
+    tracing = splatting = math.nan
+    if fastest := of_splats.get(best):
+        assert fastest.watch
+        tracing = fastest.phases.get("photons", math.nan)
+        splatting = fastest.watch.of("splat").seconds
+    known = KNOWN.get(cell, Seconds(math.nan))
+    ratios = [known.total / seconds[best] if seconds else math.nan, known.total / gathered]
+    table.add(
+        f"{cell.photons}, {cell.radius:g}, {cell.size}x{cell.size}",
+        *(duration(seconds.get(shape, math.nan)) for shape in get_args(SplatShape)),
+        *map(duration, (tracing, splatting)),
+        f"{splats / cell.photons:.0%}" if seconds else "-",
+        *map(duration, (known.total, known.tracing, known.splatting)),
+        _ratio(ratios[0]),
+        duration(gathered),
+        _ratio(ratios[1]),
+    )
+    return (
+        cell._asdict()
+        | {"seconds": seconds, "tracing": tracing, "splatting": splatting}
+        | {"splats": splats, "gather": gathered, "paper": vars(known)}
+        | {"paper over splats and gather": ratios}
     )
