@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Microfacets of one reflectance at every angle, as Cycles' Glossy BSDF has them. Colour: that reflectance.
+// Microfacets of one reflectance at every angle, as Cycles' Glossy BSDF has them. Colour: that reflectance. The
+// formulae of all kinds of microfacets: lib/ggx.glsl.
 // Parameters: alpha_x, alpha_y, turn, compensated.
 #include "lib/ggx.glsl"
 

@@ -9,6 +9,8 @@
 #include "lib/photon_diffuse.glsl"
 #include "lib/photon_lobe.glsl"
 #include "lib/photon_medium.glsl"
+#include "lib/photon_roulette.glsl"
+#include "lib/photon_visibility.glsl"
 
 void kernel() {
     PhotonPoint point = photon_point();
@@ -33,8 +35,8 @@ void kernel() {
         skip();  // absorbed
     }
     vec3 direction = leaving.direction;
-    bool is_onward = dot(direction, normal) * dot(direction, leaving.normal) > 0.0;
-    if (!is_onward || !(largest(leaving.photon.flux) > 0.0)) skip();
+    bool leads_on = dot(direction, normal) * dot(direction, leaving.normal) > 0.0;
+    if (!leads_on || !(largest(leaving.photon.flux) > 0.0)) skip();
     store_next_origin(RayOrigin(offset_origin(point.place.position, normal, direction), point.shading.triangle));
     store_next_direction(RayDirection(direction, t_max_after(ray, leaving.by_specular)));
     store_next_flux(leaving.photon);
