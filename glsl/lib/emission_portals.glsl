@@ -12,11 +12,11 @@ LightRay through_portals(Light light, LightRay ray, uint photon) {
     float angles = normal == vec3(0.0) ? 0.0 : portals_angle(ray.origin, normal);
     if (!(angles > 0.0)) return ray;
     vec4 u = random4(seed, pass_index, photon, DIMENSION_LIGHT_PORTAL);
-    bool by_portal_chosen = u.x < EMITTED_BY_PORTAL;
-    if (by_portal_chosen) ray.direction = sample_portals(ray.origin, normal, angles, u.yz);
+    bool goes_by_portal = u.x < EMITTED_BY_PORTAL;
+    if (goes_by_portal) ray.direction = sample_portals(ray.origin, normal, angles, u.yz);
     float by_cosine = pdf_cosine_hemisphere(dot(ray.direction, normal));
     float by_portal = pdf_portals(ray.origin, normal, angles, ray.direction);
     ray.weight *= by_cosine / max(mix(by_cosine, by_portal, EMITTED_BY_PORTAL), 1.0e-30);
-    if (by_portal_chosen && !(by_portal > 0.0)) ray.weight = 0.0;  // it misses the face by rounding
+    if (goes_by_portal && !(by_portal > 0.0)) ray.weight = 0.0;  // it misses the face by rounding
     return ray;
 }

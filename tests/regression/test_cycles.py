@@ -27,7 +27,7 @@ from .cycles import LIT, REFERENCES, SCENES, SIZE, SIZES, open_blend, read_exr, 
 pytestmark = pytest.mark.blender
 
 MEDIAN, HIGH = 0.01, 0.03  # relative, of blocks; HIGH at their 95th percentile
-# Our own noise is then a sixth of a percent in the median; with few passes a quarter.
+# Our own noise is then a sixth of a percent in the median; with few passes 0.3 %.
 PASSES, FEW_PASSES, PHOTONS = 128, 48, 262144
 MARGIN = 1  # [px] around edges
 # Passes and photons of the scenes that LIT names. Few photons find the window of daylight, and few

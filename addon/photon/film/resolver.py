@@ -99,8 +99,7 @@ class DenoisingResolver(HostResolver):
 
         @cache
         def telling() -> Error:
-            read = self._strip_statistics(())
-            of_plain = self._picture(read(), {"Combined"})["Combined"]
-            return error_of(read(), of_plain, "Error" in wanted, found.picture, found.left)
+            strip_statistics = self._film.strip_statistics(images_for(()))
+            return error_of(strip_statistics, plain, "Error" in wanted, found.picture, found.left)
 
         return {name: image for name, image in images.items() if name in wanted}, telling
