@@ -45,12 +45,18 @@ def add_light(name: str, kind: str, **properties: Any) -> bpy.types.Object:
     return obj
 
 
+def nodes_of(data: Any) -> bpy.types.NodeTree:
+    """The node tree of a material, a world or a light: older Blenders make it when they are asked
+    to use nodes, which later ones deprecate."""
+    if not data.node_tree:
+        data.use_nodes = True
+    return data.node_tree
+
+
 def new_material(name: str = "Material") -> tuple[bpy.types.Material, bpy.types.NodeTree]:
     """Return a material whose node tree holds nothing but an output."""
     material = bpy.data.materials.new(name)
-    if bpy.app.version < (5, 0):
-        material.use_nodes = True
-    tree = material.node_tree
+    tree = nodes_of(material)
     tree.nodes.clear()
     tree.nodes.new("ShaderNodeOutputMaterial")
     return material, tree
@@ -77,11 +83,10 @@ def finish(tree: bpy.types.NodeTree, shader: bpy.types.Node) -> None:
 def new_world(scene: bpy.types.Scene) -> bpy.types.NodeTree:
     """Give the scene a world whose node tree holds nothing but an output."""
     world = scene.world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0):
-        world.use_nodes = True
-    world.node_tree.nodes.clear()
-    world.node_tree.nodes.new("ShaderNodeOutputWorld")
-    return world.node_tree
+    tree = nodes_of(world)
+    tree.nodes.clear()
+    tree.nodes.new("ShaderNodeOutputWorld")
+    return tree
 
 
 def long_paths(scene: bpy.types.Scene) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from addon.blender.export import SpecularModel
 
-from .build import add_node, features, finish, new_material, shader_material
+from .build import add_node, features, finish, new_material, nodes_of, shader_material
 from .lobes import (
     BLACK,
     DIFFUSE,
@@ -129,9 +129,7 @@ def test_black_reflects_at_grazing_angles(convert, cycles, scene, metallic) -> N
     kind = "ggx_metal" if metallic else "ggx_dielectric"
     assert lobe.kind == kind
     world = scene.world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0):
-        world.use_nodes = True
-    world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
+    nodes_of(world).nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
     tilt = math.radians(70)
     scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 0.1
     scene.camera.location = (0, -9 * math.sin(tilt), 9 * math.cos(tilt))

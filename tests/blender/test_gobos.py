@@ -14,7 +14,7 @@ from tests.measure import render
 from tests.regression.blocks import block_means
 from tests.regression.cycles import render_loaded
 
-from .build import add_light, add_mesh, add_node, shader_material
+from .build import add_light, add_mesh, add_node, nodes_of, shader_material
 
 pytestmark = pytest.mark.blender
 
@@ -31,13 +31,12 @@ def lit_plane(kind: str, **properties: Any) -> Any:
     lamp = add_light("Lamp", kind, **where, **{"energy": 500, "shadow_soft_size": 0, **properties})
     if kind == "SPOT":
         lamp.data.spot_size, lamp.data.spot_blend = 1.6, 0.1
-    if bpy.app.version < (5, 1) or not lamp.data.node_tree:
-        lamp.data.use_nodes = True
     image = bpy.data.images.new("Slide", 32, 32, float_buffer=True)
     x, y = np.meshgrid(np.arange(32) / 31, np.arange(32) / 31)
     pixels = np.stack([x, 0.5 + 0.5 * np.cos(6 * np.pi * y), y, np.ones_like(x)], axis=-1)
     image.pixels.foreach_set(pixels.astype(np.float32).ravel())
     image.update()
+    nodes_of(lamp.data)
     return lamp.data, image
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from addon.blender.export.lights.ies import COLUMNS, ROWS, WATTS, read_ies
 
-from .build import add_light, add_node
+from .build import add_light, add_node, nodes_of
 
 pytestmark = pytest.mark.blender
 
@@ -74,8 +74,7 @@ def test_what_cannot_be_read(text) -> None:
 @pytest.mark.parametrize("mode", ["INTERNAL", "EXTERNAL", "missing"])
 def test_of_a_light(export, tmp_path, mode) -> None:
     light = add_light("Lamp", "POINT", energy=2.0).data
-    light.use_nodes = True
-    tree = light.node_tree
+    tree = nodes_of(light)
     node = add_node(tree, "ShaderNodeTexIES", Strength=3.0)
     text = ies(POLAR, (0.0,), bowl)
     if mode == "INTERNAL":

@@ -11,7 +11,7 @@ import pytest
 
 from addon.photon.stage.kinds import light_kinds
 
-from .build import add_light, add_node
+from .build import add_light, add_node, nodes_of
 
 pytestmark = pytest.mark.blender
 
@@ -200,9 +200,7 @@ def test_negative_power_is_taken_away(export) -> None:
 
 def emission(light: bpy.types.Light) -> bpy.types.Node:
     """The Emission node of a light that is given nodes."""
-    if bpy.app.version < (5, 1) or not light.node_tree:  # later it is deprecated
-        light.use_nodes = True
-    return next(node for node in light.node_tree.nodes if node.type == "EMISSION")
+    return next(node for node in nodes_of(light).nodes if node.type == "EMISSION")
 
 
 @pytest.mark.parametrize("kelvin", [500, 1500, 3000, 5000, 9000, 20000])

@@ -17,7 +17,16 @@ from tests.measure import render
 from tests.regression.blocks import block_means
 from tests.regression.cycles import prepare
 
-from .build import add_light, add_mesh, add_node, add_object, finish, new_material, shader_material
+from .build import (
+    add_light,
+    add_mesh,
+    add_node,
+    add_object,
+    finish,
+    new_material,
+    nodes_of,
+    shader_material,
+)
 
 pytestmark = pytest.mark.blender
 
@@ -46,9 +55,7 @@ def table(scene: bpy.types.Scene) -> bpy.types.Scene:
     scene.camera = add_object("Camera", camera, **where)
     add_light("Key", "POINT", energy=300, shadow_soft_size=0.2, location=(-1.5, -1.5, 3.5))
     world = scene.world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0):
-        world.use_nodes = True
-    background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
+    background = next(node for node in nodes_of(world).nodes if node.type == "BACKGROUND")
     background.inputs["Color"].default_value = (0.1, 0.15, 0.3, 1.0)
     return scene
 
@@ -120,11 +127,10 @@ def test_negative_lamps(table, export, device) -> None:
     bpy.data.lights["Key"].energy = 400
     add_light("Hole", "SPOT", energy=-150, shadow_soft_size=0.1, location=(1, -1, 3), spot_size=1.5)
     tint = add_light("Tint", "AREA", energy=30, size=1.0, location=(1.5, 0.5, 2.0)).data
-    if bpy.app.version < (5, 1) or not tint.node_tree:
-        tint.use_nodes = True
-    emission = next(node for node in tint.node_tree.nodes if node.type == "EMISSION")
-    both_signs = add_node(tint.node_tree, "ShaderNodeCombineXYZ", X=1.0, Y=-0.5, Z=0.2)
-    tint.node_tree.links.new(both_signs.outputs[0], emission.inputs["Color"])
+    tree = nodes_of(tint)
+    emission = next(node for node in tree.nodes if node.type == "EMISSION")
+    both_signs = add_node(tree, "ShaderNodeCombineXYZ", X=1.0, Y=-0.5, Z=0.2)
+    tree.links.new(both_signs.outputs[0], emission.inputs["Color"])
     ours, theirs = both(export, device, 256)
     assert theirs["Combined"][..., :3].min() < -0.01
     # Where both signs nearly cancel, their noise does not.

@@ -17,6 +17,7 @@ import bpy
 
 from addon.blender.export import snapshot
 from addon.photon.scene import Scene
+from tests.blender.build import nodes_of
 
 from .cycles import TURNED_OFF
 
@@ -90,9 +91,7 @@ def open_room(case: Case) -> Scene:
 
 def new_material(name: str, kind: str, colour: tuple[float, float, float]) -> bpy.types.Material:
     material = bpy.data.materials.new(name)
-    if bpy.app.version < (5, 0):
-        material.use_nodes = True
-    tree = material.node_tree
+    tree = nodes_of(material)
     tree.nodes.clear()
     shader, output = tree.nodes.new(kind), tree.nodes.new("ShaderNodeOutputMaterial")
     shader.name = "Shader"

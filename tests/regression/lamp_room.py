@@ -15,6 +15,7 @@ import bpy
 
 from addon.blender.export import snapshot
 from addon.photon.scene import Scene
+from tests.blender.build import nodes_of
 
 from .cycles import TURNED_OFF
 from .glossy_room import HALF, HEIGHT, SIZE, add, add_quad, new_material
@@ -85,7 +86,7 @@ def make_room(kind: str, place: Any, turn: Any, scale: Any, settings: dict[str, 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     if kind == "SPOT":  # what it leaves dark would be noise alone
         world = bpy.context.scene.world = bpy.data.worlds.new("World")
-        background = world.node_tree.nodes["Background"]
+        background = nodes_of(world).nodes["Background"]
         background.inputs["Color"].default_value = (0.5, 0.5, 0.5, 1.0)
     grey = new_material("Grey", "ShaderNodeBsdfDiffuse", (0.6, 0.6, 0.6))
     red = new_material("Red", "ShaderNodeBsdfDiffuse", (0.6, 0.2, 0.2))
@@ -110,8 +111,7 @@ def make_room(kind: str, place: Any, turn: Any, scale: Any, settings: dict[str, 
         if key != "falloff":
             setattr(data, key, value)
     if falloff:
-        data.use_nodes = True
-        tree = data.node_tree
+        tree = nodes_of(data)
         node = tree.nodes.new("ShaderNodeLightFalloff")
         node.inputs["Strength"].default_value = 1.0
         emission = next(node for node in tree.nodes if node.type == "EMISSION")

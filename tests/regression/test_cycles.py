@@ -18,6 +18,7 @@ import pytest
 from addon.blender.export import SpecularModel, snapshot
 from addon.photon.scene import Scene
 from addon.streams import Device
+from tests.blender.build import nodes_of
 from tests.measure import render
 from tests.stability.table import Measured
 
@@ -174,9 +175,7 @@ def lamp_over_glossy_plane(size: int, exponent: float) -> Scene:
     plane = bpy.data.meshes.new("Plane")
     plane.from_pydata([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], [], [(0, 1, 2, 3)])
     material = bpy.data.materials.new("Lobe")
-    if bpy.app.version < (5, 0):
-        material.use_nodes = True
-    tree = material.node_tree
+    tree = nodes_of(material)
     tree.nodes.clear()
     glossy = tree.nodes.new("ShaderNodeBsdfAnisotropic")
     glossy.inputs["Color"].default_value = (0.1, 0.2, 0.4, 1)
