@@ -161,7 +161,12 @@ def _environment(
         graph.notes.approximated(graph.owner, f"Interpolation of '{node.name}'", how)
     if environment.downsampling > 1:
         block = f"{environment.downsampling} x {environment.downsampling}"
-        detail = f"{block} of its pixels become one, when Blender has read all"
+        width, height = node.image.size
+        read = 4e-9 * width * height * node.image.channels
+        detail = (
+            f"{block} of its {width}x{height} pixels become one, when Blender has read all, which "
+            f"takes {read:.2g} GB, and as much for a copy: a smaller file starts sooner"
+        )
         graph.notes.approximated(graph.owner, f"Image of '{node.name}'", detail)
     total.add_image(node.image.name, environment, factor)
 
