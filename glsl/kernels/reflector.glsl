@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scatter or absorb each photon by Russian roulette with the mean albedos of Lambert's lobe and of another, p; a
-// survivor's flux is multiplied by the surface's colour over p (Marino & Abbate, Reflector; Jensen 2001, sec. 5.2).
+// Scatter or absorb each photon by Russian roulette with the shares p of its flux that Lambert's lobe and another one
+// leave; a survivor's flux is multiplied by the surface's colour over p (Marino & Abbate, Reflector; Jensen 2001, sec.
+// 5.2). So photons keep the mean of their channels: by the mean of the colour alone one that is red would have more
+// flux after each red surface.
 // That is done in scatter_diffusely (lib/photon_diffuse.glsl) and scatter_by_lobe (lib/photon_lobe.glsl).
 #include "lib/offset.glsl"
 #include "lib/place.glsl"
@@ -18,9 +20,9 @@ void kernel() {
     Flux photon = load_flux();
     vec4 u = reflection_numbers(photon);  // x: by what it is scattered; y, z: where to
     photon.flux = arriving_flux(photon.flux);
-    LobeSample by_lobe = sample_photon_lobe(point, u);
+    LobeSample by_lobe = sample_photon_lobe(point, photon.flux, u);
     RayAtSurface ray = ray_at_surface(point.place);
-    Roulette chance = roulette_of(point, by_lobe, ray, u);
+    Roulette chance = roulette_of(point, photon.flux, by_lobe, ray, u);
     vec3 normal = point.facing.normal;
     Leaving leaving = Leaving(photon, point.incoming, normal, false, false);
     if (scatters_diffusely(chance, u.x)) {

@@ -2,6 +2,9 @@
 
 float mean(vec3 v) { return (v.r + v.g + v.b) * (1.0 / 3.0); }
 
+// What a colour leaves of a flux, in the mean of its channels.
+float share_left(vec3 flux, vec3 colour) { return mean(flux * colour) / max(mean(flux), 1.0e-30); }
+
 float largest(vec3 v) { return max(v.r, max(v.g, v.b)); }
 
 // Of linear sRGB.

@@ -10,22 +10,23 @@
 #include "lib/reflection.glsl"
 
 // Where the lobe, whose normal this is, would send a photon, and what that weighs; how likely it shall be scattered so:
-// by the lobe's mean albedo, or by the weight of this way.
+// by what the lobe leaves of its flux in all, or in this way.
 struct LobeSample { Lobe lobe; vec3 normal; vec3 direction; vec3 weight; float probability; };
 
 // `u`: the numbers by which the photon is reflected.
-LobeSample sample_photon_lobe(PhotonPoint point, vec4 u) {
+LobeSample sample_photon_lobe(PhotonPoint point, vec3 flux, vec4 u) {
     Lobe lobe = load_lobe0();
     Shape shape = load_shape0();
     vec3 normal = raised_normal(point.shading.normal, point.facing.normal, -point.incoming);
     Way way = lobe_way(lobe, shape, point.place.position, point.facing, normal, -point.incoming, u);
-    float probability = mean(albedo_lobe(lobe, shape, max(0.0, -dot(point.incoming, point.shading.normal))));
+    vec3 albedo = albedo_lobe(lobe, shape, max(0.0, -dot(point.incoming, point.shading.normal)));
+    float probability = share_left(flux, albedo);
     // Where some directions weigh much more than others, by what this one does; but few would go through portals.
 #ifdef PORTALS_BY_SHARE
     if (way.by_portal > 0.0) probability /= 1.0 - way.by_portal;
     else
 #endif
-    probability = mix(probability, mean(way.weight), 2.0 * by_cosine_kind(lobe, shape));
+    probability = mix(probability, share_left(flux, way.weight), 2.0 * by_cosine_kind(lobe, shape));
     return LobeSample(lobe, normal, way.direction, way.weight, probability);
 }
 
@@ -79,6 +80,6 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
 #else
 struct LobeSample { float probability; };
 
-LobeSample sample_photon_lobe(PhotonPoint point, vec4 u) { return LobeSample(0.0); }
+LobeSample sample_photon_lobe(PhotonPoint point, vec3 flux, vec4 u) { return LobeSample(0.0); }
 void scatter_by_lobe(Leaving leaving, LobeSample by, PhotonPoint point, float probability, RayAtSurface ray) {}
 #endif

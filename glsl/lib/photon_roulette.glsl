@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // With which probability a photon is scattered by which lobe of its point. Else it is absorbed, unless it goes through
 // a portal, or behind a surface that is hidden from some of its rays.
+#include "lib/colour.glsl"
 #include "lib/photon_lobe.glsl"
 #include "lib/reflection.glsl"
 #ifdef PORTALS_FOR_ABSORBED
@@ -34,9 +35,9 @@ void give_portals_share(inout Roulette chance, PhotonPoint point, RayAtSurface r
 }
 
 // `u`: the numbers by which the photon is reflected.
-Roulette roulette_of(PhotonPoint point, LobeSample by_lobe, RayAtSurface ray, vec4 u) {
+Roulette roulette_of(PhotonPoint point, vec3 flux, LobeSample by_lobe, RayAtSurface ray, vec4 u) {
     Roulette chance;
-    chance.diffuse = mean(point.diffuse.albedo);
+    chance.diffuse = share_left(flux, point.diffuse.albedo);
 #ifdef PORTALS_BY_SHARE
     // As many go by the cosine as without portals, unless there are too few to spare.
     chance.way = diffuse_way(point.place.position, point.facing, u);

@@ -184,8 +184,8 @@ struct Scattering<'a> {
 }
 
 impl Scattering<'_> {
-    fn of<'a>(scene: &Scene, surface: &'a Surface, specular: f32) -> Scattering<'a> {
-        let diffuse = mean(surface.diffuse);
+    /// `diffuse`, `specular`: what the lobes leave of a photon's flux.
+    fn of<'a>(scene: &Scene, surface: &'a Surface, diffuse: f32, specular: f32) -> Scattering<'a> {
         let portals = if diffuse > 0.0 && !scene.portals.is_empty() {
             Portals::seen(scene.portals, surface.position, surface.geometric)
         } else {
@@ -221,8 +221,9 @@ fn reflect(
 ) -> Option<Photon> {
     let dimension = DIMENSION_REFLECT + bounce;
     let u = random4(emission.seed, emission.pass_index, photon.number, dimension);
-    let specular = mean(surface.specular);
-    let scattering = Scattering::of(scene, surface, specular);
+    let specular = share_left(photon.flux, surface.specular);
+    let diffuse = share_left(photon.flux, surface.diffuse);
+    let scattering = Scattering::of(scene, surface, diffuse, specular);
     let diffuse = scattering.by_cosine;
     let (outgoing, weight) = if u[0] < diffuse {
         let disc = sample_disc([u[1], u[2]]);
@@ -293,6 +294,11 @@ fn raised_normal(shading: Vector, geometric: Vector, to_viewer: Vector) -> Vecto
 
 fn mean(v: Vector) -> f32 {
     (v[0] + v[1] + v[2]) * (1.0 / 3.0)
+}
+
+/// colour.glsl: what a colour leaves of a flux, in the mean of its channels.
+fn share_left(flux: Vector, colour: Vector) -> f32 {
+    mean(std::array::from_fn(|k| flux[k] * colour[k])) / mean(flux).max(1.0e-30)
 }
 
 fn largest(v: Vector) -> f32 {
