@@ -9,8 +9,11 @@ use crate::bounds::Bounds;
 use crate::packing::unpack_direction;
 use crate::photons::Grid;
 
-/// Cells along the longest axis, at most.
-const MOST_CELLS: f32 = 64.0;
+/// Cells along the longest axis, two of them to spare; and so many times as many, the first of which all
+/// sides' nodes are no more than these: where light falls on few surfaces caustics are told finer.
+const CELLS: f32 = 64.0;
+const TIMES: [f32; 4] = [4.0, 3.0, 2.0, 1.5];
+const MOST_NODES: f32 = 262_144.0;
 /// Share of the photons that may lie beyond the grids, on either side of each axis: a far ground must not
 /// coarsen a lit room on it.
 const OUTSIDE: f64 = 0.005;
@@ -108,16 +111,29 @@ impl Fields {
             return Err(InvalidInput(format!("the box {low:?} {high:?} is not finite")));
         }
         let size: [f32; 3] = std::array::from_fn(|k| high[k] - low[k]);
-        let cell_size = (size.iter().fold(0.0f32, |most, &x| most.max(x)) / (MOST_CELLS - 2.0)).max(1e-6);
         let sides = sides.map(|[least, most]| {
-            let [least, most] =
-                if (0..3).all(|k| low[k] <= least[k] && least[k] <= most[k] && most[k] <= high[k]) {
-                    [least, most]
-                } else {
-                    [low, low]
-                };
-            // A cell to spare on both sides, also after rounding.
-            let cells = std::array::from_fn(|k| ((most[k] - least[k]) / cell_size).ceil() as usize + 2);
+            if (0..3).all(|k| low[k] <= least[k] && least[k] <= most[k] && most[k] <= high[k]) {
+                [least, most]
+            } else {
+                [low, low]
+            }
+        });
+        let longest = size.iter().fold(0.0f32, |most, &x| most.max(x));
+        let size_of_cells = |times: f32| (longest / (times * CELLS - 2.0)).max(1e-6);
+        // A cell to spare on both sides, also after rounding.
+        let cells_between = |[least, most]: [[f32; 3]; 2], cell_size: f32| -> [usize; 3] {
+            std::array::from_fn(|k| ((most[k] - least[k]) / cell_size).ceil() as usize + 2)
+        };
+        let nodes = |times: f32| -> f32 {
+            let of = |side| {
+                cells_between(side, size_of_cells(times)).map(|n| n as f32 + 1.0).iter().product::<f32>()
+            };
+            sides.into_iter().map(of).sum()
+        };
+        let cell_size =
+            size_of_cells(TIMES.into_iter().find(|&times| nodes(times) <= MOST_NODES).unwrap_or(1.0));
+        let sides = sides.map(|[least, most]| {
+            let cells = cells_between([least, most], cell_size);
             let origin = std::array::from_fn(|k| (least[k] + most[k] - cell_size * cells[k] as f32) / 2.0);
             Field { grid: Grid { origin, cell_size, cells }, low: least, high: most }
         });
