@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..stage.aims import Aims
 from ..stage.geometry import Mesh
 from ..stage.kinds import light_kinds
 from ..stage.tables import Tables
@@ -26,7 +27,7 @@ from .view import View
 LEARNING_PASS = 1 << 31  # and above: numbers that no pass of a picture has
 FIRST_PHOTONS, MOST_FIRST = 4096, 16384  # of each group of lights, and of all at most
 # Then, where it may be worth it, of all, twice: each time by the importance found before.
-PHOTONS = (1 << 15, 1 << 16)
+PHOTONS = (1 << 16, 1 << 16)
 PORTAL_PASS = LEARNING_PASS + 8  # and the next two: of photons that look for portals
 WIDE = 2.5  # how much wider cells are for the first photons
 # Where half of what is seen has no photon, more look for it: of light from afar at all distances.
@@ -204,11 +205,15 @@ class Aiming:
         return importance is None or importance.known < ENOUGH_KNOWN
 
     def _next(self, importance: Importance | None, view: View) -> Starts:
-        """By what is known, and where that is little, light from afar by what the picture shows."""
+        """By what is known, and where that is little, of light from afar of which nothing is known
+        by what the picture shows."""
         tables = self._tables
-        if tables.distant_lights and self._is_unknown(importance):
-            return self._from_afar(view)
         starts = starts_by(importance, tables, view) if importance else None
+        if tables.distant_lights and self._is_unknown(importance):
+            afar = self._from_afar(view)
+            assert afar.aims
+            known = starts.aims.by_light if starts and starts.aims else {}
+            return replace(afar, aims=Aims(len(afar.shares), known | afar.aims.by_light))
         if starts and (starts.aims or tables.distant_lights):
             return starts
         return self._toward(view)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,8 @@ from .view import Doubles, View
 LIGHT, LIGHT_POINT = 0, 1  # dimensions of random numbers, as in glsl/lib/rng.glsl
 # How closest_to weighs the distance to its start over that to where rays meet.
 PULL = 1e-3
+# Direct light counts up to so many times what photons bring: what it outshines shall be found, too.
+OUTSHONE = 10.0
 OF_PASS = 0xFFFFFFFF  # the element whose numbers are a pass's
 
 
@@ -42,24 +44,29 @@ def importance_of(
     """Trace photons of a pass; None if none of them is of any use. `wide`: as of View.cells.
 
     A light of n photons adds a / n to the irradiance's relative variance in each cell, of which a
-    photon that brings a share of the cell's flux tells the share's square.
+    photon that brings a share of the cell's flux tells the share's square. Direct light, which has
+    no such noise, is part of that flux.
     """
-    mapper.start(PhotonBatch(index, photons, numbered=True))
-    place, deposit = mapper.finish().arrays()
-    flux = deposit[:, :3].mean(axis=1).astype(np.float64)
-    met = np.concatenate(
-        [view.cells(x, wide) for x in (view.places, place[:, :3].astype(np.float64))]
-    )
-    _, cell = np.unique(met, return_inverse=True)
-    count, first = int(cell.max(initial=-1)) + 1, len(view.places)
-    seen = np.bincount(cell[:first], view.weights, count)
-    total = np.bincount(cell[first:], flux, count)
+    batch = PhotonBatch(index, photons, numbered=True)
+    mapper.start(batch)
+    _, deposit = mapper.finish().arrays()
+    mapper.start(replace(batch, first_hits=True))
+    places, deposits = mapper.finish().arrays()  # direct light, and then the same again
+    flux = deposits[:, :3].mean(axis=1).astype(np.float64)
+    met = np.concatenate([view.places, places[:, :3].astype(np.float64)])
+    _, cell = np.unique(view.cells(met, wide), return_inverse=True)
+    count, first = int(cell.max(initial=-1)) + 1, len(places) - len(deposit)
+    shown, direct, own = np.split(cell, np.cumsum([len(view.places), first]))
+    seen = np.bincount(shown, view.weights, count)
+    total = np.bincount(own, flux[first:], count)
+    direct_total = np.bincount(direct, flux[:first], count)
+    flux, total = flux[first:], total + np.minimum(direct_total, OUTSHONE * total)
     known = (seen > 0.0) & (total > 0.0)
     if not known.any():
         return None
     importance = np.where(known, seen / np.where(known, total, 1.0) ** 2, 0.0)
     number, photon = np.unique(deposit[:, 3].astype(np.uint32), return_inverse=True)
-    mass = np.bincount(photon, importance[cell[first:]] * flux**2, len(number))
+    mass = np.bincount(photon, importance[own] * flux**2, len(number))
     light = _lights_of(tables, number, seed, index, photons)
     numbers, weight = _numbers_of(tables, light, number, seed, index)
     # Of so many photons of each light.
