@@ -6,6 +6,8 @@
 Each half is a mean of pictures that several renderers made with seeds which the chart does not use,
 weighted by the inverse of their variances but by 0.9 at most; so no contender is compared with
 itself alone, but for Cycles in studio, daylight and kitchen, which no other engine here takes.
+Where caustics are what a scene is about, a light tracer in numpy finds them
+(contenders/light_map.py).
 Photon Stream, whose estimate is consistent and not unbiased, is no part of them: its pictures are
 made to see that it converges to the same. Whether renderers agree is measured without their noise,
 as the mean of (s_A - t_A)(s_B - t_B) for renderers s and t, and written into the file.
@@ -33,7 +35,7 @@ from typing import Any
 import numpy as np
 
 from .chart.measure import mean_of
-from .chart.scenes import SCENES, SIZE, Reference, blend_file, write_reference
+from .chart.scenes import CAUSTICS, SCENES, SIZE, Reference, blend_file, write_reference
 from .chart.worker import EngineError, Worker
 
 SEEDS = {"A": 7001, "B": 7002}
@@ -53,6 +55,8 @@ SOURCES = dict.fromkeys(SCENES, _PATHS) | {
     "studio": (("cycles", "path"), ("photon_stream", "photons")),
     "daylight": (("cycles", "path"), ("photon_stream", "photons")),
     "kitchen": (("cycles", "path"), ("photon_stream", "photons")),
+    # Path tracers find nothing of such caustics.
+    **dict.fromkeys(CAUSTICS, (("light_map", "path"), ("photon_stream", "photons"))),
 }
 
 Halves = dict[str, Any]  # "A" and "B" to pictures (h, w, 3)

@@ -6,7 +6,7 @@ estimate, no radius and no aim."""
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import photon_stream_native as native
@@ -19,26 +19,37 @@ LONGEST = 24  # surfaces met
 NEAREST = 1e-9  # of an index to 1, where nothing is refracted
 
 
+class Arrivals(NamedTuple):
+    """Where light falls."""
+
+    at: Points  # (n, 3) [m]
+    flux: Points  # (n, 3) [W]
+    triangle: NDArray[np.int64]  # (n,)
+    index: Points  # (n,) of the glass that it is in there, over that where it began
+
+
 def arrivals(
-    scene: Scene, light: Light, rays: int, middle: Any, radius: float
-) -> tuple[Points, Points]:
-    """Positions [m], and flux [W] per channel, of what a lamp sends through a ball that holds all
-    glass and metal, and that comes to other surfaces by way of some."""
-    rng = np.random.default_rng(1)
+    scene: Scene, light: Light, rays: int, middle: Any, radius: float, seed: int = 1
+) -> Arrivals:
+    """What a lamp sends through a ball that holds all glass and metal, and that comes to other
+    surfaces by way of some."""
+    rng = np.random.default_rng(seed)
     at, way, flux = _from_lamp(light, rays, np.asarray(middle, float), radius, rng)
     vertices = (scene.vertices - middle).astype(np.float32)  # the tree's float32 are finest there
     nodes, order, *_ = native.build_bvh(vertices, scene.triangles)
     corners = vertices[scene.triangles[order]]
     normals, worn = scene.corner_normals[order].astype(float), scene.material[order]
     at, last = at - middle, np.full(rays, -1, np.int32)
-    found: list[tuple[Points, Points]] = []
+    found: list[Arrivals] = []
+    index = np.ones(rays)
     for met in range(LONGEST):
         endless = np.full(len(at), np.inf, np.float32)
         t, hit, u, v = native.trace(
             nodes, corners, at.astype(np.float32), way.astype(np.float32), endless, last
         )
         there = hit >= 0
-        t, hit, u, v, at, way, flux = (x[there] for x in (t, hit, u, v, at, way, flux))
+        t, hit, u, v = (x[there] for x in (t, hit, u, v))
+        at, way, flux, index = (x[there] for x in (at, way, flux, index))
         at, last = at + t[:, None].astype(float) * way, hit
         bary = np.stack([1 - u - v, u, v], -1)[..., None].astype(float)
         normal = (normals[hit] * bary).sum(axis=1)
@@ -52,12 +63,15 @@ def arrivals(
             bent = _scattered(scene.materials[number], way[which], normal[which], flat[which], rng)
             if bent is None:
                 if met:
-                    found.append((at[which] + middle, flux[which]))
+                    there = at[which] + middle, flux[which], order[hit[which]], index[which]
+                    found.append(Arrivals(*there))
                 continue
-            onward[which], weight, goes_on[which] = bent
+            onward[which], weight, goes_on[which], times = bent
+            index[which] *= times
             flux[which] *= weight * _by_normals(way[which], bent[0], normal[which], flat[which])
         at, way, flux, last = at[goes_on], onward[goes_on], flux[goes_on], last[goes_on]
-    return np.concatenate([x for x, _ in found]), np.concatenate([x for _, x in found])
+        index = index[goes_on]
+    return Arrivals(*(np.concatenate(x) for x in zip(*found, strict=True)))
 
 
 def is_caster(material: Material) -> bool:
@@ -111,9 +125,9 @@ def _by_normals(way: Points, onward: Points, normal: Points, flat: Points) -> Po
 
 def _scattered(
     material: Material, way: Points, normal: Points, flat: Points, rng: np.random.Generator
-) -> tuple[Points, Points, Any] | None:
-    """Directions, weights and whether it goes on, of light that meets smooth glass or metal; None:
-    it is of another kind."""
+) -> tuple[Points, Points, Any, Any] | None:
+    """Directions, weights, whether it goes on, and by what the index changes, of light that meets
+    smooth glass or metal; None: it is of another kind."""
     if not is_caster(material):
         return None
     (lobe,) = material.lobes
@@ -128,7 +142,7 @@ def _scattered(
     if lobe.kind == "ggx_metal":
         assert lobe.parameters["alpha_x"] == 0.0
         weight = colour + (1.0 - colour) * (1.0 - cosine[:, None]) ** 5  # Schlick 1994
-        return mirrored, weight, faces & ((mirrored * flat).sum(axis=1) > 0)
+        return mirrored, weight, faces & ((mirrored * flat).sum(axis=1) > 0), 1.0
     ior = np.where(enters, lobe.parameters["ior"], 1.0 / lobe.parameters["ior"])
     below2 = 1.0 - (1.0 - cosine**2) / ior**2
     below = np.sqrt(np.maximum(below2, 0.0))
@@ -141,7 +155,7 @@ def _scattered(
     through = way / ior[:, None] + (cosine / ior - below)[:, None] * normal
     onward = np.where(bounces[:, None], mirrored, through)
     right = (onward * flat).sum(axis=1) * np.where(bounces, 1.0, -1.0) > 0
-    spread = np.where(
-        bounces | (lobe.parameters["open"] == 0.0), 1.0, ior**2
-    )  # sheets, as in Cycles
-    return onward, colour / spread[:, None], faces & right
+    crossed = np.where(bounces, 1.0, ior)
+    if lobe.parameters["open"] == 0.0:
+        return onward, np.broadcast_to(colour, way.shape), faces & right, crossed
+    return onward, colour / crossed[:, None] ** 2, faces & right, 1.0  # sheets, as in Cycles

@@ -63,8 +63,8 @@ def in_cells(at: Any, flux: Any, where: Caustic) -> Any:
 def test_against_a_light_tracer(device: Device, name: str) -> None:
     """What falls where: 1 % in all, and 4 % of it at most elsewhere."""
     scene, where = by_the_lamp(open_blend(name, 16)), CAUSTICS[name]
-    at, flux = arrivals(scene, scene.lights[0], RAYS, where.middle, where.radius)
-    theirs = in_cells(at, flux, where)
+    found = arrivals(scene, scene.lights[0], RAYS, where.middle, where.radius)
+    theirs = in_cells(found.at, found.flux, where)
     settings = {"width": 16, "height": 16, "photons": PHOTONS, "first_pass": AIMED, "passes": 1}
     with rendered(device, scene, photon_bounces=24, **settings) as renderer:
         assert renderer.photons
@@ -73,7 +73,7 @@ def test_against_a_light_tracer(device: Device, name: str) -> None:
     ours = in_cells(place[:, :3] * scale + centre, deposit[:, :3] * scale**2, where)
     ratio = ours.sum(axis=(0, 1)) / theirs.sum(axis=(0, 1))
     elsewhere = 0.5 * np.abs(ours - theirs).sum() / theirs.sum()
-    share = theirs.sum() / flux.sum()
+    share = theirs.sum() / found.flux.sum()
     print(f"\n{name}: in all {ratio - 1}, elsewhere {elsewhere:.2%}, there {share:.0%}")
     assert share == pytest.approx(where.share, abs=0.1)
     assert ratio == pytest.approx(1.0, abs=0.01) and elsewhere < 0.04

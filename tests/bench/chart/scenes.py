@@ -23,7 +23,11 @@ SCENES = (
     "studio",
     "daylight",
     "kitchen",
+    "wine_glass",
+    "pool",
+    "ring",
 )
+CAUSTICS = ("wine_glass", "pool", "ring")  # of lamps that are made to have no size
 # Left and lower edge [px] of the part of each picture that the page shows enlarged
 CROPS = {
     "cornell_classic": (96, 24),
@@ -37,6 +41,9 @@ CROPS = {
     "studio": (40, 80),
     "daylight": (60, 60),
     "kitchen": (60, 100),
+    "wine_glass": (110, 90),
+    "pool": (90, 70),
+    "ring": (40, 70),
 }
 CROP = 80  # [px]
 
