@@ -50,6 +50,8 @@ def importance_of(
     batch = PhotonBatch(index, photons, numbered=True)
     mapper.start(batch)
     _, deposit = mapper.finish().arrays()
+    if not len(deposit):
+        return None
     mapper.start(replace(batch, first_hits=True))
     places, deposits = mapper.finish().arrays()  # direct light, and then the same again
     flux = deposits[:, :3].mean(axis=1).astype(np.float64)
