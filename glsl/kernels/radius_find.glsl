@@ -13,8 +13,8 @@ uniform vec4 eye;  // its fourth number: whether there is one
 // As native/src/radius/find.rs, where the reasons stand; AROUND is 2 to the power of AROUND there.
 const float BOX = 4.0 / PI;
 const float TELLING = 50.0;
-const float PASSES = 16.0;
-const float UNEVEN = 0.05;
+const float PASSES = 32.0;
+const float UNEVEN = 0.06;
 const int AROUND = 4;
 
 // Photons in the box of so many cells to each side of a node.

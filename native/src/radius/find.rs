@@ -21,8 +21,8 @@ const TELLING: f32 = 50.0;
 /// After about so many passes shall noise and blur be equal, where light is more uneven than UNEVEN,
 /// a square. A smaller UNEVEN lowers the error of caustics and of what leaks, and raises it where light is
 /// even, since at borders a box holds fewer photons however even they are. At the outer ones its area tells.
-const PASSES: f32 = 16.0;
-const UNEVEN: f32 = 0.05;
+const PASSES: f32 = 32.0;
+const UNEVEN: f32 = 0.06;
 
 /// How radii are to be.
 #[derive(Debug, Clone, Copy)]
