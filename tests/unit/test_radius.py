@@ -182,11 +182,14 @@ def test_the_device_finds_where_photons_are(device: Device, count: int, flat: bo
     copy.release()
 
 
-@pytest.mark.parametrize("photons", [0, 1, 20000])
+@pytest.mark.parametrize(
+    ("photons", "flat"), [(0, False), (1, False), (20000, False), (20000, True)]
+)
 def test_the_device_finds_the_same(
-    device: Device, monkeypatch: pytest.MonkeyPatch, photons: int
+    device: Device, monkeypatch: pytest.MonkeyPatch, photons: int, flat: bool
 ) -> None:
-    """Where photons stay on a device, its programs make the native core's radii, to rounding."""
+    """Where photons stay on a device, its programs make the native core's radii, to rounding; on a
+    floor alone by grids as fine as there are."""
     if not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
     compared = []
@@ -209,6 +212,7 @@ def test_the_device_finds_the_same(
         assert largest == pytest.approx(expected.largest(), rel=1e-5)
         np.testing.assert_array_equal(made.on_host.table().ravel()[:used], found)
         compared.append(deposits.count > 0)
+        assert flat == (grids[:, 4:7].max() > 250.0)
         return made
 
     monkeypatch.setattr(device, "prefers_native", False)
@@ -219,7 +223,10 @@ def test_the_device_finds_the_same(
     perspective = cornell().camera
     for view in (perspective, replace(perspective, kind="ORTHO")):
         scene = replace(cornell(True), camera=view, lights=lights)
-        settings = Settings(width=64, height=64, photons=photons, backend="compute")
+        if flat:
+            floor = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
+            scene = floor.scene(view, [replace(lights[0], position=(0.0, 0.0, 2.0))])
+        settings = Settings(64, 64, photons=photons, backend="compute", direct_by_photons=flat)
         prepare(scene, settings, device).release()
     assert compared == ([] if photons == 0 else [photons > 1] * 2)
 

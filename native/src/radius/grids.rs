@@ -198,6 +198,25 @@ mod tests {
         }
     }
 
+    /// A floor by its own, a cube by as many cells as there are at least.
+    #[test]
+    fn few_surfaces_are_told_finer() {
+        let cells = |high: [f32; 3]| {
+            let fields = Fields::about([[0.0; 3], high], [[[0.0; 3], high]; SIDES]).unwrap();
+            let cells = fields.sides.map(|side| side.grid.cells);
+            let nodes: usize = cells.iter().map(|n| n.iter().map(|n| n + 1).product::<usize>()).sum();
+            (cells.as_flattened().iter().copied().max().unwrap(), nodes)
+        };
+        assert_eq!(cells([1.0; 3]), (64, 6 * 65usize.pow(3)));
+        for high in [[1.0, 1.0, 0.0], [3.0, 1.0, 0.1], [9.0, 0.1, 0.1]] {
+            let (longest, nodes) = cells(high);
+            assert!(
+                (96..=257).contains(&longest) && nodes <= MOST_NODES as usize,
+                "{high:?}: {longest}, {nodes}"
+            );
+        }
+    }
+
     #[test]
     fn bad_input() {
         assert!(Fields::over(&[[0.0, f32::NAN, 0.0, 1.0]]).is_err());
