@@ -92,6 +92,7 @@ class RendererProcess:
         self._blobs: BlobWriter | None = None  # as long as the folder
         self._lifeline = -1
         self._inbox: queue.Queue[Message | None] = queue.Queue()
+        self._burial: threading.Thread | None = None  # of a child that was killed
 
     @property
     def pid(self) -> int | None:
@@ -157,25 +158,15 @@ class RendererProcess:
 
     def close(self) -> None:
         """End the child and free what it shared."""
-        if self._child:
-            for pipe in (self._child.stdin, self._child.stdout):
-                try:
-                    if pipe:
-                        pipe.close()
-                except OSError:
-                    pass  # a pipe to a dead child
-            try:
-                self._child.wait(CANCEL_GRACE)
-            except subprocess.TimeoutExpired:
-                self._child.kill()
-                self._child.wait()
-            self._child = None
-        if self._lifeline >= 0:
-            os.close(self._lifeline)
-            self._lifeline = -1
-        if self._folder:
-            shutil.rmtree(self._folder, ignore_errors=True)
-            self._folder = self._blobs = None
+        if self._burial:
+            self._burial.join()
+        _bury(*self._let_go())
+
+    def _let_go(self) -> tuple[subprocess.Popen[bytes] | None, Path | None, int]:
+        """Part with the child, its folder and its lifeline: the next render starts anew."""
+        parted = self._child, self._folder, self._lifeline
+        self._child, self._folder, self._blobs, self._lifeline = None, None, None, -1
+        return parted
 
     def _start(self, shared_bytes: int) -> Path:
         """Start the child if it does not run; its folder, in shared memory if that has room."""
@@ -251,8 +242,10 @@ class RendererProcess:
                     return
         except (queue.Empty, PhotonStreamError):
             pass
+        # On a busy machine a death takes seconds: only what starts the next child waits for it.
         self._child.kill()
-        self.close()
+        self._burial = threading.Thread(target=_bury, args=self._let_go())
+        self._burial.start()
 
     def _epitaph(self) -> str:
         """Why the child died, as far as it can be known."""
@@ -265,6 +258,26 @@ class RendererProcess:
         log = [line for line in log if not line.startswith(_HINTS)]
         ended = f"by signal {-code}" if code is not None and code < 0 else f"with code {code}"
         return f"the renderer process ended {ended}" + (f": {log[-1]}" if log else "")
+
+
+def _bury(child: subprocess.Popen[bytes] | None, folder: Path | None, lifeline: int) -> None:
+    """End a child, which has a moment to do it itself, and free what it shared."""
+    if child:
+        for pipe in (child.stdin, child.stdout):
+            try:
+                if pipe:
+                    pipe.close()
+            except OSError:
+                pass  # a pipe to a dead child
+        try:
+            child.wait(CANCEL_GRACE)
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()
+    if lifeline >= 0:
+        os.close(lifeline)
+    if folder:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _shared_bytes(arrays: Iterable[NDArray[Any]], settings: Settings) -> int:
