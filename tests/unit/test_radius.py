@@ -212,7 +212,7 @@ def test_the_device_finds_the_same(
         assert largest == pytest.approx(expected.largest(), rel=1e-5)
         np.testing.assert_array_equal(made.on_host.table().ravel()[:used], found)
         compared.append(deposits.count > 0)
-        assert flat == (grids[:, 4:7].max() > 250.0)
+        assert flat == (grids[:, 4:7].max() > 500.0)
         return made
 
     monkeypatch.setattr(device, "prefers_native", False)

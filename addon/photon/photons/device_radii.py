@@ -28,9 +28,9 @@ SIDES = 6
 # As in native/src/radius/grids.rs: photons that tell the box about most of all, and the share that
 # lies beyond it on either side of each axis.
 ENOUGH, OUTSIDE = 1 << 12, 0.005
-# Corners along an axis, at most: of 254 cells, two to spare and one by rounding, all halved.
-LONGEST = 2 * 257 + 1
-THREADS = 32  # that share a line along x
+# Corners along an axis, at most: of 510 cells, two to spare and one by rounding, all halved.
+LONGEST = 2 * 513 + 1
+THREADS = 64  # that share a line along x
 _ROWS = f"const int THREADS = {THREADS}, MOST_A_THREAD = {-(-LONGEST // THREADS)};"
 _GRID = RADIUS_GRID.glsl()
 DECLARATIONS = {  # what programs are compiled with

@@ -12,8 +12,8 @@ use crate::photons::Grid;
 /// Cells along the longest axis, two of them to spare; and so many times as many, the first of which all
 /// sides' nodes are no more than these: where light falls on few surfaces caustics are told finer.
 const CELLS: f32 = 64.0;
-const TIMES: [f32; 4] = [4.0, 3.0, 2.0, 1.5];
-const MOST_NODES: f32 = 262_144.0;
+const TIMES: [f32; 6] = [8.0, 6.0, 4.0, 3.0, 2.0, 1.5];
+const MOST_NODES: f32 = 1_100_000.0;
 /// Share of the photons that may lie beyond the grids, on either side of each axis: a far ground must not
 /// coarsen a lit room on it.
 const OUTSIDE: f64 = 0.005;
@@ -211,7 +211,7 @@ mod tests {
         for high in [[1.0, 1.0, 0.0], [3.0, 1.0, 0.1], [9.0, 0.1, 0.1]] {
             let (longest, nodes) = cells(high);
             assert!(
-                (96..=257).contains(&longest) && nodes <= MOST_NODES as usize,
+                (96..=513).contains(&longest) && nodes <= MOST_NODES as usize,
                 "{high:?}: {longest}, {nodes}"
             );
         }
