@@ -12,8 +12,19 @@ from collections.abc import Sequence
 
 import bpy
 from lit_scenes import principled
-from scene_lights import lamp, world
-from scene_parts import SUNK, block, camera, lathe, lathes, material, mesh_object
+from scene_lights import lamp, point_light, world
+from scene_parts import (
+    SUNK,
+    block,
+    camera,
+    closed_room,
+    lathe,
+    lathes,
+    material,
+    mesh_object,
+    sphere,
+    wall_with_window,
+)
 
 WATER, GLASS, WINE = 1.333, 1.5, 1.36
 
@@ -123,6 +134,84 @@ def ring() -> None:
     world(0.05, (0.80, 0.88, 1.0))
     eye = camera((0.012, -0.052, 0.105), (0.005, 0.0065, 0.0), lens=68)
     eye.data.clip_start = 0.01
+
+
+def glass_in_mirror() -> None:
+    """A ball of glass and its caustics before a mirror, which shows them and sends light, too."""
+    paper = material("Paper", (0.62, 0.58, 0.52))
+    blue = material("Blue", (0.20, 0.34, 0.50))
+    block("Table", paper, (-0.8, -0.8, -0.04), (0.8, 0.8, 0))
+    block("Wall", blue, (-0.8, 0.5, -SUNK), (0.8, 0.54, 0.8))
+    looking_glass = material("Looking glass", glossy=(0.9, 0.9, 0.9))
+    block("Mirror", looking_glass, (-0.34, -0.01, 0.02), (0.34, 0.01, 0.40), (0, 0.26, 0), -14)
+    sphere("Ball", glass("Glass", (0.96, 1, 0.97), GLASS), 0.08, (-0.02, 0, 0.08 - SUNK), 5)
+    point_light(10, (0.06, -0.34, 0.42), (1, 0.93, 0.82))
+    camera((0.34, -0.62, 0.40), (0.0, 0.07, 0.10), lens=42)
+
+
+def sunlit_window() -> None:
+    """A room that the sun lights through a pane of glass alone."""
+    wall = material("Wall", (0.74, 0.72, 0.68))
+    floor = material("Floor", (0.46, 0.29, 0.17))
+    blue = material("Blue", (0.13, 0.24, 0.42))
+    left, right, back, top = -1.6, 1.6, 3.6, 2.5
+    closed_room((left, 0, 0), (right, back, top), floor, wall, (None, wall, wall, wall))
+    window = {"y": (0, 1.0, 2.6, back), "z": (0, 0.8, 2.1, top)}
+    wall_with_window("Window wall", [wall, wall, wall], (left, left - 0.2), **window)
+    pane = glass("Pane", (0.97, 0.99, 0.98), GLASS)
+    block(
+        "Pane", pane, (left - 0.11, 1.0 - SUNK, 0.8 - SUNK), (left - 0.10, 2.6 + SUNK, 2.1 + SUNK)
+    )
+    block("Box", blue, (-0.3, -0.3, -SUNK), (0.3, 0.3, 0.55), (0.3, 2.3, 0), 24)
+    lamp("SUN", "Sun", (-4.0, -0.8, 3.3), (0, 0.8, 0), energy=12, angle=0, color=(1, 0.92, 0.80))
+    camera((-1.35, 0.15, 1.75), (0.45, 2.35, 0.55), lens=24)
+
+
+def glass_bulb() -> None:
+    """A ball that glows in a bulb of thin glass, above a table and beside a wall."""
+    paper = material("Paper", (0.66, 0.62, 0.56))
+    green = material("Green", (0.22, 0.42, 0.24))
+    block("Table", paper, (-0.7, -0.7, -0.04), (0.7, 0.7, 0))
+    block("Wall", green, (-0.7, 0.34, -SUNK), (0.7, 0.38, 0.7))
+    middle, outside, thick = 0.24, 0.085, 0.004
+    clear = glass("Glass", (1, 1, 1), GLASS)
+    for name, radius, inwards in (
+        ("Bulb", outside, False),
+        ("Bulb, inside", outside - thick, True),
+    ):
+        ball = sphere(name, clear, radius, (0, 0, middle), 5)
+        if inwards:
+            ball.data.flip_normals()
+    sphere("Filament", glowing("Glow", (1, 0.72, 0.42), 12), 0.045, (0, 0, middle), 4)
+    block("Box", paper, (-0.06, -0.06, -SUNK), (0.06, 0.06, 0.10), (0.20, -0.10, 0), 30)
+    camera((0.42, -0.80, 0.50), (0.02, 0.02, 0.14), lens=42)
+
+
+def frosted_glass() -> None:
+    """A ball of frosted glass, and the soft light that a panel sends through it."""
+    paper = material("Paper", (0.68, 0.64, 0.58))
+    frosted = glass("Frosted glass", (0.92, 0.97, 1), GLASS)
+    node = frosted.node_tree.nodes["Glass BSDF"]
+    node.distribution, node.inputs["Roughness"].default_value = "GGX", 0.35
+    block("Table", paper, (-0.7, -0.7, -0.04), (0.7, 0.7, 0))
+    sphere("Ball", frosted, 0.11, (0, 0, 0.11 - SUNK), 5)
+    block("Box", paper, (-0.06, -0.06, -SUNK), (0.06, 0.06, 0.12), (0.24, 0.14, 0), 20)
+    panel = glowing("Panel", (1, 0.94, 0.86), 24)
+    block("Panel", panel, (-0.09, -0.09, 0), (0.09, 0.09, 0.01), (-0.34, 0.10, 0.46))
+    camera((0.30, -0.66, 0.46), (0.04, 0.0, 0.06), lens=45)
+
+
+def glowing(name: str, colour, strength: float) -> bpy.types.Material:
+    """An Emission shader."""
+    mat = bpy.data.materials.new(name)
+    mat.use_nodes = True
+    nodes = mat.node_tree.nodes
+    nodes.remove(nodes["Principled BSDF"])
+    node = nodes.new("ShaderNodeEmission")
+    node.inputs["Color"].default_value = (*colour, 1)
+    node.inputs["Strength"].default_value = strength
+    mat.node_tree.links.new(node.outputs[0], nodes["Material Output"].inputs["Surface"])
+    return mat
 
 
 def glass(name: str, colour, ior: float) -> bpy.types.Material:

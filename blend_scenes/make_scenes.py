@@ -23,7 +23,15 @@ import sys
 from pathlib import Path
 
 import bpy
-from glass_scenes import pool, ring, wine_glass
+from glass_scenes import (
+    frosted_glass,
+    glass_bulb,
+    glass_in_mirror,
+    pool,
+    ring,
+    sunlit_window,
+    wine_glass,
+)
 from kitchen import kitchen
 from lit_scenes import daylight, studio
 from mathutils import Vector
@@ -303,6 +311,10 @@ SCENES = (
     wine_glass,
     pool,
     ring,
+    glass_in_mirror,
+    sunlit_window,
+    glass_bulb,
+    frosted_glass,
 )
 
 

@@ -55,8 +55,16 @@ SOURCES = dict.fromkeys(SCENES, _PATHS) | {
     "studio": (("cycles", "path"), ("photon_stream", "photons")),
     "daylight": (("cycles", "path"), ("photon_stream", "photons")),
     "kitchen": (("cycles", "path"), ("photon_stream", "photons")),
-    # Path tracers find nothing of such caustics.
+    # Those of what glows they find.
+    "glass_bulb": (("cycles", "path"), ("mitsuba", "path"), ("photon_stream", "photons")),
+    "frosted_glass": (("cycles", "path"), ("mitsuba", "path"), ("photon_stream", "photons")),
+    # Of lamps without size nothing.
     **dict.fromkeys(CAUSTICS, (("light_map", "path"), ("photon_stream", "photons"))),
+    "sunlit_window": (
+        ("mitsuba", "ptracer"),
+        ("light_map", "path"),
+        ("photon_stream", "photons"),
+    ),
 }
 
 Halves = dict[str, Any]  # "A" and "B" to pictures (h, w, 3)

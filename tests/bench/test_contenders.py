@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -23,6 +24,7 @@ ENGINES = [
     ("photon_stream", "denoised"),
     ("mitsuba", "path"),
     ("luxcore", "path"),
+    ("povray", "photons"),
     ("light_tracer", "light"),
 ]
 PACKAGES = {
@@ -31,6 +33,7 @@ PACKAGES = {
     "luxcore": "pyluxcore",
     "light_tracer": "mitsuba",
 }
+PROGRAMS = {"povray": "povray"}  # of no package
 SECONDS = {"photon_stream": 1.0}  # of a climb; 6 of whoever is not here
 CAMERA = np.array([[1, 0, 0, 0.5], [0, 1, 0, -0.3], [0, 0, 1, 4.0], [0, 0, 0, 1]])
 SPOT = plain_light(
@@ -72,8 +75,10 @@ def blocks(image: np.ndarray) -> np.ndarray:
 
 
 def rendered(module: str, method: str, scene: Scene, folder: Path) -> np.ndarray:
-    if find_spec(PACKAGES[module]) is None:
-        pytest.skip(f"{PACKAGES[module]} is not installed; `python build.py chart` does it")
+    if (name := PROGRAMS.get(module)) and not shutil.which(name):
+        pytest.skip(f"{name} is not installed: Debian's package {name} has it")
+    if (name := PACKAGES.get(module)) and find_spec(name) is None:
+        pytest.skip(f"{name} is not installed; `python build.py chart` does it")
     scene.save(folder / "scene.npz")
     worker = Worker(module)
     try:
@@ -90,6 +95,8 @@ def rendered(module: str, method: str, scene: Scene, folder: Path) -> np.ndarray
 @pytest.mark.parametrize("light", [SPOT, POINT], ids=["spot", "point"])
 @pytest.mark.parametrize(("module", "method"), ENGINES)
 def test_a_lamp_over_a_plane(module: str, method: str, light: Light, tmp_path: Path) -> None:
+    if module == "povray" and light.kind == "spot":
+        pytest.skip("POV-Ray's spots fade in another way: refused")
     material = plain_material("Paint", (0.8, 0.5, 0.2))
     found = rendered(module, method, plane(light, material), tmp_path)
     mine, expected = blocks(found), blocks(radiance(light, material))
@@ -144,7 +151,7 @@ def test_luxcore_refuses_phong_lobes(tmp_path: Path) -> None:
 
 
 def test_an_engine_that_is_not_there_says_so(tmp_path: Path) -> None:
-    worker = Worker("povray")
+    worker = Worker("renderman")
     with pytest.raises(EngineError, match="No module named"):
         worker.load(tmp_path / "scene.npz", tmp_path / "scene.blend", SIZE)
     worker.close()

@@ -76,7 +76,7 @@ def arrivals(
 
 def is_caster(material: Material) -> bool:
     """Whether it is smooth glass or metal."""
-    return [lobe.kind for lobe in material.lobes] in (["glass"], ["ggx_metal"])
+    return [lobe.kind for lobe in material.lobes] in (["glass"], ["ggx_metal"], ["mirror"])
 
 
 def _from_lamp(
@@ -139,9 +139,10 @@ def _scattered(
     cosine = np.maximum(cosine, 1e-9)
     mirrored = way + 2 * cosine[:, None] * normal
     colour = np.array(lobe.colour)
-    if lobe.kind == "ggx_metal":
-        assert lobe.parameters["alpha_x"] == 0.0
-        weight = colour + (1.0 - colour) * (1.0 - cosine[:, None]) ** 5  # Schlick 1994
+    if lobe.kind != "glass":
+        assert lobe.parameters.get("alpha_x", 0.0) == 0.0
+        rises = (1.0 - colour) * (1.0 - cosine[:, None]) ** 5  # Schlick 1994
+        weight = colour + rises if lobe.kind == "ggx_metal" else np.broadcast_to(colour, way.shape)
         return mirrored, weight, faces & ((mirrored * flat).sum(axis=1) > 0), 1.0
     ior = np.where(enters, lobe.parameters["ior"], 1.0 / lobe.parameters["ior"])
     below2 = 1.0 - (1.0 - cosine**2) / ior**2

@@ -2,8 +2,9 @@
 """`python build.py chart [--quick]`: error against seconds, beside other renderers.
 
 Renders the scenes of blend_scenes at a ladder of efforts with Photon Stream and Cycles, each with
-OpenImageDenoise and without, Mitsuba's path and particle tracer, LuxCore's path tracer and its
-PhotonGI, one after the other in one run, each engine in a process of its own with all cores. Writes
+OpenImageDenoise and without, Mitsuba's path and particle tracer, LuxCore's path tracer, its
+PhotonGI and its bidirectional one with vertex merging, and POV-Ray where `povray` is on PATH, one
+after the other in one run, each engine in a process of its own with all cores. Writes
 chart.html (self-contained, with what is and what is not in the seconds), chart.json, chart.md (a
 table for the ledger, tests/bench/README.md) and an SVG a scene.
 
@@ -59,6 +60,8 @@ CONTENDERS = {
     "Mitsuba ptracer": "mitsuba",
     "LuxCore path": "luxcore",
     "LuxCore PhotonGI": "luxcore",
+    "LuxCore BiDirVM": "luxcore",
+    "POV-Ray": "povray",
 }
 SHARES = {"Cycles": 3.0, "Photon Stream": 2.0}  # of the time; whoever is not here has 1
 BAND = 3  # [px] around discontinuities

@@ -1,18 +1,46 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights and materials in the words of the engines that know the paper's alone."""
+"""Lights and materials in the words of the other engines: the paper's, and glass."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from addon.photon.scene import MIRROR, RGB, Light, Material
+
+
+class Glass(NamedTuple):
+    """Of a Glass BSDF alone, about a body."""
+
+    colour: RGB  # of what it reflects, and of what it lets through
+    ior: float
+    alpha: float  # GGX's, 0 if it is smooth
+
+
+def glass_of(material: Material) -> Glass | None:
+    """What a material is, if it is glass; ValueError for what differs from point to point, and for
+    glass that absorbs, or is a sheet."""
+    check_plain(material)
+    lobes = [lobe for lobe in material.lobes if lobe.reflects]
+    if [lobe.kind for lobe in lobes] not in (["glass"], ["ggx_glass"]) or any(material.diffuse):
+        return None
+    ((lobe,), more) = lobes, lobes[0].parameters
+    both = (more["tint"], more["reflects"], more["open"], more.get("compensated", 0.0))
+    if both != ((1.0, 1.0, 1.0), 2.0, 0.0, 0.0) or lobe.weight != 1.0 or any(material.absorption):
+        raise ValueError(f"material {material.name!r} is glass of a kind that is not converted")
+    return Glass(lobe.colour, float(more["ior"]), float(more.get("alpha", 0.0)))
+
+
+def check_plain(material: Material) -> None:
+    """ValueError for what differs from point to point."""
+    if material.program:
+        raise ValueError(f"material {material.name!r} has textures, which are not converted")
 
 
 def specular_of(material: Material) -> tuple[RGB, float]:
     """k_s and its Phong exponent; ValueError for what the paper does not have: other lobes, and
     what differs from point to point."""
-    if material.program:
-        raise ValueError(f"material {material.name!r} has textures, which are not converted")
+    check_plain(material)
     lobes = [lobe for lobe in material.lobes if lobe.reflects]
     if not lobes:
         return (0.0, 0.0, 0.0), MIRROR
@@ -23,10 +51,10 @@ def specular_of(material: Material) -> tuple[RGB, float]:
 
 
 def check_converted(light: Light) -> None:
-    """ValueError for lights that the paper does not have."""
-    if light.kind not in ("point", "spot"):
+    """ValueError for lights that have a size, or no equal in the other engines."""
+    if light.kind not in ("point", "spot", "sun"):
         raise ValueError(f"light {light.name!r} is of kind {light.kind}, which is not converted")
-    if light.parameters["radius"] > 0:
+    if light.parameters["widest" if light.kind == "sun" else "radius"] > 0:
         raise ValueError(f"light {light.name!r} has a radius: only delta lights are converted")
 
 

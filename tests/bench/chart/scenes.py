@@ -26,8 +26,13 @@ SCENES = (
     "wine_glass",
     "pool",
     "ring",
+    "glass_in_mirror",
+    "sunlit_window",
+    "glass_bulb",
+    "frosted_glass",
 )
-CAUSTICS = ("wine_glass", "pool", "ring")  # of lamps that are made to have no size
+# Of lamps that are made to have no size.
+CAUSTICS = ("wine_glass", "pool", "ring", "glass_in_mirror", "sunlit_window")
 # Left and lower edge [px] of the part of each picture that the page shows enlarged
 CROPS = {
     "cornell_classic": (96, 24),
@@ -44,6 +49,10 @@ CROPS = {
     "wine_glass": (110, 90),
     "pool": (90, 70),
     "ring": (40, 70),
+    "glass_in_mirror": (70, 50),
+    "sunlit_window": (60, 50),
+    "glass_bulb": (90, 110),
+    "frosted_glass": (60, 70),
 }
 CROP = 80  # [px]
 

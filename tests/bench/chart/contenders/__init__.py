@@ -6,4 +6,4 @@ A module has METHODS (the contenders' names and what its engine calls them) and 
 Engines do not share a process: their OpenGL, TBB and memory allocators clash.
 """
 
-MODULES = ("photon_stream", "cycles", "mitsuba", "luxcore")
+MODULES = ("photon_stream", "cycles", "mitsuba", "luxcore", "povray")

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Our Scene in LuxCore, and its path tracer without and with PhotonGI as contenders.
+"""Our Scene in LuxCore: its path tracer without and with PhotonGI, and its bidirectional one with
+vertex merging as contenders.
 
-Perfect mirrors and diffuse surfaces are LuxCore's own; it has no Phong lobe, so scenes with one are
-refused. Blender's spotlight profile is a light of type `mappoint`, a map over all directions.
+Perfect mirrors, smooth glass and diffuse surfaces are LuxCore's own; it has no Phong lobe, and
+rough glass of another distribution, so scenes with one are refused. Blender's spotlight profile is
+a light of type `mappoint`, a map over all directions.
 """
 
 from __future__ import annotations
@@ -19,11 +21,11 @@ import pyluxcore
 
 from addon.photon.scene import Camera, Light, Material, Scene
 
-from ..plain import check_converted, cone_of, specular_of
+from ..plain import check_converted, cone_of, glass_of, specular_of
 from ..spot import spot_profile
 from .steps import Budget, Seconds, Step, now
 
-METHODS = {"LuxCore path": "path", "LuxCore PhotonGI": "photongi"}
+METHODS = {"LuxCore path": "path", "LuxCore PhotonGI": "photongi", "LuxCore BiDirVM": "vcm"}
 ROWS, COLUMNS = 4096, 8  # of a spotlight's map: angle from the axis by angle about it
 BOUNCES = 64
 EPSILON = {"min": 1e-5, "max": 1e-4}
@@ -39,8 +41,6 @@ _SETTINGS: dict[str, dict[str, Any]] = {
         "path.photongi.photon.maxdepth": BOUNCES,
         "path.photongi.caustic.updatespp": 8,  # BlendLuxCore's default
     },
-    # For references alone
-    "bidir": {"renderengine.type": "BIDIRCPU", "sampler.type": "RANDOM"},
     "vcm": {"renderengine.type": "BIDIRVMCPU", "sampler.type": "RANDOM"},
 }
 
@@ -102,9 +102,9 @@ class Engine:
 
     def _session(self, method: str, seed: int, more: dict[str, Any]) -> Any:
         properties = pyluxcore.Properties()
-        mirrors = any(max(specular_of(material)[0]) > 0 for material in self.source.materials)
+        bright = any(map(is_specular, self.source.materials))
         settings = {
-            "path.photongi.caustic.enabled": method == "photongi" and mirrors,
+            "path.photongi.caustic.enabled": method == "photongi" and bright,
             "film.width": self.size,
             "film.height": self.size,
             "film.filter.type": "BOX",
@@ -182,11 +182,22 @@ def to_camera(camera: Camera, size: int) -> dict[str, Any]:
     }
 
 
+def is_specular(material: Material) -> bool:
+    return glass_of(material) is not None or max(specular_of(material)[0]) > 0
+
+
 def to_material(material: Material) -> dict[str, Any]:
+    emits = {"emission": list(material.emission)} if material.is_emissive else {}
+    if glass := glass_of(material):
+        if glass.alpha > 0.0:
+            raise ValueError(f"material {material.name!r} is rough glass, which is not converted")
+        colour = list(glass.colour)
+        index = {"interiorior": glass.ior, "exteriorior": 1.0}
+        return {"type": "glass", "kr": colour, "kt": colour} | index | emits
     specular, exponent = specular_of(material)
     diffuse = list(material.diffuse)
     if max(specular) <= 0:
-        return {"type": "matte", "kd": diffuse}
+        return {"type": "matte", "kd": diffuse} | emits
     if math.isfinite(exponent) or max(diffuse) > 0:
         raise ValueError(f"material {material.name!r} is neither diffuse nor a mirror")
     return {"type": "mirror", "kr": list(specular)}
@@ -195,6 +206,9 @@ def to_material(material: Material) -> dict[str, Any]:
 def to_light(made: Any, index: int, light: Light) -> dict[str, Any]:
     check_converted(light)
     power = np.array(light.power)
+    if light.kind == "sun":
+        way = {"direction": list(map(float, light.direction)), "gain": list(map(float, power))}
+        return {"type": "sharpdistant"} | way
     if light.kind == "point":  # emits gain * color / (4 pi) [W/sr]
         position = list(map(float, light.position))
         return {"type": "point", "position": position, "gain": list(map(float, power))}

@@ -22,7 +22,7 @@ import numpy as np
 
 from addon.photon.scene import Camera, Light, Material, Scene
 
-from ..plain import check_converted, cone_of, specular_of
+from ..plain import check_converted, cone_of, glass_of, specular_of
 from ..spot import spot_profile
 from .steps import Budget, Seconds, Step, doubling, now
 
@@ -150,6 +150,9 @@ def to_sensor(camera: Camera, size: int) -> dict[str, Any]:
 
 def to_emitter(light: Light) -> dict[str, Any]:
     check_converted(light)
+    if light.kind == "sun":
+        irradiance = {"type": "rgb", "value": list(map(float, light.power))}
+        return {"type": "directional", "direction": list(light.direction), "irradiance": irradiance}
     intensity = {"type": "rgb", "value": [float(p) / (4 * math.pi) for p in light.power]}
     if light.kind == "point":
         return {"type": "point", "position": list(light.position), "intensity": intensity}
@@ -183,6 +186,9 @@ def to_mesh(scene: Scene, triangles: Any, material: Material) -> Any:
     """A mesh of the triangles, corners apart, so that each keeps its own normal."""
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(to_bsdf(material))
+    if material.is_emissive:  # on the outside alone, of what is closed
+        radiance = {"type": "rgb", "value": list(material.emission)}
+        properties["emitter"] = mi.load_dict({"type": "area", "radiance": radiance})
     corners = scene.vertices[scene.triangles[triangles]].reshape(-1, 3)
     normals = scene.corner_normals[triangles].reshape(-1, 3)
     mesh = mi.Mesh(material.name, len(corners), len(triangles), properties, True)
@@ -195,6 +201,12 @@ def to_mesh(scene: Scene, triangles: Any, material: Material) -> Any:
 
 
 def to_bsdf(material: Material) -> dict[str, Any]:
+    if glass := glass_of(material):
+        colour = {"type": "rgb", "value": list(glass.colour)}
+        own = {"type": "dielectric", "int_ior": glass.ior, "ext_ior": 1.0}
+        if glass.alpha > 0.0:
+            own |= {"type": "roughdielectric", "distribution": "ggx", "alpha": glass.alpha}
+        return own | {"specular_reflectance": colour, "specular_transmittance": colour}
     specular, exponent = specular_of(material)
     diffuse = list(material.diffuse)
     if max(specular) <= 0:
