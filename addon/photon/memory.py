@@ -29,6 +29,7 @@ from .stage.gathered import can_gather, send_rays
 from .stage.layers import count_layered
 from .stage.light_tables import is_seen
 from .stage.needs import MOST_LOBES
+from .stage.panes import pane_of
 from .stage.textures import advice, bytes_of
 
 # A pixel's on the host: the images and the squared errors of its parts while a picture is made;
@@ -87,6 +88,7 @@ class Budget:
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._is_transparent = any(material.is_transparent for material in self._materials)
         self._absorbs = any(max(material.absorption) > 0.0 for material in self._materials)
+        self._carries = self._absorbs or any(map(pane_of, self._materials))  # photons their medium
         self._shares_memory = backend.shares_memory
         self._can_gather = can_gather(scene, settings, self._materials)
         self._strip = strips_of(settings.frame_region, backend.strip_pixels)[0].size
@@ -124,7 +126,7 @@ class Budget:
             self._deposits(deposits) * photons,
             settings.photon_bounces + 1,
             self._lobes > 0,
-            self._absorbs,
+            self._carries,
             any(material.program or count_layered(material) for material in self._materials),
             settings.estimator == "splat",
         )

@@ -110,6 +110,9 @@ def needs() -> Iterator[SceneNeeds]:
             some = _needs(count, of_lobes, all_lights, drawn=True)
             some = replace(some, visibility=True, first_hits=first_hits)
             yield some
+            if count and not first_hits:
+                yield replace(some, panes=True, absorption=True)
+                yield replace(some, panes=True, gathered_lobes=True)
             if count:
                 yield replace(some, caustics=True)
                 bare = replace(some, lobe_kinds=of_lobes - {TRANSPARENT}, visibility=False)
@@ -227,8 +230,9 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         for names in combinations(("mirror", "emission", "blur"), count):
             yield Resolve, resolver_defines(names), {}
             yield ErrorParts, resolver_defines(names), {}
-    for asked in ({}, lux):
-        yield ShadowThrough, asked, {}
+    passing: tuple[Defines, ...] = (behind, {"PANES": 1}, {**behind, "PANES": 1})
+    for asked, passed, more in product(({}, lux), passing, ({}, {"ABSORPTION": 1})):
+        yield ShadowThrough, {**asked, **passed, **more}, {}
     for scene in program_needs():
         yield from _of_programs(scene)
     for scene in needs():

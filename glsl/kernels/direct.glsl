@@ -1,8 +1,79 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Direct light at each visible point, by shadow rays.
+#ifndef PANES
+#ifndef ABSORPTION
 #define ANY_HIT
+#endif
+#endif
 #include "lib/bvh.glsl"
 #include "lib/visible_point.glsl"
+#ifndef ANY_HIT
+#include "lib/transmittance.glsl"
+#include "lib/colour.glsl"
+#ifdef PANES
+#include "lib/shadow_pane.glsl"
+#endif
+#ifdef ABSORPTION
+#include "lib/absorption.glsl"
+#endif
+
+vec3 let_through;  // by what the last ray has met
+int most_passed;   // transparent surfaces that a ray may pass
+const int MOST_FACES = 32;  // of glass
+
+// Whether a ray comes to its light by what it meets, one after the other; if that is glass, radiance becomes what it
+// brings behind it.
+bool is_free(inout ShadowRay ray) {
+    let_through = vec3(1.0);
+    RayOrigin origin = ray.origin;
+    vec3 direction = ray.direction.direction;
+    float far = ray.direction.t_max;
+    bool is_distant = far >= 0.5 * T_MAX;
+    int passed = 0;
+#ifdef ABSORPTION
+    Medium medium = Medium(vec3(0.0), 0.0);
+#endif
+    for (int faces = 0;;) {
+        RayHit found = trace(origin.position, direction, far, int(origin.source));
+        if (found.triangle < 0) break;
+        Hit hit = Hit(found.t, stored_triangle(found.triangle), found.u, found.v);
+        vec3 through = vec3(0.0), onward = direction;
+        bool is_pane = false;
+#ifdef PANES
+        is_pane = is_distant && goes_through_pane(hit, direction, onward, through);
+        if (is_pane) {
+            if (++faces > MOST_FACES) return false;
+            ray.radiance = ray.behind;
+        }
+#endif
+#ifdef TRANSPARENT
+        if (!is_pane && ++passed <= most_passed) {
+            through = transmittance_at(hit, direction);
+            onward = direction;
+        }
+#endif
+        let_through *= through;
+        if (!(largest(let_through) > 0.0)) return false;
+        Triangle triangle = triangle_at(found.triangle);
+        vec3 normal = normal_of(triangle.b - triangle.a, triangle.c - triangle.a);
+#ifdef ABSORPTION
+        float side = dot(normal, direction) > 0.0 ? -1.0 : 1.0;
+        let_through *= left_by_absorption(medium, hit, side);
+        medium = medium_behind(medium, hit, side);
+#endif
+        vec3 next = offset_origin(origin.position + found.t * direction, normal, onward);
+        if (!is_distant) far -= dot(next - origin.position, direction);
+        if (!(far > 0.0)) return true;  // the light is there
+        origin = RayOrigin(next, float(found.triangle));
+        direction = onward;
+    }
+#ifdef PANES
+    return dot(direction, ray.direction.direction) > STRAIGHT;
+#else
+    return true;
+#endif
+}
+#endif
 
 void kernel() {
     VisiblePoint point = visible_point();
@@ -20,9 +91,13 @@ void kernel() {
     for (int i = 0; i < WAYS * SHADOW_RAYS; i++) {
         ShadowRay ray = shadow_ray(point, i / WAYS, i % WAYS == 1);
         if (!is_ray(ray)) continue;
+#ifndef ANY_HIT
+        if (!is_free(ray)) continue;
+#else
         RayHit found = trace(ray.origin.position, ray.direction.direction, ray.direction.t_max, int(ray.origin.source));
         if (found.triangle >= 0) continue;
-#ifdef TRANSPARENT
+#endif
+#if defined(TRANSPARENT) || !defined(ANY_HIT)
         sum += ray.radiance * let_through;
         lux += ray.lux * luminance(let_through);
 #else

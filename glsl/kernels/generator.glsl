@@ -11,6 +11,9 @@
 #ifdef VISIBILITY
 #include "lib/photon_ray.glsl"
 #endif
+#ifdef PANES
+#include "lib/pane.glsl"
+#endif
 #ifdef PORTALS_BY_SHARE
 #include "lib/emission_portals.glsl"
 #endif
@@ -56,7 +59,14 @@ void kernel() {
 #endif
     store_direction(RayDirection(emitted.direction, t_max));
 #ifdef ABSORPTION
-    store_medium(Medium(vec3(0.0)));  // unless the first surface's back tells
+    float sent = 0.0;
+#ifdef PANES
+    if (number < distant_lights) sent = sent_along(emitted.direction);
+#ifdef VISIBILITY
+    if (!(limit.shadowed > 0.0)) sent = 0.0;  // all of it is direct light
+#endif
+#endif
+    store_medium(Medium(vec3(0.0), sent));  // unless the first surface's back tells
 #endif
     store_flux(Flux(flux / (float(photons) * light.chosen), float(photon)));
 }

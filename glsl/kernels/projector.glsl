@@ -11,6 +11,9 @@
 #ifdef CAUSTICS
 #include "lib/specular_photon.glsl"
 #endif
+#ifdef PANES
+#include "lib/pane.glsl"
+#endif
 #ifdef VISIBILITY
 #include "lib/photon_ray.glsl"
 
@@ -29,6 +32,9 @@ void kernel() {
     if (!is_place(place) || !gathers(load_diffuse())) skip();
 #ifdef VISIBILITY
     if (!may_land()) skip();
+#endif
+#ifdef PANES
+    if (is_straight(load_medium().sent, load_direction().direction)) skip();  // direct light
 #endif
     vec3 flux = arriving_flux(load_flux().flux);
 #ifdef ARRIVALS

@@ -14,6 +14,9 @@ void kernel() {
     store_shadow_origin(ray.origin);
     store_shadow_direction(ray.direction);
     store_unshadowed(Radiance(ray.radiance, 1.0));
+#ifdef PANES
+    store_unshadowed_behind(Radiance(ray.behind, 0.0));  // transparent surfaces passed, too
+#endif
 #ifdef ILLUMINANCE
     store_unshadowed_lux(Illuminance(ray.lux));
 #endif

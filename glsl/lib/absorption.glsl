@@ -19,9 +19,9 @@ vec3 absorption_before(Medium medium, vec3 own, float side) {
 // On its way behind the surface.
 Medium medium_behind(Medium medium, Hit hit, float side) {
     vec3 own = absorption_at(hit);
-    if (side > 0.0) return Medium(medium.absorption + own);
+    if (side > 0.0) return Medium(medium.absorption + own, medium.sent);
     vec3 left = absorption_before(medium, own, side) - own;
-    return Medium(mix(left, vec3(0.0), lessThan(left, ABSORPTION_ROUNDING * own)));
+    return Medium(mix(left, vec3(0.0), lessThan(left, ABSORPTION_ROUNDING * own)), medium.sent);
 }
 
 vec3 left_by_absorption(Medium medium, Hit hit, float side) {

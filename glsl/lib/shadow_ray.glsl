@@ -45,7 +45,22 @@ struct ShadowRay {
     RayDirection direction;
     vec3 radiance;  // [W/(m^2 sr)], of the light that the ray would find; 0: there is no ray
     float lux;      // illuminance of diffuse surfaces by it
+#ifdef PANES
+    vec3 behind;    // of the radiance what rays of lobes do not find if light comes through glass
+#endif
 };
+
+ShadowRay no_shadow_ray() {
+    ShadowRay none;
+    none.origin = RayOrigin(vec3(0.0), 0.0);
+    none.direction = RayDirection(vec3(0.0), 0.0);
+    none.radiance = vec3(0.0);
+    none.lux = 0.0;
+#ifdef PANES
+    none.behind = vec3(0.0);
+#endif
+    return none;
+}
 
 bool is_ray(ShadowRay ray) { return largest(ray.radiance) > 0.0 || ray.lux > 0.0; }
 
@@ -132,11 +147,18 @@ LightSample sample_to_gather(VisiblePoint point, Light light, float first, vec2 
 }
 #endif
 
+#ifdef PANES
+vec3 not_of_rays;  // of what eval_lobes gave last, which no ray of a lobe finds
+#endif
+
 // What a point's lobes reflect of a light. Where rays of a lobe may find the light as well, this is the part of
 // so many shadow rays by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other. `part`: of
 // what gathers photons, by this ray, and nothing else if it goes by it.
 vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light, float part, bool by_lobe) {
     vec3 normal = point.raised, sum = vec3(0.0);
+#ifdef PANES
+    not_of_rays = vec3(0.0);
+#endif
     int lobes = 1;
     float share = 1.0;  // of the first lobe, of the point's rays
 #ifdef TWO_LOBES
@@ -179,6 +201,18 @@ vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light, floa
         counts = gathered * part + (by_lobe ? 0.0 : counts - gathered);
 #endif
         sum += counts * reflected;
+#ifdef PANES
+#ifdef WEIGHED
+        if (is_weighed) {
+#ifdef GATHERED_LOBES
+            counts = min(counts, gathered_share(lobe, shape) * part);
+#else
+            counts = 0.0;
+#endif
+        }
+#endif
+        not_of_rays += counts * reflected;
+#endif
     }
     return sum;
 }
@@ -268,12 +302,15 @@ ShadowRay ray_to(VisiblePoint point, LightSample found, float lift) {
         far = length(to_place) - 2.0 * SURFACE_OFFSET;
     }
 #endif
-    return ShadowRay(RayOrigin(origin, point.shading.triangle), RayDirection(direction, far), vec3(0.0), 0.0);
+    ShadowRay ray = no_shadow_ray();
+    ray.origin = RayOrigin(origin, point.shading.triangle);
+    ray.direction = RayDirection(direction, far);
+    return ray;
 }
 
 // A point's shadow ray of this number; `by_lobe`: the second one to the world.
 ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
-    ShadowRay none = ShadowRay(RayOrigin(vec3(0.0), 0.0), RayDirection(vec3(0.0), 0.0), vec3(0.0), 0.0);
+    ShadowRay none = no_shadow_ray();
     uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
     bool one_sided = true;
 #ifdef DRAWN
@@ -317,15 +354,24 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
         if (is_diffuse(point.diffuse)) lux = lux_of(irradiance * cosine);
 #endif
     }
+#ifdef PANES
+    vec3 behind = radiance;
+#endif
 #ifdef LOBES
     if (of_lobes > 0.0 && is_found(light, BY_GLOSSY)) {
         radiance += irradiance * of_lobes * eval_lobes(point, light, rays, found.to_light, part, by_lobe);
+#ifdef PANES
+        behind += irradiance * of_lobes * not_of_rays;
+#endif
     }
 #endif
     if (!(largest(radiance) > 0.0 || lux > 0.0)) return none;
     ShadowRay ray = ray_to(point, found, lift);
     ray.radiance = radiance;
     ray.lux = lux;
+#ifdef PANES
+    ray.behind = behind;
+#endif
 #ifdef VISIBILITY
     if (!(limit.shadowed > 0.0)) ray.direction.t_max = 0.0;  // nothing is in its way
 #endif

@@ -23,6 +23,9 @@ SLAB = {0: 0.92308, 30: 0.92027, 45: 0.90433, 60: 0.83623, 75: 0.59609}
 # Of a parallel beam on a ball of index 1.5: reflected, and with what left at the next two meetings.
 BALL = (0.09178, 0.09178 + 0.83554, 0.09178 + 0.83554 + 0.06118)
 
+# Shadow rays would bring what comes straight through.
+ALL_BY_PHOTONS: dict[str, Any] = {"passes": 1, "width": 8, "height": 8, "direct_by_photons": True}
+
 
 def glass(ior: float = 1.5, is_open: float = 0.0) -> Material:
     """Smooth glass."""
@@ -64,7 +67,7 @@ def test_photons_through_a_slab(device: Device, angle: float) -> None:
         built = Builder().box((-2, -2, 0), (2, 2, 0.1), 0)
         built.quad((-1, -1, -0.1), (1, -1, -0.1), (1, 1, -0.1), (-1, 1, -0.1), 1)
         scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), (material, BLACK_WALL))
-        with rendered(device, scene, photons=1 << 18, passes=1, width=8, height=8) as renderer:
+        with rendered(device, scene, photons=1 << 18, **ALL_BY_PHOTONS) as renderer:
             found.append(fallen(renderer)[1])
     assert found[0] / found[1] == pytest.approx(SLAB[angle], rel=0.01)
     area = 4 * math.cos(math.radians(angle))
@@ -102,7 +105,7 @@ def test_absorption_is_beers(device: Device) -> None:
         built = Builder().box((-2, -2, 0), (2, 2, 0.2), 0)
         built.quad((-1, -1, -0.1), (1, -1, -0.1), (1, 1, -0.1), (-1, 1, -0.1), 1)
         scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), (material, BLACK_WALL))
-        with rendered(device, scene, photons=1 << 16, passes=1, width=8, height=8) as renderer:
+        with rendered(device, scene, photons=1 << 16, **ALL_BY_PHOTONS) as renderer:
             found.append(fallen(renderer)[1])
         lit = built.scene(beam((0.0, 0.0, 1.0), 0.5), (), (material, EMISSIVE))
         assert mean_of(device, lit) == pytest.approx(left if material is dim else 1.0, rel=0.01)
@@ -138,7 +141,7 @@ def test_meshes_that_overlap_absorb_as_their_sum(device: Device, backend: Any) -
         sun = sun_light("sun", WHITE, (0.0, 0.0, -1.0))
         materials = (outer, inner, BLACK_WALL)
         scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), materials)
-        settings = {"photons": 1 << 14, "passes": 1, "width": 8, "height": 8, "backend": backend}
+        settings = ALL_BY_PHOTONS | {"photons": 1 << 14, "backend": backend}
         with rendered(device, scene, **settings) as renderer:
             fallen_there = fallen(renderer)[scene.surfaces.index("floor")]
         assert fallen_there / 4.0 == pytest.approx(left, rel=0.01)

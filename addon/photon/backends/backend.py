@@ -270,7 +270,7 @@ class NativeBackend(Backend):
     def direct_light(
         self, needs: SceneNeeds, size: tuple[int, int]
     ) -> DirectLight | TracedDirectLight:
-        tracer = self.tracer(any_hit=not needs.transparent, rays=needs.rays("shadow"))
+        tracer = self.tracer(any_hit=not needs.shadow_rays_go_on, rays=needs.rays("shadow"))
         return TracedDirectLight(self.device, self.layer, needs, tracer, size)
 
     def photon_mapper(

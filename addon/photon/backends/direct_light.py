@@ -14,7 +14,15 @@ from ...streams import Device, Kernel, PingPong, Stream
 from ...streams.device import Layer
 from ..kernels.direct import Direct, ShadowRays, ShadowThrough
 from ..kernels.launch import Streams, launch
-from ..kernels.records import CHAIN, HIT, ILLUMINANCE, RADIANCE, RAY_DIRECTION, RAY_ORIGIN
+from ..kernels.records import (
+    CHAIN,
+    HIT,
+    ILLUMINANCE,
+    MEDIUM,
+    RADIANCE,
+    RAY_DIRECTION,
+    RAY_ORIGIN,
+)
 from ..stage.kinds import light_kinds
 from ..stage.light_tables import FOUND_BITS
 from ..stage.needs import SceneNeeds
@@ -30,6 +38,9 @@ HIT_TRIANGLE = list(HIT.fields).index("triangle")
 _RAY = ("shadow_origin", "shadow_direction")
 _WIDTH = 256  # of streams of rays that go on
 _ANY_KIND = 0  # of lights
+MOST_FACES = 32  # of glass, on a shadow ray's way: as in direct.glsl
+STRAIGHT = 0.999992  # as in lib/pane.glsl
+_BEHIND = "unshadowed_behind"
 
 
 class DirectLight:
@@ -60,12 +71,14 @@ class DirectLight:
 class _Rays:
     """Streams of a shadow ray of each point, of one size."""
 
-    def __init__(self, device: Device, size: Size, illuminance: bool, go_on: bool) -> None:
+    def __init__(self, device: Device, size: Size, needs: SceneNeeds, go_on: bool) -> None:
         """`go_on`: there are those of rays behind what they have met, too."""
         records = {"shadow_origin": RAY_ORIGIN, "shadow_direction": RAY_DIRECTION}
-        records |= {"unshadowed": RADIANCE}
-        records |= {"unshadowed_lux": ILLUMINANCE} if illuminance else {}
+        records |= {"unshadowed": RADIANCE} | ({_BEHIND: RADIANCE} if needs.panes else {})
+        records |= {"unshadowed_lux": ILLUMINANCE} if needs.illuminance else {}
         if go_on:
+            absorbs = "ABSORPTION" in needs.shadow_filter_defines
+            records |= {"shadow_medium": MEDIUM} if absorbs else {}
             behind = {f"next_{name.removeprefix('shadow_')}": x for name, x in records.items()}
             records |= {"shadow_hit": HIT, "chain": CHAIN, **behind}
         self.streams = {name: Stream(device, record, size) for name, record in records.items()}
@@ -83,15 +96,16 @@ class TracedDirectLight:
     def __init__(
         self, device: Device, layer: Layer, needs: SceneNeeds, tracer: NativeTracer, size: Size
     ) -> None:
-        """`tracer`: finds any hit, or where surfaces are transparent the first one; `size`: of the
-        streams of most points."""
-        self._device, self._illuminance = device, needs.illuminance
+        """`tracer`: finds any hit, or where rays may go on the first one; `size`: of the streams of
+        most points."""
+        self._device = device
         self._transparent_depth = needs.transparent_depth
+        self._most_met = needs.transparent_depth + MOST_FACES * needs.panes
         self._layer, self._needs = layer, needs
         self._aims: dict[int, ShadowRays] = {}  # by kind
         self._tracer = tracer
         self._through: ShadowThrough | None = None
-        if needs.transparent:
+        if needs.shadow_rays_go_on:
             defines = {**needs.illuminance_defines, **needs.shadow_filter_defines}
             self._through = ShadowThrough(device, layer, defines, made=needs.shadow_made)
         self._streams: dict[tuple[Size, bool], _Rays] = {}
@@ -110,7 +124,7 @@ class TracedDirectLight:
             brought = {name: own[_BROUGHT[name]].elements() for name in totals}
             hits = self._trace(own, "shadow")
             if self._through:
-                self._pass_through(own, hits, brought, streams["chain"], tables)
+                self._pass_through(own, hits, brought, streams.get("chain"), tables)
             free = hits[:, HIT_TRIANGLE, None] == 0.0
             for name, of_one in sums.items():
                 np.add(of_one, brought[name], out=of_one, where=free)
@@ -146,42 +160,48 @@ class TracedDirectLight:
     def _of_size(self, size: Size, go_on: bool) -> _Rays:
         key = size, go_on
         if key not in self._streams:
-            self._streams[key] = _Rays(self._device, size, self._illuminance, go_on)
+            self._streams[key] = _Rays(self._device, size, self._needs, go_on)
         return self._streams[key]
 
     def _trace(self, own: Streams, which: str) -> Array:
         return self._tracer.hits({name: own[f"{which}_{name}"] for name in self._tracer.inputs})
 
     def _pass_through(
-        self, rays: Streams, hits: Array, brought: Arrays, chain: Stream, tables: Tables
+        self, rays: Streams, hits: Array, brought: Arrays, chain: Stream | None, tables: Tables
     ) -> None:
-        """Let rays that have met transparent surfaces go on behind them: those that meet nothing
-        there bring what is left of their light. On the host, where rays are traced, for most have
-        met none, and to evaluate what each met takes longer than tracing."""
-        which = _met(hits, tables)
+        """Let rays that have met transparent surfaces or glass go on behind them: those that meet
+        nothing there bring what is left of their light. On the host, where rays are traced, for
+        most have met none, and to evaluate what each met takes longer than tracing."""
+        which = self._met(hits, tables)
         if not len(which):
             return
         found = {name: rays[name].elements()[which] for name in _RAY}
         found |= {_BROUGHT[name]: x[which] for name, x in brought.items()}
-        found |= {"shadow_hit": hits[which], "chain": chain.elements()[which]}
-        for passed in range(self._transparent_depth):
+        found |= {_BEHIND: rays[_BEHIND].elements()[which]} if self._needs.panes else {}
+        if "ABSORPTION" in self._needs.shadow_filter_defines:
+            found["shadow_medium"] = np.zeros((len(which), 4), np.float32)
+        found |= {"shadow_hit": hits[which]} | ({"chain": chain.elements()[which]} if chain else {})
+        aimed = found["shadow_direction"][:, :3].copy()
+        for passed in range(self._most_met):
             behind = self._behind(found, passed, tables)
             there = behind["direction"].any(axis=1)
+            # Through glass with faces that are not parallel photons come.
+            there &= (behind["direction"][:, :3] * aimed).sum(axis=1) > STRAIGHT
             free = there & (behind["hit"][:, HIT_TRIANGLE] == 0.0)
             hits[which[free]] = 0.0
             for name, x in brought.items():
                 x[which[free]] = behind[_BROUGHT[name]][free]
-            on = _met(behind["hit"], tables)
-            which = which[on]
+            on = self._met(behind["hit"], tables)
+            which, aimed = which[on], aimed[on]
             if not len(which):
                 break
-            chains = found["chain"][on]
-            found = {_before(name): x[on] for name, x in behind.items()} | {"chain": chains}
+            chains = {"chain": found["chain"][on]} if chain else {}
+            found = {_before(name): x[on] for name, x in behind.items()} | chains
 
     def _behind(self, found: Arrays, passed: int, tables: Tables) -> Arrays:
         """What becomes of rays that have met transparent surfaces after so many others."""
         assert self._through
-        rows = -(-len(found["chain"]) // _WIDTH)
+        rows = -(-len(found["shadow_hit"]) // _WIDTH)
         own = self._of_size((_WIDTH, 1 << (rows - 1).bit_length()), True).streams
         for name, x in found.items():
             own[name].take(x)
@@ -191,7 +211,15 @@ class TracedDirectLight:
         arrays = {name: x.elements() for name, x in behind.items()} | {
             "hit": self._trace(own, "next")
         }
-        return {name: x[: len(found["chain"])] for name, x in arrays.items()}
+        return {name: x[: len(found["shadow_hit"])] for name, x in arrays.items()}
+
+    def _met(self, hits: NDArray[np.float32], tables: Tables) -> NDArray[np.int64]:
+        """Which rays have met what they may go on behind."""
+        triangles = hits[:, HIT_TRIANGLE].astype(np.int64)
+        met = np.flatnonzero(triangles)
+        passable = tables.transparent | tables.clear if self._needs.panes else tables.transparent
+        of_those: NDArray[np.bool_] = passable[triangles[met] - 1]
+        return met[of_those]
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
@@ -210,14 +238,6 @@ class TracedDirectLight:
     def _kernels(self) -> list[Kernel]:
         kernels = [*self._aims.values(), self._tracer]
         return [*kernels, self._through] if self._through else kernels
-
-
-def _met(hits: NDArray[np.float32], tables: Tables) -> NDArray[np.int64]:
-    """Which rays have met transparent surfaces."""
-    triangles = hits[:, HIT_TRIANGLE].astype(np.int64)
-    met = np.flatnonzero(triangles)
-    transparent: NDArray[np.bool_] = tables.transparent[triangles[met] - 1]
-    return met[transparent]
 
 
 def _before(name: str) -> str:

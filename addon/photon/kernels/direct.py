@@ -11,6 +11,7 @@ from .records import (
     HIT,
     ILLUMINANCE,
     MATERIAL,
+    MEDIUM,
     NODE,
     PIXEL,
     RADIANCE,
@@ -39,6 +40,8 @@ _STRUCTURE = (
     *PROGRAM_DEFINES,
     "VISIBILITY",
     "PORTALS",
+    "PANES",
+    "ABSORPTION",
 )
 _INPUTS: Ports = {
     "pixel": PIXEL,
@@ -63,7 +66,7 @@ class Direct(Kernel):
 
     stem = "direct"
     structure = _STRUCTURE
-    records = (RAY_ORIGIN, RAY_DIRECTION, HIT)
+    records = (RAY_ORIGIN, RAY_DIRECTION, HIT, MEDIUM)
     inputs = _INPUTS
     outputs = {"direct": RADIANCE, "illuminance": When("ILLUMINANCE", ILLUMINANCE)}
     uniforms = {**_UNIFORMS, "transparent_depth": When("TRANSPARENT", Uniform("int"))}
@@ -74,9 +77,9 @@ class Direct(Kernel):
         **LIMITS,
         **CHOICE,
         **PORTALS,
-        "materials": When(("TWO_SIDED", "TRANSPARENT"), Table(MATERIAL)),
+        "materials": When(("TWO_SIDED", "TRANSPARENT", "PANES", "ABSORPTION"), Table(MATERIAL)),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
-        "corner_normals": When(("SMOOTH", "PROGRAMS"), Table(CORNER_NORMALS)),
+        "corner_normals": When(("SMOOTH", "PROGRAMS", "PANES"), Table(CORNER_NORMALS)),
         **PROGRAM_TABLES,
     }
 
@@ -91,6 +94,7 @@ class ShadowRays(Kernel):
         "shadow_origin": RAY_ORIGIN,
         "shadow_direction": RAY_DIRECTION,
         "unshadowed": RADIANCE,
+        "unshadowed_behind": When("PANES", RADIANCE),
         "unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
     }
     uniforms = {
@@ -110,28 +114,35 @@ class ShadowRays(Kernel):
 
 
 class ShadowThrough(Kernel):
-    """Send those of the shadow rays on that have met transparent surfaces, behind these."""
+    """Send shadow rays on that have met transparent surfaces or glass, behind these."""
 
     stem = "shadow_through"
-    structure = ("ILLUMINANCE", *PROGRAM_DEFINES)
-    uniforms = {"passed": Uniform("int"), "transparent_depth": Uniform("int")}
+    structure = ("ILLUMINANCE", "TRANSPARENT", "PANES", "ABSORPTION", *PROGRAM_DEFINES)
+    uniforms = {
+        "passed": Uniform("int"),
+        "transparent_depth": When("TRANSPARENT", Uniform("int")),
+    }
     inputs = {
         "shadow_origin": RAY_ORIGIN,
         "shadow_direction": RAY_DIRECTION,
         "shadow_hit": HIT,
         "unshadowed": RADIANCE,
+        "unshadowed_behind": When("PANES", RADIANCE),
         "unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
-        "chain": CHAIN,  # of the rays' points
+        "chain": When("TRANSPARENT", CHAIN),  # of the rays' points
+        "shadow_medium": When("ABSORPTION", MEDIUM),
     }
     outputs = {
         "next_origin": RAY_ORIGIN,
         "next_direction": RAY_DIRECTION,
         "next_unshadowed": RADIANCE,
+        "next_unshadowed_behind": When("PANES", RADIANCE),
         "next_unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
+        "next_medium": When("ABSORPTION", MEDIUM),
     }
     tables = {
         "triangles": Table(TRIANGLE),
         "materials": Table(MATERIAL),
-        "corner_normals": When("PROGRAMS", Table(CORNER_NORMALS)),
+        "corner_normals": When(("PROGRAMS", "PANES"), Table(CORNER_NORMALS)),
         **PROGRAM_TABLES,
     }

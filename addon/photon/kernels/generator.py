@@ -10,7 +10,7 @@ class Generator(Kernel):
     """Emit photons of equal flux from the lights (Marino & Abbate, Generator)."""
 
     stem = "generator"
-    structure = (*LIGHT_DEFINES, "VISIBILITY", "AIMED", "ABSORPTION", *BY_SHARE)
+    structure = (*LIGHT_DEFINES, "VISIBILITY", "AIMED", "ABSORPTION", "PANES", *BY_SHARE)
     outputs = {
         "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,
@@ -22,7 +22,7 @@ class Generator(Kernel):
         "pass_index": Uniform("uint"),
         "photons": Uniform("int"),
         "light_count": Uniform("int"),
-        "distant_lights": When("AIMED", Uniform("int")),
+        "distant_lights": When(("AIMED", "PANES"), Uniform("int")),
     }
     tables = {
         **LIGHT_TABLES,

@@ -26,6 +26,7 @@ class Projector(Kernel):
         "DISPERSION",
         "CAUSTICS",
         "ABSORPTION",
+        "PANES",
         "ARRIVALS",
         "ENVIRONMENT",
         "VISIBILITY",

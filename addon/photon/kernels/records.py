@@ -18,7 +18,8 @@ FLUX = Record(
 )  # [W], linear RGB, >= 0; photon_number.glsl
 # What light loses where the ray begins: of all meshes that it is inside, by the surfaces that it
 # has gone through [1 / scene units].
-MEDIUM = Record("Medium", {"absorption": "vec3"})
+# `sent`: lib/pane.glsl; 0 but of photons.
+MEDIUM = Record("Medium", {"absorption": "vec3", "sent": "float"})
 PIXEL = Record("Pixel", {"at": "vec2"})  # of the frame, that a path is of
 # Where the path of a pixel is among those that are alive, + 1; 0: it has ended.
 ELEMENT = Record("Element", {"number": "float"})
@@ -127,7 +128,8 @@ NODE = Record(
 # holdout 1: the eye sees nothing there; the radiance of both its sides [W/(m^2 sr)]; which
 # instructions are its program, and codes of results that stand for a value (lib/program.glsl);
 # two_sided 1: a rough lobe lets light through from behind; what shadow rays keep that pass it;
-# what rays lose inside it [1 / scene units].
+# what rays lose inside it [1 / scene units]; the index of clear glass (pane_of in stage/panes.py),
+# or 0, and its colour.
 MATERIAL = Record(
     "Material",
     {
@@ -148,6 +150,8 @@ MATERIAL = Record(
         "transmittance": "vec3",
         "absorption": "vec3",
         "transmittance_from": "float",
+        "pane_colour": "vec3",
+        "pane": "float",
     },
 )
 # A lobe as in the streams; the albedo of what it lies over; which of the material's lobes lies over

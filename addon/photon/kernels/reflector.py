@@ -27,6 +27,7 @@ class Reflector(Kernel):
         "DISPERSION",
         "CAUSTICS",
         "ABSORPTION",
+        "PANES",
         "ARRIVALS",
         "ENVIRONMENT",
         "VISIBILITY",

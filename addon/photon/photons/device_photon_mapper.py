@@ -70,9 +70,9 @@ class DevicePhotonMapper:
         self._settings = settings
         self._most_bounces = needs.photon_bounces + 1  # with that in which a photon is cut off
         self._emission = Emission(device, "compute", tables, needs)
-        self._paths: PathsBySize[Any] = PathsBySize(device, bounces.paths, needs.absorption)
+        self._paths: PathsBySize[Any] = PathsBySize(device, bounces.paths, needs.carries_medium)
         self._bounces = bounces
-        self._compaction = Compaction(device, "paths", ABSORPTION_DEFINE * needs.absorption)
+        self._compaction = Compaction(device, "paths", ABSORPTION_DEFINE * needs.carries_medium)
         self._tally = Tally(device, self._most_bounces)
         self._foreseen: dict[int, _Foreseen] = {}  # by the photons of a pass
         self._flight: _Flight | None = None

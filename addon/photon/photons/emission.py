@@ -34,7 +34,7 @@ class Emission:
         depend on."""
         tables = self._tables
         values = {**draw, "photons": photons, "light_count": len(tables.lights)}
-        if tables.aims:
+        if tables.aims or self._needs.panes:
             values["distant_lights"] = tables.distant_lights
         aimed: Defines = {"AIMED": 1} if tables.aims else {}
         generator = self._generators.of({**aimed, **self._portals})

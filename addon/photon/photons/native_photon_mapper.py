@@ -45,7 +45,7 @@ def leaves_lobes(lobes: int, kinds: Collection[str]) -> bool:
 def knows(scene: Scene, needs: SceneNeeds) -> bool:
     """Whether the native core can trace a scene's photons."""
     lobes = [lobe for material in scene.materials for lobe in material.lobes if lobe.reflects]
-    if needs.visibility or needs.absorption or needs.programs.nodes or needs.caustics:
+    if needs.visibility or needs.carries_medium or needs.programs.nodes or needs.caustics:
         return False
     plain = all(lobe.weight == 1.0 and not any(lobe.covered) for lobe in lobes)
     if (

@@ -32,7 +32,7 @@ class PhotonMapper:
         bounce: OneBounce,
     ) -> None:
         self._settings, self._needs = settings, needs
-        self._paths = PathsBySize(device, bounce.paths, needs.absorption)
+        self._paths = PathsBySize(device, bounce.paths, needs.carries_medium)
         self.deposits = HostDeposits(device, needs.caustics)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
         self._emission = Emission(device, layer, tables, needs)

@@ -18,6 +18,7 @@ from .layers import count_layered, has_tint
 from .light_tree import AskedLights
 from .limits import casts_caustics, is_limited, lacking_caustics
 from .needs import MOST_LOBES, SceneNeeds
+from .panes import has_panes
 from .programs import ProgramNeeds, of_emission, of_transmittance
 
 
@@ -53,6 +54,7 @@ def find_needs(
         drawn_rays=asked_lights.drawn,
         hidden_highlights=lighting and broad and settings.direct_by_photons,
         photons=photons,
+        panes=asked and photons and has_panes(scene, mesh, {light.kind for light in emitting}),
         caustics=photons and settings.caustics and any(map(casts_caustics, kinds)),
         secondary_rays=chains,
         emitters_seen=by_chains or emissive or any("camera" in x.found_by for x in met),

@@ -17,6 +17,7 @@ from ..kernels.records import (
 from ..scene import TRANSPARENT, Lobe, Material, Scene, reflecting
 from .geometry import Frame
 from .kinds import lobe_kinds
+from .panes import pane_of
 from .programs import Compiled
 
 
@@ -41,6 +42,7 @@ def material_tables(
         row["base_from"] = program.codes(material.varying, "base")
         row["emission_from"] = program.codes(material.varying, "emission")
         _fill_transmittance(row, own, program)
+        row["pane"], row["pane_colour"] = pane_of(material) or (0.0, (0.0, 0.0, 0.0))
         row["two_sided"] = any(lobe_kinds()[lobe.kind].is_two_sided for lobe in own)
         for lobe_row, lobe in zip(of_lobes[first : first + len(own)], own, strict=True):
             _fill_lobe(lobe_row, lobe, program)

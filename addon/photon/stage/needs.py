@@ -85,6 +85,7 @@ class SceneNeeds:
     absorption: bool = False  # light is absorbed inside meshes
     shadow_programs: ProgramNeeds = ProgramNeeds()  # where what they let through does
     caustics: bool = False  # are asked for, and there may be some
+    panes: bool = False  # light from afar may come straight through glass
 
     @cached_property
     def emitter_defines(self) -> Defines:
@@ -161,7 +162,9 @@ class SceneNeeds:
             defines |= {"TWO_SIDED": 1}
         # What a lobe gathers matters where rays and shadow rays share a light alone.
         by_lobes = {"SHADOW_RAYS_BY_LOBES": 1} if self.by_lobes else {}
-        tells = self._point_defines if self.weighed or by_lobes else self._lobe_defines
+        tells = (
+            self._point_defines if self.weighed or by_lobes or self.panes else self._lobe_defines
+        )
         of_lobes = {**tells, **by_lobes} if broad else {}
         normals = {"NORMALS": 1} if self.programs.normals else {}
         shadow = {**self.illuminance_defines, **self.rays("shadow"), **normals}
@@ -190,9 +193,9 @@ class SceneNeeds:
         """What the kernel that finds lights is compiled with."""
         defines = {**self.direct_defines, **({"EMISSIVE": 1} if self.emissive else {})}
         defines |= {"EMISSION_BY_PROGRAMS": 1} if self.emission_programs.nodes else {}
-        if not self.weighed:
-            for name in ("TWO_SIDED", "PORTALS"):
-                defines.pop(name, None)
+        shadow = {"PANES", "ABSORPTION"}
+        for name in shadow if self.weighed else {*shadow, "TWO_SIDED", "PORTALS"}:
+            defines.pop(name, None)
         return defines | ({"SURFACES": 1} if self.emissive or self.weighed else {})
 
     @cached_property
@@ -211,12 +214,13 @@ class SceneNeeds:
         defines: dict[str, int | float]
         defines = {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
         defines |= self._layer_defines
-        defines |= {"ABSORPTION": 1} if self.absorption else {}
+        defines |= {"ABSORPTION": 1} if self.carries_medium else {}
+        defines |= self._pane_defines
         defines |= self._transmitting_defines
         if self.visibility and self.first_hits:
             defines |= {"FIRST_HITS": 1}
         defines |= {"NO_CAUSTICS": self.no_caustics} if self.no_caustics else {}
-        if self.visibility or self.directions:
+        if self.visibility or self.directions or self.panes:
             defines |= {"INCOMING": 1}
         defines |= self.rays(*RAYS) | (BLEND if self.gathered_lobes else {})
         defines |= {"DIRECTIONS": 1} if self.directions else {}
@@ -227,6 +231,15 @@ class SceneNeeds:
             **self.programs.defines,
             **self._footprint(PHOTONS_FARTHER),
         }
+
+    @property
+    def carries_medium(self) -> bool:
+        """Whether photons carry what they are in."""
+        return self.absorption or self.panes
+
+    @property
+    def _pane_defines(self) -> dict[str, int | float]:
+        return {"PANES": 1} if self.panes else {}
 
     @property
     def emits_by_cosine(self) -> bool:
@@ -285,9 +298,16 @@ class SceneNeeds:
         return TRANSPARENT in self.lobe_kinds
 
     @property
+    def shadow_rays_go_on(self) -> bool:
+        """Whether they may, behind what they have met."""
+        return self.transparent or self.panes
+
+    @property
     def shadow_filter_defines(self) -> dict[str, int | float]:
         """What kernels are compiled with that let shadow rays pass."""
-        return {**self.transparent_defines, **self.shadow_programs.defines}
+        absorbs = {"ABSORPTION": 1} if self.absorption and self.shadow_rays_go_on else {}
+        more = {**self._pane_defines, **absorbs}
+        return {**self.transparent_defines, **self.shadow_programs.defines, **more}
 
     @property
     def transparent_defines(self) -> dict[str, int | float]:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import moderngl
@@ -24,6 +24,7 @@ from .light_tree import AskedLights, asked_lights
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
 from .needs import FACES, MOST_PORTALS, PORTALS_BY_SHARE_DEFINES, PORTALS_FOR_ABSORBED_DEFINES
+from .panes import pane_of
 from .profiles import profile_table
 from .programs import program_tables
 from .upload import texels_of, upload_table, write_table
@@ -53,10 +54,10 @@ def _surface_tables(scene: Scene, frame: Frame, mesh: Mesh) -> dict[str, NDArray
     return tables
 
 
-def _transparent(scene: Scene, mesh: Mesh) -> NDArray[np.bool_]:
-    """(K,) which triangles of a mesh are."""
-    of_material = np.array([material.is_transparent for material in scene.materials], bool)
-    found: NDArray[np.bool_] = of_material[mesh.triangles["material"].astype(int)]
+def _wear(mesh: Mesh, of_material: Iterable[bool]) -> NDArray[np.bool_]:
+    """(K,) which triangles of a mesh wear materials of a kind."""
+    of_each = np.array([*of_material], bool)
+    found: NDArray[np.bool_] = of_each[mesh.triangles["material"].astype(int)]
     return found
 
 
@@ -95,7 +96,8 @@ class Tables:
         self._around = False  # these are faces of a box
         # How wide a pixel is to the eye, for photons that meet bumps: EyeCamera.widths.
         self.footprint: Mapping[str, tuple[float, ...]] = {}
-        self.transparent = np.zeros(0, bool)  # (K,) which of the mesh's triangles are
+        # (K,) which of the mesh's triangles are, and which are clear glass
+        self.transparent = self.clear = np.zeros(0, bool)
         seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
         self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
         self.distant_lights = count_distant(lights) if emitters else 0  # the first ones
@@ -133,8 +135,12 @@ class Tables:
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         textures |= more
         made = Tables(device, textures, mesh, emitters, lights, asked, places)
-        made.transparent = _transparent(scene, mesh)
+        made._tell_passable(scene, mesh)
         return made
+
+    def _tell_passable(self, scene: Scene, mesh: Mesh) -> None:
+        self.transparent = _wear(mesh, (x.is_transparent for x in scene.materials))
+        self.clear = _wear(mesh, (pane_of(x) is not None for x in scene.materials))
 
     def choose(self, shares: NDArray[np.float64]) -> None:
         """Let photons start at lights with these probabilities; where emissive triangles have
@@ -158,7 +164,8 @@ class Tables:
     ) -> None:
         """Let triangles be where a mesh of the scene has them, as it is `now`; `relit`: some of
         those that have moved are emissive."""
-        self.transparent, self._mesh = _transparent(scene, mesh), mesh
+        self._mesh = mesh
+        self._tell_passable(scene, mesh)
         if SOLID in self.textures:
             self._device.put_back(self.textures.pop(SOLID))
         tables = {
