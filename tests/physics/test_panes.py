@@ -12,7 +12,7 @@ import pytest
 
 from addon.photon.scene import Light, Lobe, Material, Scene, sun_light, world_light
 from addon.photon.stage import find_needs
-from addon.photon.stage.panes import pane_of
+from addon.photon.stage.panes import _back_to_back, pane_of
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import Builder, camera, plain_material
@@ -181,3 +181,11 @@ def test_none_without_caustics(device: Device) -> None:
 )
 def test_what_is_none(material: Material) -> None:
     assert pane_of(material) is None and pane_of(glass()) == (1.5, WHITE)
+
+
+def test_faces_back_to_back() -> None:
+    """A box has some; three faces of it, one face, none and a wedge of thirty degrees have none."""
+    box, normals = Builder().box((0, 0, 0), (1, 1, 1)), np.eye(3)
+    assert _back_to_back(box.normals[0][:, 0])
+    assert not any(map(_back_to_back, (normals, normals[:1], normals[:0])))
+    assert not _back_to_back(np.array([[0, 0, 1], [0, 0.5, -(0.75**0.5)]]))

@@ -7,12 +7,15 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..scene import RGB, Material, Scene, reflecting
 from .geometry import Mesh
 from .kinds import light_kinds
 
 FLAT = 1.0 - 1e-6  # cosine between a flat face's normals: glsl/lib/pane.glsl
+OPPOSITE = -0.998  # cosine between rounded normals of faces back to back
+MOST_WAYS = 1024  # of flat faces that are compared; of more some will be
 
 
 def pane_of(material: Material) -> tuple[float, RGB] | None:
@@ -31,16 +34,25 @@ def pane_of(material: Material) -> tuple[float, RGB] | None:
 
 
 def has_panes(scene: Scene, mesh: Mesh, lights: Collection[str]) -> bool:
-    """Whether light of one of these kinds may come through such glass with flat faces; never if
-    the scene shall not have what glass refracts."""
+    """Whether light of one of these kinds may come through such glass: some of it has flat faces
+    back to back. Never if the scene shall not have what glass refracts."""
     if "refractive" not in scene.caustics or not any(light_kinds()[x].is_distant for x in lights):
         return False
     ours = np.array([pane_of(material) is not None for material in scene.materials], bool)
-    which = np.flatnonzero(ours[mesh.triangles["material"].astype(int)]) if ours.any() else ()
-    if not len(which):
+    if not ours.any():
         return False
+    worn = mesh.triangles["material"].astype(int)
+    which = np.flatnonzero(ours[worn])
     corners, normals = mesh.triangles[which], mesh.normals[which]
-    flat = np.cross(corners["b"] - corners["a"], corners["c"] - corners["a"]).astype(float)
-    flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-30)
-    cosines = [np.abs((normals[x] * flat).sum(axis=1)) for x in "abc"]
-    return bool((np.minimum.reduce(cosines) > FLAT).any())
+    faces = np.cross(corners["b"] - corners["a"], corners["c"] - corners["a"]).astype(float)
+    faces /= np.maximum(np.linalg.norm(faces, axis=1, keepdims=True), 1e-30)
+    flat = np.minimum.reduce([np.abs((normals[x] * faces).sum(axis=1)) for x in "abc"]) > FLAT
+    return any(_back_to_back(faces[flat & (worn[which] == x)]) for x in np.flatnonzero(ours))
+
+
+def _back_to_back(faces: NDArray[np.float64]) -> bool:
+    """Whether two of these unit normals are opposite."""
+    ways = np.unique(np.round(faces, 3), axis=0)
+    if len(ways) > MOST_WAYS:
+        return True
+    return len(ways) > 0 and bool((ways @ ways.T).min() < OPPOSITE)
