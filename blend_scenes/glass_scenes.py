@@ -15,6 +15,7 @@ from lit_scenes import principled
 from scene_lights import lamp, point_light, world
 from scene_parts import (
     SUNK,
+    add_object,
     block,
     camera,
     closed_room,
@@ -175,14 +176,13 @@ def glass_bulb() -> None:
     block("Wall", green, (-0.7, 0.34, -SUNK), (0.7, 0.38, 0.7))
     middle, outside, thick = 0.24, 0.085, 0.004
     clear = glass("Glass", (1, 1, 1), GLASS)
-    for name, radius, inwards in (
-        ("Bulb", outside, False),
-        ("Bulb, inside", outside - thick, True),
-    ):
-        ball = sphere(name, clear, radius, (0, 0, middle), 5)
-        if inwards:
-            ball.data.flip_normals()
-    sphere("Filament", glowing("Glow", (1, 0.72, 0.42), 12), 0.045, (0, 0, middle), 4)
+    bulb = sphere("Bulb", clear, outside, (0, 0, middle), 5)
+    shell = bulb.modifiers.new("Shell", "SOLIDIFY")
+    shell.thickness, shell.offset = thick, -1
+    filament = add_object("Filament", bulb.data)
+    filament.location, filament.scale = bulb.location, [0.04492 / outside] * 3
+    filament.material_slots[0].link = "OBJECT"
+    filament.material_slots[0].material = glowing("Glow", (1, 0.72, 0.42), 12)
     block("Box", paper, (-0.06, -0.06, -SUNK), (0.06, 0.06, 0.10), (0.20, -0.10, 0), 30)
     camera((0.42, -0.80, 0.50), (0.02, 0.02, 0.14), lens=42)
 

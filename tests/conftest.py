@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from addon.photon.photons.aim import Aiming
+from addon.photon.stage import find_needs
 from addon.streams import Device
 
 # The plugin of the stability table: its hooks and fixtures count as this file's.
@@ -45,6 +46,12 @@ def not_aimed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Photons start anywhere at lights, by flux: a test counts them, or their noise."""
     monkeypatch.setattr(Aiming, "_learn", lambda self: self._plain)
     monkeypatch.setattr(Aiming, "knows", lambda *_: True)
+
+
+@pytest.fixture
+def no_panes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Photons bring what comes straight through glass: a test counts them."""
+    monkeypatch.setattr(find_needs, "has_panes", lambda *_: False)
 
 
 @pytest.fixture

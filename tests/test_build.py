@@ -151,7 +151,7 @@ def test_the_renderer_needs_no_bpy() -> None:
 
 
 def test_scenes_are_small_and_old_blenders_read_them() -> None:
-    assert len(SCENES) == 14
+    assert len(SCENES) == 18
     for file in SCENES:
         assert file.stat().st_size < (300_000 if file.stem == "kitchen" else 200_000)
         assert file.read_bytes()[:4] == b"\x28\xb5\x2f\xfd", "not compressed"

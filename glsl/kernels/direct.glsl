@@ -19,7 +19,7 @@
 
 vec3 let_through;  // by what the last ray has met
 int most_passed;   // transparent surfaces that a ray may pass
-const int MOST_FACES = 32;  // of glass
+const int MOST_FACES = 1024;  // of glass: less light than floats tell is left behind so many
 
 // Whether a ray comes to its light by what it meets, one after the other; if that is glass, radiance becomes what it
 // brings behind it.

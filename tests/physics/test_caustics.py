@@ -40,7 +40,7 @@ def slab_and_mirror(caustics: tuple[str, ...]) -> Scene:
 
 
 @pytest.mark.parametrize("backend", ("native", "fragment", "compute"))
-def test_switches(device: Device, backend: str) -> None:
+def test_switches(device: Device, backend: str, no_panes: None) -> None:
     """What is left is what it was, and what is off is nothing."""
     found: dict[str, Any] = {}
     for name, caustics in OFF.items():

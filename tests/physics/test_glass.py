@@ -23,8 +23,7 @@ SLAB = {0: 0.92308, 30: 0.92027, 45: 0.90433, 60: 0.83623, 75: 0.59609}
 # Of a parallel beam on a ball of index 1.5: reflected, and with what left at the next two meetings.
 BALL = (0.09178, 0.09178 + 0.83554, 0.09178 + 0.83554 + 0.06118)
 
-# Shadow rays would bring what comes straight through.
-ALL_BY_PHOTONS: dict[str, Any] = {"passes": 1, "width": 8, "height": 8, "direct_by_photons": True}
+SMALL: dict[str, Any] = {"passes": 1, "width": 8, "height": 8}
 
 
 def glass(ior: float = 1.5, is_open: float = 0.0) -> Material:
@@ -58,7 +57,7 @@ def test_eyes_through_a_slab(device: Device, angle: float) -> None:
 
 @pytest.mark.stability(66)
 @pytest.mark.parametrize("angle", (0, 60))
-def test_photons_through_a_slab(device: Device, angle: float) -> None:
+def test_photons_through_a_slab(device: Device, angle: float, no_panes: None) -> None:
     """On a floor, over what falls there without one."""
     away = np.array([math.sin(math.radians(angle)), 0.0, math.cos(math.radians(angle))])
     sun = sun_light("sun", WHITE, tuple(-away))
@@ -67,7 +66,7 @@ def test_photons_through_a_slab(device: Device, angle: float) -> None:
         built = Builder().box((-2, -2, 0), (2, 2, 0.1), 0)
         built.quad((-1, -1, -0.1), (1, -1, -0.1), (1, 1, -0.1), (-1, 1, -0.1), 1)
         scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), (material, BLACK_WALL))
-        with rendered(device, scene, photons=1 << 18, **ALL_BY_PHOTONS) as renderer:
+        with rendered(device, scene, photons=1 << 18, **SMALL) as renderer:
             found.append(fallen(renderer)[1])
     assert found[0] / found[1] == pytest.approx(SLAB[angle], rel=0.01)
     area = 4 * math.cos(math.radians(angle))
@@ -96,7 +95,7 @@ def test_ball_of_eyes_rays(device: Device, depth: int) -> None:
 ABSORPTION = (0.5, 2.0, 6.0)  # [1/m]
 
 
-def test_absorption_is_beers(device: Device) -> None:
+def test_absorption_is_beers(device: Device, no_panes: None) -> None:
     """Inside a slab of index 1, by the way through it: for the eye, and on a floor for photons."""
     clear, dim = (replace(glass(1.0), absorption=of) for of in ((0.0,) * 3, ABSORPTION))
     left = np.exp(-0.2 * np.array(ABSORPTION))
@@ -105,7 +104,7 @@ def test_absorption_is_beers(device: Device) -> None:
         built = Builder().box((-2, -2, 0), (2, 2, 0.2), 0)
         built.quad((-1, -1, -0.1), (1, -1, -0.1), (1, 1, -0.1), (-1, 1, -0.1), 1)
         scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), (material, BLACK_WALL))
-        with rendered(device, scene, photons=1 << 16, **ALL_BY_PHOTONS) as renderer:
+        with rendered(device, scene, photons=1 << 16, **SMALL) as renderer:
             found.append(fallen(renderer)[1])
         lit = built.scene(beam((0.0, 0.0, 1.0), 0.5), (), (material, EMISSIVE))
         assert mean_of(device, lit) == pytest.approx(left if material is dim else 1.0, rel=0.01)
@@ -128,7 +127,9 @@ def test_a_pool_absorbs_above_its_floor(device: Device, backend: Any) -> None:
 
 
 @pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
-def test_meshes_that_overlap_absorb_as_their_sum(device: Device, backend: Any) -> None:
+def test_meshes_that_overlap_absorb_as_their_sum(
+    device: Device, backend: Any, no_panes: None
+) -> None:
     """A bar that lies within another, as ice in a drink, and one that reaches out of it, as a drink
     whose side is in its glass: for the eye, and on a floor for photons."""
     other = (3.0, 1.0, 0.0)
@@ -141,7 +142,7 @@ def test_meshes_that_overlap_absorb_as_their_sum(device: Device, backend: Any) -
         sun = sun_light("sun", WHITE, (0.0, 0.0, -1.0))
         materials = (outer, inner, BLACK_WALL)
         scene = built.scene(camera((0, 0, 5), (0, 0, 0)), (sun,), materials)
-        settings = ALL_BY_PHOTONS | {"photons": 1 << 14, "backend": backend}
+        settings = SMALL | {"photons": 1 << 14, "backend": backend}
         with rendered(device, scene, **settings) as renderer:
             fallen_there = fallen(renderer)[scene.surfaces.index("floor")]
         assert fallen_there / 4.0 == pytest.approx(left, rel=0.01)

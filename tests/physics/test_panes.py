@@ -148,6 +148,18 @@ def test_as_by_photons_alone(
     assert found["Combined"] == pytest.approx(expected["Combined"], rel=close)
 
 
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_many_slabs(device: Device, backend: str) -> None:
+    """Twenty-five, one above the other: what is left behind fifty faces."""
+    built = Builder().quad(*FLOOR, 0)
+    for z in 1 + 0.1 * np.arange(25):
+        built.box((-9, -9, z), (9, 9, z + 0.05), 1)
+    view = camera((0.3, 0.2, 0.8), (0, 0, 0), fov=40)
+    found = means(device, built.scene(view, (sun(20),), (GREY, glass())), backend=backend, passes=1)
+    lit = np.array(GREY.diffuse) / math.pi * math.cos(math.radians(20))
+    assert found["Direct"] == pytest.approx(lit * let_through(20) ** 50, rel=1e-3)
+
+
 def test_a_wedge_is_none(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Faces that are not parallel, by two degrees: nothing by shadow rays, all by photons."""
     rise = 18 * math.tan(math.radians(2))

@@ -112,7 +112,7 @@ def test_liquid_shifts_what_is_below(device: Device, measured: Measured) -> None
 
 
 @pytest.mark.stability(67)
-def test_fifty_surfaces(device: Device, measured: Measured) -> None:
+def test_fifty_surfaces(device: Device, measured: Measured, no_panes: None) -> None:
     """Twenty-five slabs, one behind the other: a stack of mirrors that let some through."""
     built, share = Builder(), reflected(1, GLASS)
     for number in range(25):
@@ -147,7 +147,7 @@ def test_totally_reflected(device: Device, measured: Measured) -> None:
 
 @pytest.mark.stability(68)
 @pytest.mark.parametrize("ior", (1.0, 1.0001, 1.0 / 1.5))
-def test_indices_about_one(device: Device, ior: float, measured: Measured) -> None:
+def test_indices_about_one(device: Device, ior: float, measured: Measured, no_panes: None) -> None:
     """Index 1 is nothing there; a ball of air in glass spreads what a ball of glass gathers."""
     built = floor(Builder().box((-1.1, -1.1, 0), (1.1, 1.1, 0.1), 0), 1, -0.1, 1.0)
     scene = built.scene(DOWN, (SUN,), (glass(ior), BLACK_WALL))

@@ -38,7 +38,7 @@ HIT_TRIANGLE = list(HIT.fields).index("triangle")
 _RAY = ("shadow_origin", "shadow_direction")
 _WIDTH = 256  # of streams of rays that go on
 _ANY_KIND = 0  # of lights
-MOST_FACES = 32  # of glass, on a shadow ray's way: as in direct.glsl
+MOST_FACES = 1024  # of glass, on a shadow ray's way: as in direct.glsl
 STRAIGHT = 0.999992  # as in lib/pane.glsl
 _BEHIND = "unshadowed_behind"
 
