@@ -203,30 +203,31 @@ def frosted_glass() -> None:
 
 def glowing(name: str, colour, strength: float) -> bpy.types.Material:
     """An Emission shader."""
-    mat = bpy.data.materials.new(name)
-    mat.use_nodes = True
-    nodes = mat.node_tree.nodes
-    nodes.remove(nodes["Principled BSDF"])
-    node = nodes.new("ShaderNodeEmission")
-    node.inputs["Color"].default_value = (*colour, 1)
+    node = shader(name, "ShaderNodeEmission", colour)
     node.inputs["Strength"].default_value = strength
-    mat.node_tree.links.new(node.outputs[0], nodes["Material Output"].inputs["Surface"])
-    return mat
+    return bpy.data.materials[name]
 
 
 def glass(name: str, colour, ior: float) -> bpy.types.Material:
     """A smooth Glass BSDF."""
+    node = shader(name, "ShaderNodeBsdfGlass", colour)
+    node.inputs["Roughness"].default_value = 0
+    node.inputs["IOR"].default_value = ior
+    mat = bpy.data.materials[name]
+    mat.diffuse_color = (*colour, 1)
+    return mat
+
+
+def shader(name: str, kind: str, colour) -> bpy.types.Node:
+    """The one shader of a new material."""
     mat = bpy.data.materials.new(name)
     mat.use_nodes = True
     nodes = mat.node_tree.nodes
     nodes.remove(nodes["Principled BSDF"])
-    node = nodes.new("ShaderNodeBsdfGlass")
+    node = nodes.new(kind)
     node.inputs["Color"].default_value = (*colour, 1)
-    node.inputs["Roughness"].default_value = 0
-    node.inputs["IOR"].default_value = ior
     mat.node_tree.links.new(node.outputs[0], nodes["Material Output"].inputs["Surface"])
-    mat.diffuse_color = (*colour, 1)
-    return mat
+    return node
 
 
 def metal(name: str, colour, roughness: float) -> bpy.types.Material:
