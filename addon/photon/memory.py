@@ -88,7 +88,7 @@ class Budget:
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._is_transparent = any(material.is_transparent for material in self._materials)
         self._absorbs = any(max(material.absorption) > 0.0 for material in self._materials)
-        self._carries = self._absorbs or any(map(pane_of, self._materials))  # photons their medium
+        self._has_glass = any(map(pane_of, self._materials))  # which shadow rays may pass
         self._shares_memory = backend.shares_memory
         self._can_gather = can_gather(scene, settings, self._materials)
         self._strip = strips_of(settings.frame_region, backend.strip_pixels)[0].size
@@ -126,7 +126,7 @@ class Budget:
             self._deposits(deposits) * photons,
             settings.photon_bounces + 1,
             self._lobes > 0,
-            self._carries,
+            self._absorbs or self._has_glass,
             any(material.program or count_layered(material) for material in self._materials),
             settings.estimator == "splat",
         )
@@ -200,14 +200,15 @@ class Budget:
         go on, and shadow rays behind transparent surfaces."""
         if not (self._has_chains and self._shares_memory):
             return 0
-        return self.strip_textures + 2 * self._shadow_textures * self._is_transparent
+        go_on = self._is_transparent or self._has_glass
+        return self.strip_textures + (2 * self._shadow_textures + self._absorbs) * go_on
 
     @cached_property
     def _shadow_textures(self) -> int:
         if self._settings.direct_by_photons:
             return 0
         lights = len(self._emitters) + self._emissive
-        return self._sizes.shadow_textures(lights, self._settings.illuminance)
+        return self._sizes.shadow_textures(lights, self._settings.illuminance, self._has_glass)
 
     @cached_property
     def _has_chains(self) -> bool:

@@ -61,7 +61,7 @@ void kernel() {
 #ifdef ABSORPTION
     float sent = 0.0;
 #ifdef PANES
-    if (number < distant_lights) sent = sent_along(emitted.direction);
+    if (number < distant_lights) sent = -sent_along(emitted.direction);
 #ifdef VISIBILITY
     if (!(limit.shadowed > 0.0)) sent = 0.0;  // all of it is direct light
 #endif

@@ -9,7 +9,7 @@ const float FLAT = 0.999999;
 const float STRAIGHT = 0.999992;
 
 // Of photons: packed, the direction in which such a light has sent it if it has since been refracted by flat faces of
-// clear glass alone, plus one; else 0.
+// clear glass alone, plus one; below 0 where it has met no glass yet; else 0.
 float sent_along(vec3 direction) { return 1.0 + pack_direction(direction); }
 
 bool is_straight(float sent, vec3 direction) {

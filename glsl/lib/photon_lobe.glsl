@@ -53,6 +53,7 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
 #ifdef TRANSPARENT
     if (is_transparent(by.lobe)) {
         // What it was it remains: light that has only passed is direct light still.
+        leaving.passes = true;
         ray.next = PhotonRay(ray.came.rays & ray.visible, ray.came.bounces);
         return;
     }

@@ -7,11 +7,12 @@
 #ifdef PANES
 #include "lib/pane.glsl"
 
-// Whether what has sent it on is a flat face of clear glass, or let it pass as if nothing were there.
-bool stays_straight(Leaving leaving, Facing facing, bool goes_behind) {
-    if (dot(leaving.direction, load_direction().direction) > FLAT) return true;
+// What stays of the direction in which light from afar was sent (pane.glsl).
+float sent_on(float sent, Leaving leaving, Facing facing, bool goes_behind) {
+    if (leaving.is_unmet || leaving.passes) return sent;
     bool is_flat = abs(dot(leaving.normal, facing.normal)) >= FLAT;
-    return goes_behind && is_flat && material_at(int(triangle_at(hit_triangle(load_hit())).material)).pane > 0.0;
+    bool by_pane = goes_behind && is_flat && material_at(int(triangle_at(hit_triangle(load_hit())).material)).pane > 0.0;
+    return by_pane ? abs(sent) : 0.0;
 }
 #endif
 
@@ -22,7 +23,7 @@ void carry_medium(Leaving leaving) {
     Medium medium = load_medium();
     if (goes_behind) medium = medium_behind(medium, load_hit(), facing.side);
 #ifdef PANES
-    if (!stays_straight(leaving, facing, goes_behind)) medium.sent = 0.0;
+    medium.sent = sent_on(medium.sent, leaving, facing, goes_behind);
 #endif
     store_next_medium(medium);
 #endif

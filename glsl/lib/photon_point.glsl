@@ -13,4 +13,5 @@ struct Leaving {
     vec3 normal;       // the direction has to be on one side of this and of the geometric one
     bool by_specular;  // a lobe that is not diffuse sent it
     bool is_unmet;     // the surface is hidden from it
+    bool passes;       // a transparent surface has let it pass
 };

@@ -10,7 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.scene import Light, Lobe, Material, Scene, sun_light, world_light
+from addon.photon.scene import (
+    ALL_RAYS,
+    RAY_BITS,
+    Light,
+    Lobe,
+    Material,
+    Scene,
+    sun_light,
+    world_light,
+)
 from addon.photon.stage import find_needs
 from addon.photon.stage.panes import _back_to_back, pane_of
 from addon.streams import Device
@@ -158,6 +167,47 @@ def test_many_slabs(device: Device, backend: str) -> None:
     found = means(device, built.scene(view, (sun(20),), (GREY, glass())), backend=backend, passes=1)
     lit = np.array(GREY.diffuse) / math.pi * math.cos(math.radians(20))
     assert found["Direct"] == pytest.approx(lit * let_through(20) ** 50, rel=1e-3)
+
+
+def test_other_glass_beside_a_pane(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Head-on, where it bends nothing: glass that is no pane is left to photons, as a ball is."""
+    (lobe,) = glass().lobes
+    refracts = replace(lobe, parameters={**lobe.parameters, "reflects": 0.0})
+    other = Material("refraction", (0.0,) * 3, (refracts,))
+    built = Builder().quad(*FLOOR, 0).box((-9, -9, 1), (0, 9, 1.1), 1)
+    built.box((0.001, -9, 1), (9, 9, 1.1), 2).sphere((0.5, 0, 0.5), 0.2, 1)
+    scene = built.scene(camera((0, 0, 0.95), (0, 0, 0), fov=80), (sun(0),), (GREY, glass(), other))
+    settings = {"passes": 16, "photons": 1 << 17}
+    found = means(device, scene, **settings)
+    without(monkeypatch)
+    expected = means(device, scene, **settings)
+    assert found["Direct"].min() > 0.2 * expected["Combined"].min() > expected["Direct"].max()
+    assert found["Combined"] == pytest.approx(expected["Combined"], rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "limits", [{"found_by": ("diffuse",)}, {"max_bounces": 1}], ids=["glossy off", "one bounce"]
+)
+def test_none_of_limited_light(
+    device: Device, monkeypatch: pytest.MonkeyPatch, limits: dict[str, Any]
+) -> None:
+    scene = under(glass(), lights=(replace(sun(10), **limits),))
+    found = means(device, scene)
+    without(monkeypatch)
+    assert found["Combined"].tolist() == means(device, scene)["Combined"].tolist()
+
+
+@pytest.mark.parametrize("hidden", ["shadow", "diffuse", "transmission"])
+def test_none_where_surfaces_are_hidden(
+    device: Device, monkeypatch: pytest.MonkeyPatch, hidden: str
+) -> None:
+    scene = under(glass(), lights=(sun(10),))
+    visible = np.full(len(scene.surfaces), ALL_RAYS, np.uint8)
+    visible[1] -= RAY_BITS[hidden]
+    scene = replace(scene, visible=visible)
+    found = means(device, scene)
+    without(monkeypatch)
+    assert found["Combined"].tolist() == means(device, scene)["Combined"].tolist()
 
 
 def test_a_wedge_is_none(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -51,7 +51,7 @@ ERRORS = {
     "pool": (2.2e-3, 1.13e-3),
     "ring": (3.9e-3, 1.88e-3),
     "glass_in_mirror": (9.9e-3, 4.5e-3),
-    "sunlit_window": (5.3e-2, 2.9e-2),
+    "sunlit_window": (1.5e-3, 5.0e-4),
     "glass_bulb": (3.8e-3, 1.83e-3),
     "frosted_glass": (1.8e-2, 4.9e-3),
 }

@@ -114,8 +114,8 @@ class Sizes:
 
     film_spares = SPARE  # streams that films of a size write to
 
-    def shadow_textures(self, rays: int, illuminance: bool) -> int:
-        """Of a strip's size, for so many shadow rays of a point."""
+    def shadow_textures(self, rays: int, illuminance: bool, glass: bool) -> int:
+        """Of a strip's size, for so many shadow rays of a point, which may pass glass."""
         return 0
 
     def gather_textures(self, gathers_lobes: bool, native: int, others: bool) -> int:
@@ -163,8 +163,8 @@ class NativeSizes(Sizes):
     def paths(self, counts: PhotonCounts) -> Bytes:
         return Bytes(0.0, LISTED * counts.landed)
 
-    def shadow_textures(self, rays: int, illuminance: bool) -> int:
-        return (3 + illuminance) * (rays > 0)  # one ray's at a time
+    def shadow_textures(self, rays: int, illuminance: bool, glass: bool) -> int:
+        return (3 + illuminance + glass) * (rays > 0)  # one ray's at a time
 
     def gather_textures(self, gathers_lobes: bool, native: int, others: bool) -> int:
         if not gathers_lobes:

@@ -25,7 +25,7 @@ from .paths import STREAM_WIDTH, PathsBySize
 # After the first pass the host does not ask, but goes by what the passes before found, an eighth
 # more, and this: by chance they differ by the square root of their number.
 SPARE_PHOTONS = 1024
-ABSORPTION_DEFINE = "#define ABSORPTION\n"  # photons carry what absorbs them
+ABSORPTION_DEFINE = "#define ABSORPTION\n"  # photons carry what they are in
 GUESSED = 2  # times that a photon lands, before any has
 
 

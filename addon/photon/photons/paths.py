@@ -14,11 +14,11 @@ STREAM_WIDTH = 1024  # photons a row
 class Paths:
     """The streams of photons under way, which a bounce renews."""
 
-    def __init__(self, device: Device, rows: int, absorption: bool) -> None:
-        """`absorption`: photons know what absorbs them."""
+    def __init__(self, device: Device, rows: int, media: bool) -> None:
+        """`media`: photons carry what they are in."""
         self.device, self.rows, self.size = device, rows, (STREAM_WIDTH, rows)
         records = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "flux": FLUX}
-        records |= {"medium": MEDIUM} if absorption else {}
+        records |= {"medium": MEDIUM} if media else {}
         self.pairs = {name: PingPong(device, of, self.size) for name, of in records.items()}
 
     def fronts(self) -> dict[str, Stream]:
@@ -46,9 +46,9 @@ AnyPaths = TypeVar("AnyPaths", bound=Paths)
 class PathsBySize(Generic[AnyPaths]):
     """The streams of a pass's photons, and smaller ones for those that are left of them."""
 
-    def __init__(self, device: Device, kind: type[AnyPaths], absorption: bool) -> None:
-        """`absorption`: as Paths."""
-        self._device, self._kind, self._absorption = device, kind, absorption
+    def __init__(self, device: Device, kind: type[AnyPaths], media: bool) -> None:
+        """`media`: as Paths."""
+        self._device, self._kind, self._media = device, kind, media
         self._paths: dict[int, AnyPaths] = {}  # by rows
 
     def of(self, photons: int) -> AnyPaths:
@@ -67,7 +67,7 @@ class PathsBySize(Generic[AnyPaths]):
 
     def _of_rows(self, rows: int) -> AnyPaths:
         if rows not in self._paths:
-            self._paths[rows] = self._kind(self._device, rows, self._absorption)
+            self._paths[rows] = self._kind(self._device, rows, self._media)
         return self._paths[rows]
 
     def release(self) -> None:

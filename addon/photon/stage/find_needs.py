@@ -54,7 +54,7 @@ def find_needs(
         drawn_rays=asked_lights.drawn,
         hidden_highlights=lighting and broad and settings.direct_by_photons,
         photons=photons,
-        panes=asked and photons and has_panes(scene, mesh, {light.kind for light in emitting}),
+        panes=asked and photons and has_panes(scene, mesh, emitting),
         caustics=photons and settings.caustics and any(map(casts_caustics, kinds)),
         secondary_rays=chains,
         emitters_seen=by_chains or emissive or any("camera" in x.found_by for x in met),

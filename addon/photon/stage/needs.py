@@ -162,9 +162,7 @@ class SceneNeeds:
             defines |= {"TWO_SIDED": 1}
         # What a lobe gathers matters where rays and shadow rays share a light alone.
         by_lobes = {"SHADOW_RAYS_BY_LOBES": 1} if self.by_lobes else {}
-        tells = (
-            self._point_defines if self.weighed or by_lobes or self.panes else self._lobe_defines
-        )
+        tells = self._point_defines if self.weighed or by_lobes else self._lobe_defines
         of_lobes = {**tells, **by_lobes} if broad else {}
         normals = {"NORMALS": 1} if self.programs.normals else {}
         shadow = {**self.illuminance_defines, **self.rays("shadow"), **normals}

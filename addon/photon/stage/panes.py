@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import RGB, Material, Scene, reflecting
+from ..scene import MOST_BOUNCES, RAY_BITS, RGB, Light, Material, Scene, reflecting
 from .geometry import Mesh
 from .kinds import light_kinds
 
 FLAT = 1.0 - 1e-6  # cosine between a flat face's normals: glsl/lib/pane.glsl
 OPPOSITE = -0.998  # cosine between rounded normals of faces back to back
+MET_BY = sum(RAY_BITS[name] for name in ("shadow", "diffuse", "glossy", "transmission"))
 MOST_WAYS = 1024  # of flat faces that are compared; of more some will be
 
 
@@ -33,10 +34,16 @@ def pane_of(material: Material) -> tuple[float, RGB] | None:
     return float(parameters["ior"]), lobe.colour
 
 
-def has_panes(scene: Scene, mesh: Mesh, lights: Collection[str]) -> bool:
-    """Whether light of one of these kinds may come through such glass: some of it has flat faces
-    back to back. Never if the scene shall not have what glass refracts."""
-    if "refractive" not in scene.caustics or not any(light_kinds()[x].is_distant for x in lights):
+def has_panes(scene: Scene, mesh: Mesh, lights: Collection[Light]) -> bool:
+    """Whether light of one of these may come straight through such glass: some of it has flat faces
+    back to back. Never if the scene shall not have what glass refracts, or where shadow rays and
+    photons might differ: surfaces are hidden from some of them, or such a light is limited."""
+    afar = [light for light in lights if light_kinds()[light.kind].is_distant]
+    if "refractive" not in scene.caustics or not afar:
+        return False
+    if any(light.cares_who_is_lit or light.max_bounces < MOST_BOUNCES for light in afar):
+        return False
+    if bool((mesh.visible & MET_BY != MET_BY).any()):
         return False
     ours = np.array([pane_of(material) is not None for material in scene.materials], bool)
     if not ours.any():
