@@ -45,7 +45,7 @@ CAUSTICS = {
 }
 # Strict relMSE after 16 and 64 passes against references by other methods, which
 # tests/bench/references.py makes. wine_glass's are mostly red specks, by photons that the table
-# sends through the wine, and sunlit_window's the blurred edge of the sun's patch.
+# sends through the wine.
 ERRORS = {
     "wine_glass": (2.6e-2, 1.23e-2),
     "pool": (2.2e-3, 1.13e-3),
