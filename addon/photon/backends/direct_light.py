@@ -77,8 +77,7 @@ class _Rays:
         records |= {"unshadowed": RADIANCE} | ({_BEHIND: RADIANCE} if needs.panes else {})
         records |= {"unshadowed_lux": ILLUMINANCE} if needs.illuminance else {}
         if go_on:
-            absorbs = "ABSORPTION" in needs.shadow_filter_defines
-            records |= {"shadow_medium": MEDIUM} if absorbs else {}
+            records |= {"shadow_medium": MEDIUM} if needs.shadow_rays_lose else {}
             behind = {f"next_{name.removeprefix('shadow_')}": x for name, x in records.items()}
             records |= {"shadow_hit": HIT, "chain": CHAIN, **behind}
         self.streams = {name: Stream(device, record, size) for name, record in records.items()}
@@ -178,7 +177,7 @@ class TracedDirectLight:
         found = {name: rays[name].elements()[which] for name in _RAY}
         found |= {_BROUGHT[name]: x[which] for name, x in brought.items()}
         found |= {_BEHIND: rays[_BEHIND].elements()[which]} if self._needs.panes else {}
-        if "ABSORPTION" in self._needs.shadow_filter_defines:
+        if self._needs.shadow_rays_lose:
             found["shadow_medium"] = np.zeros((len(which), 4), np.float32)
         found |= {"shadow_hit": hits[which]} | ({"chain": chain.elements()[which]} if chain else {})
         aimed = found["shadow_direction"][:, :3].copy()

@@ -301,9 +301,14 @@ class SceneNeeds:
         return self.transparent or self.panes
 
     @property
+    def shadow_rays_lose(self) -> bool:
+        """Whether they do, by what absorbs light between what they pass."""
+        return self.absorption and self.shadow_rays_go_on
+
+    @property
     def shadow_filter_defines(self) -> dict[str, int | float]:
         """What kernels are compiled with that let shadow rays pass."""
-        absorbs = {"ABSORPTION": 1} if self.absorption and self.shadow_rays_go_on else {}
+        absorbs = {"ABSORPTION": 1} if self.shadow_rays_lose else {}
         more = {**self._pane_defines, **absorbs}
         return {**self.transparent_defines, **self.shadow_programs.defines, **more}
 

@@ -27,7 +27,7 @@ from ..spot import spot_profile
 from .steps import Budget, Seconds, Step, doubling, now
 
 METHODS = {"Mitsuba path": "path", "Mitsuba ptracer": "ptracer"}
-OLDEST_LLVM = 16
+OLDEST_LLVM = 17  # 16 aborts Dr.Jit 1.5.0; 19 is known to work
 PROFILE = 1024  # texels a side of a spotlight's texture
 BOUNCES = 64
 # Samples a pixel in one launch, on processors and on a GPU: with fewer each takes longer, and a GPU
@@ -64,7 +64,7 @@ class Engine:
         self.about = f"Mitsuba {mi.__version__}, {self.variant}"
         self.launch = CUDA_LAUNCH if self.variant.startswith("cuda") else LAUNCH
         if self.variant == "scalar_rgb":
-            self.about += " (about five times slower than with libLLVM 16 or newer: libllvm19)"
+            self.about += " (about five times slower than with a newer libLLVM: libllvm19)"
 
     def load(self, snapshot: Path, blend: Path, size: int) -> None:
         """Convert the snapshot; compiles nothing yet."""
