@@ -112,7 +112,9 @@ def test_ways_agree(device: Device, name: str, thorough: bool, not_aimed: None) 
     native, fragment = pictures["native"], pictures["fragment"]
     same = np.isclose(native, fragment, rtol=1e-3, atol=1e-5).all(axis=-1)
     print(f"\n{name}: {same.mean():.2%} of pixels alike, means {native.mean() / fragment.mean()}")
-    assert same.mean() > 0.93 and native.mean() == pytest.approx(fragment.mean(), rel=0.01)
+    # Of a pass over waves, where radii are small, photons that rounding sends elsewhere are seen.
+    assert same.mean() > (0.93 if name == "pool" else 0.99)
+    assert native.mean() == pytest.approx(fragment.mean(), rel=0.01)
 
 
 @pytest.mark.parametrize("name", ERRORS)
