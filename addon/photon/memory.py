@@ -212,7 +212,8 @@ class Budget:
 
     @cached_property
     def _has_chains(self) -> bool:
-        sends_rays = not self._gathers_lobes or any(map(send_rays, self._materials))
+        sending = (send_rays(material, self._settings) for material in self._materials)
+        sends_rays = not self._gathers_lobes or any(sending)
         of_lobes = self._settings.mirror_depth > 0 and self._lobes > 0 and sends_rays
         return of_lobes or self._is_transparent
 

@@ -119,12 +119,14 @@ def needs() -> Iterator[SceneNeeds]:
                 yield replace(bare, caustics=True, gathered_lobes=True)
                 yield replace(some, no_caustics=1 + first_hits)
                 yield replace(some, gathered_lobes=True)
+                yield replace(some, gathered_lobes=True, seen_send_rays=True)
             if count > 1:
                 layered = replace(some, layers=3, tangents=True)
                 yield layered
                 yield replace(layered, tinted=True)
                 hidden = replace(layered, lobe_kinds=of_lobes - {TRANSPARENT}, visibility=False)
                 yield replace(hidden, tinted=True, gathered_lobes=True)
+                yield replace(hidden, tinted=True, gathered_lobes=True, seen_send_rays=True)
 
 
 def _of_lobes(

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from addon.denoiser import find
+from addon.photon.film.picture import PARTS
 from addon.photon.scene import Lobe, Material, Scene, phong, world_light
 from addon.photon.stage import gathered
 from addon.streams import Device
@@ -53,6 +55,18 @@ def share(monkeypatch: pytest.MonkeyPatch, of_lobe: float) -> None:
         monkeypatch.setitem(gathered.BLEND, name, value)
 
 
+def seen_send_rays(monkeypatch: pytest.MonkeyPatch, **options: Any) -> dict[str, Any]:
+    """Settings by which what the eye sees sends rays, and gathers wherever those end."""
+    if find() is None:
+        pytest.skip("OpenImageDenoise is not here")
+    share(monkeypatch, 1.0)
+    seen = {"SEEN_GATHERED_FROM": 2.0, "SEEN_GATHERED_WHOLLY": 3.0}
+    for name, value in seen.items():
+        monkeypatch.setattr(gathered, name, value)
+        monkeypatch.setitem(gathered.SEEN_BLEND, name, value)
+    return {**options, "denoise": True}
+
+
 def light(images: dict[str, Any]) -> Any:
     """But for the lamps' own: the mean of each quarter of the picture."""
     seen = (images["Indirect"] + images["Mirror"])[..., :3].astype(float)
@@ -85,6 +99,31 @@ def test_gathered_is_what_rays_see(
         np.testing.assert_allclose(found[of_lobe].mean(), found[0.0].mean(), rtol=0.01)
 
 
+@pytest.mark.parametrize(
+    ("name", "backend"),
+    [
+        pytest.param(x, way, marks=() if (x, way) == ("phong", "native") else pytest.mark.thorough)
+        for x in MATERIALS
+        for way in ("native", "fragment", "compute")
+    ],
+)
+def test_what_is_seen_sends_rays(
+    device: Device, monkeypatch: pytest.MonkeyPatch, name: str, backend: Any
+) -> None:
+    """And what those meet gathers, where a picture is denoised: as much light as by rays alone."""
+    options: dict[str, Any] = {"width": 12, "height": 12, "photons": 8192, "radius": 0.8}
+    options |= {"passes": 160, "radius_decay": 2 / 3, "backend": backend}
+    share(monkeypatch, 0.0)
+    by_rays = light(render(device, room(MATERIALS[name]), **options))
+    images = render(device, room(MATERIALS[name]), **seen_send_rays(monkeypatch, **options))
+    found = light(images)
+    np.testing.assert_allclose(found, by_rays, atol=0.1 * by_rays.mean())
+    np.testing.assert_allclose(found.mean(), by_rays.mean(), rtol=0.015)
+    share(monkeypatch, 1.0)
+    gathered_first = render(device, room(MATERIALS[name]), **options)
+    assert images["Mirror"].any() and not gathered_first["Mirror"].any()
+
+
 @pytest.mark.parametrize("name", MATERIALS)
 def test_lights_are_seen_once(device: Device, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """By shadow rays and by rays of lobes together: a lamp of some size, and the world."""
@@ -100,6 +139,9 @@ def test_lights_are_seen_once(device: Device, monkeypatch: pytest.MonkeyPatch, n
         found.append(images["Combined"][..., :3].astype(float).mean(axis=(0, 1)))
     np.testing.assert_allclose(found[1], found[0], rtol=0.01)
     np.testing.assert_allclose(found[2], found[0], rtol=0.01)
+    images = render(device, plate, **seen_send_rays(monkeypatch, **options))
+    parts = sum(images[part][..., :3].astype(float).mean(axis=(0, 1)) for part in PARTS)
+    np.testing.assert_allclose(parts, found[0], rtol=0.01)  # Combined is denoised
 
 
 @pytest.mark.parametrize("layer", ["fragment", "compute"])

@@ -199,15 +199,19 @@ class NativeGather(HostKernel):
         origin, cell, cells = grid["grid_origin"], grid["cell_size"], grid["grid_cells"]
         self._map = native.PhotonMap(place, deposit, origin, cell, cells, bool(self._looks))
 
-    def estimate(self, points: Mapping[str, Stream], tables: Values, uniforms: Values) -> None:
-        """Run on what it asks of points' streams."""
+    def estimate(
+        self, points: Mapping[str, Stream], tables: Values, uniforms: Values, in_chain: bool
+    ) -> None:
+        """Run on what it asks of points' streams; `in_chain`: of secondary rays."""
         size = points["place"].size
         for name, record in self._written.items():
             if (size, name) not in self._streams:
                 self._streams[size, name] = Stream(self.device, record, size)
         points = {**points, **{name: self._streams[size, name] for name in self._written}}
         for look in self._looks:
-            look.run({name: points[name] for name in (*look.inputs, *look.outputs)})
+            depth = {"depth": int(in_chain)} if "depth" in look.uniforms else {}
+            ports = {name: points[name] for name in (*look.inputs, *look.outputs)}
+            look.run(ports, uniforms=depth)
         self.run({name: points[name] for name in (*self.inputs, *self.outputs)}, tables, uniforms)
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:

@@ -32,7 +32,9 @@ class NativePhotonGrid:
         """As Gathering's."""
         assert self._radii
         tables = self._radii.tables(self._kernel)
-        self._kernel.estimate({**points, "irradiance": irradiance}, tables, self._radii.uniforms)
+        self._kernel.estimate(
+            {**points, "irradiance": irradiance}, tables, self._radii.uniforms, in_chain
+        )
 
     @property
     def launches(self) -> int:

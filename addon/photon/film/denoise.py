@@ -30,6 +30,8 @@ FEATURE_PORTS = {"albedo": "Denoising Albedo", "normal": "Denoising Normal"}
 # Pixels on each side over which errors are averaged: those of fewer are too uncertain to go by, and
 # what the denoiser does well and what it spoils lies apart. 4 to 16 gain much the same.
 REACH = 6
+# Of what is told to speak for the plain picture, so many standard errors count as chance.
+SURE = 3.0
 
 
 @dataclass(frozen=True)
@@ -67,12 +69,26 @@ def denoised(plain: Picture, half: Picture, share: float, filtered: Filter) -> D
         apart[rows] = (moved**2 * scale).mean(axis=-1)
 
     in_blocks(plain.shape, work)
+    kept = apart - gained
+    variance = box(kept**2, REACH) - box(kept, REACH) ** 2
     noise, gained, apart = (box(x, REACH) for x in (noise, gained, apart))
     # The plain picture moved by w towards the other has the error noise - 2 w gained + w^2 apart.
-    weight = box(np.clip(_over(gained, apart), 0.0, 1.0), REACH)
+    sure = np.clip(_over(gained, noise), 0.0, 1.0) * np.clip(4.0 * _over(gained, apart), 0.0, 1.0)
+    gained = apart - _shrunk(apart - gained, variance, sure)
+    weight = 1.0 - box(np.clip(1.0 - _over(gained, apart), 0.0, 1.0), REACH)
     left = np.clip(_over(noise - weight * (2.0 * gained - weight * apart), noise), 0.0, 1.0)
     mixed = plain + weight[..., None] * (smooth - plain)
     return Denoised(mixed.astype(np.float32), np.where(noise > 0.0, left, 1.0))
+
+
+def _shrunk(mean: Floats, variance: Floats, sure: Floats) -> Floats:
+    """Means over REACH of what varies so, less the more uncertain they are (the non-negative
+    garrote, Breiman 1995). Else, where noise is strong, chance alone would keep some of it.
+
+    `sure`: 0 to 1, where noise is each pixel's own, and denoising gains.
+    """
+    error = SURE * sure * np.sqrt(np.maximum(variance, 0.0)) / (2 * REACH + 1)
+    return np.maximum(0.0, mean - _over(error**2, np.maximum(mean, 0.0)))
 
 
 def _over(a: Floats, b: Floats) -> Floats:

@@ -14,7 +14,7 @@ from .records import (
     SHADING,
     TILT,
 )
-from .shade import GATHERED_LOBES, GLOSSY, LOBES
+from .shade import GATHERED_LOBES, GATHERS_BY_DEPTH, GLOSSY, LOBES
 
 _GATHERER = {
     "direction": RAY_DIRECTION,
@@ -54,6 +54,7 @@ class Gather(Kernel):
         "cell_size": Uniform("float"),
         "grid_cells": Uniform("ivec3"),
         "photon_range": Uniform("ivec2"),  # the sorted photons to add: first, and one past the last
+        **GATHERS_BY_DEPTH,
     } | radius_field.UNIFORMS
     tables = {
         "photon_place": Items(),

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel
 from .records import FACING, GATHERED, PLACE, PLAIN_LOBE, PLAIN_PEAK, RAY_DIRECTION, SHADING
-from .shade import FIRST_LOBE, GATHERED_LOBES
+from .shade import FIRST_LOBE, GATHERED_LOBES, GATHERS_BY_DEPTH
 
 
 class PlainLobe(Kernel):
@@ -17,3 +17,4 @@ class PlainLobe(Kernel):
         **FIRST_LOBE,
     }
     outputs = {"gathered": GATHERED, "plain_lobe": PLAIN_LOBE, "plain_peak": PLAIN_PEAK}
+    uniforms = GATHERS_BY_DEPTH

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Ports, When
 from .records import BASED, DIPPED, FACING, GATHERED, PLACE, RAY_DIRECTION, SCALED, SHADING
-from .shade import GATHERED_LOBES, LOBES
+from .shade import GATHERED_LOBES, GATHERS_BY_DEPTH, LOBES
 
 # Of a point's first lobe, and its second.
 MICROFACETS: Ports = {
@@ -27,3 +27,4 @@ class PlainMicrofacets(Kernel):
         **LOBES,
     }
     outputs = {"gathered": GATHERED, **MICROFACETS}
+    uniforms = GATHERS_BY_DEPTH

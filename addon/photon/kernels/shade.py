@@ -42,7 +42,10 @@ GLOSSY: Ports = {
     "gloss": When("GATHERED_LOBES", GLOSS),
     "gathered": When("GATHERED_LOBES", GATHERED),
 }
-GATHERED_LOBES = ("GATHERED_LOBES", "GATHERED_FROM", "GATHERED_WHOLLY")
+_SEEN = ("SEEN_GATHERED_FROM", "SEEN_GATHERED_WHOLLY")
+GATHERED_LOBES = ("GATHERED_LOBES", "GATHERED_FROM", "GATHERED_WHOLLY", *_SEEN)
+# What they ask where lobes that the eye sees gather otherwise.
+GATHERS_BY_DEPTH = {"depth": When(_SEEN, Uniform("int"))}
 
 # What programs of materials read. BUMPS: some bend normals by heights.
 PROGRAM_DEFINES = ("PROGRAMS", "ATTRIBUTES", "TEXTURES", "NORMALS", "BUMPS")

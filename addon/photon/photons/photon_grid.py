@@ -140,11 +140,12 @@ class PhotonGrid:
         for first in range(0, count, launch):
             end = first + launch
             pairs = {name: self._pair(found[name], name) for name in sums if end < count}
+            depth = {"depth": int(in_chain)} if "depth" in kernel.uniforms else {}
             begin = {_BEGINS[name]: stream for name, stream in sums.items()}
             kernel.run(
                 ports | begin | found | {name: pair.back for name, pair in pairs.items()},
                 lists | self._radii.tables(kernel),
-                self._uniforms | {"photon_range": (first, end)},
+                self._uniforms | depth | {"photon_range": (first, end)},
             )
             for name, pair in pairs.items():
                 pair.swap()

@@ -13,6 +13,13 @@ from .kinds import lobe_kinds
 # lobes see few of the photons about a point, and most light by a ray.
 GATHERED_FROM, GATHERED_WHOLLY = 0.4, 0.5
 BLEND = {"GATHERED_FROM": GATHERED_FROM, "GATHERED_WHOLLY": GATHERED_WHOLLY}
+# The same of what the eye sees itself, where the picture is denoised: what a pixel's own ray misses
+# is noise to a denoiser, what photons miss that neighbours share is not.
+SEEN_GATHERED_FROM, SEEN_GATHERED_WHOLLY = 0.6, 0.8
+SEEN_BLEND = {
+    "SEEN_GATHERED_FROM": SEEN_GATHERED_FROM,
+    "SEEN_GATHERED_WHOLLY": SEEN_GATHERED_WHOLLY,
+}
 
 
 def _roughness(lobe: Lobe) -> tuple[float, float]:
@@ -25,9 +32,10 @@ def gather_some(material: Material) -> bool:
     return any(lobe.reflects and _roughness(lobe)[1] > GATHERED_FROM for lobe in material.lobes)
 
 
-def send_rays(material: Material) -> bool:
+def send_rays(material: Material, settings: Settings) -> bool:
     """Whether any of its lobes, or a part of one, sends rays where others gather."""
-    return any(lobe.reflects and _roughness(lobe)[0] < GATHERED_WHOLLY for lobe in material.lobes)
+    wholly = SEEN_GATHERED_WHOLLY if settings.denoise else GATHERED_WHOLLY
+    return any(lobe.reflects and _roughness(lobe)[0] < wholly for lobe in material.lobes)
 
 
 def _is_met_by_rays_alone(light: Light) -> bool:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from ...streams import Defines, Made
 from ..scene import RAY_BITS, RAYS, TRANSPARENT
-from .gathered import BLEND
+from .gathered import BLEND, SEEN_BLEND
 from .kinds import light_kinds, lobe_kinds
 from .programs import ProgramNeeds
 from .spectrum import made_spectrum
@@ -71,6 +71,7 @@ class SceneNeeds:
     # Shadow rays go to the world: before pass 0 portals are looked for, with what aims photons.
     portals: bool = False
     gathered_lobes: bool = False  # some are broad enough to gather photons with
+    seen_send_rays: bool = False  # such lobes that the eye sees itself send rays, up to SEEN_BLEND
     profiles: bool = False  # lights are not equally bright in all directions
     gobos: bool = False  # or not of one colour, or not at all places
     arrivals: bool = False  # what photons bring hangs on where they first land
@@ -260,7 +261,8 @@ class SceneNeeds:
         return self.gathered_lobes or self.programs.normals
 
     def _gathered_defines(self, whose: str) -> dict[str, int | float]:
-        return {whose: 1, **BLEND} if self.gathered_lobes else {}
+        seen = SEEN_BLEND if self.seen_send_rays else {}
+        return {whose: 1, **BLEND, **seen} if self.gathered_lobes else {}
 
     @cached_property
     def arrival_defines(self) -> Defines:
