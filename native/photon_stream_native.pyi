@@ -11,6 +11,17 @@ MAX_DEPTH: int
 MAX_LEAF: int
 LAYOUTS: dict[str, str]
 
+def mix_halves(
+    plain: NDArray[np.float32],
+    half: NDArray[np.float32],
+    share: float,
+    clean: NDArray[np.float32],
+    other_clean: NDArray[np.float32],
+    *,
+    reach: int,
+    dark: float,
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
+
 class Tracer:
     def __init__(
         self,

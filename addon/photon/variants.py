@@ -30,7 +30,7 @@ from .kernels.plain_lobe import PlainLobe
 from .kernels.plain_microfacets import PlainMicrofacets
 from .kernels.projector import Projector
 from .kernels.reflector import Reflector
-from .kernels.resolve import ErrorParts, Resolve
+from .kernels.resolve import ErrorParts, FirstHalf, Resolve
 from .kernels.scatter import Scatter
 from .kernels.shade import Shade
 from .kernels.splat import Splat
@@ -232,6 +232,7 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         for names in combinations(("mirror", "emission", "blur"), count):
             yield Resolve, resolver_defines(names), {}
             yield ErrorParts, resolver_defines(names), {}
+            yield FirstHalf, resolver_defines(names), {}
     passing: tuple[Defines, ...] = (behind, {"PANES": 1}, {**behind, "PANES": 1})
     for asked, passed, more in product(({}, lux), passing, ({}, {"ABSORPTION": 1})):
         yield ShadowThrough, {**asked, **passed, **more}, {}

@@ -3,7 +3,8 @@
 //!
 //! [`bvh::build`] writes the node array that the GLSL kernels traverse, [`refit::refit`] moves its boxes with
 //! the triangles, [`photons::sort`] puts photons into the cells of a grid, [`radius`] finds the
-//! gather radius at every place, [`aim`] and [`portal_search`] where photons had better go. Where OpenGL is software,
+//! gather radius at every place, [`aim`] and [`portal_search`] where photons had better go, [`mixture`] how much of a
+//! picture is denoised. Where OpenGL is software,
 //! [`trace`], [`emission`], [`paths`], [`cuts`], [`coverage`] and [`density`] take the place of GLSL kernels. Python
 //! sees them through the module `python` (cargo feature `python`).
 
@@ -20,6 +21,7 @@ pub mod filter;
 mod lanes;
 pub mod layouts;
 mod microfacets;
+pub mod mixture;
 mod packing;
 pub mod paths;
 mod phong;

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import photon_stream_native as native
 import pytest
 from numpy.typing import NDArray
 
@@ -90,6 +91,12 @@ def test_each_part_as_much_as_it_gains() -> None:
 def test_without_noise_nothing_changes() -> None:
     found = denoised(TRUTH, TRUTH, 0.5, blurred)
     assert np.array_equal(found.picture, TRUTH) and (found.left == 1.0).all()
+
+
+def test_what_does_not_fit_is_named() -> None:
+    for share, other, said in ((1.0, TRUTH, "share = 1"), (0.5, TRUTH[:-1].copy(), "other_clean")):
+        with pytest.raises(ValueError, match=said):
+            native.mix_halves(TRUTH, TRUTH, share, TRUTH, other, reach=REACH, dark=DARK)
 
 
 def test_black() -> None:

@@ -61,6 +61,9 @@ def test_resolvers_agree(
     few, telling = resolver.resolve(["Combined"])
     assert few.keys() == {"Combined"} and telling() == replace(error, image=None)
     np.testing.assert_array_equal(few["Combined"], images["Combined"])
+    halves = resolver.first_half(), HostResolver(renderer.film).first_half()
+    assert halves[0].dtype == halves[1].dtype == np.float32 and halves[1].mean() > 0.0
+    np.testing.assert_allclose(*halves, rtol=1e-5, atol=1e-6)
     resolver.release()
     renderer.release()
 

@@ -1,27 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A picture without noise, as far as its two halves tell that it is better.
-
-Each half of the passes is denoised on its own. What a denoiser makes of one half is independent of
-the noise of the other: so the halves tell the squared error of the plain picture, of the denoised
-one and of any mixture of both, but for what both have from the photons' radius. About every pixel
-the mixture is taken whose error is the least.
-"""
+"""A picture without noise, as far as its two halves tell that it is better: each half of the passes
+is denoised on its own, and native/src/mixture.rs mixes what comes of it with the plain picture."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
+import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ...denoiser import Denoiser, DenoiserError
-from .blocks import in_blocks
-from .error import DARK, Floats, box
-from .film import Statistics
-from .picture import first_half
+from .error import DARK, Floats
 
 Picture = NDArray[np.float32]
 Filter = Callable[[Picture], Picture]  # what takes a picture's noise out
@@ -30,8 +23,6 @@ FEATURE_PORTS = {"albedo": "Denoising Albedo", "normal": "Denoising Normal"}
 # Pixels on each side over which errors are averaged: those of fewer are too uncertain to go by, and
 # what the denoiser does well and what it spoils lies apart. 4 to 16 gain much the same.
 REACH = 6
-# Of what is told to speak for the plain picture, so many standard errors count as chance.
-SURE = 3.0
 
 
 @dataclass(frozen=True)
@@ -52,48 +43,11 @@ def denoised(plain: Picture, half: Picture, share: float, filtered: Filter) -> D
     assert 0.0 < share < 1.0
     rest = 1.0 - share
     other = (plain - np.float32(share) * half) / np.float32(rest)
-    clean, other_clean = (filtered(np.maximum(x, np.float32(0.0))) for x in (half, other))
-    smooth = np.float32(share) * clean + np.float32(rest) * other_clean
-    # Relative to the denoised picture: by its own value a bright speck would count for little.
-    floor = DARK * (float(smooth.mean(dtype=np.float64)) or 1.0)
-    noise, gained, apart = (np.empty(plain.shape[:2], np.float32) for _ in range(3))
-
-    def work(rows: slice) -> None:
-        scale = 1.0 / (np.square(smooth[rows], dtype=np.float64) + floor**2)
-        between = (half[rows] - other[rows]).astype(np.float64)
-        clean_between = clean[rows] - other_clean[rows]
-        moved = smooth[rows].astype(np.float64) - plain[rows]
-        # The variance of the plain mean; that, less its covariance with the denoised one's error.
-        noise[rows] = share * rest * (between**2 * scale).mean(axis=-1)
-        gained[rows] = share * rest * (between * (between - clean_between) * scale).mean(axis=-1)
-        apart[rows] = (moved**2 * scale).mean(axis=-1)
-
-    in_blocks(plain.shape, work)
-    kept = apart - gained
-    variance = box(kept**2, REACH) - box(kept, REACH) ** 2
-    noise, gained, apart = (box(x, REACH) for x in (noise, gained, apart))
-    # The plain picture moved by w towards the other has the error noise - 2 w gained + w^2 apart.
-    sure = np.clip(_over(gained, noise), 0.0, 1.0) * np.clip(4.0 * _over(gained, apart), 0.0, 1.0)
-    gained = apart - _shrunk(apart - gained, variance, sure)
-    weight = 1.0 - box(np.clip(1.0 - _over(gained, apart), 0.0, 1.0), REACH)
-    left = np.clip(_over(noise - weight * (2.0 * gained - weight * apart), noise), 0.0, 1.0)
-    mixed = plain + weight[..., None] * (smooth - plain)
-    return Denoised(mixed.astype(np.float32), np.where(noise > 0.0, left, 1.0))
-
-
-def _shrunk(mean: Floats, variance: Floats, sure: Floats) -> Floats:
-    """Means over REACH of what varies so, less the more uncertain they are (the non-negative
-    garrote, Breiman 1995). Else, where noise is strong, chance alone would keep some of it.
-
-    `sure`: 0 to 1, where noise is each pixel's own, and denoising gains.
-    """
-    error = SURE * sure * np.sqrt(np.maximum(variance, 0.0)) / (2 * REACH + 1)
-    return np.maximum(0.0, mean - _over(error**2, np.maximum(mean, 0.0)))
-
-
-def _over(a: Floats, b: Floats) -> Floats:
-    """a / b, or zero where b is."""
-    return np.divide(a, b, where=b > 0.0, out=np.zeros_like(a))
+    clean, other_clean = (
+        np.ascontiguousarray(filtered(np.maximum(x, np.float32(0.0)))) for x in (half, other)
+    )
+    of_halves = plain, half, share, clean, other_clean
+    return Denoised(*native.mix_halves(*of_halves, reach=REACH, dark=DARK))
 
 
 class Opened:
@@ -121,13 +75,10 @@ class Opened:
 
 
 def picture_denoised(
-    images: Mapping[str, Picture], strip_statistics: Iterable[Statistics], opened: Opened
+    images: Mapping[str, Picture], half: Picture, share: float, opened: Opened
 ) -> Denoised:
-    """Combined of `images`, which were made of `strip_statistics`, without its noise: by
-    OpenImageDenoise, which goes by the first albedo and normal that are no mirror's. Raises
-    DenoiserError."""
-    parts = [(first_half(one), one.half_passes / one.passes) for one in strip_statistics]
-    half, share = np.concatenate([rows for rows, _ in parts]), parts[0][1]
+    """Combined of `images` without its noise, as `denoised`: by OpenImageDenoise, which goes by the
+    first albedo and normal that are no mirror's. Raises DenoiserError."""
     plain = np.ascontiguousarray(images["Combined"][..., :3])
     features = {port: images[name] for port, name in FEATURE_PORTS.items()}
     # The filter takes very dim light for none. Powers of two keep all digits.

@@ -23,7 +23,7 @@ from .error import (
     error_with_image,
     unknown_error,
 )
-from .film import FOUR, PAIR, Film, batches_that_tell
+from .film import FOUR, PAIR, Film, batches_that_tell, half_of
 from .picture import (
     CAUSTIC_IMAGES,
     CHANNELS,
@@ -73,11 +73,26 @@ class DeviceResolver:
         defines = resolver_defines(names)
         self._resolve = resolve.Resolve(device, "compute", defines)
         self._parts = resolve.ErrorParts(device, "compute", defines)
+        halved = half_of("combined") in next(self._strips())[0].sums
+        self._half = resolve.FirstHalf(device, "compute", defines) if halved else None
         self._sum = Program(device, "sum_texels", DECLARATIONS)
 
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """As HostResolver's, to rounding."""
         return self._images(wanted), cache(partial(self._error, "Error" in wanted))
+
+    def first_half(self) -> NDArray[np.float32]:
+        """As HostResolver's, to rounding."""
+        assert self._half
+        half = np.empty((*self._film.shape, 3), np.float32)
+        for film, rows, count in self._strips():
+            inputs = {name: film.sums[name] for name in self._half.inputs}
+            passes = {"half_passes": float(self._film.half_passes)}
+            self._half.run({**inputs, "first_half": film.spare[0]}, uniforms=passes)
+            shape = rows.stop - rows.start, self._film.shape[1], 4
+            texels = self._device.shown(film.spare[0].texture, count).reshape(shape)
+            half[rows] = texels[..., :3]
+        return half
 
     def _images(self, wanted: Collection[str]) -> Picture:
         there = next(self._strips())[0].sums
@@ -189,5 +204,6 @@ class DeviceResolver:
 
     def release(self) -> None:
         """As HostResolver's."""
-        self._resolve.release()
-        self._parts.release()
+        for kernel in (self._resolve, self._parts, self._half):
+            if kernel:
+                kernel.release()

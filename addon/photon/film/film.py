@@ -72,9 +72,9 @@ def in_first_half(number: int) -> bool:
     return (number if number < FOUR else number // PAIR).bit_count() % 2 == 0
 
 
-def _half(name: str) -> str:
+def half_of(name: str) -> str:
     """The sum of an image's first half among a film's sums."""
-    return f"half of {name}"
+    return f"half_{name}"
 
 
 @dataclass(frozen=True)
@@ -136,13 +136,13 @@ class Film:
     ) -> None:
         """`spare`: streams of SUM, SPARE of them, that films of one size share; `halved`: images
         of which there is a sum of half of the passes besides."""
-        self.passes = self._half_passes = 0
+        self.passes = self.half_passes = 0
         self._names, self._halved = names, halved
         self._kernels: dict[int, Kernel] = {2: AccumulateTwo(device, layer)}  # by their images
         if len(names) % 2 or len(halved) % 2:
             self._kernels[1] = Accumulate(device, layer)
         self._batch_kernel = AccumulateBatches(device, layer)
-        sums = [*names, *map(_half, halved)]
+        sums = [*names, *map(half_of, halved)]
         self.sums = {name: Stream(device, SUM, size) for name in sums}
         self._lows = {name: Stream(device, SUM, size) for name in sums}
         ports = ("pair", "four", "pair_squares", "four_squares")
@@ -167,9 +167,9 @@ class Film:
             self._batches[port], spare[k] = spare[k], self._batches[port]
         names = [*self._names]
         if in_first_half(self.passes):
-            names += map(_half, self._halved)
-            images = images | {_half(name): images[name] for name in self._halved}
-            self._half_passes += 1
+            names += map(half_of, self._halved)
+            images = images | {half_of(name): images[name] for name in self._halved}
+            self.half_passes += 1
         for first in range(0, len(names), 2):
             ports: dict[str, Stream] = {}
             pair = names[first : first + 2]
@@ -203,9 +203,9 @@ class Film:
             length: Squares(self.passes // length, self.squares(length).download())
             for length in (PAIR, FOUR)
         }
-        halves = {name: self._mean(_half(name), self._half_passes) for name in self._halved}
+        halves = {name: self._mean(half_of(name), self.half_passes) for name in self._halved}
         means = self._means(self._names if names is None else names)
-        return Statistics(self.passes, means, squares, halves, self._half_passes)
+        return Statistics(self.passes, means, squares, halves, self.half_passes)
 
     def release(self) -> None:
         """Free streams and kernels."""
@@ -224,7 +224,7 @@ class HostFilm:
         self, size: tuple[int, int], names: Sequence[str], halved: Sequence[str] = ()
     ) -> None:
         shape = (size[1], size[0], 4)
-        self.passes = self._half_passes = 0
+        self.passes = self.half_passes = 0
         self._sums = {name: np.zeros(shape) for name in names}
         self._halves = {name: np.zeros(shape) for name in halved}
         self._batches, self._squares = (
@@ -250,7 +250,7 @@ class HostFilm:
             total += image
             if first and name in self._halves:
                 self._halves[name] += image
-        self._half_passes += first
+        self.half_passes += first
         self.passes += 1
 
     def _end_batch(self, length: int, combined: NDArray[np.float32]) -> None:
@@ -278,7 +278,7 @@ class HostFilm:
         squares = {
             length: Squares(self.passes // length, total) for length, total in self._squares.items()
         }
-        passes = self._half_passes
+        passes = self.half_passes
         halves = {name: _mean(total, None, passes) for name, total in self._halves.items()}
         means = self._means(self._sums if names is None else names)
         return Statistics(self.passes, means, squares, halves, passes)

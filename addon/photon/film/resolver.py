@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .denoise import Opened, picture_denoised
 from .error import Error, error_of
 from .film import Statistics
-from .picture import FEATURES, OF_HALVES, images_for, picture_of
+from .picture import FEATURES, OF_HALVES, first_half, images_for, picture_of
 from .strips import StripFilm
 
 Picture = dict[str, NDArray[np.float32]]
@@ -28,6 +28,9 @@ class Resolver(Protocol):
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """The wanted images (`picture_of`), and what tells the error of Combined, with its image if
         "Error" is wanted, too."""
+
+    def first_half(self) -> NDArray[np.float32]:
+        """Combined (h, w, 3) of the passes of the first half, of a film that keeps it apart."""
 
     def release(self) -> None:
         """Free what is its own."""
@@ -75,6 +78,10 @@ class HostResolver:
                 images[name][strip.rows] = image
         return images
 
+    def first_half(self) -> NDArray[np.float32]:
+        """As Resolver's."""
+        return np.concatenate([*map(first_half, self._film.strip_statistics(OF_HALVES))])
+
     def release(self) -> None:
         """As Resolver's."""
 
@@ -93,7 +100,8 @@ class DenoisingResolver(HostResolver):
         """As Resolver's. Raises DenoiserError."""
         images, _ = self._plain.resolve({*wanted, *FEATURES, "Combined"} - {"Error"})
         plain = images["Combined"]
-        found = picture_denoised(images, self._film.strip_statistics(OF_HALVES), self._opened)
+        share = self._film.half_passes / self._film.passes
+        found = picture_denoised(images, self._plain.first_half(), share, self._opened)
         images["Combined"] = np.concatenate([found.picture, plain[..., 3:]], axis=-1)
         self.by = found.by
 

@@ -101,6 +101,11 @@ class StripFilm:
         """How many passes are on all strips."""
         return self.films[-1].passes
 
+    @property
+    def half_passes(self) -> int:
+        """How many of these the first half is."""
+        return self.films[-1].half_passes
+
     def add(self, index: int, images: dict[str, Stream]) -> None:
         """Add a pass's images of strip `index`."""
         self.films[index].add(images)

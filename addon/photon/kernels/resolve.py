@@ -20,6 +20,21 @@ class Resolve(Kernel):
     uniforms = {"passes": Uniform("float")}
 
 
+class FirstHalf(Kernel):
+    """Make the picture of half of the passes, of their sums and those of all."""
+
+    stem = "first_half"
+    structure = ("MIRRORED", "LEAST_COVERAGE")
+    inputs = {
+        **_SUMS,
+        "half_combined": SUM,
+        "half_indirect": SUM,
+        "half_mirror_indirect": When("MIRRORED", SUM),
+    }
+    outputs = {"first_half": SUM}
+    uniforms = {"half_passes": Uniform("float")}
+
+
 class ErrorParts(Kernel):
     """Of each pixel of the picture, relative squared errors: by noise, by blur (the change from the
     inner radius to the radius), the latter again where the disc is even and 0 elsewhere, and in the

@@ -7,6 +7,7 @@
 mod aim;
 mod arrays;
 mod geometry;
+mod mixture;
 mod photon_map;
 mod radius_field;
 mod tracer;
@@ -53,6 +54,7 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(geometry::trace, module)?)?;
     module.add_function(wrap_pyfunction!(geometry::occluded, module)?)?;
     module.add_function(wrap_pyfunction!(geometry::trace_brute_force, module)?)?;
+    module.add_function(wrap_pyfunction!(mixture::mix_halves, module)?)?;
     module.add_function(wrap_pyfunction!(photon_map::sort_photons, module)?)
 }
 

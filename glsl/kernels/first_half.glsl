@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The picture of half of the passes, with the coverage of all: first_half of film/picture.py on the device.
+
+// What dividing by the coverage adds to light.
+vec3 uncovering(vec3 light, float coverage, float weight) {
+    coverage = max(coverage, LEAST_COVERAGE * weight);
+    return coverage > 0.0 ? light * (weight / coverage - 1.0) : vec3(0.0);
+}
+
+void kernel() {
+    vec3 sum = load_half_combined().value.rgb;
+    sum += uncovering(load_half_indirect().value.rgb, load_indirect().value.a, load_direct().value.a);
+#ifdef MIRRORED
+    sum += uncovering(load_half_mirror_indirect().value.rgb, load_mirror_indirect().value.a, load_mirror().value.a);
+#endif
+    store_first_half(Sum(vec4(sum / half_passes, 0.0)));
+}
