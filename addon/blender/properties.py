@@ -113,7 +113,7 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
     )
     use_photons: BoolProperty(
         name="Custom Photons",
-        description="Set the photons of a pass by hand; otherwise there are two for each pixel",
+        description="Set the photons of a pass by hand; otherwise there are three for each pixel",
         default=False,
     )
     photons: IntProperty(

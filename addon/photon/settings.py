@@ -118,13 +118,13 @@ class Settings:
 
     @property
     def photons_a_pass(self) -> int:
-        """The photons of a pass. By themselves two for each pixel of the frame, within limits.
+        """The photons of a pass. By themselves three for each pixel of the frame, within limits.
 
         At equal time fewer leave more error, and more take longer for a first picture.
         """
         if self.photons is not None:
             return self.photons
-        return min(max(2 * self.width * self.height, FEWEST_PHOTONS), MOST_PHOTONS)
+        return min(max(3 * self.width * self.height, FEWEST_PHOTONS), MOST_PHOTONS)
 
     @property
     def frame_region(self) -> Region:

@@ -13,7 +13,7 @@ from .source import StreamError
 
 # Elements of a compute work group, by the invocations that share each: 64 in all suit every GPU's
 # warp or wave size.
-GROUPS = {1: (8, 8), 8: (4, 2), 32: (2, 1)}
+GROUPS = {1: (8, 8), 8: (4, 2)}
 TABLE_WIDTH = 4096  # texels, a power of two; glsl/lib/table.glsl
 FIRST_LIST = 1  # storage buffer binding; 0 counts who is alive
 MOST_OUTPUTS = 8  # what OpenGL guarantees of draw buffers, and of image units in compute programs

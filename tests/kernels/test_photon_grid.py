@@ -144,7 +144,6 @@ def test_pictures_are_bit_equal(
     }
     monkeypatch.setattr(bounces, "LANDED_ROWS", 32)
     monkeypatch.setattr(photon_grid, "LANES", 1)  # lanes add up in another order
-    monkeypatch.setattr(photon_grid, "LANES_OF_CHAINS", 1)
     # The device's rounds otherwise.
     monkeypatch.setattr(ResidentBackend, "resolver", Backend.resolver)
     by_host = count_host_sorts(monkeypatch, max_ranked)
@@ -170,9 +169,8 @@ def test_lanes_gather_the_same(device: Device, monkeypatch: pytest.MonkeyPatch) 
     """Several invocations a visible point, as on GPUs, of eye rays and chains: to rounding."""
     monkeypatch.setattr(device, "prefers_native", False)
     pictures = []
-    for lanes in ((1, 1), (8, 32)):
-        monkeypatch.setattr(photon_grid, "LANES", lanes[0])
-        monkeypatch.setattr(photon_grid, "LANES_OF_CHAINS", lanes[1])
+    for lanes in (1, 8):
+        monkeypatch.setattr(photon_grid, "LANES", lanes)
         pictures.append(render(device, cornell(True), backend="compute", passes=1, photons=20000))
     one, several = (picture["Combined"] for picture in pictures)
     assert np.abs(one - several).max() <= 1e-5 * one.max()

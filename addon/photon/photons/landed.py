@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..film.blocks import in_blocks
 from .mapper import Mapper, PhotonBatch
 from .view import Doubles
 
@@ -31,7 +32,7 @@ def trace_few(mapper: Mapper, index: int, photons: int) -> Landed:
     numbers = numbered[:, 3].astype(np.intp)
     mapper.start(batch)
     place, deposit = mapper.finish().arrays()
-    flux = deposit[:, :3].mean(axis=1).astype(np.float64)
+    flux = ((deposit[:, 0] + deposit[:, 1] + deposit[:, 2]) / np.float32(3.0)).astype(np.float64)
     places, normals = place[:, :3].astype(np.float64), _unpacked(deposit[:, 3])
     falls = np.flatnonzero(np.diff(numbers) <= 0)
     first = int(falls[0]) + 1 if len(falls) else len(numbers)
@@ -40,6 +41,16 @@ def trace_few(mapper: Mapper, index: int, photons: int) -> Landed:
 
 def _unpacked(codes: NDArray[np.float32]) -> Doubles:
     """(n, 3) photons' normals (glsl/lib/packing.glsl)."""
+    normals = np.empty((len(codes), 3))
+
+    def work(rows: slice) -> None:
+        normals[rows] = _unpacked_few(codes[rows])
+
+    in_blocks(codes.shape, work)
+    return normals
+
+
+def _unpacked_few(codes: NDArray[np.float32]) -> Doubles:
     x, y = np.divmod(codes.astype(np.float64), 4096.0)
     x, y = x / 4095.0 * 2.0 - 1.0, y / 4095.0 * 2.0 - 1.0
     z = 1.0 - np.abs(x) - np.abs(y)

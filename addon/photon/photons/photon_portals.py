@@ -121,7 +121,8 @@ def _landed(mapper: Mapper, index: int, view: View, shown: _Shown) -> _Landed:
 
 def _cells(view: View, places: Doubles, normals: Doubles) -> NDArray[np.int64]:
     """(n,) numbers of cells, each of what faces about one way."""
-    axis = np.abs(normals).argmax(axis=1)
+    x, y, z = np.abs(normals).T
+    axis = np.where(x >= y, np.where(x >= z, 0, 2), np.where(y >= z, 1, 2))
     faces = 2 * axis + (normals[np.arange(len(normals)), axis] > 0.0)
     cells: NDArray[np.int64] = view.cells(places, WIDE) * 8 + faces
     return cells

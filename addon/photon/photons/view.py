@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..film.blocks import in_blocks
+
 EYE_RAYS_A_SIDE = 64  # eye rays a side
 CELL_WIDTH = 3.0  # eye rays a side of a cell, or a little more
 
@@ -30,12 +32,18 @@ class View:
     def cells(self, places: Doubles, wide: float = 1.0) -> NDArray[np.int64]:
         """Numbers of those that places (n, 3) are in, (n,); `wide`: times as wide as they would be.
         Few share one by chance."""
-        level = np.floor(np.log2(np.maximum(self.away(places), 1e-9)))
-        at = np.floor(places / (CELL_WIDTH * wide * self.pixel * 2.0**level)[:, None])
-        number: NDArray[np.int64] = level.astype(np.int64)
-        for axis in range(3):
-            number = (number ^ at[:, axis].astype(np.int64)) * MIX
-        return number
+        numbers = np.empty(len(places), np.int64)
+
+        def work(rows: slice) -> None:
+            level = np.floor(np.log2(np.maximum(self.away(places[rows]), 1e-9)))
+            at = np.floor(places[rows] / (CELL_WIDTH * wide * self.pixel * 2.0**level)[:, None])
+            number = level.astype(np.int64)
+            for axis in range(3):
+                number = (number ^ at[:, axis].astype(np.int64)) * MIX
+            numbers[rows] = number
+
+        in_blocks(numbers.shape, work)
+        return numbers
 
     def away(self, places: Doubles) -> Doubles:
         """How far they are from the eye, or 1."""
