@@ -109,8 +109,7 @@ class Renderer:
     def images(self, wanted: Collection[str] | None = None, is_preview: bool = False) -> Picture:
         """The picture so far, of it what is wanted, or all; see `picture_of`. Depth (h, w, 1) [m]
         is of the first pass, Error (h, w, 1) [W/(m^2 sr)] is `Error.image`. Light is multiplied by
-        the exposure. Where the settings want it Combined is denoised, from two passes on, but in
-        previews."""
+        the exposure. Where the settings want it Combined is denoised, but in previews."""
         wanted = ALL_IMAGES if wanted is None else wanted
         if not self.settings.denoising_data:
             wanted = [name for name in wanted if name not in FEATURES]
@@ -131,7 +130,7 @@ class Renderer:
     def _resolve(self, wanted: Collection[str], is_preview: bool) -> tuple[Picture, Telling]:
         """Picture and error; plain ones, and a warning, where denoising fails."""
         is_seen = not {"Combined", "Error"}.isdisjoint(wanted)
-        if self._denoised and is_seen and not is_preview and self.film.passes > 1:
+        if self._denoised and is_seen and not is_preview and self.film.passes:
             try:
                 with self._phases.timed("denoise"):
                     return self._denoised.resolve(wanted)

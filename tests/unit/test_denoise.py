@@ -88,6 +88,14 @@ def test_each_part_as_much_as_it_gains() -> None:
     assert found.left[:, sides[0]].mean() < 0.15 and found.left[:, sides[1]].mean() > 0.6
 
 
+def test_one_pass_tells_nothing() -> None:
+    """So it is denoised whole."""
+    plain, _ = specks(TRUTH, 0.5, 1)
+    found = denoised(plain, plain, 1.0, blurred)
+    np.testing.assert_array_equal(found.picture, blurred(np.maximum(plain, np.float32(0.0))))
+    assert (found.left == 1.0).all()
+
+
 def test_without_noise_nothing_changes() -> None:
     found = denoised(TRUTH, TRUTH, 0.5, blurred)
     assert np.array_equal(found.picture, TRUTH) and (found.left == 1.0).all()

@@ -37,11 +37,14 @@ class Denoised:
 def denoised(plain: Picture, half: Picture, share: float, filtered: Filter) -> Denoised:
     """The mixture of a picture (h, w, 3) and of what `filtered` makes of its halves.
 
-    `half`: the mean of the first half of its passes; `share`: of all passes, which are those;
-    strictly between 0 and 1.
+    `half`: the mean of the first half of its passes; `share`: of all passes, which are those. Of
+    one pass, with a share of 1, nothing tells that the picture is better as it is.
     """
-    assert 0.0 < share < 1.0
+    assert 0.0 < share <= 1.0
     rest = 1.0 - share
+    if rest == 0.0:
+        whole = filtered(np.maximum(plain, np.float32(0.0)))
+        return Denoised(whole, np.ones(plain.shape[:2], np.float32))
     other = (plain - np.float32(share) * half) / np.float32(rest)
     clean, other_clean = (
         np.ascontiguousarray(filtered(np.maximum(x, np.float32(0.0)))) for x in (half, other)

@@ -87,7 +87,7 @@ class HostResolver:
 
 
 class DenoisingResolver(HostResolver):
-    """The same without what is noise in Combined, of a film of two passes or more with halves."""
+    """The same without what is noise in Combined, of a film of a pass or more with halves."""
 
     by = "none"  # which denoiser made the last picture
 
