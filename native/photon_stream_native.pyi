@@ -11,6 +11,9 @@ MAX_DEPTH: int
 MAX_LEAF: int
 LAYOUTS: dict[str, str]
 
+def split_halves(
+    plain: NDArray[np.float32], half: NDArray[np.float32], share: float, unit: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
 def mix_halves(
     plain: NDArray[np.float32],
     half: NDArray[np.float32],
@@ -18,6 +21,7 @@ def mix_halves(
     clean: NDArray[np.float32],
     other_clean: NDArray[np.float32],
     *,
+    unit: float,
     reach: int,
     dark: float,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...

@@ -27,6 +27,29 @@ pub struct Halves<'a> {
     pub clean: &'a [Colour],
     pub other_clean: &'a [Colour],
     pub width: usize,
+    /// What these two are in units of.
+    pub unit: f32,
+}
+
+/// Both halves in units of a light, without what is below zero: as a denoiser is given them.
+///
+/// # Errors
+/// As [`mix`], of what it takes.
+pub fn split(
+    plain: &[Colour],
+    half: &[Colour],
+    share: f32,
+    unit: f32,
+) -> Result<[Vec<Colour>; 2], InvalidInput> {
+    let halves = Halves { plain, half, share, clean: plain, other_clean: plain, width: plain.len(), unit };
+    halves.check()?;
+    let given = |light: Colour| light.map(|x| x.max(0.0) / unit);
+    let first = half.par_iter().map(|&half| given(half)).collect();
+    let other = plain
+        .par_iter()
+        .zip(half)
+        .map(|(plain, half)| given(std::array::from_fn(|k| (plain[k] - share * half[k]) / (1.0 - share))));
+    Ok([first, other.collect()])
 }
 
 /// Over how many pixels to each side errors are averaged, and what of the mean counts as dark.
@@ -93,7 +116,7 @@ impl Halves<'_> {
     #[inline(always)]
     fn smooth(&self, at: usize) -> Colour {
         let (one, other) = (self.clean[at], self.other_clean[at]);
-        std::array::from_fn(|k| self.share * one[k] + (1.0 - self.share) * other[k])
+        std::array::from_fn(|k| self.unit * (self.share * one[k] + (1.0 - self.share) * other[k]))
     }
 
     /// Of each pixel, relative to the denoised picture: by its own value a bright speck would count for little. The
@@ -110,6 +133,7 @@ impl Halves<'_> {
                 let scale = 1.0 / (smooth * smooth + floor * floor);
                 let between = (half - plain) / rest; // of the halves
                 let clean_between = f64::from(self.clean[at][k]) - f64::from(self.other_clean[at][k]);
+                let clean_between = f64::from(self.unit) * clean_between;
                 noise += share * rest * between * between * scale;
                 gained += share * rest * between * (between - clean_between) * scale;
                 apart += (smooth - plain) * (smooth - plain) * scale;

@@ -104,7 +104,7 @@ def test_without_noise_nothing_changes() -> None:
 def test_what_does_not_fit_is_named() -> None:
     for share, other, said in ((1.0, TRUTH, "share = 1"), (0.5, TRUTH[:-1].copy(), "other_clean")):
         with pytest.raises(ValueError, match=said):
-            native.mix_halves(TRUTH, TRUTH, share, TRUTH, other, reach=REACH, dark=DARK)
+            native.mix_halves(TRUTH, TRUTH, share, TRUTH, other, unit=1.0, reach=REACH, dark=DARK)
 
 
 def test_black() -> None:

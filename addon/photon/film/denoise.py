@@ -34,23 +34,23 @@ class Denoised:
     by: str = ""  # which denoiser
 
 
-def denoised(plain: Picture, half: Picture, share: float, filtered: Filter) -> Denoised:
+def denoised(
+    plain: Picture, half: Picture, share: float, filtered: Filter, unit: float = 1.0
+) -> Denoised:
     """The mixture of a picture (h, w, 3) and of what `filtered` makes of its halves.
 
     `half`: the mean of the first half of its passes; `share`: of all passes, which are those. Of
-    one pass, with a share of 1, nothing tells that the picture is better as it is.
+    one pass, with a share of 1, nothing tells that the picture is better as it is. `unit`: the
+    light that is 1 to the filter.
     """
     assert 0.0 < share <= 1.0
-    rest = 1.0 - share
-    if rest == 0.0:
-        whole = filtered(np.maximum(plain, np.float32(0.0)))
-        return Denoised(whole, np.ones(plain.shape[:2], np.float32))
-    other = (plain - np.float32(share) * half) / np.float32(rest)
-    clean, other_clean = (
-        np.ascontiguousarray(filtered(np.maximum(x, np.float32(0.0)))) for x in (half, other)
-    )
+    if share == 1.0:
+        whole = filtered(np.maximum(plain, np.float32(0.0)) / np.float32(unit))
+        return Denoised(whole * np.float32(unit), np.ones(plain.shape[:2], np.float32))
+    halves = native.split_halves(plain, half, share, unit)
+    clean, other_clean = (np.ascontiguousarray(filtered(one)) for one in halves)
     of_halves = plain, half, share, clean, other_clean
-    return Denoised(*native.mix_halves(*of_halves, reach=REACH, dark=DARK))
+    return Denoised(*native.mix_halves(*of_halves, unit=unit, reach=REACH, dark=DARK))
 
 
 class Opened:
@@ -86,11 +86,11 @@ def picture_denoised(
     features = {port: images[name] for port, name in FEATURE_PORTS.items()}
     # The filter takes very dim light for none. Powers of two keep all digits.
     mean = float(plain.mean(dtype=np.float64))
-    unit = np.float32(2.0 ** math.floor(math.log2(mean)) if 0.0 < mean < math.inf else 1.0)
+    unit = 2.0 ** math.floor(math.log2(mean)) if 0.0 < mean < math.inf else 1.0
 
     def by(denoiser: Denoiser) -> Denoised:
         with denoiser.filtering(plain.shape, features) as filtered:
-            found = denoised(plain, half, share, lambda x: unit * filtered(x / unit))
+            found = denoised(plain, half, share, filtered, unit)
         return replace(found, by=denoiser.name)
 
     try:
