@@ -71,7 +71,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     add("--seed", type=int)
     add("--passes", type=int)
     add("--noise-threshold", type=float, help="relative error to stop at; 0: none")
-    add("--photons", type=int, help="photons a pass; else two a pixel")
+    add("--photons", type=int, help="photons a pass; else three a pixel")
     add("--radius", type=float, help="first radius in metres; 0: automatic")
     add("--estimator", choices=get_args(Estimator))
     add("--backend", choices=get_args(BackendName))

@@ -107,8 +107,9 @@ class PhotonStreamSettings(bpy.types.PropertyGroup):
     denoise: BoolProperty(
         name="Denoise",
         description="Take noise out of Combined when the render is done, by OpenImageDenoise: in "
-        "each part of the picture as much as its passes tell that it gains. Other passes stay as "
-        "they are",
+        "each part of the picture as much as its passes tell that it gains. Broad glossy surfaces "
+        "that are seen send rays then, which leaves noise instead of blotches; other passes are "
+        "not denoised",
         default=DEFAULTS.denoise,
     )
     use_photons: BoolProperty(

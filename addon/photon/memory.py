@@ -25,7 +25,7 @@ from .photons.mapper import pilot_photons
 from .photons.native_photon_mapper import knows_lobes, leaves_lobes
 from .scene import Scene
 from .settings import Settings
-from .stage.gathered import can_gather, send_rays
+from .stage.gathered import can_gather, seen_send_rays, send_rays
 from .stage.layers import count_layered
 from .stage.light_tables import is_seen
 from .stage.needs import MOST_LOBES
@@ -91,6 +91,7 @@ class Budget:
         self._has_glass = any(map(pane_of, self._materials))  # which shadow rays may pass
         self._shares_memory = backend.shares_memory
         self._can_gather = can_gather(scene, settings, self._materials)
+        self._seen_send_rays = seen_send_rays(scene, settings, self._materials)
         self._strip = strips_of(settings.frame_region, backend.strip_pixels)[0].size
         self._pools = backend.sizes.pools(free_host_memory())
         self.check()
@@ -212,7 +213,7 @@ class Budget:
 
     @cached_property
     def _has_chains(self) -> bool:
-        sending = (send_rays(material, self._settings) for material in self._materials)
+        sending = (send_rays(material, self._seen_send_rays) for material in self._materials)
         sends_rays = not self._gathers_lobes or any(sending)
         of_lobes = self._settings.mirror_depth > 0 and self._lobes > 0 and sends_rays
         return of_lobes or self._is_transparent

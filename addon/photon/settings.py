@@ -43,7 +43,7 @@ class Settings:
     region: Region | None = None  # (x0, y0, x1, y1) [px] rendered, from the bottom left
     passes: int = 16
     first_pass: int = 0  # passes are independent: ranges can be rendered apart and merged
-    photons: int | None = None  # emitted a pass, all lights together; None: two a pixel
+    photons: int | None = None  # emitted a pass, all lights together; None: three a pixel
     radius: float = 0.0  # [m] of the first pass; 0: from the photons' density
     radius_decay: float = 2.0 / 3.0  # alpha of Knaus & Zwicker 2011; 1 keeps the radius
     seed: int = 0

@@ -113,6 +113,7 @@ def needs() -> Iterator[SceneNeeds]:
             if count and not first_hits:
                 yield replace(some, panes=True, absorption=True)
                 yield replace(some, panes=True, gathered_lobes=True)
+                yield replace(some, panes=True, gathered_lobes=True, seen_send_rays=True)
             if count:
                 yield replace(some, caustics=True)
                 bare = replace(some, lobe_kinds=of_lobes - {TRANSPARENT}, visibility=False)

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The picture of half of the passes, with the coverage of all: first_half of film/picture.py on the device.
+#include "lib/uncovered.glsl"
 
 // What dividing by the coverage adds to light.
 vec3 uncovering(vec3 light, float coverage, float weight) {
-    coverage = max(coverage, LEAST_COVERAGE * weight);
-    return coverage > 0.0 ? light * (weight / coverage - 1.0) : vec3(0.0);
+    return over_coverage(light, coverage, weight, light) - light;
 }
 
 void kernel() {

@@ -8,7 +8,7 @@
 float gathered_share(Lobe lobe, Shape shape) {
     float begin = GATHERED_FROM, end = GATHERED_WHOLLY;
 #ifdef SEEN_GATHERED_FROM
-    if (depth == 0) {
+    if (depth == 0 && !is_diffuse_kind(lobe.kind)) {
         begin = SEEN_GATHERED_FROM;
         end = SEEN_GATHERED_WHOLLY;
     }

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Mean indirect light, of a sum whose alpha is the coverage, of this weight: without boundary bias.
-// LEAST_COVERAGE: as film/picture.py has it.
+// Light over its coverage, of this weight: without boundary bias. LEAST_COVERAGE: as film/picture.py has it.
+vec3 over_coverage(vec3 light, float coverage, float weight, vec3 of_none) {
+    coverage = max(coverage, LEAST_COVERAGE * weight);
+    return coverage > 0.0 ? light * weight / coverage : of_none;
+}
+
+// Mean indirect light, of a sum whose alpha is the coverage.
 vec3 uncovered(vec4 indirect, float weight) {
-    float coverage = max(indirect.a, LEAST_COVERAGE * weight);
-    return coverage > 0.0 ? max(indirect.rgb, 0.0) * weight / coverage : vec3(0.0);
+    return over_coverage(max(indirect.rgb, 0.0), indirect.a, weight, vec3(0.0));
 }

@@ -41,8 +41,7 @@ pub fn split(
     share: f32,
     unit: f32,
 ) -> Result<[Vec<Colour>; 2], InvalidInput> {
-    let halves = Halves { plain, half, share, clean: plain, other_clean: plain, width: plain.len(), unit };
-    halves.check()?;
+    check(plain, &[("half", half)], share, unit)?;
     let given = |light: Colour| light.map(|x| x.max(0.0) / unit);
     let first = half.par_iter().map(|&half| given(half)).collect();
     let other = plain
@@ -50,6 +49,23 @@ pub fn split(
         .zip(half)
         .map(|(plain, half)| given(std::array::from_fn(|k| (plain[k] - share * half[k]) / (1.0 - share))));
     Ok([first, other.collect()])
+}
+
+/// Whether images have the size of the plain one, and numbers make sense.
+fn check(plain: &[Colour], images: &[(&str, &[Colour])], share: f32, unit: f32) -> Result<(), InvalidInput> {
+    for (name, image) in images {
+        if image.len() != plain.len() {
+            let (have, want) = (image.len(), plain.len());
+            return Err(InvalidInput(format!("{name} has {have} pixels, but plain has {want}")));
+        }
+    }
+    if !(share > 0.0 && share < 1.0) {
+        return Err(InvalidInput(format!("share = {share} is not between 0 and 1")));
+    }
+    if !(unit > 0.0 && unit.is_finite()) {
+        return Err(InvalidInput(format!("unit = {unit} is no light")));
+    }
+    Ok(())
 }
 
 /// Over how many pixels to each side errors are averaged, and what of the mean counts as dark.
@@ -65,33 +81,34 @@ pub struct Measure {
 /// Names what has another size than the plain picture, or a share that is none.
 pub fn mix(halves: &Halves, measure: &Measure) -> Result<(Vec<Colour>, Vec<f32>), InvalidInput> {
     halves.check()?;
-    let [noise, gained, apart, kept] = halves.told(measure);
-    // The plain picture moved by w towards the other has the error noise - 2 w gained + w^2 apart.
-    let mean = |image: &[f32]| box_mean(image, halves.width, measure.reach);
-    let squares: Vec<f32> = kept.par_iter().map(|x| x * x).collect();
-    let [noise, mut gained, apart, kept, squares] = [noise, gained, apart, kept, squares].map(|x| mean(&x));
-    let count = (2 * measure.reach + 1) as f32;
-    gained.par_iter_mut().enumerate().for_each(|(i, gained)| {
-        let sure =
-            over(*gained, noise[i]).clamp(0.0, 1.0) * (over(*gained, apart[i]) / LEAST_GAIN).clamp(0.0, 1.0);
-        let error = SURE * sure * (squares[i] - kept[i] * kept[i]).max(0.0).sqrt() / count;
-        *gained = apart[i] - shrunk(apart[i] - *gained, error);
+    let (width, height) = (halves.width, halves.plain.len() / halves.width);
+    let mean = |image: &[f32]| box_mean(image, width, measure.reach);
+    let [noise, gained, apart, of_plain] = halves.told(measure);
+    let squares: Vec<f32> = of_plain.par_iter().map(|x| (x * x).min(f32::MAX)).collect();
+    let [noise, gained, apart, of_plain, squares] =
+        [noise, gained, apart, of_plain, squares].map(|x| mean(&x));
+    // How much of the plain picture is kept by what speaks for it, less what may be chance.
+    let kept = of_plain.par_iter().enumerate().map(|(i, &of_plain)| {
+        let sure = over(gained[i], noise[i]).clamp(0.0, 1.0);
+        let sure = sure * (over(gained[i], apart[i]) / LEAST_GAIN).clamp(0.0, 1.0);
+        let pixels = within(i % width, width, measure.reach) * within(i / width, height, measure.reach);
+        let error = SURE * sure * ((squares[i] - of_plain * of_plain).max(0.0) / pixels as f32).sqrt();
+        if apart[i] > 0.0 { (shrunk(of_plain, error) / apart[i]).clamp(0.0, 1.0) } else { 1.0 }
     });
-    let kept: Vec<f32> = gained
-        .par_iter()
-        .zip(&apart)
-        .map(|(&gained, &apart)| (1.0 - over(gained, apart)).clamp(0.0, 1.0))
-        .collect();
-    let weights: Vec<f32> = mean(&kept).into_par_iter().map(|kept| 1.0 - kept).collect();
-    let picture = weights.par_iter().enumerate().map(|(i, &weight)| {
+    let kept = mean(&kept.collect::<Vec<f32>>());
+    let picture = kept.par_iter().enumerate().map(|(i, &kept)| {
         let (plain, smooth) = (halves.plain[i], halves.smooth(i));
-        std::array::from_fn(|k| plain[k] + weight * (smooth[k] - plain[k]))
+        std::array::from_fn(|k| kept * plain[k] + (1.0 - kept) * smooth[k])
     });
-    let left = weights.par_iter().enumerate().map(|(i, &weight)| {
-        let left = noise[i] - weight * (2.0 * gained[i] - weight * apart[i]);
-        if noise[i] > 0.0 { (left / noise[i]).clamp(0.0, 1.0) } else { 1.0 }
+    // The plain picture moved by w towards the other has the error noise - 2 w gained + w^2 apart.
+    let left = kept.par_iter().enumerate().map(|(i, &kept)| {
+        let moved = 1.0 - kept;
+        noise[i] - moved * (2.0 * gained[i] - moved * apart[i])
     });
-    Ok((picture.collect(), left.collect()))
+    // Once more: one by one they are uncertain, and none is less than nothing.
+    let [left, noise] = [left.collect(), noise].map(|x: Vec<f32>| mean(&x));
+    let share = |(left, noise): (&f32, &f32)| if *noise > 0.0 { (left / noise).clamp(0.0, 1.0) } else { 1.0 };
+    Ok((picture.collect(), left.par_iter().zip(&noise).map(share).collect()))
 }
 
 impl Halves<'_> {
@@ -100,16 +117,8 @@ impl Halves<'_> {
             let (pixels, width) = (self.plain.len(), self.width);
             return Err(InvalidInput(format!("plain has {pixels} pixels, which are no rows of {width}")));
         }
-        for (name, image) in [("half", self.half), ("clean", self.clean), ("other_clean", self.other_clean)] {
-            if image.len() != self.plain.len() {
-                let (have, want) = (image.len(), self.plain.len());
-                return Err(InvalidInput(format!("{name} has {have} pixels, but plain has {want}")));
-            }
-        }
-        if self.share > 0.0 && self.share < 1.0 {
-            return Ok(());
-        }
-        Err(InvalidInput(format!("share = {} is not between 0 and 1", self.share)))
+        let images = [("half", self.half), ("clean", self.clean), ("other_clean", self.other_clean)];
+        check(self.plain, &images, self.share, self.unit)
     }
 
     /// What the denoiser makes of both halves together.
@@ -166,6 +175,11 @@ fn shrunk(mean: f32, error: f32) -> f32 {
 /// a / b, or zero unless b is positive.
 fn over(a: f32, b: f32) -> f32 {
     if b > 0.0 { a / b } else { 0.0 }
+}
+
+/// How many lines there are within `reach` of one.
+fn within(line: usize, count: usize, reach: usize) -> usize {
+    (line + reach + 1).min(count) - line.saturating_sub(reach)
 }
 
 /// The mean over the square of `reach` pixels around each, as far as there are.

@@ -124,6 +124,26 @@ def test_what_is_seen_sends_rays(
     assert images["Mirror"].any() and not gathered_first["Mirror"].any()
 
 
+@pytest.mark.skipif(find() is None, reason="OpenImageDenoise is not here")
+@pytest.mark.parametrize("case", ["mirror", "first hits", "lamp of a size", "no mirror"])
+def test_where_what_is_seen_sends_rays(device: Device, case: str) -> None:
+    """Not where these miss what photons bring: a lamp of no size in a mirror, or light that no
+    shadow ray finds. There a denoised picture is made of the same light, to the last bit."""
+    scene = room(MATERIALS["metal"])
+    lights = [replace(x, parameters={**x.parameters, "radius": 0.0}) for x in scene.lights]
+    if case == "lamp of a size":
+        lights = [replace(x, parameters={**x.parameters, "radius": 0.3}) for x in lights]
+    mirror = Material("mirror", BLACK, (Lobe("mirror", (0.9, 0.9, 0.9)),))
+    shiny = (scene.materials[0], mirror, *scene.materials[2:])
+    materials = scene.materials if case == "no mirror" else shiny
+    scene = replace(scene, lights=tuple(lights), materials=materials)
+    options: dict[str, Any] = {"width": 12, "height": 12, "photons": 2048, "passes": 2}
+    options["direct_by_photons"] = case == "first hits"
+    plain, denoised = (render(device, scene, denoise=x, **options) for x in (False, True))
+    alike = [np.array_equal(plain[name], denoised[name]) for name in PARTS]
+    assert plain["Indirect"].any() and all(alike) == (case in ("mirror", "first hits"))
+
+
 @pytest.mark.parametrize("name", MATERIALS)
 def test_lights_are_seen_once(device: Device, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """By shadow rays and by rays of lobes together: a lamp of some size, and the world."""

@@ -80,7 +80,7 @@ def test_never_worse(
 
 @needs_it
 def test_what_it_leaves_alone(device: Device) -> None:
-    """All images but Combined and Error, alpha, and previews: bit for bit."""
+    """All images but Combined and Error, alpha, and previews: bit for bit. No lobe is broad."""
     scene = cornell(True)
     without = rendered(device, scene, SMALL)
     expected = without.images()

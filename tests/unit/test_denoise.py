@@ -75,6 +75,23 @@ def test_never_worse(name: str, grain: int, share: float) -> None:
     assert left == pytest.approx(after, rel=0.3, abs=(0.04 + 0.02 * grain) * before)
 
 
+@pytest.mark.parametrize("noise", [0.1, 0.2, 0.3, 0.5])
+@pytest.mark.parametrize("name", ["chequerboard", "bright"])
+def test_what_is_left_is_told(name: str, noise: float) -> None:
+    """Where the denoiser's own error is hidden in the noise, too."""
+    y, x = np.mgrid[:64, :64]
+    truth = np.ones((64, 64, 3), np.float32)
+    if name == "chequerboard":
+        truth[(x + y) % 2 == 0] = 1.2
+    rng = np.random.default_rng(7)
+    halves = [truth + noise * rng.standard_normal(truth.shape).astype(np.float32) for _ in "ab"]
+    plain = (halves[0] + halves[1]) / np.float32(2.0)
+    found = denoised(plain, halves[0], 0.5, lambda given: np.full_like(given, 1.1))
+    true = np.square(found.picture - truth).mean()
+    told = (found.left * np.square(halves[0] - halves[1]).mean(axis=-1) / 4.0).mean()
+    assert told == pytest.approx(true, rel=0.3)
+
+
 def test_each_part_as_much_as_it_gains() -> None:
     """A blur is taken where the picture is even, and left where it has detail."""
     plain, half = specks(TRUTH, 0.5, 1)

@@ -98,7 +98,9 @@ def test_whole_numbers(name: str) -> None:
         Settings(**{name: 10.5}).check()
 
 
-@pytest.mark.parametrize(("size", "photons"), [(64, 12288), (512, 786432), (4096, 1 << 22)])
+@pytest.mark.parametrize(
+    ("size", "photons"), [(16, 4096), (64, 12288), (512, 786432), (4096, 1 << 22)]
+)
 def test_three_photons_a_pixel(size: int, photons: int) -> None:
     assert Settings(width=size, height=size).photons_a_pass == photons
     assert Settings(width=size, height=size, photons=7).photons_a_pass == 7

@@ -17,7 +17,8 @@ PIXELS = 1 << 15  # of a block
 
 def in_blocks(shape: tuple[int, ...], work: Callable[[slice], None]) -> None:
     """Call `work(rows)` for blocks of the rows of an image (h, w, ...), or of a list (h,), in any
-    order; it must write to these rows alone. Whatever it raises is raised here."""
+    order; it must write to these rows alone, and not call this function. Whatever it raises is
+    raised here."""
     height, width = (*shape, 1)[:2]
     rows = max(1, PIXELS // max(1, width))
     blocks = [slice(row, min(row + rows, height)) for row in range(0, height, rows)]

@@ -23,6 +23,7 @@ FEATURE_PORTS = {"albedo": "Denoising Albedo", "normal": "Denoising Normal"}
 # Pixels on each side over which errors are averaged: those of fewer are too uncertain to go by, and
 # what the denoiser does well and what it spoils lies apart. 4 to 16 gain much the same.
 REACH = 6
+DIMMEST = -126  # exponent of what float32 has all digits of
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def picture_denoised(
     features = {port: images[name] for port, name in FEATURE_PORTS.items()}
     # The filter takes very dim light for none. Powers of two keep all digits.
     mean = float(plain.mean(dtype=np.float64))
-    unit = 2.0 ** math.floor(math.log2(mean)) if 0.0 < mean < math.inf else 1.0
+    unit = 2.0 ** max(math.floor(math.log2(mean)), DIMMEST) if 0.0 < mean < math.inf else 1.0
 
     def by(denoiser: Denoiser) -> Denoised:
         with denoiser.filtering(plain.shape, features) as filtered:

@@ -44,7 +44,8 @@ GLOSSY: Ports = {
 }
 _SEEN = ("SEEN_GATHERED_FROM", "SEEN_GATHERED_WHOLLY")
 GATHERED_LOBES = ("GATHERED_LOBES", "GATHERED_FROM", "GATHERED_WHOLLY", *_SEEN)
-# What they ask where lobes that the eye sees gather otherwise.
+# What kernels of photon maps ask where lobes that the eye sees gather otherwise: 0 of eye rays, 1
+# of chains.
 GATHERS_BY_DEPTH = {"depth": When(_SEEN, Uniform("int"))}
 
 # What programs of materials read. BUMPS: some bend normals by heights.

@@ -11,7 +11,7 @@ import numpy as np
 from ..scene import ALL_RAYS, Camera, Light, Material, Result, Scene
 from ..settings import Settings
 from .emissive import TRIANGLE, emissive_triangles, emits_for_some_only
-from .gathered import can_gather, send_rays
+from .gathered import can_gather, seen_send_rays, send_rays
 from .geometry import Mesh
 from .kinds import light_kinds, lobe_kinds
 from .layers import count_layered, has_tint
@@ -40,7 +40,8 @@ def find_needs(
     lighting = emissive or any(light.lights_surfaces for light in emitting)
     asked = lighting and (diffuse or broad) and not settings.direct_by_photons
     gathered = lighting and can_gather(scene, settings, materials)
-    rays = bool(kinds) and not (gathered and not any(send_rays(m, settings) for m in materials))
+    seen = gathered and seen_send_rays(scene, settings, materials)
+    rays = bool(kinds) and not (gathered and not any(send_rays(m, seen) for m in materials))
     transparent = any(material.is_transparent for material in materials)
     no_caustics = lacking_caustics(scene, [lobe_kinds()[kind] for kind in kinds])
     chains = (rays and settings.mirror_depth > 0) or transparent
@@ -70,7 +71,7 @@ def find_needs(
         smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc")
         or any(one.normals.size > 0 for one in scene.moving),
         gathered_lobes=gathered,
-        seen_send_rays=gathered and settings.denoise,
+        seen_send_rays=seen,
         portals=asked and photons and any(light_kinds()[light.kind].is_world for light in emitting),
         visibility=is_limited(emitting)
         or any(material.holdout for material in materials)

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from ..scene import CAUSTICS, RAY_BITS, Light, Lobe, Material, Scene
+from ..scene import CAUSTICS, RAY_BITS, TRANSPARENT, Light, Lobe, Material, Scene
 from ..settings import Settings
-from .kinds import lobe_kinds
+from .kinds import light_kinds, lobe_kinds
 
 # Roughness from which on photons are gathered with a share of a lobe, and with all of it. Sharper
 # lobes see few of the photons about a point, and most light by a ray.
@@ -32,10 +32,43 @@ def gather_some(material: Material) -> bool:
     return any(lobe.reflects and _roughness(lobe)[1] > GATHERED_FROM for lobe in material.lobes)
 
 
-def send_rays(material: Material, settings: Settings) -> bool:
-    """Whether any of its lobes, or a part of one, sends rays where others gather."""
-    wholly = SEEN_GATHERED_WHOLLY if settings.denoise else GATHERED_WHOLLY
-    return any(lobe.reflects and _roughness(lobe)[0] < wholly for lobe in material.lobes)
+def seen_send_rays(scene: Scene, settings: Settings, materials: Collection[Material]) -> bool:
+    """Whether lobes that the eye sees itself send rays, up to SEEN_BLEND.
+
+    Not where rays would miss what photons bring: a lamp of no size that sharp lobes of some of
+    these materials show, or all that no shadow ray finds.
+    """
+    if not settings.denoise or settings.direct_by_photons:
+        return False
+    lamps = (light for light in scene.lights if light.lights_surfaces)
+    if all(map(_is_met, lamps)):
+        return True
+    return not any(_is_sharp(lobe) for material in materials for lobe in material.lobes)
+
+
+def send_rays(material: Material, seen: bool) -> bool:
+    """Whether any of its lobes, or a part of one, sends rays where others gather; `seen`: as
+    `seen_send_rays` says."""
+    lobes = [lobe for lobe in material.lobes if lobe.reflects]
+    return any(_roughness(lobe)[0] < GATHERED_WHOLLY for lobe in lobes) or any(
+        seen and _roughness(lobe)[0] < SEEN_GATHERED_WHOLLY and not _is_diffuse(lobe)
+        for lobe in lobes
+    )
+
+
+def _is_met(lamp: Light) -> bool:
+    """Whether rays of lobes meet it by chance."""
+    return "chains" in lamp.found_by and light_kinds()[lamp.kind].is_met(lamp.parameters)
+
+
+def _is_sharp(lobe: Lobe) -> bool:
+    """Whether it throws caustics that are followed by rays, not gathered."""
+    is_caster = lobe.reflects and not _is_diffuse(lobe) and lobe.kind != TRANSPARENT
+    return is_caster and _roughness(lobe)[0] < GATHERED_FROM
+
+
+def _is_diffuse(lobe: Lobe) -> bool:
+    return lobe_kinds()[lobe.kind].is_diffuse
 
 
 def _is_met_by_rays_alone(light: Light) -> bool:
@@ -51,7 +84,7 @@ def _are_told_apart(scene: Scene, materials: Collection[Material]) -> bool:
         return True
     broad = (lobe for material in materials if gather_some(material) for lobe in material.lobes)
     lacking = len(scene.caustics) < len(CAUSTICS)
-    return lacking and not all(lobe_kinds()[lobe.kind].is_diffuse for lobe in broad)
+    return lacking and not all(map(_is_diffuse, broad))
 
 
 def can_gather(scene: Scene, settings: Settings, materials: Collection[Material]) -> bool:
