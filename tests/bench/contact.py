@@ -21,8 +21,8 @@ from addon.photon.prepare import prepare
 from addon.photon.scene import Scene
 from addon.photon.settings import Settings
 from addon.streams import Device
-from tests.regression.cycles import open_blend
 
+from .chart.contenders.cycles import open_scene
 from .chart.measure import lenient_errors, squared_errors
 from .chart.scenes import SCENES, SIZE, read_reference, reference_file
 
@@ -69,7 +69,7 @@ def main() -> None:
     print(f"| {device.name} | {' | '.join(heads)} | a pass |\n|{'---|' * (len(heads) + 2)}")
     for name in arguments.scene or SCENES:
         if reference_file(name).is_file():
-            scene = open_blend(name, SIZE)
+            scene = open_scene(name, SIZE)
             device.use()
             print(row(device, name, scene, arguments.passes), flush=True)
 

@@ -26,6 +26,7 @@ from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.regression.cycles import open_blend
 
+from .chart.contenders.cycles import open_scene
 from .chart.measure import squared_errors
 from .chart.scenes import SCENES, SIZE, Reference, read_reference, reference_file
 
@@ -58,7 +59,6 @@ def frosted(scene: Scene) -> Scene:
 
 # Scenes of blend_scenes besides the chart's, some changed.
 MORE_SCENES: dict[str, tuple[str, Callable[[Scene], Scene] | None]] = {
-    "wine_glass": ("wine_glass", None),
     "studio_lens": ("studio", through_a_lens),
     "wine_glass_frosted": ("wine_glass", frosted),
 }
@@ -67,7 +67,7 @@ MORE_SCENES: dict[str, tuple[str, Callable[[Scene], Scene] | None]] = {
 def reference_of(device: Device, name: str) -> tuple[Scene, Reference]:
     """A scene at the size of its reference, and that."""
     if reference_file(name).is_file():
-        return open_blend(name, SIZE), read_reference(name)
+        return open_scene(name, SIZE), read_reference(name)
     blend, change = MORE_SCENES.get(name, (name, None))
     scene, halves = open_blend(blend, SMALL), []
     scene = change(scene) if change else scene
