@@ -11,6 +11,7 @@ MAX_DEPTH: int
 MAX_LEAF: int
 LAYOUTS: dict[str, str]
 
+def box_mean(image: NDArray[np.float32], reach: int) -> NDArray[np.float32]: ...
 def split_halves(
     plain: NDArray[np.float32], half: NDArray[np.float32], share: float, unit: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...

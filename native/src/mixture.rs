@@ -12,7 +12,7 @@ type Colour = [f32; 3];
 
 /// Of what is told to speak for the plain picture, so many standard errors count as chance.
 const SURE: f32 = 3.0;
-/// Denoised pictures that gain less than this share of how far they are from the plain one are not taken for chance.
+/// Where denoising gains less than this share of how far it moves the picture, less counts as chance.
 const LEAST_GAIN: f32 = 0.25;
 const ROWS: usize = 16; // that one task adds up
 
@@ -183,7 +183,7 @@ fn within(line: usize, count: usize, reach: usize) -> usize {
 }
 
 /// The mean over the square of `reach` pixels around each, as far as there are.
-fn box_mean(image: &[f32], width: usize, reach: usize) -> Vec<f32> {
+pub fn box_mean(image: &[f32], width: usize, reach: usize) -> Vec<f32> {
     let (height, mut along) = (image.len() / width, vec![0.0; image.len()]);
     let rows = along.par_chunks_mut(width).zip(image.par_chunks(width));
     rows.for_each(|(out, row)| {

@@ -34,6 +34,7 @@ from ..kernels.records import (
     SHADING,
     TILT,
 )
+from ..kernels.shade import depth_for
 from ..kernels.tracer import Tracer
 from ..photons.deposits import Deposits
 from ..photons.radius_field import TABLES, UNIFORMS
@@ -209,9 +210,8 @@ class NativeGather(HostKernel):
                 self._streams[size, name] = Stream(self.device, record, size)
         points = {**points, **{name: self._streams[size, name] for name in self._written}}
         for look in self._looks:
-            depth = {"depth": int(in_chain)} if "depth" in look.uniforms else {}
             ports = {name: points[name] for name in (*look.inputs, *look.outputs)}
-            look.run(ports, uniforms=depth)
+            look.run(ports, uniforms=depth_for(look, in_chain))
         self.run({name: points[name] for name in (*self.inputs, *self.outputs)}, tables, uniforms)
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work on large images in blocks of rows: a block's intermediate results stay in the caches, and
-blocks go to all cores, for numpy lets other threads run meanwhile.
+"""Work on large images, or lists, in blocks of rows: a block's intermediate results stay in the
+caches, and blocks go to all cores, for numpy lets other threads run meanwhile.
 
 All rows at once would take far longer than a GPU takes for a pass.
 """

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+import photon_stream_native as native
 from numpy.typing import NDArray
 
 from .blocks import in_blocks
@@ -246,19 +247,4 @@ def _pooled(image: Floats, reach: int, mean: float) -> Floats:
 def box(image: Floats, reach: int) -> Floats:
     """The mean over the square of `reach` pixels around each pixel of (h, w), as far as there
     are."""
-    return _along(_along(image, reach).T, reach).T if reach else image
-
-
-def _along(image: Floats, reach: int) -> Floats:
-    """Means along the first axis."""
-    n = len(image)
-    low, high = np.maximum(0, np.arange(n) - reach), np.minimum(n, np.arange(n) + reach + 1)
-    means = np.empty(image.shape, np.float32)
-
-    def work(columns: slice) -> None:
-        sums = np.zeros((n + 1, columns.stop - columns.start))
-        image[:, columns].cumsum(axis=0, dtype=float, out=sums[1:])
-        means[:, columns] = (sums[high] - sums[low]) / (high - low)[:, None]
-
-    in_blocks(image.T.shape, work)
-    return means
+    return native.box_mean(np.ascontiguousarray(image, np.float32), reach)

@@ -48,6 +48,12 @@ GATHERED_LOBES = ("GATHERED_LOBES", "GATHERED_FROM", "GATHERED_WHOLLY", *_SEEN)
 # of chains.
 GATHERS_BY_DEPTH = {"depth": When(_SEEN, Uniform("int"))}
 
+
+def depth_for(kernel: Kernel, in_chain: bool) -> dict[str, int]:
+    """What GATHERS_BY_DEPTH is for points of secondary rays, or of eye rays, if it is asked."""
+    return {"depth": int(in_chain)} if "depth" in kernel.uniforms else {}
+
+
 # What programs of materials read. BUMPS: some bend normals by heights.
 PROGRAM_DEFINES = ("PROGRAMS", "ATTRIBUTES", "TEXTURES", "NORMALS", "BUMPS")
 PROGRAM_TABLES = {

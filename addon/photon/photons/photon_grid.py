@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ...streams import Defines, Device, Made, PingPong, Stream
 from ...streams.device import Layer
 from ..kernels.gather import Gather
+from ..kernels.shade import depth_for
 from .deposits import Deposits
 from .grid_sort import NOTHING, Sort
 from .radius_field import Radii
@@ -140,12 +141,11 @@ class PhotonGrid:
         for first in range(0, count, launch):
             end = first + launch
             pairs = {name: self._pair(found[name], name) for name in sums if end < count}
-            depth = {"depth": int(in_chain)} if "depth" in kernel.uniforms else {}
             begin = {_BEGINS[name]: stream for name, stream in sums.items()}
             kernel.run(
                 ports | begin | found | {name: pair.back for name, pair in pairs.items()},
                 lists | self._radii.tables(kernel),
-                self._uniforms | depth | {"photon_range": (first, end)},
+                self._uniforms | depth_for(kernel, in_chain) | {"photon_range": (first, end)},
             )
             for name, pair in pairs.items():
                 pair.swap()

@@ -49,11 +49,12 @@ def seen_send_rays(scene: Scene, settings: Settings, materials: Collection[Mater
 def send_rays(material: Material, seen: bool) -> bool:
     """Whether any of its lobes, or a part of one, sends rays where others gather; `seen`: as
     `seen_send_rays` says."""
-    lobes = [lobe for lobe in material.lobes if lobe.reflects]
-    return any(_roughness(lobe)[0] < GATHERED_WHOLLY for lobe in lobes) or any(
-        seen and _roughness(lobe)[0] < SEEN_GATHERED_WHOLLY and not _is_diffuse(lobe)
-        for lobe in lobes
-    )
+    return any(lobe.reflects and _sends_rays(lobe, seen) for lobe in material.lobes)
+
+
+def _sends_rays(lobe: Lobe, seen: bool) -> bool:
+    wholly = SEEN_GATHERED_WHOLLY if seen and not _is_diffuse(lobe) else GATHERED_WHOLLY
+    return _roughness(lobe)[0] < wholly
 
 
 def _is_met(lamp: Light) -> bool:

@@ -6,7 +6,17 @@ use pyo3::prelude::*;
 
 use super::arrays::{Rows, Stream, array, rows};
 use super::run;
-use crate::mixture::{Halves, Measure, mix, split};
+use crate::mixture::{Halves, Measure, box_mean as mean_about, mix, split};
+
+/// The mean over the square of `reach` pixels around each of image float32[h, w], as far as there are.
+#[pyfunction]
+pub(super) fn box_mean<'py>(py: Python<'py>, image: &Bound<'py, PyAny>, reach: usize) -> PyResult<Rows<'py>> {
+    let image = array::<f32>(image, "image", &[None, None])?;
+    let (width, pixels) = (image.shape()[1], image.as_slice()?);
+    let means =
+        run(py, || Ok(if pixels.is_empty() { Vec::new() } else { mean_about(pixels, width, reach) }))?;
+    PyArray1::from_vec(py, means).reshape([image.shape()[0], width])
+}
 
 /// Both halves of a picture as a denoiser is given them: float32[h, w, 3] each, in units of a light, without what is
 /// below zero.
@@ -34,9 +44,10 @@ pub(super) fn split_halves<'py>(
 /// A picture mixed with what a denoiser makes of its halves, as far as these tell that it is better.
 ///
 /// Takes float32[h, w, 3]: plain, the picture; half, the mean of the first half of its passes, which are this share
-/// of all; clean, what the denoiser makes of that; other_clean, of the other half, both in units of a light. reach: pixels on each side over
-/// which errors are averaged; dark: what of the mean counts as dark. Returns the mixture float32[h, w, 3], and how much
-/// of the squared noise is left in each pixel, float32[h, w], 0 to 1. Raises ValueError for images of other sizes.
+/// of all; clean, what the denoiser makes of that; other_clean, of the other half, both in units of a light. reach:
+/// pixels on each side over which errors are averaged; dark: what of the mean counts as dark. Returns the mixture
+/// float32[h, w, 3], and how much of the squared noise is left in each pixel, float32[h, w], 0 to 1. Raises ValueError
+/// for images of other sizes.
 #[pyfunction]
 #[pyo3(signature = (plain, half, share, clean, other_clean, *, unit, reach, dark))]
 #[allow(clippy::too_many_arguments)]

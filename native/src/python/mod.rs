@@ -54,6 +54,7 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(geometry::trace, module)?)?;
     module.add_function(wrap_pyfunction!(geometry::occluded, module)?)?;
     module.add_function(wrap_pyfunction!(geometry::trace_brute_force, module)?)?;
+    module.add_function(wrap_pyfunction!(mixture::box_mean, module)?)?;
     module.add_function(wrap_pyfunction!(mixture::split_halves, module)?)?;
     module.add_function(wrap_pyfunction!(mixture::mix_halves, module)?)?;
     module.add_function(wrap_pyfunction!(photon_map::sort_photons, module)?)
