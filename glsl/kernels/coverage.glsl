@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The share of the filter that lies on the visible point's own surface: 1 inside, 1/2 at an edge,
-// 1/4 in a corner. Dividing by its mean over passes removes the boundary bias, and, since the filter
-// is integrated over the surface as it is, that of creases and curvature too.
+// The share of the filter that lies on the visible point's own surface, of what cuts leave of it where that is known: 1
+// inside, 1/2 at an edge, 1/4 in a corner. Dividing by its mean over passes removes the boundary bias, and, since the
+// filter is integrated over the surface as it is, that of creases and curvature too.
 //
 // Each probe samples the filter on the tangent plane and looks for the surface above and below, where photons of it
 // count: on the point's side, within 45 degrees of the plane. The
@@ -133,32 +133,46 @@ vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, Filter
     return within * (sampled - nearest - others * rest);
 }
 
-void kernel() {
-    Place place = load_place();
-    if (!is_place(place) || !gathers(load_diffuse())) skip();
-    Facing facing = load_facing();
-    vec3 normal = facing.normal;
-    int triangle = int(load_shading().triangle);
-    // One sequence over all passes: the mean's error falls with the number of probes, not its root.
-    vec2 start = random4(seed, 0u, uint(pixel_number(load_pixel().at)), DIMENSION_COVERAGE + uint(depth)).xy;
-    float radius = radius_at(place.position, normal);
-    Cuts cuts = load_cuts();
-    vec2 missing = vec2(0.0);  // of the filter, of the inner one
-    mat3 frame = frame_about(normal);
-    Own own = own_triangle(triangle, place.position, frame, facing.side);
-    FilterTilt outer = no_tilt(), inner = no_tilt();
-    bool is_held = holds_disc(own, radius);
-    if (cuts.first != vec2(0.0)) {
-        cut_tilts(cuts, is_held, cuts_of(own), radius, r2_sequence(start, first_probe), outer, inner);
-    }
+// What of the tilted filter, and of the inner one, the surface lacks by this pass's probes; lanes share them.
+vec2 missing_mass(
+    Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 start, float radius
+) {
     int times = outer.scale > MUCH ? TILTED : 1, count = probes * times;
-    for (int i = 0; i < count; i++) {
+    bool is_held = holds_disc(own, radius);
+    vec2 missing = vec2(0.0);
+    for (int i = lane(); i < count; i += LANES) {
         uint number = first_probe * uint(times) + uint(i);
         float others = number % uint(LOOKS) == 0u ? float(LOOKS) : 0.0;
         if (is_held && others == 0.0) continue;
         vec2 u = r2_sequence(start, number);
         missing += probe(place, own, frame, cuts, outer, inner, u, radius, others) / float(count);
     }
-    store_coverage(Coverage(outer.mass - missing.x, inner.mass - missing.y, outer.scale, inner.scale));
+    return missing;
+}
+
+void kernel() {
+    Place place = load_place();
+    bool is_gathering = is_place(place) && gathers(load_diffuse());
+    FilterTilt outer = no_tilt(), inner = no_tilt();
+    vec2 missing = vec2(0.0);
+    if (is_gathering) {
+        Facing facing = load_facing();
+        vec3 normal = facing.normal;
+        // One sequence over all passes: the mean's error falls with the number of probes, not its root.
+        vec2 start = random4(seed, 0u, uint(pixel_number(load_pixel().at)), DIMENSION_COVERAGE + uint(depth)).xy;
+        float radius = radius_at(place.position, normal);
+        Cuts cuts = load_cuts();
+        mat3 frame = frame_about(normal);
+        Own own = own_triangle(int(load_shading().triangle), place.position, frame, facing.side);
+        if (cuts.first != vec2(0.0)) {
+            bool is_held = holds_disc(own, radius);
+            cut_tilts(cuts, is_held, cuts_of(own), radius, r2_sequence(start, first_probe), outer, inner);
+        }
+        missing = missing_mass(place, own, frame, cuts, outer, inner, start, radius);
+    }
+    missing = sum_over_lanes(vec4(missing, 0.0, 0.0)).xy;
+    if (!is_gathering) skip();
+    vec2 share = (vec2(outer.mass, inner.mass) - missing) / vec2(outer.within, inner.within);
+    store_coverage(Coverage(share.x, share.y, outer.scale / outer.within, inner.scale / inner.within));
     store_tilt(Tilt(outer.tilt, inner.tilt));
 }

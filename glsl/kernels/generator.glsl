@@ -22,14 +22,12 @@ void kernel() {
     int photon = element_index();
     if (photon >= photons) skip();
     vec4 shift = random4(seed, pass_index, 0xffffffffu, DIMENSION_LIGHT);
-    vec4 u = random4(seed, pass_index, uint(photon), DIMENSION_LIGHT);
-    vec4 on_light = random4(seed, pass_index, uint(photon), DIMENSION_LIGHT_POINT);
+    vec4 numbers = photon_sequence(seed, pass_index, uint(photon), uint(photons));
     // Systematic sampling over the photons, so each light gets its share to within one photon, and exactly
     // its share in the mean over passes.
     int number = choose_light((float(photon) + shift.x) / float(photons));
     Light light = light_at(number);
     if (light.chosen <= 0.0) skip();
-    vec4 numbers = vec4(u.xy, on_light.xy);
 #ifdef AIMED
     LightAim own = light_aim_at(number);
     float weight = own.root > 0.0 ? aim(int(own.root) - 1, seed, pass_index, uint(photon), numbers) : 1.0;

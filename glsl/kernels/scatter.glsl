@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Send each visible point's secondary ray: in a direction of one of its lobes.
-#include "lib/rng.glsl"
-#include "lib/pixel.glsl"
+#include "lib/even.glsl"
 #include "lib/offset.glsl"
 #include "lib/place.glsl"
 #include "lib/lobe.glsl"
@@ -30,7 +29,9 @@ void kernel() {
     Facing facing = load_facing();
     Shading shading = load_shading();
     vec3 to_viewer = -load_direction().direction;
-    vec4 u = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), DIMENSION_SCATTER + uint(depth));
+    uint dimension = DIMENSION_SCATTER + uint(depth);
+    vec4 u = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), dimension);
+    u.xy = even_over_passes(dimension);
     float share = 1.0;
 #ifdef TWO_LOBES
     float cosine = max(0.0, dot(to_viewer, shading.normal));

@@ -12,19 +12,23 @@ const int MOST_HALVINGS = 96;
 // Turn plain numbers of a photon into those by the tree whose root is a node; the flux that it then has over what it
 // has by plain ones.
 float aim(int root, uint seed, uint pass_index, uint photon, inout vec4 numbers) {
-    vec4 low = vec4(0.0), size = vec4(1.0), drawn;
+    vec4 low = vec4(0.0), size = vec4(1.0);
+    // What plain numbers have no digits for: each halving asks for more of them.
+    vec4 rest = random4(seed, pass_index, photon, DIMENSION_AIM) * (1.0 / 16777216.0);
     float weight = 1.0;
     AimNode at = aim_node_at(root);
     for (int depth = 0; depth < MOST_HALVINGS && at.first > 0.0; depth++) {
-        if (depth % 4 == 0) drawn = random4(seed, pass_index, photon, DIMENSION_AIM + uint(depth / 4));
         int axis = int(at.axis);
-        bool is_low = drawn[depth % 4] < at.share;
+        bool is_low = numbers[axis] + rest[axis] < at.share;
+        float share = is_low ? at.share : 1.0 - at.share;
+        numbers[axis] = (numbers[axis] - (is_low ? 0.0 : at.share)) / share;
+        rest[axis] /= share;
         size[axis] *= 0.5;
         if (!is_low) low[axis] += size[axis];
-        weight *= 0.5 / (is_low ? at.share : 1.0 - at.share);
+        weight *= 0.5 / share;
         at = aim_node_at(int(at.first) + (is_low ? 0 : 1));
     }
-    numbers = min(low + size * numbers, vec4(BELOW_ONE));
+    numbers = clamp(low + size * clamp(numbers + rest, vec4(0.0), vec4(1.0)), vec4(0.0), vec4(BELOW_ONE));
     return weight;
 }
 

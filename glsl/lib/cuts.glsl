@@ -28,22 +28,31 @@ const float MOST_SCALE = 3.5;
 // makes larger, would drown it.
 const vec2 KNOWN = vec2(0.3, 0.6);
 
+// What the cuts leave of a disc is known from these shares of it on the point's own triangle on, and from these shares
+// of the whole on: of a sliver few directions tell little.
+const vec2 SURE = vec2(0.8, 1.0), BROAD = vec2(0.25, 0.45);
+
 // How the filter is tilted about a cut disc: what lies at d in the frame about the normal counts
 // scale (1 + tilt d) times as much. Then the middle of what counts is the point itself, and light that rises
 // evenly towards the cut or away from it is as bright as there: the local linear estimate (Fan & Gijbels 1996),
 // where the surface is what the cuts leave of the disc. `mass` is what counts within the cuts, as much as
-// without a tilt.
-struct FilterTilt { vec2 tilt; float scale; float mass; };
+// without a tilt; `within`: about that, of the whole filter's, where it is known, else 1. Light is summed over it, for
+// a pixel is divided by its mean coverage, and would have less of its places beside a wall than of others.
+struct FilterTilt { vec2 tilt; float scale; float mass; float within; };
 
-FilterTilt no_tilt() { return FilterTilt(vec2(0.0), 1.0, 1.0); }
+// From 0 at the first bound to 1 at the second.
+float rise(vec2 bounds, float x) { return clamp((x - bounds.x) / (bounds.y - bounds.x), 0.0, 1.0); }
+
+FilterTilt no_tilt() { return FilterTilt(vec2(0.0), 1.0, 1.0, 1.0); }
 
 // A filter's moments within the cuts, in radii: mass, x, y; xx, xy, yy.
 struct CutMoments { vec3 first; vec3 second; };
 
 // From moments; and from others that don't depend on them, for the mass of what is tilted by the former is to
-// be right in the mean.
-FilterTilt tilt_of(CutMoments moments, CutMoments others, float radius, float strength) {
+// be right in the mean. `known`: the share of what the cuts leave on the point's own triangle.
+FilterTilt tilt_of(CutMoments moments, CutMoments others, float radius, float known) {
     vec3 first = moments.first, second = moments.second;
+    float within = mix(1.0, first.x, rise(SURE, known) * rise(BROAD, first.x)), strength = rise(KNOWN, known);
     float least = LEAST_SPREAD * first.x, xx = second.x + least, yy = second.z + least, xy = second.y;
     float determinant = max(xx * yy - xy * xy, 1.0e-20);
     vec2 tilt = vec2(xy * first.z - yy * first.y, xy * first.y - xx * first.z) / determinant;
@@ -51,7 +60,8 @@ FilterTilt tilt_of(CutMoments moments, CutMoments others, float radius, float st
     if (taken > most) strength *= most / taken;
     tilt *= strength;
     float scale = first.x / max(first.x - strength * taken, 1.0e-20);
-    return FilterTilt(tilt / radius, scale, scale * (others.first.x + dot(tilt, others.first.yz)));
+    float mass = scale * (others.first.x + dot(tilt, others.first.yz));
+    return FilterTilt(tilt / radius, scale, mass, within);
 }
 
 float tilted_at(FilterTilt tilt, vec2 at) { return tilt.scale * (1.0 + dot(tilt.tilt, at)); }
@@ -99,13 +109,10 @@ void cut_tilts(
     cut_moments(cuts, radius, turns.y + 0.5, between, inner_between);
     others.first = 0.5 * (others.first + between.first);
     inner_others.first = 0.5 * (inner_others.first + inner_between.first);
-    float strength = 1.0;
-    if (!is_held) {
-        float known = known_mass(cuts, sides, radius, turns.x) / max(moments.first.x, 1.0e-20);
-        strength = clamp((known - KNOWN.x) / (KNOWN.y - KNOWN.x), 0.0, 1.0);
-    }
-    outer = tilt_of(moments, others, radius, strength);
-    inner = tilt_of(inner_moments, inner_others, radius * sqrt(INNER_AREA), strength);
+    float known = 1.0;
+    if (!is_held) known = known_mass(cuts, sides, radius, turns.x) / max(moments.first.x, 1.0e-20);
+    outer = tilt_of(moments, others, radius, known);
+    inner = tilt_of(inner_moments, inner_others, radius * sqrt(INNER_AREA), known);
 }
 
 // A tilt as a vector of the space about the normal: what lies at `offset` counts 1 + dot(offset, tilt).

@@ -4,13 +4,18 @@
 #include "lib/rng.glsl"
 #include "lib/pixel.glsl"
 
-// Two numbers in [0, 1), evenly of each pass by itself. Those of two passes from an even one on are in both halves of
-// each, and of four from a fourth on in all quarters: the first points of Sobol's sequence, shuffled by chance.
+// Sobol's second sequence: what each bit of a point's number adds. The first one is the number's bits turned round.
+const uint SOBOL_COLUMNS[4] = uint[4](8u, 12u, 10u, 15u);
+
+// Two numbers in [0, 1), evenly of each pass by itself. Those of passes that are even together are the first sixteen
+// points of Sobol's sequence, shuffled by chance: so are each two, four and eight of them from a multiple on.
 vec2 even_over_passes(uint dimension) {
-    uint pixel = uint(pixel_number(load_pixel().at)), number = pass_index & 3u;
-    uint across = (number >> 1u) | ((number & 1u) << 1u);
-    uvec2 part = uvec2(across, across ^ (number & 2u));
-    part ^= uvec2(4.0 * random4(seed, 0x40000000u + (pass_index >> 2u), pixel, dimension).zw);
+    uint pixel = uint(pixel_number(load_pixel().at));
+    EvenPasses passes = even_passes(pass_index);
+    uvec2 part = uvec2(16.0 * random4(seed, passes.group, pixel, dimension).zw);
+    for (int bit = 0; bit < 4; bit++) {
+        if ((passes.place >> bit & 1u) != 0u) part ^= uvec2(8u >> bit, SOBOL_COLUMNS[bit]);
+    }
     vec2 within = random4(seed, pass_index, pixel, dimension).xy;
-    return min(0.25 * (vec2(part) + within), BELOW_ONE);
+    return min(0.0625 * (vec2(part) + within), BELOW_ONE);
 }

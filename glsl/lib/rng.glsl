@@ -25,9 +25,13 @@ uint mix_bits(uint x) {
     return x ^ (x >> 16u);
 }
 
+uvec4 random_bits(uint seed, uint pass_index, uint element, uint dimension) {
+    return pcg4d(uvec4(element, dimension, pass_index, mix_bits(seed)));
+}
+
 // Four independent uniform numbers in [0, 1).
 vec4 random4(uint seed, uint pass_index, uint element, uint dimension) {
-    uvec4 bits = pcg4d(uvec4(element, dimension, pass_index, mix_bits(seed)));
+    uvec4 bits = random_bits(seed, pass_index, element, dimension);
     return vec4(bits >> 8u) * (1.0 / 16777216.0);  // 24 bits: exact in float32, never 1
 }
 
@@ -45,13 +49,12 @@ vec2 lens_sequence(vec2 start, uint n) {
     return fract(start + vec2((step * n) >> 8u) * (1.0 / 16777216.0));
 }
 
-// Numbers that no pass has stand for fours of passes from 0x40000000 on (lib/even.glsl), for pairs of them and for those
+// Numbers that no pass has stand for passes that are even together from 0x40000000 on, for pairs of them and for those
 // that photons are aimed by from 0x80000000 on (lib/shadow_ray.glsl, aim.py); element 0xffffffff has a pass's own numbers.
 // Where each kernel's dimensions begin; a path's bounce or depth is added.
-const uint DIMENSION_LIGHT = 0u;        // which light, and its direction
-const uint DIMENSION_LIGHT_POINT = 1u;  // where on the light
+const uint DIMENSION_LIGHT = 0u;        // which light, and how a photon starts there
 const uint DIMENSION_LIGHT_PORTAL = 2u; // through which face of a box
-const uint DIMENSION_AIM = 0x10u;       // + a fourth of the halvings
+const uint DIMENSION_AIM = 0x10u;       // what aiming asks of the numbers beyond their digits
 const uint DIMENSION_REFLECT = 0x100u;  // + bounce
 const uint DIMENSION_SHADE_PHOTON = 0x800u;  // + bounce
 const uint DIMENSION_SCATTER = 0x1000u;  // + depth
@@ -61,3 +64,64 @@ const uint DIMENSION_DIRECT = 0x2000u;  // + shadow ray + 0x8000 for those by lo
 const uint DIMENSION_CHOICE = 0xf000u;  // + 0x10000 * depth: of lights
 const uint DIMENSION_LENS = 0xf100u;
 const uint DIMENSION_WAVELENGTH = 0xf200u;
+
+// Passes whose numbers are even together: sixteen of a half of all. The halves (in_first_half of film/film.py) know
+// nothing of each other, for they are to tell their noise. `group` stands for them where random4 takes a pass; `place`: a
+// pass's among them.
+struct EvenPasses { uint group; uint place; };
+
+EvenPasses even_passes(uint pass_index) {
+    bool is_early = pass_index < 4u;
+    uint pair = is_early ? pass_index : pass_index >> 1u, parity = pair;
+    for (uint bits = 16u; bits > 0u; bits >>= 1u) parity ^= parity >> bits;
+    uint place = is_early ? pass_index >> 1u : 2u * (pass_index >> 2u) + (pass_index & 1u);
+    return EvenPasses(0x40000000u + 2u * (place >> 4u) + (parity & 1u), place & 15u);
+}
+
+uint reversed_bits(uint x) {
+    x = ((x >> 1u) & 0x55555555u) | ((x & 0x55555555u) << 1u);
+    x = ((x >> 2u) & 0x33333333u) | ((x & 0x33333333u) << 2u);
+    x = ((x >> 4u) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4u);
+    x = ((x >> 8u) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8u);
+    return (x >> 16u) | (x << 16u);
+}
+
+// Another number for each of 2^k from a multiple of that on, of 2^k of them, for every k (Owen's scrambling; Laine &
+// Karras 2011): every other number, say, is then no longer all on one side.
+uint shuffled(uint x, uint key) {
+    x = reversed_bits(x) + key;
+    x ^= x * 0x6c50b47cu;
+    x ^= x * 0xb82f1e52u;
+    x ^= x * 0xc7afe638u;
+    x ^= x * 0x8d22f6e6u;
+    return reversed_bits(x);
+}
+
+// Point n of Sobol's sequence in four dimensions, of 32 binary digits (Joe & Kuo 2008).
+uvec4 sobol4(uint n) {
+    // What the next digit of n adds; of the third and fourth dimension also what the one or two after it do.
+    uint first = 1u << 31u, second = first;
+    uvec2 third = uvec2(1u << 31u, 3u << 30u);
+    uvec3 fourth = uvec3(1u << 31u, 3u << 30u, 1u << 29u);
+    uvec4 point = uvec4(0u);
+    for (; n > 0u; n >>= 1u) {
+        if ((n & 1u) != 0u) point ^= uvec4(first, second, third.x, fourth.x);
+        first >>= 1u;
+        second ^= second >> 1u;
+        third = uvec2(third.y, third.y ^ third.x ^ (third.x >> 2u));
+        fourth = uvec3(fourth.yz, fourth.y ^ fourth.x ^ (fourth.x >> 3u));
+    }
+    return point;
+}
+
+// The four numbers that a photon, of so many a pass, starts by: Sobol's sequence, shuffled by chance, goes on from pass
+// to pass. Boxes that halving leaves of all numbers (lib/aim.glsl) have their share of its points. Those that others
+// are aimed by start by chance: they are to tell what that does.
+vec4 photon_sequence(uint seed, uint pass_index, uint photon, uint photons) {
+    if (pass_index >= 0x80000000u) return random4(seed, pass_index, photon, DIMENSION_LIGHT);
+    EvenPasses passes = even_passes(pass_index);
+    uvec4 shuffle = random_bits(seed, passes.group, 0xffffffffu, DIMENSION_LIGHT);
+    uint key = random_bits(seed, passes.group, 0xfffffffeu, DIMENSION_LIGHT).x;
+    uvec4 bits = sobol4(shuffled(passes.place * photons + photon, key)) ^ shuffle;
+    return vec4(bits >> 8u) * (1.0 / 16777216.0);
+}

@@ -28,32 +28,34 @@ const LEAST_SHARE: f64 = 1.0 / 4096.0;
 pub type Node = [f32; 4];
 pub type Numbers = [f32; 4];
 
-/// Numbers of a photon by the tree whose root is at a place, and its flux over what plain numbers give it.
+/// What a photon's numbers have no digits for.
+pub(crate) fn rest_of(seed: u32, pass_index: u32, photon: u32) -> Numbers {
+    random4(seed, pass_index, photon, DIMENSION_AIM).map(|x| x / 16_777_216.0)
+}
+
+/// Numbers of a photon by the tree whose root is at a place, and its flux over what plain numbers give it; `rest`: what
+/// these have no digits for, which each halving asks for more of.
 #[inline]
-pub fn aimed(
-    nodes: &[Node],
-    root: usize,
-    numbers: Numbers,
-    draw: impl Fn(u32) -> [f32; 4],
-) -> (Numbers, f32) {
+pub fn aimed(nodes: &[Node], root: usize, numbers: Numbers, rest: Numbers) -> (Numbers, f32) {
     let (mut low, mut size, mut weight) = ([0.0f32; 4], [1.0f32; 4], 1.0f32);
-    let (mut at, mut depth, mut drawn) = (root, 0u32, [0.0; 4]);
-    while let Some(&[axis, share, first, _]) = nodes.get(at)
+    let (mut numbers, mut rest, mut at, mut depth) = (numbers, rest, root, 0u32);
+    while let Some(&[axis, low_share, first, _]) = nodes.get(at)
         && first > 0.0
         && depth < MOST_DEPTH
     {
-        if depth.is_multiple_of(4) {
-            drawn = draw(DIMENSION_AIM + depth / 4);
-        }
-        let is_low = drawn[depth as usize % 4] < share;
         let axis = axis as usize & 3;
+        let is_low = numbers[axis] + rest[axis] < low_share;
+        let share = if is_low { low_share } else { 1.0 - low_share };
+        numbers[axis] = (numbers[axis] - if is_low { 0.0 } else { low_share }) / share;
+        rest[axis] /= share;
         size[axis] *= 0.5;
         low[axis] += if is_low { 0.0 } else { size[axis] };
-        weight *= 0.5 / if is_low { share } else { 1.0 - share };
+        weight *= 0.5 / share;
         at = first as usize + usize::from(!is_low);
         depth += 1;
     }
-    (std::array::from_fn(|k| (low[k] + size[k] * numbers[k]).min(1.0 - f32::EPSILON / 2.0)), weight)
+    let within = |k: usize| low[k] + size[k] * (numbers[k] + rest[k]).clamp(0.0, 1.0);
+    (std::array::from_fn(|k| within(k).clamp(0.0, 1.0 - f32::EPSILON / 2.0)), weight)
 }
 
 /// The same for photons of a pass.
@@ -66,7 +68,7 @@ pub fn aimed_photons(
     numbers: &[Numbers],
 ) -> (Vec<Numbers>, Vec<f32>) {
     let of_one = |(&photon, &numbers): (&u32, &Numbers)| {
-        aimed(nodes, root, numbers, |dimension| random4(seed, pass_index, photon, dimension))
+        aimed(nodes, root, numbers, rest_of(seed, pass_index, photon))
     };
     photons.iter().zip(numbers).map(of_one).unzip()
 }

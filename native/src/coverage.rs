@@ -102,8 +102,8 @@ struct Point {
     tilts: [Tilt; 2],
 }
 
-/// Write the share of the filter's mass on the surface into `out`, then the inner filter's, and what scales
-/// either; into `tilt_out` how either is tilted.
+/// Write the share of the filter's mass on the surface (glsl/kernels/coverage.glsl) into `out`, then the inner
+/// filter's, and what scales either; into `tilt_out` how either is tilted.
 #[allow(clippy::too_many_arguments)]
 pub fn coverage(
     tree: &Tree,
@@ -174,10 +174,10 @@ widest! {
             let [outer, inner] = point.tilts;
             let count = count as f32;
             *out = [
-                outer.mass - missing[0] / count,
-                inner.mass - missing[1] / count,
-                outer.scale,
-                inner.scale,
+                (outer.mass - missing[0] / count) / outer.within,
+                (inner.mass - missing[1] / count) / inner.within,
+                outer.scale / outer.within,
+                inner.scale / inner.within,
             ];
             *tilt_out = [outer.tilt[0], outer.tilt[1], inner.tilt[0], inner.tilt[1]];
         }

@@ -21,12 +21,14 @@ const MOST_LOOKED_AT: u32 = 128;
 const DIRECTIONS: u32 = 16;
 /// Cosine and sine of the turn from one to the next.
 const STEP: [f32; 2] = [0.923_879_5, 0.382_683_43];
-/// What keeps a strip from being tilted across, in radii squared; by how much a tilted filter may be scaled; and
-/// which share of what the cuts leave of a disc on the point's own triangle tilts it not at all, and wholly (the
-/// reasons are in glsl/lib/cuts.glsl).
+/// What keeps a strip from being tilted across, in radii squared; by how much a tilted filter may be scaled; which
+/// share of what the cuts leave of a disc on the point's own triangle tilts it not at all, and wholly; and from which
+/// shares on that is known (the reasons are in glsl/lib/cuts.glsl).
 const LEAST_SPREAD: f32 = 1.0e-3;
 const MOST_SCALE: f32 = 3.5;
 const KNOWN: [f32; 2] = [0.3, 0.6];
+const SURE: [f32; 2] = [0.8, 1.0];
+const BROAD: [f32; 2] = [0.25, 0.45];
 const POINTS_A_TASK: usize = 256;
 
 /// Half planes that end a disc, each a vector in the frame about the normal: what lies beyond has a
@@ -48,14 +50,18 @@ pub(crate) struct Tilt {
     pub(crate) tilt: [f32; 2],
     pub(crate) scale: f32,
     pub(crate) mass: f32,
+    /// About that without a tilt, of the whole filter's, where it is known, else 1.
+    pub(crate) within: f32,
 }
 
 impl Tilt {
-    pub(crate) const NONE: Tilt = Tilt { tilt: [0.0; 2], scale: 1.0, mass: 1.0 };
+    pub(crate) const NONE: Tilt = Tilt { tilt: [0.0; 2], scale: 1.0, mass: 1.0, within: 1.0 };
 
     /// From the filter's moments within the cuts, in radii: mass, x, y, xx, xy, yy; and from others that don't
     /// depend on them, for the mass of what is tilted by the former is to be right in the mean.
-    fn of([mass, x, y, xx, xy, yy]: [f32; 6], others: [f32; 6], radius: f32, strength: f32) -> Tilt {
+    fn of([mass, x, y, xx, xy, yy]: [f32; 6], others: [f32; 6], radius: f32, known: f32) -> Tilt {
+        let within = 1.0 + rise(SURE, known) * rise(BROAD, mass) * (mass - 1.0);
+        let strength = rise(KNOWN, known);
         let least = LEAST_SPREAD * mass;
         let (xx, yy) = (xx + least, yy + least);
         let determinant = (xx * yy - xy * xy).max(1.0e-20);
@@ -67,7 +73,7 @@ impl Tilt {
         let tilt = tilt.map(|t| strength * t);
         let scale = mass / (mass - strength * taken).max(1.0e-20);
         let mass = scale * (others[0] + tilt[0] * others[1] + tilt[1] * others[2]);
-        Tilt { tilt: tilt.map(|t| t / radius), scale, mass }
+        Tilt { tilt: tilt.map(|t| t / radius), scale, mass, within }
     }
 
     /// What something at (x, y) counts.
@@ -89,12 +95,15 @@ pub(crate) fn tilts(
     let [outer, inner] = moments::<true>(cuts, radius, filter, turns[0]);
     let [here, between] = [0.0, 0.5].map(|more| moments::<false>(cuts, radius, filter, turns[1] + more));
     let [other, other_inner] = std::array::from_fn(|k| mean_of(here[k], between[k]));
-    let strength = sides.map_or(1.0, |sides| {
-        let known = known_mass(cuts, sides, radius, filter, turns[0]) / outer[0].max(1.0e-20);
-        ((known - KNOWN[0]) / (KNOWN[1] - KNOWN[0])).clamp(0.0, 1.0)
-    });
+    let known =
+        sides.map_or(1.0, |sides| known_mass(cuts, sides, radius, filter, turns[0]) / outer[0].max(1.0e-20));
     let inner_radius = radius * INNER_AREA.sqrt();
-    [Tilt::of(outer, other, radius, strength), Tilt::of(inner, other_inner, inner_radius, strength)]
+    [Tilt::of(outer, other, radius, known), Tilt::of(inner, other_inner, inner_radius, known)]
+}
+
+/// From 0 at the first bound to 1 at the second.
+fn rise([low, high]: [f32; 2], x: f32) -> f32 {
+    ((x - low) / (high - low)).clamp(0.0, 1.0)
 }
 
 fn mean_of(a: [f32; 6], b: [f32; 6]) -> [f32; 6] {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::aim;
 use crate::paths::Scene;
-use crate::random::{DIMENSION_LIGHT, DIMENSION_LIGHT_POINT, random4};
+use crate::random::{DIMENSION_LIGHT, photon_sequence, random4};
 use crate::vector::{Vector, from_frame, sin_cos_of_turns};
 use crate::watertight::SURFACE_OFFSET;
 
@@ -51,8 +51,6 @@ pub fn photon_starts(scene: &Scene, emission: &Emission) -> Vec<[Vector; 2]> {
 
 /// generator.glsl
 pub(crate) fn generate(scene: &Scene, emission: &Emission, number: u32, shift: f32) -> Option<Photon> {
-    let draw = |element, dimension| random4(emission.seed, emission.pass_index, element, dimension);
-    let u = draw(number, DIMENSION_LIGHT);
     let share = (number as f32 + shift) / emission.photons as f32;
     let (mut low, mut high) = (0, scene.lights.len().checked_sub(1)?);
     while low < high {
@@ -63,11 +61,11 @@ pub(crate) fn generate(scene: &Scene, emission: &Emission, number: u32, shift: f
     if chosen <= 0.0 {
         return None;
     }
-    let on_light = draw(number, DIMENSION_LIGHT_POINT);
-    let numbers = [u[0], u[1], on_light[0], on_light[1]];
+    let numbers = photon_sequence(emission.seed, emission.pass_index, number, emission.photons);
     let (u, weight) = match scene.aims.get(low) {
         Some(&[.., root]) if root > 0.0 => {
-            aim::aimed(scene.aim_nodes, root as usize - 1, numbers, |dimension| draw(number, dimension))
+            let rest = aim::rest_of(emission.seed, emission.pass_index, number);
+            aim::aimed(scene.aim_nodes, root as usize - 1, numbers, rest)
         }
         _ => (numbers, 1.0),
     };

@@ -11,13 +11,16 @@ import photon_stream_native as native
 import pytest
 from numpy.typing import NDArray
 
+from addon.photon.backends import backend
 from addon.photon.backends.native_kernels import tracer_of
 from addon.photon.kernels.coverage import Coverage
 from addon.photon.kernels.cuts import Cuts
 from addon.photon.settings import Filter
 from addon.photon.stage.geometry import Frame, Mesh
 from addon.photon.stage.tables import solid_table
+from addon.streams import Device
 from tests.kernels.conftest import Bench
+from tests.measure import render
 from tests.scenes import GREY, Builder, cornell, corners_of, plain_material
 
 RADIUS = 0.3
@@ -201,22 +204,27 @@ def weights(name: str, x2: Any) -> Any:
 
 def check_tilted(name: str, cuts: Any, x: Any, means: Any) -> None:
     """That discs at x before the plate's edge, of these cuts, shares, scales and tilts, have the
-    mass that lies on the plate, and within the cuts as much as without tilts."""
+    mass that lies on the plate, and within the cuts as much as without tilts; both over what that
+    is, where the triangle tells it (SURE and BROAD of glsl/lib/cuts.glsl)."""
     side = (np.arange(1200) + 0.5) / 600 - 1
     u, v = np.meshgrid(side, side)
     squares = u * u + v * v
     for at in range(len(x)):
         a, b, c, d = cuts[at] * RADIUS
         within = (u * a + v * b <= 1) & (u * c + v * d <= 1)
+        on_plate = x[at] + u * RADIUS <= 0.9
+        known = (weights(name, squares) * within * on_plate).sum()
+        sure = np.clip(known / (weights(name, squares) * within).sum() / 0.2 - 4, 0, 1)
         for k, filter_ in enumerate((weights(name, squares), 2 * weights(name, 2 * squares))):
             share, scale, along_u, along_v = means[:, at, k]
             tilted = filter_ * (scale + along_u * u + along_v * v) / 600**2
-            on_surface = (tilted * within * (x[at] + u * RADIUS <= 0.9)).sum()
+            on_surface = (tilted * within * on_plate).sum()
             assert share == pytest.approx(on_surface, abs=8e-3)
             left = (filter_ * within).sum() / 600**2
+            over = 1 + sure * np.clip((left - 0.25) / 0.2, 0, 1) * (left - 1)
             tilted *= within  # as good as 16 directions tell
-            assert tilted.sum() == pytest.approx(left, abs=0.02)
-            if at % 2 == 0 and scale < 3.0:
+            assert tilted.sum() * over == pytest.approx(left, abs=0.02)
+            if at % 2 == 0 and scale * over < 3.0:
                 assert abs((tilted * u).sum()) < 0.01 and abs((tilted * v).sum()) < 0.01
 
 
@@ -305,3 +313,15 @@ def test_every_tree_makes_the_same_cuts(bench: Bench) -> None:
     assert np.count_nonzero(one[1].any(axis=1)) > 500
     for cuts, theirs in zip(one, other, strict=True):
         assert cuts.tobytes() == theirs.tobytes()
+
+
+def test_lanes_probe_the_same(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Several invocations a visible point, as where a GPU has many triangles: to rounding."""
+    monkeypatch.setattr(device, "prefers_native", False)
+    pictures = []
+    for most in (backend.TRIANGLES_FOR_LANES, 0):
+        monkeypatch.setattr(backend, "TRIANGLES_FOR_LANES", most)
+        pictures.append(render(device, cornell(True), backend="compute", passes=2, photons=20000))
+    one, several = (picture["Indirect"] for picture in pictures)
+    assert np.abs(one - several).max() <= 1e-5 * one.max()
+    assert (one != several).any()

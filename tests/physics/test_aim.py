@@ -190,7 +190,8 @@ def fallen_in(renderer: Renderer, room: bool = True, passes: int = 6) -> NDArray
 @pytest.mark.parametrize("light", [SKY, BEAM, PANEL, BULB, CONE], ids=lambda light: light.kind)
 def test_light_through_a_hole(device: Device, light: Light) -> None:
     """Is aimed at it, whatever the light, and brings what it brings otherwise, by more photons."""
-    with rendered(device, behind_a_window(light), **(SETTINGS | {"passes": 2})) as renderer:
+    settings = SETTINGS | {"passes": 2, "seed": 3}
+    with rendered(device, behind_a_window(light), **settings) as renderer:
         tables = renderer.eye._tables
         assert tables.aims
         aimed = fallen_in(renderer)
@@ -270,14 +271,14 @@ def test_sun_over_a_plain(device: Device) -> None:
     settings = {"width": 16, "height": 16, "photons": 30000, "radius": 0.1, "passes": 4}
     near, far = (
         np.array(
-            [images_of(device, tray(half), **settings, seed=seed)["Indirect"] for seed in range(4)]
+            [images_of(device, tray(half), **settings, seed=seed)["Indirect"] for seed in range(12)]
         )
         for half in (5.0, 500.0)
     )
     truth = near.mean(axis=0)
     assert far.mean() == pytest.approx(near.mean(), rel=0.03)
     errors = [((found - truth) ** 2 / truth.mean() ** 2).mean() for found in (near, far)]
-    assert errors[1] < 2.0 * errors[0] * 4 / 3  # the truth is the near one's mean
+    assert errors[1] < 2.0 * errors[0] * 12 / 11  # the truth is the near one's mean
 
 
 def ball_on_a_plain(half: float) -> Scene:

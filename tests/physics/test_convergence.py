@@ -51,15 +51,19 @@ def slope(device: Device, scene: Scene, truth: Any, image: str, **settings: Any)
 def test_case_12_photons(device: Device) -> None:
     """Probabilistic progressive photon mapping: alpha = 2/3 gives N^(-1/3) (Knaus & Zwicker)."""
     scene, truth = floor_under_a_lamp(0.0)
-    settings: dict[str, Any] = {"direct_by_photons": True, "radius_decay": 2 / 3}
-    found = slope(device, scene, truth, "Indirect", photons=1000, radius=0.2, **settings)
+    settings: dict[str, Any] = {
+        "direct_by_photons": True,
+        "radius_decay": 2 / 3,
+    }  # few, to be noisy
+    found = slope(device, scene, truth, "Indirect", photons=250, radius=0.2, **settings)
     print(f"slope {found:.3f}")
     assert -0.40 <= found <= -0.25
 
 
 def test_case_12_direct_light(device: Device) -> None:
-    """Plain Monte Carlo on a sphere light: N^(-1/2)."""
+    """Randomised quasi-Monte Carlo on a sphere light, by sixteens of a half of the passes: better
+    than N^(-1/2), no better than N^(-1)."""
     scene, truth = floor_under_a_lamp(0.4)
     found = slope(device, scene, truth, "Direct", photons=0)
     print(f"slope {found:.3f}")
-    assert -0.55 <= found <= -0.45
+    assert -1.0 <= found <= -0.55

@@ -249,6 +249,7 @@ def test_case_7_closed_cube(device: Device, measured: Measured) -> None:
         lambda im: im["Indirect"].mean(),
         radius=0.01,
         photons=120000,
+        passes=4,
         width=64,
         height=64,
     )

@@ -29,7 +29,7 @@ from ..photons.device_radii import Box, Grids, Limits, grids_on_device, radii_on
 from ..photons.grid_sort import DeviceSort, HostSort, Sort
 from ..photons.native_photon_mapper import NativePhotonMapper, knows, knows_lobes, leaves_lobes
 from ..photons.one_bounce import OneBounce
-from ..photons.photon_grid import Cells, Gathering, Lanes, PhotonGrid, lanes_of_gpu
+from ..photons.photon_grid import LANES, Cells, Gathering, Lanes, PhotonGrid, lanes_of_gpu
 from ..photons.photon_mapper import PhotonMapper
 from ..photons.radius_field import SAMPLE, Found, grids_on_host, radii_on_host
 from ..scene import RAYS, Scene
@@ -56,6 +56,9 @@ from .sizes import NativeSizes, ResidentSizes, Sizes
 # frame of 1920x1080 takes.
 STRIP_PIXELS = 1 << 19
 GPU_STRIP_PIXELS = 1 << 21
+# From so many on a GPU's lanes share a point's coverage probes: those of few triangles end at once,
+# and what lanes do over again costs more.
+TRIANGLES_FOR_LANES = 1 << 16
 
 
 class PhotonSource(Protocol):
@@ -201,11 +204,23 @@ class ResidentBackend(Backend):
     def __init__(self, device: Device) -> None:
         super().__init__(device, "compute")
         self.sizes = ResidentSizes(device, "compute")
+        self._triangles = 0
+
+    def prepare_mesh(self, mesh: Mesh) -> None:
+        self._triangles = len(mesh.triangles)
+
+    def share(self, other: Backend) -> None:
+        assert isinstance(other, ResidentBackend)
+        self._triangles = other._triangles
 
     @property
     def shares_memory(self) -> bool:
         """It does other work while the device counts what is alive."""
         return False
+
+    def coverage(self, settings: Settings) -> Kernel:
+        lanes = LANES if self._triangles >= TRIANGLES_FOR_LANES else 1
+        return Coverage(self.device, self.layer, filter_define(settings), lanes)
 
     def photon_mapper(
         self, source: PhotonSource, settings: Settings, needs: SceneNeeds
