@@ -136,7 +136,8 @@ def test_inner_estimate_is_that_of_the_inner_radius(
     """What a pass carries along is what it would be with the smaller radius, to rounding.
 
     But that cuts are those of the outer one: next to the ball they lie where it is higher; and so
-    is what a point's own triangle says of how much a cut disc is tilted.
+    is what a point's own triangle says of how much a cut disc is tilted, and whether light is
+    summed over what the cuts leave, as its coverage then is, too.
     """
 
     def means(radius: float) -> Any:
@@ -160,6 +161,10 @@ def test_inner_estimate_is_that_of_the_inner_radius(
     here, there = (m["combined"][..., 3] + m["blur"][..., 0] for m in (inner, outer))
     # Photons on the rim of the disc may fall on either side of it.
     same = np.isclose(outer["blur"][..., 0], here, rtol=1e-3, atol=1e-5 * here.max())
+    if corrected:
+        covered = inner["indirect"][..., 3] + inner["mirror_indirect"][..., 3]
+        over = outer["blur"][..., 0] * covered, here * outer["blur"][..., 1]
+        same |= np.isclose(*over, rtol=1e-2)
     assert same.all() or (corrected and same.mean() > 0.97)
     assert np.abs(there - here).max() > 0.01 * here.max()
 
