@@ -36,8 +36,8 @@ const vec2 SURE = vec2(0.8, 1.0), BROAD = vec2(0.25, 0.45);
 // scale (1 + tilt d) times as much. Then the middle of what counts is the point itself, and light that rises
 // evenly towards the cut or away from it is as bright as there: the local linear estimate (Fan & Gijbels 1996),
 // where the surface is what the cuts leave of the disc. `mass` is what counts within the cuts, as much as
-// without a tilt; `within`: about that, of the whole filter's, where it is known, else 1. Light is summed over it, for
-// a pixel is divided by its mean coverage, and would have less of its places beside a wall than of others.
+// without a tilt; `within`: the share of the untilted filter that the cuts leave, or 1 where that is not known. Sums and
+// coverage are both divided by it, so that in a pixel's mean places beside a wall weigh as much as others.
 struct FilterTilt { vec2 tilt; float scale; float mass; float within; };
 
 // From 0 at the first bound to 1 at the second.

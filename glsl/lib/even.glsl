@@ -7,14 +7,28 @@
 // Sobol's second sequence: what each bit of a point's number adds. The first one is the number's bits turned round.
 const uint SOBOL_COLUMNS[4] = uint[4](8u, 12u, 10u, 15u);
 
+// Another number for each below 16, so that halves, quarters and eighths of them stay together (Owen's scrambling): of
+// 15 random bits one turns the first half round, two the quarters in their halves, and so on.
+uint scrambled(uint number, uint random) {
+    uint other = 0u;
+    for (int level = 0; level < 4; level++) {
+        uint before = number >> (4 - level), bit = number >> (3 - level) & 1u;
+        other = other << 1u | (bit ^ (random >> ((1u << level) - 1u + before) & 1u));
+    }
+    return other;
+}
+
 // Two numbers in [0, 1), evenly of each pass by itself. Those of passes that are even together are the first sixteen
-// points of Sobol's sequence, shuffled by chance: so are each two, four and eight of them from a multiple on.
+// points of Sobol's sequence, in an order and moved by chance: so are each two, four and eight of them from a multiple on.
+// Each dimension has an order of its own, for two would else go together: all rays of one lobe, say, to one side.
 vec2 even_over_passes(uint dimension) {
     uint pixel = uint(pixel_number(load_pixel().at));
     EvenPasses passes = even_passes(pass_index);
-    uvec2 part = uvec2(16.0 * random4(seed, passes.group, pixel, dimension).zw);
+    uvec4 random = random_bits(seed, passes.group, pixel, dimension);
+    uint number = scrambled(passes.number, random.x);
+    uvec2 part = random.zw >> 28u;
     for (int bit = 0; bit < 4; bit++) {
-        if ((passes.place >> bit & 1u) != 0u) part ^= uvec2(8u >> bit, SOBOL_COLUMNS[bit]);
+        if ((number >> bit & 1u) != 0u) part ^= uvec2(8u >> bit, SOBOL_COLUMNS[bit]);
     }
     vec2 within = random4(seed, pass_index, pixel, dimension).xy;
     return min(0.0625 * (vec2(part) + within), BELOW_ONE);

@@ -50,7 +50,7 @@ vec2 lens_sequence(vec2 start, uint n) {
 }
 
 // Numbers that no pass has stand for passes that are even together from 0x40000000 on, for pairs of them and for those
-// that photons are aimed by from 0x80000000 on (lib/shadow_ray.glsl, aim.py); element 0xffffffff has a pass's own numbers.
+// that photons are aimed by from 0x80000000 on (lib/shadow_ray.glsl, aim.py); elements 0xfffffffe and 0xffffffff have a pass's own.
 // Where each kernel's dimensions begin; a path's bounce or depth is added.
 const uint DIMENSION_LIGHT = 0u;        // which light, and how a photon starts there
 const uint DIMENSION_LIGHT_PORTAL = 2u; // through which face of a box
@@ -66,16 +66,16 @@ const uint DIMENSION_LENS = 0xf100u;
 const uint DIMENSION_WAVELENGTH = 0xf200u;
 
 // Passes whose numbers are even together: sixteen of a half of all. The halves (in_first_half of film/film.py) know
-// nothing of each other, for they are to tell their noise. `group` stands for them where random4 takes a pass; `place`: a
-// pass's among them.
-struct EvenPasses { uint group; uint place; };
+// nothing of each other, for they are to tell their noise. `group` stands for them where random4 takes a pass; `number`,
+// 0 to 15: a pass's among them.
+struct EvenPasses { uint group; uint number; };
 
 EvenPasses even_passes(uint pass_index) {
     bool is_early = pass_index < 4u;
     uint pair = is_early ? pass_index : pass_index >> 1u, parity = pair;
     for (uint bits = 16u; bits > 0u; bits >>= 1u) parity ^= parity >> bits;
-    uint place = is_early ? pass_index >> 1u : 2u * (pass_index >> 2u) + (pass_index & 1u);
-    return EvenPasses(0x40000000u + 2u * (place >> 4u) + (parity & 1u), place & 15u);
+    uint number = is_early ? pass_index >> 1u : 2u * (pass_index >> 2u) + (pass_index & 1u);  // of the half
+    return EvenPasses(0x40000000u + 2u * (number >> 4u) + (parity & 1u), number & 15u);
 }
 
 uint reversed_bits(uint x) {
@@ -86,8 +86,8 @@ uint reversed_bits(uint x) {
     return (x >> 16u) | (x << 16u);
 }
 
-// Another number for each of 2^k from a multiple of that on, of 2^k of them, for every k (Owen's scrambling; Laine &
-// Karras 2011): every other number, say, is then no longer all on one side.
+// Permutes numbers so that each aligned block of 2^k of them maps to an aligned block, for every k (Owen's scrambling;
+// Laine & Karras 2011): every other number, say, is then no longer all on one side.
 uint shuffled(uint x, uint key) {
     x = reversed_bits(x) + key;
     x ^= x * 0x6c50b47cu;
@@ -122,6 +122,6 @@ vec4 photon_sequence(uint seed, uint pass_index, uint photon, uint photons) {
     EvenPasses passes = even_passes(pass_index);
     uvec4 shuffle = random_bits(seed, passes.group, 0xffffffffu, DIMENSION_LIGHT);
     uint key = random_bits(seed, passes.group, 0xfffffffeu, DIMENSION_LIGHT).x;
-    uvec4 bits = sobol4(shuffled(passes.place * photons + photon, key)) ^ shuffle;
+    uvec4 bits = sobol4(shuffled(passes.number * photons + photon, key)) ^ shuffle;
     return vec4(bits >> 8u) * (1.0 / 16777216.0);
 }

@@ -50,7 +50,7 @@ pub(crate) struct Tilt {
     pub(crate) tilt: [f32; 2],
     pub(crate) scale: f32,
     pub(crate) mass: f32,
-    /// About that without a tilt, of the whole filter's, where it is known, else 1.
+    /// The share of the untilted filter that the cuts leave, or 1 where that is not known.
     pub(crate) within: f32,
 }
 

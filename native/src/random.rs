@@ -42,15 +42,15 @@ pub fn r2_sequence(start: [f32; 2], n: u32) -> [f32; 2] {
     std::array::from_fn(|i| (start[i] + (step[i].wrapping_mul(n) >> 8) as f32 / 16_777_216.0).fract())
 }
 
-/// even_passes of glsl/lib/rng.glsl: what stands for passes that are even together, and a pass's place among them.
+/// even_passes of glsl/lib/rng.glsl: what stands for passes that are even together, and a pass's number among them.
 fn even_passes(pass_index: u32) -> (u32, u32) {
     let is_early = pass_index < 4;
     let pair = if is_early { pass_index } else { pass_index >> 1 };
-    let place = if is_early { pass_index >> 1 } else { 2 * (pass_index >> 2) + (pass_index & 1) };
-    (0x4000_0000 + 2 * (place >> 4) + (pair.count_ones() & 1), place & 15)
+    let number = if is_early { pass_index >> 1 } else { 2 * (pass_index >> 2) + (pass_index & 1) };
+    (0x4000_0000 + 2 * (number >> 4) + (pair.count_ones() & 1), number & 15)
 }
 
-/// Another number for each of 2^k from a multiple of that on (shuffled of glsl/lib/rng.glsl).
+/// Permutes numbers within aligned blocks of 2^k (shuffled of glsl/lib/rng.glsl).
 fn shuffled(x: u32, key: u32) -> u32 {
     let mut x = x.reverse_bits().wrapping_add(key);
     for factor in [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6u32] {
@@ -83,10 +83,10 @@ pub fn photon_sequence(seed: u32, pass_index: u32, photon: u32, photons: u32) ->
     if pass_index >= 0x8000_0000 {
         return random4(seed, pass_index, photon, DIMENSION_LIGHT);
     }
-    let (group, place) = even_passes(pass_index);
+    let (group, number) = even_passes(pass_index);
     let shuffle = random_bits(seed, group, u32::MAX, DIMENSION_LIGHT);
     let [key, ..] = random_bits(seed, group, u32::MAX - 1, DIMENSION_LIGHT);
-    let bits = sobol4(shuffled(place.wrapping_mul(photons).wrapping_add(photon), key));
+    let bits = sobol4(shuffled(number.wrapping_mul(photons).wrapping_add(photon), key));
     std::array::from_fn(|i| ((bits[i] ^ shuffle[i]) >> 8) as f32 / 16_777_216.0)
 }
 

@@ -318,9 +318,9 @@ def test_every_tree_makes_the_same_cuts(bench: Bench) -> None:
 def test_lanes_probe_the_same(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Several invocations a visible point, as where a GPU has many triangles: to rounding."""
     monkeypatch.setattr(device, "prefers_native", False)
-    pictures = []
-    for most in (backend.TRIANGLES_FOR_LANES, 0):
-        monkeypatch.setattr(backend, "TRIANGLES_FOR_LANES", most)
+    pictures, triangles = [], len(cornell(True).triangles)
+    for least in (triangles + 1, triangles):
+        monkeypatch.setattr(backend, "TRIANGLES_FOR_LANES", least)
         pictures.append(render(device, cornell(True), backend="compute", passes=2, photons=20000))
     one, several = (picture["Indirect"] for picture in pictures)
     assert np.abs(one - several).max() <= 1e-5 * one.max()

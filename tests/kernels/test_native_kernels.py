@@ -84,19 +84,25 @@ class TestPhotons:
 
     SETTINGS = Settings(width=8, height=8, photons=3000, seed=5)
 
-    def deposits(self, device: Device, backend: str, **settings: Any) -> tuple[Any, Any, int]:
+    def deposits(
+        self, device: Device, backend: str, index: int = 3, **settings: Any
+    ) -> tuple[Any, Any, int]:
         renderer = prepare(SCENE, replace(self.SETTINGS, backend=backend, **settings), device)  # type: ignore[arg-type]
         assert renderer.photons
-        renderer.photons.mapper.start(PhotonBatch(3, self.SETTINGS.photons_a_pass))
+        renderer.photons.mapper.start(PhotonBatch(index, self.SETTINGS.photons_a_pass))
         place, deposit = (x.copy() for x in renderer.photons.mapper.finish().arrays())
         unfinished = renderer.photons.mapper.unfinished
         renderer.release()
         return place, deposit, unfinished
 
-    @pytest.mark.parametrize("first_hits", [False, True])
-    def test_same_photons_as_the_kernels(self, device: Device, first_hits: bool) -> None:
+    @pytest.mark.parametrize(
+        ("index", "first_hits"), [(3, False), (3, True), ((1 << 23) + 70, True)]
+    )
+    def test_same_photons_as_the_kernels(
+        self, device: Device, index: int, first_hits: bool
+    ) -> None:
         found = [
-            self.deposits(device, backend, direct_by_photons=first_hits, photon_bounces=4)
+            self.deposits(device, backend, index, direct_by_photons=first_hits, photon_bounces=4)
             for backend in ("fragment", "native")
         ]
         counts = [len(place) for place, _, _ in found]

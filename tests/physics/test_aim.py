@@ -300,7 +300,7 @@ def test_a_caustic_on_a_plain(device: Device, measured: Measured) -> None:
         np.array(
             [
                 images_of(device, ball_on_a_plain(half), **settings, seed=seed)["Indirect"]
-                for seed in range(4)
+                for seed in range(12)
             ]
         )
         for half in (5.0, 500.0)

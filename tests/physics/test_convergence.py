@@ -49,12 +49,13 @@ def slope(device: Device, scene: Scene, truth: Any, image: str, **settings: Any)
 
 @pytest.mark.usefixtures("not_aimed")
 def test_case_12_photons(device: Device) -> None:
-    """Probabilistic progressive photon mapping: alpha = 2/3 gives N^(-1/3) (Knaus & Zwicker)."""
+    """Probabilistic progressive photon mapping: alpha = 2/3 gives N^(-1/3) (Knaus & Zwicker), of so
+    few photons that their even starts don't take most of the noise."""
     scene, truth = floor_under_a_lamp(0.0)
     settings: dict[str, Any] = {
         "direct_by_photons": True,
         "radius_decay": 2 / 3,
-    }  # few, to be noisy
+    }
     found = slope(device, scene, truth, "Indirect", photons=250, radius=0.2, **settings)
     print(f"slope {found:.3f}")
     assert -0.40 <= found <= -0.25
@@ -66,4 +67,4 @@ def test_case_12_direct_light(device: Device) -> None:
     scene, truth = floor_under_a_lamp(0.4)
     found = slope(device, scene, truth, "Direct", photons=0)
     print(f"slope {found:.3f}")
-    assert -1.0 <= found <= -0.55
+    assert -0.9 <= found <= -0.65

@@ -70,7 +70,7 @@ def importance_of(
     number, photon = np.unique(deposit[:, 3].astype(np.uint32), return_inverse=True)
     mass = np.bincount(photon, importance[own] * flux**2, len(number))
     light = _lights_of(tables, number, seed, index, photons)
-    numbers, weight = _numbers_of(tables, light, number, seed, index, photons)
+    numbers, weight = _numbers_of(tables, light, number, seed, index)
     # Of so many photons of each light.
     mass = mass * photons * tables.lights["chosen"][light].astype(np.float64)
     rays = np.zeros((len(number), 6))
@@ -94,7 +94,7 @@ def toward_box(
     meets = (enters <= leaves) & rays[:, 3:].any(axis=1)
     number = np.flatnonzero(meets).astype(np.uint32)
     light = _lights_of(tables, number, seed, index, photons)
-    numbers, _ = _numbers_of(tables, light, number, seed, index, photons)
+    numbers, _ = _numbers_of(tables, light, number, seed, index)
     return Importance(light, numbers, rays[number], np.ones(len(number)), 0.0)
 
 
@@ -110,15 +110,11 @@ def _lights_of(
 
 
 def _numbers_of(
-    tables: Tables,
-    light: NDArray[np.int64],
-    number: NDArray[np.uint32],
-    seed: int,
-    index: int,
-    photons: int,
+    tables: Tables, light: NDArray[np.int64], number: NDArray[np.uint32], seed: int, index: int
 ) -> tuple[NDArray[np.float32], Doubles]:
-    """What photons start by, and their flux over what it is where none are aimed."""
-    numbers, weight = native.photon_numbers(number, photons, seed, index), np.ones(len(number))
+    """What photons of a learning pass start by, and their flux over what it is where none are
+    aimed (photon_sequence of glsl/lib/rng.glsl)."""
+    numbers, weight = native.random_numbers(number, seed, index, LIGHT), np.ones(len(number))
     for own, aim in (tables.aims.by_light if tables.aims else {}).items():
         those = np.flatnonzero(light == own)
         numbers[those], weight[those] = native.aimed_numbers(

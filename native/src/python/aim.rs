@@ -85,21 +85,6 @@ pub(super) fn random_numbers<'py>(
     new_rows(py, elements.iter().map(draw).collect())
 }
 
-/// Four numbers in [0, 1) that those of a pass's `photons` with the numbers uint32[n] start by: float32[n, 4], as
-/// photon_sequence of glsl/lib/rng.glsl.
-#[pyfunction]
-pub(super) fn photon_numbers<'py>(
-    py: Python<'py>,
-    numbers: &Bound<'py, PyAny>,
-    photons: u32,
-    seed: u32,
-    pass_index: u32,
-) -> PyResult<Rows<'py>> {
-    let numbers = array::<u32>(numbers, "numbers", &[None])?;
-    let start = |&number: &u32| crate::random::photon_sequence(seed, pass_index, number, photons);
-    new_rows(py, numbers.as_slice()?.iter().map(start).collect())
-}
-
 /// Portals through which photons shall go, float32[3 m, 4] laid out as LAYOUTS says of Portal, and how much less
 /// variance that leaves. Takes the paths of photons that counted, one after the other: places float32[n, 3], normals
 /// float32[n, 3], the photons' numbers uint32[n], and what each

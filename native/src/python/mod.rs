@@ -44,7 +44,6 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
         wrap_pyfunction!(aim::aim_pdf, module)?,
         wrap_pyfunction!(aim::aimed_numbers, module)?,
         wrap_pyfunction!(aim::random_numbers, module)?,
-        wrap_pyfunction!(aim::photon_numbers, module)?,
         wrap_pyfunction!(aim::photon_portals, module)?,
     ] {
         module.add_function(function)?;
