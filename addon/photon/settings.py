@@ -42,7 +42,7 @@ class Settings:
     height: int = 512
     region: Region | None = None  # (x0, y0, x1, y1) [px] rendered, from the bottom left
     passes: int = 16
-    first_pass: int = 0  # passes are independent: ranges can be rendered apart and merged
+    first_pass: int = 0  # ranges of passes can be rendered apart and merged
     photons: int | None = None  # emitted a pass, all lights together; None: three a pixel
     radius: float = 0.0  # [m] of the first pass; 0: from the photons' density
     radius_decay: float = 2.0 / 3.0  # alpha of Knaus & Zwicker 2011; 1 keeps the radius
