@@ -135,10 +135,10 @@ vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, Filter
 
 // What of the tilted filter, and of the inner one, the surface lacks by this pass's probes; lanes share them.
 vec2 missing_mass(
-    Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 start, float radius
+    Place place, Own own, bool is_held, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 start,
+    float radius
 ) {
     int times = outer.scale > MUCH ? TILTED : 1, count = probes * times;
-    bool is_held = holds_disc(own, radius);
     vec2 missing = vec2(0.0);
     for (int i = lane(); i < count; i += LANES) {
         uint number = first_probe * uint(times) + uint(i);
@@ -164,11 +164,11 @@ void kernel() {
         Cuts cuts = load_cuts();
         mat3 frame = frame_about(normal);
         Own own = own_triangle(int(load_shading().triangle), place.position, frame, facing.side);
+        bool is_held = holds_disc(own, radius);
         if (cuts.first != vec2(0.0)) {
-            bool is_held = holds_disc(own, radius);
             cut_tilts(cuts, is_held, cuts_of(own), radius, r2_sequence(start, first_probe), outer, inner);
         }
-        missing = missing_mass(place, own, frame, cuts, outer, inner, start, radius);
+        missing = missing_mass(place, own, is_held, frame, cuts, outer, inner, start, radius);
     }
     missing = sum_over_lanes(vec4(missing, 0.0, 0.0)).xy;
     if (!is_gathering) skip();

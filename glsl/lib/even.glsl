@@ -4,9 +4,6 @@
 #include "lib/rng.glsl"
 #include "lib/pixel.glsl"
 
-// Sobol's second sequence: what each bit of a point's number adds. The first one is the number's bits turned round.
-const uint SOBOL_COLUMNS[4] = uint[4](8u, 12u, 10u, 15u);
-
 // Another number for each below 16, so that halves, quarters and eighths of them stay together (Owen's scrambling): of
 // 15 random bits one turns the first half round, two the quarters in their halves, and so on.
 uint scrambled(uint number, uint random) {
@@ -25,11 +22,7 @@ vec2 even_over_passes(uint dimension) {
     uint pixel = uint(pixel_number(load_pixel().at));
     EvenPasses passes = even_passes(pass_index);
     uvec4 random = random_bits(seed, passes.group, pixel, dimension);
-    uint number = scrambled(passes.number, random.x);
-    uvec2 part = random.zw >> 28u;
-    for (int bit = 0; bit < 4; bit++) {
-        if ((number >> bit & 1u) != 0u) part ^= uvec2(8u >> bit, SOBOL_COLUMNS[bit]);
-    }
+    uvec2 part = (sobol4(scrambled(passes.number, random.x)).xy ^ random.zw) >> 28u;
     vec2 within = random4(seed, pass_index, pixel, dimension).xy;
     return min(0.0625 * (vec2(part) + within), BELOW_ONE);
 }

@@ -20,7 +20,7 @@ const TELLING: usize = 24;
 const LEAST_GAIN: f64 = 2e-4;
 const MOST_BOXES: usize = 1024;
 const MOST_DEPTH: u32 = 96;
-/// No half of a box is less likely: random numbers have 24 bits.
+/// No half of a box is less likely: each halving takes digits of the numbers.
 const LEAST_SHARE: f64 = 1.0 / 4096.0;
 
 /// AimNode of layouts.rs: the axis that it is halved along, the probability of the lower half, where both
