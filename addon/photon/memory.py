@@ -25,7 +25,7 @@ from .photons.mapper import pilot_photons
 from .photons.native_photon_mapper import knows_lobes, leaves_lobes
 from .scene import Scene
 from .settings import Settings
-from .stage.gathered import can_gather, seen_send_rays, send_rays
+from .stage.gathered import can_gather, gathering_kinds, seen_send_rays, send_rays
 from .stage.layers import count_layered
 from .stage.light_tables import is_seen
 from .stage.needs import MOST_LOBES
@@ -191,7 +191,7 @@ class Budget:
                 kinds = {lobe.kind for m in self._materials for lobe in m.lobes if lobe.reflects}
                 is_phong = knows_lobes(self._lobes, kinds)
                 native = PLAIN_LOBES if is_phong else 3 * self._lobes
-                others = leaves_lobes(self._lobes, kinds)
+                others = leaves_lobes(self._lobes, kinds, gathering_kinds(self._materials))
                 count += sizes.gather_textures(self._gathers_lobes, native, others)
         return count
 

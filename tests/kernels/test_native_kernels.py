@@ -200,6 +200,16 @@ def test_gather_with_other_lobes(device: Device, lobes: tuple[Lobe, ...]) -> Non
     assert_gathered_alike(device, scene, MixedPhotonGrid)
 
 
+@pytest.mark.parametrize("roughness", [0.2, float(np.float32(0.4))])
+def test_other_lobes_that_gather_nothing(device: Device, roughness: float) -> None:
+    """Where a lobe that GLSL alone knows sends rays, as one just as rough as GATHERED_FROM does,
+    there is nothing for GLSL to gather."""
+    white, red, *rest = cornell().materials
+    other = replace(white, lobes=(Lobe("sheen", (0.5, 0.6, 0.7), {"roughness": roughness}),))
+    scene = replace(cornell(), materials=(other, replace(red, lobes=LOBES[1]), *rest))
+    assert_gathered_alike(device, scene, NativePhotonGrid)
+
+
 def assert_gathered_alike(device: Device, scene: Scene, native_grid: type) -> None:
     """The light of photons is the same with the native core and without, but for photons that meet
     an edge."""

@@ -306,7 +306,8 @@ class NativeBackend(Backend):
             kind = NativePhongGather if is_phong else NativeMicrofacetGather
         kernel = kind(self.device, self.layer, settings.filter, needs)
         known = NativePhotonGrid(kernel, Cells(mesh.extent))
-        if not needs.gathered_lobes or not leaves_lobes(needs.lobes, needs.lobe_kinds):
+        kinds = needs.lobe_kinds, needs.gathering_kinds
+        if not needs.gathered_lobes or not leaves_lobes(needs.lobes, *kinds):
             return known
         sort = HostSort(self._list)
         others = self._gathering(

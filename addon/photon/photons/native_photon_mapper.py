@@ -34,11 +34,10 @@ def knows_lobes(lobes: int, kinds: Collection[str]) -> bool:
     return lobes <= 1 and LOBES.issuperset(kinds)
 
 
-def leaves_lobes(lobes: int, kinds: Collection[str]) -> bool:
-    """Whether GLSL gathers photons with some of these, as they are neither lobes that it knows nor
-    microfacets."""
-    found = [lobe_kinds()[kind] for kind in kinds]
-    known = all(kind.sends_rays or "microfacets" in kind.verbs for kind in found)
+def leaves_lobes(lobes: int, kinds: Collection[str], gathering: Collection[str]) -> bool:
+    """Whether GLSL gathers photons with some of these, as those that gather are neither lobes that
+    it knows nor microfacets."""
+    known = all("microfacets" in lobe_kinds()[kind].verbs for kind in gathering)
     return not knows_lobes(lobes, kinds) and not known
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..scene import ALL_RAYS, Camera, Light, Material, Result, Scene
 from ..settings import Settings
 from .emissive import TRIANGLE, emissive_triangles, emits_for_some_only
-from .gathered import can_gather, seen_send_rays, send_rays
+from .gathered import can_gather, gathering_kinds, seen_send_rays, send_rays
 from .geometry import Mesh
 from .kinds import light_kinds, lobe_kinds
 from .layers import count_layered, has_tint
@@ -120,6 +120,7 @@ def _of_materials(materials: Sequence[Material], lobes: Sequence[Sequence[str]])
         "absorption": any(max(material.absorption) > 0.0 for material in materials),
         "lobes": min(max(map(len, lobes), default=0), MOST_LOBES),
         "lobe_kinds": frozenset(kinds),
+        "gathering_kinds": gathering_kinds(materials),
         "layers": max(map(count_layered, materials), default=0),
         "covers": any(lobe.may_be("covered") for m in materials for lobe in m.lobes),
         # What disperses light weighs each channel by itself, too.

@@ -5,13 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+import numpy as np
+
 from ..scene import CAUSTICS, RAY_BITS, TRANSPARENT, Light, Lobe, Material, Scene
 from ..settings import Settings
 from .kinds import light_kinds, lobe_kinds
 
 # Roughness from which on photons are gathered with a share of a lobe, and with all of it. Sharper
-# lobes see few of the photons about a point, and most light by a ray.
-GATHERED_FROM, GATHERED_WHOLLY = 0.4, 0.5
+# lobes see few of the photons about a point, and most light by a ray. As float32 has them, which
+# lobes come in: one that is just as rough gathers nothing.
+GATHERED_FROM, GATHERED_WHOLLY = float(np.float32(0.4)), 0.5
 BLEND = {"GATHERED_FROM": GATHERED_FROM, "GATHERED_WHOLLY": GATHERED_WHOLLY}
 # The same of what the eye sees itself, where the picture is denoised: what a pixel's own ray misses
 # is noise to a denoiser, what photons miss that neighbours share is not.
@@ -29,7 +32,16 @@ def _roughness(lobe: Lobe) -> tuple[float, float]:
 
 def gather_some(material: Material) -> bool:
     """Whether photons are gathered with any of its lobes, wholly or in part."""
-    return any(lobe.reflects and _roughness(lobe)[1] > GATHERED_FROM for lobe in material.lobes)
+    return any(map(_gathers, material.lobes))
+
+
+def gathering_kinds(materials: Collection[Material]) -> frozenset[str]:
+    """The kinds of these materials' lobes that photons are gathered with."""
+    return frozenset(x.kind for material in materials for x in material.lobes if _gathers(x))
+
+
+def _gathers(lobe: Lobe) -> bool:
+    return lobe.reflects and _roughness(lobe)[1] > GATHERED_FROM
 
 
 def seen_send_rays(scene: Scene, settings: Settings, materials: Collection[Material]) -> bool:

@@ -71,6 +71,7 @@ class SceneNeeds:
     # Shadow rays go to the world: before pass 0 portals are looked for, with what aims photons.
     portals: bool = False
     gathered_lobes: bool = False  # some are broad enough to gather photons with
+    gathering_kinds: frozenset[str] = frozenset()  # of those
     seen_send_rays: bool = False  # such lobes that the eye sees itself send rays, up to SEEN_BLEND
     profiles: bool = False  # lights are not equally bright in all directions
     gobos: bool = False  # or not of one colour, or not at all places
