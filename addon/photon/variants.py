@@ -19,7 +19,7 @@ from .kernels.bent_base import BentBase
 from .kernels.combine import CombineAll, CombineCaustics, CombineMirror, CombinePrimary
 from .kernels.coverage import Coverage
 from .kernels.cuts import Cuts
-from .kernels.direct import Direct, ShadowRays, ShadowThrough
+from .kernels.direct import LOOKS, Direct, ShadowRays, ShadowThrough
 from .kernels.emitted import Emitted
 from .kernels.eye_rays import EyeRays
 from .kernels.features import Features
@@ -260,6 +260,9 @@ def _of_programs(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Mad
         filtering = replace(scene, shadow_programs=scene.programs)
         for kernel in (Direct, ShadowRays):
             yield kernel, filtering.direct_defines, scene.made
+        for look, asked in zip(LOOKS, (scene, filtering), strict=True):
+            for lux in ({}, {"ILLUMINANCE": 1}):
+                yield Direct, {**asked.direct_defines, **lux, look: 1}, scene.made
 
 
 def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]:

@@ -48,8 +48,8 @@ class Items:
 
 @dataclass(frozen=True)
 class When:
-    """A port, uniform or table that is there only if the kernel is compiled with a define, or with
-    one of several."""
+    """A port, uniform or table, or another When, that is there only if the kernel is compiled with
+    a define, or with one of several."""
 
     define: str | tuple[str, ...]
     item: Any
@@ -57,7 +57,12 @@ class When:
     def is_there(self, defines: Collection[str]) -> bool:
         """Whether it is, with these."""
         wanted = (self.define,) if isinstance(self.define, str) else self.define
-        return any(define in defines for define in wanted)
+        there = any(define in defines for define in wanted)
+        return there and (not isinstance(self.item, When) or self.item.is_there(defines))
+
+    def unwrapped(self) -> Any:
+        """The port, uniform or table."""
+        return self.item.unwrapped() if isinstance(self.item, When) else self.item
 
 
 Ports = Mapping[str, Any]  # of Record, or When
@@ -66,7 +71,7 @@ Ports = Mapping[str, Any]  # of Record, or When
 def present(items: Mapping[str, Any], defines: Collection[str]) -> dict[str, Any]:
     """Those of a declaration's items that are there."""
     chosen = {
-        name: item.item if isinstance(item, When) else item
+        name: item.unwrapped() if isinstance(item, When) else item
         for name, item in items.items()
         if not isinstance(item, When) or item.is_there(defines)
     }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Direct light at each visible point, by shadow rays.
+// Direct light at each visible point, by shadow rays. Where what they pass is told by nodes there are two looks: the
+// first, which knows no nodes, leaves points to the second whose rays meet such surfaces. One program that knows all
+// takes a GPU's registers from each of its threads, few of which run nodes.
 #ifndef PANES
 #ifndef ABSORPTION
 #define ANY_HIT
@@ -76,6 +78,16 @@ bool is_free(inout ShadowRay ray) {
 #endif
 
 void kernel() {
+#ifdef SECOND_LOOK
+    Radiance looked = load_looked();
+    if (looked.alpha == 1.0) {
+        store_direct(looked);
+#ifdef ILLUMINANCE
+        store_illuminance(load_looked_lux());
+#endif
+        return;
+    }
+#endif
     VisiblePoint point = visible_point();
     if (!is_place(point.place)) skip();
 #ifdef TRANSPARENT
@@ -92,7 +104,11 @@ void kernel() {
         ShadowRay ray = shadow_ray(point, i / WAYS, i % WAYS == 1);
         if (!is_ray(ray)) continue;
 #ifndef ANY_HIT
-        if (!is_free(ray)) continue;
+        bool is_lit = is_free(ray);
+#ifdef FIRST_LOOK
+        if (is_left) break;
+#endif
+        if (!is_lit) continue;
 #else
         RayHit found = trace(ray.origin.position, ray.direction.direction, ray.direction.t_max, int(ray.origin.source));
         if (found.triangle >= 0) continue;
@@ -105,7 +121,11 @@ void kernel() {
         lux += ray.lux;
 #endif
     }
-    store_direct(Radiance(sum, 1.0));
+    float is_known = 1.0;
+#ifdef FIRST_LOOK
+    if (is_left) is_known = 0.0;
+#endif
+    store_direct(Radiance(sum, is_known));
 #ifdef ILLUMINANCE
     store_illuminance(Illuminance(lux));
 #endif

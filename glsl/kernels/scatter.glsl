@@ -10,8 +10,11 @@
 #include "lib/absorption.glsl"
 #endif
 
-// Chains that carry less than this go on by Russian roulette.
+// Rays that carry less than this go on by Russian roulette, those from what the eye itself sees each by its own chance.
 const float ROULETTE_BELOW = 0.05;
+// Those of later bounces that carry less than this all do in the same passes: a GPU takes as long for a few rays' bounces
+// as for many, and for none hardly any time.
+const float TOGETHER_BELOW = 0.1;
 
 #ifdef TRANSPARENT
 // The chain that goes straight on, or that a lobe scatters at a triangle.
@@ -55,7 +58,8 @@ void kernel() {
     vec3 normal = raised_normal(shading.normal, facing.normal, to_viewer);
     vec3 outgoing = sample_lobe(lobe, shape, normal, to_viewer, u.xy, weight);
     vec3 throughput = load_throughput().throughput * weight;
-    float survival = min(1.0, largest(throughput) / ROULETTE_BELOW);
+    float survival = min(1.0, largest(throughput) / (depth > 0 ? TOGETHER_BELOW : ROULETTE_BELOW));
+    if (depth > 0 && survival < 1.0) u.z = even_over_passes(ALL_PIXELS, dimension).x;
     float t_max = T_MAX, density = 0.0;
     bool leads_on = is_onward(outgoing, facing.normal, normal);
 #ifdef TRANSPARENT

@@ -18,11 +18,13 @@ uint scrambled(uint number, uint random) {
 // Two numbers in [0, 1), evenly of each pass by itself. Those of passes that are even together are the first sixteen
 // points of Sobol's sequence, in an order and moved by chance: so are each two, four and eight of them from a multiple on.
 // Each dimension has an order of its own, for two would else go together: all rays of one lobe, say, to one side.
-vec2 even_over_passes(uint dimension) {
-    uint pixel = uint(pixel_number(load_pixel().at));
+vec2 even_over_passes(uint element, uint dimension) {
     EvenPasses passes = even_passes(pass_index);
-    uvec4 random = random_bits(seed, passes.group, pixel, dimension);
+    uvec4 random = random_bits(seed, passes.group, element, dimension);
     uvec2 part = (sobol4(scrambled(passes.number, random.x)).xy ^ random.zw) >> 28u;
-    vec2 within = random4(seed, pass_index, pixel, dimension).xy;
+    vec2 within = random4(seed, pass_index, element, dimension).xy;
     return min(0.0625 * (vec2(part) + within), BELOW_ONE);
 }
+
+// A pixel's own.
+vec2 even_over_passes(uint dimension) { return even_over_passes(uint(pixel_number(load_pixel().at)), dimension); }

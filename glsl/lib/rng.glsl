@@ -50,7 +50,8 @@ vec2 lens_sequence(vec2 start, uint n) {
 }
 
 // Numbers that no pass has stand for passes that are even together from 0x40000000 on, for pairs of them and for those
-// that photons are aimed by from 0x80000000 on (lib/shadow_ray.glsl, aim.py); elements 0xfffffffe and 0xffffffff have a pass's own.
+// that photons are aimed by from 0x80000000 on (lib/shadow_ray.glsl, aim.py); elements 0xfffffffd to 0xffffffff have a pass's own.
+const uint ALL_PIXELS = 0xfffffffdu;
 // Where each kernel's dimensions begin; a path's bounce or depth is added.
 const uint DIMENSION_LIGHT = 0u;        // which light, and how a photon starts there
 const uint DIMENSION_LIGHT_PORTAL = 2u; // through which face of a box

@@ -6,10 +6,17 @@
 #include "lib/program.glsl"
 #endif
 
+#ifdef FIRST_LOOK
+bool is_left = false;  // to the second look: a ray has met a surface whose nodes tell
+#endif
+
 // Of a ray in this direction at a hit, per channel; 0: the surface is opaque.
 vec3 transmittance_at(Hit hit, vec3 direction) {
     Material material = material_at(int(triangle_at(hit_triangle(hit)).material));
-#ifdef PROGRAMS
+#if defined(FIRST_LOOK)
+    is_left = is_left || material.transmittance_from != 0.0;
+    if (is_left) return vec3(0.0);
+#elif defined(PROGRAMS)
     if (is_given(material.transmittance_from)) {
         shading_point = shading_point_at(hit, direction, surface_at(hit, direction));
         asking = SHADOW_RAY;

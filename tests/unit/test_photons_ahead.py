@@ -10,6 +10,7 @@ import pytest
 
 from addon.photon.backends import backend as backend_module
 from addon.photon.errors import DeviceError
+from addon.photon.eye.eye import Eye
 from addon.photon.kernels.eye_rays import EyeRays
 from addon.photon.photons.deposits import DeviceDeposits
 from addon.photon.photons.device_photon_mapper import DevicePhotonMapper
@@ -17,8 +18,8 @@ from addon.photon.photons.kept import Kept
 from addon.photon.photons.mapper import PhotonBatch
 from addon.photon.photons.photon_pass import Photons
 from addon.photon.prepare import prepare
-from addon.photon.settings import Settings
-from addon.streams import Device, Kernel, StreamError
+from addon.photon.settings import Region, Settings
+from addon.streams import Device, Reading, StreamError
 from tests.scenes import cornell
 from tests.unit.kept_frames import SETTINGS, moved, render
 
@@ -40,18 +41,18 @@ def test_the_next_photons_fly_while_the_host_waits(
 ) -> None:
     """For the rays of mirrors, in each pass but the last, behind which there is none."""
     events: list[str] = []
-    start, counted = DevicePhotonMapper.start, Kernel._counted
+    start, sent_last = DevicePhotonMapper.start, Eye._sent_last
 
     def watched_start(mapper: DevicePhotonMapper, batch: PhotonBatch) -> None:
         events.append(f"photons {batch.index}")
         start(mapper, batch)
 
-    def watched_wait(kernel: Kernel, reading: Any) -> int:
+    def watched_wait(eye: Eye, region: Region, reading: Reading) -> int:
         events.append("wait")
-        return counted(kernel, reading)
+        return sent_last(eye, region, reading)
 
     monkeypatch.setattr(DevicePhotonMapper, "start", watched_start)
-    monkeypatch.setattr(Kernel, "_counted", watched_wait)
+    monkeypatch.setattr(Eye, "_sent_last", watched_wait)
     renderer = prepare(cornell(mirror=True), on_device, device)
     for index in range(on_device.passes):
         renderer.render_pass()

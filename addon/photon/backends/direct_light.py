@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from ..kernels.records import (
 from ..stage.kinds import light_kinds
 from ..stage.light_tables import FOUND_BITS
 from ..stage.needs import SceneNeeds
+from ..stage.programs import ProgramNeeds
 from ..stage.tables import Tables
 from .native_kernels import NativeTracer
 
@@ -34,6 +36,7 @@ Size = tuple[int, int]
 Array = NDArray[np.float32]
 Arrays = dict[str, Array]
 _BROUGHT = {"direct": "unshadowed", "illuminance": "unshadowed_lux"}  # by what rays find nothing
+_LOOKED = {"direct": "looked", "illuminance": "looked_lux"}  # what a second look reads
 HIT_TRIANGLE = list(HIT.fields).index("triangle")
 _RAY = ("shadow_origin", "shadow_direction")
 _WIDTH = 256  # of streams of rays that go on
@@ -44,28 +47,39 @@ _BEHIND = "unshadowed_behind"
 
 
 class DirectLight:
-    """By a kernel that traces the rays itself: one launch, whatever the number of lights."""
+    """By a kernel that traces the rays itself: one launch, whatever the number of lights, or two
+    where nodes tell what rays pass."""
 
     def __init__(self, device: Device, layer: Layer, needs: SceneNeeds) -> None:
-        self._kernel = Direct(device, layer, needs.direct_defines, made=needs.shadow_made)
+        defines, made = needs.direct_defines, needs.shadow_made
+        self._looks: list[Direct] = []
+        if needs.shadow_programs.nodes:
+            first = replace(needs, shadow_programs=ProgramNeeds())
+            looks = {**first.direct_defines, "FIRST_LOOK": 1}
+            self._looks.append(Direct(device, layer, looks, made=first.shadow_made))
+            defines = {**defines, "SECOND_LOOK": 1}
+        self._looks.append(Direct(device, layer, defines, made=made))
 
     def add(
         self, totals: Totals, streams: Streams, tables: Tables, uniforms: dict[str, Any]
     ) -> None:
         """Write the light at the points of `streams` to `totals`, "direct" and, where it is asked
         for, "illuminance"."""
-        backs = {name: total.back for name, total in totals.items()}
-        launch(self._kernel, {**streams, **backs}, tables, uniforms)
-        for total in totals.values():
-            total.swap()
+        for kernel in self._looks:
+            looked = {_LOOKED[name]: total.front for name, total in totals.items()}
+            backs = {name: total.back for name, total in totals.items()}
+            launch(kernel, {**streams, **looked, **backs}, tables, uniforms)
+            for total in totals.values():
+                total.swap()
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        return {self._kernel.stem: self._kernel.launches}
+        return {Direct.stem: sum(kernel.launches for kernel in self._looks)}
 
     def release(self) -> None:
-        """Free the kernel."""
-        self._kernel.release()
+        """Free the kernels."""
+        for kernel in self._looks:
+            kernel.release()
 
 
 class _Rays:

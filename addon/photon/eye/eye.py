@@ -4,16 +4,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Kernel, Stream
+from ...streams import Count, Kernel, Reading, Stream, Tally
 from ..backends.backend import Backend
 from ..kernels.absorb import Absorb
 from ..kernels.emitted import Emitted
-from ..kernels.launch import launch, launch_and_count
+from ..kernels.launch import launch, launch_and_count, launch_and_tally
 from ..kernels.scatter import Scatter
 from ..kernels.shade import POINT, Shade
 from ..kernels.surface_emission import SurfaceEmission
@@ -44,9 +45,9 @@ class Eye:
     ) -> None:
         """`size`: of a region."""
         device, layer = backend.device, backend.layer
-        self._waits = backend.works_alone  # while the host asks it something
+        self._tally: Tally | None = None  # of rays that a path's bounces send
         self._tables, self._settings, self._needs = tables, settings, needs
-        self._ended: dict[Region, int] = {}
+        self._ended: dict[Region, int] = {}  # the first bounce that ever sent no ray
         self._sent: Path | None = None  # ahead
         self.camera = EyeCamera(device, layer, scene, frame, settings, needs)
         self.footprint: dict[str, tuple[float, ...]] = {}  # of a pixel, where bumps ask; `prepare`
@@ -69,6 +70,8 @@ class Eye:
         if needs.secondary_rays:
             self._scatter = Scatter(device, layer, needs.eye_defines, made=needs.made)
             self._absorb = Absorb(device, layer) if needs.absorption else None
+            if backend.works_alone:
+                self._tally = Tally(device, self._most_bounces)
         self._cuts = self._coverage = None
         if needs.photons and settings.boundary_correction:
             self._cuts, self._coverage = backend.cuts(), backend.coverage(settings)
@@ -100,7 +103,7 @@ class Eye:
         origin, direction = (at.pairs[name].front for name in ("origin", "direction"))
         projection = self.camera.send(index, region, origin, direction, at.ones["pixel"])
         carried = {name: at.ones[first] for name, first in FIRST.items() if first in at.ones}
-        return Path(index, region, 0, at, at.unit, carried, projection, None, self._ended)
+        return Path(index, region, 0, at, at.unit, carried, projection, None)
 
     def shade(self, path: Path) -> None:
         """Find where the rays end, and evaluate the materials there."""
@@ -170,28 +173,23 @@ class Eye:
             photons.gather_caustics(points | own, own["irradiance"], path.projection)
         return irradiance, coverage
 
-    def scatter(self, path: Path) -> Path | None:
-        """Send secondary rays from the points; None if there are no more.
+    @property
+    def _most_bounces(self) -> int:
+        """Of a path."""
+        return self._needs.chain_depth + self._needs.transparent_depth
 
-        A GPU would wait while it is asked how many are alive: it is not before the depth at which
-        all had ended before.
-        """
-        most = self._needs.chain_depth + self._needs.transparent_depth
-        if not self._scatter or path.depth == most:
+    def scatter(self, path: Path) -> Path | None:
+        """Send secondary rays from the points; None if there are no more."""
+        if not self._scatter or path.depth == self._most_bounces:
             return None
         pairs = path.at.rays()
         streams = {**self.of(path), "throughput": path.throughput}
         streams |= {f"next_{name}": pair.back for name, pair in pairs.items()}
-        count = None
-        if not self._waits or path.depth >= self._ended.get(path.region, 0):
-            count = launch_and_count(self._scatter, streams, self._tables, self._draw(path))
-        else:
-            launch(self._scatter, streams, self._tables, self._draw(path))
+        count = self._count_scattered(path, streams)
         for pair in pairs.values():
             pair.swap()
-        depth = path.depth + 1
         onward = replace(
-            path, depth=depth, projection=None, count=count, direct=None, is_shaded=False
+            path, depth=path.depth + 1, projection=None, count=count, direct=None, is_shaded=False
         )
         if self._compaction and count:
             self._compaction.compact(onward, count.wait())
@@ -199,6 +197,31 @@ class Eye:
         onward.throughput = pairs["throughput"].front
         onward.carried = {name: pairs[name].front for name in FIRST if name in pairs}
         return onward
+
+    def _count_scattered(self, path: Path, streams: dict[str, Stream]) -> Count | None:
+        """Scatter, and count the rays that are sent; None: some are taken to be.
+
+        A GPU would wait while it is asked how many there are: it is not before the first bounce
+        that sent none in a pass before.
+        """
+        assert self._scatter
+        draw = self._draw(path)
+        if not self._tally:
+            return launch_and_count(self._scatter, streams, self._tables, draw)
+        if path.depth == 0:
+            self._tally.clear()
+        launch_and_tally(self._scatter, streams, self._tables, draw, into=self._tally)
+        if path.depth < self._ended.get(path.region, 0):
+            return None
+        return Count(partial(self._sent_last, path.region, self._tally.ask()))
+
+    def _sent_last(self, region: Region, reading: Reading) -> int:
+        """How many rays the last bounce sent; waits for the device."""
+        sent = reading.numbers()
+        if 0 in sent:
+            ended = self._ended.get(region, self._most_bounces)
+            self._ended[region] = min(ended, sent.index(0))
+        return sent[-1]
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
@@ -212,6 +235,8 @@ class Eye:
         self.streams.release()
         if self._compaction:
             self._compaction.release()
+        if self._tally:
+            self._tally.release()
         for kernel in self._kernels():
             kernel.release()
         if self._direct_light:

@@ -111,7 +111,6 @@ class Path:
     carried: dict[str, Stream]  # what else there is of FIRST
     projection: Projection | None  # of eye rays
     count: Count | None  # of the rays that are alive; None: they are taken to be
-    ended: dict[Region, int]  # at which depth all had in a region
     element: Stream | None = None  # where in the streams each pixel's is; None: at its place
     pixels: NDArray[np.int64] | None = None  # of the region, that elements are of; None: all
     is_shaded: bool = False
@@ -120,7 +119,4 @@ class Path:
     @property
     def alive(self) -> bool:
         """Whether any ray is; waits for the device, if it was asked."""
-        if self.count is None or self.count.wait() > 0:
-            return True
-        self.ended[self.region] = self.depth - 1
-        return False
+        return self.count is None or self.count.wait() > 0

@@ -61,13 +61,20 @@ _UNIFORMS = {
 }
 
 
+LOOKS = ("FIRST_LOOK", "SECOND_LOOK")  # where nodes tell what shadow rays pass
+
+
 class Direct(Kernel):
     """Add what lights send to each visible point and on to the viewer, by shadow rays."""
 
     stem = "direct"
-    structure = _STRUCTURE
+    structure = (*_STRUCTURE, *LOOKS)
     records = (RAY_ORIGIN, RAY_DIRECTION, HIT, MEDIUM)
-    inputs = _INPUTS
+    inputs = {
+        **_INPUTS,
+        "looked": When("SECOND_LOOK", RADIANCE),
+        "looked_lux": When("SECOND_LOOK", When("ILLUMINANCE", ILLUMINANCE)),
+    }
     outputs = {"direct": RADIANCE, "illuminance": When("ILLUMINANCE", ILLUMINANCE)}
     uniforms = {**_UNIFORMS, "transparent_depth": When("TRANSPARENT", Uniform("int"))}
     tables = {

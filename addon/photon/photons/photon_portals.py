@@ -23,8 +23,6 @@ from .mapper import Mapper
 from .portals import LIFT, NO_PORTALS, sphere
 from .view import Doubles, View
 
-Tree = tuple[NDArray[np.float32], NDArray[np.float32]]  # of Mesh.rays_meet
-
 AROUND = 256  # rays from the eye
 MOST_ASKED = 8  # lamps, the strongest
 LIT = 0.05  # of what these rays meet, that sees a lamp: then light does not come from elsewhere
@@ -48,14 +46,13 @@ def sees_no_lamp(mesh: Mesh, tables: Tables, eye: list[float] | None) -> bool:
         return False
     directions = sphere(AROUND)
     origins = np.tile(np.array(eye), (AROUND, 1))
-    tree = mesh.rays_meet()
-    far, triangle = _meet(tree, origins, directions)
-    there = triangle >= 0
-    met = (origins + (far - LIFT)[:, None] * directions)[there]
+    tracer = native.Tracer(mesh.tree.nodes, mesh.corners)  # once: its tree takes longer than these
+    far, triangle = _hits(tracer, origins, directions, np.full(AROUND, np.inf)).T[:2]
+    met = (origins + (far - LIFT)[:, None] * directions)[triangle > 0.0]
     strongest = near[np.argsort(-tables.by_flux[near], kind="stable")[:MOST_ASKED]]
     lit = np.zeros(len(met), bool)
     for lamp in tables.lights["position"][strongest].astype(np.float64):
-        lit |= _sees(tree, met, lamp)
+        lit |= _sees(tracer, met, lamp)
     return len(met) > 0 and bool(lit.mean() < LIT)
 
 
@@ -188,20 +185,24 @@ def _found(landed: _Landed, weights: Doubles) -> NDArray[Any]:
     return portals
 
 
-def _meet(tree: Tree, origins: Doubles, directions: Doubles) -> tuple[Doubles, NDArray[np.int64]]:
-    """How far rays (n, 3) go, and which triangle each meets; -1: none."""
-    both = origins.astype(np.float32), directions.astype(np.float32)
-    limits = np.full(len(origins), np.inf, np.float32), np.full(len(origins), -1, np.int32)
-    far, triangle, *_ = native.trace(*tree, *both, *limits)
-    return np.where(triangle >= 0, far, 0.0), triangle.astype(np.int64)
+def _hits(
+    tracer: native.Tracer,
+    origins: Doubles,
+    directions: Doubles,
+    far: Doubles,
+    any_hit: bool = False,
+) -> Doubles:
+    """HITs (n, 4) of rays (n, 3) that go so far (n,)."""
+    origin = np.column_stack([origins, np.full(len(origins), -1.0)]).astype(np.float32)
+    direction = np.column_stack([directions, far]).astype(np.float32)
+    hits: Doubles = tracer.trace(origin[None], direction[None], any_hit)[0].astype(np.float64)
+    return hits
 
 
-def _sees(tree: Tree, places: Doubles, lamp: Doubles) -> NDArray[np.bool_]:
+def _sees(tracer: native.Tracer, places: Doubles, lamp: Doubles) -> NDArray[np.bool_]:
     """(n,) from which places a lamp is seen."""
     away = lamp - places
     far = np.linalg.norm(away, axis=1)
-    directions = (away / np.maximum(far, 1e-20)[:, None]).astype(np.float32)
-    limits = (0.99 * far).astype(np.float32), np.full(len(places), -1, np.int32)
-    origins = places.astype(np.float32)
-    hidden: NDArray[np.bool_] = native.occluded(*tree, origins, directions, *limits)
-    return ~hidden
+    directions = away / np.maximum(far, 1e-20)[:, None]
+    seen: NDArray[np.bool_] = _hits(tracer, places, directions, 0.99 * far, True)[:, 1] == 0.0
+    return seen
