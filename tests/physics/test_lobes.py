@@ -155,6 +155,27 @@ def test_toon(device: Device, kind: str) -> None:
     assert filled < white < 1.0
 
 
+def test_what_carries_little_goes_on_together(picture: Picture) -> None:
+    """In a box of glowing mirrors: of the second bounce on, in some passes all of a picture's rays
+    go on and in others none, and in the mean they bring what is right."""
+    share, passes = 0.2, 64
+    lobes = (Lobe("mirror", (share,) * 3),)
+    glowing = Material("glowing", NO_DIFFUSE, lobes, emission=(1.0,) * 3)
+    scene = Builder().box((-1, -1, 0), (1, 1, 2))
+    scene = scene.scene(camera((0.1, 0.2, 0.7), (0.4, 0.9, 1.1), 60), (), [glowing])
+    settings: dict[str, Any] = {"width": 16, "height": 16, "photons": 0, "mirror_depth": 12}
+    first = [
+        picture(scene, passes=1, first_pass=number, **settings)["Combined"][..., :3]
+        for number in range(8)
+    ]
+    for image in first:
+        assert np.ptp(image) < 1e-4
+    found = sorted(float(image.mean()) for image in first)
+    assert found[0] == pytest.approx(1 + share, abs=1e-4) and found[-1] > 1 + share + 0.09
+    mean = picture(scene, passes=passes, **settings)["Combined"][..., :3].mean()
+    assert mean == pytest.approx(1 / (1 - share), abs=0.005)
+
+
 @pytest.mark.parametrize("roughness", [0.2, 0.8])
 def test_furnace_of_layers(device: Device, roughness: float) -> None:
     """All of them white under a white sky: no brighter than it, and hardly darker."""

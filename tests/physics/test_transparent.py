@@ -8,7 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.scene import Lobe, Material, Scene, area_light, sun_light, world_light
+from addon.photon.scene import (
+    Instruction,
+    Lobe,
+    Material,
+    Result,
+    Scene,
+    area_light,
+    sun_light,
+    world_light,
+)
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
 from tests.scenes import Builder, camera, plain_material
@@ -54,6 +63,30 @@ def test_sheets_filter_what_is_seen_and_what_lights(
     seen = picture(device, stacked(layers, filtering(tuple(colour))), backend)
     assert seen[..., :3].mean(axis=(0, 1)) == pytest.approx(bare * np.array(FILTER) ** 2, rel=5e-3)
     assert (seen[..., 3] == 1).all()
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_nodes_filter_as_numbers_do(device: Device, backend: str) -> None:
+    """A sheet over one half of a floor and under a plate: of what is beside it one look tells the
+    light, of what is below it a second one that knows nodes."""
+    built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 0)
+    built.quad((-1, -1, 0.3), (0, -1, 0.3), (0, 1, 0.3), (-1, 1, 0.3), 1)
+    built.quad((-0.3, -0.3, 0.5), (0.2, -0.3, 0.5), (0.2, 0.3, 0.5), (-0.3, 0.3, 0.5), 0)
+    program = (Instruction("combine", (*((x,) * 4 for x in FILTER), (1.0,) * 4)),)
+    lobe = Lobe("transparent", (1.0,) * 3, varying={"colour": Result(0)})
+    by_nodes = Material("filter", (0.0,) * 3, (lobe,), program=program)
+    lights = SUN, area_light("lamp", (0.0, 0.0, 1.9), (9.0,) * 3, size=(0.6, 0.6))
+    pictures, launches = [], []
+    for material in (filtering(FILTER), by_nodes):
+        scene = built.scene(camera((2, 1, 3), (0, 0, 0), 40), lights, (GREY, material))
+        settings: Any = {"passes": 3, "photons": 0, "backend": backend, "illuminance": True}
+        with rendered(device, scene, width=16, height=16, **settings) as renderer:
+            pictures.append(renderer.images(("Direct", "Illuminance")))
+            launches.append(renderer.launches().get("direct", 0))
+    for name, image in pictures[0].items():
+        assert image.mean() > 0.1
+        np.testing.assert_allclose(pictures[1][name], image, rtol=1e-4, atol=1e-5)
+    assert backend == "native" or launches[1] == 2 * launches[0] > 0
 
 
 @pytest.mark.stability(70)
