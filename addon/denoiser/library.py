@@ -168,10 +168,11 @@ class Denoiser:
     def filtering(
         self, shape: tuple[int, ...], features: Mapping[str, Pixels]
     ) -> Iterator[Callable[[Pixels], Pixels]]:
-        """What takes the noise out of pictures of linear light of a shape (h, w, 3); `features` of
-        the same: "albedo" in [0, 1], and with it perhaps "normal"."""
-        height, width = shape[:2]
-        size, library = 12 * width * height, self._library
+        """What takes the noise out of pictures of linear light of a shape (h, w, 3), or (h, w, 4),
+        whose last channel says nothing; `features` of the same: "albedo" in [0, 1], and with it
+        perhaps "normal". Each is asked for when it is taken."""
+        height, width, channels = shape
+        size, library = 4 * channels * width * height, self._library
         rt = library.oidnNewFilter(self._device, b"RT")
         buffers: dict[str, Any] = {}
 
@@ -193,10 +194,10 @@ class Denoiser:
             for name in ("color", *features, "output"):
                 buffers[name] = library.oidnNewBuffer(self._device, size)
                 self._check()
-                place = (name.encode(), buffers[name], _FLOAT3, width, height, 0, 0, 0)
+                place = (name.encode(), buffers[name], _FLOAT3, width, height, 0, 4 * channels, 0)
                 library.oidnSetFilterImage(rt, *place)
-            for name, image in features.items():
-                write(name, image)
+            for name in features:
+                write(name, features[name])
             library.oidnSetFilterBool(rt, b"hdr", True)
             library.oidnCommitFilter(rt)
             self._check()

@@ -180,6 +180,7 @@ class Budget:
         count = 21 + 2 * self._lobes + sizes.film_spares + self._shadow_textures
         count += 3 * self._has_emitters + 3 * settings.illuminance + self._has_photons
         count += 2 * self._has_features
+        count += sizes.denoising_textures * settings.denoise
         if self._has_chains:
             count += 8 + 3 * self._has_photons + 6 * self._is_transparent + self._shares_memory
             count += 6 * self._has_features + 3 * self._absorbs

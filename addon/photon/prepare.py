@@ -28,7 +28,6 @@ from .film.picture import (
     ILLUMINANCE_IMAGES,
     MIRROR_IMAGES,
 )
-from .film.resolver import DenoisingResolver
 from .film.strips import StripFilm, strips_of
 from .memory import Budget
 from .phases import Phases
@@ -185,7 +184,8 @@ class _Preparation:
             self._own.append(resolver.release)
             denoised = None
             if settings.denoise:
-                denoised = DenoisingResolver(film, resolver, self._kept.opened())
+                denoised = backend.denoising_resolver(film, resolver, self._kept.opened())
+                self._own.append(denoised.release)
             estimators = self._estimators(device_scene, needs) if mapper else None
             if mapper:
                 self._start_pilot(mapper, device_scene, needs, eye)

@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from ...streams import Defines, Device, Kernel, Stream, StreamError
 from ...streams.device import Layer
 from ..errors import DeviceError
+from ..film.denoise import Opened
+from ..film.device_denoising import DeviceDenoisingResolver
 from ..film.device_resolver import DeviceResolver
 from ..film.film import Film, HostFilm
-from ..film.resolver import HostResolver, Resolver
+from ..film.resolver import DenoisingResolver, HostResolver, Resolver
 from ..film.strips import StripFilm
 from ..kernels.coverage import Coverage
 from ..kernels.cuts import Cuts
@@ -190,6 +192,12 @@ class Backend:
         """What makes pictures of a film of these images."""
         return HostResolver(film)
 
+    def denoising_resolver(
+        self, film: StripFilm, plain: Resolver, opened: Opened
+    ) -> DenoisingResolver:
+        """What makes denoised pictures of a film that `plain` resolves."""
+        return DenoisingResolver(film, plain, opened)
+
     @property
     def film_spares(self) -> int:
         """How many streams films of a size may write to."""
@@ -250,6 +258,12 @@ class ResidentBackend(Backend):
 
     def resolver(self, film: StripFilm, names: Sequence[str]) -> Resolver:
         return DeviceResolver(self.device, film, names)
+
+    def denoising_resolver(
+        self, film: StripFilm, plain: Resolver, opened: Opened
+    ) -> DenoisingResolver:
+        assert isinstance(plain, DeviceResolver)
+        return DeviceDenoisingResolver(self.device, film, plain, opened)
 
 
 class NativeBackend(Backend):

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from ...streams import TABLE_WIDTH, Device
 from ...streams.device import Layer
+from ..film.device_denoising import STREAMS
 from ..film.film import SPARE
 from ..photons.bounces import landed_rows
 from ..photons.paths import STREAM_WIDTH
@@ -114,6 +115,7 @@ class Sizes:
         return Bytes(tables * count, (tangents + self.build) * count)
 
     film_spares = SPARE  # streams that films of a size write to
+    denoising_textures = 0  # of a strip's size, that looks at denoised pictures take
 
     def shadow_textures(self, rays: int, illuminance: bool, glass: bool) -> int:
         """Of a strip's size, for so many shadow rays of a point, which may pass glass."""
@@ -145,6 +147,8 @@ class Sizes:
 
 class ResidentSizes(Sizes):
     """Of GLSL with lists on the device."""
+
+    denoising_textures = STREAMS
 
     def paths(self, counts: PhotonCounts) -> Bytes:
         rows = sum(landed_rows(photons, counts.most_bounces) for photons in {*counts.passes})

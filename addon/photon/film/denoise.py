@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import photon_stream_native as native
@@ -17,6 +18,7 @@ from ...denoiser import Denoiser, DenoiserError
 from .error import DARK, Floats
 
 Picture = NDArray[np.float32]
+Result = TypeVar("Result")
 Filter = Callable[[Picture], Picture]  # what takes a picture's noise out
 
 FEATURE_PORTS = {"albedo": "Denoising Albedo", "normal": "Denoising Normal"}
@@ -78,6 +80,12 @@ class Opened:
             self._denoiser.result().close()
 
 
+def unit_of(mean: float) -> float:
+    """The light that is 1 to the filter, for a picture of this mean: it takes very dim light for
+    none. Powers of two keep all digits."""
+    return 2.0 ** max(math.floor(math.log2(mean)), DIMMEST) if 0.0 < mean < math.inf else 1.0
+
+
 def picture_denoised(
     images: Mapping[str, Picture], half: Picture, share: float, opened: Opened
 ) -> Denoised:
@@ -85,15 +93,19 @@ def picture_denoised(
     first albedo and normal that are no mirror's. Raises DenoiserError."""
     plain = np.ascontiguousarray(images["Combined"][..., :3])
     features = {port: images[name] for port, name in FEATURE_PORTS.items()}
-    # The filter takes very dim light for none. Powers of two keep all digits.
-    mean = float(plain.mean(dtype=np.float64))
-    unit = 2.0 ** max(math.floor(math.log2(mean)), DIMMEST) if 0.0 < mean < math.inf else 1.0
+    unit = unit_of(float(plain.mean(dtype=np.float64)))
 
     def by(denoiser: Denoiser) -> Denoised:
         with denoiser.filtering(plain.shape, features) as filtered:
             found = denoised(plain, half, share, filtered, unit)
         return replace(found, by=denoiser.name)
 
+    return by_any(opened, by)
+
+
+def by_any(opened: Opened, by: Callable[[Denoiser], Result]) -> Result:
+    """What a denoiser makes: the one that is opened, or else the processor. Raises
+    DenoiserError."""
     try:
         return by(opened.denoiser())
     except DenoiserError:  # a GPU may have no room beside the scene

@@ -83,16 +83,24 @@ class DeviceResolver:
 
     def first_half(self) -> NDArray[np.float32]:
         """As HostResolver's, to rounding."""
-        assert self._half
         half = np.empty((*self._film.shape, 3), np.float32)
         for film, rows, count in self._strips():
-            inputs = {name: film.sums[name] for name in self._half.inputs}
-            passes = {"half_passes": float(self._film.half_passes)}
-            self._half.run({**inputs, "first_half": film.spare[0]}, uniforms=passes)
+            self.write_half(film, film.spare[0])
             shape = rows.stop - rows.start, self._film.shape[1], 4
             texels = self._device.shown(film.spare[0].texture, count).reshape(shape)
             half[rows] = texels[..., :3]
         return half
+
+    def write_half(self, film: Film, half: Stream) -> None:
+        """Write a strip's first half to a stream."""
+        assert self._half
+        inputs = {name: film.sums[name] for name in self._half.inputs}
+        passes = {"half_passes": float(self._film.half_passes)}
+        self._half.run({**inputs, "first_half": half}, uniforms=passes)
+
+    def write_combined(self, film: Film, picture: Stream) -> None:
+        """Write a strip's Combined to a stream."""
+        self._resolved(film, picture)
 
     def _images(self, wanted: Collection[str]) -> Picture:
         there = next(self._strips())[0].sums
@@ -146,13 +154,13 @@ class DeviceResolver:
         if told is None:
             return unknown_error(shape, with_image)
         light = sum(
-            self._sums(self._resolved(film)["Combined"], texels)[:, :3].sum()
+            self.sums(self._resolved(film)["Combined"], texels)[:, :3].sum()
             for film, _, texels in self._strips()
         )
         floor, sums, read = dark_of(float(light), pixels), np.zeros(5), []
         for film, _, texels in self._strips():
             stream = self._parts_of(film, *told, floor)
-            of_groups = self._sums(stream, texels)
+            of_groups = self.sums(stream, texels)
             counts = np.divmod(of_groups[:, 3], EVEN_COUNTS)
             sums += [*of_groups[:, :3].sum(axis=0), counts[1].sum(), counts[0].sum()]
             if with_image:
@@ -172,10 +180,11 @@ class DeviceResolver:
             assert isinstance(film, Film)
             yield film, strip.rows, strip.height * strip.size[0]
 
-    def _resolved(self, film: Film) -> dict[str, Stream]:
-        """Streams of RESOLVED."""
+    def _resolved(self, film: Film, picture: Stream | None = None) -> dict[str, Stream]:
+        """Streams of RESOLVED, of which that of Combined may be given."""
         inputs = {name: film.sums[name] for name in self._resolve.inputs}
         outputs = dict(zip(self._resolve.outputs, film.spare, strict=False))
+        outputs |= {"picture": picture} if picture else {}
         passes = {"passes": float(self._film.passes)}
         self._resolve.run({**inputs, **outputs}, uniforms=passes)
         return {name: outputs[port] for name, port in RESOLVED.items()}
@@ -193,7 +202,7 @@ class DeviceResolver:
         self._parts.run({**own, **sums, "parts": parts}, uniforms=uniforms)
         return parts
 
-    def _sums(self, stream: Stream, texels: int) -> NDArray[np.float64]:
+    def sums(self, stream: Stream, texels: int) -> NDArray[np.float64]:
         """Of a stream's first texels, (work groups, 4)."""
         groups = -(-texels // SUMMED)
         buffer = self._device.buffer(16 * groups)

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a film to the denoised picture, on the device, which mixes what the denoiser makes of halves
+(native/src/mixture.rs): the host carries four images to the denoiser, and two back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import cache, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...denoiser import Denoiser
+from ...streams import Device, Stream
+from ..kernels import mixture
+from ..kernels.records import SUM
+from .denoise import FEATURE_PORTS, REACH, Opened, by_any, unit_of
+from .device_resolver import DeviceResolver
+from .error import DARK, Error, error_of
+from .film import Film
+from .picture import FEATURES, images_for
+from .resolver import DenoisingResolver, Picture, Telling
+from .strips import StripFilm
+
+Texels = NDArray[np.float32]
+STREAMS = 9  # of the picture's size, that a look takes
+_X, _Y = (1, 0), (0, 1)
+
+
+class _Lazily(Mapping[str, Texels]):
+    """Images that are read when they are asked for: each is gone when the next one is read."""
+
+    def __init__(self, of: Mapping[str, Callable[[], Texels]]) -> None:
+        self._of = of
+
+    def __getitem__(self, name: str) -> Texels:
+        return self._of[name]()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._of)
+
+    def __len__(self) -> int:
+        return len(self._of)
+
+
+class DeviceDenoisingResolver(DenoisingResolver):
+    """As DenoisingResolver, to rounding. Of a film of several strips, whose pixels' neighbours are
+    in others, and of one pass, which has no halves, as that does it."""
+
+    def __init__(
+        self, device: Device, film: StripFilm, plain: DeviceResolver, opened: Opened
+    ) -> None:
+        super().__init__(film, plain, opened)
+        self._device, self._of_film = device, plain
+        made = (mixture.SplitHalves, mixture.MixtureTold, mixture.BoxMean)
+        self._split, self._told, self._mean = (kernel(device, "compute") for kernel in made)
+        self._kept = mixture.MixtureKept(device, "compute")
+        self._mix = mixture.Mixture(device, "compute")
+        self._left: Stream | None = None  # of the last look
+
+    def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
+        """As DenoisingResolver's."""
+        film, *others = self._film.films
+        if others or not isinstance(film, Film) or self._film.half_passes == self._film.passes:
+            return super().resolve(wanted)
+        images, _ = self._plain.resolve({*wanted} - {"Combined", "Error"})
+        self._forget()
+        look = _Look(self._device, film.sums["combined"].size)
+        try:
+            combined = self._mixed(film, look)
+        finally:
+            look.release()
+        if "Combined" in wanted:
+            images["Combined"] = combined
+        tell = partial(self._tell, "Error" in wanted, combined[..., :3], self._left)
+        return images, cache(tell)
+
+    def _tell(self, with_image: bool, picture: Texels, left: Stream | None) -> Error:
+        assert left and left is self._left, "there was another look"
+        look = _Look(self._device, left.size)
+        try:
+            mean = look.stream()
+            self._blur(left, mean, look)
+            remains, noise = np.moveaxis(look.read(mean), -1, 0)[:2]
+            share = np.divide(remains, noise, out=np.ones_like(noise), where=noise > 0.0)
+        finally:
+            look.release()
+        plain = self._plain.resolve(["Combined"])[0]["Combined"]
+        strip_statistics = self._film.strip_statistics(images_for(()))
+        share = np.clip(share, 0.0, 1.0)
+        return error_of(strip_statistics, plain, with_image, picture, share)
+
+    def _mixed(self, film: Film, look: _Look) -> Texels:
+        """The picture (h, w, 4); how much of its noise is left stays on the device."""
+        share = self._film.half_passes / self._film.passes
+        picture, half = look.stream(), look.stream()
+        self._of_film.write_combined(film, picture)
+        self._of_film.write_half(film, half)
+        unit = unit_of(self._mean_of(picture))
+        given = {name: look.stream() for name in ("first", "other", "albedo", "normal")}
+        features = {
+            f"{port}_sum": film.sums[FEATURES[name]] for port, name in FEATURE_PORTS.items()
+        }
+        self._split.run(
+            {"picture": picture, "half": half, **features, **given},
+            uniforms={"share": share, "unit": unit, "passes": float(self._film.passes)},
+        )
+        clean = self._denoised(given, look)
+        lights = {"share": share, "unit": unit}
+        means = map(self._mean_of, clean.values())
+        smooth = unit * sum(x * y for x, y in zip(means, (share, 1.0 - share), strict=True))
+        told, kept, mixed = look.stream(), given["albedo"], given["normal"]
+        self._left = Stream(self._device, SUM, told.size)
+        self._told.run(
+            {"picture": picture, "half": half, **clean, "told": told},
+            uniforms=lights | {"floor_light": DARK * (smooth or 1.0)},
+        )
+        self._blur(told, told, look)
+        self._kept.run({"told": told, "kept": kept}, uniforms={"reach": REACH})
+        self._blur(kept, kept, look)
+        ports = {"picture": picture, **clean, "kept": kept, "told": told}
+        self._mix.run({**ports, "mixed": mixed, "left": self._left}, uniforms=lights)
+        return look.read(mixed).copy()
+
+    def _denoised(self, given: Mapping[str, Stream], look: _Look) -> dict[str, Stream]:
+        """What the denoiser makes of both halves, in their place."""
+        read = {name: partial(look.read, stream) for name, stream in given.items()}
+        features = _Lazily({name: read[name] for name in FEATURE_PORTS})
+
+        def by(denoiser: Denoiser) -> list[Texels]:
+            self.by = denoiser.name
+            with denoiser.filtering((*look.shape, 4), features) as filtered:
+                return [filtered(read[name]()) for name in ("first", "other")]
+
+        clean = {"clean": given["first"], "other_clean": given["other"]}
+        for stream, texels in zip(clean.values(), by_any(self._opened, by), strict=True):
+            stream.upload(texels)
+        return clean
+
+    def _mean_of(self, stream: Stream) -> float:
+        """Of three channels."""
+        pixels = stream.size[0] * stream.size[1]
+        return float(self._of_film.sums(stream, pixels)[:, :3].sum()) / (3.0 * pixels)
+
+    def _blur(self, stream: Stream, mean: Stream, look: _Look) -> None:
+        """Write the means over squares of pixels, perhaps in the stream's place."""
+        between = look.stream()
+        for along, source, target in ((_X, stream, between), (_Y, between, mean)):
+            self._mean.run(
+                {"mean": target}, {"image": source.texture}, {"reach": REACH, "along": along}
+            )
+        look.put_back(between)
+
+    def _forget(self) -> None:
+        if self._left:
+            self._left.release()
+            self._left = None
+
+    def release(self) -> None:
+        """As DenoisingResolver's."""
+        self._forget()
+        for kernel in (self._split, self._told, self._mean, self._kept, self._mix):
+            kernel.release()
+        super().release()
+
+
+class _Look:
+    """Streams of a look, of the picture's size."""
+
+    def __init__(self, device: Device, size: tuple[int, int]) -> None:
+        self._device, self._size = device, size
+        self.shape = size[1], size[0]
+        self._taken: list[Stream] = []
+
+    def stream(self) -> Stream:
+        """Another one, whatever is in it."""
+        self._taken.append(Stream(self._device, SUM, self._size))
+        return self._taken[-1]
+
+    def put_back(self, stream: Stream) -> None:
+        """Before the look ends."""
+        self._taken.remove(stream)
+        stream.release()
+
+    def read(self, stream: Stream) -> Texels:
+        """Texels (h, w, 4), which may be gone at the next call."""
+        count = self._size[0] * self._size[1]
+        return self._device.shown(stream.texture, count).reshape(*self.shape, 4)
+
+    def release(self) -> None:
+        """Put all back."""
+        for stream in self._taken:
+            stream.release()
