@@ -30,6 +30,7 @@ NAMES = {
 _ANY, _CPU = 0, 1  # kinds of devices: the fastest that there is, the processor
 KINDS = {1: "CPU", 2: "SYCL", 3: "CUDA", 4: "HIP", 5: "Metal"}
 _FLOAT3 = 3
+_FEATURES = {"albedo": "albedo", "normal": "normal"}
 _SIGNATURES: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "oidnNewDevice": (c_void_p, (c_int,)),
     "oidnSetDeviceInt": (None, (c_void_p, c_char_p, c_int)),
@@ -38,6 +39,7 @@ _SIGNATURES: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "oidnReleaseDevice": (None, (c_void_p,)),
     "oidnGetDeviceError": (c_int, (c_void_p, ctypes.POINTER(c_char_p))),
     "oidnNewBuffer": (c_void_p, (c_void_p, c_size_t)),
+    "oidnNewSharedBuffer": (c_void_p, (c_void_p, c_void_p, c_size_t)),
     "oidnReleaseBuffer": (None, (c_void_p,)),
     "oidnReadBuffer": (None, (c_void_p, c_size_t, c_size_t, c_void_p)),
     "oidnWriteBuffer": (None, (c_void_p, c_size_t, c_size_t, c_void_p)),
@@ -207,6 +209,35 @@ class Denoiser:
             for buffer in buffers.values():
                 library.oidnReleaseBuffer(buffer)
 
+    @property
+    def is_cuda(self) -> bool:
+        """Whether it is on a GPU of CUDA's."""
+        return KINDS.get(self._library.oidnGetDeviceInt(self._device, b"type")) == "CUDA"
+
+    def filter_there(
+        self, shape: tuple[int, int], places: Mapping[str, int], color: str, output: str
+    ) -> FilterThere:
+        """What filters a picture (h, w, 4) where it is on the device, into another: `places` of
+        both, and of "albedo" and "normal"."""
+        rt = self._library.oidnNewFilter(self._device, b"RT")
+        made = FilterThere(self._library, rt, self._check)
+        height, width = shape
+        try:
+            for port, name in {**_FEATURES, "color": color, "output": output}.items():
+                size = 16 * width * height
+                buffer = self._library.oidnNewSharedBuffer(self._device, places[name], size)
+                made.buffers.append(buffer)
+                self._check()
+                place = (port.encode(), buffer, _FLOAT3, width, height, 0, 16, 0)
+                self._library.oidnSetFilterImage(rt, *place)
+            self._library.oidnSetFilterBool(rt, b"hdr", True)
+            self._library.oidnCommitFilter(rt)
+            self._check()
+        except DenoiserError:
+            made.release()
+            raise
+        return made
+
     def _check(self) -> None:
         if said := self._said():
             raise DenoiserError(f"OpenImageDenoise: {said}")
@@ -216,3 +247,23 @@ class Denoiser:
         text = c_char_p()
         code = self._library.oidnGetDeviceError(self._device, ctypes.byref(text))
         return (text.value or b"error %d" % code).decode(errors="replace") if code else ""
+
+
+class FilterThere:
+    """As Denoiser.filter_there says; to be released before the denoiser is closed."""
+
+    def __init__(self, library: Any, rt: Any, check: Callable[[], None]) -> None:
+        self._library, self._rt, self._check = library, rt, check
+        self.buffers: list[Any] = []
+
+    def run(self) -> None:
+        """Filter what is there now. Raises DenoiserError."""
+        self._library.oidnExecuteFilter(self._rt)
+        self._check()
+
+    def release(self) -> None:
+        """Give its memory back, not the pictures'."""
+        self._library.oidnReleaseFilter(self._rt)
+        for buffer in self.buffers:
+            self._library.oidnReleaseBuffer(buffer)
+        self.buffers.clear()

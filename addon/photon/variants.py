@@ -26,6 +26,7 @@ from .kernels.features import Features
 from .kernels.gather import Gather
 from .kernels.gather_radius import GatherRadius
 from .kernels.generator import Generator
+from .kernels.mixture import BoxMean, Mixture, MixtureKept, MixtureTold, SplitHalves
 from .kernels.plain_lobe import PlainLobe
 from .kernels.plain_microfacets import PlainMicrofacets
 from .kernels.projector import Projector
@@ -62,6 +63,11 @@ PLAIN: tuple[type[Kernel], ...] = (
     AccumulateBatches,
     GatherRadius,
     AddPart,
+    SplitHalves,
+    MixtureTold,
+    BoxMean,
+    MixtureKept,
+    Mixture,
     Absorb,
     BentBase,
 )

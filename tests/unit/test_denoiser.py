@@ -103,6 +103,31 @@ def test_noise_goes_and_bits_stay() -> None:
 
 
 @needs_it
+def test_four_channels_and_in_place() -> None:
+    """The same bits as of three, given and where they are; what is behind the third stays."""
+    rng = np.random.default_rng(2)
+    images = {name: rng.random(SIZE, np.float32) for name in ("first", "albedo", "normal")}
+    wide = {
+        name: np.dstack([image, np.full(SIZE[:2], 7.0, "f4")]) for name, image in images.items()
+    }
+    wide["clean"] = np.full((*SIZE[:2], 4), 7.0, np.float32)
+    made = []
+    with Denoiser(on_cpu=True) as denoiser:
+        for given in (images, wide):
+            features = {name: given[name] for name in ("albedo", "normal")}
+            with denoiser.filtering(given["first"].shape, features) as filtered:
+                made.append(filtered(given["first"])[..., :3])
+        places = {name: image.ctypes.data for name, image in wide.items()}
+        there = denoiser.filter_there(SIZE[:2], places, "first", "clean")
+        there.run()
+        there.release()
+        assert not denoiser.is_cuda
+    made.append(wide["clean"][..., :3])
+    assert np.array_equal(made[0], made[1]) and np.array_equal(made[0], made[2])
+    assert (wide["clean"][..., 3] == 7.0).all() and np.ptp(made[0]) > 0.1
+
+
+@needs_it
 def test_what_it_complains_of_is_raised() -> None:
     picture = np.ones((4, 4, 3), np.float32)
     with (

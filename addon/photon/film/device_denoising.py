@@ -10,7 +10,7 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ...denoiser import Denoiser
+from ...denoiser import CudaBuffers, CudaError, Denoiser, DenoiserError, FilterThere
 from ...streams import Device, Stream
 from ..kernels import mixture
 from ..kernels.records import SUM
@@ -23,8 +23,11 @@ from .resolver import DenoisingResolver, Picture, Telling
 from .strips import StripFilm
 
 Texels = NDArray[np.float32]
-STREAMS = 9  # of the picture's size, that a look takes
+STREAMS = 9 + 6  # of the picture's size, that a look takes, and what is shared with a denoiser
 _X, _Y = (1, 0), (0, 1)
+_GIVEN = ("first", "other", "albedo", "normal")  # to the denoiser
+_PAIRS = {"first": "clean", "other": "other_clean"}  # what it makes of halves
+_SHARED = (*_GIVEN, *_PAIRS.values())
 
 
 class _Lazily(Mapping[str, Texels]):
@@ -57,6 +60,8 @@ class DeviceDenoisingResolver(DenoisingResolver):
         self._kept = mixture.MixtureKept(device, "compute")
         self._mix = mixture.Mixture(device, "compute")
         self._left: Stream | None = None  # of the last look
+        self._shared: _Shared | None = None
+        self._may_share = True  # until it is known that they can't
 
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """As DenoisingResolver's."""
@@ -97,7 +102,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
         self._of_film.write_combined(film, picture)
         self._of_film.write_half(film, half)
         unit = unit_of(self._mean_of(picture))
-        given = {name: look.stream() for name in ("first", "other", "albedo", "normal")}
+        given = {name: look.stream() for name in _GIVEN}
         features = {
             f"{port}_sum": film.sums[FEATURES[name]] for port, name in FEATURE_PORTS.items()
         }
@@ -124,6 +129,9 @@ class DeviceDenoisingResolver(DenoisingResolver):
 
     def _denoised(self, given: Mapping[str, Stream], look: _Look) -> dict[str, Stream]:
         """What the denoiser makes of both halves, in their place."""
+        clean = {clean: given[half] for half, clean in _PAIRS.items()}
+        if self._denoised_there(given, clean, look):
+            return clean
         read = {name: partial(look.read, stream) for name, stream in given.items()}
         features = _Lazily({name: read[name] for name in FEATURE_PORTS})
 
@@ -132,10 +140,32 @@ class DeviceDenoisingResolver(DenoisingResolver):
             with denoiser.filtering((*look.shape, 4), features) as filtered:
                 return [filtered(read[name]()) for name in ("first", "other")]
 
-        clean = {"clean": given["first"], "other_clean": given["other"]}
         for stream, texels in zip(clean.values(), by_any(self._opened, by), strict=True):
             stream.upload(texels)
         return clean
+
+    def _denoised_there(
+        self, given: Mapping[str, Stream], clean: Mapping[str, Stream], look: _Look
+    ) -> bool:
+        """The same on the GPU that both are on; whether it could be done."""
+        denoiser = self._opened.denoiser()
+        if not self._may_share or not denoiser.is_cuda:
+            return False
+        try:
+            if self._shared is None:
+                self._shared = _Shared(self._device, look.shape)
+            self._shared.denoise(denoiser, given, clean)
+        except (CudaError, DenoiserError):
+            self._may_share = False
+            self._unshare()
+            return False
+        self.by = denoiser.name
+        return True
+
+    def _unshare(self) -> None:
+        if self._shared:
+            self._shared.release()
+        self._shared = None
 
     def _mean_of(self, stream: Stream) -> float:
         """Of three channels."""
@@ -159,9 +189,62 @@ class DeviceDenoisingResolver(DenoisingResolver):
     def release(self) -> None:
         """As DenoisingResolver's."""
         self._forget()
+        self._unshare()
         for kernel in (self._split, self._told, self._mean, self._kept, self._mix):
             kernel.release()
         super().release()
+
+
+class _Shared:
+    """Buffers that OpenGL and a denoiser on the same GPU have together."""
+
+    def __init__(self, device: Device, shape: tuple[int, int]) -> None:
+        """CudaError where they can't."""
+        self._device, self._shape = device, shape
+        size = 16 * shape[0] * shape[1]
+        self._buffers = {name: device.ctx.buffer(reserve=size) for name in _SHARED}
+        self._filters: list[FilterThere] = []  # of both halves
+        self._places: dict[str, int] = {}  # where they are, as these know
+        try:
+            self._shared = CudaBuffers({name: x.glo for name, x in self._buffers.items()})
+        except CudaError:
+            self._free()
+            raise
+
+    def denoise(
+        self, denoiser: Denoiser, given: Mapping[str, Stream], clean: Mapping[str, Stream]
+    ) -> None:
+        """Filter the given halves into clean ones."""
+        for name, stream in given.items():
+            stream.texture.read_into(self._buffers[name])
+        self._device.ctx.finish()
+        with self._shared.mapped() as places:
+            if places != self._places:
+                self._forget_filters()
+                for pair in _PAIRS.items():
+                    made = denoiser.filter_there(self._shape, places, *pair)
+                    self._filters.append(made)
+                self._places = places
+            for each in self._filters:
+                each.run()
+        for name, stream in clean.items():
+            stream.texture.write(self._buffers[name])
+
+    def release(self) -> None:
+        """Free them."""
+        self._forget_filters()
+        self._shared.release()
+        self._free()
+
+    def _forget_filters(self) -> None:
+        for each in self._filters:
+            each.release()
+        self._filters.clear()
+        self._places = {}
+
+    def _free(self) -> None:
+        for buffer in self._buffers.values():
+            buffer.release()
 
 
 class _Look:

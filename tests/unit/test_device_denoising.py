@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Denoised pictures that a GPU mixes are those that the host mixes."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.denoiser import CudaBuffers, CudaError, Denoiser, find
+from addon.denoiser.cuda import DRIVER
+from addon.photon.backends import backend as backend_module
+from addon.photon.film import device_denoising
+from addon.photon.film.device_denoising import DeviceDenoisingResolver
+from addon.photon.film.resolver import DenoisingResolver
+from addon.photon.prepare import prepare
+from addon.photon.renderer import Renderer
+from addon.photon.settings import Settings
+from addon.streams import Device
+from tests.scenes import cornell
+
+pytestmark = pytest.mark.skipif(find() is None, reason="OpenImageDenoise is not here")
+# Wider than high, and not whole work groups; few photons, so that all of it is mixed.
+SETTINGS = Settings(width=43, height=29, photons=2000, passes=9, seed=4, denoise=True)
+
+
+@pytest.fixture
+def renderer(device: Device, monkeypatch: pytest.MonkeyPatch) -> Iterator[Renderer]:
+    """Of mirrors, as on a GPU."""
+    if not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    monkeypatch.setattr(device, "prefers_native", False)
+    made = prepare(cornell(mirror=True), replace(SETTINGS, backend="compute"), device)
+    yield made
+    made.release()
+
+
+def both(renderer: Renderer) -> tuple[Any, Any]:
+    """Images and error of the device, and of the host."""
+    denoised = renderer._denoised
+    assert isinstance(denoised, DeviceDenoisingResolver)
+    found = []
+    for resolve in (denoised.resolve, lambda wanted: DenoisingResolver.resolve(denoised, wanted)):
+        images, telling = resolve(["Combined", "Direct", "Error"])
+        assert images.keys() == {"Combined", "Direct"}
+        found.append((images, telling()))
+    return found[0], found[1]
+
+
+def test_as_the_host_does(renderer: Renderer) -> None:
+    """To rounding, after any number of passes, and what is told of the error; the plain picture is
+    another."""
+    for index in range(SETTINGS.passes):
+        renderer.render_pass()
+        if index in (0, 1, 2, 8):
+            (ours, error), (theirs, true) = both(renderer)
+            for name, image in theirs.items():
+                np.testing.assert_allclose(ours[name], image, rtol=2e-5, atol=1e-6 * image.max())
+            assert error.total == pytest.approx(true.total, rel=1e-4)
+            assert error.bias == pytest.approx(true.bias, rel=1e-4)
+    np.testing.assert_allclose(error.image, true.image, rtol=2e-3, atol=1e-4 * true.image.max())
+    plain = renderer._resolver.resolve(["Combined"])[0]["Combined"]
+    assert np.abs(plain - ours["Combined"]).max() > 0.01 * plain.max()
+
+
+def test_of_several_strips(
+    device: Device, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Neighbours are in others: the host mixes, with the same picture."""
+    for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
+        monkeypatch.setattr(backend_module, name, 10 * SETTINGS.width)
+    other = prepare(cornell(mirror=True), replace(SETTINGS, backend="compute"), device)
+    pictures = []
+    for each in (renderer, other):
+        for _ in range(3):
+            each.render_pass()
+        pictures.append(each.images(["Combined"])["Combined"])
+    other.release()
+    np.testing.assert_allclose(*pictures, rtol=2e-5, atol=1e-6 * pictures[0].max())
+
+
+class _InPlace:
+    """CudaBuffers for a denoiser on the processor: OpenGL's buffers, copied to and fro."""
+
+    def __init__(self, names: dict[str, int]) -> None:
+        self._texels = {
+            name: np.empty(SETTINGS.width * SETTINGS.height * 4, "f4") for name in names
+        }
+        self.buffers: dict[str, Any] = {}
+        self.released = 0
+
+    @contextmanager
+    def mapped(self) -> Iterator[dict[str, int]]:
+        for name, texels in self._texels.items():
+            self.buffers[name].read_into(texels)
+        yield {name: texels.ctypes.data for name, texels in self._texels.items()}
+        for name, texels in self._texels.items():
+            self.buffers[name].write(texels)
+
+    def release(self) -> None:
+        self.released += 1
+
+
+def test_what_opengl_shares_with_the_denoiser(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Filtered in place it has the same bits as by way of the host."""
+    monkeypatch.setattr(device_denoising, "CudaBuffers", _InPlace)
+    denoised = renderer._denoised
+    assert isinstance(denoised, DeviceDenoisingResolver)
+    for _ in range(4):
+        renderer.render_pass()
+    denoised._may_share = False
+    by_way_of_host = denoised.resolve(["Combined"])[0]["Combined"]
+    monkeypatch.setattr(Denoiser, "is_cuda", True)
+    denoised._may_share = True
+    denoised._shared = shared = device_denoising._Shared(renderer.device, by_way_of_host.shape[:2])
+    stand_in: Any = shared._shared
+    stand_in.buffers = shared._buffers
+    for _ in range(2):  # the second with the filters of the first
+        assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
+    assert len(shared._filters) == 2 and denoised._may_share
+    denoised._unshare()
+    assert stand_in.released == 1 and not shared._filters
+
+
+def test_what_cannot_be_shared(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is tried once, and goes by way of the host."""
+    tried = []
+
+    def refused(names: dict[str, int]) -> None:
+        tried.append(names)
+        raise CudaError("there are 2 GPUs")
+
+    for _ in range(3):
+        renderer.render_pass()
+    before = renderer.images(["Combined"])["Combined"]
+    monkeypatch.setattr(device_denoising, "CudaBuffers", refused)
+    monkeypatch.setattr(Denoiser, "is_cuda", True)
+    for _ in range(2):
+        assert np.array_equal(renderer.images(["Combined"])["Combined"], before)
+    assert len(tried) == 1 and not renderer.warnings
+
+
+def test_no_cuda(device: Device) -> None:
+    try:
+        ctypes.CDLL(DRIVER)
+    except OSError:
+        with pytest.raises(CudaError, match=DRIVER):
+            CudaBuffers({})
+    else:
+        pytest.skip(f"{device.name} has CUDA")
