@@ -48,7 +48,7 @@ class _Lazily(Mapping[str, Texels]):
 
 class DeviceDenoisingResolver(DenoisingResolver):
     """As DenoisingResolver, to rounding. Of a film of several strips, whose pixels' neighbours are
-    in others, and of one pass, which has no halves, as that does it."""
+    in others, as that does it."""
 
     def __init__(
         self, device: Device, film: StripFilm, plain: DeviceResolver, opened: Opened
@@ -66,7 +66,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """As DenoisingResolver's."""
         film, *others = self._film.films
-        if others or not isinstance(film, Film) or self._film.half_passes == self._film.passes:
+        if others or not isinstance(film, Film):
             return super().resolve(wanted)
         images, _ = self._plain.resolve({*wanted} - {"Combined", "Error"})
         self._forget()
@@ -110,25 +110,31 @@ class DeviceDenoisingResolver(DenoisingResolver):
             {"picture": picture, "half": half, **features, **given},
             uniforms={"share": share, "unit": unit, "passes": float(self._film.passes)},
         )
-        clean = self._denoised(given, look)
+        clean = self._denoised(given, look, share < 1.0)
         lights = {"share": share, "unit": unit}
         means = map(self._mean_of, clean.values())
         smooth = unit * sum(x * y for x, y in zip(means, (share, 1.0 - share), strict=True))
         told, kept, mixed = look.stream(), given["albedo"], given["normal"]
         self._left = Stream(self._device, SUM, told.size)
-        self._told.run(
-            {"picture": picture, "half": half, **clean, "told": told},
-            uniforms=lights | {"floor_light": DARK * (smooth or 1.0)},
-        )
-        self._blur(told, told, look)
-        self._kept.run({"told": told, "kept": kept}, uniforms={"reach": REACH})
-        self._blur(kept, kept, look)
+        if share < 1.0:
+            self._told.run(
+                {"picture": picture, "half": half, **clean, "told": told},
+                uniforms=lights | {"floor_light": DARK * (smooth or 1.0)},
+            )
+            self._blur(told, told, look)
+            self._kept.run({"told": told, "kept": kept}, uniforms={"reach": REACH})
+            self._blur(kept, kept, look)
+        else:  # nothing tells that the picture is better as it is
+            for stream in (told, kept):
+                stream.clear()
         ports = {"picture": picture, **clean, "kept": kept, "told": told}
         self._mix.run({**ports, "mixed": mixed, "left": self._left}, uniforms=lights)
         return look.read(mixed).copy()
 
-    def _denoised(self, given: Mapping[str, Stream], look: _Look) -> dict[str, Stream]:
-        """What the denoiser makes of both halves, in their place."""
+    def _denoised(
+        self, given: Mapping[str, Stream], look: _Look, differ: bool
+    ) -> dict[str, Stream]:
+        """What the denoiser makes of both halves, in their place; `differ`: they are two."""
         clean = {clean: given[half] for half, clean in _PAIRS.items()}
         if self._denoised_there(given, clean, look):
             return clean
@@ -138,7 +144,8 @@ class DeviceDenoisingResolver(DenoisingResolver):
         def by(denoiser: Denoiser) -> list[Texels]:
             self.by = denoiser.name
             with denoiser.filtering((*look.shape, 4), features) as filtered:
-                return [filtered(read[name]()) for name in ("first", "other")]
+                halves = [filtered(read[name]()) for name in [*_PAIRS][: 1 + differ]]
+                return [halves[0], halves[-1]]
 
         for stream, texels in zip(clean.values(), by_any(self._opened, by), strict=True):
             stream.upload(texels)
