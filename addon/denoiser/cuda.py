@@ -7,7 +7,7 @@ from __future__ import annotations
 import ctypes
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from ctypes import c_int, c_size_t, c_uint, c_void_p
 from typing import Any
 
@@ -75,8 +75,8 @@ class CudaBuffers:
             self._call("cuGraphicsMapResources", count, all_of_them, None)
             try:
                 yield {name: self._place(x) for name, x in self._resources.items()}
-            finally:
                 self._call("cuCtxSynchronize")
+            finally:
                 self._call("cuGraphicsUnmapResources", count, all_of_them, None)
 
     def _place(self, resource: c_void_p) -> int:
@@ -99,11 +99,14 @@ class CudaBuffers:
             raise CudaError(f"{name}: error {code}")
 
     def release(self) -> None:
-        """Let go of them, while their OpenGL context is current."""
-        if self._context:
-            with self._current():
-                for resource in self._resources.values():
+        """Let go of them, while their OpenGL context is current; of what CUDA has lost, too."""
+        if not self._context:
+            return
+        with suppress(CudaError), self._current():
+            for resource in self._resources.values():
+                with suppress(CudaError):
                     self._call("cuGraphicsUnregisterResource", resource)
-            self._resources.clear()
+        with suppress(CudaError):
             self._call("cuDevicePrimaryCtxRelease_v2", self._device)
-            self._context = c_void_p()
+        self._resources.clear()
+        self._context = c_void_p()

@@ -118,8 +118,8 @@ def _load(path: Path) -> Any:
 class Denoiser:
     """Filters pictures (h, w, 3) float32; the same pictures, device and version give the same bits.
 
-    A context manager, or to be closed: pictures' memory is taken while they are filtered, the
-    device's until the end.
+    A context manager, or to be closed: pictures' memory is taken while they are filtered, or as
+    long as there is a FilterThere, the device's until the end.
     """
 
     def __init__(self, path: Path | None = None, on_cpu: bool = False, threads: int = 0) -> None:

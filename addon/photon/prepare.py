@@ -123,8 +123,8 @@ class _Preparation:
         self._scene, self._settings, self._backend = scene, settings, backend
         self._device, self._phases = backend.device, Phases()
         self._kept = kept or Kept(backend.device, budget=0)
-        self._own: list[Callable[[], None]] = [self._forget]
-        self._own += [] if kept else [self._kept.release]
+        self._own: list[Callable[[], None]] = [] if kept else [self._kept.release]
+        self._own.append(self._forget)
         self.warnings: tuple[str, ...] = ()
         self._aiming: Aiming | None = None
 
@@ -141,7 +141,7 @@ class _Preparation:
             yield
         except BaseException as error:
             self._device.use()
-            for release in chain(self._own, *(parts.own for parts in others)):
+            for release in chain(reversed(self._own), *(reversed(parts.own) for parts in others)):
                 release()
             self._device.end_render()
             self._device.trim()

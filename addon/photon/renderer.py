@@ -210,7 +210,7 @@ class Renderer:
         self.device.trim()
 
     def _let_go(self) -> None:
-        for release in self._own:
+        for release in reversed(self._own):
             release()
         self._own.clear()
         for normals in self._first_normals:

@@ -10,10 +10,11 @@
 #include "lib/absorption.glsl"
 #endif
 
-// Rays that carry less than this go on by Russian roulette, those from what the eye itself sees each by its own chance.
+// Rays that carry less than this go on by Russian roulette, each by its own chance.
 const float ROULETTE_BELOW = 0.05;
-// Those of later bounces that carry less than this all do in the same passes: a GPU takes as long for a few rays' bounces
-// as for many, and for none hardly any time.
+// Those of later bounces that carry less than this, and less than the surface shows of its own by Lambert's lobe, all do in
+// the same passes: a GPU takes as long for a few rays' bounces as for many, and for none hardly any time. Others would
+// make a whole picture lighter and darker together, such as one through two dark panes.
 const float TOGETHER_BELOW = 0.1;
 
 #ifdef TRANSPARENT
@@ -57,9 +58,11 @@ void kernel() {
     vec3 weight;
     vec3 normal = raised_normal(shading.normal, facing.normal, to_viewer);
     vec3 outgoing = sample_lobe(lobe, shape, normal, to_viewer, u.xy, weight);
-    vec3 throughput = load_throughput().throughput * weight;
-    float survival = min(1.0, largest(throughput) / (depth > 0 ? TOGETHER_BELOW : ROULETTE_BELOW));
-    if (depth > 0 && survival < 1.0) u.z = even_over_passes(ALL_PIXELS, dimension).x;
+    vec3 before = load_throughput().throughput, throughput = before * weight;
+    float carried = largest(throughput);
+    bool goes_together = depth > 0 && carried < min(TOGETHER_BELOW, largest(before * load_diffuse().albedo));
+    float survival = min(1.0, carried / (goes_together ? TOGETHER_BELOW : ROULETTE_BELOW));
+    if (goes_together) u.z = even_over_passes(ALL_PIXELS, dimension).x;
     float t_max = T_MAX, density = 0.0;
     bool leads_on = is_onward(outgoing, facing.normal, normal);
 #ifdef TRANSPARENT

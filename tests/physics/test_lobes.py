@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from addon.photon.eye.eye import Eye
 from addon.photon.scene import Light, Lobe, Material, Scene, phong, sun_light, world_light
+from addon.photon.settings import Region
 from addon.photon.stage.light_tree import MOST_ASKED
-from addon.streams import Device
+from addon.streams import Device, Reading
 from tests.measure import render
 from tests.scenes import Builder, camera, orthographic, plain_light, plain_material
 from tests.unit.glsl_files import copy_glsl, use_root, write
@@ -155,25 +157,48 @@ def test_toon(device: Device, kind: str) -> None:
     assert filled < white < 1.0
 
 
-def test_what_carries_little_goes_on_together(picture: Picture) -> None:
-    """In a box of glowing mirrors: of the second bounce on, in some passes all of a picture's rays
-    go on and in others none, and in the mean they bring what is right."""
-    share, passes = 0.2, 64
+def furnace(diffuse: float, share: float) -> Scene:
+    """Inside a box that glows, and mirrors a share of what falls on it."""
     lobes = (Lobe("mirror", (share,) * 3),)
-    glowing = Material("glowing", NO_DIFFUSE, lobes, emission=(1.0,) * 3)
-    scene = Builder().box((-1, -1, 0), (1, 1, 2))
-    scene = scene.scene(camera((0.1, 0.2, 0.7), (0.4, 0.9, 1.1), 60), (), [glowing])
-    settings: dict[str, Any] = {"width": 16, "height": 16, "photons": 0, "mirror_depth": 12}
-    first = [
-        picture(scene, passes=1, first_pass=number, **settings)["Combined"][..., :3]
-        for number in range(8)
-    ]
-    for image in first:
-        assert np.ptp(image) < 1e-4
-    found = sorted(float(image.mean()) for image in first)
-    assert found[0] == pytest.approx(1 + share, abs=1e-4) and found[-1] > 1 + share + 0.09
-    mean = picture(scene, passes=passes, **settings)["Combined"][..., :3].mean()
-    assert mean == pytest.approx(1 / (1 - share), abs=0.005)
+    glowing = Material("glowing", (diffuse,) * 3, lobes, emission=(1.0,) * 3)
+    built = Builder().box((-1, -1, 0), (1, 1, 2))
+    return built.scene(camera((0.1, 0.2, 0.7), (0.4, 0.9, 1.1), 60), (), [glowing])
+
+
+def test_what_is_aside_brings_what_is_right(picture: Picture) -> None:
+    """Whether later bounces go on together or each by its own chance."""
+    settings: dict[str, Any] = {"width": 16, "height": 16, "photons": 20000, "passes": 64}
+    for diffuse in (0.0, 0.3):
+        images = picture(furnace(diffuse, 0.2), mirror_depth=12, **settings)
+        light = 1 / (1 - diffuse - 0.2)
+        assert images["Combined"][..., :3].mean() == pytest.approx(light, rel=0.01)
+        assert images["Mirror"].mean() == pytest.approx(0.2 * light, rel=0.025)
+
+
+def test_what_carries_little_goes_on_together(
+    device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the second bounce on either all rays go on or none, but from what has no diffuse lobe."""
+    if not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    monkeypatch.setattr(device, "prefers_native", False)
+    sent_last, sent = Eye._sent_last, []
+
+    def watched(eye: Eye, region: Region, reading: Reading) -> int:
+        sent.append(reading.numbers())
+        return sent_last(eye, region, reading)
+
+    monkeypatch.setattr(Eye, "_sent_last", watched)
+    settings: dict[str, Any] = {"width": 16, "height": 16, "photons": 0, "passes": 16}
+    for diffuse in (0.3, 0.0):
+        sent.clear()
+        render(device, furnace(diffuse, 0.2), backend="compute", mirror_depth=12, **settings)
+        seconds = [numbers[1] for numbers in sent if len(numbers) == 2]
+        if diffuse:  # each pass is asked after its second bounce
+            assert len(seconds) == 16 and {*seconds} == {0, 256}
+            assert 5 <= seconds.count(256) <= 8  # of 6.4
+        else:
+            assert seconds and min(seconds) > 0 and max(seconds) < 256
 
 
 @pytest.mark.parametrize("roughness", [0.2, 0.8])

@@ -89,6 +89,25 @@ def test_nodes_filter_as_numbers_do(device: Device, backend: str) -> None:
     assert backend == "native" or launches[1] == 2 * launches[0] > 0
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_dark_sheets_let_the_same_through_in_each_pass(device: Device, seed: int) -> None:
+    """What the eye sees through two of them carries little: each pixel's ray goes on by its own
+    chance, so no pass lacks the picture."""
+    scene = stacked(2, filtering((0.2,) * 3))
+    few = picture(device, scene, passes=1, seed=seed)[..., :3].mean()
+    bare = picture(device, stacked(0, GREY))[..., :3].mean()
+    assert few == pytest.approx(bare * 0.2**4, rel=0.15)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_no_bounce_at_all(device: Device, monkeypatch: Any, backend: str) -> None:
+    """Neither straight on nor by lobes: sheets are black."""
+    monkeypatch.setattr(device, "prefers_native", backend == "native")
+    scene = stacked(1, filtering((0.9,) * 3))
+    seen = picture(device, scene, backend, transparent_depth=0, mirror_depth=0)
+    assert seen[..., :3].max() == 0.0
+
+
 @pytest.mark.stability(70)
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_too_many_sheets_are_opaque(device: Device, backend: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from typing import Any
 
@@ -75,6 +75,7 @@ def test_of_several_strips(
     for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
         monkeypatch.setattr(backend_module, name, 10 * SETTINGS.width)
     other = prepare(cornell(mirror=True), replace(SETTINGS, backend="compute"), device)
+    assert len(other.film.strips) == 3
     pictures = []
     for each in (renderer, other):
         for _ in range(3):
@@ -122,9 +123,14 @@ def test_what_opengl_shares_with_the_denoiser(
     denoised._shared = shared = device_denoising._Shared(renderer.device, by_way_of_host.shape[:2])
     stand_in: Any = shared._shared
     stand_in.buffers = shared._buffers
+    filters = []
     for _ in range(2):  # the second with the filters of the first
         assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
-    assert len(shared._filters) == 2 and denoised._may_share
+        filters.append([*shared._filters])
+    assert len(filters[0]) == 2 and filters[0] == filters[1] and denoised._may_share
+    shared._places = {}  # elsewhere than these know
+    assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
+    assert len(shared._filters) == 2 and shared._filters != filters[0]
     denoised._unshare()
     assert stand_in.released == 1 and not shared._filters
 
@@ -145,6 +151,67 @@ def test_what_cannot_be_shared(renderer: Renderer, monkeypatch: pytest.MonkeyPat
     for _ in range(2):
         assert np.array_equal(renderer.images(["Combined"])["Combined"], before)
     assert len(tried) == 1 and not renderer.warnings
+
+
+def test_what_fails_in_place(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Goes by way of the host, and what was taken is given back."""
+    monkeypatch.setattr(device_denoising, "CudaBuffers", _InPlace)
+    for _ in range(3):
+        renderer.render_pass()
+    before = renderer.images(["Combined"])["Combined"]
+    released: list[int] = []
+    monkeypatch.setattr(_InPlace, "release", lambda _: released.append(1))
+    monkeypatch.setattr(_InPlace, "mapped", refuse)
+    monkeypatch.setattr(Denoiser, "is_cuda", True)
+    assert np.array_equal(renderer.images(["Combined"])["Combined"], before)
+    assert len(released) == 1 and not renderer.warnings
+    assert np.isfinite(renderer.radius(0)) and renderer.error().total > 0.0
+
+
+@contextmanager
+def refuse(_: Any) -> Iterator[dict[str, int]]:
+    raise CudaError("cuGraphicsMapResources: error 700")
+    yield {}
+
+
+class _Driver:
+    """Stands in for CUDA's: each call is written down, and some fail."""
+
+    def __init__(self, failing: str) -> None:
+        self.failing, self.called = failing, list[str]()
+
+    def __getattr__(self, name: str) -> Any:
+        def call(*_: Any) -> int:
+            self.called.append(name)
+            if name == "cuDeviceGetCount":
+                _[0]._obj.value = 1
+            if name == "cuDevicePrimaryCtxRetain":
+                _[0]._obj.value = 5
+            return 700 if name == self.failing else 0
+
+        setattr(self, name, call)
+        return call
+
+
+@pytest.mark.parametrize(
+    "failing", ["", "cuCtxSynchronize", "cuGraphicsUnregisterResource", "cuCtxPushCurrent_v2"]
+)
+def test_cuda_lets_go(monkeypatch: pytest.MonkeyPatch, failing: str) -> None:
+    """Whatever it has lost: what was mapped is unmapped, and releasing raises nothing."""
+    driver = _Driver("")
+    monkeypatch.setattr(ctypes, "CDLL", lambda _: driver)
+    buffers = CudaBuffers({"one": 3, "other": 4})
+    driver.failing = failing
+    fails = failing in ("cuCtxSynchronize", "cuCtxPushCurrent_v2")
+    expected: Any = pytest.raises(CudaError, match=failing) if fails else nullcontext()
+    with expected, buffers.mapped() as places:
+        assert [*places] == ["one", "other"]
+    mapped = driver.called.count("cuGraphicsMapResources")
+    assert driver.called.count("cuGraphicsUnmapResources") == mapped
+    buffers.release()
+    assert driver.called.count("cuDevicePrimaryCtxRelease_v2") == 1
+    buffers.release()
+    assert driver.called.count("cuDevicePrimaryCtxRelease_v2") == 1
 
 
 def test_no_cuda(device: Device) -> None:

@@ -31,8 +31,8 @@ LISTED = 136  # bytes a deposit, in lists and sorted
 SORTED = 5 * (2 * TEXEL + 4) // 4  # in the lists that Gather reads: Device.buffer
 RESIDENT_LISTED = 6 * TEXEL  # in textures a quarter longer, and those before that were too short
 SPLATS = 512  # software OpenGL's vertices
-# A triangle's while its tree is built, or the native core's from that, on a soup of them; a grid of
-# them takes four fifths.
+# A triangle's while its tree is built, or while the native core makes its own of that, on a soup of
+# them; a grid of them takes four fifths.
 BUILD, NATIVE_BUILD = 360, 520
 TABLES, NATIVE_TABLES = 10 * TEXEL, 6 * TEXEL  # corners, normals and at worst a node
 

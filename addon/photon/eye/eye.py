@@ -70,7 +70,7 @@ class Eye:
         if needs.secondary_rays:
             self._scatter = Scatter(device, layer, needs.eye_defines, made=needs.made)
             self._absorb = Absorb(device, layer) if needs.absorption else None
-            if backend.works_alone:
+            if backend.works_alone and self._most_bounces:
                 self._tally = Tally(device, self._most_bounces)
         self._cuts = self._coverage = None
         if needs.photons and settings.boundary_correction:
@@ -218,9 +218,9 @@ class Eye:
     def _sent_last(self, region: Region, reading: Reading) -> int:
         """How many rays the last bounce sent; waits for the device."""
         sent = reading.numbers()
-        if 0 in sent:
-            ended = self._ended.get(region, self._most_bounces)
-            self._ended[region] = min(ended, sent.index(0))
+        if 0 in sent or len(sent) == self._most_bounces:
+            ended = sent.index(0) if 0 in sent else len(sent)
+            self._ended[region] = min(ended, self._ended.get(region, ended))
         return sent[-1]
 
     def launches(self) -> dict[str, int]:

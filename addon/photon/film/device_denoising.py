@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From a film to the denoised picture, on the device, which mixes what the denoiser makes of halves
-(native/src/mixture.rs): the host carries four images to the denoiser, and two back."""
+(native/src/mixture.rs). Where the denoiser is on the same GPU it reads and writes there; else the
+host carries four images to it, and two back."""
 
 from __future__ import annotations
 
@@ -155,10 +156,12 @@ class DeviceDenoisingResolver(DenoisingResolver):
         self, given: Mapping[str, Stream], clean: Mapping[str, Stream], look: _Look
     ) -> bool:
         """The same on the GPU that both are on; whether it could be done."""
-        denoiser = self._opened.denoiser()
-        if not self._may_share or not denoiser.is_cuda:
+        if not self._may_share:
             return False
         try:
+            denoiser = self._opened.denoiser()
+            if not denoiser.is_cuda:
+                return False
             if self._shared is None:
                 self._shared = _Shared(self._device, look.shape)
             self._shared.denoise(denoiser, given, clean)
@@ -170,9 +173,9 @@ class DeviceDenoisingResolver(DenoisingResolver):
         return True
 
     def _unshare(self) -> None:
-        if self._shared:
-            self._shared.release()
-        self._shared = None
+        shared, self._shared = self._shared, None
+        if shared:
+            shared.release()
 
     def _mean_of(self, stream: Stream) -> float:
         """Of three channels."""

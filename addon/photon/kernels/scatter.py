@@ -2,6 +2,7 @@
 from ...streams import Kernel, Table, Uniform, When
 from .records import (
     CHAIN,
+    DIFFUSE,
     FACING,
     HIT,
     MATERIAL,
@@ -35,6 +36,7 @@ class Scatter(Kernel):
         "pixel": PIXEL,
         "place": PLACE,
         "facing": FACING,
+        "diffuse": DIFFUSE,
         "shading": SHADING,
         "direction": RAY_DIRECTION,
         "throughput": THROUGHPUT,
