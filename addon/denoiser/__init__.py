@@ -2,7 +2,7 @@
 """OpenImageDenoise over its C API, wherever it is installed. It knows no rendering."""
 
 from .cuda import CudaBuffers, CudaError
-from .library import ABSENT, VARIABLE, Denoiser, DenoiserError, FilterThere, find
+from .library import ABSENT, VARIABLE, Denoiser, DenoiserError, PreparedFilter, find
 
 __all__ = [
     "ABSENT",
@@ -11,6 +11,6 @@ __all__ = [
     "CudaError",
     "Denoiser",
     "DenoiserError",
-    "FilterThere",
+    "PreparedFilter",
     "find",
 ]

@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from ctypes import c_bool, c_char_p, c_int, c_size_t, c_void_p
 from functools import lru_cache
@@ -30,7 +31,6 @@ NAMES = {
 _ANY, _CPU = 0, 1  # kinds of devices: the fastest that there is, the processor
 KINDS = {1: "CPU", 2: "SYCL", 3: "CUDA", 4: "HIP", 5: "Metal"}
 _FLOAT3 = 3
-_FEATURES = {"albedo": "albedo", "normal": "normal"}
 _SIGNATURES: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "oidnNewDevice": (c_void_p, (c_int,)),
     "oidnSetDeviceInt": (None, (c_void_p, c_char_p, c_int)),
@@ -119,7 +119,7 @@ class Denoiser:
     """Filters pictures (h, w, 3) float32; the same pictures, device and version give the same bits.
 
     A context manager, or to be closed: pictures' memory is taken while they are filtered, or as
-    long as there is a FilterThere, the device's until the end.
+    long as one is prepared to be filtered in place, the device's until the end.
     """
 
     def __init__(self, path: Path | None = None, on_cpu: bool = False, threads: int = 0) -> None:
@@ -173,10 +173,13 @@ class Denoiser:
         """What takes the noise out of pictures of linear light of a shape (h, w, 3), or (h, w, 4),
         whose last channel says nothing; `features` of the same: "albedo" in [0, 1], and with it
         perhaps "normal". Each is asked for when it is taken."""
-        height, width, channels = shape
-        size, library = 4 * channels * width * height, self._library
-        rt = library.oidnNewFilter(self._device, b"RT")
-        buffers: dict[str, Any] = {}
+        library, size = self._library, 4 * math.prod(shape)
+
+        def new(_: str) -> Any:
+            return library.oidnNewBuffer(self._device, size)
+
+        prepared = self._prepared(shape, ("color", *features, "output"), new)
+        buffers = prepared.buffers
 
         def write(name: str, image: Pixels) -> None:
             assert image.shape == shape, (name, image.shape, shape)
@@ -186,57 +189,54 @@ class Denoiser:
         def filtered(picture: Pixels) -> Pixels:
             result = np.empty(shape, np.float32)
             write("color", picture)
-            library.oidnExecuteFilter(rt)
-            self._check()
+            prepared.run()
             library.oidnReadBuffer(buffers["output"], 0, size, result.ctypes.data)
             self._check()
             return result
 
         try:
-            for name in ("color", *features, "output"):
-                buffers[name] = library.oidnNewBuffer(self._device, size)
-                self._check()
-                place = (name.encode(), buffers[name], _FLOAT3, width, height, 0, 4 * channels, 0)
-                library.oidnSetFilterImage(rt, *place)
             for name in features:
                 write(name, features[name])
-            library.oidnSetFilterBool(rt, b"hdr", True)
-            library.oidnCommitFilter(rt)
             self._check()
             yield filtered
         finally:
-            library.oidnReleaseFilter(rt)
-            for buffer in buffers.values():
-                library.oidnReleaseBuffer(buffer)
+            prepared.release()
 
     @property
     def is_cuda(self) -> bool:
         """Whether it is on a GPU of CUDA's."""
         return KINDS.get(self._library.oidnGetDeviceInt(self._device, b"type")) == "CUDA"
 
-    def filter_there(
-        self, shape: tuple[int, int], places: Mapping[str, int], color: str, output: str
-    ) -> FilterThere:
+    def filter_there(self, shape: tuple[int, int], places: Mapping[str, int]) -> PreparedFilter:
         """What filters a picture (h, w, 4) where it is on the device, into another: `places` of
-        both, and of "albedo" and "normal"."""
+        "color", "albedo", "normal" and "output"."""
+        size = 16 * math.prod(shape)
+
+        def at(port: str) -> Any:
+            return self._library.oidnNewSharedBuffer(self._device, places[port], size)
+
+        return self._prepared((*shape, 4), places, at)
+
+    def _prepared(
+        self, shape: tuple[int, ...], ports: Iterable[str], buffer: Callable[[str], Any]
+    ) -> PreparedFilter:
+        """A filter of pictures (h, w, channels), with what `buffer` gives for each port."""
+        height, width, channels = shape
         rt = self._library.oidnNewFilter(self._device, b"RT")
-        made = FilterThere(self._library, rt, self._check)
-        height, width = shape
+        prepared = PreparedFilter(self._library, rt, self._check)
         try:
-            for port, name in {**_FEATURES, "color": color, "output": output}.items():
-                size = 16 * width * height
-                buffer = self._library.oidnNewSharedBuffer(self._device, places[name], size)
-                made.buffers.append(buffer)
+            for port in ports:
+                prepared.buffers[port] = buffer(port)
                 self._check()
-                place = (port.encode(), buffer, _FLOAT3, width, height, 0, 16, 0)
-                self._library.oidnSetFilterImage(rt, *place)
+                image = prepared.buffers[port], _FLOAT3, width, height, 0, 4 * channels, 0
+                self._library.oidnSetFilterImage(rt, port.encode(), *image)
             self._library.oidnSetFilterBool(rt, b"hdr", True)
             self._library.oidnCommitFilter(rt)
             self._check()
         except DenoiserError:
-            made.release()
+            prepared.release()
             raise
-        return made
+        return prepared
 
     def _check(self) -> None:
         if said := self._said():
@@ -249,12 +249,12 @@ class Denoiser:
         return (text.value or b"error %d" % code).decode(errors="replace") if code else ""
 
 
-class FilterThere:
-    """As Denoiser.filter_there says; to be released before the denoiser is closed."""
+class PreparedFilter:
+    """One that knows its images; to be released before the denoiser is closed."""
 
     def __init__(self, library: Any, rt: Any, check: Callable[[], None]) -> None:
         self._library, self._rt, self._check = library, rt, check
-        self.buffers: list[Any] = []
+        self.buffers: dict[str, Any] = {}  # by port
 
     def run(self) -> None:
         """Filter what is there now. Raises DenoiserError."""
@@ -264,6 +264,6 @@ class FilterThere:
     def release(self) -> None:
         """Give its memory back, not the pictures'."""
         self._library.oidnReleaseFilter(self._rt)
-        for buffer in self.buffers:
+        for buffer in self.buffers.values():
             self._library.oidnReleaseBuffer(buffer)
         self.buffers.clear()

@@ -118,7 +118,8 @@ def test_four_channels_and_in_place() -> None:
             with denoiser.filtering(given["first"].shape, features) as filtered:
                 made.append(filtered(given["first"])[..., :3])
         places = {name: image.ctypes.data for name, image in wide.items()}
-        there = denoiser.filter_there(SIZE[:2], places, "first", "clean")
+        places |= {"color": places.pop("first"), "output": places.pop("clean")}
+        there = denoiser.filter_there(SIZE[:2], places)
         there.run()
         there.release()
         assert not denoiser.is_cuda

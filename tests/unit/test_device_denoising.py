@@ -126,11 +126,11 @@ def test_what_opengl_shares_with_the_denoiser(
     filters = []
     for _ in range(2):  # the second with the filters of the first
         assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
-        filters.append([*shared._filters])
+        filters.append([*shared._filters.values()])
     assert len(filters[0]) == 2 and filters[0] == filters[1] and denoised._may_share
     shared._places = {}  # elsewhere than these know
     assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
-    assert len(shared._filters) == 2 and shared._filters != filters[0]
+    assert len(shared._filters) == 2 and [*shared._filters.values()] != filters[0]
     denoised._unshare()
     assert stand_in.released == 1 and not shared._filters
 

@@ -11,7 +11,7 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ...denoiser import CudaBuffers, CudaError, Denoiser, DenoiserError, FilterThere
+from ...denoiser import CudaBuffers, CudaError, Denoiser, DenoiserError, PreparedFilter
 from ...streams import Device, Stream
 from ..kernels import mixture
 from ..kernels.records import SUM
@@ -28,6 +28,7 @@ STREAMS = 9 + 6  # of the picture's size, that a look takes, and what is shared 
 _X, _Y = (1, 0), (0, 1)
 _GIVEN = ("first", "other", "albedo", "normal")  # to the denoiser
 _PAIRS = {"first": "clean", "other": "other_clean"}  # what it makes of halves
+_FIRST = ("first",)  # of one pass both are the same
 _SHARED = (*_GIVEN, *_PAIRS.values())
 
 
@@ -111,13 +112,14 @@ class DeviceDenoisingResolver(DenoisingResolver):
             {"picture": picture, "half": half, **features, **given},
             uniforms={"share": share, "unit": unit, "passes": float(self._film.passes)},
         )
-        clean = self._denoised(given, look, share < 1.0)
+        self._denoise(given, look, _PAIRS if share < 1.0 else _FIRST)
+        clean = {port: given[half] for half, port in _PAIRS.items()}
         lights = {"share": share, "unit": unit}
-        means = map(self._mean_of, clean.values())
-        smooth = unit * sum(x * y for x, y in zip(means, (share, 1.0 - share), strict=True))
         told, kept, mixed = look.stream(), given["albedo"], given["normal"]
         self._left = Stream(self._device, SUM, told.size)
         if share < 1.0:
+            means = map(self._mean_of, clean.values())
+            smooth = unit * sum(x * y for x, y in zip(means, (share, 1.0 - share), strict=True))
             self._told.run(
                 {"picture": picture, "half": half, **clean, "told": told},
                 uniforms=lights | {"floor_light": DARK * (smooth or 1.0)},
@@ -132,28 +134,23 @@ class DeviceDenoisingResolver(DenoisingResolver):
         self._mix.run({**ports, "mixed": mixed, "left": self._left}, uniforms=lights)
         return look.read(mixed).copy()
 
-    def _denoised(
-        self, given: Mapping[str, Stream], look: _Look, differ: bool
-    ) -> dict[str, Stream]:
-        """What the denoiser makes of both halves, in their place; `differ`: they are two."""
-        clean = {clean: given[half] for half, clean in _PAIRS.items()}
-        if self._denoised_there(given, clean, look):
-            return clean
+    def _denoise(self, given: Mapping[str, Stream], look: _Look, halves: Collection[str]) -> None:
+        """Put what the denoiser makes of halves in their place."""
+        if self._denoise_there(given, look, halves):
+            return
         read = {name: partial(look.read, stream) for name, stream in given.items()}
         features = _Lazily({name: read[name] for name in FEATURE_PORTS})
 
         def by(denoiser: Denoiser) -> list[Texels]:
             self.by = denoiser.name
             with denoiser.filtering((*look.shape, 4), features) as filtered:
-                halves = [filtered(read[name]()) for name in [*_PAIRS][: 1 + differ]]
-                return [halves[0], halves[-1]]
+                return [filtered(read[half]()) for half in halves]
 
-        for stream, texels in zip(clean.values(), by_any(self._opened, by), strict=True):
-            stream.upload(texels)
-        return clean
+        for half, texels in zip(halves, by_any(self._opened, by), strict=True):
+            given[half].upload(texels)
 
-    def _denoised_there(
-        self, given: Mapping[str, Stream], clean: Mapping[str, Stream], look: _Look
+    def _denoise_there(
+        self, given: Mapping[str, Stream], look: _Look, halves: Collection[str]
     ) -> bool:
         """The same on the GPU that both are on; whether it could be done."""
         if not self._may_share:
@@ -164,7 +161,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
                 return False
             if self._shared is None:
                 self._shared = _Shared(self._device, look.shape)
-            self._shared.denoise(denoiser, given, clean)
+            self._shared.denoise(denoiser, given, halves)
         except (CudaError, DenoiserError):
             self._may_share = False
             self._unshare()
@@ -213,7 +210,7 @@ class _Shared:
         self._device, self._shape = device, shape
         size = 16 * shape[0] * shape[1]
         self._buffers = {name: device.ctx.buffer(reserve=size) for name in _SHARED}
-        self._filters: list[FilterThere] = []  # of both halves
+        self._filters: dict[str, PreparedFilter] = {}  # by half
         self._places: dict[str, int] = {}  # where they are, as these know
         try:
             self._shared = CudaBuffers({name: x.glo for name, x in self._buffers.items()})
@@ -222,23 +219,28 @@ class _Shared:
             raise
 
     def denoise(
-        self, denoiser: Denoiser, given: Mapping[str, Stream], clean: Mapping[str, Stream]
+        self, denoiser: Denoiser, given: Mapping[str, Stream], halves: Collection[str]
     ) -> None:
-        """Filter the given halves into clean ones."""
+        """Put clean halves in the place of those given."""
         for name, stream in given.items():
             stream.texture.read_into(self._buffers[name])
         self._device.ctx.finish()
         with self._shared.mapped() as places:
             if places != self._places:
-                self._forget_filters()
-                for pair in _PAIRS.items():
-                    made = denoiser.filter_there(self._shape, places, *pair)
-                    self._filters.append(made)
-                self._places = places
-            for each in self._filters:
-                each.run()
-        for name, stream in clean.items():
-            stream.texture.write(self._buffers[name])
+                self._prepare(denoiser, places)
+            for half in halves:
+                self._filters[half].run()
+        for half in halves:
+            given[half].texture.write(self._buffers[_PAIRS[half]])
+
+    def _prepare(self, denoiser: Denoiser, places: dict[str, int]) -> None:
+        """Make filters of both halves for where they are now."""
+        self._forget_filters()
+        features = {name: places[name] for name in FEATURE_PORTS}
+        for half, clean in _PAIRS.items():
+            ports = {"color": places[half], **features, "output": places[clean]}
+            self._filters[half] = denoiser.filter_there(self._shape, ports)
+        self._places = places
 
     def release(self) -> None:
         """Free them."""
@@ -247,7 +249,7 @@ class _Shared:
         self._free()
 
     def _forget_filters(self) -> None:
-        for each in self._filters:
+        for each in self._filters.values():
             each.release()
         self._filters.clear()
         self._places = {}
