@@ -85,6 +85,8 @@ class Tracer:
         filter: str,
         probes: int,
         first_probe: int,
+        expecting: int,
+        least_expected: float,
         seed: int,
         depth: int,
         frame_size: tuple[int, int],

@@ -9,6 +9,10 @@
 //
 // Where the disc is cut, probes are sampled within the cuts, and tell what the surface lacks of the mass
 // there, which is known: few probes would miss what narrow strips are left between two obstacles.
+//
+// A pixel's light is divided by its mean coverage, so where it shows two places, the one with less coverage would have
+// less weight, whatever the radius. Sums and coverage are both divided by what is expected of the coverage, which a
+// photon or another probe does not change: by what cuts leave, and after the first passes by `expecting` probes more.
 #include "lib/rng.glsl"
 #include "lib/pixel.glsl"
 #include "lib/sampling.glsl"
@@ -79,20 +83,23 @@ bool hides(Layer layer, float above, float height, bool is_outside) {
     return layer.is_opaque && ((layer.is_top && is_outside) || layer.above - above < TOUCHES * height);
 }
 
-// Sample the filter within the cuts. What the surface lacks of the tilted filter's mass there, and of the inner
-// one's, over the density of the sampled point. As photons do, all of its layers on the point's side count, but
-// hidden ones: the nearest to the plane, and, `others` times, what else is met; 0: that is not looked for.
-vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 u, float radius, float others) {
+// What probes sample of the tilted filter's mass within the cuts and of the inner one's, and what the surface lacks of it.
+struct Probed { vec2 mass; vec2 missing; };
+
+// Sample the filter within the cuts, over the density of the sampled point. As photons do, all of the surface's layers
+// on the point's side count, but hidden ones: the nearest to the plane, and, `others` times, what else is met; 0: that is
+// not looked for.
+Probed probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 u, float radius, float others) {
     float r2 = radius * radius;
     vec3 normal = frame[2];
     vec2 direction = direction_at(u.y);
     float within = filter_mass(cut_reach2(cuts.first, cuts.second, radius, direction));
     float x2 = sample_filter(u.x * within), away = sqrt(x2 * r2);
     bool is_own = holds(own, direction * away);
-    if (is_own && others == 0.0) return vec2(0.0);
     float mass = max(filter_shape(x2), 1.0e-30);
     vec2 sampled = vec2(1.0, inner_filter_shape(x2) / mass);
     sampled *= vec2(tilted_at(outer, direction * away), tilted_at(inner, direction * away));
+    if (is_own && others == 0.0) return Probed(within * sampled, vec2(0.0));
     float height = away + SURFACE_OFFSET;  // within 45 degrees a surface strays no further
     vec3 origin = place.position + frame * vec3(direction * away, 0.0) + normal * height;
     // The point's own triangle needs no ray.
@@ -130,36 +137,58 @@ vec2 probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, Filter
         origin -= normal * found.t;
         source = found.triangle;
     }
-    return within * (sampled - nearest - others * rest);
+    return Probed(within * sampled, within * (sampled - nearest - others * rest));
 }
 
-// What of the tilted filter, and of the inner one, the surface lacks by this pass's probes; lanes share them.
-vec2 missing_mass(
+// The means of this pass's probes, and of those that tell what to expect, of the untilted filters; lanes share them.
+void send_probes(
     Place place, Own own, bool is_held, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 start,
-    float radius
+    vec2 other_start, float radius, inout Probed sent, inout Probed expectant
 ) {
     int times = outer.scale > MUCH ? TILTED : 1, count = probes * times;
-    vec2 missing = vec2(0.0);
-    for (int i = lane(); i < count; i += LANES) {
-        uint number = first_probe * uint(times) + uint(i);
-        float others = number % uint(LOOKS) == 0u ? float(LOOKS) : 0.0;
+    FilterTilt tilt = outer, inner_tilt = inner;
+    for (int i = lane(); i < count + expecting; i += LANES) {
+        bool is_more = i >= count;
+        uint number = is_more ? uint(i - count) : first_probe * uint(times) + uint(i);
+        float others = !is_more && number % uint(LOOKS) == 0u ? float(LOOKS) : 0.0;
         if (is_held && others == 0.0) continue;
-        vec2 u = r2_sequence(start, number);
-        missing += probe(place, own, frame, cuts, outer, inner, u, radius, others) / float(count);
+        if (is_more) tilt = inner_tilt = no_tilt();
+        vec2 u = r2_sequence(is_more ? other_start : start, number);
+        Probed probed = probe(place, own, frame, cuts, tilt, inner_tilt, u, radius, others);
+        if (is_more) {
+            expectant.missing += probed.missing / float(expecting);
+        } else {
+            sent.mass += probed.mass / float(count);
+            sent.missing += probed.missing / float(count);
+        }
     }
-    return missing;
+}
+
+// The surface's share of the tilted filter, and what scales it, both over what is expected of the coverage: of what the
+// cuts leave, the share that other probes find, as if one more had. Of the least a pass's noise would be too large in the mean.
+// Where they find much, what is missing is taken from the mass that is known, elsewhere from the one that probes sampled,
+// which is as noisy as what is missing, but with it.
+vec2 share_and_scale(FilterTilt filter_tilt, float mass, float missing, float not_expected) {
+    float found = 1.0, over = filter_tilt.known;
+    if (expecting > 0) {
+        found = clamp(1.0 - not_expected / max(filter_tilt.left, 1.0e-6), 0.0, 1.0);
+        over = max(filter_tilt.left * (float(expecting) * found + 1.0) / float(expecting + 1), least_expected);
+    }
+    return vec2(mix(mass, filter_tilt.mass, found) - missing, filter_tilt.scale) / over;
 }
 
 void kernel() {
     Place place = load_place();
     bool is_gathering = is_place(place) && gathers(load_diffuse());
     FilterTilt outer = no_tilt(), inner = no_tilt();
-    vec2 missing = vec2(0.0);
+    Probed sent = Probed(vec2(0.0), vec2(0.0)), expectant = sent;
     if (is_gathering) {
         Facing facing = load_facing();
         vec3 normal = facing.normal;
         // One sequence over all passes: the mean's error falls with the number of probes, not its root.
-        vec2 start = random4(seed, 0u, uint(pixel_number(load_pixel().at)), DIMENSION_COVERAGE + uint(depth)).xy;
+        uint number = uint(pixel_number(load_pixel().at));
+        vec2 start = random4(seed, 0u, number, DIMENSION_COVERAGE + uint(depth)).xy;
+        vec2 other_start = random4(seed, first_probe, number, DIMENSION_EXPECTED + uint(depth)).xy;
         float radius = radius_at(place.position, normal);
         Cuts cuts = load_cuts();
         mat3 frame = frame_about(normal);
@@ -168,11 +197,13 @@ void kernel() {
         if (cuts.first != vec2(0.0)) {
             cut_tilts(cuts, is_held, cuts_of(own), radius, r2_sequence(start, first_probe), outer, inner);
         }
-        missing = missing_mass(place, own, is_held, frame, cuts, outer, inner, start, radius);
+        send_probes(place, own, is_held, frame, cuts, outer, inner, start, other_start, radius, sent, expectant);
     }
-    missing = sum_over_lanes(vec4(missing, 0.0, 0.0)).xy;
+    vec4 means = sum_over_lanes(vec4(sent.mass, sent.missing));
+    vec2 lacks = sum_over_lanes(vec4(expectant.missing, 0.0, 0.0)).xy;
     if (!is_gathering) skip();
-    vec2 share = (vec2(outer.mass, inner.mass) - missing) / vec2(outer.within, inner.within);
-    store_coverage(Coverage(share.x, share.y, outer.scale / outer.within, inner.scale / inner.within));
+    vec2 share = share_and_scale(outer, means.x, means.z, lacks.x);
+    vec2 inner_share = share_and_scale(inner, means.y, means.w, lacks.y);
+    store_coverage(Coverage(share.x, inner_share.x, share.y, inner_share.y));
     store_tilt(Tilt(outer.tilt, inner.tilt));
 }

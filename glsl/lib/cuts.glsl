@@ -36,14 +36,14 @@ const vec2 SURE = vec2(0.8, 1.0), BROAD = vec2(0.25, 0.45);
 // scale (1 + tilt d) times as much. Then the middle of what counts is the point itself, and light that rises
 // evenly towards the cut or away from it is as bright as there: the local linear estimate (Fan & Gijbels 1996),
 // where the surface is what the cuts leave of the disc. `mass` is what counts within the cuts, as much as
-// without a tilt; `within`: the share of the untilted filter that the cuts leave, or 1 where that is not known. Sums and
-// coverage are both divided by it, so that in a pixel's mean places beside a wall weigh as much as others.
-struct FilterTilt { vec2 tilt; float scale; float mass; float within; };
+// without a tilt; `left`: the share of the untilted filter that the cuts leave; `known`: the same, or 1 where it does not
+// tell what is surface.
+struct FilterTilt { vec2 tilt; float scale; float mass; float left; float known; };
 
 // From 0 at the first bound to 1 at the second.
 float rise(vec2 bounds, float x) { return clamp((x - bounds.x) / (bounds.y - bounds.x), 0.0, 1.0); }
 
-FilterTilt no_tilt() { return FilterTilt(vec2(0.0), 1.0, 1.0, 1.0); }
+FilterTilt no_tilt() { return FilterTilt(vec2(0.0), 1.0, 1.0, 1.0, 1.0); }
 
 // A filter's moments within the cuts, in radii: mass, x, y; xx, xy, yy.
 struct CutMoments { vec3 first; vec3 second; };
@@ -52,7 +52,7 @@ struct CutMoments { vec3 first; vec3 second; };
 // be right in the mean. `known`: the share of what the cuts leave on the point's own triangle.
 FilterTilt tilt_of(CutMoments moments, CutMoments others, float radius, float known) {
     vec3 first = moments.first, second = moments.second;
-    float within = mix(1.0, first.x, rise(SURE, known) * rise(BROAD, first.x)), strength = rise(KNOWN, known);
+    float sure = mix(1.0, first.x, rise(SURE, known) * rise(BROAD, first.x)), strength = rise(KNOWN, known);
     float least = LEAST_SPREAD * first.x, xx = second.x + least, yy = second.z + least, xy = second.y;
     float determinant = max(xx * yy - xy * xy, 1.0e-20);
     vec2 tilt = vec2(xy * first.z - yy * first.y, xy * first.y - xx * first.z) / determinant;
@@ -61,7 +61,7 @@ FilterTilt tilt_of(CutMoments moments, CutMoments others, float radius, float kn
     tilt *= strength;
     float scale = first.x / max(first.x - strength * taken, 1.0e-20);
     float mass = scale * (others.first.x + dot(tilt, others.first.yz));
-    return FilterTilt(tilt / radius, scale, mass, within);
+    return FilterTilt(tilt / radius, scale, mass, others.first.x, sure);
 }
 
 float tilted_at(FilterTilt tilt, vec2 at) { return tilt.scale * (1.0 + dot(tilt.tilt, at)); }

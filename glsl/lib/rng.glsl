@@ -61,6 +61,7 @@ const uint DIMENSION_SHADE_PHOTON = 0x800u;  // + bounce
 const uint DIMENSION_SCATTER = 0x1000u;  // + depth
 const uint DIMENSION_COVERAGE = 0x1800u;  // + depth
 const uint DIMENSION_SHADE = 0x1c00u;  // + depth
+const uint DIMENSION_EXPECTED = 0x1e00u;  // + depth
 const uint DIMENSION_DIRECT = 0x2000u;  // + shadow ray + 0x8000 for those by lobes + 0x10000 * depth
 const uint DIMENSION_CHOICE = 0xf000u;  // + 0x10000 * depth: of lights
 const uint DIMENSION_LENS = 0xf100u;

@@ -8,7 +8,7 @@ use crate::filter::{Filter, SAME_ORIENTATION};
 use crate::lanes::{Lanes, widest};
 use crate::packing::{pack_direction, unpack_direction};
 use crate::radius::RadiusField;
-use crate::random::{DIMENSION_COVERAGE, r2_sequence, random4};
+use crate::random::{DIMENSION_COVERAGE, DIMENSION_EXPECTED, r2_sequence, random4};
 use crate::trace::{Tree, Visible};
 use crate::vector::{dot, frame_about, normal_of, point_in, sin_cos_of_turns};
 use crate::watertight::Ray;
@@ -43,9 +43,36 @@ pub struct Probes {
     pub seed: u32,
     /// Probes that earlier passes sent.
     pub first: u32,
+    /// Probes more, that tell what is expected of the coverage; 0: cuts alone tell.
+    pub expecting: u32,
+    /// At least so much is expected.
+    pub least_expected: f32,
     pub depth: u32,
     /// Pixels a row of the frame.
     pub frame_width: usize,
+}
+
+impl Probes {
+    /// The surface's share of the tilted filter, and what scales it (glsl/kernels/coverage.glsl); `not_expected`: what
+    /// the surface lacks of the untilted one by other probes.
+    #[inline(always)]
+    fn share_and_scale(&self, tilt: &Tilt, mass: f32, missing: f32, not_expected: f32) -> [f32; 2] {
+        let (mut found, mut over) = (1.0, tilt.known);
+        if self.expecting > 0 {
+            let count = self.expecting as f32;
+            found = (1.0 - not_expected / tilt.left.max(1.0e-6)).clamp(0.0, 1.0);
+            over = (tilt.left * (count * found + 1.0) / (count + 1.0)).max(self.least_expected);
+        }
+        let mass = mass + found * (tilt.mass - mass);
+        [(mass - missing) / over, tilt.scale / over]
+    }
+}
+
+/// Where a pixel's probes start.
+#[inline(always)]
+fn start_of(probes: &Probes, pass_index: u32, pixel: u32, dimension: u32) -> [f32; 2] {
+    let numbers = random4(probes.seed, pass_index, pixel, dimension.wrapping_add(probes.depth));
+    [numbers[0], numbers[1]]
 }
 
 /// Visible points as streams: the pixels of the frame that see them, positions and surfaces (0: no point), normals,
@@ -147,8 +174,7 @@ widest! {
             let cuts = points.cuts[at];
             let [column, row, ..] = points.pixels[at];
             let pixel = (row as usize * probes.frame_width + column as usize) as u32;
-            let numbers = random4(probes.seed, 0, pixel, DIMENSION_COVERAGE.wrapping_add(probes.depth));
-            let start = [numbers[0], numbers[1]];
+            let start = start_of(probes, 0, pixel, DIMENSION_COVERAGE);
             let position = [x, y, z];
             let tilts = [Tilt::NONE; 2];
             let mut point = Point { position, normal, tangent, bitangent, surface, radius, cuts, tilts };
@@ -161,24 +187,29 @@ widest! {
             }
             let times = if point.tilts[0].scale > MUCH { TILTED } else { 1 };
             let (count, first_probe) = (probes.count * times, probes.first.wrapping_mul(times));
-            let mut missing = [0.0; 2];
+            let (mut sent, mut expectant) = (Probed::NONE, Probed::NONE);
             for number in (0..count).map(|probe| first_probe.wrapping_add(probe)) {
                 let others = if number % LOOKS == 0 { LOOKS as f32 } else { 0.0 };
                 if is_held && others == 0.0 {
                     continue;
                 }
                 let probe = Probe { u: r2_sequence(start, number), others };
-                let found = probe_surface::<L>(tree, triangles, &point, &own, &probe, probes.filter, &mut stack);
-                missing = [missing[0] + found[0], missing[1] + found[1]];
+                sent.add(&probe_surface::<L>(tree, triangles, &point, &own, &probe, probes.filter, &mut stack), count);
             }
             let [outer, inner] = point.tilts;
-            let count = count as f32;
-            *out = [
-                (outer.mass - missing[0] / count) / outer.within,
-                (inner.mass - missing[1] / count) / inner.within,
-                outer.scale / outer.within,
-                inner.scale / inner.within,
-            ];
+            if !is_held && probes.expecting > 0 {
+                point.tilts = [Tilt::NONE; 2];
+                let start = start_of(probes, probes.first, pixel, DIMENSION_EXPECTED);
+                for number in 0..probes.expecting {
+                    let probe = Probe { u: r2_sequence(start, number), others: 0.0 };
+                    let found = probe_surface::<L>(tree, triangles, &point, &own, &probe, probes.filter, &mut stack);
+                    expectant.add(&found, probes.expecting);
+                }
+            }
+            let [share, scale] = probes.share_and_scale(&outer, sent.mass[0], sent.missing[0], expectant.missing[0]);
+            let [inner_share, inner_scale] =
+                probes.share_and_scale(&inner, sent.mass[1], sent.missing[1], expectant.missing[1]);
+            *out = [share, inner_share, scale, inner_scale];
             *tilt_out = [outer.tilt[0], outer.tilt[1], inner.tilt[0], inner.tilt[1]];
         }
     }
@@ -189,6 +220,26 @@ widest! {
 struct Probe {
     u: [f32; 2],
     others: f32,
+}
+
+/// What probes sample of the tilted filter's mass within the cuts and of the inner one's, and what the surface lacks
+/// of it.
+struct Probed {
+    mass: [f32; 2],
+    missing: [f32; 2],
+}
+
+impl Probed {
+    const NONE: Probed = Probed { mass: [0.0; 2], missing: [0.0; 2] };
+
+    /// Add one of `count` probes to their mean.
+    #[inline(always)]
+    fn add(&mut self, one: &Probed, count: u32) {
+        for k in 0..2 {
+            self.mass[k] += one.mass[k] / count as f32;
+            self.missing[k] += one.missing[k] / count as f32;
+        }
+    }
 }
 
 /// What a probe met before, from above.
@@ -252,8 +303,8 @@ fn tilted_share(point: &Point, filter: Filter, place: [f32; 3], density: f32) ->
     std::array::from_fn(|k| on_surface[k] * point.tilts[k].at(there) / density)
 }
 
-/// Sample the filter within the cuts. What the surface lacks of the tilted filter's mass there, and of the
-/// inner one's, over the density of the sampled point. As photons do, all of its layers on the point's side count.
+/// Sample the filter within the cuts, over the density of the sampled point. As photons do, all of the surface's
+/// layers on the point's side count.
 #[inline(always)]
 fn probe_surface<L: Lanes>(
     tree: &Tree,
@@ -263,15 +314,16 @@ fn probe_surface<L: Lanes>(
     probe: &Probe,
     filter: Filter,
     stack: &mut Stack,
-) -> [f32; 2] {
+) -> Probed {
     let normal = point.normal;
     let drawn = Drawn::of(point, probe, filter);
     let [x, y] = drawn.at;
     let is_own = own.holds(drawn.at);
-    if is_own && probe.others == 0.0 {
-        return [0.0; 2];
-    }
     let (mass, sampled) = drawn.mass_and_tilted(point, filter);
+    let within = sampled.map(|sampled| drawn.within * sampled);
+    if is_own && probe.others == 0.0 {
+        return Probed { mass: within, missing: [0.0; 2] };
+    }
     let height = drawn.distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
     let middle: [f32; 3] =
         std::array::from_fn(|k| point.position[k] + x * point.tangent[k] + y * point.bitangent[k]);
@@ -324,7 +376,9 @@ fn probe_surface<L: Lanes>(
         }
         source = position;
     }
-    std::array::from_fn(|k| drawn.within * (sampled[k] - nearest[k] - probe.others * others[k]))
+    let missing =
+        std::array::from_fn(|k| drawn.within * (sampled[k] - nearest[k] - probe.others * others[k]));
+    Probed { mass: within, missing }
 }
 
 /// The point's own triangle, on which most probes end. Seen from the point in its plane,

@@ -50,17 +50,19 @@ pub(crate) struct Tilt {
     pub(crate) tilt: [f32; 2],
     pub(crate) scale: f32,
     pub(crate) mass: f32,
-    /// The share of the untilted filter that the cuts leave, or 1 where that is not known.
-    pub(crate) within: f32,
+    /// The share of the untilted filter that the cuts leave.
+    pub(crate) left: f32,
+    /// The same, or 1 where it does not tell what is surface.
+    pub(crate) known: f32,
 }
 
 impl Tilt {
-    pub(crate) const NONE: Tilt = Tilt { tilt: [0.0; 2], scale: 1.0, mass: 1.0, within: 1.0 };
+    pub(crate) const NONE: Tilt = Tilt { tilt: [0.0; 2], scale: 1.0, mass: 1.0, left: 1.0, known: 1.0 };
 
     /// From the filter's moments within the cuts, in radii: mass, x, y, xx, xy, yy; and from others that don't
     /// depend on them, for the mass of what is tilted by the former is to be right in the mean.
     fn of([mass, x, y, xx, xy, yy]: [f32; 6], others: [f32; 6], radius: f32, known: f32) -> Tilt {
-        let within = 1.0 + rise(SURE, known) * rise(BROAD, mass) * (mass - 1.0);
+        let sure = 1.0 + rise(SURE, known) * rise(BROAD, mass) * (mass - 1.0);
         let strength = rise(KNOWN, known);
         let least = LEAST_SPREAD * mass;
         let (xx, yy) = (xx + least, yy + least);
@@ -73,7 +75,7 @@ impl Tilt {
         let tilt = tilt.map(|t| strength * t);
         let scale = mass / (mass - strength * taken).max(1.0e-20);
         let mass = scale * (others[0] + tilt[0] * others[1] + tilt[1] * others[2]);
-        Tilt { tilt: tilt.map(|t| t / radius), scale, mass, within }
+        Tilt { tilt: tilt.map(|t| t / radius), scale, mass, left: others[0], known: sure }
     }
 
     /// What something at (x, y) counts.

@@ -5,6 +5,7 @@
 pub(crate) const DIMENSION_LIGHT: u32 = 0;
 pub(crate) const DIMENSION_REFLECT: u32 = 0x100;
 pub(crate) const DIMENSION_COVERAGE: u32 = 0x1800;
+pub(crate) const DIMENSION_EXPECTED: u32 = 0x1e00;
 
 /// Jarzynski & Olano 2020, "Hash Functions for GPU Rendering", pcg4d.
 fn pcg4d(v: [u32; 4]) -> [u32; 4] {

@@ -130,6 +130,8 @@ class NativeCoverage(HostKernel):
         "radius_scale",
         "probes",
         "first_probe",
+        "expecting",
+        "least_expected",
         "seed",
         "depth",
         "frame_size",

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -28,6 +29,9 @@ from ..stage.tables import Tables
 from .camera import EyeCamera
 from .compaction import Compaction
 from .path import CAUSTIC, FIRST, Path, PathStreams
+
+EXPECTS_FROM = 8  # passes from this one on ask what to expect of the coverage
+LEAST_EXPECTED = 0.25  # in the first ones; later less, so that what it leaves of a bias goes, too
 
 
 class Eye:
@@ -299,10 +303,17 @@ class Eye:
         }
 
 
-def probes_of(index: int) -> dict[str, int]:
-    """How many coverage probes pass `index` sends from a point, and how many were sent before.
+def probes_of(index: int) -> dict[str, Any]:
+    """How many coverage probes pass `index` sends from a point, how many were sent before, and how
+    many more tell what is expected of the coverage, and how much is at least.
 
-    More at first: the quotient of few probes is off at edges.
+    More at first: the quotient of few probes is off at edges. What is expected comes later: there
+    are specks where little of few probes is, and what it mends shows once noise is little.
     """
     first = 8 * min(index, 3)
-    return {"probes": 8 if index < 3 else 4, "first_probe": first + 4 * max(index - 3, 0)}
+    return {
+        "probes": 8 if index < 3 else 4,
+        "first_probe": first + 4 * max(index - 3, 0),
+        "expecting": 0 if index < EXPECTS_FROM else 4,
+        "least_expected": LEAST_EXPECTED * min(1.0, math.sqrt(16.0 / (index + 1))),
+    }

@@ -34,7 +34,7 @@ CHANNELS = {
 # Film images that all pictures are made of, as far as there are any, and what else those named are.
 OF_ALL = ("direct", "indirect", "background", *MIRROR_IMAGES, *EMISSION_IMAGES, "combined", "blur")
 MADE_OF = {"Normal": "normal", "Illuminance": "illuminance", **FEATURES}
-LEAST_COVERAGE = 0.02  # a mean below it is noise: dividing by it would make fireflies
+LEAST_COVERAGE = 0.1  # a mean below it is mostly noise: dividing by it would make fireflies
 
 
 def images_for(wanted: Collection[str]) -> frozenset[str]:

@@ -29,6 +29,8 @@ class Coverage(Kernel):
         "seed": Uniform("uint"),
         "probes": Uniform("int"),
         "first_probe": Uniform("uint"),
+        "expecting": Uniform("int"),
+        "least_expected": Uniform("float"),
         "depth": Uniform("int"),
         "frame_size": Uniform("ivec2"),
     } | radius_field.UNIFORMS

@@ -202,13 +202,14 @@ impl Tracer {
     /// Takes streams float32[H, W, 4]: pixel (column and row in the frame), place (position,
     /// surface + 1; 0: no point), facing (normal), shading (unused, leaf position of the triangle), cuts,
     /// diffuse (albedo, flags; 0: not of interest); radii, of which each is multiplied by radius_scale;
-    /// filter (constant, cone, gaussian, epanechnikov); probes a point, and how many were sent before; what
+    /// filter (constant, cone, gaussian, epanechnikov); probes a point, and how many were sent before; how
+    /// many more tell what is expected of the share, by which all is divided, and how much is at least; what
     /// random numbers depend on besides the pixel: seed, depth, frame_size; solid int8[K], as solid_triangles
     /// tells it, in leaf order, or None: no triangle bounds one.
     /// Returns two float32[H, W, 4]: the filter's share, the inner filter's, and what scales either; how they
     /// are tilted.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (pixel, place, facing, shading, cuts, diffuse, radii, *, radius_scale, filter, probes, first_probe, seed, depth, frame_size, solid=None))]
+    #[pyo3(signature = (pixel, place, facing, shading, cuts, diffuse, radii, *, radius_scale, filter, probes, first_probe, expecting, least_expected, seed, depth, frame_size, solid=None))]
     fn coverage<'py>(
         &self,
         py: Python<'py>,
@@ -223,6 +224,8 @@ impl Tracer {
         filter: &str,
         probes: u32,
         first_probe: u32,
+        expecting: u32,
+        least_expected: f32,
         seed: u32,
         depth: u32,
         frame_size: (usize, usize),
@@ -242,6 +245,8 @@ impl Tracer {
             radius_scale,
             filter: Filter::named(filter)?,
             first: first_probe,
+            expecting,
+            least_expected,
             seed,
             depth,
             frame_width: frame_size.0,
