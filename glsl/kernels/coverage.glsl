@@ -11,8 +11,8 @@
 // there, which is known: few probes would miss what narrow strips are left between two obstacles.
 //
 // A pixel's light is divided by its mean coverage, so where it shows two places, the one with less coverage would have
-// less weight, whatever the radius. Sums and coverage are both divided by what is expected of the coverage, which a
-// photon or another probe does not change: by what cuts leave, and after the first passes by `expecting` probes more.
+// less weight. Sums and coverage are both divided by what is expected of the coverage, which no photon and no other
+// probe of the pass changes: by what cuts leave, and after the first passes by what `expecting` probes more find.
 #include "lib/rng.glsl"
 #include "lib/pixel.glsl"
 #include "lib/sampling.glsl"
@@ -83,12 +83,12 @@ bool hides(Layer layer, float above, float height, bool is_outside) {
     return layer.is_opaque && ((layer.is_top && is_outside) || layer.above - above < TOUCHES * height);
 }
 
-// What probes sample of the tilted filter's mass within the cuts and of the inner one's, and what the surface lacks of it.
+// What probes sample of the tilted filter's mass within the cuts and of the inner one's; what the surface lacks of it.
 struct Probed { vec2 mass; vec2 missing; };
 
 // Sample the filter within the cuts, over the density of the sampled point. As photons do, all of the surface's layers
-// on the point's side count, but hidden ones: the nearest to the plane, and, `others` times, what else is met; 0: that is
-// not looked for.
+// on the point's side count, but hidden ones: the nearest to the plane, and, `others` times, what else is met; 0: that
+// is not looked for.
 Probed probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 u, float radius, float others) {
     float r2 = radius * radius;
     vec3 normal = frame[2];
@@ -165,9 +165,9 @@ void send_probes(
 }
 
 // The surface's share of the tilted filter, and what scales it, both over what is expected of the coverage: of what the
-// cuts leave, the share that other probes find, as if one more had. Of the least a pass's noise would be too large in the mean.
-// Where they find much, what is missing is taken from the mass that is known, elsewhere from the one that probes sampled,
-// which is as noisy as what is missing, but with it.
+// cuts leave, the share that other probes find, as if one more had, and no less than what keeps one pass from
+// outweighing the others. Where they find much, what is missing is taken from the mass that is known, elsewhere from
+// the one that probes sampled: that is as noisy as what is missing, but with it.
 vec2 share_and_scale(FilterTilt filter_tilt, float mass, float missing, float not_expected) {
     float found = 1.0, over = filter_tilt.known;
     if (expecting > 0) {

@@ -36,8 +36,8 @@ const vec2 SURE = vec2(0.8, 1.0), BROAD = vec2(0.25, 0.45);
 // scale (1 + tilt d) times as much. Then the middle of what counts is the point itself, and light that rises
 // evenly towards the cut or away from it is as bright as there: the local linear estimate (Fan & Gijbels 1996),
 // where the surface is what the cuts leave of the disc. `mass` is what counts within the cuts, as much as
-// without a tilt; `left`: the share of the untilted filter that the cuts leave; `known`: the same, or 1 where it does not
-// tell what is surface.
+// without a tilt; `left`: the share of the untilted filter that the cuts leave, of which the mass does not depend; `known`:
+// that, or 1 where it does not tell what is surface.
 struct FilterTilt { vec2 tilt; float scale; float mass; float left; float known; };
 
 // From 0 at the first bound to 1 at the second.
@@ -61,7 +61,7 @@ FilterTilt tilt_of(CutMoments moments, CutMoments others, float radius, float kn
     tilt *= strength;
     float scale = first.x / max(first.x - strength * taken, 1.0e-20);
     float mass = scale * (others.first.x + dot(tilt, others.first.yz));
-    return FilterTilt(tilt / radius, scale, mass, others.first.x, sure);
+    return FilterTilt(tilt / radius, scale, mass, first.x, sure);
 }
 
 float tilted_at(FilterTilt tilt, vec2 at) { return tilt.scale * (1.0 + dot(tilt.tilt, at)); }

@@ -50,7 +50,7 @@ pub(crate) struct Tilt {
     pub(crate) tilt: [f32; 2],
     pub(crate) scale: f32,
     pub(crate) mass: f32,
-    /// The share of the untilted filter that the cuts leave.
+    /// The share of the untilted filter that the cuts leave, of which the mass does not depend.
     pub(crate) left: f32,
     /// The same, or 1 where it does not tell what is surface.
     pub(crate) known: f32,
@@ -62,6 +62,7 @@ impl Tilt {
     /// From the filter's moments within the cuts, in radii: mass, x, y, xx, xy, yy; and from others that don't
     /// depend on them, for the mass of what is tilted by the former is to be right in the mean.
     fn of([mass, x, y, xx, xy, yy]: [f32; 6], others: [f32; 6], radius: f32, known: f32) -> Tilt {
+        let left = mass;
         let sure = 1.0 + rise(SURE, known) * rise(BROAD, mass) * (mass - 1.0);
         let strength = rise(KNOWN, known);
         let least = LEAST_SPREAD * mass;
@@ -75,7 +76,7 @@ impl Tilt {
         let tilt = tilt.map(|t| strength * t);
         let scale = mass / (mass - strength * taken).max(1.0e-20);
         let mass = scale * (others[0] + tilt[0] * others[1] + tilt[1] * others[2]);
-        Tilt { tilt: tilt.map(|t| t / radius), scale, mass, left: others[0], known: sure }
+        Tilt { tilt: tilt.map(|t| t / radius), scale, mass, left, known: sure }
     }
 
     /// What something at (x, y) counts.

@@ -304,11 +304,11 @@ class Eye:
 
 
 def probes_of(index: int) -> dict[str, Any]:
-    """How many coverage probes pass `index` sends from a point, how many were sent before, and how
-    many more tell what is expected of the coverage, and how much is at least.
+    """Coverage probes of pass `index` from each point.
 
-    More at first: the quotient of few probes is off at edges. What is expected comes later: there
-    are specks where little of few probes is, and what it mends shows once noise is little.
+    How many, how many were sent before, how many more tell what to expect of the coverage, and how
+    much is expected at least. More at first: the quotient of few probes is off at edges. What to
+    expect is asked later: divided by it few passes have specks.
     """
     first = 8 * min(index, 3)
     return {

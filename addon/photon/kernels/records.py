@@ -66,7 +66,8 @@ DEPOSIT = Record("Deposit", {"flux": "vec3", "normal": "float"})
 GATHER_RADIUS = Record("GatherRadius", {"radius": "float"})  # [scene units]
 # Half planes that end a visible point's disc (lib/cuts.glsl) [1 / scene units]; zero: no cut
 CUTS = Record("Cuts", {"first": "vec2", "second": "vec2"})
-# Share of the filter, and of the inner one, on its own surface; what scales either where it is cut.
+# Share of the filter, and of the inner one, on its own surface, over what is expected: about 1;
+# what scales either, over the same.
 COVERAGE = Record(
     "Coverage",
     {"share": "float", "inner": "float", "scale": "float", "inner_scale": "float"},
