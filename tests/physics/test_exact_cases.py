@@ -58,7 +58,7 @@ def test_case_2_mirror_and_diffuse_ledger(device: Device) -> None:
 @pytest.mark.thorough("0.1-", "0.02-", "0.5-8000")
 @pytest.mark.parametrize(
     ("radius", "photons", "passes"),
-    [(0.02, 250000, 1), (0.1, 150000, 1), (0.5, 100000, 1), (0.5, 8000, 16)],
+    [(0.02, 250000, 1), (0.1, 150000, 1), (0.5, 100000, 1), (0.5, 8000, 64)],
 )
 @pytest.mark.stability(9)
 def test_case_3_any_radius_on_a_sphere(
