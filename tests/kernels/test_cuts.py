@@ -202,7 +202,16 @@ def weights(name: str, x2: Any) -> Any:
     return np.where(x2 <= 1, shape, 0.0) / np.pi
 
 
-def check_shares(name: str, cuts: Any, x: Any, means: Any) -> None:
+def add_pass(means: Any, shares: Any, tilts: Any) -> None:
+    """Add a pass of PASSES to the means of share, scale, and scale times either coordinate of the
+    tilt, by disc and filter."""
+    for k, scale in enumerate((shares[:, 2], shares[:, 3])):
+        means[0, :, k] += shares[:, k] / PASSES
+        means[1, :, k] += scale / PASSES
+        means[2:, :, k] += scale * tilts[:, 2 * k : 2 * k + 2].T * RADIUS / PASSES
+
+
+def check_shares(name: str, cuts: Any, x: Any, means: Any, **near: float) -> None:
     """That discs at x before the plate's edge have the share of their scaled, tilted filters that
     lies on the plate and within the cuts, whatever it is divided by: what is even stays even."""
     side = (np.arange(1200) + 0.5) / 600 - 1
@@ -214,13 +223,14 @@ def check_shares(name: str, cuts: Any, x: Any, means: Any) -> None:
         for k, filter_ in enumerate((weights(name, squares), 2 * weights(name, 2 * squares))):
             share, scale, along_u, along_v = means[:, at, k]
             tilted = filter_ * (scale + along_u * u + along_v * v) / 600**2
-            assert share == pytest.approx((tilted * there).sum(), rel=0.03, abs=0.01)
+            assert share == pytest.approx((tilted * there).sum(), **near)
 
 
 def check_tilted(name: str, cuts: Any, x: Any, means: Any) -> None:
     """That discs at x before the plate's edge, of these cuts, shares, scales and tilts, have the
     mass that lies on the plate, and within the cuts as much as without tilts; both over what that
     is, where the triangle tells it (SURE and BROAD of glsl/lib/cuts.glsl)."""
+    check_shares(name, cuts, x, means, abs=8e-3)
     side = (np.arange(1200) + 0.5) / 600 - 1
     u, v = np.meshgrid(side, side)
     squares = u * u + v * v
@@ -231,10 +241,8 @@ def check_tilted(name: str, cuts: Any, x: Any, means: Any) -> None:
         known = (weights(name, squares) * within * on_plate).sum()
         sure = np.clip(known / (weights(name, squares) * within).sum() / 0.2 - 4, 0, 1)
         for k, filter_ in enumerate((weights(name, squares), 2 * weights(name, 2 * squares))):
-            share, scale, along_u, along_v = means[:, at, k]
+            _, scale, along_u, along_v = means[:, at, k]
             tilted = filter_ * (scale + along_u * u + along_v * v) / 600**2
-            on_surface = (tilted * within * on_plate).sum()
-            assert share == pytest.approx(on_surface, abs=8e-3)
             left = (filter_ * within).sum() / 600**2
             over = 1 + sure * np.clip((left - 0.25) / 0.2, 0, 1) * (left - 1)
             tilted *= within  # as good as 16 directions tell
@@ -292,10 +300,7 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
         np.testing.assert_allclose(found["coverage"][:, :2], shares[:, :2], atol=apart)
         np.testing.assert_allclose(found["coverage"][:, 2:], shares[:, 2:], rtol=1e-3)
         np.testing.assert_allclose(found["tilt"], tilts, rtol=1e-3, atol=1e-3 / RADIUS)
-        for k, scale in enumerate((shares[:, 2], shares[:, 3])):
-            means[0, :, k] += shares[:, k] / PASSES
-            means[1, :, k] += scale / PASSES
-            means[2:, :, k] += scale * tilts[:, 2 * k : 2 * k + 2].T * RADIUS / PASSES
+        add_pass(means, shares, tilts)
     check_tilted(name, cuts, x, means)
     draw |= {"expecting": 4, "least_expected": 0.05}
     means[:] = 0.0
@@ -308,11 +313,8 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
         shares, tilts = (x[0] for x in ours)
         same = np.isclose(found, shares, rtol=1e-3, atol=8 / PROBES).all(axis=1)
         assert same.mean() > 0.9  # a probe at the plate's border may fall to either side
-        for k, scale in enumerate((shares[:, 2], shares[:, 3])):
-            means[0, :, k] += shares[:, k] / PASSES
-            means[1, :, k] += scale / PASSES
-            means[2:, :, k] += scale * tilts[:, 2 * k : 2 * k + 2].T * RADIUS / PASSES
-    check_shares(name, cuts, x, means)
+        add_pass(means, shares, tilts)
+    check_shares(name, cuts, x, means, rel=0.03, abs=0.01)
 
 
 @pytest.mark.parametrize(("quads", "is_cut"), [(60, True), (70, False)])
