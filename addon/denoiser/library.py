@@ -31,6 +31,7 @@ NAMES = {
 _ANY, _CPU = 0, 1  # kinds of devices: the fastest that there is, the processor
 KINDS = {1: "CPU", 2: "SYCL", 3: "CUDA", 4: "HIP", 5: "Metal"}
 _FLOAT3 = 3
+_BALANCED = 5  # quality
 _SIGNATURES: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "oidnNewDevice": (c_void_p, (c_int,)),
     "oidnSetDeviceInt": (None, (c_void_p, c_char_p, c_int)),
@@ -46,6 +47,7 @@ _SIGNATURES: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "oidnNewFilter": (c_void_p, (c_void_p, c_char_p)),
     "oidnReleaseFilter": (None, (c_void_p,)),
     "oidnSetFilterBool": (None, (c_void_p, c_char_p, c_bool)),
+    "oidnSetFilterInt": (None, (c_void_p, c_char_p, c_int)),
     "oidnSetFilterImage": (
         None,
         (c_void_p, c_char_p, c_void_p, c_int, *(c_size_t,) * 5),
@@ -174,30 +176,28 @@ class Denoiser:
         whose last channel says nothing; `features` of the same: "albedo" in [0, 1], and with it
         perhaps "normal". Each is asked for when it is taken."""
         library, size = self._library, 4 * math.prod(shape)
-
-        def new(_: str) -> Any:
-            return library.oidnNewBuffer(self._device, size)
-
-        prepared = self._prepared(shape, ("color", *features, "output"), new)
-        buffers = prepared.buffers
+        prepared = PreparedFilter(library, self._device, shape, self._check)
 
         def write(name: str, image: Pixels) -> None:
             assert image.shape == shape, (name, image.shape, shape)
             pixels = np.ascontiguousarray(image, np.float32)
-            library.oidnWriteBuffer(buffers[name], 0, size, pixels.ctypes.data)
+            library.oidnWriteBuffer(prepared.buffers[name], 0, size, pixels.ctypes.data)
 
         def filtered(picture: Pixels) -> Pixels:
             result = np.empty(shape, np.float32)
             write("color", picture)
-            prepared.run()
-            library.oidnReadBuffer(buffers["output"], 0, size, result.ctypes.data)
+            prepared.run("color")
+            library.oidnReadBuffer(prepared.buffers["output"], 0, size, result.ctypes.data)
             self._check()
             return result
 
         try:
+            for name in ("color", *features, "output"):
+                prepared.add_buffer(name, library.oidnNewBuffer(self._device, size))
+            prepared.add_filters(features, {"color": "output"})
             for name in features:
                 write(name, features[name])
-            self._check()
+            prepared.clean_features()
             yield filtered
         finally:
             prepared.release()
@@ -207,32 +207,19 @@ class Denoiser:
         """Whether it is on a GPU of CUDA's."""
         return KINDS.get(self._library.oidnGetDeviceInt(self._device, b"type")) == "CUDA"
 
-    def filter_there(self, shape: tuple[int, int], places: Mapping[str, int]) -> PreparedFilter:
-        """What filters a picture (h, w, 4) where it is on the device, into another: `places` of
-        "color", "albedo", "normal" and "output"."""
-        size = 16 * math.prod(shape)
-
-        def at(port: str) -> Any:
-            return self._library.oidnNewSharedBuffer(self._device, places[port], size)
-
-        return self._prepared((*shape, 4), places, at)
-
-    def _prepared(
-        self, shape: tuple[int, ...], ports: Iterable[str], buffer: Callable[[str], Any]
+    def filter_there(
+        self, shape: tuple[int, int], places: Mapping[str, int], pictures: Mapping[str, str]
     ) -> PreparedFilter:
-        """A filter of pictures (h, w, channels), with what `buffer` gives for each port."""
-        height, width, channels = shape
-        rt = self._library.oidnNewFilter(self._device, b"RT")
-        prepared = PreparedFilter(self._library, rt, self._check)
+        """What filters pictures (h, w, 4) where they are on the device: `places` of "albedo", of
+        "normal", and of pictures, of each of which the mapping says into which it is filtered."""
+        size = 16 * math.prod(shape)
+        prepared = PreparedFilter(self._library, self._device, (*shape, 4), self._check)
         try:
-            for port in ports:
-                prepared.buffers[port] = buffer(port)
-                self._check()
-                image = prepared.buffers[port], _FLOAT3, width, height, 0, 4 * channels, 0
-                self._library.oidnSetFilterImage(rt, port.encode(), *image)
-            self._library.oidnSetFilterBool(rt, b"hdr", True)
-            self._library.oidnCommitFilter(rt)
-            self._check()
+            for name, place in places.items():
+                buffer = self._library.oidnNewSharedBuffer(self._device, place, size)
+                prepared.add_buffer(name, buffer)
+            features = [name for name in ("albedo", "normal") if name in places]
+            prepared.add_filters(features, pictures)
         except DenoiserError:
             prepared.release()
             raise
@@ -250,20 +237,69 @@ class Denoiser:
 
 
 class PreparedFilter:
-    """One that knows its images; to be released before the denoiser is closed."""
+    """Filters that know their images; to be released before the denoiser is closed.
 
-    def __init__(self, library: Any, rt: Any, check: Callable[[], None]) -> None:
-        self._library, self._rt, self._check = library, rt, check
-        self.buffers: dict[str, Any] = {}  # by port
+    Features are filtered first, each by itself, and pictures go by what comes of that: at edges,
+    and through glass, features of few passes are noisy themselves.
+    """
 
-    def run(self) -> None:
-        """Filter what is there now. Raises DenoiserError."""
-        self._library.oidnExecuteFilter(self._rt)
+    def __init__(
+        self, library: Any, device: Any, shape: tuple[int, ...], check: Callable[[], None]
+    ) -> None:
+        """Of images (h, w, channels); `check` raises DenoiserError."""
+        self._library, self._device, self._shape, self._check = library, device, shape, check
+        self.buffers: dict[str, Any] = {}  # of images, by name
+        self._of_features: list[Any] = []
+        self._of_pictures: dict[str, Any] = {}  # by picture
+
+    def add_buffer(self, name: str, buffer: Any) -> None:
+        """Take an image's buffer, to be released with this. Raises DenoiserError."""
+        self.buffers[name] = buffer
+        self._check()
+
+    def add_filters(self, features: Iterable[str], pictures: Mapping[str, str]) -> None:
+        """Filters of features, in place, and of pictures into others. Raises DenoiserError."""
+        names = {name: name for name in features}
+        for name in names:
+            self._of_features.append(self._filter({name: name, "output": name}))
+            # Of the networks of features the smaller one is as good, and takes half the time.
+            self._library.oidnSetFilterInt(self._of_features[-1], b"quality", _BALANCED)
+        for picture, output in pictures.items():
+            rt = self._filter({"color": picture, **names, "output": output})
+            self._of_pictures[picture] = rt
+            self._library.oidnSetFilterBool(rt, b"hdr", True)
+            if names:
+                self._library.oidnSetFilterBool(rt, b"cleanAux", True)
+        for rt in (*self._of_features, *self._of_pictures.values()):
+            self._library.oidnCommitFilter(rt)
+            self._check()
+
+    def _filter(self, images: Mapping[str, str]) -> Any:
+        """One of images' names by port."""
+        height, width, channels = self._shape
+        rt = self._library.oidnNewFilter(self._device, b"RT")
+        for port, name in images.items():
+            image = self.buffers[name], _FLOAT3, width, height, 0, 4 * channels, 0
+            self._library.oidnSetFilterImage(rt, port.encode(), *image)
+        return rt
+
+    def clean_features(self) -> None:
+        """Filter the features that are there now, in place, once. Raises DenoiserError."""
+        for rt in self._of_features:
+            self._library.oidnExecuteFilter(rt)
+        self._check()
+
+    def run(self, picture: str) -> None:
+        """Filter the picture that is there now. Raises DenoiserError."""
+        self._library.oidnExecuteFilter(self._of_pictures[picture])
         self._check()
 
     def release(self) -> None:
         """Give its memory back, not the pictures'."""
-        self._library.oidnReleaseFilter(self._rt)
+        for rt in (*self._of_features, *self._of_pictures.values()):
+            self._library.oidnReleaseFilter(rt)
         for buffer in self.buffers.values():
             self._library.oidnReleaseBuffer(buffer)
+        self._of_features.clear()
+        self._of_pictures.clear()
         self.buffers.clear()

@@ -118,9 +118,9 @@ def test_four_channels_and_in_place() -> None:
             with denoiser.filtering(given["first"].shape, features) as filtered:
                 made.append(filtered(given["first"])[..., :3])
         places = {name: image.ctypes.data for name, image in wide.items()}
-        places |= {"color": places.pop("first"), "output": places.pop("clean")}
-        there = denoiser.filter_there(SIZE[:2], places)
-        there.run()
+        there = denoiser.filter_there(SIZE[:2], places, {"first": "clean"})
+        there.clean_features()
+        there.run("first")
         there.release()
         assert not denoiser.is_cuda
     made.append(wide["clean"][..., :3])

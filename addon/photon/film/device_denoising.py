@@ -210,7 +210,7 @@ class _Shared:
         self._device, self._shape = device, shape
         size = 16 * shape[0] * shape[1]
         self._buffers = {name: device.ctx.buffer(reserve=size) for name in _SHARED}
-        self._filters: dict[str, PreparedFilter] = {}  # by half
+        self._filter: PreparedFilter | None = None
         self._places: dict[str, int] = {}  # where they are, as these know
         try:
             self._shared = CudaBuffers({name: x.glo for name, x in self._buffers.items()})
@@ -226,33 +226,26 @@ class _Shared:
             stream.texture.read_into(self._buffers[name])
         self._device.ctx.finish()
         with self._shared.mapped() as places:
-            if places != self._places:
-                self._prepare(denoiser, places)
+            if self._filter is None or places != self._places:
+                self._forget_filter()
+                self._filter = denoiser.filter_there(self._shape, places, _PAIRS)
+                self._places = places
+            self._filter.clean_features()
             for half in halves:
-                self._filters[half].run()
+                self._filter.run(half)
         for half in halves:
             given[half].texture.write(self._buffers[_PAIRS[half]])
 
-    def _prepare(self, denoiser: Denoiser, places: dict[str, int]) -> None:
-        """Make filters of both halves for where they are now."""
-        self._forget_filters()
-        features = {name: places[name] for name in FEATURE_PORTS}
-        for half, clean in _PAIRS.items():
-            ports = {"color": places[half], **features, "output": places[clean]}
-            self._filters[half] = denoiser.filter_there(self._shape, ports)
-        self._places = places
-
     def release(self) -> None:
         """Free them."""
-        self._forget_filters()
+        self._forget_filter()
         self._shared.release()
         self._free()
 
-    def _forget_filters(self) -> None:
-        for each in self._filters.values():
-            each.release()
-        self._filters.clear()
-        self._places = {}
+    def _forget_filter(self) -> None:
+        if self._filter:
+            self._filter.release()
+            self._filter = None
 
     def _free(self) -> None:
         for buffer in self._buffers.values():
