@@ -170,11 +170,11 @@ class Denoiser:
 
     @contextmanager
     def filtering(
-        self, shape: tuple[int, ...], features: Mapping[str, Pixels]
+        self, shape: tuple[int, ...], features: Mapping[str, Pixels], features_first: bool = False
     ) -> Iterator[Callable[[Pixels], Pixels]]:
         """What takes the noise out of pictures of linear light of a shape (h, w, 3), or (h, w, 4),
         whose last channel says nothing; `features` of the same: "albedo" in [0, 1], and with it
-        perhaps "normal". Each is asked for when it is taken."""
+        perhaps "normal". Each is asked for when it is taken. `features_first` as PreparedFilter."""
         library, size = self._library, 4 * math.prod(shape)
         prepared = PreparedFilter(library, self._device, shape, self._check)
 
@@ -194,7 +194,7 @@ class Denoiser:
         try:
             for name in ("color", *features, "output"):
                 prepared.add_buffer(name, library.oidnNewBuffer(self._device, size))
-            prepared.add_filters(features, {"color": "output"})
+            prepared.add_filters(features, {"color": "output"}, features_first)
             for name in features:
                 write(name, features[name])
             prepared.clean_features()
@@ -208,7 +208,11 @@ class Denoiser:
         return KINDS.get(self._library.oidnGetDeviceInt(self._device, b"type")) == "CUDA"
 
     def filter_there(
-        self, shape: tuple[int, int], places: Mapping[str, int], pictures: Mapping[str, str]
+        self,
+        shape: tuple[int, int],
+        places: Mapping[str, int],
+        pictures: Mapping[str, str],
+        features_first: bool = False,
     ) -> PreparedFilter:
         """What filters pictures (h, w, 4) where they are on the device: `places` of "albedo", of
         "normal", and of pictures, of each of which the mapping says into which it is filtered."""
@@ -219,7 +223,7 @@ class Denoiser:
                 buffer = self._library.oidnNewSharedBuffer(self._device, place, size)
                 prepared.add_buffer(name, buffer)
             features = [name for name in ("albedo", "normal") if name in places]
-            prepared.add_filters(features, pictures)
+            prepared.add_filters(features, pictures, features_first)
         except DenoiserError:
             prepared.release()
             raise
@@ -239,8 +243,8 @@ class Denoiser:
 class PreparedFilter:
     """Filters that know their images; to be released before the denoiser is closed.
 
-    Features are filtered first, each by itself, and pictures go by what comes of that: at edges,
-    and through glass, features of few passes are noisy themselves.
+    With `features_first`, features are filtered by themselves, in place, and pictures go by what
+    comes of that: seen by way of glass, or out of focus, they are noisy themselves.
     """
 
     def __init__(
@@ -257,10 +261,12 @@ class PreparedFilter:
         self.buffers[name] = buffer
         self._check()
 
-    def add_filters(self, features: Iterable[str], pictures: Mapping[str, str]) -> None:
-        """Filters of features, in place, and of pictures into others. Raises DenoiserError."""
+    def add_filters(
+        self, features: Iterable[str], pictures: Mapping[str, str], features_first: bool
+    ) -> None:
+        """Filters of pictures into others, and perhaps of features. Raises DenoiserError."""
         names = {name: name for name in features}
-        for name in names:
+        for name in names if features_first else ():
             self._of_features.append(self._filter({name: name, "output": name}))
             # Of the networks of features the smaller one is as good, and takes half the time.
             self._library.oidnSetFilterInt(self._of_features[-1], b"quality", _BALANCED)
@@ -268,8 +274,7 @@ class PreparedFilter:
             rt = self._filter({"color": picture, **names, "output": output})
             self._of_pictures[picture] = rt
             self._library.oidnSetFilterBool(rt, b"hdr", True)
-            if names:
-                self._library.oidnSetFilterBool(rt, b"cleanAux", True)
+            self._library.oidnSetFilterBool(rt, b"cleanAux", features_first)
         for rt in (*self._of_features, *self._of_pictures.values()):
             self._library.oidnCommitFilter(rt)
             self._check()
@@ -284,7 +289,7 @@ class PreparedFilter:
         return rt
 
     def clean_features(self) -> None:
-        """Filter the features that are there now, in place, once. Raises DenoiserError."""
+        """Filter features that have come, if they are to be. Raises DenoiserError."""
         for rt in self._of_features:
             self._library.oidnExecuteFilter(rt)
         self._check()

@@ -184,7 +184,8 @@ class _Preparation:
             self._own.append(resolver.release)
             denoised = None
             if settings.denoise:
-                denoised = backend.denoising_resolver(film, resolver, self._kept.opened())
+                noisy = needs.noisy_features or device_scene.movement is not None
+                denoised = backend.denoising_resolver(film, resolver, self._kept.opened(), noisy)
                 self._own.append(denoised.release)
             estimators = self._estimators(device_scene, needs) if mapper else None
             if mapper:

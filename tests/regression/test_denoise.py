@@ -16,10 +16,12 @@ from addon.photon.film import denoise, resolver
 from addon.photon.film.error import DARK
 from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
-from addon.photon.scene import Scene
+from addon.photon.scene import Lobe, Material, Scene
+from addon.photon.scene.camera import Lens
 from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.scenes import Builder, cornell, plain_material, random_room
+from tests.unit.test_movement import SCENE as MOVES
 
 from .make_room_references import FILE, SIZE
 
@@ -222,6 +224,23 @@ def test_a_gpu_without_room(device: Device, monkeypatch: pytest.MonkeyPatch) -> 
         assert not any("denoised" in x for x in renderer.warnings)
         renderer.release()
     assert tried == [False, True] and np.array_equal(*made)
+
+
+@needs_it
+@pytest.mark.parametrize("what", ["cornell", "mirror", "glass", "lens", "moves"])
+def test_which_features_are_noisy(device: Device, what: str) -> None:
+    """Those that hang on chance, so that they are filtered first."""
+    scene = MOVES if what == "moves" else cornell(mirror=what in ("mirror", "glass"))
+    if what == "glass":
+        given = {"ior": 1.5, "tint": (1.0,) * 3, "reflects": 2.0, "open": 0.0}
+        lobe = Lobe("glass", (1.0,) * 3, given)
+        ball = Material("glass", (0.0,) * 3, (lobe,))
+        scene = replace(scene, materials=(*scene.materials[:-1], ball))
+    if what == "lens":
+        scene = replace(scene, camera=replace(scene.camera, lens=Lens(0.1, 4.0)))
+    renderer = rendered(device, scene, replace(SMALL, passes=1, denoise=True))
+    assert renderer._denoised._features_first == (what in ("glass", "lens", "moves"))
+    renderer.release()
 
 
 @needs_it

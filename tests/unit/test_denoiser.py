@@ -103,7 +103,27 @@ def test_noise_goes_and_bits_stay() -> None:
 
 
 @needs_it
-def test_four_channels_and_in_place() -> None:
+def test_noisy_features() -> None:
+    """Where they are filtered first, their noise does not come back in the picture."""
+    rng = np.random.default_rng(3)
+    truth = np.full(SIZE, 0.6, np.float32)
+    truth[:, 45:] = 0.3
+    noisy, albedo = (
+        np.clip(truth * rng.gamma(9.0, 1.0 / 9.0, SIZE), 0.0, 1.0).astype(np.float32)
+        for _ in range(2)
+    )
+    given, errors = albedo.copy(), []
+    with Denoiser(on_cpu=True) as denoiser:
+        for first in (False, True):
+            with denoiser.filtering(SIZE, {"albedo": albedo}, first) as filtered:
+                errors.append(float(np.square(filtered(noisy) / truth - 1.0).mean()))
+    assert np.array_equal(albedo, given)  # a copy is filtered
+    assert errors[1] < 0.5 * errors[0]
+
+
+@needs_it
+@pytest.mark.parametrize("features_first", [False, True])
+def test_four_channels_and_in_place(features_first: bool) -> None:
     """The same bits as of three, given and where they are; what is behind the third stays."""
     rng = np.random.default_rng(2)
     images = {name: rng.random(SIZE, np.float32) for name in ("first", "albedo", "normal")}
@@ -115,10 +135,11 @@ def test_four_channels_and_in_place() -> None:
     with Denoiser(on_cpu=True) as denoiser:
         for given in (images, wide):
             features = {name: given[name] for name in ("albedo", "normal")}
-            with denoiser.filtering(given["first"].shape, features) as filtered:
+            shape = given["first"].shape
+            with denoiser.filtering(shape, features, features_first) as filtered:
                 made.append(filtered(given["first"])[..., :3])
         places = {name: image.ctypes.data for name, image in wide.items()}
-        there = denoiser.filter_there(SIZE[:2], places, {"first": "clean"})
+        there = denoiser.filter_there(SIZE[:2], places, {"first": "clean"}, features_first)
         there.clean_features()
         there.run("first")
         there.release()

@@ -15,7 +15,7 @@ import pytest
 from addon.denoiser import CudaBuffers, CudaError, Denoiser, find
 from addon.denoiser.cuda import DRIVER
 from addon.photon.backends import backend as backend_module
-from addon.photon.film import device_denoising
+from addon.photon.film import denoise, device_denoising
 from addon.photon.film.device_denoising import DeviceDenoisingResolver
 from addon.photon.film.resolver import DenoisingResolver
 from addon.photon.prepare import prepare
@@ -52,9 +52,15 @@ def both(renderer: Renderer) -> tuple[Any, Any]:
     return found[0], found[1]
 
 
-def test_as_the_host_does(renderer: Renderer) -> None:
+@pytest.mark.parametrize("unit", [None, 1.0 / 64.0], ids=["light", "lamps"])
+def test_as_the_host_does(
+    renderer: Renderer, unit: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """To rounding, after any number of passes, and what is told of the error; the plain picture is
-    another."""
+    another. By a small unit much of it is as bright as lamps are."""
+    if unit:
+        for module in (denoise, device_denoising):
+            monkeypatch.setattr(module, "unit_of", lambda mean: unit)
     for index in range(SETTINGS.passes):
         renderer.render_pass()
         if index in (0, 1, 2, 8):
@@ -116,23 +122,24 @@ def test_what_opengl_shares_with_the_denoiser(
     assert isinstance(denoised, DeviceDenoisingResolver)
     for _ in range(4):
         renderer.render_pass()
-    denoised._may_share = False
+    denoised._may_share, denoised._features_first = False, True
     by_way_of_host = denoised.resolve(["Combined"])[0]["Combined"]
     monkeypatch.setattr(Denoiser, "is_cuda", True)
     denoised._may_share = True
-    denoised._shared = shared = device_denoising._Shared(renderer.device, by_way_of_host.shape[:2])
+    of_picture = by_way_of_host.shape[:2], True
+    denoised._shared = shared = device_denoising._Shared(renderer.device, *of_picture)
     stand_in: Any = shared._shared
     stand_in.buffers = shared._buffers
     filters = []
     for _ in range(2):  # the second with the filters of the first
         assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
-        filters.append([*shared._filters.values()])
-    assert len(filters[0]) == 2 and filters[0] == filters[1] and denoised._may_share
+        filters.append(shared._filter)
+    assert filters[0] and filters[0] is filters[1] and denoised._may_share
     shared._places = {}  # elsewhere than these know
     assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
-    assert len(shared._filters) == 2 and [*shared._filters.values()] != filters[0]
+    assert shared._filter and shared._filter is not filters[0]
     denoised._unshare()
-    assert stand_in.released == 1 and not shared._filters
+    assert stand_in.released == 1 and not shared._filter
 
 
 def test_what_cannot_be_shared(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:

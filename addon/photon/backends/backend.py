@@ -193,10 +193,10 @@ class Backend:
         return HostResolver(film)
 
     def denoising_resolver(
-        self, film: StripFilm, plain: Resolver, opened: Opened
+        self, film: StripFilm, plain: Resolver, opened: Opened, features_first: bool
     ) -> DenoisingResolver:
         """What makes denoised pictures of a film that `plain` resolves."""
-        return DenoisingResolver(film, plain, opened)
+        return DenoisingResolver(film, plain, opened, features_first)
 
     @property
     def film_spares(self) -> int:
@@ -260,10 +260,10 @@ class ResidentBackend(Backend):
         return DeviceResolver(self.device, film, names)
 
     def denoising_resolver(
-        self, film: StripFilm, plain: Resolver, opened: Opened
+        self, film: StripFilm, plain: Resolver, opened: Opened, features_first: bool
     ) -> DenoisingResolver:
         assert isinstance(plain, DeviceResolver)
-        return DeviceDenoisingResolver(self.device, film, plain, opened)
+        return DeviceDenoisingResolver(self.device, film, plain, opened, features_first)
 
 
 class NativeBackend(Backend):

@@ -87,16 +87,21 @@ def unit_of(mean: float) -> float:
 
 
 def picture_denoised(
-    images: Mapping[str, Picture], half: Picture, share: float, opened: Opened
+    images: Mapping[str, Picture],
+    half: Picture,
+    share: float,
+    opened: Opened,
+    features_first: bool = False,
 ) -> Denoised:
     """Combined of `images` without its noise, as `denoised`: by OpenImageDenoise, which goes by the
-    first albedo and normal that are no mirror's. Raises DenoiserError."""
+    first albedo and normal that are no mirror's, perhaps without their own noise. Raises
+    DenoiserError."""
     plain = np.ascontiguousarray(images["Combined"][..., :3])
     features = {port: images[name] for port, name in FEATURE_PORTS.items()}
     unit = unit_of(float(plain.mean(dtype=np.float64)))
 
     def by(denoiser: Denoiser) -> Denoised:
-        with denoiser.filtering(plain.shape, features) as filtered:
+        with denoiser.filtering(plain.shape, features, features_first) as filtered:
             found = denoised(plain, half, share, filtered, unit)
         return replace(found, by=denoiser.name)
 

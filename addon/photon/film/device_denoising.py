@@ -53,9 +53,14 @@ class DeviceDenoisingResolver(DenoisingResolver):
     in others, as that does it."""
 
     def __init__(
-        self, device: Device, film: StripFilm, plain: DeviceResolver, opened: Opened
+        self,
+        device: Device,
+        film: StripFilm,
+        plain: DeviceResolver,
+        opened: Opened,
+        features_first: bool,
     ) -> None:
-        super().__init__(film, plain, opened)
+        super().__init__(film, plain, opened, features_first)
         self._device, self._of_film = device, plain
         made = (mixture.SplitHalves, mixture.MixtureTold, mixture.BoxMean)
         self._split, self._told, self._mean = (kernel(device, "compute") for kernel in made)
@@ -103,7 +108,8 @@ class DeviceDenoisingResolver(DenoisingResolver):
         picture, half = look.stream(), look.stream()
         self._of_film.write_combined(film, picture)
         self._of_film.write_half(film, half)
-        unit = unit_of(self._mean_of(picture))
+        mean = self._mean_of(picture)
+        unit = unit_of(mean)
         given = {name: look.stream() for name in _GIVEN}
         features = {
             f"{port}_sum": film.sums[FEATURES[name]] for port, name in FEATURE_PORTS.items()
@@ -118,11 +124,9 @@ class DeviceDenoisingResolver(DenoisingResolver):
         told, kept, mixed = look.stream(), given["albedo"], given["normal"]
         self._left = Stream(self._device, SUM, told.size)
         if share < 1.0:
-            means = map(self._mean_of, clean.values())
-            smooth = unit * sum(x * y for x, y in zip(means, (share, 1.0 - share), strict=True))
             self._told.run(
                 {"picture": picture, "half": half, **clean, "told": told},
-                uniforms=lights | {"floor_light": DARK * (smooth or 1.0)},
+                uniforms=lights | {"floor_light": DARK * (mean or 1.0)},
             )
             self._blur(told, told, look)
             self._kept.run({"told": told, "kept": kept}, uniforms={"reach": REACH})
@@ -130,7 +134,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
         else:  # nothing tells that the picture is better as it is
             for stream in (told, kept):
                 stream.clear()
-        ports = {"picture": picture, **clean, "kept": kept, "told": told}
+        ports = {"picture": picture, "half": half, **clean, "kept": kept, "told": told}
         self._mix.run({**ports, "mixed": mixed, "left": self._left}, uniforms=lights)
         return look.read(mixed).copy()
 
@@ -143,7 +147,8 @@ class DeviceDenoisingResolver(DenoisingResolver):
 
         def by(denoiser: Denoiser) -> list[Texels]:
             self.by = denoiser.name
-            with denoiser.filtering((*look.shape, 4), features) as filtered:
+            shape = *look.shape, 4
+            with denoiser.filtering(shape, features, self._features_first) as filtered:
                 return [filtered(read[half]()) for half in halves]
 
         for half, texels in zip(halves, by_any(self._opened, by), strict=True):
@@ -160,7 +165,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
             if not denoiser.is_cuda:
                 return False
             if self._shared is None:
-                self._shared = _Shared(self._device, look.shape)
+                self._shared = _Shared(self._device, look.shape, self._features_first)
             self._shared.denoise(denoiser, given, halves)
         except (CudaError, DenoiserError):
             self._may_share = False
@@ -205,9 +210,9 @@ class DeviceDenoisingResolver(DenoisingResolver):
 class _Shared:
     """Buffers that OpenGL and a denoiser on the same GPU have together."""
 
-    def __init__(self, device: Device, shape: tuple[int, int]) -> None:
+    def __init__(self, device: Device, shape: tuple[int, int], features_first: bool) -> None:
         """CudaError where they can't."""
-        self._device, self._shape = device, shape
+        self._device, self._shape, self._features_first = device, shape, features_first
         size = 16 * shape[0] * shape[1]
         self._buffers = {name: device.ctx.buffer(reserve=size) for name in _SHARED}
         self._filter: PreparedFilter | None = None
@@ -228,7 +233,8 @@ class _Shared:
         with self._shared.mapped() as places:
             if self._filter is None or places != self._places:
                 self._forget_filter()
-                self._filter = denoiser.filter_there(self._shape, places, _PAIRS)
+                how = _PAIRS, self._features_first
+                self._filter = denoiser.filter_there(self._shape, places, *how)
                 self._places = places
             self._filter.clean_features()
             for half in halves:

@@ -91,17 +91,20 @@ class DenoisingResolver(HostResolver):
 
     by = "none"  # which denoiser made the last picture
 
-    def __init__(self, film: StripFilm, plain: Resolver, opened: Opened) -> None:
-        """`plain` resolves the film as it is."""
+    def __init__(
+        self, film: StripFilm, plain: Resolver, opened: Opened, features_first: bool
+    ) -> None:
+        """`plain` resolves the film as it is; `features_first`: those are noisy themselves."""
         super().__init__(film)
-        self._plain, self._opened = plain, opened
+        self._plain, self._opened, self._features_first = plain, opened, features_first
 
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """As Resolver's. Raises DenoiserError."""
         images, _ = self._plain.resolve({*wanted, *FEATURES, "Combined"} - {"Error"})
         plain = images["Combined"]
         share = self._film.half_passes / self._film.passes
-        found = picture_denoised(images, self._plain.first_half(), share, self._opened)
+        half = self._plain.first_half()
+        found = picture_denoised(images, half, share, self._opened, self._features_first)
         images["Combined"] = np.concatenate([found.picture, plain[..., 3:]], axis=-1)
         self.by = found.by
 

@@ -103,6 +103,11 @@ class SceneNeeds:
         return {**of_rays, **found, **self.caustic_defines}
 
     @property
+    def noisy_features(self) -> bool:
+        """Whether what denoisers go by hangs on chance: on which way a ray goes on, or begins."""
+        return self.lens or (self.secondary_rays and bool(self.lobe_kinds - {"mirror"}))
+
+    @property
     def caustic_defines(self) -> dict[str, int | float]:
         """What kernels are compiled with that tell caustics apart, where they are asked for."""
         return {"CAUSTICS": 1} if self.caustics else {}
