@@ -184,8 +184,8 @@ class _Preparation:
             self._own.append(resolver.release)
             denoised = None
             if settings.denoise:
-                noisy = needs.noisy_features or device_scene.movement is not None
-                denoised = backend.denoising_resolver(film, resolver, self._kept.opened(), noisy)
+                given = film, resolver, self._kept.opened(), needs.noisy_features
+                denoised = backend.denoising_resolver(*given)
                 self._own.append(denoised.release)
             estimators = self._estimators(device_scene, needs) if mapper else None
             if mapper:

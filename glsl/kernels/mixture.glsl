@@ -6,8 +6,7 @@
 void kernel() {
     vec4 plain = load_picture().value, told = load_told().value;
     float kept = load_kept().value.x, moved = 1.0 - kept;
-    vec3 beyond = lights_of(plain.rgb, load_half().value.rgb).beyond;
-    vec3 smoothed = smooth_picture(load_clean().value.rgb, load_other_clean().value.rgb, beyond);
+    vec3 smoothed = smooth_picture(load_clean().value.rgb, load_other_clean().value.rgb);
     store_mixed(Sum(vec4(kept * plain.rgb + moved * smoothed, plain.a)));
     store_left(Sum(vec4(told.x - moved * (2.0 * told.y - moved * told.z), told.x, 0.0, 0.0)));
 }

@@ -5,14 +5,13 @@
 // leaves float32.
 #include "lib/mixture.glsl"
 
+const float MOST = 3.4e38;
+
 void kernel() {
     float scale = 1.0 / floor_light;
     vec3 clean = load_clean().value.rgb, other_clean = load_other_clean().value.rgb;
-    vec3 plain = load_picture().value.rgb, first = load_half().value.rgb;
-    vec3 smoothed = smooth_picture(clean, other_clean, lights_of(plain, first).beyond) * scale;
-    plain *= scale;
-    first *= scale;
-    vec3 weight = 1.0 / (smoothed * smoothed + 1.0);
+    vec3 plain = load_picture().value.rgb * scale, first = load_half().value.rgb * scale;
+    vec3 smoothed = smooth_picture(clean, other_clean) * scale, weight = 1.0 / (smoothed * smoothed + 1.0);
     vec3 between = (first - plain) / (1.0 - share), clean_between = (clean - other_clean) * (unit * scale);
     vec3 away = smoothed - plain;
     float rest = share * (1.0 - share) / 3.0;

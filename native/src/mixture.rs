@@ -14,9 +14,6 @@ type Colour = [f32; 3];
 const SURE: f32 = 3.0;
 /// Where denoising gains less than this share of how far it moves the picture, less counts as chance.
 const LEAST_GAIN: f32 = 0.25;
-/// What both halves have beyond this, in units of what is 1 to the denoiser, is a lamp, not noise, and is kept from the
-/// denoiser, which would let it shine on its neighbours.
-const BRIGHTEST: f32 = 16.0;
 const ROWS: usize = 16; // that one task adds up
 
 /// A picture of rows of `width` pixels.
@@ -34,7 +31,7 @@ pub struct Halves<'a> {
     pub unit: f32,
 }
 
-/// Both halves in units of a light, without what is below zero and what is too bright: as a denoiser is given them.
+/// Both halves in units of a light, without what is below zero: as a denoiser is given them.
 ///
 /// # Errors
 /// As [`mix`], of what it takes.
@@ -45,20 +42,13 @@ pub fn split(
     unit: f32,
 ) -> Result<[Vec<Colour>; 2], InvalidInput> {
     check(plain, &[("half", half)], share, unit)?;
-    let given = plain.par_iter().zip(half).map(|(plain, half)| {
-        let each: [[f32; 3]; 3] = std::array::from_fn(|k| lights(plain[k], half[k], share, unit));
-        let half = |which: usize| std::array::from_fn(|k| each[k][which] - each[k][2]);
-        (half(0), half(1))
-    });
-    let (first, other) = given.unzip();
-    Ok([first, other])
-}
-
-/// A channel of both halves in units of a light, and what they have beyond the brightest that is given.
-#[inline(always)]
-fn lights(plain: f32, half: f32, share: f32, unit: f32) -> [f32; 3] {
-    let [first, other] = [half, (plain - share * half) / (1.0 - share)].map(|x| x.max(0.0) / unit);
-    [first, other, (first.min(other) - BRIGHTEST).clamp(0.0, f32::MAX)]
+    let given = |light: Colour| light.map(|x| x.max(0.0) / unit);
+    let first = half.par_iter().map(|&half| given(half)).collect();
+    let other = plain
+        .par_iter()
+        .zip(half)
+        .map(|(plain, half)| given(std::array::from_fn(|k| (plain[k] - share * half[k]) / (1.0 - share))));
+    Ok([first, other.collect()])
 }
 
 /// Whether images have the size of the plain one, and numbers make sense.
@@ -135,10 +125,7 @@ impl Halves<'_> {
     #[inline(always)]
     fn smooth(&self, at: usize) -> Colour {
         let (one, other) = (self.clean[at], self.other_clean[at]);
-        std::array::from_fn(|k| {
-            let [_, _, beyond] = lights(self.plain[at][k], self.half[at][k], self.share, self.unit);
-            self.unit * (self.share * one[k] + (1.0 - self.share) * other[k] + beyond)
-        })
+        std::array::from_fn(|k| self.unit * (self.share * one[k] + (1.0 - self.share) * other[k]))
     }
 
     /// Of each pixel, relative to the denoised picture: by its own value a bright speck would count for little. The
@@ -166,11 +153,11 @@ impl Halves<'_> {
         std::array::from_fn(|k| found.par_iter().map(|x| x[k]).collect())
     }
 
-    /// The picture's mean, or 1 if that is black.
+    /// The denoised picture's mean, or 1 if that is black.
     fn mean(&self) -> f64 {
         let of_row = |row: usize| -> f64 {
             let pixels = row * self.width..(row + 1) * self.width;
-            pixels.map(|at| self.plain[at].into_iter().map(f64::from).sum::<f64>()).sum()
+            pixels.map(|at| self.smooth(at).into_iter().map(f64::from).sum::<f64>()).sum()
         };
         // Rows in their order: floats do not add up in any.
         let sums: Vec<f64> = (0..self.plain.len() / self.width).into_par_iter().map(of_row).collect();

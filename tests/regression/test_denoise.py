@@ -17,7 +17,7 @@ from addon.photon.film.error import DARK
 from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
 from addon.photon.scene import Lobe, Material, Scene
-from addon.photon.scene.camera import Lens
+from addon.photon.scene.camera import Lens, Motion
 from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.scenes import Builder, cornell, plain_material, random_room
@@ -227,9 +227,9 @@ def test_a_gpu_without_room(device: Device, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @needs_it
-@pytest.mark.parametrize("what", ["cornell", "mirror", "glass", "lens", "moves"])
+@pytest.mark.parametrize("what", ["still", "mirror", "glass", "lens", "moves", "camera moves"])
 def test_which_features_are_noisy(device: Device, what: str) -> None:
-    """Those that hang on chance, so that they are filtered first."""
+    """Those that chance decides; they are filtered first."""
     scene = MOVES if what == "moves" else cornell(mirror=what in ("mirror", "glass"))
     if what == "glass":
         given = {"ior": 1.5, "tint": (1.0,) * 3, "reflects": 2.0, "open": 0.0}
@@ -238,8 +238,11 @@ def test_which_features_are_noisy(device: Device, what: str) -> None:
         scene = replace(scene, materials=(*scene.materials[:-1], ball))
     if what == "lens":
         scene = replace(scene, camera=replace(scene.camera, lens=Lens(0.1, 4.0)))
+    if what == "camera moves":
+        motion = Motion(np.stack([scene.camera.matrix] * 2))
+        scene = replace(scene, camera=replace(scene.camera, motion=motion))
     renderer = rendered(device, scene, replace(SMALL, passes=1, denoise=True))
-    assert renderer._denoised._features_first == (what in ("glass", "lens", "moves"))
+    assert renderer._denoised._features_first == (what not in ("still", "mirror"))
     renderer.release()
 
 

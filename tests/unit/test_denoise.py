@@ -105,29 +105,6 @@ def test_each_part_as_much_as_it_gains() -> None:
     assert found.left[:, sides[0]].mean() < 0.15 and found.left[:, sides[1]].mean() > 0.6
 
 
-def test_lamps_do_not_shine_on_their_neighbours() -> None:
-    """What both halves have of them is not given to the denoiser; a speck in one of them is."""
-    halves = np.random.default_rng(5).uniform(0.05, 0.15, (2, *SHAPE)).astype(np.float32)
-    halves[:, 20:24, 30:34] = 400.0
-    halves[0, 50, 60] = 300.0
-    plain, unit = halves.mean(axis=0), 0.5
-    given: list[NDArray[np.float32]] = []
-
-    def spread(picture: NDArray[np.float32]) -> NDArray[np.float32]:
-        given.append(picture)
-        return blurred(picture)
-
-    found = denoised(plain, halves[0], 0.5, spread, unit)
-    assert [x[20:24, 30:34].max() for x in given] == [16.0, 16.0]
-    assert given[0][50, 60].max() == 600.0
-    assert given[1].max() == 16.0
-    same = denoised(plain, halves[0], 0.5, np.ndarray.copy, unit).picture
-    np.testing.assert_allclose(same, plain, rtol=1e-5)
-    around = found.picture[18:26, 28:36].copy()
-    around[2:6, 2:6] = 0.0
-    assert around.max() < 16.0 * unit
-
-
 def test_one_pass_tells_nothing() -> None:
     """So it is denoised whole."""
     plain, _ = specks(TRUTH, 0.5, 1)

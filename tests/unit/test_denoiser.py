@@ -112,10 +112,12 @@ def test_noisy_features() -> None:
         np.clip(truth * rng.gamma(9.0, 1.0 / 9.0, SIZE), 0.0, 1.0).astype(np.float32)
         for _ in range(2)
     )
+    normal = rng.normal((0.0, 0.0, 1.0), 0.3, SIZE).astype(np.float32)
+    features = {"albedo": albedo, "normal": normal}
     given, errors = albedo.copy(), []
     with Denoiser(on_cpu=True) as denoiser:
         for first in (False, True):
-            with denoiser.filtering(SIZE, {"albedo": albedo}, first) as filtered:
+            with denoiser.filtering(SIZE, features, first) as filtered:
                 errors.append(float(np.square(filtered(noisy) / truth - 1.0).mean()))
     assert np.array_equal(albedo, given)  # a copy is filtered
     assert errors[1] < 0.5 * errors[0]

@@ -15,7 +15,7 @@ import pytest
 from addon.denoiser import CudaBuffers, CudaError, Denoiser, find
 from addon.denoiser.cuda import DRIVER
 from addon.photon.backends import backend as backend_module
-from addon.photon.film import denoise, device_denoising
+from addon.photon.film import device_denoising
 from addon.photon.film.device_denoising import DeviceDenoisingResolver
 from addon.photon.film.resolver import DenoisingResolver
 from addon.photon.prepare import prepare
@@ -52,15 +52,11 @@ def both(renderer: Renderer) -> tuple[Any, Any]:
     return found[0], found[1]
 
 
-@pytest.mark.parametrize("unit", [None, 1.0 / 64.0], ids=["light", "lamps"])
-def test_as_the_host_does(
-    renderer: Renderer, unit: float | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("features_first", [False, True])
+def test_as_the_host_does(renderer: Renderer, features_first: bool) -> None:
     """To rounding, after any number of passes, and what is told of the error; the plain picture is
-    another. By a small unit much of it is as bright as lamps are."""
-    if unit:
-        for module in (denoise, device_denoising):
-            monkeypatch.setattr(module, "unit_of", lambda mean: unit)
+    another."""
+    renderer._denoised._features_first = features_first
     for index in range(SETTINGS.passes):
         renderer.render_pass()
         if index in (0, 1, 2, 8):

@@ -108,8 +108,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
         picture, half = look.stream(), look.stream()
         self._of_film.write_combined(film, picture)
         self._of_film.write_half(film, half)
-        mean = self._mean_of(picture)
-        unit = unit_of(mean)
+        unit = unit_of(self._mean_of(picture))
         given = {name: look.stream() for name in _GIVEN}
         features = {
             f"{port}_sum": film.sums[FEATURES[name]] for port, name in FEATURE_PORTS.items()
@@ -124,9 +123,11 @@ class DeviceDenoisingResolver(DenoisingResolver):
         told, kept, mixed = look.stream(), given["albedo"], given["normal"]
         self._left = Stream(self._device, SUM, told.size)
         if share < 1.0:
+            means = map(self._mean_of, clean.values())
+            smooth = unit * sum(x * y for x, y in zip(means, (share, 1.0 - share), strict=True))
             self._told.run(
                 {"picture": picture, "half": half, **clean, "told": told},
-                uniforms=lights | {"floor_light": DARK * (mean or 1.0)},
+                uniforms=lights | {"floor_light": DARK * (smooth or 1.0)},
             )
             self._blur(told, told, look)
             self._kept.run({"told": told, "kept": kept}, uniforms={"reach": REACH})
@@ -134,7 +135,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
         else:  # nothing tells that the picture is better as it is
             for stream in (told, kept):
                 stream.clear()
-        ports = {"picture": picture, "half": half, **clean, "kept": kept, "told": told}
+        ports = {"picture": picture, **clean, "kept": kept, "told": told}
         self._mix.run({**ports, "mixed": mixed, "left": self._left}, uniforms=lights)
         return look.read(mixed).copy()
 
@@ -233,8 +234,9 @@ class _Shared:
         with self._shared.mapped() as places:
             if self._filter is None or places != self._places:
                 self._forget_filter()
-                how = _PAIRS, self._features_first
-                self._filter = denoiser.filter_there(self._shape, places, *how)
+                self._filter = denoiser.filter_there(
+                    self._shape, places, _PAIRS, self._features_first
+                )
                 self._places = places
             self._filter.clean_features()
             for half in halves:

@@ -94,7 +94,7 @@ class DenoisingResolver(HostResolver):
     def __init__(
         self, film: StripFilm, plain: Resolver, opened: Opened, features_first: bool
     ) -> None:
-        """`plain` resolves the film as it is; `features_first`: those are noisy themselves."""
+        """`plain` resolves the film as it is; `features_first` as PreparedFilter."""
         super().__init__(film)
         self._plain, self._opened, self._features_first = plain, opened, features_first
 

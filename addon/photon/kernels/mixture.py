@@ -30,7 +30,7 @@ class MixtureTold(Kernel):
     uniforms = {
         "share": Uniform("float"),
         "unit": Uniform("float"),
-        "floor_light": Uniform("float"),  # what is darker is dark
+        "floor_light": Uniform("float"),  # of the denoised picture, what is darker is dark
     }
 
 
@@ -58,9 +58,6 @@ class Mixture(Kernel):
     there was."""
 
     stem = "mixture"
-    inputs = {
-        **{"picture": SUM, "half": SUM, "clean": SUM, "other_clean": SUM},
-        **{"kept": SUM, "told": SUM},
-    }
+    inputs = {"picture": SUM, "clean": SUM, "other_clean": SUM, "kept": SUM, "told": SUM}
     outputs = {"mixed": SUM, "left": SUM}
     uniforms = {"share": Uniform("float"), "unit": Uniform("float")}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..scene import ALL_RAYS, Camera, Light, Material, Result, Scene
+from ..scene import ALL_RAYS, Light, Material, Result, Scene
 from ..settings import Settings
 from .emissive import TRIANGLE, emissive_triangles, emits_for_some_only
 from .gathered import can_gather, gathering_kinds, seen_send_rays, send_rays
@@ -84,7 +84,7 @@ def find_needs(
         **_of_lights(scene, mesh, emitting),
         **_of_materials(materials, lobes),
         **_of_settings(settings),
-        **_of_camera(scene.camera),
+        **_of_camera(scene),
     )
 
 
@@ -139,9 +139,11 @@ def _of_settings(settings: Settings) -> dict[str, Any]:
     }
 
 
-def _of_camera(camera: Camera) -> dict[str, Any]:
+def _of_camera(scene: Scene) -> dict[str, Any]:
+    camera = scene.camera
     return {
         "camera_kind": camera.kind.lower(),
         "lens": camera.lens is not None,
+        "moves": camera.motion is not None or bool(scene.moving),
         "panorama": camera.is_panorama,
     }

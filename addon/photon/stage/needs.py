@@ -67,6 +67,7 @@ class SceneNeeds:
     smooth: bool = False  # triangles stand for a bent surface
     camera_kind: str = "persp"
     lens: bool = False  # the camera has one: not all is in focus
+    moves: bool = False  # it does, or something that it sees
     panorama: bool = False
     # Shadow rays go to the world: before pass 0 portals are looked for, with what aims photons.
     portals: bool = False
@@ -104,8 +105,10 @@ class SceneNeeds:
 
     @property
     def noisy_features(self) -> bool:
-        """Whether what denoisers go by hangs on chance: on which way a ray goes on, or begins."""
-        return self.lens or (self.secondary_rays and bool(self.lobe_kinds - {"mirror"}))
+        """Whether chance decides what denoisers go by: whether glass reflects, where in a lens a
+        ray begins, or when."""
+        refracting = self.lobe_kinds - {TRANSPARENT}
+        return self.lens or self.moves or any(lobe_kinds()[kind].transmits for kind in refracting)
 
     @property
     def caustic_defines(self) -> dict[str, int | float]:
