@@ -107,8 +107,9 @@ class SceneNeeds:
     def noisy_features(self) -> bool:
         """Whether chance decides what denoisers go by: whether glass reflects, where in a lens a
         ray begins, or when."""
-        refracting = self.lobe_kinds - {TRANSPARENT}
-        return self.lens or self.moves or any(lobe_kinds()[kind].transmits for kind in refracting)
+        kinds = [lobe_kinds()[name] for name in self.lobe_kinds - {TRANSPARENT}]
+        has_glass = any(kind.transmits and not kind.is_diffuse for kind in kinds)
+        return self.lens or self.moves or has_glass
 
     @property
     def caustic_defines(self) -> dict[str, int | float]:
