@@ -20,7 +20,7 @@ from addon.photon.film.device_denoising import DeviceDenoisingResolver
 from addon.photon.film.resolver import DenoisingResolver
 from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
-from addon.photon.settings import Settings
+from addon.photon.settings import FEWEST_PASSES, Settings
 from addon.streams import Device
 from tests.scenes import cornell
 
@@ -56,7 +56,8 @@ def both(renderer: Renderer) -> tuple[Any, Any]:
 def test_as_the_host_does(renderer: Renderer, features_first: bool) -> None:
     """To rounding, after any number of passes, and what is told of the error; the plain picture is
     another."""
-    renderer._denoised._features_first = features_first
+    assert renderer._denoised
+    renderer._denoised._filters_features = features_first
     for index in range(SETTINGS.passes):
         renderer.render_pass()
         if index in (0, 1, 2, 8):
@@ -116,14 +117,14 @@ def test_what_opengl_shares_with_the_denoiser(
     monkeypatch.setattr(device_denoising, "CudaBuffers", _InPlace)
     denoised = renderer._denoised
     assert isinstance(denoised, DeviceDenoisingResolver)
-    for _ in range(4):
+    for _ in range(FEWEST_PASSES):
         renderer.render_pass()
-    denoised._may_share, denoised._features_first = False, True
+    denoised._may_share, denoised._filters_features = False, True
+    assert denoised.features_first
     by_way_of_host = denoised.resolve(["Combined"])[0]["Combined"]
     monkeypatch.setattr(Denoiser, "is_cuda", True)
     denoised._may_share = True
-    of_picture = by_way_of_host.shape[:2], True
-    denoised._shared = shared = device_denoising._Shared(renderer.device, *of_picture)
+    denoised._shared = shared = device_denoising._Shared(renderer.device, by_way_of_host.shape[:2])
     stand_in: Any = shared._shared
     stand_in.buffers = shared._buffers
     filters = []
@@ -131,7 +132,7 @@ def test_what_opengl_shares_with_the_denoiser(
         assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
         filters.append(shared._filter)
     assert filters[0] and filters[0] is filters[1] and denoised._may_share
-    shared._places = {}  # elsewhere than these know
+    shared._made_for = {}, True  # elsewhere than these know
     assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
     assert shared._filter and shared._filter is not filters[0]
     denoised._unshare()

@@ -149,7 +149,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
         def by(denoiser: Denoiser) -> list[Texels]:
             self.by = denoiser.name
             shape = *look.shape, 4
-            with denoiser.filtering(shape, features, self._features_first) as filtered:
+            with denoiser.filtering(shape, features, self.features_first) as filtered:
                 return [filtered(read[half]()) for half in halves]
 
         for half, texels in zip(halves, by_any(self._opened, by), strict=True):
@@ -166,8 +166,8 @@ class DeviceDenoisingResolver(DenoisingResolver):
             if not denoiser.is_cuda:
                 return False
             if self._shared is None:
-                self._shared = _Shared(self._device, look.shape, self._features_first)
-            self._shared.denoise(denoiser, given, halves)
+                self._shared = _Shared(self._device, look.shape)
+            self._shared.denoise(denoiser, given, halves, self.features_first)
         except (CudaError, DenoiserError):
             self._may_share = False
             self._unshare()
@@ -211,13 +211,13 @@ class DeviceDenoisingResolver(DenoisingResolver):
 class _Shared:
     """Buffers that OpenGL and a denoiser on the same GPU have together."""
 
-    def __init__(self, device: Device, shape: tuple[int, int], features_first: bool) -> None:
+    def __init__(self, device: Device, shape: tuple[int, int]) -> None:
         """CudaError where they can't."""
-        self._device, self._shape, self._features_first = device, shape, features_first
+        self._device, self._shape = device, shape
         size = 16 * shape[0] * shape[1]
         self._buffers = {name: device.ctx.buffer(reserve=size) for name in _SHARED}
         self._filter: PreparedFilter | None = None
-        self._places: dict[str, int] = {}  # where they are, as these know
+        self._made_for: tuple[dict[str, int], bool] = {}, False  # where all is; features first
         try:
             self._shared = CudaBuffers({name: x.glo for name, x in self._buffers.items()})
         except CudaError:
@@ -225,19 +225,21 @@ class _Shared:
             raise
 
     def denoise(
-        self, denoiser: Denoiser, given: Mapping[str, Stream], halves: Collection[str]
+        self,
+        denoiser: Denoiser,
+        given: Mapping[str, Stream],
+        halves: Collection[str],
+        features_first: bool,
     ) -> None:
         """Put clean halves in the place of those given."""
         for name, stream in given.items():
             stream.texture.read_into(self._buffers[name])
         self._device.ctx.finish()
         with self._shared.mapped() as places:
-            if self._filter is None or places != self._places:
+            if self._filter is None or self._made_for != (places, features_first):
                 self._forget_filter()
-                self._filter = denoiser.filter_there(
-                    self._shape, places, _PAIRS, self._features_first
-                )
-                self._places = places
+                self._filter = denoiser.filter_there(self._shape, places, _PAIRS, features_first)
+                self._made_for = places, features_first
             self._filter.clean_features()
             for half in halves:
                 self._filter.run(half)

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..settings import FEWEST_PASSES
 from .denoise import Opened, picture_denoised
 from .error import Error, error_of
 from .film import Statistics
@@ -94,9 +95,15 @@ class DenoisingResolver(HostResolver):
     def __init__(
         self, film: StripFilm, plain: Resolver, opened: Opened, features_first: bool
     ) -> None:
-        """`plain` resolves the film as it is; `features_first` as PreparedFilter."""
+        """`plain` resolves the film as it is; `features_first` as PreparedFilter, from some passes
+        on."""
         super().__init__(film)
-        self._plain, self._opened, self._features_first = plain, opened, features_first
+        self._plain, self._opened, self._filters_features = plain, opened, features_first
+
+    @property
+    def features_first(self) -> bool:
+        """Whether features are filtered now: of few rays lamps in glass come out too wide."""
+        return self._filters_features and self._film.passes >= FEWEST_PASSES
 
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """As Resolver's. Raises DenoiserError."""
@@ -104,7 +111,7 @@ class DenoisingResolver(HostResolver):
         plain = images["Combined"]
         share = self._film.half_passes / self._film.passes
         half = self._plain.first_half()
-        found = picture_denoised(images, half, share, self._opened, self._features_first)
+        found = picture_denoised(images, half, share, self._opened, self.features_first)
         images["Combined"] = np.concatenate([found.picture, plain[..., 3:]], axis=-1)
         self.by = found.by
 
