@@ -12,7 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.denoiser import CudaBuffers, CudaError, Denoiser, find
+from addon.denoiser import (
+    CudaBuffers,
+    CudaError,
+    Denoiser,
+    DenoiserError,
+    PreparedFilter,
+    find,
+)
 from addon.denoiser.cuda import DRIVER
 from addon.photon.backends import backend as backend_module
 from addon.photon.film import device_denoising
@@ -170,6 +177,35 @@ def test_what_fails_in_place(renderer: Renderer, monkeypatch: pytest.MonkeyPatch
     assert np.array_equal(renderer.images(["Combined"])["Combined"], before)
     assert len(released) == 1 and not renderer.warnings
     assert np.isfinite(renderer.radius(0)) and renderer.error().total > 0.0
+
+
+def test_what_fails_after_features_were_filtered(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that the host takes are the film's, not the filtered ones."""
+    denoised = renderer._denoised
+    assert isinstance(denoised, DeviceDenoisingResolver)
+    for _ in range(FEWEST_PASSES):
+        renderer.render_pass()
+    denoised._filters_features, denoised._may_share = True, False
+    by_way_of_host = denoised.resolve(["Combined"])[0]["Combined"]
+    monkeypatch.setattr(device_denoising, "CudaBuffers", _InPlace)
+    monkeypatch.setattr(Denoiser, "is_cuda", True)
+    denoised._may_share = True
+    denoised._shared = shared = device_denoising._Shared(renderer.device, by_way_of_host.shape[:2])
+    stand_in: Any = shared._shared
+    stand_in.buffers = shared._buffers
+    run, ran = PreparedFilter.run, list[str]()
+
+    def failing(self: PreparedFilter, picture: str) -> None:
+        ran.append(picture)
+        if picture == "other":
+            raise DenoiserError("OpenImageDenoise: out of memory")
+        run(self, picture)
+
+    monkeypatch.setattr(PreparedFilter, "run", failing)
+    assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
+    assert ran == ["first", "other", "color", "color"] and not denoised._may_share
 
 
 @contextmanager
