@@ -253,9 +253,8 @@ class PreparedFilter:
         """Of images (h, w, channels); `check` raises DenoiserError."""
         self._library, self._device, self._shape, self._check = library, device, shape, check
         self.buffers: dict[str, Any] = {}  # of images, by name
-        self._filters: list[Any] = []
-        self._of_features: list[Any] = []
-        self._of_pictures: dict[str, Any] = {}  # by picture
+        self._filters: dict[str, Any] = {}  # by the image that each takes the noise out of
+        self._features: tuple[str, ...] = ()  # that have one
 
     def add_buffer(self, name: str, buffer: Any) -> None:
         """Take an image's buffer, to be released with this. Raises DenoiserError."""
@@ -267,43 +266,43 @@ class PreparedFilter:
     ) -> None:
         """Filters of pictures into others, and perhaps of features. Raises DenoiserError."""
         names = {name: name for name in features}
-        for name in names if features_first else ():
-            self._of_features.append(self._filter({name: name, "output": name}))
+        self._features = tuple(names) if features_first else ()
+        for name in self._features:
+            self._filter(name, {name: name, "output": name})
         for picture, output in pictures.items():
-            rt = self._filter({"color": picture, **names, "output": output})
-            self._of_pictures[picture] = rt
+            rt = self._filter(picture, {"color": picture, **names, "output": output})
             self._library.oidnSetFilterBool(rt, b"hdr", True)
             self._library.oidnSetFilterBool(rt, b"cleanAux", features_first)
-        for rt in self._filters:
-            if features_first:  # else the networks are larger, which take 2.4 times as long
+        for rt in self._filters.values():
+            if features_first:  # where the networks of the best quality take 2.4 times as long
                 self._library.oidnSetFilterInt(rt, b"quality", _BALANCED)
             self._library.oidnCommitFilter(rt)
             self._check()
 
-    def _filter(self, images: Mapping[str, str]) -> Any:
-        """One of images' names by port."""
+    def _filter(self, image: str, ports: Mapping[str, str]) -> Any:
+        """The filter of an image, with images' names by port."""
         height, width, channels = self._shape
-        self._filters.append(self._library.oidnNewFilter(self._device, b"RT"))
+        rt = self._filters[image] = self._library.oidnNewFilter(self._device, b"RT")
         self._check()
-        for port, name in images.items():
-            image = self.buffers[name], _FLOAT3, width, height, 0, 4 * channels, 0
-            self._library.oidnSetFilterImage(self._filters[-1], port.encode(), *image)
-        return self._filters[-1]
+        for port, name in ports.items():
+            given = self.buffers[name], _FLOAT3, width, height, 0, 4 * channels, 0
+            self._library.oidnSetFilterImage(rt, port.encode(), *given)
+        return rt
 
     def clean_features(self) -> None:
         """Filter features that have come, if they are to be. Raises DenoiserError."""
-        for rt in self._of_features:
-            self._library.oidnExecuteFilter(rt)
+        for name in self._features:
+            self._library.oidnExecuteFilter(self._filters[name])
         self._check()
 
     def run(self, picture: str) -> None:
         """Filter the picture that is there now. Raises DenoiserError."""
-        self._library.oidnExecuteFilter(self._of_pictures[picture])
+        self._library.oidnExecuteFilter(self._filters[picture])
         self._check()
 
     def release(self) -> None:
         """Give its memory back, not the pictures'."""
-        for rt in self._filters:
+        for rt in self._filters.values():
             self._library.oidnReleaseFilter(rt)
         for buffer in self.buffers.values():
             self._library.oidnReleaseBuffer(buffer)

@@ -117,10 +117,11 @@ class _InPlace:
         self.released += 1
 
 
-def test_what_opengl_shares_with_the_denoiser(
+def in_place(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Filtered in place it has the same bits as by way of the host."""
+) -> tuple[DeviceDenoisingResolver, device_denoising._Shared, Any]:
+    """Who denoises in place from now on, features first; with what; and the same picture by way of
+    the host."""
     monkeypatch.setattr(device_denoising, "CudaBuffers", _InPlace)
     denoised = renderer._denoised
     assert isinstance(denoised, DeviceDenoisingResolver)
@@ -134,6 +135,15 @@ def test_what_opengl_shares_with_the_denoiser(
     denoised._shared = shared = device_denoising._Shared(renderer.device, by_way_of_host.shape[:2])
     stand_in: Any = shared._shared
     stand_in.buffers = shared._buffers
+    return denoised, shared, by_way_of_host
+
+
+def test_what_opengl_shares_with_the_denoiser(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Filtered in place it has the same bits as by way of the host."""
+    denoised, shared, by_way_of_host = in_place(renderer, monkeypatch)
+    stand_in: Any = shared._shared
     filters = []
     for _ in range(2):  # the second with the filters of the first
         assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
@@ -183,18 +193,7 @@ def test_what_fails_after_features_were_filtered(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Those that the host takes are the film's, not the filtered ones."""
-    denoised = renderer._denoised
-    assert isinstance(denoised, DeviceDenoisingResolver)
-    for _ in range(FEWEST_PASSES):
-        renderer.render_pass()
-    denoised._filters_features, denoised._may_share = True, False
-    by_way_of_host = denoised.resolve(["Combined"])[0]["Combined"]
-    monkeypatch.setattr(device_denoising, "CudaBuffers", _InPlace)
-    monkeypatch.setattr(Denoiser, "is_cuda", True)
-    denoised._may_share = True
-    denoised._shared = shared = device_denoising._Shared(renderer.device, by_way_of_host.shape[:2])
-    stand_in: Any = shared._shared
-    stand_in.buffers = shared._buffers
+    denoised, _, by_way_of_host = in_place(renderer, monkeypatch)
     run, ran = PreparedFilter.run, list[str]()
 
     def failing(self: PreparedFilter, picture: str) -> None:
