@@ -90,7 +90,7 @@ class Tracer:
         seed: int,
         depth: int,
         frame_size: tuple[int, int],
-        solid: NDArray[np.int8] | None = None,
+        faces: NDArray[np.float32] | None = None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
 
 class RadiusField:
@@ -173,9 +173,12 @@ def radius_grids_about(boxes: NDArray[np.uint32]) -> tuple[NDArray[np.float32], 
 def build_bvh(
     vertices: NDArray[np.float32], triangles: NDArray[np.int32]
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], int, int, float]: ...
-def solid_triangles(
-    vertices: NDArray[np.float32], triangles: NDArray[np.int32], surfaces: NDArray[np.int32]
-) -> NDArray[np.int8]: ...
+def faces_of(
+    vertices: NDArray[np.float32],
+    triangles: NDArray[np.int32],
+    surfaces: NDArray[np.int32],
+    materials: NDArray[np.int32],
+) -> NDArray[np.float32]: ...
 def refit_bvh(
     nodes: NDArray[np.float32],
     order: NDArray[np.int32],

@@ -3,12 +3,10 @@
 // inside, 1/2 at an edge, 1/4 in a corner. Dividing by its mean over passes removes the boundary bias, and, since the
 // filter is integrated over the surface as it is, that of creases and curvature too.
 //
-// Each probe samples the filter on the tangent plane and looks for the surface above and below, where photons of it
-// count: on the point's side, within 45 degrees of the plane. The
-// inner filter's share comes from the same probes, weighted by inner over outer filter.
-//
-// Where the disc is cut, probes are sampled within the cuts, and tell what the surface lacks of the mass
-// there, which is known: few probes would miss what narrow strips are left between two obstacles.
+// On the point's own flat polygon it is known; probes sample the rest, on the tangent plane, and look for the surface
+// above and below, where photons of it count: on the point's side, within 45 degrees of the plane. The inner filter's
+// share comes from the same probes, weighted by inner over outer filter. Where the disc is cut, probes are sampled
+// within the cuts.
 //
 // A pixel's light is divided by its mean coverage, so where it shows two places, the one with less coverage would have
 // less weight. Sums and coverage are both divided by what is expected of the coverage, which no photon and no other
@@ -20,6 +18,7 @@
 #include "lib/surface.glsl"
 #include "lib/density.glsl"
 #include "lib/cuts.glsl"
+#include "lib/own.glsl"
 #include "lib/radius.glsl"
 #include "lib/place.glsl"
 #include "lib/diffuse.glsl"
@@ -28,50 +27,14 @@ const int MOST_LAYERS = 16;  // that a probe may pass through
 const float ONE_LAYER = 4.0 * SURFACE_OFFSET;  // so near to each other layers are one: rays meet the first
 const int LOOKS = 8;  // every so many-th probe looks for all layers, of which all but the nearest count as much more
 const float TOUCHES = 0.02;  // what is so near below another layer, over how far from the plane a probe begins
-// Times as many probes where the filter is tilted, by a scale of more than MUCH: each weighs up to MOST_SCALE as much,
-// and most end on the point's own triangle, where one of LOOKS costs a ray.
+// Times as many probes where the filter is tilted, by a scale of more than MUCH: each weighs up to MOST_SCALE as much.
 const int TILTED = 4;
 const float MUCH = 1.5;
+// A probe is uncertain whose variance is so much of the squared coverage: then so many times as many more are sent.
+const float UNCERTAIN = 3.0;
+const int MORE = 2;
 const float FLAT = 0.02;  // slope up to which a surface is taken for the nearest layer at once
-
-// The point's own triangle, on which most probes end. Seen from the point in its plane, the sides with the
-// triangle to their left: at (x, y) it is there that a x + b y + c > 0. Flags as Surface has them; what is behind it.
-struct Own { vec3 first; vec3 second; vec3 third; int triangle; int flags; float behind; };
-
-vec3 side_of(vec2 p, vec2 q) { return vec3(p.y - q.y, q.x - p.x, p.x * q.y - p.y * q.x); }
-
-// 1 where a solid is behind a triangle, seen from one of its sides, -1 where it is in front of it, 0: neither.
-float solid_behind(int triangle, float side) {
-    return side * solids_at(triangle / 4).sides[triangle % 4];
-}
-
-Own own_triangle(int triangle, vec3 position, mat3 frame, float side) {
-    Triangle corners = triangle_at(triangle);
-    vec2 a = ((corners.a - position) * frame).xy;
-    vec2 b = ((corners.b - position) * frame).xy;
-    vec2 c = ((corners.c - position) * frame).xy;
-    vec3 first = side_of(a, b), second = side_of(b, c), third = side_of(c, a);
-    float turn = first.z + second.z + third.z < 0.0 ? -1.0 : 1.0;
-    int flags = int(corner_normals_at(triangle).flags);
-    return Own(turn * first, turn * second, turn * third, triangle, flags, solid_behind(triangle, side));
-}
-
-bool holds(Own own, vec2 at) {
-    vec3 p = vec3(at, 1.0);
-    return dot(own.first, p) > 0.0 && dot(own.second, p) > 0.0 && dot(own.third, p) > 0.0;
-}
-
-bool holds_disc(Own own, float radius) {
-    return own.first.z > radius * length(own.first.xy) && own.second.z > radius * length(own.second.xy)
-        && own.third.z > radius * length(own.third.xy);
-}
-
-// Its sides as cuts; of no triangle, none is left of the disc.
-mat3x2 cuts_of(Own own) {
-    vec3 nearness = vec3(own.first.z, own.second.z, own.third.z);
-    if (!(min(min(nearness.x, nearness.y), nearness.z) > 0.0)) return mat3x2(vec2(1.0e10), vec2(1.0e10), vec2(1.0e10));
-    return mat3x2(-own.first.xy / nearness.x, -own.second.xy / nearness.y, -own.third.xy / nearness.z);
-}
+const float LEVEL = 1.0e-3;  // slope of a quad at most (native/src/faces.rs)
 
 // What a probe met before, from above: how far above the plane; whether light gets through; whether below it one is
 // in a solid.
@@ -83,28 +46,54 @@ bool hides(Layer layer, float above, float height, bool is_outside) {
     return layer.is_opaque && ((layer.is_top && is_outside) || layer.above - above < TOUCHES * height);
 }
 
-// What probes sample of the tilted filter's mass within the cuts and of the inner one's; what the surface lacks of it.
-struct Probed { vec2 mass; vec2 missing; };
+// What probes sample of the filter's mass, x, and what of it they find, y, of the tilted filter and of the inner one;
+// and what of both they find on other layers.
+struct Probed { vec2 outer; vec2 inner; vec2 layers; };
 
-// Sample the filter within the cuts, over the density of the sampled point. As photons do, all of the surface's layers
-// on the point's side count, but hidden ones: the nearest to the plane, and, `others` times, what else is met; 0: that
-// is not looked for.
-Probed probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 u, float radius, float others) {
-    float r2 = radius * radius;
-    vec3 normal = frame[2];
+Probed no_probe() { return Probed(vec2(0.0), vec2(0.0), vec2(0.0)); }
+
+void add(inout Probed sum, Probed more) {
+    sum = Probed(sum.outer + more.outer, sum.inner + more.inner, sum.layers + more.layers);
+}
+
+// A point, and where its probes look for its surface.
+struct Disc {
+    vec3 position;
+    float surface;
+    mat3 frame;
+    float radius;
+    Own own;
+    bool is_small;  // that is not worth knowing
+    int flags;  // of the own triangle, as Surface has them
+    float behind;  // it
+};
+
+Disc disc_about(Place place, Facing facing, int triangle) {
+    mat3 frame = frame_about(facing.normal);
+    float radius = radius_at(place.position, facing.normal), behind = solid_behind(triangle, facing.side);
+    Own own = own_polygon(triangle, place.position, frame);
+    int flags = int(corner_normals_at(triangle).flags);
+    return Disc(place.position, place.surface, frame, radius, own, is_small(own, radius), flags, behind);
+}
+
+// Sample the filter within the cuts, and look for the surface there where that is not the own polygon, which needs no
+// ray. As photons do, all of the surface's layers on the point's side count, but hidden ones: the nearest to the plane,
+// and, `others` times, what else is met; 0: that is not looked for.
+Probed probe(Disc disc, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 u, float others) {
     vec2 direction = direction_at(u.y);
-    float within = filter_mass(cut_reach2(cuts.first, cuts.second, radius, direction));
-    float x2 = sample_filter(u.x * within), away = sqrt(x2 * r2);
-    bool is_own = holds(own, direction * away);
+    float within = filter_mass(cut_reach2(cuts.first, cuts.second, disc.radius, direction));
+    float r2 = disc.radius * disc.radius, x2 = sample_filter(u.x * within), away = sqrt(x2 * r2);
+    vec2 there = direction * away;
+    bool is_own = !disc.is_small && holds(disc.own, there);
+    if (is_own && others == 0.0) return no_probe();
     float mass = max(filter_shape(x2), 1.0e-30);
-    vec2 sampled = vec2(1.0, inner_filter_shape(x2) / mass);
-    sampled *= vec2(tilted_at(outer, direction * away), tilted_at(inner, direction * away));
-    if (is_own && others == 0.0) return Probed(within * sampled, vec2(0.0));
+    vec2 sampled = within * vec2(tilted_at(outer, there), tilted_at(inner, there));
+    sampled.y *= inner_filter_shape(x2) / mass;
+    vec3 normal = disc.frame[2];
     float height = away + SURFACE_OFFSET;  // within 45 degrees a surface strays no further
-    vec3 origin = place.position + frame * vec3(direction * away, 0.0) + normal * height;
-    // The point's own triangle needs no ray.
-    vec2 nearest = is_own ? sampled : vec2(0.0), rest = vec2(0.0);
-    int source = is_own ? own.triangle : -1;
+    vec3 origin = disc.position + disc.frame * vec3(there, 0.0) + normal * height;
+    vec2 nearest = vec2(0.0), rest = vec2(0.0);
+    int source = is_own ? disc.own.triangle : -1;
     float left = 2.0 * height, above = height, nearness = is_own ? 0.0 : 1.0e10;
     Layer before = Layer(1.0e10, false, false);
     bool is_done = false;
@@ -114,19 +103,23 @@ Probed probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, Filt
         Surface surface = surface_at(Hit(found.t, stored_triangle(found.triangle), found.u, found.v), -normal);
         above -= found.t;
         left -= found.t;
-        if (is_own && above < 0.0 && before.above > 0.0) before = Layer(0.0, (own.flags & OPAQUE) != 0, own.behind > 0.0);
-        bool is_known = abs(above - before.above) < ONE_LAYER || (is_own && abs(above) < ONE_LAYER);
-        bool is_hidden = hides(before, above, height, own.behind >= 0.0);
+        if (is_own && above < 0.0 && before.above > 0.0) {
+            before = Layer(0.0, (disc.flags & OPAQUE) != 0, disc.behind > 0.0);
+        }
+        bool is_own_layer = is_own && abs(above) < max(ONE_LAYER, LEVEL * height);
+        bool is_known = is_own_layer || abs(above - before.above) < ONE_LAYER;
+        bool is_hidden = hides(before, above, height, disc.behind >= 0.0);
         bool is_top = solid_behind(found.triangle, surface.side) > 0.0;
         before = Layer(above, (surface.flags & OPAQUE) != 0, is_top);
         bool is_lit = !is_known && !is_hidden && (surface.flags & PHOTONS_LAND) != 0;
-        if (is_lit && stored_surface(surface.surface, surface.side) == place.surface
+        if (is_lit && stored_surface(surface.surface, surface.side) == disc.surface
             && same_orientation(pack_direction(surface.geometric), normal)) {
-            vec3 offset = surface.position - place.position;
+            vec3 offset = surface.position - disc.position;
             float at = dot(offset, offset) / r2;
-            vec2 there = (offset * frame).xy;
-            vec2 counts = vec2(filter_shape(at) * tilted_at(outer, there), inner_filter_shape(at) * tilted_at(inner, there));
-            counts = at > 1.0 ? vec2(0.0) : counts / (mass * dot(surface.geometric, normal));
+            vec2 met = (offset * disc.frame).xy;
+            vec2 counts = vec2(filter_shape(at), inner_filter_shape(at));
+            counts *= vec2(tilted_at(outer, met), tilted_at(inner, met));
+            counts = at > 1.0 ? vec2(0.0) : within * counts / (mass * dot(surface.geometric, normal));
             bool is_nearest = abs(above) < nearness;
             rest += is_nearest ? nearest : counts;
             if (is_nearest) nearest = counts;
@@ -137,73 +130,100 @@ Probed probe(Place place, Own own, mat3 frame, Cuts cuts, FilterTilt outer, Filt
         origin -= normal * found.t;
         source = found.triangle;
     }
-    return Probed(within * sampled, within * (sampled - nearest - others * rest));
+    if (is_own) sampled = nearest = vec2(0.0);  // that is known
+    return Probed(vec2(sampled.x, nearest.x), vec2(sampled.y, nearest.y), others * rest);
 }
 
-// The means of this pass's probes, and of those that tell what to expect, of the untilted filters; lanes share them.
-void send_probes(
-    Place place, Own own, bool is_held, mat3 frame, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 start,
-    vec2 other_start, float radius, inout Probed sent, inout Probed expectant
-) {
-    int times = outer.scale > MUCH ? TILTED : 1, count = probes * times;
-    FilterTilt tilt = outer, inner_tilt = inner;
-    for (int i = lane(); i < count + expecting; i += LANES) {
-        bool is_more = i >= count;
-        uint number = is_more ? uint(i - count) : first_probe * uint(times) + uint(i);
-        float others = !is_more && number % uint(LOOKS) == 0u ? float(LOOKS) : 0.0;
-        if (is_held && others == 0.0) continue;
-        if (is_more) tilt = inner_tilt = no_tilt();
-        vec2 u = r2_sequence(is_more ? other_start : start, number);
-        Probed probed = probe(place, own, frame, cuts, tilt, inner_tilt, u, radius, others);
-        if (is_more) {
-            expectant.missing += probed.missing / float(expecting);
-        } else {
-            sent.mass += probed.mass / float(count);
-            sent.missing += probed.missing / float(count);
-        }
-    }
+// Whether a point needs more probes for its coverage not to be much noisier than its photons: `rest` is the mass that
+// is not on its polygon, of which so many probes as were `asked` found a share.
+bool is_uncertain(float own, float rest, float share, float asked) {
+    share = (share * asked + 0.5) / (asked + 1.0);
+    float covered = own + rest * share;
+    return expecting > 0 && rest * share * (1.0 - share) > UNCERTAIN * covered * covered;
 }
 
 // The surface's share of the tilted filter, and what scales it, both over what is expected of the coverage: of what the
-// cuts leave, the share that other probes find, as if one more had, and no less than what keeps one pass from
-// outweighing the others. Where they find much, what is missing is taken from the mass that is known, elsewhere from
-// the one that probes sampled: that is as noisy as what is missing, but with it.
-vec2 share_and_scale(FilterTilt filter_tilt, float mass, float missing, float not_expected) {
-    float found = 1.0, over = filter_tilt.known;
+// cuts leave, the own polygon's share and the one that other probes find of the rest, as if one more had, and no less
+// than what keeps one pass from outweighing the others. Where they find much, what is found is taken off the mass that
+// is known, elsewhere off the one that probes sampled: that is as noisy as what is missing, but with it.
+vec2 share_and_scale(FilterTilt filter_tilt, vec3 own, float radius, float share, vec2 sent) {
+    float on_own = tilted_mass(filter_tilt, own, radius), over = filter_tilt.known;
     if (expecting > 0) {
-        found = clamp(1.0 - not_expected / max(filter_tilt.left, 1.0e-6), 0.0, 1.0);
-        over = max(filter_tilt.left * (float(expecting) * found + 1.0) / float(expecting + 1), least_expected);
+        float rest = max(filter_tilt.left - own.x, 0.0);
+        over = max(own.x + rest * (float(expecting) * share + 1.0) / float(expecting + 1), least_expected);
     }
-    return vec2(mix(mass, filter_tilt.mass, found) - missing, filter_tilt.scale) / over;
+    return vec2(on_own + share * (filter_tilt.mass - on_own - sent.x) + sent.y, filter_tilt.scale) / over;
 }
+
+float share_of(vec2 probed) { return probed.x > 0.0 ? min(probed.y / probed.x, 1.0) : 1.0; }
 
 void kernel() {
     Place place = load_place();
     bool is_gathering = is_place(place) && gathers(load_diffuse());
     FilterTilt outer = no_tilt(), inner = no_tilt();
-    Probed sent = Probed(vec2(0.0), vec2(0.0)), expectant = sent;
+    Disc disc;
+    Cuts cuts = Cuts(vec2(0.0), vec2(0.0));
+    vec4 starts = vec4(0.0);
+    vec2 other_start = vec2(0.0);
+    bool is_held = true;
     if (is_gathering) {
         Facing facing = load_facing();
-        vec3 normal = facing.normal;
         // One sequence over all passes: the mean's error falls with the number of probes, not its root.
         uint number = uint(pixel_number(load_pixel().at));
-        vec2 start = random4(seed, 0u, number, DIMENSION_COVERAGE + uint(depth)).xy;
-        vec2 other_start = random4(seed, first_probe, number, DIMENSION_EXPECTED + uint(depth)).xy;
-        float radius = radius_at(place.position, normal);
-        Cuts cuts = load_cuts();
-        mat3 frame = frame_about(normal);
-        Own own = own_triangle(int(load_shading().triangle), place.position, frame, facing.side);
-        bool is_held = holds_disc(own, radius);
+        starts = random4(seed, 0u, number, DIMENSION_COVERAGE + uint(depth));
+        other_start = random4(seed, first_probe, number, DIMENSION_EXPECTED + uint(depth)).xy;
+        disc = disc_about(place, facing, int(load_shading().triangle));
+        is_held = holds_disc(disc.own, disc.radius);
+        cuts = load_cuts();
         if (cuts.first != vec2(0.0)) {
-            cut_tilts(cuts, is_held, cuts_of(own), radius, r2_sequence(start, first_probe), outer, inner);
+            vec2 turns = r2_sequence(starts.xy, first_probe);
+            cut_tilts(cuts, is_held, cuts_of(disc.own), disc.radius, turns, outer, inner);
         }
-        send_probes(place, own, is_held, frame, cuts, outer, inner, start, other_start, radius, sent, expectant);
     }
-    vec4 means = sum_over_lanes(vec4(sent.mass, sent.missing));
-    vec2 lacks = sum_over_lanes(vec4(expectant.missing, 0.0, 0.0)).xy;
+    // Probes that tell what to expect, and others; in a second round more, where these are uncertain. Were the rounds
+    // known to be two, compilers would make two copies of the probe, and that takes twice the time.
+    int times = outer.scale > MUCH ? TILTED : 1, asked = is_held ? 0 : expecting, count = probes * times, more = 0;
+    int rounds = expecting > 0 ? 2 : 1;
+    uint pass_number = first_probe / uint(probes);
+    vec3 own = vec3(0.0), inner_own = vec3(0.0);
+    vec2 shares = vec2(1.0), layers = vec2(0.0);
+    vec4 means = vec4(0.0);
+    for (int round = 0; round < rounds; round++) {
+        bool is_first = round == 0;
+        Probed told = no_probe(), sent = no_probe();
+        int all = is_first ? asked + count : more;
+        if (!is_gathering) all = 0;
+        for (int i = lane(); i < all; i += LANES) {
+            bool tells = is_first && i < asked;
+            uint number = first_probe * uint(times) + uint(i - asked);
+            float others = is_first && !tells && number % uint(LOOKS) == 0u ? float(LOOKS) : 0.0;
+            if (is_held && others == 0.0) continue;
+            vec2 start = tells ? other_start : (is_first ? starts.xy : lens_sequence(starts.xy, uint(i + 1)));
+            vec2 u = r2_sequence(start, tells ? uint(i) : (is_first ? number : pass_number));
+            FilterTilt tilt = outer, inner_tilt = inner;
+            if (tells) tilt = inner_tilt = no_tilt();
+            Probed probed = probe(disc, cuts, tilt, inner_tilt, u, others);
+            if (tells) add(told, probed);
+            else add(sent, probed);
+        }
+        means += sum_over_lanes(vec4(sent.outer, sent.inner));
+        layers += sent.layers;
+        if (is_first) {
+            vec4 tells = sum_over_lanes(vec4(told.outer, told.inner) / float(max(expecting, 1)));
+            shares = vec2(share_of(tells.xy), share_of(tells.zw));
+            if (!is_held && !disc.is_small) {
+                float turn = lens_sequence(starts.zw, pass_number).x;  // on which no probe depends
+                own_moments(cuts_of(disc.own), cuts, disc.radius, turn, own, inner_own);
+            }
+            bool needs_more = is_uncertain(own.x, outer.left - own.x, shares.x, tells.x * float(expecting));
+            if (!is_held && needs_more) more = MORE * count;
+        }
+    }
+    vec4 on_layers = sum_over_lanes(vec4(0.0, layers.x, 0.0, layers.y));
+    means = means / float(count + more) + on_layers / float(count);
     if (!is_gathering) skip();
-    vec2 share = share_and_scale(outer, means.x, means.z, lacks.x);
-    vec2 inner_share = share_and_scale(inner, means.y, means.w, lacks.y);
+    vec2 share = share_and_scale(outer, own, disc.radius, shares.x, means.xy);
+    vec2 inner_share = share_and_scale(inner, inner_own, disc.radius * sqrt(INNER_AREA), shares.y, means.zw);
     store_coverage(Coverage(share.x, inner_share.x, share.y, inner_share.y));
     store_tilt(Tilt(outer.tilt, inner.tilt));
 }

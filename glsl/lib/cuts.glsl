@@ -23,12 +23,12 @@ const float LEAST_SPREAD = 1.0e-3;  // [radii^2]
 // As much as a tilted filter may be scaled: beside a wall it is 3.25, in a corner of two it would be 6.5, where
 // noise would grow by more than bias falls.
 const float MOST_SCALE = 3.5;
-// Of what the cuts leave of a disc, the share on the point's own triangle that tilts it not at all, and the one
+// Of what the cuts leave of a disc, the share on the point's own polygon that tilts it not at all, and the one
 // that does so wholly. Elsewhere probes tell what is surface: where that is little, their noise, which a tilt
 // makes larger, would drown it.
 const vec2 KNOWN = vec2(0.3, 0.6);
 
-// What the cuts leave of a disc is known from these shares of it on the point's own triangle on, and from these shares
+// What the cuts leave of a disc is known from these shares of it on the point's own polygon on, and from these shares
 // of the whole on: of a sliver few directions tell little.
 const vec2 SURE = vec2(0.8, 1.0), BROAD = vec2(0.25, 0.45);
 
@@ -36,8 +36,8 @@ const vec2 SURE = vec2(0.8, 1.0), BROAD = vec2(0.25, 0.45);
 // scale (1 + tilt d) times as much. Then the middle of what counts is the point itself, and light that rises
 // evenly towards the cut or away from it is as bright as there: the local linear estimate (Fan & Gijbels 1996),
 // where the surface is what the cuts leave of the disc. `mass` is what counts within the cuts, as much as
-// without a tilt; `left`: the share of the untilted filter that the cuts leave, of which the mass does not depend; `known`:
-// that, or 1 where it does not tell what is surface.
+// without a tilt; `left`: the share of the untilted filter that the cuts leave, of which the mass does not depend;
+// `known`: that, or 1 where it does not tell what is surface.
 struct FilterTilt { vec2 tilt; float scale; float mass; float left; float known; };
 
 // From 0 at the first bound to 1 at the second.
@@ -49,7 +49,7 @@ FilterTilt no_tilt() { return FilterTilt(vec2(0.0), 1.0, 1.0, 1.0, 1.0); }
 struct CutMoments { vec3 first; vec3 second; };
 
 // From moments; and from others that don't depend on them, for the mass of what is tilted by the former is to
-// be right in the mean. `known`: the share of what the cuts leave on the point's own triangle.
+// be right in the mean. `known`: the share of what the cuts leave on the point's own polygon.
 FilterTilt tilt_of(CutMoments moments, CutMoments others, float radius, float known) {
     vec3 first = moments.first, second = moments.second;
     float sure = mix(1.0, first.x, rise(SURE, known) * rise(BROAD, first.x)), strength = rise(KNOWN, known);
@@ -62,6 +62,11 @@ FilterTilt tilt_of(CutMoments moments, CutMoments others, float radius, float kn
     float scale = first.x / max(first.x - strength * taken, 1.0e-20);
     float mass = scale * (others.first.x + dot(tilt, others.first.yz));
     return FilterTilt(tilt / radius, scale, mass, first.x, sure);
+}
+
+// What moments of the untilted filter count, in its radii: mass, x and y.
+float tilted_mass(FilterTilt tilt, vec3 moments, float radius) {
+    return tilt.scale * (moments.x + radius * dot(tilt.tilt, moments.yz));
 }
 
 float tilted_at(FilterTilt tilt, vec2 at) { return tilt.scale * (1.0 + dot(tilt.tilt, at)); }
@@ -83,24 +88,29 @@ void cut_moments(Cuts cuts, float radius, float turn, out CutMoments outer, out 
     }
 }
 
-// The share of the filter's mass within the cuts and other half planes, of the sides of a triangle.
-float known_mass(Cuts cuts, mat3x2 sides, float radius, float turn) {
+// How far a polygon of these sides, as cuts, reaches in a direction, squared, in radii; 1 at most.
+float side_reach2(mat4x2 sides, float radius, vec2 direction) {
+    vec4 nearness = direction * sides;
+    float most = max(max(nearness.x, nearness.y), max(nearness.z, nearness.w)) * radius;
+    return most > 1.0 ? 1.0 / (most * most) : 1.0;
+}
+
+// The share of the filter's mass within the cuts and other half planes.
+float known_mass(Cuts cuts, mat4x2 sides, float radius, float turn) {
     float sum = 0.0;
     vec2 direction = direction_at(turn / float(CUT_DIRECTIONS));
     for (int i = 0; i < CUT_DIRECTIONS; i++) {
-        vec3 nearness = direction * sides;
-        float most = max(max(nearness.x, nearness.y), nearness.z) * radius;
-        float side2 = most > 1.0 ? 1.0 / (most * most) : 1.0;
+        float side2 = side_reach2(sides, radius, direction);
         sum += filter_mass(min(cut_reach2(cuts.first, cuts.second, radius, direction), side2));
         direction = CUT_STEP * direction;
     }
     return sum / float(CUT_DIRECTIONS);
 }
 
-// The tilts of the filter within the cuts, and of the inner one; `is_held`: the disc is by the triangle of
+// The tilts of the filter within the cuts, and of the inner one; `is_held`: the disc is by the polygon of
 // these sides, as cuts.
 void cut_tilts(
-    Cuts cuts, bool is_held, mat3x2 sides, float radius, vec2 turns, out FilterTilt outer, out FilterTilt inner
+    Cuts cuts, bool is_held, mat4x2 sides, float radius, vec2 turns, out FilterTilt outer, out FilterTilt inner
 ) {
     CutMoments moments, inner_moments, others, inner_others;
     cut_moments(cuts, radius, turns.x, moments, inner_moments);

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! The share of the filter on each visible point's own surface and within its cuts, as glsl/kernels/coverage.glsl.
 
+use std::marker::PhantomData;
+
 use rayon::prelude::*;
 
 use crate::cuts::{self, Cuts, Tilt, reach2};
-use crate::filter::{Filter, SAME_ORIENTATION};
+use crate::faces::{self, Face};
+use crate::filter::{Filter, INNER_AREA, SAME_ORIENTATION};
 use crate::lanes::{Lanes, widest};
+use crate::own::Own;
 use crate::packing::{pack_direction, unpack_direction};
 use crate::radius::RadiusField;
-use crate::random::{DIMENSION_COVERAGE, DIMENSION_EXPECTED, r2_sequence, random4};
+use crate::random::{DIMENSION_COVERAGE, DIMENSION_EXPECTED, lens_sequence, r2_sequence, random4};
 use crate::trace::{Tree, Visible};
 use crate::vector::{dot, frame_about, normal_of, point_in, sin_cos_of_turns};
 use crate::watertight::Ray;
@@ -30,6 +34,10 @@ const FLAT: f32 = 0.02; // slope up to which a surface is taken for the nearest 
 /// glsl/kernels/coverage.glsl).
 const TILTED: u32 = 4;
 const MUCH: f32 = 1.5;
+/// How much more probes are sent where what they find is uncertain, and how many times as many at most.
+/// A probe is uncertain whose variance is so much of the squared coverage; and how many times as many more are then sent.
+const UNCERTAIN: f32 = 3.0;
+const MORE: u32 = 2;
 const POINTS_A_TASK: usize = 128;
 
 /// What the probes of a pass depend on.
@@ -53,26 +61,42 @@ pub struct Probes {
 }
 
 impl Probes {
-    /// The surface's share of the tilted filter, and what scales it (glsl/kernels/coverage.glsl); `not_expected`: what
-    /// the surface lacks of the untilted one by other probes.
+    /// Whether a point needs more probes (glsl/kernels/coverage.glsl). `rest`: the filter's mass that is not on its
+    /// polygon, of which so many probes as were `asked` found a share.
+    fn is_uncertain(&self, own: f32, rest: f32, share: f32, asked: f32) -> bool {
+        let share = (share * asked + 0.5) / (asked + 1.0);
+        let covered = own + rest * share;
+        self.expecting > 0 && rest * share * (1.0 - share) > UNCERTAIN * covered * covered
+    }
+
+    /// The surface's share of the tilted filter, and what scales it (glsl/kernels/coverage.glsl). `own`: the untilted
+    /// filter's mass, x and y on the polygon, in radii; `share`: of the rest, by probes that tell what to expect.
     #[inline(always)]
-    fn share_and_scale(&self, tilt: &Tilt, mass: f32, missing: f32, not_expected: f32) -> [f32; 2] {
-        let (mut found, mut over) = (1.0, tilt.known);
+    fn share_and_scale(
+        &self,
+        tilt: &Tilt,
+        own: [f32; 3],
+        radius: f32,
+        share: f32,
+        sent: [f32; 2],
+    ) -> [f32; 2] {
+        let own_tilted = tilt.mass_of(own, radius);
+        let mut over = tilt.known;
         if self.expecting > 0 {
-            let count = self.expecting as f32;
-            found = (1.0 - not_expected / tilt.left.max(1.0e-6)).clamp(0.0, 1.0);
-            over = (tilt.left * (count * found + 1.0) / (count + 1.0)).max(self.least_expected);
+            let (count, rest) = (self.expecting as f32, (tilt.left - own[0]).max(0.0));
+            over = (own[0] + rest * (count * share + 1.0) / (count + 1.0)).max(self.least_expected);
         }
-        let mass = mass + found * (tilt.mass - mass);
-        [(mass - missing) / over, tilt.scale / over]
+        let [sampled, found] = sent;
+        let rest = share * (tilt.mass - own_tilted - sampled) + found;
+        [(own_tilted + rest) / over, tilt.scale / over]
     }
 }
 
-/// Where a pixel's probes start.
+/// Where two of a pixel's sequences start.
 #[inline(always)]
-fn start_of(probes: &Probes, pass_index: u32, pixel: u32, dimension: u32) -> [f32; 2] {
-    let numbers = random4(probes.seed, pass_index, pixel, dimension.wrapping_add(probes.depth));
-    [numbers[0], numbers[1]]
+fn starts_of(probes: &Probes, pass_index: u32, pixel: u32, dimension: u32) -> [[f32; 2]; 2] {
+    let [x, y, z, w] = random4(probes.seed, pass_index, pixel, dimension.wrapping_add(probes.depth));
+    [[x, y], [z, w]]
 }
 
 /// Visible points as streams: the pixels of the frame that see them, positions and surfaces (0: no point), normals,
@@ -91,8 +115,8 @@ pub struct Points<'a> {
 /// In leaf order, the fourth number of whose second corner is the surface.
 pub struct Triangles<'a> {
     pub corners: &'a [[[f32; 4]; 3]],
-    /// As [`crate::solid::solid`] tells; none: no triangle bounds one.
-    pub solid: &'a [i8],
+    /// As [`crate::faces::faces`] tells; none: no triangle bounds a solid, and none makes a quad with another.
+    pub faces: &'a [Face],
     /// OPAQUE and PHOTONS_LAND, of materials; none: all have PHOTONS_LAND alone.
     pub flags: &'a [u8],
 }
@@ -101,7 +125,22 @@ impl Triangles<'_> {
     /// Whether a solid is behind a triangle, seen from one of its sides, or in front of it; 0: neither.
     #[inline(always)]
     fn behind(&self, position: i32, side: f32) -> f32 {
-        side * self.solid.get(position as usize).map_or(0.0, |&solid| f32::from(solid))
+        side * (self.face(position)[3] % 4.0 - 1.0)
+    }
+
+    #[inline(always)]
+    fn face(&self, position: i32) -> Face {
+        self.faces.get(position as usize).copied().unwrap_or([0.0, 0.0, 0.0, 1.0])
+    }
+
+    /// What a point is known to be on, of its triangle's position.
+    #[inline(always)]
+    fn own(&self, position: i32, point: &Point) -> Own {
+        let corners = usize::try_from(position).ok().and_then(|at| self.corners.get(at));
+        corners.map_or(Own::NONE, |corners| {
+            let frame = (point.tangent, point.bitangent);
+            Own::of(corners, self.face(position), position, point.position, frame)
+        })
     }
 
     #[inline(always)]
@@ -174,70 +213,87 @@ widest! {
             let cuts = points.cuts[at];
             let [column, row, ..] = points.pixels[at];
             let pixel = (row as usize * probes.frame_width + column as usize) as u32;
-            let start = start_of(probes, 0, pixel, DIMENSION_COVERAGE);
+            let [start, turns_start] = starts_of(probes, 0, pixel, DIMENSION_COVERAGE);
+            let [other_start, _] = starts_of(probes, probes.first, pixel, DIMENSION_EXPECTED);
+            let pass_number = probes.first / probes.count;
             let position = [x, y, z];
             let tilts = [Tilt::NONE; 2];
             let mut point = Point { position, normal, tangent, bitangent, surface, radius, cuts, tilts };
-            let own = Own::of(triangles, points.shadings[at][3] as i32, &point);
-            let is_held = own.holds_disc(radius);
+            let own = triangles.own(points.shadings[at][3] as i32, &point);
+            let (is_held, sides) = (own.holds_disc(radius), own.cuts());
+            let turns = r2_sequence(start, probes.first);
             if cuts != cuts::NONE {
-                let sides = if is_held { None } else { Some(own.cuts()) };
-                let turns = r2_sequence(start, probes.first);
-                point.tilts = cuts::tilts(cuts, sides, radius, probes.filter, turns);
+                let others = if is_held { None } else { Some(&sides) };
+                point.tilts = cuts::tilts(cuts, others, radius, probes.filter, turns);
             }
+            let is_small = own.is_small(radius);
+            let masses = if is_held || is_small {
+                [[0.0; 3]; 2]
+            } else {
+                let [turn, _] = lens_sequence(turns_start, pass_number); // on which no probe depends
+                sides.moments(cuts, radius, probes.filter, turn)
+            };
             let times = if point.tilts[0].scale > MUCH { TILTED } else { 1 };
             let (count, first_probe) = (probes.count * times, probes.first.wrapping_mul(times));
-            let (mut sent, mut expectant) = (Probed::NONE, Probed::NONE);
-            for number in (0..count).map(|probe| first_probe.wrapping_add(probe)) {
+            let [outer, inner] = point.tilts;
+            let mut look = Look::<L>::of(tree, triangles, point, &own, is_small, probes.filter, &mut stack);
+            let asked = if is_held { 0 } else { probes.expecting };
+            let mut told = Probed::NONE;
+            look.point.tilts = [Tilt::NONE; 2];
+            for number in 0..asked {
+                told.add(look.probe(r2_sequence(other_start, number), 0.0), asked);
+            }
+            look.point.tilts = [outer, inner];
+            let shares = told.sums.map(|[sampled, found]| if sampled > 0.0 { (found / sampled).min(1.0) } else { 1.0 });
+            let (known, asked) = (masses[0][0], told.sums[0][0] * asked as f32);
+            let more = if !is_held && probes.is_uncertain(known, outer.left - known, shares[0], asked) {
+                MORE * count
+            } else {
+                0
+            };
+            let mut sent = Probed::NONE;
+            for probe in 0..count {
+                let number = first_probe.wrapping_add(probe);
                 let others = if number % LOOKS == 0 { LOOKS as f32 } else { 0.0 };
                 if is_held && others == 0.0 {
                     continue;
                 }
-                let probe = Probe { u: r2_sequence(start, number), others };
-                sent.add(&probe_surface::<L>(tree, triangles, &point, &own, &probe, probes.filter, &mut stack), count);
+                sent.add(look.probe(r2_sequence(start, number), others), count + more);
             }
-            let [outer, inner] = point.tilts;
-            if !is_held && probes.expecting > 0 {
-                point.tilts = [Tilt::NONE; 2];
-                let start = start_of(probes, probes.first, pixel, DIMENSION_EXPECTED);
-                for number in 0..probes.expecting {
-                    let probe = Probe { u: r2_sequence(start, number), others: 0.0 };
-                    let found = probe_surface::<L>(tree, triangles, &point, &own, &probe, probes.filter, &mut stack);
-                    expectant.add(&found, probes.expecting);
-                }
+            for probe in 0..more {
+                let u = r2_sequence(lens_sequence(start, probe + 1), pass_number);
+                sent.add(look.probe(u, 0.0), count + more);
             }
-            let [share, scale] = probes.share_and_scale(&outer, sent.mass[0], sent.missing[0], expectant.missing[0]);
-            let [inner_share, inner_scale] =
-                probes.share_and_scale(&inner, sent.mass[1], sent.missing[1], expectant.missing[1]);
+            let share_of = |tilt: &Tilt, radius: f32, k: usize| {
+                let [sampled, found] = sent.sums[k];
+                let found = found + sent.layers[k] * ((count + more) as f32 / count as f32);
+                probes.share_and_scale(tilt, masses[k], radius, shares[k], [sampled, found])
+            };
+            let [share, scale] = share_of(&outer, radius, 0);
+            let [inner_share, inner_scale] = share_of(&inner, radius * INNER_AREA.sqrt(), 1);
             *out = [share, inner_share, scale, inner_scale];
             *tilt_out = [outer.tilt[0], outer.tilt[1], inner.tilt[0], inner.tilt[1]];
         }
     }
 }
 
-/// Where the filter is sampled, and how much layers count that are not the nearest to the plane; 0: they are not
-/// looked for.
-struct Probe {
-    u: [f32; 2],
-    others: f32,
-}
-
-/// What probes sample of the tilted filter's mass within the cuts and of the inner one's, and what the surface lacks
-/// of it.
+/// What probes sample of the mass of the tilted filter and of the inner one beyond the own polygon, and what of it they
+/// find; and what of either they find on other layers.
+#[derive(Clone, Copy)]
 struct Probed {
-    mass: [f32; 2],
-    missing: [f32; 2],
+    sums: [[f32; 2]; 2],
+    layers: [f32; 2],
 }
 
 impl Probed {
-    const NONE: Probed = Probed { mass: [0.0; 2], missing: [0.0; 2] };
+    const NONE: Probed = Probed { sums: [[0.0; 2]; 2], layers: [0.0; 2] };
 
     /// Add one of `count` probes to their mean.
     #[inline(always)]
-    fn add(&mut self, one: &Probed, count: u32) {
+    fn add(&mut self, one: Probed, count: u32) {
         for k in 0..2 {
-            self.mass[k] += one.mass[k] / count as f32;
-            self.missing[k] += one.missing[k] / count as f32;
+            self.sums[k] = std::array::from_fn(|i| self.sums[k][i] + one.sums[k][i] / count as f32);
+            self.layers[k] += one.layers[k] / count as f32;
         }
     }
 }
@@ -262,162 +318,135 @@ impl Layer {
     }
 }
 
-/// Where in a disc's plane a probe samples the filter, within the cuts.
-struct Drawn {
-    at: [f32; 2],
-    distance: f32,
-    /// Its square over the radius's.
-    x2: f32,
-    /// The filter's mass in that direction within the cuts, over all of it.
-    within: f32,
-}
-
-impl Drawn {
-    #[inline(always)]
-    fn of(point: &Point, probe: &Probe, filter: Filter) -> Drawn {
-        let (sin, cos) = sin_cos_of_turns(probe.u[1]);
-        let within = filter.mass_within(reach2(point.cuts, point.radius, [cos, sin]));
-        let x2 = filter.sample(probe.u[0] * within);
-        let distance = (x2 * (point.radius * point.radius)).sqrt();
-        Drawn { at: [cos * distance, sin * distance], distance, x2, within }
-    }
-
-    /// The filter's mass there; the tilted filter and the inner one over that.
-    #[inline(always)]
-    fn mass_and_tilted(&self, point: &Point, filter: Filter) -> (f32, [f32; 2]) {
-        let [mass, inner_mass] = filter.shape_and_inner(self.x2);
-        let mass = mass.max(1.0e-30);
-        let [outer, inner] = point.tilts.map(|tilt| tilt.at(self.at));
-        (mass, [outer, inner * inner_mass / mass])
-    }
-}
-
-/// The tilted filter at a place, and the inner one, over the density by which a probe found it.
-#[inline(always)]
-fn tilted_share(point: &Point, filter: Filter, place: [f32; 3], density: f32) -> [f32; 2] {
-    let r2 = point.radius * point.radius;
-    let offset: [f32; 3] = std::array::from_fn(|k| place[k] - point.position[k]);
-    let at = dot(offset, offset);
-    let on_surface = if at > r2 { [0.0; 2] } else { filter.shape_and_inner(at / r2) };
-    let there = [dot(offset, point.tangent), dot(offset, point.bitangent)];
-    std::array::from_fn(|k| on_surface[k] * point.tilts[k].at(there) / density)
-}
-
-/// Sample the filter within the cuts, over the density of the sampled point. As photons do, all of the surface's
-/// layers on the point's side count.
-#[inline(always)]
-fn probe_surface<L: Lanes>(
-    tree: &Tree,
-    triangles: &Triangles,
-    point: &Point,
-    own: &Own,
-    probe: &Probe,
+/// What looks for a point's surface.
+struct Look<'a, 'b, L> {
+    tree: &'a Tree,
+    triangles: &'a Triangles<'a>,
+    point: Point,
+    own: &'a Own,
+    /// It is not worth knowing.
+    is_small: bool,
     filter: Filter,
-    stack: &mut Stack,
-) -> Probed {
-    let normal = point.normal;
-    let drawn = Drawn::of(point, probe, filter);
-    let [x, y] = drawn.at;
-    let is_own = own.holds(drawn.at);
-    let (mass, sampled) = drawn.mass_and_tilted(point, filter);
-    let within = sampled.map(|sampled| drawn.within * sampled);
-    if is_own && probe.others == 0.0 {
-        return Probed { mass: within, missing: [0.0; 2] };
-    }
-    let height = drawn.distance + SURFACE_OFFSET; // within 45 degrees a surface strays no further
-    let middle: [f32; 3] =
-        std::array::from_fn(|k| point.position[k] + x * point.tangent[k] + y * point.bitangent[k]);
-    let mut origin: [f32; 3] = std::array::from_fn(|k| middle[k] + normal[k] * height);
-    // The point's own triangle needs no ray.
-    let (mut nearest, mut away, mut source) =
-        if is_own { (sampled, 0.0, own.triangle) } else { ([0.0; 2], f32::INFINITY, -1) };
-    let mut others = [0.0; 2];
-    let (mut left, mut above, mut before) = (2.0 * height, height, Layer::NONE);
-    let on_plane = triangles.layer(0.0, own.triangle, point.surface.signum());
-    let is_outside = triangles.behind(own.triangle, point.surface.signum()) >= 0.0;
-    for _ in 0..MOST_LAYERS {
-        let Some(ray) = Ray::new(origin, normal.map(|n| -n)) else { break };
-        let Some((position, hit)) = tree.closest::<L>(&ray, left, source, Visible::TO_ALL, stack) else {
-            break;
-        };
-        let triangle = &triangles.corners[position as usize];
-        let geometric = normal_of(triangle);
-        let side = if dot(geometric, normal) < 0.0 { -1.0 } else { 1.0 }; // the one the ray came from
-        let geometric = geometric.map(|n| n * side);
-        above -= hit.t;
-        left -= hit.t;
-        // Asked of the normal as photons carry it, so that they and the coverage agree at 45 degrees.
-        let carried = unpack_direction(pack_direction(geometric));
-        if is_own && above < 0.0 && before.above > 0.0 {
-            before = on_plane;
-        }
-        let is_known = (above - before.above).abs() < ONE_LAYER || (is_own && above.abs() < ONE_LAYER);
-        let is_hidden = before.hides(above, height, is_outside);
-        before = triangles.layer(above, position, side);
-        if !(is_known || is_hidden)
-            && triangles.flags_of(position) & PHOTONS_LAND != 0
-            && side * (triangle[1][3] + 1.0) == point.surface
-            && dot(carried, normal) >= SAME_ORIENTATION
-        {
-            let met = point_in(triangle, hit.u, hit.v);
-            let found = tilted_share(point, filter, met, mass * dot(geometric, normal));
-            let other = if above.abs() < away { std::mem::replace(&mut nearest, found) } else { found };
-            others = std::array::from_fn(|k| others[k] + other[k]);
-            away = away.min(above.abs());
-            if probe.others == 0.0 {
-                if above <= FLAT * height {
-                    break;
-                }
-                left = 2.0 * above; // what is further below the plane is not nearer
-            }
-        }
-        for k in 0..3 {
-            origin[k] -= normal[k] * hit.t;
-        }
-        source = position;
-    }
-    let missing =
-        std::array::from_fn(|k| drawn.within * (sampled[k] - nearest[k] - probe.others * others[k]));
-    Probed { mass: within, missing }
+    stack: &'b mut Stack,
+    lanes: PhantomData<L>,
 }
 
-/// The point's own triangle, on which most probes end. Seen from the point in its plane,
-/// the sides with the triangle to their left: at (x, y) it is there that a x + b y + c > 0.
-struct Own {
-    sides: [[f32; 3]; 3],
-    triangle: i32,
-}
+impl<'a, 'b, L: Lanes> Look<'a, 'b, L> {
+    fn of(
+        tree: &'a Tree,
+        triangles: &'a Triangles,
+        point: Point,
+        own: &'a Own,
+        is_small: bool,
+        filter: Filter,
+        stack: &'b mut Stack,
+    ) -> Self {
+        Look { tree, triangles, point, own, is_small, filter, stack, lanes: PhantomData }
+    }
 
-impl Own {
-    const NONE: Own = Own { sides: [[0.0, 0.0, -1.0]; 3], triangle: -1 };
-
+    /// Sample the filter within the cuts, and look for the surface there where that is not the own polygon
+    /// (glsl/kernels/coverage.glsl): the nearest layer, and, `others` times, what else is met; 0: that is not looked for.
     #[inline(always)]
-    fn of(triangles: &Triangles, triangle: i32, point: &Point) -> Own {
-        let Some(corners) = usize::try_from(triangle).ok().and_then(|at| triangles.corners.get(at)) else {
-            return Own::NONE;
-        };
-        let [p, q, r] = corners.map(|corner| {
-            let away: [f32; 3] = std::array::from_fn(|k| corner[k] - point.position[k]);
-            [dot(away, point.tangent), dot(away, point.bitangent)]
+    fn probe(&mut self, [radial, turns]: [f32; 2], others: f32) -> Probed {
+        let (point, filter) = (&self.point, self.filter);
+        let (sin, cos) = sin_cos_of_turns(turns);
+        let within = filter.mass_within(reach2(point.cuts, point.radius, [cos, sin]));
+        let x2 = filter.sample(radial * within);
+        let away = (x2 * (point.radius * point.radius)).sqrt();
+        let at = [cos * away, sin * away];
+        let is_own = !self.is_small && self.own.holds(at);
+        if is_own && others == 0.0 {
+            return Probed::NONE;
+        }
+        let [mass, inner_mass] = filter.shape_and_inner(x2);
+        let mass = mass.max(1.0e-30);
+        let tilted: [f32; 2] = std::array::from_fn(|k| point.tilts[k].at(at));
+        let sampled = [within * tilted[0], within * tilted[1] * inner_mass / mass];
+        let [nearest, rest] = self.layers(at, away, mass / within, is_own, others > 0.0);
+        let sums = if is_own { [[0.0; 2]; 2] } else { std::array::from_fn(|k| [sampled[k], nearest[k]]) };
+        Probed { sums, layers: rest.map(|x| others * x) }
+    }
+
+    /// The tilted filter at a place, and the inner one, over the density by which a probe found it.
+    #[inline(always)]
+    fn tilted_share(&self, place: [f32; 3], density: f32) -> [f32; 2] {
+        let point = &self.point;
+        let r2 = point.radius * point.radius;
+        let offset: [f32; 3] = std::array::from_fn(|k| place[k] - point.position[k]);
+        let at = dot(offset, offset);
+        let on_surface = if at > r2 { [0.0; 2] } else { self.filter.shape_and_inner(at / r2) };
+        let there = [dot(offset, point.tangent), dot(offset, point.bitangent)];
+        std::array::from_fn(|k| on_surface[k] * point.tilts[k].at(there) / density)
+    }
+
+    /// What the layer of the surface that is nearest to the plane counts, and, if `all` are looked for, what the others
+    /// do. As photons do, all of those on the point's side count, but hidden ones. `is_own`: on the point's own
+    /// polygon, which is then the nearest, and needs no ray.
+    #[inline(always)]
+    fn layers(
+        &mut self,
+        [x, y]: [f32; 2],
+        away: f32,
+        density: f32,
+        is_own: bool,
+        all: bool,
+    ) -> [[f32; 2]; 2] {
+        let (point, triangles, own) = (&self.point, self.triangles, self.own);
+        let normal = point.normal;
+        let height = away + SURFACE_OFFSET; // within 45 degrees a surface strays no further
+        let mut origin: [f32; 3] = std::array::from_fn(|k| {
+            point.position[k] + x * point.tangent[k] + y * point.bitangent[k] + normal[k] * height
         });
-        let side = |[ax, ay]: [f32; 2], [bx, by]: [f32; 2]| [ay - by, bx - ax, ax * by - ay * bx];
-        let sides = [side(p, q), side(q, r), side(r, p)];
-        let area = sides[0][2] + sides[1][2] + sides[2][2];
-        Own { sides: if area < 0.0 { sides.map(|side| side.map(|x| -x)) } else { sides }, triangle }
-    }
-
-    #[inline(always)]
-    fn holds(&self, [x, y]: [f32; 2]) -> bool {
-        self.sides.iter().all(|[a, b, c]| a * x + b * y + c > 0.0)
-    }
-
-    /// The sides as [`Cuts`] are; of no triangle, none is left of the disc.
-    fn cuts(&self) -> [[f32; 2]; 3] {
-        self.sides.map(|[a, b, c]| if c > 0.0 { [-a / c, -b / c] } else { [1.0e10; 2] })
-    }
-
-    #[inline(always)]
-    fn holds_disc(&self, radius: f32) -> bool {
-        self.sides.iter().all(|[a, b, c]| *c > radius * (a * a + b * b).sqrt())
+        let (mut nearness, mut source) = if is_own { (0.0, own.triangle) } else { (f32::INFINITY, -1) };
+        let (mut nearest, mut others) = ([0.0; 2], [0.0; 2]);
+        let (mut left, mut above, mut before) = (2.0 * height, height, Layer::NONE);
+        let on_plane = triangles.layer(0.0, own.triangle, point.surface.signum());
+        let is_outside = triangles.behind(own.triangle, point.surface.signum()) >= 0.0;
+        for _ in 0..MOST_LAYERS {
+            let Some(ray) = Ray::new(origin, normal.map(|n| -n)) else { break };
+            let Some((position, hit)) =
+                self.tree.closest::<L>(&ray, left, source, Visible::TO_ALL, self.stack)
+            else {
+                break;
+            };
+            let triangle = &triangles.corners[position as usize];
+            let geometric = normal_of(triangle);
+            let side = if dot(geometric, normal) < 0.0 { -1.0 } else { 1.0 }; // the one the ray came from
+            let geometric = geometric.map(|n| n * side);
+            above -= hit.t;
+            left -= hit.t;
+            // Asked of the normal as photons carry it, so that they and the coverage agree at 45 degrees.
+            let carried = unpack_direction(pack_direction(geometric));
+            if is_own && above < 0.0 && before.above > 0.0 {
+                before = on_plane;
+            }
+            let is_own_layer = is_own && above.abs() < ONE_LAYER.max(faces::FLAT * height);
+            let is_known = is_own_layer || (above - before.above).abs() < ONE_LAYER;
+            let is_hidden = before.hides(above, height, is_outside);
+            before = triangles.layer(above, position, side);
+            if !(is_known || is_hidden)
+                && triangles.flags_of(position) & PHOTONS_LAND != 0
+                && side * (triangle[1][3] + 1.0) == point.surface
+                && dot(carried, normal) >= SAME_ORIENTATION
+            {
+                let met = point_in(triangle, hit.u, hit.v);
+                let found = self.tilted_share(met, density * dot(geometric, normal));
+                let is_nearest = above.abs() < nearness;
+                let other = if is_nearest { std::mem::replace(&mut nearest, found) } else { found };
+                others = std::array::from_fn(|k| others[k] + other[k]);
+                nearness = nearness.min(above.abs());
+                if !all {
+                    if above <= FLAT * height {
+                        break;
+                    }
+                    left = 2.0 * above; // what is further below the plane is not nearer
+                }
+            }
+            for k in 0..3 {
+                origin[k] -= normal[k] * hit.t;
+            }
+            source = position;
+        }
+        [nearest, others]
     }
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::filter::{Filter, INNER_AREA, SAME_ORIENTATION};
 use crate::lanes::widest;
+use crate::own::Sides;
 use crate::radius::RadiusField;
 use crate::trace::Tree;
 use crate::vector::{dot, frame_about, normal_of, sin_cos_of_turns};
@@ -18,7 +19,7 @@ const MARGIN: f32 = 0.02;
 /// Triangles about a disc at most: where there are more, it is not cut (see glsl/lib/obstacles.glsl).
 const MOST_LOOKED_AT: u32 = 128;
 /// Directions in which it is asked how far a cut disc reaches.
-const DIRECTIONS: u32 = 16;
+pub(crate) const DIRECTIONS: u32 = 16;
 /// Cosine and sine of the turn from one to the next.
 const STEP: [f32; 2] = [0.923_879_5, 0.382_683_43];
 /// What keeps a strip from being tilted across, in radii squared; by how much a tilted filter may be scaled; which
@@ -79,6 +80,12 @@ impl Tilt {
         Tilt { tilt: tilt.map(|t| t / radius), scale, mass, left, known: sure }
     }
 
+    /// What moments of the untilted filter count, in its radii: mass, x and y.
+    #[inline(always)]
+    pub(crate) fn mass_of(&self, [mass, x, y]: [f32; 3], radius: f32) -> f32 {
+        self.scale * (mass + radius * (x * self.tilt[0] + y * self.tilt[1]))
+    }
+
     /// What something at (x, y) counts.
     #[inline(always)]
     pub(crate) fn at(&self, [x, y]: [f32; 2]) -> f32 {
@@ -90,7 +97,7 @@ impl Tilt {
 /// are looked at. `sides`: other half planes, of the point's own triangle.
 pub(crate) fn tilts(
     cuts: Cuts,
-    sides: Option<[[f32; 2]; 3]>,
+    sides: Option<&Sides>,
     radius: f32,
     filter: Filter,
     turns: [f32; 2],
@@ -113,27 +120,26 @@ fn mean_of(a: [f32; 6], b: [f32; 6]) -> [f32; 6] {
     std::array::from_fn(|k| 0.5 * (a[k] + b[k]))
 }
 
-/// The share of the filter's mass within the cuts and sides.
-fn known_mass(cuts: Cuts, sides: [[f32; 2]; 3], radius: f32, filter: Filter, turn: f32) -> f32 {
+/// Unit vectors all around, the first of which `turn`, 0 to 1, moves from one to the next.
+pub(crate) fn directions(turn: f32) -> impl Iterator<Item = [f32; 2]> {
     let (sin, cos) = sin_cos_of_turns(turn / DIRECTIONS as f32);
-    let (mut direction, mut sum) = ([cos, sin], 0.0);
-    for _ in 0..DIRECTIONS {
-        let [x, y] = direction;
-        let nearness = sides.iter().fold(0.0, |most: f32, side| most.max(x * side[0] + y * side[1])) * radius;
-        let side2 = if nearness > 1.0 { 1.0 / (nearness * nearness) } else { 1.0 };
-        sum += filter.mass_within(reach2(cuts, radius, direction).min(side2));
-        direction = [x * STEP[0] - y * STEP[1], x * STEP[1] + y * STEP[0]];
-    }
-    sum / DIRECTIONS as f32
+    let turned = |&[x, y]: &[f32; 2]| Some([x * STEP[0] - y * STEP[1], x * STEP[1] + y * STEP[0]]);
+    std::iter::successors(Some([cos, sin]), turned).take(DIRECTIONS as usize)
+}
+
+/// The share of the filter's mass within the cuts and sides.
+fn known_mass(cuts: Cuts, sides: &Sides, radius: f32, filter: Filter, turn: f32) -> f32 {
+    let on_both = |direction: [f32; 2]| reach2(cuts, radius, direction).min(sides.reach2(radius, direction));
+    let mass = |direction| filter.mass_within(on_both(direction));
+    directions(turn).map(mass).sum::<f32>() / DIRECTIONS as f32
 }
 
 /// The moments of a filter within the cuts, and of the inner filter, either in its radii: mass, x, y, and, if
 /// SQUARES are asked for, xx, xy, yy.
 fn moments<const SQUARES: bool>(cuts: Cuts, radius: f32, filter: Filter, turn: f32) -> [[f32; 6]; 2] {
-    let (sin, cos) = sin_cos_of_turns(turn / DIRECTIONS as f32);
-    let (mut direction, mut sums) = ([cos, sin], [[0.0; 6]; 2]);
+    let mut sums = [[0.0; 6]; 2];
     let whole = filter.moments_within(1.0);
-    for _ in 0..DIRECTIONS {
+    for direction in directions(turn) {
         let x2 = reach2(cuts, radius, direction);
         let [x, y] = direction;
         for (sum, x2) in sums.iter_mut().zip([x2, x2 / INNER_AREA]) {
@@ -147,7 +153,6 @@ fn moments<const SQUARES: bool>(cuts: Cuts, radius: f32, filter: Filter, turn: f
                 sum[5] += y * y * second;
             }
         }
-        direction = [x * STEP[0] - y * STEP[1], x * STEP[1] + y * STEP[0]];
     }
     sums.map(|sum| sum.map(|x| x / DIRECTIONS as f32))
 }

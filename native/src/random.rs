@@ -39,7 +39,16 @@ pub fn random4(seed: u32, pass_index: u32, element: u32, dimension: u32) -> [f32
 
 /// Point n of the R2 sequence (Roberts 2018), shifted by `start`, modulo 1.
 pub fn r2_sequence(start: [f32; 2], n: u32) -> [f32; 2] {
-    let step = [3_242_174_889u32, 2_447_445_414];
+    stepped(start, [3_242_174_889, 2_447_445_414], n)
+}
+
+/// The same for two dimensions more, as glsl/lib/rng.glsl has them.
+pub fn lens_sequence(start: [f32; 2], n: u32) -> [f32; 2] {
+    stepped(start, [2_726_840_505, 1_455_715_471], n)
+}
+
+/// `n` steps, in units of 2^-32, from `start`, modulo 1.
+fn stepped(start: [f32; 2], step: [u32; 2], n: u32) -> [f32; 2] {
     std::array::from_fn(|i| (start[i] + (step[i].wrapping_mul(n) >> 8) as f32 / 16_777_216.0).fract())
 }
 

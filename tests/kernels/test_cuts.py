@@ -17,7 +17,6 @@ from addon.photon.kernels.coverage import Coverage
 from addon.photon.kernels.cuts import Cuts
 from addon.photon.settings import Filter
 from addon.photon.stage.geometry import Frame, Mesh
-from addon.photon.stage.tables import solid_table
 from addon.streams import Device
 from tests.kernels.conftest import Bench
 from tests.measure import render
@@ -188,7 +187,8 @@ def test_no_point(bench: Bench) -> None:
     assert not cuts_at(bench, built, (np.nan, 0, 0), (np.nan, 0, 0)).any()
 
 
-PROBES, PASSES = 256, 16
+PROBES, PASSES = 256, 64
+COMPARED = 8  # passes of the shader
 
 
 def weights(name: str, x2: Any) -> Any:
@@ -283,7 +283,7 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
         "nodes": mesh.tree.nodes,
         "triangles": mesh.triangles,
         "corner_normals": mesh.normals,
-        "solids": solid_table(mesh),
+        "faces": mesh.faces,
         "radii": radii.table(),
     }
     defines = {f"FILTER_{name.upper()}": 1}
@@ -291,30 +291,90 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     for index in range(PASSES):
         draw["first_probe"] = index * PROBES
         ours = tracer_of(mesh).coverage(
-            *(x[None] for x in streams.values()), radii, filter=name, solid=mesh.solid, **draw
+            *(x[None] for x in streams.values()), radii, filter=name, faces=mesh.faces, **draw
         )
-        found = one_bench.run(Coverage, streams, draw, tables, defines)
         shares, tilts = (x[0] for x in ours)
+        add_pass(means, shares, tilts)
+        if index >= COMPARED:
+            continue
+        found = one_bench.run(Coverage, streams, draw, tables, defines)
         # A probe at the plate's border may fall to either side.
         apart = 4 * np.abs(shares[:, 2:]).max() / PROBES
         np.testing.assert_allclose(found["coverage"][:, :2], shares[:, :2], atol=apart)
         np.testing.assert_allclose(found["coverage"][:, 2:], shares[:, 2:], rtol=1e-3)
         np.testing.assert_allclose(found["tilt"], tilts, rtol=1e-3, atol=1e-3 / RADIUS)
-        add_pass(means, shares, tilts)
     check_tilted(name, cuts, x, means)
     draw |= {"expecting": 4, "least_expected": 0.05}
     means[:] = 0.0
     for index in range(PASSES):
         draw["first_probe"] = index * PROBES
         ours = tracer_of(mesh).coverage(
-            *(x[None] for x in streams.values()), radii, filter=name, solid=mesh.solid, **draw
+            *(x[None] for x in streams.values()), radii, filter=name, faces=mesh.faces, **draw
         )
-        found = one_bench.run(Coverage, streams, draw, tables, defines)["coverage"]
         shares, tilts = (x[0] for x in ours)
+        add_pass(means, shares, tilts)
+        if index >= COMPARED:
+            continue
+        found = one_bench.run(Coverage, streams, draw, tables, defines)["coverage"]
         same = np.isclose(found, shares, rtol=1e-3, atol=8 / PROBES).all(axis=1)
         assert same.mean() > 0.9  # a probe at the plate's border may fall to either side
-        add_pass(means, shares, tilts)
     check_shares(name, cuts, x, means, rel=0.03, abs=0.01)
+
+
+def strip(is_split: bool) -> Builder:
+    """A board a fifth as wide as a disc, of one quad or of two triangles that are not in one plane:
+    then probes look for the second."""
+    built, half = Builder(), 0.1 * RADIUS
+    lift = 0.05 * RADIUS if is_split else 0.0
+    a, b, c, d = (-1.0, -half, 0.0), (1.0, -half, 0.0), (1.0, half, lift), (-1.0, half, 0.0)
+    return built.add([a, b, c, d], [[0, 1, 3], [2, 3, 1]])
+
+
+@pytest.mark.parametrize(("is_split", "off"), [(False, 0.15), (True, 0.8)])
+def test_coverage_of_a_strip(one_bench: Bench, is_split: bool, off: float) -> None:
+    """What little of a disc is surface is told by each pass to a share `off` of it: four probes, a
+    fifth of which find it, tell it to 1.04."""
+    mesh, radii = mesh_of(strip(is_split)), even(RADIUS)
+    count = 64
+    # Beside the diagonal, on the first triangle.
+    at = np.stack(
+        [np.linspace(-0.5, -0.3, count), np.full(count, -0.02 * RADIUS), np.zeros(count)], 1
+    )
+    own = np.flatnonzero(np.isclose(mesh.corners[:, :, 0].min(axis=1), -1.0))
+    own = own[np.argmin(mesh.corners[own, :, 0].mean(axis=1))]
+    pixel = np.zeros((count, 4), np.float32)
+    pixel[:, 0] = np.arange(count)
+    streams = {
+        "pixel": pixel,
+        "place": texels(at, 1.0),
+        "facing": texels(np.broadcast_to(UP, (count, 3)), 1.0),
+        "shading": texels(np.broadcast_to(UP, (count, 3)), float(own)),
+        "cuts": np.zeros((count, 4), np.float32),
+        "diffuse": np.tile(DIFFUSE[0], (count, 1)),
+    }
+    draw: dict[str, Any] = {"probes": 4, "seed": 3, "depth": 0, "expecting": 4}
+    draw |= {"least_expected": 1.0, "radius_scale": 1.0, "frame_size": (count, 1)}
+    shares = []
+    for index in range(32):
+        draw["first_probe"] = index * 4
+        arrays = (x[None] for x in streams.values())
+        ours = tracer_of(mesh).coverage(*arrays, radii, filter="cone", faces=mesh.faces, **draw)
+        shares.append(ours[0][0, :, 0])
+    tables = {
+        "nodes": mesh.tree.nodes,
+        "triangles": mesh.triangles,
+        "corner_normals": mesh.normals,
+        "faces": mesh.faces,
+        "radii": radii.table(),
+    }
+    found = one_bench.run(Coverage, streams, draw, tables, {"FILTER_CONE": 1})["coverage"]
+    np.testing.assert_allclose(found[:, 0], shares[-1], atol=2e-3)
+    side = (np.arange(1200) + 0.5) / 600 - 1
+    u, v = np.meshgrid(side, side)
+    is_there = np.abs(v - 0.02) <= 0.1
+    share = (weights("cone", u * u + v * v) * is_there).sum() / 600**2
+    assert np.mean(shares) == pytest.approx(share, rel=0.02)
+    assert np.std(shares) < off * share
 
 
 @pytest.mark.parametrize(("quads", "is_cut"), [(60, True), (70, False)])

@@ -152,7 +152,7 @@ class NativeCoverage(HostKernel):
             inputs["diffuse"],
             tables["radii"],
             filter=self._filter,
-            solid=self._triangles.mesh.solid,
+            faces=self._triangles.mesh.faces,
             **{name: uniforms[name] for name in self._OWN},
         )
 

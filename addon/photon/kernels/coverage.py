@@ -6,10 +6,10 @@ from .records import (
     CORNER_NORMALS,
     COVERAGE,
     CUTS,
+    FACE,
     HIT,
     NODE,
     PIXEL,
-    SOLIDS,
     TILT,
     TRIANGLE,
 )
@@ -38,5 +38,5 @@ class Coverage(Kernel):
         "nodes": Table(NODE),
         "triangles": Table(TRIANGLE),
         "corner_normals": Table(CORNER_NORMALS),
-        "solids": Table(SOLIDS),
+        "faces": Table(FACE),
     } | radius_field.TABLES

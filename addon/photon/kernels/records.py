@@ -106,9 +106,8 @@ CORNER_NORMALS = Record(
         "flags": "float",
     },
 )
-# Of four triangles: 1 where the front is outside of a solid, -1 where the back is, else 0;
-# native/src/solid.rs.
-SOLIDS = Record("Solids", {"sides": "vec4"})
+# What of a triangle native/src/faces.rs tells.
+FACE = Record("Face", {"fourth": "vec3", "code": "float"})
 # Which lobes that are no bodies of revolution turn with, of any length; zero: none.
 CORNER_TANGENTS = Record("CornerTangents", {"a": "vec3", "b": "vec3", "c": "vec3"})
 # Both children's boxes. A count of 0: `first` is a node, or below 0 none; else a leaf of triangles.

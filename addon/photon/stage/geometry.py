@@ -117,13 +117,16 @@ class Mesh:
         return self.triangles.view(np.float32).reshape(-1, 3, 4)
 
     @cached_property
-    def solid(self) -> NDArray[np.int8]:
-        """(K,) 1 where the front of a triangle is outside of a solid, -1 where its back is, else 0.
-        It is found when it is first asked for, of the mesh as it is now."""
-        vertices = self.frame.vertices(self.vertices)
-        found = native.solid_triangles(vertices, self.tree.triangles, self.surfaces)
-        sides: NDArray[np.int8] = found[self.tree.order]
-        return sides
+    def faces(self) -> NDArray[np.float32]:
+        """(K, 4) what is flat about triangles, where the surface ends, and which bound a solid, as
+        native/src/faces.rs tells. It is found when it is first asked for, of the mesh as it is
+        now."""
+        materials = np.zeros(len(self.surfaces), np.int32)
+        materials[self.tree.order] = self.triangles["material"]
+        found = native.faces_of(
+            self.frame.vertices(self.vertices), self.tree.triangles, self.surfaces, materials
+        )
+        return found[self.tree.order]
 
     def rays_meet(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """The nodes, and the corners (K, 3, 3), of which the native core asks what rays meet; the

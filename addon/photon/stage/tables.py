@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...streams import TABLE_WIDTH, Defines, Device
 from ...streams.device import Layer
-from ..kernels.records import PORTAL, SOLIDS
+from ..kernels.records import PORTAL
 from ..scene import Light, Scene
 from .aims import Aims
 from .emissive import mean_emission
@@ -30,7 +30,7 @@ from .programs import program_tables
 from .upload import texels_of, upload_table, write_table
 
 TEXELS = "texels"  # the table of all textures'
-SOLID = "solids"  # that of which triangles bound solids
+FLAT = "faces"  # that of what is flat about triangles
 
 
 def _surface_tables(scene: Scene, frame: Frame, mesh: Mesh) -> dict[str, NDArray[Any]]:
@@ -59,13 +59,6 @@ def _wear(mesh: Mesh, of_material: Iterable[bool]) -> NDArray[np.bool_]:
     of_each = np.array([*of_material], bool)
     found: NDArray[np.bool_] = of_each[mesh.triangles["material"].astype(int)]
     return found
-
-
-def solid_table(mesh: Mesh) -> NDArray[Any]:
-    """What of a mesh's triangles is outside of solids, of SOLIDS."""
-    table = SOLIDS.zeros(-(-len(mesh.solid) // 4))
-    table["sides"].reshape(-1)[: len(mesh.solid)] = mesh.solid
-    return table
 
 
 class Tables:
@@ -166,8 +159,8 @@ class Tables:
         those that have moved are emissive."""
         self._mesh = mesh
         self._tell_passable(scene, mesh)
-        if SOLID in self.textures:
-            self._device.put_back(self.textures.pop(SOLID))
+        if FLAT in self.textures:
+            self._device.put_back(self.textures.pop(FLAT))
         tables = {
             "triangles": mesh.triangles,
             "corner_normals": mesh.normals,
@@ -266,9 +259,9 @@ class Tables:
         return self.lights["chosen"].tobytes() + aims + led
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
-        """Those tables that a kernel declares. That of solids is made for the first that does."""
-        if SOLID in kernel.tables and SOLID not in self.textures:
-            self.textures[SOLID] = upload_table(self._device, texels_of(solid_table(self._mesh)))
+        """Those tables that a kernel declares. That of faces is made for the first that does."""
+        if FLAT in kernel.tables and FLAT not in self.textures:
+            self.textures[FLAT] = upload_table(self._device, self._mesh.faces)
         return {name: self.textures[name] for name in kernel.tables if name in self.textures}
 
     def release(self) -> None:

@@ -4,11 +4,11 @@
 use numpy::{Element, PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
-use super::arrays::{I32Array, Rows, array, new_matrix, rows};
+use super::arrays::{I32Array, Rows, array, new_matrix, new_rows, rows};
 use super::run;
 use crate::trace::{Rays, Tree};
 use crate::watertight::Triangle;
-use crate::{InvalidInput, brute_force, bvh, refit, solid};
+use crate::{InvalidInput, brute_force, bvh, faces, refit};
 
 /// Build a BVH over triangles, the same on any number of threads.
 ///
@@ -41,26 +41,28 @@ pub(super) fn build_bvh<'py>(
     Ok((nodes, order, tree.skipped_not_finite, tree.skipped_degenerate, tree.cost))
 }
 
-/// Which triangles bound a solid, pieces of a surface that are closed and face one way, and which side is outside.
+/// What is flat about triangles, where their surface ends, and which bound a solid.
 ///
-/// Takes vertices float32[V, 3], triangles int32[T, 3], indices into vertices, and surfaces int32[T], of
-/// which corners in one place are one. Returns int8[T]: 1 where a front is outside, -1 where a back
-/// is, 0 where there is no solid.
+/// Takes vertices float32[V, 3], triangles int32[T, 3], indices into vertices, and of them surfaces int32[T], of
+/// which corners in one place are one, and materials int32[T]. Returns float32[T, 4], which native/src/faces.rs
+/// tells of.
 ///
-/// Raises ValueError for an index outside [0, V) and for another number of surfaces.
+/// Raises ValueError for an index outside [0, V) and for another number of surfaces or materials.
 #[pyfunction]
-pub(super) fn solid_triangles<'py>(
+pub(super) fn faces_of<'py>(
     py: Python<'py>,
     vertices: &Bound<'py, PyAny>,
     triangles: &Bound<'py, PyAny>,
     surfaces: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyArray1<i8>>> {
+    materials: &Bound<'py, PyAny>,
+) -> PyResult<Rows<'py>> {
     let surfaces = array::<i32>(surfaces, "surfaces", &[None])?;
-    let surfaces = surfaces.as_slice()?;
-    let sides = with_triangles(py, vertices, triangles, |vertices, triangles| {
-        solid::solid(vertices, triangles, surfaces)
+    let materials = array::<i32>(materials, "materials", &[None])?;
+    let (surfaces, materials) = (surfaces.as_slice()?, materials.as_slice()?);
+    let found = with_triangles(py, vertices, triangles, |vertices, triangles| {
+        faces::faces(vertices, triangles, surfaces, materials)
     })?;
-    Ok(PyArray1::from_vec(py, sides))
+    new_rows(py, found)
 }
 
 /// Fit a BVH's boxes to triangles whose vertices have moved.

@@ -49,7 +49,7 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
         module.add_function(function)?;
     }
     module.add_function(wrap_pyfunction!(geometry::build_bvh, module)?)?;
-    module.add_function(wrap_pyfunction!(geometry::solid_triangles, module)?)?;
+    module.add_function(wrap_pyfunction!(geometry::faces_of, module)?)?;
     module.add_function(wrap_pyfunction!(geometry::refit_bvh, module)?)?;
     module.add_function(wrap_pyfunction!(geometry::trace, module)?)?;
     module.add_function(wrap_pyfunction!(geometry::occluded, module)?)?;

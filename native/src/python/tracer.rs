@@ -204,12 +204,12 @@ impl Tracer {
     /// diffuse (albedo, flags; 0: not of interest); radii, of which each is multiplied by radius_scale;
     /// filter (constant, cone, gaussian, epanechnikov); probes a point, and how many were sent before; how
     /// many more tell what is expected of the share, by which all is divided, and how much is at least; what
-    /// random numbers depend on besides the pixel: seed, depth, frame_size; solid int8[K], as solid_triangles
-    /// tells it, in leaf order, or None: no triangle bounds one.
+    /// random numbers depend on besides the pixel: seed, depth, frame_size; faces float32[K, 4], as faces_of
+    /// tells them, in leaf order, or None: no triangle bounds a solid or makes a quad.
     /// Returns two float32[H, W, 4]: the filter's share, the inner filter's, and what scales either; how they
     /// are tilted.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (pixel, place, facing, shading, cuts, diffuse, radii, *, radius_scale, filter, probes, first_probe, expecting, least_expected, seed, depth, frame_size, solid=None))]
+    #[pyo3(signature = (pixel, place, facing, shading, cuts, diffuse, radii, *, radius_scale, filter, probes, first_probe, expecting, least_expected, seed, depth, frame_size, faces=None))]
     fn coverage<'py>(
         &self,
         py: Python<'py>,
@@ -229,7 +229,7 @@ impl Tracer {
         seed: u32,
         depth: u32,
         frame_size: (usize, usize),
-        solid: Option<&Bound<'py, PyAny>>,
+        faces: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Stream<'py>, Stream<'py>)> {
         let named = [
             ("pixel", pixel),
@@ -252,8 +252,8 @@ impl Tracer {
             frame_width: frame_size.0,
         };
         let count = self.corners.len();
-        let solid = solid.map(|solid| array::<i8>(solid, "solid", &[Some(count)])).transpose()?;
-        let solid = solid.as_ref().map_or(Ok(&[][..]), |solid| solid.as_slice())?;
+        let faces = faces.map(|faces| array::<f32>(faces, "faces", &[Some(count), Some(4)])).transpose()?;
+        let faces = faces.as_ref().map_or(Ok(&[][..]), rows)?;
         let mut shares = None;
         let tilts = new_stream(py, &place, |tilts| {
             shares = Some(new_stream(py, &place, |out| {
@@ -266,7 +266,7 @@ impl Tracer {
                     cuts: rows(&cuts)?,
                 };
                 run(py, || {
-                    let triangles = coverage::Triangles { corners: &self.corners, solid, flags: &self.flags };
+                    let triangles = coverage::Triangles { corners: &self.corners, faces, flags: &self.flags };
                     coverage::coverage(&self.tree, &triangles, &radii.0, &points, &probes, out, tilts);
                     Ok(())
                 })

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a visible point is known to be on without a ray: its own triangle, with the neighbour in its plane that makes a
+// quad of it (native/src/faces.rs). Uses the tables of triangles and faces.
+#include "lib/bvh.glsl"
+#include "lib/cuts.glsl"
+
+// Seen from the point in its plane, the sides with the polygon to their left: at (x, y) it is there that
+// a x + b y + c > 0.
+struct Own { mat4x3 sides; int triangle; };
+
+// Of a triangle, in place of a quad's side: all is to its left.
+const vec3 NO_SIDE = vec3(0.0, 0.0, 1.0e-30);
+const float SMALL = 0.1;  // a polygon of so much of a disc's area
+
+vec3 side_of(vec2 p, vec2 q) { return vec3(p.y - q.y, q.x - p.x, p.x * q.y - p.y * q.x); }
+
+// 1 where a solid is behind a triangle, seen from one of its sides, -1 where it is in front of it, 0: neither.
+float solid_behind(int triangle, float side) { return side * float(int(face_at(triangle).code) % 4 - 1); }
+
+Own own_polygon(int triangle, vec3 position, mat3 frame) {
+    Triangle corners = triangle_at(triangle);
+    Face face = face_at(triangle);
+    int diagonal = int(face.code) / 4;  // 0: none
+    vec2 a = ((corners.a - position) * frame).xy;
+    vec2 b = ((corners.b - position) * frame).xy;
+    vec2 c = ((corners.c - position) * frame).xy;
+    vec2 p = diagonal == 1 ? c : (diagonal == 2 ? a : b);
+    vec2 q = diagonal == 1 ? a : (diagonal == 2 ? b : c);
+    vec2 r = diagonal == 1 ? b : (diagonal == 2 ? c : a);
+    vec2 s = ((face.fourth - position) * frame).xy;
+    vec3 first = side_of(p, q), last = side_of(r, p);
+    vec3 second = diagonal == 0 ? side_of(q, r) : side_of(q, s), third = diagonal == 0 ? NO_SIDE : side_of(s, r);
+    float turn = first.z + second.z + third.z + last.z < 0.0 ? -1.0 : 1.0;
+    return Own(mat4x3(turn * first, turn * second, diagonal == 0 ? NO_SIDE : turn * third, turn * last), triangle);
+}
+
+bool holds(Own own, vec2 at) { return all(greaterThan(vec3(at, 1.0) * own.sides, vec4(0.0))); }
+
+// Whether it is so small beside a disc that knowing it is not worth what it takes.
+bool is_small(Own own, float radius) {
+    float area = 0.5 * (own.sides[0].z + own.sides[1].z + own.sides[2].z + own.sides[3].z);
+    return area < SMALL * PI * radius * radius;
+}
+
+bool holds_disc(Own own, float radius) {
+    vec4 x = vec4(own.sides[0].x, own.sides[1].x, own.sides[2].x, own.sides[3].x);
+    vec4 y = vec4(own.sides[0].y, own.sides[1].y, own.sides[2].y, own.sides[3].y);
+    vec4 z = vec4(own.sides[0].z, own.sides[1].z, own.sides[2].z, own.sides[3].z);
+    return all(greaterThan(z, radius * sqrt(x * x + y * y)));
+}
+
+// A side as a cut; of no polygon about the point, none is left of the disc.
+vec2 cut_of(vec3 side) { return side.z > 0.0 ? -side.xy / side.z : vec2(1.0e10); }
+
+mat4x2 cuts_of(Own own) {
+    return mat4x2(cut_of(own.sides[0]), cut_of(own.sides[1]), cut_of(own.sides[2]), cut_of(own.sides[3]));
+}
+
+// The filter's mass, x and y on the polygon and within the cuts, and the inner one's, either in its radii; `turn`, 0 to
+// 1, moves the directions that are looked at. Where nothing is cut only masses are told.
+void own_moments(mat4x2 sides, Cuts cuts, float radius, float turn, out vec3 outer, out vec3 inner) {
+    outer = inner = vec3(0.0);
+    bool is_cut = cuts.first != vec2(0.0);
+    vec2 direction = direction_at(turn / float(CUT_DIRECTIONS));
+    for (int i = 0; i < CUT_DIRECTIONS; i++) {
+        float x2 = min(cut_reach2(cuts.first, cuts.second, radius, direction), side_reach2(sides, radius, direction));
+        float inner_x2 = min(x2 / INNER_AREA, 1.0);
+        if (is_cut) {
+            outer += vec3(1.0, direction) * filter_moments(x2).xyy;
+            inner += vec3(1.0, direction) * filter_moments(inner_x2).xyy;
+        } else {
+            outer.x += filter_mass(x2);
+            inner.x += filter_mass(inner_x2);
+        }
+        direction = CUT_STEP * direction;
+    }
+    outer /= float(CUT_DIRECTIONS);
+    inner /= float(CUT_DIRECTIONS);
+}
