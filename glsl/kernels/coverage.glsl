@@ -34,7 +34,7 @@ const float MUCH = 1.5;
 const float UNCERTAIN = 3.0;
 const int MORE = 2;
 const float FLAT = 0.02;  // slope up to which a surface is taken for the nearest layer at once
-const float LEVEL = 1.0e-3;  // slope of a quad at most (native/src/faces.rs)
+const float LEVEL = 2.0e-3;  // slope of a quad at most (native/src/faces.rs), and what rounding adds
 
 // What a probe met before, from above: how far above the plane; whether light gets through; whether below it one is
 // in a solid.
@@ -142,16 +142,20 @@ bool is_uncertain(float own, float rest, float share, float asked) {
     return expecting > 0 && rest * share * (1.0 - share) > UNCERTAIN * covered * covered;
 }
 
-// The surface's share of the tilted filter, and what scales it, both over what is expected of the coverage: of what the
-// cuts leave, the own polygon's share and the one that other probes find of the rest, as if one more had, and no less
-// than what keeps one pass from outweighing the others. Where they find much, what is found is taken off the mass that
-// is known, elsewhere off the one that probes sampled: that is as noisy as what is missing, but with it.
-vec2 share_and_scale(FilterTilt filter_tilt, vec3 own, float radius, float share, vec2 sent) {
-    float on_own = tilted_mass(filter_tilt, own, radius), over = filter_tilt.known;
-    if (expecting > 0) {
-        float rest = max(filter_tilt.left - own.x, 0.0);
-        over = max(own.x + rest * (float(expecting) * share + 1.0) / float(expecting + 1), least_expected);
-    }
+// What is expected of the coverage: in the first passes what the cuts leave, where that is known, later the own
+// polygon's mass and the share that other probes find of the rest, as if one more had found what is not on the polygon,
+// and no less than what keeps one pass from outweighing the others. Nothing that it divides depends on it.
+float expected(FilterTilt filter_tilt, float own, float share, float asked) {
+    if (expecting == 0) return filter_tilt.known;
+    share = (asked * share + 1.0 - own) / (asked + 1.0);
+    return max(own + max(filter_tilt.left - own, 0.0) * share, least_expected);
+}
+
+// The surface's share of the tilted filter, and what scales it, both over what is expected. Where probes find much,
+// what they lack is taken off the mass that is known, elsewhere off the one that they sampled: that is as noisy, but
+// with it.
+vec2 share_and_scale(FilterTilt filter_tilt, vec3 own, float radius, float share, vec2 sent, float over) {
+    float on_own = tilted_mass(filter_tilt, own, radius);
     return vec2(on_own + share * (filter_tilt.mass - on_own - sent.x) + sent.y, filter_tilt.scale) / over;
 }
 
@@ -184,9 +188,9 @@ void kernel() {
     // known to be two, compilers would make two copies of the probe, and that takes twice the time.
     int times = outer.scale > MUCH ? TILTED : 1, asked = is_held ? 0 : expecting, count = probes * times, more = 0;
     int rounds = expecting > 0 ? 2 : 1;
-    uint pass_number = first_probe / uint(probes);
+    uint pass_number = first_probe / uint(max(probes, 1));
     vec3 own = vec3(0.0), inner_own = vec3(0.0);
-    vec2 shares = vec2(1.0), layers = vec2(0.0);
+    vec2 shares = vec2(1.0), layers = vec2(0.0), known = vec2(0.0), asked_beyond = vec2(0.0);
     vec4 means = vec4(0.0);
     for (int round = 0; round < rounds; round++) {
         bool is_first = round == 0;
@@ -211,19 +215,25 @@ void kernel() {
         if (is_first) {
             vec4 tells = sum_over_lanes(vec4(told.outer, told.inner) / float(max(expecting, 1)));
             shares = vec2(share_of(tells.xy), share_of(tells.zw));
-            if (!is_held && !disc.is_small) {
-                float turn = lens_sequence(starts.zw, pass_number).x;  // on which no probe depends
-                own_moments(cuts_of(disc.own), cuts, disc.radius, turn, own, inner_own);
+            asked_beyond = tells.xz * float(expecting);
+            if (!is_held && !disc.is_small && expecting > 0) {
+                vec2 turns = lens_sequence(starts.zw, pass_number);
+                mat4x2 sides = cuts_of(disc.own);
+                own_moments(sides, cuts, disc.radius, turns.x, own, inner_own);
+                known = known_masses(cuts, sides, disc.radius, turns.y);
             }
-            bool needs_more = is_uncertain(own.x, outer.left - own.x, shares.x, tells.x * float(expecting));
+            bool needs_more = is_uncertain(known.x, outer.left - known.x, shares.x, asked_beyond.x);
             if (!is_held && needs_more) more = MORE * count;
         }
     }
     vec4 on_layers = sum_over_lanes(vec4(0.0, layers.x, 0.0, layers.y));
     means = means / float(count + more) + on_layers / float(count);
     if (!is_gathering) skip();
-    vec2 share = share_and_scale(outer, own, disc.radius, shares.x, means.xy);
-    vec2 inner_share = share_and_scale(inner, inner_own, disc.radius * sqrt(INNER_AREA), shares.y, means.zw);
+    float over = expected(outer, known.x, shares.x, asked_beyond.x);
+    float inner_over = expected(inner, known.y, shares.y, asked_beyond.y);
+    float inner_radius = disc.radius * sqrt(INNER_AREA);
+    vec2 share = share_and_scale(outer, own, disc.radius, shares.x, means.xy, over);
+    vec2 inner_share = share_and_scale(inner, inner_own, inner_radius, shares.y, means.zw, inner_over);
     store_coverage(Coverage(share.x, inner_share.x, share.y, inner_share.y));
     store_tilt(Tilt(outer.tilt, inner.tilt));
 }

@@ -9,7 +9,8 @@
 struct Own { mat4x3 sides; int triangle; };
 
 // Of a triangle, in place of a quad's side: all is to its left.
-const vec3 NO_SIDE = vec3(0.0, 0.0, 1.0e-30);
+const vec3 NO_SIDE = vec3(0.0, 0.0, 1.0e-10);
+const float NEAREST = 1.0e-10;  // a side is to the point at least, for its cut
 const float SMALL = 0.1;  // a polygon of so much of a disc's area
 
 vec3 side_of(vec2 p, vec2 q) { return vec3(p.y - q.y, q.x - p.x, p.x * q.y - p.y * q.x); }
@@ -49,8 +50,8 @@ bool holds_disc(Own own, float radius) {
     return all(greaterThan(z, radius * sqrt(x * x + y * y)));
 }
 
-// A side as a cut; of no polygon about the point, none is left of the disc.
-vec2 cut_of(vec3 side) { return side.z > 0.0 ? -side.xy / side.z : vec2(1.0e10); }
+// A side as a cut; one that the point is not to the left of cuts at the point.
+vec2 cut_of(vec3 side) { return -side.xy / max(side.z, NEAREST); }
 
 mat4x2 cuts_of(Own own) {
     return mat4x2(cut_of(own.sides[0]), cut_of(own.sides[1]), cut_of(own.sides[2]), cut_of(own.sides[3]));

@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 use rayon::prelude::*;
 
 use crate::cuts::{self, Cuts, Tilt, reach2};
-use crate::faces::{self, Face};
+use crate::faces::Face;
 use crate::filter::{Filter, INNER_AREA, SAME_ORIENTATION};
 use crate::lanes::{Lanes, widest};
 use crate::own::Own;
@@ -29,12 +29,12 @@ const ONE_LAYER: f32 = 4.0 * SURFACE_OFFSET;
 const LOOKS: u32 = 8;
 /// What is so near below another layer, over how far from the plane a probe begins, touches it.
 const TOUCHES: f32 = 0.02;
+const LEVEL: f32 = 2.0e-3; // slope of a quad at most, and what rounding adds
 const FLAT: f32 = 0.02; // slope up to which a surface is taken for the nearest layer at once
 /// Times as many probes where the filter is tilted, by a scale of more than this (the reason is in
 /// glsl/kernels/coverage.glsl).
 const TILTED: u32 = 4;
 const MUCH: f32 = 1.5;
-/// How much more probes are sent where what they find is uncertain, and how many times as many at most.
 /// A probe is uncertain whose variance is so much of the squared coverage; and how many times as many more are then sent.
 const UNCERTAIN: f32 = 3.0;
 const MORE: u32 = 2;
@@ -69,26 +69,15 @@ impl Probes {
         self.expecting > 0 && rest * share * (1.0 - share) > UNCERTAIN * covered * covered
     }
 
-    /// The surface's share of the tilted filter, and what scales it (glsl/kernels/coverage.glsl). `own`: the untilted
-    /// filter's mass, x and y on the polygon, in radii; `share`: of the rest, by probes that tell what to expect.
+    /// What scales the tilted filter (glsl/kernels/coverage.glsl): 1 over what is expected of the coverage. `own`: the
+    /// untilted filter's mass on the polygon, of `left` within the cuts.
     #[inline(always)]
-    fn share_and_scale(
-        &self,
-        tilt: &Tilt,
-        own: [f32; 3],
-        radius: f32,
-        share: f32,
-        sent: [f32; 2],
-    ) -> [f32; 2] {
-        let own_tilted = tilt.mass_of(own, radius);
-        let mut over = tilt.known;
-        if self.expecting > 0 {
-            let (count, rest) = (self.expecting as f32, (tilt.left - own[0]).max(0.0));
-            over = (own[0] + rest * (count * share + 1.0) / (count + 1.0)).max(self.least_expected);
+    fn scale(&self, known: f32, left: f32, own: f32, share: f32, asked: f32) -> f32 {
+        if self.expecting == 0 {
+            return 1.0 / known;
         }
-        let [sampled, found] = sent;
-        let rest = share * (tilt.mass - own_tilted - sampled) + found;
-        [(own_tilted + rest) / over, tilt.scale / over]
+        let share = (asked * share + 1.0 - own) / (asked + 1.0);
+        1.0 / (own + (left - own).max(0.0) * share).max(self.least_expected)
     }
 }
 
@@ -215,7 +204,7 @@ widest! {
             let pixel = (row as usize * probes.frame_width + column as usize) as u32;
             let [start, turns_start] = starts_of(probes, 0, pixel, DIMENSION_COVERAGE);
             let [other_start, _] = starts_of(probes, probes.first, pixel, DIMENSION_EXPECTED);
-            let pass_number = probes.first / probes.count;
+            let pass_number = probes.first / probes.count.max(1);
             let position = [x, y, z];
             let tilts = [Tilt::NONE; 2];
             let mut point = Point { position, normal, tangent, bitangent, surface, radius, cuts, tilts };
@@ -227,12 +216,13 @@ widest! {
                 point.tilts = cuts::tilts(cuts, others, radius, probes.filter, turns);
             }
             let is_small = own.is_small(radius);
-            let masses = if is_held || is_small {
-                [[0.0; 3]; 2]
-            } else {
-                let [turn, _] = lens_sequence(turns_start, pass_number); // on which no probe depends
-                sides.moments(cuts, radius, probes.filter, turn)
-            };
+            // What the sums are divided by does not depend on what is averaged.
+            let [turn, other_turn] = lens_sequence(turns_start, pass_number);
+            let (mut own_moments, mut own_masses) = ([[0.0; 3]; 2], [0.0; 2]);
+            if !is_held && !is_small && probes.expecting > 0 {
+                own_moments = sides.moments(cuts, radius, probes.filter, turn);
+                own_masses = sides.masses(cuts, radius, probes.filter, other_turn);
+            }
             let times = if point.tilts[0].scale > MUCH { TILTED } else { 1 };
             let (count, first_probe) = (probes.count * times, probes.first.wrapping_mul(times));
             let [outer, inner] = point.tilts;
@@ -245,8 +235,8 @@ widest! {
             }
             look.point.tilts = [outer, inner];
             let shares = told.sums.map(|[sampled, found]| if sampled > 0.0 { (found / sampled).min(1.0) } else { 1.0 });
-            let (known, asked) = (masses[0][0], told.sums[0][0] * asked as f32);
-            let more = if !is_held && probes.is_uncertain(known, outer.left - known, shares[0], asked) {
+            let (asked, known) = (told.sums.map(|sum| sum[0] * asked as f32), own_masses[0]);
+            let more = if !is_held && probes.is_uncertain(known, outer.left - known, shares[0], asked[0]) {
                 MORE * count
             } else {
                 0
@@ -264,13 +254,15 @@ widest! {
                 let u = r2_sequence(lens_sequence(start, probe + 1), pass_number);
                 sent.add(look.probe(u, 0.0), count + more);
             }
-            let share_of = |tilt: &Tilt, radius: f32, k: usize| {
+            let share_and_scale = |tilt: &Tilt, radius: f32, k: usize| {
                 let [sampled, found] = sent.sums[k];
                 let found = found + sent.layers[k] * ((count + more) as f32 / count as f32);
-                probes.share_and_scale(tilt, masses[k], radius, shares[k], [sampled, found])
+                let own = tilt.mass_of(own_moments[k], radius);
+                let scale = probes.scale(tilt.known, tilt.left, own_masses[k], shares[k], asked[k]);
+                [(own + shares[k] * (tilt.mass - own - sampled) + found) * scale, tilt.scale * scale]
             };
-            let [share, scale] = share_of(&outer, radius, 0);
-            let [inner_share, inner_scale] = share_of(&inner, radius * INNER_AREA.sqrt(), 1);
+            let [share, scale] = share_and_scale(&outer, radius, 0);
+            let [inner_share, inner_scale] = share_and_scale(&inner, radius * INNER_AREA.sqrt(), 1);
             *out = [share, inner_share, scale, inner_scale];
             *tilt_out = [outer.tilt[0], outer.tilt[1], inner.tilt[0], inner.tilt[1]];
         }
@@ -420,7 +412,7 @@ impl<'a, 'b, L: Lanes> Look<'a, 'b, L> {
             if is_own && above < 0.0 && before.above > 0.0 {
                 before = on_plane;
             }
-            let is_own_layer = is_own && above.abs() < ONE_LAYER.max(faces::FLAT * height);
+            let is_own_layer = is_own && above.abs() < ONE_LAYER.max(LEVEL * height);
             let is_known = is_own_layer || (above - before.above).abs() < ONE_LAYER;
             let is_hidden = before.hides(above, height, is_outside);
             before = triangles.layer(above, position, side);

@@ -23,7 +23,7 @@ pub(crate) const DIRECTIONS: u32 = 16;
 /// Cosine and sine of the turn from one to the next.
 const STEP: [f32; 2] = [0.923_879_5, 0.382_683_43];
 /// What keeps a strip from being tilted across, in radii squared; by how much a tilted filter may be scaled; which
-/// share of what the cuts leave of a disc on the point's own triangle tilts it not at all, and wholly; and from which
+/// share of what the cuts leave of a disc on the point's own polygon tilts it not at all, and wholly; and from which
 /// shares on that is known (the reasons are in glsl/lib/cuts.glsl).
 const LEAST_SPREAD: f32 = 1.0e-3;
 const MOST_SCALE: f32 = 3.5;
@@ -94,7 +94,7 @@ impl Tilt {
 }
 
 /// The tilts of a filter within the cuts, and of the inner filter; `turns`, 0 to 1, move the directions that
-/// are looked at. `sides`: other half planes, of the point's own triangle.
+/// are looked at. `sides`: other half planes, of the point's own polygon.
 pub(crate) fn tilts(
     cuts: Cuts,
     sides: Option<&Sides>,
@@ -106,7 +106,7 @@ pub(crate) fn tilts(
     let [here, between] = [0.0, 0.5].map(|more| moments::<false>(cuts, radius, filter, turns[1] + more));
     let [other, other_inner] = std::array::from_fn(|k| mean_of(here[k], between[k]));
     let known =
-        sides.map_or(1.0, |sides| known_mass(cuts, sides, radius, filter, turns[0]) / outer[0].max(1.0e-20));
+        sides.map_or(1.0, |sides| sides.masses(cuts, radius, filter, turns[0])[0] / outer[0].max(1.0e-20));
     let inner_radius = radius * INNER_AREA.sqrt();
     [Tilt::of(outer, other, radius, known), Tilt::of(inner, other_inner, inner_radius, known)]
 }
@@ -125,13 +125,6 @@ pub(crate) fn directions(turn: f32) -> impl Iterator<Item = [f32; 2]> {
     let (sin, cos) = sin_cos_of_turns(turn / DIRECTIONS as f32);
     let turned = |&[x, y]: &[f32; 2]| Some([x * STEP[0] - y * STEP[1], x * STEP[1] + y * STEP[0]]);
     std::iter::successors(Some([cos, sin]), turned).take(DIRECTIONS as usize)
-}
-
-/// The share of the filter's mass within the cuts and sides.
-fn known_mass(cuts: Cuts, sides: &Sides, radius: f32, filter: Filter, turn: f32) -> f32 {
-    let on_both = |direction: [f32; 2]| reach2(cuts, radius, direction).min(sides.reach2(radius, direction));
-    let mass = |direction| filter.mass_within(on_both(direction));
-    directions(turn).map(mass).sum::<f32>() / DIRECTIONS as f32
 }
 
 /// The moments of a filter within the cuts, and of the inner filter, either in its radii: mass, x, y, and, if

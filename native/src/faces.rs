@@ -6,7 +6,7 @@ use crate::edges::{Edge, Edges};
 use crate::solid::solid;
 
 /// A corner so far from a triangle's plane at most, over how far from its edge, is in it.
-pub(crate) const FLAT: f32 = 1.0e-3;
+const FLAT: f64 = 1.0e-3;
 
 /// Of a triangle (glsl/lib/own.glsl reads it): the fourth corner of the convex quad that it makes with a neighbour in
 /// its plane, where it has one; and a code: 1 plus what [`crate::solid`] tells of it, and 4 times 1 plus the number of
@@ -29,29 +29,41 @@ pub fn faces(
     }
     let edges = Edges::of(vertices, triangles, surfaces)?;
     let sides = solid(vertices, &edges);
-    let shapes: Vec<Shape> = edges.corners.iter().map(|corners| Shape::of(vertices, corners)).collect();
+    let shape = |triangle: u32| Shape::of(vertices, &edges.corners[triangle as usize]);
     // Of each triangle the largest neighbour that makes a quad with it, and the edge between them.
-    let mut partners: Vec<Option<[Edge; 2]>> = vec![None; shapes.len()];
+    let mut partners: Vec<Option<Partner>> = vec![None; triangles.len()];
     for passed in edges.passed() {
         let &[one, other] = passed else { continue };
+        let [a, b] = [one, other].map(|edge| edge.triangle as usize);
+        if surfaces[a] != surfaces[b] || materials[a] != materials[b] {
+            continue;
+        }
         for [own, next] in [[one, other], [other, one]] {
-            let (a, b) = (own.triangle as usize, next.triangle as usize);
+            let (shapes, partner) =
+                ([own, next].map(|edge| shape(edge.triangle)), &mut partners[own.triangle as usize]);
             let is_larger =
-                partners[a].is_none_or(|[_, other]| shapes[b].area > shapes[other.triangle as usize].area);
-            let is_like = surfaces[a] == surfaces[b] && materials[a] == materials[b];
-            if is_larger && is_like && shapes[a].makes_quad(own, &shapes[b], next) {
-                partners[a] = Some([own, next]);
+                partner.as_ref().is_none_or(|partner| shapes[1].area > shape(partner.triangle).area);
+            if is_larger && shapes[0].makes_quad(own, &shapes[1], next) {
+                *partner = Some(Partner { triangle: next.triangle, corners: [own.corner, next.corner] });
             }
         }
     }
     let face = |triangle: usize| {
         let solid = f32::from(sides[triangle] + 1);
-        let Some([edge, next]) = partners[triangle] else { return [0.0, 0.0, 0.0, solid] };
-        let fourth = edges.corners[next.triangle as usize][(next.corner as usize + 2) % 3];
+        let Some(partner) = &partners[triangle] else { return [0.0, 0.0, 0.0, solid] };
+        let [corner, others] = partner.corners;
+        let fourth = edges.corners[partner.triangle as usize][(others as usize + 2) % 3];
         let [x, y, z] = vertices[fourth as usize];
-        [x, y, z, solid + 4.0 * f32::from(edge.corner + 1)]
+        [x, y, z, solid + 4.0 * f32::from(corner + 1)]
     };
-    Ok((0..shapes.len()).map(face).collect())
+    Ok((0..triangles.len()).map(face).collect())
+}
+
+/// A neighbour, and which corner of a triangle and of it the edge between them begins at.
+#[derive(Clone)]
+struct Partner {
+    triangle: u32,
+    corners: [u8; 2],
 }
 
 /// A triangle's corners, unit normal and doubled area.
@@ -80,7 +92,7 @@ impl Shape {
         let away = other.area / dot(minus(r, q), minus(r, q)).sqrt();
         edge.is_upwards() != others.is_upwards()
             && dot(self.normal, other.normal) > 0.0
-            && height <= f64::from(FLAT) * away
+            && height <= FLAT * away
             && turn(p, q, s) > 0.0
             && turn(s, r, p) > 0.0
     }

@@ -9,7 +9,9 @@ use crate::filter::{Filter, INNER_AREA};
 use crate::vector::dot;
 
 /// Of a triangle, in place of a quad's side: all is to its left.
-const NO_SIDE: [f32; 3] = [0.0, 0.0, 1.0e-30];
+const NO_SIDE: [f32; 3] = [0.0, 0.0, 1.0e-10];
+/// So near to the point a side is at least, for its cut [scene units].
+const NEAREST: f32 = 1.0e-10;
 /// A polygon of so much of a disc's area is small.
 const SMALL: f32 = 0.1;
 
@@ -71,9 +73,9 @@ impl Own {
         self.sides.iter().all(|[a, b, c]| *c > radius * (a * a + b * b).sqrt())
     }
 
-    /// The sides as [`Cuts`] are; of no polygon about the point, none is left of the disc.
+    /// The sides as [`Cuts`] are; one that the point is not to the left of cuts at the point.
     pub(crate) fn cuts(&self) -> Sides {
-        Sides(self.sides.map(|[a, b, c]| if c > 0.0 { [-a / c, -b / c] } else { [1.0e10; 2] }))
+        Sides(self.sides.map(|[a, b, c]| [-a / c.max(NEAREST), -b / c.max(NEAREST)]))
     }
 }
 
@@ -88,9 +90,7 @@ impl Sides {
             self.0.iter().fold(0.0, |most: f32, side| most.max(x * side[0] + y * side[1])) * radius;
         if nearness > 1.0 { 1.0 / (nearness * nearness) } else { 1.0 }
     }
-}
 
-impl Sides {
     /// The filter's mass, x and y on the polygon and within the cuts, and the inner one's, either in its radii; `turn`,
     /// 0 to 1, moves the directions that are looked at. Where nothing is cut only masses are told.
     pub(crate) fn moments(&self, cuts: Cuts, radius: f32, filter: Filter, turn: f32) -> [[f32; 3]; 2] {
@@ -108,5 +108,16 @@ impl Sides {
             }
         }
         sums.map(|sum| sum.map(|x| x / DIRECTIONS as f32))
+    }
+
+    /// The same masses alone.
+    pub(crate) fn masses(&self, cuts: Cuts, radius: f32, filter: Filter, turn: f32) -> [f32; 2] {
+        let mut sums = [0.0; 2];
+        for direction in directions(turn) {
+            let x2 = self.reach2(radius, direction).min(reach2(cuts, radius, direction));
+            sums[0] += filter.mass_within(x2);
+            sums[1] += filter.mass_within((x2 / INNER_AREA).min(1.0));
+        }
+        sums.map(|sum| sum / DIRECTIONS as f32)
     }
 }

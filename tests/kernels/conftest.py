@@ -50,17 +50,19 @@ class Bench:
         defines: dict[str, int | float] | None = None,
         count: int = 0,
         made: Made | None = None,
+        lanes: int = 1,
     ) -> dict[str, Any]:
         """The outputs, and under "alive" how many elements were not skipped.
 
         Of `inputs` and `uniforms` it takes those that the kernel has. `count`: the number of
-        elements, for kernels without inputs. Pixels are of a frame of the streams' width.
+        elements, for kernels without inputs; `lanes` share one. Pixels are of a frame of the
+        streams' width.
         """
         y, x = np.divmod(np.arange(count or len(next(iter(inputs.values())))), self.WIDTH)
         inputs = {"pixel": np.column_stack([x, y, 0 * x, 0 * x]).astype(np.float32)} | inputs
         count = len(x)
         size = (self.WIDTH, -(-count // self.WIDTH))
-        kernel = kind(self.device, self.layer, defines, made=made)
+        kernel = kind(self.device, self.layer, defines, lanes, made)
         ports = {**kernel.inputs, **kernel.outputs}
         streams = {name: Stream(self.device, record, size) for name, record in ports.items()}
         for name in kernel.inputs:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, get_args
 
 import numpy as np
@@ -321,60 +321,92 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     check_shares(name, cuts, x, means, rel=0.03, abs=0.01)
 
 
-def strip(is_split: bool) -> Builder:
-    """A board a fifth as wide as a disc, of one quad or of two triangles that are not in one plane:
-    then probes look for the second."""
-    built, half = Builder(), 0.1 * RADIUS
-    lift = 0.05 * RADIUS if is_split else 0.0
+def strip(half: float, is_split: bool) -> Builder:
+    """A board, so wide to either side in radii, of one quad or of two triangles that are not in
+    one plane: then probes look for the second."""
+    half, lift = half * RADIUS, 0.5 * half * RADIUS * is_split
     a, b, c, d = (-1.0, -half, 0.0), (1.0, -half, 0.0), (1.0, half, lift), (-1.0, half, 0.0)
-    return built.add([a, b, c, d], [[0, 1, 3], [2, 3, 1]])
+    return Builder().add([a, b, c, d], [[0, 1, 3], [2, 3, 1]])
+
+
+@dataclass
+class Strip:
+    """Points on a board's first triangle, beside the diagonal, and what coverage takes of them."""
+
+    half: float
+    is_split: bool
+    count: int = 128
+
+    def __post_init__(self) -> None:
+        x = np.linspace(-0.5, -0.3, self.count)
+        at = np.stack([x, np.full(self.count, -0.2 * self.half * RADIUS), 0 * x], 1)
+        self.mesh, self.radii = mesh_of(strip(self.half, self.is_split)), even(RADIUS)
+        middles = self.mesh.corners[:, :, 0].mean(axis=1)
+        pixel = np.zeros((self.count, 4), np.float32)
+        pixel[:, 0] = np.arange(self.count)
+        up = np.broadcast_to(UP, (self.count, 3))
+        self.streams = {
+            "pixel": pixel,
+            "place": texels(at, 1.0),
+            "facing": texels(up, 1.0),
+            "shading": texels(up, float(np.argmin(middles))),
+            "cuts": np.zeros((self.count, 4), np.float32),
+            "diffuse": np.tile(DIFFUSE[0], (self.count, 1)),
+        }
+        self.tables = {
+            "nodes": self.mesh.tree.nodes,
+            "triangles": self.mesh.triangles,
+            "corner_normals": self.mesh.normals,
+            "faces": self.mesh.faces,
+            "radii": self.radii.table(),
+        }
+
+    def draw(self, index: int, least_expected: float) -> dict[str, Any]:
+        """The uniforms of a pass."""
+        found: dict[str, Any] = {"probes": 4, "first_probe": index * 4, "expecting": 4}
+        found |= {"seed": 3, "depth": 0, "frame_size": (self.count, 1)}
+        return found | {"least_expected": least_expected, "radius_scale": 1.0}
+
+    def passes(self, count: int, least_expected: float) -> Any:
+        """(count, points, 4) shares and scales."""
+        arrays = [x[None] for x in self.streams.values()]
+        coverage = tracer_of(self.mesh).coverage
+        given = {"filter": "cone", "faces": self.mesh.faces}
+        draws = (self.draw(index, least_expected) for index in range(count))
+        return np.stack([coverage(*arrays, self.radii, **given, **draw)[0][0] for draw in draws])
+
+    def right(self) -> float:
+        """The share of the disc."""
+        side = (np.arange(2400) + 0.5) / 1200 - 1
+        u, v = np.meshgrid(side, side)
+        is_there = np.abs(v - 0.2 * self.half) <= self.half
+        return float((weights("cone", u * u + v * v) * is_there).sum() / 1200**2)
 
 
 @pytest.mark.parametrize(("is_split", "off"), [(False, 0.15), (True, 0.8)])
 def test_coverage_of_a_strip(one_bench: Bench, is_split: bool, off: float) -> None:
     """What little of a disc is surface is told by each pass to a share `off` of it: four probes, a
-    fifth of which find it, tell it to 1.04."""
-    mesh, radii = mesh_of(strip(is_split)), even(RADIUS)
-    count = 64
-    # Beside the diagonal, on the first triangle.
-    at = np.stack(
-        [np.linspace(-0.5, -0.3, count), np.full(count, -0.02 * RADIUS), np.zeros(count)], 1
-    )
-    own = np.flatnonzero(np.isclose(mesh.corners[:, :, 0].min(axis=1), -1.0))
-    own = own[np.argmin(mesh.corners[own, :, 0].mean(axis=1))]
-    pixel = np.zeros((count, 4), np.float32)
-    pixel[:, 0] = np.arange(count)
-    streams = {
-        "pixel": pixel,
-        "place": texels(at, 1.0),
-        "facing": texels(np.broadcast_to(UP, (count, 3)), 1.0),
-        "shading": texels(np.broadcast_to(UP, (count, 3)), float(own)),
-        "cuts": np.zeros((count, 4), np.float32),
-        "diffuse": np.tile(DIFFUSE[0], (count, 1)),
-    }
-    draw: dict[str, Any] = {"probes": 4, "seed": 3, "depth": 0, "expecting": 4}
-    draw |= {"least_expected": 1.0, "radius_scale": 1.0, "frame_size": (count, 1)}
-    shares = []
-    for index in range(32):
-        draw["first_probe"] = index * 4
-        arrays = (x[None] for x in streams.values())
-        ours = tracer_of(mesh).coverage(*arrays, radii, filter="cone", faces=mesh.faces, **draw)
-        shares.append(ours[0][0, :, 0])
-    tables = {
-        "nodes": mesh.tree.nodes,
-        "triangles": mesh.triangles,
-        "corner_normals": mesh.normals,
-        "faces": mesh.faces,
-        "radii": radii.table(),
-    }
-    found = one_bench.run(Coverage, streams, draw, tables, {"FILTER_CONE": 1})["coverage"]
+    fifth of which find it, tell it to 1.04. By several lanes as by one."""
+    board = Strip(0.1, is_split)
+    shares = board.passes(32, 1.0)[:, :, 0]
+    defines, given = {"FILTER_CONE": 1}, (board.streams, board.draw(31, 1.0), board.tables)
+    found = one_bench.run(Coverage, *given, defines)["coverage"]
     np.testing.assert_allclose(found[:, 0], shares[-1], atol=2e-3)
-    side = (np.arange(1200) + 0.5) / 600 - 1
-    u, v = np.meshgrid(side, side)
-    is_there = np.abs(v - 0.02) <= 0.1
-    share = (weights("cone", u * u + v * v) * is_there).sum() / 600**2
-    assert np.mean(shares) == pytest.approx(share, rel=0.02)
-    assert np.std(shares) < off * share
+    lanes = Bench(one_bench.device, "compute").run(Coverage, *given, defines, lanes=8)["coverage"]
+    np.testing.assert_allclose(lanes, found, atol=1e-5)
+    assert np.mean(shares) == pytest.approx(board.right(), rel=0.02)
+    assert np.std(shares) < off * board.right()
+
+
+@pytest.mark.parametrize("is_split", [False, True])
+@pytest.mark.parametrize("half", [0.04, 0.1])
+def test_what_a_narrow_strip_is_divided_by(half: float, is_split: bool) -> None:
+    """What is expected is as wrong as 16 directions and four probes are, but the quotient of the
+    sums is right."""
+    board = Strip(half, is_split, 1024)
+    sums = board.passes(64, 0.05).sum(axis=(0, 1))
+    assert sums[0] / sums[2] == pytest.approx(board.right(), rel=0.02)
+    assert sums[1] / sums[3] > sums[0] / sums[2]
 
 
 @pytest.mark.parametrize(("quads", "is_cut"), [(60, True), (70, False)])

@@ -178,6 +178,24 @@ def test_a_seam_parts(kept: Kept, picture: Callable[..., Frame]) -> None:
     assert frame.images == fresh.images and frame.info == fresh.info
 
 
+def solid(mesh: Mesh) -> Any:
+    """1 where a triangle's front is outside of a solid, -1 where its back is, else 0."""
+    return mesh.faces[:, 3] % 4 - 1
+
+
+def test_quads_are_of_the_mesh_as_it_is() -> None:
+    """One of which a corner has moved out of its plane is none."""
+    scene = seat()
+    vertices = scene.vertices.copy()
+    vertices[-4] += (0.0, 0.0, 0.1)  # of the floor
+    bent = replace(scene, vertices=vertices)
+    mesh = Mesh.build(scene, frame_of(scene))
+    fitted = Mesh.build(bent, frame_of(bent), mesh.tree)
+    assert fitted.tree.order is mesh.tree.order
+    assert (mesh.faces[:, 3] >= 4).all()
+    assert ((fitted.faces[:, 3] < 4) == (mesh.tree.order >= 24)).all()
+
+
 def test_solids_are_of_the_mesh_as_it_is() -> None:
     scene, parted = seat(), seat(0.05)
     mesh = Mesh.build(scene, frame_of(scene))
@@ -185,7 +203,7 @@ def test_solids_are_of_the_mesh_as_it_is() -> None:
     assert fitted.tree.order is mesh.tree.order
     board = mesh.tree.order < 12
     leg = (mesh.tree.order >= 12) & (mesh.tree.order < 24)
-    assert (mesh.solid == board | leg).all() and (fitted.solid == leg).all()
+    assert (solid(mesh) == board | leg).all() and (solid(fitted) == leg).all()
 
 
 def test_a_seam_parts_while_the_shutter_is_open(kept: Kept, device: Device) -> None:
@@ -196,16 +214,17 @@ def test_a_seam_parts_while_the_shutter_is_open(kept: Kept, device: Device) -> N
     now = kept.device_scene(scene, backend_of(replace(SETTINGS, backend="fragment"), device))
     for time, count in ((0.0, 24), (1.0, 12), (0.0, 24)):
         now = now.at(time)
-        solids = np.frombuffer(now.tables.of(Coverage)["solids"].read(), np.float32)
-        assert solids.sum() == count and (solids[: len(now.mesh.solid)] == now.mesh.solid).all()
+        table = np.frombuffer(now.tables.of(Coverage)["faces"].read(), np.float32)
+        faces = table.reshape(-1, 4)[: len(now.mesh.faces)]
+        assert solid(now.mesh).sum() == count and (faces == now.mesh.faces).all()
 
 
-def test_solids_are_not_looked_for_where_nothing_gathers(
+def test_faces_are_not_looked_for_where_nothing_gathers(
     kept: Kept, device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[Any] = []
-    found = native.solid_triangles
-    monkeypatch.setattr(native, "solid_triangles", lambda *x: asked.append(x) or found(*x))
+    found = native.faces_of
+    monkeypatch.setattr(native, "faces_of", lambda *x: asked.append(x) or found(*x))
     for photons, times in ((0, 0), (500, 1), (500, 1)):
         render(device, seat(), replace(SETTINGS, photons=photons), kept)
         assert len(asked) == times

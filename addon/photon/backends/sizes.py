@@ -34,7 +34,7 @@ SPLATS = 512  # software OpenGL's vertices
 # A triangle's while its tree is built, or while the native core makes its own of that, on a soup of
 # them; a grid of them takes four fifths.
 BUILD, NATIVE_BUILD = 360, 520
-TABLES, NATIVE_TABLES = 10 * TEXEL, 6 * TEXEL  # corners, normals and at worst a node
+TABLES, NATIVE_TABLES = 11 * TEXEL, 6 * TEXEL  # corners, normals, face and at worst a node
 
 
 class Bytes(NamedTuple):

@@ -118,9 +118,8 @@ class Mesh:
 
     @cached_property
     def faces(self) -> NDArray[np.float32]:
-        """(K, 4) what is flat about triangles, where the surface ends, and which bound a solid, as
-        native/src/faces.rs tells. It is found when it is first asked for, of the mesh as it is
-        now."""
+        """(K, 4) which triangles make quads, and which bound a solid, as native/src/faces.rs
+        tells. It is found when it is first asked for, of the mesh as it is now."""
         materials = np.zeros(len(self.surfaces), np.int32)
         materials[self.tree.order] = self.triangles["material"]
         found = native.faces_of(

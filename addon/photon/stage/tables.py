@@ -30,7 +30,7 @@ from .programs import program_tables
 from .upload import texels_of, upload_table, write_table
 
 TEXELS = "texels"  # the table of all textures'
-FLAT = "faces"  # that of what is flat about triangles
+ASKED = "faces"  # that which is made when it is first asked for
 
 
 def _surface_tables(scene: Scene, frame: Frame, mesh: Mesh) -> dict[str, NDArray[Any]]:
@@ -159,8 +159,8 @@ class Tables:
         those that have moved are emissive."""
         self._mesh = mesh
         self._tell_passable(scene, mesh)
-        if FLAT in self.textures:
-            self._device.put_back(self.textures.pop(FLAT))
+        if ASKED in self.textures:
+            self._device.put_back(self.textures.pop(ASKED))
         tables = {
             "triangles": mesh.triangles,
             "corner_normals": mesh.normals,
@@ -260,8 +260,8 @@ class Tables:
 
     def of(self, kernel: Any) -> dict[str, moderngl.Texture]:
         """Those tables that a kernel declares. That of faces is made for the first that does."""
-        if FLAT in kernel.tables and FLAT not in self.textures:
-            self.textures[FLAT] = upload_table(self._device, self._mesh.faces)
+        if ASKED in kernel.tables and ASKED not in self.textures:
+            self.textures[ASKED] = upload_table(self._device, self._mesh.faces)
         return {name: self.textures[name] for name in kernel.tables if name in self.textures}
 
     def release(self) -> None:

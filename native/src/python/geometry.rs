@@ -41,7 +41,7 @@ pub(super) fn build_bvh<'py>(
     Ok((nodes, order, tree.skipped_not_finite, tree.skipped_degenerate, tree.cost))
 }
 
-/// What is flat about triangles, where their surface ends, and which bound a solid.
+/// Which triangles make quads with others, and which bound a solid.
 ///
 /// Takes vertices float32[V, 3], triangles int32[T, 3], indices into vertices, and of them surfaces int32[T], of
 /// which corners in one place are one, and materials int32[T]. Returns float32[T, 4], which native/src/faces.rs
