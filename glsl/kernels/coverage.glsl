@@ -151,14 +151,6 @@ float expected(FilterTilt filter_tilt, float own, float share, float asked) {
     return max(own + max(filter_tilt.left - own, 0.0) * share, least_expected);
 }
 
-// The surface's share of the tilted filter, and what scales it, both over what is expected. Where probes find much,
-// what they lack is taken off the mass that is known, elsewhere off the one that they sampled: that is as noisy, but
-// with it.
-vec2 share_and_scale(FilterTilt filter_tilt, vec3 own, float radius, float share, vec2 sent, float over) {
-    float on_own = tilted_mass(filter_tilt, own, radius);
-    return vec2(on_own + share * (filter_tilt.mass - on_own - sent.x) + sent.y, filter_tilt.scale) / over;
-}
-
 float share_of(vec2 probed) { return probed.x > 0.0 ? min(probed.y / probed.x, 1.0) : 1.0; }
 
 void kernel() {
@@ -189,8 +181,8 @@ void kernel() {
     int times = outer.scale > MUCH ? TILTED : 1, asked = is_held ? 0 : expecting, count = probes * times, more = 0;
     int rounds = expecting > 0 ? 2 : 1;
     uint pass_number = first_probe / uint(max(probes, 1));
-    vec3 own = vec3(0.0), inner_own = vec3(0.0);
-    vec2 shares = vec2(1.0), layers = vec2(0.0), known = vec2(0.0), asked_beyond = vec2(0.0);
+    vec2 on_own = vec2(0.0), over = vec2(1.0);
+    vec2 shares = vec2(1.0), layers = vec2(0.0);
     vec4 means = vec4(0.0);
     for (int round = 0; round < rounds; round++) {
         bool is_first = round == 0;
@@ -215,25 +207,37 @@ void kernel() {
         if (is_first) {
             vec4 tells = sum_over_lanes(vec4(told.outer, told.inner) / float(max(expecting, 1)));
             shares = vec2(share_of(tells.xy), share_of(tells.zw));
-            asked_beyond = tells.xz * float(expecting);
-            if (!is_held && !disc.is_small && expecting > 0) {
-                vec2 turns = lens_sequence(starts.zw, pass_number);
-                mat4x2 sides = cuts_of(disc.own);
-                own_moments(sides, cuts, disc.radius, turns.x, own, inner_own);
-                known = known_masses(cuts, sides, disc.radius, turns.y);
+            // The mass that is averaged and the one that divides are of other directions each.
+            vec2 turns = lens_sequence(starts.zw, pass_number);
+            mat4x2 sides = cuts_of(disc.own);
+            vec4 own = vec4(0.0), inner_own = vec4(0.0);
+            int directions = is_held || disc.is_small || expecting == 0 ? 0 : CUT_DIRECTIONS;
+            for (int i = lane(); i < directions; i += LANES) {
+                vec2 all_turns = (turns + float(i)) / float(CUT_DIRECTIONS);
+                vec4 more_own, more_inner;
+                vec2 direction = direction_at(all_turns.x), other = direction_at(all_turns.y);
+                own_moments(sides, cuts, disc.radius, direction, other, more_own, more_inner);
+                own += more_own / float(CUT_DIRECTIONS);
+                inner_own += more_inner / float(CUT_DIRECTIONS);
             }
-            bool needs_more = is_uncertain(known.x, outer.left - known.x, shares.x, asked_beyond.x);
-            if (!is_held && needs_more) more = MORE * count;
+            own = sum_over_lanes(own);
+            inner_own = sum_over_lanes(inner_own);
+            vec2 beyond = tells.xz * float(expecting);  // the own polygon: so many were asked
+            on_own.x = tilted_mass(outer, own.xyz, disc.radius);
+            on_own.y = tilted_mass(inner, inner_own.xyz, disc.radius * sqrt(INNER_AREA));
+            over.x = expected(outer, own.w, shares.x, beyond.x);
+            over.y = expected(inner, inner_own.w, shares.y, beyond.y);
+            if (!is_held && is_uncertain(own.w, outer.left - own.w, shares.x, beyond.x)) more = MORE * count;
         }
     }
     vec4 on_layers = sum_over_lanes(vec4(0.0, layers.x, 0.0, layers.y));
     means = means / float(count + more) + on_layers / float(count);
     if (!is_gathering) skip();
-    float over = expected(outer, known.x, shares.x, asked_beyond.x);
-    float inner_over = expected(inner, known.y, shares.y, asked_beyond.y);
-    float inner_radius = disc.radius * sqrt(INNER_AREA);
-    vec2 share = share_and_scale(outer, own, disc.radius, shares.x, means.xy, over);
-    vec2 inner_share = share_and_scale(inner, inner_own, inner_radius, shares.y, means.zw, inner_over);
-    store_coverage(Coverage(share.x, inner_share.x, share.y, inner_share.y));
+    // Where probes find much, what they lack is taken off the mass that is known, elsewhere off the one that they
+    // sampled: that is as noisy, but with it.
+    vec2 share = on_own + shares * (vec2(outer.mass, inner.mass) - on_own - means.xz) + means.yw;
+    vec2 scale = vec2(outer.scale, inner.scale) / over;
+    share /= over;
+    store_coverage(Coverage(share.x, share.y, scale.x, scale.y));
     store_tilt(Tilt(outer.tilt, inner.tilt));
 }

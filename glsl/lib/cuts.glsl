@@ -95,16 +95,16 @@ float side_reach2(mat4x2 sides, float radius, vec2 direction) {
     return most > 1.0 ? 1.0 / (most * most) : 1.0;
 }
 
-// The mass of the filter within the cuts and other half planes, and of the inner one.
-vec2 known_masses(Cuts cuts, mat4x2 sides, float radius, float turn) {
-    vec2 sums = vec2(0.0), direction = direction_at(turn / float(CUT_DIRECTIONS));
+// The mass of the filter within the cuts and other half planes.
+float known_mass(Cuts cuts, mat4x2 sides, float radius, float turn) {
+    float sum = 0.0;
+    vec2 direction = direction_at(turn / float(CUT_DIRECTIONS));
     for (int i = 0; i < CUT_DIRECTIONS; i++) {
         float side2 = side_reach2(sides, radius, direction);
-        float x2 = min(cut_reach2(cuts.first, cuts.second, radius, direction), side2);
-        sums += vec2(filter_mass(x2), filter_mass(min(x2 / INNER_AREA, 1.0)));
+        sum += filter_mass(min(cut_reach2(cuts.first, cuts.second, radius, direction), side2));
         direction = CUT_STEP * direction;
     }
-    return sums / float(CUT_DIRECTIONS);
+    return sum / float(CUT_DIRECTIONS);
 }
 
 // The tilts of the filter within the cuts, and of the inner one; `is_held`: the disc is by the polygon of
@@ -120,7 +120,7 @@ void cut_tilts(
     others.first = 0.5 * (others.first + between.first);
     inner_others.first = 0.5 * (inner_others.first + inner_between.first);
     float known = 1.0;
-    if (!is_held) known = known_masses(cuts, sides, radius, turns.x).x / max(moments.first.x, 1.0e-20);
+    if (!is_held) known = known_mass(cuts, sides, radius, turns.x) / max(moments.first.x, 1.0e-20);
     outer = tilt_of(moments, others, radius, known);
     inner = tilt_of(inner_moments, inner_others, radius * sqrt(INNER_AREA), known);
 }

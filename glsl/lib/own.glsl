@@ -57,24 +57,13 @@ mat4x2 cuts_of(Own own) {
     return mat4x2(cut_of(own.sides[0]), cut_of(own.sides[1]), cut_of(own.sides[2]), cut_of(own.sides[3]));
 }
 
-// The filter's mass, x and y on the polygon and within the cuts, and the inner one's, either in its radii; `turn`, 0 to
-// 1, moves the directions that are looked at. Where nothing is cut only masses are told.
-void own_moments(mat4x2 sides, Cuts cuts, float radius, float turn, out vec3 outer, out vec3 inner) {
-    outer = inner = vec3(0.0);
-    bool is_cut = cuts.first != vec2(0.0);
-    vec2 direction = direction_at(turn / float(CUT_DIRECTIONS));
-    for (int i = 0; i < CUT_DIRECTIONS; i++) {
-        float x2 = min(cut_reach2(cuts.first, cuts.second, radius, direction), side_reach2(sides, radius, direction));
-        float inner_x2 = min(x2 / INNER_AREA, 1.0);
-        if (is_cut) {
-            outer += vec3(1.0, direction) * filter_moments(x2).xyy;
-            inner += vec3(1.0, direction) * filter_moments(inner_x2).xyy;
-        } else {
-            outer.x += filter_mass(x2);
-            inner.x += filter_mass(inner_x2);
-        }
-        direction = CUT_STEP * direction;
-    }
-    outer /= float(CUT_DIRECTIONS);
-    inner /= float(CUT_DIRECTIONS);
+// The filter's mass, x and y on the polygon and within the cuts in a direction, in radii, and in alpha its mass in
+// another; the same of the inner filter. The means over CUT_DIRECTIONS of them are those of all.
+void own_moments(mat4x2 sides, Cuts cuts, float radius, vec2 direction, vec2 other, out vec4 outer, out vec4 inner) {
+    float x2 = min(cut_reach2(cuts.first, cuts.second, radius, direction), side_reach2(sides, radius, direction));
+    float other_x2 = min(cut_reach2(cuts.first, cuts.second, radius, other), side_reach2(sides, radius, other));
+    vec3 along = vec3(1.0, direction);
+    outer = vec4(along * filter_moments(x2).xyy, filter_mass(other_x2));
+    vec2 inner_x2 = min(vec2(x2, other_x2) / INNER_AREA, 1.0);
+    inner = vec4(along * filter_moments(inner_x2.x).xyy, filter_mass(inner_x2.y));
 }

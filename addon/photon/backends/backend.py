@@ -60,7 +60,7 @@ STRIP_PIXELS = 1 << 19
 GPU_STRIP_PIXELS = 1 << 21
 # From so many on a GPU's lanes share a point's coverage probes: those of few triangles end at once,
 # and what lanes do over again costs more.
-TRIANGLES_FOR_LANES = 1 << 13
+TRIANGLES_FOR_LANES = 1 << 16
 
 
 class PhotonSource(Protocol):
