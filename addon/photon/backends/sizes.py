@@ -33,7 +33,7 @@ RESIDENT_LISTED = 6 * TEXEL  # in textures a quarter longer, and those before th
 SPLATS = 512  # software OpenGL's vertices
 # A triangle's while its tree is built, or while the native core makes its own of that, on a soup of
 # them; a grid of them takes four fifths.
-BUILD, NATIVE_BUILD = 360, 520
+BUILD, NATIVE_BUILD = 376, 520
 TABLES, NATIVE_TABLES = 11 * TEXEL, 6 * TEXEL  # corners, normals, face and at worst a node
 
 
