@@ -194,7 +194,7 @@ void kernel() {
             uint number = first_probe * uint(times) + uint(i - asked);
             float others = is_first && !tells && number % uint(LOOKS) == 0u ? float(LOOKS) : 0.0;
             if (is_held && others == 0.0) continue;
-            vec2 start = tells ? other_start : (is_first ? starts.xy : lens_sequence(starts.xy, uint(i + 1)));
+            vec2 start = tells ? other_start : (is_first ? starts.xy : second_sequence(starts.xy, uint(i + 1)));
             vec2 u = r2_sequence(start, tells ? uint(i) : (is_first ? number : pass_number));
             FilterTilt tilt = outer, inner_tilt = inner;
             if (tells) tilt = inner_tilt = no_tilt();
@@ -208,7 +208,7 @@ void kernel() {
             vec4 tells = sum_over_lanes(vec4(told.outer, told.inner) / float(max(expecting, 1)));
             shares = vec2(share_of(tells.xy), share_of(tells.zw));
             // The mass that is averaged and the one that divides are of other directions each.
-            vec2 turns = lens_sequence(starts.zw, pass_number);
+            vec2 turns = second_sequence(starts.zw, pass_number);
             mat4x2 sides = cuts_of(disc.own);
             vec4 own = vec4(0.0), inner_own = vec4(0.0);
             int directions = is_held || disc.is_small || expecting == 0 ? 0 : CUT_DIRECTIONS;

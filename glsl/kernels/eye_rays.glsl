@@ -17,7 +17,7 @@ void kernel() {
     vec3 local = ray.direction / stretch;
 #ifdef LENS
     vec2 start = random4(seed, 0u, uint(pixel_number(pixel)), DIMENSION_LENS).xy;
-    vec2 p = lens.x * sample_aperture(lens_sequence(start, pass_index), blades, lens.y) * vec2(lens.z, 1.0);
+    vec2 p = lens.x * sample_aperture(second_sequence(start, pass_index), blades, lens.y) * vec2(lens.z, 1.0);
     vec3 on_lens = p.x * ray.lens_x + p.y * ray.lens_y;
     local = normalize(ray.direction * focus - on_lens);
     ray.start += on_lens;

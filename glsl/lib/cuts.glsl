@@ -95,13 +95,17 @@ float side_reach2(mat4x2 sides, float radius, vec2 direction) {
     return most > 1.0 ? 1.0 / (most * most) : 1.0;
 }
 
+// The same of what is within the cuts, too.
+float both_reach2(Cuts cuts, mat4x2 sides, float radius, vec2 direction) {
+    return min(cut_reach2(cuts.first, cuts.second, radius, direction), side_reach2(sides, radius, direction));
+}
+
 // The mass of the filter within the cuts and other half planes.
 float known_mass(Cuts cuts, mat4x2 sides, float radius, float turn) {
     float sum = 0.0;
     vec2 direction = direction_at(turn / float(CUT_DIRECTIONS));
     for (int i = 0; i < CUT_DIRECTIONS; i++) {
-        float side2 = side_reach2(sides, radius, direction);
-        sum += filter_mass(min(cut_reach2(cuts.first, cuts.second, radius, direction), side2));
+        sum += filter_mass(both_reach2(cuts, sides, radius, direction));
         direction = CUT_STEP * direction;
     }
     return sum / float(CUT_DIRECTIONS);

@@ -60,8 +60,7 @@ mat4x2 cuts_of(Own own) {
 // The filter's mass, x and y on the polygon and within the cuts in a direction, in radii, and in alpha its mass in
 // another; the same of the inner filter. The means over CUT_DIRECTIONS of them are those of all.
 void own_moments(mat4x2 sides, Cuts cuts, float radius, vec2 direction, vec2 other, out vec4 outer, out vec4 inner) {
-    float x2 = min(cut_reach2(cuts.first, cuts.second, radius, direction), side_reach2(sides, radius, direction));
-    float other_x2 = min(cut_reach2(cuts.first, cuts.second, radius, other), side_reach2(sides, radius, other));
+    float x2 = both_reach2(cuts, sides, radius, direction), other_x2 = both_reach2(cuts, sides, radius, other);
     vec3 along = vec3(1.0, direction);
     outer = vec4(along * filter_moments(x2).xyy, filter_mass(other_x2));
     vec2 inner_x2 = min(vec2(x2, other_x2) / INNER_AREA, 1.0);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! The share of the filter on each visible point's own surface and within its cuts, as glsl/kernels/coverage.glsl.
 
-use std::marker::PhantomData;
-
 use rayon::prelude::*;
 
 use crate::cuts::{self, Cuts, Tilt, reach2};
@@ -12,7 +10,7 @@ use crate::lanes::{Lanes, widest};
 use crate::own::Own;
 use crate::packing::{pack_direction, unpack_direction};
 use crate::radius::RadiusField;
-use crate::random::{DIMENSION_COVERAGE, DIMENSION_EXPECTED, lens_sequence, r2_sequence, random4};
+use crate::random::{DIMENSION_COVERAGE, DIMENSION_EXPECTED, r2_sequence, random4, second_sequence};
 use crate::trace::{Tree, Visible};
 use crate::vector::{dot, frame_about, normal_of, point_in, sin_cos_of_turns};
 use crate::watertight::Ray;
@@ -203,37 +201,40 @@ widest! {
             let [column, row, ..] = points.pixels[at];
             let pixel = (row as usize * probes.frame_width + column as usize) as u32;
             let [start, turns_start] = starts_of(probes, 0, pixel, DIMENSION_COVERAGE);
-            let [other_start, _] = starts_of(probes, probes.first, pixel, DIMENSION_EXPECTED);
             let pass_number = probes.first / probes.count.max(1);
             let position = [x, y, z];
             let tilts = [Tilt::NONE; 2];
             let mut point = Point { position, normal, tangent, bitangent, surface, radius, cuts, tilts };
             let own = triangles.own(points.shadings[at][3] as i32, &point);
             let (is_held, sides) = (own.holds_disc(radius), own.cuts());
-            let turns = r2_sequence(start, probes.first);
             if cuts != cuts::NONE {
+                let turns = r2_sequence(start, probes.first);
                 let others = if is_held { None } else { Some(&sides) };
                 point.tilts = cuts::tilts(cuts, others, radius, probes.filter, turns);
             }
             let is_small = own.is_small(radius);
-            // What the sums are divided by does not depend on what is averaged.
-            let [turn, other_turn] = lens_sequence(turns_start, pass_number);
             let (mut own_moments, mut own_masses) = ([[0.0; 3]; 2], [0.0; 2]);
             if !is_held && !is_small && probes.expecting > 0 {
+                // What the sums are divided by does not depend on what is averaged.
+                let [turn, other_turn] = second_sequence(turns_start, pass_number);
                 own_moments = sides.moments(cuts, radius, probes.filter, turn);
                 own_masses = sides.masses(cuts, radius, probes.filter, other_turn);
             }
             let times = if point.tilts[0].scale > MUCH { TILTED } else { 1 };
             let (count, first_probe) = (probes.count * times, probes.first.wrapping_mul(times));
             let [outer, inner] = point.tilts;
-            let mut look = Look::<L>::of(tree, triangles, point, &own, is_small, probes.filter, &mut stack);
+            let (filter, stack) = (probes.filter, &mut stack);
+            let mut look = Look { tree, triangles, point, own: &own, is_small, filter, stack };
             let asked = if is_held { 0 } else { probes.expecting };
             let mut told = Probed::NONE;
-            look.point.tilts = [Tilt::NONE; 2];
-            for number in 0..asked {
-                told.add(look.probe(r2_sequence(other_start, number), 0.0), asked);
+            if asked > 0 {
+                let [start, _] = starts_of(probes, probes.first, pixel, DIMENSION_EXPECTED);
+                look.point.tilts = [Tilt::NONE; 2];
+                for number in 0..asked {
+                    told.add(look.probe::<L>(r2_sequence(start, number), 0.0), asked);
+                }
+                look.point.tilts = [outer, inner];
             }
-            look.point.tilts = [outer, inner];
             let shares = told.sums.map(|[sampled, found]| if sampled > 0.0 { (found / sampled).min(1.0) } else { 1.0 });
             let (asked, known) = (told.sums.map(|sum| sum[0] * asked as f32), own_masses[0]);
             let more = if !is_held && probes.is_uncertain(known, outer.left - known, shares[0], asked[0]) {
@@ -248,11 +249,11 @@ widest! {
                 if is_held && others == 0.0 {
                     continue;
                 }
-                sent.add(look.probe(r2_sequence(start, number), others), count + more);
+                sent.add(look.probe::<L>(r2_sequence(start, number), others), count + more);
             }
             for probe in 0..more {
-                let u = r2_sequence(lens_sequence(start, probe + 1), pass_number);
-                sent.add(look.probe(u, 0.0), count + more);
+                let u = r2_sequence(second_sequence(start, probe + 1), pass_number);
+                sent.add(look.probe::<L>(u, 0.0), count + more);
             }
             let share_and_scale = |tilt: &Tilt, radius: f32, k: usize| {
                 let [sampled, found] = sent.sums[k];
@@ -271,7 +272,6 @@ widest! {
 
 /// What probes sample of the mass of the tilted filter and of the inner one beyond the own polygon, and what of it they
 /// find; and what of either they find on other layers.
-#[derive(Clone, Copy)]
 struct Probed {
     sums: [[f32; 2]; 2],
     layers: [f32; 2],
@@ -311,7 +311,7 @@ impl Layer {
 }
 
 /// What looks for a point's surface.
-struct Look<'a, 'b, L> {
+struct Look<'a, 'b> {
     tree: &'a Tree,
     triangles: &'a Triangles<'a>,
     point: Point,
@@ -320,26 +320,13 @@ struct Look<'a, 'b, L> {
     is_small: bool,
     filter: Filter,
     stack: &'b mut Stack,
-    lanes: PhantomData<L>,
 }
 
-impl<'a, 'b, L: Lanes> Look<'a, 'b, L> {
-    fn of(
-        tree: &'a Tree,
-        triangles: &'a Triangles,
-        point: Point,
-        own: &'a Own,
-        is_small: bool,
-        filter: Filter,
-        stack: &'b mut Stack,
-    ) -> Self {
-        Look { tree, triangles, point, own, is_small, filter, stack, lanes: PhantomData }
-    }
-
+impl Look<'_, '_> {
     /// Sample the filter within the cuts, and look for the surface there where that is not the own polygon
     /// (glsl/kernels/coverage.glsl): the nearest layer, and, `others` times, what else is met; 0: that is not looked for.
     #[inline(always)]
-    fn probe(&mut self, [radial, turns]: [f32; 2], others: f32) -> Probed {
+    fn probe<L: Lanes>(&mut self, [radial, turns]: [f32; 2], others: f32) -> Probed {
         let (point, filter) = (&self.point, self.filter);
         let (sin, cos) = sin_cos_of_turns(turns);
         let within = filter.mass_within(reach2(point.cuts, point.radius, [cos, sin]));
@@ -354,7 +341,7 @@ impl<'a, 'b, L: Lanes> Look<'a, 'b, L> {
         let mass = mass.max(1.0e-30);
         let tilted: [f32; 2] = std::array::from_fn(|k| point.tilts[k].at(at));
         let sampled = [within * tilted[0], within * tilted[1] * inner_mass / mass];
-        let [nearest, rest] = self.layers(at, away, mass / within, is_own, others > 0.0);
+        let [nearest, rest] = self.layers::<L>(at, away, mass / within, is_own, others > 0.0);
         let sums = if is_own { [[0.0; 2]; 2] } else { std::array::from_fn(|k| [sampled[k], nearest[k]]) };
         Probed { sums, layers: rest.map(|x| others * x) }
     }
@@ -375,7 +362,7 @@ impl<'a, 'b, L: Lanes> Look<'a, 'b, L> {
     /// do. As photons do, all of those on the point's side count, but hidden ones. `is_own`: on the point's own
     /// polygon, which is then the nearest, and needs no ray.
     #[inline(always)]
-    fn layers(
+    fn layers<L: Lanes>(
         &mut self,
         [x, y]: [f32; 2],
         away: f32,

@@ -91,12 +91,18 @@ impl Sides {
         if nearness > 1.0 { 1.0 / (nearness * nearness) } else { 1.0 }
     }
 
-    /// The filter's mass, x and y on the polygon and within the cuts, and the inner one's, either in its radii; `turn`,
-    /// 0 to 1, moves the directions that are looked at. Where nothing is cut only masses are told.
+    /// Directions all around, which `turn`, 0 to 1, moves, and how far the polygon reaches there within the cuts.
+    fn reaches(&self, cuts: Cuts, radius: f32, turn: f32) -> impl Iterator<Item = ([f32; 2], f32)> {
+        directions(turn).map(move |direction| {
+            (direction, self.reach2(radius, direction).min(reach2(cuts, radius, direction)))
+        })
+    }
+
+    /// The filter's mass, x and y on the polygon and within the cuts, and the inner one's, either in its radii. Where
+    /// nothing is cut only masses are told.
     pub(crate) fn moments(&self, cuts: Cuts, radius: f32, filter: Filter, turn: f32) -> [[f32; 3]; 2] {
         let mut sums = [[0.0; 3]; 2];
-        for direction in directions(turn) {
-            let x2 = self.reach2(radius, direction).min(reach2(cuts, radius, direction));
+        for (direction, x2) in self.reaches(cuts, radius, turn) {
             for (sum, area) in sums.iter_mut().zip([1.0, INNER_AREA]) {
                 let x2 = (x2 / area).min(1.0);
                 sum[0] += filter.mass_within(x2);
@@ -113,8 +119,7 @@ impl Sides {
     /// The same masses alone.
     pub(crate) fn masses(&self, cuts: Cuts, radius: f32, filter: Filter, turn: f32) -> [f32; 2] {
         let mut sums = [0.0; 2];
-        for direction in directions(turn) {
-            let x2 = self.reach2(radius, direction).min(reach2(cuts, radius, direction));
+        for (_, x2) in self.reaches(cuts, radius, turn) {
             sums[0] += filter.mass_within(x2);
             sums[1] += filter.mass_within((x2 / INNER_AREA).min(1.0));
         }

@@ -43,7 +43,7 @@ pub fn r2_sequence(start: [f32; 2], n: u32) -> [f32; 2] {
 }
 
 /// The same for two dimensions more, as glsl/lib/rng.glsl has them.
-pub fn lens_sequence(start: [f32; 2], n: u32) -> [f32; 2] {
+pub fn second_sequence(start: [f32; 2], n: u32) -> [f32; 2] {
     stepped(start, [2_726_840_505, 1_455_715_471], n)
 }
 

@@ -106,9 +106,9 @@ CORNER_NORMALS = Record(
         "flags": "float",
     },
 )
-# The fourth corner of the quad that a triangle makes with another in its plane; 1 plus 1 where its
-# front is outside of a solid or minus 1 where its back is, plus 4 times 1 plus the number of the
-# edge that is the quad's diagonal, if any; native/src/faces.rs.
+# The fourth corner of the quad that a triangle makes with another in its plane, and 4 d + 1 + s.
+# s: 1 where its front is outside of a solid, -1 where its back is, else 0; d: 1 plus the number of
+# the edge that is the quad's diagonal, 0 where there is no quad; native/src/faces.rs.
 FACE = Record("Face", {"fourth": "vec3", "code": "float"})
 # Which lobes that are no bodies of revolution turn with, of any length; zero: none.
 CORNER_TANGENTS = Record("CornerTangents", {"a": "vec3", "b": "vec3", "c": "vec3"})
