@@ -174,6 +174,8 @@ def build_bvh(
     vertices: NDArray[np.float32], triangles: NDArray[np.int32]
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], int, int, float]: ...
 def faces_of(
+    nodes: NDArray[np.float32],
+    order: NDArray[np.int32],
     vertices: NDArray[np.float32],
     triangles: NDArray[np.int32],
     surfaces: NDArray[np.int32],

@@ -5,8 +5,8 @@
 #include "lib/cuts.glsl"
 
 // Seen from the point in its plane, the sides with the polygon to their left: at (x, y) it is there that
-// a x + b y + c > 0.
-struct Own { mat4x3 sides; int triangle; };
+// a x + b y + c > 0. `is_covered`: something lies on it, on the point's side.
+struct Own { mat4x3 sides; int triangle; bool is_covered; };
 
 // Of a triangle, in place of a quad's side: all is to its left.
 const vec3 NO_SIDE = vec3(0.0, 0.0, 1.0e-10);
@@ -18,10 +18,10 @@ vec3 side_of(vec2 p, vec2 q) { return vec3(p.y - q.y, q.x - p.x, p.x * q.y - p.y
 // 1 where a solid is behind a triangle, seen from one of its sides, -1 where it is in front of it, 0: neither.
 float solid_behind(int triangle, float side) { return side * float(int(face_at(triangle).code) % 4 - 1); }
 
-Own own_polygon(int triangle, vec3 position, mat3 frame) {
+Own own_polygon(int triangle, float side, vec3 position, mat3 frame) {
     Triangle corners = triangle_at(triangle);
     Face face = face_at(triangle);
-    int diagonal = int(face.code) / 4;  // 0: none
+    int code = int(face.code), diagonal = code / 4 % 4;  // 0: none
     vec2 a = ((corners.a - position) * frame).xy;
     vec2 b = ((corners.b - position) * frame).xy;
     vec2 c = ((corners.c - position) * frame).xy;
@@ -32,15 +32,17 @@ Own own_polygon(int triangle, vec3 position, mat3 frame) {
     vec3 first = side_of(p, q), last = side_of(r, p);
     vec3 second = diagonal == 0 ? side_of(q, r) : side_of(q, s), third = diagonal == 0 ? NO_SIDE : side_of(s, r);
     float turn = first.z + second.z + third.z + last.z < 0.0 ? -1.0 : 1.0;
-    return Own(mat4x3(turn * first, turn * second, diagonal == 0 ? NO_SIDE : turn * third, turn * last), triangle);
+    mat4x3 sides = mat4x3(turn * first, turn * second, diagonal == 0 ? NO_SIDE : turn * third, turn * last);
+    return Own(sides, triangle, (code & (side < 0.0 ? 32 : 16)) != 0);
 }
 
 bool holds(Own own, vec2 at) { return all(greaterThan(vec3(at, 1.0) * own.sides, vec4(0.0))); }
 
-// Whether it is so small beside a disc that knowing it is not worth what it takes.
-bool is_small(Own own, float radius) {
+// Whether it is known where light falls on it: nothing lies there, and it is not so small beside a disc that knowing it
+// is not worth what it takes.
+bool is_known(Own own, float radius) {
     float area = 0.5 * (own.sides[0].z + own.sides[1].z + own.sides[2].z + own.sides[3].z);
-    return area < SMALL * PI * radius * radius;
+    return !own.is_covered && area >= SMALL * PI * radius * radius;
 }
 
 bool holds_disc(Own own, float radius) {

@@ -126,7 +126,7 @@ impl Triangles<'_> {
         let corners = usize::try_from(position).ok().and_then(|at| self.corners.get(at));
         corners.map_or(Own::NONE, |corners| {
             let frame = (point.tangent, point.bitangent);
-            Own::of(corners, self.face(position), position, point.position, frame)
+            Own::of(corners, self.face(position), position, point.surface.signum(), point.position, frame)
         })
     }
 
@@ -206,15 +206,15 @@ widest! {
             let tilts = [Tilt::NONE; 2];
             let mut point = Point { position, normal, tangent, bitangent, surface, radius, cuts, tilts };
             let own = triangles.own(points.shadings[at][3] as i32, &point);
-            let (is_held, sides) = (own.holds_disc(radius), own.cuts());
+            let is_known = own.is_known(radius);
+            let (is_held, sides) = (is_known && own.holds_disc(radius), own.cuts());
             if cuts != cuts::NONE {
                 let turns = r2_sequence(start, probes.first);
                 let others = if is_held { None } else { Some(&sides) };
                 point.tilts = cuts::tilts(cuts, others, radius, probes.filter, turns);
             }
-            let is_small = own.is_small(radius);
             let (mut own_moments, mut own_masses) = ([[0.0; 3]; 2], [0.0; 2]);
-            if !is_held && !is_small && probes.expecting > 0 {
+            if !is_held && is_known && probes.expecting > 0 {
                 // What the sums are divided by does not depend on what is averaged.
                 let [turn, other_turn] = second_sequence(turns_start, pass_number);
                 own_moments = sides.moments(cuts, radius, probes.filter, turn);
@@ -224,7 +224,7 @@ widest! {
             let (count, first_probe) = (probes.count * times, probes.first.wrapping_mul(times));
             let [outer, inner] = point.tilts;
             let (filter, stack) = (probes.filter, &mut stack);
-            let mut look = Look { tree, triangles, point, own: &own, is_small, filter, stack };
+            let mut look = Look { tree, triangles, point, own: &own, is_known, filter, stack };
             let asked = if is_held { 0 } else { probes.expecting };
             let mut told = Probed::NONE;
             if asked > 0 {
@@ -316,8 +316,8 @@ struct Look<'a, 'b> {
     triangles: &'a Triangles<'a>,
     point: Point,
     own: &'a Own,
-    /// It is not worth knowing.
-    is_small: bool,
+    /// It is known where light falls on that.
+    is_known: bool,
     filter: Filter,
     stack: &'b mut Stack,
 }
@@ -333,7 +333,7 @@ impl Look<'_, '_> {
         let x2 = filter.sample(radial * within);
         let away = (x2 * (point.radius * point.radius)).sqrt();
         let at = [cos * away, sin * away];
-        let is_own = !self.is_small && self.own.holds(at);
+        let is_own = self.is_known && self.own.holds(at);
         if is_own && others == 0.0 {
             return Probed::NONE;
         }

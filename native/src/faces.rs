@@ -1,23 +1,45 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! What is flat about each triangle, which coverage knows without a ray.
 
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
 use crate::InvalidInput;
+use crate::bvh::NODE_FLOATS;
 use crate::edges::{Edge, Edges};
+use crate::lying::{Shape, Triangles};
+use crate::own::SMALL;
+use crate::refit::skipped_by;
 use crate::solid::solid;
+use crate::vector::{cross64, dot64, minus64};
 
 /// A corner so far from a triangle's plane at most, over how far from its edge, is in it.
 const FLAT: f64 = 1.0e-3;
 
+/// What is no higher above a triangle may lie on it [scene units], and over the radius of the largest disc that the
+/// triangle is not small beside: twice what coverage takes for a touch.
+const LYING: f64 = 4.0e-3;
+const TOUCHES: f64 = 0.04;
+/// Where that is so narrow it is not asked, for that takes long, and most of a disc is beyond it unless the disc is as
+/// narrow as pixels commonly are [scene units].
+const NARROW: f64 = 0.02;
+
 /// Of a triangle (glsl/lib/own.glsl reads it): the fourth corner of the convex quad that it makes with a neighbour in
-/// its plane, where it has one; and a code: 1 plus what [`crate::solid`] tells of it, and 4 times 1 plus the number of
-/// the edge that is the quad's diagonal, or 0 where there is none.
+/// its plane, where it has one; and a code: 1 plus what [`crate::solid`] tells of it; 4 times 1 plus the number of the
+/// edge that is the quad's diagonal, or 0 where there is none; 16 if something lies on the front of either, from where
+/// corners go round to the left ([`crate::lying`]), and 32 if it does on the back.
 pub type Face = [f32; 4];
 
-/// The faces of triangles. `materials` of the triangles: those of one quad wear one.
+/// The faces of triangles, whose tree has these nodes and this order. `materials` of the triangles: those of one quad
+/// wear one.
 ///
 /// # Errors
-/// An index outside the vertices; as many surfaces or materials as triangles were not given.
+/// An index outside the vertices; as many surfaces or materials as triangles were not given; an order of other
+/// triangles; references of `nodes` out of range or not to a later node.
 pub fn faces(
+    nodes: &[f32],
+    order: &[i32],
     vertices: &[[f32; 3]],
     triangles: &[[i32; 3]],
     surfaces: &[i32],
@@ -28,8 +50,13 @@ pub fn faces(
         return Err(InvalidInput(format!("materials has {n} numbers, but there are {m} triangles")));
     }
     let edges = Edges::of(vertices, triangles, surfaces)?;
-    let sides = solid(vertices, &edges);
-    let shape = |triangle: u32| Shape::of(vertices, &edges.corners[triangle as usize]);
+    let (nodes, rest) = nodes.as_chunks::<NODE_FLOATS>();
+    if nodes.is_empty() || !rest.is_empty() {
+        return Err(InvalidInput(format!("nodes: expected rows of {NODE_FLOATS} floats, at least one")));
+    }
+    skipped_by(order, triangles.len())?;
+    let solid = solid(vertices, &edges);
+    let shape_of = |triangle: u32| Shape::of(vertices, &edges.corners[triangle as usize]);
     // Of each triangle the largest neighbour that makes a quad with it, and the edge between them.
     let mut partners: Vec<Option<Partner>> = vec![None; triangles.len()];
     for passed in edges.passed() {
@@ -40,21 +67,36 @@ pub fn faces(
         }
         for [own, next] in [[one, other], [other, one]] {
             let (shapes, partner) =
-                ([own, next].map(|edge| shape(edge.triangle)), &mut partners[own.triangle as usize]);
+                ([own, next].map(|edge| shape_of(edge.triangle)), &mut partners[own.triangle as usize]);
             let is_larger =
-                partner.as_ref().is_none_or(|partner| shapes[1].area > shape(partner.triangle).area);
+                partner.as_ref().is_none_or(|partner| shapes[1].area > shape_of(partner.triangle).area);
             if is_larger && shapes[0].makes_quad(own, &shapes[1], next) {
                 *partner = Some(Partner { triangle: next.triangle, corners: [own.corner, next.corner] });
             }
         }
     }
+    let all = Triangles { nodes, order, vertices, corners: &edges.corners, solid: &solid };
+    let lies_on: Vec<[bool; 2]> = (0..triangles.len())
+        .into_par_iter()
+        .map_init(Vec::new, |stack, triangle| {
+            let shape = shape_of(triangle as u32);
+            let more = partners[triangle].as_ref().map_or(0.0, |partner| shape_of(partner.triangle).area);
+            let widest = (0.5 * (shape.area + more) / (f64::from(SMALL) * PI)).sqrt();
+            let most = if widest < NARROW { 0.0 } else { LYING.min(TOUCHES * widest) };
+            all.lies_on(&shape, most, stack)
+        })
+        .collect::<Result<_, _>>()?;
     let face = |triangle: usize| {
-        let solid = f32::from(sides[triangle] + 1);
-        let Some(partner) = &partners[triangle] else { return [0.0, 0.0, 0.0, solid] };
-        let [corner, others] = partner.corners;
-        let fourth = edges.corners[partner.triangle as usize][(others as usize + 2) % 3];
-        let [x, y, z] = vertices[fourth as usize];
-        [x, y, z, solid + 4.0 * f32::from(corner + 1)]
+        let mut code = solid[triangle] + 1;
+        let mut under = lies_on[triangle];
+        let mut corner = [0.0; 3];
+        if let Some(Partner { triangle: partner, corners: [own, others] }) = partners[triangle] {
+            corner = vertices[edges.corners[partner as usize][(others as usize + 2) % 3] as usize];
+            code += 4 * (own as i8 + 1);
+            under = std::array::from_fn(|k| under[k] || lies_on[partner as usize][k]);
+        }
+        let [x, y, z] = corner;
+        [x, y, z, f32::from(code + 16 * i8::from(under[0]) + 32 * i8::from(under[1]))]
     };
     Ok((0..triangles.len()).map(face).collect())
 }
@@ -66,53 +108,27 @@ struct Partner {
     corners: [u8; 2],
 }
 
-/// A triangle's corners, unit normal and doubled area.
-struct Shape {
-    corners: [[f64; 3]; 3],
-    normal: [f64; 3],
-    area: f64,
-}
-
 impl Shape {
-    fn of(vertices: &[[f32; 3]], corners: &[u32; 3]) -> Shape {
-        let corners = corners.map(|vertex| vertices[vertex as usize].map(f64::from));
-        let [a, b, c] = corners;
-        let normal = cross(minus(b, a), minus(c, a));
-        let area = dot(normal, normal).sqrt();
-        Shape { corners, normal: normal.map(|x| x / area), area }
-    }
-
     /// Whether a neighbour beyond an edge lies in the plane, and is a convex quad with this. False of what has no
     /// area.
     fn makes_quad(&self, edge: Edge, other: &Shape, others: Edge) -> bool {
         let [q, r, p] = [0, 1, 2].map(|k| self.corners[(edge.corner as usize + k) % 3]);
         let s = other.corners[(others.corner as usize + 2) % 3];
-        let height = dot(minus(s, q), self.normal).abs();
-        let turn = |a, b, c| dot(cross(minus(b, a), minus(c, b)), self.normal);
-        let away = other.area / dot(minus(r, q), minus(r, q)).sqrt();
+        let height = dot64(minus64(s, q), self.normal).abs();
+        let turn = |a, b, c| dot64(cross64(minus64(b, a), minus64(c, b)), self.normal);
+        let away = other.area / dot64(minus64(r, q), minus64(r, q)).sqrt();
         edge.is_upwards() != others.is_upwards()
-            && dot(self.normal, other.normal) > 0.0
+            && dot64(self.normal, other.normal) > 0.0
             && height <= FLAT * away
             && turn(p, q, s) > 0.0
             && turn(s, r, p) > 0.0
     }
 }
 
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|k| a[k] - b[k])
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh;
 
     /// A square's corners, and two below.
     const VERTICES: [[f32; 3]; 6] =
@@ -120,8 +136,20 @@ mod tests {
 
     const NO_QUAD: Face = [0.0, 0.0, 0.0, 1.0];
 
+    /// Of triangles in their tree.
+    fn in_tree(
+        vertices: &[[f32; 3]],
+        triangles: &[[i32; 3]],
+        surfaces: &[i32],
+        materials: &[i32],
+    ) -> Result<Vec<Face>, InvalidInput> {
+        let tree = bvh::build(vertices, triangles)?;
+        let order: Vec<i32> = tree.order.iter().map(|&triangle| triangle as i32).collect();
+        faces(&tree.nodes, &order, vertices, triangles, surfaces, materials)
+    }
+
     fn of(triangles: &[[i32; 3]]) -> Vec<Face> {
-        faces(&VERTICES, triangles, &vec![0; triangles.len()], &vec![0; triangles.len()]).unwrap()
+        in_tree(&VERTICES, triangles, &vec![0; triangles.len()], &vec![0; triangles.len()]).unwrap()
     }
 
     #[test]
@@ -135,8 +163,8 @@ mod tests {
     fn what_makes_no_quad() {
         assert_eq!(of(&[[0, 1, 2], [1, 4, 2]]), [NO_QUAD; 2]);
         let board = [[0, 1, 2], [3, 2, 1]];
-        assert_eq!(faces(&VERTICES, &board, &[0, 0], &[0, 1]).unwrap(), [NO_QUAD; 2]);
-        assert_eq!(faces(&VERTICES, &board, &[0, 1], &[0, 0]).unwrap(), [NO_QUAD; 2]);
+        assert_eq!(in_tree(&VERTICES, &board, &[0, 0], &[0, 1]).unwrap(), [NO_QUAD; 2]);
+        assert_eq!(in_tree(&VERTICES, &board, &[0, 1], &[0, 0]).unwrap(), [NO_QUAD; 2]);
         assert_eq!(of(&[[0, 1, 2], [3, 1, 2]]), [NO_QUAD; 2]);
     }
 
@@ -144,7 +172,7 @@ mod tests {
     fn of_two_neighbours_the_larger_is_taken() {
         let mut vertices = VERTICES.to_vec();
         vertices.extend([[-0.5, 0.5, 0.0]]);
-        let found = faces(&vertices, &[[0, 1, 2], [3, 2, 1], [0, 2, 6]], &[0; 3], &[0; 3]).unwrap();
+        let found = in_tree(&vertices, &[[0, 1, 2], [3, 2, 1], [0, 2, 6]], &[0; 3], &[0; 3]).unwrap();
         assert_eq!(found[0], [1.0, 1.0, 0.0, 9.0]);
         assert_eq!(found[2], [1.0, 0.0, 0.0, 5.0]);
     }
@@ -154,16 +182,30 @@ mod tests {
         let mut vertices = VERTICES;
         vertices[3] = [-0.5, 1.0, 0.0];
         vertices[2] = [0.0, 0.1, 0.0];
-        let found = faces(&vertices, &[[0, 1, 2], [3, 2, 1]], &[0; 2], &[0; 2]).unwrap();
+        let found = in_tree(&vertices, &[[0, 1, 2], [3, 2, 1]], &[0; 2], &[0; 2]).unwrap();
         assert_eq!(found, [NO_QUAD; 2]);
+    }
+
+    /// A sheet above one of a quad's triangles, and below it.
+    #[test]
+    fn what_lies_on_a_quad() {
+        let mut vertices = VERTICES.to_vec();
+        vertices.extend([[0.1, 0.1, 0.001], [0.2, 0.1, 0.001], [0.1, 0.2, 0.001]]);
+        let triangles = [[0, 1, 2], [3, 2, 1], [6, 7, 8]];
+        let found = in_tree(&vertices, &triangles, &[0; 3], &[0; 3]).unwrap();
+        assert_eq!(found.iter().map(|face| face[3]).collect::<Vec<_>>(), [25.0, 25.0, 33.0]);
     }
 
     #[test]
     fn bad_input() {
-        assert!(faces(&VERTICES, &[[0, 1, 6]], &[0], &[0]).is_err());
-        assert!(faces(&VERTICES, &[[0, 1, 2]], &[], &[0]).is_err());
-        assert!(faces(&VERTICES, &[[0, 1, 2]], &[0], &[]).is_err());
-        assert!(faces(&[], &[], &[], &[]).unwrap().is_empty());
+        assert!(in_tree(&VERTICES, &[[0, 1, 6]], &[0], &[0]).is_err());
+        assert!(in_tree(&VERTICES, &[[0, 1, 2]], &[], &[0]).is_err());
+        assert!(in_tree(&VERTICES, &[[0, 1, 2]], &[0], &[]).is_err());
+        assert!(in_tree(&[], &[], &[], &[]).unwrap().is_empty());
         assert_eq!(of(&[[1, 1, 2]]), [NO_QUAD]);
+        let tree = bvh::build(&VERTICES, &[[0, 1, 2]]).unwrap();
+        for (nodes, order) in [(&tree.nodes[..8], [0]), (&tree.nodes[..], [1]), (&[2.0; 16], [0])] {
+            assert!(faces(nodes, &order, &VERTICES, &[[0, 1, 2]], &[0], &[0]).is_err());
+        }
     }
 }

@@ -22,6 +22,7 @@ pub mod faces;
 pub mod filter;
 mod lanes;
 pub mod layouts;
+mod lying;
 mod microfacets;
 pub mod mixture;
 mod own;

@@ -13,23 +13,26 @@ const NO_SIDE: [f32; 3] = [0.0, 0.0, 1.0e-10];
 /// So near to the point a side is at least, for its cut [scene units].
 const NEAREST: f32 = 1.0e-10;
 /// A polygon of so much of a disc's area is small.
-const SMALL: f32 = 0.1;
+pub(crate) const SMALL: f32 = 0.1;
 
 /// The point's own triangle, with the neighbour that makes a quad of it. Seen from the point in its plane, the sides
 /// with the polygon to their left: at (x, y) it is there that a x + b y + c > 0.
 pub(crate) struct Own {
     sides: [[f32; 3]; 4],
     pub(crate) triangle: i32,
+    /// Something lies on it, on the point's side.
+    is_covered: bool,
 }
 
 impl Own {
-    pub(crate) const NONE: Own = Own { sides: [[0.0, 0.0, -1.0]; 4], triangle: -1 };
+    pub(crate) const NONE: Own = Own { sides: [[0.0, 0.0, -1.0]; 4], triangle: -1, is_covered: true };
 
-    /// `frame`: tangent and bitangent of the point's normal.
+    /// `seen_from`: the front of the triangle, 1, or its back, -1; `frame`: tangent and bitangent of the point's normal.
     pub(crate) fn of(
         corners: &[[f32; 4]; 3],
         face: Face,
         triangle: i32,
+        seen_from: f32,
         position: [f32; 3],
         frame: ([f32; 3], [f32; 3]),
     ) -> Own {
@@ -37,7 +40,8 @@ impl Own {
             let away: [f32; 3] = std::array::from_fn(|k| corner[k] - position[k]);
             [dot(away, frame.0), dot(away, frame.1)]
         };
-        let diagonal = face[3] as usize / 4; // 0: none
+        let code = face[3] as usize;
+        let diagonal = code / 4 % 4; // 0: none
         let [p, q, r] = [0, 1, 2].map(|k| at(&corners[(diagonal + 1 + k) % 3]));
         let side = |[ax, ay]: [f32; 2], [bx, by]: [f32; 2]| [ay - by, bx - ax, ax * by - ay * bx];
         let [first, last] = [side(p, q), side(r, p)];
@@ -54,7 +58,8 @@ impl Own {
         if diagonal == 0 {
             sides[2] = NO_SIDE;
         }
-        Own { sides, triangle }
+        let is_covered = code & (if seen_from < 0.0 { 32 } else { 16 }) != 0;
+        Own { sides, triangle, is_covered }
     }
 
     #[inline(always)]
@@ -62,10 +67,11 @@ impl Own {
         self.sides.iter().all(|[a, b, c]| a * x + b * y + c > 0.0)
     }
 
-    /// Whether it is so small beside a disc that knowing it is not worth what it takes.
-    pub(crate) fn is_small(&self, radius: f32) -> bool {
+    /// Whether it is known where light falls on it: nothing lies there, and it is not so small beside a disc that
+    /// knowing it is not worth what it takes.
+    pub(crate) fn is_known(&self, radius: f32) -> bool {
         let [first, second, third, last] = self.sides.map(|side| side[2]);
-        0.5 * (first + second + third + last) < SMALL * PI * radius * radius
+        !self.is_covered && 0.5 * (first + second + third + last) >= SMALL * PI * radius * radius
     }
 
     #[inline(always)]

@@ -92,7 +92,7 @@ enum Stop {
 }
 
 /// Which of so many triangles an order leaves out.
-fn skipped_by(order: &[i32], count: usize) -> Result<Vec<bool>, InvalidInput> {
+pub(crate) fn skipped_by(order: &[i32], count: usize) -> Result<Vec<bool>, InvalidInput> {
     let mut skipped = vec![true; count];
     for (position, &triangle) in order.iter().enumerate() {
         let is_new = usize::try_from(triangle).ok().and_then(|t| skipped.get_mut(t)).map(std::mem::take);

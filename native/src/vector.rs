@@ -13,6 +13,20 @@ pub(crate) fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+pub(crate) type Vector64 = [f64; 3];
+
+pub(crate) fn dot64(a: Vector64, b: Vector64) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn cross64(a: Vector64, b: Vector64) -> Vector64 {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+pub(crate) fn minus64(a: Vector64, b: Vector64) -> Vector64 {
+    std::array::from_fn(|k| a[k] - b[k])
+}
+
 /// The unit normal of a triangle. Scaled up before the cross product: a tiny triangle's area would
 /// underflow.
 pub(crate) fn normal_of([a, b, c]: &[[f32; 4]; 3]) -> [f32; 3] {

@@ -133,6 +133,31 @@ def test_white_dots_are_white(device: Device, backend: str, holes: str) -> None:
     np.testing.assert_allclose(mean, np.array(SKY) * (1.0 if holes == "open" else 0.5), rtol=0.015)
 
 
+def sheets(built: Builder) -> Builder:
+    """Thin ones on a floor, a twentieth of a percent of it above it."""
+    for x, y in [(-0.7, -0.6), (0.1, -0.2), (-0.5, 0.3)]:
+        built.add([(x, y, 1e-3), (x + 0.4, y, 1e-3), (x, y + 0.5, 1e-3)], [(0, 1, 2)])
+    return built
+
+
+@pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
+def test_what_lies_on_a_floor_takes_no_light_off_it(
+    device: Device, backend: str, thorough: bool
+) -> None:
+    """No photon lands below a sheet, nor does that count."""
+    if not (backend != "compute" or thorough):
+        pytest.skip("runs with --thorough")
+    built = sheets(Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)))
+    view = orthographic((0, 0, 3), (1, 0, 0), (0, 1, 0), 1.2)
+    scene = built.scene(view, [world_light("sky", SKY)], [WHITE])
+    settings: dict[str, Any] = {"backend": backend, "direct_by_photons": True}
+    settings |= {"width": SIZE, "height": SIZE, "passes": PASSES}
+    picture = render(device, scene, photons=2 * PHOTONS, radius=0.25, **settings)["Combined"]
+    shares = picture[..., :3] / np.array(SKY)
+    np.testing.assert_allclose(shares.mean(axis=(0, 1)), 1.0, rtol=0.02)
+    assert shares.min() > 0.85 and shares.max() < 1.2
+
+
 @pytest.mark.parametrize("radius", [0.04, 0.25])
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("backend", ["native", "fragment", "compute"])

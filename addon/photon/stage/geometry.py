@@ -118,14 +118,15 @@ class Mesh:
 
     @cached_property
     def faces(self) -> NDArray[np.float32]:
-        """(K, 4) which triangles make quads, and which bound a solid, as native/src/faces.rs
-        tells. It is found when it is first asked for, of the mesh as it is now."""
+        """(K, 4) which triangles make quads, bound a solid, and have something lying on them, as
+        native/src/faces.rs tells: found when first asked for, of the mesh as it is now."""
         materials = np.zeros(len(self.surfaces), np.int32)
         materials[self.tree.order] = self.triangles["material"]
+        tree, vertices = self.tree, self.frame.vertices(self.vertices)
         found = native.faces_of(
-            self.frame.vertices(self.vertices), self.tree.triangles, self.surfaces, materials
+            tree.nodes, tree.order, vertices, tree.triangles, self.surfaces, materials
         )
-        return found[self.tree.order]
+        return found[tree.order]
 
     def rays_meet(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """The nodes, and the corners (K, 3, 3), of which the native core asks what rays meet; the

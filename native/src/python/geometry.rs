@@ -41,16 +41,19 @@ pub(super) fn build_bvh<'py>(
     Ok((nodes, order, tree.skipped_not_finite, tree.skipped_degenerate, tree.cost))
 }
 
-/// Which triangles make quads with others, and which bound a solid.
+/// Which triangles make quads with others, bound a solid, and have something lying on them.
 ///
-/// Takes vertices float32[V, 3], triangles int32[T, 3], indices into vertices, and of them surfaces int32[T], of
-/// which corners in one place are one, and materials int32[T]. Returns float32[T, 4], which native/src/faces.rs
-/// tells of.
+/// Takes nodes float32[N, 16] and order int32[K], as build_bvh or refit_bvh gave them for triangles int32[T, 3],
+/// indices into vertices float32[V, 3]; and of the triangles surfaces int32[T], of which corners in one place are
+/// one, and materials int32[T]. Returns float32[T, 4], which native/src/faces.rs tells of.
 ///
-/// Raises ValueError for an index outside [0, V) and for another number of surfaces or materials.
+/// Raises ValueError for an index outside [0, V), another number of surfaces or materials, and nodes and an order as
+/// refit_bvh refuses them.
 #[pyfunction]
 pub(super) fn faces_of<'py>(
     py: Python<'py>,
+    nodes: &Bound<'py, PyAny>,
+    order: &Bound<'py, PyAny>,
     vertices: &Bound<'py, PyAny>,
     triangles: &Bound<'py, PyAny>,
     surfaces: &Bound<'py, PyAny>,
@@ -59,8 +62,11 @@ pub(super) fn faces_of<'py>(
     let surfaces = array::<i32>(surfaces, "surfaces", &[None])?;
     let materials = array::<i32>(materials, "materials", &[None])?;
     let (surfaces, materials) = (surfaces.as_slice()?, materials.as_slice()?);
+    let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
+    let order = array::<i32>(order, "order", &[None])?;
+    let (nodes, order) = (nodes.as_slice()?, order.as_slice()?);
     let found = with_triangles(py, vertices, triangles, |vertices, triangles| {
-        faces::faces(vertices, triangles, surfaces, materials)
+        faces::faces(nodes, order, vertices, triangles, surfaces, materials)
     })?;
     new_rows(py, found)
 }
