@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use crate::InvalidInput;
 use crate::bvh::NODE_FLOATS;
 use crate::edges::{Edge, Edges};
-use crate::lying::{Shape, Triangles};
+use crate::lying::{Shape, Sheets, Triangles};
 use crate::own::SMALL;
 use crate::refit::skipped_by;
-use crate::solid::solid;
+use crate::solid::{Pieces, solid};
 use crate::vector::{cross64, dot64, minus64};
 
 /// A corner so far from a triangle's plane at most, over how far from its edge, is in it.
@@ -19,7 +19,7 @@ const FLAT: f64 = 1.0e-3;
 
 /// What is no higher above a triangle may lie on it [scene units], and over the radius of the largest disc that the
 /// triangle is not small beside: twice what coverage takes for a touch.
-const LYING: f64 = 4.0e-3;
+const LYING: f64 = 2.0e-3;
 const TOUCHES: f64 = 0.04;
 /// Where that is so narrow it is not asked, for that takes long, and most of a disc is beyond it unless the disc is as
 /// narrow as pixels commonly are [scene units].
@@ -55,7 +55,8 @@ pub fn faces(
         return Err(InvalidInput(format!("nodes: expected rows of {NODE_FLOATS} floats, at least one")));
     }
     skipped_by(order, triangles.len())?;
-    let solid = solid(vertices, &edges);
+    let mut pieces = Pieces::of_edges(vertices.len(), &edges);
+    let solid = solid(vertices, &edges, &mut pieces);
     let shape_of = |triangle: u32| Shape::of(vertices, &edges.corners[triangle as usize]);
     // Of each triangle the largest neighbour that makes a quad with it, and the edge between them.
     let mut partners: Vec<Option<Partner>> = vec![None; triangles.len()];
@@ -75,7 +76,8 @@ pub fn faces(
             }
         }
     }
-    let all = Triangles { nodes, order, vertices, corners: &edges.corners, solid: &solid };
+    let all =
+        Triangles { nodes, order, vertices, corners: &edges.corners, sheets: &Sheets::of(&edges, pieces) };
     let lies_on: Vec<[bool; 2]> = (0..triangles.len())
         .into_par_iter()
         .map_init(Vec::new, |stack, triangle| {
@@ -204,7 +206,9 @@ mod tests {
         assert!(in_tree(&[], &[], &[], &[]).unwrap().is_empty());
         assert_eq!(of(&[[1, 1, 2]]), [NO_QUAD]);
         let tree = bvh::build(&VERTICES, &[[0, 1, 2]]).unwrap();
-        for (nodes, order) in [(&tree.nodes[..8], [0]), (&tree.nodes[..], [1]), (&[2.0; 16], [0])] {
+        let mut beyond = tree.nodes.clone();
+        (beyond[6], beyond[7]) = (1.0, 2.0); // a leaf's height, and more triangles than there are
+        for (nodes, order) in [(&tree.nodes[..8], [0]), (&tree.nodes[..], [1]), (&beyond[..], [0])] {
             assert!(faces(nodes, &order, &VERTICES, &[[0, 1, 2]], &[0], &[0]).is_err());
         }
     }

@@ -2,9 +2,12 @@
 //! Which triangles something lies on, as a rug on a floor or a sheet on a wall: coverage then can't know without a ray
 //! where light falls on them.
 
+use rayon::prelude::*;
+
 use crate::InvalidInput;
 use crate::bvh::NODE_FLOATS;
-use crate::filter::SAME_ORIENTATION;
+use crate::edges::Edges;
+use crate::solid::Pieces;
 use crate::trace::child_of;
 use crate::vector::{Vector64, cross64, dot64, minus64};
 
@@ -34,20 +37,50 @@ impl Shape {
     }
 }
 
+/// The pieces that triangles join to, each with the vertices that it is of.
+pub(crate) struct Sheets {
+    /// Of each triangle where the vertices of its piece begin and end.
+    ranges: Vec<(u32, u32)>,
+    vertices: Vec<u32>,
+}
+
+impl Sheets {
+    pub(crate) fn of(edges: &Edges, mut pieces: Pieces) -> Sheets {
+        let mut vertices: Vec<(u32, u32)> =
+            edges.corners.iter().flatten().map(|&vertex| (pieces.of(vertex), vertex)).collect();
+        vertices.par_sort_unstable();
+        vertices.dedup();
+        let range = |&[corner, ..]: &[u32; 3]| {
+            let piece = pieces.of(corner);
+            let [begin, end] =
+                [piece, piece + 1].map(|piece| vertices.partition_point(|&(other, _)| other < piece) as u32);
+            (begin, end)
+        };
+        let ranges = edges.corners.iter().map(range).collect();
+        Sheets { ranges, vertices: vertices.into_iter().map(|(_, vertex)| vertex).collect() }
+    }
+
+    /// Of a triangle's piece.
+    fn vertices(&self, triangle: usize) -> &[u32] {
+        let (begin, end) = self.ranges[triangle];
+        &self.vertices[begin as usize..end as usize]
+    }
+}
+
 /// Triangles, of which `corners` are indices into vertices, in the tree of [`crate::bvh::build`] or
-/// [`crate::refit::refit`]; `solid` is what [`crate::solid`] tells of each.
+/// [`crate::refit::refit`].
 pub(crate) struct Triangles<'a> {
     pub(crate) nodes: &'a [[f32; NODE_FLOATS]],
     pub(crate) order: &'a [i32],
     pub(crate) vertices: &'a [[f32; 3]],
     pub(crate) corners: &'a [[u32; 3]],
-    pub(crate) solid: &'a [i8],
+    pub(crate) sheets: &'a Sheets,
 }
 
 impl Triangles<'_> {
-    /// Whether something lies no higher than `most` before a triangle, from where its corners go round to the left,
-    /// and behind it: as flat as what light falls on together with it, over more than a touch. Of a solid its outside
-    /// does so that faces the same way, as a rug's top, and not what it stands on. `stack` is for use.
+    /// Whether something lies before a triangle, from where its corners go round to the left, and behind it: with all
+    /// that it is joined to no higher than `most`, and over more than a touch. What rises higher cuts discs off. `stack`
+    /// is for use.
     ///
     /// # Errors
     /// References of `nodes` out of range or not to a later node.
@@ -104,26 +137,20 @@ impl Triangles<'_> {
 
     /// Whether a triangle lies on one side of another, 1 or -1.
     fn lies(&self, triangle: usize, on: &Shape, side: f64, most: f64) -> bool {
-        let corners = self.corners[triangle].map(|vertex| self.vertices[vertex as usize].map(f64::from));
-        let height = |place| side * on.height(place);
-        let heights = corners.map(height);
-        if heights.iter().all(|&height| height < LEAST) || heights.iter().all(|&height| height > most) {
+        let place = |vertex: &u32| self.vertices[*vertex as usize].map(f64::from);
+        let height = |vertex: &u32| side * on.height(place(vertex));
+        if self.corners[triangle].iter().all(|vertex| height(vertex) < LEAST) {
             return false;
         }
-        let own = Shape::of(self.vertices, &self.corners[triangle]);
-        let cosine = side * dot64(own.normal, on.normal);
-        let is_inside = cosine * f64::from(self.solid[triangle]) < 0.0;
-        if is_inside || cosine.abs() < f64::from(SAME_ORIENTATION) {
-            return false;
-        }
-        let mut left = clip(&corners, |place| height(place) - LEAST);
-        left = clip(&left, |place| most - height(place));
+        let mut left = self.corners[triangle].iter().map(place).collect::<Vec<_>>();
         for k in 0..3 {
             let [a, b] = [on.corners[k], on.corners[(k + 1) % 3]];
             let inwards = cross64(on.normal, minus64(b, a));
             left = clip(&left, |place| dot64(minus64(place, a), inwards));
         }
+        let own = Shape::of(self.vertices, &self.corners[triangle]);
         doubled_area(&left, on.normal) > TOUCH * own.area.min(on.area)
+            && self.sheets.vertices(triangle).iter().all(|vertex| (-LEAST..=most).contains(&height(vertex)))
     }
 }
 
@@ -158,25 +185,23 @@ mod tests {
 
     const MOST: f64 = 2.0e-3;
 
-    /// A floor's triangle, and beside it what is added, whose solids are told.
-    fn lies_on(more: &[[[f32; 3]; 3]], solid: i8) -> [bool; 2] {
+    /// A floor's triangle, and beside it what is added.
+    fn lies_on(more: &[[[f32; 3]; 3]]) -> [bool; 2] {
         let floor = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, 1.0, 0.0]];
         let vertices: Vec<[f32; 3]> = floor.iter().chain(more.iter().flatten()).copied().collect();
         let triangles: Vec<[i32; 3]> =
             (0..vertices.len() as i32).step_by(3).map(|k| [k, k + 1, k + 2]).collect();
         let tree = bvh::build(&vertices, &triangles).unwrap();
         let order: Vec<i32> = tree.order.iter().map(|&triangle| triangle as i32).collect();
-        let corners: Vec<[u32; 3]> = triangles.iter().map(|corners| corners.map(|k| k as u32)).collect();
-        let mut solids = vec![solid; triangles.len()];
-        solids[0] = 0;
+        let edges = Edges::of(&vertices, &triangles, &vec![0; triangles.len()]).unwrap();
         let all = Triangles {
             nodes: tree.nodes.as_chunks().0,
             order: &order,
             vertices: &vertices,
-            corners: &corners,
-            solid: &solids,
+            corners: &edges.corners,
+            sheets: &Sheets::of(&edges, Pieces::of_edges(vertices.len(), &edges)),
         };
-        all.lies_on(&Shape::of(&vertices, &corners[0]), MOST, &mut Vec::new()).unwrap()
+        all.lies_on(&Shape::of(&vertices, &edges.corners[0]), MOST, &mut Vec::new()).unwrap()
     }
 
     /// So high at its corners; it faces up.
@@ -187,36 +212,34 @@ mod tests {
 
     #[test]
     fn sheets_lie_before_and_behind() {
-        assert_eq!(lies_on(&[], 0), [false; 2]);
-        assert_eq!(lies_on(&[sheet([1.0e-3; 3])], 0), [true, false]);
-        assert_eq!(lies_on(&[sheet([-1.0e-3; 3])], 0), [false, true]);
-        assert_eq!(lies_on(&[sheet([1.0e-3; 3]), sheet([-1.0e-3; 3])], 0), [true; 2]);
+        assert_eq!(lies_on(&[]), [false; 2]);
+        assert_eq!(lies_on(&[sheet([1.0e-3; 3])]), [true, false]);
+        assert_eq!(lies_on(&[sheet([0.0, 0.0, 1.0e-3])]), [true, false]);
+        assert_eq!(lies_on(&[sheet([-1.0e-3; 3])]), [false, true]);
+        assert_eq!(lies_on(&[sheet([1.0e-3; 3]), sheet([-1.0e-3; 3])]), [true; 2]);
     }
 
-    /// In the plane; higher; as steep as a wall; a wall; beside it; beyond an edge by a touch.
+    /// In the plane; higher; rising; through it; a wall; beside it; beyond an edge by a touch.
     #[test]
     fn what_does_not_lie_on_it() {
-        for heights in [[0.0; 3], [3.0e-3; 3], [0.0, 0.4, 0.0]] {
-            assert_eq!(lies_on(&[sheet(heights)], 0), [false; 2], "{heights:?}");
+        for heights in [[0.0; 3], [3.0e-3; 3], [0.0, 0.4, 0.0], [0.0, 0.0, 4.0e-3], [1.0e-3, 1.0e-3, -1.0e-3]]
+        {
+            assert_eq!(lies_on(&[sheet(heights)]), [false; 2], "{heights:?}");
         }
-        let wall = [[-0.5, -0.5, 0.0], [-0.3, -0.5, 0.0], [-0.5, -0.5, 0.5]];
+        let wall = [[-0.5, -0.5, 0.0], [-0.3, -0.5, 0.0], [-0.5, -0.5, 1.0e-3]];
         let beside = [[0.5, 0.5, 1.0e-3], [0.7, 0.5, 1.0e-3], [0.5, 0.7, 1.0e-3]];
         let touching = [[-1.2, -0.5, 1.0e-3], [-0.9999, -0.5, 1.0e-3], [-1.2, -0.3, 1.0e-3]];
         for other in [wall, beside, touching] {
-            assert_eq!(lies_on(&[other], 0), [false; 2], "{other:?}");
+            assert_eq!(lies_on(&[other]), [false; 2], "{other:?}");
         }
     }
 
-    /// Part of a sheet that rises from the floor lies on it.
+    /// A low foot with what stands on it.
     #[test]
-    fn what_rises_slowly_lies_on_it() {
-        assert_eq!(lies_on(&[sheet([0.0, 0.0, 4.0e-3])], 0), [true, false]);
-    }
-
-    #[test]
-    fn a_solid_lies_with_its_top_alone() {
-        assert_eq!(lies_on(&[sheet([1.0e-3; 3])], 1), [true, false]);
-        assert_eq!(lies_on(&[sheet([1.0e-3; 3])], -1), [false; 2]);
+    fn what_is_joined_to_something_higher_does_not_lie() {
+        let foot = sheet([1.0e-3; 3]);
+        let [a, b, _] = foot;
+        assert_eq!(lies_on(&[foot, [a, b, [-0.4, -0.6, 0.5]]]), [false; 2]);
     }
 
     #[test]
@@ -225,7 +248,8 @@ mod tests {
         let mut node = [0.0; NODE_FLOATS];
         (node[3], node[7]) = (0.0, 2.0);
         node[4..7].fill(1.0);
-        let all = Triangles { nodes: &[node], order: &[0], vertices: &[], corners: &[], solid: &[] };
+        let sheets = Sheets { ranges: Vec::new(), vertices: Vec::new() };
+        let all = Triangles { nodes: &[node], order: &[0], vertices: &[], corners: &[], sheets: &sheets };
         assert!(all.lies_on(&shape, MOST, &mut Vec::new()).is_err());
     }
 }

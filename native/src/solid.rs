@@ -6,12 +6,7 @@ use crate::edges::Edges;
 /// For each triangle 0 if the piece of its surface that it belongs to is not closed or does not face one way: every
 /// edge is passed as often one way as the other. Else 1 if its front is outside, where its corners go round to the
 /// left, or -1 if its back is. Corners of a surface that are in one place are one, whatever vertices they are.
-pub(crate) fn solid(vertices: &[[f32; 3]], edges: &Edges) -> Vec<i8> {
-    let mut pieces = Pieces::new(vertices.len());
-    for [a, b, c] in &edges.corners {
-        pieces.join(*a, *b);
-        pieces.join(*b, *c);
-    }
+pub(crate) fn solid(vertices: &[[f32; 3]], edges: &Edges, pieces: &mut Pieces) -> Vec<i8> {
     let mut is_open = vec![false; vertices.len()];
     for passed in edges.passed() {
         if 2 * passed.iter().filter(|edge| edge.is_upwards()).count() != passed.len() {
@@ -37,15 +32,21 @@ fn volume(corners: [[f32; 3]; 3], from: [f32; 3]) -> f64 {
 }
 
 /// Vertices that triangles join, as a forest.
-struct Pieces(Vec<u32>);
+pub(crate) struct Pieces(Vec<u32>);
 
 impl Pieces {
-    fn new(count: usize) -> Pieces {
-        Pieces((0..count as u32).collect())
+    /// Those of so many vertices.
+    pub(crate) fn of_edges(vertices: usize, edges: &Edges) -> Pieces {
+        let mut pieces = Pieces((0..vertices as u32).collect());
+        for [a, b, c] in &edges.corners {
+            pieces.join(*a, *b);
+            pieces.join(*b, *c);
+        }
+        pieces
     }
 
     /// The vertex that stands for a vertex's piece.
-    fn of(&mut self, mut vertex: u32) -> u32 {
+    pub(crate) fn of(&mut self, mut vertex: u32) -> u32 {
         while self.0[vertex as usize] != vertex {
             let next = self.0[vertex as usize];
             self.0[vertex as usize] = self.0[next as usize];
@@ -68,7 +69,8 @@ mod tests {
     const FACES: [[i32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
     fn solid_of(vertices: &[[f32; 3]], faces: &[[i32; 3]], surfaces: &[i32]) -> Vec<i8> {
-        solid(vertices, &Edges::of(vertices, faces, surfaces).unwrap())
+        let edges = Edges::of(vertices, faces, surfaces).unwrap();
+        solid(vertices, &edges, &mut Pieces::of_edges(vertices.len(), &edges))
     }
 
     fn of(faces: &[[i32; 3]]) -> Vec<i8> {
