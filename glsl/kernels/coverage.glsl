@@ -3,7 +3,7 @@
 // inside, 1/2 at an edge, 1/4 in a corner. Dividing by its mean over passes removes the boundary bias, and, since the
 // filter is integrated over the surface as it is, that of creases and curvature too.
 //
-// On the point's own flat polygon it is known; probes sample the rest, on the tangent plane, and look for the surface
+// On the point's own flat polygon it is known, unless something lies on it; probes sample the rest, on the tangent plane, and look for the surface
 // above and below, where photons of it count: on the point's side, within 45 degrees of the plane. The inner filter's
 // share comes from the same probes, weighted by inner over outer filter. Where the disc is cut, probes are sampled
 // within the cuts.
@@ -63,9 +63,9 @@ struct Disc {
     mat3 frame;
     float radius;
     Own own;
-    bool is_known;  // where light falls on that
+    bool own_is_known;  // where light falls on the own polygon
     int flags;  // of the own triangle, as Surface has them
-    float behind;  // it
+    float behind;  // the own triangle: as solid_behind tells
 };
 
 Disc disc_about(Place place, Facing facing, int triangle) {
@@ -84,7 +84,7 @@ Probed probe(Disc disc, Cuts cuts, FilterTilt outer, FilterTilt inner, vec2 u, f
     float within = filter_mass(cut_reach2(cuts.first, cuts.second, disc.radius, direction));
     float r2 = disc.radius * disc.radius, x2 = sample_filter(u.x * within), away = sqrt(x2 * r2);
     vec2 there = direction * away;
-    bool is_own = disc.is_known && holds(disc.own, there);
+    bool is_own = disc.own_is_known && holds(disc.own, there);
     if (is_own && others == 0.0) return no_probe();
     float mass = max(filter_shape(x2), 1.0e-30);
     vec2 sampled = within * vec2(tilted_at(outer, there), tilted_at(inner, there));
@@ -169,7 +169,7 @@ void kernel() {
         starts = random4(seed, 0u, number, DIMENSION_COVERAGE + uint(depth));
         other_start = random4(seed, first_probe, number, DIMENSION_EXPECTED + uint(depth)).xy;
         disc = disc_about(place, facing, int(load_shading().triangle));
-        is_held = disc.is_known && holds_disc(disc.own, disc.radius);
+        is_held = disc.own_is_known && holds_disc(disc.own, disc.radius);
         cuts = load_cuts();
         if (cuts.first != vec2(0.0)) {
             vec2 turns = r2_sequence(starts.xy, first_probe);
@@ -211,7 +211,7 @@ void kernel() {
             vec2 turns = second_sequence(starts.zw, pass_number);
             mat4x2 sides = cuts_of(disc.own);
             vec4 own = vec4(0.0), inner_own = vec4(0.0);
-            int directions = is_held || !disc.is_known || expecting == 0 ? 0 : CUT_DIRECTIONS;
+            int directions = is_held || !disc.own_is_known || expecting == 0 ? 0 : CUT_DIRECTIONS;
             for (int i = lane(); i < directions; i += LANES) {
                 vec2 all_turns = (turns + float(i)) / float(CUT_DIRECTIONS);
                 vec4 more_own, more_inner;

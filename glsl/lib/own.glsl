@@ -5,12 +5,13 @@
 #include "lib/cuts.glsl"
 
 // Seen from the point in its plane, the sides with the polygon to their left: at (x, y) it is there that
-// a x + b y + c > 0. `is_covered`: something lies on it, on the point's side.
-struct Own { mat4x3 sides; int triangle; bool is_covered; };
+// a x + b y + c > 0. `is_lain_on`: something lies on it, on the point's side.
+struct Own { mat4x3 sides; int triangle; bool is_lain_on; };
 
 // Of a triangle, in place of a quad's side: all is to its left.
 const vec3 NO_SIDE = vec3(0.0, 0.0, 1.0e-10);
 const float NEAREST = 1.0e-10;  // a side is to the point at least, for its cut
+const int LIES_ON_FRONT = 16, LIES_ON_BACK = 32;  // of a face's code
 const float SMALL = 0.1;  // a polygon of so much of a disc's area
 
 vec3 side_of(vec2 p, vec2 q) { return vec3(p.y - q.y, q.x - p.x, p.x * q.y - p.y * q.x); }
@@ -33,7 +34,7 @@ Own own_polygon(int triangle, float side, vec3 position, mat3 frame) {
     vec3 second = diagonal == 0 ? side_of(q, r) : side_of(q, s), third = diagonal == 0 ? NO_SIDE : side_of(s, r);
     float turn = first.z + second.z + third.z + last.z < 0.0 ? -1.0 : 1.0;
     mat4x3 sides = mat4x3(turn * first, turn * second, diagonal == 0 ? NO_SIDE : turn * third, turn * last);
-    return Own(sides, triangle, (code & (side < 0.0 ? 32 : 16)) != 0);
+    return Own(sides, triangle, (code & (side < 0.0 ? LIES_ON_BACK : LIES_ON_FRONT)) != 0);
 }
 
 bool holds(Own own, vec2 at) { return all(greaterThan(vec3(at, 1.0) * own.sides, vec4(0.0))); }
@@ -42,7 +43,7 @@ bool holds(Own own, vec2 at) { return all(greaterThan(vec3(at, 1.0) * own.sides,
 // is not worth what it takes.
 bool is_known(Own own, float radius) {
     float area = 0.5 * (own.sides[0].z + own.sides[1].z + own.sides[2].z + own.sides[3].z);
-    return !own.is_covered && area >= SMALL * PI * radius * radius;
+    return !own.is_lain_on && area >= SMALL * PI * radius * radius;
 }
 
 bool holds_disc(Own own, float radius) {

@@ -22,11 +22,11 @@ const OPAQUE: u8 = 1;
 const PHOTONS_LAND: u8 = 2;
 const MOST_LAYERS: usize = 16; // that a probe may pass through
 /// Layers so near to each other are one: of surfaces in one place rays meet the first.
-const ONE_LAYER: f32 = 4.0 * SURFACE_OFFSET;
+pub(crate) const ONE_LAYER: f32 = 4.0 * SURFACE_OFFSET;
 /// Every so many-th probe looks for all layers, of which those that are not the nearest count as much more.
 const LOOKS: u32 = 8;
 /// What is so near below another layer, over how far from the plane a probe begins, touches it.
-const TOUCHES: f32 = 0.02;
+pub(crate) const TOUCHES: f32 = 0.02;
 const LEVEL: f32 = 2.0e-3; // slope of a quad at most, and what rounding adds
 const FLAT: f32 = 0.02; // slope up to which a surface is taken for the nearest layer at once
 /// Times as many probes where the filter is tilted, by a scale of more than this (the reason is in
@@ -206,15 +206,15 @@ widest! {
             let tilts = [Tilt::NONE; 2];
             let mut point = Point { position, normal, tangent, bitangent, surface, radius, cuts, tilts };
             let own = triangles.own(points.shadings[at][3] as i32, &point);
-            let is_known = own.is_known(radius);
-            let (is_held, sides) = (is_known && own.holds_disc(radius), own.cuts());
+            let own_is_known = own.is_known(radius);
+            let (is_held, sides) = (own_is_known && own.holds_disc(radius), own.cuts());
             if cuts != cuts::NONE {
                 let turns = r2_sequence(start, probes.first);
                 let others = if is_held { None } else { Some(&sides) };
                 point.tilts = cuts::tilts(cuts, others, radius, probes.filter, turns);
             }
             let (mut own_moments, mut own_masses) = ([[0.0; 3]; 2], [0.0; 2]);
-            if !is_held && is_known && probes.expecting > 0 {
+            if !is_held && own_is_known && probes.expecting > 0 {
                 // What the sums are divided by does not depend on what is averaged.
                 let [turn, other_turn] = second_sequence(turns_start, pass_number);
                 own_moments = sides.moments(cuts, radius, probes.filter, turn);
@@ -224,7 +224,7 @@ widest! {
             let (count, first_probe) = (probes.count * times, probes.first.wrapping_mul(times));
             let [outer, inner] = point.tilts;
             let (filter, stack) = (probes.filter, &mut stack);
-            let mut look = Look { tree, triangles, point, own: &own, is_known, filter, stack };
+            let mut look = Look { tree, triangles, point, own: &own, own_is_known, filter, stack };
             let asked = if is_held { 0 } else { probes.expecting };
             let mut told = Probed::NONE;
             if asked > 0 {
@@ -316,8 +316,8 @@ struct Look<'a, 'b> {
     triangles: &'a Triangles<'a>,
     point: Point,
     own: &'a Own,
-    /// It is known where light falls on that.
-    is_known: bool,
+    /// It is known where light falls on the own polygon.
+    own_is_known: bool,
     filter: Filter,
     stack: &'b mut Stack,
 }
@@ -333,7 +333,7 @@ impl Look<'_, '_> {
         let x2 = filter.sample(radial * within);
         let away = (x2 * (point.radius * point.radius)).sqrt();
         let at = [cos * away, sin * away];
-        let is_own = self.is_known && self.own.holds(at);
+        let is_own = self.own_is_known && self.own.holds(at);
         if is_own && others == 0.0 {
             return Probed::NONE;
         }

@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use crate::InvalidInput;
 use crate::bvh::NODE_FLOATS;
+use crate::coverage::TOUCHES;
 use crate::edges::{Edge, Edges};
-use crate::lying::{Shape, Sheets, Triangles};
+use crate::lying::{Bodies, Shape, Triangles};
 use crate::own::SMALL;
 use crate::refit::skipped_by;
 use crate::solid::{Pieces, solid};
@@ -17,13 +18,14 @@ use crate::vector::{cross64, dot64, minus64};
 /// A corner so far from a triangle's plane at most, over how far from its edge, is in it.
 const FLAT: f64 = 1.0e-3;
 
-/// What is no higher above a triangle may lie on it [scene units], and over the radius of the largest disc that the
-/// triangle is not small beside: twice what coverage takes for a touch.
-const LYING: f64 = 2.0e-3;
-const TOUCHES: f64 = 0.04;
-/// Where that is so narrow it is not asked, for that takes long, and most of a disc is beyond it unless the disc is as
-/// narrow as pixels commonly are [scene units].
+/// What is no higher above a triangle may lie on it: a fiftieth, as coverage takes for a touch, of discs a quarter wide,
+/// and wider ones are of no use [scene units].
+const LYING: f64 = 5.0e-3;
+/// Where a disc is so narrow that a triangle or quad is small beside it, what lies on that is not looked for, for that
+/// takes long, and most of the discs that it is not small beside are narrower than pixels commonly are [scene units].
 const NARROW: f64 = 0.02;
+/// Bits of a face's code: something lies on its front, and on its back.
+pub(crate) const LIES_ON: [usize; 2] = [16, 32];
 
 /// Of a triangle (glsl/lib/own.glsl reads it): the fourth corner of the convex quad that it makes with a neighbour in
 /// its plane, where it has one; and a code: 1 plus what [`crate::solid`] tells of it; 4 times 1 plus the number of the
@@ -57,9 +59,42 @@ pub fn faces(
     skipped_by(order, triangles.len())?;
     let mut pieces = Pieces::of_edges(vertices.len(), &edges);
     let solid = solid(vertices, &edges, &mut pieces);
+    let partners = partners(vertices, &edges, surfaces, materials);
     let shape_of = |triangle: u32| Shape::of(vertices, &edges.corners[triangle as usize]);
-    // Of each triangle the largest neighbour that makes a quad with it, and the edge between them.
-    let mut partners: Vec<Option<Partner>> = vec![None; triangles.len()];
+    let bodies = Bodies::new(vertices, &edges, pieces);
+    let all = Triangles { nodes, order, vertices, corners: &edges.corners, bodies: &bodies };
+    let lain_on = (0..triangles.len()).into_par_iter().map_init(Vec::new, |stack, triangle| {
+        let (shape, partner) = (shape_of(triangle as u32), partners[triangle].as_ref());
+        let area = shape.area + partner.map_or(0.0, |partner| shape_of(partner.triangle).area);
+        let widest = (0.5 * area / (f64::from(SMALL) * PI)).sqrt();
+        let most = if widest < NARROW { 0.0 } else { LYING.min(f64::from(TOUCHES) * widest) };
+        all.lies_on(&shape, most, stack)
+    });
+    let lain_on = lain_on.collect::<Result<Vec<_>, _>>()?;
+    let face = |triangle: usize| {
+        let (mut code, mut lain_on_either) = (usize::from((solid[triangle] + 1) as u8), lain_on[triangle]);
+        let mut corner = [0.0; 3];
+        if let Some(Partner { triangle: partner, corners: [own, others] }) = partners[triangle] {
+            corner = vertices[edges.corners[partner as usize][(others as usize + 2) % 3] as usize];
+            code += 4 * (usize::from(own) + 1);
+            lain_on_either = std::array::from_fn(|k| lain_on_either[k] || lain_on[partner as usize][k]);
+        }
+        code += (0..2).filter(|&k| lain_on_either[k]).map(|k| LIES_ON[k]).sum::<usize>();
+        let [x, y, z] = corner;
+        [x, y, z, code as f32]
+    };
+    Ok((0..triangles.len()).map(face).collect())
+}
+
+/// Of each triangle the largest neighbour that makes a quad with it.
+fn partners(
+    vertices: &[[f32; 3]],
+    edges: &Edges,
+    surfaces: &[i32],
+    materials: &[i32],
+) -> Vec<Option<Partner>> {
+    let shape_of = |triangle: u32| Shape::of(vertices, &edges.corners[triangle as usize]);
+    let mut partners: Vec<Option<Partner>> = vec![None; edges.corners.len()];
     for passed in edges.passed() {
         let &[one, other] = passed else { continue };
         let [a, b] = [one, other].map(|edge| edge.triangle as usize);
@@ -76,31 +111,7 @@ pub fn faces(
             }
         }
     }
-    let all =
-        Triangles { nodes, order, vertices, corners: &edges.corners, sheets: &Sheets::of(&edges, pieces) };
-    let lies_on: Vec<[bool; 2]> = (0..triangles.len())
-        .into_par_iter()
-        .map_init(Vec::new, |stack, triangle| {
-            let shape = shape_of(triangle as u32);
-            let more = partners[triangle].as_ref().map_or(0.0, |partner| shape_of(partner.triangle).area);
-            let widest = (0.5 * (shape.area + more) / (f64::from(SMALL) * PI)).sqrt();
-            let most = if widest < NARROW { 0.0 } else { LYING.min(TOUCHES * widest) };
-            all.lies_on(&shape, most, stack)
-        })
-        .collect::<Result<_, _>>()?;
-    let face = |triangle: usize| {
-        let mut code = solid[triangle] + 1;
-        let mut under = lies_on[triangle];
-        let mut corner = [0.0; 3];
-        if let Some(Partner { triangle: partner, corners: [own, others] }) = partners[triangle] {
-            corner = vertices[edges.corners[partner as usize][(others as usize + 2) % 3] as usize];
-            code += 4 * (own as i8 + 1);
-            under = std::array::from_fn(|k| under[k] || lies_on[partner as usize][k]);
-        }
-        let [x, y, z] = corner;
-        [x, y, z, f32::from(code + 16 * i8::from(under[0]) + 32 * i8::from(under[1]))]
-    };
-    Ok((0..triangles.len()).map(face).collect())
+    partners
 }
 
 /// A neighbour, and which corner of a triangle and of it the edge between them begins at.

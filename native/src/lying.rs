@@ -6,13 +6,16 @@ use rayon::prelude::*;
 
 use crate::InvalidInput;
 use crate::bvh::NODE_FLOATS;
+use crate::coverage::ONE_LAYER;
 use crate::edges::Edges;
 use crate::solid::Pieces;
 use crate::trace::child_of;
 use crate::vector::{Vector64, cross64, dot64, minus64};
 
 /// What is nearer to a triangle is one layer with it [scene units].
-const LEAST: f64 = 4.0e-6;
+const LEAST: f64 = ONE_LAYER as f64;
+/// All vertices of a piece are looked at up to so many, for that is done again for each triangle below it.
+const MOST_VERTICES: usize = 4096;
 /// An overlap of less than so much of the smaller of two triangles is a touch.
 const TOUCH: f64 = 1.0e-3;
 
@@ -37,33 +40,41 @@ impl Shape {
     }
 }
 
-/// The pieces that triangles join to, each with the vertices that it is of.
-pub(crate) struct Sheets {
-    /// Of each triangle where the vertices of its piece begin and end.
-    ranges: Vec<(u32, u32)>,
+/// What triangles join to, each piece with its box and the vertices that it is of.
+pub(crate) struct Bodies {
+    /// Of each triangle the number of its piece.
+    of: Vec<u32>,
+    boxes: Vec<[[f32; 3]; 2]>,
+    /// Where each piece's vertices begin, and the end.
+    begins: Vec<u32>,
     vertices: Vec<u32>,
 }
 
-impl Sheets {
-    pub(crate) fn of(edges: &Edges, mut pieces: Pieces) -> Sheets {
-        let mut vertices: Vec<(u32, u32)> =
+impl Bodies {
+    pub(crate) fn new(places: &[[f32; 3]], edges: &Edges, mut pieces: Pieces) -> Bodies {
+        let mut members: Vec<(u32, u32)> =
             edges.corners.iter().flatten().map(|&vertex| (pieces.of(vertex), vertex)).collect();
-        vertices.par_sort_unstable();
-        vertices.dedup();
-        let range = |&[corner, ..]: &[u32; 3]| {
-            let piece = pieces.of(corner);
-            let [begin, end] =
-                [piece, piece + 1].map(|piece| vertices.partition_point(|&(other, _)| other < piece) as u32);
-            (begin, end)
-        };
-        let ranges = edges.corners.iter().map(range).collect();
-        Sheets { ranges, vertices: vertices.into_iter().map(|(_, vertex)| vertex).collect() }
+        members.par_sort_unstable();
+        members.dedup();
+        let (mut numbers, mut boxes, mut begins) = (vec![0; places.len()], Vec::new(), vec![0]);
+        for piece in members.chunk_by(|one, other| one.0 == other.0) {
+            numbers[piece[0].0 as usize] = boxes.len() as u32;
+            let of_all = |k: usize, pick: fn(f32, f32) -> f32, from: f32| {
+                piece.iter().fold(from, |found, &(_, vertex)| pick(found, places[vertex as usize][k]))
+            };
+            boxes.push([
+                std::array::from_fn(|k| of_all(k, f32::min, f32::INFINITY)),
+                std::array::from_fn(|k| of_all(k, f32::max, f32::NEG_INFINITY)),
+            ]);
+            begins.push(begins[boxes.len() - 1] + piece.len() as u32);
+        }
+        let of = edges.corners.iter().map(|[corner, ..]| numbers[pieces.of(*corner) as usize]).collect();
+        Bodies { of, boxes, begins, vertices: members.into_iter().map(|(_, vertex)| vertex).collect() }
     }
 
-    /// Of a triangle's piece.
-    fn vertices(&self, triangle: usize) -> &[u32] {
-        let (begin, end) = self.ranges[triangle];
-        &self.vertices[begin as usize..end as usize]
+    fn vertices(&self, body: u32) -> &[u32] {
+        let [begin, end] = [0, 1].map(|k| self.begins[body as usize + k] as usize);
+        &self.vertices[begin..end]
     }
 }
 
@@ -74,24 +85,25 @@ pub(crate) struct Triangles<'a> {
     pub(crate) order: &'a [i32],
     pub(crate) vertices: &'a [[f32; 3]],
     pub(crate) corners: &'a [[u32; 3]],
-    pub(crate) sheets: &'a Sheets,
+    pub(crate) bodies: &'a Bodies,
 }
 
 impl Triangles<'_> {
     /// Whether something lies before a triangle, from where its corners go round to the left, and behind it: with all
-    /// that it is joined to no higher than `most`, and over more than a touch. What rises higher cuts discs off. `stack`
-    /// is for use.
+    /// that it is joined to no further from the triangle's plane than `most`, and over more than a touch. What rises
+    /// higher cuts discs off where it does. `stack` is for use.
     ///
     /// # Errors
-    /// References of `nodes` out of range or not to a later node.
+    /// References of `nodes` out of range, not to a later node, or to one that has another parent.
     pub(crate) fn lies_on(
         &self,
         shape: &Shape,
         most: f64,
         stack: &mut Vec<usize>,
     ) -> Result<[bool; 2], InvalidInput> {
-        let mut found = [false; 2];
-        if !(most > 2.0 * LEAST && shape.area > 0.0) {
+        // The last pieces that were found to be so low, and not to be.
+        let (mut found, mut low_body, mut high_body) = ([false; 2], None, None);
+        if !(most > 0.0 && shape.area > 0.0) {
             return Ok(found);
         }
         let along = |k: usize| shape.corners.map(|corner| corner[k]);
@@ -101,7 +113,12 @@ impl Triangles<'_> {
             std::array::from_fn(|k| (along(k).into_iter().fold(f64::NEG_INFINITY, f64::max) + most) as f32);
         stack.clear();
         stack.push(0);
+        let mut visited = 0;
         while let Some(row) = stack.pop() {
+            visited += 1;
+            if visited > self.nodes.len() {
+                return Err(InvalidInput("nodes: a node has two parents".into()));
+            }
             let node = &self.nodes[row];
             for at in [0, 8] {
                 let (box_low, box_high) = (&node[at..at + 3], &node[at + 4..at + 7]);
@@ -121,10 +138,20 @@ impl Triangles<'_> {
                 };
                 if count == 0 {
                     stack.push(first);
+                    continue;
                 }
                 for &triangle in &self.order[first..first + count] {
+                    let (triangle, body) = (triangle as usize, self.bodies.of[triangle as usize]);
+                    if Some(body) == high_body {
+                        continue;
+                    }
+                    if Some(body) != low_body && !self.is_low(body, shape, most) {
+                        high_body = Some(body);
+                        continue;
+                    }
+                    low_body = Some(body);
                     for (found, side) in found.iter_mut().zip([1.0, -1.0]) {
-                        *found = *found || self.lies(triangle as usize, shape, side, most);
+                        *found = *found || self.overlaps(triangle, shape, side);
                     }
                 }
                 if found == [true; 2] {
@@ -135,22 +162,34 @@ impl Triangles<'_> {
         Ok(found)
     }
 
-    /// Whether a triangle lies on one side of another, 1 or -1.
-    fn lies(&self, triangle: usize, on: &Shape, side: f64, most: f64) -> bool {
-        let place = |vertex: &u32| self.vertices[*vertex as usize].map(f64::from);
-        let height = |vertex: &u32| side * on.height(place(vertex));
-        if self.corners[triangle].iter().all(|vertex| height(vertex) < LEAST) {
+    /// Whether part of a triangle is on one side of another, 1 or -1, and hides more than a touch of it.
+    fn overlaps(&self, triangle: usize, on: &Shape, side: f64) -> bool {
+        let place = |vertex: u32| self.vertices[vertex as usize].map(f64::from);
+        let corners = self.corners[triangle];
+        if corners.iter().all(|&vertex| side * on.height(place(vertex)) < LEAST) {
             return false;
         }
-        let mut left = self.corners[triangle].iter().map(place).collect::<Vec<_>>();
+        let mut left = corners.map(place).to_vec();
         for k in 0..3 {
             let [a, b] = [on.corners[k], on.corners[(k + 1) % 3]];
             let inwards = cross64(on.normal, minus64(b, a));
             left = clip(&left, |place| dot64(minus64(place, a), inwards));
         }
-        let own = Shape::of(self.vertices, &self.corners[triangle]);
+        let own = Shape::of(self.vertices, &corners);
         doubled_area(&left, on.normal) > TOUCH * own.area.min(on.area)
-            && self.sheets.vertices(triangle).iter().all(|vertex| (-LEAST..=most).contains(&height(vertex)))
+    }
+
+    /// Whether all of a piece is so near to a triangle's plane. Of many vertices its box alone tells.
+    fn is_low(&self, body: u32, on: &Shape, most: f64) -> bool {
+        let [low, high] = self.bodies.boxes[body as usize].map(|corner| corner.map(f64::from));
+        let middle = std::array::from_fn(|k| 0.5 * (low[k] + high[k]));
+        let reach: f64 = (0..3).map(|k| 0.5 * (high[k] - low[k]) * on.normal[k].abs()).sum();
+        let vertices = self.bodies.vertices(body);
+        on.height(middle).abs() + reach <= most
+            || vertices.len() <= MOST_VERTICES
+                && vertices
+                    .iter()
+                    .all(|&vertex| on.height(self.vertices[vertex as usize].map(f64::from)).abs() <= most)
     }
 }
 
@@ -199,7 +238,7 @@ mod tests {
             order: &order,
             vertices: &vertices,
             corners: &edges.corners,
-            sheets: &Sheets::of(&edges, Pieces::of_edges(vertices.len(), &edges)),
+            bodies: &Bodies::new(&vertices, &edges, Pieces::of_edges(vertices.len(), &edges)),
         };
         all.lies_on(&Shape::of(&vertices, &edges.corners[0]), MOST, &mut Vec::new()).unwrap()
     }
@@ -217,13 +256,13 @@ mod tests {
         assert_eq!(lies_on(&[sheet([0.0, 0.0, 1.0e-3])]), [true, false]);
         assert_eq!(lies_on(&[sheet([-1.0e-3; 3])]), [false, true]);
         assert_eq!(lies_on(&[sheet([1.0e-3; 3]), sheet([-1.0e-3; 3])]), [true; 2]);
+        assert_eq!(lies_on(&[sheet([1.0e-3, 1.0e-3, -1.0e-3])]), [true; 2]); // sunk in
     }
 
-    /// In the plane; higher; rising; through it; a wall; beside it; beyond an edge by a touch.
+    /// In the plane; higher; rising; a wall; beside it; beyond an edge by a touch.
     #[test]
     fn what_does_not_lie_on_it() {
-        for heights in [[0.0; 3], [3.0e-3; 3], [0.0, 0.4, 0.0], [0.0, 0.0, 4.0e-3], [1.0e-3, 1.0e-3, -1.0e-3]]
-        {
+        for heights in [[0.0; 3], [3.0e-3; 3], [0.0, 0.4, 0.0], [0.0, 0.0, 4.0e-3]] {
             assert_eq!(lies_on(&[sheet(heights)]), [false; 2], "{heights:?}");
         }
         let wall = [[-0.5, -0.5, 0.0], [-0.3, -0.5, 0.0], [-0.5, -0.5, 1.0e-3]];
@@ -248,8 +287,8 @@ mod tests {
         let mut node = [0.0; NODE_FLOATS];
         (node[3], node[7]) = (0.0, 2.0);
         node[4..7].fill(1.0);
-        let sheets = Sheets { ranges: Vec::new(), vertices: Vec::new() };
-        let all = Triangles { nodes: &[node], order: &[0], vertices: &[], corners: &[], sheets: &sheets };
+        let bodies = Bodies { of: vec![], boxes: vec![], begins: vec![], vertices: vec![] };
+        let all = Triangles { nodes: &[node], order: &[0], vertices: &[], corners: &[], bodies: &bodies };
         assert!(all.lies_on(&shape, MOST, &mut Vec::new()).is_err());
     }
 }

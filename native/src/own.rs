@@ -4,7 +4,7 @@
 use std::f32::consts::PI;
 
 use crate::cuts::{self, Cuts, DIRECTIONS, directions, reach2};
-use crate::faces::Face;
+use crate::faces::{Face, LIES_ON};
 use crate::filter::{Filter, INNER_AREA};
 use crate::vector::dot;
 
@@ -21,11 +21,11 @@ pub(crate) struct Own {
     sides: [[f32; 3]; 4],
     pub(crate) triangle: i32,
     /// Something lies on it, on the point's side.
-    is_covered: bool,
+    is_lain_on: bool,
 }
 
 impl Own {
-    pub(crate) const NONE: Own = Own { sides: [[0.0, 0.0, -1.0]; 4], triangle: -1, is_covered: true };
+    pub(crate) const NONE: Own = Own { sides: [[0.0, 0.0, -1.0]; 4], triangle: -1, is_lain_on: true };
 
     /// `seen_from`: the front of the triangle, 1, or its back, -1; `frame`: tangent and bitangent of the point's normal.
     pub(crate) fn of(
@@ -58,8 +58,8 @@ impl Own {
         if diagonal == 0 {
             sides[2] = NO_SIDE;
         }
-        let is_covered = code & (if seen_from < 0.0 { 32 } else { 16 }) != 0;
-        Own { sides, triangle, is_covered }
+        let is_lain_on = code & LIES_ON[usize::from(seen_from < 0.0)] != 0;
+        Own { sides, triangle, is_lain_on }
     }
 
     #[inline(always)]
@@ -71,7 +71,7 @@ impl Own {
     /// knowing it is not worth what it takes.
     pub(crate) fn is_known(&self, radius: f32) -> bool {
         let [first, second, third, last] = self.sides.map(|side| side[2]);
-        !self.is_covered && 0.5 * (first + second + third + last) >= SMALL * PI * radius * radius
+        !self.is_lain_on && 0.5 * (first + second + third + last) >= SMALL * PI * radius * radius
     }
 
     #[inline(always)]

@@ -106,9 +106,10 @@ CORNER_NORMALS = Record(
         "flags": "float",
     },
 )
-# The fourth corner of the quad that a triangle makes with another in its plane, and 4 d + 1 + s.
-# s: 1 where its front is outside of a solid, -1 where its back is, else 0; d: 1 plus the number of
-# the edge that is the quad's diagonal, 0 where there is no quad; native/src/faces.rs.
+# The fourth corner of the quad that a triangle makes with another in its plane, and 16 f +
+# 32 b + 4 d + 1 + s. s: 1 where its front is outside of a solid, -1 where its back is, else 0; d: 1
+# plus the number of the edge that is the quad's diagonal, 0 where there is no quad; f, b: 1 where
+# something lies on the front and the back of either; native/src/faces.rs.
 FACE = Record("Face", {"fourth": "vec3", "code": "float"})
 # Which lobes that are no bodies of revolution turn with, of any length; zero: none.
 CORNER_TANGENTS = Record("CornerTangents", {"a": "vec3", "b": "vec3", "c": "vec3"})

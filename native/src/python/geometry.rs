@@ -47,8 +47,8 @@ pub(super) fn build_bvh<'py>(
 /// indices into vertices float32[V, 3]; and of the triangles surfaces int32[T], of which corners in one place are
 /// one, and materials int32[T]. Returns float32[T, 4], which native/src/faces.rs tells of.
 ///
-/// Raises ValueError for an index outside [0, V), another number of surfaces or materials, and nodes and an order as
-/// refit_bvh refuses them.
+/// Raises ValueError for an index outside [0, V), another number of surfaces or materials, an order as refit_bvh refuses
+/// it, and nodes that are met whose references are out of range, not to a later node, or to one with two parents.
 #[pyfunction]
 pub(super) fn faces_of<'py>(
     py: Python<'py>,
