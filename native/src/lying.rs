@@ -38,6 +38,24 @@ impl Shape {
     fn height(&self, place: Vector64) -> f64 {
         dot64(minus64(place, self.corners[0]), self.normal)
     }
+
+    /// The box about it, so much wider.
+    fn bounds(&self, more: f64) -> [[f32; 3]; 2] {
+        let along = |k: usize| self.corners.map(|corner| corner[k]).into_iter();
+        [
+            std::array::from_fn(|k| (along(k).fold(f64::INFINITY, f64::min) - more) as f32),
+            std::array::from_fn(|k| (along(k).fold(f64::NEG_INFINITY, f64::max) + more) as f32),
+        ]
+    }
+
+    /// How far a box is from the plane at least, below zero where it is cut, and at most.
+    fn distances(&self, corners: [[f32; 3]; 2]) -> [f64; 2] {
+        let [low, high] = corners.map(|corner| corner.map(f64::from));
+        let middle = std::array::from_fn(|k| 0.5 * (low[k] + high[k]));
+        let reach: f64 = (0..3).map(|k| 0.5 * (high[k] - low[k]) * self.normal[k].abs()).sum();
+        let away = self.height(middle).abs();
+        [away - reach, away + reach]
+    }
 }
 
 /// What triangles join to, each piece with its box and the vertices that it is of.
@@ -106,11 +124,7 @@ impl Triangles<'_> {
         if !(most > 0.0 && shape.area > 0.0) {
             return Ok(found);
         }
-        let along = |k: usize| shape.corners.map(|corner| corner[k]);
-        let low: [f32; 3] =
-            std::array::from_fn(|k| (along(k).into_iter().fold(f64::INFINITY, f64::min) - most) as f32);
-        let high: [f32; 3] =
-            std::array::from_fn(|k| (along(k).into_iter().fold(f64::NEG_INFINITY, f64::max) + most) as f32);
+        let [low, high] = shape.bounds(most);
         stack.clear();
         stack.push(0);
         let mut visited = 0;
@@ -121,15 +135,13 @@ impl Triangles<'_> {
             }
             let node = &self.nodes[row];
             for at in [0, 8] {
-                let (box_low, box_high) = (&node[at..at + 3], &node[at + 4..at + 7]);
+                let [box_low, box_high]: [[f32; 3]; 2] =
+                    [at, at + 4].map(|at| std::array::from_fn(|k| node[at + k]));
                 if (0..3).any(|k| box_low[k] > high[k] || box_high[k] < low[k]) {
                     continue;
                 }
-                let both = |k: usize| (f64::from(box_low[k]), f64::from(box_high[k]));
-                let middle = std::array::from_fn(|k| 0.5 * (both(k).0 + both(k).1));
-                let reach: f64 = (0..3).map(|k| 0.5 * (both(k).1 - both(k).0) * shape.normal[k].abs()).sum();
-                let height = shape.height(middle).abs();
-                if height - reach > most || height + reach < LEAST {
+                let [nearest, furthest] = shape.distances([box_low, box_high]);
+                if nearest > most || furthest < LEAST {
                     continue;
                 }
                 let Some((first, count)) = child_of(row, at, node, self.nodes.len(), self.order.len())?
@@ -181,11 +193,9 @@ impl Triangles<'_> {
 
     /// Whether all of a piece is so near to a triangle's plane. Of many vertices its box alone tells.
     fn is_low(&self, body: u32, on: &Shape, most: f64) -> bool {
-        let [low, high] = self.bodies.boxes[body as usize].map(|corner| corner.map(f64::from));
-        let middle = std::array::from_fn(|k| 0.5 * (low[k] + high[k]));
-        let reach: f64 = (0..3).map(|k| 0.5 * (high[k] - low[k]) * on.normal[k].abs()).sum();
+        let [_, furthest] = on.distances(self.bodies.boxes[body as usize]);
         let vertices = self.bodies.vertices(body);
-        on.height(middle).abs() + reach <= most
+        furthest <= most
             || vertices.len() <= MOST_VERTICES
                 && vertices
                     .iter()
