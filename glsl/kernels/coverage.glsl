@@ -3,10 +3,10 @@
 // inside, 1/2 at an edge, 1/4 in a corner. Dividing by its mean over passes removes the boundary bias, and, since the
 // filter is integrated over the surface as it is, that of creases and curvature too.
 //
-// On the point's own flat polygon it is known, unless something lies on it; probes sample the rest, on the tangent plane, and look for the surface
-// above and below, where photons of it count: on the point's side, within 45 degrees of the plane. The inner filter's
-// share comes from the same probes, weighted by inner over outer filter. Where the disc is cut, probes are sampled
-// within the cuts.
+// On the point's own flat polygon it is known, unless something lies on it; probes sample the rest, on the tangent
+// plane, and look for the surface above and below, where photons of it count: on the point's side, within 45 degrees of
+// the plane. The inner filter's share comes from the same probes, weighted by inner over outer filter. Where the disc
+// is cut, probes are sampled within the cuts.
 //
 // A pixel's light is divided by its mean coverage, so where it shows two places, the one with less coverage would have
 // less weight. Sums and coverage are both divided by what is expected of the coverage, which no photon and no other

@@ -72,7 +72,7 @@ pub fn faces(
     });
     let lain_on = lain_on.collect::<Result<Vec<_>, _>>()?;
     let face = |triangle: usize| {
-        let (mut code, mut lain_on_either) = (usize::from((solid[triangle] + 1) as u8), lain_on[triangle]);
+        let (mut code, mut lain_on_either) = ((solid[triangle] + 1) as usize, lain_on[triangle]);
         let mut corner = [0.0; 3];
         if let Some(Partner { triangle: partner, corners: [own, others] }) = partners[triangle] {
             corner = vertices[edges.corners[partner as usize][(others as usize + 2) % 3] as usize];
