@@ -62,15 +62,12 @@ class Program:
 
         Every texture and uniform of the program has to be given: it is shared.
         """
-        for binding, buffer in enumerate(buffers):
-            buffer.bind_to_storage_buffer(binding)
-        for unit, (name, texture) in enumerate((textures or {}).items()):
-            texture.use(location=unit)
-            self._program.set(name, unit)
-        for unit, image in enumerate(images):
-            image.bind_to_image(unit, read=False, write=True)
-        for name, value in (uniforms or {}).items():
-            self._program.set(name, value)
+        bind, textures = self._device.bind, textures or {}
+        bind.buffers([*buffers])
+        bind.textures([*textures.values()])
+        bind.images([*images])
+        self._program.set_all({name: unit for unit, name in enumerate(textures)})
+        self._program.set_all(uniforms or {})
         self._program.set("count", count)
         groups = groups if groups is not None else -(-count // GROUP)
         rows = -(-groups // _GROUPS_A_ROW)

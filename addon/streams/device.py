@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .ahead import links_ahead
+from .bindings import Bindings
 from .driver import free_memory, listen, newest_context, nothing
 from .functions import find_function
 from .linked import Linked
@@ -77,6 +78,7 @@ class Device:
         self._programs: dict[tuple[str, ...], Linked] = {}  # by their shaders' texts
         self._ahead = links_ahead(self.ctx)
         self._readback = Readback(self.ctx)
+        self.bind = Bindings(self.ctx)
         # In which kernels count who is alive, one after the other. It only grows (modulo 2^32): the
         # host never writes to it. One for all, since a driver finds memory for a buffer when it is
         # first used: with one for each kernel, its first launch takes a GPU's host longer.

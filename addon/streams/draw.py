@@ -118,19 +118,17 @@ class DrawKernel(Kernel):
         assert not count  # several items cover an element
         size = self._check_bindings(streams, tables, uniforms)
         self.launches += 1
-        textures = [streams[name].texture for name in self.inputs]
+        textures: list[Any] = [streams[name].texture for name in self.inputs]
         textures += [tables[name] for name in self.tables]
         (name,) = self.outputs
-        for program in (program for _, program, _ in self._drawn):
-            for uniform, value in {**uniforms, "stream_size": size}.items():
-                program.set(uniform, value)
+        for _, program, _ in self._drawn:
+            program.set_all({**uniforms, "stream_size": size})
         ctx, whole = self.device.ctx, streams[name]
         self.device.framebuffer([whole.texture]).clear()
         ctx.enable(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
         ctx.blend_func = moderngl.ONE, moderngl.ONE
         for first in range(0, items, MOST_ITEMS):
-            for unit, texture in enumerate(textures):
-                texture.use(location=unit)
+            self.device.bind.textures(textures)
             several = min(MOST_ITEMS, items - first)
             if items <= MOST_ITEMS:
                 self._draw_items(whole, first, several)

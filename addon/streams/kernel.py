@@ -191,13 +191,10 @@ class Kernel:
             if len(self._checked) >= _MOST_CHECKED:
                 self._checked.clear()
             self._checked[names] = size
-        textures = [streams[name].texture for name in self.inputs]
-        for unit, texture in enumerate([*textures, *(tables[name] for name in self._textures)]):
-            texture.use(location=unit)
-        for binding, name in enumerate(self._buffers, FIRST_LIST):
-            tables[name].bind_to_storage_buffer(binding)
-        for name, value in uniforms.items():
-            self._program.set(name, value)
+        textures: list[Any] = [streams[name].texture for name in self.inputs]
+        self.device.bind.textures(textures + [tables[name] for name in self._textures])
+        self.device.bind.buffers([tables[name] for name in self._buffers], FIRST_LIST)
+        self._program.set_all(uniforms)
         self._program.set("stream_size", size)
         self.launches += 1
         targets = [streams[name].texture for name in self.outputs]
@@ -222,12 +219,11 @@ class Kernel:
         size: tuple[int, int],
         count: bool | Tally,
     ) -> Callable[[], int]:
-        for unit, texture in enumerate(targets):
-            texture.bind_to_image(unit, read=False, write=True)
+        self.device.bind.images(targets)
         self._program.set("is_counting", bool(count))
         tally = count if isinstance(count, Tally) else None
         self._program.set("alive_slot", tally.next_slot() if tally else 0)
-        (tally.buffer if tally else self.device.alive).bind_to_storage_buffer(0)
+        self.device.bind.buffers([tally.buffer if tally else self.device.alive])
         groups = [-(-n // g) for n, g in zip(size, self._group, strict=True)]
         self._program.program.run(*groups)
         self.device.ctx.memory_barrier()

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import marshal
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 _NEVER = b"", object()  # nothing marshals to that, and it is nothing's value
@@ -33,6 +33,13 @@ class Linked:
                 self.set(name, value)
             self._waiting.clear()
         return self._program
+
+    def set_all(self, values: Mapping[str, Any]) -> None:
+        """As `set`, of several."""
+        known = self._values
+        for name, value in values.items():
+            if known.get(name, _NEVER)[1] is not value:
+                self.set(name, value)
 
     def set(self, name: str, value: Any) -> None:
         """Set a uniform or a sampler's unit, if the program has it; bytes are those of an array."""

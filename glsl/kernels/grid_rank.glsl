@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Move each photon to its place: its cell's start plus its rank by number within the cell, so that
-// the order, and with it every sum, is the same each time.
+// the order, and with it every sum, is the same each time. Neighbouring threads take photons of the
+// same cell, and so read the same list.
 #include "lib/table.glsl"
 #include "lib/grid.glsl"
 layout(std430, binding = 0) readonly buffer Starts { uint starts[]; };
@@ -13,8 +14,8 @@ uniform sampler2D deposit;
 uniform uint most_ranked;  // none where a cell has more
 
 void main() {
-    int i = thread();
-    if (i >= count || fullest > most_ranked) return;
+    if (thread() >= count || fullest > most_ranked) return;
+    int i = int(listed[thread()]);
     vec4 p = texelFetch(place, table_texel(i), 0);
     int cell = cell_of(p.xyz);
     uint start = starts[cell], end = starts[cell + 1], rank = 0u;

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a program reads and writes, bound in one call a kind: each call takes the host time, which a
+GPU that has little to do waits for."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterable
+from typing import Any
+
+import moderngl
+
+from .functions import find_function
+
+_MOST_ARRAYS = 1024  # of names, that are kept; a pass has a tenth of them
+_SHADER_STORAGE_BUFFER = 0x90D2  # glcorearb.h
+
+_names = ctypes.POINTER(ctypes.c_uint)
+_FUNCTIONS: dict[str, tuple[Any, ...]] = {  # arguments, of OpenGL 4.4
+    "glBindTextures": (ctypes.c_uint, ctypes.c_int, _names),
+    "glBindImageTextures": (ctypes.c_uint, ctypes.c_int, _names),
+    "glBindBuffersBase": (ctypes.c_uint, ctypes.c_uint, ctypes.c_int, _names),
+}
+
+
+class Bindings:
+    """A device's. Where OpenGL 4.4 is missing, or not found, moderngl binds one after the other."""
+
+    def __init__(self, ctx: Any) -> None:
+        found = {name: find_function(name) for name in _FUNCTIONS if ctx.version_code >= 440}
+        self._gl = {
+            name: ctypes.CFUNCTYPE(None, *_FUNCTIONS[name])(address)
+            for name, address in found.items()
+            if address
+        }
+        self._is_whole = len(self._gl) == len(_FUNCTIONS)
+        self._arrays: dict[tuple[int, ...], Any] = {}
+
+    def textures(self, textures: list[Any]) -> None:
+        """To read, at units from 0."""
+        if not self._is_whole:
+            for unit, texture in enumerate(textures):
+                texture.use(location=unit)
+        elif textures:
+            self._gl["glBindTextures"](0, len(textures), self._array(textures))
+
+    def images(self, textures: list[moderngl.Texture]) -> None:
+        """To write texels of, at units from 0."""
+        if not self._is_whole:
+            for unit, texture in enumerate(textures):
+                texture.bind_to_image(unit, read=False, write=True)
+        elif textures:
+            self._gl["glBindImageTextures"](0, len(textures), self._array(textures))
+
+    def buffers(self, buffers: list[moderngl.Buffer], first: int = 0) -> None:
+        """Of storage, from a binding on."""
+        if not self._is_whole:
+            for binding, buffer in enumerate(buffers, first):
+                buffer.bind_to_storage_buffer(binding)
+        elif buffers:
+            array = self._array(buffers)
+            self._gl["glBindBuffersBase"](_SHADER_STORAGE_BUFFER, first, len(buffers), array)
+
+    def _array(self, items: Iterable[Any]) -> Any:
+        """OpenGL's names of these, as C has them."""
+        names = tuple([item.glo for item in items])
+        array = self._arrays.get(names)
+        if array is None:
+            if len(self._arrays) >= _MOST_ARRAYS:
+                self._arrays.clear()
+            array = self._arrays[names] = (ctypes.c_uint * len(names))(*names)
+        return array
