@@ -34,6 +34,7 @@ from .phases import Phases
 from .photons.aim import Aiming
 from .photons.deposits import Deposits
 from .photons.kept import Kept
+from .photons.landed import mean_flux
 from .photons.mapper import Mapper, pilot_photons
 from .photons.photon_grid import Gathering
 from .photons.photon_pass import Photons
@@ -107,7 +108,7 @@ def photons_wanted(deposits: Deposits, photons: int, photons_a_pass: int) -> flo
     most, landed = photons_per_disc(photons_a_pass), deposits.count
     if 2 * landed >= photons or not landed:
         return most
-    flux = deposits.arrays()[1][:, :3].mean(axis=1, dtype=np.float64)
+    flux = mean_flux(deposits.arrays()[1])
     squares = float((flux**2).sum())
     equal = flux.sum() ** 2 / squares if squares > 0.0 else landed
     wanted = photons_per_disc(round(landed / photons * photons_a_pass))

@@ -5,8 +5,11 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use rayon::prelude::*;
+
 use crate::InvalidInput;
 use crate::random::random4;
+use crate::vector::{Vector64, dot64, frame_about64};
 
 /// Where their dimensions of random numbers begin, as in glsl/lib/rng.glsl.
 const DIMENSION_AIM: u32 = 0x10;
@@ -283,6 +286,26 @@ fn nodes_of(grown: &[Grown], least: f64) -> Vec<Node> {
         [node.axis as f32, share as f32, node.first as f32, 0.0]
     };
     grown.iter().map(of_one).collect()
+}
+
+/// By which two numbers rays of a light afar, where they start and where to, start on a disc about a place, and how
+/// much larger it is than the one about the scene (glsl/lib/aim.glsl).
+pub fn discs_about(middle: Vector64, rays: &[[f64; 6]]) -> (Vec<[f32; 2]>, Vec<f64>) {
+    rays.par_iter().with_min_len(4096).map(|ray| disc_about(middle, ray)).unzip()
+}
+
+fn disc_about(middle: Vector64, [ox, oy, oz, dx, dy, dz]: &[f64; 6]) -> ([f32; 2], f64) {
+    let (origin, direction) = ([*ox, *oy, *oz], [*dx, *dy, *dz]);
+    let (across, up) = frame_about64(direction);
+    let radius = -dot64(origin, direction);
+    let aside = [across, up].map(|axis| dot64(axis, middle));
+    let place = [dot64(across, origin) - aside[0], dot64(up, origin) - aside[1]];
+    let reach = radius + (aside[0] * aside[0] + aside[1] * aside[1]).sqrt();
+    let reach = if reach > 0.0 { reach } else { 1.0 };
+    let turn = (place[1].atan2(place[0]) / std::f64::consts::TAU).rem_euclid(1.0);
+    let share = (place[0] * place[0] + place[1] * place[1]) / (reach * reach);
+    let larger = reach / if radius > 0.0 { radius } else { 1.0 };
+    ([share, turn].map(|x| (x as f32).clamp(0.0, 1.0 - f32::EPSILON / 2.0)), larger * larger)
 }
 
 #[cfg(test)]

@@ -53,6 +53,14 @@ pub(crate) fn frame_about(n: [f32; 3]) -> ([f32; 3], [f32; 3]) {
     ([1.0 + s * n[0] * n[0] * a, s * b, -s * n[0]], [b, s + n[1] * n[1] * a, -n[1]])
 }
 
+/// The same of a vector of f64.
+pub(crate) fn frame_about64(n: Vector64) -> (Vector64, Vector64) {
+    let s = if n[2] >= 0.0 { 1.0 } else { -1.0 };
+    let a = -1.0 / (s + n[2]);
+    let b = n[0] * n[1] * a;
+    ([1.0 + s * n[0] * n[0] * a, s * b, -s * n[0]], [b, s + n[1] * n[1] * a, -n[1]])
+}
+
 /// A vector given in the frame whose third axis is the unit vector n.
 pub(crate) fn from_frame(n: [f32; 3], local: [f32; 3]) -> [f32; 3] {
     let (tangent, bitangent) = frame_about(n);

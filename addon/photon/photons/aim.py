@@ -228,7 +228,8 @@ class Aiming:
         """Light from afar at all distances from what the picture shows alike."""
         around = self._surrounded
         middle = around.middle if around else np.median(view.places, axis=0)
-        origin, direction = np.split(self._mapper.rays(LEARNING_PASS, 1)[0], 2)
+        ray = self._mapper.rays(LEARNING_PASS, 1)[0].astype(np.float64)
+        origin, direction = np.split(ray, 2)
         extent = float(-origin @ direction)
         return Starts(even_shares(self._tables), proposed(self._tables, view, extent, middle))
 

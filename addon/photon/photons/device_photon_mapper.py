@@ -125,7 +125,7 @@ class DevicePhotonMapper:
         foreseen.landed = max(foreseen.landed, landed)
         return self.deposits
 
-    def rays(self, index: int, photons: int) -> NDArray[np.float64]:
+    def rays(self, index: int, photons: int) -> NDArray[np.float32]:
         """As PhotonMapper.rays."""
         paths = self._paths.of(photons)
         self._emission.run(paths.fronts(), draw_of(self._settings, index), photons)

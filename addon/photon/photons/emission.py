@@ -55,8 +55,7 @@ class Emission:
             generator.release()
 
 
-def rays_of(streams: Mapping[str, Stream]) -> NDArray[np.float64]:
+def rays_of(streams: Mapping[str, Stream]) -> NDArray[np.float32]:
     """Where photons are and where they go, (n, 6), of an Emission's streams."""
     both = [streams[name].download().reshape(-1, 4)[:, :3] for name in ("origin", "direction")]
-    rays: NDArray[np.float64] = np.concatenate(both, axis=1).astype(np.float64)
-    return rays
+    return np.concatenate(both, axis=1)

@@ -11,6 +11,7 @@ import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ..stage.tables import Tables
+from .landed import mean_flux
 from .mapper import Mapper, PhotonBatch
 from .view import Doubles, View
 
@@ -54,10 +55,9 @@ def importance_of(
         return None
     mapper.start(replace(batch, first_hits=True))
     places, deposits = mapper.finish().arrays()  # direct light, and then the same again
-    flux = deposits[:, :3].mean(axis=1).astype(np.float64)
-    met = np.concatenate([view.places, places[:, :3].astype(np.float64)])
-    _, cell = np.unique(view.cells(met, wide), return_inverse=True)
-    count, first = int(cell.max(initial=-1)) + 1, len(places) - len(deposit)
+    flux = mean_flux(deposits)
+    cell, count = native.numbered_cells(view.cells(np.concatenate([view.shown, places]), wide))
+    first = len(places) - len(deposit)
     shown, direct, own = np.split(cell, np.cumsum([len(view.places), first]))
     seen = np.bincount(shown, view.weights, count)
     total = np.bincount(own, flux[first:], count)
@@ -67,15 +67,17 @@ def importance_of(
     if not known.any():
         return None
     importance = np.where(known, seen / np.where(known, total, 1.0) ** 2, 0.0)
-    number, photon = np.unique(deposit[:, 3].astype(np.uint32), return_inverse=True)
-    mass = np.bincount(photon, importance[own] * flux**2, len(number))
+    photon = deposit[:, 3].astype(np.int64)
+    mass = np.bincount(photon, importance[own] * flux**2, photons)
+    number = np.flatnonzero(np.bincount(photon, minlength=photons)).astype(np.uint32)
+    mass = mass[number]
     light = _lights_of(tables, number, seed, index, photons)
     numbers, weight = _numbers_of(tables, light, number, seed, index)
     # Of so many photons of each light.
     mass = mass * photons * tables.lights["chosen"][light].astype(np.float64)
     rays = np.zeros((len(number), 6))
     if tables.distant_lights:
-        rays = mapper.rays(index, photons)[number]
+        rays = mapper.rays(index, photons)[number].astype(np.float64)
         weight = weight * _widened(tables, light, rays)
     return Importance(light, numbers, rays, mass / weight, float(seen[known].sum() / seen.sum()))
 
@@ -85,7 +87,7 @@ def toward_box(
 ) -> Importance:
     """Of a pass's photons, none of them aimed, those that start toward the box about what the
     picture shows, all of one mass."""
-    rays = mapper.rays(index, photons)[:photons]
+    rays = mapper.rays(index, photons)[:photons].astype(np.float64)
     low, high = view.box().astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
         planes = (np.stack([low, high])[:, None] - rays[:, :3]) / rays[:, 3:]
@@ -129,35 +131,18 @@ def _widened(tables: Tables, light: NDArray[np.int64], rays: Doubles) -> Doubles
     for own, aim in (tables.aims.by_light if tables.aims else {}).items():
         if own < tables.distant_lights:
             those = light == own
-            weight[those] = disc_about(aim.middle, rays[those])[1]
+            weight[those] = native.disc_about(aim.middle, rays[those])[1]
     return weight
-
-
-def disc_about(middle: Doubles, rays: Doubles) -> tuple[NDArray[np.float32], Doubles]:
-    """By which two numbers rays (n, 6) of a light afar start on a disc about a place, and how much
-    larger it is than the one about the scene (glsl/lib/aim.glsl)."""
-    origin, direction = rays[:, :3], rays[:, 3:]
-    x, y = frames_about(direction)
-    radius = -(origin * direction).sum(axis=1)
-    aside = np.column_stack([x @ middle, y @ middle])
-    place = np.column_stack([(x * origin).sum(axis=1), (y * origin).sum(axis=1)]) - aside
-    reach = radius + np.linalg.norm(aside, axis=1)
-    reach = np.where(reach > 0.0, reach, 1.0)
-    turn = np.arctan2(place[:, 1], place[:, 0]) / (2.0 * np.pi) % 1.0
-    numbers = np.column_stack([(place**2).sum(axis=1) / reach**2, turn]).astype(np.float32)
-    larger = (reach / np.where(radius > 0.0, radius, 1.0)) ** 2
-    return np.clip(numbers, 0.0, np.float32(1.0 - 2.0**-24)), larger
 
 
 def closest_to(rays: Doubles, weight: Doubles, begin: Doubles) -> Doubles:
     """The place that rays (n, 6) pass by closest, in the mean of squares by their weights (n,); of
     rays that are alike, as far along them as `begin`."""
     origin, direction = rays[:, :3], rays[:, 3:]
-    across = np.eye(3) - direction[:, :, None] * direction[:, None, :]
-    across *= weight[:, None, None]
-    pull = PULL * weight.sum()
-    matrix = across.sum(axis=0) + pull * np.eye(3)
-    toward = np.einsum("nij,nj->i", across, origin) + pull * begin
+    weighted, along = weight[:, None] * direction, (origin * direction).sum(axis=1)
+    whole, pull = weight.sum(), PULL * weight.sum()
+    matrix = (whole + pull) * np.eye(3) - np.einsum("ni,nj->ij", weighted, direction)
+    toward = (weight[:, None] * origin - along[:, None] * weighted).sum(axis=0) + pull * begin
     found: Doubles = np.linalg.solve(matrix, toward)
     return found
 

@@ -46,7 +46,7 @@ class Mapper(Protocol):
     def finish(self) -> Deposits:
         """Its deposits, in order of bounce and photon."""
 
-    def rays(self, index: int, photons: int) -> NDArray[np.float64]:
+    def rays(self, index: int, photons: int) -> NDArray[np.float32]:
         """Where a pass's photons start, and where they go, (photons or more, 6)."""
 
     def launches(self) -> dict[str, int]:

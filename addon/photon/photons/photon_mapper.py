@@ -56,7 +56,7 @@ class PhotonMapper:
         """The deposits of the batch that was started."""
         return self.deposits
 
-    def rays(self, index: int, photons: int) -> NDArray[np.float64]:
+    def rays(self, index: int, photons: int) -> NDArray[np.float32]:
         """Where a pass's photons start, and where they go, (photons or more, 6)."""
         paths = self._paths.of(photons)
         self._emission.run(paths.fronts(), draw_of(self._settings, index), photons)

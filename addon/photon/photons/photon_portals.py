@@ -92,7 +92,8 @@ class _Shown:
     @staticmethod
     def of(view: View) -> _Shown:
         """Of what rays of the eye tell."""
-        cells, seen_in = np.unique(_cells(view, view.places, view.normals), return_inverse=True)
+        facing = native.pack_directions(view.normals.astype(np.float32))
+        cells, seen_in = np.unique(view.cells(view.shown, WIDE, facing), return_inverse=True)
         seen: Doubles = np.bincount(seen_in, view.weights, len(cells)).astype(np.float64)
         return _Shown(cells, seen)
 
@@ -108,21 +109,12 @@ class _Landed(Landed):
 def _landed(mapper: Mapper, index: int, view: View, shown: _Shown) -> _Landed:
     """Trace few photons of a pass."""
     found = trace_few(mapper, index, PHOTONS)
-    places, normals, numbers, first = found.places, found.normals, found.numbers, found.first
-    own = _cells(view, places[first:], normals[first:])
+    places, facing, numbers, first = found.places, found.facing, found.numbers, found.first
+    own = view.cells(places[first:], WIDE, facing[first:])
     at, counts = np.zeros(len(numbers), np.intp), np.zeros(len(numbers), bool)
     at[first:] = np.minimum(np.searchsorted(shown.cells, own), len(shown.cells) - 1)
     counts[first:] = shown.cells[at[first:]] == own
-    return _Landed(places, normals, found.flux, numbers, first, at, counts)
-
-
-def _cells(view: View, places: Doubles, normals: Doubles) -> NDArray[np.int64]:
-    """(n,) numbers of cells, each of what faces about one way."""
-    x, y, z = np.abs(normals).T
-    axis = np.where(x >= y, np.where(x >= z, 0, 2), np.where(y >= z, 1, 2))
-    faces = 2 * axis + (normals[np.arange(len(normals)), axis] > 0.0)
-    cells: NDArray[np.int64] = view.cells(places, WIDE) * 8 + faces
-    return cells
+    return _Landed(places, facing, found.flux, numbers, first, at, counts)
 
 
 def _totals(passes: list[_Landed], shown: _Shown) -> Doubles:
@@ -175,10 +167,7 @@ def _found(landed: _Landed, weights: Doubles) -> NDArray[Any]:
     of_path = numbers[rows]
     own = masses[rows] * times[of_path] / of_photons[of_path]
     rectangles, _ = native.photon_portals(
-        landed.places[rows].astype(np.float32),
-        landed.normals[rows].astype(np.float32),
-        of_path.astype(np.uint32),
-        own.astype(np.float32),
+        *landed.about(rows), of_path.astype(np.uint32), own.astype(np.float32)
     )
     portals = PORTAL.zeros(len(rectangles) // 3)
     portals.view(np.float32).reshape(-1, 4)[:] = rectangles

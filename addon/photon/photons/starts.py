@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..stage.aims import Aim, Aims
 from ..stage.light_tree import in_order
 from ..stage.tables import Tables
-from .importance import Importance, closest_to, disc_about
+from .importance import Importance, closest_to
 from .view import Doubles, View
 
 MOST_GROUPS = 16  # of lights, whose importance is measured apart
@@ -150,5 +150,5 @@ def _about(
     less dense they are."""
     if not is_afar:
         return importance.numbers, np.ones(len(importance.mass))
-    on_disc, larger = disc_about(middle, importance.rays)
+    on_disc, larger = native.disc_about(middle, importance.rays)
     return np.concatenate([importance.numbers[:, :2], on_disc], axis=1), larger

@@ -97,7 +97,8 @@ def _pairs(found: Landed, view: View, mesh: Mesh) -> _Pairs | None:
     """PAIRS of all, as likely as what goes by the cosine from one to the other adds to the
     picture's variance; None if no light comes that way."""
     some = slice(0, found.first, -(-max(found.first, 1) // LOOKED_AT))
-    places, normals, flux = found.places[some], found.normals[some], found.flux[some]
+    places, normals = (each.astype(np.float64) for each in found.about(some))
+    flux = found.flux[some]
     golden = (np.sqrt(5.0) - 1.0) / 2.0
     shown = ((np.arange(PLACES) + 0.5) * golden % 1.0 * len(view.places)).astype(int)
     ends, facing, seen = view.places[shown], view.normals[shown], view.weights[shown]

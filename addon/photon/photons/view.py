@@ -4,17 +4,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import photon_stream_native as native
 from numpy.typing import NDArray
-
-from ..film.blocks import in_blocks
 
 EYE_RAYS_A_SIDE = 64  # eye rays a side
 CELL_WIDTH = 3.0  # eye rays a side of a cell, or a little more
 
 BEYOND = 0.01  # of the places, on either side of each axis: some are far
-MIX = np.int64(0x2545F4914F6CDD1D)  # odd, of many bits: cells' numbers differ
 
 Doubles = NDArray[np.float64]
 
@@ -29,21 +28,21 @@ class View:
     normals: Doubles  # (n, 3) unit, geometric, on the side that is seen
     weights: Doubles  # (n,) how much of a pixel each is
 
-    def cells(self, places: Doubles, wide: float = 1.0) -> NDArray[np.int64]:
-        """Numbers of those that places (n, 3) are in, (n,); `wide`: times as wide as they would be.
-        Few share one by chance."""
-        numbers = np.empty(len(places), np.int64)
+    @cached_property
+    def shown(self) -> NDArray[np.float32]:
+        """(n, 4) the places, as photons' are."""
+        return np.column_stack([self.places, np.zeros(len(self.places))]).astype(np.float32)
 
-        def work(rows: slice) -> None:
-            level = np.floor(np.log2(np.maximum(self.away(places[rows]), 1e-9)))
-            at = np.floor(places[rows] / (CELL_WIDTH * wide * self.pixel * 2.0**level)[:, None])
-            number = level.astype(np.int64)
-            for axis in range(3):
-                number = (number ^ at[:, axis].astype(np.int64)) * MIX
-            numbers[rows] = number
-
-        in_blocks(numbers.shape, work)
-        return numbers
+    def cells(
+        self,
+        places: NDArray[np.float32],
+        wide: float = 1.0,
+        facing: NDArray[np.float32] | None = None,
+    ) -> NDArray[np.int64]:
+        """Numbers (n,) of those that places (n, 4) of photons are in; `wide`: times as wide as they
+        would be; `facing` (n,): packed normals, by which one place has six. Few share one by
+        chance."""
+        return native.view_cells(places, CELL_WIDTH * wide * self.pixel, self.eye, facing)
 
     def away(self, places: Doubles) -> Doubles:
         """How far they are from the eye, or 1."""

@@ -14,6 +14,7 @@ pub(super) type Rows<'py> = Bound<'py, PyArray2<f32>>;
 pub(super) type F32Array<'py> = Bound<'py, PyArray1<f32>>;
 pub(super) type I32Array<'py> = Bound<'py, PyArray1<i32>>;
 pub(super) type U32Array<'py> = Bound<'py, PyArray1<u32>>;
+pub(super) type I64Array<'py> = Bound<'py, PyArray1<i64>>;
 
 /// Streams float32[H, W, 4] of one size.
 pub(super) fn streams<'py, const N: usize>(

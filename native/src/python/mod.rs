@@ -11,6 +11,7 @@ mod mixture;
 mod photon_map;
 mod radius_field;
 mod tracer;
+mod view;
 
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -45,6 +46,11 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
         wrap_pyfunction!(aim::aimed_numbers, module)?,
         wrap_pyfunction!(aim::random_numbers, module)?,
         wrap_pyfunction!(aim::photon_portals, module)?,
+        wrap_pyfunction!(view::view_cells, module)?,
+        wrap_pyfunction!(view::numbered_cells, module)?,
+        wrap_pyfunction!(view::pack_directions, module)?,
+        wrap_pyfunction!(view::unpack_directions, module)?,
+        wrap_pyfunction!(view::disc_about, module)?,
     ] {
         module.add_function(function)?;
     }

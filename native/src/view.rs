@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Where things are in what a picture shows: cells of space, each about as large as another in it.
+
+use rayon::prelude::*;
+
+use crate::packing::unpack_direction;
+use crate::vector::{Vector64, dot64, minus64};
+
+/// Odd, of many bits: by it cells' numbers differ, and few share one by chance.
+const MIX: i64 = 0x2545_F491_4F6C_DD1D;
+/// Nearer to the eye cells are no smaller.
+const NEAREST: f64 = 1.0e-9;
+/// No number of a cell.
+const NONE: u32 = u32::MAX;
+
+/// How large cells are.
+pub struct Cells {
+    /// Where the eye is; without one all places are as far as 1 from it.
+    pub eye: Option<Vector64>,
+    /// A cell's width at distance 1 from the eye; it doubles with the distance.
+    pub width: f64,
+}
+
+impl Cells {
+    /// The numbers of those that places are in. With `facing`, the packed normals there, there are six cells in each
+    /// place's stead, of what faces about one way.
+    pub fn of(&self, places: &[[f32; 4]], facing: Option<&[f32]>) -> Vec<i64> {
+        let face = |row: usize| facing.map_or(0, |codes| face_of(unpack_direction(codes[row])));
+        let of_one = |(row, place): (usize, &[f32; 4])| {
+            let own = self.number([0, 1, 2].map(|k| f64::from(place[k])));
+            if facing.is_some() { own.wrapping_mul(8).wrapping_add(face(row)) } else { own }
+        };
+        places.par_iter().enumerate().with_min_len(4096).map(of_one).collect()
+    }
+
+    fn number(&self, place: Vector64) -> i64 {
+        let far = self.eye.map_or(1.0, |eye| {
+            let away = minus64(place, eye);
+            dot64(away, away).sqrt()
+        });
+        let level = far.max(NEAREST).log2().floor();
+        let side = self.width * level.exp2();
+        place.iter().fold(level as i64, |number, x| (number ^ (x / side).floor() as i64).wrapping_mul(MIX))
+    }
+}
+
+/// Which of six ways a normal goes most.
+fn face_of(normal: [f32; 3]) -> i64 {
+    let [x, y, z] = normal.map(f32::abs);
+    let axis = if x >= y && x >= z {
+        0
+    } else if y >= z {
+        1
+    } else {
+        2
+    };
+    2 * axis as i64 + i64::from(normal[axis] > 0.0)
+}
+
+/// Which of all cells each is, in the order in which they first appear, and how many there are. `cells`: mixed numbers.
+pub fn numbered(cells: &[i64]) -> (Vec<u32>, u32) {
+    let slots = (2 * cells.len()).next_power_of_two().max(2);
+    let shift = 64 - slots.trailing_zeros();
+    let mut table = vec![(0i64, NONE); slots];
+    let mut count = 0;
+    let mut number_of = |cell: &i64| {
+        let mut slot = ((*cell as u64).wrapping_mul(MIX as u64) >> shift) as usize;
+        loop {
+            let (own, number) = table[slot];
+            if number == NONE {
+                table[slot] = (*cell, count);
+                count += 1;
+                return count - 1;
+            }
+            if own == *cell {
+                return number;
+            }
+            slot = (slot + 1) % slots;
+        }
+    };
+    let numbers = cells.iter().map(&mut number_of).collect();
+    (numbers, count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::packing::pack_direction;
+
+    /// Twice as far from the eye cells are twice as wide, on each side of a wall another one.
+    #[test]
+    fn cells_by_distance_and_face() {
+        let cells = Cells { eye: Some([0.0; 3]), width: 0.1 };
+        let along = |x: f32| [x, 0.01, 0.01, 7.0];
+        let near = [along(1.01), along(1.09), along(1.11)];
+        let far = [along(2.01), along(2.19), along(2.21)];
+        let [a, b, c] = cells.of(&near, None).try_into().unwrap();
+        assert!(a == b && b != c);
+        let [a, b, c] = cells.of(&far, None).try_into().unwrap();
+        assert!(a == b && b != c);
+        let codes = [[0.0, 0.6, 0.8], [0.0, 0.5, 0.86], [0.0, -0.6, -0.8]].map(pack_direction);
+        let [a, b, c] = cells.of(&[near[0]; 3], Some(&codes)).try_into().unwrap();
+        assert!(a == b && b != c);
+        let even = Cells { eye: None, width: 0.1 };
+        assert_ne!(even.of(&[far[0]], None), even.of(&[far[1]], None));
+    }
+
+    #[test]
+    fn numbers_by_appearance() {
+        let (numbers, count) = numbered(&[5, -3, 5, 0, i64::MIN, 0, -3]);
+        assert_eq!((numbers, count), (vec![0, 1, 0, 2, 3, 2, 1], 4));
+        assert_eq!(numbered(&[]), (vec![], 0));
+        let many: Vec<i64> = (0..1000).map(|k| k / 2).collect();
+        assert_eq!(numbered(&many).1, 500);
+    }
+}
