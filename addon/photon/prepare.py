@@ -108,7 +108,7 @@ def photons_wanted(deposits: Deposits, photons: int, photons_a_pass: int) -> flo
     most, landed = photons_per_disc(photons_a_pass), deposits.count
     if 2 * landed >= photons or not landed:
         return most
-    flux = mean_flux(deposits.arrays()[1])
+    flux = mean_flux(deposits.fluxes())
     squares = float((flux**2).sum())
     equal = flux.sum() ** 2 / squares if squares > 0.0 else landed
     wanted = photons_per_disc(round(landed / photons * photons_a_pass))

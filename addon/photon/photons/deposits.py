@@ -62,7 +62,10 @@ class Deposits(Protocol):
         """How many there are, and their textures (tables)."""
 
     def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """All of them as (P, 4) arrays on the host."""
+        """All of them as (P, 4) arrays on the host: places, and deposits."""
+
+    def fluxes(self) -> NDArray[np.float32]:
+        """The second of `arrays` alone."""
 
     def copy(self) -> Copy:
         """All of them, beyond the pass; the caller releases them."""
@@ -127,6 +130,10 @@ class HostDeposits:
             places, deposits = zip(*self._parts, strict=True)
             self._parts = [(np.concatenate(places), np.concatenate(deposits))]
         return self._parts[0]
+
+    def fluxes(self) -> NDArray[np.float32]:
+        """The second of `arrays` alone."""
+        return self.arrays()[1]
 
     def copy(self) -> Copy:
         """The arrays themselves: nobody writes to them."""
@@ -254,8 +261,11 @@ class DeviceDeposits:
 
     def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Download the list."""
-        place, deposit = (self._device.texels(texture, self.count) for texture in self._textures)
-        return place, deposit
+        return self._device.texels(self._textures[0], self.count), self.fluxes()
+
+    def fluxes(self) -> NDArray[np.float32]:
+        """Download the second of `arrays` alone: a host takes its time for each."""
+        return self._device.texels(self._textures[1], self.count)
 
     def copy(self) -> Copy:
         """The used rows of the textures, by a copy within the device."""

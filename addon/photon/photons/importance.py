@@ -50,7 +50,7 @@ def importance_of(
     """
     batch = PhotonBatch(index, photons, numbered=True)
     mapper.start(batch)
-    _, deposit = mapper.finish().arrays()
+    deposit = mapper.finish().fluxes()
     if not len(deposit):
         return None
     mapper.start(replace(batch, first_hits=True))

@@ -34,8 +34,7 @@ def trace_few(mapper: Mapper, index: int, photons: int) -> Landed:
     """Trace few photons of a pass, once for their numbers and once for normals."""
     batch = PhotonBatch(index, photons, first_hits=True)
     mapper.start(replace(batch, numbered=True))
-    _, numbered = mapper.finish().arrays()
-    numbers = numbered[:, 3].astype(np.intp)
+    numbers = mapper.finish().fluxes()[:, 3].astype(np.intp)
     mapper.start(batch)
     places, deposit = mapper.finish().arrays()
     falls = np.flatnonzero(np.diff(numbers) <= 0)

@@ -27,6 +27,8 @@ const LONGER: f64 = 2.0;
 /// What the first one must gain, and what each after it: few paths promise more than there is.
 const LEAST_GAIN: f32 = 1.25;
 const LEAST_GAIN_OF_MORE: f32 = 2.0;
+/// By how much all of them may be better than the last one promises, once each is climbed from again: a tenth, mostly.
+const BETTER_AT_MOST: f32 = 1.5;
 const SEED: u32 = 1;
 /// Where a rectangle is fitted: how much of what comes through may be beyond each side, how much wider the one
 /// is that it is fitted to, of halves of sides, how much wider it is made, and by how many segments at least.
@@ -61,9 +63,13 @@ pub fn search(
     while whole > 0.0 && found.len() < MOST_PORTALS {
         let mut others = found.clone();
         let number = found.len() as u32;
-        let Some((_, one_more)) = Search::beside(&others, &segments, whole).best(number) else {
+        let Some((promised, one_more)) = Search::beside(&others, &segments, whole).best(number) else {
             break;
         };
+        let wanted = gain * if found.is_empty() { LEAST_GAIN } else { LEAST_GAIN_OF_MORE };
+        if promised * BETTER_AT_MOST < wanted {
+            break;
+        }
         others.push(one_more);
         // Each again, now that there are the others.
         let mut better = 0.0;
@@ -74,7 +80,7 @@ pub fn search(
             others.insert(at, own);
             better = its_own;
         }
-        if better < gain * if found.is_empty() { LEAST_GAIN } else { LEAST_GAIN_OF_MORE } {
+        if better < wanted {
             break;
         }
         (found, gain) = (others, better);
