@@ -88,11 +88,10 @@ class NativePhotonMapper:
         """As PhotonMapper.finish."""
         return self.deposits
 
-    def rays(self, index: int, photons: int) -> NDArray[np.float64]:
+    def rays(self, index: int, photons: int) -> NDArray[np.float32]:
         """As PhotonMapper.rays, of lights that nothing is aimed from."""
         lights, seed = _plain(_lights(self._tables.lights)), self._settings.seed
-        starts = self._triangles.tracer.photon_starts(lights, seed, index, photons)
-        return starts.astype(np.float64)
+        return self._triangles.tracer.photon_starts(lights, seed, index, photons)
 
     def start(self, batch: PhotonBatch) -> None:
         """Trace a batch."""
