@@ -17,7 +17,14 @@ void kernel() {
     float radius = radius_at(place.position, facing.normal);
     if (!(radius > 0.0)) skip();
     Disc disc = disc_at(place.position, facing.normal, radius, surface_number(place));
-    vec2 first = nearest_cut(disc, vec2(0.0));
-    if (first == vec2(0.0)) skip();
-    store_cuts(Cuts(first, nearest_cut(disc, first)));
+    // One call of what looks for them: of two, compilers would make two copies.
+    Cuts cuts = Cuts(vec2(0.0), vec2(0.0));
+    for (bool is_first = true; ; is_first = false) {
+        vec2 found = nearest_cut(disc, cuts.first);
+        if (is_first) cuts.first = found;
+        else cuts.second = found;
+        if (!is_first || found == vec2(0.0)) break;
+    }
+    if (cuts.first == vec2(0.0)) skip();
+    store_cuts(cuts);
 }
