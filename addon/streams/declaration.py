@@ -116,6 +116,8 @@ class Declaration:
         compute = layer == "compute"
         lines = self.common_header(max(version, 430) if compute else version, defines, compute)
         lines.append(f"#define LANES {lanes}")
+        if lanes > 1:
+            lines.insert(1, _SHUFFLES)
         if compute:
             lines.append(_compute_prelude(lanes))
         else:
@@ -250,9 +252,23 @@ ivec2 element() {{ return min(own_element(), stream_size - 1); }}"""
 _ONE_LANE = """int lane() { return 0; }
 vec4 sum_over_lanes(vec4 own) { return own; }"""
 
-_LANES = """shared vec4 lane_parts[gl_WorkGroupSize.x];
-int lane() { return int(gl_LocalInvocationIndex) % LANES; }
+# NVIDIA's warps are runs of invocations, and so hold all lanes of an element: these need not wait at
+# barriers, which takes a fifth of coverage's time. Sums are the same.
+_SHUFFLES = """#ifdef GL_NV_shader_thread_shuffle
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
+#endif"""
+_LANES = """int lane() { return int(gl_LocalInvocationIndex) % LANES; }
 bool is_own() { return lane() == 0 && own_element() == element(); }  // to write
+#ifdef GL_NV_shader_thread_shuffle
+vec4 sum_over_lanes(vec4 own) {
+    vec4 sum = vec4(0.0);
+    uint first = gl_SubgroupInvocationID / uint(LANES) * uint(LANES);
+    for (uint i = first; i < first + uint(LANES); i++) sum += subgroupShuffle(own, i);
+    return sum;
+}
+#else
+shared vec4 lane_parts[gl_WorkGroupSize.x];
 vec4 sum_over_lanes(vec4 own) {
     lane_parts[gl_LocalInvocationIndex] = own;
     barrier();
@@ -261,7 +277,8 @@ vec4 sum_over_lanes(vec4 own) {
     for (int i = first; i < first + LANES; i++) sum += lane_parts[i];
     barrier();
     return sum;
-}"""
+}
+#endif"""
 
 # One atomic a work group: those on one address wait for each other.
 _COMPUTE_MAIN = """void kernel();
