@@ -23,7 +23,7 @@ from .source import Source, StreamError
 Layer = Literal["fragment", "compute"]  # how OpenGL runs a kernel
 
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
-_CACHED_FRAMEBUFFERS = 128
+_CACHED_FRAMEBUFFERS = 512
 
 _WRITTEN, _READ = "by programs", "by the host"  # what a buffer is for
 

@@ -11,7 +11,10 @@ import numpy as np
 
 from ...streams import Stream
 from ..kernels.records import ELEMENT
+from ..photons.paths import halved
 from .path import Path, PathStreams
+
+NARROWEST = 32  # elements of a stream: fewer take as long
 
 
 class Compaction:
@@ -20,20 +23,17 @@ class Compaction:
     def __init__(self, whole: PathStreams) -> None:
         """`whole`: of a region's size."""
         self._whole = whole
-        self._smaller: dict[int, PathStreams] = {}  # by rows
+        self._smaller: dict[tuple[int, int], PathStreams] = {}  # by size
         self._element = Stream(whole.device, ELEMENT, whole.size)
 
     def compact(self, path: Path, alive: int) -> None:
         """Let a path, of whose rays so many are alive, be in streams of half the size or less."""
-        width, height = path.at.size
-        rows = height
-        while rows > 1 and alive <= width * (rows // 2):
-            rows //= 2
-        if rows == height or not alive:
+        size = halved(path.at.size, alive, NARROWEST)
+        if size == path.at.size or not alive:
             return
-        if rows not in self._smaller:
-            self._smaller[rows] = self._whole.of_size((width, rows))
-        rays, to = path.at.rays(), self._smaller[rows]
+        if size not in self._smaller:
+            self._smaller[size] = self._whole.of_size(size)
+        rays, to = path.at.rays(), self._smaller[size]
         there = np.flatnonzero(rays["direction"].front.elements().any(axis=1))
         for name, pair in to.rays().items():
             pair.front.take(rays[name].front.elements()[there])

@@ -23,8 +23,8 @@ from .paths import Paths
 class PathsAndEnds(Paths):
     """With the streams of a bounce's hits, places and deposits."""
 
-    def __init__(self, device: Device, rows: int, media: bool) -> None:
-        super().__init__(device, rows, media)
+    def __init__(self, device: Device, size: tuple[int, int], media: bool) -> None:
+        super().__init__(device, size, media)
         self.hit = Stream(device, HIT, self.size)
         self._points: dict[str, Stream] = {}
 

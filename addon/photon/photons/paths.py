@@ -14,9 +14,9 @@ STREAM_WIDTH = 1024  # photons a row
 class Paths:
     """The streams of photons under way, which a bounce renews."""
 
-    def __init__(self, device: Device, rows: int, media: bool) -> None:
+    def __init__(self, device: Device, size: tuple[int, int], media: bool) -> None:
         """`media`: photons carry what they are in."""
-        self.device, self.rows, self.size = device, rows, (STREAM_WIDTH, rows)
+        self.device, self.rows, self.size = device, size[1], size
         records = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "flux": FLUX}
         records |= {"medium": MEDIUM} if media else {}
         self.pairs = {name: PingPong(device, of, self.size) for name, of in records.items()}
@@ -46,32 +46,47 @@ AnyPaths = TypeVar("AnyPaths", bound=Paths)
 class PathsBySize(Generic[AnyPaths]):
     """The streams of a pass's photons, and smaller ones for those that are left of them."""
 
-    def __init__(self, device: Device, kind: type[AnyPaths], media: bool) -> None:
-        """`media`: as Paths."""
+    def __init__(
+        self,
+        device: Device,
+        kind: type[AnyPaths],
+        media: bool,
+        narrowest: int = STREAM_WIDTH,
+    ) -> None:
+        """`media`: as Paths; `narrowest`: what a row is halved down to for the last photons."""
         self._device, self._kind, self._media = device, kind, media
-        self._paths: dict[int, AnyPaths] = {}  # by rows
+        self._narrowest = narrowest
+        self._paths: dict[tuple[int, int], AnyPaths] = {}  # by size
 
     def of(self, photons: int) -> AnyPaths:
         """Those of a pass to begin."""
-        rows = -(-photons // STREAM_WIDTH)
-        if rows not in self._paths:
+        size = STREAM_WIDTH, -(-photons // STREAM_WIDTH)
+        if size not in self._paths:
             self.release()  # of passes of another size
-        return self._of_rows(rows)
+        return self._of_size(size)
 
     def halved(self, paths: AnyPaths, alive: int) -> AnyPaths:
         """Half the size or less, if as many photons fit there."""
-        rows = paths.rows
-        while rows > 1 and alive <= STREAM_WIDTH * (rows // 2):
-            rows //= 2
-        return self._of_rows(rows)
+        return self._of_size(halved(paths.size, alive, self._narrowest))
 
-    def _of_rows(self, rows: int) -> AnyPaths:
-        if rows not in self._paths:
-            self._paths[rows] = self._kind(self._device, rows, self._media)
-        return self._paths[rows]
+    def _of_size(self, size: tuple[int, int]) -> AnyPaths:
+        if size not in self._paths:
+            self._paths[size] = self._kind(self._device, size, self._media)
+        return self._paths[size]
 
     def release(self) -> None:
         """Put them back."""
         for paths in self._paths.values():
             paths.release()
         self._paths.clear()
+
+
+def halved(size: tuple[int, int], elements: int, narrowest: int) -> tuple[int, int]:
+    """A stream's size with half the rows as often as so many elements fit, and then with a row half
+    as wide, down to the narrowest."""
+    width, rows = size
+    while rows > 1 and elements <= width * (rows // 2):
+        rows //= 2
+    while rows == 1 and width // 2 >= narrowest and elements <= width // 2:
+        width //= 2
+    return width, rows

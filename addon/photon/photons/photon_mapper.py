@@ -15,7 +15,9 @@ from .deposits import HostDeposits
 from .emission import Emission, rays_of
 from .mapper import PhotonBatch, draw_of
 from .one_bounce import OneBounce, PathsAndEnds
-from .paths import STREAM_WIDTH, PathsBySize
+from .paths import PathsBySize
+
+NARROWEST = 32  # elements of a stream: fewer take as long
 
 
 class PhotonMapper:
@@ -32,7 +34,8 @@ class PhotonMapper:
         bounce: OneBounce,
     ) -> None:
         self._settings, self._needs = settings, needs
-        self._paths = PathsBySize(device, bounce.paths, needs.carries_medium)
+        media = needs.carries_medium
+        self._paths = PathsBySize(device, bounce.paths, media, NARROWEST)
         self.deposits = HostDeposits(device, needs.caustics)
         self.unfinished = 0  # photons that the bounce limit cut off, over all passes
         self._emission = Emission(device, layer, tables, needs)
@@ -75,13 +78,10 @@ class PhotonMapper:
         smaller = self._paths.halved(paths, alive)
         if smaller is paths:
             return paths
-        there = np.flatnonzero(
-            paths.pairs["direction"].front.download().reshape(-1, 4)[:, :3].any(axis=1)
-        )
+        directions = paths.pairs["direction"].front.elements()
+        there = np.flatnonzero(directions[:, :3].any(axis=1))
         for name, old in paths.pairs.items():
-            texels = np.zeros((smaller.rows * STREAM_WIDTH, 4), np.float32)
-            texels[: len(there)] = old.front.download().reshape(-1, 4)[there]
-            smaller.pairs[name].front.upload(texels.reshape(smaller.rows, STREAM_WIDTH, 4))
+            smaller.pairs[name].front.take(old.front.elements()[there])
         return smaller
 
     def release(self) -> None:
