@@ -234,7 +234,6 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     added += tuple({**first, "FEATURES": 1} for first in added)
     for first in added:
         yield AddChain, first, {}
-        yield AddChain, {**first, "MOVED": 1}, {}
     for count in range(4):
         for names in combinations(("mirror", "emission", "blur"), count):
             yield Resolve, resolver_defines(names), {}

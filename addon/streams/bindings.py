@@ -33,12 +33,12 @@ class Bindings:
             for name, address in found.items()
             if address
         }
-        self._is_whole = len(self._gl) == len(_FUNCTIONS)
+        self.is_whole = len(self._gl) == len(_FUNCTIONS)  # all of them are there
         self._arrays: dict[tuple[int, ...], Any] = {}
 
     def textures(self, textures: list[Any]) -> None:
         """To read, at units from 0."""
-        if not self._is_whole:
+        if not self.is_whole:
             for unit, texture in enumerate(textures):
                 texture.use(location=unit)
         elif textures:
@@ -46,7 +46,7 @@ class Bindings:
 
     def images(self, textures: list[moderngl.Texture]) -> None:
         """To write texels of, at units from 0."""
-        if not self._is_whole:
+        if not self.is_whole:
             for unit, texture in enumerate(textures):
                 texture.bind_to_image(unit, read=False, write=True)
         elif textures:
@@ -54,7 +54,7 @@ class Bindings:
 
     def buffers(self, buffers: list[moderngl.Buffer], first: int = 0) -> None:
         """Of storage, from a binding on."""
-        if not self._is_whole:
+        if not self.is_whole:
             for binding, buffer in enumerate(buffers, first):
                 buffer.bind_to_storage_buffer(binding)
         elif buffers:

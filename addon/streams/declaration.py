@@ -252,8 +252,8 @@ ivec2 element() {{ return min(own_element(), stream_size - 1); }}"""
 _ONE_LANE = """int lane() { return 0; }
 vec4 sum_over_lanes(vec4 own) { return own; }"""
 
-# NVIDIA's warps are runs of invocations, and so hold all lanes of an element: these need not wait at
-# barriers, which takes a fifth of coverage's time. Sums are the same.
+# NVIDIA's warps are runs of invocations, and so hold all lanes of an element: these need not wait
+# at barriers, which takes a fifth of coverage's time. Sums are the same.
 _SHUFFLES = """#ifdef GL_NV_shader_thread_shuffle
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_shuffle : require

@@ -11,13 +11,23 @@ import pytest
 
 from addon.photon.eye.compaction import Compaction
 from addon.photon.eye.path import Path
+from addon.photon.photons.paths import halved
 from addon.photon.prepare import prepare
 from addon.photon.scene import Lobe, Material, Scene, phong, point_light
 from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.scenes import Builder, camera, cornell
 
-SETTINGS = Settings(40, 24, photons=3000, passes=3, mirror_depth=6, illuminance=True)
+SETTINGS = Settings(
+    40,
+    24,
+    photons=3000,
+    passes=3,
+    mirror_depth=6,
+    illuminance=True,
+    caustics=True,
+    denoising_data=True,
+)
 
 
 def shiny() -> Scene:
@@ -73,3 +83,21 @@ def test_no_bit_changes(
     assert moved["Mirror"].max() > 0.0
     for name, image in moved.items():
         np.testing.assert_array_equal(image, stayed[name], err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("size", "alive", "smaller"),
+    [
+        ((1024, 192), 98305, (1024, 192)),
+        ((1024, 192), 98304, (1024, 96)),
+        ((1024, 192), 1025, (1024, 3)),
+        ((1024, 3), 1024, (1024, 1)),
+        ((1024, 3), 512, (512, 1)),
+        ((1024, 3), 3, (32, 1)),
+        ((40, 1), 1, (40, 1)),
+        ((24, 8), 1, (24, 1)),
+    ],
+)
+def test_halves(size: tuple[int, int], alive: int, smaller: tuple[int, int]) -> None:
+    assert halved(size, alive, 32) == smaller
+    assert halved(size, alive, size[0])[0] == size[0]

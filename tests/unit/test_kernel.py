@@ -308,6 +308,34 @@ def test_lists(device: Device, layer: str, root: Path, kind: str) -> None:
     table.release()
 
 
+def test_bindings_one_by_one(
+    device: Device, layer: str, root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where OpenGL does not bind many at a time: the same bits."""
+    write(
+        root,
+        "kernels/probe.glsl",
+        "void kernel() { vec4 v = load_a().value + numbers(element_index()); "
+        "store_b(Value(v)); store_c(Value(v * load_d().value)); }",
+    )
+    tables, results = {"numbers": Items("vec4")}, []
+    kernel = declare("probe", inputs=IN | {"d": VALUE}, outputs=OUT | {"c": VALUE}, tables=tables)(
+        device, layer
+    )
+    numbers = np.arange(24, dtype="f4").reshape(6, 4)
+    table = device.ctx.buffer(numbers) if layer == "compute" else upload_table(device, numbers)
+    for is_whole in (device.bind.is_whole, False):
+        monkeypatch.setattr(device.bind, "is_whole", is_whole)
+        streams = {"a": stream(device), "d": stream(device)}
+        streams |= {name: Stream(device, VALUE, (3, 2)) for name in "bc"}
+        kernel.run(streams, {"numbers": table})
+        results.append([streams[name].download() for name in "bc"])
+    for whole, single in zip(*results, strict=True):
+        np.testing.assert_array_equal(whole, single)
+    assert results[0][0].max() == 24 + 23
+    table.release()
+
+
 def test_ping_pong_loop(device: Device, layer: str, root: Path) -> None:
     kernel = build(device, layer, root, DOUBLE)
     pair = PingPong(device, VALUE, (3, 2))

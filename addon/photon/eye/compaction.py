@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...streams import Stream
-from ..kernels.records import ELEMENT
 from ..photons.paths import halved
 from .path import Path, PathStreams
 
@@ -24,7 +22,6 @@ class Compaction:
         """`whole`: of a region's size."""
         self._whole = whole
         self._smaller: dict[tuple[int, int], PathStreams] = {}  # by size
-        self._element = Stream(whole.device, ELEMENT, whole.size)
 
     def compact(self, path: Path, alive: int) -> None:
         """Let a path, of whose rays so many are alive, be in streams of half the size or less."""
@@ -39,14 +36,9 @@ class Compaction:
             pair.front.take(rays[name].front.elements()[there])
         to.ones["pixel"].take(path.at.ones["pixel"].elements()[there])
         path.pixels = there if path.pixels is None else path.pixels[there]
-        columns, lines = self._whole.size
-        number = np.zeros((columns * lines, 4), np.float32)
-        number[path.pixels, 0] = np.arange(1, len(there) + 1)
-        self._element.upload(number.reshape(lines, columns, 4))
-        path.at, path.element = to, self._element
+        path.at = to
 
     def release(self) -> None:
         """Put the streams back."""
-        self._element.release()
         for streams in self._smaller.values():
             streams.release()

@@ -15,6 +15,7 @@ from ..settings import Settings
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from .eye import Eye
+from .moved_sums import MovedSums
 from .path import Path
 
 # What chains add to, by the name of the sum: an image, and what a ray adds to it.
@@ -48,7 +49,8 @@ class PassImages:
         self._all = CombineAll(device, layer, defines)
         self._caustics = CombineCaustics(device, layer, defines) if needs.caustics else None
         self._mirror: CombineMirror | None = None
-        self._add: dict[bool, AddChain] = {}  # by whether rays have moved
+        self._add: AddChain | None = None
+        self._moved = MovedSums()
         self._features: Features | None = None
         names = (*FILM_IMAGES, *(EMISSION_IMAGES if needs.emitters_seen else ()))
         if needs.features:
@@ -65,9 +67,7 @@ class PassImages:
         self._of_rays: dict[tuple[int, int], dict[str, Stream]] = {}  # what they see, by size
         if needs.secondary_rays:
             self._mirror = CombineMirror(device, layer, defines)
-            self._add[False] = AddChain(device, layer, defines)
-            if backend.shares_memory:
-                self._add[True] = AddChain(device, layer, {**defines, "MOVED": 1})
+            self._add = AddChain(device, layer, defines)
             records = dict.fromkeys(MIRROR_IMAGES, RADIANCE)
             records |= {"blur": BLUR} if needs.photons else {}
             records |= {"mirror_caustics": RADIANCE} if needs.caustics else {}
@@ -76,6 +76,10 @@ class PassImages:
             records |= dict.fromkeys(FEATURE_IMAGES, RADIANCE) if needs.features else {}
             self._sums = {name: PingPong(device, record, size) for name, record in records.items()}
             self._seen_by_rays(size)
+        # By the names of the sums.
+        self._pairs = {
+            name: self._sums[image] for name, (image, _) in _SUMS.items() if image in self._sums
+        }
         self._world = {
             "background_alpha": 0.0 if settings.transparent else 1.0,
             **eye.camera.view_axis(),
@@ -114,6 +118,7 @@ class PassImages:
 
     def finish(self) -> dict[str, Stream]:
         """By name, and combined of all."""
+        self._moved.finish(self._pairs)
         zeros = self._eye.streams.ones["zeros"]
         images = dict.fromkeys((*MIRROR_IMAGES, "blur"), zeros) | self._seen
         images |= {name: pair.front for name, pair in self._sums.items()}
@@ -122,21 +127,22 @@ class PassImages:
         return images
 
     def _add_chain(self, path: Path, streams: dict[str, Stream]) -> None:
-        assert self._mirror
+        assert self._mirror and self._add
         seen = self._seen_by_rays(path.at.size)
         launch(self._mirror, streams | seen, self._tables, self._world)
         if self._features:
             launch(self._features, streams | seen, self._tables)
         if self._caustics:
             launch(self._caustics, streams | seen, self._tables)
-        kernel = self._add[path.element is not None]
-        ports = {"element": path.element} if path.element else {}
-        for name, (image, _) in _SUMS.items():
-            if image in self._sums:
-                pair = self._sums[image]
-                ports |= {name: pair.front, name.replace("sum", "total"): pair.back}
-        kernel.run(ports, {name: seen[name].texture for name in kernel.tables})
-        for pair in self._sums.values():
+        if path.pixels is not None:
+            own = {name: seen[_SUMS[name][1]] for name in self._pairs}
+            self._moved.add(path.pixels, self._pairs, own)
+            return
+        ports = dict(seen)
+        for name, pair in self._pairs.items():
+            ports |= {name: pair.front, name.replace("sum", "total"): pair.back}
+        self._add.run(ports)
+        for pair in self._pairs.values():
             pair.swap()
 
     def _seen_by_rays(self, size: tuple[int, int]) -> dict[str, Stream]:
@@ -168,6 +174,5 @@ class PassImages:
             pair.release()
 
     def _kernels(self) -> list[Kernel]:
-        own = self._primary, self._all, self._mirror, self._caustics, self._features
-        found = *own, *self._add.values()
-        return [kernel for kernel in found if kernel]
+        own = self._primary, self._all, self._mirror, self._add, self._caustics, self._features
+        return [kernel for kernel in own if kernel]

@@ -111,8 +111,8 @@ class Path:
     carried: dict[str, Stream]  # what else there is of FIRST
     projection: Projection | None  # of eye rays
     count: Count | None  # of the rays that are alive; None: they are taken to be
-    element: Stream | None = None  # where in the streams each pixel's is; None: at its place
-    pixels: NDArray[np.int64] | None = None  # of the region, that elements are of; None: all
+    # Of the region, that the first elements are of; None: each is of the pixel at its place.
+    pixels: NDArray[np.int64] | None = None
     is_shaded: bool = False
     direct: dict[str, Stream] | None = None  # light, once it is known
 

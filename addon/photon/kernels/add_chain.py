@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from ...streams import Kernel, Table, When
-from .records import BLUR, ELEMENT, LOST, RADIANCE
+from ...streams import Kernel, When
+from .records import BLUR, LOST, RADIANCE
 
 
 class AddChain(Kernel):
-    """Add what secondary rays see to their pixels' images, wherever the rays have MOVED."""
+    """Add what secondary rays see to their pixels' images."""
 
     stem = "add_chain"
-    structure = ("PHOTON_MAP", "TRANSPARENT", "FEATURES", "CAUSTICS", "MOVED")
-    records = (LOST,)
+    structure = ("PHOTON_MAP", "TRANSPARENT", "FEATURES", "CAUSTICS")
     inputs = {
-        "element": When("MOVED", ELEMENT),
         "sum": RADIANCE,
         "indirect_sum": RADIANCE,
         "blur_sum": When("PHOTON_MAP", BLUR),
@@ -18,6 +16,13 @@ class AddChain(Kernel):
         "albedo_sum": When("FEATURES", RADIANCE),
         "normal_sum": When("FEATURES", RADIANCE),
         "caustics_sum": When("CAUSTICS", RADIANCE),
+        "seen": RADIANCE,
+        "indirect_seen": RADIANCE,
+        "blur_seen": When("PHOTON_MAP", BLUR),
+        "lost": When("TRANSPARENT", LOST),
+        "albedo_seen": When("FEATURES", RADIANCE),
+        "normal_seen": When("FEATURES", RADIANCE),
+        "caustics_seen": When("CAUSTICS", RADIANCE),
     }
     outputs = {
         "total": RADIANCE,
@@ -27,13 +32,4 @@ class AddChain(Kernel):
         "albedo_total": When("FEATURES", RADIANCE),
         "normal_total": When("FEATURES", RADIANCE),
         "caustics_total": When("CAUSTICS", RADIANCE),
-    }
-    tables = {
-        "seen": Table(),
-        "indirect_seen": Table(),
-        "blur_seen": When("PHOTON_MAP", Table()),
-        "lost": When("TRANSPARENT", Table()),
-        "albedo_seen": When("FEATURES", Table()),
-        "normal_seen": When("FEATURES", Table()),
-        "caustics_seen": When("CAUSTICS", Table()),
     }

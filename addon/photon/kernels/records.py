@@ -21,8 +21,6 @@ FLUX = Record(
 # `sent`: lib/pane.glsl; 0 but of photons.
 MEDIUM = Record("Medium", {"absorption": "vec3", "sent": "float"})
 PIXEL = Record("Pixel", {"at": "vec2"})  # of the frame, that a path is of
-# Where the path of a pixel is among those that are alive, + 1; 0: it has ended.
-ELEMENT = Record("Element", {"number": "float"})
 # Of a chain of secondary rays; the density with which a lobe sent its last one [1/sr], 0 for a
 # delta lobe, as lib/chain_density.glsl has it.
 THROUGHPUT = Record("Throughput", {"throughput": "vec3", "density": "float"})
