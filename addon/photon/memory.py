@@ -182,7 +182,7 @@ class Budget:
         count += 2 * self._has_features
         count += sizes.denoising_textures * settings.denoise
         if self._has_chains:
-            count += 8 + 3 * self._has_photons + 6 * self._is_transparent + self._shares_memory
+            count += 8 + 3 * self._has_photons + 6 * self._is_transparent
             count += 6 * self._has_features + 3 * self._absorbs
         if self._has_photons:
             count += 3  # cuts, coverage and tilt
@@ -199,7 +199,8 @@ class Budget:
     @cached_property
     def going_on(self) -> int:
         """How many of a strip's size the streams take together, at most, to which rays move that
-        go on, and shadow rays behind transparent surfaces."""
+        go on, and shadow rays behind transparent surfaces. The sums of what moved rays see
+        (eye/moved_sums.py) are not counted apart."""
         if not (self._has_chains and self._shares_memory):
             return 0
         go_on = self._is_transparent or self._has_glass

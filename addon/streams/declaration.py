@@ -253,14 +253,14 @@ _ONE_LANE = """int lane() { return 0; }
 vec4 sum_over_lanes(vec4 own) { return own; }"""
 
 # NVIDIA's warps are runs of invocations, and so hold all lanes of an element: these need not wait
-# at barriers, which takes a fifth of coverage's time. Sums are the same.
+# at barriers, as they would twice a sum. Sums are the same. Drivers may know warps and no subgroups.
 _SHUFFLES = """#ifdef GL_NV_shader_thread_shuffle
-#extension GL_KHR_shader_subgroup_basic : require
-#extension GL_KHR_shader_subgroup_shuffle : require
+#extension GL_KHR_shader_subgroup_basic : enable
+#extension GL_KHR_shader_subgroup_shuffle : enable
 #endif"""
 _LANES = """int lane() { return int(gl_LocalInvocationIndex) % LANES; }
 bool is_own() { return lane() == 0 && own_element() == element(); }  // to write
-#ifdef GL_NV_shader_thread_shuffle
+#if defined(GL_NV_shader_thread_shuffle) && defined(GL_KHR_shader_subgroup_shuffle)
 vec4 sum_over_lanes(vec4 own) {
     vec4 sum = vec4(0.0);
     uint first = gl_SubgroupInvocationID / uint(LANES) * uint(LANES);

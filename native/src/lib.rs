@@ -3,10 +3,10 @@
 //!
 //! [`bvh::build`] writes the node array that the GLSL kernels traverse, [`refit::refit`] moves its boxes with
 //! the triangles, [`photons::sort`] puts photons into the cells of a grid, [`radius`] finds the
-//! gather radius at every place, [`aim`] and [`portal_search`] where photons had better go, [`view`] where that is in the picture, [`mixture`] how much of a
-//! picture is denoised. Where OpenGL is software,
-//! [`trace`], [`emission`], [`paths`], [`cuts`], [`coverage`] and [`density`] take the place of GLSL kernels. Python
-//! sees them through the module `python` (cargo feature `python`).
+//! gather radius at every place, [`aim`] and [`portal_search`] where photons had better go, [`view`] where that is
+//! in the picture, [`mixture`] how much of a picture is denoised. Where OpenGL is software, [`trace`], [`emission`],
+//! [`paths`], [`cuts`], [`coverage`] and [`density`] take the place of GLSL kernels. Python sees them through the
+//! module `python` (cargo feature `python`).
 
 pub mod aim;
 mod bent;

@@ -40,3 +40,15 @@ pub(crate) fn unpack_direction(code: f32) -> [f32; 3] {
     let length = (x * x + y * y + z * z).sqrt();
     [x / length, y / length, z / length]
 }
+
+/// The same, but rounded once, at the end: which portals are found can hang on the last bits.
+#[cfg(feature = "python")]
+pub(crate) fn unpack_direction_exactly(code: f32) -> [f32; 3] {
+    let whole = code as u32;
+    let [x, y] = [whole >> 12, whole & 4095].map(|q| f64::from(q) / 4095.0 * 2.0 - 1.0);
+    let z = 1.0 - x.abs() - y.abs();
+    let sign = |v: f64| if v >= 0.0 { 1.0 } else { -1.0 };
+    let [x, y] = if z < 0.0 { [(1.0 - y.abs()) * sign(x), (1.0 - x.abs()) * sign(y)] } else { [x, y] };
+    let length = (x * x + y * y + z * z).sqrt();
+    [x, y, z].map(|v| (v / length) as f32)
+}

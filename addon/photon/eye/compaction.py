@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..photons.paths import halved
+from ..photons.paths import NARROWEST, halved
 from .path import Path, PathStreams
-
-NARROWEST = 32  # elements of a stream: fewer take as long
 
 
 class Compaction:

@@ -87,6 +87,7 @@ class PassImages:
 
     def begin(self) -> PassImages:
         """Forget the last region's."""
+        self._moved.begin()
         for name, pair in self._sums.items():
             pair.restart(self._seen.get(name, self._eye.streams.ones["zeros"]))
         return self

@@ -21,6 +21,10 @@ class MovedSums:
     def __init__(self) -> None:
         self._sums: dict[str, Array] = {}  # (n, 4) of all pixels
 
+    def begin(self) -> None:
+        """Forget those of a pass that failed."""
+        self._sums = {}
+
     def add(
         self,
         pixels: NDArray[np.int64],
@@ -30,7 +34,7 @@ class MovedSums:
         """Add what the first elements of streams have seen, each of one of the pixels (k,); `sums`
         are what there is before the first time."""
         if not self._sums:
-            self._sums = {name: pair.front.elements().copy() for name, pair in sums.items()}
+            self._sums = {name: pair.front.elements() for name, pair in sums.items()}
         more = {name: stream.elements()[: len(pixels)] for name, stream in seen.items()}
         features = [name for name in ("albedo_sum", "normal_sum") if name in more]
         if features:

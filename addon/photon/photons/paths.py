@@ -9,6 +9,7 @@ from ...streams import Device, PingPong, Stream
 from ..kernels.records import FLUX, MEDIUM, RAY_DIRECTION, RAY_ORIGIN
 
 STREAM_WIDTH = 1024  # photons a row
+NARROWEST = 32  # elements of a halved row: fewer take as long
 
 
 class Paths:

@@ -15,9 +15,7 @@ from .deposits import HostDeposits
 from .emission import Emission, rays_of
 from .mapper import PhotonBatch, draw_of
 from .one_bounce import OneBounce, PathsAndEnds
-from .paths import PathsBySize
-
-NARROWEST = 32  # elements of a stream: fewer take as long
+from .paths import NARROWEST, PathsBySize
 
 
 class PhotonMapper:

@@ -27,7 +27,7 @@ const LONGER: f64 = 2.0;
 /// What the first one must gain, and what each after it: few paths promise more than there is.
 const LEAST_GAIN: f32 = 1.25;
 const LEAST_GAIN_OF_MORE: f32 = 2.0;
-/// By how much all of them may be better than the last one promises, once each is climbed from again: a tenth, mostly.
+/// By how much all of them may be better than the last one promises, once each is climbed from again: far less, mostly.
 const BETTER_AT_MOST: f32 = 1.5;
 const SEED: u32 = 1;
 /// Where a rectangle is fitted: how much of what comes through may be beyond each side, how much wider the one

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Where things are in what a picture shows.
 
-use numpy::{PyArray1, PyArrayMethods};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::arrays::{F32Array, I64Array, Rows, U32Array, array, new_matrix, rows};
 use super::run;
-use crate::packing::{pack_direction, unpack_direction};
+use crate::packing::{pack_direction, unpack_direction_exactly};
 use crate::vector::Vector64;
 use crate::{aim, view};
 
@@ -57,7 +57,7 @@ pub(super) fn pack_directions<'py>(
 #[pyfunction]
 pub(super) fn unpack_directions<'py>(py: Python<'py>, codes: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
     let codes = array::<f32>(codes, "codes", &[None])?;
-    new_matrix(py, codes.as_slice()?.iter().flat_map(|code| unpack_direction(*code)).collect(), 3)
+    new_matrix(py, codes.as_slice()?.iter().flat_map(|code| unpack_direction_exactly(*code)).collect(), 3)
 }
 
 /// By which two numbers float32[n, 2] rays float64[n, 6] of a light afar start on a disc about a place, and how much
