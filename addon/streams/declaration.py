@@ -253,7 +253,7 @@ _ONE_LANE = """int lane() { return 0; }
 vec4 sum_over_lanes(vec4 own) { return own; }"""
 
 # NVIDIA's warps are runs of invocations, and so hold all lanes of an element: these need not wait
-# at barriers, as they would twice a sum. Sums are the same. Drivers may know warps and no subgroups.
+# at barriers, as they would twice a sum. Sums are the same. Old drivers know no subgroups.
 _SHUFFLES = """#ifdef GL_NV_shader_thread_shuffle
 #extension GL_KHR_shader_subgroup_basic : enable
 #extension GL_KHR_shader_subgroup_shuffle : enable
