@@ -9,7 +9,7 @@ from ...streams import Device, PingPong, Stream
 from ..kernels.records import FLUX, MEDIUM, RAY_DIRECTION, RAY_ORIGIN
 
 STREAM_WIDTH = 1024  # photons a row
-NARROWEST = 32  # elements of a halved row: fewer take as long
+NARROWEST = 32  # elements of a row: fewer take as long
 
 
 class Paths:
@@ -54,7 +54,7 @@ class PathsBySize(Generic[AnyPaths]):
         media: bool,
         narrowest: int = STREAM_WIDTH,
     ) -> None:
-        """`media`: as Paths; `narrowest`: what a row is halved down to for the last photons."""
+        """`media`: as Paths; `narrowest`: what a row is made shorter to, for the last photons."""
         self._device, self._kind, self._media = device, kind, media
         self._narrowest = narrowest
         self._paths: dict[tuple[int, int], AnyPaths] = {}  # by size
@@ -83,11 +83,11 @@ class PathsBySize(Generic[AnyPaths]):
 
 
 def halved(size: tuple[int, int], elements: int, narrowest: int) -> tuple[int, int]:
-    """A stream's size with half the rows as often as so many elements fit, and then with a row half
-    as wide, down to the narrowest."""
+    """A stream's size with half the rows as often as so many elements fit, and then with a row a
+    quarter as wide, down to the narrowest: by halves there would be twice as many streams."""
     width, rows = size
     while rows > 1 and elements <= width * (rows // 2):
         rows //= 2
-    while rows == 1 and width // 2 >= narrowest and elements <= width // 2:
-        width //= 2
+    while rows == 1 and width // 4 >= narrowest and elements <= width // 4:
+        width //= 4
     return width, rows
