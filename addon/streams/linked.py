@@ -36,10 +36,8 @@ class Linked:
 
     def set_all(self, values: Mapping[str, Any]) -> None:
         """As `set`, of several."""
-        known = self._values
         for name, value in values.items():
-            if known.get(name, _NEVER)[1] is not value:
-                self.set(name, value)
+            self.set(name, value)
 
     def set(self, name: str, value: Any) -> None:
         """Set a uniform or a sampler's unit, if the program has it; bytes are those of an array."""

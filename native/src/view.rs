@@ -57,7 +57,8 @@ fn face_of(normal: [f32; 3]) -> i64 {
     2 * axis as i64 + i64::from(normal[axis] > 0.0)
 }
 
-/// Which of all cells each is, in the order in which they first appear, and how many there are. `cells`: mixed numbers.
+/// Which of all cells each is, in the order in which they first appear, and how many there are. `cells`: mixed numbers,
+/// which need no such hash as the standard map's.
 pub fn numbered(cells: &[i64]) -> (Vec<u32>, u32) {
     let slots = (2 * cells.len()).next_power_of_two().max(2);
     let shift = 64 - slots.trailing_zeros();

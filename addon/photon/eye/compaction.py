@@ -28,10 +28,11 @@ class Compaction:
             return
         if size not in self._smaller:
             self._smaller[size] = self._whole.of_size(size)
-        rays, to = path.at.rays(), self._smaller[size]
-        there = np.flatnonzero(rays["direction"].front.elements().any(axis=1))
+        to = self._smaller[size]
+        found = {name: pair.front.elements() for name, pair in path.at.rays().items()}
+        there = np.flatnonzero(found["direction"].any(axis=1))
         for name, pair in to.rays().items():
-            pair.front.take(rays[name].front.elements()[there])
+            pair.front.take(found[name][there])
         to.ones["pixel"].take(path.at.ones["pixel"].elements()[there])
         path.pixels = there if path.pixels is None else path.pixels[there]
         path.at = to

@@ -76,10 +76,10 @@ class PhotonMapper:
         smaller = self._paths.halved(paths, alive)
         if smaller is paths:
             return paths
-        directions = paths.pairs["direction"].front.elements()
-        there = np.flatnonzero(directions[:, :3].any(axis=1))
-        for name, old in paths.pairs.items():
-            smaller.pairs[name].front.take(old.front.elements()[there])
+        found = {name: stream.elements() for name, stream in paths.fronts().items()}
+        there = np.flatnonzero(found["direction"][:, :3].any(axis=1))
+        for name, elements in found.items():
+            smaller.pairs[name].front.take(elements[there])
         return smaller
 
     def release(self) -> None:
