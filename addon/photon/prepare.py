@@ -253,6 +253,7 @@ class _Preparation:
             device_scene.mesh,
             at_once=moves,
             eye=place,
+            by_photons=self._settings.direct_by_photons,
         )
         with self._phases.timed("aim"):
             self._aiming.set(0)

@@ -27,6 +27,8 @@ bool may_land() {
 }
 #endif
 
+const float FIRST_HIT = 0.5;  // what the number of a photon that has not bounced has more
+
 void kernel() {
     Place place = load_place();
     if (!is_place(place) || !gathers(load_diffuse())) skip();
@@ -49,5 +51,9 @@ void kernel() {
 #ifdef DIRECTIONS
     flux = flux_with_direction(flux, -load_direction().direction);
 #endif
-    store_deposit(Deposit(flux, numbered ? float(photon_number(load_flux())) : pack_direction(load_facing().normal)));
+    if (numbered) {
+        float number = float(photon_number(load_flux())) + (bounce == 0 ? FIRST_HIT : 0.0);
+        flux = vec3(flux.r + flux.g + flux.b, number, 0.0);
+    }
+    store_deposit(Deposit(flux, pack_direction(load_facing().normal)));
 }

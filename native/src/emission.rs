@@ -23,7 +23,7 @@ pub struct Emission {
     pub first_hits: bool,
     /// Whether fluxes carry the direction to the light.
     pub directions: bool,
-    /// Whether the photons' numbers take the place of normals.
+    /// Whether deposits have the photons' numbers in place of colours.
     pub numbered: bool,
 }
 

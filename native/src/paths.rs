@@ -20,6 +20,7 @@ use crate::watertight::{Hit, Ray};
 use crate::wide::Stack;
 
 const T_MAX: f32 = 3.0e38; // as in glsl/lib/constants.glsl
+const FIRST_HIT: f32 = 0.5; // as in glsl/kernels/projector.glsl
 const PHOTONS_A_TASK: usize = 1024;
 /// Of what a diffuse surface scatters, what goes through portals at least, as in glsl/lib/photon_roulette.glsl.
 const LEAST_BY_PORTAL: f32 = 0.2;
@@ -113,13 +114,13 @@ widest! {
                     } else {
                         photon.flux
                     };
-                    landed.places.push([x, y, z, surface.side * (surface.surface + 1.0)]);
-                    let normal = if emission.numbered {
-                        photon.number as f32
+                    let flux = if emission.numbered {
+                        [r + g + b, photon.number as f32 + if bounce == 0 { FIRST_HIT } else { 0.0 }, 0.0]
                     } else {
-                        pack_direction(surface.geometric)
+                        [r, g, b]
                     };
-                    landed.deposits.push([r, g, b, normal]);
+                    landed.places.push([x, y, z, surface.side * (surface.surface + 1.0)]);
+                    landed.deposits.push([flux[0], flux[1], flux[2], pack_direction(surface.geometric)]);
                 }
                 if let Some(next) = reflect(scene, emission, bounce, &photon, &surface, position) {
                     paths[alive] = next;

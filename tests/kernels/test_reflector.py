@@ -217,7 +217,7 @@ def test_bounces_draw_other_numbers(bench: Bench) -> None:
 def project(bench: Bench, material: Material) -> dict[str, Any]:
     values = {"seed": 1, "pass_index": 2, "bounce": 0}
     points = shade(bench, material, incoming(), values, PHOTONS)
-    return bench.run(Projector, points, {"numbered": False})
+    return bench.run(Projector, points, {"numbered": False, "bounce": 1})
 
 
 @pytest.mark.parametrize("diffuse", [(0.5, 0.5, 0.5), (0.0, 0.0, 1e-3)])

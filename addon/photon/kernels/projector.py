@@ -47,7 +47,10 @@ class Projector(Kernel):
         "deposit": DEPOSIT,
         "caustic": When("CAUSTICS", PLACE),  # as landed, of those by way of lobes not diffuse
     }
-    uniforms = {"numbered": Uniform("bool")}  # the photon takes the normal's place
+    uniforms = {
+        "numbered": Uniform("bool"),  # deposits tell their photons' numbers
+        "bounce": Uniform("int"),
+    }
     tables = {
         "triangles": When("ABSORPTION", Table(TRIANGLE)),
         "materials": When("ABSORPTION", Table(MATERIAL)),

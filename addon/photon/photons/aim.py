@@ -67,10 +67,12 @@ class Aiming:
         mesh: Mesh,
         at_once: bool = False,
         eye: list[float] | None = None,
+        by_photons: bool = False,
     ) -> None:
         """`look` finds what the picture shows, of a mesh; `at_once`: all passes shall know; `eye`:
-        where it is, if there is one."""
+        where it is, if there is one; `by_photons`: they bring the direct light, too."""
         self._mapper, self._tables, self._seed, self._look = mapper, tables, seed, look
+        self._by_photons = by_photons
         self._plain = self._used = Starts(tables.by_flux, None)
         self._learned: Starts | None = None
         self._view: View | None = None
@@ -177,7 +179,8 @@ class Aiming:
     def _trace(self, starts: Starts, at: int, view: View, photons: int) -> Importance | None:
         self._use(starts)
         index, wide = LEARNING_PASS + at, 1.0 if at else WIDE
-        found = importance_of(self._mapper, self._tables, view, self._seed, index, photons, wide)
+        given = self._mapper, self._tables, view, self._seed
+        found = importance_of(*given, index, photons, wide, self._by_photons)
         if found and self._surrounded:  # nothing comes to the rest
             found = replace(found, known=min(found.known / self._surrounded.share, 1.0))
         return found

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,8 @@ import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ..stage.tables import Tables
-from .landed import mean_flux
-from .mapper import Mapper, PhotonBatch
+from .landed import trace_few
+from .mapper import Mapper
 from .view import Doubles, View
 
 LIGHT = 0  # dimension of random numbers, as in glsl/lib/rng.glsl
@@ -40,24 +40,27 @@ class Importance:
 
 
 def importance_of(
-    mapper: Mapper, tables: Tables, view: View, seed: int, index: int, photons: int, wide: float
+    mapper: Mapper,
+    tables: Tables,
+    view: View,
+    seed: int,
+    index: int,
+    photons: int,
+    wide: float,
+    by_photons: bool,
 ) -> Importance | None:
-    """Trace photons of a pass; None if none of them is of any use. `wide`: as of View.cells.
+    """Trace photons of a pass; None if none of them is of any use. `wide`: as of View.cells;
+    `by_photons`: they bring the direct light, too.
 
     A light of n photons adds a / n to the irradiance's relative variance in each cell, of which a
     photon that brings a share of the cell's flux tells the share's square. Direct light, which has
     no such noise, is part of that flux.
     """
-    batch = PhotonBatch(index, photons, numbered=True)
-    mapper.start(batch)
-    deposit = mapper.finish().fluxes()
-    if not len(deposit):
+    landed = trace_few(mapper, index, photons)
+    places, flux, first = landed.places, landed.flux, 0 if by_photons else landed.first
+    if first == len(places):
         return None
-    mapper.start(replace(batch, first_hits=True))
-    places, deposits = mapper.finish().arrays()  # direct light, and then the same again
-    flux = mean_flux(deposits)
     cell, count = native.numbered_cells(view.cells(np.concatenate([view.shown, places]), wide))
-    first = len(places) - len(deposit)
     shown, direct, own = np.split(cell, np.cumsum([len(view.places), first]))
     seen = np.bincount(shown, view.weights, count)
     total = np.bincount(own, flux[first:], count)
@@ -67,7 +70,7 @@ def importance_of(
     if not known.any():
         return None
     importance = np.where(known, seen / np.where(known, total, 1.0) ** 2, 0.0)
-    photon = deposit[:, 3].astype(np.int64)
+    photon = landed.numbers[first:]
     mass = np.bincount(photon, importance[own] * flux**2, photons)
     number = np.flatnonzero(np.bincount(photon, minlength=photons)).astype(np.uint32)
     mass = mass[number]

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -31,16 +31,14 @@ class Landed:
 
 
 def trace_few(mapper: Mapper, index: int, photons: int) -> Landed:
-    """Trace few photons of a pass, once for their numbers and once for normals."""
-    batch = PhotonBatch(index, photons, first_hits=True)
-    mapper.start(replace(batch, numbered=True))
-    numbers = mapper.finish().fluxes()[:, 3].astype(np.intp)
-    mapper.start(batch)
-    places, deposit = mapper.finish().arrays()
-    falls = np.flatnonzero(np.diff(numbers) <= 0)
-    first = int(falls[0]) + 1 if len(falls) else len(numbers)
-    facing = np.ascontiguousarray(deposit[:, 3])
-    return Landed(places, facing, mean_flux(deposit), numbers, first)
+    """Trace few photons of a pass."""
+    mapper.start(PhotonBatch(index, photons, numbered=True, first_hits=True))
+    places, deposits = mapper.finish().arrays()
+    numbers = np.floor(deposits[:, 1])
+    first = int(np.count_nonzero(numbers != deposits[:, 1]))
+    flux = (deposits[:, 0] / np.float32(3.0)).astype(np.float64)
+    facing = np.ascontiguousarray(deposits[:, 3])
+    return Landed(places, facing, flux, numbers.astype(np.intp), first)
 
 
 def mean_flux(deposits: NDArray[np.float32]) -> Doubles:

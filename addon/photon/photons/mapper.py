@@ -23,7 +23,7 @@ class PhotonBatch:
 
     index: int  # of the pass
     photons: int  # that start
-    numbered: bool = False  # deposits have their photons' numbers in place of normals
+    numbered: bool = False  # deposits have their photons' numbers in place of colours
     first_hits: bool = False  # direct light is deposited in any case
 
     def first_to_deposit(self, settings: Settings) -> int:

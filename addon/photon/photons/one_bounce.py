@@ -117,7 +117,7 @@ class OneBounce:
         launch(self._tracer, streams, self._tables)
         launch(shade, streams, self._tables, draw)
         if bounce >= batch.first_to_deposit(self._settings):
-            launch(self._projector, streams, self._tables, {"numbered": batch.numbered})
+            launch(self._projector, streams, self._tables, draw | {"numbered": batch.numbered})
             deposits.append(streams["landed"], streams["deposit"], streams.get("caustic"))
         return streams, draw
 

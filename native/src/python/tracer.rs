@@ -93,10 +93,10 @@ impl Tracer {
     /// float32[M, 2, 4] and lights float32[L, 4, 4] laid out as LAYOUTS says of PlainMaterial and
     /// PlainLight; what random numbers depend on: seed, pass_index; how many photons; how often each may
     /// bounce; whether first hits are stored, too; and whether fluxes carry
-    /// the direction to the light. A photon on a material that is not there ends. numbered: each deposit has its
-    /// photon's number in its normal's place. aims float32[L, 4] and aim_nodes float32[N, 4], as LightAim and
-    /// AimNode: how photons start at lights. portals float32[n, 3, 4], as Portal: where they go from diffuse
-    /// surfaces.
+    /// the direction to the light. A photon on a material that is not there ends. numbered: in place of
+    /// its flux each deposit has the channels' sum, its photon's number, a half more before it has bounced, and
+    /// 0. aims float32[L, 4] and aim_nodes float32[N, 4], as LightAim and AimNode: how photons start at lights.
+    /// portals float32[n, 3, 4], as Portal: where they go from diffuse surfaces.
     ///
     /// Returns (place float32[P, 4], deposit float32[P, 4], unfinished): position and surface + 1,
     /// flux and packed normal, in order of bounce and photon; and how many the last bounce cut off.

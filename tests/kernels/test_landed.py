@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Few photons with their numbers are those of a pass, however they are traced."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.photon.photons.landed import mean_flux, trace_few
+from addon.photon.photons.mapper import PhotonBatch
+from addon.photon.prepare import prepare
+from addon.photon.settings import Settings
+from addon.streams import Device
+from tests.physics.test_glass import glass
+from tests.scenes import Builder, camera, cornell, plain_light, plain_material
+
+SETTINGS = Settings(width=8, height=8, photons=3000, seed=5)
+
+
+@pytest.mark.parametrize("way", ["fragment", "compute", "resident", "native"])
+def test_numbers_and_first_hits(device: Device, way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if way == "resident":
+        monkeypatch.setattr(device, "prefers_native", False)
+    backend: Any = "compute" if way == "resident" else way
+    scene = cornell(mirror=True, lobe=True)
+    renderer = prepare(scene, replace(SETTINGS, backend=backend), device)
+    assert renderer.photons
+    mapper = renderer.photons.mapper
+    few = trace_few(mapper, 3, 3000)
+    # The photons that a pass has, if direct light is deposited, too.
+    mapper.start(PhotonBatch(3, 3000, first_hits=True))
+    place, deposit = mapper.finish().arrays()
+    np.testing.assert_array_equal(few.places, place)
+    np.testing.assert_array_equal(few.facing, deposit[:, 3])
+    np.testing.assert_array_equal(few.flux, mean_flux(deposit))
+    mapper.start(PhotonBatch(3, 3000))
+    assert 1000 < few.first == len(place) - mapper.finish().count
+    renderer.release()
+    bounces = np.split(few.numbers, np.flatnonzero(np.diff(few.numbers) <= 0) + 1)
+    assert len(bounces) > 3 and len(bounces[0]) == few.first  # each photon's once
+    for later, earlier in zip(bounces[2:], bounces[1:], strict=False):
+        assert len(later) < len(earlier)
+
+
+def test_no_first_hit_lands(device: Device) -> None:
+    """Of a lamp in a glass ball."""
+    built = Builder().sphere((0, 0, 2), 0.3, 0, "ball", subdivisions=3)
+    built.quad((-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0), 1, "floor")
+    grey, lamp = (
+        plain_material("grey", (0.5,) * 3),
+        plain_light("lamp", "POINT", (0, 0, 2), (9,) * 3),
+    )
+    scene = built.scene(camera((0, -7, 3), (0, 0, 1), 50), (lamp,), (glass(), grey))
+    renderer = prepare(scene, SETTINGS, device)
+    assert renderer.photons
+    few = trace_few(renderer.photons.mapper, 3, 3000)
+    renderer.release()
+    assert few.first == 0 and len(few.places) > 300
