@@ -70,10 +70,11 @@ pub(crate) struct Bodies {
 
 impl Bodies {
     pub(crate) fn new(places: &[[f32; 3]], edges: &Edges, mut pieces: Pieces) -> Bodies {
-        let mut members: Vec<(u32, u32)> =
-            edges.corners.iter().flatten().map(|&vertex| (pieces.of(vertex), vertex)).collect();
+        let mut is_used = vec![false; places.len()];
+        edges.corners.iter().flatten().for_each(|&vertex| is_used[vertex as usize] = true);
+        let used = (0..places.len() as u32).filter(|&vertex| is_used[vertex as usize]);
+        let mut members: Vec<(u32, u32)> = used.map(|vertex| (pieces.of(vertex), vertex)).collect();
         members.par_sort_unstable();
-        members.dedup();
         let (mut numbers, mut boxes, mut begins) = (vec![0; places.len()], Vec::new(), vec![0]);
         for piece in members.chunk_by(|one, other| one.0 == other.0) {
             numbers[piece[0].0 as usize] = boxes.len() as u32;

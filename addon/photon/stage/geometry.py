@@ -8,6 +8,7 @@ is then the irradiance in W/m^2.
 
 from __future__ import annotations
 
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -116,10 +117,24 @@ class Mesh:
         """The triangles as (K, 3, 4) numbers."""
         return self.triangles.view(np.float32).reshape(-1, 3, 4)
 
-    @cached_property
+    @property
     def faces(self) -> NDArray[np.float32]:
         """(K, 4) which triangles make quads, bound a solid, and have something lying on them, as
-        native/src/faces.rs tells: found when first asked for, of the mesh as it is now."""
+        native/src/faces.rs tells; waits for who finds them."""
+        return self._finding.result()
+
+    def find_faces(self) -> None:
+        """Begin to find faces, in a thread of its own: the host waits for a GPU meanwhile."""
+        _ = self._finding
+
+    @cached_property
+    def _finding(self) -> Future[NDArray[np.float32]]:
+        thread = ThreadPoolExecutor(1)
+        found = thread.submit(self._find_faces)
+        thread.shutdown(wait=False)
+        return found
+
+    def _find_faces(self) -> NDArray[np.float32]:
         materials = np.zeros(len(self.surfaces), np.int32)
         materials[self.tree.order] = self.triangles["material"]
         tree, vertices = self.tree, self.frame.vertices(self.vertices)
