@@ -161,7 +161,7 @@ class _Preparation:
         tables, mesh = device_scene.tables, device_scene.mesh
         needs = find_needs(self._scene, settings, mesh, tables.emitters, tables.asked)
         self.warnings = _warnings(self._scene, settings, mesh, needs)
-        if needs.photons and settings.boundary_correction:
+        if backend.works_alone and needs.photons and settings.boundary_correction:
             mesh.find_faces()
         with self._phases.timed("programs"):
             mapper = self._mapper(device_scene, needs) if needs.photons else None

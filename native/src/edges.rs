@@ -70,17 +70,8 @@ impl Edges {
 
     /// For each edge how triangles pass it.
     pub(crate) fn passed(&self) -> impl Iterator<Item = &[Edge]> {
-        self.edges.chunk_by(is_same)
+        self.edges.chunk_by(|one, other| one.key >> 1 == other.key >> 1)
     }
-
-    /// The same, for several threads.
-    pub(crate) fn par_passed(&self) -> impl ParallelIterator<Item = &[Edge]> {
-        self.edges.par_chunk_by(is_same)
-    }
-}
-
-fn is_same(one: &Edge, other: &Edge) -> bool {
-    one.key >> 1 == other.key >> 1
 }
 
 /// Of each vertex the one that stands for all in its place on its surface.

@@ -65,7 +65,7 @@ pub fn faces(
     let all = Triangles { nodes, order, vertices, corners: &edges.corners, bodies: &bodies };
     let lain_on = (0..triangles.len()).into_par_iter().map_init(Vec::new, |stack, triangle| {
         let (shape, partner) = (shape_of(triangle as u32), partners[triangle].as_ref());
-        let area = shape.area + partner.map_or(0.0, |partner| partner.area);
+        let area = shape.area + partner.map_or(0.0, |partner| shape_of(partner.triangle).area);
         let widest = (0.5 * area / (f64::from(SMALL) * PI)).sqrt();
         let most = if widest < NARROW { 0.0 } else { LYING.min(f64::from(TOUCHES) * widest) };
         all.lies_on(&shape, most, stack)
@@ -74,7 +74,7 @@ pub fn faces(
     let face = |triangle: usize| {
         let (mut code, mut lain_on_either) = ((solid[triangle] + 1) as usize, lain_on[triangle]);
         let mut corner = [0.0; 3];
-        if let Some(Partner { triangle: partner, corners: [own, others], .. }) = partners[triangle] {
+        if let Some(Partner { triangle: partner, corners: [own, others] }) = partners[triangle] {
             corner = vertices[edges.corners[partner as usize][(others as usize + 2) % 3] as usize];
             code += 4 * (usize::from(own) + 1);
             lain_on_either = std::array::from_fn(|k| lain_on_either[k] || lain_on[partner as usize][k]);
@@ -86,8 +86,7 @@ pub fn faces(
     Ok((0..triangles.len()).map(face).collect())
 }
 
-/// Of each triangle the largest neighbour that makes a quad with it; of two that are as large the one beyond the edge
-/// that comes first.
+/// Of each triangle the largest neighbour that makes a quad with it.
 fn partners(
     vertices: &[[f32; 3]],
     edges: &Edges,
@@ -95,37 +94,31 @@ fn partners(
     materials: &[i32],
 ) -> Vec<Option<Partner>> {
     let shape_of = |triangle: u32| Shape::of(vertices, &edges.corners[triangle as usize]);
-    let quads = |passed: &[Edge]| -> [Option<(u32, Partner)>; 2] {
-        let &[one, other] = passed else { return [None; 2] };
+    let mut partners: Vec<Option<Partner>> = vec![None; edges.corners.len()];
+    for passed in edges.passed() {
+        let &[one, other] = passed else { continue };
         let [a, b] = [one, other].map(|edge| edge.triangle as usize);
         if surfaces[a] != surfaces[b] || materials[a] != materials[b] {
-            return [None; 2];
+            continue;
         }
-        let shapes = [one, other].map(|edge| shape_of(edge.triangle));
-        [(one, other, 0), (other, one, 1)].map(|(own, next, at)| {
-            let (shape, other) = (&shapes[at], &shapes[1 - at]);
-            let corners = [own.corner, next.corner];
-            let partner = Partner { triangle: next.triangle, corners, area: other.area };
-            shape.makes_quad(own, other, next).then_some((own.triangle, partner))
-        })
-    };
-    let found: Vec<(u32, Partner)> = edges.par_passed().flat_map_iter(quads).flatten().collect();
-    let mut partners: Vec<Option<Partner>> = vec![None; edges.corners.len()];
-    for (triangle, partner) in found {
-        let best = &mut partners[triangle as usize];
-        if best.is_none_or(|best| partner.area > best.area) {
-            *best = Some(partner);
+        for [own, next] in [[one, other], [other, one]] {
+            let (shapes, partner) =
+                ([own, next].map(|edge| shape_of(edge.triangle)), &mut partners[own.triangle as usize]);
+            let is_larger =
+                partner.as_ref().is_none_or(|partner| shapes[1].area > shape_of(partner.triangle).area);
+            if is_larger && shapes[0].makes_quad(own, &shapes[1], next) {
+                *partner = Some(Partner { triangle: next.triangle, corners: [own.corner, next.corner] });
+            }
         }
     }
     partners
 }
 
-/// A neighbour, which corner of a triangle and of it the edge between them begins at, and its doubled area.
-#[derive(Clone, Copy)]
+/// A neighbour, and which corner of a triangle and of it the edge between them begins at.
+#[derive(Clone)]
 struct Partner {
     triangle: u32,
     corners: [u8; 2],
-    area: f64,
 }
 
 impl Shape {

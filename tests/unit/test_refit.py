@@ -196,6 +196,14 @@ def test_quads_are_of_the_mesh_as_it_is() -> None:
     assert ((fitted.faces[:, 3] < 4) == (mesh.tree.order >= 24)).all()
 
 
+def test_faces_by_a_thread() -> None:
+    scene = seat()
+    mesh, ahead = (Mesh.build(scene, frame_of(scene)) for _ in range(2))
+    ahead.find_faces()
+    ahead.find_faces()
+    np.testing.assert_array_equal(ahead.faces, mesh.faces)
+
+
 def test_solids_are_of_the_mesh_as_it_is() -> None:
     scene, parted = seat(), seat(0.05)
     mesh = Mesh.build(scene, frame_of(scene))

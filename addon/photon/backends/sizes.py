@@ -34,6 +34,7 @@ SPLATS = 512  # software OpenGL's vertices
 # A triangle's while its tree is built, or while the native core makes its own of that, on a soup of
 # them; a grid of them takes four fifths.
 BUILD, NATIVE_BUILD = 376, 520
+AHEAD = 130  # more where a thread finds faces: Mesh.find_faces
 TABLES, NATIVE_TABLES = 11 * TEXEL, 6 * TEXEL  # corners, normals, face and at worst a node
 
 
@@ -148,6 +149,7 @@ class Sizes:
 class ResidentSizes(Sizes):
     """Of GLSL with lists on the device."""
 
+    build = BUILD + AHEAD
     denoising_textures = STREAMS
 
     def paths(self, counts: PhotonCounts) -> Bytes:

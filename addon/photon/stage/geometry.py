@@ -117,22 +117,23 @@ class Mesh:
         """The triangles as (K, 3, 4) numbers."""
         return self.triangles.view(np.float32).reshape(-1, 3, 4)
 
-    @property
+    @cached_property
     def faces(self) -> NDArray[np.float32]:
         """(K, 4) which triangles make quads, bound a solid, and have something lying on them, as
-        native/src/faces.rs tells; waits for who finds them."""
-        return self._finding.result()
+        native/src/faces.rs tells: found when first asked for, unless a thread finds them."""
+        return self._ahead[0].result() if self._ahead else self._find_faces()
 
     def find_faces(self) -> None:
-        """Begin to find faces, in a thread of its own: the host waits for a GPU meanwhile."""
-        _ = self._finding
+        """Begin to find them in a thread, while the host waits for a GPU. Not where memory is
+        short, for a thread does not take what others have freed."""
+        if not self._ahead:
+            thread = ThreadPoolExecutor(1)
+            self._ahead.append(thread.submit(self._find_faces))
+            thread.shutdown(wait=False)
 
     @cached_property
-    def _finding(self) -> Future[NDArray[np.float32]]:
-        thread = ThreadPoolExecutor(1)
-        found = thread.submit(self._find_faces)
-        thread.shutdown(wait=False)
-        return found
+    def _ahead(self) -> list[Future[NDArray[np.float32]]]:
+        return []  # one, if a thread finds faces
 
     def _find_faces(self) -> NDArray[np.float32]:
         materials = np.zeros(len(self.surfaces), np.int32)
