@@ -161,6 +161,7 @@ class _Preparation:
         tables, mesh = device_scene.tables, device_scene.mesh
         needs = find_needs(self._scene, settings, mesh, tables.emitters, tables.asked)
         self.warnings = _warnings(self._scene, settings, mesh, needs)
+        # Elsewhere a thread gains nothing, and takes none of the memory that others have freed.
         if backend.works_alone and needs.photons and settings.boundary_correction:
             mesh.find_faces()
         with self._phases.timed("programs"):
@@ -255,7 +256,7 @@ class _Preparation:
             device_scene.mesh,
             at_once=moves,
             eye=place,
-            by_photons=self._settings.direct_by_photons,
+            direct_by_photons=self._settings.direct_by_photons,
         )
         with self._phases.timed("aim"):
             self._aiming.set(0)

@@ -23,7 +23,7 @@ pub struct Emission {
     pub first_hits: bool,
     /// Whether fluxes carry the direction to the light.
     pub directions: bool,
-    /// Whether deposits have the photons' numbers in place of colours.
+    /// Whether deposits tell no colours, but the photons' numbers.
     pub numbered: bool,
 }
 

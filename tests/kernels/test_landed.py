@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from addon.photon.photons.importance import importance_of
 from addon.photon.photons.landed import mean_flux, trace_few
 from addon.photon.photons.mapper import PhotonBatch
+from addon.photon.photons.view import View
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from addon.streams import Device
@@ -18,6 +20,16 @@ from tests.physics.test_glass import glass
 from tests.scenes import Builder, camera, cornell, plain_light, plain_material
 
 SETTINGS = Settings(width=8, height=8, photons=3000, seed=5)
+
+
+def numbers_by(backend: Any, device: Device) -> Any:
+    """Of first hits."""
+    scene = cornell(mirror=True, lobe=True)
+    renderer = prepare(scene, replace(SETTINGS, backend=backend), device)
+    assert renderer.photons
+    few = trace_few(renderer.photons.mapper, 3, 3000)
+    renderer.release()
+    return few.numbers[: few.first]
 
 
 @pytest.mark.parametrize("way", ["fragment", "compute", "resident", "native"])
@@ -30,6 +42,8 @@ def test_numbers_and_first_hits(device: Device, way: str, monkeypatch: pytest.Mo
     assert renderer.photons
     mapper = renderer.photons.mapper
     few = trace_few(mapper, 3, 3000)
+    other = numbers_by("native" if way != "native" else "fragment", device)
+    assert len(np.setxor1d(few.numbers[: few.first], other)) <= 2  # by rounding, at edges
     # The photons that a pass has, if direct light is deposited, too.
     mapper.start(PhotonBatch(3, 3000, first_hits=True))
     place, deposit = mapper.finish().arrays()
@@ -59,3 +73,20 @@ def test_no_first_hit_lands(device: Device) -> None:
     few = trace_few(renderer.photons.mapper, 3, 3000)
     renderer.release()
     assert few.first == 0 and len(few.places) > 300
+
+
+def test_direct_light_counts_where_photons_bring_it(device: Device) -> None:
+    """Of the photons that land on what is shown some have not bounced."""
+    scene = cornell(mirror=False)
+    renderer = prepare(scene, SETTINGS, device)
+    assert renderer.photons
+    mapper, tables = renderer.photons.mapper, renderer._device_scene.tables
+    few = trace_few(mapper, 3, 3000)
+    view = View(0.01, None, few.places[:, :3].astype(float), *np.ones((2, len(few.places))))
+    found = [
+        importance_of(mapper, tables, view, 5, 3, 3000, 1.0, direct) for direct in (False, True)
+    ]
+    renderer.release()
+    by_others, by_all = (len(importance.mass) for importance in found if importance)
+    assert by_others == len(np.unique(few.numbers[few.first :]))
+    assert by_all == len(np.unique(few.numbers)) > by_others

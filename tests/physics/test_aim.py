@@ -125,7 +125,7 @@ def test_a_first_picture_waits_for_nothing(device: Device) -> None:
     renderer.render_pass()
     assert renderer.launches()["generator"] == 1
     renderer.render_pass()
-    assert renderer.launches()["generator"] == 4
+    assert renderer.launches()["generator"] == 3
     renderer.release()
 
 

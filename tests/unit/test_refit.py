@@ -4,6 +4,7 @@ renderer gives, which builds another."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import pairwise
@@ -196,12 +197,27 @@ def test_quads_are_of_the_mesh_as_it_is() -> None:
     assert ((fitted.faces[:, 3] < 4) == (mesh.tree.order >= 24)).all()
 
 
-def test_faces_by_a_thread() -> None:
+def test_a_thread_finds_faces_once(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = seat()
     mesh, ahead = (Mesh.build(scene, frame_of(scene)) for _ in range(2))
+    threads, find = [], native.faces_of
+
+    def faces_of(*given: Any) -> Any:
+        threads.append(threading.current_thread())
+        if len(threads) == 1:
+            raise MemoryError
+        return find(*given)
+
+    monkeypatch.setattr(native, "faces_of", faces_of)
     ahead.find_faces()
+    with pytest.raises(MemoryError):
+        _ = ahead.faces
+    ahead.find_faces()  # a later render of the same mesh
     ahead.find_faces()
-    np.testing.assert_array_equal(ahead.faces, mesh.faces)
+    found = ahead.faces
+    ahead.find_faces()
+    assert len(threads) == 2 and threading.main_thread() not in threads
+    np.testing.assert_array_equal(found, mesh.faces)
 
 
 def test_solids_are_of_the_mesh_as_it_is() -> None:

@@ -58,9 +58,9 @@ ILLUMINANCE_SEEN = Record(
 GLOSS = Record("Gloss", {"radiance": "vec3", "inner": "float"})
 # The normal of those lobes, and their mean albedo towards the viewer; 0: none gathers.
 GATHERED = Record("Gathered", {"normal": "vec3", "albedo": "float"})
-# [W], with DIRECTIONS that to the light in its last bits (packing.glsl), or, where deposits are
-# numbered, the channels' sum, the photon's number, a half more before it has bounced, and 0;
-# geometric normal, packed.
+# [W], with DIRECTIONS that to the light in its last bits (packing.glsl); geometric normal, packed.
+# Where deposits are numbered, flux is the channels' sum [W]; the photon's number, below 2^23, plus
+# a half before it has bounced; and 0.
 DEPOSIT = Record("Deposit", {"flux": "vec3", "normal": "float"})
 GATHER_RADIUS = Record("GatherRadius", {"radius": "float"})  # [scene units]
 # Half planes that end a visible point's disc (lib/cuts.glsl) [1 / scene units]; zero: no cut

@@ -67,12 +67,13 @@ class Aiming:
         mesh: Mesh,
         at_once: bool = False,
         eye: list[float] | None = None,
-        by_photons: bool = False,
+        *,
+        direct_by_photons: bool,
     ) -> None:
         """`look` finds what the picture shows, of a mesh; `at_once`: all passes shall know; `eye`:
-        where it is, if there is one; `by_photons`: they bring the direct light, too."""
+        where it is, if there is one; `direct_by_photons`: they bring the direct light, too."""
         self._mapper, self._tables, self._seed, self._look = mapper, tables, seed, look
-        self._by_photons = by_photons
+        self._direct_by_photons = direct_by_photons
         self._plain = self._used = Starts(tables.by_flux, None)
         self._learned: Starts | None = None
         self._view: View | None = None
@@ -180,7 +181,7 @@ class Aiming:
         self._use(starts)
         index, wide = LEARNING_PASS + at, 1.0 if at else WIDE
         given = self._mapper, self._tables, view, self._seed
-        found = importance_of(*given, index, photons, wide, self._by_photons)
+        found = importance_of(*given, index, photons, wide, self._direct_by_photons)
         if found and self._surrounded:  # nothing comes to the rest
             found = replace(found, known=min(found.known / self._surrounded.share, 1.0))
         return found

@@ -47,17 +47,17 @@ def importance_of(
     index: int,
     photons: int,
     wide: float,
-    by_photons: bool,
+    direct_by_photons: bool,
 ) -> Importance | None:
     """Trace photons of a pass; None if none of them is of any use. `wide`: as of View.cells;
-    `by_photons`: they bring the direct light, too.
+    `direct_by_photons`: they bring the direct light, too.
 
     A light of n photons adds a / n to the irradiance's relative variance in each cell, of which a
     photon that brings a share of the cell's flux tells the share's square. Direct light, which has
     no such noise, is part of that flux.
     """
     landed = trace_few(mapper, index, photons)
-    places, flux, first = landed.places, landed.flux, 0 if by_photons else landed.first
+    places, flux, first = landed.places, landed.flux, 0 if direct_by_photons else landed.first
     if first == len(places):
         return None
     cell, count = native.numbered_cells(view.cells(np.concatenate([view.shown, places]), wide))

@@ -23,7 +23,7 @@ class PhotonBatch:
 
     index: int  # of the pass
     photons: int  # that start
-    numbered: bool = False  # deposits have their photons' numbers in place of colours
+    numbered: bool = False  # deposits tell no colours, but their photons' numbers
     first_hits: bool = False  # direct light is deposited in any case
 
     def first_to_deposit(self, settings: Settings) -> int:

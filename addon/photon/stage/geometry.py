@@ -121,19 +121,18 @@ class Mesh:
     def faces(self) -> NDArray[np.float32]:
         """(K, 4) which triangles make quads, bound a solid, and have something lying on them, as
         native/src/faces.rs tells: found when first asked for, unless a thread finds them."""
-        return self._ahead[0].result() if self._ahead else self._find_faces()
+        return self._ahead.pop().result() if self._ahead else self._find_faces()
 
     def find_faces(self) -> None:
-        """Begin to find them in a thread, while the host waits for a GPU. Not where memory is
-        short, for a thread does not take what others have freed."""
-        if not self._ahead:
+        """Begin to find faces in a thread; who asks for them waits for it, and gets its errors."""
+        if not self._ahead and "faces" not in vars(self):
             thread = ThreadPoolExecutor(1)
             self._ahead.append(thread.submit(self._find_faces))
             thread.shutdown(wait=False)
 
     @cached_property
     def _ahead(self) -> list[Future[NDArray[np.float32]]]:
-        return []  # one, if a thread finds faces
+        return []  # one, while a thread finds faces
 
     def _find_faces(self) -> NDArray[np.float32]:
         materials = np.zeros(len(self.surfaces), np.int32)
