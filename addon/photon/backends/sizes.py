@@ -34,9 +34,8 @@ SPLATS = 512  # software OpenGL's vertices
 # A triangle's while its tree is built, or while the native core makes its own of that, on a soup of
 # them; a grid of them takes four fifths.
 BUILD, NATIVE_BUILD = 376, 520
-AHEAD = (
-    130  # more where a thread finds faces (Mesh.find_faces): 39 MB of 320000, natively and in GLSL
-)
+# And more where a thread finds its face (Mesh.find_faces): 39 MB of 320000 triangles.
+AHEAD = 130
 TABLES, NATIVE_TABLES = 11 * TEXEL, 6 * TEXEL  # corners, normals, face and at worst a node
 
 

@@ -31,7 +31,7 @@ class Landed:
 
 
 def trace_few(mapper: Mapper, index: int, photons: int) -> Landed:
-    """Trace few photons of a pass."""
+    """Trace few photons of a pass, which bring direct light, too."""
     mapper.start(PhotonBatch(index, photons, numbered=True, first_hits=True))
     places, deposits = mapper.finish().arrays()
     numbers = np.floor(deposits[:, 1])
