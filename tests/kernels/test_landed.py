@@ -11,9 +11,10 @@ import pytest
 
 from addon.photon.photons.importance import importance_of
 from addon.photon.photons.landed import mean_flux, trace_few
-from addon.photon.photons.mapper import PhotonBatch
+from addon.photon.photons.mapper import Mapper, PhotonBatch
 from addon.photon.photons.view import View
 from addon.photon.prepare import prepare
+from addon.photon.renderer import Renderer
 from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.physics.test_glass import glass
@@ -22,14 +23,9 @@ from tests.scenes import Builder, camera, cornell, plain_light, plain_material
 SETTINGS = Settings(width=8, height=8, photons=3000, seed=5)
 
 
-def numbers_by(backend: Any, device: Device) -> Any:
-    """Of first hits."""
-    scene = cornell(mirror=True, lobe=True)
-    renderer = prepare(scene, replace(SETTINGS, backend=backend), device)
+def mapper_of(renderer: Renderer) -> Mapper:
     assert renderer.photons
-    few = trace_few(renderer.photons.mapper, 3, 3000)
-    renderer.release()
-    return few.numbers[: few.first]
+    return renderer.photons.mapper
 
 
 @pytest.mark.parametrize("way", ["fragment", "compute", "resident", "native"])
@@ -37,26 +33,31 @@ def test_numbers_and_first_hits(device: Device, way: str, monkeypatch: pytest.Mo
     if way == "resident":
         monkeypatch.setattr(device, "prefers_native", False)
     backend: Any = "compute" if way == "resident" else way
-    scene = cornell(mirror=True, lobe=True)
-    renderer = prepare(scene, replace(SETTINGS, backend=backend), device)
-    assert renderer.photons
-    mapper = renderer.photons.mapper
-    few = trace_few(mapper, 3, 3000)
-    other = numbers_by("native" if way != "native" else "fragment", device)
-    assert len(np.setxor1d(few.numbers[: few.first], other)) <= 2  # by rounding, at edges
+    scene, settings = cornell(mirror=True, lobe=True), replace(SETTINGS, backend=backend)
+    renderer = prepare(scene, settings, device)
+    few = trace_few(mapper_of(renderer), 3, 3000)
+    mapper_of(renderer).start(PhotonBatch(3, 3000))
+    bounced = mapper_of(renderer).finish().count
+    renderer.release()
     # The photons that a pass has, if direct light is deposited, too.
-    mapper.start(PhotonBatch(3, 3000, first_hits=True))
-    place, deposit = mapper.finish().arrays()
+    renderer = prepare(scene, replace(settings, direct_by_photons=True), device)
+    mapper_of(renderer).start(PhotonBatch(3, 3000))
+    place, deposit = mapper_of(renderer).finish().arrays()
     np.testing.assert_array_equal(few.places, place)
     np.testing.assert_array_equal(few.facing, deposit[:, 3])
     np.testing.assert_array_equal(few.flux, mean_flux(deposit))
-    mapper.start(PhotonBatch(3, 3000))
-    assert 1000 < few.first == len(place) - mapper.finish().count
     renderer.release()
+    assert 1000 < few.first == len(place) - bounced
     bounces = np.split(few.numbers, np.flatnonzero(np.diff(few.numbers) <= 0) + 1)
     assert len(bounces) > 3 and len(bounces[0]) == few.first  # each photon's once
     for later, earlier in zip(bounces[2:], bounces[1:], strict=False):
         assert len(later) < len(earlier)
+    other: Any = "native" if way != "native" else "fragment"
+    renderer = prepare(scene, replace(settings, backend=other), device)
+    others = trace_few(mapper_of(renderer), 3, 3000)
+    renderer.release()
+    first, their_first = (one.numbers[: one.first] for one in (few, others))
+    assert len(np.setxor1d(first, their_first)) <= 2  # by rounding, at edges
 
 
 def test_no_first_hit_lands(device: Device) -> None:
@@ -69,8 +70,7 @@ def test_no_first_hit_lands(device: Device) -> None:
     )
     scene = built.scene(camera((0, -7, 3), (0, 0, 1), 50), (lamp,), (glass(), grey))
     renderer = prepare(scene, SETTINGS, device)
-    assert renderer.photons
-    few = trace_few(renderer.photons.mapper, 3, 3000)
+    few = trace_few(mapper_of(renderer), 3, 3000)
     renderer.release()
     assert few.first == 0 and len(few.places) > 300
 
@@ -79,8 +79,7 @@ def test_direct_light_counts_where_photons_bring_it(device: Device) -> None:
     """Of the photons that land on what is shown some have not bounced."""
     scene = cornell(mirror=False)
     renderer = prepare(scene, SETTINGS, device)
-    assert renderer.photons
-    mapper, tables = renderer.photons.mapper, renderer._device_scene.tables
+    mapper, tables = mapper_of(renderer), renderer._device_scene.tables
     few = trace_few(mapper, 3, 3000)
     view = View(0.01, None, few.places[:, :3].astype(float), *np.ones((2, len(few.places))))
     found = [

@@ -32,7 +32,7 @@ class Landed:
 
 def trace_few(mapper: Mapper, index: int, photons: int) -> Landed:
     """Trace few photons of a pass, which bring direct light, too."""
-    mapper.start(PhotonBatch(index, photons, numbered=True, first_hits=True))
+    mapper.start(PhotonBatch(index, photons, numbered=True))
     places, deposits = mapper.finish().arrays()
     numbers = np.floor(deposits[:, 1])
     first = int(np.count_nonzero(numbers != deposits[:, 1]))

@@ -23,12 +23,12 @@ class PhotonBatch:
 
     index: int  # of the pass
     photons: int  # that start
-    numbered: bool = False  # deposits tell no colours, but their photons' numbers
-    first_hits: bool = False  # direct light is deposited in any case
+    # Deposits tell no colours, but their photons' numbers, and direct light is among them.
+    numbered: bool = False
 
     def first_to_deposit(self, settings: Settings) -> int:
         """The bounce from which on photons are deposited: first hits are direct light."""
-        return 0 if self.first_hits or settings.direct_by_photons else 1
+        return 0 if self.numbered or settings.direct_by_photons else 1
 
 
 class Mapper(Protocol):
