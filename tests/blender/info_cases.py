@@ -91,6 +91,7 @@ def _info(output: str, high: float = 1.1) -> Case:
     return Case(f"Object Info: {output}", built, -0.1, high, dress=with_properties)
 
 
+FALLOFF = "ShaderNodeLightFalloff"
 NORMAL = node("ShaderNodeVectorMath", {0: VECTOR}, operation="NORMALIZE")
 CASES = (
     *map(_geometry, ("Position", "Normal", "Tangent", "True Normal", "Incoming", "Parametric")),
@@ -121,6 +122,15 @@ CASES = (
     Case("Light Path: camera", node("ShaderNodeLightPath", output="Is Camera Ray"), 0.0, 1.5),
     Case("Light Path: glossy", node("ShaderNodeLightPath", output="Is Glossy Ray"), -1.0, 1.0),
     Case("Light Path: length", node("ShaderNodeLightPath", output="Ray Length"), 8.0, 11.0, True),
+    *(
+        Case(f"Light Falloff: {x} {smooth}", node(FALLOFF, {0: 0.5, 1: smooth}, x), *ends, True)
+        for smooth in (0.0, 40.0)
+        for x, ends in (
+            ("Quadratic", (0.0, 1.0)),
+            ("Linear", (2.0, 6.0)),
+            ("Constant", (20.0, 70.0)),
+        )
+    ),
     Case("Light Path: depth", node("ShaderNodeLightPath", output="Ray Depth"), -1.0, 1.0),
     *(
         Case(f"Texture Coordinate: {name}", node(COORDINATE, output=name), *ends, True, turned)

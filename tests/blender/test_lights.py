@@ -234,6 +234,17 @@ def test_light_falloff(export, socket, power) -> None:
     assert ("Light 'Light'", "Point light") in reported(report, "exact")
 
 
+@pytest.mark.parametrize("socket", ["Quadratic", "Linear", "Constant"])
+def test_a_sun_has_no_falloff(export, socket) -> None:
+    """It is as far from everywhere, in Cycles too."""
+    light = add_light("Light", "SUN", energy=2.0).data
+    strength, tree = emission(light).inputs["Strength"], light.node_tree
+    node = add_node(tree, "ShaderNodeLightFalloff", Strength=3.0, Smooth=0.5)
+    tree.links.new(node.outputs[socket], strength)
+    (found,) = export()[0].lights
+    assert (found.falloff, found.smoothing, found.power) == (0, 0.0, (6.0,) * 3)
+
+
 def test_unknown_features_are_named(export) -> None:
     obj = add_light("Lamp", "SPOT", use_shadow=False)
     obj.light_linking.receiver_collection = bpy.data.collections.new("Lit")

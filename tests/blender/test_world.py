@@ -142,6 +142,22 @@ def test_bytes_are_decoded(scene, export) -> None:
     np.testing.assert_allclose(image.pixels, linear, rtol=1e-5, atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("mode", "factor"), [("STRAIGHT", 0.4), ("PREMUL", 0.4), ("CHANNEL_PACKED", 1.0), ("NONE", 1.0)]
+)
+def test_bytes_that_let_something_through(scene, export, mode, factor) -> None:
+    """Where they are no masks, Cycles multiplies colours by their alpha as they are stored."""
+    image = image_of(np.tile((0.8, 0.6, 0.4, 0.4), (8, 16, 1)), alpha=True)
+    image.alpha_mode = mode
+    with_texture(scene, image)
+    exported, _ = export()
+    (light,) = exported.lights
+    shown = exported.images[0].pixels.mean(axis=(0, 1)) if exported.images else 1.0
+    stored = factor * np.array((0.8, 0.6, 0.4))
+    expected = np.where(stored <= 0.04045, stored / 12.92, ((stored + 0.055) / 1.055) ** 2.4)
+    np.testing.assert_allclose(shown * np.array(light.power), 2.0 * expected, rtol=0.05)
+
+
 def test_an_image_of_one_colour_is_a_colour(scene, export) -> None:
     with_texture(scene, image_of(np.full((8, 16, 4), 0.25), float_buffer=True))
     exported, _ = export()
@@ -178,6 +194,18 @@ def test_sky_texture(scene, export) -> None:
     second = export()[0]
     assert second.images[0].pixels is first.images[0].pixels
     assert second.lights[0].power == (3.0,) * 3
+
+
+def test_curves(scene, export) -> None:
+    """Blender evaluates them as they are."""
+    tree = new_world(scene)
+    place = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+    curves = add_node(tree, "ShaderNodeRGBCurve", Color=place)
+    curves.mapping.curves[3].points[1].location = (1.0, 0.5)
+    curves.mapping.update()
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=curves.outputs[0]))
+    (image,) = export()[0].images
+    assert image.pixels.max(axis=(0, 1)) == pytest.approx([0.5] * 3, abs=0.01)
 
 
 @pytest.mark.parametrize(("scale", "width"), [(1.0, 1024), (120.0, 2048)])

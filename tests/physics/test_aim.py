@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -82,6 +83,20 @@ def test_a_candle_beside_the_sun(device: Device, backend: str) -> None:
             axis=0,
         )
         for scene in (room(CANDLE), room(CANDLE, SUN))
+    )
+    np.testing.assert_allclose(both, alone, rtol=0.02)
+
+
+def test_a_lamp_that_no_picture_shows(device: Device) -> None:
+    """Its photons land elsewhere, and where little is known all lamps are aimed: not that one."""
+    built = Builder().quad((-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0), 0, "floor")
+    built.box((-0.1, -0.1, 0.01), (0.1, 0.1, 0.2), 0, "block")
+    built.box((-1, -1, -13), (1, 1, -11), 0, "cellar")
+    hidden = point_light("hidden", (0.0, 0.0, -12.0), (20.0,) * 3)
+    scene = built.scene(camera((0, -3, 3), (0, 0, 0), 60), [CANDLE, hidden], [WALL])
+    both, alone = (
+        images_of(device, x)["Combined"].mean(axis=(0, 1))
+        for x in (scene, replace(scene, lights=(CANDLE,)))
     )
     np.testing.assert_allclose(both, alone, rtol=0.02)
 

@@ -16,6 +16,7 @@ from .pixels import check_memory, floats_of
 
 MOST_PIXELS = 8192 * 4096
 ROWS_AT_ONCE = 64
+ASSOCIATED = ("STRAIGHT", "PREMUL")  # modes in which Cycles multiplies colours by alpha
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,8 @@ class EnvironmentMap:
 
 def read_environment_map(node: bpy.types.Node, scope: Scope) -> EnvironmentMap | None:
     """The image of an Environment Texture that is there; None if its pixels need more than a turn,
-    or are not linear colours or sRGB."""
+    are not linear colours or sRGB, or bytes that let something through: what becomes of those
+    depends on their alpha mode."""
     image = node.image
     linear = image.is_float or colour_space_of(image.colorspace_settings) is not Space.OTHER
     if node.projection != "EQUIRECTANGULAR" or image.source not in ("FILE", "GENERATED"):
@@ -43,10 +45,21 @@ def read_environment_map(node: bpy.types.Node, scope: Scope) -> EnvironmentMap |
     rows = matrix / lengths.mean()
     if np.abs(rows @ rows.T - np.eye(3)).max() > 1e-5:
         return None
+    if not image.is_float and image.alpha_mode in ASSOCIATED and not is_opaque(image):
+        return None
     pixels, downsampling = linear_pixels(image)
     if np.linalg.det(rows) < 0.0:  # a mirror image
         pixels, rows = np.ascontiguousarray(pixels[:, ::-1]), rows * [[1.0], [-1.0], [1.0]]
     return EnvironmentMap(pixels, rows, downsampling)
+
+
+def is_opaque(image: bpy.types.Image) -> bool:
+    """Whether all of it is."""
+    width, height = image.size
+    if image.channels < 4 or (image.source == "FILE" and image.depth in (8, 24)):
+        return True  # it has no alpha
+    check_memory(image, 4 * width * height * image.channels)
+    return bool(floats_of(image)[..., 3].min() >= 1.0)
 
 
 def linear_pixels(image: bpy.types.Image) -> tuple[NDArray[np.float32], int]:

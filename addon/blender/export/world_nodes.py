@@ -218,12 +218,13 @@ class _Description:
         return {**described, "pixels": str(self._folder / name), "is_float": image.is_float}
 
 
-def _properties(owner: Any, base: Any) -> dict[str, Any]:
+def _properties(owner: Any, base: Any = None) -> dict[str, Any]:
     """The plain values of an RNA struct that its base does not have."""
+    without = base.bl_rna.properties if base else ()
     return {
         name: _plain(getattr(owner, name))
         for name, property in owner.bl_rna.properties.items()
-        if name not in base.bl_rna.properties
+        if name not in without
         and not property.is_readonly
         and property.type in ("BOOLEAN", "INT", "FLOAT", "ENUM", "STRING")
     }
@@ -240,7 +241,7 @@ def _curves(mapping: bpy.types.CurveMapping) -> dict[str, Any]:
         [[_plain(point.location), point.handle_type] for point in curve.points]
         for curve in mapping.curves
     ]
-    return {"properties": _properties(mapping, bpy.types.bpy_struct), "curves": curves}
+    return {"properties": _properties(mapping), "curves": curves}
 
 
 def _plain(value: Any) -> Any:

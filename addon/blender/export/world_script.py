@@ -95,8 +95,9 @@ def image_of(given: dict[str, Any]) -> Any:
     if "pixels" in given:
         pixels = np.load(given["pixels"])
         height, width = pixels.shape[:2]
-        image = bpy.data.images.new("Image", width, height, float_buffer=given["is_float"])
-        if not given["is_float"]:  # else they are linear, as Blender hands them out
+        is_float = given["is_float"]
+        image = bpy.data.images.new("Image", width, height, alpha=True, float_buffer=is_float)
+        if not is_float:  # else they are linear, as Blender hands them out
             image.colorspace_settings.name = given["colours"]
         image.pixels.foreach_set(pixels.ravel())
         image.pack()  # or Cycles would not see them

@@ -68,7 +68,8 @@ def starts_by(importance: Importance, tables: Tables, view: View, are_aimed: boo
     parts = [moments[group] / flux[group] for group in groups]
     deviation = np.sqrt([part.sum() * own for part, own in zip(parts, of_group, strict=True)])
     least = min(least, MOST_PLAIN) if are_aimed else least
-    share = least * of_group + (1.0 - least) * deviation / deviation.sum()
+    told = deviation if deviation.any() else of_group
+    share = least * of_group + (1.0 - least) * told / told.sum()
     shares = np.zeros(len(flux))
     for group, own, all_of_it in zip(groups, share, of_group, strict=True):
         shares[group] = flux[group] * (own / all_of_it)
@@ -116,7 +117,7 @@ def _aims_by(importance: Importance, tables: Tables, view: View, least: float) -
     for group in groups_of(tables):
         light = int(group[0])
         own = importance.part(np.flatnonzero(importance.light == light))
-        if len(group) > 1 or len(own.mass) < ENOUGH_PHOTONS:
+        if len(group) > 1 or len(own.mass) < ENOUGH_PHOTONS or not own.mass.any():
             continue
         middle, nearest = np.zeros(3), 1.0
         if light < tables.distant_lights:

@@ -13,13 +13,11 @@ from numpy.typing import NDArray
 from ..graph import Graph, colour_of, value_of
 from ..links import Scope, source
 from ..nodes import graph_of
+from ..nodes.views import FALLOFFS
 from ..report import Notes
 from ..world_nodes import Unsuited
 from .gobo import colours_of
 from .ies import UNREADABLE, read_ies
-
-# Powers of the distance in the sockets of Light Falloff, by name.
-FALLOFFS = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 
 
 @dataclass(frozen=True)
@@ -57,6 +55,8 @@ def strength_of(
         height, width, _ = there[1].shape
         there[0] = _resized(there[0], height, width)
     gobo = np.prod(there, axis=0, dtype=np.float32) if there else None
+    if light.type == "SUN":  # which is as far from everywhere
+        found = replace(found, falloff=0, smoothing=0.0)
     return replace(found, colour=found.colour * factor, gobo=gobo)
 
 

@@ -56,6 +56,7 @@ READERS: dict[str, Reader] = {
     "HUE_SAT": colours.read_hue_saturation,
     "INVERT": colours.read_invert,
     "LAYER_WEIGHT": views.read_layer_weight,
+    "LIGHT_FALLOFF": views.read_light_falloff,
     "LIGHT_PATH": views.read_light_path,
     "MAPPING": mapping.read_mapping,
     "MAP_RANGE": ranges.read_map_range,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What differs with the viewer: Fresnel, Layer Weight, Camera Data, Light Path."""
+"""What differs with the viewer: Fresnel, Layer Weight, Camera Data, Light Path, Light Falloff."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ PATHS = {
     "Ray Length": 4,
     "Ray Depth": 5,
 }
+# Powers of the ray's length in Light Falloff's outputs.
+FALLOFFS = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 NEVER = {"Is Volume Scatter Ray", "Portal Depth"}  # what no ray is here
 
 
@@ -79,3 +81,25 @@ def read_light_path(
         what = "photons are taken for diffuse rays"
         graph.notes.approximated(graph.owner, "Light Path's Is Shadow Ray", what)
     return graph.program.emit("light_path", which=Value.of(which))
+
+
+def read_light_falloff(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Light Falloff of a surface: its strength by the length of the ray that meets it."""
+    strength, smooth = (graph.input(node, name, scope) for name in ("Strength", "Smooth"))
+    power = FALLOFFS[output.name]
+    is_sharp = smooth.constant is not None and not smooth.constant[0] > 0.0
+    if is_sharp and power == 0:
+        return strength
+    what = "seen as it is; what it lights is lit as 1 m away"
+    graph.notes.approximated(graph.owner, f"Light Falloff's {output.name}", what)
+    of_light = graph.program.emit("light_path", which=Value.of(PATHS["Is Diffuse Ray"]))
+    length = graph.program.emit("light_path", which=Value.of(PATHS["Ray Length"]))
+    length = (length + of_light * (1.0 - length)).part("x")
+    for _ in range(power):
+        strength = strength * length
+    if is_sharp:
+        return strength
+    square = length * length
+    return strength * (square / (math("MAXIMUM", smooth, 0.0) + square))
