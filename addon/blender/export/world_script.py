@@ -99,12 +99,13 @@ def image_of(given: dict[str, Any]) -> Any:
         image = bpy.data.images.new("Image", width, height, alpha=True, float_buffer=is_float)
         if not is_float:  # else they are linear, as Blender hands them out
             image.colorspace_settings.name = given["colours"]
+        image.alpha_mode = given["alpha"]  # before there are pixels, which it may change
         image.pixels.foreach_set(pixels.ravel())
         image.pack()  # or Cycles would not see them
     else:
         image = bpy.data.images.load(given["path"])
         image.colorspace_settings.name = given["colours"]
-    image.alpha_mode = given["alpha"]
+        image.alpha_mode = given["alpha"]
     return image
 
 

@@ -86,14 +86,13 @@ def read_light_path(
 def read_light_falloff(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> Value:
-    """Read Light Falloff of a surface: its strength by the length of the ray that meets it."""
+    """Read Light Falloff of a surface: its strength by the length of the ray that meets it; what
+    emits lights as 1 m away."""
     strength, smooth = (graph.input(node, name, scope) for name in ("Strength", "Smooth"))
     power = FALLOFFS[output.name]
     is_sharp = smooth.constant is not None and not smooth.constant[0] > 0.0
     if is_sharp and power == 0:
         return strength
-    what = "seen as it is; what it lights is lit as 1 m away"
-    graph.notes.approximated(graph.owner, f"Light Falloff's {output.name}", what)
     of_light = graph.program.emit("light_path", which=Value.of(PATHS["Is Diffuse Ray"]))
     length = graph.program.emit("light_path", which=Value.of(PATHS["Ray Length"]))
     length = (length + of_light * (1.0 - length)).part("x")
