@@ -97,13 +97,13 @@ def test_bits_of_catchers() -> None:
         ALL_RAYS | HOLDOUT,
         ALL_RAYS,
         ALL_RAYS,
-        0,
+        CAMERA,
     ]
     assert [int(x.visible[1]) for x in (others, caught, alone, behind)] == [
         ALL_RAYS,
         ALL_RAYS | HOLDOUT,
         CAMERA | HOLDOUT,
-        ALL_RAYS,
+        CAMERA,
     ]
     assert not any("camera" in light.found_by for x in (caught, alone) for light in x.lights)
     assert [light.found_by for light in behind.lights] == [("camera",)]

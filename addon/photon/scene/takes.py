@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from .checks import BLACK
 from .lights import Light
-from .materials import Material
+from .materials import TRANSPARENT, Lobe, Material
 from .values import Scene
 from .visibility import CATCHER, HOLDOUT, RAY_BITS
 
 # What of the picture a take shows. Without catchers all of it. With them what the eye sees first:
-# other things; or the catchers, with the others about, or as if these were not there; or what is
-# behind the catchers.
+# other things; or the catchers, with the others about, or as if these were not there; or the
+# background, which catchers show whatever else is behind them.
 Part = Literal["all", "others", "caught", "alone", "behind"]
 WORLDS = ("world", "environment")  # kinds
 
@@ -57,7 +57,8 @@ def takes_of(scene: Scene, is_transparent: bool) -> tuple[Take, ...]:
         sky = tuple(light for light in scene.lights if light.kind in WORLDS)
         sky = tuple(replace(x, found_by=("camera",)) for x in sky if "camera" in x.found_by)
         bare = _emitting_only(replace(scene, lights=sky), np.zeros(len(scene.surfaces), bool))
-        found += _lit(_seen(bare, np.where(catches, 0, bits)), "behind", ())
+        # What goes on behind a transparent surface is no camera's ray, and meets nothing.
+        found += _lit(_seen(_clear(bare, catches), bits & camera), "behind", ())
     return tuple(found)
 
 
@@ -130,6 +131,14 @@ def _emitting_only(scene: Scene, shines: NDArray[np.bool_]) -> Scene:
             material[chosen] = len(materials)
             materials.append(_dark(one))
     return replace(scene, material=material, materials=tuple(materials))
+
+
+def _clear(scene: Scene, which: NDArray[np.bool_]) -> Scene:
+    """The scene in which surfaces (S,) let all through."""
+    material = np.where(which[scene.surface], len(scene.materials), scene.material)
+    clear = Material("clear", BLACK, (Lobe(TRANSPARENT, (1.0, 1.0, 1.0)),))
+    materials = (*scene.materials, clear)
+    return replace(scene, material=material.astype(scene.material.dtype), materials=materials)
 
 
 def _dark(material: Material) -> Material:
