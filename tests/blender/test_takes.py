@@ -160,7 +160,7 @@ def test_light_groups(table, export, device) -> None:
 def test_shadow_catchers(table, export, device, is_transparent) -> None:
     """Floor and wall catch; before them a clear plate, an emissive one, and an area light. So does
     what stands before the cube."""
-    add("Sheet", PLATE, "ShaderNodeBsdfDiffuse", (0.7, 0.7, 0.7), location=(-1.0, -0.9, 0))
+    add("Sheet", PLATE, "ShaderNodeBsdfDiffuse", (0.7, 0.7, 0.7), location=(-0.9, -2.0, 0))
     for name in ("Floor", "Back", "Sheet"):
         bpy.data.objects[name].is_shadow_catcher = True
     add("Clear", PLATE, "ShaderNodeBsdfTransparent", (0.5, 0.7, 0.5), location=(0.3, -0.8, 0))
