@@ -11,7 +11,7 @@ import pytest
 
 from addon.photon.stage.kinds import light_kinds
 
-from .build import add_light, add_node, nodes_of
+from .build import add_light, add_node, add_object, nodes_of
 
 pytestmark = pytest.mark.blender
 
@@ -232,6 +232,13 @@ def test_light_falloff(export, socket, power) -> None:
     (found,) = scene.lights
     assert (found.falloff, found.smoothing, found.power) == (power, 0.5, (3.0, 3.0, 3.0))
     assert ("Light 'Light'", "Point light") in reported(report, "exact")
+
+
+def test_skewed_area_lights_are_named(export) -> None:
+    """A parent's uneven scale skews what is turned."""
+    light = add_light("Light", "AREA", rotation_euler=(0.5, 0.4, 0.0))
+    light.parent = add_object("Parent", None, scale=(2.0, 1.0, 1.0))
+    assert ("Light 'Light'", "Skewed transform") in reported(export()[1], "approximated")
 
 
 @pytest.mark.parametrize("socket", ["Quadratic", "Linear", "Constant"])

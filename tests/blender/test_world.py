@@ -15,7 +15,7 @@ from addon.blender.export.pixels import floats_of
 from addon.photon.scene import FOUND_BY
 from tests.measure import render
 
-from .build import CUBE, add_mesh, add_node, finish, new_world
+from .build import CUBE, add_mesh, add_node, add_object, finish, new_world, shader_material
 
 pytestmark = pytest.mark.blender
 
@@ -206,6 +206,44 @@ def test_curves(scene, export) -> None:
     finish(tree, add_node(tree, "ShaderNodeBackground", Color=curves.outputs[0]))
     (image,) = export()[0].images
     assert image.pixels.max(axis=(0, 1)) == pytest.approx([0.5] * 3, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["Camera", "Window", "Object"])
+def test_coordinates_that_something_places(scene, export, device, cycles, name) -> None:
+    """The camera and an object; seen in a mirror, for Cycles' film is transparent."""
+    mirror = shader_material("ShaderNodeBsdfGlossy", Roughness=0.0, Color=(1, 1, 1, 1))
+    add_mesh("Mirror", scale=(20, 20, 1)).data.materials.append(mirror)
+    scene.camera.rotation_euler = 0.7, 0.2, 0.4
+    scene.camera.data.shift_x = 0.1
+    placed = {"location": (1, 2, 3), "rotation_euler": (0.3, 1.0, 0.2), "scale": (3, 2, 1)}
+    tree = new_world(scene)
+    place = tree.nodes.new("ShaderNodeTexCoord")
+    place.object = add_object("Empty", None, **placed)
+    scaled = tree.nodes.new("ShaderNodeVectorMath")
+    scaled.operation = "MULTIPLY_ADD"
+    tree.links.new(place.outputs[name], scaled.inputs[0])
+    scaled.inputs[1].default_value, scaled.inputs[2].default_value = (0.4,) * 3, (0.5,) * 3
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=scaled.outputs[0]))
+    exported, report = export()
+    assert not report.of("ignored") and len(report.of("approximated")) == 1
+    ours = render(device, exported, width=64, height=32, passes=8, photons=0)["Combined"]
+    theirs = cycles()
+    assert theirs[..., 3].min() == 1.0
+    assert np.ptp(theirs[..., :3], axis=(0, 1)).max() > 0.05
+    # Light is not negative here; at right angles to the view a window is infinite.
+    wanted = theirs[..., :3].clip(0.0)
+    off = np.abs(ours[..., :3] - wanted) / np.maximum(wanted, 1.0)
+    assert np.percentile(off, 95) < 0.01
+
+
+def test_a_window_without_perspective(scene, export) -> None:
+    """All its pixels look in one direction."""
+    scene.camera.data.type = "ORTHO"
+    tree = new_world(scene)
+    place = tree.nodes.new("ShaderNodeTexCoord")
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=place.outputs["Window"]))
+    (entry,) = (e for e in export()[1].of("ignored") if "World" in e.object)
+    assert "tells more than a direction" in entry.detail
 
 
 @pytest.mark.parametrize(("scale", "width"), [(1.0, 1024), (120.0, 2048)])

@@ -91,7 +91,8 @@ def _snapshot(
             rays = Rays(visible_bits(instance, layer), group_of(obj, layer), terminator_of(obj))
             geometry.add(instance, matrix, rays, materials, notes, follow)
     group = group_of(world, layer) if world else ""
-    lights += [replace(x, group=group) for x in export_world(world, images, notes)]
+    from_world = export_world(world, images, notes, replace(context, attributes=[]))
+    lights += [replace(x, group=group) for x in from_world]
     arrays = geometry.arrays(any(material.program for material in materials.materials))
     exported = Scene(
         camera=camera,

@@ -18,6 +18,7 @@ from .graph import MAGENTA, Graph, colour_of, missing
 from .links import Scope, source
 from .sky import Disc, has_disc, read_sky
 from .working_space import luminance_weights
+from .world_coordinates import placed_by
 from .world_nodes import Unsuited, evaluate
 
 Factor = NDArray[np.float64]  # (4, 3), of each of FOUND_BY and each channel
@@ -251,7 +252,7 @@ def _constant(end: bpy.types.NodeSocket) -> NDArray[np.float64]:
 def _evaluated(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> EnvironmentMap:
-    pixels = evaluate(node, output, scope)
+    pixels = evaluate(node, output, scope, stand_in=placed_by(graph.context.camera))
     height, width = pixels.shape[:2]
     detail = f"an image of {width} x {height} pixels stands for it"
     graph.notes.approximated(graph.owner, f"{node.bl_label} '{node.name}'", detail)

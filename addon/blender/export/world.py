@@ -18,6 +18,7 @@ from ...photon.scene import (
     sun_light,
     world_light,
 )
+from .graph import Context
 from .links import is_given
 from .materials import has_nodes
 from .nodes import graph_of
@@ -27,14 +28,15 @@ from .triples import triple
 
 
 def export_world(
-    world: bpy.types.World | None, images: list[Image], notes: Notes
+    world: bpy.types.World | None, images: list[Image], notes: Notes, context: Context
 ) -> tuple[Light, ...]:
-    """Return the lights that the world is, and append the images that they refer to."""
+    """Return the lights that the world is, and append the images that they refer to; `context`:
+    what its nodes know besides directions."""
     if world is None:
         return ()
     owner = f"World '{world.name}'"
     if has_nodes(world):
-        graph = graph_of(world, owner, notes)
+        graph = graph_of(world, owner, notes, context=context)
         output = graph.output("OUTPUT_WORLD")
         if output is not None and is_given(output.inputs["Volume"], ()):
             notes.ignored(owner, "Volume", "not rendered")

@@ -162,8 +162,8 @@ class _Description:
             feeding, end, inner = source(socket, scope)
             if feeding is not None:
                 links[index] = [*self.add(feeding, end, inner)]
-            elif self._stand_in and node.type.startswith("TEX_") and socket.name == "Vector":
-                links[index] = [*self._put(self._stand_in(node, None) or [])]
+            elif others := self._fed_by(node, socket):
+                links[index] = [*self._put(others)]
             elif hasattr(end, "default_value") and hasattr(socket, "default_value"):
                 values[index] = _fitting(_plain(end.default_value), socket)
         described = {
@@ -177,6 +177,14 @@ class _Description:
         self.nodes.append(described)
         self._numbers[key] = len(self.nodes) - 1
         return self._numbers[key], described["output"]
+
+    def _fed_by(
+        self, node: bpy.types.Node, socket: bpy.types.NodeSocket
+    ) -> list[dict[str, Any]] | None:
+        """What stands in for nothing that feeds a texture's vector."""
+        if self._stand_in and node.type.startswith("TEX_") and socket.name == "Vector":
+            return self._stand_in(node, None)
+        return None
 
     def _put(self, others: list[dict[str, Any]]) -> tuple[int, int]:
         """Nodes in place of others, as `add`."""

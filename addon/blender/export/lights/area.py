@@ -16,6 +16,8 @@ def read(lamp: Lamp) -> Light | None:
         return None
     data = lamp.data
     across, axis, (wide, high, _) = axes
+    if lamp.is_skewed:
+        lamp.notes.approximated(lamp.owner, "Skewed transform", "its sides are at right angles")
     is_even = data.shape in ("SQUARE", "DISK")
     width, height = wide * data.size, high * (data.size if is_even else data.size_y)
     if not min(width, height) > 0.0:

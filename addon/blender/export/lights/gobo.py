@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..links import Scope, source
+from ..made_nodes import combined, dot, made
 from ..world_nodes import StandIn, Unsuited, evaluate
 
 KINDS = {"POINT", "SPOT", "AREA"}
@@ -100,59 +101,34 @@ def _stand_in(light: Any, turn: NDArray[np.float64]) -> StandIn:
         if name == "UV":
             return [*_uv(light)]
         if node.type == "TEX_COORD":
-            return [_node("ShaderNodeTexCoord")]
-        return [_node("ShaderNodeTexCoord"), *_in_world(turn)]
+            return [made("ShaderNodeTexCoord")]
+        return [made("ShaderNodeTexCoord"), *combined(turn)]
 
     return find
-
-
-def _node(
-    kind: str,
-    links: dict[int, tuple[int, int]] | None = None,
-    values: dict[int, Any] | None = None,
-    **properties: Any,
-) -> dict[str, Any]:
-    """As world_nodes describes it; the first output. A coordinate's is Generated: the direction."""
-    described = {"kind": kind, "properties": properties, "values": values or {}}
-    return {**described, "links": links or {}, "output": 0}
-
-
-def _dot(row: Any) -> dict[str, Any]:
-    values = {1: [float(x) for x in row]}
-    return {
-        **_node("ShaderNodeVectorMath", {0: (0, 0)}, values, operation="DOT_PRODUCT"),
-        "output": 1,
-    }
-
-
-def _in_world(turn: NDArray[np.float64]) -> Iterator[dict[str, Any]]:
-    """The direction in the world's axes."""
-    yield from map(_dot, turn)
-    yield _node("ShaderNodeCombineXYZ", {0: (1, 1), 1: (2, 1), 2: (3, 1)})
 
 
 def _uv(light: Any) -> Iterator[dict[str, Any]]:
     """As Cycles has it: of a spotlight a square about its cone, in a plane before it; of points
     longitude and latitude. Of area lights that of their image."""
-    yield _node("ShaderNodeTexCoord")
+    yield made("ShaderNodeTexCoord")
     if light.type == "SPOT":
         half = 0.5 / math.tan(light.spot_size / 2.0)
-        yield _dot((0.0, 0.0, -1.0 / half))
-        yield _node("ShaderNodeVectorMath", {0: (0, 0)}, {1: [1.0, 1.0, 0.0]}, operation="MULTIPLY")
-        yield _node("ShaderNodeCombineXYZ", {0: (1, 1), 1: (1, 1)}, {2: 1.0})
-        yield _node("ShaderNodeVectorMath", {0: (2, 0), 1: (3, 0)}, operation="DIVIDE")
-        yield _node("ShaderNodeVectorMath", {0: (4, 0)}, {1: [0.5, 0.5, 0.0]}, operation="ADD")
+        yield dot((0.0, 0.0, -1.0 / half))
+        yield made("ShaderNodeVectorMath", {0: (0, 0)}, {1: [1.0, 1.0, 0.0]}, operation="MULTIPLY")
+        yield made("ShaderNodeCombineXYZ", {0: (1, 1), 1: (1, 1)}, {2: 1.0})
+        yield made("ShaderNodeVectorMath", {0: (2, 0), 1: (3, 0)}, operation="DIVIDE")
+        yield made("ShaderNodeVectorMath", {0: (4, 0)}, {1: [0.5, 0.5, 0.0]}, operation="ADD")
         return
-    yield _node("ShaderNodeSeparateXYZ", {0: (0, 0)})
+    yield made("ShaderNodeSeparateXYZ", {0: (0, 0)})
     is_flat = light.type == "AREA"
     x, y = (1, 0) if is_flat else (0, 1)
-    yield _node("ShaderNodeMath", {0: (1, x), 1: (1, y)}, operation="ARCTAN2")
+    yield made("ShaderNodeMath", {0: (1, x), 1: (1, y)}, operation="ARCTAN2")
     yield _scaled(2, -0.5 / math.pi, 0.5)
-    yield _node("ShaderNodeMath", {0: (1, 2)}, operation="ARCSINE" if is_flat else "ARCCOSINE")
+    yield made("ShaderNodeMath", {0: (1, 2)}, operation="ARCSINE" if is_flat else "ARCCOSINE")
     yield _scaled(4, 1.0 / math.pi, 0.5) if is_flat else _scaled(4, -1.0 / math.pi, 1.0)
-    yield _node("ShaderNodeCombineXYZ", {0: (3, 0), 1: (5, 0)})
+    yield made("ShaderNodeCombineXYZ", {0: (3, 0), 1: (5, 0)})
 
 
 def _scaled(number: int, factor: float, offset: float) -> dict[str, Any]:
     links = {0: (number, 0)}
-    return _node("ShaderNodeMath", links, {1: factor, 2: offset}, operation="MULTIPLY_ADD")
+    return made("ShaderNodeMath", links, {1: factor, 2: offset}, operation="MULTIPLY_ADD")
