@@ -230,10 +230,10 @@ def test_coordinates_that_something_places(scene, export, device, cycles, name) 
     theirs = cycles()
     assert theirs[..., 3].min() == 1.0
     assert np.ptp(theirs[..., :3], axis=(0, 1)).max() > 0.05
-    # Light is not negative here; at right angles to the view a window is infinite.
-    wanted = theirs[..., :3].clip(0.0)
-    off = np.abs(ours[..., :3] - wanted) / np.maximum(wanted, 1.0)
-    assert np.percentile(off, 95) < 0.01
+    # Light is not negative here. At right angles to the view a window is infinite.
+    known = np.abs(theirs[..., :3]) < 1.5
+    off = np.abs(ours[..., :3] - theirs[..., :3].clip(0.0))[known]
+    assert known.mean() > 0.5 and np.percentile(off, 95) < 0.01
 
 
 def test_a_window_without_perspective(scene, export) -> None:
