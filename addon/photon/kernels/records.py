@@ -268,8 +268,8 @@ LIGHT_NODE = Record(
         "reach": "float",
     },
 )
-# A light's place in the order of the tree, -1: every point asks it; and which light is at this
-# place: those that are asked, then the tree's.
+# A light's leaf of the tree, -1: every point asks it; and which light is at this place: those that
+# are asked, then the leaves'.
 LIGHT_PLACE = Record("LightPlace", {"place": "float", "light": "float"})
 
 # A side's grid in the table of radii (lib/radius.glsl), whose later texels hold the nodes' radii.

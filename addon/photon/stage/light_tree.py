@@ -22,6 +22,10 @@ STRONG = 1 / 16  # of the flux of all that are not distant: weak is a light that
 # rays are drawn, and only from more than twice as many lights.
 LEAST_DRAWN = 8
 ASKED = -1.0  # as a place in the tree
+# By how many lights at most, levels that a tree has more than it needs; and in how many of its
+# first ones splits are looked for.
+SPARE_LEVELS = ((256, 1), (1 << 16, 2), (1 << 18, 1))
+SEARCHED_LEVELS = 6
 BOTH_SIDES = 2.0  # a reach, as in light.glsl
 ROUNDING = 1e-5  # of cosines: a node must not lose what a light in it has
 
@@ -74,30 +78,91 @@ class Bounds:
 
 
 def light_tree(all_lights: Bounds, asked: NDArray[np.int64]) -> tuple[Any, Any]:
-    """LIGHT_NODEs of lights but those that are asked, and (L,) of LIGHT_PLACE of all."""
+    """LIGHT_NODEs of lights but those that are asked, and LIGHT_PLACE of all, and of all leaves.
+    Node 0 is none: its flux is the number of leaves, of which some are empty."""
     others = np.setdiff1d(np.arange(len(all_lights.flux)), asked)
     lights = all_lights.at(others)
-    order = in_order((lights.low + lights.high) / 2)
-    count = len(order)
-    places = LIGHT_PLACE.zeros(len(asked) + count)
-    places["place"][asked], places["place"][others[order]] = ASKED, np.arange(count)
-    places["light"] = np.concatenate([asked, others[order]])
-    levels = _levels(count)
-    nodes = LIGHT_NODE.zeros(max(1 << len(levels), 2))
-    below: Bounds | None = None
-    for level, (begin, size) in reversed([*enumerate(levels)]):
-        leaves = lights.at(order[np.minimum(begin, count - 1)])
-        found = leaves if below is None else _either(size > 1, _union(below), leaves)
-        own = nodes[1 << level : 2 << level]
+    leaves = leaves_for(len(others))
+    leaf = _leaf_of_each(lights, leaves)
+    places = LIGHT_PLACE.zeros(max(len(all_lights.flux), len(asked) + leaves))
+    places["place"][asked], places["place"][others] = ASKED, leaf
+    places["light"][: len(asked)], places["light"][len(asked) + leaf] = asked, others
+    nodes = LIGHT_NODE.zeros(2 * leaves)
+    found = Bounds(*(np.zeros((leaves, *x.shape[1:])) for x in vars(lights).values()))
+    for name, values in vars(lights).items():
+        getattr(found, name)[leaf] = values
+    while True:
+        first = len(found.flux)
+        own = nodes[first : 2 * first]
         for name, values in vars(found).items():
             own[name] = values
         own["spread"] = np.maximum(found.spread - ROUNDING, -1.0)
         own["reach"] = np.where(
             found.reach < BOTH_SIDES, np.maximum(found.reach - ROUNDING, 0.0), BOTH_SIDES
         )
-        own["flux"][size == 0] = 0.0
-        below = found
+        if first == 1:
+            break
+        found = _union(found)
+    nodes["flux"][0] = leaves
     return nodes, places
+
+
+def leaves_for(count: int) -> int:
+    """Of a tree of so many lights: a power of two, and so many more that few lights far away need
+    not share a node with half of the others."""
+    levels = max(count - 1, 0).bit_length()
+    return 1 << (levels + next((more for most, more in SPARE_LEVELS if count <= most), 0))
+
+
+def _leaf_of_each(lights: Bounds, leaves: int) -> NDArray[np.int64]:
+    """(n,): those of a node are close together. Each node's are split along the longest side of the
+    box about their middles: in halves, or in the first levels, where there are spare leaves, so
+    that what the halves bring together, by flux and size, is the least."""
+    middles = (lights.low + lights.high) / 2
+    count = len(middles)
+    order, first = np.arange(count), np.zeros(count, np.int64)  # each one's node's first leaf
+    begin, size = np.zeros(min(count, 1), np.int64), np.full(min(count, 1), count)
+    room, level = leaves, 0
+    while room > 1:
+        order = _sorted(order, middles, begin, size)
+        room, level = room // 2, level + 1
+        left = (size + 1) // 2
+        if level <= SEARCHED_LEVELS and leaves > count:
+            left = np.array(
+                [
+                    _best_split(lights.at(order[b : b + n]), room)
+                    for b, n in zip(begin, size, strict=True)
+                ]
+            )
+        right = size - left
+        is_right = np.arange(count) >= np.repeat(begin + left, size)
+        first += room * is_right
+        begin = np.stack([begin, begin + left], 1).ravel()
+        size = np.stack([left, right], 1).ravel()
+        begin, size = begin[size > 0], size[size > 0]
+    found = np.zeros(count, np.int64)
+    found[order] = first
+    return found
+
+
+def _best_split(lights: Bounds, room: int) -> int:
+    """How many of a node's lights, in their order, its first child has; each has room for so
+    many."""
+    count = len(lights.flux)
+    fewest, most = max(count - room, 1), min(room, count - 1)
+    if fewest > most or not lights.flux.any():
+        return (count + 1) // 2
+    first = _spread_of(lights)[fewest - 1 : most]
+    other = _spread_of(lights.at(np.s_[::-1]))[::-1][fewest : most + 1]
+    return fewest + int(np.argmin(first + other))
+
+
+def _spread_of(lights: Bounds) -> Doubles:
+    """(n,) of the first 1, 2, ... n lights: their flux times the square of their box's size."""
+    low = np.minimum.accumulate(lights.low, axis=0)
+    size = np.maximum.accumulate(lights.high, axis=0) - low
+    found: Doubles = np.cumsum(lights.flux) * np.square(size).sum(axis=1)
+    return found
 
 
 def _either(chosen: Any, one: Bounds, other: Bounds) -> Bounds:
@@ -105,36 +170,31 @@ def _either(chosen: Any, one: Bounds, other: Bounds) -> Bounds:
     return Bounds(*(np.where(chosen.reshape(-1, *[1] * (a.ndim - 1)), a, b) for a, b in pairs))
 
 
-def _halves(begin: Any, size: Any) -> tuple[Any, Any]:
-    """The children of nodes; without any lights where a node has one alone."""
-    left = np.where(size > 1, (size + 1) // 2, 0)
-    right = np.where(size > 1, size // 2, 0)
-    return np.stack([begin, begin + left], 1).ravel(), np.stack([left, right], 1).ravel()
-
-
-def _levels(count: int) -> list[tuple[Any, Any]]:
-    """Where the lights of each node of a level begin in the order, and how many they are."""
-    levels = []
-    begin, size = np.zeros(1, np.int64), np.full(1, count)
-    while count and size.any():
-        levels.append((begin, size))
-        begin, size = _halves(begin, size)
-    return levels
-
-
 def in_order(middles: Doubles) -> NDArray[np.int64]:
     """Lights (n, 3) so that those of a node are close together: halved along the longest side of
-    the box about their middles, and again. The heap's shape is that of _halves."""
+    the box about their middles, and again."""
     count = len(middles)
     order = np.arange(count)
-    for begin, size in _levels(count)[:-1]:
+    begin, size = np.zeros(min(count, 1), np.int64), np.full(min(count, 1), count)
+    while (size > 1).any():
+        order = _sorted(order, middles, begin, size)
+        left = (size + 1) // 2
+        begin = np.stack([begin, begin + left], 1).ravel()
+        size = np.stack([left, size - left], 1).ravel()
         begin, size = begin[size > 0], size[size > 0]
-        there = middles[order]
-        low, high = (f.reduceat(there, begin, axis=0) for f in (np.minimum, np.maximum))
-        axis = np.repeat(np.argmax(high - low, axis=1), size)
-        node = np.repeat(np.arange(len(size)), size)
-        order = order[np.lexsort((there[np.arange(count), axis], node))]
     return order
+
+
+def _sorted(
+    order: NDArray[np.int64], middles: Doubles, begin: NDArray[np.int64], size: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Lights in an order, each node's along the longest side of the box about their middles."""
+    there = middles[order]
+    low, high = (f.reduceat(there, begin, axis=0) for f in (np.minimum, np.maximum))
+    axis = np.repeat(np.argmax(high - low, axis=1), size)
+    node = np.repeat(np.arange(len(size)), size)
+    found: NDArray[np.int64] = order[np.lexsort((there[np.arange(len(order)), axis], node))]
+    return found
 
 
 def _union(children: Bounds) -> Bounds:
