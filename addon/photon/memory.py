@@ -28,6 +28,7 @@ from .settings import Settings
 from .stage.gathered import can_gather, gathering_kinds, seen_send_rays, send_rays
 from .stage.layers import count_layered
 from .stage.light_tables import is_seen
+from .stage.light_tree import leaves_for
 from .stage.needs import MOST_LOBES
 from .stage.panes import pane_of
 from .stage.textures import advice, bytes_of
@@ -42,9 +43,7 @@ DENOISED, DENOISER, MOST_DENOISER = 220, 520, 3 << 30
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host
-LIGHTS = (
-    6 + 1 + 4 * 3
-) * TEXEL  # of an emissive triangle with its nodes, and twice that on the host
+LIGHT, NODE = 6 * TEXEL, 3 * TEXEL  # of lights, and of their tree's nodes; twice that on the host
 MOST_TRIANGLES = (1 << 24) - 1  # float32 numbers them
 
 _ADVICE = {
@@ -53,6 +52,12 @@ _ADVICE = {
     "triangles": "give the scene fewer triangles",
     "image pixels": "give the world a smaller image",
 }
+
+
+def _of_lights(count: int) -> int:
+    """So many emissive triangles with their tree and places in it [bytes]."""
+    leaves = leaves_for(count)
+    return LIGHT * count + 2 * NODE * leaves + TEXEL * max(count, leaves) if count else 0
 
 
 @dataclass(frozen=True)
@@ -159,7 +164,7 @@ class Budget:
     def _of_triangles(self) -> Bytes:
         """What they take, and the emissive ones besides."""
         found = self._sizes.triangles(self._triangles, self._tangents)
-        lights = LIGHTS * self._emissive
+        lights = _of_lights(self._emissive)
         host = self._instants * (found.host + 2 * lights) + self._moving
         return Bytes(found.device + lights, host)
 

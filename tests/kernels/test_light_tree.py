@@ -186,6 +186,27 @@ def test_what_is_dark_widens_nothing() -> None:
     assert root["flux"] == 2.0
 
 
+def test_few_lights_far_away_hide_none_nearby(one_bench: Bench) -> None:
+    """Of a thousand near ones and a few on another planet each is drawn about as often as without
+    those, and as its own light is."""
+    rng = np.random.default_rng(3)
+    near = [point_light("", (*map(float, x),), (1.0,) * 3) for x in rng.uniform(-1, 1, (1000, 3))]
+    far = [point_light("", (i * 0.1, 0.0, -80.0), (1.0,) * 3) for i in range(20)]
+    place, normal = np.array([0.1, 0.2, -1.2]), np.array([0.0, 0.0, 1.0])
+    to_light = np.array([light.position for light in near]) - place
+    away = np.linalg.norm(to_light, axis=1)
+    wanted = to_light[:, 2].clip(0.0) / away**3
+    found = []
+    for lights in (near, near + far):
+        asked = Asked(one_bench, light_table(lights, HERE))
+        found.append(asked(PROBABILITY, place, normal, np.arange(len(near)))[:, 0])
+    alone, beside = found
+    # What 32 draws leave of variance: the mean of squares over what they are drawn by.
+    variances = [float((wanted**2 / x.clip(1e-12)).sum()) / wanted.sum() ** 2 for x in found]
+    assert alone.min() > 0.0 and beside.min() > 0.0
+    assert variances[1] < 1.5 * variances[0] < 5.0, variances
+
+
 @pytest.mark.parametrize(
     ("flux", "distant", "asked", "drawn"),
     [
