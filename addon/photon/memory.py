@@ -21,6 +21,7 @@ from .backends.backend import Backend
 from .backends.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film.strips import strips_of
+from .kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE
 from .photons.mapper import pilot_photons
 from .photons.native_photon_mapper import knows_lobes, leaves_lobes
 from .scene import Scene
@@ -43,7 +44,6 @@ DENOISED, DENOISER, MOST_DENOISER = 220, 520, 3 << 30
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host
-LIGHT, NODE = 6 * TEXEL, 3 * TEXEL  # of lights, and of their tree's nodes; twice that on the host
 MOST_TRIANGLES = (1 << 24) - 1  # float32 numbers them
 
 _ADVICE = {
@@ -55,9 +55,13 @@ _ADVICE = {
 
 
 def _of_lights(count: int) -> int:
-    """So many emissive triangles with their tree and places in it [bytes]."""
+    """So many emissive triangles with their tree and places in it [bytes]; the host has twice
+    that."""
+    if not count:
+        return 0
     leaves = leaves_for(count)
-    return LIGHT * count + 2 * NODE * leaves + TEXEL * max(count, leaves) if count else 0
+    places = LIGHT_PLACE.texels * max(count, leaves)
+    return TEXEL * (LIGHT.texels * count + LIGHT_NODE.texels * 2 * leaves + places)
 
 
 @dataclass(frozen=True)

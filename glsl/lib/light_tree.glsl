@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One of many lights, by what it may bring to a place: how far it is, and on which side of the surface and of the
 // light (Conty Estevez & Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting"). Uses the
-// tables of lights' nodes and places and the uniform asked_lights.
+// tables of lights' nodes and places and the uniforms asked_lights and light_leaves.
 //
 // Node n has the children 2 n and 2 n + 1. The root is 1. Leaves are all of one level, and some are empty. Lights that
 // every point asks are no part of the tree: the first of the places name them.
@@ -43,14 +43,11 @@ float share_of_first(int node, vec3 position, vec3 normal) {
     return all > 0.0 ? first / all : -1.0;
 }
 
-// How many leaves the tree has, and with it nodes before the first of them.
-int leaves_of_tree() { return int(light_node_at(0).flux); }
-
 // The light that a number u in [0, 1) draws.
 Drawn draw_light(vec3 position, vec3 normal, float u) {
     float probability = 1.0;
-    int node = 1, leaves = leaves_of_tree();
-    while (node < leaves) {
+    int node = 1;
+    while (node < light_leaves) {
         float share = share_of_first(node, position, normal);
         if (share < 0.0) return Drawn(0, 0.0);
         bool is_first = u < share;
@@ -58,14 +55,14 @@ Drawn draw_light(vec3 position, vec3 normal, float u) {
         probability *= is_first ? share : 1.0 - share;
         node = 2 * node + (is_first ? 0 : 1);
     }
-    return Drawn(int(light_place_at(asked_lights + node - leaves).light), probability);
+    return Drawn(int(light_place_at(asked_lights + node - light_leaves).light), probability);
 }
 
 // With which probability that gives a light of the tree.
 float probability_of(LightPlace place, vec3 position, vec3 normal) {
     float probability = 1.0;
-    int leaves = leaves_of_tree(), leaf = leaves + int(place.place);
-    for (int node = 1, below = leaves / 2; node < leaves; below /= 2) {
+    int leaf = light_leaves + int(place.place);
+    for (int node = 1, below = light_leaves / 2; node < light_leaves; below /= 2) {
         float share = share_of_first(node, position, normal);
         if (share < 0.0) return 0.0;
         node = leaf / below;

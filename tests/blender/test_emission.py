@@ -88,6 +88,7 @@ def test_each_instance_emits(export, scene) -> None:
         ("ShaderNodeBsdfGlass", None, ["Emission of glass"]),
         (DIFFUSE, "Is Camera Ray", []),
         (DIFFUSE, "Is Glossy Ray", ["Emission by Light Path"]),
+        (DIFFUSE, "Ray Length", ["Emission by distance"]),
     ],
 )
 def test_what_emits_otherwise_than_in_cycles_is_named(convert, other, ray, named) -> None:
@@ -100,6 +101,15 @@ def test_what_emits_otherwise_than_in_cycles_is_named(convert, other, ray, named
         tree.links.new(add_node(tree, kind).outputs[0], socket)
     finish(tree, both)
     assert features(convert(material)[1], "approximated") == named
+
+
+@pytest.mark.parametrize(("output", "named"), [("Quadratic", []), ("Linear", ["by distance"])])
+def test_falloff_of_what_emits_is_named(convert, output, named) -> None:
+    material, tree = new_material()
+    falloff = add_node(tree, "ShaderNodeLightFalloff", Strength=3.0)
+    finish(tree, add_node(tree, EMISSION, Strength=falloff.outputs[output]))
+    found = features(convert(material)[1], "approximated")
+    assert found == [f"Emission {name}" for name in named]
 
 
 def test_textured_emission_is_named(convert) -> None:

@@ -35,8 +35,7 @@ def test_directions_to_a_sphere(bench: Bench, radius: float) -> None:
     result = bench.run(
         ShadowRays,
         points | {"direction": -facing},
-        {"seed": 7, "pass_index": 2, "depth": 0, "number": 0, "light_count": 1}
-        | {"frame_size": (WIDTH, HEIGHT)},
+        {"seed": 7, "pass_index": 2, "depth": 0, "number": 0} | {"frame_size": (WIDTH, HEIGHT)},
         {"lights": light_table((lamp,), HERE)},
         {"SHADOW_RAYS": 1},
         made={**made_bsdf(()), **made_lights({"point"})},

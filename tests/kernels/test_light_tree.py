@@ -47,7 +47,7 @@ PROBE = declare(
     "probe_light_tree",
     {"first": VALUE, "second": VALUE},
     inputs={"a": VALUE, "b": VALUE},
-    uniforms={"light_count": Uniform("int"), "asked_lights": Uniform("int")},
+    uniforms={"asked_lights": Uniform("int"), "light_leaves": Uniform("int")},
     tables={
         "lights": Table(LIGHT),
         "light_nodes": Table(LIGHT_NODE),
@@ -127,7 +127,7 @@ class Asked:
         found = self.bench.run(
             PROBE,
             {"a": a, "b": b},
-            {"light_count": len(self.lights), "asked_lights": len(self.asked)},
+            {"asked_lights": len(self.asked), "light_leaves": len(self.nodes) // 2},
             {"lights": self.lights, "light_nodes": self.nodes, "light_places": self.places},
             defines={"ASK": ask},
             made=made_lights(kinds_of(self.lights)),
@@ -187,11 +187,13 @@ def test_what_is_dark_widens_nothing() -> None:
 
 
 def test_few_lights_far_away_hide_none_nearby(one_bench: Bench) -> None:
-    """Of a thousand near ones and a few on another planet each is drawn about as often as without
-    those, and as its own light is."""
+    """Of a thousand near ones, a few on another planet and dark ones farther away each is drawn
+    about as often as without those, and as its own light is."""
     rng = np.random.default_rng(3)
     near = [point_light("", (*map(float, x),), (1.0,) * 3) for x in rng.uniform(-1, 1, (1000, 3))]
     far = [point_light("", (i * 0.1, 0.0, -80.0), (1.0,) * 3) for i in range(20)]
+    dark = rng.normal(size=(3000, 3)) * 200.0
+    far += [point_light("", (*map(float, x),), (0.0,) * 3) for x in dark]
     place, normal = np.array([0.1, 0.2, -1.2]), np.array([0.0, 0.0, 1.0])
     to_light = np.array([light.position for light in near]) - place
     away = np.linalg.norm(to_light, axis=1)

@@ -11,7 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.photons import aim
+from addon.photon.photons.importance import Importance
 from addon.photon.photons.mapper import PhotonBatch
+from addon.photon.photons.starts import starts_by
+from addon.photon.photons.view import View
 from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.scene import (
@@ -99,6 +102,19 @@ def test_a_lamp_that_no_picture_shows(device: Device) -> None:
         for x in (scene, replace(scene, lights=(CANDLE,)))
     )
     np.testing.assert_allclose(both, alone, rtol=0.02)
+
+
+def test_photons_that_say_nothing_start_by_flux(device: Device) -> None:
+    """All landed where nobody looks: of half of few photons that may be."""
+    renderer = prepare(room(CANDLE, LAMP), Settings(8, 8, photons=100), device)
+    renderer.render_pass()
+    tables = renderer.eye._tables
+    none = np.zeros((4, 6))
+    known = Importance(np.arange(4) % 2, none[:, :4].astype(np.float32), none, none[:, 0], 0.5)
+    nothing = View(0.1, None, none[:0, :3], none[:0, :3], none[:0, 0])
+    shares = starts_by(known, tables, nothing).shares
+    assert shares == pytest.approx(tables.by_flux)
+    renderer.release()
 
 
 def images_of(device: Device, scene: Scene, **settings: Any) -> dict[str, Any]:

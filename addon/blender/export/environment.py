@@ -54,7 +54,7 @@ def read_environment_map(node: bpy.types.Node, scope: Scope) -> EnvironmentMap |
 
 
 def is_opaque(image: bpy.types.Image) -> bool:
-    """Whether all of it is."""
+    """Whether no pixel lets anything through."""
     width, height = image.size
     if image.channels < 4 or (image.source == "FILE" and image.depth in (8, 24)):
         return True  # it has no alpha

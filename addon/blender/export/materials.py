@@ -49,6 +49,7 @@ UNIFORM = {
     *("object", "light_path"),
 }
 CAMERA_ALONE = 0.0  # what light_path is asked: nobody but the eye sees it
+LENGTH = 4.0  # the same: how long the ray is
 
 
 @dataclass(frozen=True)
@@ -267,7 +268,10 @@ def _note_emission(emission: Value, program: Program, owner: str, notes: Notes) 
     if any(instruction.kind not in UNIFORM for instruction in instructions):
         what = "seen as it is; as a light each triangle is as bright as in the mean"
         notes.approximated(owner, "Emission by nodes", what)
-    if any(one.kind == "light_path" and _which(one) != CAMERA_ALONE for one in instructions):
+    asked = {_which(one) for one in instructions if one.kind == "light_path"} - {CAMERA_ALONE}
+    if LENGTH in asked:
+        notes.approximated(owner, "Emission by distance", "as a light it is as from 1 m away")
+    elif asked:
         what = "as a light it is taken to be found by diffuse rays"
         notes.approximated(owner, "Emission by Light Path", what)
 

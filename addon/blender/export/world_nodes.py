@@ -45,7 +45,8 @@ UNSUITED = {
     "VOLUME_INFO",
     "WIREFRAME",
 }
-UNSUITED_OUTPUTS = {"Camera", "Window"}  # of Texture Coordinate
+# Of Texture Coordinate, where world_coordinates.py has nothing that stands in for them.
+UNSUITED_OUTPUTS = {"Camera", "Window"}
 
 _kept: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
 

@@ -297,6 +297,7 @@ class Eye:
             "light_count": len(self._tables.lights),
             "seen_lights": self._tables.seen_lights,
             "asked_lights": len(self._tables.asked.lights),
+            "light_leaves": self._tables.light_leaves,
             "lamps": len(self._tables.emitters),
             "frame_size": (self._settings.width, self._settings.height),
             **self.footprint,

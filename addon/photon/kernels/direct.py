@@ -55,8 +55,8 @@ _UNIFORMS = {
     "pass_index": Uniform("uint"),
     "depth": Uniform("int"),
     "chain_depth": When("WEIGHED", Uniform("int")),
-    "light_count": Uniform("int"),
     "asked_lights": When("DRAWN", Uniform("int")),
+    "light_leaves": When("DRAWN", Uniform("int")),
     "frame_size": Uniform("ivec2"),
 }
 

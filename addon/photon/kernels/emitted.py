@@ -37,6 +37,7 @@ class Emitted(Kernel):
         "seen_lights": Uniform("int"),
         "light_count": Uniform("int"),
         "asked_lights": When("DRAWN", Uniform("int")),
+        "light_leaves": When("DRAWN", Uniform("int")),
         "lamps": When("EMISSIVE", Uniform("int")),
     }
     tables = {

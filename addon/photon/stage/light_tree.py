@@ -5,7 +5,7 @@ bring it the most (light_tree.glsl)."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,8 +22,9 @@ STRONG = 1 / 16  # of the flux of all that are not distant: weak is a light that
 # rays are drawn, and only from more than twice as many lights.
 LEAST_DRAWN = 8
 ASKED = -1.0  # as a place in the tree
-# By how many lights at most, levels that a tree has more than it needs; and in how many of its
-# first ones splits are looked for.
+# By how many lights at most, levels that a tree has more than it needs: with them few lights far
+# away need not share a node with half of the others. Each costs every draw two nodes; memory
+# doubles with it. Splits are looked for in the first levels, where nodes hold what is far apart.
 SPARE_LEVELS = ((256, 1), (1 << 16, 2), (1 << 18, 1))
 SEARCHED_LEVELS = 6
 BOTH_SIDES = 2.0  # a reach, as in light.glsl
@@ -78,8 +79,8 @@ class Bounds:
 
 
 def light_tree(all_lights: Bounds, asked: NDArray[np.int64]) -> tuple[Any, Any]:
-    """LIGHT_NODEs of lights but those that are asked, and LIGHT_PLACE of all, and of all leaves.
-    Node 0 is none: its flux is the number of leaves, of which some are empty."""
+    """LIGHT_NODEs of lights but those that are asked, and LIGHT_PLACE of all, and of all leaves,
+    of which some are empty. Node 0 is none."""
     others = np.setdiff1d(np.arange(len(all_lights.flux)), asked)
     lights = all_lights.at(others)
     leaves = leaves_for(len(others))
@@ -103,13 +104,11 @@ def light_tree(all_lights: Bounds, asked: NDArray[np.int64]) -> tuple[Any, Any]:
         if first == 1:
             break
         found = _union(found)
-    nodes["flux"][0] = leaves
     return nodes, places
 
 
 def leaves_for(count: int) -> int:
-    """Of a tree of so many lights: a power of two, and so many more that few lights far away need
-    not share a node with half of the others."""
+    """Of a tree of so many lights: a power of two, and up to 2^18 lights more than there are."""
     levels = max(count - 1, 0).bit_length()
     return 1 << (levels + next((more for most, more in SPARE_LEVELS if count <= most), 0))
 
@@ -118,6 +117,7 @@ def _leaf_of_each(lights: Bounds, leaves: int) -> NDArray[np.int64]:
     """(n,): those of a node are close together. Each node's are split along the longest side of the
     box about their middles: in halves, or in the first levels, where there are spare leaves, so
     that what the halves bring together, by flux and size, is the least."""
+    lights = _where_lit(lights)
     middles = (lights.low + lights.high) / 2
     count = len(middles)
     order, first = np.arange(count), np.zeros(count, np.int64)  # each one's node's first leaf
@@ -145,6 +145,16 @@ def _leaf_of_each(lights: Bounds, leaves: int) -> NDArray[np.int64]:
     return found
 
 
+def _where_lit(lights: Bounds) -> Bounds:
+    """With those that are dark where one is that is not: no split is to be for them."""
+    is_lit = lights.flux > 0.0
+    if not is_lit.any():
+        return lights
+    one = int(np.argmax(is_lit))
+    low, high = (_either(is_lit, x, x[one : one + 1]) for x in (lights.low, lights.high))
+    return replace(lights, low=low, high=high)
+
+
 def _best_split(lights: Bounds, room: int) -> int:
     """How many of a node's lights, in their order, its first child has; each has room for so
     many."""
@@ -165,9 +175,14 @@ def _spread_of(lights: Bounds) -> Doubles:
     return found
 
 
-def _either(chosen: Any, one: Bounds, other: Bounds) -> Bounds:
+def _either(chosen: Any, one: Doubles, other: Doubles) -> Doubles:
+    """Rows of one or the other."""
+    return np.where(chosen.reshape(-1, *[1] * (one.ndim - 1)), one, other)
+
+
+def _either_of(chosen: Any, one: Bounds, other: Bounds) -> Bounds:
     pairs = zip(vars(one).values(), vars(other).values(), strict=True)
-    return Bounds(*(np.where(chosen.reshape(-1, *[1] * (a.ndim - 1)), a, b) for a, b in pairs))
+    return Bounds(*(_either(chosen, a, b) for a, b in pairs))
 
 
 def in_order(middles: Doubles) -> NDArray[np.int64]:
@@ -200,8 +215,8 @@ def _sorted(
 def _union(children: Bounds) -> Bounds:
     """Of each pair; what is dark widens nothing."""
     one, other = children.at(np.s_[0::2]), children.at(np.s_[1::2])
-    lit = _either(one.flux > 0.0, _about(one, other), other)
-    return _either(other.flux > 0.0, lit, one)
+    lit = _either_of(one.flux > 0.0, _about(one, other), other)
+    return _either_of(other.flux > 0.0, lit, one)
 
 
 def _about(one: Bounds, other: Bounds) -> Bounds:

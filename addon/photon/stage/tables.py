@@ -20,7 +20,7 @@ from .environments import Place, environment_table
 from .geometry import Frame, Mesh
 from .kinds import light_kinds
 from .light_tables import count_distant, is_seen, light_trees, lights_of, set_shares
-from .light_tree import AskedLights, asked_lights
+from .light_tree import AskedLights, asked_lights, leaves_for
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
 from .needs import FACES, MOST_PORTALS, PORTALS_BY_SHARE_DEFINES, PORTALS_FOR_ABSORBED_DEFINES
@@ -94,6 +94,11 @@ class Tables:
         seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
         self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
         self.distant_lights = count_distant(lights) if emitters else 0  # the first ones
+
+    @property
+    def light_leaves(self) -> int:
+        """How many leaves the tree of lights has, if there is one."""
+        return leaves_for(len(self.lights) - len(self.asked.lights))
 
     @staticmethod
     def upload(

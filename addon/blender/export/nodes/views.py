@@ -21,9 +21,9 @@ PATHS = {
     "Ray Length": 4,
     "Ray Depth": 5,
 }
-# Powers of the ray's length in Light Falloff's outputs.
-FALLOFFS = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 NEVER = {"Is Volume Scatter Ray", "Portal Depth"}  # what no ray is here
+# Powers of the distance in Light Falloff's outputs.
+FALLOFFS = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 
 
 def read_fresnel(

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A whole scene by chance: a floor, things on and above it, lamps, a camera that looks at them."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import bpy
+from mathutils import Vector
+
+from .nodes import material, world
+
+SIZE = 96  # [px]
+SHAPES = [
+    "cube",
+    "uv_sphere",
+    "ico_sphere",
+    "cone",
+    "cylinder",
+    "torus",
+    "monkey",
+    "grid",
+    "circle",
+]
+MODIFIERS = ["SUBSURF", "BEVEL", "ARRAY", "SOLIDIFY", "WIREFRAME", "DISPLACE", "DECIMATE"]
+AMOUNTS = {"BEVEL": "width", "SOLIDIFY": "thickness", "WIREFRAME": "thickness"}
+BOUNCES = 12
+
+
+def build(seed: int) -> Any:
+    """The scene of a seed, which is then the open one."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene, dice = bpy.context.scene, random.Random(seed)
+    materials = [material(dice) for _ in range(3)]
+    bpy.ops.mesh.primitive_plane_add(size=8)
+    bpy.context.object.data.materials.append(None if dice.random() < 0.7 else materials[0])
+    for _ in range(dice.randint(1, 3)):
+        _thing(dice, materials)
+    is_lit = world(dice, scene)
+    for _ in range(dice.randint(0 if is_lit else 1, 3)):
+        _lamp(dice, scene)
+    _camera(dice, scene)
+    _settings(scene)
+    return scene
+
+
+def _point(
+    dice: random.Random, reach: float, low: float, high: float
+) -> tuple[float, float, float]:
+    return dice.uniform(-reach, reach), dice.uniform(-reach, reach), dice.uniform(low, high)
+
+
+def _thing(dice: random.Random, materials: list[Any]) -> None:
+    """A primitive, turned, scaled, maybe modified, of one or two materials."""
+    add = getattr(bpy.ops.mesh, f"primitive_{dice.choice(SHAPES)}_add")
+    add(location=_point(dice, 2.0, 0.3, 2.2))
+    thing = bpy.context.object
+    thing.rotation_euler = [dice.uniform(-3, 3) for _ in "xyz"]
+    thing.scale = [dice.uniform(0.3, 0.9) for _ in "xyz"]
+    if dice.random() < 0.1:
+        thing.scale.x *= -1.0
+    is_smooth = dice.random() < 0.4
+    for face in thing.data.polygons:
+        face.use_smooth = is_smooth
+    if dice.random() < 0.4:
+        colours = thing.data.color_attributes.new("Col", "FLOAT_COLOR", "CORNER")
+        for item in colours.data:
+            item.color = [dice.random() for _ in "rgba"]
+    if dice.random() < 0.5 and not is_smooth:
+        modifier = thing.modifiers.new("Modifier", dice.choice(MODIFIERS))
+        if modifier.type in AMOUNTS:
+            setattr(modifier, AMOUNTS[modifier.type], 0.12)
+    for _ in range(dice.choice([1, 1, 2])):
+        thing.data.materials.append(dice.choice(materials))
+    for face in thing.data.polygons:
+        face.material_index = dice.randrange(len(thing.data.materials))
+
+
+def _lamp(dice: random.Random, scene: Any) -> None:
+    kind = dice.choice(["POINT", "SPOT", "AREA", "SUN"])
+    data = bpy.data.lights.new("Lamp", kind)
+    lamp = bpy.data.objects.new("Lamp", data)
+    scene.collection.objects.link(lamp)
+    lamp.location = _point(dice, 2.5, 2.5, 4.5)
+    lamp.rotation_euler = _point(dice, 0.7, -3.0, 3.0)
+    data.color = [dice.uniform(0.3, 1.0) for _ in "rgb"]
+    data.use_shadow = dice.random() < 0.9
+    data.energy = dice.uniform(0.5, 4.0) if kind == "SUN" else dice.uniform(50.0, 400.0)
+    if kind == "SUN":
+        data.angle = dice.choice([0.0, dice.uniform(0.01, 0.5)])
+    elif kind == "AREA":
+        data.shape = dice.choice(["SQUARE", "RECTANGLE", "DISK", "ELLIPSE"])
+        data.size, data.size_y = dice.uniform(0.3, 2.0), dice.uniform(0.3, 2.0)
+        data.spread = dice.choice([math.pi, dice.uniform(0.5, 3.0)])
+    else:
+        data.shadow_soft_size = dice.choice([0.0, dice.uniform(0.05, 0.4)])
+    if kind == "SPOT":
+        data.spot_size, data.spot_blend = dice.uniform(0.5, 2.2), dice.random()
+
+
+def _camera(dice: random.Random, scene: Any) -> None:
+    data = bpy.data.cameras.new("Camera")
+    camera = scene.camera = bpy.data.objects.new("Camera", data)
+    scene.collection.objects.link(camera)
+    around, up, far = dice.uniform(0, 6.28), dice.uniform(0.15, 1.2), dice.uniform(6, 8)
+    away = Vector((math.cos(around) * math.cos(up), math.sin(around) * math.cos(up), math.sin(up)))
+    camera.location = Vector((0.0, 0.0, 0.9)) + far * away
+    camera.rotation_euler = away.to_track_quat("Z", "Y").to_euler()
+    data.lens = dice.uniform(30.0, 50.0)
+    if dice.random() < 0.1:
+        data.type, data.ortho_scale = "ORTHO", dice.uniform(4.0, 7.0)
+    if dice.random() < 0.1:
+        data.dof.use_dof, data.dof.focus_distance = True, far
+        data.dof.aperture_fstop = dice.uniform(0.3, 2.0)
+
+
+def _settings(scene: Any) -> None:
+    """Nothing that the two have apart: no clamps, no caustics, which Cycles has in part alone."""
+    cycles, render = scene.cycles, scene.render
+    cycles.device = "CPU"
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0.0
+    cycles.use_adaptive_sampling = cycles.use_denoising = False
+    cycles.caustics_reflective = cycles.caustics_refractive = False
+    for kind in ("max", "diffuse", "glossy", "transmission", "transparent_max"):
+        setattr(cycles, f"{kind}_bounces", BOUNCES)
+    render.resolution_x = render.resolution_y = SIZE
+    render.resolution_percentage = 100
+    render.image_settings.file_format = "OPEN_EXR"
+    render.image_settings.color_mode, render.image_settings.color_depth = "RGB", "32"
