@@ -117,7 +117,9 @@ CASES = {
     "oren_nayar": Case(tuple({"diffuse_roughness": r} for r in (0.3, 1.0)), estimate=0.003),
     "sheen": Case(tuple({"roughness": r} for r in (0.2, 0.6)), is_reciprocal=False, estimate=0.001),
     **{
-        kind: Case(tuple({"size": s, "edge": e} for s, e in ((0.5, 0.0), (0.3, 0.2))), False)
+        kind: Case(
+            tuple({"size": s, "edge": e} for s, e in ((0.5, 0.0), (0.3, 0.2), (0.7, 0.9))), False
+        )
         for kind in ("toon", "glossy_toon")
     },
     "velvet": Case(tuple({"sigma": s} for s in (0.3, 1.0))),
@@ -213,6 +215,17 @@ def test_weight_is_bsdf_and_cosine_over_density(one_bench: Bench, lobe: Lobe, an
     expected = value[above, :3] * directions[above, 2:] / value[above, 3:]
     np.testing.assert_allclose(weight[above], expected, rtol=2e-3, atol=1e-6)
     assert not weight[directions[:, 2] <= 0].any()
+
+
+@pytest.mark.parametrize("angle", SOME_ANGLES)
+@pytest.mark.parametrize("lobe", BROAD)
+def test_nothing_is_reflected_where_no_ray_goes(one_bench: Bench, lobe: Lobe, angle: float) -> None:
+    """Shadow rays find no light that the lobe's own would not."""
+    numbers = np.random.default_rng(5).normal(size=(20000, 3))
+    numbers[:, 2] = np.abs(numbers[:, 2])
+    to_light = numbers / np.linalg.norm(numbers, axis=1, keepdims=True)
+    value, _ = probe(one_bench, lobe, np.broadcast_to(at(angle), to_light.shape), to_light)
+    assert not value[value[:, 3] == 0.0, :3].any()
 
 
 @pytest.mark.parametrize("angle", [0, 60, 88])
