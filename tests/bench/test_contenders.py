@@ -83,7 +83,7 @@ def rendered(module: str, method: str, scene: Scene, folder: Path) -> np.ndarray
     worker = Worker(module)
     try:
         worker.load(folder / "scene.npz", folder / "none.blend", SIZE)
-        seconds = SECONDS.get(module, 6.0)
+        seconds = SECONDS.get(module, 6.0) * (2.0 if method == "light" else 1.0)  # it sprinkles
         steps = [s for s in worker.climb(method, 1, seconds, folder) if "file" in s]
         assert min(step["wall"] for step in steps) > 0
         return np.load(steps[-1]["file"])
