@@ -183,6 +183,12 @@ def frame_size(render: bpy.types.RenderSettings) -> tuple[int, int]:
     )
 
 
+def is_skewed(axes: NDArray[np.float64]) -> bool:
+    """Whether the columns of (3, 3), of any length but zero, are not at right angles."""
+    x, y, z = (axes / np.linalg.norm(axes, axis=0)).T
+    return bool(max(abs(x @ y), abs(y @ z), abs(z @ x)) > SKEW)
+
+
 def rigid(matrix: NDArray[np.float64], name: str, notes: Notes) -> NDArray[np.float64]:
     """Return `matrix` with its scale removed, as Blender does for cameras.
 
@@ -194,8 +200,8 @@ def rigid(matrix: NDArray[np.float64], name: str, notes: Notes) -> NDArray[np.fl
     if not (np.isfinite(matrix).all() and lengths.min() > 0.0):
         raise SceneError(f"{name}: its transform has zero scale or is not finite")
     axes = axes / lengths
-    x, y, z = axes.T
-    if max(abs(x @ y), abs(y @ z), abs(z @ x)) > SKEW:
+    _, y, z = axes.T
+    if is_skewed(axes):
         notes.approximated(name, "Skewed transform", "its axes are turned to right angles")
     side = math.copysign(1.0, np.linalg.det(axes))
     y = y - (y @ z) * z

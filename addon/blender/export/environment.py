@@ -45,26 +45,18 @@ def read_environment_map(node: bpy.types.Node, scope: Scope) -> EnvironmentMap |
     rows = matrix / lengths.mean()
     if np.abs(rows @ rows.T - np.eye(3)).max() > 1e-5:
         return None
-    if not image.is_float and image.alpha_mode in ASSOCIATED and not is_opaque(image):
+    linear_pixels = _linear_pixels(image)
+    if linear_pixels is None:
         return None
-    pixels, downsampling = linear_pixels(image)
+    pixels, downsampling = linear_pixels
     if np.linalg.det(rows) < 0.0:  # a mirror image
         pixels, rows = np.ascontiguousarray(pixels[:, ::-1]), rows * [[1.0], [-1.0], [1.0]]
     return EnvironmentMap(pixels, rows, downsampling)
 
 
-def is_opaque(image: bpy.types.Image) -> bool:
-    """Whether no pixel lets anything through."""
-    width, height = image.size
-    if image.channels < 4 or (image.source == "FILE" and image.depth in (8, 24)):
-        return True  # it has no alpha
-    check_memory(image, 4 * width * height * image.channels)
-    return bool(floats_of(image)[..., 3].min() >= 1.0)
-
-
-def linear_pixels(image: bpy.types.Image) -> tuple[NDArray[np.float32], int]:
+def _linear_pixels(image: bpy.types.Image) -> tuple[NDArray[np.float32], int] | None:
     """(height, width, 3), finite and not negative, the lowest row first; of large images the mean
-    of so many pixels each way."""
+    of so many pixels each way. None: of bytes that let something through."""
     width, height = image.size
     step = 1
     while width * height > MOST_PIXELS * step * step:
@@ -72,6 +64,8 @@ def linear_pixels(image: bpy.types.Image) -> tuple[NDArray[np.float32], int]:
     rows, columns = height // step, width // step
     check_memory(image, 4 * width * height * image.channels + 12 * rows * columns)
     pixels = floats_of(image)
+    if _is_multiplied(image) and not pixels[..., 3].min() >= 1.0:
+        return None
     is_coded = not image.is_float and colour_space_of(image.colorspace_settings) is Space.SRGB
     found = np.empty((rows, columns, 3), np.float32)
     for low in range(0, rows, ROWS_AT_ONCE):  # large images are of gigabytes
@@ -81,6 +75,12 @@ def linear_pixels(image: bpy.types.Image) -> tuple[NDArray[np.float32], int]:
         finite = np.nan_to_num(mean, nan=0.0, posinf=0.0, neginf=0.0)
         np.maximum(finite, 0.0, out=found[low:high])
     return found, step
+
+
+def _is_multiplied(image: bpy.types.Image) -> bool:
+    """Whether Cycles multiplies its colours by an alpha, before it decodes them."""
+    has_alpha = image.channels == 4 and not (image.source == "FILE" and image.depth in (8, 24))
+    return has_alpha and not image.is_float and image.alpha_mode in ASSOCIATED
 
 
 def _downsampled(pixels: NDArray[np.float32], step: int) -> NDArray[np.float32]:

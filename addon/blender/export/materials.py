@@ -17,6 +17,7 @@ from .graph import Context, Graph, colour_text, many_calls
 from .links import is_given
 from .nodes import graph_of
 from .nodes.normals import bump_of_displacement
+from .nodes.views import PATHS
 from .programs import Program, Value
 from .report import Notes
 from .shaders import (
@@ -48,8 +49,8 @@ UNIFORM = {
     *("blend", "blend_hue", "hsv", "hue_saturation", "blackbody", "wavelength"),
     *("object", "light_path"),
 }
-CAMERA_ALONE = 0.0  # what light_path is asked: nobody but the eye sees it
-LENGTH = 4.0  # the same: how long the ray is
+# What light_path is asked: whether the ray is the eye's own, and how long it is.
+CAMERA_ALONE, LENGTH = PATHS["Is Camera Ray"], PATHS["Ray Length"]
 
 
 @dataclass(frozen=True)

@@ -31,13 +31,14 @@ BOTH_SIDES = 2.0  # a reach, as in light.glsl
 ROUNDING = 1e-5  # of cosines: a node must not lose what a light in it has
 
 Doubles = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class AskedLights:
     """Where a visible point's shadow rays go."""
 
-    lights: NDArray[np.int64]  # (A,) their numbers; one ray goes to each
+    lights: Indices  # (A,) their numbers; one ray goes to each
     drawn: int = 0  # rays to others, each to one by the tree
 
     @property
@@ -78,7 +79,7 @@ class Bounds:
         return Bounds(*(values[places] for values in vars(self).values()))
 
 
-def light_tree(all_lights: Bounds, asked: NDArray[np.int64]) -> tuple[Any, Any]:
+def light_tree(all_lights: Bounds, asked: Indices) -> tuple[Any, Any]:
     """LIGHT_NODEs of lights but those that are asked, and LIGHT_PLACE of all, and of all leaves,
     of which some are empty. Node 0 is none."""
     others = np.setdiff1d(np.arange(len(all_lights.flux)), asked)
@@ -113,7 +114,7 @@ def leaves_for(count: int) -> int:
     return 1 << (levels + next((more for most, more in SPARE_LEVELS if count <= most), 0))
 
 
-def _leaf_of_each(lights: Bounds, leaves: int) -> NDArray[np.int64]:
+def _leaf_of_each(lights: Bounds, leaves: int) -> Indices:
     """(n,): those of a node are close together. Each node's are split along the longest side of the
     box about their middles: in halves, or in the first levels, where there are spare leaves, so
     that what the halves bring together, by flux and size, is the least."""
@@ -134,12 +135,8 @@ def _leaf_of_each(lights: Bounds, leaves: int) -> NDArray[np.int64]:
                     for b, n in zip(begin, size, strict=True)
                 ]
             )
-        right = size - left
-        is_right = np.arange(count) >= np.repeat(begin + left, size)
-        first += room * is_right
-        begin = np.stack([begin, begin + left], 1).ravel()
-        size = np.stack([left, right], 1).ravel()
-        begin, size = begin[size > 0], size[size > 0]
+        first += room * (np.arange(count) >= np.repeat(begin + left, size))
+        begin, size = _children(begin, size, left)
     found = np.zeros(count, np.int64)
     found[order] = first
     return found
@@ -185,7 +182,7 @@ def _either_of(chosen: Any, one: Bounds, other: Bounds) -> Bounds:
     return Bounds(*(_either(chosen, a, b) for a, b in pairs))
 
 
-def in_order(middles: Doubles) -> NDArray[np.int64]:
+def in_order(middles: Doubles) -> Indices:
     """Lights (n, 3) so that those of a node are close together: halved along the longest side of
     the box about their middles, and again."""
     count = len(middles)
@@ -193,22 +190,25 @@ def in_order(middles: Doubles) -> NDArray[np.int64]:
     begin, size = np.zeros(min(count, 1), np.int64), np.full(min(count, 1), count)
     while (size > 1).any():
         order = _sorted(order, middles, begin, size)
-        left = (size + 1) // 2
-        begin = np.stack([begin, begin + left], 1).ravel()
-        size = np.stack([left, size - left], 1).ravel()
-        begin, size = begin[size > 0], size[size > 0]
+        begin, size = _children(begin, size, (size + 1) // 2)
     return order
 
 
-def _sorted(
-    order: NDArray[np.int64], middles: Doubles, begin: NDArray[np.int64], size: NDArray[np.int64]
-) -> NDArray[np.int64]:
+def _children(begin: Indices, size: Indices, left: Indices) -> tuple[Indices, Indices]:
+    """Of nodes whose first ones have so many lights: where those of each begin in the order, and
+    how many they are; of those that have any."""
+    begin = np.stack([begin, begin + left], 1).ravel()
+    size = np.stack([left, size - left], 1).ravel()
+    return begin[size > 0], size[size > 0]
+
+
+def _sorted(order: Indices, middles: Doubles, begin: Indices, size: Indices) -> Indices:
     """Lights in an order, each node's along the longest side of the box about their middles."""
     there = middles[order]
     low, high = (f.reduceat(there, begin, axis=0) for f in (np.minimum, np.maximum))
     axis = np.repeat(np.argmax(high - low, axis=1), size)
     node = np.repeat(np.arange(len(size)), size)
-    found: NDArray[np.int64] = order[np.lexsort((there[np.arange(len(order)), axis], node))]
+    found: Indices = order[np.lexsort((there[np.arange(len(order)), axis], node))]
     return found
 
 

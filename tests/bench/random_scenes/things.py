@@ -10,6 +10,8 @@ from typing import Any
 import bpy
 from mathutils import Vector
 
+from tests.blender.build import add_light, add_object
+
 from .nodes import material, world
 
 SIZE = 96  # [px]
@@ -40,7 +42,7 @@ def build(seed: int) -> Any:
         _thing(dice, materials)
     is_lit = world(dice, scene)
     for _ in range(dice.randint(0 if is_lit else 1, 3)):
-        _lamp(dice, scene)
+        _lamp(dice)
     _camera(dice, scene)
     _settings(scene)
     return scene
@@ -78,11 +80,10 @@ def _thing(dice: random.Random, materials: list[Any]) -> None:
         face.material_index = dice.randrange(len(thing.data.materials))
 
 
-def _lamp(dice: random.Random, scene: Any) -> None:
+def _lamp(dice: random.Random) -> None:
     kind = dice.choice(["POINT", "SPOT", "AREA", "SUN"])
-    data = bpy.data.lights.new("Lamp", kind)
-    lamp = bpy.data.objects.new("Lamp", data)
-    scene.collection.objects.link(lamp)
+    lamp = add_light("Lamp", kind)
+    data = lamp.data
     lamp.location = _point(dice, 2.5, 2.5, 4.5)
     lamp.rotation_euler = _point(dice, 0.7, -3.0, 3.0)
     data.color = [dice.uniform(0.3, 1.0) for _ in "rgb"]
@@ -102,8 +103,7 @@ def _lamp(dice: random.Random, scene: Any) -> None:
 
 def _camera(dice: random.Random, scene: Any) -> None:
     data = bpy.data.cameras.new("Camera")
-    camera = scene.camera = bpy.data.objects.new("Camera", data)
-    scene.collection.objects.link(camera)
+    camera = scene.camera = add_object("Camera", data)
     around, up, far = dice.uniform(0, 6.28), dice.uniform(0.15, 1.2), dice.uniform(6, 8)
     away = Vector((math.cos(around) * math.cos(up), math.sin(around) * math.cos(up), math.sin(up)))
     camera.location = Vector((0.0, 0.0, 0.9)) + far * away

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 
 from ....photon.scene import Light, area_light
+from ..camera import is_skewed
 from ..triples import triple
 from .common import Lamp, finished
 
@@ -16,7 +17,7 @@ def read(lamp: Lamp) -> Light | None:
         return None
     data = lamp.data
     across, axis, (wide, high, _) = axes
-    if lamp.is_skewed:
+    if is_skewed(lamp.matrix[:3, :3]):
         lamp.notes.approximated(lamp.owner, "Skewed transform", "its sides are at right angles")
     is_even = data.shape in ("SQUARE", "DISK")
     width, height = wide * data.size, high * (data.size if is_even else data.size_y)

@@ -40,12 +40,6 @@ class Lamp:
     def data(self) -> Any:
         return self.obj.data
 
-    @property
-    def is_skewed(self) -> bool:
-        """Whether its axes are not at right angles."""
-        unit = self.matrix[:3, :3] / np.linalg.norm(self.matrix[:3, :3], axis=0)
-        return bool(np.abs(unit.T @ unit - np.eye(3)).max() > EVEN_SCALE)
-
     def axes(self, has_size: bool = True) -> tuple[RGB, RGB, RGB] | None:
         """Its x axis, the direction that it shines in, and the lengths of its axes; None for one
         whose scale is zero, which is noted. Without a size it may be flat across its direction."""

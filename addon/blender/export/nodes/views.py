@@ -90,7 +90,7 @@ def read_light_falloff(
     emits lights as 1 m away."""
     strength, smooth = (graph.input(node, name, scope) for name in ("Strength", "Smooth"))
     power = FALLOFFS[output.name]
-    is_sharp = smooth.constant is not None and not smooth.constant[0] > 0.0
+    is_sharp = smooth.is_constant and not smooth.number > 0.0
     if is_sharp and power == 0:
         return strength
     of_light = graph.program.emit("light_path", which=Value.of(PATHS["Is Diffuse Ray"]))
