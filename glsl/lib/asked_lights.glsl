@@ -16,9 +16,12 @@ float rays_to(int light, vec3 position, vec3 normal) {
 #endif
 }
 
-// The density of so many shadow rays of a point in a direction to a light [1/sr]; 0 for one without size, and for
-// one that either they or rays of lobes do not find: then there is nothing to weigh.
+// Whether both shadow rays and rays of lobes may: else there is nothing to weigh.
+bool rays_of_lobes_find(Light light) { return is_found(light, BY_CHAINS) && is_found(light, BY_GLOSSY); }
+
+// The density of so many shadow rays of a point in a direction to a light [1/sr]; 0 for one without size, and where
+// there is nothing to weigh.
 float density_of_rays(float rays, Light light, vec3 position, vec3 normal, vec3 to_light) {
-    if (!is_found(light, BY_CHAINS) || !is_found(light, BY_GLOSSY)) return 0.0;
+    if (!rays_of_lobes_find(light)) return 0.0;
     return rays * pdf_asked(light, position, normal, to_light);
 }

@@ -14,25 +14,24 @@ float portals_for(Light light, vec3 position, vec3 normal) {
     return is_world(light) ? portals_angle(position, normal) : 0.0;
 }
 
-float pdf_beside_portals(Light light, vec3 position, vec3 normal, float sum, vec3 to_light) {
-    float density = pdf_light(light, position, normal, to_light);
-    if (!(sum > 0.0)) return density;
-    return mix(density, pdf_portals(position, normal, sum, to_light), SHARE_OF_PORTALS);
-}
 #endif
 
 float pdf_asked(Light light, vec3 position, vec3 normal, vec3 to_light) {
+    float density = pdf_light(light, position, normal, to_light);
 #ifdef PORTALS
-    return pdf_beside_portals(light, position, normal, portals_for(light, position, normal), to_light);
-#else
-    return pdf_light(light, position, normal, to_light);
+    float sum = portals_for(light, position, normal);
+    if (sum > 0.0) density = mix(density, pdf_portals(position, normal, sum, to_light), SHARE_OF_PORTALS);
 #endif
+    return density;
 }
 
-LightSample sample_asked(Light light, vec3 position, vec3 normal, vec2 u) {
+// `is_direction`: only where to, and whether anything is there; its irradiance is what is seen there over pdf_asked.
+LightSample sample_asked(Light light, vec3 position, vec3 normal, vec2 u, out bool is_direction) {
+    is_direction = false;
 #ifdef PORTALS
     float sum = portals_for(light, position, normal);
     if (sum > 0.0) {
+        is_direction = true;
         LightSample found = LightSample(normal, T_MAX, vec3(0.0), 0.0);
         if (u.y < SHARE_OF_PORTALS) {
             found.to_light = sample_portals(position, normal, sum, vec2(u.y / SHARE_OF_PORTALS, u.x));
@@ -42,10 +41,7 @@ LightSample sample_asked(Light light, vec3 position, vec3 normal, vec2 u) {
             if (!(own.share > 0.0)) return own;
             found.to_light = own.to_light;
         }
-        float density = pdf_beside_portals(light, position, normal, sum, found.to_light);
-        if (!(dot(normal, found.to_light) > 0.0) || !(density > 0.0)) return found;
-        found.irradiance = seen_light(light, position, found.to_light, T_MAX).rgb / density;
-        found.share = 1.0;
+        if (dot(normal, found.to_light) > 0.0) found.share = 1.0;
         return found;
     }
 #endif

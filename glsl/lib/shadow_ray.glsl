@@ -124,7 +124,8 @@ float pdf_to_gather(VisiblePoint point, float first, vec3 to_light) {
     return density;
 }
 
-LightSample sample_to_gather(VisiblePoint point, Light light, float first, vec2 u) {
+// A direction alone: its share is 0 if there is none.
+LightSample sample_to_gather(VisiblePoint point, float first, vec2 u) {
     LightSample found = LightSample(point.raised, T_MAX, vec3(0.0), 0.0);
     Lobe lobe = point.lobe0;
     Shape shape = point.shape0;
@@ -139,10 +140,7 @@ LightSample sample_to_gather(VisiblePoint point, Light light, float first, vec2 
 #endif
     vec3 weight;
     found.to_light = sample_lobe(lobe, shape, point.raised, point.to_viewer, u, weight);
-    float density = pdf_to_gather(point, first, found.to_light);
-    if (!(largest(weight) > 0.0) || !(density > 0.0)) return found;
-    found.irradiance = seen_light(light, point.place.position, found.to_light, T_MAX).rgb / density;
-    found.share = 1.0;
+    if (largest(weight) > 0.0) found.share = 1.0;
     return found;
 }
 #endif
@@ -152,9 +150,9 @@ vec3 not_of_rays;  // of what eval_lobes gave last, which no ray of a lobe finds
 #endif
 
 // What a point's lobes reflect of a light. Where rays of a lobe may find the light as well, this is the part of
-// so many shadow rays by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other. `part`: of
-// what gathers photons, by this ray, and nothing else if it goes by it.
-vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light, float part, bool by_lobe) {
+// shadow rays of this density by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other. `part`:
+// of what gathers photons, by this ray, and nothing else if it goes by it.
+vec3 eval_lobes(VisiblePoint point, float own, vec3 to_light, float part, bool by_lobe) {
     vec3 normal = point.raised, sum = vec3(0.0);
 #ifdef PANES
     not_of_rays = vec3(0.0);
@@ -165,7 +163,6 @@ vec3 eval_lobes(VisiblePoint point, Light light, float rays, vec3 to_light, floa
     if (is_lobe(point.lobe1)) lobes = 2;
 #endif
 #ifdef WEIGHED
-    float own = density_of_rays(rays, light, point.place.position, point.facing.normal, to_light);
     bool is_weighed = own > 0.0 && point.bounces < float(chain_depth);
 #ifdef TWO_LOBES
     float cosine = dot(point.to_viewer, point.shading.normal);
@@ -251,26 +248,52 @@ VisiblePoint from_behind(VisiblePoint point) {
 }
 #endif
 
-// Where on a light, which has this shadow ray and dimension, and which part of what gathering lobes reflect of it is
-// this ray's. `by_lobe`: the second one to the world, whose share is 0 where lobes ask for none.
-LightSample sample_for(VisiblePoint point, Light light, uint dimension, bool by_lobe, bool one_sided, out float part) {
+// What a shadow ray finds on a light, and the densities [1/sr] there of rays to the light and of those that what gathers
+// photons sends; below 0: it sends none. The first one is 0 where nothing asks for it: it is long to compile.
+struct Asked { LightSample found; float own; float to_gather; };
+
+// By which this shadow ray, of this dimension, goes to a light. `by_lobe`: the second one to the world, whose share is 0
+// where lobes ask for none.
+Asked sample_for(VisiblePoint point, Light light, uint dimension, bool by_lobe, bool one_sided) {
     vec3 position = point.place.position, facing = point.facing.normal;
-    part = 1.0;
+    Asked asked = Asked(LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0), 0.0, -1.0);
+    bool by_portal = false;
 #ifdef SHADOW_RAYS_BY_LOBES
     float first = is_world(light) && one_sided ? share_of_first_to_gather(point) : -1.0;
-    if (by_lobe && first < 0.0) return LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0);
-    LightSample found = by_lobe ? sample_to_gather(point, light, first, even_over_passes(dimension + 0x8000u))
-        : sample_asked(light, position, facing, even_over_passes(dimension));
-    if (first >= 0.0) {
-        float own = pdf_asked(light, position, facing, found.to_light);
-        float other = pdf_to_gather(point, first, found.to_light);
-        part = (by_lobe ? other : own) / max(own + other, 1.0e-30);
-    }
-    return found;
-#else
-    return sample_asked(light, position, facing, even_over_passes(dimension));
+    if (by_lobe && first < 0.0) return asked;
+    if (by_lobe) asked.found = sample_to_gather(point, first, even_over_passes(dimension + 0x8000u));
+    else
 #endif
+    asked.found = sample_asked(light, position, facing, even_over_passes(dimension), by_portal);
+#ifdef SHADOW_RAYS_BY_LOBES
+    if (first >= 0.0) asked.to_gather = pdf_to_gather(point, first, asked.found.to_light);
+#endif
+    bool has_own = by_portal || asked.to_gather >= 0.0;
+#ifdef WEIGHED
+    has_own = has_own || rays_of_lobes_find(light);
+#endif
+    if (has_own) asked.own = pdf_asked(light, position, facing, asked.found.to_light);
+    if (by_lobe || by_portal) {
+        float density = by_lobe ? asked.to_gather : asked.own;
+        if (!(density > 0.0)) asked.found.share = 0.0;
+        else asked.found.irradiance = seen_light(light, position, asked.found.to_light, T_MAX).rgb / density;
+    }
+    return asked;
 }
+
+#ifdef LOBES
+// What the point's lobes reflect of the light that so many such rays find.
+vec3 reflected_by_lobes(VisiblePoint point, Light light, Asked asked, float rays, bool by_lobe) {
+    float own = 0.0, part = 1.0;
+    if (asked.to_gather >= 0.0) {
+        part = (by_lobe ? asked.to_gather : asked.own) / max(asked.own + asked.to_gather, 1.0e-30);
+    }
+#ifdef WEIGHED
+    if (rays_of_lobes_find(light)) own = rays * asked.own;
+#endif
+    return eval_lobes(point, own, asked.found.to_light, part, by_lobe);
+}
+#endif
 
 // How high above the triangle a shadow ray begins, as on the smooth surface, whose terminator is not the triangles';
 // below 0: it would go into what is below.
@@ -332,8 +355,8 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     LightLimit limit = light_limit_at(chosen);
     if (point.bounces > limit.bounces) return none;
 #endif
-    float part;
-    LightSample found = sample_for(point, light, dimension, by_lobe, one_sided, part);
+    Asked asked = sample_for(point, light, dimension, by_lobe, one_sided);
+    LightSample found = asked.found;
     float cosine = cosine_of_diffuse(point, found.to_light), any_cosine = cosine;
 #ifdef LOBES
     float of_lobes = cosine_of_lobes(point, found.to_light);
@@ -359,7 +382,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
 #endif
 #ifdef LOBES
     if (of_lobes > 0.0 && is_found(light, BY_GLOSSY)) {
-        radiance += irradiance * of_lobes * eval_lobes(point, light, rays, found.to_light, part, by_lobe);
+        radiance += irradiance * of_lobes * reflected_by_lobes(point, light, asked, rays, by_lobe);
 #ifdef PANES
         behind += irradiance * of_lobes * not_of_rays;
 #endif
