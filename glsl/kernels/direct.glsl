@@ -103,6 +103,9 @@ void kernel() {
     for (int i = 0; i < WAYS * SHADOW_RAYS; i++) {
         ShadowRay ray = shadow_ray(point, i / WAYS, i % WAYS == 1);
         if (!is_ray(ray)) continue;
+#ifdef SHADED_LAMPS
+        is_to_world = ray.is_to_world;
+#endif
 #ifndef ANY_HIT
         bool is_lit = is_free(ray);
 #ifdef FIRST_LOOK

@@ -8,6 +8,10 @@
 #ifdef LOBES
 #include "lib/lobe.glsl"
 #include "lib/reflection.glsl"
+#ifdef SHADED_LAMPS
+#include "lib/light.glsl"
+#include "lib/from_light.glsl"
+#endif
 
 // Where the lobe, whose normal this is, would send a photon, and what that weighs; how likely it shall be scattered so:
 // by what the lobe leaves of its flux in all, or in this way.
@@ -46,6 +50,16 @@ bool may_scatter_by(Lobe lobe, RayAtSurface ray) {
 }
 #endif
 
+#ifdef SHADED_LAMPS
+// Whether the photon came straight from a lamp to what is transparent but to these.
+bool is_shaded(PhotonPoint point) {
+    RayOrigin origin = load_origin();
+    if (!is_from_light(origin) || is_world(light_at(light_of(origin)))) return false;
+    int material = int(triangle_at(int(point.shading.triangle)).material);
+    return material_at(material).shades_lamps > 0.0;
+}
+#endif
+
 void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, float probability, inout RayAtSurface ray) {
     vec3 geometric = point.facing.normal;
     leaving.photon.flux *= by.weight / probability;
@@ -54,6 +68,9 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
     if (is_transparent(by.lobe)) {
         // What it was it remains: light that has only passed is direct light still.
         leaving.passes = true;
+#ifdef SHADED_LAMPS
+        if (is_shaded(point)) leaving.photon.flux = vec3(0.0);
+#endif
         ray.next = PhotonRay(ray.came.rays & ray.visible, ray.came.bounces);
         return;
     }

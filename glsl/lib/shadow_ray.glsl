@@ -48,6 +48,9 @@ struct ShadowRay {
 #ifdef PANES
     vec3 behind;    // of the radiance what rays of lobes do not find if light comes through glass
 #endif
+#ifdef SHADED_LAMPS
+    bool is_to_world;
+#endif
 };
 
 ShadowRay no_shadow_ray() {
@@ -58,6 +61,9 @@ ShadowRay no_shadow_ray() {
     none.lux = 0.0;
 #ifdef PANES
     none.behind = vec3(0.0);
+#endif
+#ifdef SHADED_LAMPS
+    none.is_to_world = false;
 #endif
     return none;
 }
@@ -394,6 +400,9 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     ray.lux = lux;
 #ifdef PANES
     ray.behind = behind;
+#endif
+#ifdef SHADED_LAMPS
+    ray.is_to_world = is_world(light);
 #endif
 #ifdef VISIBILITY
     if (!(limit.shadowed > 0.0)) ray.direction.t_max = 0.0;  // nothing is in its way

@@ -71,6 +71,12 @@ def sheets(material: bpy.types.Material, count: int) -> None:
     bpy.context.scene.cycles.max_bounces = 32
 
 
+def shading(material: bpy.types.Material) -> bpy.types.Material:
+    """The material with its Transparent Shadows off."""
+    material.use_transparent_shadow = False
+    return material
+
+
 CASES = {
     "one": (lambda: mixed(0.4, (0.9, 0.5, 0.3, 1)), 1),
     "twenty": (lambda: mixed(0.05, (0.99, 0.95, 0.9, 1)), 20),
@@ -78,10 +84,11 @@ CASES = {
     "colour": (lambda: shader_material(TRANSPARENT, Color=(0.8, 0.5, 0.2, 1)), 2),
     "leaf": (leaf, 1),
     "checker": (lambda: mixed("ShaderNodeTexChecker", (1, 1, 1, 1)), 2),
+    "shading": (lambda: shading(leaf()), 2),
 }
 
 
-QUICK = ("alpha", "checker")
+QUICK = ("alpha", "checker", "shading")
 EACH = [x if x in QUICK else pytest.param(x, marks=pytest.mark.thorough) for x in CASES]
 
 
@@ -116,6 +123,18 @@ def test_sheets_are_those_of_cycles(scene, cycles_mean, export, device, case) ->
     print(f"{case}: median {np.median(away):.2%}, most {away.max():.2%}")
     assert np.median(away) < 0.01 and np.quantile(away, 0.95) < 0.03
     assert ours.mean(axis=(0, 1)) == pytest.approx(theirs.mean(axis=(0, 1)), rel=0.01)
+
+
+def test_transparent_shadows_off(scene, export) -> None:
+    """What is opaque has none to speak of; what is clear stops lamps, and is there for that."""
+    material = shading(shader_material(DIFFUSE))
+    add_mesh("Plane").data.materials.append(material)
+    assert not export()[1].lines()
+    clear = shading(shader_material(TRANSPARENT, "Clear", Color=(1, 1, 1, 1)))
+    add_mesh("Pane").data.materials.append(clear)
+    exported, report = export()
+    assert [x.shades_lamps for x in exported.materials] == [False, True]
+    assert [x.feature for x in report.of("approximated")] == ["Transparent Shadows"]
 
 
 def test_volume_absorption(convert) -> None:

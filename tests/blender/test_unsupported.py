@@ -61,7 +61,6 @@ def test_culling_is_named(scene, export, name) -> None:
         ("layer.use_pass_mist", True, "Passes"),
         ("layer.cycles.use_pass_shadow_catcher", True, "Passes"),
         ("obj.shadow_terminator_shading_offset", 0.5, "Shadow Terminator Shading Offset"),
-        ("material.use_transparent_shadow", False, "Transparent Shadows"),
         ("material.cycles.use_bump_map_correction", False, "Bump Map Correction"),
     ],
 )

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -115,6 +116,42 @@ def test_too_many_sheets_are_opaque(device: Device, backend: str) -> None:
     scene = stacked(5, filtering((1.0,) * 3))
     assert picture(device, scene, backend, transparent_depth=10)[..., :3].mean() > 0.1
     assert picture(device, scene, backend, transparent_depth=9)[..., :3].max() == 0.0
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_what_stops_lamps_lets_the_world_through(device: Device, backend: str) -> None:
+    """By shadow rays and by photons: below such a sheet a floor has the world's light alone, which
+    both sheets filter; behind a second one, which filters, too."""
+    lamp = area_light("lamp", (0.0, 0.0, 1.9), (9.0,) * 3, size=(0.6, 0.6))
+    world = world_light("world", (1.0, 1.0, 1.0))
+    stopping = replace(filtering(FILTER), shades_lamps=True)
+    settings: Any = {"backend": backend, "photons": 20000, "passes": 8}
+    for by_photons in (False, True):
+        settings["direct_by_photons"] = by_photons
+        lit = picture(device, stacked(1, filtering(FILTER), (SUN, lamp, world)), **settings)
+        only = picture(device, stacked(1, filtering(FILTER), (world,)), **settings)
+        seen = picture(device, stacked(1, stopping, (SUN, lamp, world)), **settings)
+        assert lit[..., :3].mean() > 1.5 * only[..., :3].mean() > 0.1
+        assert seen[..., :3].mean(axis=(0, 1)) == pytest.approx(
+            only[..., :3].mean(axis=(0, 1)), rel=0.03
+        )
+        dark = picture(device, stacked(1, stopping, (SUN, lamp)), **settings)
+        assert dark[..., :3].max() == 0.0
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_what_stops_lamps_lets_through_what_is_scattered(device: Device, backend: str) -> None:
+    """A wall behind it that a lamp lights lights what is before it; the lamp itself does not."""
+    stopping = replace(filtering(FILTER), shades_lamps=True)
+    found = []
+    for material in (filtering(FILTER), stopping):
+        built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 0)
+        built.quad((-1, 1, 0), (1, 1, 0), (1, 1, 2), (-1, 1, 2), 0)
+        built.quad((-1, -1, 0.5), (1, -1, 0.5), (1, 0.999, 0.5), (-1, 0.999, 0.5), 1)
+        lamp = area_light("lamp", (0.0, 0.9, 1.5), (9.0,) * 3, size=(0.1, 0.1))
+        scene = built.scene(camera((0, -3, 0.3), (0, 0, 0.1), 30), (lamp,), (GREY, material))
+        found.append(picture(device, scene, backend, photons=20000)[..., :3].mean())
+    assert 0.2 * found[0] < found[1] < 0.8 * found[0]
 
 
 def test_light_is_seen_and_lights_as_through_nothing(device: Device) -> None:

@@ -29,6 +29,7 @@ from .shaders import (
     principled,
     read_shader,
 )
+from .shaders.bsdf import surface_of
 from .shaders.glass import dispersing
 from .shaders.volume import absorption
 from .tangents import Tangent
@@ -132,6 +133,10 @@ class MaterialTable:
             self.notes.ignored(owner, "No surface", "objects or faces that wear it are left out")
             return None
         exported = bounded(lobes, program, material.name, owner, self.notes)
+        if shades_lamps(material) and exported.is_transparent:
+            what = "off: it stops light straight from lamps, and lets the world's through"
+            self.notes.approximated(owner, "Transparent Shadows", what)
+            exported = replace(exported, shades_lamps=True)
         if (width := width_of(exported)) > MOST_REGISTERS:
             what = f"they hold {width} values at a time, {MOST_REGISTERS} are possible: left out"
             self.notes.approximated(owner, "Nodes", what)
@@ -162,6 +167,8 @@ class MaterialTable:
                 return CLEAR
             self.notes.approximated(owner, "Surface", "no shader is linked to it: rendered black")
         lobes = read_shader(graph, node, end, scope, self.model)
+        if lobes is CLEAR and shades_lamps(material):
+            lobes = surface_of(CLEAR)
         absorbed = absorption(graph, output, lobes is not CLEAR)
         if lobes is CLEAR:
             return CLEAR
@@ -198,6 +205,11 @@ def has_nodes(owner: bpy.types.Material | bpy.types.World) -> bool:
     if owner.node_tree is None:
         return False
     return bpy.app.version >= (5, 0, 0) or owner.use_nodes
+
+
+def shades_lamps(material: bpy.types.Material) -> bool:
+    """Whether its Transparent Shadows are off."""
+    return not getattr(material, "use_transparent_shadow", True)
 
 
 def dispersion_of(material: bpy.types.Material) -> float:

@@ -90,7 +90,5 @@ def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
 
 def note_material(material: bpy.types.Material, owner: str, notes: Notes) -> None:
     """Write down what a material's settings ask for in vain."""
-    if not getattr(material, "use_transparent_shadow", True):
-        notes.ignored(owner, "Transparent Shadows", "shadow rays pass what others pass, too")
     if not getattr(getattr(material, "cycles", None), "use_bump_map_correction", True):
         notes.ignored(owner, "Bump Map Correction", "bumps hide what is behind the surface")

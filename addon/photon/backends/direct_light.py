@@ -35,6 +35,7 @@ Totals = Mapping[str, PingPong]
 Size = tuple[int, int]
 Array = NDArray[np.float32]
 Arrays = dict[str, Array]
+Passable = NDArray[np.bool_]
 _BROUGHT = {"direct": "unshadowed", "illuminance": "unshadowed_lux"}  # by what rays find nothing
 _LOOKED = {"direct": "looked", "illuminance": "looked_lux"}  # what a second look reads
 HIT_TRIANGLE = list(HIT.fields).index("triangle")
@@ -116,6 +117,7 @@ class TracedDirectLight:
         self._most_met = needs.transparent_depth + MOST_FACES * needs.panes
         self._layer, self._needs = layer, needs
         self._aims: dict[int, ShadowRays] = {}  # by kind
+        self._worlds = {kind.number for kind in light_kinds().values() if kind.is_world}
         self._tracer = tracer
         self._through: ShadowThrough | None = None
         if needs.shadow_rays_go_on:
@@ -137,7 +139,8 @@ class TracedDirectLight:
             brought = {name: own[_BROUGHT[name]].elements() for name in totals}
             hits = self._trace(own, "shadow")
             if self._through:
-                self._pass_through(own, hits, brought, streams.get("chain"), tables)
+                passable = self._passable(tables, kind)
+                self._pass_through(own, hits, brought, streams.get("chain"), tables, passable)
             free = hits[:, HIT_TRIANGLE, None] == 0.0
             for name, of_one in sums.items():
                 np.add(of_one, brought[name], out=of_one, where=free)
@@ -154,8 +157,7 @@ class TracedDirectLight:
         asked = asked[lights["found_by"][asked].astype(int) & light_surfaces > 0]
         rays = [(int(lights["kind"][number]), int(number), 0) for number in asked]
         if self._needs.by_lobes:
-            worlds = {kind.number for kind in light_kinds().values() if kind.is_world}
-            rays += [(kind, number, 1) for kind, number, _ in rays if kind in worlds]
+            rays += [(kind, number, 1) for kind, number, _ in rays if kind in self._worlds]
         first = len(tables.asked.lights)
         return [*rays, *((_ANY_KIND, first + i, 0) for i in range(self._needs.drawn_rays))]
 
@@ -180,12 +182,19 @@ class TracedDirectLight:
         return self._tracer.hits({name: own[f"{which}_{name}"] for name in self._tracer.inputs})
 
     def _pass_through(
-        self, rays: Streams, hits: Array, brought: Arrays, chain: Stream | None, tables: Tables
+        self,
+        rays: Streams,
+        hits: Array,
+        brought: Arrays,
+        chain: Stream | None,
+        tables: Tables,
+        passable: Passable,
     ) -> None:
         """Let rays that have met transparent surfaces or glass go on behind them: those that meet
         nothing there bring what is left of their light. On the host, where rays are traced, for
-        most have met none, and to evaluate what each met takes longer than tracing."""
-        which = self._met(hits, tables)
+        most have met none, and to evaluate what each met takes longer than tracing. `passable`: of
+        each triangle, whether they may."""
+        which = _met(hits, passable)
         if not len(which):
             return
         found = {name: rays[name].elements()[which] for name in _RAY}
@@ -204,7 +213,7 @@ class TracedDirectLight:
             hits[which[free]] = 0.0
             for name, x in brought.items():
                 x[which[free]] = behind[_BROUGHT[name]][free]
-            on = self._met(behind["hit"], tables)
+            on = _met(behind["hit"], passable)
             which, aimed = which[on], aimed[on]
             if not len(which):
                 break
@@ -226,13 +235,12 @@ class TracedDirectLight:
         }
         return {name: x[: len(found["shadow_hit"])] for name, x in arrays.items()}
 
-    def _met(self, hits: NDArray[np.float32], tables: Tables) -> NDArray[np.int64]:
-        """Which rays have met what they may go on behind."""
-        triangles = hits[:, HIT_TRIANGLE].astype(np.int64)
-        met = np.flatnonzero(triangles)
-        passable = tables.transparent | tables.clear if self._needs.panes else tables.transparent
-        of_those: NDArray[np.bool_] = passable[triangles[met] - 1]
-        return met[of_those]
+    def _passable(self, tables: Tables, kind: int) -> Passable:
+        """Of each triangle, whether shadow rays to such lights may go on behind it."""
+        passable = tables.transparent
+        if self._needs.shaded_lamps and kind not in self._worlds:
+            passable = passable & ~tables.shades_lamps
+        return passable | tables.clear if self._needs.panes else passable
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
@@ -251,6 +259,14 @@ class TracedDirectLight:
     def _kernels(self) -> list[Kernel]:
         kernels = [*self._aims.values(), self._tracer]
         return [*kernels, self._through] if self._through else kernels
+
+
+def _met(hits: Array, passable: Passable) -> NDArray[np.int64]:
+    """Which rays have met what they may go on behind."""
+    triangles = hits[:, HIT_TRIANGLE].astype(np.int64)
+    met = np.flatnonzero(triangles)
+    of_those: NDArray[np.int64] = met[passable[triangles[met] - 1]]
+    return of_those
 
 
 def _before(name: str) -> str:

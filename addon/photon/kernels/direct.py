@@ -68,7 +68,7 @@ class Direct(Kernel):
     """Add what lights send to each visible point and on to the viewer, by shadow rays."""
 
     stem = "direct"
-    structure = (*_STRUCTURE, *LOOKS)
+    structure = (*_STRUCTURE, *LOOKS, "SHADED_LAMPS")
     records = (RAY_ORIGIN, RAY_DIRECTION, HIT, MEDIUM)
     inputs = {
         **_INPUTS,

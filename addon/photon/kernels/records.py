@@ -131,7 +131,7 @@ NODE = Record(
 # instructions are its program, and codes of results that stand for a value (lib/program.glsl);
 # two_sided 1: a rough lobe lets light through from behind; what shadow rays keep that pass it;
 # what rays lose inside it [1 / scene units]; the index of clear glass (pane_of in stage/panes.py),
-# or 0, and its colour.
+# or 0, and its colour; shades_lamps 1: what is transparent of it stops light straight from lamps.
 MATERIAL = Record(
     "Material",
     {
@@ -149,6 +149,7 @@ MATERIAL = Record(
         "emission_from": "float",
         "two_sided": "float",
         "base_from": "float",
+        "shades_lamps": "float",
         "transmittance": "vec3",
         "absorption": "vec3",
         "transmittance_from": "float",

@@ -31,6 +31,7 @@ class Reflector(Kernel):
         "ARRIVALS",
         "ENVIRONMENT",
         "VISIBILITY",
+        "SHADED_LAMPS",
         "NO_CAUSTICS",
         "NORMALS",
         "PORTALS",
@@ -41,7 +42,7 @@ class Reflector(Kernel):
         "WIDE_PORTAL",
     )
     inputs = {
-        "origin": When("ARRIVALS", RAY_ORIGIN),
+        "origin": When(("ARRIVALS", "SHADED_LAMPS"), RAY_ORIGIN),
         "direction": RAY_DIRECTION,
         "flux": FLUX,
         "hit": When("ABSORPTION", HIT),
@@ -57,9 +58,9 @@ class Reflector(Kernel):
     }
     uniforms = {"seed": Uniform("uint"), "pass_index": Uniform("uint"), "bounce": Uniform("int")}
     tables = {
-        "triangles": When("ABSORPTION", Table(TRIANGLE)),
-        "materials": When("ABSORPTION", Table(MATERIAL)),
-        "lights": When("ARRIVALS", Table(LIGHT)),
+        "triangles": When(("ABSORPTION", "SHADED_LAMPS"), Table(TRIANGLE)),
+        "materials": When(("ABSORPTION", "SHADED_LAMPS"), Table(MATERIAL)),
+        "lights": When(("ARRIVALS", "SHADED_LAMPS"), Table(LIGHT)),
         "environments": When("ENVIRONMENT", Table()),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
         "photon_portals": When("PORTALS", Table(PORTAL)),

@@ -123,6 +123,9 @@ class Material:
     # about that one, that the program gives.
     varying: Varying = field(default_factory=dict)
     absorption: RGB = BLACK  # of light on its way inside a mesh that wears it [1/m]
+    # Whether its transparent lobe stops light straight from lamps and emissive meshes; the world's
+    # and what surfaces scatter it lets through.
+    shades_lamps: bool = False
 
     def check(self) -> None:
         """Raise SceneError naming the material and the first value out of its range."""
@@ -145,6 +148,11 @@ class Material:
     def is_transparent(self) -> bool:
         """Whether light goes straight on through it, all of it or some."""
         return any(lobe.kind == TRANSPARENT and lobe.reflects for lobe in self.lobes)
+
+    @property
+    def filters_no_lamps(self) -> bool:
+        """Whether it is transparent, but not to light straight from lamps."""
+        return self.shades_lamps and self.is_transparent
 
     @property
     def is_diffuse(self) -> bool:

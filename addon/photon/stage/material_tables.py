@@ -35,6 +35,7 @@ def material_tables(
         row["emission"] = material.emission
         row["holdout"] = float(material.holdout)
         row["absorption"] = material.absorption
+        row["shades_lamps"] = float(material.filters_no_lamps)
         row["first_instruction"], row["instructions"] = program.first, len(material.program)
         row["first_constant"], row["shape"] = program.first_constant, program.shape
         row["albedo_from"] = program.codes(material.varying, "diffuse")

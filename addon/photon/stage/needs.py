@@ -86,6 +86,7 @@ class SceneNeeds:
     )  # where what they emit differs from point to point
     transparent_depth: int = 0  # surfaces that a ray goes straight on through
     absorption: bool = False  # light is absorbed inside meshes
+    shaded_lamps: bool = False  # some surfaces are transparent, but not to lamps
     shadow_programs: ProgramNeeds = ProgramNeeds()  # where what they let through does
     caustics: bool = False  # are asked for, and there may be some
     panes: bool = False  # light from afar may come straight through glass
@@ -177,6 +178,7 @@ class SceneNeeds:
         of_lobes = {**tells, **by_lobes} if broad else {}
         normals = {"NORMALS": 1} if self.programs.normals else {}
         shadow = {**self.illuminance_defines, **self.rays("shadow"), **normals}
+        shadow |= {"SHADED_LAMPS": 1} if self.shaded_lamps else {}
         return {**defines, **self.light_defines, **of_lobes, **shadow, **self.shadow_filter_defines}
 
     @property
@@ -202,7 +204,7 @@ class SceneNeeds:
         """What the kernel that finds lights is compiled with."""
         defines = {**self.direct_defines, **({"EMISSIVE": 1} if self.emissive else {})}
         defines |= {"EMISSION_BY_PROGRAMS": 1} if self.emission_programs.nodes else {}
-        shadow = {"PANES", "ABSORPTION"}
+        shadow = {"PANES", "ABSORPTION", "SHADED_LAMPS"}
         for name in shadow if self.weighed else {*shadow, "TWO_SIDED", "PORTALS"}:
             defines.pop(name, None)
         return defines | ({"SURFACES": 1} if self.emissive or self.weighed else {})
@@ -237,6 +239,7 @@ class SceneNeeds:
         return {
             **defines,
             **self.arrival_defines,
+            **self._shaded_defines,
             **self.programs.defines,
             **self._footprint(PHOTONS_FARTHER),
         }
@@ -323,6 +326,11 @@ class SceneNeeds:
         absorbs = {"ABSORPTION": 1} if self.shadow_rays_lose else {}
         more = {**self._pane_defines, **absorbs}
         return {**self.transparent_defines, **self.shadow_programs.defines, **more}
+
+    @property
+    def _shaded_defines(self) -> Defines:
+        """What kernels of photons are compiled with that know what stops those of lamps."""
+        return {"SHADED_LAMPS": 1, **light_defines(self.light_kinds)} if self.shaded_lamps else {}
 
     @property
     def transparent_defines(self) -> dict[str, int | float]:

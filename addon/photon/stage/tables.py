@@ -138,6 +138,7 @@ class Tables:
 
     def _tell_passable(self, scene: Scene, mesh: Mesh) -> None:
         self.transparent = _wear(mesh, (x.is_transparent for x in scene.materials))
+        self.shades_lamps = _wear(mesh, (x.filters_no_lamps for x in scene.materials))
         self.clear = _wear(mesh, (pane_of(x) is not None for x in scene.materials))
 
     def choose(self, shares: NDArray[np.float64]) -> None:
