@@ -65,12 +65,10 @@ def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None 
     check_kinds(scene)
     check_textures(scene)
     settings.check()
-    scene, warnings = _conserving(scene)
+    scene, warnings = _clamped(scene)
     if settings.denoise and not find():
-        settings, warnings = (
-            replace(settings, denoise=False),
-            (*warnings, f"not denoised: {ABSENT}"),
-        )
+        settings = replace(settings, denoise=False)
+        warnings = (*warnings, f"not denoised: {ABSENT}")
     device.use()
     takes = takes_of(scene, settings.transparent)
     if kept:
@@ -360,15 +358,17 @@ class _Preparation:
         return field
 
 
-def _conserving(scene: Scene) -> tuple[Scene, tuple[str, ...]]:
-    """The scene with no surface that reflects more than it receives, and what had to change."""
-    materials = tuple(material.conserving() for material in scene.materials)
+def _clamped(scene: Scene) -> tuple[Scene, tuple[str, ...]]:
+    """The scene with no lobe that reflects more than it receives by itself; the materials of which
+    some do, or all of their lobes together."""
     warnings = tuple(
-        f"material {old.name!r} reflects more than it receives: scaled down"
-        for old, new in zip(scene.materials, materials, strict=True)
-        if new is not old
+        f"material {material.name!r} reflects more than it receives: each lobe is clamped to 1, and"
+        " no photon gains by all"
+        for material in scene.materials
+        if material.conserving() is not material
     )
-    return replace(scene, materials=materials), warnings
+    materials = tuple(material.clamped() for material in scene.materials)
+    return replace(scene, materials=materials) if warnings else scene, warnings
 
 
 def _warnings(scene: Scene, settings: Settings, mesh: Mesh, needs: SceneNeeds) -> tuple[str, ...]:

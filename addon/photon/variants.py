@@ -121,7 +121,7 @@ def needs() -> Iterator[SceneNeeds]:
                 yield replace(some, panes=True, gathered_lobes=True)
                 yield replace(some, panes=True, gathered_lobes=True, seen_send_rays=True)
             if count:
-                yield replace(some, shaded_lamps=True)
+                yield replace(some, shaded_lamps=True, too_bright=True)
                 yield replace(some, caustics=True)
                 bare = replace(some, lobe_kinds=of_lobes - {TRANSPARENT}, visibility=False)
                 yield replace(bare, caustics=True, gathered_lobes=True)

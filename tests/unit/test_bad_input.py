@@ -163,26 +163,37 @@ def test_a_million_metres_away(device: Device, offset: Any) -> None:
         assert np.abs(x - y).max() <= 0.02 * x.max(), part
 
 
-@pytest.mark.stability(29)
-@pytest.mark.parametrize(
-    ("diffuse", "specular"), [((1.5,) * 3, (0.0,) * 3), ((0.8,) * 3, (0.8,) * 3)]
-)
-def test_albedo_above_one(device: Device, diffuse: Any, specular: Any, measured: Measured) -> None:
-    """Scaled down to k_d + k_s = 1, with a warning."""
+def painted(k_d: float, k_s: float) -> Scene:
     scene = cornell()
+    white = plain_material("white", (k_d,) * 3, (k_s,) * 3)
+    return replace(scene, materials=(white, *scene.materials[1:]))
 
-    def painted(k_d: Any, k_s: Any) -> Scene:
-        white = plain_material("white", tuple(k_d), tuple(k_s))
-        return replace(scene, materials=(white, *scene.materials[1:]))
 
-    total = np.add(diffuse, specular)
-    images, warnings = render(device, painted(diffuse, specular))
+@pytest.mark.stability(29)
+def test_albedo_above_one(device: Device, measured: Measured) -> None:
+    """Clamped to 1, with a warning."""
+    images, warnings = render(device, painted(1.5, 0.0))
     assert any("white" in warning for warning in warnings)
-    good, _ = render(device, painted(diffuse / total, specular / total))
+    good, _ = render(device, painted(1.0, 0.0))
     for part in PARTS:
         assert np.allclose(images[part], good[part], rtol=1e-4, atol=1e-6)
     most = abs(images["Combined"] / np.maximum(good["Combined"], 1e-6) - 1).max()
     assert measured("differs from the clamped one by", most, "%") <= 1e-3
+
+
+@pytest.mark.stability(29)
+def test_lobes_that_add_up_to_more_than_one(device: Device, measured: Measured) -> None:
+    """The eye sees them as they are; photons meet k_d + k_s = 1, so light does not grow without
+    end. With a warning."""
+    images, warnings = render(device, painted(0.8, 0.8))
+    assert any("white" in warning for warning in warnings)
+    alone, _ = render(device, painted(0.8, 0.0))
+    assert np.allclose(images["Direct"], alone["Direct"], rtol=1e-4, atol=1e-6)
+    halves, _ = render(device, painted(0.5, 0.5))
+    photons = images["Indirect"][..., :3] / np.maximum(halves["Indirect"][..., :3], 1e-9)
+    lit = photons[halves["Indirect"][..., :3] > 1e-6]
+    most = measured("of what photons bring to halves it shows at most", lit.max(), "times")
+    assert most == pytest.approx(1.6, rel=1e-3) and lit.min() == pytest.approx(1.0, rel=1e-3)
 
 
 @pytest.mark.stability(56)

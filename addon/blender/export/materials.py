@@ -235,8 +235,8 @@ def opened(material: Material) -> Material:
 
 
 def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -> Material:
-    """Return the material, with constant reflectances within [0, 1] that add up to 1 at most in
-    each channel; note what had to give. What varies the renderer bounds where it is used."""
+    """Return the material, with the constant reflectance of each lobe within [0, 1]; note what had
+    to give. What varies the renderer bounds where it is used."""
     found = _Fields(owner, notes)
     diffuse = found.colour(bsdf.diffuse, "Diffuse colour", "diffuse")
     lobes = reflecting(tuple(_lobe(lobe, owner, notes) for lobe in bsdf.lobes))
@@ -267,12 +267,10 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
         _moved(found.varying, numbers),
         bsdf.absorption.rgb,
     )
-    total = material.head_on()
-    if not instructions and total.max() > 1.0 + ROUNDING:
-        text = _text(total)
-        what = f"diffuse + specular = {text} is scaled down to 1"
+    if material.conserving() is not material:
+        what = f"{_text(material.head_on())} of what it receives: no photon gains by it"
         notes.approximated(owner, "Albedo above 1", what)
-    return material.conserving()
+    return material
 
 
 def _note_emission(emission: Value, program: Program, owner: str, notes: Notes) -> None:

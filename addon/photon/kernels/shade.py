@@ -72,6 +72,7 @@ class Shade(Kernel):
     structure = (
         "EYE",
         "PHOTONS",
+        "CONSERVING",
         "LOBES",
         "TWO_LOBES",
         "LAYERS",

@@ -132,7 +132,7 @@ def _plain(table: NDArray[Any]) -> NDArray[np.float32]:
 def _materials(materials: tuple[Material, ...], gathered_lobes: bool = False) -> NDArray[Any]:
     """(M,) of PLAIN_MATERIAL, one at least."""
     table = PLAIN_MATERIAL.zeros(max(len(materials), 1))
-    for row, material in zip(table, materials, strict=False):
+    for row, material in zip(table, (made.conserving() for made in materials), strict=False):
         row["diffuse"] = material.diffuse
         row["gathers"] = gathered_lobes and gather_some(material)
         for lobe in material.lobes:

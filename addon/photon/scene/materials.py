@@ -22,6 +22,7 @@ COATS = ("coat", "bent_coat")  # whose colour is their tint
 FRESNEL_LOBES = (*COATS, "ggx_dielectric", "ggx_metal", *GLASS)
 TRANSPARENT = "transparent"  # light goes straight on
 ALPHAS = ("alpha", "alpha_x", "alpha_y")  # parameters of microfacets
+ROUNDING = 1e-5  # of reflectances that add up to 1
 
 
 @dataclass(frozen=True)
@@ -175,13 +176,19 @@ class Material:
             albedo += above * lobe.weight * own + passed[-1] * np.array(lobe.covered)
         return albedo
 
+    def clamped(self) -> Material:
+        """The material of which no lobe by itself has a colour above 1."""
+        lobes = tuple(replace(lobe, colour=_clamped(lobe.colour)) for lobe in self.lobes)
+        return replace(self, diffuse=_clamped(self.diffuse), lobes=lobes)
+
     def conserving(self) -> Material:
-        """The material that reflects no more than it receives in any channel (scaled down). What
-        its program gives is bounded where it is used."""
+        """The material that reflects no more than it receives in any channel (scaled down): photons
+        meet it, which bounce until they are absorbed. What its program gives is bounded where it is
+        used."""
         if self.program:
             return self
         total = self.head_on()
-        if total.max() <= 1.0:
+        if total.max() <= 1.0 + ROUNDING:
             return self
         scale = np.maximum(total, 1.0)
         return replace(
@@ -194,6 +201,10 @@ class Material:
 def _divided(lobe: Lobe, by: NDArray[np.float64]) -> Lobe:
     colour = lobe.colour if lobe.kind in COATS else _colour(np.divide(lobe.colour, by))
     return replace(lobe, colour=colour, covered=_colour(np.divide(lobe.covered, by)))
+
+
+def _clamped(colour: RGB) -> RGB:
+    return _colour(np.minimum(colour, 1.0))
 
 
 def _colour(values: Any) -> RGB:

@@ -86,6 +86,7 @@ class SceneNeeds:
     )  # where what they emit differs from point to point
     transparent_depth: int = 0  # surfaces that a ray goes straight on through
     absorption: bool = False  # light is absorbed inside meshes
+    too_bright: bool = False  # some surfaces reflect more than they receive
     shaded_lamps: bool = False  # some surfaces are transparent, but not to lamps
     shadow_programs: ProgramNeeds = ProgramNeeds()  # where what they let through does
     caustics: bool = False  # are asked for, and there may be some
@@ -233,6 +234,7 @@ class SceneNeeds:
         defines |= {"NO_CAUSTICS": self.no_caustics} if self.no_caustics else {}
         if self.visibility or self.directions or self.panes:
             defines |= {"INCOMING": 1}
+        defines |= {"CONSERVING": 1} if self.too_bright else {}
         defines |= self.rays(*RAYS) | (BLEND if self.gathered_lobes else {})
         defines |= {"DIRECTIONS": 1} if self.directions else {}
         defines |= self.caustic_defines

@@ -35,8 +35,13 @@ ASKED = "faces"  # that which is made when it is first asked for
 
 def _surface_tables(scene: Scene, frame: Frame, mesh: Mesh) -> dict[str, NDArray[Any]]:
     """Triangles and what they are made of, by the tables' names."""
-    programs = program_tables(scene.materials)
-    materials, lobes = material_tables(scene.materials, programs.compiled)
+    given = scene.materials
+    too_bright = [number for number, made in enumerate(given) if made.conserving() is not made]
+    given += tuple(given[number].conserving() for number in too_bright)
+    programs = program_tables(given)
+    materials, lobes = material_tables(given, programs.compiled)
+    materials["conserving"] = np.arange(len(materials))
+    materials["conserving"][too_bright] = len(scene.materials) + np.arange(len(too_bright))
     materials["absorption"] *= frame.scale
     tables = {
         "triangles": mesh.triangles,
