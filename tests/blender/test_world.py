@@ -171,6 +171,21 @@ def test_missing_image_is_magenta(scene, export) -> None:
     assert "magenta" in next(e.detail for e in report.of("approximated") if "World" in e.object)
 
 
+def test_missing_image_behind_nodes_is_magenta(scene, export) -> None:
+    """They are evaluated as for one pixel of it."""
+    tree = new_world(scene)
+    texture = tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = bpy.data.images.new("Gone", 4, 4)
+    texture.image.source = "FILE"
+    texture.image.filepath = "//gone.png"
+    turned = add_node(tree, "ShaderNodeHueSaturation", Saturation=0.5, Color=texture.outputs[0])
+    node = add_node(tree, "ShaderNodeBackground", Color=turned.outputs[0], Strength=2.0)
+    finish(tree, node)
+    exported, report = export()
+    assert exported.lights[0].power == pytest.approx((2.0, 1.0, 2.0), rel=1e-3)
+    assert "magenta" in next(e.detail for e in report.of("approximated") if "World" in e.object)
+
+
 def test_large_images_become_smaller(scene, export, monkeypatch) -> None:
     monkeypatch.setattr(environment, "MOST_PIXELS", 32)
     with_texture(scene, image_of(RANDOM, float_buffer=True))
