@@ -100,7 +100,7 @@ def test_no_bit_changes(
     monkeypatch.setattr(Compaction, "compact", noted)
     moved = pictures(prepare(scene(), settings, device))
     assert any(width == 40 and rows < 24 for width, rows in sizes)
-    assert (10, 1) in sizes
+    assert (10, 3) in sizes
     monkeypatch.setattr(Compaction, "compact", lambda *_: None)
     stayed = pictures(prepare(scene(), settings, device))
     assert moved["Mirror"].max() > 0.0
@@ -134,10 +134,16 @@ def test_a_pass_that_failed_is_forgotten(device: Device, monkeypatch: pytest.Mon
         ((1024, 192), 98305, (1024, 192)),
         ((1024, 192), 98304, (1024, 96)),
         ((1024, 192), 1025, (1024, 3)),
-        ((1024, 3), 1024, (1024, 1)),
-        ((1024, 3), 257, (1024, 1)),
-        ((1024, 3), 256, (256, 1)),
-        ((1024, 3), 3, (64, 1)),
+        ((1024, 192), 3, (64, 3)),
+        ((1024, 3), 769, (1024, 3)),
+        ((1024, 3), 768, (256, 3)),
+        ((1024, 33), 9216, (1024, 9)),  # by 17
+        ((1024, 33), 5121, (1024, 9)),
+        ((1024, 33), 5120, (1024, 5)),
+        ((1024, 128), 1024, (1024, 1)),
+        ((1024, 128), 257, (1024, 1)),
+        ((1024, 128), 256, (256, 1)),
+        ((1024, 2), 3, (64, 1)),
         ((40, 1), 1, (40, 1)),
         ((24, 8), 1, (24, 1)),
     ],

@@ -83,11 +83,21 @@ class PathsBySize(Generic[AnyPaths]):
 
 
 def halved(size: tuple[int, int], elements: int, narrowest: int) -> tuple[int, int]:
-    """A stream's size with half the rows as often as so many elements fit, and then with a row a
-    quarter as wide, down to the narrowest: by halves there would be twice as many streams."""
+    """A stream's size with half the rows as often as so many elements fit, and then with rows a
+    quarter as wide, down to the narrowest: by halves there would be twice as many streams. Of rows
+    that are no power of two there never is one: llvmpipe compiles programs for such sizes, and once
+    more for others."""
     width, rows = size
-    while rows > 1 and elements <= width * (rows // 2):
-        rows //= 2
-    while rows == 1 and width // 4 >= narrowest and elements <= width // 4:
+    least = 1 if _is_power_of_two(rows) else 3
+    while rows > least:
+        fewer = rows // 2 + (least > 1 and _is_power_of_two(rows // 2))
+        if elements > width * fewer:
+            break
+        rows = fewer
+    while rows == least and width // 4 >= narrowest and elements <= width // 4 * rows:
         width //= 4
     return width, rows
+
+
+def _is_power_of_two(number: int) -> bool:
+    return number & (number - 1) == 0
