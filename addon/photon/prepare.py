@@ -365,7 +365,7 @@ def _clamped(scene: Scene) -> tuple[Scene, tuple[str, ...]]:
         f"material {material.name!r} reflects more than it receives: each lobe is clamped to 1, and"
         " no photon gains by all"
         for material in scene.materials
-        if material.conserving() is not material
+        if material.is_too_bright
     )
     materials = tuple(material.clamped() for material in scene.materials)
     return replace(scene, materials=materials) if warnings else scene, warnings

@@ -13,7 +13,6 @@ const float SHARE_OF_PORTALS = 0.75;
 float portals_for(Light light, vec3 position, vec3 normal) {
     return is_world(light) ? portals_angle(position, normal) : 0.0;
 }
-
 #endif
 
 float pdf_asked(Light light, vec3 position, vec3 normal, vec3 to_light) {

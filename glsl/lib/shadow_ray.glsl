@@ -254,50 +254,54 @@ VisiblePoint from_behind(VisiblePoint point) {
 }
 #endif
 
-// What a shadow ray finds on a light, and the densities [1/sr] there of rays to the light and of those that what gathers
-// photons sends; below 0: it sends none. The first one is 0 where nothing asks for it: it is long to compile.
-struct Asked { LightSample found; float own; float to_gather; };
+// What a shadow ray finds on a light.
+struct ShadowSample {
+    LightSample found;
+    float own;        // density there of rays to the light [1/sr]; 0 where nothing asks for it: it is long to compile
+    float to_gather;  // of those that what gathers photons would send; below 0: none gathers
+};
 
-// By which this shadow ray, of this dimension, goes to a light. `by_lobe`: the second one to the world, whose share is 0
-// where lobes ask for none.
-Asked sample_for(VisiblePoint point, Light light, uint dimension, bool by_lobe, bool one_sided) {
+// Of the shadow ray of this dimension. `by_lobe`: the second one to the world, whose share is 0 where lobes ask for none.
+ShadowSample sample_for(VisiblePoint point, Light light, uint dimension, bool by_lobe, bool one_sided) {
     vec3 position = point.place.position, facing = point.facing.normal;
-    Asked asked = Asked(LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0), 0.0, -1.0);
+    ShadowSample made = ShadowSample(LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0), 0.0, -1.0);
     bool by_portal = false;
 #ifdef SHADOW_RAYS_BY_LOBES
     float first = is_world(light) && one_sided ? share_of_first_to_gather(point) : -1.0;
-    if (by_lobe && first < 0.0) return asked;
-    if (by_lobe) asked.found = sample_to_gather(point, first, even_over_passes(dimension + 0x8000u));
-    else
+    if (by_lobe && first < 0.0) return made;
+    if (by_lobe) {
+        made.found = sample_to_gather(point, first, even_over_passes(dimension + 0x8000u));
+    } else {
+        made.found = sample_asked(light, position, facing, even_over_passes(dimension), by_portal);
+    }
+    if (first >= 0.0) made.to_gather = pdf_to_gather(point, first, made.found.to_light);
+#else
+    made.found = sample_asked(light, position, facing, even_over_passes(dimension), by_portal);
 #endif
-    asked.found = sample_asked(light, position, facing, even_over_passes(dimension), by_portal);
-#ifdef SHADOW_RAYS_BY_LOBES
-    if (first >= 0.0) asked.to_gather = pdf_to_gather(point, first, asked.found.to_light);
-#endif
-    bool has_own = by_portal || asked.to_gather >= 0.0;
+    bool has_own = by_portal || made.to_gather >= 0.0;
 #ifdef WEIGHED
     has_own = has_own || rays_of_lobes_find(light);
 #endif
-    if (has_own) asked.own = pdf_asked(light, position, facing, asked.found.to_light);
+    if (has_own) made.own = pdf_asked(light, position, facing, made.found.to_light);
     if (by_lobe || by_portal) {
-        float density = by_lobe ? asked.to_gather : asked.own;
-        if (!(density > 0.0)) asked.found.share = 0.0;
-        else asked.found.irradiance = seen_light(light, position, asked.found.to_light, T_MAX).rgb / density;
+        float density = by_lobe ? made.to_gather : made.own;
+        if (!(density > 0.0)) made.found.share = 0.0;
+        else made.found.irradiance = seen_light(light, position, made.found.to_light, T_MAX).rgb / density;
     }
-    return asked;
+    return made;
 }
 
 #ifdef LOBES
 // What the point's lobes reflect of the light that so many such rays find.
-vec3 reflected_by_lobes(VisiblePoint point, Light light, Asked asked, float rays, bool by_lobe) {
+vec3 reflected_by_lobes(VisiblePoint point, Light light, ShadowSample made, float rays, bool by_lobe) {
     float own = 0.0, part = 1.0;
-    if (asked.to_gather >= 0.0) {
-        part = (by_lobe ? asked.to_gather : asked.own) / max(asked.own + asked.to_gather, 1.0e-30);
+    if (made.to_gather >= 0.0) {
+        part = (by_lobe ? made.to_gather : made.own) / max(made.own + made.to_gather, 1.0e-30);
     }
 #ifdef WEIGHED
-    if (rays_of_lobes_find(light)) own = rays * asked.own;
+    if (rays_of_lobes_find(light)) own = rays * made.own;
 #endif
-    return eval_lobes(point, own, asked.found.to_light, part, by_lobe);
+    return eval_lobes(point, own, made.found.to_light, part, by_lobe);
 }
 #endif
 
@@ -361,8 +365,8 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     LightLimit limit = light_limit_at(chosen);
     if (point.bounces > limit.bounces) return none;
 #endif
-    Asked asked = sample_for(point, light, dimension, by_lobe, one_sided);
-    LightSample found = asked.found;
+    ShadowSample made = sample_for(point, light, dimension, by_lobe, one_sided);
+    LightSample found = made.found;
     float cosine = cosine_of_diffuse(point, found.to_light), any_cosine = cosine;
 #ifdef LOBES
     float of_lobes = cosine_of_lobes(point, found.to_light);
@@ -388,7 +392,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
 #endif
 #ifdef LOBES
     if (of_lobes > 0.0 && is_found(light, BY_GLOSSY)) {
-        radiance += irradiance * of_lobes * reflected_by_lobes(point, light, asked, rays, by_lobe);
+        radiance += irradiance * of_lobes * reflected_by_lobes(point, light, made, rays, by_lobe);
 #ifdef PANES
         behind += irradiance * of_lobes * not_of_rays;
 #endif

@@ -120,8 +120,8 @@ def test_too_many_sheets_are_opaque(device: Device, backend: str) -> None:
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_what_stops_lamps_lets_the_world_through(device: Device, backend: str) -> None:
-    """By shadow rays and by photons: below such a sheet a floor has the world's light alone, which
-    both sheets filter; behind a second one, which filters, too."""
+    """By shadow rays and by photons: below such a sheet a floor has the world's light alone, as
+    another sheet of the colour filters it."""
     lamp = area_light("lamp", (0.0, 0.0, 1.9), (9.0,) * 3, size=(0.6, 0.6))
     world = world_light("world", (1.0, 1.0, 1.0))
     stopping = replace(filtering(FILTER), shades_lamps=True)

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import RGB, Instruction, Lobe, Material, Result, reflecting
+from ...photon.scene import RGB, ROUNDING, Instruction, Lobe, Material, Result, reflecting
 from ...photon.stage.programs import MOST_REGISTERS, width_of
 from ...photon.stage.spectrum import BANDS
 from .graph import Context, Graph, colour_text, many_calls
@@ -41,7 +41,6 @@ NO_SURFACE = -1
 # Cycles' default surface before Blender 5.0, for slots without a material.
 DEFAULT_GREY = (0.8, 0.8, 0.8)
 # Albedos of colours stored in float32 may pass 1 by this much without being worth a warning.
-ROUNDING = 1e-5
 DISPERSION_OF_ABBE = 20.0  # its Dispersion is so much over the Abbe number, as in glTF
 COLOURS = {"tint"}  # parameters of lobes that are
 # Kinds of instructions that give the same everywhere on an object, of what is the same.
@@ -267,7 +266,7 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
         _moved(found.varying, numbers),
         bsdf.absorption.rgb,
     )
-    if material.conserving() is not material:
+    if material.is_too_bright:
         what = f"{_text(material.head_on())} of what it receives: no photon gains by it"
         notes.approximated(owner, "Albedo above 1", what)
     return material

@@ -14,7 +14,7 @@ from .lights import (
     sun_light,
     world_light,
 )
-from .materials import MIRROR, TRANSPARENT, Lobe, Material, phong, reflecting
+from .materials import MIRROR, ROUNDING, TRANSPARENT, Lobe, Material, phong, reflecting
 from .moving import Moving
 from .programs import Instruction, Result, Rows
 from .values import SNAPSHOT_VERSION, TERMINATOR, Scene
@@ -32,6 +32,7 @@ __all__ = [
     "RAYS",
     "RAY_BITS",
     "RGB",
+    "ROUNDING",
     "SNAPSHOT_VERSION",
     "TERMINATOR",
     "TRANSPARENT",

@@ -181,16 +181,19 @@ class Material:
         lobes = tuple(replace(lobe, colour=_clamped(lobe.colour)) for lobe in self.lobes)
         return replace(self, diffuse=_clamped(self.diffuse), lobes=lobes)
 
+    @property
+    def is_too_bright(self) -> bool:
+        """Whether its lobes, if none is given by a program, reflect more than they receive in some
+        channel."""
+        return not self.program and bool(self.head_on().max() > 1.0 + ROUNDING)
+
     def conserving(self) -> Material:
         """The material that reflects no more than it receives in any channel (scaled down): photons
         meet it, which bounce until they are absorbed. What its program gives is bounded where it is
         used."""
-        if self.program:
+        if not self.is_too_bright:
             return self
-        total = self.head_on()
-        if total.max() <= 1.0 + ROUNDING:
-            return self
-        scale = np.maximum(total, 1.0)
+        scale = np.maximum(self.head_on(), 1.0)
         return replace(
             self,
             diffuse=_colour(np.divide(self.diffuse, scale)),

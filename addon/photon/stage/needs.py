@@ -205,7 +205,7 @@ class SceneNeeds:
         """What the kernel that finds lights is compiled with."""
         defines = {**self.direct_defines, **({"EMISSIVE": 1} if self.emissive else {})}
         defines |= {"EMISSION_BY_PROGRAMS": 1} if self.emission_programs.nodes else {}
-        shadow = {"PANES", "ABSORPTION", "SHADED_LAMPS"}
+        shadow = {"PANES", "ABSORPTION"}
         for name in shadow if self.weighed else {*shadow, "TWO_SIDED", "PORTALS"}:
             defines.pop(name, None)
         return defines | ({"SURFACES": 1} if self.emissive or self.weighed else {})

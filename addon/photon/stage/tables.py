@@ -35,9 +35,8 @@ ASKED = "faces"  # that which is made when it is first asked for
 
 def _surface_tables(scene: Scene, frame: Frame, mesh: Mesh) -> dict[str, NDArray[Any]]:
     """Triangles and what they are made of, by the tables' names."""
-    given = scene.materials
-    too_bright = [number for number, made in enumerate(given) if made.conserving() is not made]
-    given += tuple(given[number].conserving() for number in too_bright)
+    too_bright = [number for number, x in enumerate(scene.materials) if x.is_too_bright]
+    given = (*scene.materials, *(scene.materials[number].conserving() for number in too_bright))
     programs = program_tables(given)
     materials, lobes = material_tables(given, programs.compiled)
     materials["conserving"] = np.arange(len(materials))
@@ -94,8 +93,8 @@ class Tables:
         self._around = False  # these are faces of a box
         # How wide a pixel is to the eye, for photons that meet bumps: EyeCamera.widths.
         self.footprint: Mapping[str, tuple[float, ...]] = {}
-        # (K,) which of the mesh's triangles are, and which are clear glass
-        self.transparent = self.clear = np.zeros(0, bool)
+        # (K,) which of the mesh's triangles are, which of these stop lamps, which are clear glass
+        self.transparent = self.shades_lamps = self.clear = np.zeros(0, bool)
         seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
         self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
         self.distant_lights = count_distant(lights) if emitters else 0  # the first ones
