@@ -263,7 +263,9 @@ class Budget:
         if known is not None:
             return known
         gather = [m for m in self._materials if m.is_diffuse or self._can_gather]
-        albedo = max((np.mean(m.head_on()) for m in gather), default=0.0)
+        albedo = max(
+            (np.minimum(m.conserving().head_on(), 1.0).mean() for m in gather), default=0.0
+        )
         bounces = self._settings.photon_bounces
         several = float(np.sum(albedo ** np.arange(1, bounces + 1)))
         return min(several, MOST_GUESSED) + float(self._settings.direct_by_photons)

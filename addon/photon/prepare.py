@@ -367,8 +367,9 @@ def _clamped(scene: Scene) -> tuple[Scene, tuple[str, ...]]:
         for material in scene.materials
         if material.is_too_bright
     )
-    materials = tuple(material.clamped() for material in scene.materials)
-    return replace(scene, materials=materials) if warnings else scene, warnings
+    materials = tuple(x.clamped() if x.may_be_too_bright else x for x in scene.materials)
+    changed = materials != scene.materials
+    return replace(scene, materials=materials) if changed else scene, warnings
 
 
 def _warnings(scene: Scene, settings: Settings, mesh: Mesh, needs: SceneNeeds) -> tuple[str, ...]:

@@ -118,6 +118,7 @@ def needs() -> Iterator[SceneNeeds]:
             yield some
             if count and not first_hits:
                 yield replace(some, panes=True, absorption=True)
+                yield replace(some, panes=True, absorption=True, shaded_lamps=True)
                 yield replace(some, panes=True, gathered_lobes=True)
                 yield replace(some, panes=True, gathered_lobes=True, seen_send_rays=True)
             if count:
@@ -132,6 +133,7 @@ def needs() -> Iterator[SceneNeeds]:
                 layered = replace(some, layers=3, tangents=True)
                 yield layered
                 yield replace(layered, tinted=True)
+                yield replace(layered, too_bright=True)
                 hidden = replace(layered, lobe_kinds=of_lobes - {TRANSPARENT}, visibility=False)
                 yield replace(hidden, tinted=True, gathered_lobes=True)
                 yield replace(hidden, tinted=True, gathered_lobes=True, seen_send_rays=True)
@@ -267,6 +269,8 @@ def _of_programs(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Mad
         for kernel in (Direct, ShadowRays):
             yield kernel, filtering.direct_defines, scene.made
         for look, asked in zip(LOOKS, (scene, filtering), strict=True):
+            stopping = replace(asked, shaded_lamps=True)
+            yield Direct, {**stopping.direct_defines, look: 1}, scene.made
             for lux in ({}, {"ILLUMINANCE": 1}):
                 yield Direct, {**asked.direct_defines, **lux, look: 1}, scene.made
 

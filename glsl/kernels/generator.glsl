@@ -53,7 +53,11 @@ void kernel() {
     float t_max = T_MAX;
 #ifdef VISIBILITY
     LightLimit limit = light_limit_at(number);
-    t_max = t_max_of(PhotonRay(limit.shadowed > 0.0 ? RAY_SHADOW : RAY_UNSHADOWED, int(limit.bounces)));
+    int rays = limit.shadowed > 0.0 ? RAY_SHADOW : RAY_UNSHADOWED;
+#ifdef SHADED_LAMPS
+    if (!is_world(light)) rays |= FROM_LAMP;
+#endif
+    t_max = t_max_of(PhotonRay(rays, int(limit.bounces)));
 #endif
     store_direction(RayDirection(emitted.direction, t_max));
 #ifdef ABSORPTION

@@ -24,7 +24,7 @@ void kernel() {
     RayAtSurface ray = ray_at_surface(point.place);
     Roulette chance = roulette_of(point, photon.flux, by_lobe, ray, u);
     vec3 normal = point.facing.normal;
-    Leaving leaving = Leaving(photon, point.incoming, normal, false, false, false);
+    Leaving leaving = Leaving(photon, point.incoming, normal, false, false, false, false);
     if (scatters_diffusely(chance, u.x)) {
         scatter_diffusely(leaving, point, chance, u);
     } else if (u.x < chance.diffuse + chance.lobe) {

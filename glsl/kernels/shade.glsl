@@ -43,9 +43,6 @@ float left_straight(inout Lobe lobe, Shape shape, float cosine) {
 // The surface's material, with what its program gives here.
 Material material_of(Hit hit, vec3 direction, Surface surface) {
     Material material = material_at(surface.material);
-#ifdef CONSERVING
-    material = material_at(int(material.conserving));
-#endif
 #ifdef PROGRAMS
     shading_point = shading_point_at(hit, direction, surface);
 #if defined(PHOTONS)

@@ -5,7 +5,8 @@
 // An eye ray has up to two lobes. Of a material of more, its first is one of them, and one of the others is the
 // second, by chance: its weight is divided by its probability, so that passes average to all. A photon has one.
 // Both have the albedo that all lobes over it leave: by the direction to the viewer, which for a photon is the one
-// in which it goes on, if it does.
+// in which it goes on, if it does. Photons bounce until they are absorbed: with CONSERVING they meet no more than
+// reflects what they bring, the eye all that a material says.
 //
 // One loop asks what lobes do, once for each direction that counts: compilers write each call of it out, and take
 // long for them.
@@ -144,6 +145,29 @@ float cosine_to_viewer(Facing facing, Shading shading, vec3 onward) {
     return max(0.0, dot(onward, raised_normal(shading.normal, facing.normal, onward)));
 }
 
+#ifdef CONSERVING
+const float CONSERVING_ROUNDING = 1.0e-5;  // of albedos that add up to 1
+
+// What a material makes of the light from a photon's direction, per channel.
+struct Albedos { vec3 reflected; vec3 straight; };
+
+void add_albedo(inout Albedos all, Seen seen) {
+    vec3 own = seen.weight * seen.above * seen.albedo;
+#ifdef TRANSPARENT
+    if (is_transparent(seen.lobe)) all.straight += own; else
+#endif
+    all.reflected += own;
+    all.reflected += seen.covered;
+}
+
+// The share of what is reflected that no more comes of than there is but for what goes straight on.
+vec3 conserved(Albedos all) {
+    vec3 left = max(1.0 - all.straight, 0.0);
+    bvec3 is_less = lessThanEqual(all.reflected, left + CONSERVING_ROUNDING);
+    return mix(left / max(all.reflected, CONSERVING_ROUNDING), vec3(1.0), is_less);
+}
+#endif
+
 // To where a round asks what lobes do.
 const int FOR_CHOICE = 0;   // which of them has the photon
 const int FOR_LAMBERT = 1;  // to where Lambert's lobe sends it: how much of that is seen
@@ -161,6 +185,9 @@ Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading,
     int lobes = int(material.lobes);
     float cosine = max(0.0, dot(to_light, shading.normal));
     Draw draw = no_draw();
+#ifdef CONSERVING
+    Albedos all = Albedos(albedo, vec3(0.0));
+#endif
     for (int k = 0; k < ROUNDS * lobes; k++) {
         int round = k / lobes, i = k - round * lobes;
         if (k == lobes) {
@@ -180,9 +207,20 @@ Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading,
         Seen seen = seen_lobe(material, i, cosine);
         if (round == FOR_LAMBERT) albedo += seen.covered;
         if (round == FOR_CHOICE) consider(draw, seen);
+#ifdef CONSERVING
+        if (round == FOR_CHOICE) add_albedo(all, seen);
+#endif
     }
 #ifdef LAYERS
     if (draw.seen.over > 0.0) found.shape0 = weighed(found.shape0, through[int(draw.seen.over) - 1]);
+#endif
+#ifdef CONSERVING
+    vec3 share = conserved(all);
+    albedo *= share;
+#ifdef TRANSPARENT
+    if (is_transparent(found.lobe0)) share = vec3(1.0);
+#endif
+    if (share != vec3(1.0)) found.shape0 = weighed(found.shape0, share);
 #endif
     found.diffuse = bare_diffuse(albedo);
     return found;

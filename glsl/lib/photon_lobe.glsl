@@ -8,10 +8,6 @@
 #ifdef LOBES
 #include "lib/lobe.glsl"
 #include "lib/reflection.glsl"
-#ifdef SHADED_LAMPS
-#include "lib/light.glsl"
-#include "lib/from_light.glsl"
-#endif
 
 // Where the lobe, whose normal this is, would send a photon, and what that weighs; how likely it shall be scattered so:
 // by what the lobe leaves of its flux in all, or in this way.
@@ -51,10 +47,9 @@ bool may_scatter_by(Lobe lobe, RayAtSurface ray) {
 #endif
 
 #ifdef SHADED_LAMPS
-// Whether the photon came straight from a lamp to what is transparent but to these.
-bool is_shaded(PhotonPoint point) {
-    RayOrigin origin = load_origin();
-    if (!is_from_light(origin) || is_world(light_at(light_of(origin)))) return false;
+// Whether a lamp or an emissive mesh has sent the photon to what is transparent but to these.
+bool is_in_shade(PhotonPoint point, RayAtSurface ray) {
+    if ((ray.came.rays & FROM_LAMP) == 0) return false;
     int material = int(triangle_at(int(point.shading.triangle)).material);
     return material_at(material).shades_lamps > 0.0;
 }
@@ -66,12 +61,13 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
     leaving.direction = by.direction;
 #ifdef TRANSPARENT
     if (is_transparent(by.lobe)) {
-        // What it was it remains: light that has only passed is direct light still.
         leaving.passes = true;
 #ifdef SHADED_LAMPS
-        if (is_shaded(point)) leaving.photon.flux = vec3(0.0);
+        leaving.is_in_shade = is_in_shade(point, ray);
+        // No shadow ray finds it then, but rays of lobes that see the lamp itself: those of diffuse ones hardly do.
+        if (leaving.is_in_shade && is_direct(ray)) ray.came.rays = (RAY_GLOSSY + RAY_TRANSMISSION) | FROM_LAMP;
 #endif
-        ray.next = PhotonRay(ray.came.rays & ray.visible, ray.came.bounces);
+        pass_on(ray, ray.came.rays & ray.visible);
         return;
     }
 #endif

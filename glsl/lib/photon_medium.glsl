@@ -9,6 +9,7 @@
 
 // What stays of the direction in which light from afar was sent (pane.glsl).
 float sent_on(float sent, Leaving leaving, Facing facing, bool goes_behind) {
+    if (leaving.is_in_shade) return 0.0;  // no shadow ray brings it
     if (leaving.is_unmet || leaving.passes) return sent;
     bool is_flat = abs(dot(leaving.normal, facing.normal)) >= FLAT;
     bool by_pane = goes_behind && is_flat && material_at(int(triangle_at(hit_triangle(load_hit())).material)).pane > 0.0;

@@ -14,4 +14,5 @@ struct Leaving {
     bool by_specular;  // a lobe that is not diffuse sent it
     bool is_unmet;     // the surface is hidden from it
     bool passes;       // a transparent surface has let it pass
+    bool is_in_shade;  // of that, which lets no shadow ray of its light pass
 };

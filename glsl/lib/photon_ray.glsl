@@ -9,18 +9,21 @@
 #include "lib/specular_photon.glsl"
 #endif
 
+// A bit beside those of rays: a lamp or an emissive mesh has sent it. With SHADED_LAMPS.
+const int FROM_LAMP = 64;
+
 struct PhotonRay {
-    int rays;     // below 64
+    int rays;     // below 128, with FROM_LAMP
     int bounces;  // that are left to it
 };
 
 // Photons go as far as there is something: any distance beyond the scene will do, and says what the ray is.
-float t_max_of(PhotonRay ray) { return T_MAX / float(1 + ray.rays + 64 * ray.bounces); }
+float t_max_of(PhotonRay ray) { return T_MAX / float(1 + ray.rays + 128 * ray.bounces); }
 
 PhotonRay photon_ray(RayDirection direction) {
     int number = int(T_MAX / direction.t_max + 0.5) - 1;
 #ifdef CAUSTICS
     if (came_by_lobe(direction)) number -= LOBE_BIT;
 #endif
-    return PhotonRay(number % 64, number / 64);
+    return PhotonRay(number % 128, number / 128);
 }

@@ -109,6 +109,13 @@ def features(report: Report, status: str) -> list[str]:
     return [entry.feature for entry in report.of(status) if entry.object.startswith("Material")]
 
 
+def gone() -> bpy.types.Image:
+    """An image whose file is not there."""
+    image = bpy.data.images.new("Gone", 4, 4)
+    image.source, image.filepath = "FILE", "//gone.png"
+    return image
+
+
 def unknown_lens(data: bpy.types.Camera) -> None:
     """A panorama of a kind that we do not render."""
     data.type = "PANO"

@@ -14,7 +14,7 @@ from tests.measure import render
 from tests.regression.blocks import block_means
 from tests.regression.cycles import render_loaded
 
-from .build import add_light, add_mesh, add_node, nodes_of, shader_material
+from .build import add_light, add_mesh, add_node, gone, nodes_of, shader_material
 
 pytestmark = pytest.mark.blender
 
@@ -114,6 +114,19 @@ def test_area_lights(scene, export, device, shape) -> None:
             off = np.abs(block_means(ours[..., :3]) - theirs) / np.maximum(theirs, theirs.mean())
             assert np.median(off) < 0.015 and np.percentile(off, 95) < 0.05, turned
             assert ours[..., :3].mean() == pytest.approx(theirs.mean(), rel=0.005)
+
+
+def test_missing_images_are_magenta(scene, export) -> None:
+    """In every direction, as in Cycles."""
+    light, _ = lit_plane("SPOT")
+    texture = add_node(light.node_tree, "ShaderNodeTexImage")
+    texture.image = gone()
+    link(light, texture, "", "")
+    exported, report = export()
+    (found,) = exported.lights
+    assert found.gobo is not None
+    assert np.allclose(exported.images[found.gobo].pixels[..., :3], (1.0, 0.0, 1.0), atol=1e-3)
+    assert any("magenta" in entry.detail for entry in report.of("approximated"))
 
 
 @pytest.mark.parametrize("case", ["area", "uneven", "position", "falloff"])

@@ -133,8 +133,23 @@ def test_transparent_shadows_off(scene, export) -> None:
     clear = shading(shader_material(TRANSPARENT, "Clear", Color=(1, 1, 1, 1)))
     add_mesh("Pane").data.materials.append(clear)
     exported, report = export()
-    assert [x.shades_lamps for x in exported.materials] == [False, True]
+    assert [x.filters_no_lamps for x in exported.materials] == [False, True]
     assert [x.feature for x in report.of("approximated")] == ["Transparent Shadows"]
+
+
+def test_transparent_shadows_off_beside_a_volume(scene, export) -> None:
+    """In Cycles they are on there, whatever it is, so what is clear is left out."""
+    for kind in (TRANSPARENT, GLASS):
+        material = shading(shader_material(kind, kind, Color=(1, 1, 1, 1)))
+        tree = material.node_tree
+        volume = add_node(tree, "ShaderNodeVolumeAbsorption", Density=0.5)
+        output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
+        tree.links.new(volume.outputs[0], output.inputs["Volume"])
+        add_mesh(kind).data.materials.append(material)
+    exported, report = export()
+    assert not any(x.shades_lamps for x in exported.materials)
+    assert "Transparent Shadows" not in [entry.feature for entry in report.entries]
+    assert [entry.feature for entry in report.of("ignored")].count("No surface") == 1
 
 
 def test_volume_absorption(convert) -> None:

@@ -15,7 +15,7 @@ from addon.blender.export.pixels import floats_of
 from addon.photon.scene import FOUND_BY
 from tests.measure import render
 
-from .build import CUBE, add_mesh, add_node, add_object, finish, new_world, shader_material
+from .build import CUBE, add_mesh, add_node, add_object, finish, gone, new_world, shader_material
 
 pytestmark = pytest.mark.blender
 
@@ -171,13 +171,23 @@ def test_missing_image_is_magenta(scene, export) -> None:
     assert "magenta" in next(e.detail for e in report.of("approximated") if "World" in e.object)
 
 
-def test_missing_image_behind_nodes_is_magenta(scene, export) -> None:
+def test_alpha_of_a_missing_image_is_one(scene, export) -> None:
+    tree = new_world(scene)
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image = gone()
+    alpha = add_node(tree, "ShaderNodeMath", Value=texture.outputs["Alpha"])
+    alpha.operation = "SINE"
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=alpha.outputs[0]))
+    exported, _ = export()
+    assert exported.lights[0].power == pytest.approx((math.sin(1.0),) * 3, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["ShaderNodeTexEnvironment", "ShaderNodeTexImage"])
+def test_missing_image_behind_nodes_is_magenta(scene, export, kind) -> None:
     """They are evaluated as for one pixel of it."""
     tree = new_world(scene)
-    texture = tree.nodes.new("ShaderNodeTexEnvironment")
-    texture.image = bpy.data.images.new("Gone", 4, 4)
-    texture.image.source = "FILE"
-    texture.image.filepath = "//gone.png"
+    texture = tree.nodes.new(kind)
+    texture.image = gone()
     turned = add_node(tree, "ShaderNodeHueSaturation", Saturation=0.5, Color=texture.outputs[0])
     node = add_node(tree, "ShaderNodeBackground", Color=turned.outputs[0], Strength=2.0)
     finish(tree, node)

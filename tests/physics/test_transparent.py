@@ -10,12 +10,16 @@ import numpy as np
 import pytest
 
 from addon.photon.scene import (
+    ALL_RAYS,
+    RAY_BITS,
     Instruction,
+    Light,
     Lobe,
     Material,
     Result,
     Scene,
     area_light,
+    point_light,
     sun_light,
     world_light,
 )
@@ -137,6 +141,100 @@ def test_what_stops_lamps_lets_the_world_through(device: Device, backend: str) -
         )
         dark = picture(device, stacked(1, stopping, (SUN, lamp)), **settings)
         assert dark[..., :3].max() == 0.0
+
+
+HIDDEN = 3  # of materials below: a sheet that no shadow ray meets, nor any of a lobe
+
+
+def two_sheets(over: int, under: int, lights: Any, **stopping: Any) -> Scene:
+    """A floor under two sheets of materials, and a wall that lights what is between them."""
+    built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 0)
+    for z, worn in ((0.7, over), (0.5, under)):
+        built.quad((-2, -2, z), (2, -2, z), (2, 2, z), (-2, 2, z), worn)
+    stops = replace(filtering(FILTER), shades_lamps=True, **stopping)
+    materials = (GREY, filtering(FILTER), stops, GREY)
+    scene = built.scene(camera((0, -1.5, 0.2), (0, 0, 0.1), 40), lights, materials)
+    rays = [RAY_BITS["camera"] if worn == HIDDEN else ALL_RAYS for worn in (0, over, under)]
+    return replace(scene, visible=np.array(rays, np.uint8))
+
+
+@pytest.mark.parametrize("by_photons", (False, True))
+@pytest.mark.parametrize("over, under", ((1, 2), (2, 1), (HIDDEN, 2), (2, HIDDEN)))
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_what_stops_lamps_beside_another_sheet(
+    device: Device, monkeypatch: Any, backend: str, over: int, under: int, by_photons: bool
+) -> None:
+    """Before it and behind it, transparent or hidden: nothing of a lamp comes through both."""
+    monkeypatch.setattr(device, "prefers_native", backend == "native")
+    settings: Any = {"photons": 20000, "direct_by_photons": by_photons}
+    lamp = area_light("lamp", (0.0, 0.0, 1.9), (9.0,) * 3, size=(0.6, 0.6))
+    dark = picture(device, two_sheets(over, under, (SUN, lamp)), backend, **settings)
+    assert dark[..., :3].max() == 0.0
+    world = world_light("world", (1.0, 1.0, 1.0))
+    seen = picture(device, two_sheets(over, under, (SUN, lamp, world)), backend, **settings)
+    same = {1: 1, 2: 1, HIDDEN: HIDDEN}
+    only = picture(device, two_sheets(same[over], same[under], (world,)), backend, **settings)
+    means = (image[..., :3].mean(axis=(0, 1)) for image in (seen, only))
+    assert next(means) == pytest.approx(next(means), rel=0.03)
+
+
+def plate_over_sheet() -> Builder:
+    """A floor under a sheet of material 1 under a plate of material 2."""
+    built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 0)
+    built.quad((-2, -2, 0.5), (2, -2, 0.5), (2, 2, 0.5), (-2, 2, 0.5), 1)
+    return built.box((-2, -2, 1.4), (2, 2, 1.5), 2)
+
+
+@pytest.mark.parametrize("by_photons", (False, True))
+@pytest.mark.parametrize("case", ("nodes", "absorption", "mesh", "many"))
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_what_stops_lamps_stops_all_of_them(
+    device: Device, monkeypatch: Any, backend: str, case: str, by_photons: bool
+) -> None:
+    """By whatever shadow rays pass it, and whatever they go to."""
+    monkeypatch.setattr(device, "prefers_native", backend == "native")
+    settings: Any = {"photons": 20000, "direct_by_photons": by_photons, "passes": 2}
+    lights: tuple[Light, ...] = (area_light("lamp", (0, 0, 1.2), (9.0,) * 3, size=(0.6, 0.6)),)
+    lit, emission = filtering(FILTER), (0.0, 0.0, 0.0)
+    clear = (Lobe("transparent", (1.0,) * 3),)
+    if case == "nodes":
+        program = (Instruction("combine", (*((x,) * 4 for x in FILTER), (1.0,) * 4)),)
+        lobe = Lobe("transparent", (1.0,) * 3, varying={"colour": Result(0)})
+        lit = Material("filter", (0.0,) * 3, (lobe,), program=program)
+    elif case == "absorption":
+        lit = replace(lit, absorption=(0.1, 0.2, 0.3))
+    elif case == "mesh":
+        lights, emission = (), (9.0,) * 3
+    elif case == "many":
+        places = np.random.default_rng(1).uniform(-0.9, 0.9, (300, 2))
+        lights = tuple(point_light(f"{x}", (x, y, 1.2), (0.5,) * 3) for x, y in places)
+    found = []
+    for material in (lit, replace(lit, shades_lamps=True)):
+        assert material.filters_no_lamps == bool(found)
+        materials = (GREY, material, Material("over", (0.0,) * 3, clear, emission))
+        scene = plate_over_sheet().scene(camera((0, -1.5, 0.2), (0, 0, 0.1), 40), lights, materials)
+        found.append(picture(device, scene, backend, **settings)[..., :3])
+    assert found[0].mean() > 0.01 and found[1].max() == 0.0
+
+
+@pytest.mark.parametrize("by_photons", (False, True))
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_what_stops_lamps_stops_no_caustics(
+    device: Device, monkeypatch: Any, backend: str, by_photons: bool
+) -> None:
+    """The sun through a pane comes through such a sheet, too, as in Cycles, whose rays find it by
+    glass: no shadow ray does."""
+    monkeypatch.setattr(device, "prefers_native", backend == "native")
+    settings: Any = {"photons": 40000, "direct_by_photons": by_photons, "passes": 8}
+    told = {"ior": 1.5, "tint": (1.0,) * 3, "reflects": 1.0, "open": 0.0}
+    glass = Material("glass", (0.0,) * 3, (Lobe("glass", (1.0,) * 3, told),))
+    found = []
+    for stops in (False, True):
+        materials = (GREY, replace(filtering(FILTER), shades_lamps=stops), glass)
+        view = camera((0, -1.5, 0.2), (0, 0, 0.1), 40)
+        scene = plate_over_sheet().scene(view, (SUN,), materials)
+        found.append(picture(device, scene, backend, **settings)[..., :3].mean(axis=(0, 1)))
+    assert found[1] == pytest.approx(found[0], rel=0.05)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

@@ -11,7 +11,7 @@ import numpy as np
 
 from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
-from addon.photon.scene import Scene, phong
+from addon.photon.scene import TRANSPARENT, Lobe, Scene, phong
 from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.scenes import backdrop, with_cone
@@ -101,6 +101,8 @@ SCENE_STEPS: list[SceneStep] = [
     ("camera once more", lambda s: moved(s, 0.3), False),
     ("material", lambda s: repainted(s, diffuse=(0.5, 0.6, 0.7)), True),
     ("gloss", lambda s: repainted(s, lobes=(phong((0.2, 0.2, 0.2), 30.0),)), True),
+    ("clear", lambda s: repainted(s, lobes=(Lobe(TRANSPARENT, (0.5, 0.6, 0.7)),)), True),
+    ("but not to lamps", lambda s: repainted(s, shades_lamps=True), True),
     ("normals", lambda s: tilted(s, 0.3), True),
     ("assignment", lambda s: replace(s, material=s.material[::-1].copy()), True),
     ("nothing more", lambda s: s, False),

@@ -200,6 +200,20 @@ def test_more_deposits_than_guessed(device: Device, monkeypatch: pytest.MonkeyPa
         prepare(cornell(), settings, device)
 
 
+def test_albedos_above_one(device: Device) -> None:
+    """Photons meet no more than all that they bring: as many are guessed as where they lose none,
+    and no power of it is too large for a number."""
+    settings = replace(SMALL, photons=1 << 16, photon_bounces=1024)
+    guesses = []
+    for lobes in ((0.2,), (0.9, 0.9, 0.9)):
+        scene = cornell()
+        worn = tuple(phong((x,) * 3, 5.0 + number) for number, x in enumerate(lobes))
+        materials = tuple(replace(m, diffuse=(0.8,) * 3, lobes=worn) for m in scene.materials)
+        brighter = replace(scene, materials=materials)
+        guesses.append(Budget(brighter, settings, backend_of(settings, device))._deposits(None))
+    assert guesses[0] == pytest.approx(guesses[1], rel=1e-3)
+
+
 def test_what_the_caller_takes(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Blender's own copies of the picture count as the renderer's do."""
     native = backend_of(Settings(backend="native"), device)

@@ -172,7 +172,7 @@ def test_mirrors_only(device: Device, compiled: list[str]) -> None:
 def test_layers(device: Device, compiled: list[str], tint: Any) -> None:
     """Only Shade knows them; a tint, who asks for lobes' weights."""
     coat = {"alpha": 0.01, "ior": 1.5, "cover": 1.0}
-    rough = Lobe("oren_nayar", (0.5, 0.5, 0.5), {"diffuse_roughness": 1.0})
+    rough = Lobe("oren_nayar", (0.1, 0.1, 0.1), {"diffuse_roughness": 1.0})
     scene, settings = cornell(), {"photons": 500}
     for lobes in ((rough,), (Lobe("coat", tint, coat), replace(rough, over=0))):
         compiled.clear()

@@ -98,6 +98,10 @@ class Graph:
         active = [node for node in outputs if node.is_active_output]
         return (active or outputs or [None])[0]
 
+    def tell_absent(self, node: bpy.types.Node) -> None:
+        """Write down that a texture's image is missing."""
+        self.notes.approximated(self.owner, f"'{node.name}'", f"{missing(node)}: magenta")
+
     def surface(
         self, kind: str
     ) -> tuple[bpy.types.Node | None, bpy.types.NodeSocket | None, Scope]:

@@ -40,7 +40,6 @@ from .unsupported import note_material
 NO_SURFACE = -1
 # Cycles' default surface before Blender 5.0, for slots without a material.
 DEFAULT_GREY = (0.8, 0.8, 0.8)
-# Albedos of colours stored in float32 may pass 1 by this much without being worth a warning.
 DISPERSION_OF_ABBE = 20.0  # its Dispersion is so much over the Abbe number, as in glTF
 COLOURS = {"tint"}  # parameters of lobes that are
 # Kinds of instructions that give the same everywhere on an object, of what is the same.
@@ -132,15 +131,14 @@ class MaterialTable:
             self.notes.ignored(owner, "No surface", "objects or faces that wear it are left out")
             return None
         exported = bounded(lobes, program, material.name, owner, self.notes)
-        if shades_lamps(material) and exported.is_transparent:
-            what = "off: it stops light straight from lamps, and lets the world's through"
-            self.notes.approximated(owner, "Transparent Shadows", what)
-            exported = replace(exported, shades_lamps=True)
         if (width := width_of(exported)) > MOST_REGISTERS:
             what = f"they hold {width} values at a time, {MOST_REGISTERS} are possible: left out"
             self.notes.approximated(owner, "Nodes", what)
             lobes = replace(principled.default(), tangent=None)
             exported = bounded(lobes, Program(), material.name, owner, self.notes)
+        if exported.filters_no_lamps:
+            what = "off: it stops light straight from lamps, and lets the world's through"
+            self.notes.approximated(owner, "Transparent Shadows", what)
         if not self.notes.mentions(owner):
             self.notes.exact(owner, "Shader")
         return exported, lobes.tangent
@@ -166,13 +164,14 @@ class MaterialTable:
                 return CLEAR
             self.notes.approximated(owner, "Surface", "no shader is linked to it: rendered black")
         lobes = read_shader(graph, node, end, scope, self.model)
-        if lobes is CLEAR and shades_lamps(material):
+        stops = shades_lamps(material, output)
+        if lobes is CLEAR and stops:
             lobes = surface_of(CLEAR)
         absorbed = absorption(graph, output, lobes is not CLEAR)
         if lobes is CLEAR:
             return CLEAR
         lobes = self._dispersed(lobes, material, owner)
-        return replace(lobes, base=graph.displaced, absorption=absorbed)
+        return replace(lobes, base=graph.displaced, absorption=absorbed, shades_lamps=stops)
 
     def _dispersed(self, bsdf: Bsdf, material: bpy.types.Material, owner: str) -> Bsdf:
         """What a material's own Dispersion makes of its glass."""
@@ -206,9 +205,10 @@ def has_nodes(owner: bpy.types.Material | bpy.types.World) -> bool:
     return bpy.app.version >= (5, 0, 0) or owner.use_nodes
 
 
-def shades_lamps(material: bpy.types.Material) -> bool:
-    """Whether its Transparent Shadows are off."""
-    return not getattr(material, "use_transparent_shadow", True)
+def shades_lamps(material: bpy.types.Material, output: bpy.types.Node) -> bool:
+    """Whether its Transparent Shadows are off; Cycles has them on where a volume is linked."""
+    off = not getattr(material, "use_transparent_shadow", True)
+    return off and not is_given(output.inputs["Volume"], ())
 
 
 def dispersion_of(material: bpy.types.Material) -> float:
@@ -265,6 +265,7 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
         instructions,
         _moved(found.varying, numbers),
         bsdf.absorption.rgb,
+        bsdf.shades_lamps,
     )
     if material.is_too_bright:
         what = f"{_text(material.head_on())} of what it receives: no photon gains by it"

@@ -16,11 +16,10 @@ from ...photon.scene import FOUND_BY
 from .environment import EnvironmentMap, read_environment_map
 from .graph import MAGENTA, Graph, colour_of, missing
 from .links import Scope, source
-from .made_nodes import made
 from .sky import Disc, has_disc, read_sky
 from .working_space import luminance_weights
 from .world_coordinates import placed_by
-from .world_nodes import StandIn, Unsuited, evaluate
+from .world_nodes import Unsuited, evaluate
 
 Factor = NDArray[np.float64]  # (4, 3), of each of FOUND_BY and each channel
 ONE: Factor = np.ones((len(FOUND_BY), 3))
@@ -150,9 +149,8 @@ def _environment(
     factor: Factor,
     total: Sum,
 ) -> None:
-    absent = missing(node)
-    if absent:
-        graph.notes.approximated(graph.owner, f"'{node.name}'", f"{absent}: magenta")
+    if missing(node):
+        graph.tell_absent(node)
         total.colour += factor * MAGENTA
         return
     environment = read_environment_map(node, scope)
@@ -253,26 +251,9 @@ def _constant(end: bpy.types.NodeSocket) -> NDArray[np.float64]:
 def _evaluated(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> EnvironmentMap:
-    stand_in = _or_magenta(graph, placed_by(graph.context.camera))
-    pixels = evaluate(node, output, scope, stand_in=stand_in)
+    placed = placed_by(graph.context.camera)
+    pixels = evaluate(node, output, scope, stand_in=placed, tell=graph.tell_absent)
     height, width = pixels.shape[:2]
     detail = f"an image of {width} x {height} pixels stands for it"
     graph.notes.approximated(graph.owner, f"{node.bl_label} '{node.name}'", detail)
     return EnvironmentMap(pixels, np.eye(3))
-
-
-def _or_magenta(graph: Graph, placed: StandIn) -> StandIn:
-    """What stands in for nodes, also for images that are missing."""
-
-    def find(
-        node: bpy.types.Node, output: bpy.types.NodeSocket | None
-    ) -> list[dict[str, Any]] | None:
-        is_image = node.type in ("TEX_IMAGE", "TEX_ENVIRONMENT")
-        if output is None or not is_image or not (absent := missing(node)):
-            return placed(node, output)
-        graph.notes.approximated(graph.owner, f"'{node.name}'", f"{absent}: magenta")
-        if output.name == "Alpha":
-            return [made("ShaderNodeMath", values={0: 1.0, 1: 0.0}, operation="ADD")]
-        return [made("ShaderNodeCombineXYZ", values=dict(enumerate(MAGENTA)))]
-
-    return find

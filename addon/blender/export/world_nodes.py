@@ -18,7 +18,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .graph import MAGENTA, missing
 from .links import Scope, source
+from .made_nodes import made
 from .pixels import rgba_floats
 from .working_space import working_space
 
@@ -62,12 +64,13 @@ def evaluate(
     changes: Mapping[str, Any] | None = None,
     stand_in: StandIn | None = None,
     least: int = WIDTH,
+    tell: Tell | None = None,
 ) -> Any:
     """The radiance or colour of an output in every direction, float32 (height, width, 3), as an
     Environment Texture has it; `changes`: of the node's properties; `stand_in`: for nodes of others
-    than worlds; `least`: pixels across. Raises Unsuited."""
+    than worlds; `least`: pixels across; `tell`: of images that are missing. Raises Unsuited."""
     with tempfile.TemporaryDirectory() as folder:
-        graph = _Description(Path(folder), stand_in)
+        graph = _Description(Path(folder), stand_in, tell)
         graph.add(node, output, scope)
         nodes = graph.nodes
         nodes[-1]["properties"].update(changes or {})
@@ -132,14 +135,15 @@ def _evaluated(given: dict[str, Any], folder: Path) -> NDArray[np.float32]:
 # feeds, for None: nodes as _Description has them, whose links' numbers begin with theirs; the last
 # one's output is linked. None: nothing does.
 StandIn = Callable[[bpy.types.Node, bpy.types.NodeSocket | None], list[dict[str, Any]] | None]
+Tell = Callable[[bpy.types.Node], object]
 
 
 class _Description:
     """A graph as JSON, without groups, reroutes and names: values, and links by number."""
 
-    def __init__(self, folder: Path, stand_in: StandIn | None = None) -> None:
+    def __init__(self, folder: Path, stand_in: StandIn | None, tell: Tell | None) -> None:
         """`folder`: where pixels go that no file has."""
-        self._stand_in = stand_in
+        self._stand_in, self._tell = stand_in, tell
         self.nodes: list[dict[str, Any]] = []
         self.widths: list[int] = []  # of its images [px]
         self._folder = folder
@@ -149,6 +153,8 @@ class _Description:
         self, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
     ) -> tuple[int, int]:
         """A node after those that feed it; its number, and its output's."""
+        if node.type in ("TEX_IMAGE", "TEX_ENVIRONMENT") and missing(node):
+            return self._put([self._absent(node, output)])
         if self._stand_in and (others := self._stand_in(node, output)):
             return self._put(others)
         key = (node.as_pointer(), *(group.as_pointer() for group in scope))
@@ -178,6 +184,14 @@ class _Description:
         self.nodes.append(described)
         self._numbers[key] = len(self.nodes) - 1
         return self._numbers[key], described["output"]
+
+    def _absent(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> dict[str, Any]:
+        """What is there in place of an image that is missing."""
+        if self._tell:
+            self._tell(node)
+        if output.name == "Alpha":
+            return made("ShaderNodeMath", values={0: 1.0, 1: 0.0}, operation="ADD")
+        return made("ShaderNodeCombineXYZ", values=dict(enumerate(MAGENTA)))
 
     def _fed_by(
         self, node: bpy.types.Node, socket: bpy.types.NodeSocket

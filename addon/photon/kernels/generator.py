@@ -10,7 +10,15 @@ class Generator(Kernel):
     """Emit photons of equal flux from the lights (Marino & Abbate, Generator)."""
 
     stem = "generator"
-    structure = (*LIGHT_DEFINES, "VISIBILITY", "AIMED", "ABSORPTION", "PANES", *BY_SHARE)
+    structure = (
+        *LIGHT_DEFINES,
+        "VISIBILITY",
+        "AIMED",
+        "ABSORPTION",
+        "PANES",
+        "SHADED_LAMPS",
+        *BY_SHARE,
+    )
     outputs = {
         "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,

@@ -131,8 +131,7 @@ NODE = Record(
 # instructions are its program, and codes of results that stand for a value (lib/program.glsl);
 # two_sided 1: a rough lobe lets light through from behind; what shadow rays keep that pass it;
 # what rays lose inside it [1 / scene units]; the index of clear glass (pane_of in stage/panes.py),
-# or 0, and its colour; shades_lamps 1: what is transparent of it stops light straight from lamps;
-# conserving: the number of the material that photons meet in its place.
+# or 0, and its colour; shades_lamps 1: what is transparent of it stops light straight from lamps.
 MATERIAL = Record(
     "Material",
     {
@@ -151,7 +150,6 @@ MATERIAL = Record(
         "two_sided": "float",
         "base_from": "float",
         "shades_lamps": "float",
-        "conserving": "float",
         "transmittance": "vec3",
         "absorption": "vec3",
         "transmittance_from": "float",

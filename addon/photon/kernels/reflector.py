@@ -42,7 +42,7 @@ class Reflector(Kernel):
         "WIDE_PORTAL",
     )
     inputs = {
-        "origin": When(("ARRIVALS", "SHADED_LAMPS"), RAY_ORIGIN),
+        "origin": When("ARRIVALS", RAY_ORIGIN),
         "direction": RAY_DIRECTION,
         "flux": FLUX,
         "hit": When("ABSORPTION", HIT),
@@ -60,7 +60,7 @@ class Reflector(Kernel):
     tables = {
         "triangles": When(("ABSORPTION", "SHADED_LAMPS"), Table(TRIANGLE)),
         "materials": When(("ABSORPTION", "SHADED_LAMPS"), Table(MATERIAL)),
-        "lights": When(("ARRIVALS", "SHADED_LAMPS"), Table(LIGHT)),
+        "lights": When("ARRIVALS", Table(LIGHT)),
         "environments": When("ENVIRONMENT", Table()),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
         "photon_portals": When("PORTALS", Table(PORTAL)),

@@ -21,6 +21,7 @@ GLASS = ("glass", "ggx_glass", "dispersive_glass", "ggx_dispersive_glass")
 COATS = ("coat", "bent_coat")  # whose colour is their tint
 FRESNEL_LOBES = (*COATS, "ggx_dielectric", "ggx_metal", *GLASS)
 TRANSPARENT = "transparent"  # light goes straight on
+WHITE: RGB = (1.0, 1.0, 1.0)
 ALPHAS = ("alpha", "alpha_x", "alpha_y")  # parameters of microfacets
 ROUNDING = 1e-5  # of reflectances that add up to 1
 
@@ -167,43 +168,79 @@ class Material:
         return any(lobe.reflects and lobe.is_anisotropic for lobe in self.lobes)
 
     def head_on(self) -> NDArray[np.float64]:
-        """What it reflects of light from everywhere to a viewer straight above, per channel."""
-        albedo = np.array(self.diffuse, np.float64)
+        """What it reflects of light from everywhere to a viewer straight above, and lets straight
+        on, per channel."""
+        return np.add(*self._parts_head_on())
+
+    def _parts_head_on(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What it reflects, and what goes straight on."""
+        reflected, straight = np.array(self.diffuse, np.float64), np.zeros(3)
         passed: list[float] = []  # what gets through each, and through what lies over it
         for lobe in self.lobes:
             own, above = lobe.reflected_head_on(), 1.0 if lobe.over is None else passed[lobe.over]
             passed.append(above * (1.0 - min(own.max(), 1.0)))
-            albedo += above * lobe.weight * own + passed[-1] * np.array(lobe.covered)
-        return albedo
+            to = straight if lobe.kind == TRANSPARENT else reflected
+            to += above * lobe.weight * own
+            reflected += passed[-1] * np.array(lobe.covered)
+        return reflected, straight
 
     def clamped(self) -> Material:
-        """The material of which no lobe by itself has a colour above 1."""
-        lobes = tuple(replace(lobe, colour=_clamped(lobe.colour)) for lobe in self.lobes)
+        """The material of which no lobe by itself reflects more than it receives, nor tints more
+        than all of what it lets through."""
+        lobes = tuple(map(_bounded, self.lobes))
         return replace(self, diffuse=_clamped(self.diffuse), lobes=lobes)
 
     @property
     def is_too_bright(self) -> bool:
         """Whether its lobes, if none is given by a program, reflect more than they receive in some
         channel."""
-        return not self.program and bool(self.head_on().max() > 1.0 + ROUNDING)
+        return not self.program and self.may_be_too_bright
+
+    @property
+    def may_be_too_bright(self) -> bool:
+        """Whether they may somewhere, as much as its program may give of each."""
+        most = self._brightest() if self.program else self
+        return bool(most.head_on().max() > 1.0 + ROUNDING)
+
+    def _brightest(self) -> Material:
+        diffuse = WHITE if "diffuse" in self.varying else self.diffuse
+        return replace(self, diffuse=diffuse, lobes=tuple(map(_brightest, self.lobes)))
 
     def conserving(self) -> Material:
-        """The material that reflects no more than it receives in any channel (scaled down): photons
-        meet it, which bounce until they are absorbed. What its program gives is bounded where it is
-        used."""
+        """The material without a program that reflects no more than it receives in any channel:
+        what scatters is scaled down to what goes not straight on. So photons meet it, which bounce
+        until they are absorbed (conserved in glsl/lib/material_lobes.glsl)."""
         if not self.is_too_bright:
             return self
-        scale = np.maximum(self.head_on(), 1.0)
+        reflected, straight = self._parts_head_on()
+        left = np.maximum(1.0 - straight, 0.0)
+        share = np.divide(left, reflected, out=np.ones(3), where=reflected > left)
         return replace(
             self,
-            diffuse=_colour(np.divide(self.diffuse, scale)),
-            lobes=tuple(_divided(lobe, scale) for lobe in self.lobes),
+            diffuse=_colour(self.diffuse * share),
+            lobes=tuple(_scaled(lobe, share) for lobe in self.lobes),
         )
 
 
-def _divided(lobe: Lobe, by: NDArray[np.float64]) -> Lobe:
-    colour = lobe.colour if lobe.kind in COATS else _colour(np.divide(lobe.colour, by))
-    return replace(lobe, colour=colour, covered=_colour(np.divide(lobe.covered, by)))
+def _brightest(lobe: Lobe) -> Lobe:
+    """As much of it as its program may give."""
+    return replace(
+        lobe,
+        colour=WHITE if "colour" in lobe.varying else lobe.colour,
+        covered=WHITE if "covered" in lobe.varying else lobe.covered,
+        weight=max(lobe.weight, 1.0) if "weight" in lobe.varying else lobe.weight,
+    )
+
+
+def _scaled(lobe: Lobe, by: NDArray[np.float64]) -> Lobe:
+    keeps = lobe.kind in (*COATS, TRANSPARENT)
+    colour = lobe.colour if keeps else _colour(lobe.colour * by)
+    return replace(lobe, colour=colour, covered=_colour(lobe.covered * by))
+
+
+def _bounded(lobe: Lobe) -> Lobe:
+    lobe = replace(lobe, colour=_clamped(lobe.colour), covered=_clamped(lobe.covered))
+    return replace(lobe, weight=lobe.weight / max(lobe.weight * max(lobe.reflected_head_on()), 1.0))
 
 
 def _clamped(colour: RGB) -> RGB:

@@ -118,7 +118,7 @@ def _of_materials(materials: Sequence[Material], lobes: Sequence[Sequence[str]])
     kinds = {kind for of_one in lobes for kind in of_one}
     return {
         "absorption": any(max(material.absorption) > 0.0 for material in materials),
-        "too_bright": any(material.is_too_bright for material in materials),
+        "too_bright": any(material.may_be_too_bright for material in materials),
         "shaded_lamps": any(material.filters_no_lamps for material in materials),
         "lobes": min(max(map(len, lobes), default=0), MOST_LOBES),
         "lobe_kinds": frozenset(kinds),

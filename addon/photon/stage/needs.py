@@ -234,14 +234,14 @@ class SceneNeeds:
         defines |= {"NO_CAUSTICS": self.no_caustics} if self.no_caustics else {}
         if self.visibility or self.directions or self.panes:
             defines |= {"INCOMING": 1}
-        defines |= {"CONSERVING": 1} if self.too_bright else {}
+        defines |= {"CONSERVING": 1, "TINTED": 1} if self.too_bright and self.lobes else {}
+        defines |= {"SHADED_LAMPS": 1} if self.shaded_lamps else {}
         defines |= self.rays(*RAYS) | (BLEND if self.gathered_lobes else {})
         defines |= {"DIRECTIONS": 1} if self.directions else {}
         defines |= self.caustic_defines
         return {
             **defines,
             **self.arrival_defines,
-            **self._shaded_defines,
             **self.programs.defines,
             **self._footprint(PHOTONS_FARTHER),
         }
@@ -328,11 +328,6 @@ class SceneNeeds:
         absorbs = {"ABSORPTION": 1} if self.shadow_rays_lose else {}
         more = {**self._pane_defines, **absorbs}
         return {**self.transparent_defines, **self.shadow_programs.defines, **more}
-
-    @property
-    def _shaded_defines(self) -> Defines:
-        """What kernels of photons are compiled with that know what stops those of lamps."""
-        return {"SHADED_LAMPS": 1, **light_defines(self.light_kinds)} if self.shaded_lamps else {}
 
     @property
     def transparent_defines(self) -> dict[str, int | float]:

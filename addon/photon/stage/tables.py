@@ -35,12 +35,8 @@ ASKED = "faces"  # that which is made when it is first asked for
 
 def _surface_tables(scene: Scene, frame: Frame, mesh: Mesh) -> dict[str, NDArray[Any]]:
     """Triangles and what they are made of, by the tables' names."""
-    too_bright = [number for number, x in enumerate(scene.materials) if x.is_too_bright]
-    given = (*scene.materials, *(scene.materials[number].conserving() for number in too_bright))
-    programs = program_tables(given)
-    materials, lobes = material_tables(given, programs.compiled)
-    materials["conserving"] = np.arange(len(materials))
-    materials["conserving"][too_bright] = len(scene.materials) + np.arange(len(too_bright))
+    programs = program_tables(scene.materials)
+    materials, lobes = material_tables(scene.materials, programs.compiled)
     materials["absorption"] *= frame.scale
     tables = {
         "triangles": mesh.triangles,

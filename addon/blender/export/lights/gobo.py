@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..links import Scope, source
 from ..made_nodes import combined, dot, made
-from ..world_nodes import StandIn, Unsuited, evaluate
+from ..world_nodes import StandIn, Tell, Unsuited, evaluate
 
 KINDS = {"POINT", "SPOT", "AREA"}
 WIDTH = 2048  # [px] of all around: a pixel is a hundredth of a cone of 18 degrees
@@ -38,11 +38,15 @@ UNSUITED = {
 
 
 def colours_of(
-    light: Any, matrix: NDArray[np.float64], socket: bpy.types.NodeSocket, scope: Scope
+    light: Any,
+    matrix: NDArray[np.float64],
+    socket: bpy.types.NodeSocket,
+    scope: Scope,
+    tell: Tell | None = None,
 ) -> NDArray[np.float32] | None:
     """What an input has in each direction from a lamp that `matrix` places, float32 (height, width,
     3), up against the lamp's axis and its x axis in the middle, or at each place on an area light;
-    None: the same in all. Raises Unsuited."""
+    None: the same in all; `tell`: as for `evaluate`. Raises Unsuited."""
     node, end, inner = source(socket, scope)
     if node is None or not _differs(node, end, inner, set()):
         return None
@@ -56,7 +60,7 @@ def colours_of(
     if is_flat and _differs(node, end, inner, set(), "UV"):
         raise Unsuited("an area light has other directions at each place")
     pixels: NDArray[np.float32] = evaluate(
-        node, end, inner, stand_in=_stand_in(light, turn / lengths), least=WIDTH
+        node, end, inner, stand_in=_stand_in(light, turn / lengths), least=WIDTH, tell=tell
     )
     return pixels
 

@@ -68,7 +68,7 @@ def _gobo(
     scope: Scope,
 ) -> NDArray[np.float32] | None:
     try:
-        found = colours_of(light, matrix, socket, scope)
+        found = colours_of(light, matrix, socket, scope, graph.tell_absent)
     except Unsuited as reason:
         detail = f"one value stands for all directions and places: {reason}"
         graph.notes.approximated(graph.owner, f"Nodes of {socket.name}", detail)

@@ -61,6 +61,7 @@ class Bsdf:
     normal: Value | None = None
     base: Value | None = None
     absorption: Value = ZERO  # of light inside the mesh [1/m], constant
+    shades_lamps: bool = False  # what is transparent of it stops light straight from lamps
 
     def scaled(self, factor: Value) -> Bsdf:
         """As much of it as a Mix Shader takes."""
