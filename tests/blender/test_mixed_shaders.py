@@ -9,7 +9,7 @@ import pytest
 
 from addon.blender.export import SpecularModel
 
-from .build import features
+from .build import add_node, features
 from .lobes import (
     BLACK,
     DIFFUSE,
@@ -106,6 +106,28 @@ def test_too_bright_sums_are_named(convert) -> None:
         assert specular(converted) == near((0.6, 0.6, 0.6))
         assert features(report, "approximated") == ["Albedo above 1"]
         bpy.data.objects.remove(bpy.data.objects["Plane"])
+
+
+def test_sums_by_nodes_may_be_too_bright(convert) -> None:
+    """What mixes lobes gives each its share, what adds them does not."""
+    white = {"kind": DIFFUSE, "Color": (1, 1, 1, 1)}
+    glossy = {"kind": GLOSSY, "Color": (1, 1, 1, 1), "Roughness": 0.5}
+    found = []
+    for material in (
+        mixed(white, glossy),
+        added(white, glossy),
+        added(white, {"kind": "ShaderNodeEmission"}),
+    ):
+        tree = material.node_tree
+        checker = add_node(tree, "ShaderNodeTexChecker")
+        for node in tree.nodes:
+            if node.type in ("MIX_SHADER", "BSDF_DIFFUSE"):
+                tree.links.new(checker.outputs["Color"], node.inputs[0])
+        converted, _ = convert(material)
+        assert converted.program
+        found.append(converted.may_be_too_bright)
+        bpy.data.objects.remove(bpy.data.objects["Plane"])
+    assert found == [False, True, False]
 
 
 def test_too_bright_sums_of_ggx(convert) -> None:

@@ -266,6 +266,7 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
         _moved(found.varying, numbers),
         bsdf.absorption.rgb,
         bsdf.shades_lamps,
+        not bsdf.adds,
     )
     if material.is_too_bright:
         what = f"{_text(material.head_on())} of what it receives: no photon gains by it"

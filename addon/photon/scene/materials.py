@@ -128,6 +128,8 @@ class Material:
     # Whether its transparent lobe stops light straight from lamps and emissive meshes; the world's
     # and what surfaces scatter it lets through.
     shades_lamps: bool = False
+    # Whether its lobes share what there is, whatever its program gives of each.
+    is_mixture: bool = False
 
     def check(self) -> None:
         """Raise SceneError naming the material and the first value out of its range."""
@@ -198,7 +200,9 @@ class Material:
 
     @property
     def may_be_too_bright(self) -> bool:
-        """Whether they may somewhere, as much as its program may give of each."""
+        """Whether they may somewhere, if its program gives as much of each as it may."""
+        if self.program and self.is_mixture:
+            return False
         most = self._brightest() if self.program else self
         return bool(most.head_on().max() > 1.0 + ROUNDING)
 

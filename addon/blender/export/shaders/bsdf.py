@@ -62,6 +62,11 @@ class Bsdf:
     base: Value | None = None
     absorption: Value = ZERO  # of light inside the mesh [1/m], constant
     shades_lamps: bool = False  # what is transparent of it stops light straight from lamps
+    adds: bool = False  # some of its lobes take all that others do, too
+
+    @property
+    def reflects(self) -> bool:
+        return bool(self.lobes) or self.diffuse.may_exceed(0.0)
 
     def scaled(self, factor: Value) -> Bsdf:
         """As much of it as a Mix Shader takes."""
@@ -97,6 +102,7 @@ class Bsdf:
             self.emission + other.emission,
             self.normal or other.normal,
             self.base or other.base,
+            adds=self.adds or other.adds,
         )
 
     def beneath(self, layer: ShaderLobe) -> Bsdf:

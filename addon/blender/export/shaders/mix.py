@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import bpy
 
@@ -46,7 +47,8 @@ def read_add(
     first, second = surface_of(first), surface_of(second)
     note_tangents(graph, first, second)
     first, second = about_one_normal(graph, first, second)
-    return first.plus(second)
+    both = first.plus(second)
+    return replace(both, adds=both.adds or (first.reflects and second.reflects))
 
 
 def read_transparent(
