@@ -145,6 +145,25 @@ def test_flat_faces_that_are_not_plane_have_their_triangles_normals(export, smoo
     assert abs(own[2] @ own[3]) < 0.99
 
 
+@pytest.mark.parametrize("given", [False, True])
+def test_flat_faces_beside_sharp_edges_or_with_normals_of_their_own(export, given) -> None:
+    """Their corners' in Cycles: of a face that is not plane the whole face's, or those given."""
+    points = [(x, y, z) for y in (-1, 1) for x, z in ((-1, 0), (0, 0), (1, y))]
+    mesh = add_mesh("Bent", (points, [(0, 1, 4, 3), (1, 2, 5, 4)])).data
+    mesh.polygons.foreach_set("use_smooth", [not given, False])
+    if given:
+        mesh.normals_split_custom_set([(0.6, 0.0, 0.8)] * 8)
+    else:
+        mesh.attributes.new("sharp_edge", "BOOLEAN", "EDGE").data[0].value = True
+    scene = export()[0]
+    assert mesh.normals_domain == "CORNER"
+    mesh.calc_loop_triangles()
+    expected = [[mesh.corner_normals[i].vector for i in t.loops] for t in mesh.loop_triangles]
+    np.testing.assert_allclose(scene.corner_normals, expected, atol=1e-6)
+    if given:
+        np.testing.assert_allclose(scene.corner_normals[0, 0], (0.6, 0.0, 0.8), atol=1e-3)
+
+
 def test_flattened_object_has_finite_normals(export) -> None:
     add_mesh("Plane", scale=(1, 1, 0))
     normals = export()[0].corner_normals

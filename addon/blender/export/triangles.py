@@ -38,10 +38,12 @@ def triangles_of(mesh: bpy.types.Mesh) -> Triangles:
 
 def are_flat(mesh: bpy.types.Mesh, triangles: Triangles) -> NDArray[np.bool_]:
     """(T,), whether they are not smooth: then Cycles takes their own normals, which of a face that
-    is not plane are several."""
+    is not plane are several. Where edges are sharp, or normals given, none is: the normals of
+    corners tell."""
     sharp = mesh.attributes.get("sharp_face")
-    if mesh.normals_domain != "CORNER" or sharp is None:
-        return np.full(len(triangles.faces), mesh.normals_domain == "FACE")
+    domain = mesh.normals_domain
+    if domain != "CORNER" or sharp is None or mesh.has_custom_normals or _has_sharp_edges(mesh):
+        return np.full(len(triangles.faces), domain == "FACE")
     return read(sharp.data, "value", len(mesh.polygons), np.bool_)[triangles.faces]
 
 
@@ -78,8 +80,12 @@ def _has_vertex_normals(mesh: bpy.types.Mesh) -> bool:
         return True
     if bpy.app.version >= (5, 2) or mesh.has_custom_normals:
         return False
+    return not _has_sharp_edges(mesh)
+
+
+def _has_sharp_edges(mesh: bpy.types.Mesh) -> bool:
     sharp = mesh.attributes.get("sharp_edge")
-    return sharp is None or not read(sharp.data, "value", len(mesh.edges), np.bool_).any()
+    return sharp is not None and bool(read(sharp.data, "value", len(mesh.edges), np.bool_).any())
 
 
 def geometric_normals(corners: NDArray[np.float32]) -> NDArray[np.float32]:
