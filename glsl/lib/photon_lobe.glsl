@@ -32,10 +32,11 @@ LobeSample sample_photon_lobe(PhotonPoint point, vec3 flux, vec4 u) {
 
 #ifdef VISIBILITY
 int rays_of(Lobe lobe) {
+    int rays = is_diffuse_kind(lobe.kind) ? RAY_DIFFUSE : RAY_GLOSSY;
 #ifdef TRANSMITS
-    if (transmits_kind(lobe.kind)) return RAY_GLOSSY + RAY_TRANSMISSION;
+    if (transmits_kind(lobe.kind)) rays += RAY_TRANSMISSION;
 #endif
-    return RAY_GLOSSY;
+    return rays;
 }
 
 bool may_scatter_by(Lobe lobe, RayAtSurface ray) {
@@ -85,10 +86,12 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
     if ((NO_CAUSTICS & caustic) != 0 && leaving.by_specular) ray.next.rays &= ~RAY_DIFFUSE;
 #endif
 #if defined(TRANSMITS) && defined(VISIBILITY)
-    if (!is_taken(ray, dot(by.direction, geometric) < 0.0 ? RAY_TRANSMISSION : RAY_GLOSSY)) leaving.photon.flux = vec3(0.0);
+    int rays = dot(by.direction, geometric) < 0.0 ? RAY_TRANSMISSION : RAY_GLOSSY;
+    if (leaving.by_specular && !is_taken(ray, rays)) leaving.photon.flux = vec3(0.0);
 #endif
 #ifdef ARRIVALS
-    leaving.photon.flux *= share_of_arrival(load_origin(), point.place.position, BY_GLOSSY);
+    int finder = leaving.by_specular ? BY_GLOSSY : BY_DIFFUSE;
+    leaving.photon.flux *= share_of_arrival(load_origin(), point.place.position, finder);
 #endif
 }
 #else

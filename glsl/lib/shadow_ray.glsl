@@ -155,10 +155,17 @@ LightSample sample_to_gather(VisiblePoint point, float first, vec2 u) {
 vec3 not_of_rays;  // of what eval_lobes gave last, which no ray of a lobe finds
 #endif
 
+// Whether shadow rays find a light for a lobe. Those of diffuse lobes are diffuse rays, but where rays of lobes alone find
+// the light they do, whatever their lobe is.
+bool is_found_for(Light light, Lobe lobe) {
+    if (!is_diffuse_kind(lobe.kind)) return is_found(light, BY_GLOSSY);
+    return is_found(light, BY_DIFFUSE) && (is_found(light, BY_GLOSSY) || !is_found(light, BY_CHAINS));
+}
+
 // What a point's lobes reflect of a light. Where rays of a lobe may find the light as well, this is the part of
 // shadow rays of this density by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other. `part`:
 // of what gathers photons, by this ray, and nothing else if it goes by it.
-vec3 eval_lobes(VisiblePoint point, float own, vec3 to_light, float part, bool by_lobe) {
+vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float part, bool by_lobe) {
     vec3 normal = point.raised, sum = vec3(0.0);
 #ifdef PANES
     not_of_rays = vec3(0.0);
@@ -191,6 +198,7 @@ vec3 eval_lobes(VisiblePoint point, float own, vec3 to_light, float part, bool b
 #ifdef TWO_SIDED
         if (is_behind(point) && !transmits_kind(lobe.kind)) continue;
 #endif
+        if (!is_found_for(light, lobe)) continue;
         vec3 reflected = eval_lobe(lobe, shape, normal, point.to_viewer, to_light);
         float counts = 1.0;
 #ifdef WEIGHED
@@ -301,7 +309,7 @@ vec3 reflected_by_lobes(VisiblePoint point, Light light, ShadowSample made, floa
 #ifdef WEIGHED
     if (rays_of_lobes_find(light)) own = rays * made.own;
 #endif
-    return eval_lobes(point, own, made.found.to_light, part, by_lobe);
+    return eval_lobes(point, light, own, made.found.to_light, part, by_lobe);
 }
 #endif
 
@@ -391,7 +399,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     vec3 behind = radiance;
 #endif
 #ifdef LOBES
-    if (of_lobes > 0.0 && is_found(light, BY_GLOSSY)) {
+    if (of_lobes > 0.0) {
         radiance += irradiance * of_lobes * reflected_by_lobes(point, light, made, rays, by_lobe);
 #ifdef PANES
         behind += irradiance * of_lobes * not_of_rays;

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from addon.photon.scene import (
+    FOUND_BY,
     Light,
     Lobe,
     Material,
@@ -228,3 +229,20 @@ def test_photons_of_what_surfaces_find(device: Device, hidden: str) -> None:
         scene = built.scene(view, [light], materials)
         with rendered(device, scene, width=8, height=8, photons=20_000, radius=0.2) as renderer:
             assert fallen(renderer)[1].any() == (by != hidden)
+
+
+@pytest.mark.parametrize("hidden", ["", "diffuse", "glossy"])
+def test_rough_diffuse_lobes_are_diffuse(device: Device, hidden: str) -> None:
+    """They find what Lambert's lobe finds, by shadow rays and by photons, whatever rays of gloss
+    find."""
+    found_by = {"": FOUND_BY, "diffuse": ("glossy", "chains"), "glossy": ("diffuse",)}[hidden]
+    light = replace(CASES[0].light, found_by=found_by)
+    rough = Lobe("oren_nayar", (0.5,) * 3, {"diffuse_roughness": 1.0})
+    material, a = Material("rough", (0.0,) * 3, (rough,)), HALF
+    built = Builder().quad((-a, -a, 0), (a, -a, 0), (a, a, 0), (-a, a, 0))
+    built.quad((-a, -a, 2), (-a, a, 2), (a, a, 2), (a, -a, 2), 1)
+    view = orthographic((0.0, 0.0, 0.4), (1, 0, 0), (0, 1, 0), 0.5)
+    scene = built.scene(view, [light], [material, plain_material("grey")])
+    with rendered(device, scene, width=8, height=8, photons=20_000, radius=0.2) as renderer:
+        seen, thrown_back = renderer.images()["Direct"][..., :3].mean(), fallen(renderer)[1].any()
+    assert (seen > 0.05, thrown_back) == (hidden != "diffuse",) * 2
