@@ -368,7 +368,7 @@ def _clamped(scene: Scene) -> tuple[Scene, tuple[str, ...]]:
         if material.is_too_bright
     )
     materials = tuple(x.clamped() if x.may_be_too_bright else x for x in scene.materials)
-    changed = materials != scene.materials
+    changed = any(one is not other for one, other in zip(materials, scene.materials, strict=True))
     return replace(scene, materials=materials) if changed else scene, warnings
 
 

@@ -145,40 +145,49 @@ float cosine_to_viewer(Facing facing, Shading shading, vec3 onward) {
     return max(0.0, dot(onward, raised_normal(shading.normal, facing.normal, onward)));
 }
 
+// To where a round asks what lobes do.
 #ifdef CONSERVING
-const float CONSERVING_ROUNDING = 1.0e-5;  // of albedos that add up to 1
+const int FOR_ALL = 0;      // the light that comes: how much all of them reflect together
+const int FOR_CHOICE = 1;   // which of them has the photon
+#else
+const int FOR_CHOICE = 0;
+#endif
+const int FOR_LAMBERT = FOR_CHOICE + 1;  // to where Lambert's lobe sends it: how much of that is seen
+const int FOR_LOBE = FOR_CHOICE + 2;     // to where the lobe that was drawn sends it: what those over it let through
+#ifdef LAYERS
+const int ROUNDS = FOR_LOBE + 1;
+#else
+const int ROUNDS = FOR_LOBE;
+#endif
+
+#ifdef CONSERVING
+const float ROUNDING_OF_ALBEDOS = 1.0e-5;  // that add up to 1
 
 // What a material makes of the light from a photon's direction, per channel.
 struct Albedos { vec3 reflected; vec3 straight; };
 
+bool goes_straight(Seen seen) {
+#ifdef TRANSPARENT
+    return is_transparent(seen.lobe);
+#else
+    return false;
+#endif
+}
+
 void add_albedo(inout Albedos all, Seen seen) {
     vec3 own = seen.weight * seen.above * seen.albedo;
-#ifdef TRANSPARENT
-    if (is_transparent(seen.lobe)) all.straight += own; else
-#endif
-    all.reflected += own;
+    if (goes_straight(seen)) all.straight += own; else all.reflected += own;
     all.reflected += seen.covered;
 }
 
 // The share of what is reflected that no more comes of than there is but for what goes straight on.
 vec3 conserved(Albedos all) {
     vec3 left = max(1.0 - all.straight, 0.0);
-    bvec3 is_less = lessThanEqual(all.reflected, left + CONSERVING_ROUNDING);
-    return mix(left / max(all.reflected, CONSERVING_ROUNDING), vec3(1.0), is_less);
+    bvec3 is_less = lessThanEqual(all.reflected, left + ROUNDING_OF_ALBEDOS);
+    return mix(left / max(all.reflected, ROUNDING_OF_ALBEDOS), vec3(1.0), is_less);
 }
 #endif
 
-// To where a round asks what lobes do.
-const int FOR_CHOICE = 0;   // which of them has the photon
-const int FOR_LAMBERT = 1;  // to where Lambert's lobe sends it: how much of that is seen
-const int FOR_LOBE = 2;     // to where the lobe that was drawn sends it: what those over it let through
-#ifdef LAYERS
-const int ROUNDS = 3;
-#else
-const int ROUNDS = 2;
-#endif
-
-// `position`: the point's.
 Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading, vec3 to_light, float turn) {
     Lobes found = no_lobes();
     vec3 albedo = material.albedo, onward = diffuse_way(position, facing, reflection_numbers(load_flux())).direction;
@@ -187,13 +196,24 @@ Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading,
     Draw draw = no_draw();
 #ifdef CONSERVING
     Albedos all = Albedos(albedo, vec3(0.0));
+    vec3 share = vec3(1.0);
 #endif
     for (int k = 0; k < ROUNDS * lobes; k++) {
         int round = k / lobes, i = k - round * lobes;
-        if (k == lobes) {
+#ifdef CONSERVING
+        if (k == FOR_CHOICE * lobes) {
+            share = conserved(all);
+            albedo *= share;
+        }
+#endif
+        if (k == FOR_LAMBERT * lobes) {
             cosine = cosine_to_viewer(facing, shading, onward);
             found.lobe0 = draw.seen.lobe;
-            found.shape0 = shape_of(draw.seen, vec3(draw.all / draw.own), turn, facing.side);
+            vec3 by = vec3(draw.all / draw.own);
+#ifdef CONSERVING
+            if (!goes_straight(draw.seen)) by *= share;
+#endif
+            found.shape0 = shape_of(draw.seen, by, turn, facing.side);
         }
 #ifdef LAYERS
         if (k == FOR_LOBE * lobes && draw.seen.over > 0.0) {
@@ -205,22 +225,16 @@ Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading,
         if (round == FOR_LOBE && float(i) >= draw.seen.over) break;
 #endif
         Seen seen = seen_lobe(material, i, cosine);
+#ifdef CONSERVING
+        if (round == FOR_ALL) add_albedo(all, seen);
+        if (!goes_straight(seen)) seen.above *= share;  // for the choice
+        seen.covered *= share;
+#endif
         if (round == FOR_LAMBERT) albedo += seen.covered;
         if (round == FOR_CHOICE) consider(draw, seen);
-#ifdef CONSERVING
-        if (round == FOR_CHOICE) add_albedo(all, seen);
-#endif
     }
 #ifdef LAYERS
     if (draw.seen.over > 0.0) found.shape0 = weighed(found.shape0, through[int(draw.seen.over) - 1]);
-#endif
-#ifdef CONSERVING
-    vec3 share = conserved(all);
-    albedo *= share;
-#ifdef TRANSPARENT
-    if (is_transparent(found.lobe0)) share = vec3(1.0);
-#endif
-    if (share != vec3(1.0)) found.shape0 = weighed(found.shape0, share);
 #endif
     found.diffuse = bare_diffuse(albedo);
     return found;

@@ -11,7 +11,7 @@
 
 // Where the lobe, whose normal this is, would send a photon, and what that weighs; how likely it shall be scattered so:
 // by what the lobe leaves of its flux in all, or in this way.
-struct LobeSample { Lobe lobe; vec3 normal; vec3 direction; vec3 weight; float probability; };
+struct LobeSample { Lobe lobe; Shape shape; vec3 normal; vec3 direction; vec3 weight; float probability; };
 
 // `u`: the numbers by which the photon is reflected.
 LobeSample sample_photon_lobe(PhotonPoint point, vec3 flux, vec4 u) {
@@ -27,7 +27,7 @@ LobeSample sample_photon_lobe(PhotonPoint point, vec3 flux, vec4 u) {
     else
 #endif
     probability = mix(probability, share_left(flux, way.weight), 2.0 * by_cosine_kind(lobe, shape));
-    return LobeSample(lobe, normal, way.direction, way.weight, probability);
+    return LobeSample(lobe, shape, normal, way.direction, way.weight, probability);
 }
 
 #ifdef VISIBILITY
@@ -39,18 +39,22 @@ int rays_of(Lobe lobe) {
     return rays;
 }
 
-bool may_scatter_by(Lobe lobe, RayAtSurface ray) {
+bool may_scatter_by(Lobe lobe, Shape shape, RayAtSurface ray) {
 #ifdef TRANSPARENT
     if (is_transparent(lobe)) return true;
 #endif
-    return may_scatter(ray) && is_taken(ray, rays_of(lobe));
+    int rays = rays_of(lobe);
+#ifdef SHADED_LAMPS
+    if (!is_diffuse_kind(lobe.kind) && roughness_kind(lobe, shape) == 0.0) rays += IN_SHADE;
+#endif
+    return may_scatter(ray) && is_taken(ray, rays);
 }
 #endif
 
 #ifdef SHADED_LAMPS
-// Whether a lamp or an emissive mesh has sent the photon to what is transparent but to these.
-bool is_in_shade(PhotonPoint point, RayAtSurface ray) {
-    if ((ray.came.rays & FROM_LAMP) == 0) return false;
+// Whether what is transparent but to lamps keeps shadow rays from where a lamp or an emissive mesh has sent the photon.
+bool is_shading(PhotonPoint point, RayAtSurface ray) {
+    if ((ray.came.rays & FROM_LAMP) == 0 || (ray.visible & RAY_SHADOW) == 0) return false;
     int material = int(triangle_at(int(point.shading.triangle)).material);
     return material_at(material).shades_lamps > 0.0;
 }
@@ -64,9 +68,8 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
     if (is_transparent(by.lobe)) {
         leaving.passes = true;
 #ifdef SHADED_LAMPS
-        leaving.is_in_shade = is_in_shade(point, ray);
-        // No shadow ray finds it then, but rays of lobes that see the lamp itself: those of diffuse ones hardly do.
-        if (leaving.is_in_shade && is_direct(ray)) ray.came.rays = (RAY_GLOSSY + RAY_TRANSMISSION) | FROM_LAMP;
+        leaving.is_in_shade = is_shading(point, ray);
+        if (leaving.is_in_shade && (ray.came.rays & RAY_SHADOW) != 0) ray.came.rays = MARKS;
 #endif
         pass_on(ray, ray.came.rays & ray.visible);
         return;
@@ -87,7 +90,7 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
 #endif
 #if defined(TRANSMITS) && defined(VISIBILITY)
     int rays = dot(by.direction, geometric) < 0.0 ? RAY_TRANSMISSION : RAY_GLOSSY;
-    if (leaving.by_specular && !is_taken(ray, rays)) leaving.photon.flux = vec3(0.0);
+    if (leaving.by_specular && !is_taken(ray, rays + IN_SHADE)) leaving.photon.flux = vec3(0.0);
 #endif
 #ifdef ARRIVALS
     int finder = leaving.by_specular ? BY_GLOSSY : BY_DIFFUSE;

@@ -9,21 +9,24 @@
 #include "lib/specular_photon.glsl"
 #endif
 
-// A bit beside those of rays: a lamp or an emissive mesh has sent it. With SHADED_LAMPS.
+// Bits beside those of rays, with SHADED_LAMPS: a lamp or an emissive mesh has sent it; and it has passed straight from
+// there what stops shadow rays to lamps, so that rays of delta lobes alone may find it, which see the lamp itself.
 const int FROM_LAMP = 64;
+const int IN_SHADE = 128;
+const int MARKS = FROM_LAMP + IN_SHADE;
 
 struct PhotonRay {
-    int rays;     // below 128, with FROM_LAMP
+    int rays;     // below 256, with MARKS
     int bounces;  // that are left to it
 };
 
 // Photons go as far as there is something: any distance beyond the scene will do, and says what the ray is.
-float t_max_of(PhotonRay ray) { return T_MAX / float(1 + ray.rays + 128 * ray.bounces); }
+float t_max_of(PhotonRay ray) { return T_MAX / float(1 + ray.rays + 256 * ray.bounces); }
 
 PhotonRay photon_ray(RayDirection direction) {
     int number = int(T_MAX / direction.t_max + 0.5) - 1;
 #ifdef CAUSTICS
     if (came_by_lobe(direction)) number -= LOBE_BIT;
 #endif
-    return PhotonRay(number % 128, number / 128);
+    return PhotonRay(number % 256, number / 256);
 }

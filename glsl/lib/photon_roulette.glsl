@@ -52,7 +52,7 @@ Roulette roulette_of(PhotonPoint point, vec3 flux, LobeSample by_lobe, RayAtSurf
     float share = is_hidden(ray) ? 0.5 : 1.0;
     chance.diffuse *= may_scatter(ray) && is_taken(ray, RAY_DIFFUSE) ? share : 0.0;
 #ifdef LOBES
-    chance.lobe *= may_scatter_by(by_lobe.lobe, ray) ? share : 0.0;
+    chance.lobe *= may_scatter_by(by_lobe.lobe, by_lobe.shape, ray) ? share : 0.0;
 #endif
 #endif
 #ifdef PORTALS_FOR_ABSORBED

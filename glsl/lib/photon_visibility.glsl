@@ -16,7 +16,7 @@ RayAtSurface ray_at_surface(Place place) {
     PhotonRay came = photon_ray(load_direction());
     int visible = visibility_of(surface_number(place));
     PhotonRay scattered = PhotonRay((visible & RAYS_OF_LOBES) | (came.rays & FROM_LAMP), came.bounces - 1);
-    return RayAtSurface(came, visible, came.rays & ~(visible | FROM_LAMP), scattered);
+    return RayAtSurface(came, visible, came.rays & ~(visible | MARKS), scattered);
 }
 
 bool may_scatter(RayAtSurface ray) { return ray.came.bounces > 0 && (ray.visible & RAYS_OF_LOBES) != 0; }
@@ -26,11 +26,9 @@ bool is_taken(RayAtSurface ray, int by) { return (ray.came.rays & (by + RAY_SHAD
 
 bool is_hidden(RayAtSurface ray) { return ray.behind != 0; }
 
-bool is_direct(RayAtSurface ray) { return (ray.came.rays & (RAY_SHADOW + RAY_UNSHADOWED)) != 0; }
-
 // What it was it remains, of these rays: light that has only passed is direct light still.
 void pass_on(inout RayAtSurface ray, int rays) {
-    ray.next = PhotonRay(rays | (ray.came.rays & FROM_LAMP), ray.came.bounces);
+    ray.next = PhotonRay(rays | (ray.came.rays & MARKS), ray.came.bounces);
 }
 void pass_behind(inout RayAtSurface ray) { pass_on(ray, ray.behind); }
 

@@ -3,7 +3,7 @@
 // says so, beside what photon_ray.glsl has there.
 #include "lib/constants.glsl"
 
-const int LOBE_BIT = 1 << 18;  // more than all numbers of photon_ray.glsl
+const int LOBE_BIT = 1 << 19;  // more than all numbers of photon_ray.glsl
 
 int t_max_number(float t_max) { return int(T_MAX / t_max + 0.5); }
 

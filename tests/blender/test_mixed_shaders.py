@@ -120,14 +120,29 @@ def test_sums_by_nodes_may_be_too_bright(convert) -> None:
     ):
         tree = material.node_tree
         checker = add_node(tree, "ShaderNodeTexChecker")
+        ramp = add_node(tree, "ShaderNodeValToRGB", Fac=checker.outputs["Fac"])
         for node in tree.nodes:
             if node.type in ("MIX_SHADER", "BSDF_DIFFUSE"):
-                tree.links.new(checker.outputs["Color"], node.inputs[0])
+                tree.links.new(ramp.outputs["Color"], node.inputs[0])
         converted, _ = convert(material)
         assert converted.program
         found.append(converted.may_be_too_bright)
         bpy.data.objects.remove(bpy.data.objects["Plane"])
     assert found == [False, True, False]
+
+
+@pytest.mark.parametrize("most", [1.0, 3.0])
+def test_mixtures_of_what_nodes_make_brighter_than_one(convert, most) -> None:
+    """Its share is clamped after it is scaled, as Cycles has more of it than that."""
+    white = {"kind": GLOSSY, "Color": (1, 1, 1, 1), "Roughness": 0.5}
+    material = mixed({"kind": DIFFUSE, "Color": RED}, white, 0.5)
+    tree = material.node_tree
+    noise, ramp = add_node(tree, "ShaderNodeTexNoise"), add_node(tree, "ShaderNodeMath")
+    ramp.operation, ramp.use_clamp, ramp.inputs[1].default_value = "MULTIPLY", most == 1.0, most
+    tree.links.new(noise.outputs[0], ramp.inputs[0])
+    diffuse = next(node for node in tree.nodes if node.type == "BSDF_DIFFUSE")
+    tree.links.new(ramp.outputs[0], diffuse.inputs["Color"])
+    assert convert(material)[0].may_be_too_bright == (most > 1.0)
 
 
 def test_too_bright_sums_of_ggx(convert) -> None:

@@ -19,10 +19,10 @@ from addon.photon.scene import (
     sun_light,
 )
 from addon.streams import Device
-from tests.measure import render
+from tests.measure import fallen, render, rendered
 from tests.scenes import Builder, camera, plain_material
 
-BACKENDS = ["fragment", "compute", "native"]
+BACKENDS = ["fragment", "native", pytest.param("compute", marks=pytest.mark.thorough)]
 
 
 def by_nodes(material: Material) -> Material:
@@ -88,3 +88,33 @@ def test_what_goes_straight_on_is_not_scaled(device: Device) -> None:
         image = render(device, scene, width=16, height=16, **settings)["Direct"]
         found.append(image.astype(float)[8:, :, :3].mean(axis=(0, 1)))
     assert found[1] == pytest.approx(found[0], rel=0.02)
+
+
+def test_sheets_in_a_room_make_no_noise(device: Device) -> None:
+    """Photons that pass such sheets carry no more than the same of lobes that share."""
+    found = []
+    for reflected, straight in ((0.9, 0.7), (0.15, 0.7)):
+        mirror, clear = phong((reflected,) * 3), Lobe("transparent", (straight,) * 3)
+        sheet = Material("sheet", (reflected,) * 3, (mirror, clear))
+        built = Builder().box((-1, -1, -1), (1, 1, 1), 0)
+        for z in (-0.6, -0.3, 0.0, 0.3):
+            built.quad((-1, -1, z), (1, -1, z), (1, 1, z), (-1, 1, z), 1)
+        lamp = point_light("lamp", (0.2, 0.1, 0.5), (10.0,) * 3)
+        walls = plain_material("walls", (0.7,) * 3)
+        scene = built.scene(camera((0, -0.9, 0), (0, 0, 0), 60), (lamp,), (walls, sheet))
+        settings: Any = {"width": 8, "height": 8, "photons": 2000, "direct_by_photons": True}
+        fluxes = []
+        for seed in range(6):
+            with rendered(device, scene, seed=seed, **settings) as renderer:
+                fluxes.append(fallen(renderer)[0][0])
+        found.append((np.mean(fluxes), np.std(fluxes) / np.mean(fluxes)))
+    assert found[0][1] < 0.08 and found[0][0] == pytest.approx(found[1][0], rel=0.08)
+
+
+def test_sheen_beside_what_reflects(device: Device) -> None:
+    """What is bright at grazing angles alone: light in a closed room of it is bounded, too."""
+    sheen = Lobe("sheen", (1.0,) * 3, {"roughness": 1.0})
+    room = Material("room", (0.8,) * 3, (sheen,))
+    assert room.may_be_too_bright and not room.is_too_bright
+    white = plain_material("white", (1.0,) * 3)
+    assert indirect(device, room).max() < 1.5 * indirect(device, white).max()

@@ -19,6 +19,7 @@ from addon.photon.scene import (
     Result,
     Scene,
     area_light,
+    phong,
     point_light,
     sun_light,
     world_light,
@@ -30,6 +31,7 @@ from tests.scenes import Builder, camera, plain_material
 GREY = plain_material("grey", (0.5, 0.5, 0.5))
 FILTER = (0.9, 0.6, 0.3)
 BACKENDS = ["fragment", "compute", "native"]
+QUICK = ["fragment", "native", pytest.param("compute", marks=pytest.mark.thorough)]
 SUN = sun_light("sun", (2.0, 2.0, 2.0), (0.3, 0.2, -1.0))
 
 
@@ -160,7 +162,7 @@ def two_sheets(over: int, under: int, lights: Any, **stopping: Any) -> Scene:
 
 @pytest.mark.parametrize("by_photons", (False, True))
 @pytest.mark.parametrize("over, under", ((1, 2), (2, 1), (HIDDEN, 2), (2, HIDDEN)))
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", QUICK)
 def test_what_stops_lamps_beside_another_sheet(
     device: Device, monkeypatch: Any, backend: str, over: int, under: int, by_photons: bool
 ) -> None:
@@ -187,7 +189,7 @@ def plate_over_sheet() -> Builder:
 
 @pytest.mark.parametrize("by_photons", (False, True))
 @pytest.mark.parametrize("case", ("nodes", "absorption", "mesh", "many"))
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", QUICK)
 def test_what_stops_lamps_stops_all_of_them(
     device: Device, monkeypatch: Any, backend: str, case: str, by_photons: bool
 ) -> None:
@@ -218,7 +220,7 @@ def test_what_stops_lamps_stops_all_of_them(
 
 
 @pytest.mark.parametrize("by_photons", (False, True))
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", QUICK)
 def test_what_stops_lamps_stops_no_caustics(
     device: Device, monkeypatch: Any, backend: str, by_photons: bool
 ) -> None:
@@ -235,6 +237,54 @@ def test_what_stops_lamps_stops_no_caustics(
         scene = plate_over_sheet().scene(view, (SUN,), materials)
         found.append(picture(device, scene, backend, **settings)[..., :3].mean(axis=(0, 1)))
     assert found[1] == pytest.approx(found[0], rel=0.05)
+
+
+ROUGH = {
+    "rough diffuse": Lobe("oren_nayar", (0.8,) * 3, {"diffuse_roughness": 1.0}),
+    "translucent": Lobe("translucent", (0.8,) * 3),
+    "gloss": phong((0.8,) * 3, 5.0),
+    "mirror": phong((0.8,) * 3),
+}
+
+
+@pytest.mark.parametrize("kind", ROUGH)
+def test_what_stops_lamps_lets_delta_lobes_see_them(device: Device, kind: str) -> None:
+    """A floor and a wall wholly below such a sheet: of lobes a mirror alone throws light on."""
+    found = []
+    for stops in (False, True):
+        built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 2)
+        z = -0.9 if kind == "translucent" else 0.9
+        built.quad((-1, 1, 0), (1, 1, 0), (1, 1, z), (-1, 1, z))
+        built.quad((-9, -9, 1), (9, -9, 1), (9, 9, 1), (-9, 9, 1), 1)
+        sheet = replace(filtering(FILTER), shades_lamps=stops)
+        view = camera((0, -0.9, z / 2), (0, 1, z / 2), 40)
+        floor = Material("floor", (0.0,) * 3, (ROUGH[kind],))
+        scene = built.scene(view, (SUN,), (GREY, sheet, floor))
+        images = render(device, scene, width=16, height=16, passes=4, photons=20000)
+        found.append(images["Indirect"][..., :3].mean())
+    assert found[0] > 0.005
+    assert found[1] == (pytest.approx(found[0], rel=0.02) if kind == "mirror" else 0.0)
+
+
+@pytest.mark.parametrize("hidden", ("sheet", "lamp"))
+def test_what_stops_no_shadow_ray_counts_once(device: Device, hidden: str) -> None:
+    """A sheet that shadow rays do not meet, or under a sun that casts no shadow, changes nothing of
+    what comes through glass below."""
+    sun = replace(SUN, casts_shadow=hidden != "lamp")
+    told = {"ior": 1.5, "tint": (1.0,) * 3, "reflects": 1.0, "open": 0.0}
+    glass = Material("glass", (0.0,) * 3, (Lobe("glass", (1.0,) * 3, told),))
+    found = []
+    for stops in (False, True):
+        built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 0)
+        built.quad((-2, -2, 1.7), (2, -2, 1.7), (2, 2, 1.7), (-2, 2, 1.7), 1)
+        built.box((-2, -2, 1.4), (2, 2, 1.5), 2)
+        sheet = replace(filtering(FILTER), shades_lamps=stops)
+        scene = built.scene(camera((0, -1.5, 0.2), (0, 0, 0.1), 40), (sun,), (GREY, sheet, glass))
+        rays = np.full(3, ALL_RAYS, np.uint8)
+        rays[1] -= RAY_BITS["shadow"] * (hidden == "sheet")
+        scene = replace(scene, visible=rays)
+        found.append(picture(device, scene, photons=40000, passes=8)[..., :3].mean(axis=(0, 1)))
+    assert found[0].min() > 0.05 and found[1] == pytest.approx(found[0], rel=0.02)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

@@ -176,7 +176,7 @@ def test_layers(device: Device, compiled: list[str], tint: Any) -> None:
     scene, settings = cornell(), {"photons": 500}
     for lobes in ((rough,), (Lobe("coat", tint, coat), replace(rough, over=0))):
         compiled.clear()
-        materials = tuple(replace(m, lobes=lobes) for m in scene.materials)
+        materials = tuple(replace(m, lobes=lobes, is_mixture=True) for m in scene.materials)
         run(device, replace(scene, materials=materials), **settings)
         knows = {name.split()[0] for name in compiled if "LAYERS" in name.split()}
         assert knows == ({"shade"} if len(lobes) > 1 else set())

@@ -21,6 +21,7 @@ from .arithmetic import ARITHMETIC, FUNCTIONS
 from .triples import triple
 
 Fold = Callable[..., Any]  # of the operands (4,): the result (4,)
+KEEP_UNITS = {"MULTIPLY", "MINIMUM", "MAXIMUM", "MIX", "SQRT"}  # as SUBTRACT from 1 does
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
 
@@ -32,6 +33,7 @@ class Program:
     # How far beside the shading point values are asked for, along and across [footprints]
     # (lib/shading_point.glsl): what its kind has an operand `shift` for.
     shift: tuple[float, float] = (0.0, 0.0)
+    units: set[int] = field(default_factory=set)  # instructions whose results are within [0, 1]
     _numbers: dict[Instruction, int] = field(default_factory=dict)
 
     def emit(self, kind: str, fold: Fold | None = None, /, **operands: Value | Table) -> Value:
@@ -162,6 +164,20 @@ class Value:
         """Whether any channel may be more than that."""
         return self.constant is None or bool((self.constant[:3] > number).any())
 
+    @property
+    def is_unit(self) -> bool:
+        """Whether it is known to be within [0, 1]."""
+        if self.constant is not None:
+            return bool(((self.constant[:3] >= 0.0) & (self.constant[:3] <= 1.0)).all())
+        assert self.program is not None and self.result is not None
+        return self.result.instruction in self.program.units
+
+    def as_unit(self) -> Value:
+        """The same, known to be within [0, 1]."""
+        if self.program is not None and self.result is not None:
+            self.program.units.add(self.result.instruction)
+        return self
+
     def part(self, name: str) -> Value:
         """x, y, z or w, the luminance or the average, as a number."""
         if self.constant is not None:
@@ -239,7 +255,17 @@ def math(operation: str, *operands: Value | float) -> Value:
     program = next(each.program for each in values if each.program)
     slots = dict(zip("abc" if kind == "arithmetic" else "ab", [*values, ZERO, ZERO], strict=False))
     choice = "operation" if kind == "arithmetic" else "function"
-    return program.emit(kind, **slots, **{choice: Value.of(number)})
+    found = program.emit(kind, **slots, **{choice: Value.of(number)})
+    return found.as_unit() if _stays_unit(operation, values) else found
+
+
+def _stays_unit(operation: str, values: list[Value]) -> bool:
+    """Whether what is within [0, 1] stays so."""
+    if operation == "CLAMP":
+        return values[1].is_unit and values[2].is_unit
+    if operation == "SUBTRACT":
+        return values[0].is_just(1.0) and values[1].is_unit
+    return operation in KEEP_UNITS and all(each.is_unit for each in values)
 
 
 def _simplified(operation: str, values: list[Value]) -> Value | None:

@@ -91,6 +91,17 @@ class Lobe:
             return np.zeros(3)
         return np.array(self.colour, np.float64)
 
+    def most(self, below: Any) -> NDArray[np.float64]:
+        """The most that it and what lies below it reflect, per channel, if lobes there reflect this
+        at most: head-on, or at grazing angles, where it may hide all that."""
+        bright = self.kind in FRESNEL_LOBES or "colour" in self.varying
+        own = np.array(WHITE if bright else self.colour, np.float64)
+        weight = max(self.weight, 1.0) if "weight" in self.varying else self.weight
+        covered = WHITE if "covered" in self.varying else self.covered
+        through = 1.0 - np.minimum(self.reflected_head_on().max(), 1.0)
+        under = through * (np.array(covered) + below)
+        return np.maximum(weight * own, weight * self.reflected_head_on() + under)
+
 
 def reflecting(lobes: tuple[Lobe, ...]) -> tuple[Lobe, ...]:
     """Those that do, in their order. What others would lie over lies under what is over these."""
@@ -196,24 +207,32 @@ class Material:
     def is_too_bright(self) -> bool:
         """Whether its lobes, if none is given by a program, reflect more than they receive in some
         channel."""
-        return not self.program and self.may_be_too_bright
+        return not self.program and bool(self.head_on().max() > 1.0 + ROUNDING)
 
     @property
     def may_be_too_bright(self) -> bool:
-        """Whether they may somewhere, if its program gives as much of each as it may."""
-        if self.program and self.is_mixture:
-            return False
-        most = self._brightest() if self.program else self
-        return bool(most.head_on().max() > 1.0 + ROUNDING)
+        """Whether they may somewhere, seen from anywhere, if its program gives as much of each as
+        it may."""
+        return self.is_too_bright or (not self.is_mixture and max(self._most()) > 1.0 + ROUNDING)
 
-    def _brightest(self) -> Material:
-        diffuse = WHITE if "diffuse" in self.varying else self.diffuse
-        return replace(self, diffuse=diffuse, lobes=tuple(map(_brightest, self.lobes)))
+    def _most(self) -> NDArray[np.float64]:
+        """The most that it may reflect and let straight on, per channel."""
+        most = np.array(WHITE if "diffuse" in self.varying else self.diffuse, np.float64)
+        below: list[Any] = [0.0] * len(self.lobes)  # each: what lobes there reflect at most
+        for number in range(len(self.lobes) - 1, -1, -1):
+            lobe = self.lobes[number]
+            found = lobe.most(below[number])
+            if lobe.over is None:
+                most = most + found
+            else:
+                below[lobe.over] = below[lobe.over] + found
+        return most
 
     def conserving(self) -> Material:
         """The material without a program that reflects no more than it receives in any channel:
-        what scatters is scaled down to what goes not straight on. So photons meet it, which bounce
-        until they are absorbed (conserved in glsl/lib/material_lobes.glsl)."""
+        what scatters is scaled down to what goes not straight on, as seen head-on. Photons, which
+        bounce until they are absorbed, meet it so; in GLSL as seen from where they come (conserved
+        in lib/material_lobes.glsl)."""
         if not self.is_too_bright:
             return self
         reflected, straight = self._parts_head_on()
@@ -224,16 +243,6 @@ class Material:
             diffuse=_colour(self.diffuse * share),
             lobes=tuple(_scaled(lobe, share) for lobe in self.lobes),
         )
-
-
-def _brightest(lobe: Lobe) -> Lobe:
-    """As much of it as its program may give."""
-    return replace(
-        lobe,
-        colour=WHITE if "colour" in lobe.varying else lobe.colour,
-        covered=WHITE if "covered" in lobe.varying else lobe.covered,
-        weight=max(lobe.weight, 1.0) if "weight" in lobe.varying else lobe.weight,
-    )
 
 
 def _scaled(lobe: Lobe, by: NDArray[np.float64]) -> Lobe:

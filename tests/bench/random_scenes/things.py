@@ -28,6 +28,7 @@ SHAPES = [
 ]
 MODIFIERS = ["SUBSURF", "BEVEL", "ARRAY", "SOLIDIFY", "WIREFRAME", "DISPLACE", "DECIMATE"]
 AMOUNTS = {"BEVEL": "width", "SOLIDIFY": "thickness", "WIREFRAME": "thickness"}
+RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 BOUNCES = 12
 
 
@@ -41,6 +42,8 @@ def build(seed: int) -> Any:
     for _ in range(dice.randint(1, 3)):
         _thing(dice, materials)
     is_lit = world(dice, scene)
+    if is_lit and dice.random() < 0.2:
+        setattr(scene.world.cycles_visibility, dice.choice(RAYS[:3]), False)
     for _ in range(dice.randint(0 if is_lit else 1, 3)):
         _lamp(dice)
     _camera(dice, scene)
@@ -66,6 +69,8 @@ def _thing(dice: random.Random, materials: list[Any]) -> None:
     is_smooth = dice.random() < 0.4
     for face in thing.data.polygons:
         face.use_smooth = is_smooth
+    _normals(dice, thing.data)
+    _hide(dice, thing, RAYS)
     if dice.random() < 0.4:
         colours = thing.data.color_attributes.new("Col", "FLOAT_COLOR", "CORNER")
         for item in colours.data:
@@ -80,6 +85,25 @@ def _thing(dice: random.Random, materials: list[Any]) -> None:
         face.material_index = dice.randrange(len(thing.data.materials))
 
 
+def _normals(dice: random.Random, mesh: Any) -> None:
+    """Sharp edges, or normals of its own, that lean a little."""
+    kind = dice.choice([*[""] * 8, "edges", "own"])
+    if kind == "edges":
+        for edge in mesh.edges:
+            edge.use_edge_sharp = dice.random() < 0.3
+    elif kind == "own":
+        leaning = [
+            Vector(x.vector) + Vector(_point(dice, 0.2, -0.2, 0.2)) for x in mesh.corner_normals
+        ]
+        mesh.normals_split_custom_set([x.normalized() for x in leaning])
+
+
+def _hide(dice: random.Random, thing: Any, rays: tuple[str, ...]) -> None:
+    """From rays of one kind, maybe."""
+    if dice.random() < 0.2:
+        setattr(thing, f"visible_{dice.choice(rays)}", False)
+
+
 def _lamp(dice: random.Random) -> None:
     kind = dice.choice(["POINT", "SPOT", "AREA", "SUN"])
     lamp = add_light("Lamp", kind)
@@ -87,6 +111,7 @@ def _lamp(dice: random.Random) -> None:
     lamp.location = _point(dice, 2.5, 2.5, 4.5)
     lamp.rotation_euler = _point(dice, 0.7, -3.0, 3.0)
     data.color = [dice.uniform(0.3, 1.0) for _ in "rgb"]
+    _hide(dice, lamp, RAYS[:3])
     data.use_shadow = dice.random() < 0.9
     data.energy = dice.uniform(0.5, 4.0) if kind == "SUN" else dice.uniform(50.0, 400.0)
     if kind == "SUN":

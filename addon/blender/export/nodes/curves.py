@@ -28,6 +28,8 @@ def read_ramp(
     found = graph.program.emit(
         "ramp", looked_up, at=at, rows=Table(rows), interpolates=smooth, extends=Value.of(0.0)
     )
+    if rows.min() >= 0.0 and rows.max() <= 1.0:
+        found = found.as_unit()
     return found.part("w") if output.name == "Alpha" else found
 
 

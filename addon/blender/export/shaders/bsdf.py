@@ -69,9 +69,13 @@ class Bsdf:
         return bool(self.lobes) or self.diffuse.may_exceed(0.0)
 
     def scaled(self, factor: Value) -> Bsdf:
-        """As much of it as a Mix Shader takes."""
+        """As much of it as a Mix Shader takes. What nodes make brighter than 1 is clamped after
+        that, and may leave others too little."""
+        colours = [self.diffuse, *(x.covered for x in self.lobes)]
+        colours += [x.colour for x in self.lobes if x.kind in _PLAIN]
         return replace(
             self,
+            adds=self.adds or not all(x.is_constant or x.is_unit for x in colours),
             diffuse=self.diffuse * factor,
             lobes=tuple(_scaled(lobe, factor) for lobe in self.lobes),
             holdout=self.holdout * factor,
