@@ -6,9 +6,11 @@
 
 vec3 pack_glossy_toon(vec4 parameters, vec4 more) { return vec3(parameters.xy, 0.0); }
 
+bool is_about_shading_glossy_toon() { return true; }
+
 vec3 eval_glossy_toon(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
     float nl = dot(normal, to_light);
-    if (dot(normal, to_viewer) <= 0.0 || nl <= 0.0) return vec3(0.0);
+    if (nl <= 0.0) return vec3(0.0);
     float bright = brightness_of_toon(shape.parameters, dot(reflect(-to_viewer, normal), to_light));
     return lobe.colour * (bright * density_of_toon(shape.parameters) / nl);
 }

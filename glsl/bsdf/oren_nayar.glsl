@@ -33,9 +33,11 @@ vec3 pack_oren_nayar(vec4 parameters, vec4 more) { return vec3(parameters.x, 0.0
 
 bool is_diffuse_oren_nayar() { return true; }
 
+bool is_about_shading_oren_nayar() { return true; }
+
 vec3 eval_oren_nayar(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
-    float nv = dot(normal, to_viewer), nl = dot(normal, to_light);
-    if (nv <= 0.0 || nl <= 0.0) return vec3(0.0);
+    float nv = max(0.0, dot(normal, to_viewer)), nl = dot(normal, to_light);
+    if (nl <= 0.0) return vec3(0.0);
     vec2 ab = oren_nayar_of(shape);
     float t = dot(to_viewer, to_light) - nv * nl;
     if (t > 0.0) t /= max(nv, nl);

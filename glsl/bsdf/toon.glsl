@@ -8,9 +8,11 @@ vec3 pack_toon(vec4 parameters, vec4 more) { return vec3(parameters.xy, 0.0); }
 
 bool is_diffuse_toon() { return true; }
 
+bool is_about_shading_toon() { return true; }
+
 vec3 eval_toon(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
     float nl = dot(normal, to_light);
-    if (dot(normal, to_viewer) <= 0.0 || nl <= 0.0) return vec3(0.0);
+    if (nl <= 0.0) return vec3(0.0);
     return lobe.colour * (brightness_of_toon(shape.parameters, nl) * density_of_toon(shape.parameters) / nl);
 }
 

@@ -7,6 +7,8 @@ vec3 pack_velvet(vec4 parameters, vec4 more) { return vec3(parameters.x, 0.0, 0.
 
 bool is_diffuse_velvet() { return true; }
 
+bool is_about_shading_velvet() { return true; }
+
 vec3 eval_velvet(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
     float nv = dot(normal, to_viewer), nl = dot(normal, to_light);
     vec3 h = to_viewer + to_light;

@@ -37,9 +37,13 @@ void kernel() {
     vec4 u = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), dimension);
     u.xy = even_over_passes(dimension);
     float share = 1.0;
+    Lobe other = Lobe(vec3(0.0), 0.0);
+#ifdef TWO_LOBES
+    other = load_lobe1();
+#endif
+    vec3 normal = normal_of_lobes(lobe, other, shading.normal, facing.normal, to_viewer);
 #ifdef TWO_LOBES
     float cosine = max(0.0, dot(to_viewer, shading.normal));
-    Lobe other = load_lobe1();
     Shape other_shape = shape_of_rays(other, load_shape1());
     share = share_of_first(lobe, shape, other, other_shape, cosine);
     if (u.w >= share) {
@@ -56,7 +60,6 @@ void kernel() {
     if (is_straight ? chain.passed >= float(transparent_depth) : chain.bounces >= float(chain_depth)) skip();
 #endif
     vec3 weight;
-    vec3 normal = raised_normal(shading.normal, facing.normal, to_viewer);
     vec3 outgoing = sample_lobe(lobe, shape, normal, to_viewer, u.xy, weight);
     vec3 before = load_throughput().throughput, throughput = before * weight;
     float carried = largest(throughput);

@@ -18,7 +18,7 @@ Gatherer gatherer_of(vec3 geometric) {
     g.shape1 = weighed(g.shape1, gathered_share(g.lobe1, g.shape1));
     g.to_viewer = -load_direction().direction;
     vec3 shading = load_shading().normal;
-    g.normal = raised_normal(shading, geometric, g.to_viewer);
+    g.normal = normal_of_lobes(g.lobe0, g.lobe1, shading, geometric, g.to_viewer);
     float cosine = max(0.0, dot(g.to_viewer, shading));
     g.albedo = 0.0;
     if (has_weight(g.shape0)) g.albedo += mean(albedo_lobe(g.lobe0, g.shape0, cosine));

@@ -26,6 +26,17 @@ vec3 raised_normal(vec3 shading, vec3 geometric, vec3 to_viewer) {
 
 bool is_lobe(Lobe lobe) { return lobe.kind > 0.0; }
 
+// The normal of a lobe, and that of a point's lobes together: some reflect about the shading normal itself, as Lambert's
+// does, also where that leans away from the viewer.
+vec3 normal_of_lobe(Lobe lobe, vec3 shading, vec3 geometric, vec3 to_viewer) {
+    return is_about_shading_kind(lobe.kind) ? shading : raised_normal(shading, geometric, to_viewer);
+}
+
+vec3 normal_of_lobes(Lobe first, Lobe second, vec3 shading, vec3 geometric, vec3 to_viewer) {
+    bool is_raised = is_lobe(second) && !is_about_shading_kind(second.kind);
+    return is_raised ? raised_normal(shading, geometric, to_viewer) : normal_of_lobe(first, shading, geometric, to_viewer);
+}
+
 #ifdef TRANSPARENT
 // Whether light goes straight on by it, which counts for no scattering.
 bool is_transparent(Lobe lobe) { return lobe.kind == float(TRANSPARENT); }

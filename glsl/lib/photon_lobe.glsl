@@ -17,7 +17,7 @@ struct LobeSample { Lobe lobe; Shape shape; vec3 normal; vec3 direction; vec3 we
 LobeSample sample_photon_lobe(PhotonPoint point, vec3 flux, vec4 u) {
     Lobe lobe = load_lobe0();
     Shape shape = load_shape0();
-    vec3 normal = raised_normal(point.shading.normal, point.facing.normal, -point.incoming);
+    vec3 normal = normal_of_lobe(lobe, point.shading.normal, point.facing.normal, -point.incoming);
     Way way = lobe_way(lobe, shape, point.place.position, point.facing, normal, -point.incoming, u);
     vec3 albedo = albedo_lobe(lobe, shape, max(0.0, -dot(point.incoming, point.shading.normal)));
     float probability = share_left(flux, albedo);

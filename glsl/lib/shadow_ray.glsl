@@ -30,7 +30,7 @@ struct VisiblePoint {
     float bounces;  // of lobes, that the ray to it has behind it
     float passed;   // transparent surfaces that it has passed: a shadow ray has what is left
 #ifdef LOBES
-    vec3 raised;  // normal of the lobes, on the viewer's side
+    vec3 raised;  // normal of the lobes
     Lobe lobe0;
     Shape shape0;
 #ifdef TWO_LOBES

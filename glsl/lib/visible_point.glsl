@@ -22,13 +22,14 @@ VisiblePoint visible_point() {
     point.base = point.shading.normal;
 #endif
 #ifdef LOBES
-    point.raised = raised_normal(point.shading.normal, point.facing.normal, point.to_viewer);
+    Lobe other = Lobe(vec3(0.0), 0.0);
     point.lobe0 = load_lobe0();
     point.shape0 = load_shape0();
 #ifdef TWO_LOBES
-    point.lobe1 = load_lobe1();
+    point.lobe1 = other = load_lobe1();
     point.shape1 = load_shape1();
 #endif
+    point.raised = normal_of_lobes(point.lobe0, other, point.shading.normal, point.facing.normal, point.to_viewer);
 #endif
     return point;
 }

@@ -100,6 +100,14 @@ BSDF_FUNCTIONS = (
     _Function(
         "bool", "is_diffuse", ("float kind",), "return false;", "kind", lambda kind: kind.is_diffuse
     ),
+    _Function(
+        "bool",
+        "is_about_shading",
+        ("float kind",),
+        "return false;",
+        "kind",
+        lambda kind: "is_about_shading" in kind.verbs,
+    ),
 )
 LIGHT_FUNCTIONS = (
     _Function("LightSample", "sample", (*_AT, "vec2 u"), "return no_light();", "light.kind"),
