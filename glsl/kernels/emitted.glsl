@@ -11,7 +11,7 @@
 #include "lib/two_sided.glsl"
 #endif
 
-// The part of a lobe's ray in what it finds of a light that a shadow ray could have found (shadow_ray.glsl).
+// The part of a lobe's ray in what it finds of a light that a shadow ray could have found (visible_lobes.glsl).
 float weight_of_chain(Light light, int number, RayOrigin origin, vec3 direction, float density) {
     if (!(density > 0.0)) return 1.0;  // a delta lobe, for which there are no shadow rays
 #ifdef TRANSPARENT
