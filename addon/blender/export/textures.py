@@ -111,6 +111,11 @@ class TextureTable:
             self.notes.approximated(owner, feature, detail)
         return self._found[key]
 
+    def is_unit(self, found: Found) -> bool:
+        """Whether what a node's textures hold is within [0, 1], as it is in bytes."""
+        own = self.textures[found.first : found.first + max(found.tiles, 1)]
+        return all(texture.pixels.dtype.kind != "f" for texture in own)
+
     def _placed(self, textures: list[Texture], is_tiled: bool, clips: bool) -> Found:
         """Where they are in the scene, if they need be."""
         first = textures[0]

@@ -44,7 +44,7 @@ def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope
             separated=Value.of(separated),
             faces=Value.of(3 if is_box else 1),
         )
-        if node.image is not None and not node.image.is_float:
+        if graph.textures and graph.textures.is_unit(found):
             value = value.as_unit()
     return value.part("w") if output.name == "Alpha" else value
 
