@@ -162,7 +162,8 @@ def two_sheets(over: int, under: int, lights: Any, **stopping: Any) -> Scene:
 
 @pytest.mark.parametrize("by_photons", (False, True))
 @pytest.mark.parametrize("over, under", ((1, 2), (2, 1), (HIDDEN, 2), (2, HIDDEN)))
-@pytest.mark.parametrize("backend", QUICK)
+@pytest.mark.thorough("fragment", "compute")
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_what_stops_lamps_beside_another_sheet(
     device: Device, monkeypatch: Any, backend: str, over: int, under: int, by_photons: bool
 ) -> None:
