@@ -34,7 +34,7 @@ PACKAGES = {
     "light_tracer": "mitsuba",
 }
 PROGRAMS = {"povray": "povray"}  # of no package
-SECONDS = {"photon_stream": 1.0}  # of a climb; 6 of whoever is not here
+SECONDS, PASSES = 6.0, 128  # when others' climbs end, and ours: no load makes those fewer
 CAMERA = np.array([[1, 0, 0, 0.5], [0, 1, 0, -0.3], [0, 0, 1, 4.0], [0, 0, 0, 1]])
 SPOT = plain_light(
     "Spot", "SPOT", (0.7, 0.2, 2.5), (300.0, 200.0, 100.0), (-0.6, 0.0, -0.8), 0.0, 1.6, 0.4
@@ -83,8 +83,13 @@ def rendered(module: str, method: str, scene: Scene, folder: Path) -> np.ndarray
     worker = Worker(module)
     try:
         worker.load(folder / "scene.npz", folder / "none.blend", SIZE)
-        seconds = SECONDS.get(module, 6.0) * (2.0 if method == "light" else 1.0)  # it sprinkles
-        steps = [s for s in worker.climb(method, 1, seconds, folder) if "file" in s]
+        seconds = SECONDS * (2.0 if method == "light" else 1.0)  # it sprinkles
+        ours = module == "photon_stream"
+        steps = []
+        for step in worker.climb(method, 1, 1e3 if ours else seconds, folder):
+            steps += [step] if "file" in step else []
+            if ours and steps and steps[-1]["effort"] >= PASSES:
+                break
         assert min(step["wall"] for step in steps) > 0
         return np.load(steps[-1]["file"])
     finally:
@@ -101,9 +106,10 @@ def test_a_lamp_over_a_plane(module: str, method: str, light: Light, tmp_path: P
     found = rendered(module, method, plane(light, material), tmp_path)
     mine, expected = blocks(found), blocks(radiance(light, material))
     bright = expected > 0.1 * expected.max()
-    # Light tracing sprinkles: its blocks still have a percent of noise. Few passes tell the cone's
-    # edge as coarsely.
-    limit = {"light": 0.04, "photons": 0.03, "denoised": 0.03}.get(method, 0.01)
+    # Light tracing sprinkles: its blocks still have a percent of noise; POV-Ray's photons as well.
+    limit = {("light_tracer", "light"): 0.04, ("povray", "photons"): 0.03}.get(
+        (module, method), 0.01
+    )
     np.testing.assert_allclose(mine[bright], expected[bright], rtol=limit)
     np.testing.assert_allclose(mine.mean((0, 1)), expected.mean((0, 1)), rtol=3e-3)
 
