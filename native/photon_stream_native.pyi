@@ -41,6 +41,7 @@ class Tracer:
         direction: NDArray[np.float32],
         any_hit: bool,
         rays: int = 255,
+        by_reach: bool = False,
     ) -> NDArray[np.float32]: ...
     def photon_starts(
         self, lights: NDArray[np.float32], seed: int, pass_index: int, photons: int

@@ -203,6 +203,8 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     """The same, some of them again and again."""
     for kernel in PLAIN:
         yield kernel, {}, {}
+    by_reach: Defines = {"VISIBILITY": ALL_RAYS, "BY_REACH": 1}
+    yield Tracer, by_reach, {}
     for defines in ({}, {"VISIBILITY": ALL_RAYS}):
         yield Tracer, defines, {}
         yield Tracer, {**defines, "ANY_HIT": 1}, {}

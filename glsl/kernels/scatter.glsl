@@ -9,6 +9,14 @@
 #ifdef ABSORPTION
 #include "lib/absorption.glsl"
 #endif
+#ifdef VISIBILITY
+#include "lib/reach.glsl"
+
+// Which ray a lobe's is, as Cycles has it: whatever goes through is of one kind.
+int rays_of_way(Lobe lobe, bool is_through) {
+    return is_through ? RAY_TRANSMISSION : is_diffuse_kind(lobe.kind) ? RAY_DIFFUSE : RAY_GLOSSY;
+}
+#endif
 
 // Rays that carry less than this go on by Russian roulette, each by its own chance.
 const float ROULETTE_BELOW = 0.05;
@@ -72,13 +80,17 @@ void kernel() {
     leads_on = leads_on || is_straight;
 #endif
     if (!leads_on || !(u.z < survival)) skip();
+#ifdef VISIBILITY
+    t_max = reach_of(rays_of_way(lobe, dot(outgoing, facing.normal) < 0.0));
+#endif
 #ifdef WEIGHED
     density = share * pdf_lobe(lobe, shape, normal, to_viewer, outgoing);
 #endif
 #ifdef TRANSPARENT
     if (is_straight) {
         // The same ray as before, of the eye up to its clip distance, or of a lobe with the density of that.
-        if (chain.bounces == 0.0) t_max = load_direction().t_max - load_hit().t;
+        t_max = load_direction().t_max;
+        if (chain.bounces == 0.0) t_max -= load_hit().t;
         else density = density_of(load_throughput());
     }
     chain = next_of(chain, is_straight, shading.triangle);

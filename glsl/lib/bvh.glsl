@@ -7,6 +7,12 @@
 #ifdef VISIBILITY
 #include "lib/visibility.glsl"
 #endif
+#ifdef BY_REACH
+#include "lib/reach.glsl"
+int rays_traced;
+#else
+#define rays_traced VISIBILITY
+#endif
 
 const int BVH_STACK = 64;  // the native build keeps every tree shallower
 // Ize 2013, "Robust BVH Ray Traversal": 1 + 2 gamma(3) makes the slab test conservative.
@@ -82,7 +88,7 @@ bool intersect_triangle(ShearedRay ray, Slabs slabs, int index, float t_max, out
     t = max(t, enter_box(low, high, slabs, t_max));
     tuv = vec3(t, v / det, w / det);  // weights of the second and third corner
 #ifdef VISIBILITY
-    if ((visibility_of(corners.surface) & VISIBILITY) == 0) return false;
+    if ((visibility_of(corners.surface) & rays_traced) == 0) return false;
 #endif
     return t <= t_max;
 }
@@ -95,6 +101,9 @@ float safe_inverse(float d) { return 1.0 / (abs(d) < 1.0e-20 ? (d < 0.0 ? -1.0e-
 // A ray that is not finite or has no direction misses.
 RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
     RayHit best = RayHit(t_max, -1, 0.0, 0.0);
+#ifdef BY_REACH
+    rays_traced = rays_by_reach(t_max);
+#endif
 #ifdef ANY_HIT
 #ifdef TRANSPARENT
     let_through = vec3(1.0);

@@ -13,13 +13,12 @@ use crate::lanes::widest;
 use crate::packing::{flux_with_direction, pack_direction};
 use crate::portals::{Portal, Portals};
 use crate::random::{DIMENSION_REFLECT, random4};
-use crate::trace::{Tree, Visible};
+use crate::trace::{T_MAX, Tree, Visible};
 use crate::vector::{Vector, dot, from_frame, normal_of, point_in};
 use crate::watertight::SURFACE_OFFSET;
 use crate::watertight::{Hit, Ray};
 use crate::wide::Stack;
 
-const T_MAX: f32 = 3.0e38; // as in glsl/lib/constants.glsl
 const FIRST_HIT: f32 = 0.5; // as in glsl/kernels/projector.glsl
 const PHOTONS_A_TASK: usize = 1024;
 /// Of what a diffuse surface scatters, what goes through portals at least, as in glsl/lib/photon_roulette.glsl.

@@ -12,6 +12,10 @@ use crate::watertight::{Hit, Ray, Triangle};
 use crate::wide::{Child, Lifted, Stack, Wide};
 
 const RAYS_A_TASK: usize = 512;
+/// Beyond any scene, as in glsl/lib/constants.glsl; what rays are, as in glsl/lib/ray_bits.glsl.
+pub const T_MAX: f32 = 3.0e38;
+const RAY_CAMERA: u8 = 1;
+const RAYS_OF_LOBES: u8 = 2 + 4 + 8;
 
 /// Rays as parallel arrays of one length.
 #[derive(Clone, Copy)]
@@ -73,13 +77,30 @@ pub struct Visible<'a> {
     pub bits: &'a [u8],
     /// The classes that the rays are of.
     pub rays: u8,
+    /// Whether each ray says itself of which class it is, by how far it goes (glsl/lib/reach.glsl).
+    pub by_reach: bool,
 }
 
 impl Visible<'static> {
-    pub const TO_ALL: Visible<'static> = Visible { bits: &[], rays: u8::MAX };
+    pub const TO_ALL: Visible<'static> = Visible { bits: &[], rays: u8::MAX, by_reach: false };
 }
 
 impl Visible<'_> {
+    /// What a ray that goes so far meets.
+    #[inline(always)]
+    fn to_ray(self, t_max: f32) -> Self {
+        if !self.by_reach {
+            return self;
+        }
+        let number = T_MAX / t_max;
+        let rays = if number > f32::from(RAYS_OF_LOBES) + 1.5 {
+            RAY_CAMERA
+        } else {
+            ((number + 0.5) as u8).saturating_sub(1)
+        };
+        Visible { rays, ..self }
+    }
+
     #[inline(always)]
     fn meets(&self, position: i32) -> bool {
         self.bits.is_empty() || self.bits[position as usize] & self.rays != 0
@@ -260,6 +281,7 @@ widest! {
         let mut stack = Stack::new();
         for ((&[ox, oy, oz, skip], &[dx, dy, dz, t_max]), hit) in origins.iter().zip(directions).zip(hits) {
             *hit = None;
+            let visible = visible.to_ray(t_max);
             // False for NaN.
             if t_max > 0.0
                 && let Some(ray) = Ray::new([ox, oy, oz], [dx, dy, dz])

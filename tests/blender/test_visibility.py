@@ -118,22 +118,16 @@ def test_light_groups(export) -> None:
     assert not report.of("ignored")
 
 
-@pytest.mark.parametrize(
-    ("kind", "flag", "said"),
-    [
-        ("ShaderNodeBsdfTransparent", "visible_camera", "through transparent surfaces"),
-        ("ShaderNodeBsdfGlass", "visible_transmission", "through glass"),
-        ("ShaderNodeBsdfGlass", "visible_camera", ""),
-        ("ShaderNodeBsdfDiffuse", "visible_transmission", ""),
-    ],
-)
-def test_rays_that_pass_surfaces(export, kind, flag, said) -> None:
-    """They meet what reflected ones do; that is said where something lets them pass."""
-    setattr(add_mesh("Thing"), flag, False)
-    grey = shader_material(kind, Color=(0.5, 0.5, 0.5, 1.0))  # a clear one would be left out
-    add_mesh("Pane").data.materials.append(grey)
-    lost = [str(entry) for entry in export()[1].entries if entry.feature == "Ray Visibility"]
-    assert len(lost) == bool(said) and all("Object 'Thing'" in x and said in x for x in lost)
+@pytest.mark.parametrize("hidden", ["diffuse", "transmission", "glossy", ""])
+@pytest.mark.parametrize("kind", ["Translucent", "Glass"])
+def test_emission_that_shadow_rays_do_not_find(export, kind: str, hidden: str) -> None:
+    """Of an object that is hidden from diffuse rays: those through Translucent BSDFs find it."""
+    rays = {f"visible_{hidden}": False} if hidden else {}
+    add_mesh("Glow", **rays).data.materials.append(shader_material("ShaderNodeEmission"))
+    add_mesh("Pane").data.materials.append(shader_material(f"ShaderNodeBsdf{kind}"))
+    said = [str(entry) for entry in export()[1].entries if entry.feature == "Ray Visibility"]
+    assert len(said) == (kind == "Translucent" and hidden == "diffuse")
+    assert all("Object 'Glow'" in text for text in said)
 
 
 def test_shadow_catchers(export) -> None:

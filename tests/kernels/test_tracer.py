@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 
 from addon.photon.kernels.records import VISIBILITY
 from addon.photon.kernels.tracer import Tracer
+from addon.photon.scene import RAY_BITS
 from addon.photon.stage.upload import texels_of
 from tests.kernels.conftest import Bench
 from tests.scenes import icosphere
 from tests.stability.table import Measured
 
 T_MAX = 3.0e38  # glsl/lib/constants.glsl
+RAYS_FROM_THE_EYE = ("camera", "diffuse", "glossy", "transmission")
 
 
 class Mesh:
@@ -125,6 +127,33 @@ def test_rays_pass_what_is_not_visible_to_them(bench: Bench, any_hit: bool) -> N
     assert (everything[:, 1] > 0).sum() > (ours[:, 1] > 0).sum()
     with pytest.raises(ValueError, match=r"visible"):
         native.Tracer(mesh.nodes, mesh.tables["triangles"], bits[:-1])
+
+
+def test_rays_say_by_their_reach_what_they_are(bench: Bench) -> None:
+    """Each meets what is visible to its kind; the eye's own go less far than others."""
+    mesh, (origins, directions, _, skip) = soup(), rays(50_000)
+    rng = np.random.default_rng(4)
+    surfaces = rng.integers(0, 4, len(mesh.corners))
+    table = VISIBILITY.zeros(4)
+    table["rays"] = [RAY_BITS[name] for name in RAYS_FROM_THE_EYE]
+    mesh.tables["triangles"][:, 1, 3] = surfaces  # type: ignore[call-overload]
+    mesh.tables |= {"visibility": texels_of(table)}
+    kinds = rng.integers(0, 4, len(origins))
+    own = np.array([1.0e36, *(T_MAX / (1 + RAY_BITS[name]) for name in RAYS_FROM_THE_EYE[1:])])
+    mixed = origins, directions, own[kinds].astype(np.float32), skip
+    hit = mesh.trace(bench, mixed, VISIBILITY=sum(RAY_BITS.values()), BY_REACH=1)
+    bits = table["rays"].astype(np.uint8)[surfaces]
+    core = native.Tracer(mesh.nodes, mesh.tables["triangles"], bits)
+    origin = np.concatenate([origins, skip[:, None]], 1).astype(np.float32)[None]
+    direction = np.concatenate([directions, mixed[2][:, None]], 1)[None]
+    ours = core.trace(origin, direction, False, 255, True)[0]
+    for number, name in enumerate(RAYS_FROM_THE_EYE):
+        some = kinds == number
+        expected = mesh.trace(bench, mixed, VISIBILITY=RAY_BITS[name])[some]
+        assert 0.2 < (expected[:, 1] > 0).mean() < 0.99
+        np.testing.assert_array_equal(hit[some], expected)
+        alone = core.trace(origin, direction, False, RAY_BITS[name])[0][some]
+        np.testing.assert_array_equal(ours[some], alone)
 
 
 def test_reach_and_source(bench: Bench) -> None:

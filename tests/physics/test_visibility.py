@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.scene import ALL_RAYS, HOLDOUT, MIRROR, RAY_BITS, Scene
+from addon.photon.scene import ALL_RAYS, HOLDOUT, MIRROR, RAY_BITS, Lobe, Material, Scene
 from addon.streams import Device
 from tests.measure import render
+from tests.physics.test_glass import glass
 from tests.scenes import (
     UNIT_INTENSITY,
     Builder,
@@ -107,6 +108,52 @@ def test_mirrors_show_what_their_rays_meet(device: Device) -> None:
     assert seen(device, hidden) == 0.0
     through = replace(mirror, visible=np.array([ALL_RAYS, GLOSSY], np.uint8))
     assert seen(device, through) == near(wall)  # the wall behind it
+
+
+# What is seen by or through which things, and which rays see it: straight on they stay what they
+# were; whatever goes through glass is of transmission.
+SEEN = {
+    (): "camera",
+    ("clear",): "camera",
+    ("glass",): "transmission",
+    ("mirror",): "glossy",
+    ("mirror", "clear"): "glossy",
+    ("glass", "clear"): "transmission",
+}
+
+
+def wall_behind(things: tuple[str, ...], rays: str) -> Scene:
+    """A lit wall, and what it is seen by or through; rays of one kind meet it."""
+    clear = Material("clear", (0.0,) * 3, (Lobe("transparent", (0.9,) * 3),))
+    wall, mirror = (
+        plain_material("wall", (RHO,) * 3),
+        plain_material("", (0,) * 3, (0.9,) * 3, MIRROR),
+    )
+    lamp = plain_light("lamp", "POINT", (0, 0, 1), (UNIT_INTENSITY,) * 3)
+    built = Builder().quad((-5, -5, 0), (5, -5, 0), (5, 5, 0), (-5, 5, 0), 0, "wall")
+    if "clear" in things:
+        built.quad((-5, -5, 1.5), (5, -5, 1.5), (5, 5, 1.5), (-5, 5, 1.5), 1, "clear")
+    if "glass" in things:
+        built.box((-5, -5, 2), (5, 5, 2.1), 2, "glass")
+    if "mirror" in things:
+        built.quad((-5, -5, 4), (-5, 5, 4), (5, 5, 4), (5, -5, 4), 3, "mirror")
+    view = camera((0.1, 0.1, 3), (0, 0, 9 if "mirror" in things else 0), 20)
+    scene = built.scene(view, [lamp], [wall, clear, glass(), mirror])
+    visible = [
+        RAY_BITS[rays] + SHADOW if x == "wall" else ALL_RAYS - SHADOW for x in scene.surfaces
+    ]
+    return replace(scene, visible=np.array(visible, np.uint8))
+
+
+@pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
+def test_rays_that_go_on_meet_what_is_visible_to_their_kind(device: Device, backend: str) -> None:
+    if backend == "compute" and not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    for rays in ("camera", "diffuse", "glossy", "transmission"):
+        for things, kind in SEEN.items():
+            scene = wall_behind(things, rays)
+            found = seen(device, scene, backend=backend, photons=0, passes=8)
+            assert found > 0.01 if rays == kind else found == 0.0, (things, rays)
 
 
 def test_holdout_is_a_hole(device: Device) -> None:

@@ -6,8 +6,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import bpy
+import numpy as np
 
-from ...photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS, TERMINATOR, TRANSPARENT, Scene
+from ...photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS, TERMINATOR, Scene
 from ...photon.stage.kinds import lobe_kinds
 from .report import Notes
 
@@ -53,20 +54,18 @@ def terminator_of(obj: bpy.types.Object) -> float:
 
 
 def note_rays(scene: Scene, notes: Notes) -> None:
-    """Write down which objects rays meet that pass surfaces, as if these had reflected them."""
-    lobes = [lobe for material in scene.materials for lobe in material.lobes if lobe.reflects]
-    passing = {
-        "camera": any(lobe.kind == TRANSPARENT for lobe in lobes),
-        "transmission": any(
-            lobe_kinds()[lobe.kind].transmits for lobe in lobes if lobe.kind != TRANSPARENT
-        ),
-    }
-    names = {"camera": "through transparent surfaces", "transmission": "through glass"}
-    for surface, bits in zip(scene.surfaces, scene.visible.tolist(), strict=False):
-        for ray, is_there in passing.items():
-            if is_there and bool(bits & RAY_BITS[ray]) != bool(bits & RAY_BITS["glossy"]):
-                what = f"{names[ray]} it is met by rays as in mirrors"
-                notes.approximated(f"Object '{surface}'", "Ray Visibility", what)
+    """Write down which emissive objects Cycles' shadow rays do not find, and rays through
+    Translucent BSDFs do: those it weighs as if both did."""
+    kinds = [lobe_kinds()[x.kind] for m in scene.materials for x in m.lobes if x.reflects]
+    translucent = any(kind.is_diffuse and kind.transmits for kind in kinds)
+    if not (translucent and len(scene.visible)):  # else all rays meet all
+        return
+    diffuse, transmission = RAY_BITS["diffuse"], RAY_BITS["transmission"]
+    emits = np.array([material.is_emissive for material in scene.materials], bool)
+    for number in np.unique(scene.surface[emits[scene.material]]).tolist():
+        if scene.visible[number] & (diffuse | transmission) == transmission:
+            what = "it lights Translucent BSDFs, and in Cycles hardly"
+            notes.approximated(f"Object '{scene.surfaces[number]}'", "Ray Visibility", what)
 
 
 def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:

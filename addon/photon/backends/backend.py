@@ -288,7 +288,8 @@ class NativeBackend(Backend):
 
     def tracer(self, any_hit: bool = False, rays: Defines | None = None) -> NativeTracer:
         bits = int((rays or {}).get("VISIBILITY", EVERY_RAY))
-        return NativeTracer(self.device, self.triangles, any_hit, bits)
+        by_reach = "BY_REACH" in (rays or {})
+        return NativeTracer(self.device, self.triangles, any_hit, bits, by_reach)
 
     def cuts(self) -> Kernel:
         return NativeCuts(self.device, self.triangles)

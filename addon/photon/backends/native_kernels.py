@@ -67,7 +67,7 @@ def tracer_of(mesh: Mesh) -> native.Tracer:
 class NativeTracer(HostKernel):
     """Tracer, or with `any_hit` its ANY_HIT variant, with vector instructions on all cores.
 
-    `rays` are the bits that its VISIBILITY has.
+    `rays` are the bits that its VISIBILITY has, and `by_reach` is its BY_REACH.
     """
 
     stem = Tracer.stem
@@ -80,15 +80,14 @@ class NativeTracer(HostKernel):
         triangles: NativeTriangles,
         any_hit: bool = False,
         rays: int = EVERY_RAY,
+        by_reach: bool = False,
     ) -> None:
         super().__init__(device)
-        self._triangles, self._any_hit, self._rays = triangles, any_hit, rays
+        self._triangles, self._kind = triangles, (any_hit, rays, by_reach)
 
     def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
         """Hits of the rays."""
-        return self._triangles.tracer.trace(
-            inputs["origin"], inputs["direction"], self._any_hit, self._rays
-        )
+        return self._triangles.tracer.trace(inputs["origin"], inputs["direction"], *self._kind)
 
     def hits(self, streams: Mapping[str, Stream]) -> NDArray[np.float32]:
         """As `run`, but (n, 4) of HIT that no stream takes."""

@@ -21,7 +21,7 @@ from ..stage.movement import part_of_turn
 from ..stage.needs import SceneNeeds
 from .samples import instant, pixel_jitter
 
-_FAR = 1.0e37  # clip distances beyond float32's use
+_FAR = 1.0e36  # clip distances beyond float32's use, and less than glsl/lib/reach.glsl's
 _SHARP = 1.0e15  # squares of focus distances beyond it are no float32
 
 

@@ -58,8 +58,9 @@ class Eye:
         self._shade: Shade | None = None
         self._tracers: list[Kernel] = []  # of eye rays, and of others if those see something else
         if needs.surfaces:
-            kinds = ("camera", "glossy")[: 1 + (needs.secondary_rays and needs.visibility)]
-            self._tracers = [backend.tracer(rays=needs.rays(kind)) for kind in kinds]
+            self._tracers = [backend.tracer(rays=needs.rays("camera"))]
+            if needs.secondary_rays and needs.visibility:
+                self._tracers.append(backend.tracer(rays=needs.rays_of_chains))
             self._shade = Shade(device, layer, needs.eye_defines, made=needs.made)
         self._direct_light = backend.direct_light(needs, size) if needs.shadow_rays else None
         self._emitted = self._surface_emission = self._scatter = None

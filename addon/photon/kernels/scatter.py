@@ -30,6 +30,7 @@ class Scatter(Kernel):
         "TRANSPARENT",
         "ABSORPTION",
         "DISPERSION",
+        "VISIBILITY",
         *GATHERED_LOBES,
     )
     inputs = {

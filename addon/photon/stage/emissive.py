@@ -21,8 +21,14 @@ from .programs import ProgramNeeds, of_emission
 TRIANGLE = "triangle"  # the kind
 POINTS = 64  # of a triangle that tell what it radiates in the mean, half of them on its back
 EVERYONE = (1 << len(FOUND_BY)) - 1  # finds them
-# Who finds emissive triangles, by the rays that meet its surface: shadow rays are sent for others.
-FINDS = {"camera": ("camera",), "diffuse": ("diffuse",), "glossy": ("glossy", "chains")}
+# Who finds emissive triangles, if one of these kinds of rays meets their surface: shadow rays are
+# sent for others.
+FINDERS = {
+    "camera": ("camera",),
+    "diffuse": ("diffuse",),
+    "glossy": ("glossy",),
+    "chains": ("diffuse", "glossy", "transmission"),
+}
 
 
 def emissive_triangles(scene: Scene, mesh: Mesh) -> NDArray[np.intp]:
@@ -43,9 +49,9 @@ def found_by(scene: Scene, numbers: NDArray[np.intp]) -> NDArray[np.int64]:
     if not len(scene.visible):
         return found
     rays = scene.visible[scene.surface[numbers]]
-    for ray, finders in FINDS.items():
-        for finder in finders:
-            found[rays & RAY_BITS[ray] == 0] &= ~(1 << FOUND_BY.index(finder))
+    for finder, kinds in FINDERS.items():
+        met = sum(RAY_BITS[kind] for kind in kinds)
+        found[rays & met == 0] &= ~(1 << FOUND_BY.index(finder))
     return found
 
 

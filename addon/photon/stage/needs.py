@@ -271,6 +271,11 @@ class SceneNeeds:
         return {"VISIBILITY": sum(RAY_BITS[name] for name in names)} if self.visibility else {}
 
     @property
+    def rays_of_chains(self) -> dict[str, int]:
+        """The same of secondary rays from the eye, each of which says what it is."""
+        return {**self.rays(*RAYS), "BY_REACH": 1} if self.visibility else {}
+
+    @property
     def directions(self) -> bool:
         """Whether photons say where they came from: who gathers them asks for it."""
         return self.gathered_lobes or self.programs.normals

@@ -63,8 +63,8 @@ impl Tracer {
     /// Takes streams float32[H, W, 4]: origin (position, leaf position of a triangle to pass
     /// through or -1) and direction (vector, how far it goes). Returns hits float32[H, W, 4]: t,
     /// leaf position + 1, u, v; zeros for a miss. The rays meet the triangles that are visible to one of the
-    /// classes whose bits are set in rays.
-    #[pyo3(signature = (origin, direction, any_hit, rays=255))]
+    /// classes whose bits are set in rays, or with by_reach to what each ray is by how far it goes.
+    #[pyo3(signature = (origin, direction, any_hit, rays=255, by_reach=false))]
     fn trace<'py>(
         &self,
         py: Python<'py>,
@@ -72,8 +72,9 @@ impl Tracer {
         direction: &Bound<'py, PyAny>,
         any_hit: bool,
         rays: u8,
+        by_reach: bool,
     ) -> PyResult<Stream<'py>> {
-        let visible = Visible { bits: &self.visible, rays };
+        let visible = Visible { bits: &self.visible, rays, by_reach };
         let [origin, direction] = streams([("origin", origin), ("direction", direction)])?;
         new_stream(py, &origin, |out| {
             let (origin, direction) = (rows(&origin)?, rows(&direction)?);
