@@ -98,6 +98,17 @@ def test_thin_sheets_cast_none(scene, export) -> None:
     assert [entry.feature for entry in noted] == ["Caustics"]
 
 
+@pytest.mark.parametrize("roughness", [0.0, 0.5])
+def test_rough_diffuse_surfaces_are_noted(scene, export, roughness: float) -> None:
+    """Their rays may find what is switched off; Lambert's lobe sends none."""
+    scene.cycles.caustics_refractive = False
+    wall = shader_material("ShaderNodeBsdfDiffuse", "Wall", Roughness=roughness)
+    add_mesh("Wall").data.materials.append(wall)
+    _, report = export()
+    noted = [entry for entry in report.entries if entry.status == "approximated"]
+    assert [entry.feature for entry in noted] == ["Caustics"] * (roughness > 0.0)
+
+
 def test_gloss_over_colour_is_noted(scene, export) -> None:
     scene.cycles.caustics_reflective = False
     plastic = shader_material(PRINCIPLED, "Plastic", Roughness=0.3)

@@ -28,9 +28,9 @@ def caustics_of(scene: bpy.types.Scene, materials: list[Material], notes: Notes)
     if "reflective" not in wanted and any(x.may_be("covered") or x.over is not None for x in lobes):
         what = "what lies below gloss is as dark as with them, in Cycles brighter to diffuse rays"
         notes.approximated(owner, "Reflective caustics", what)
-    thin = (kind for kind in lobe_kinds().values() if kind.is_diffuse and kind.transmits)
-    if len(wanted) < len(CAUSTICS) and {kind.name for kind in thin} & {lobe.kind for lobe in lobes}:
-        what = "by rays that Translucent BSDFs send they are there still"
+    sends = any(lobe_kinds()[lobe.kind].is_diffuse for lobe in lobes)  # Lambert's is no such lobe
+    if len(wanted) < len(CAUSTICS) and sends:
+        what = "by rays that Translucent and rough diffuse BSDFs send they may be there still"
         notes.approximated(owner, "Caustics", what)
     return wanted
 
