@@ -81,7 +81,7 @@ void kernel() {
 #endif
     if (!leads_on || !(u.z < survival)) skip();
 #ifdef VISIBILITY
-    t_max = reach_of(rays_of_way(lobe, dot(outgoing, facing.normal) < 0.0));
+    t_max = reach_of(1 + rays_of_way(lobe, dot(outgoing, facing.normal) < 0.0));
 #endif
 #ifdef WEIGHED
     density = share * pdf_lobe(lobe, shape, normal, to_viewer, outgoing);

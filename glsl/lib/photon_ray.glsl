@@ -3,8 +3,7 @@
 // scatters at B by a lobe was found at A by a ray of that lobe, and one from a light by a shadow ray. So surfaces
 // that are not visible to such a ray do not end it, and B itself need not be. It is not known yet what B is: a
 // photon has the bits of all rays that may have sent it, and surfaces take from these.
-#include "lib/constants.glsl"
-#include "lib/ray_bits.glsl"
+#include "lib/reach.glsl"
 #ifdef CAUSTICS
 #include "lib/specular_photon.glsl"
 #endif
@@ -21,10 +20,10 @@ struct PhotonRay {
 };
 
 // Photons go as far as there is something: any distance beyond the scene will do, and says what the ray is.
-float t_max_of(PhotonRay ray) { return T_MAX / float(1 + ray.rays + 256 * ray.bounces); }
+float t_max_of(PhotonRay ray) { return reach_of(1 + ray.rays + 256 * ray.bounces); }
 
 PhotonRay photon_ray(RayDirection direction) {
-    int number = int(T_MAX / direction.t_max + 0.5) - 1;
+    int number = reach_number(direction.t_max) - 1;
 #ifdef CAUSTICS
     if (came_by_lobe(direction)) number -= LOBE_BIT;
 #endif

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What an eye's ray is where visibility counts, by how far it may go. A ray of a lobe goes as far as there is something:
-// any distance beyond the scene will do, and says which lobe's it is. The eye's own goes to its clip distance, which is
-// less, through transparent surfaces, too.
+// How far a ray may go says what it is: any distance beyond the scene will do, and stands for a number from 1 on.
+// Photons' numbers are those of photon_ray.glsl and specular_photon.glsl. A ray from the eye that a lobe has sent has that
+// of its bit; the eye's own goes to its clip distance, which is less, through transparent surfaces, too.
 #include "lib/constants.glsl"
 #include "lib/ray_bits.glsl"
 
-float reach_of(int rays) { return T_MAX / float(1 + rays); }
+float reach_of(int number) { return T_MAX / float(number); }
+
+int reach_number(float t_max) { return int(T_MAX / t_max + 0.5); }
 
 int rays_by_reach(float t_max) {
-    float number = T_MAX / t_max;
-    return number > float(RAYS_OF_LOBES) + 1.5 ? RAY_CAMERA : int(number + 0.5) - 1;
+    return t_max < reach_of(RAYS_OF_LOBES + 2) ? RAY_CAMERA : reach_number(t_max) - 1;
 }

@@ -92,12 +92,8 @@ impl Visible<'_> {
         if !self.by_reach {
             return self;
         }
-        let number = T_MAX / t_max;
-        let rays = if number > f32::from(RAYS_OF_LOBES) + 1.5 {
-            RAY_CAMERA
-        } else {
-            ((number + 0.5) as u8).saturating_sub(1)
-        };
+        let is_of_eye = t_max < T_MAX / f32::from(RAYS_OF_LOBES + 2);
+        let rays = if is_of_eye { RAY_CAMERA } else { ((T_MAX / t_max + 0.5) as u8).saturating_sub(1) };
         Visible { rays, ..self }
     }
 

@@ -7,6 +7,7 @@ import shutil
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -85,10 +86,11 @@ def rendered(module: str, method: str, scene: Scene, folder: Path) -> np.ndarray
         worker.load(folder / "scene.npz", folder / "none.blend", SIZE)
         seconds = SECONDS * (2.0 if method == "light" else 1.0)  # it sprinkles
         ours = module == "photon_stream"
-        steps = []
+        steps: list[dict[str, Any]] = []
         for step in worker.climb(method, 1, 1e3 if ours else seconds, folder):
-            steps += [step] if "file" in step else []
-            if ours and steps and steps[-1]["effort"] >= PASSES:
+            if "file" in step:
+                steps.append(step)
+            if ours and step.get("effort", 0) >= PASSES:
                 break
         assert min(step["wall"] for step in steps) > 0
         return np.load(steps[-1]["file"])
