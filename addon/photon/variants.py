@@ -132,6 +132,7 @@ def needs() -> Iterator[SceneNeeds]:
             if count > 1:
                 layered = replace(some, layers=3, tangents=True)
                 yield layered
+                yield replace(layered, no_caustics=3)
                 yield replace(layered, tinted=True)
                 yield replace(layered, too_bright=True)
                 hidden = replace(layered, lobe_kinds=of_lobes - {TRANSPARENT}, visibility=False)

@@ -12,10 +12,14 @@
 #ifdef VISIBILITY
 #include "lib/reach.glsl"
 
-// Which ray a lobe's is, as Cycles has it: whatever goes through is of one kind.
-int rays_of_way(Lobe lobe, bool is_through) {
-    return is_through ? RAY_TRANSMISSION : is_diffuse_kind(lobe.kind) ? RAY_DIFFUSE : RAY_GLOSSY;
+// Which ray a lobe's is.
+int kind_of_way(Lobe lobe, bool is_through) {
+    int through = is_through ? RAY_TRANSMISSION : 0;
+    return is_diffuse_kind(lobe.kind) ? RAY_DIFFUSE + through : is_through ? RAY_TRANSMISSION : RAY_GLOSSY;
 }
+#endif
+#ifdef NO_CAUSTICS
+#include "lib/no_caustics.glsl"
 #endif
 
 // Rays that carry less than this go on by Russian roulette, each by its own chance.
@@ -80,8 +84,11 @@ void kernel() {
     leads_on = leads_on || is_straight;
 #endif
     if (!leads_on || !(u.z < survival)) skip();
+#ifdef NO_CAUSTICS
+    if (is_by_diffuse(load_direction().t_max) && lacks(lobe.kind, way_of(outgoing, facing.normal))) skip();
+#endif
 #ifdef VISIBILITY
-    t_max = reach_of(1 + rays_of_way(lobe, dot(outgoing, facing.normal) < 0.0));
+    t_max = reach_of(1 + kind_of_way(lobe, dot(outgoing, facing.normal) < 0.0));
 #endif
 #ifdef WEIGHED
     density = share * pdf_lobe(lobe, shape, normal, to_viewer, outgoing);

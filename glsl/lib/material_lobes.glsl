@@ -16,6 +16,9 @@
 #ifdef DISPERSION
 #include "lib/wavelength.glsl"
 #endif
+#ifdef NO_CAUSTICS
+#include "lib/no_caustics.glsl"
+#endif
 #ifdef EYE
 #include "lib/even.glsl"
 #else
@@ -61,12 +64,18 @@ struct Seen {
     vec3 covered;  // of whose albedo as much is seen through it
 };
 
-// All before it are asked for at the same cosine first.
-Seen seen_lobe(Material material, int number, float cosine) {
+// All before it are asked for at the same cosine first. `by_diffuse`: by a ray of a diffuse lobe.
+Seen seen_lobe(Material material, int number, float cosine, bool by_diffuse) {
     MaterialLobe l = lobe_at(int(material.first_lobe) + number);
     Lobe lobe = Lobe(l.colour, l.kind);
     Shape shape = Shape(pack_kind(l.kind, l.parameters, l.more), 0.0);
     vec3 albedo = albedo_kind(lobe, shape, cosine), above = vec3(1.0);
+#ifdef NO_CAUSTICS
+    if (by_diffuse && is_left_out(l.kind)) {  // but for its tint
+        albedo = vec3(0.0);
+        l.weight = 0.0;
+    }
+#endif
     vec3 own = transmittance_kind(lobe, shape, cosine, albedo);
 #ifdef LAYERS
     if (l.over > 0.0) above = through[int(l.over) - 1];
@@ -114,12 +123,15 @@ Lobes no_lobes() {
 Lobes lobes_of(Material material, float cosine, float turn, float side) {
     Lobes found = no_lobes();
     vec3 albedo = material.albedo;
-    bool lands = false;
+    bool lands = false, by_diffuse = false;
+#ifdef NO_CAUSTICS
+    by_diffuse = is_by_diffuse(load_direction().t_max);
+#endif
 #ifdef TWO_LOBES
     Draw draw = no_draw();
 #endif
     for (int i = 0; i < int(material.lobes); i++) {
-        Seen seen = seen_lobe(material, i, cosine);
+        Seen seen = seen_lobe(material, i, cosine, by_diffuse);
         albedo += seen.covered;
         lands = lands || seen.covers;
         if (i == 0) {
@@ -224,7 +236,8 @@ Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading,
         }
         if (round == FOR_LOBE && float(i) >= draw.seen.over) break;
 #endif
-        Seen seen = seen_lobe(material, i, cosine);
+        // Who finds, where caustics are left out, what Lambert's lobe sends on is taken for a diffuse ray.
+        Seen seen = seen_lobe(material, i, cosine, round >= FOR_LAMBERT);
 #ifdef CONSERVING
         if (round == FOR_ALL) add_albedo(all, seen);
         if (!goes_straight(seen)) seen.above *= share;  // for the choice

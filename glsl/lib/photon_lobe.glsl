@@ -8,6 +8,9 @@
 #ifdef LOBES
 #include "lib/lobe.glsl"
 #include "lib/reflection.glsl"
+#ifdef NO_CAUSTICS
+#include "lib/no_caustics.glsl"
+#endif
 
 // Where the lobe, whose normal this is, would send a photon, and what that weighs; how likely it shall be scattered so:
 // by what the lobe leaves of its flux in all, or in this way.
@@ -84,9 +87,8 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
     if (disperses_kind(by.lobe.kind)) leaving.photon = with_colour(leaving.photon);
 #endif
 #ifdef NO_CAUSTICS
-    // Cycles leaves the lobe out where a diffuse ray meets it: such a ray cannot have found the photon.
-    int caustic = dot(by.direction, geometric) < 0.0 ? REFRACTIVE_CAUSTICS : REFLECTIVE_CAUSTICS;
-    if ((NO_CAUSTICS & caustic) != 0 && leaving.by_specular) ray.next.rays &= ~RAY_DIFFUSE;
+    // The lobe is left out for diffuse rays: such a ray cannot have found the photon.
+    if (lacks(by.lobe.kind, way_of(by.direction, geometric))) ray.next.rays &= ~RAY_DIFFUSE;
 #endif
 #if defined(TRANSMITS) && defined(VISIBILITY)
     int rays = dot(by.direction, geometric) < 0.0 ? RAY_TRANSMISSION : RAY_GLOSSY;

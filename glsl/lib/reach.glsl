@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How far a ray may go says what it is: any distance beyond the scene will do, and stands for a number from 1 on.
 // Photons' numbers are those of photon_ray.glsl and specular_photon.glsl. A ray from the eye that a lobe has sent has that
-// of its bit; the eye's own goes to its clip distance, which is less, through transparent surfaces, too.
+// of its bits; the eye's own goes to its clip distance, which is less, through transparent surfaces, too.
 #include "lib/constants.glsl"
 #include "lib/ray_bits.glsl"
 
@@ -9,6 +9,13 @@ float reach_of(int number) { return T_MAX / float(number); }
 
 int reach_number(float t_max) { return int(T_MAX / t_max + 0.5); }
 
-int rays_by_reach(float t_max) {
+// Bits of the kind of a ray from the eye; of one that a diffuse lobe has sent through the surface both.
+int kind_by_reach(float t_max) {
     return t_max < reach_of(RAYS_OF_LOBES + 2) ? RAY_CAMERA : reach_number(t_max) - 1;
+}
+
+// Which surfaces it meets: whatever goes through is of one kind there.
+int rays_by_reach(float t_max) {
+    int kind = kind_by_reach(t_max);
+    return (kind & RAY_TRANSMISSION) != 0 ? RAY_TRANSMISSION : kind;
 }

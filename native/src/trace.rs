@@ -15,7 +15,8 @@ const RAYS_A_TASK: usize = 512;
 /// Beyond any scene, as in glsl/lib/constants.glsl; what rays are, as in glsl/lib/ray_bits.glsl.
 pub const T_MAX: f32 = 3.0e38;
 const RAY_CAMERA: u8 = 1;
-const RAYS_OF_LOBES: u8 = 2 + 4 + 8;
+const RAY_TRANSMISSION: u8 = 8;
+const RAYS_OF_LOBES: u8 = 2 + 4 + RAY_TRANSMISSION;
 
 /// Rays as parallel arrays of one length.
 #[derive(Clone, Copy)]
@@ -93,7 +94,8 @@ impl Visible<'_> {
             return self;
         }
         let is_of_eye = t_max < T_MAX / f32::from(RAYS_OF_LOBES + 2);
-        let rays = if is_of_eye { RAY_CAMERA } else { ((T_MAX / t_max + 0.5) as u8).saturating_sub(1) };
+        let kind = if is_of_eye { RAY_CAMERA } else { ((T_MAX / t_max + 0.5) as u8).saturating_sub(1) };
+        let rays = if kind & RAY_TRANSMISSION != 0 { RAY_TRANSMISSION } else { kind };
         Visible { rays, ..self }
     }
 

@@ -24,15 +24,26 @@ def caustics_of(scene: bpy.types.Scene, materials: list[Material], notes: Notes)
         if name not in wanted:
             what = "off: no light comes to diffuse surfaces by such lobes"
             notes.exact(owner, f"{name.capitalize()} caustics", what)
-    lobes = [lobe for material in materials for lobe in material.lobes]
-    if "reflective" not in wanted and any(x.may_be("covered") or x.over is not None for x in lobes):
-        what = "what lies below gloss is as dark as with them, in Cycles brighter to diffuse rays"
+    if len(wanted) == 1:  # else glass is left out as a whole
+        _note_glass(owner, wanted[0], [x for material in materials for x in material.lobes], notes)
+    return wanted
+
+
+def _note_glass(owner: str, wanted: str, lobes: list[Lobe], notes: Notes) -> None:
+    """Write down what is not exact by glass where caustics of one kind alone are wanted."""
+    glass = [lobe for lobe in lobes if _refracts(lobe)]
+    layered = any(lobe.may_be("covered") or lobe.over is not None for lobe in lobes)
+    if glass and layered and wanted == "refractive":
+        what = (
+            "what lies below gloss lights diffuse surfaces through glass as if there was no gloss"
+        )
         notes.approximated(owner, "Reflective caustics", what)
     sends = any(lobe_kinds()[lobe.kind].is_diffuse for lobe in lobes)  # Lambert's is no such lobe
-    if len(wanted) < len(CAUSTICS) and sends:
-        what = "by rays that Translucent and rough diffuse BSDFs send they may be there still"
+    if sends and any(not lobe_kinds()[lobe.kind].is_delta for lobe in glass):
+        what = (
+            "rays that Translucent and rough diffuse BSDFs send see rough glass lit from both sides"
+        )
         notes.approximated(owner, "Caustics", what)
-    return wanted
 
 
 def note_casters(owner: str, scene: Scene, is_blurred: bool, notes: Notes) -> None:

@@ -31,6 +31,7 @@ class Scatter(Kernel):
         "ABSORPTION",
         "DISPERSION",
         "VISIBILITY",
+        "NO_CAUSTICS",
         *GATHERED_LOBES,
     )
     inputs = {

@@ -85,6 +85,7 @@ class Shade(Kernel):
         "DISPERSED_CHAINS",
         "DIRECTIONS",
         "VISIBILITY",
+        "NO_CAUSTICS",
         *GATHERED_LOBES,
         *PROGRAM_DEFINES,
         "FOOTPRINT",  # bumps are as fine as the eye sees

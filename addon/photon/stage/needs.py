@@ -134,6 +134,7 @@ class SceneNeeds:
         chains = {"CHAINS": 1} if self.transparent else {}
         chains |= {"DISPERSED_CHAINS": 1} if self.disperses else {}
         chains |= {"ABSORPTION": 1} if self.absorption else {}
+        chains |= self._caustic_free_defines if self.lobes else {}
         return self._point_defines | self.programs.defines | self._footprint(1) | chains
 
     def _footprint(self, times: int) -> dict[str, int | float]:
@@ -231,7 +232,7 @@ class SceneNeeds:
         defines |= self._transmitting_defines
         if self.visibility and self.first_hits:
             defines |= {"FIRST_HITS": 1}
-        defines |= {"NO_CAUSTICS": self.no_caustics} if self.no_caustics else {}
+        defines |= self._caustic_free_defines
         if self.visibility or self.directions or self.panes:
             defines |= {"INCOMING": 1}
         defines |= {"CONSERVING": 1, "TINTED": 1} if self.too_bright and self.lobes else {}
@@ -245,6 +246,10 @@ class SceneNeeds:
             **self.programs.defines,
             **self._footprint(PHOTONS_FARTHER),
         }
+
+    @property
+    def _caustic_free_defines(self) -> dict[str, int]:
+        return {"NO_CAUSTICS": self.no_caustics} if self.no_caustics else {}
 
     @property
     def carries_medium(self) -> bool:

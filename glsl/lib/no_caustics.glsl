@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Caustics that a scene does without, NO_CAUSTICS, as bits: Cycles leaves the lobes out that would cast them where a ray of
+// a diffuse lobe comes.
+#include "lib/reach.glsl"
+
+// Whether a diffuse lobe has sent a ray from the eye, if it has gone straight on since.
+bool is_by_diffuse(float t_max) { return (kind_by_reach(t_max) & RAY_DIFFUSE) != 0; }
+
+// The bit of a direction that a lobe gave.
+int way_of(vec3 direction, vec3 geometric) {
+    return dot(direction, geometric) < 0.0 ? REFRACTIVE_CAUSTICS : REFLECTIVE_CAUSTICS;
+}
+
+// Whether a kind of lobe casts caustics of all these ways, and the scene has none of them.
+bool lacks(float kind, int ways) {
+#ifdef TRANSPARENT
+    if (kind == float(TRANSPARENT)) return false;
+#endif
+    return !is_diffuse_kind(kind) && (NO_CAUSTICS & ways) == ways;
+}
+
+// Whether nothing is left of a lobe for such a ray.
+bool is_left_out(float kind) {
+    return lacks(kind, REFLECTIVE_CAUSTICS + (transmits_kind(kind) ? REFRACTIVE_CAUSTICS : 0));
+}
