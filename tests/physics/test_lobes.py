@@ -167,7 +167,7 @@ def furnace(diffuse: float, share: float) -> Scene:
 
 def test_what_is_aside_brings_what_is_right(picture: Picture) -> None:
     """Whether later bounces go on together or each by its own chance."""
-    settings: dict[str, Any] = {"width": 16, "height": 16, "photons": 20000, "passes": 64}
+    settings: dict[str, Any] = {"width": 16, "height": 16, "photons": 4000, "passes": 64}
     for diffuse in (0.0, 0.3):
         images = picture(furnace(diffuse, 0.2), mirror_depth=12, **settings)
         light = 1 / (1 - diffuse - 0.2)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import math
 import textwrap
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import zip_longest
@@ -16,6 +17,8 @@ import pytest
 
 from tests.stability.rows import ROWS
 
+LAYERS = "fragment", "compute"  # of OpenGL
+BACKENDS = {"native", *LAYERS}
 COLUMNS = (3, 34, 24, 40, 32)  # characters: row, case, expected, measured, result
 
 
@@ -126,6 +129,20 @@ def _is_long(item: pytest.Item) -> bool:
     return any(not mark.args or any(part in named for part in mark.args) for mark in marks)
 
 
+def _in_turn(items: list[pytest.Item]) -> Iterator[pytest.Item]:
+    """Of tests of physics that run by every backend, those by the device's layer whose turn it is
+    not: one layer holds for half of such tests, the other for the rest."""
+    ways: dict[str, dict[str, list[pytest.Item]]] = {}
+    for item in items:
+        function, _, given = item.nodeid.partition("[")
+        backends = BACKENDS & set(given.rstrip("]").replace(" ", "-").split("-"))
+        if len(backends) == 1 and "physics" in item.path.parts:
+            ways.setdefault(function, {}).setdefault(*backends, []).append(item)
+    for function, by in ways.items():
+        if by.keys() == BACKENDS:
+            yield from by[LAYERS[zlib.crc32(function.encode()) % len(LAYERS)]]
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("stability")
     text = "run the tests of the stability table alone, at their full counts, and print it"
@@ -144,6 +161,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if not (config.getoption("--thorough") or config.getoption("--stability")):
         for item in filter(_is_long, items):
             item.add_marker(pytest.mark.skip(reason="runs with --thorough"))
+        for item in _in_turn(items):
+            item.add_marker(pytest.mark.skip(reason="another layer's turn; runs with --thorough"))
     for item in items:
         for number in _rows_of(item):
             if number not in ROWS:

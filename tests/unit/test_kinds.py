@@ -21,7 +21,7 @@ from addon.photon.stage import kinds as kinds_module
 from addon.photon.stage.kinds import check_kinds, light_kinds, lobe_kinds
 from addon.photon.stage.switches import made_bsdf, made_lights
 from addon.photon.variants import drawn, kernels
-from addon.streams import Device, HostKernel, Kernel, StreamError
+from addon.streams import Defines, Device, HostKernel, Kernel, Made, StreamError
 from tests.kernels.light_probe import IMAGE
 from tests.kernels.test_seen_lights import SEEN_LIGHTS
 from tests.scenes import cornell
@@ -209,18 +209,24 @@ def test_variants_are_what_scenes_need(device: Device, monkeypatch: pytest.Monke
     def counted(text: str) -> str:
         return re.sub(r"#define SHADOW_RAYS \d+", "#define SHADOW_RAYS N", text)
 
-    version = device.glsl_version
-    listed = {
-        counted(kernel.source("fragment", version, defines, made=made).text)
-        for kernel, defines, made in kernels()
-    }
-    texts: list[tuple[str, str]] = []
+    def own(kind: type[Kernel], defines: Defines) -> Any:
+        kept = {name: defines[name] for name in kind.structure if name in defines}
+        return kind, frozenset((kept | {"SHADOW_RAYS": 0}).items())
+
+    listed: dict[Any, list[tuple[Defines, Made]]] = {}
+    for kernel, defines, made in kernels():
+        listed.setdefault(own(kernel, defines), []).append((defines, made))
+    texts: dict[tuple[str, str], set[str]] = {}  # of a program, and those that are listed
     source = vars(Kernel)["source"].__func__
 
-    def spy(kind: type[Kernel], *args: Any, **kwargs: Any) -> Any:
-        made = source(kind, *args, **kwargs)
-        texts.append((kind.__name__, counted(made.text)))
-        return made
+    def spy(kind: type[Kernel], layer: Any, version: int, defines: Defines, *more: Any) -> Any:
+        given = source(kind, layer, version, defines, *more)
+        if (program := (kind.__name__, counted(given.text))) not in texts:
+            texts[program] = {
+                counted(source(kind, layer, version, like, made=made).text)
+                for like, made in listed.get(own(kind, defines), ())
+            }
+        return given
 
     monkeypatch.setattr(Kernel, "source", classmethod(spy))
     scene = cornell()
@@ -235,4 +241,4 @@ def test_variants_are_what_scenes_need(device: Device, monkeypatch: pytest.Monke
         prepare(each, Settings(8, 8, photons=8, backend="fragment"), device).release()
     names = {name for name, _ in texts}
     assert {"Shade", "Direct", "Scatter", "Reflector", "Generator", "LightFlux"} <= names
-    assert [name for name, text in texts if text not in listed] == []
+    assert [name for (name, text), like in texts.items() if text not in like] == []

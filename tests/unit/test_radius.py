@@ -182,11 +182,12 @@ def test_the_device_finds_where_photons_are(device: Device, count: int, flat: bo
     copy.release()
 
 
+@pytest.mark.parametrize("shares_lines", [False, True])
 @pytest.mark.parametrize(
     ("photons", "flat"), [(0, False), (1, False), (20000, False), (20000, True)]
 )
 def test_the_device_finds_the_same(
-    device: Device, monkeypatch: pytest.MonkeyPatch, photons: int, flat: bool
+    device: Device, monkeypatch: pytest.MonkeyPatch, photons: int, flat: bool, shares_lines: bool
 ) -> None:
     """Where photons stay on a device, its programs make the native core's radii, to rounding; on a
     floor alone by grids as fine as there are."""
@@ -194,8 +195,9 @@ def test_the_device_finds_the_same(
         pytest.skip(f"{device.name} has no compute programs")
     compared = []
 
-    def both(device: Device, deposits: Any, grids: Any, limits: Any) -> Any:
-        made = radii_on_device(device, deposits, grids, limits)
+    def both(device: Device, deposits: Any, grids: Any, limits: Any, shared: bool) -> Any:
+        assert shared == (not device.is_software)
+        made = radii_on_device(device, deposits, grids, limits, shares_lines)
         places = deposits.arrays()
         np.testing.assert_array_equal(grids, native.radius_grids(sample_of(*places, SAMPLE))[0])
         expected = native.RadiusField(*places, grids, **limits._asdict())

@@ -247,7 +247,9 @@ class ResidentBackend(Backend):
         return grids_on_device(self.device, deposits, SAMPLE, focus)
 
     def radii(self, deposits: Deposits, grids: NDArray[np.float32], limits: Limits) -> Found:
-        return radii_on_device(self.device, deposits, grids, limits)
+        # Software OpenGL takes a tenth of a millisecond for each group of threads that wait.
+        shares_lines = not self.device.is_software
+        return radii_on_device(self.device, deposits, grids, limits, shares_lines)
 
     def photon_grid(
         self, mesh: Mesh, settings: Settings, needs: SceneNeeds, in_chains: Sequence[bool]

@@ -140,9 +140,14 @@ def most_lines(sides: Sequence[Sequence[int]], axis: int) -> int:
 
 
 def radii_on_device(
-    device: Device, deposits: Deposits, grids: NDArray[np.float32], limits: Limits
+    device: Device,
+    deposits: Deposits,
+    grids: NDArray[np.float32],
+    limits: Limits,
+    shares_lines: bool = True,
 ) -> DeviceRadii:
-    """The radii by deposits that are on the device; `grids` (6, 16) are of RADIUS_GRID."""
+    """The radii by deposits that are on the device; `grids` (6, 16) are of RADIUS_GRID. With
+    `shares_lines` threads go along lines together, where waiting for each other costs little."""
     count, place, deposit = deposits.tables()
     photons = {"place": place, "deposit": deposit}
     sides = grids.view(RADIUS_GRID.dtype)["cells"][:, 0].tolist()
@@ -162,20 +167,25 @@ def radii_on_device(
         uniforms |= where | {"most_a_side": a_side}
         _program(device, stem).run(SIDES * a_side * each, buffers, uniforms=uniforms)
 
+    def along(axis: int, stem: str, buffer: Any, sides: Sequence[Sequence[int]]) -> None:
+        """One of the two programs that do a thing along lines."""
+        if axis == 0 and shares_lines:
+            run(f"{stem}_rows", [buffer], most_lines(sides, axis), THREADS)
+        else:
+            run(stem, [buffer], most_lines(sides, axis), axis=axis)
+
     clear(device, sums, all_corners)
     clear(device, summary, 1)
     _program(device, "radius_count").run(
         count, [sums], photons, uniforms=where | {"most_a_side": 0}
     )
-    run("radius_sum_rows", [sums], most_lines(corners, 0), THREADS)
-    for axis in AXES[1:]:
-        run("radius_sum", [sums], most_lines(corners, axis), axis=axis)
+    for axis in AXES:
+        along(axis, "radius_sum", sums, corners)
     eye = (*limits.eye, 1.0) if limits.eye is not None else (0.0,) * 4
     most_nodes = max(map(math.prod, nodes))
     run("radius_find", [sums, radii], most_nodes, **limits._asdict() | {"eye": eye})
-    run("radius_flatten_rows", [radii], most_lines(nodes, 0), THREADS)
-    for axis in AXES[1:]:
-        run("radius_flatten", [radii], most_lines(nodes, axis), axis=axis)
+    for axis in AXES:
+        along(axis, "radius_flatten", radii, nodes)
     table: moderngl.Texture = device.texture((TABLE_WIDTH, rows), 4)
     table.write(radii)
     _program(device, "radius_summary").run(
