@@ -12,8 +12,9 @@ from pathlib import Path
 from .environment import CARGO_TOML, PYTHON, ROOT, ensure, rust_env
 from .process import apt, first_line, run, say
 
-# Tests of several files run at once: most use one core.
+# Tests of several files run at once: most use one core, and what would take all is told to.
 AT_ONCE = ("--numprocesses=auto", "--maxprocesses=4", "--dist=loadfile")
+ONE_THREAD = {"LP_NUM_THREADS": "0", "OPENBLAS_NUM_THREADS": "1"}  # Mesa's llvmpipe, numpy
 
 
 def test(args: argparse.Namespace) -> int:
@@ -49,7 +50,7 @@ def test(args: argparse.Namespace) -> int:
         start, result = time.monotonic(), f"absent: {fix}"
         if not fix:
             say(f"\n== {name}")
-            code = run(command, env, ROOT)
+            code = run(command, ONE_THREAD | env, ROOT)
             failed |= code != 0
             result = "passed" if code == 0 else f"FAILED ({code})"
         table.append(f"{time.monotonic() - start:7.1f} s  {name:18} {result}")

@@ -49,7 +49,7 @@ def test_switches(scene, cycles_mean, export, device, off, thorough) -> None:
         setattr(scene.cycles, f"caustics_{name}", off not in (name, "both"))
     theirs = cycles_mean(256 if thorough else 128, 1)[..., :3].astype(float)
     found, _ = export()
-    settings: Any = {"width": 64, "height": 32, "photons": 1 << 17, "passes": 12}
+    settings: Any = {"width": 64, "height": 32, "photons": 1 << 16, "passes": 12}
     settings |= {"mirror_depth": 32, "radius_decay": 2 / 3}
     ours = render(device, found, **settings)["Combined"][..., :3].astype(float)
 
@@ -131,7 +131,7 @@ def test_lobes_that_are_left_out(scene, cycles_mean, export, device, walls, off,
         setattr(scene.cycles, f"caustics_{name}", off not in (name, "both"))
     theirs = cycles_mean(256 if thorough else 64, 1)[..., :3].astype(float)
     found, _ = export()
-    settings: Any = {"width": 64, "height": 32, "photons": 1 << 16, "passes": 16}
+    settings: Any = {"width": 64, "height": 32, "photons": 1 << 15, "passes": 16 if thorough else 8}
     ours = render(device, found, mirror_depth=32, **settings)["Combined"][..., :3].astype(float)
     mean = ours.mean() / theirs.mean() - 1
     print(f"\n{walls}, {off}: mean {theirs.mean():.4f}, {mean:.2%}")

@@ -85,7 +85,7 @@ def test_sheet_of_glass(scene, cycles_mean, export, device, case, roughness, tho
         setattr(scene.cycles, f"{kind}_bounces", 32)
     theirs = cycles_mean(256, 1)[..., :3].mean(axis=(0, 1), dtype=float)
     found, report = export()
-    settings: Any = {"width": 64, "height": 32, "photons": 1 << 18, "passes": 12}
+    settings: Any = {"width": 64, "height": 32, "photons": 1 << 17, "passes": 12}
     settings |= {"mirror_depth": 32, "radius": 0.05}
     ours = render(device, found, **settings)["Combined"][..., :3].mean(axis=(0, 1), dtype=float)
     print(f"\n{case}, {roughness}: {ours / theirs - 1}")

@@ -108,7 +108,7 @@ def test_area_lights(scene, export, device, shape) -> None:
         assert "2048 x 1024 places" in str(report.of("approximated"))
         theirs = block_means(render_loaded(256, seed=1))
         rays = render(device, exported, photons=1000, **size)["Combined"]
-        photons = {"photons": 100000, "direct_by_photons": True}
+        photons = {"photons": 50000, "direct_by_photons": True}
         landed = rays if turned else render(device, exported, **photons, **size)["Combined"]
         for ours in (rays, landed):
             off = np.abs(block_means(ours[..., :3]) - theirs) / np.maximum(theirs, theirs.mean())

@@ -78,6 +78,7 @@ def test_scale(scene, export, device, cycles_mean, kind, scale) -> None:
     np.testing.assert_allclose(halves[0], halves[1], rtol=0.03)
 
 
+@pytest.mark.thorough("half")
 @pytest.mark.parametrize("name", ["one", "half", "odd"])
 def test_skies(scene, export, device, cycles_mean, name) -> None:
     """Of one texel, and of half black, as Cycles has them. Texels that are no numbers are black:

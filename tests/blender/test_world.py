@@ -233,6 +233,7 @@ def test_curves(scene, export) -> None:
     assert image.pixels.max(axis=(0, 1)) == pytest.approx([0.5] * 3, abs=0.01)
 
 
+@pytest.mark.thorough("Camera")
 @pytest.mark.parametrize("name", ["Camera", "Window", "Object"])
 def test_coordinates_that_something_places(scene, export, device, cycles, name) -> None:
     """The camera and an object; seen in a mirror, for Cycles' film is transparent."""
@@ -271,6 +272,7 @@ def test_a_window_without_perspective(scene, export) -> None:
     assert "tells more than a direction" in entry.detail
 
 
+@pytest.mark.thorough("120.0-2048")
 @pytest.mark.parametrize(("scale", "width"), [(1.0, 1024), (120.0, 2048)])
 def test_fine_skies_have_more_pixels(scene, export, scale, width) -> None:
     """Stars, beside clouds."""

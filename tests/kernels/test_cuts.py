@@ -251,7 +251,7 @@ def check_tilted(name: str, cuts: Any, x: Any, means: Any) -> None:
                 assert abs((tilted * u).sum()) < 0.01 and abs((tilted * v).sum()) < 0.01
 
 
-@pytest.mark.thorough("cone", "gaussian")
+@pytest.mark.thorough("cone", "gaussian", "constant")
 @pytest.mark.parametrize("name", get_args(Filter))
 def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     """The tilted filter's mass on the surface and within the cuts, and the inner filter's; within

@@ -181,6 +181,7 @@ TURNED = Instruction(
 )
 
 
+@pytest.mark.thorough("False")
 @pytest.mark.parametrize("bent", [False, True])
 @pytest.mark.parametrize("lobes", [(), *LOBES], ids=len)
 def test_gather_with_lobes(device: Device, lobes: tuple[Lobe, ...], bent: bool) -> None:
@@ -191,6 +192,7 @@ def test_gather_with_lobes(device: Device, lobes: tuple[Lobe, ...], bent: bool) 
     assert_gathered_alike(device, scene, NativePhotonGrid)
 
 
+@pytest.mark.thorough("2")
 @pytest.mark.parametrize("lobes", OTHERS, ids=len)
 def test_gather_with_other_lobes(device: Device, lobes: tuple[Lobe, ...]) -> None:
     """The native core gathers with the lobes it knows, GLSL where a point has another."""

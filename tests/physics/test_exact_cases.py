@@ -114,7 +114,7 @@ def test_case_4_uncorrected_edge_bias(device: Device) -> None:
         filter="constant",
         radius=radius,
         photons=200000,
-        passes=12,
+        passes=9,
         width=n,
         height=n,
     )
@@ -248,7 +248,7 @@ def test_case_7_closed_cube(device: Device, measured: Measured) -> None:
         scene,
         lambda im: im["Indirect"].mean(),
         radius=0.01,
-        photons=120000,
+        photons=60000,
         passes=4,
         width=64,
         height=64,

@@ -144,6 +144,7 @@ def test_where_what_is_seen_sends_rays(device: Device, case: str) -> None:
     assert plain["Indirect"].any() and all(alike) == (case in ("mirror", "first hits"))
 
 
+@pytest.mark.thorough("metal", "phong")
 @pytest.mark.parametrize("name", MATERIALS)
 def test_lights_are_seen_once(device: Device, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """By shadow rays and by rays of lobes together: a lamp of some size, and the world."""
@@ -164,6 +165,7 @@ def test_lights_are_seen_once(device: Device, monkeypatch: pytest.MonkeyPatch, n
     np.testing.assert_allclose(parts, found[0], rtol=0.01)  # Combined is denoised
 
 
+@pytest.mark.thorough("metal-compute", "two-fragment", "phong-fragment")
 @pytest.mark.parametrize("layer", ["fragment", "compute"])
 @pytest.mark.parametrize("name", MATERIALS)
 def test_all_ways_gather_alike(
@@ -183,6 +185,7 @@ def test_all_ways_gather_alike(
     np.testing.assert_allclose(other.mean(axis=(0, 1)), native.mean(axis=(0, 1)), rtol=2e-3)
 
 
+@pytest.mark.thorough("two-native", "metal-compute", "metal-fragment")
 @pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
 @pytest.mark.parametrize("lobes", [(METAL,), (COAT, METAL)], ids=["metal", "two"])
 def test_the_world_is_found_where_they_reflect_most(

@@ -119,10 +119,10 @@ def test_case_10_one_pass_of_2n_is_two_of_n(device: Device) -> None:
     settings: dict[str, Any] = {"radius": 0.5, "width": 16, "height": 16}
     difference = np.array(
         [
-            render(device, cornell(), photons=400000, passes=1, seed=s, **settings)[
+            render(device, cornell(), photons=200000, passes=1, seed=s, **settings)[
                 "Indirect"
             ].mean()
-            / render(device, cornell(), photons=200000, passes=2, seed=s + 99, **settings)[
+            / render(device, cornell(), photons=100000, passes=2, seed=s + 99, **settings)[
                 "Indirect"
             ].mean()
             - 1

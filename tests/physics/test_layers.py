@@ -154,6 +154,7 @@ def lain_on(name: str) -> Scene:
     return built.scene(view, [world_light("sky", SKY)], [WHITE])
 
 
+@pytest.mark.thorough("sheets on its back")
 @pytest.mark.parametrize("name", LAIN_ON)
 @pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
 def test_what_lies_on_a_floor_takes_no_light_off_it(
@@ -170,6 +171,7 @@ def test_what_lies_on_a_floor_takes_no_light_off_it(
     assert shares.min() > 0.85 and shares.max() < 1.2
 
 
+@pytest.mark.thorough("0.25")
 @pytest.mark.parametrize("radius", [0.04, 0.25])
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("backend", ["native", "fragment", "compute"])

@@ -71,6 +71,7 @@ def test_three_lobes_are_their_sum(picture: Picture) -> None:
     assert alone[0]["Direct"].mean() > 0.01 and not alone[2]["Direct"].any()
 
 
+@pytest.mark.thorough("lobe1")
 @pytest.mark.parametrize("lobe", [phong((0.3,) * 3), phong((0.02, 0.3, 0.1), 1e4)])
 def test_layers_under_grazing_light(picture: Picture, lobe: Lobe) -> None:
     """What a lobe lies over: its direct light by photons is that by shadow rays. A light five
@@ -124,7 +125,7 @@ def test_lobes_under_lobes_gather(picture: Picture) -> None:
     view = orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 0.8)
     scene = built.scene(view, [sun], [layered(0.7)])
     settings: dict[str, Any] = {"width": 12, "height": 12, "photons": 100_000, "radius": 0.1}
-    settings |= {"photon_bounces": 1, "passes": 16, "mirror_depth": 1}
+    settings |= {"photon_bounces": 1, "passes": 8, "mirror_depth": 1}
     by_rays = picture(scene, **settings | {"photons": 0})["Direct"].mean(axis=(0, 1))
     by_photons = picture(scene, **settings, direct_by_photons=True)
     assert not by_photons["Direct"].any() and not by_photons["Mirror"].any()

@@ -136,13 +136,13 @@ GLAZE = Material(
 SHARP = Material("sharp", (0.2, 0.3, 0.4), (Lobe("ggx", (0.4,) * 3, FINE),))
 
 
-@pytest.mark.thorough("grey-sun", "sharp-sun", "glaze-sky", "sharp-sky")
+@pytest.mark.thorough("grey-sun", "sharp-sun", "glaze-sky", "sharp-sky", "glaze-sun")
 @pytest.mark.parametrize(
     "lights", [(sun(40, 1e-3),), (world_light("world", WHITE),)], ids=["sun", "sky"]
 )
 @pytest.mark.parametrize("floor", [GREY, GLAZE, SHARP], ids=lambda x: x.name)
 def test_as_by_photons_alone(
-    device: Device, monkeypatch: pytest.MonkeyPatch, floor: Material, lights: Any
+    device: Device, monkeypatch: pytest.MonkeyPatch, floor: Material, lights: Any, thorough: bool
 ) -> None:
     """A pit under glass, whatever its floor reflects: as bright, by light that comes once."""
     built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 0)
@@ -150,7 +150,7 @@ def test_as_by_photons_alone(
     built.box((-1.01, -1.01, 0.2), (1.01, 1.01, 0.25), 2)
     view = camera((0.06, 0.04, 0.18), (0, 0, 0), fov=40)
     scene = built.scene(view, lights, (floor, DARK, glass()))
-    settings = {"passes": 32, "photons": 1 << 17, "mirror_depth": 8}
+    settings = {"passes": 32 if thorough else 16, "photons": 1 << 17, "mirror_depth": 8}
     found = means(device, scene, **settings)
     without(monkeypatch)
     expected = means(device, scene, **settings)
@@ -160,6 +160,7 @@ def test_as_by_photons_alone(
     assert found["Combined"] == pytest.approx(expected["Combined"], rel=close)
 
 
+@pytest.mark.thorough("fragment")
 @pytest.mark.parametrize("backend", ["native", "fragment"])
 def test_many_slabs(device: Device, backend: str) -> None:
     """Twenty-five, one above the other: what is left behind fifty faces."""
@@ -182,7 +183,7 @@ def test_other_glass_beside_a_pane(device: Device, monkeypatch: pytest.MonkeyPat
     built = Builder().quad(*FLOOR, 0).box((-9, -9, 1), (0, 9, 1.1), 1)
     built.box((0.001, -9, 1), (9, 9, 1.1), 2).sphere((0.5, 0, 0.5), 0.2, 1)
     scene = built.scene(camera((0, 0, 0.95), (0, 0, 0), fov=80), (sun(0),), (GREY, glass(), other))
-    settings = {"passes": 16, "photons": 1 << 17}
+    settings = {"passes": 8, "photons": 1 << 17}
     found = means(device, scene, **settings)
     without(monkeypatch)
     expected = means(device, scene, **settings)

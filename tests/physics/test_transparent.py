@@ -131,7 +131,7 @@ def test_what_stops_lamps_lets_the_world_through(device: Device, backend: str) -
     lamp = area_light("lamp", (0.0, 0.0, 1.9), (9.0,) * 3, size=(0.6, 0.6))
     world = world_light("world", (1.0, 1.0, 1.0))
     stopping = replace(filtering(FILTER), shades_lamps=True)
-    settings: Any = {"backend": backend, "photons": 20000, "passes": 8}
+    settings: Any = {"backend": backend, "photons": 20000, "passes": 4}
     for by_photons in (False, True):
         settings["direct_by_photons"] = by_photons
         lit = picture(device, stacked(1, filtering(FILTER), (SUN, lamp, world)), **settings)
@@ -164,7 +164,7 @@ def two_sheets(over: int, under: int, lights: Any) -> Scene:
 
 @pytest.mark.parametrize("by_photons", (False, True))
 @pytest.mark.parametrize("over, under", ((1, 2), (2, 1), (HIDDEN, 2), (2, HIDDEN)))
-@pytest.mark.thorough("fragment", "compute")
+@pytest.mark.thorough("fragment", "compute", "False")
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_what_stops_lamps_beside_another_sheet(
     device: Device, monkeypatch: Any, backend: str, over: int, under: int, by_photons: bool
@@ -190,6 +190,7 @@ def plate_over_sheet() -> Builder:
     return built.box((-2, -2, 1.4), (2, 2, 1.5), 2)
 
 
+@pytest.mark.thorough("nodes-True", "mesh-True", "absorption-True", "many-False")
 @pytest.mark.parametrize("by_photons", (False, True))
 @pytest.mark.parametrize("case", ("nodes", "absorption", "mesh", "many"))
 @pytest.mark.parametrize("backend", QUICK)
@@ -222,6 +223,7 @@ def test_what_stops_lamps_stops_all_of_them(
     assert found[0].mean() > 0.01 and found[1].max() == 0.0
 
 
+@pytest.mark.thorough("fragment-False", "native-True")
 @pytest.mark.parametrize("by_photons", (False, True))
 @pytest.mark.parametrize("backend", QUICK)
 def test_what_stops_lamps_stops_no_caustics(
@@ -317,7 +319,7 @@ def test_light_is_seen_and_lights_as_through_nothing(device: Device) -> None:
             built.quad((-2, -1.5, -1), (2, -1.5, -1), (2, -1.5, 3), (-2, -1.5, 3), 2)
         world = world_light("world", (0.2, 0.3, 0.4))
         scene = built.scene(camera((0, -4, 1), (0, 0, 1), 40), (lamp, world), (GREY, metal, clear))
-        found.append(picture(device, scene, passes=24, photons=40000)[..., :3].mean(axis=(0, 1)))
+        found.append(picture(device, scene, passes=16, photons=30000)[..., :3].mean(axis=(0, 1)))
     assert found[1] == pytest.approx(found[0], rel=0.012)
 
 

@@ -28,6 +28,7 @@ ALWAYS = ("dielectric 0.2 point", "metal 0.5 point", "metal 0.05 sphere")
 Record = Callable[[str, object], None]
 
 
+@pytest.mark.thorough("metal 0.5 point")
 @pytest.mark.stability(64)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_glossy_room_is_that_of_cycles(

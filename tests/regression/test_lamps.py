@@ -23,6 +23,7 @@ PASSES, FEW_PASSES = 256, 48
 ALWAYS = ("soft point", DEFAULT)
 
 
+@pytest.mark.thorough("soft point")
 @pytest.mark.stability(76)
 @pytest.mark.parametrize("case", CASES)
 def test_lamps_are_those_of_cycles(

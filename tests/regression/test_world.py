@@ -205,6 +205,7 @@ GRAPHS = [
 ]
 
 
+@pytest.mark.thorough("turned")
 @pytest.mark.parametrize("graph", GRAPHS)
 def test_a_ball_shows_what_it_shows_in_cycles(device: Device, graph: Graph, tmp_path: Path) -> None:
     open_scene(graph, tmp_path)

@@ -79,6 +79,9 @@ def pictures(renderer: Renderer) -> dict[str, Any]:
     return images
 
 
+@pytest.mark.thorough(
+    "veiled-False-compute", "shiny-False-compute", "hanging-True-native", "veiled-False-native"
+)
 @pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
 @pytest.mark.parametrize(
     ("scene", "transparent"), [(shiny, False), (veiled, False), (hanging, True)]

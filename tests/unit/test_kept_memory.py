@@ -189,7 +189,7 @@ def frames(request: pytest.FixtureRequest, device: Device, kept: Kept, way: Sett
     return rendered
 
 
-@pytest.mark.thorough("eye-compute-gather", "light-compute-splat")
+@pytest.mark.thorough("eye-compute-gather", "light-compute-splat", "light-compute-gather")
 def test_spare_streams_do_not_add_up(
     device: Device, monkeypatch: pytest.MonkeyPatch, frames: Any
 ) -> None:
@@ -200,7 +200,9 @@ def test_spare_streams_do_not_add_up(
     assert max(spare[4:]) <= max(spare[:4]) + 2 and spare[-1] > 0
 
 
-@pytest.mark.thorough("compute-gather-False-eye", "compute-splat-False-light")
+@pytest.mark.thorough(
+    "compute-gather-False-eye", "compute-splat-False-light", "compute-gather-False-light"
+)
 @pytest.mark.skipif(sys.platform != "linux", reason="asks OpenGL through EGL")
 def test_animations_hold_no_more_from_frame_to_frame(
     device: Device, kept: Kept, monkeypatch: pytest.MonkeyPatch, way: Settings, frames: Any

@@ -182,6 +182,7 @@ def test_the_device_finds_where_photons_are(device: Device, count: int, flat: bo
     copy.release()
 
 
+@pytest.mark.thorough("1-False-True", "20000-True-True")
 @pytest.mark.parametrize("shares_lines", [False, True])
 @pytest.mark.parametrize(
     ("photons", "flat"), [(0, False), (1, False), (20000, False), (20000, True)]

@@ -93,6 +93,7 @@ def twins(by: float) -> Scene:
     return b.quad(*wall).scene(camera((0, -2.5, 1.5), (0, 0, 0)), [light], materials)
 
 
+@pytest.mark.thorough("compute gather")
 def test_deforming_scene(kept: Kept, picture: Callable[..., Frame]) -> None:
     """Frame after frame, with one tree, which is not what would be built."""
     scene = cornell(mirror=True)
@@ -121,7 +122,9 @@ def test_twins_of_other_colours(kept: Kept, picture: Callable[..., Frame]) -> No
     assert not np.array_equal(Mesh.build(scene, frame_of(scene)).tree.order, first.order)
 
 
-@pytest.mark.thorough("compute gather-not finite", "compute gather-other triangles")
+@pytest.mark.thorough(
+    "compute gather-not finite", "compute gather-other triangles", "compute gather-degenerate"
+)
 @pytest.mark.parametrize("broken", ["not finite", "degenerate", "shuffled", "other triangles"])
 def test_another_tree_is_built(kept: Kept, picture: Callable[..., Frame], broken: str) -> None:
     """Where triangles are to be skipped that were not, and back; and for shapes too different."""
