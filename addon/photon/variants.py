@@ -127,6 +127,8 @@ def needs() -> Iterator[SceneNeeds]:
                 bare = replace(some, lobe_kinds=of_lobes - {TRANSPARENT}, visibility=False)
                 yield replace(bare, caustics=True, gathered_lobes=True)
                 yield replace(some, no_caustics=1 + first_hits)
+                yield replace(some, no_caustics=2, gathered_lobes=True, panes=True)
+                yield replace(some, no_caustics=3, too_bright=True)
                 yield replace(some, gathered_lobes=True)
                 yield replace(some, gathered_lobes=True, seen_send_rays=True)
             if count > 1:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Lower radii along y or z, a thread a line, until none exceeds a neighbour's by more than a quarter of the
+// Lower radii along an axis, a thread a line, until none exceeds a neighbour's by more than a quarter of the
 // way to it: after all three axes, along any path.
 #include "lib/radius_grid.glsl"
 layout(std430, binding = 0) buffer Radii { float radii[]; };

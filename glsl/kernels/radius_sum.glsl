@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Sum counts along y or z, a thread a line: after all three axes, photons in the cells below each corner.
+// Sum counts along an axis, a thread a line: after all three axes, photons in the cells below each corner.
 #include "lib/radius_grid.glsl"
 layout(std430, binding = 0) buffer Sums { uint sums[]; };
 uniform int axis;

@@ -12,8 +12,8 @@
 #ifdef VISIBILITY
 #include "lib/reach.glsl"
 
-// Which ray a lobe's is.
-int kind_of_way(Lobe lobe, bool is_through) {
+// Bits of the ray that a lobe sends.
+int rays_of_lobe(Lobe lobe, bool is_through) {
     int through = is_through ? RAY_TRANSMISSION : 0;
     return is_diffuse_kind(lobe.kind) ? RAY_DIFFUSE + through : is_through ? RAY_TRANSMISSION : RAY_GLOSSY;
 }
@@ -85,10 +85,10 @@ void kernel() {
 #endif
     if (!leads_on || !(u.z < survival)) skip();
 #ifdef NO_CAUSTICS
-    if (is_by_diffuse(load_direction().t_max) && lacks(lobe.kind, way_of(outgoing, facing.normal))) skip();
+    if (is_by_diffuse(load_direction().t_max) && lacks(lobe.kind, caustic_by(outgoing, facing.normal))) skip();
 #endif
 #ifdef VISIBILITY
-    t_max = reach_of(1 + kind_of_way(lobe, dot(outgoing, facing.normal) < 0.0));
+    t_max = reach_of(1 + rays_of_lobe(lobe, dot(outgoing, facing.normal) < 0.0));
 #endif
 #ifdef WEIGHED
     density = share * pdf_lobe(lobe, shape, normal, to_viewer, outgoing);

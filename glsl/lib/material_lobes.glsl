@@ -236,8 +236,8 @@ Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading,
         }
         if (round == FOR_LOBE && float(i) >= draw.seen.over) break;
 #endif
-        // Who finds, where caustics are left out, what Lambert's lobe sends on is taken for a diffuse ray.
-        Seen seen = seen_lobe(material, i, cosine, round >= FOR_LAMBERT);
+        // Whatever finds the light that goes on, where caustics are left out, is taken for a ray of a diffuse lobe.
+        Seen seen = seen_lobe(material, i, cosine, round != FOR_CHOICE);
 #ifdef CONSERVING
         if (round == FOR_ALL) add_albedo(all, seen);
         if (!goes_straight(seen)) seen.above *= share;  // for the choice

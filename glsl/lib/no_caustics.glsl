@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Caustics that a scene does without, NO_CAUSTICS, as bits: Cycles leaves the lobes out that would cast them where a ray of
 // a diffuse lobe comes.
+#include "lib/lobe.glsl"
 #include "lib/reach.glsl"
 
 // Whether a diffuse lobe has sent a ray from the eye, if it has gone straight on since.
-bool is_by_diffuse(float t_max) { return (kind_by_reach(t_max) & RAY_DIFFUSE) != 0; }
+bool is_by_diffuse(float t_max) { return (sent_by_reach(t_max) & RAY_DIFFUSE) != 0; }
 
-// The bit of a direction that a lobe gave.
-int way_of(vec3 direction, vec3 geometric) {
+// The bit of light that a lobe sends in a direction.
+int caustic_by(vec3 direction, vec3 geometric) {
     return dot(direction, geometric) < 0.0 ? REFRACTIVE_CAUSTICS : REFLECTIVE_CAUSTICS;
 }
 
-// Whether a kind of lobe casts caustics of all these ways, and the scene has none of them.
-bool lacks(float kind, int ways) {
+// Whether a kind of lobe casts caustics of all these bits, and the scene has none of them.
+bool lacks(float kind, int caustics) {
 #ifdef TRANSPARENT
     if (kind == float(TRANSPARENT)) return false;
 #endif
-    return !is_diffuse_kind(kind) && (NO_CAUSTICS & ways) == ways;
+    return !is_diffuse_kind(kind) && (NO_CAUSTICS & caustics) == caustics;
 }
 
 // Whether nothing is left of a lobe for such a ray.

@@ -47,6 +47,9 @@ bool may_scatter_by(Lobe lobe, Shape shape, RayAtSurface ray) {
     if (is_transparent(lobe)) return true;
 #endif
     int rays = rays_of(lobe);
+#ifdef NO_CAUSTICS
+    if ((ray.came.rays & BY_CAUSTIC) != 0 && is_diffuse_kind(lobe.kind)) return false;
+#endif
 #ifdef SHADED_LAMPS
     if (!is_diffuse_kind(lobe.kind) && roughness_kind(lobe, shape) == 0.0) rays += IN_SHADE;
 #endif
@@ -72,7 +75,7 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
         leaving.passes = true;
 #ifdef SHADED_LAMPS
         leaving.is_in_shade = is_shading(point, ray);
-        if (leaving.is_in_shade && (ray.came.rays & RAY_SHADOW) != 0) ray.came.rays = MARKS;
+        if (leaving.is_in_shade && (ray.came.rays & RAY_SHADOW) != 0) ray.came.rays = FROM_LAMP + IN_SHADE;
 #endif
         pass_on(ray, ray.came.rays & ray.visible);
         return;
@@ -88,7 +91,9 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
 #endif
 #ifdef NO_CAUSTICS
     // The lobe is left out for diffuse rays: such a ray cannot have found the photon.
-    if (lacks(by.lobe.kind, way_of(by.direction, geometric))) ray.next.rays &= ~RAY_DIFFUSE;
+    if (lacks(by.lobe.kind, caustic_by(by.direction, geometric))) {
+        ray.next.rays = (ray.next.rays & ~RAY_DIFFUSE) | BY_CAUSTIC;
+    }
 #endif
 #if defined(TRANSMITS) && defined(VISIBILITY)
     int rays = dot(by.direction, geometric) < 0.0 ? RAY_TRANSMISSION : RAY_GLOSSY;

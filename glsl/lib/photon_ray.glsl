@@ -9,10 +9,12 @@
 #endif
 
 // Bits beside those of rays, with SHADED_LAMPS: a lamp or an emissive mesh has sent it; and it has passed straight from
-// there what stops shadow rays to lamps, so that rays of delta lobes alone may find it, which see the lamp itself.
+// there what stops shadow rays to lamps, so that rays of delta lobes alone may find it, which see the lamp itself. With
+// NO_CAUSTICS: a lobe has sent it that is left out for rays of diffuse lobes (no_caustics.glsl); no eye has sent a photon.
 const int FROM_LAMP = 64;
 const int IN_SHADE = 128;
-const int MARKS = FROM_LAMP + IN_SHADE;
+const int BY_CAUSTIC = RAY_CAMERA;
+const int MARKS = FROM_LAMP + IN_SHADE + BY_CAUSTIC;
 
 struct PhotonRay {
     int rays;     // below 256, with MARKS

@@ -9,13 +9,13 @@ float reach_of(int number) { return T_MAX / float(number); }
 
 int reach_number(float t_max) { return int(T_MAX / t_max + 0.5); }
 
-// Bits of the kind of a ray from the eye; of one that a diffuse lobe has sent through the surface both.
-int kind_by_reach(float t_max) {
+// Bits of what has sent a ray from the eye: by a diffuse lobe through the surface are two.
+int sent_by_reach(float t_max) {
     return t_max < reach_of(RAYS_OF_LOBES + 2) ? RAY_CAMERA : reach_number(t_max) - 1;
 }
 
-// Which surfaces it meets: whatever goes through is of one kind there.
+// The bit of the surfaces that it meets: whatever has gone through one is of transmission.
 int rays_by_reach(float t_max) {
-    int kind = kind_by_reach(t_max);
-    return (kind & RAY_TRANSMISSION) != 0 ? RAY_TRANSMISSION : kind;
+    int sent = sent_by_reach(t_max);
+    return (sent & RAY_TRANSMISSION) != 0 ? RAY_TRANSMISSION : sent;
 }

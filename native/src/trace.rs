@@ -94,8 +94,8 @@ impl Visible<'_> {
             return self;
         }
         let is_of_eye = t_max < T_MAX / f32::from(RAYS_OF_LOBES + 2);
-        let kind = if is_of_eye { RAY_CAMERA } else { ((T_MAX / t_max + 0.5) as u8).saturating_sub(1) };
-        let rays = if kind & RAY_TRANSMISSION != 0 { RAY_TRANSMISSION } else { kind };
+        let sent = if is_of_eye { RAY_CAMERA } else { ((T_MAX / t_max + 0.5) as u8).saturating_sub(1) };
+        let rays = if sent & RAY_TRANSMISSION != 0 { RAY_TRANSMISSION } else { sent };
         Visible { rays, ..self }
     }
 

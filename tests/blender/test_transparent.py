@@ -88,11 +88,10 @@ CASES = {
 }
 
 
-QUICK = ("alpha", "checker", "shading")
+QUICK = ("alpha", "shading")
 EACH = [x if x in QUICK else pytest.param(x, marks=pytest.mark.thorough) for x in CASES]
 
 
-@pytest.mark.thorough("shading")
 @pytest.mark.stability(70)
 @pytest.mark.parametrize("case", EACH)
 def test_sheets_are_those_of_cycles(scene, cycles_mean, export, device, case) -> None:

@@ -138,8 +138,10 @@ def test_rays_say_by_their_reach_what_they_are(bench: Bench) -> None:
     table["rays"] = [RAY_BITS[name] for name in RAYS_FROM_THE_EYE]
     mesh.tables["triangles"][:, 1, 3] = surfaces  # type: ignore[call-overload]
     mesh.tables |= {"visibility": texels_of(table)}
-    kinds = rng.integers(0, 4, len(origins))
-    own = np.array([1.0e36, *(T_MAX / (1 + RAY_BITS[name]) for name in RAYS_FROM_THE_EYE[1:])])
+    kinds = rng.integers(0, 5, len(origins))
+    bits_of = [RAY_BITS[name] for name in RAYS_FROM_THE_EYE]
+    through = RAY_BITS["diffuse"] + RAY_BITS["transmission"]  # by a diffuse lobe: of transmission
+    own = np.array([1.0e36, *(T_MAX / (1 + bits) for bits in (*bits_of[1:], through))])
     mixed = origins, directions, own[kinds].astype(np.float32), skip
     hit = mesh.trace(bench, mixed, VISIBILITY=sum(RAY_BITS.values()), BY_REACH=1)
     bits = table["rays"].astype(np.uint8)[surfaces]
@@ -147,7 +149,7 @@ def test_rays_say_by_their_reach_what_they_are(bench: Bench) -> None:
     origin = np.concatenate([origins, skip[:, None]], 1).astype(np.float32)[None]
     direction = np.concatenate([directions, mixed[2][:, None]], 1)[None]
     ours = core.trace(origin, direction, False, 255, True)[0]
-    for number, name in enumerate(RAYS_FROM_THE_EYE):
+    for number, name in enumerate((*RAYS_FROM_THE_EYE, "transmission")):
         some = kinds == number
         expected = mesh.trace(bench, mixed, VISIBILITY=RAY_BITS[name])[some]
         assert 0.2 < (expected[:, 1] > 0).mean() < 0.99

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import SceneError
-from addon.photon.scene import Lobe, Material, Scene, sun_light
+from addon.photon.scene import ALL_RAYS, RAY_BITS, Lobe, Material, Scene, sun_light
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
 from tests.scenes import Builder, camera, plain_light, plain_material, replace
@@ -65,6 +65,30 @@ def test_direct_light_by_photons_stays(device: Device) -> None:
         with rendered(device, replace(scene, caustics=caustics), **settings) as renderer:
             found.append(fallen(renderer)[0].tolist())
     assert found[0][0] == pytest.approx(4.0, rel=0.02) and found.count(found[0]) == len(OFF)
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_a_sheet_below_glass(device: Device, hidden: bool) -> None:
+    """What it scatters of the light through glass is a caustic, too; through another sheet, which
+    diffuse rays do not meet, it is not."""
+    found = []
+    for caustics in ((), ("reflective", "refractive")):
+        built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), 0, "floor")
+        built.quad((-3, -3, 1), (3, -3, 1), (3, 3, 1), (-3, 3, 1), 1, "sheet")
+        built.quad((-3, -3, 2), (3, -3, 2), (3, 3, 2), (-3, 3, 2), 2, "above")
+        sheet = Material("sheet", (0.0,) * 3, (Lobe("translucent", (0.5,) * 3, {}),))
+        sun = sun_light("sun", WHITE, (0.0, 0.0, -1.0))
+        built.quad((7, 7, 2), (8, 7, 2), (8, 8, 2), (7, 8, 2), 3, "elsewhere")
+        materials = BLACK_WALL, sheet, sheet if hidden else glass(), glass()
+        scene = built.scene(camera((0, 0, 0.9), (0, 0, 0)), (sun,), materials)
+        visible = np.full(4, ALL_RAYS, np.uint8)
+        visible[2] -= RAY_BITS["diffuse"] * hidden
+        scene = replace(scene, caustics=caustics, visible=visible)
+        with rendered(device, scene, photons=1 << 14, passes=1) as renderer:
+            found.append(fallen(renderer)[0, 0])
+    off, on = found
+    assert on > 0.1
+    assert off == (pytest.approx(on, rel=0.02) if hidden else 0.0)
 
 
 def test_sheets_that_scatter_evenly(device: Device) -> None:

@@ -59,7 +59,7 @@ def differences(
 
 
 @pytest.mark.slow
-@pytest.mark.thorough("cornell_box", "cornell_mirror")
+@pytest.mark.thorough("cornell_box", "cornell_classic")
 @pytest.mark.parametrize("name", [name for name in SCENES if name not in LIT])
 def test_block_means_are_those_of_cycles(
     device: Device, name: str, thorough: bool, record_property: Record

@@ -20,10 +20,9 @@ from .rooms import MEDIAN, assert_alike, assert_quiet, compare_room
 pytestmark = pytest.mark.blender
 
 PASSES, FEW_PASSES = 256, 48
-ALWAYS = ("soft point", DEFAULT)
+ALWAYS = (DEFAULT,)
 
 
-@pytest.mark.thorough("soft point")
 @pytest.mark.stability(76)
 @pytest.mark.parametrize("case", CASES)
 def test_lamps_are_those_of_cycles(

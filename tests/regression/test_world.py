@@ -198,14 +198,13 @@ def open_scene(graph: Graph, folder: Path) -> None:
     scene.camera = camera
 
 
-FEW = (turned, for_the_camera)  # the others take long together
+FEW = (for_the_camera,)  # the others take long together
 GRAPHS = [
     pytest.param(graph, id=graph.__name__, marks=() if graph in FEW else pytest.mark.thorough)
     for graph in (*EXACT, *EVALUATED)
 ]
 
 
-@pytest.mark.thorough("turned")
 @pytest.mark.parametrize("graph", GRAPHS)
 def test_a_ball_shows_what_it_shows_in_cycles(device: Device, graph: Graph, tmp_path: Path) -> None:
     open_scene(graph, tmp_path)

@@ -17,8 +17,7 @@ import pytest
 
 from tests.stability.rows import ROWS
 
-LAYERS = "fragment", "compute"  # of OpenGL
-BACKENDS = {"native", *LAYERS}
+BACKENDS = {"native", "fragment", "compute"}
 COLUMNS = (3, 34, 24, 40, 32)  # characters: row, case, expected, measured, result
 
 
@@ -130,17 +129,20 @@ def _is_long(item: pytest.Item) -> bool:
 
 
 def _in_turn(items: list[pytest.Item]) -> Iterator[pytest.Item]:
-    """Of tests of physics that run by every backend, those by the device's layer whose turn it is
-    not: one layer holds for half of such tests, the other for the rest."""
-    ways: dict[str, dict[str, list[pytest.Item]]] = {}
+    """Of tests of physics that run by several backends, alike in all else, those by each backend
+    whose turn it is not: that backends agree is held elsewhere (tests/kernels, test_layers_agree).
+    """
+    ways: dict[tuple[str, ...], dict[str, pytest.Item]] = {}
     for item in items:
         function, _, given = item.nodeid.partition("[")
-        backends = BACKENDS & set(given.rstrip("]").replace(" ", "-").split("-"))
-        if len(backends) == 1 and "physics" in item.path.parts:
-            ways.setdefault(function, {}).setdefault(*backends, []).append(item)
-    for function, by in ways.items():
-        if by.keys() == BACKENDS:
-            yield from by[LAYERS[zlib.crc32(function.encode()) % len(LAYERS)]]
+        parts = given.rstrip("]").replace(" ", "-").split("-")
+        backends = BACKENDS & set(parts)
+        if len(backends) == 1 and "physics" in item.path.parts and not _is_long(item):
+            others = (part for part in parts if part not in backends)
+            ways.setdefault((function, *others), {}).setdefault(*backends, item)
+    for (function, *_), by in ways.items():
+        turn = sorted(by)[zlib.crc32(function.encode()) % len(by)]
+        yield from (item for backend, item in by.items() if backend != turn)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -162,7 +164,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         for item in filter(_is_long, items):
             item.add_marker(pytest.mark.skip(reason="runs with --thorough"))
         for item in _in_turn(items):
-            item.add_marker(pytest.mark.skip(reason="another layer's turn; runs with --thorough"))
+            item.add_marker(pytest.mark.skip(reason="another backend's turn; runs with --thorough"))
     for item in items:
         for number in _rows_of(item):
             if number not in ROWS:

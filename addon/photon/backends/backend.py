@@ -247,7 +247,7 @@ class ResidentBackend(Backend):
         return grids_on_device(self.device, deposits, SAMPLE, focus)
 
     def radii(self, deposits: Deposits, grids: NDArray[np.float32], limits: Limits) -> Found:
-        # Software OpenGL takes a tenth of a millisecond for each group of threads that wait.
+        # Software OpenGL takes long for threads that wait for each other.
         shares_lines = not self.device.is_software
         return radii_on_device(self.device, deposits, grids, limits, shares_lines)
 

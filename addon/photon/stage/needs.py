@@ -134,7 +134,7 @@ class SceneNeeds:
         chains = {"CHAINS": 1} if self.transparent else {}
         chains |= {"DISPERSED_CHAINS": 1} if self.disperses else {}
         chains |= {"ABSORPTION": 1} if self.absorption else {}
-        chains |= self._caustic_free_defines if self.lobes else {}
+        chains |= self._caustic_free_defines
         return self._point_defines | self.programs.defines | self._footprint(1) | chains
 
     def _footprint(self, times: int) -> dict[str, int | float]:
