@@ -129,9 +129,9 @@ def test_lobes_that_are_left_out(scene, cycles_mean, export, device, walls, off,
         sheet.data.materials.append(shader_material("ShaderNodeBsdfTranslucent", "Sheet"))
     for name in ("reflective", "refractive"):
         setattr(scene.cycles, f"caustics_{name}", off not in (name, "both"))
-    theirs = cycles_mean(256 if thorough else 64, 1)[..., :3].astype(float)
+    theirs = cycles_mean(256, 1)[..., :3].astype(float)
     found, _ = export()
-    settings: Any = {"width": 64, "height": 32, "photons": 1 << 15, "passes": 16 if thorough else 8}
+    settings: Any = {"width": 64, "height": 32, "photons": 1 << 15, "passes": 16}
     ours = render(device, found, mirror_depth=32, **settings)["Combined"][..., :3].astype(float)
     mean = ours.mean() / theirs.mean() - 1
     blocks = [image.reshape(4, 8, 8, 8, 3).mean(axis=(1, 3)) for image in (ours, theirs)]
