@@ -18,7 +18,7 @@ from hashlib import blake2b
 from pathlib import Path
 
 from ..streams.compute import compute_source
-from ..streams.declaration import GROUPS
+from ..streams.declaration import GROUPS, THREADS
 from ..streams.source import Source, read
 from . import variants
 
@@ -33,7 +33,9 @@ def programs() -> Iterator[tuple[str, str, Source]]:
         name = " ".join([kernel.stem, *defines])
         yield name, "frag", kernel.source("fragment", FRAGMENT_VERSION, defines, made=made)
         for lanes in (
-            GROUPS if "sum_over_lanes" in read(f"kernels/{kernel.stem}.glsl", name) else (1,)
+            GROUPS[THREADS]
+            if "sum_over_lanes" in read(f"kernels/{kernel.stem}.glsl", name)
+            else (1,)
         ):
             yield name, "comp", kernel.source("compute", COMPUTE_VERSION, defines, lanes, made)
     for drawing, shape, defines in variants.drawn():

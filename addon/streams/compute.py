@@ -24,15 +24,19 @@ _GROUPS_A_ROW = 32768  # OpenGL guarantees 65535 groups a dimension
 
 
 def compute_source(
-    stem: str, version: int = 430, declarations: str = "", made: Made | None = None
+    stem: str,
+    version: int = 430,
+    declarations: str = "",
+    made: Made | None = None,
+    group: int = GROUP,
 ) -> Source:
     """The expanded text of `glsl/kernels/<stem>.glsl`, which declares its own bindings."""
     header = f"""{first_lines(max(version, 430))}
-layout(local_size_x = {GROUP}) in;
+layout(local_size_x = {group}) in;
 uniform int count;
 int thread() {{
     int group = int(gl_WorkGroupID.y) * {_GROUPS_A_ROW} + int(gl_WorkGroupID.x);
-    return group * {GROUP} + int(gl_LocalInvocationID.x);
+    return group * {group} + int(gl_LocalInvocationID.x);
 }}
 int group() {{ return int(gl_WorkGroupID.y) * {_GROUPS_A_ROW} + int(gl_WorkGroupID.x); }}
 {declarations}"""
@@ -43,10 +47,15 @@ class Program:
     """A compute program that runs one thread an element: `thread()` below `count`."""
 
     def __init__(
-        self, device: Device, stem: str, declarations: str = "", made: Made | None = None
+        self,
+        device: Device,
+        stem: str,
+        declarations: str = "",
+        made: Made | None = None,
+        group: int = GROUP,
     ) -> None:
-        self._device, self.stem = device, stem
-        source = compute_source(stem, device.glsl_version, declarations, made)
+        self._device, self.stem, self._group = device, stem, group
+        source = compute_source(stem, device.glsl_version, declarations, made, group)
         self._program = device.program(source.text, refused=partial(device.refusal, stem, source))
 
     def run(
@@ -69,7 +78,7 @@ class Program:
         self._program.set_all({name: unit for unit, name in enumerate(textures)})
         self._program.set_all(uniforms or {})
         self._program.set("count", count)
-        groups = groups if groups is not None else -(-count // GROUP)
+        groups = groups if groups is not None else -(-count // self._group)
         rows = -(-groups // _GROUPS_A_ROW)
         self._program.program.run(min(groups, _GROUPS_A_ROW), rows)
         self._device.ctx.memory_barrier()

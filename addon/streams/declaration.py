@@ -11,9 +11,10 @@ from .device import Layer
 from .record import Record
 from .source import StreamError
 
-# Elements of a compute work group, by the invocations that share each: 64 in all suit every GPU's
-# warp or wave size.
-GROUPS = {1: (8, 8), 8: (4, 2)}
+# Elements of a compute work group, by its threads and how many of these share each. So many suit
+# every GPU's warp or wave size; a group that is one warp ends when its own threads have.
+THREADS = 64
+GROUPS = {THREADS: {1: (8, 8), 8: (4, 2)}, 32: {1: (4, 8), 8: (2, 2)}}
 TABLE_WIDTH = 4096  # texels, a power of two; glsl/lib/table.glsl
 FIRST_LIST = 1  # storage buffer binding; 0 counts who is alive
 MOST_OUTPUTS = 8  # what OpenGL guarantees of draw buffers, and of image units in compute programs
@@ -111,7 +112,9 @@ class Declaration:
     tables: Mapping[str, Table | Items]
     records: tuple[Record, ...] = ()
 
-    def header(self, layer: Layer, version: int, defines: Defines, lanes: int) -> str:
+    def header(
+        self, layer: Layer, version: int, defines: Defines, lanes: int, threads: int = THREADS
+    ) -> str:
         """What precedes the kernel's file in its program."""
         compute = layer == "compute"
         lines = self.common_header(max(version, 430) if compute else version, defines, compute)
@@ -119,7 +122,7 @@ class Declaration:
         if lanes > 1:
             lines.insert(1, _SHUFFLES)
         if compute:
-            lines.append(_compute_prelude(lanes))
+            lines.append(_compute_prelude(GROUPS[threads][lanes], threads))
         else:
             lines.append("ivec2 element() { return ivec2(gl_FragCoord.xy); }")
         lines.append(_LANES if lanes > 1 else _ONE_LANE)
@@ -233,9 +236,9 @@ _BEFORE_400 = """#if __VERSION__ < 400
 #endif"""
 
 
-def _compute_prelude(lanes: int) -> str:
-    x, y = GROUPS[lanes]
-    return f"""layout(local_size_x = {x * y * lanes}) in;
+def _compute_prelude(group: tuple[int, int], threads: int) -> str:
+    x, y = group
+    return f"""layout(local_size_x = {threads}) in;
 layout(std430, binding = 0) buffer Alive {{ uint alive[]; }};
 uniform bool is_counting;
 uniform int alive_slot;

@@ -59,6 +59,8 @@ class Device:
         self.glsl_version = min(self.ctx.version_code, 450)
         self.is_software = any(word in self.name.lower() for word in _SOFTWARE)
         self.prefers_native = self.is_software  # to sort and compact on the host
+        # Threads that a GPU runs together, where that is known; AMD's are 32 or 64.
+        self.warp = 32 if "nvidia" in str(info["GL_VENDOR"]).lower() else None
         self.has_compute = self.ctx.version_code >= 430
         self.texture_limit = min(int(info.get("GL_MAX_TEXTURE_SIZE", 4096)), 16384)
         self.layer_limit = int(info.get("GL_MAX_ARRAY_TEXTURE_LAYERS", 256))

@@ -15,6 +15,7 @@ from .declaration import (
     FIRST_LIST,
     GROUPS,
     MOST_OUTPUTS,
+    THREADS,
     Declaration,
     Defines,
     Items,
@@ -81,8 +82,9 @@ class Kernel:
         self.inputs, self.outputs = declaration.inputs, declaration.outputs
         self.uniforms, self.tables = declaration.uniforms, declaration.tables
         self._checked: dict[Any, tuple[int, int]] = {}  # sizes of streams that fitted
-        self._group = GROUPS[lanes]
-        source = self.source(layer, device.glsl_version, defines or {}, lanes, made)
+        threads = device.warp or THREADS
+        self._group = GROUPS[threads][lanes]
+        source = self.source(layer, device.glsl_version, defines or {}, lanes, made, threads)
         self._skips = "skip()" in source.text.split("void kernel()", 1)[1]
         compute = layer == "compute"
         corners = _FULL_SCREEN_TRIANGLE.format(version=device.glsl_version)
@@ -126,21 +128,27 @@ class Kernel:
         defines: Defines,
         lanes: int = 1,
         made: Made | None = None,
+        threads: int = THREADS,
     ) -> Source:
         """The whole program text for a layer; checks the declaration against the file."""
         path = f"kernels/{cls.stem}.glsl"
         cls._check_declaration(path, every_branch(path))
         own = tuple((name, value) for name, value in defines.items() if name in cls.structure)
-        return expand(path, cls._header(layer, version, own, lanes), made)
+        return expand(path, cls._header(layer, version, own, lanes, threads), made)
 
     @classmethod
     @lru_cache(maxsize=256)
     def _header(
-        cls, layer: Layer, version: int, own: tuple[tuple[str, int | float], ...], lanes: int
+        cls,
+        layer: Layer,
+        version: int,
+        own: tuple[tuple[str, int | float], ...],
+        lanes: int,
+        threads: int,
     ) -> str:
         """Kept, for each renderer that is set up asks for the same again."""
         defines = dict(own)
-        return cls.declaration(defines).header(layer, version, defines, lanes)
+        return cls.declaration(defines).header(layer, version, defines, lanes, threads)
 
     def run(
         self,

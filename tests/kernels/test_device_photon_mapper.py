@@ -16,6 +16,7 @@ from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from addon.photon.stage.needs import SceneNeeds
 from addon.streams import Device, Reading
+from tests.measure import render
 from tests.scenes import cornell
 
 
@@ -52,6 +53,20 @@ def found(mapper: Mapper) -> Any:
     """Where the photons of pass 1 land, and what they bring, (n, 8)."""
     mapper.start(PhotonBatch(1, 20000))
     return np.concatenate(mapper.finish().arrays(), axis=1)
+
+
+def test_groups_of_a_warp(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever a work group holds, the picture is the same."""
+    if not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    monkeypatch.setattr(device, "prefers_native", False)
+    settings: dict[str, Any] = {"width": 24, "height": 16, "photons": 3000, "passes": 2}
+    pictures = []
+    for warp in (None, 32):
+        monkeypatch.setattr(device, "warp", warp)
+        pictures.append(render(device, cornell(True), backend="compute", **settings))
+    for name, picture in pictures[0].items():
+        np.testing.assert_array_equal(picture, pictures[1][name])
 
 
 def test_several_bounces_in_one_launch(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import addon.streams.kernel as kernel_module
 from addon.photon.stage.upload import upload_table
 from addon.streams import (
     TEXEL,
@@ -25,6 +25,7 @@ from addon.streams import (
     Table,
     Uniform,
 )
+from addon.streams.declaration import GROUPS
 from tests.unit.glsl_files import VALUE, declare, write
 
 OTHER = Record("Other", {"x": "float"})
@@ -266,14 +267,24 @@ def test_defines_choose_structure(device: Device, layer: str, root: Path) -> Non
         assert np.array_equal(b.download(), factor * a.download())
 
 
-@pytest.mark.parametrize("lanes", kernel_module.GROUPS)
+@pytest.mark.parametrize(
+    ("threads", "lanes"),
+    [(threads, lanes) for threads, by_lanes in GROUPS.items() for lanes in by_lanes],
+)
 @pytest.mark.parametrize("size", [(3, 2), (9, 17)])
 def test_lanes_share_an_element(
-    device: Device, root: Path, lanes: int, size: tuple[int, int]
+    device: Device,
+    root: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    threads: int,
+    lanes: int,
+    size: tuple[int, int],
 ) -> None:
     """Each takes its part of a loop; the element is written and counted once."""
     if not device.has_compute:
         pytest.skip(f"{device.name} has no compute programs")
+    assert math.prod(GROUPS[threads][lanes]) * lanes == threads
+    monkeypatch.setattr(device, "warp", threads)
     write(
         root,
         "kernels/probe.glsl",

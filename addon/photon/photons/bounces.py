@@ -19,6 +19,7 @@ from ...streams import (
     Tally,
     in_registers,
 )
+from ...streams.compute import GROUP
 from ..kernels.projector import Projector
 from ..kernels.records import DEPOSIT, PLACE
 from ..kernels.reflector import Reflector
@@ -59,7 +60,9 @@ class Bounces:
 
     def __init__(self, device: Device, defines: Defines, made: Made) -> None:
         self.launches = 0
-        self._program = Program(device, self.stem, declarations(defines), made)
+        # Photons bounce as often as they do: a group of many waits for its last one.
+        group = device.warp or GROUP
+        self._program = Program(device, self.stem, declarations(defines), made, group)
         self.tables = {
             n: table for _, kernel in kernels(defines) for n, table in kernel.tables.items()
         }
