@@ -12,9 +12,9 @@ from pathlib import Path
 from .environment import CARGO_TOML, PYTHON, ROOT, ensure, rust_env
 from .process import apt, first_line, run, say
 
-# Tests run side by side, files mostly in one process: most use one core, and what would take all is
+# Tests of several files run at once: most use one core, and what would take all is
 # told to.
-AT_ONCE = ("--numprocesses=auto", "--maxprocesses=4", "--dist=worksteal")
+AT_ONCE = ("--numprocesses=auto", "--maxprocesses=4", "--dist=loadfile")
 ONE_THREAD = {"LP_NUM_THREADS": "0", "OPENBLAS_NUM_THREADS": "1"}  # Mesa's llvmpipe, numpy
 
 
