@@ -12,8 +12,7 @@ from pathlib import Path
 from .environment import CARGO_TOML, PYTHON, ROOT, ensure, rust_env
 from .process import apt, first_line, run, say
 
-# Tests of several files run at once: most use one core, and what would take all is
-# told to.
+# Tests of several files run at once: most use one core, and what would take all is told to.
 AT_ONCE = ("--numprocesses=auto", "--maxprocesses=4", "--dist=loadfile")
 ONE_THREAD = {"LP_NUM_THREADS": "0", "OPENBLAS_NUM_THREADS": "1"}  # Mesa's llvmpipe, numpy
 
