@@ -115,12 +115,11 @@ WALLS = {
 }
 
 
+@pytest.mark.thorough("reflective", "refractive")
 @pytest.mark.parametrize("off", ("both", "reflective", "refractive"))
 @pytest.mark.parametrize("walls", WALLS)
-def test_lobes_that_are_left_out(scene, cycles_mean, export, device, walls, off, thorough) -> None:
+def test_lobes_that_are_left_out(scene, cycles_mean, export, device, walls, off) -> None:
     """Rays of diffuse lobes find none, nor what they are layered over any darker for them."""
-    if not thorough and off != "both":
-        pytest.skip("runs with --thorough")
     shader, inputs = WALLS[walls]
     # Rough diffuse walls gather photons unless broad gloss is there, too.
     room(scene, shader_material(shader, "Walls", **inputs), 0.6 if walls == "rough" else 0.0)

@@ -144,7 +144,7 @@ def radii_on_device(
     deposits: Deposits,
     grids: NDArray[np.float32],
     limits: Limits,
-    shares_lines: bool = True,
+    shares_lines: bool,
 ) -> DeviceRadii:
     """The radii by deposits that are on the device; `grids` (6, 16) are of RADIUS_GRID. With
     `shares_lines` threads go along lines together, where waiting for each other costs little."""
