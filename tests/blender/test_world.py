@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.blender.export import environment, pixels, world_nodes
+from addon.blender.export import environment, finer, pixels, world_nodes
 from addon.blender.export.pixels import floats_of
 from addon.photon.scene import FOUND_BY
 from tests.measure import render
@@ -139,7 +139,39 @@ def test_bytes_are_decoded(scene, export) -> None:
     (image,) = export()[0].images
     low, high = stored / 12.92, ((stored + 0.055) / 1.055) ** 2.4
     linear = np.where(stored <= 0.04045, low, high)[..., :3]
-    np.testing.assert_allclose(image.pixels, linear, rtol=1e-5, atol=1e-6)
+    times = image.pixels.shape[0] // 8
+    middles = image.pixels[times // 2 :: times, times // 2 :: times]
+    np.testing.assert_allclose(middles, linear, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.thorough("Linear", "Smart")
+@pytest.mark.parametrize("interpolation", ["Closest", "Linear", "Cubic", "Smart"])
+def test_between_pixels(scene, export, interpolation) -> None:
+    """As Cycles finds it there: of coded colours before they are decoded."""
+    node = with_texture(scene, image_of(RANDOM))
+    node.interpolation = interpolation
+    exported, report = export()
+    (image,) = exported.images
+    height, width = image.pixels.shape[:2]
+    expected = world_nodes.evaluate(node, node.outputs[0], (), least=width)
+    assert (height, width) == expected.shape[:2] and width >= 1024
+    apart = np.abs(image.pixels - expected)
+    assert apart.mean() < 3e-3 * expected.mean() and np.percentile(apart, 99.9) < 0.02
+    (entry,) = (e for e in report.of("approximated") if "World" in e.object)
+    assert interpolation.lower() in entry.detail
+
+
+def test_large_images_are_finer_by_no_texel(scene, export, monkeypatch) -> None:
+    """What is as wide as that is looked up between its own pixels."""
+    monkeypatch.setattr(finer, "WIDTH", 16)
+    node = with_texture(scene, image_of(RANDOM, float_buffer=True))
+    node.interpolation = "Cubic"
+    (image,) = export()[0].images
+    weights = np.zeros((8, 16))
+    weights[np.ix_((-1, 0, 1), (-1, 0, 1))] = np.outer((1, 4, 1), (1, 4, 1)) / 36
+    spectrum = np.fft.fft2(RANDOM[..., :3], axes=(0, 1)) * np.fft.fft2(weights)[..., None]
+    expected = np.fft.ifft2(spectrum, axes=(0, 1)).real
+    np.testing.assert_allclose(image.pixels, expected, rtol=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -155,8 +155,9 @@ def sky(kind: str, **values: Any) -> Graph:
     return make
 
 
-EXACT = (turned, turned_back_bytes, mirrored, for_the_camera)
+EXACT = (turned, mirrored, for_the_camera)
 EVALUATED = (
+    turned_back_bytes,
     moved,
     mirror_ball,
     other_hue,

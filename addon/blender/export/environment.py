@@ -11,6 +11,7 @@ from mathutils import Euler, Matrix
 from numpy.typing import NDArray
 
 from .colour_spaces import Space, colour_space_of, decoded
+from .finer import finer, times_finer
 from .links import Scope, source
 from .pixels import check_memory, floats_of
 
@@ -26,6 +27,7 @@ class EnvironmentMap:
     pixels: NDArray[np.float32]  # (height, width, 3)
     rows: NDArray[np.float64]  # (3, 3): what is the middle, a quarter to the left, and up in it
     downsampling: int = 1  # how many pixels, each way, became one
+    is_finer: bool = False  # it stands for one that is not linear between its pixels
 
 
 def read_environment_map(node: bpy.types.Node, scope: Scope) -> EnvironmentMap | None:
@@ -45,28 +47,38 @@ def read_environment_map(node: bpy.types.Node, scope: Scope) -> EnvironmentMap |
     rows = matrix / lengths.mean()
     if np.abs(rows @ rows.T - np.eye(3)).max() > 1e-5:
         return None
-    linear_pixels = _linear_pixels(image)
+    linear_pixels = _linear_pixels(image, node.interpolation)
     if linear_pixels is None:
         return None
-    pixels, downsampling = linear_pixels
+    pixels, downsampling, is_finer = linear_pixels
     if np.linalg.det(rows) < 0.0:  # a mirror image
         pixels, rows = np.ascontiguousarray(pixels[:, ::-1]), rows * [[1.0], [-1.0], [1.0]]
-    return EnvironmentMap(pixels, rows, downsampling)
+    return EnvironmentMap(pixels, rows, downsampling, is_finer)
 
 
-def _linear_pixels(image: bpy.types.Image) -> tuple[NDArray[np.float32], int] | None:
+def _linear_pixels(
+    image: bpy.types.Image, interpolation: str
+) -> tuple[NDArray[np.float32], int, bool] | None:
     """(height, width, 3), finite and not negative, the lowest row first; of large images the mean
-    of so many pixels each way. None: of bytes that let something through."""
+    of so many pixels each way; whether there are more of them than the image has, as it is looked
+    up. None: of bytes that let something through."""
     width, height = image.size
     step = 1
     while width * height > MOST_PIXELS * step * step:
         step += 1
-    rows, columns = height // step, width // step
-    check_memory(image, 4 * width * height * image.channels + 12 * rows * columns)
+    is_coded = not image.is_float and colour_space_of(image.colorspace_settings) is Space.SRGB
+    # Cycles decodes what it has found between coded pixels.
+    between = step == 1 and (interpolation != "Linear" or is_coded)
+    times = times_finer(width) if between else 1
+    between &= interpolation != "Linear" or times > 1
+    rows, columns = times * (height // step), times * (width // step)
+    spare = 4 * image.channels + 12 if between else 0
+    check_memory(image, 4 * width * height * image.channels + (12 + spare) * rows * columns)
     pixels = floats_of(image)
     if _is_multiplied(image) and not pixels[..., 3].min() >= 1.0:
         return None
-    is_coded = not image.is_float and colour_space_of(image.colorspace_settings) is Space.SRGB
+    if between:
+        pixels = finer(np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0), interpolation, times)
     found = np.empty((rows, columns, 3), np.float32)
     for low in range(0, rows, ROWS_AT_ONCE):  # large images are of gigabytes
         high = min(low + ROWS_AT_ONCE, rows)
@@ -74,7 +86,7 @@ def _linear_pixels(image: bpy.types.Image) -> tuple[NDArray[np.float32], int] | 
         mean = _downsampled(_rgb(part, is_coded), step)
         finite = np.nan_to_num(mean, nan=0.0, posinf=0.0, neginf=0.0)
         np.maximum(finite, 0.0, out=found[low:high])
-    return found, step
+    return found, step, between
 
 
 def _is_multiplied(image: bpy.types.Image) -> bool:

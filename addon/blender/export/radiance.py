@@ -156,8 +156,9 @@ def _environment(
     environment = read_environment_map(node, scope)
     if environment is None:
         environment = _evaluated(graph, node, end, scope)
-    elif node.interpolation != "Linear":
-        how = f"{node.interpolation.lower()}, rendered as linear"
+    elif environment.is_finer:
+        height, width = environment.pixels.shape[:2]
+        how = f"{node.interpolation.lower()}: an image of {width} x {height} pixels stands for it"
         graph.notes.approximated(graph.owner, f"Interpolation of '{node.name}'", how)
     if environment.downsampling > 1:
         block = f"{environment.downsampling} x {environment.downsampling}"
