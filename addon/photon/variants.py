@@ -268,6 +268,14 @@ def _of_programs(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Mad
         yield ShadowRays, scene.direct_defines, scene.made
         yield Reflector, scene.photon_defines, scene.made
         yield Gather, {**filter_define(Settings()), **scene.gather_defines}, scene.made
+        if scene.lobes:
+            gathering = replace(scene, gathered_lobes=True)
+            for others in ({}, {"OTHER_LOBES": 1}):
+                defines = {**filter_define(Settings()), **gathering.gather_defines, **others}
+                yield Gather, defines, scene.made
+            for absorption in (False, True):
+                asked = replace(gathering, absorption=absorption)
+                yield Scatter, asked.eye_defines, scene.made
     yield ShadowThrough, {**scene.transparent_defines, **scene.programs.defines}, scene.made
     if scene.transparent:
         filtering = replace(scene, shadow_programs=scene.programs)

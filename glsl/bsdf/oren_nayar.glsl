@@ -63,4 +63,6 @@ vec3 albedo_oren_nayar(Lobe lobe, Shape shape, float cosine) {
 
 float roughness_oren_nayar(Lobe lobe, Shape shape) { return 1.0; }
 
+float by_cosine_oren_nayar(Lobe lobe, Shape shape) { return 1.0; }
+
 vec3 adjoint_oren_nayar(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

@@ -39,4 +39,6 @@ vec3 albedo_velvet(Lobe lobe, Shape shape, float cosine) { return lobe.colour; }
 
 float roughness_velvet(Lobe lobe, Shape shape) { return 1.0; }
 
+float by_cosine_velvet(Lobe lobe, Shape shape) { return 1.0; }
+
 vec3 adjoint_velvet(Lobe lobe, Shape shape, float from, float to) { return vec3(1.0); }

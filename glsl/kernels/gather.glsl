@@ -10,18 +10,26 @@
 #ifdef GATHERED_LOBES
 #include "lib/gatherer.glsl"
 
-// By how much light from the grazing side of a smooth normal is brighter than the flux that fell, at most.
+// By how much light from the grazing side of a smooth normal is brighter than the flux that fell, at most; of diffuse
+// lobes BRIGHTEST, as Lambert's.
 const float MOST_BRIGHTER = 4.0;
 
-// What the lobes send on to the viewer of a photon's flux [1/sr]. The flux fell on the geometric normal, and
+// What a lobe sends on to the viewer of a photon's flux [1/sr]. The flux fell on the geometric normal, and
 // lobes are about the shading normal: the quotient of cosines is what a ray of theirs would weigh.
+vec3 gathered_by(Lobe lobe, Shape shape, Gatherer g, vec3 geometric, vec3 to_light) {
+    vec3 normal = is_about_shading_kind(lobe.kind) ? g.shading : g.normal;
+    float cosine = dot(to_light, normal), fell = dot(to_light, geometric);
+    if (!has_weight(shape) || cosine <= 0.0 || fell <= 0.0) return vec3(0.0);
+    float brighter = min(cosine / fell, is_diffuse_kind(lobe.kind) ? BRIGHTEST : MOST_BRIGHTER);
+#ifdef NORMALS
+    if (is_diffuse_kind(lobe.kind)) brighter *= bump_shadowing(bent_of(geometric).base, normal, to_light);
+#endif
+    return brighter * eval_lobe(lobe, shape, normal, g.to_viewer, to_light);
+}
+
 vec3 gathered_bsdf(Gatherer g, vec3 geometric, vec3 to_light) {
-    float cosine = dot(to_light, g.normal), fell = dot(to_light, geometric);
-    if (cosine <= 0.0 || fell <= 0.0) return vec3(0.0);
-    vec3 value = vec3(0.0);
-    if (has_weight(g.shape0)) value = eval_lobe(g.lobe0, g.shape0, g.normal, g.to_viewer, to_light);
-    if (has_weight(g.shape1)) value += eval_lobe(g.lobe1, g.shape1, g.normal, g.to_viewer, to_light);
-    return value * min(cosine / fell, MOST_BRIGHTER);
+    vec3 value = gathered_by(g.lobe0, g.shape0, g, geometric, to_light);
+    return value + gathered_by(g.lobe1, g.shape1, g, geometric, to_light);
 }
 #endif
 

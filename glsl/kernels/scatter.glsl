@@ -9,6 +9,10 @@
 #ifdef ABSORPTION
 #include "lib/absorption.glsl"
 #endif
+#ifdef NORMALS
+#include "lib/base_normal.glsl"
+#include "lib/bump_shadowing.glsl"
+#endif
 #ifdef VISIBILITY
 #include "lib/reach.glsl"
 
@@ -53,7 +57,6 @@ void kernel() {
 #ifdef TWO_LOBES
     other = load_lobe1();
 #endif
-    vec3 normal = normal_of_lobes(lobe, other, shading.normal, facing.normal, to_viewer);
 #ifdef TWO_LOBES
     float cosine = max(0.0, dot(to_viewer, shading.normal));
     Shape other_shape = shape_of_rays(other, load_shape1());
@@ -71,8 +74,14 @@ void kernel() {
     bool is_straight = is_transparent(lobe);
     if (is_straight ? chain.passed >= float(transparent_depth) : chain.bounces >= float(chain_depth)) skip();
 #endif
-    vec3 weight;
+    vec3 weight, normal = normal_of_lobe(lobe, shading.normal, facing.normal, to_viewer);
     vec3 outgoing = sample_lobe(lobe, shape, normal, to_viewer, u.xy, weight);
+#ifdef NORMALS
+    if (is_diffuse_kind(lobe.kind)) {
+        vec3 base = base_normal(place, facing, shading, load_diffuse());
+        weight *= bump_shadowing(base, shading.normal, outgoing);
+    }
+#endif
     vec3 before = load_throughput().throughput, throughput = before * weight;
     float carried = largest(throughput);
     bool goes_together = depth > 0 && carried < min(TOGETHER_BELOW, largest(before * load_diffuse().albedo));

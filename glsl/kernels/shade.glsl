@@ -108,7 +108,7 @@ void kernel() {
     diffuse = with_photons(diffuse, (surface.flags & PHOTONS_LAND) != 0);
 #endif
 #ifdef NORMALS
-    if (is_given(material.base_from) && gathers(diffuse)) diffuse = with_base(diffuse, base, surface.shading);
+    if (is_given(material.base_from)) diffuse = with_base(diffuse, base, surface.shading);
 #endif
     store_place(Place(surface.position, stored_surface(surface.surface, surface.side)));
     store_facing(facing);

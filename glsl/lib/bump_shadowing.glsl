@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What normals of nodes shade that the smooth surface about them hides, as Cycles has it (bump_shadowing_term): no
-// light that comes from behind that surface; and Lambert's lobe darkens softly towards there (Conty Estevez, Lecocq &
+// light that comes from behind that surface; and diffuse lobes darken softly towards there (Conty Estevez, Lecocq &
 // Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem").
 #include "lib/constants.glsl"
 
@@ -9,7 +9,7 @@ bool leaks(vec3 base, vec3 normal, vec3 to_light) {
     return normal != base && dot(base, to_light) * dot(base, normal) * dot(normal, to_light) < 0.0;
 }
 
-// The share of light that Lambert's lobe keeps.
+// The share of light that a diffuse lobe keeps.
 float bump_shadowing(vec3 base, vec3 normal, vec3 to_light) {
     if (normal == base) return 1.0;
     if (leaks(base, normal, to_light)) return 0.0;

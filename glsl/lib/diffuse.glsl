@@ -13,7 +13,7 @@ bool is_diffuse(Diffuse diffuse) { return largest(diffuse.albedo) > 0.0; }
 
 // Whether photons land here: also where nothing but other lobes gathers them.
 bool gathers(Diffuse diffuse) { return diffuse.flags > 0.0; }
-bool is_holdout(Diffuse diffuse) { return diffuse.flags < 0.0; }
+bool is_holdout(Diffuse diffuse) { return diffuse.flags < 0.0 && diffuse.flags > -IS_DISPLACED; }
 
 Diffuse held_out(float let_through) { return Diffuse(vec3(0.0), IS_HOLDOUT - let_through); }
 float let_through_by(Diffuse holdout) { return IS_HOLDOUT - holdout.flags; }
@@ -25,18 +25,19 @@ Diffuse with_photons(Diffuse diffuse) { return Diffuse(diffuse.albedo, max(diffu
 // leaves nothing of its albedo.
 Diffuse with_photons(Diffuse diffuse, bool lands) { return Diffuse(diffuse.albedo, lands ? GATHERS : 0.0); }
 
-// The same where the smooth surface's normal is this: as many times IS_DISPLACED as say so. Once: the shading normal
-// is; else it is packed, to 0.001.
+// The same where the smooth surface's normal is this: as many times IS_DISPLACED as say so, below 0 where no photons
+// land. Once: the shading normal is; else it is packed, to 0.001.
 const float STEPS_OF_BASE = 2046.0;  // so that all flags are below 2^24
 
 Diffuse with_base(Diffuse diffuse, vec3 base, vec3 shading) {
     float times = base == shading ? 1.0 : 2.0 + pack_octahedral(base, STEPS_OF_BASE);
-    return Diffuse(diffuse.albedo, diffuse.flags + IS_DISPLACED * times);
+    times *= IS_DISPLACED;
+    return Diffuse(diffuse.albedo, gathers(diffuse) ? diffuse.flags + times : -times);
 }
 
-bool is_displaced(Diffuse diffuse) { return diffuse.flags >= IS_DISPLACED; }
+bool is_displaced(Diffuse diffuse) { return abs(diffuse.flags) >= IS_DISPLACED; }
 
 vec3 base_of(Diffuse diffuse, vec3 shading) {
-    float times = floor(diffuse.flags / IS_DISPLACED);
+    float times = floor(abs(diffuse.flags) / IS_DISPLACED);
     return times > 1.0 ? normalize(unpack_octahedral(times - 2.0, STEPS_OF_BASE)) : shading;
 }

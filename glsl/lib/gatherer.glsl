@@ -2,7 +2,12 @@
 // The lobes of a point that gather photons, as its streams have them.
 #include "lib/gathered.glsl"
 
-struct Gatherer { float albedo; Lobe lobe0; Shape shape0; Lobe lobe1; Shape shape1; vec3 normal; vec3 to_viewer; };
+// `normal`: of lobes that are not about the shading normal.
+struct Gatherer {
+    float albedo;
+    Lobe lobe0; Shape shape0; Lobe lobe1; Shape shape1;
+    vec3 shading; vec3 normal; vec3 to_viewer;
+};
 
 Gatherer gatherer_of(vec3 geometric) {
     Gatherer g;
@@ -17,7 +22,7 @@ Gatherer gatherer_of(vec3 geometric) {
     g.shape0 = weighed(g.shape0, gathered_share(g.lobe0, g.shape0));
     g.shape1 = weighed(g.shape1, gathered_share(g.lobe1, g.shape1));
     g.to_viewer = -load_direction().direction;
-    vec3 shading = load_shading().normal;
+    vec3 shading = g.shading = load_shading().normal;
     g.normal = normal_of_lobes(g.lobe0, g.lobe1, shading, geometric, g.to_viewer);
     float cosine = max(0.0, dot(g.to_viewer, shading));
     g.albedo = 0.0;

@@ -62,9 +62,14 @@ vec3 sample_lobe(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, ou
     return to_light;
 }
 
-// The same for a photon that came from the light, and goes on to the viewer; some kinds send a share of photons by
-// the cosine alone.
-vec3 sample_lobe_for_photon(Lobe lobe, Shape shape, vec3 normal, vec3 to_light, vec2 u, out vec3 weight) {
+// By the cosine about this a lobe sends photons: diffuse ones send some where their own normal leans away from, too.
+vec3 axis_of_photons(Lobe lobe, vec3 normal, vec3 geometric) {
+    return is_diffuse_kind(lobe.kind) && is_about_shading_kind(lobe.kind) ? geometric : normal;
+}
+
+// The same for a photon that came from the light, and goes on to the viewer: weights are of the cosine about the axis.
+// Some kinds send a share of photons by that alone.
+vec3 sample_lobe_for_photon(Lobe lobe, Shape shape, vec3 normal, vec3 axis, vec3 to_light, vec2 u, out vec3 weight) {
     float by_cosine = by_cosine_kind(lobe, shape);
     bool is_by_cosine = u.x < by_cosine;
     vec2 apart = vec2((u.x - (is_by_cosine ? 0.0 : by_cosine)) / (is_by_cosine ? by_cosine : 1.0 - by_cosine), u.y);
@@ -74,8 +79,8 @@ vec3 sample_lobe_for_photon(Lobe lobe, Shape shape, vec3 normal, vec3 to_light, 
         weight *= adjoint_kind(lobe, shape, max(0.0, dot(to_light, normal)), dot(to_viewer, normal));
         return to_viewer;
     }
-    if (is_by_cosine) to_viewer = frame_about(normal) * sample_cosine_hemisphere(apart);
-    float cosine = max(0.0, dot(to_viewer, normal)), density = pdf_lobe(lobe, shape, normal, to_light, to_viewer);
+    if (is_by_cosine) to_viewer = frame_about(axis) * sample_cosine_hemisphere(apart);
+    float cosine = max(0.0, dot(to_viewer, axis)), density = pdf_lobe(lobe, shape, normal, to_light, to_viewer);
     density = mix(density, pdf_cosine_hemisphere(cosine), by_cosine);
     weight = vec3(0.0);
     if (density > 0.0) weight = eval_lobe(lobe, shape, normal, to_viewer, to_light) * (cosine / density);

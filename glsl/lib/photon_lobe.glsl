@@ -11,10 +11,13 @@
 #ifdef NO_CAUSTICS
 #include "lib/no_caustics.glsl"
 #endif
+#ifdef NORMALS
+#include "lib/bent.glsl"
+#endif
 
 // Where the lobe, whose normal this is, would send a photon, and what that weighs; how likely it shall be scattered so:
 // by what the lobe leaves of its flux in all, or in this way.
-struct LobeSample { Lobe lobe; Shape shape; vec3 normal; vec3 direction; vec3 weight; float probability; };
+struct LobeSample { Lobe lobe; Shape shape; vec3 normal; vec3 axis; vec3 direction; vec3 weight; float probability; };
 
 // `u`: the numbers by which the photon is reflected.
 LobeSample sample_photon_lobe(PhotonPoint point, vec3 flux, vec4 u) {
@@ -24,13 +27,15 @@ LobeSample sample_photon_lobe(PhotonPoint point, vec3 flux, vec4 u) {
     Way way = lobe_way(lobe, shape, point.place.position, point.facing, normal, -point.incoming, u);
     vec3 albedo = albedo_lobe(lobe, shape, max(0.0, -dot(point.incoming, point.shading.normal)));
     float probability = share_left(flux, albedo);
+    float by_cosine = min(1.0, 2.0 * by_cosine_kind(lobe, shape));
     // Where some directions weigh much more than others, by what this one does; but few would go through portals.
 #ifdef PORTALS_BY_SHARE
     if (way.by_portal > 0.0) probability /= 1.0 - way.by_portal;
     else
 #endif
-    probability = mix(probability, share_left(flux, way.weight), 2.0 * by_cosine_kind(lobe, shape));
-    return LobeSample(lobe, shape, normal, way.direction, way.weight, probability);
+    probability = mix(probability, share_left(flux, way.weight), by_cosine);
+    vec3 axis = axis_of_photons(lobe, normal, point.facing.normal);
+    return LobeSample(lobe, shape, normal, axis, way.direction, way.weight, probability);
 }
 
 #ifdef VISIBILITY
@@ -81,11 +86,17 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
         return;
     }
 #endif
-    leaving.normal = by.normal;
+    leaving.normal = by.axis;
     leaving.by_specular = !is_diffuse_kind(by.lobe.kind);
     // What flux that fell on the triangle is on the lobe, and leaves it (Veach 1997, sec. 5.3.2).
     float falls = dot(point.incoming, by.normal) / dot(point.incoming, geometric);
-    leaving.photon.flux *= clamp(falls * dot(by.direction, geometric) / dot(by.direction, by.normal), 0.0, BRIGHTEST);
+    leaving.photon.flux *= clamp(falls * dot(by.direction, geometric) / dot(by.direction, by.axis), 0.0, BRIGHTEST);
+#ifdef NORMALS
+    if (is_diffuse_kind(by.lobe.kind)) {
+        Bent bent = bent_of(geometric);
+        leaving.photon.flux *= bump_shadowing(bent.base, bent.normal, -point.incoming);
+    }
+#endif
 #ifdef DISPERSION
     if (disperses_kind(by.lobe.kind)) leaving.photon = with_colour(leaving.photon);
 #endif

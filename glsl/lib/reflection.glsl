@@ -59,17 +59,18 @@ Way diffuse_way(vec3 position, Facing facing, vec4 u) {
 }
 
 #ifdef LOBES
-// The same by a lobe, whose normal this is.
+// The same by a lobe, whose normal this is: its weights are of the cosine about axis_of_photons.
 Way lobe_way(Lobe lobe, Shape shape, vec3 position, Facing facing, vec3 normal, vec3 to_light, vec4 u) {
     Way way = Way(vec3(0.0), 0.0, vec3(0.0));
-    way.direction = sample_lobe_for_photon(lobe, shape, normal, to_light, u.yz, way.weight);
+    vec3 axis = axis_of_photons(lobe, normal, facing.normal);
+    way.direction = sample_lobe_for_photon(lobe, shape, normal, axis, to_light, u.yz, way.weight);
 #ifdef PORTALS_BY_SHARE
     if (roughness_kind(lobe, shape) < LEAST_ROUGHNESS_BY_PORTAL) return way;
     PortalChance seen = chance_of_portals(position, facing.normal);
     if (!(seen.share > 0.0)) return way;
     way.by_portal = seen.share;
     if (u.w < seen.share) way.direction = sample_portals(position, facing.normal, seen.angles, u.yz);
-    float cosine = max(0.0, dot(way.direction, normal));
+    float cosine = max(0.0, dot(way.direction, axis));
     float by_lobe = pdf_lobe(lobe, shape, normal, to_light, way.direction);
     by_lobe = mix(by_lobe, pdf_cosine_hemisphere(cosine), by_cosine_kind(lobe, shape));
     float by_portal = pdf_portals(position, facing.normal, seen.angles, way.direction);

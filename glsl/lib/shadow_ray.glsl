@@ -112,7 +112,7 @@ ShadowSample sample_for(VisiblePoint point, Light light, uint dimension, bool by
 }
 
 #ifdef LOBES
-// What the point's lobes reflect of the light that so many such rays find.
+// What the point's lobes reflect of the light that so many such rays find, times their cosines.
 vec3 reflected_by_lobes(VisiblePoint point, Light light, ShadowSample made, float rays, bool by_lobe) {
     float own = 0.0, part = 1.0;
     if (made.to_gather >= 0.0) {
@@ -189,7 +189,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     LightSample found = made.found;
     float cosine = cosine_of_diffuse(point, found.to_light), any_cosine = cosine;
 #ifdef LOBES
-    float of_lobes = cosine_of_lobes(point, found.to_light);
+    float of_lobes = most_cosine_of_lobes(point, found.to_light);
     any_cosine += of_lobes;
 #endif
     if (any_cosine <= 0.0 || found.share <= 0.0) return none;
@@ -212,9 +212,9 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
 #endif
 #ifdef LOBES
     if (of_lobes > 0.0) {
-        radiance += irradiance * of_lobes * reflected_by_lobes(point, light, made, rays, by_lobe);
+        radiance += irradiance * reflected_by_lobes(point, light, made, rays, by_lobe);
 #ifdef PANES
-        behind += irradiance * of_lobes * not_of_rays;
+        behind += irradiance * not_of_rays;
 #endif
     }
 #endif

@@ -62,13 +62,27 @@ bool is_behind(VisiblePoint point) {
 #endif
 }
 
-// The cosine of the other lobes.
-float cosine_of_lobes(VisiblePoint point, vec3 to_light) {
-    float cosine = dot(to_light, point.raised);
+vec3 normal_of(VisiblePoint point, Lobe lobe) {
+    return is_about_shading_kind(lobe.kind) ? point.shading.normal : point.raised;
+}
+
+// The cosine of one of the other lobes, or what stands for it.
+float cosine_of(VisiblePoint point, Lobe lobe, vec3 to_light) {
+    vec3 normal = normal_of(point, lobe);
+    float cosine = dot(to_light, normal);
 #ifdef NORMALS
-    if (leaks(point.base, point.raised, to_light)) return 0.0;
+    if (is_diffuse_kind(lobe.kind)) cosine *= bump_shadowing(point.base, normal, to_light);
+    else if (leaks(point.base, normal, to_light)) return 0.0;
 #endif
     return max(0.0, is_behind(point) ? -cosine : cosine);
+}
+
+float most_cosine_of_lobes(VisiblePoint point, vec3 to_light) {
+    float most = cosine_of(point, point.lobe0, to_light);
+#ifdef TWO_LOBES
+    most = max(most, cosine_of(point, point.lobe1, to_light));
+#endif
+    return most;
 }
 
 #ifdef SHADOW_RAYS_BY_LOBES
@@ -124,11 +138,11 @@ bool is_found_for(Light light, Lobe lobe) {
     return is_found(light, BY_DIFFUSE) && (is_found(light, BY_GLOSSY) || !is_found(light, BY_CHAINS));
 }
 
-// What a point's lobes reflect of a light. Where rays of a lobe may find the light as well, this is the part of
-// shadow rays of this density by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the other. `part`:
-// of what gathers photons, by this ray, and nothing else if it goes by it.
+// What a point's lobes reflect of a light, times their cosines. Where rays of a lobe may find the light as well, this is
+// the part of shadow rays of this density by the balance heuristic (Veach 1997, sec. 9.2); the kernel emitted has the
+// other. `part`: of what gathers photons, by this ray, and nothing else if it goes by it.
 vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float part, bool by_lobe) {
-    vec3 normal = point.raised, sum = vec3(0.0);
+    vec3 sum = vec3(0.0);
 #ifdef PANES
     not_of_rays = vec3(0.0);
 #endif
@@ -161,7 +175,8 @@ vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float
         if (is_behind(point) && !transmits_kind(lobe.kind)) continue;
 #endif
         if (!is_found_for(light, lobe)) continue;
-        vec3 reflected = eval_lobe(lobe, shape, normal, point.to_viewer, to_light);
+        vec3 normal = normal_of(point, lobe);
+        vec3 reflected = cosine_of(point, lobe, to_light) * eval_lobe(lobe, shape, normal, point.to_viewer, to_light);
         float counts = 1.0;
 #ifdef WEIGHED
         if (is_weighed) {

@@ -21,6 +21,7 @@ pytestmark = pytest.mark.blender
 CELL = 32  # [px] of a subject, in a cell 3 m wide
 NEAR, FLOOR = 0.01, 0.02  # of a pixel; of the brightest one, where it is darker
 DIFFUSE, PRINCIPLED = "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfPrincipled"
+TRANSLUCENT = "ShaderNodeBsdfTranslucent"
 Tree = bpy.types.NodeTree
 Build = Callable[[Tree, bpy.types.Node], None]  # bends the normal of a shader
 
@@ -106,10 +107,20 @@ CASES: Mapping[str, Build] = {
     BENT: displacement("OBJECT", also=bump(scale=13.0)),
     **{f"vector {space}": displacement(space, vector=True) for space in SPACES[:3]},
 }
-SHADERS: Mapping[str, dict[str, Any]] = {
-    DIFFUSE: {"Color": (0.8, 0.7, 0.6, 1.0)},
-    PRINCIPLED: {"Base_Color": (0.6, 0.5, 0.4, 1.0), "Roughness": 0.4},
+COLOUR = (0.8, 0.7, 0.6, 1.0)
+SHADERS: Mapping[str, tuple[str, dict[str, Any]]] = {
+    DIFFUSE: (DIFFUSE, {"Color": COLOUR}),
+    PRINCIPLED: (PRINCIPLED, {"Base_Color": (0.6, 0.5, 0.4, 1.0), "Roughness": 0.4}),
+    "rough": (DIFFUSE, {"Color": COLOUR, "Roughness": 0.9}),
+    "rough below gloss": (
+        PRINCIPLED,
+        {"Base_Color": COLOUR, "Roughness": 0.4, "Diffuse_Roughness": 0.9},
+    ),
+    "sheen": ("ShaderNodeBsdfSheen", {"Color": COLOUR, "Roughness": 0.5}),
+    "toon": ("ShaderNodeBsdfToon", {"Color": COLOUR, "Size": 0.7, "Smooth": 0.3}),
+    TRANSLUCENT: (TRANSLUCENT, {"Color": COLOUR}),
 }
+NEAR_OF = {"sheen": 0.04}  # tables of it are coarse
 
 
 def tile() -> None:
@@ -136,12 +147,13 @@ def lay_out(cases: Mapping[str, Build], subject: Callable[[], None], shader: str
         obj.location = 3.0 * (number % across), 3.0 * (number // across), 0.0
         obj.scale, obj.rotation_euler = (1.0, 0.8, 1.1), (0.2, 0.15, 0.7)
         material, tree = new_material()
-        node = add_node(tree, shader, **SHADERS[shader])
+        kind, inputs = SHADERS[shader]
+        node = add_node(tree, kind, **inputs)
         finish(tree, node)
         build(tree, node)
         obj.data.materials.append(material)
     sun = add_light("Sun", "SUN", energy=3.0, angle=0.0)
-    sun.rotation_euler = 0.7, 0.4, 0.0
+    sun.rotation_euler = 0.7 + math.pi * (shader == TRANSLUCENT), 0.4, 0.0  # behind what is seen
     scene = bpy.context.scene
     scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 3.0 * across
     scene.camera.location = 1.5 * across - 1.5, 1.5 * across - 1.5, 10.0
@@ -179,6 +191,10 @@ def _thorough(*values: Any) -> Any:
     [
         (ball, DIFFUSE),
         (back, PRINCIPLED),
+        (ball, "rough"),
+        _thorough(ball, "rough below gloss"),
+        _thorough(ball, "sheen"),
+        _thorough(ball, "toon"),
         _thorough(tile, DIFFUSE),
         _thorough(back, DIFFUSE),
         _thorough(ball, PRINCIPLED),
@@ -194,10 +210,22 @@ def test_every_option(export, cycles_mean, device, subject, shader) -> None:
         x, y = number % across * CELL, number // across * CELL
         cell = np.s_[y : y + CELL, x : x + CELL]
         found = difference(ours[cell], cycles[cell])
-        within = float((found < NEAR).mean()) if len(found) else 1.0  # both are dark
+        within = (
+            float((found < NEAR_OF.get(shader, NEAR)).mean()) if len(found) else 1.0
+        )  # both are dark
         if within < WITHIN.get(name, 0.99):
             bad[name] = f"{within:.1%}"
     assert not bad, bad
+
+
+def test_light_from_behind(export, cycles_mean, device) -> None:
+    """In the mean: shadow rays go to either side by chance."""
+    across = lay_out(CASES, tile, TRANSLUCENT)
+    ours, cycles = pictures(export, cycles_mean, device, passes=64)
+    shape = (across, CELL, across, CELL, 3)
+    of_cells = [picture.reshape(shape).mean(axis=(1, 3, 4)).ravel() for picture in (ours, cycles)]
+    for name, own, theirs in zip(CASES, *of_cells, strict=False):
+        assert own == pytest.approx(theirs, rel=0.02), name
 
 
 @pytest.mark.parametrize("backend", ["compute", "native"])
@@ -242,10 +270,11 @@ def test_one_normal_a_material(convert) -> None:
     assert "normal" in convert(material)[0].varying
 
 
-def test_photons_see_bent_normals(export, device) -> None:
+@pytest.mark.parametrize("shader", [DIFFUSE, _thorough("rough")])
+def test_photons_see_bent_normals(export, device, shader) -> None:
     """Direct light by photons is that by shadow rays, on bumps too, and what they scatter is."""
     cases = {name: CASES[name] for name in ("map OBJECT", "bump by UV", "displaced", BENT)}
-    lay_out(cases, tile, DIFFUSE)
+    lay_out(cases, tile, shader)
     scene, _ = export()
     size = bpy.context.scene.render.resolution_x
     ours = {"width": size, "height": size, "pixel_filter": "gauss", "pixel_width": 1e-4}
@@ -260,8 +289,9 @@ def test_photons_see_bent_normals(export, device) -> None:
 
 
 @pytest.mark.thorough
+@pytest.mark.parametrize("shader", [DIFFUSE, "rough"])
 @pytest.mark.parametrize("bent", ["map, a constant", "bump by Object"])
-def test_room(export, cycles_mean, device, bent) -> None:
+def test_room(export, cycles_mean, device, bent, shader) -> None:
     """Indirect light on a bent floor, and what the floor sends on."""
     walls = {
         "floor": ((0, 0, 0), (0, 0, 0), (0.7, 0.7, 0.7, 1.0)),
@@ -273,10 +303,11 @@ def test_room(export, cycles_mean, device, bent) -> None:
     for name, (location, turn, colour) in walls.items():
         bpy.ops.mesh.primitive_plane_add(size=2.0, location=location, rotation=turn)
         material, tree = new_material(name)
-        shader = add_node(tree, DIFFUSE, Color=colour)
-        finish(tree, shader)
+        roughness = SHADERS[shader][1].get("Roughness", 0.0)
+        node = add_node(tree, DIFFUSE, Color=colour, Roughness=roughness)
+        finish(tree, node)
         if name == "floor":
-            CASES[bent](tree, shader)
+            CASES[bent](tree, node)
         bpy.context.object.data.materials.append(material)
     add_light(
         "Spot",

@@ -2,6 +2,7 @@
 from ...streams import Kernel, Table, Uniform, When
 from .records import (
     CHAIN,
+    CORNER_NORMALS,
     DIFFUSE,
     FACING,
     HIT,
@@ -32,6 +33,7 @@ class Scatter(Kernel):
         "DISPERSION",
         "VISIBILITY",
         "NO_CAUSTICS",
+        "NORMALS",
         *GATHERED_LOBES,
     )
     inputs = {
@@ -63,6 +65,7 @@ class Scatter(Kernel):
         "frame_size": Uniform("ivec2"),
     }
     tables = {
-        "triangles": When("ABSORPTION", Table(TRIANGLE)),
+        "triangles": When(("ABSORPTION", "NORMALS"), Table(TRIANGLE)),
+        "corner_normals": When("NORMALS", Table(CORNER_NORMALS)),
         "materials": When("ABSORPTION", Table(MATERIAL)),
     }

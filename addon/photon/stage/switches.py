@@ -61,7 +61,7 @@ BSDF_FUNCTIONS = (
     ),
     _Function(
         "float",
-        "by_cosine",  # the share of photons that `sample` sends by the cosine, half at most
+        "by_cosine",  # the share of photons that go by the cosine, not by `sample`
         _LOBE,
         "return 0.0;",
         "lobe.kind",

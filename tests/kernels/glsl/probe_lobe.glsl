@@ -11,7 +11,7 @@ void kernel() {
 #ifdef SAMPLE
     vec3 weight, to_light;
 #ifdef PHOTON
-    to_light = sample_lobe_for_photon(lobe, shape, normal, to_viewer, other.xy, weight);
+    to_light = sample_lobe_for_photon(lobe, shape, normal, normal, to_viewer, other.xy, weight);
 #else
     to_light = sample_lobe(lobe, shape, normal, to_viewer, other.xy, weight);
 #endif
