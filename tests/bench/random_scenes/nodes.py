@@ -88,6 +88,28 @@ RANGES = {
 # Of Principled, mostly 0; of rough glass Cycles counts what no microfacet does.
 SELDOM = ("Transmission Weight", "Coat Weight", "Sheen Weight", "Emission Strength", "Anisotropic")
 GLASSY_ROUGHNESS = 0.15
+# Inputs that a texture may tell from place to place.
+TOLD = (
+    "Roughness",
+    "Metallic",
+    "Alpha",
+    "IOR",
+    "Specular IOR Level",
+    "Diffuse Roughness",
+    "Transmission Weight",
+    "Coat Weight",
+    "Coat Roughness",
+    "Sheen Weight",
+    "Sheen Roughness",
+    "Emission Strength",
+    "Anisotropic",
+    "Anisotropy",
+    "Rotation",
+    "Size",
+    "Smooth",
+    "Fac",
+    "Factor",
+)
 # Inputs and choices that the report names as approximated or left out.
 LEFT_OUT = ("Weight", "Subsurface Weight", "Thin Film Thickness", "Coat Normal", "Tangent")
 NOT_CHOSEN = {"BECKMANN", "ASHIKHMIN_SHIRLEY", "PHYSICAL_CONDUCTOR", "ASHIKHMIN"}
@@ -195,11 +217,38 @@ class Nodes:
         for name in ("Color", "Base Color"):
             if name in node.inputs and self.chance(0.4):
                 self.link(self.reflectance(), node, name)
-        if "Normal" in node.inputs and not depth and self.chance(0.2):
-            bump = self.made("Bump")
-            bump.inputs["Distance"].default_value = self.dice.uniform(0.01, 0.2)
-            self.link(self.texture(), bump, "Height")
-            self.link(bump.outputs[0], node, "Normal")
+        for socket in node.inputs:
+            if socket.enabled and socket.type == "VALUE" and socket.name in TOLD:
+                self._tell(socket)
+        if "Normal" in node.inputs and not depth and self.chance(0.25):
+            bent = self._mapped if self.chance(0.3) else self._bumped
+            self.link(bent(), node, "Normal")
+        return node.outputs[0]
+
+    def _tell(self, socket: Socket) -> None:
+        """Up to twice what it is, by a texture, maybe."""
+        own = socket.default_value
+        if own > 0.0 and self.chance(0.15):
+            ranged = self.tree.nodes.new("ShaderNodeMapRange")
+            ranged.inputs["To Min"].default_value = 1.01 if socket.name == "IOR" else 0.0
+            ranged.inputs["To Max"].default_value = min(2.0 * own, 2.0 if own > 1.0 else 1.0)
+            self.tree.links.new(self.value(), ranged.inputs["Value"])
+            self.tree.links.new(ranged.outputs[0], socket)
+
+    def _bumped(self) -> Socket:
+        bump = self.made("Bump")
+        bump.inputs["Distance"].default_value = self.dice.uniform(0.01, 0.2)
+        self.link(self.texture(), bump, "Height")
+        return bump.outputs[0]
+
+    def _mapped(self) -> Socket:
+        node = self.made("NormalMap")
+        node.inputs["Strength"].default_value = self.dice.uniform(0.1, 1.0)
+        mixed = self.tree.nodes.new("ShaderNodeMixRGB")
+        mixed.inputs[0].default_value = 0.3
+        mixed.inputs[1].default_value = (0.5, 0.5, 1.0, 1.0)
+        self.tree.links.new(self.texture(), mixed.inputs[2])
+        self.link(mixed.outputs[0], node, "Color")
         return node.outputs[0]
 
 
