@@ -130,6 +130,18 @@ def test_emission_that_shadow_rays_do_not_find(export, kind: str, hidden: str) -
     assert all("Object 'Glow'" in text for text in said)
 
 
+@pytest.mark.parametrize(
+    ("ray", "roughness", "count"), [("glossy", 0.2, 1), ("glossy", 0.0, 0), ("diffuse", 0.2, 0)]
+)
+def test_lamps_that_rough_glass_shows_in_cycles(export, ray, roughness, count) -> None:
+    """Shadow rays to it find those that are hidden from glossy rays."""
+    setattr(add_light("Lamp", "AREA"), f"visible_{ray}", False)
+    material = shader_material("ShaderNodeBsdfGlass", Roughness=roughness)
+    add_mesh("Pane").data.materials.append(material)
+    said = [str(entry) for entry in export()[1].entries if entry.feature == "Ray Visibility"]
+    assert len(said) == count and all("Light 'Lamp'" in text for text in said)
+
+
 def test_shadow_catchers(export) -> None:
     """Where the eye sees them; a holdout is more."""
     add_mesh("Thing", is_shadow_catcher=True)

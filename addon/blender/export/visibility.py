@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from ...photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS, TERMINATOR, Scene
-from ...photon.stage.kinds import lobe_kinds
+from ...photon.stage.kinds import light_kinds, lobe_kinds
 from .report import Notes
 
 GEOMETRY_OFFSET = "shadow_terminator_geometry_offset"
@@ -54,9 +54,16 @@ def terminator_of(obj: bpy.types.Object) -> float:
 
 
 def note_rays(scene: Scene, notes: Notes) -> None:
-    """Write down which emissive objects Cycles' shadow rays do not find, and rays through
-    Translucent BSDFs do: those it weighs as if both did."""
+    """Write down which lights Cycles' shadow rays find and rays of a lobe do not, or the other way
+    round: those it weighs as if both did. Shadow rays to rough glass find lamps that are hidden
+    from glossy rays, and to Translucent BSDFs no emissive objects that are from diffuse rays."""
     kinds = [lobe_kinds()[x.kind] for m in scene.materials for x in m.lobes if x.reflects]
+    if any(kind.is_two_sided and not kind.is_diffuse for kind in kinds):
+        for light in scene.lights:
+            is_lamp = not light_kinds()[light.kind].is_world
+            if is_lamp and "glossy" not in light.found_by and "diffuse" in light.found_by:
+                what = "rough glass shows nothing of it, and in Cycles some"
+                notes.approximated(f"Light '{light.name}'", "Ray Visibility", what)
     translucent = any(kind.is_diffuse and kind.transmits for kind in kinds)
     if not (translucent and len(scene.visible)):  # else all rays meet all
         return
