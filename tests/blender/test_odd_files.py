@@ -102,8 +102,10 @@ ODD = {
     "a newline": "two\nlines",
     "quotes": 'it\'s "so" #1 %d $HOME',
 }
+ODD["all of it"] = "  ".join(ODD.values())  # the others tell what of it is at fault
 
 
+@pytest.mark.thorough("spaces", "Unicode", "newline", "quotes")
 @pytest.mark.parametrize("odd", ODD)
 def test_odd_paths(tmp_path: Path, measured: Measured, odd: str) -> None:
     """Of the folder, the scene and the picture; the picture lies where it was asked for."""

@@ -23,6 +23,7 @@ from tests.measure import render
 from tests.scenes import GREY, Builder, cornell, corners_of, plain_material
 
 RADIUS = 0.3
+FINE = 300  # places in a radius, where integrals are sums
 UP = (0.0, 0.0, 1.0)
 BLACK = plain_material("black", (0.0,) * 3)
 MATERIALS = (GREY, BLACK)
@@ -202,6 +203,14 @@ def weights(name: str, x2: Any) -> Any:
     return np.where(x2 <= 1, shape, 0.0) / np.pi
 
 
+def on_disc(name: str) -> tuple[Any, Any, tuple[Any, Any]]:
+    """Places about a disc of radius one, and what the filter and the inner filter weigh there."""
+    side = (np.arange(2 * FINE) + 0.5) / FINE - 1
+    u, v = np.meshgrid(side, side)
+    squares = u * u + v * v
+    return u, v, (weights(name, squares), 2 * weights(name, 2 * squares))
+
+
 def add_pass(means: Any, shares: Any, tilts: Any) -> None:
     """Add a pass of PASSES to the means of share, scale, and scale times either coordinate of the
     tilt, by disc and filter."""
@@ -214,15 +223,13 @@ def add_pass(means: Any, shares: Any, tilts: Any) -> None:
 def check_shares(name: str, cuts: Any, x: Any, means: Any, **near: float) -> None:
     """That discs at x before the plate's edge have the share of their scaled, tilted filters that
     lies on the plate and within the cuts, whatever it is divided by: what is even stays even."""
-    side = (np.arange(1200) + 0.5) / 600 - 1
-    u, v = np.meshgrid(side, side)
-    squares = u * u + v * v
+    u, v, filters = on_disc(name)
     for at in range(len(x)):
         a, b, c, d = cuts[at] * RADIUS
         there = (u * a + v * b <= 1) & (u * c + v * d <= 1) & (x[at] + u * RADIUS <= 0.9)
-        for k, filter_ in enumerate((weights(name, squares), 2 * weights(name, 2 * squares))):
+        for k, filter_ in enumerate(filters):
             share, scale, along_u, along_v = means[:, at, k]
-            tilted = filter_ * (scale + along_u * u + along_v * v) / 600**2
+            tilted = filter_ * (scale + along_u * u + along_v * v) / FINE**2
             assert share == pytest.approx((tilted * there).sum(), **near)
 
 
@@ -231,19 +238,17 @@ def check_tilted(name: str, cuts: Any, x: Any, means: Any) -> None:
     mass that lies on the plate, and within the cuts as much as without tilts; both over what that
     is, where the triangle tells it (SURE and BROAD of glsl/lib/cuts.glsl)."""
     check_shares(name, cuts, x, means, abs=8e-3)
-    side = (np.arange(1200) + 0.5) / 600 - 1
-    u, v = np.meshgrid(side, side)
-    squares = u * u + v * v
+    u, v, filters = on_disc(name)
     for at in range(len(x)):
         a, b, c, d = cuts[at] * RADIUS
         within = (u * a + v * b <= 1) & (u * c + v * d <= 1)
         on_plate = x[at] + u * RADIUS <= 0.9
-        known = (weights(name, squares) * within * on_plate).sum()
-        sure = np.clip(known / (weights(name, squares) * within).sum() / 0.2 - 4, 0, 1)
-        for k, filter_ in enumerate((weights(name, squares), 2 * weights(name, 2 * squares))):
+        known = (filters[0] * within * on_plate).sum()
+        sure = np.clip(known / (filters[0] * within).sum() / 0.2 - 4, 0, 1)
+        for k, filter_ in enumerate(filters):
             _, scale, along_u, along_v = means[:, at, k]
-            tilted = filter_ * (scale + along_u * u + along_v * v) / 600**2
-            left = (filter_ * within).sum() / 600**2
+            tilted = filter_ * (scale + along_u * u + along_v * v) / FINE**2
+            left = (filter_ * within).sum() / FINE**2
             over = 1 + sure * np.clip((left - 0.25) / 0.2, 0, 1) * (left - 1)
             tilted *= within  # as good as 16 directions tell
             assert tilted.sum() * over == pytest.approx(left, abs=0.02)

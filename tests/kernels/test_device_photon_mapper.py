@@ -95,6 +95,7 @@ def test_several_bounces_in_one_launch(device: Device, monkeypatch: pytest.Monke
         assert lists[0].tobytes() == lists[3].tobytes()
 
 
+@pytest.mark.thorough("40")
 def test_host_does_not_wait_for_photons(
     device: Device, mapper: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -120,6 +121,10 @@ def test_host_does_not_wait_for_photons(
     assert (again, mapper.unfinished) == expected and expected[1] > 0
 
 
+# Each part in one way, each way with one part.
+@pytest.mark.thorough(
+    "1-first", "1-second", "40-landed", "40-first", "apart-landed", "apart-second"
+)
 @pytest.mark.parametrize("part", ["landed", "first", "second"])
 def test_more_photons_than_foreseen(
     device: Device, mapper: Any, monkeypatch: pytest.MonkeyPatch, part: str
@@ -145,6 +150,7 @@ def test_more_photons_than_foreseen(
     assert mapper.launches()["generator"] == launches + 3
 
 
+@pytest.mark.thorough("1]")
 def test_more_deposits_than_guessed(
     device: Device, mapper: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -160,6 +166,7 @@ def test_more_deposits_than_guessed(
     assert mapper.launches()["generator"] == before + 2
 
 
+@pytest.mark.thorough("40")
 def test_fewer_looks_than_foreseen(mapper: Any) -> None:
     """Photons outlive those of all passes before."""
     expected = traced(mapper, 0)

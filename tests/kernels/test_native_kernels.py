@@ -181,7 +181,7 @@ TURNED = Instruction(
 )
 
 
-@pytest.mark.thorough("False")
+@pytest.mark.thorough("False", "2_0")
 @pytest.mark.parametrize("bent", [False, True])
 @pytest.mark.parametrize("lobes", [(), *LOBES], ids=len)
 def test_gather_with_lobes(device: Device, lobes: tuple[Lobe, ...], bent: bool) -> None:

@@ -128,6 +128,7 @@ def test_several_launches_sum_as_one(device: Device, monkeypatch: pytest.MonkeyP
         np.testing.assert_allclose(parts[name], whole[name], rtol=1e-5, atol=1e-7)
 
 
+@pytest.mark.thorough("5.0-8192", "0.0-3")
 @pytest.mark.parametrize("max_ranked", [grid_sort.MAX_RANKED, 3])
 @pytest.mark.parametrize("radius", [0.0, 5.0])
 @pytest.mark.usefixtures("not_aimed")

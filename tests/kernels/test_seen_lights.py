@@ -181,7 +181,8 @@ def test_samples_have_the_density(one_bench: Bench, light: Light) -> None:
     assert_density(first, cells, density[:, 0], len(first) / COUNT)
 
 
-@pytest.mark.thorough("strip", "soft disc")
+# Of lamps of a size one of each shape; tests/physics/test_lamps.py sees photons of the others.
+@pytest.mark.thorough("strip", "soft disc", "softbox", "stretched", "soft point")
 @pytest.mark.parametrize("light", EACH)
 def test_photons_bring_what_samples_bring(one_bench: Bench, light: Light) -> None:
     """Through a disc; and all together they are the flux."""

@@ -33,6 +33,7 @@ def plate_over_floor(strips: int) -> Scene:
     return built.scene(view, [lamp], [GREY])
 
 
+@pytest.mark.thorough("compute", "fragment")  # which compile for longer
 @pytest.mark.parametrize(
     ("backend", "strips"), [("native", 1), ("native", 60), ("compute", 1), ("fragment", 1)]
 )

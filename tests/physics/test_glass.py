@@ -111,6 +111,7 @@ def test_absorption_is_beers(device: Device, no_panes: None) -> None:
     assert found[1] / found[0] == pytest.approx(left, rel=0.01)
 
 
+@pytest.mark.thorough("compute")
 @pytest.mark.parametrize("backend", ["native", "compute"])
 def test_a_pool_absorbs_above_its_floor(device: Device, backend: Any) -> None:
     """Water of index 1 about a floor: what it takes on the sun's way down, and on the eye's up."""

@@ -187,6 +187,7 @@ def test_by_photons(device: Device, case: Case) -> None:
 WIDE_SUN = sun_light("wide sun", POWER, TILT, math.radians(40))
 
 
+@pytest.mark.thorough("0.1-softbox", "0.1-wide sun", "0.5-disc", "0.5-rectangle")
 @pytest.mark.parametrize(
     "light", [*(case.light for case in CASES[:3]), WIDE_SUN], ids=lambda light: light.name
 )

@@ -105,6 +105,7 @@ def test_photons_land_on_some_materials_alone(device: Device, backend: str) -> N
     np.testing.assert_allclose(images["Combined"][..., :3].mean(axis=(0, 1)), SKY, rtol=0.01)
 
 
+@pytest.mark.thorough("compute")
 @pytest.mark.parametrize("holes", ["black", "open"])
 @pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
 def test_white_dots_are_white(device: Device, backend: str, holes: str) -> None:

@@ -53,6 +53,7 @@ LOBES = phong((0.2, 0.1, 0.1), 30.0), phong((0.1, 0.2, 0.3), 5.0), phong((0.1, 0
 NO_DIFFUSE = (0.0, 0.0, 0.0)
 
 
+@pytest.mark.thorough("compute")
 def test_three_lobes_are_their_sum(picture: Picture) -> None:
     """Of which a point has two in a pass, by chance: in highlights and in what is mirrored."""
     settings: dict[str, Any] = {"width": 32, "height": 32, "photons": 0, "passes": 64}
@@ -91,8 +92,8 @@ def test_layers_under_grazing_light(picture: Picture, lobe: Lobe) -> None:
     layered = Material("layered", NO_DIFFUSE, (replace(lobe, covered=(0.8, 0.4, 0.2)),))
     built = Builder().quad((-8, -1, 0), (8, -1, 0), (8, 1, 0), (-8, 1, 0))
     scene = built.scene(orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 0.8), [light], [layered])
-    settings: dict[str, Any] = {"width": 16, "height": 16, "photons": 100_000, "radius": 0.1}
-    settings |= {"photon_bounces": 1, "passes": 16, "mirror_depth": 0}
+    settings: dict[str, Any] = {"width": 16, "height": 16, "photons": 40_000, "radius": 0.1}
+    settings |= {"photon_bounces": 1, "passes": 4, "mirror_depth": 0}
     by_rays = picture(scene, **settings | {"photons": 0})["Direct"].mean(axis=(0, 1))
     by_photons = picture(scene, **settings, direct_by_photons=True)
     assert not by_photons["Direct"].any()
@@ -124,8 +125,8 @@ def test_lobes_under_lobes_gather(picture: Picture) -> None:
     built = Builder().quad((-2, -1, 0), (2, -1, 0), (2, 1, 0), (-2, 1, 0))
     view = orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 0.8)
     scene = built.scene(view, [sun], [layered(0.7)])
-    settings: dict[str, Any] = {"width": 12, "height": 12, "photons": 100_000, "radius": 0.1}
-    settings |= {"photon_bounces": 1, "passes": 8, "mirror_depth": 1}
+    settings: dict[str, Any] = {"width": 12, "height": 12, "photons": 40_000, "radius": 0.1}
+    settings |= {"photon_bounces": 1, "passes": 4, "mirror_depth": 1}
     by_rays = picture(scene, **settings | {"photons": 0})["Direct"].mean(axis=(0, 1))
     by_photons = picture(scene, **settings, direct_by_photons=True)
     assert not by_photons["Direct"].any() and not by_photons["Mirror"].any()

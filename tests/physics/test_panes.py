@@ -91,6 +91,7 @@ def test_what_it_is_made_of(device: Device, backend: str) -> None:
     assert found["Direct"] == pytest.approx(lit * left, rel=1e-4)
 
 
+@pytest.mark.thorough("compute")
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize(("low", "high"), [(1.05, 1.15), (1.1, 1.3), (0.95, 1.25)])
 def test_bodies_that_overlap(device: Device, backend: str, low: float, high: float) -> None:
@@ -183,7 +184,7 @@ def test_other_glass_beside_a_pane(device: Device, monkeypatch: pytest.MonkeyPat
     built = Builder().quad(*FLOOR, 0).box((-9, -9, 1), (0, 9, 1.1), 1)
     built.box((0.001, -9, 1), (9, 9, 1.1), 2).sphere((0.5, 0, 0.5), 0.2, 1)
     scene = built.scene(camera((0, 0, 0.95), (0, 0, 0), fov=80), (sun(0),), (GREY, glass(), other))
-    settings = {"passes": 8, "photons": 1 << 17}
+    settings = {"passes": 4, "photons": 1 << 16}
     found = means(device, scene, **settings)
     without(monkeypatch)
     expected = means(device, scene, **settings)

@@ -73,6 +73,7 @@ def test_two_windows_are_found(device: Device) -> None:
     np.testing.assert_allclose(middles[middles[:, 0].argsort()], expected, atol=0.25)
 
 
+@pytest.mark.thorough("compute")
 @pytest.mark.parametrize("backend, side", [("native", False), ("native", True), ("compute", True)])
 def test_light_is_the_same_and_quieter(
     device: Device, monkeypatch: pytest.MonkeyPatch, side: bool, backend: str

@@ -131,7 +131,7 @@ def test_what_stops_lamps_lets_the_world_through(device: Device, backend: str) -
     lamp = area_light("lamp", (0.0, 0.0, 1.9), (9.0,) * 3, size=(0.6, 0.6))
     world = world_light("world", (1.0, 1.0, 1.0))
     stopping = replace(filtering(FILTER), shades_lamps=True)
-    settings: Any = {"backend": backend, "photons": 20000, "passes": 4}
+    settings: Any = {"backend": backend, "photons": 5000, "passes": 2}
     for by_photons in (False, True):
         settings["direct_by_photons"] = by_photons
         lit = picture(device, stacked(1, filtering(FILTER), (SUN, lamp, world)), **settings)
@@ -199,7 +199,7 @@ def test_what_stops_lamps_stops_all_of_them(
 ) -> None:
     """By whatever shadow rays pass it, and whatever they go to."""
     monkeypatch.setattr(device, "prefers_native", backend == "native")
-    settings: Any = {"photons": 20000, "direct_by_photons": by_photons, "passes": 2}
+    settings: Any = {"photons": 5000, "direct_by_photons": by_photons, "passes": 1}
     lights: tuple[Light, ...] = (area_light("lamp", (0, 0, 1.2), (9.0,) * 3, size=(0.6, 0.6)),)
     lit, emission = filtering(FILTER), (0.0, 0.0, 0.0)
     clear = (Lobe("transparent", (1.0,) * 3),)
@@ -232,7 +232,7 @@ def test_what_stops_lamps_stops_no_caustics(
     """The sun through a pane comes through such a sheet, too, as in Cycles, whose rays find it by
     glass: no shadow ray does."""
     monkeypatch.setattr(device, "prefers_native", backend == "native")
-    settings: Any = {"photons": 40000, "direct_by_photons": by_photons, "passes": 8}
+    settings: Any = {"photons": 20000, "direct_by_photons": by_photons, "passes": 4}
     found = []
     for stops in (False, True):
         materials = (GREY, replace(filtering(FILTER), shades_lamps=stops), GLASS)
@@ -263,7 +263,7 @@ def test_what_stops_lamps_lets_delta_lobes_see_them(device: Device, kind: str) -
         view = camera((0, -0.9, z / 2), (0, 1, z / 2), 40)
         floor = Material("floor", (0.0,) * 3, (ROUGH[kind],))
         scene = built.scene(view, (SUN,), (GREY, sheet, floor))
-        images = render(device, scene, width=16, height=16, passes=4, photons=20000)
+        images = render(device, scene, width=16, height=16, passes=2, photons=20000)
         found.append(images["Indirect"][..., :3].mean())
     assert found[0] > 0.005
     assert found[1] == (pytest.approx(found[0], rel=0.02) if kind == "mirror" else 0.0)
@@ -284,10 +284,11 @@ def test_what_stops_no_shadow_ray_counts_once(device: Device, hidden: str) -> No
         rays = np.full(3, ALL_RAYS, np.uint8)
         rays[1] -= RAY_BITS["shadow"] * (hidden == "sheet")
         scene = replace(scene, visible=rays)
-        found.append(picture(device, scene, photons=40000, passes=8)[..., :3].mean(axis=(0, 1)))
+        found.append(picture(device, scene, photons=20000, passes=4)[..., :3].mean(axis=(0, 1)))
     assert found[0].min() > 0.05 and found[1] == pytest.approx(found[0], rel=0.02)
 
 
+@pytest.mark.thorough("compute")
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_what_stops_lamps_lets_through_what_is_scattered(device: Device, backend: str) -> None:
     """A wall behind it that a lamp lights lights what is before it; the lamp itself does not."""

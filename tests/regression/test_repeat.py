@@ -35,6 +35,8 @@ WAYS = [
     ("fragment", "gather"),
     ("compute", "gather"),
 ]
+# The others have each backend and each estimator.
+TWICE = pytest.mark.thorough("native-splat", "fragment-gather")
 
 Images = dict[str, Any]
 
@@ -64,6 +66,7 @@ def digest(images: Images) -> str:
 
 
 @pytest.mark.stability(45)
+@TWICE
 @pytest.mark.parametrize(("backend", "estimator"), WAYS)
 def test_two_renders_of_a_seed_are_equal(device: Device, backend: str, estimator: str) -> None:
     first, second = (picture(device, backend=backend, estimator=estimator) for _ in range(2))
@@ -73,6 +76,7 @@ def test_two_renders_of_a_seed_are_equal(device: Device, backend: str, estimator
 
 
 @pytest.mark.stability(45)
+@TWICE
 @pytest.mark.parametrize(("backend", "estimator"), WAYS)
 def test_two_processes_render_a_seed_equally(device: Device, backend: str, estimator: str) -> None:
     code = (
@@ -95,6 +99,7 @@ def test_two_processes_render_a_seed_equally(device: Device, backend: str, estim
 
 
 @pytest.mark.stability(55)
+@TWICE
 @pytest.mark.parametrize(("backend", "estimator"), WAYS)
 def test_a_border_render_is_the_crop_of_the_whole(
     device: Device,
@@ -138,7 +143,7 @@ def test_strips_are_the_whole(
     settings: Images,
 ) -> None:
     """What is rendered strip by strip has the bits of what is rendered at once."""
-    ways = {"backend": backend, "estimator": estimator, "passes": 8} | settings
+    ways = {"backend": backend, "estimator": estimator, "passes": 8, "photons": 5000} | settings
     whole = picture(device, **ways)
     for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
         monkeypatch.setattr(backend_module, name, pixels)

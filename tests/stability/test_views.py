@@ -87,6 +87,7 @@ def test_no_photon_reaches_the_view(device: Device, measured: Measured, estimato
 
 
 @pytest.mark.stability(55)
+@pytest.mark.thorough("fragment-size0", "fragment-size2", "fragment-size4", "compute-size1")
 @pytest.mark.parametrize("size", [(1, 1), (16384, 1), (1, 16384), (17, 13), (1025, 3)])
 @pytest.mark.parametrize("backend", ["fragment", "compute"])
 def test_sizes(device: Device, measured: Measured, backend: str, size: tuple[int, int]) -> None:

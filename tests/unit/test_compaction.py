@@ -79,8 +79,10 @@ def pictures(renderer: Renderer) -> dict[str, Any]:
     return images
 
 
+# Each scene, and each backend.
 @pytest.mark.thorough(
-    "veiled-False-compute", "shiny-False-compute", "hanging-True-native", "veiled-False-native"
+    *("shiny-False-compute", "shiny-False-fragment", "veiled-False-compute"),
+    *("veiled-False-native", "hanging-True-native", "hanging-True-fragment"),
 )
 @pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
 @pytest.mark.parametrize(

@@ -110,6 +110,7 @@ def test_deforming_scene(kept: Kept, picture: Callable[..., Frame]) -> None:
     assert np.array_equal(tree_of(kept).nodes, first.nodes)
 
 
+@pytest.mark.thorough("compute gather")
 def test_twins_of_other_colours(kept: Kept, picture: Callable[..., Frame]) -> None:
     """Of triangles in one place the first in the scene is seen, whatever the tree's order."""
     picture(twins(0.3), kept)
@@ -122,9 +123,7 @@ def test_twins_of_other_colours(kept: Kept, picture: Callable[..., Frame]) -> No
     assert not np.array_equal(Mesh.build(scene, frame_of(scene)).tree.order, first.order)
 
 
-@pytest.mark.thorough(
-    "compute gather-not finite", "compute gather-other triangles", "compute gather-degenerate"
-)
+@pytest.mark.thorough("compute gather", "fragment-shuffled")
 @pytest.mark.parametrize("broken", ["not finite", "degenerate", "shuffled", "other triangles"])
 def test_another_tree_is_built(kept: Kept, picture: Callable[..., Frame], broken: str) -> None:
     """Where triangles are to be skipped that were not, and back; and for shapes too different."""
