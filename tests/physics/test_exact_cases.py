@@ -160,7 +160,7 @@ def test_case_4_corrected(device: Device, measured: Measured, kernel: str, thoro
         filter=kernel,
         radius=radius,
         photons=50000,
-        passes=32 if thorough else 8,
+        passes=32 if thorough else 10,
         width=n,
         height=n,
     )
