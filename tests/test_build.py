@@ -324,7 +324,16 @@ signal.pthread_sigmask(signal.SIG_UNBLOCK, [{number:d}])
 @pytest.mark.skipif(not stamped(), reason="build.py has not set up .venv for bpy")
 @pytest.mark.parametrize("kind", [pytest.param("blend", marks=pytest.mark.blender), "npz"])
 @pytest.mark.thorough(
-    "130-0.1-", "130-0.3-", "130-0.6-", "129-0.0-", "129-0.1-", "129-0.3-", "129-0.45-", "129-0.6-"
+    "130-0.1-",
+    "130-0.3-",
+    "130-0.6-",
+    "129-0.0-",
+    "129-0.1-",
+    "129-0.3-",
+    "129-0.45-",
+    "129-0.6-",
+    "130-0.45-",
+    "129-0.2-",
 )
 @pytest.mark.parametrize("moment", [0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8])
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGHUP, 129)])

@@ -36,6 +36,7 @@ def f0_of(ior: float) -> float:
     return ((ior - 1.0) / (ior + 1.0)) ** 2
 
 
+@pytest.mark.thorough("1.33", "0.25]")  # between others
 @pytest.mark.parametrize("transmission", [0.0, 0.25, 1.0])
 @pytest.mark.parametrize("ior", [0.75, 1.0, 1.33, 1.5, 2.0])
 @pytest.mark.parametrize("level", [0.0, 0.5, 1.0])

@@ -119,6 +119,7 @@ def moving(scene) -> None:
 
 
 @pytest.mark.stability(74)
+@pytest.mark.thorough("1.0-CENTER")
 @pytest.mark.parametrize(
     ("shutter", "position", "steps", "curve"),
     [

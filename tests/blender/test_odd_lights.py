@@ -58,6 +58,7 @@ def has_direction(kind: str, scale: tuple[int, int, int]) -> bool:
     return kind in ("POINT", "AREA") or (scale[2] != 0 and (kind == "SUN" or min(scale[:2]) != 0))
 
 
+@pytest.mark.thorough("(0, 1, 1)-POINT", "(1, 1, 0)-SPOT", "(0, 1, 1)-SUN", "(-2, -1, -1)")
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(
     "scale", [(-1, 1, 1), (-2, -1, -1), (0, 1, 1), (1, 1, 0), (0, 0, 0)], ids=str

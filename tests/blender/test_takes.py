@@ -177,6 +177,7 @@ def test_shadow_catchers(table, export, device, is_transparent) -> None:
     assert np.median(off) < 0.01 and np.percentile(off, 95) < 0.03, np.sort(off.ravel())[-9:]
 
 
+@pytest.mark.thorough("0.4")
 @pytest.mark.parametrize("share", [0.0, 0.4])
 def test_holdouts_let_through_what_is_transparent(table, export, device, share) -> None:
     """An object that is held out, diffuse to such a share: behind the rest is what is there."""

@@ -27,7 +27,7 @@ from .lobes import DIFFUSE, GLASS, PRINCIPLED
 pytestmark = pytest.mark.blender
 
 TRANSPARENT = "ShaderNodeBsdfTransparent"
-SAMPLES = 128
+SAMPLES = 64
 
 
 def mixed(factor: Any, colour: Any, first: str = TRANSPARENT) -> bpy.types.Material:
@@ -109,7 +109,7 @@ def test_sheets_are_those_of_cycles(scene, cycles_mean, export, device, case) ->
         width=64,
         height=32,
         passes=48,
-        photons=16384,
+        photons=8192,
         mirror_depth=16,
         radius_decay=2 / 3,
         transparent=True,

@@ -77,6 +77,7 @@ def test_not_finite_is_dropped_and_counted(
 
 
 @pytest.mark.stability(47)
+@pytest.mark.thorough("splat-DeviceDeposits")
 @pytest.mark.parametrize("kind", [HostDeposits, DeviceDeposits])
 @pytest.mark.parametrize("estimator", ["gather", "splat"])
 def test_poison_does_not_spread(

@@ -106,6 +106,7 @@ def test_white_glass_loses_nothing(
         assert energy.mean() == pytest.approx(1.0, abs=0.012)
 
 
+@pytest.mark.thorough("0.8-")
 @pytest.mark.parametrize("angle", [0, 30, 45, 60, 85])
 @pytest.mark.parametrize("ior", [1.5, 1 / 1.5, 1.0, 0.8])
 def test_smooth_glass_is_fresnels_and_snells(one_bench: Bench, ior: float, angle: float) -> None:

@@ -124,13 +124,18 @@ CASES = {
     },
     "velvet": Case(tuple({"sigma": s} for s in (0.3, 1.0))),
 }
-EACH = [
-    pytest.param(
-        Lobe(kind, COLOURED, parameters), id=" ".join([kind, *map(str, parameters.values())])
-    )
-    for kind, case in CASES.items()
-    for parameters in case.parameters
-]
+# By the same code as others of their kind, or as ggx of that shape.
+LIKE_OTHERS = ("phong 10.0", "ggx_metal 0.25", "ggx_dielectric 0.25", "ggx_metal 0.6")
+LIKE_OTHERS += ("ggx_dielectric 0.6", "toon 0.3", "glossy_toon 0.3")
+
+
+def case_of(kind: str, parameters: Mapping[str, Any]) -> Any:
+    name = " ".join([kind, *map(str, parameters.values())])
+    marks = [pytest.mark.thorough] if name.startswith(LIKE_OTHERS) else []
+    return pytest.param(Lobe(kind, COLOURED, parameters), id=name, marks=marks)
+
+
+EACH = [case_of(kind, parameters) for kind, case in CASES.items() for parameters in case.parameters]
 ABOVE = [each for each in EACH if not lobe_kinds()[each.values[0].kind].transmits]
 BROAD = [each for each in ABOVE if not lobe_kinds()[each.values[0].kind].is_delta]
 DELTA = [each for each in ABOVE if each not in BROAD]
@@ -354,6 +359,7 @@ def test_reciprocity(one_bench: Bench, lobe: Lobe) -> None:
     np.testing.assert_allclose(forth, back, rtol=1e-3, atol=1e-6)
 
 
+@pytest.mark.thorough("compute")  # the same text
 @pytest.mark.parametrize("lobe", EACH)
 def test_always_finite(bench: Bench, lobe: Lobe, thorough: bool) -> None:
     """For random, grazing and opposite directions, on either side; and for the ends of numbers."""

@@ -220,6 +220,7 @@ def test_photons_bring_what_samples_bring(one_bench: Bench, light: Light) -> Non
     assert_equal(sampled, (brought.mean(axis=0), brought.std(axis=0) / math.sqrt(many)))
 
 
+@pytest.mark.thorough("compute")  # the same text
 @pytest.mark.parametrize("light", EACH)
 def test_always_finite(bench: Bench, light: Light) -> None:
     """From anywhere, for the ends of numbers. `probe` looks at it."""

@@ -129,6 +129,7 @@ def test_rays_pass_what_is_not_visible_to_them(bench: Bench, any_hit: bool) -> N
         native.Tracer(mesh.nodes, mesh.tables["triangles"], bits[:-1])
 
 
+@pytest.mark.thorough("compute")
 def test_rays_say_by_their_reach_what_they_are(bench: Bench) -> None:
     """Each meets what is visible to its kind; the eye's own go less far than others."""
     mesh, (origins, directions, _, skip) = soup(), rays(50_000)
@@ -174,6 +175,7 @@ def test_reach_and_source(bench: Bench) -> None:
     assert (behind[there, 0] >= hit[there, 0]).all()
 
 
+@pytest.mark.thorough("compute")
 @pytest.mark.parametrize("any_hit", [False, True])
 def test_every_tree_has_the_same_hits(bench: Bench, any_hit: bool, thorough: bool) -> None:
     """To the bit, of triangles everywhere, in one place, needles and a closed mesh: a tree that
@@ -218,6 +220,7 @@ def test_every_tree_has_the_same_hits(bench: Bench, any_hit: bool, thorough: boo
     assert any_hit or np.count_nonzero(found[0][:, 3] >= 0) > count / 2
 
 
+@pytest.mark.thorough("compute")
 def test_hits_lie_within_their_boxes(bench: Bench) -> None:
     """Almost in a triangle's plane its distance is rounded by as much as it is long; were it nearer
     than the box, the box might be passed by."""
@@ -245,6 +248,7 @@ def test_hits_lie_within_their_boxes(bench: Bench) -> None:
 
 
 @pytest.mark.stability(16)
+@pytest.mark.thorough("compute-1.0", "fragment-0.001")
 @pytest.mark.parametrize("scale", [1.0, 1e-3])
 def test_no_ray_leaves_a_closed_mesh(bench: Bench, scale: float, measured: Measured) -> None:
     """A million random rays from inside; scale 1e-3: a small object in a scene of size one."""

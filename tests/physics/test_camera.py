@@ -233,6 +233,7 @@ def about_x(degrees: float) -> Any:
 
 
 @pytest.mark.stability(74)
+@pytest.mark.thorough("splat")
 @pytest.mark.parametrize("estimator", ["splat", "gather"])
 def test_an_edge_passes_by(device: Device, estimator: str) -> None:
     """A camera that goes by four pixels: the edge's light is a ramp, by photons as well."""

@@ -102,6 +102,7 @@ def in_an_emissive_ball(lobe: Lobe) -> Scene:
     return built.scene(view, [], [Material("white", BLACK, (lobe,)), EMISSIVE])
 
 
+@pytest.mark.thorough("shadow rays-1.0", "both-0.36")
 @pytest.mark.parametrize("alpha", [0.0, 0.01, 0.36, 1.0])
 @pytest.mark.parametrize("found_by", ["both", "lobes", "shadow rays"])
 def test_white_furnace(

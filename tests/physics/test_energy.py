@@ -112,6 +112,7 @@ def plates(kind: str) -> tuple[Scene, float]:
     return b.scene(view, [light], [plain_material("white", (0.8,) * 3), DIM]), factor
 
 
+@pytest.mark.thorough("parallel")
 @pytest.mark.parametrize("kind", ["parallel", "perpendicular"])
 def test_case_6_form_factors(device: Device, kind: str) -> None:
     """What one square receives of the other's light: albedo x form factor, 1 %."""

@@ -201,6 +201,7 @@ def ball_lens(behind: float, radius: float) -> float:
 
 
 @pytest.mark.stability(66)
+@pytest.mark.thorough("2.0")
 @pytest.mark.parametrize(("behind", "exact"), [(1.2, 23.04), (2.0, 8.294), (3.0, 0.9216)])
 def test_ball_lens(device: Device, behind: float, exact: float) -> None:
     """What falls on a disc about the axis of a parallel beam, to 2 %. On the axis itself rays that

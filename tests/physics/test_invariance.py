@@ -83,6 +83,14 @@ def test_case_10_backends_are_bit_equal(device: Device, backends: Any, estimator
         assert_same_picture(a, b, 1e-4)
 
 
+@pytest.mark.thorough(
+    "constant-point",
+    "constant-triangle",
+    "cone-triangle",
+    "cone-quad",
+    "gaussian-point",
+    "gaussian-quad",
+)  # each filter, and each shape
 @pytest.mark.parametrize("shape", ["triangle", "quad", "point"])
 @pytest.mark.parametrize("kernel", ["constant", "cone", "gaussian", "epanechnikov"])
 def test_case_10_splat_equals_gather(device: Device, shape: str, kernel: str) -> None:

@@ -153,7 +153,7 @@ def test_toon(device: Device, kind: str) -> None:
     assert by_rays == pytest.approx(half_bright, rel=2e-3)
     assert by_photons == pytest.approx(by_rays, rel=0.02)
     sky = replace(scene, lights=(world_light("sky", (1.0,) * 3),))
-    picture = render(device, sky, **settings | {"photons": 0, "passes": 256})
+    picture = render(device, sky, **settings | {"photons": 0, "passes": 64})
     white = picture["Combined"][..., :3].mean()
     filled = (1.0 - math.cos(math.pi * 0.2)) / (1.0 - math.cos(middle))
     assert filled < white < 1.0

@@ -46,6 +46,7 @@ def reflected(device: Device, scene: Scene, backend: str) -> float:
 
 
 @pytest.mark.usefixtures("not_aimed")
+@pytest.mark.thorough("20.0")
 @pytest.mark.parametrize("backend", ["native", "compute"])
 @pytest.mark.parametrize("tilt", [10.0, 20.0, 30.0])
 def test_a_mirror(device: Device, backend: str, tilt: float) -> None:

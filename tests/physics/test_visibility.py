@@ -172,6 +172,7 @@ def test_holdout_is_a_hole(device: Device) -> None:
     assert seen(device, mirrored) == near(0.9 * RHO / (1 - RHO) / math.pi)
 
 
+@pytest.mark.thorough("True-lists")
 @pytest.mark.parametrize("layer", ["fragment", "compute", "lists"])
 @pytest.mark.parametrize("by_photons", [False, True])
 def test_layers_agree(

@@ -124,7 +124,7 @@ def check(device: Device, record_property: Callable[[str, object], None]) -> Non
     assert found < RMS
 
 
-@pytest.mark.thorough("ball-0.0", "plane-0.25", "ball-0.25", "plane-0.125")
+@pytest.mark.thorough("ball-0.0", "plane-0.25", "ball-0.25", "plane-0.125", "plane")
 @pytest.mark.parametrize("rotation", [0.0, 0.25, 0.125])
 @pytest.mark.parametrize("make", [plane, ball])
 def test_principled(device: Device, record_property: Any, make: Any, rotation: float) -> None:
@@ -137,7 +137,7 @@ def test_dielectric(device: Device, record_property: Any) -> None:
     check(device, record_property)
 
 
-@pytest.mark.thorough("0.6-0.0")
+@pytest.mark.thorough("0.6-0.0", "-0.6-0.125")
 @pytest.mark.parametrize(("amount", "rotation"), [(0.6, 0.0), (0.6, 0.125), (-0.6, 0.125)])
 def test_glossy(device: Device, record_property: Any, amount: float, rotation: float) -> None:
     wear(ball(**TURNED), GLOSSY, Anisotropy=amount, Rotation=rotation)
@@ -151,7 +151,7 @@ def test_metallic(device: Device, record_property: Any) -> None:
     check(device, record_property)
 
 
-@pytest.mark.thorough("X")
+@pytest.mark.thorough("X", "Z")
 @pytest.mark.parametrize("axis", "XYZ")
 def test_radial(device: Device, record_property: Any, axis: str) -> None:
     tangent = {"direction_type": "RADIAL", "axis": axis}
@@ -178,6 +178,7 @@ def test_uv_map(device: Device, record_property: Any, uv_map: str) -> None:
     check(device, record_property)
 
 
+@pytest.mark.thorough("1.0")
 @pytest.mark.parametrize("metallic", [0.0, 1.0])
 def test_missing_uv_map(device: Device, metallic: float) -> None:
     """Cycles divides by zero, and drops whatever a sample of such a material gives."""

@@ -76,7 +76,7 @@ def in_cells(at: Any, flux: Any, where: Caustic) -> Any:
     return np.stack(found, -1)
 
 
-@pytest.mark.thorough("ring")
+@pytest.mark.thorough("ring", "pool")
 @pytest.mark.parametrize("name", CAUSTICS)
 def test_against_a_light_tracer(device: Device, name: str) -> None:
     """What falls where: 1 % in all, and 4 % of it at most elsewhere."""

@@ -102,7 +102,9 @@ def test_area_lights_sun_and_sky_are_those_of_cycles(
     assert abs(everywhere.bias) <= MEDIAN / 2
 
 
-@pytest.mark.thorough("daylight", "kitchen")  # as what is compared with them
+@pytest.mark.thorough(
+    "daylight", "kitchen", "cornell_box", "cornell_classic"
+)  # as what is compared with them
 @pytest.mark.parametrize("name", SCENES)
 def test_references_are_what_cycles_renders(name: str, record_property: Record) -> None:
     """The mean of the whole picture lies within the noise of a quick render."""

@@ -156,6 +156,7 @@ def test_the_error_pass_shows_where(rooms: dict[int, list[Any]], record_property
 
 
 @pytest.mark.slow
+@pytest.mark.thorough("1", "3", "5")
 @pytest.mark.parametrize("room", [0, 1, 2, 3, 5, 7])
 def test_bias_of_a_large_radius(
     device: Device, references: dict[str, Any], room: int, record_property: Record

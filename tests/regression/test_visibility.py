@@ -120,6 +120,14 @@ CASES: dict[str, Callable[[], None]] = {
 }
 
 
+@pytest.mark.thorough(
+    "no shadow rays",
+    "emissive without glossy rays",
+    "camera rays alone",
+    "holdout that is emissive",
+    "wall without",
+    "indirect only",
+)
 @pytest.mark.parametrize("case", CASES)
 def test_as_cycles(device: Device, scene: bpy.types.Scene, case: str) -> None:
     """Block means, with no factor between the two, and alpha."""

@@ -122,6 +122,9 @@ def test_no_roughness_is_a_mirror(device: Device, measured: Measured) -> None:
 
 
 @pytest.mark.stability(65)
+@pytest.mark.thorough(
+    "0.0-ggx_", "0.05-ggx]", "0.05-ggx_m", "0.3-ggx]", "0.3-ggx_d", "0.7-", "1.0-ggx_m"
+)  # each roughness, and each lobe
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("roughness", [0.0, 0.05, 0.3, 0.7, 1.0])
 def test_glossy_on_smooth_normals(
@@ -158,6 +161,7 @@ def landed(device: Device, weight: float, roughness: float, subdivisions: int, s
 
 
 @pytest.mark.stability(65)
+@pytest.mark.thorough("0.5")
 @pytest.mark.parametrize("roughness", [0.1, 0.5, 1.0])
 def test_ledger_of_photons(device: Device, measured: Measured, roughness: float) -> None:
     """Of albedo 0.6, half of it microfacets'. On a fine mesh, and on a coarse one.

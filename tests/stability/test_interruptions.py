@@ -47,6 +47,7 @@ def same(one: Images, other: Images) -> bool:
 
 
 @pytest.mark.stability(48)
+@pytest.mark.thorough("fragment")
 @pytest.mark.parametrize("backend", ["native", "fragment"])
 def test_cancel(measured: Measured, thorough: bool, backend: str) -> None:
     """At random moments: start, scene, programs, passes that are short, or take seconds."""
@@ -79,6 +80,7 @@ def test_cancel(measured: Measured, thorough: bool, backend: str) -> None:
 
 @pytest.mark.stability(52)
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
+@pytest.mark.thorough("short")
 @pytest.mark.parametrize("photons", [1000, 1 << 22], ids=["short passes", "long passes"])
 def test_killed(measured: Measured, thorough: bool, photons: int) -> None:
     """At random moments: one error, which says so, and the next render is right."""

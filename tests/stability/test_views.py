@@ -47,6 +47,7 @@ INSIDE = {
 
 
 @pytest.mark.stability(39)
+@pytest.mark.thorough("splat-a lamp", "splat-a surface", "splat-an edge")
 @pytest.mark.parametrize("where", INSIDE)
 @pytest.mark.parametrize("estimator", ["gather", "splat"])
 def test_camera_inside(device: Device, measured: Measured, where: str, estimator: str) -> None:

@@ -20,7 +20,7 @@ from tests.unit.kept_frames import ALL, SCENE_STEPS, SETTINGS, WAYS, moved, rend
 # What few photons tell of where others shall start is asked for each view anew.
 pytestmark = pytest.mark.usefixtures("not_aimed")
 # Of SCENE_STEPS, by other backends than the native one: one of each kind of what is kept.
-FEW_STEPS = {"nothing", "camera", "light's power", "object", "material", "nothing more"}
+FEW_STEPS = {"camera", "object", "material", "nothing more"}
 SETTING_STEPS: list[tuple[dict[str, Any], int]] = [  # changes, and passes of photons they take
     ({"width": 12, "height": 16}, 0),
     ({"region": (2, 3, 7, 9)}, 0),

@@ -27,7 +27,9 @@ from tests.unit.kept_frames import ALL, SETTINGS, WAYS, moved, render, widened
 pytestmark = pytest.mark.usefixtures("not_aimed")
 
 
-@pytest.mark.thorough("compute-gather-False-scene0", "compute-splat-False-scene0")
+@pytest.mark.thorough(
+    "compute-gather-False-scene0", "compute-splat-False-scene0", "compute-splat-False-scene1"
+)
 @pytest.mark.parametrize("scene", [cornell(), cornell(True)])
 @pytest.mark.parametrize(("backend", "estimator", "on_host"), WAYS)
 def test_textures_put_back(

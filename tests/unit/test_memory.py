@@ -57,7 +57,7 @@ print(used, guessed, known, resident("VmRSS") - before)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
-@pytest.mark.thorough("1100-4096")
+@pytest.mark.thorough("1100-4096", "64-600000-0-fragment", "64-4096-400-native")
 @pytest.mark.parametrize("backend", ["native", "fragment"])
 @pytest.mark.parametrize(
     ("size", "photons", "quads"),

@@ -140,6 +140,7 @@ def alike(found: Any, wanted: Any, name: str) -> float:
     return float(np.isclose(found[name], wanted[name], rtol=0.02, atol=0.02).mean())
 
 
+@pytest.mark.thorough("compute")
 @pytest.mark.parametrize("way", WAYS)
 def test_a_pass_is_of_an_instant(device: Device, way: Any) -> None:
     """It is a picture of what stands still then, but for rounding of other scene units."""
@@ -152,6 +153,7 @@ def test_a_pass_is_of_an_instant(device: Device, way: Any) -> None:
         assert alike(found, other, name) < 0.945, name
 
 
+@pytest.mark.thorough("fragment")
 @pytest.mark.parametrize("way", WAYS)
 def test_ranges_of_passes_are_merged_to_the_same(device: Device, way: Any) -> None:
     """With what pass 0 learns, and a renderer that has just rendered something else."""

@@ -64,6 +64,7 @@ def test_the_next_photons_fly_while_the_host_waits(
     assert in_passes[2].startswith("1 wait") and "photons" not in in_passes[2]
 
 
+@pytest.mark.thorough("splat")
 @pytest.mark.parametrize("estimator", ["gather", "splat"])
 def test_early_photons_change_nothing(
     device: Device, on_device: Settings, monkeypatch: pytest.MonkeyPatch, estimator: Any
@@ -129,6 +130,7 @@ def test_a_pass_that_failed_is_begun_anew(
     assert images == fresh.images
 
 
+@pytest.mark.thorough("2")
 @pytest.mark.parametrize("passes", [1, 2])
 def test_a_render_that_was_stopped(
     device: Device, kept: Kept, on_device: Settings, passes: int

@@ -85,6 +85,7 @@ def test_refused_again_each_time(device: Device, root: Path) -> None:
             declare("probe", outputs={"b": VALUE})(device, "fragment")
 
 
+@pytest.mark.thorough("compute-splat", "fragment-gather")
 @pytest.mark.parametrize("estimator", ["gather", "splat"])
 def test_second_renderer_compiles_nothing(
     new_device: Device, layer: str, compiled: list[Any], estimator: Any

@@ -138,6 +138,7 @@ def test_a_far_ground_changes_little(device: Device, half: float) -> None:
     assert a / b == pytest.approx(1.04, abs=0.12)  # the ground throws some light back
 
 
+@pytest.mark.thorough("splat")
 @pytest.mark.parametrize("estimator", ["gather", "splat"])
 def test_told_whichever_device_was_used_last(
     device: Device, monkeypatch: pytest.MonkeyPatch, estimator: Any
