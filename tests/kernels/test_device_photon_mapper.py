@@ -51,7 +51,7 @@ def mapper(
 
 def found(mapper: Mapper) -> Any:
     """Where the photons of pass 1 land, and what they bring, (n, 8)."""
-    mapper.start(PhotonBatch(1, 20000))
+    mapper.start(PhotonBatch(1, 8000))
     return np.concatenate(mapper.finish().arrays(), axis=1)
 
 
@@ -77,7 +77,7 @@ def test_several_bounces_in_one_launch(device: Device, monkeypatch: pytest.Monke
         monkeypatch.setattr(device, "prefers_native", prefers_native)
         monkeypatch.setattr(SceneNeeds, "shades_long", rows == 0)  # then kernels are launched apart
         monkeypatch.setattr(bounces, "LANDED_ROWS", rows)
-        settings = Settings(photons=20000, backend="compute", photon_bounces=6)
+        settings = Settings(photons=8000, backend="compute", photon_bounces=6)
         renderer = prepare(cornell(True), settings, device)
         mapper = renderer.photons and renderer.photons.mapper
         assert mapper

@@ -74,6 +74,7 @@ def test_case_10_backends_are_bit_equal(device: Device, backends: Any, estimator
             estimator=estimator,
             width=48,
             height=48,
+            photons=5000,
         )
         for backend in backends
     )

@@ -74,7 +74,7 @@ def test_light_passes_what_shadow_rays_do_not_meet(device: Device, by_photons: b
 
 def test_what_only_the_eye_sees_is_lit(device: Device) -> None:
     """And changes nothing: the wall shines on it as if it were not there."""
-    scene, wall, many = spheres(CAMERA, VIEW_IN), RHO / (1 - RHO), 200_000
+    scene, wall, many = spheres(CAMERA, VIEW_IN), RHO / (1 - RHO), 100_000
     assert seen(device, scene, photons=many) == near(SIGMA * wall / math.pi)
     outside = seen(device, replace(scene, camera=VIEW_OUT), photons=many)
     assert outside == near(wall / math.pi)

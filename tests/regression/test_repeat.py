@@ -26,7 +26,7 @@ from tests.stability.table import Measured
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PASSES = 5
-CHOICES = {"width": 48, "height": 40, "passes": PASSES, "photons": 20000, "radius_decay": 2 / 3}
+CHOICES = {"width": 48, "height": 40, "passes": PASSES, "photons": 8000, "radius_decay": 2 / 3}
 PARTS = ("Direct", "Indirect", "Mirror", "Background", "Combined")
 WAYS = [
     ("native", "gather"),
@@ -143,7 +143,7 @@ def test_strips_are_the_whole(
     settings: Images,
 ) -> None:
     """What is rendered strip by strip has the bits of what is rendered at once."""
-    ways = {"backend": backend, "estimator": estimator, "passes": 8, "photons": 5000} | settings
+    ways = {"backend": backend, "estimator": estimator, "passes": 8} | settings
     whole = picture(device, **ways)
     for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
         monkeypatch.setattr(backend_module, name, pixels)

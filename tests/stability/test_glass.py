@@ -135,7 +135,9 @@ def test_totally_reflected(device: Device, measured: Measured) -> None:
     ball.box((-3, -3, -3), (3, 3, 3), 1, "floor")
     lamp = point_light("lamp", (0.0, 0.0, 0.9), (UNIT_INTENSITY,) * 3)
     scene = ball.scene(DOWN, (lamp,), (glass(GLASS), BLACK_WALL))
-    few, many = (on_floor(device, scene, photon_bounces=n) / UNIT_INTENSITY for n in (8, 64))
+    few, many = (
+        on_floor(device, scene, photons=1 << 15, photon_bounces=n) / UNIT_INTENSITY for n in (8, 64)
+    )
     cosine = (np.arange(200_000) + 0.5) / 100_000 - 1.0  # of the way out, to the outward axis
     met = 0.9 * np.sqrt(1.0 - cosine**2)  # the sine of incidence, the same at every meeting
     share = fresnel(np.sqrt(1.0 - met**2), 1.0 / GLASS)
