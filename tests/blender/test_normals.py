@@ -228,6 +228,7 @@ def test_light_from_behind(export, cycles_mean, device) -> None:
         assert own == pytest.approx(theirs, rel=0.02), name
 
 
+@pytest.mark.thorough("compute")
 @pytest.mark.parametrize("backend", ["compute", "native"])
 def test_other_ways(export, cycles_mean, device, backend) -> None:
     names = "map TANGENT", "bump by UV", BENT, "vector TANGENT"

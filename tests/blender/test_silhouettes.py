@@ -25,6 +25,7 @@ CASES: dict[str, tuple[str, dict[str, Any], dict[str, str]]] = {
 }
 
 
+@pytest.mark.thorough("toon")
 @pytest.mark.parametrize("case", CASES)
 def test_silhouettes(scene, cycles_mean, export, device, case) -> None:
     kind, inputs, properties = CASES[case]

@@ -56,6 +56,7 @@ def under(corners: Any, flipped: bool = False, width: float = 1.0) -> Scene:
     return built.quad(*corners, 1, "emissive").scene(view, [], [GREY, EMISSIVE])
 
 
+@pytest.mark.thorough("wall-", "grazing-other")
 @pytest.mark.parametrize("flipped", [False, True], ids=["one side", "other side"])
 @pytest.mark.parametrize("name", RECTANGLES)
 def test_a_rectangle_by_shadow_rays(device: Device, name: str, flipped: bool) -> None:

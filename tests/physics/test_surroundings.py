@@ -92,7 +92,7 @@ def test_a_cube_above_a_plain(device: Device, half: float, at: Any, middle: Any)
     assert found.std() < 0.2 * exact
 
 
-@pytest.mark.thorough("world-coated")
+@pytest.mark.thorough("world-coated", "sun-coated")
 @pytest.mark.parametrize("ground", [GROUND, COATED], ids=lambda ground: ground.name)
 @pytest.mark.parametrize("light", [SUN, SKY], ids=lambda light: light.kind)
 def test_boxes_on_a_plain(device: Device, ground: Material, light: Light) -> None:

@@ -59,6 +59,7 @@ def picture(device: Device, scene: Scene, backend: str = "auto", **settings: Any
 
 
 @pytest.mark.stability(70)
+@pytest.mark.thorough("compute")
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("layers", (1, 20))
 def test_sheets_filter_what_is_seen_and_what_lights(
@@ -164,7 +165,7 @@ def two_sheets(over: int, under: int, lights: Any) -> Scene:
 
 @pytest.mark.parametrize("by_photons", (False, True))
 @pytest.mark.parametrize("over, under", ((1, 2), (2, 1), (HIDDEN, 2), (2, HIDDEN)))
-@pytest.mark.thorough("fragment", "compute", "False")
+@pytest.mark.thorough("fragment", "compute", "False", "2-3-")
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_what_stops_lamps_beside_another_sheet(
     device: Device, monkeypatch: Any, backend: str, over: int, under: int, by_photons: bool

@@ -180,6 +180,7 @@ def test_grazing_splats(device: Device, measured: Measured) -> None:
 
 
 @pytest.mark.stability(43)
+@pytest.mark.thorough("splat-constant")
 @pytest.mark.parametrize("kernel", ["epanechnikov", "constant"])
 @pytest.mark.parametrize("estimator", ["gather", "splat"])
 def test_many_photons_on_one_pixel(

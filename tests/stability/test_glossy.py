@@ -72,7 +72,7 @@ def changes(device: Device, kind: str, steps: list[float], **settings: Any) -> A
     return np.diff(np.log(means), axis=0).reshape(len(steps) - 1, -1)
 
 
-@pytest.mark.thorough("fragment")
+@pytest.mark.thorough("fragment", "ggx_metal")
 @pytest.mark.stability(64)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("backend", ["native", "fragment"])

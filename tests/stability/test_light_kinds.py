@@ -54,6 +54,7 @@ def test_open_plane_under_a_world(device: Device, measured: Measured) -> None:
 
 
 @pytest.mark.stability(58)
+@pytest.mark.thorough("ggx_metal")
 @pytest.mark.parametrize("kind", ["ggx", "ggx_metal", "ggx_dielectric"])
 def test_furnace_of_each_lobe(
     device: Device, measured: Measured, thorough: bool, kind: str
