@@ -100,7 +100,7 @@ def test_hot_pixel(device: Device, by_photons: bool) -> None:
     scene = lit(Builder().quad(*corners), view, image, plain_material("grey", (0.5,) * 3))
     expected = falling(image, (0.0, 0.0, 1.0))
     if by_photons:
-        settings: dict[str, Any] = SETTINGS | {"photons": 1_000_000, "radius": 0.2}
+        settings: dict[str, Any] = SETTINGS | {"photons": 250_000, "radius": 0.2}
         with rendered(device, scene, **settings, direct_by_photons=True) as renderer:
             # The square has two sides, and an area of 4.
             both = 4 * (expected + falling(image, (0.0, 0.0, -1.0)))

@@ -179,7 +179,7 @@ def test_by_photons(device: Device, case: Case) -> None:
     places = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], -1)
     expected = np.multiply(POWER, case.irradiance(places).mean() * 4 * HALF**2)
     scene = floor(case.light, plain_material("grey", (0.5,) * 3))
-    settings: dict[str, Any] = {"width": 8, "height": 8, "photons": 1_000_000, "radius": 0.2}
+    settings: dict[str, Any] = {"width": 8, "height": 8, "photons": 300_000, "radius": 0.2}
     with rendered(device, scene, **settings, direct_by_photons=True) as renderer:
         np.testing.assert_allclose(fallen(renderer)[0], expected, 5e-3)
 
