@@ -71,6 +71,7 @@ def falls(renderer: Renderer, passes: int = 32) -> NDArray[Any]:
     return np.array(found)
 
 
+@pytest.mark.thorough("10 km", "beside its middle")
 @pytest.mark.parametrize(
     "half, at, middle",
     [
@@ -138,6 +139,7 @@ def test_the_box_is_the_scene_s_and_the_seed_s(device: Device) -> None:
         assert box(**settings) == whole
 
 
+@pytest.mark.thorough  # test_photon_portals.py compares the same programs
 def test_no_layer_differs(device: Device) -> None:
     """By fragment and by compute programs photons land in the same places."""
     if not device.has_compute:

@@ -98,6 +98,7 @@ def test_against_a_light_tracer(device: Device, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CAUSTICS)
+@pytest.mark.thorough  # tests/physics holds each backend to closed forms, of glass, too
 def test_ways_agree(device: Device, name: str, thorough: bool, not_aimed: None) -> None:
     """Fragment and compute programs give the same bits, and the native core's rays the same picture
     but where rounding takes one another way; where photons are aimed it may aim them otherwise."""

@@ -121,6 +121,7 @@ def test_a_border_render_is_the_crop_of_the_whole(
     *(f"{kind}-fragment-splat" for kind in ("even", "rows", "by photons")),
     *(f"{kind}-native-splat" for kind in ("transparent", "border")),
     *(f"{kind}-compute-gather" for kind in ("even", "border", "by photons")),
+    "fragment-gather",
 )
 @pytest.mark.parametrize(("backend", "estimator"), WAYS)
 @pytest.mark.parametrize(

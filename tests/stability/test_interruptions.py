@@ -47,7 +47,7 @@ def same(one: Images, other: Images) -> bool:
 
 
 @pytest.mark.stability(48)
-@pytest.mark.thorough("fragment")
+@pytest.mark.thorough  # tests/process/test_cancelling.py cancels at random moments, too
 @pytest.mark.parametrize("backend", ["native", "fragment"])
 def test_cancel(measured: Measured, thorough: bool, backend: str) -> None:
     """At random moments: start, scene, programs, passes that are short, or take seconds."""

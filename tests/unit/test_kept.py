@@ -73,6 +73,7 @@ def test_scene_changes(
         pictures.append(frame.images["Combined"])
 
 
+@pytest.mark.thorough("False")
 @pytest.mark.parametrize("on_host", [True, False])
 def test_settings_changes(
     device: Device, kept: Kept, monkeypatch: pytest.MonkeyPatch, on_host: bool, thorough: bool

@@ -203,7 +203,10 @@ def test_spare_streams_do_not_add_up(
 
 
 @pytest.mark.thorough(
-    "compute-gather-False-eye", "compute-splat-False-light", "compute-splat-False-eye"
+    "compute-gather-False-eye",
+    "compute-splat-False-light",
+    "compute-splat-False-eye",
+    "compute-gather-False-light",
 )
 @pytest.mark.skipif(sys.platform != "linux", reason="asks OpenGL through EGL")
 def test_animations_hold_no_more_from_frame_to_frame(
