@@ -12,6 +12,7 @@ import pytest
 from addon.blender.export import SpecularModel
 from addon.blender.export.shaders import READERS
 from addon.photon.stage.kinds import COLOUR, check_kinds, lobe_kinds
+from tests.measure import render
 
 from .build import add_mesh, add_node, features, finish, new_material, shader_material
 from .lobes import (
@@ -228,6 +229,27 @@ def test_emission_below_a_coat(convert) -> None:
     found = np.array(material.emission) / tuple(expected)
     assert found.max() - found.min() < 0.2 and 0.5 < found.mean() < 1.0
     assert features(report, "approximated") == ["Emission below a coat"]
+
+
+@pytest.mark.parametrize("told", ["nothing", "Coat Weight", "Coat Tint", "Sheen Weight"])
+def test_emission_below_layers(scene, export, device, cycles_mean, told) -> None:
+    """As bright as in Cycles, in the mean over a ball, by constants and by textures alike."""
+    emission = {"Emission_Color": GOLD, "Emission_Strength": 2.0, "Base_Color": (0, 0, 0, 1)}
+    of_sheen = {"Sheen_Weight": 0.9, "Sheen_Roughness": 0.7, "Sheen_Tint": (0.9, 0.5, 0.7, 1)}
+    of_coat = {"Coat_Weight": 0.7, "Coat_IOR": 1.7, "Coat_Tint": (0.8, 0.3, 0.2, 1)}
+    over = of_sheen if told == "Sheen Weight" else of_coat
+    material = shader_material(PRINCIPLED, Specular_IOR_Level=0.0, **emission, **over)
+    tree = material.node_tree
+    if told != "nothing":
+        place = add_node(tree, "ShaderNodeTexCoord").outputs["Generated"]
+        socket = tree.nodes["Principled BSDF"].inputs[told]
+        tree.links.new(place, socket)
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=1.5)
+    bpy.context.object.data.materials.append(material)
+    size = {"width": 64, "height": 32}
+    ours = render(device, export()[0], photons=0, passes=8, **size)["Combined"][..., :3]
+    theirs = cycles_mean(64, 1)[..., :3]
+    assert ours.mean(axis=(0, 1)) == pytest.approx(theirs.mean(axis=(0, 1)), rel=0.02)
 
 
 @pytest.mark.parametrize(

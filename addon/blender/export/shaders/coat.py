@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 from ..graph import Graph
 from ..links import Scope, linked
@@ -16,6 +15,7 @@ from ..programs import Value, math, value
 from .bsdf import Bsdf, ShaderLobe, clipped
 
 ANGLES = 64  # of rays through the coat, to average what it lets through
+TYPICAL_IOR = 1.5  # of a coat whose own differs from point to point
 
 
 def under_coat(graph: Graph, node: bpy.types.Node, scope: Scope, below: Bsdf) -> Bsdf:
@@ -49,22 +49,22 @@ def _own_normal(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value | Non
 
 def _emission_share(graph: Graph, tint: Value, ior: Value, cover: Value) -> Value:
     """The share of the emission below a coat that it lets through."""
-    if not (tint.is_constant and ior.is_constant and cover.is_constant):
-        what = "a coat that differs from point to point does not dim it"
-        graph.notes.approximated(graph.owner, "Emission below a coat", what)
-        return value(1.0)
     what = "as bright in all directions, as it is on average"
     graph.notes.approximated(graph.owner, "Emission below a coat", what)
-    return value(let_through(tint.colour, ior.number, cover.number))
+    return let_through(tint, ior.number if ior.is_constant else TYPICAL_IOR, cover)
 
 
-def let_through(tint: NDArray[np.float64], ior: float, cover: float) -> NDArray[np.float64]:
+def let_through(tint: Value, ior: float, cover: Value) -> Value:
     """What a smooth coat lets through of diffuse emission below it."""
     squared = (np.arange(ANGLES) + 0.5) / ANGLES  # cosines as often as diffuse emission has them
     cosine, inside = np.sqrt(squared), np.sqrt(1.0 - (1.0 - squared) / ior**2)
     perpendicular = ((cosine - ior * inside) / (cosine + ior * inside)) ** 2
     parallel = ((ior * cosine - inside) / (ior * cosine + inside)) ** 2
-    passed = 1.0 - cover * 0.5 * (perpendicular + parallel)
-    tinted = 1.0 - cover + cover * tint ** (1.0 / inside[:, None])
-    shares: NDArray[np.float64] = (passed[:, None] * tinted).mean(axis=0)
-    return shares
+    reflected, longer = 0.5 * (perpendicular + parallel), 1.0 / inside
+    if not tint.is_constant:  # as one ray of the mean length
+        tinted = math("GAMMA", tint, float(longer.mean()))
+        return (1.0 - cover * float(reflected.mean())) * (1.0 - cover * (1.0 - tinted))
+    lost = 1.0 - tint.colour ** longer[:, None]
+    # The mean of (1 - cover reflected) (1 - cover lost).
+    once, twice = reflected.mean() + lost.mean(axis=0), (reflected[:, None] * lost).mean(axis=0)
+    return 1.0 - cover * (value(once) - cover * value(twice))
