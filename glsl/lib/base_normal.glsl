@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The smooth surface about which nodes bend normals. Uses the tables of triangles and of their normals.
 #include "lib/diffuse.glsl"
+#include "lib/smooth_normal.glsl"
 #include "lib/triangle.glsl"
 
 // The normal of the smooth surface, unit and on the ray's side.
@@ -8,8 +9,5 @@ vec3 base_normal(Place place, Facing facing, Shading shading, Diffuse diffuse) {
     if (is_displaced(diffuse)) return base_of(diffuse, shading.normal);
     CornerNormals normals = corner_normals_at(int(shading.triangle));
     vec3 share = corner_shares(triangle_at(int(shading.triangle)), place.position);
-    vec3 normal = share.x * normals.a + share.y * normals.b + share.z * normals.c;
-    float l2 = dot(normal, normal);
-    normal = l2 > 1.0e-12 ? normal * inversesqrt(l2) : facing.normal;
-    return dot(normal, facing.normal) < 0.0 ? -normal : normal;
+    return smooth_normal(normals, share, facing.normal);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The surface at a hit. Uses the tables of triangles and of their normals.
 #include "lib/hit.glsl"
+#include "lib/smooth_normal.glsl"
 #include "lib/triangle.glsl"
 
 struct Surface {
@@ -22,10 +23,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     s.geometric = normal_of(triangle.b - triangle.a, triangle.c - triangle.a);
     s.side = dot(s.geometric, direction) > 0.0 ? -1.0 : 1.0;
     s.geometric *= s.side;
-    vec3 shading = weight * normals.a + hit.u * normals.b + hit.v * normals.c;
-    float l2 = dot(shading, shading);
-    s.shading = l2 > 1.0e-12 ? shading * inversesqrt(l2) : s.geometric;
-    if (dot(s.shading, s.geometric) < 0.0) s.shading = -s.shading;
+    s.shading = smooth_normal(normals, vec3(weight, hit.u, hit.v), s.geometric);
     s.material = int(triangle.material);
     s.surface = triangle.surface;
     s.flags = int(normals.flags);

@@ -96,7 +96,7 @@ CASES: Mapping[str, Build] = {
     "map, weak": normal_map("TANGENT", 0.5),
     "map, strong": normal_map("TANGENT", 2.0, varies=False),
     "map, half of the world's": normal_map("WORLD", 0.5),
-    **{f"bump by {source}": bump(source) for source in ("Object", "UV", "Generated")},
+    **{f"bump by {source}": bump(source) for source in ("Object", "UV", "Generated", "Normal")},
     "bump, weak": bump(Strength=0.3),
     "bump, inverted": bump(invert=True),
     "bump, wide": bump(Filter_Width=0.5),

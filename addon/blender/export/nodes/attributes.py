@@ -59,10 +59,7 @@ def read_coordinate(
         case "Generated":
             return attribute(graph, GENERATED)
         case "Normal":
-            if any(graph.program.shift):
-                what = "a bump by them is flat"
-                graph.notes.approximated(graph.owner, "Normal coordinates", what)
-            return here(graph, "object normal")
+            return here(graph, "object normal there")
         case "UV":
             return attribute(graph, UV, "")
         case "Object" if node.object is not None:

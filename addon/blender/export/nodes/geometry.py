@@ -19,6 +19,7 @@ GEOMETRY = {
     "incoming": 5,
     "backfacing": 6,
     "parametric": 7,
+    "object normal there": 8,
 }
 
 
