@@ -18,6 +18,7 @@ from .build import (
     finish,
     new_material,
     new_mesh,
+    new_world,
     shader_material,
 )
 
@@ -140,6 +141,18 @@ def test_lamps_that_rough_glass_shows_in_cycles(export, ray, roughness, count) -
     add_mesh("Pane").data.materials.append(material)
     said = [str(entry) for entry in export()[1].entries if entry.feature == "Ray Visibility"]
     assert len(said) == count and all("Light 'Lamp'" in text for text in said)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "strength"), [("shadow", 1.0), ("shadow", 0.0), ("glossy", 1.0)]
+)
+def test_what_the_world_lights_through(scene, export, hidden, strength) -> None:
+    """In Cycles diffuse rays that look for it meet what shadow rays pass."""
+    add_mesh("Thing", **{f"visible_{hidden}": False})
+    tree = new_world(scene)
+    finish(tree, add_node(tree, "ShaderNodeBackground", Strength=strength))
+    said = [str(entry) for entry in export()[1].entries if entry.feature == "Ray Visibility"]
+    assert len(said) == (hidden == "shadow" and strength > 0.0)
 
 
 def test_shadow_catchers(export) -> None:

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ...photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS, TERMINATOR, Scene
 from ...photon.stage.kinds import light_kinds, lobe_kinds
@@ -56,7 +58,8 @@ def terminator_of(obj: bpy.types.Object) -> float:
 def note_rays(scene: Scene, notes: Notes) -> None:
     """Write down which lights Cycles' shadow rays find and rays of a lobe do not, or the other way
     round: those it weighs as if both did. Shadow rays to rough glass find lamps that are hidden
-    from glossy rays, and to Translucent BSDFs no emissive objects that are from diffuse rays."""
+    from glossy rays, and to Translucent BSDFs no emissive objects that are from diffuse rays; those
+    to the world pass what diffuse rays meet."""
     kinds = [lobe_kinds()[x.kind] for m in scene.materials for x in m.lobes if x.reflects]
     if any(kind.is_two_sided and not kind.is_diffuse for kind in kinds):
         for light in scene.lights:
@@ -64,14 +67,26 @@ def note_rays(scene: Scene, notes: Notes) -> None:
             if is_lamp and "glossy" not in light.found_by and "diffuse" in light.found_by:
                 what = "rough glass shows nothing of it, and in Cycles some"
                 notes.approximated(f"Light '{light.name}'", "Ray Visibility", what)
-    translucent = any(kind.is_diffuse and kind.transmits for kind in kinds)
-    if not (translucent and len(scene.visible)):  # else all rays meet all
+    if not len(scene.visible):  # all rays meet all
         return
-    diffuse, transmission = RAY_BITS["diffuse"], RAY_BITS["transmission"]
-    emits = np.array([material.is_emissive for material in scene.materials], bool)
-    for number in np.unique(scene.surface[emits[scene.material]]).tolist():
-        if scene.visible[number] & (diffuse | transmission) == transmission:
-            what = "it lights Translucent BSDFs, and in Cycles hardly"
+    shadow, diffuse, transmission = (RAY_BITS[x] for x in ("shadow", "diffuse", "transmission"))
+    worlds = [light for light in scene.lights if light_kinds()[light.kind].is_world]
+    if any("diffuse" in light.found_by and max(light.power) > 0.0 for light in worlds):
+        what = "the world lights through it, and in Cycles in part"
+        _note_surfaces(scene, np.unique(scene.surface), diffuse | shadow, diffuse, what, notes)
+    if any(kind.is_diffuse and kind.transmits for kind in kinds):
+        what = "it lights Translucent BSDFs, and in Cycles hardly"
+        emits = np.array([material.is_emissive for material in scene.materials], bool)
+        emitters = np.unique(scene.surface[emits[scene.material]])
+        _note_surfaces(scene, emitters, diffuse | transmission, transmission, what, notes)
+
+
+def _note_surfaces(
+    scene: Scene, surfaces: NDArray[Any], asked: int, bits: int, what: str, notes: Notes
+) -> None:
+    """Of those that of the rays asked for meet those of these bits alone."""
+    for number in surfaces.tolist():
+        if scene.visible[number] & asked == bits:
             notes.approximated(f"Object '{scene.surfaces[number]}'", "Ray Visibility", what)
 
 
