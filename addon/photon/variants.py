@@ -309,6 +309,9 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
         for bent in (smooth,) if alone else (found, smooth):
             yield Emitted, bent.emitted_defines, scene.made
             yield Emitted, {**bent.emitted_defines, "BY_KIND": 1}, scene.made
+            apart = replace(bent, diffuse_apart=True)
+            if apart.lobes and not alone:
+                yield Emitted, apart.emitted_defines, scene.made
             for kernel in (Direct, ShadowRays):
                 yield kernel, bent.direct_defines, scene.made
                 if not (alone or bent.smooth):

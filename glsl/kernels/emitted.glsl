@@ -4,6 +4,9 @@
 #include "lib/asked_lights.glsl"
 #include "lib/hit.glsl"
 #include "lib/colour.glsl"
+#ifdef DIFFUSE_APART
+#include "lib/reach.glsl"
+#endif
 #ifdef WEIGHED
 #include "lib/chain_density.glsl"
 #include "lib/triangle.glsl"
@@ -47,6 +50,9 @@ void meet(int number, float kind, RayOrigin origin, vec3 direction, float far, b
     Light light = light_at(number);
     light.kind = kind;
     if (!is_found(light, is_of_eye ? BY_CAMERA : BY_CHAINS)) return;
+#ifdef DIFFUSE_APART
+    if (!is_of_eye && !is_found(light, BY_DIFFUSE) && is_by_diffuse(load_direction().t_max)) return;
+#endif
     vec4 seen = seen_light(light, origin.position, direction, far);
     vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
 #ifdef GOBOS

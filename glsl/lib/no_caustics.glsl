@@ -4,9 +4,6 @@
 #include "lib/lobe.glsl"
 #include "lib/reach.glsl"
 
-// Whether a diffuse lobe has sent a ray from the eye, if it has gone straight on since.
-bool is_by_diffuse(float t_max) { return (sent_by_reach(t_max) & RAY_DIFFUSE) != 0; }
-
 // The bit of light that a lobe sends in a direction.
 int caustic_by(vec3 direction, vec3 geometric) {
     return dot(direction, geometric) < 0.0 ? REFRACTIVE_CAUSTICS : REFLECTIVE_CAUSTICS;

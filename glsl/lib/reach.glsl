@@ -19,3 +19,6 @@ int rays_by_reach(float t_max) {
     int sent = sent_by_reach(t_max);
     return (sent & RAY_TRANSMISSION) != 0 ? RAY_TRANSMISSION : sent;
 }
+
+// Whether a diffuse lobe has sent a ray from the eye, if it has gone straight on since.
+bool is_by_diffuse(float t_max) { return (sent_by_reach(t_max) & RAY_DIFFUSE) != 0; }

@@ -56,6 +56,25 @@ def test_furnace(device: Device, found_by: tuple[str, ...]) -> None:
     np.testing.assert_allclose(on_ball(images["Combined"]), np.multiply(SKY, albedo), 8e-3)
 
 
+ROUGH = {
+    "oren_nayar": {"diffuse_roughness": 1.0},
+    "translucent": {},
+    "sheen": {"roughness": 0.5},
+    "toon": {"size": 0.5, "edge": 0.2},
+}
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+@pytest.mark.parametrize("kind", ROUGH)
+def test_rays_of_diffuse_lobes(device: Device, kind: str, hidden: bool) -> None:
+    """They find no world that is hidden from diffuse rays, as rays of gloss do."""
+    material = Material("rough", (0.0,) * 3, (Lobe(kind, (0.8,) * 3, ROUGH[kind]),))
+    found_by = ("glossy", "chains") if hidden else ("diffuse", "glossy", "chains")
+    scene = ball(material, even(SKY), found_by=found_by, up=UP, middle=ACROSS)
+    seen = on_ball(render(device, scene, **SETTINGS, passes=4, photons=2000)["Combined"])
+    assert (seen > 0.01).any() != hidden and (seen >= 0.0).all()
+
+
 def hot_pixel(row: int = 5, column: int = 4, height: int = 8) -> tuple[Image, Any]:
     """An image of one bright pixel, and its middle's direction."""
     pixels = np.zeros((height, 2 * height, 3), np.float32)

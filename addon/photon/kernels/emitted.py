@@ -21,6 +21,7 @@ class Emitted(Kernel):
         "TRANSPARENT",
         "DISPERSION",
         "PORTALS",
+        "DIFFUSE_APART",
         *LIGHT_DEFINES,
     )
     inputs = {

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from .geometry import Mesh
 from .kinds import light_kinds, lobe_kinds
 from .layers import count_layered, has_tint
 from .light_tree import AskedLights
-from .limits import casts_caustics, is_limited, lacking_caustics
+from .limits import are_apart, casts_caustics, is_limited, lacking_caustics
 from .needs import MOST_LOBES, SceneNeeds
 from .panes import has_panes
 from .programs import ProgramNeeds, of_emission, of_transmittance
@@ -43,7 +43,6 @@ def find_needs(
     seen = gathered and seen_send_rays(scene, settings, materials)
     rays = bool(kinds) and not (gathered and not any(send_rays(m, seen) for m in materials))
     transparent = any(material.is_transparent for material in materials)
-    no_caustics = lacking_caustics(scene, [lobe_kinds()[kind] for kind in kinds])
     chains = (rays and settings.mirror_depth > 0) or transparent
     met = [light for light in emitting if light_kinds()[light.kind].is_met(light.parameters)]
     by_chains = chains and (emissive or any("chains" in light.found_by for light in met))
@@ -73,19 +72,36 @@ def find_needs(
         gathered_lobes=gathered,
         seen_send_rays=seen,
         portals=asked and photons and any(light_kinds()[light.kind].is_world for light in emitting),
-        visibility=is_limited(emitting)
-        or any(material.holdout for material in materials)
-        or bool((mesh.visible != ALL_RAYS).any())
-        or transparent
-        or no_caustics > 0,
-        no_caustics=no_caustics,
         programs=ProgramNeeds.of(scene),
         emission_programs=_programs_of(scene, materials if emissive else (), of_emission),
         **_of_lights(scene, mesh, emitting),
+        **_of_rays(scene, mesh, materials, kinds, emitting),
         **_of_materials(materials, lobes),
         **_of_settings(settings),
         **_of_camera(scene),
     )
+
+
+def _of_rays(
+    scene: Scene,
+    mesh: Mesh,
+    materials: Iterable[Material],
+    kinds: Iterable[str],
+    emitting: tuple[Light, ...],
+) -> dict[str, Any]:
+    """Whether not all rays meet all surfaces, or find all lights."""
+    lobes = [lobe_kinds()[kind] for kind in kinds]
+    no_caustics = lacking_caustics(scene, lobes)
+    diffuse_apart = are_apart(emitting) and any(kind.is_diffuse for kind in lobes)
+    return {
+        "no_caustics": no_caustics,
+        "diffuse_apart": diffuse_apart,
+        "visibility": is_limited(emitting)
+        or bool((mesh.visible != ALL_RAYS).any())
+        or any(material.holdout or material.is_transparent for material in materials)
+        or diffuse_apart
+        or no_caustics > 0,
+    }
 
 
 def _used(scene: Scene, mesh: Mesh) -> list[Material]:

@@ -18,6 +18,11 @@ def is_limited(lights: tuple[Light, ...]) -> bool:
     return any(not x.casts_shadow or x.max_bounces < MOST_BOUNCES for x in lights)
 
 
+def are_apart(lights: tuple[Light, ...]) -> bool:
+    """Whether rays of some lobes find one of them, and those of diffuse lobes do not."""
+    return any("chains" in x.found_by and "diffuse" not in x.found_by for x in lights)
+
+
 def casts_caustics(name: str) -> bool:
     """Whether light by a lobe of a kind is a caustic."""
     return name != TRANSPARENT and not lobe_kinds()[name].is_diffuse
@@ -36,7 +41,8 @@ def knows_rays(scene: Scene, lights: tuple[Light, ...]) -> bool:
     held_out = any(material.holdout for material in scene.materials)
     transparent = any(material.is_transparent for material in scene.materials)
     lacking = len(scene.caustics) < len(CAUSTICS)
-    return len(scene.visible) > 0 or held_out or is_limited(lights) or transparent or lacking
+    limited = is_limited(lights) or are_apart(lights)
+    return len(scene.visible) > 0 or held_out or limited or transparent or lacking
 
 
 def visibility_table(scene: Scene) -> NDArray[Any]:
