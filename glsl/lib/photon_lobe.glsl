@@ -92,7 +92,8 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
     float falls = dot(point.incoming, by.normal) / dot(point.incoming, geometric);
     leaving.photon.flux *= clamp(falls * dot(by.direction, geometric) / dot(by.direction, by.axis), 0.0, BRIGHTEST);
 #ifdef NORMALS
-    if (is_diffuse_kind(by.lobe.kind)) {
+    // In Cycles shadow rays alone lose light by it through the surface: photons that come straight from a light.
+    if (is_diffuse_kind(by.lobe.kind) && (bounce == 0 || !transmits_kind(by.lobe.kind))) {
         Bent bent = bent_of(geometric);
         leaving.photon.flux *= bump_shadowing(bent.base, bent.normal, -point.incoming);
     }

@@ -12,10 +12,23 @@ import pytest
 
 from tests.measure import render
 
-from .build import CUBE, add_light, add_mesh, add_object, long_paths, shader_material
+from .build import (
+    CUBE,
+    add_light,
+    add_mesh,
+    add_node,
+    add_object,
+    finish,
+    long_paths,
+    new_world,
+    shader_material,
+)
 from .lobes import DIFFUSE, GLASS, PRINCIPLED, REFRACTION
 
 pytestmark = pytest.mark.blender
+
+# Of other faces of a body of glass.
+SHADERS_BESIDE = "ShaderNodeBsdfTransparent", "ShaderNodeBsdfTranslucent", "ShaderNodeBsdfDiffuse"
 
 SAMPLES = 256
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
@@ -108,6 +121,38 @@ def test_what_is_a_sheet(export) -> None:
     ]
     assert opened == [0.0, 0.0, 1.0]
     assert [x.object for x in report.entries if x.feature == "Glass"] == ["Object 'Cut'"]
+
+
+@pytest.mark.parametrize("other", [*SHADERS_BESIDE, "mixed"])
+def test_light_that_leaves_by_other_ways(scene, export, device, other) -> None:
+    """Through other faces, or as if there were no glass: before a white world all is white."""
+    material = shader_material(GLASS, "Glass", Roughness=0.0, IOR=1.5)
+    cube = add_mesh("Body", CUBE)
+    cube.data.materials.append(material)
+    if other == "mixed":
+        tree = material.node_tree
+        glass = tree.nodes["Glass BSDF"]
+        mix = add_node(tree, "ShaderNodeMixShader", Fac=0.4)
+        clear = add_node(tree, "ShaderNodeBsdfTransparent", Color=(1, 1, 1, 1))
+        for socket, shader in zip(mix.inputs[1:], (glass, clear), strict=True):
+            tree.links.new(shader.outputs[0], socket)
+        finish(tree, mix)
+    else:
+        cube.data.materials.append(shader_material(other, "Other", Color=(1, 1, 1, 1)))
+        for face in cube.data.polygons:
+            face.material_index = face.index % 2
+    tree = new_world(scene)
+    finish(tree, add_node(tree, "ShaderNodeBackground", Strength=1.0, Color=(1, 1, 1, 1)))
+    scene.cycles.transparent_max_bounces = 64
+    scene.camera.location, cube.rotation_euler = (0, 0, 4), (0.4, 0.3, 0.2)
+    settings: Any = {"width": 64, "height": 32, "photons": 1 << 14, "passes": 16}
+    found, _ = export()
+    seen = render(device, found, mirror_depth=64, **settings)["Combined"][..., :3]
+    lobes = [lobe for material in found.materials for lobe in material.lobes]
+    is_open = [lobe.parameters["open"] == 1.0 for lobe in lobes if "open" in lobe.parameters]
+    assert is_open == [other != "ShaderNodeBsdfDiffuse"]
+    if other != "ShaderNodeBsdfDiffuse":
+        assert seen.mean(axis=(0, 1)) == pytest.approx(1.0, abs=0.01)
 
 
 @pytest.mark.parametrize(("is_smooth", "named"), [(True, 1), (False, 0)])

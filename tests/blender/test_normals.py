@@ -14,7 +14,7 @@ import pytest
 from tests.measure import render
 from tests.regression.blocks import block_means, compare_means
 
-from .build import add_light, add_node, features, finish, new_material
+from .build import add_light, add_node, features, finish, new_material, new_world
 
 pytestmark = pytest.mark.blender
 
@@ -218,14 +218,23 @@ def test_every_option(export, cycles_mean, device, subject, shader) -> None:
     assert not bad, bad
 
 
-def test_light_from_behind(export, cycles_mean, device) -> None:
-    """In the mean: shadow rays go to either side by chance."""
+@pytest.mark.parametrize("light", ["lamp", "world"])
+def test_light_from_behind(scene, export, cycles_mean, device, light) -> None:
+    """In the mean: shadow rays go to either side by chance; rays of the lobe find the world."""
     across = lay_out(CASES, tile, TRANSLUCENT)
-    ours, cycles = pictures(export, cycles_mean, device, passes=64)
+    if light == "world":
+        bpy.data.objects.remove(bpy.data.objects["Sun"])
+        tree = new_world(scene)
+        finish(tree, add_node(tree, "ShaderNodeBackground", Strength=1.0))
+        scene.world.cycles_visibility.camera = False
+        ours, cycles = pictures(export, cycles_mean, device, passes=64, mirror_depth=4)
+    else:
+        ours, cycles = pictures(export, cycles_mean, device, passes=64)
     shape = (across, CELL, across, CELL, 3)
     of_cells = [picture.reshape(shape).mean(axis=(1, 3, 4)).ravel() for picture in (ours, cycles)]
     for name, own, theirs in zip(CASES, *of_cells, strict=False):
-        assert own == pytest.approx(theirs, rel=0.02), name
+        # Cycles' rays of the lobe find more of the world than its shadow rays, and ours less.
+        assert own == pytest.approx(theirs, rel=0.03 if light == "world" else 0.02), name
 
 
 @pytest.mark.thorough("compute")

@@ -71,7 +71,8 @@ class Geometry:
     vertex_count: int = 0
     _local: dict[Key, LocalMesh] = field(default_factory=dict)
     _strands: dict[Key, Strands] = field(default_factory=dict)
-    _open: dict[Key, bool] = field(default_factory=dict)
+    # Meshes without the faces of some slots.
+    _open: dict[tuple[Key, tuple[bool, ...]], bool] = field(default_factory=dict)
     _attributes: dict[Any, NDArray[np.float32]] = field(default_factory=dict)
     _instances: Instances = field(default_factory=Instances)
     _tangents: dict[Any, NDArray[np.float64] | None] = field(default_factory=dict)
@@ -129,7 +130,7 @@ class Geometry:
         obj = instance.object
         if not len(mesh.triangles):
             return
-        slots = material_slots(obj, materials, partial(self._is_open, key, obj.name, notes))
+        slots = material_slots(obj, materials, partial(self._is_open, key, notes))
         material = slots[np.clip(mesh.slot, 0, len(slots) - 1)]
         there = material >= 0  # a material without any surface, such as a volume's
         vertices, triangles, normals = placed(mesh, matrix)
@@ -203,17 +204,18 @@ class Geometry:
             notes.approximated(f"Object '{obj.name}'", "Particle Hair", what)
         return self._local[key]
 
-    def _is_open(self, key: Key, name: str, notes: Notes) -> bool:
-        """Whether a mesh is open. Only asked for glass: smooth normals that lean too far are noted,
-        too."""
-        if key not in self._open:
+    def _is_open(self, key: Key, notes: Notes, name: str, gaps: tuple[bool, ...]) -> bool:
+        """Whether a mesh is open, or without the faces of some slots. Only asked for glass: smooth
+        normals that lean too far are noted, too."""
+        if (key, gaps) not in self._open:
             mesh = self._local[key]
-            self._open[key] = is_open(mesh.vertices, mesh.triangles)
+            stays = ~np.array(gaps)[np.clip(mesh.slot, 0, len(gaps) - 1)]
+            self._open[key, gaps] = is_open(mesh.vertices, mesh.triangles[stays])
             lean = lean_of(mesh.vertices[mesh.triangles], mesh.normals[mesh.corners])
             if lean > MOST_LEAN:
                 what = f"they lean {lean:.0f} degrees from its faces: its caustics are rough"
                 notes.approximated(f"Object '{name}'", "Smooth normals of glass", what)
-        return self._open[key]
+        return self._open[key, gaps]
 
     def _tangents_of(
         self,
@@ -330,11 +332,18 @@ def is_gas(obj: bpy.types.Object) -> bool:
 
 
 def material_slots(
-    obj: bpy.types.Object, materials: MaterialTable, has_open_mesh: Callable[[], bool]
+    obj: bpy.types.Object,
+    materials: MaterialTable,
+    is_open: Callable[[str, tuple[bool, ...]], bool],
 ) -> NDArray[np.int32]:
-    """Return the material number of every slot; at least one."""
+    """Return the material number of every slot; at least one. `is_open`: whether the mesh of an
+    object of this name is, without the faces of some slots."""
     found: Sequence[bpy.types.Material | None]
     found = [slot.material for slot in obj.material_slots] or list(obj.data.materials) or [None]
+
+    def has_open_mesh() -> bool:
+        return is_open(obj.name, tuple(map(materials.is_gap, found)))
+
     return np.array(
         [materials.index_of(material, obj.name, has_open_mesh) for material in found], np.int32
     )

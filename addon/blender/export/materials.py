@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...photon.scene import RGB, ROUNDING, Instruction, Lobe, Material, Result, reflecting
+from ...photon.stage.kinds import lobe_kinds
 from ...photon.stage.programs import MOST_REGISTERS, width_of
 from ...photon.stage.spectrum import BANDS
 from .graph import Context, Graph, colour_text, many_calls
@@ -88,19 +89,14 @@ class MaterialTable:
         material = self.override or material
         if material is None:
             self.notes.exact(f"Object '{object_name}'", "No material", "Cycles' default surface")
-        key = material.name_full if material else None
-        if key not in self._exported:
-            index = material.pass_index if material else 0
-            context = replace(self.context, attributes=[], index=index)
-            with many_calls():
-                found = self._export(material, context)
-            self._exported[key] = None if found is None else _Exported(*found, context)
-        exported = self._exported[key]
+        key, exported = self._found(material)
         if exported is None:
             return NO_SURFACE
-        is_open = is_glass(exported.material) and has_open_mesh()
-        if is_open:
+        own = exported.material
+        is_sheet = is_glass(own) and not lets_through(own) and has_open_mesh()
+        if is_sheet:
             self.notes.exact(f"Object '{object_name}'", "Glass", "an open mesh: as in Cycles")
+        is_open = is_sheet or (is_glass(own) and lets_through(own))
         if (key, is_open) not in self._numbers:
             self._numbers[key, is_open] = len(self.materials)
             made = exported.material
@@ -108,6 +104,23 @@ class MaterialTable:
             self.contexts.append(exported.context)
             self.tangents.append(exported.tangent if made.is_anisotropic else None)
         return self._numbers[key, is_open]
+
+    def is_gap(self, material: bpy.types.Material | None) -> bool:
+        """Whether light goes through faces that wear it as through none, or by other ways than
+        glass."""
+        _, exported = self._found(self.override or material)
+        return exported is None or lets_through(exported.material)
+
+    def _found(self, material: bpy.types.Material | None) -> tuple[str | None, _Exported | None]:
+        """Its key, and what it becomes; None: no surface."""
+        key = material.name_full if material else None
+        if key not in self._exported:
+            index = material.pass_index if material else 0
+            context = replace(self.context, attributes=[], index=index)
+            with many_calls():
+                found = self._export(material, context)
+            self._exported[key] = None if found is None else _Exported(*found, context)
+        return key, self._exported[key]
 
     def black(self) -> int:
         """Return the number of a material that reflects nothing."""
@@ -220,6 +233,14 @@ def dispersion_of(material: bpy.types.Material) -> float:
 def is_glass(material: Material) -> bool:
     """Whether it refracts."""
     return any("open" in lobe.parameters for lobe in material.lobes)
+
+
+def lets_through(material: Material) -> bool:
+    """Whether light goes through it otherwise than by glass."""
+    return material.is_transparent or any(
+        lobe_kinds()[lobe.kind].transmits and "open" not in lobe.parameters
+        for lobe in material.lobes
+    )
 
 
 def opened(material: Material) -> Material:
