@@ -211,7 +211,8 @@ def test_furnace_of_layers(device: Device, roughness: float) -> None:
         for lobe in layered(roughness).lobes
     )
     white = (*white[:2], replace(white[2], covered=NO_DIFFUSE), white[3])
-    scene = plate(Material("white", NO_DIFFUSE, white), background=(1.0,) * 3)
+    sky = world_light("sky", (1.0,) * 3, ("camera", "diffuse", "chains"))
+    scene = plate(Material("white", NO_DIFFUSE, white), sky)
     settings: dict[str, Any] = {"width": 16, "height": 16, "photons": 0, "passes": 256}
     images = render(device, scene, **settings)
     seen = images["Combined"][..., :3][~images["Background"].any(axis=-1)]
