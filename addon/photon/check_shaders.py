@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Validate every program offline with glslangValidator: `python -m addon.photon.check_shaders`.
 
-Each kernel is checked for both layers, with every value of its defines and number of lanes.
+Each kernel is checked as a compute program with every value of its defines and number of lanes, and
+as a fragment program with each define and include, or with `--thorough` with every value of all.
 """
 
 from __future__ import annotations
@@ -26,12 +27,17 @@ FRAGMENT_VERSION, COMPUTE_VERSION = 330, 450
 AT_ONCE = 64  # programs of a call
 
 
-def programs() -> Iterator[tuple[str, str, Source]]:
-    """Every program as (name, glslang's stage, source)."""
-
+def programs(thorough: bool = True) -> Iterator[tuple[str, str, Source]]:
+    """Every program as (name, glslang's stage, source). Unless they shall be thorough, of fragment
+    programs those alone that are the first with some define or include: the others differ from
+    compute programs, which are all there, by how these read and write."""
+    known: dict[type, set[str]] = {}
     for kernel, defines, made in variants.kernels():
         name = " ".join([kernel.stem, *defines])
-        yield name, "frag", kernel.source("fragment", FRAGMENT_VERSION, defines, made=made)
+        parts = {kernel.stem, *kernel.structure} & {kernel.stem, *defines} | {*made.values()}
+        if thorough or parts - known.setdefault(kernel, set()):
+            known.setdefault(kernel, set()).update(parts)
+            yield name, "frag", kernel.source("fragment", FRAGMENT_VERSION, defines, made=made)
         for lanes in (
             GROUPS[THREADS]
             if "sum_over_lanes" in read(f"kernels/{kernel.stem}.glsl", name)
@@ -47,10 +53,10 @@ def programs() -> Iterator[tuple[str, str, Source]]:
         yield stem, "comp", compute_source(stem, declarations=declarations, made=made)
 
 
-def _batches() -> Iterator[list[tuple[str, str, Source]]]:
+def _batches(thorough: bool) -> Iterator[list[tuple[str, str, Source]]]:
     """Programs that differ, AT_ONCE at a time."""
     known, batch = set[bytes](), []
-    for name, stage, source in programs():
+    for name, stage, source in programs(thorough):
         digest = blake2b(source.text.encode(), digest_size=16, key=stage.encode()).digest()
         if digest in known:
             continue
@@ -83,7 +89,9 @@ def _wrong(validator: str, batch: list[tuple[str, str, Source]]) -> list[str]:
 
 def main() -> int:
     """Print each error with its file and line; 0 if there is none, or no validator."""
-    argparse.ArgumentParser(prog="addon.photon.check_shaders", description=__doc__).parse_args()
+    parser = argparse.ArgumentParser(prog="addon.photon.check_shaders", description=__doc__)
+    parser.add_argument("--thorough", action="store_true", help="all fragment programs, too")
+    thorough = parser.parse_args().thorough
     validator = shutil.which("glslangValidator")
     if validator is None:
         print("shaders: not checked offline, glslangValidator is absent (Debian: glslang-tools)")
@@ -91,7 +99,7 @@ def main() -> int:
     count, failed = 0, 0
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         waiting = []
-        for batch in _batches():  # while others are checked
+        for batch in _batches(thorough):  # while others are checked
             count += len(batch)
             waiting.append(pool.submit(_wrong, validator, batch))
         for wrong in waiting:
