@@ -64,6 +64,7 @@ ROUGH = {
 }
 
 
+@pytest.mark.thorough("sheen", "toon")
 @pytest.mark.parametrize("hidden", [False, True])
 @pytest.mark.parametrize("kind", ROUGH)
 def test_rays_of_diffuse_lobes(device: Device, kind: str, hidden: bool) -> None:
