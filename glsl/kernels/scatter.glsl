@@ -53,11 +53,8 @@ void kernel() {
     vec4 u = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), dimension);
     u.xy = even_over_passes(dimension);
     float share = 1.0;
-    Lobe other = Lobe(vec3(0.0), 0.0);
 #ifdef TWO_LOBES
-    other = load_lobe1();
-#endif
-#ifdef TWO_LOBES
+    Lobe other = load_lobe1();
     float cosine = max(0.0, dot(to_viewer, shading.normal));
     Shape other_shape = shape_of_rays(other, load_shape1());
     share = share_of_first(lobe, shape, other, other_shape, cosine);

@@ -161,9 +161,17 @@ def test_between_pixels(scene, export, interpolation) -> None:
     assert interpolation.lower() in entry.detail
 
 
+@pytest.mark.parametrize(("width", "height"), [(1, 300), (300, 1), (1, 1)])
+def test_narrow_images_stay_small(width, height) -> None:
+    times = finer.times_finer(width, height)
+    found = finer.finer(np.full((height, width, 3), 0.5, np.float32), "Cubic", times)
+    assert times % 2 == 1 and max(found.shape) < 2048
+    assert found == pytest.approx(0.5, rel=1e-6)
+
+
 def test_large_images_are_finer_by_no_texel(scene, export, monkeypatch) -> None:
     """What is as wide as that is looked up between its own pixels."""
-    monkeypatch.setattr(finer, "WIDTH", 16)
+    monkeypatch.setattr(finer, "LENGTH", 16)
     node = with_texture(scene, image_of(RANDOM, float_buffer=True))
     node.interpolation = "Cubic"
     (image,) = export()[0].images

@@ -69,7 +69,7 @@ def _linear_pixels(
     is_coded = not image.is_float and colour_space_of(image.colorspace_settings) is Space.SRGB
     # Cycles decodes what it has found between coded pixels.
     between = step == 1 and (interpolation != "Linear" or is_coded)
-    times = times_finer(width) if between else 1
+    times = times_finer(width, height) if between else 1
     between &= interpolation != "Linear" or times > 1
     rows, columns = times * (height // step), times * (width // step)
     spare = 4 * image.channels + 12 if between else 0

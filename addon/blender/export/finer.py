@@ -8,13 +8,14 @@ from math import floor
 import numpy as np
 from numpy.typing import NDArray
 
-# Pixels across, at least: what is between those is linear in light, of whatever image.
-WIDTH = 1024
+# Pixels of the longer side, at least: what is between those is linear in light, of whatever image.
+LENGTH = 1024
 
 
-def times_finer(width: int) -> int:
+def times_finer(width: int, height: int) -> int:
     """How many pixels, each way, become of one: an odd number, so one of them is where it was."""
-    return max(1, -(-WIDTH // width)) // 2 * 2 + 1 if width < WIDTH else 1
+    longest = max(width, height)
+    return -(-LENGTH // longest) // 2 * 2 + 1 if longest < LENGTH else 1
 
 
 def finer(pixels: NDArray[np.float32], interpolation: str, times: int) -> NDArray[np.float32]:
