@@ -185,6 +185,7 @@ def test_options_exist() -> None:
     """Every option that is shown, alone or in a command, is one of some command."""
     build = [("build.py", name) for name in ("render", "test", "chart", "bench")]
     modules = [*BENCHES.values(), "tests.bench.race", "tests.bench.scale"]
+    modules.append("addon.photon.check_shaders")
     known = set().union(*(options_of(*words) for words in build))
     known = known.union(*(options_of("-m", module) for module in modules))
     for name, text in TEXTS.items():
