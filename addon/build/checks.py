@@ -35,11 +35,13 @@ def test(args: argparse.Namespace) -> int:
         if first_line("cargo", tool, "--version", env=env):
             absent[tool] = ""
     lint = ["--release", "--all-targets", "--all-features", "--", "-D", "warnings"]
+    offline: list[str | Path] = [*module, "addon.photon.check_shaders"]
+    offline += [option for option in args.pytest if option == "--thorough"]
     steps: list[tuple[str, list[str | Path], str]] = [
         ("formatting", [*module, "ruff", "format", "--check", "."], ""),
         ("lint", [*module, "ruff", "check", "."], ""),
         ("types", [*module, "mypy"], ""),
-        ("shaders offline", [*module, "addon.photon.check_shaders"], glslang),
+        ("shaders offline", offline, glslang),
         ("native formatting", ["cargo", "fmt", "--check", *manifest], absent["fmt"]),
         ("native lint", ["cargo", "clippy", *manifest, *lint], absent["clippy"]),
         ("native tests", ["cargo", "test", "--release", *manifest], ""),

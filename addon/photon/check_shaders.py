@@ -34,9 +34,10 @@ def programs(thorough: bool = True) -> Iterator[tuple[str, str, Source]]:
     known: dict[type, set[str]] = {}
     for kernel, defines, made in variants.kernels():
         name = " ".join([kernel.stem, *defines])
-        parts = {kernel.stem, *kernel.structure} & {kernel.stem, *defines} | {*made.values()}
-        if thorough or parts - known.setdefault(kernel, set()):
-            known.setdefault(kernel, set()).update(parts)
+        parts = {"", *made.values(), *(name for name in kernel.structure if name in defines)}
+        before = known.setdefault(kernel, set())
+        if thorough or parts - before:
+            before |= parts
             yield name, "frag", kernel.source("fragment", FRAGMENT_VERSION, defines, made=made)
         for lanes in (
             GROUPS[THREADS]

@@ -307,11 +307,10 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
                 yield Generator, {**emitting, **aimed, **PORTALS_BY_SHARE_DEFINES}, scene.made
         smooth = replace(found, smooth=True)
         for bent in (smooth,) if alone else (found, smooth):
-            yield Emitted, bent.emitted_defines, scene.made
-            yield Emitted, {**bent.emitted_defines, "BY_KIND": 1}, scene.made
-            apart = replace(bent, diffuse_apart=True)
-            if apart.lobes and not alone:
-                yield Emitted, apart.emitted_defines, scene.made
+            apart = [replace(bent, diffuse_apart=True)] if scene.lobes and not alone else []
+            for one in (bent, *apart):
+                yield Emitted, one.emitted_defines, scene.made
+                yield Emitted, {**one.emitted_defines, "BY_KIND": 1}, scene.made
             for kernel in (Direct, ShadowRays):
                 yield kernel, bent.direct_defines, scene.made
                 if not (alone or bent.smooth):

@@ -33,6 +33,8 @@ vec3 pack_oren_nayar(vec4 parameters, vec4 more) { return vec3(parameters.x, 0.0
 
 bool is_diffuse_oren_nayar() { return true; }
 
+bool is_softened_oren_nayar() { return true; }
+
 bool is_about_shading_oren_nayar() { return true; }
 
 vec3 eval_oren_nayar(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {

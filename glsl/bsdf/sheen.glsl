@@ -7,6 +7,8 @@ vec3 pack_sheen(vec4 parameters, vec4 more) { return vec3(parameters.x, 0.0, 0.0
 
 bool is_diffuse_sheen() { return true; }
 
+bool is_softened_sheen() { return true; }
+
 bool is_about_shading_sheen() { return true; }
 
 Sheen sheen_towards(Shape shape, vec3 normal, vec3 to_viewer) {

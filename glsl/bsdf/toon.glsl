@@ -8,6 +8,8 @@ vec3 pack_toon(vec4 parameters, vec4 more) { return vec3(parameters.xy, 0.0); }
 
 bool is_diffuse_toon() { return true; }
 
+bool is_softened_toon() { return true; }
+
 bool is_about_shading_toon() { return true; }
 
 vec3 eval_toon(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {

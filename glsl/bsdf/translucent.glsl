@@ -10,6 +10,8 @@ bool transmits_translucent() { return true; }
 
 bool is_diffuse_translucent() { return true; }
 
+bool is_softened_translucent() { return true; }
+
 vec3 eval_translucent(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
     bool is_through = dot(normal, to_viewer) > 0.0 && dot(normal, to_light) < 0.0;
     return is_through ? lobe.colour / PI : vec3(0.0);

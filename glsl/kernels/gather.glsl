@@ -22,7 +22,7 @@ vec3 gathered_by(Lobe lobe, Shape shape, Gatherer g, vec3 geometric, vec3 to_lig
     if (!has_weight(shape) || cosine <= 0.0 || fell <= 0.0) return vec3(0.0);
     float brighter = min(cosine / fell, is_diffuse_kind(lobe.kind) ? BRIGHTEST : MOST_BRIGHTER);
 #ifdef NORMALS
-    if (is_diffuse_kind(lobe.kind)) brighter *= bump_shadowing(bent_of(geometric).base, normal, to_light);
+    if (is_softened_kind(lobe.kind)) brighter *= bump_shadowing(bent_of(geometric).base, normal, to_light);
 #endif
     return brighter * eval_lobe(lobe, shape, normal, g.to_viewer, to_light);
 }

@@ -74,7 +74,7 @@ void kernel() {
     vec3 weight, normal = normal_of_lobe(lobe, shading.normal, facing.normal, to_viewer);
     vec3 outgoing = sample_lobe(lobe, shape, normal, to_viewer, u.xy, weight);
 #ifdef NORMALS
-    if (is_diffuse_kind(lobe.kind) && !transmits_kind(lobe.kind)) {
+    if (is_softened_kind(lobe.kind) && !transmits_kind(lobe.kind)) {
         vec3 base = base_normal(place, facing, shading, load_diffuse());
         weight *= bump_shadowing(base, shading.normal, outgoing);
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What normals of nodes shade that the smooth surface about them hides, as Cycles has it (bump_shadowing_term): no
-// light that comes from behind that surface; and diffuse lobes darken softly towards there (Conty Estevez, Lecocq &
-// Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem").
+// light that comes from behind that surface; and diffuse lobes but velvet (is_softened) darken softly towards there
+// (Conty Estevez, Lecocq & Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem").
 #include "lib/constants.glsl"
 
 // Whether light from there is on the other side of the smooth surface, `base`.

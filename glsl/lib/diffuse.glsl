@@ -15,7 +15,7 @@ bool is_diffuse(Diffuse diffuse) { return largest(diffuse.albedo) > 0.0; }
 bool gathers(Diffuse diffuse) { return diffuse.flags > 0.0; }
 bool is_holdout(Diffuse diffuse) { return diffuse.flags < 0.0 && diffuse.flags > -IS_DISPLACED; }
 
-Diffuse held_out(float let_through) { return Diffuse(vec3(0.0), IS_HOLDOUT - let_through); }
+Diffuse held_out(float let_through) { return Diffuse(vec3(0.0), IS_HOLDOUT - min(let_through, 2.0)); }
 float let_through_by(Diffuse holdout) { return IS_HOLDOUT - holdout.flags; }
 
 // The same point, where other lobes gather photons.

@@ -93,9 +93,8 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
     leaving.photon.flux *= clamp(falls * dot(by.direction, geometric) / dot(by.direction, by.axis), 0.0, BRIGHTEST);
 #ifdef NORMALS
     // In Cycles shadow rays alone lose light by it through the surface: photons that come straight from a light.
-    if (is_diffuse_kind(by.lobe.kind) && (bounce == 0 || !transmits_kind(by.lobe.kind))) {
-        Bent bent = bent_of(geometric);
-        leaving.photon.flux *= bump_shadowing(bent.base, bent.normal, -point.incoming);
+    if (is_softened_kind(by.lobe.kind) && (bounce == 0 || !transmits_kind(by.lobe.kind))) {
+        leaving.photon.flux *= bump_shadowing(bent_of(geometric).base, by.normal, -point.incoming);
     }
 #endif
 #ifdef DISPERSION

@@ -71,7 +71,7 @@ float cosine_of(VisiblePoint point, Lobe lobe, vec3 to_light) {
     vec3 normal = normal_of(point, lobe);
     float cosine = dot(to_light, normal);
 #ifdef NORMALS
-    if (is_diffuse_kind(lobe.kind)) cosine *= bump_shadowing(point.base, normal, to_light);
+    if (is_softened_kind(lobe.kind)) cosine *= bump_shadowing(point.base, normal, to_light);
     else if (leaks(point.base, normal, to_light)) return 0.0;
 #endif
     return max(0.0, is_behind(point) ? -cosine : cosine);
@@ -99,9 +99,10 @@ float share_of_first_to_gather(VisiblePoint point) {
 }
 
 float pdf_to_gather(VisiblePoint point, float first, vec3 to_light) {
-    float density = first * pdf_lobe(point.lobe0, point.shape0, point.raised, point.to_viewer, to_light);
+    float density = first * pdf_lobe(point.lobe0, point.shape0, normal_of(point, point.lobe0), point.to_viewer, to_light);
 #ifdef TWO_LOBES
-    if (first < 1.0) density += (1.0 - first) * pdf_lobe(point.lobe1, point.shape1, point.raised, point.to_viewer, to_light);
+    vec3 normal = normal_of(point, point.lobe1);
+    if (first < 1.0) density += (1.0 - first) * pdf_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
 #endif
     return density;
 }
@@ -121,7 +122,7 @@ LightSample sample_to_gather(VisiblePoint point, float first, vec2 u) {
     }
 #endif
     vec3 weight;
-    found.to_light = sample_lobe(lobe, shape, point.raised, point.to_viewer, u, weight);
+    found.to_light = sample_lobe(lobe, shape, normal_of(point, lobe), point.to_viewer, u, weight);
     if (largest(weight) > 0.0) found.share = 1.0;
     return found;
 }

@@ -117,10 +117,14 @@ SHADERS: Mapping[str, tuple[str, dict[str, Any]]] = {
         {"Base_Color": COLOUR, "Roughness": 0.4, "Diffuse_Roughness": 0.9},
     ),
     "sheen": ("ShaderNodeBsdfSheen", {"Color": COLOUR, "Roughness": 0.5}),
+    "velvet": (
+        "ShaderNodeBsdfSheen",
+        {"Color": COLOUR, "Roughness": 0.5, "distribution": "ASHIKHMIN"},
+    ),
     "toon": ("ShaderNodeBsdfToon", {"Color": COLOUR, "Size": 0.7, "Smooth": 0.3}),
     TRANSLUCENT: (TRANSLUCENT, {"Color": COLOUR}),
 }
-NEAR_OF = {"sheen": 0.04}  # tables of it are coarse
+NEAR_OF = {"sheen": 0.04, "velvet": 0.03}  # tables of the one are coarse, the other has edges
 
 
 def tile() -> None:
@@ -148,7 +152,9 @@ def lay_out(cases: Mapping[str, Build], subject: Callable[[], None], shader: str
         obj.scale, obj.rotation_euler = (1.0, 0.8, 1.1), (0.2, 0.15, 0.7)
         material, tree = new_material()
         kind, inputs = SHADERS[shader]
-        node = add_node(tree, kind, **inputs)
+        node = add_node(tree, kind, **{k: v for k, v in inputs.items() if k != "distribution"})
+        if "distribution" in inputs:
+            node.distribution = inputs["distribution"]
         finish(tree, node)
         build(tree, node)
         obj.data.materials.append(material)
@@ -194,6 +200,7 @@ def _thorough(*values: Any) -> Any:
         (ball, "rough"),
         _thorough(ball, "rough below gloss"),
         _thorough(ball, "sheen"),
+        _thorough(ball, "velvet"),
         _thorough(ball, "toon"),
         _thorough(tile, DIFFUSE),
         _thorough(back, DIFFUSE),

@@ -78,7 +78,8 @@ def _linear_pixels(
     if _is_multiplied(image) and not pixels[..., 3].min() >= 1.0:
         return None
     if between:
-        pixels = finer(np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0), interpolation, times)
+        known = np.nan_to_num(pixels[..., :3], nan=0.0, posinf=0.0, neginf=0.0)
+        pixels = finer(known, interpolation, times)
     found = np.empty((rows, columns, 3), np.float32)
     for low in range(0, rows, ROWS_AT_ONCE):  # large images are of gigabytes
         high = min(low + ROWS_AT_ONCE, rows)

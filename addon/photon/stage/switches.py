@@ -108,6 +108,14 @@ BSDF_FUNCTIONS = (
         "kind",
         lambda kind: "is_about_shading" in kind.verbs,
     ),
+    _Function(
+        "bool",
+        "is_softened",  # bumps that lean away darken it softly: Cycles' diffuse closures
+        ("float kind",),
+        "return false;",
+        "kind",
+        lambda kind: "is_softened" in kind.verbs,
+    ),
 )
 LIGHT_FUNCTIONS = (
     _Function("LightSample", "sample", (*_AT, "vec2 u"), "return no_light();", "light.kind"),
