@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -125,16 +126,21 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     }
     defines = {f"FILTER_{name.upper()}": 1}
     means = np.zeros((4, count, 4))  # share, scale, and scale times either coordinate of the tilt
-    for index in range(PASSES):
-        draw["first_probe"] = index * PROBES
-        ours = tracer_of(mesh).coverage(
-            *(x[None] for x in streams.values()), radii, filter=name, faces=mesh.faces, **draw
-        )
-        shares, tilts = (x[0] for x in ours)
-        add_pass(means, shares, tilts)
-        if index >= COMPARED:
-            continue
-        found = one_bench.run(Coverage, streams, draw, tables, defines)
+
+    def passes() -> Iterator[tuple[Any, Any, Any]]:
+        """Add up PASSES by the native core; its shares and tilts, and what the kernel finds, of the
+        first."""
+        for index in range(PASSES):
+            draw["first_probe"] = index * PROBES
+            ours = tracer_of(mesh).coverage(
+                *(x[None] for x in streams.values()), radii, filter=name, faces=mesh.faces, **draw
+            )
+            shares, tilts = (x[0] for x in ours)
+            add_pass(means, shares, tilts)
+            if index < COMPARED:
+                yield shares, tilts, one_bench.run(Coverage, streams, draw, tables, defines)
+
+    for shares, tilts, found in passes():
         # A probe at the plate's border may fall to either side.
         apart = 4 * np.abs(shares[:, 2:]).max() / PROBES
         np.testing.assert_allclose(found["coverage"][:, :2], shares[:, :2], atol=apart)
@@ -143,17 +149,8 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     check_tilted(name, cuts, x, means)
     draw |= {"expecting": 4, "least_expected": 0.05}
     means[:] = 0.0
-    for index in range(PASSES):
-        draw["first_probe"] = index * PROBES
-        ours = tracer_of(mesh).coverage(
-            *(x[None] for x in streams.values()), radii, filter=name, faces=mesh.faces, **draw
-        )
-        shares, tilts = (x[0] for x in ours)
-        add_pass(means, shares, tilts)
-        if index >= COMPARED:
-            continue
-        found = one_bench.run(Coverage, streams, draw, tables, defines)["coverage"]
-        same = np.isclose(found, shares, rtol=1e-3, atol=8 / PROBES).all(axis=1)
+    for shares, _, found in passes():
+        same = np.isclose(found["coverage"], shares, rtol=1e-3, atol=8 / PROBES).all(axis=1)
         assert same.mean() > 0.9  # a probe at the plate's border may fall to either side
     check_shares(name, cuts, x, means, rel=0.03, abs=0.01)
 

@@ -92,14 +92,13 @@ class MaterialTable:
         key, exported = self._found(material)
         if exported is None:
             return NO_SURFACE
-        own = exported.material
-        is_sheet = is_glass(own) and not lets_through(own) and has_open_mesh()
-        if is_sheet:
+        made = exported.material
+        is_open = is_glass(made) and lets_through(made)
+        if is_glass(made) and not is_open and has_open_mesh():
             self.notes.exact(f"Object '{object_name}'", "Glass", "an open mesh: as in Cycles")
-        is_open = is_sheet or (is_glass(own) and lets_through(own))
+            is_open = True
         if (key, is_open) not in self._numbers:
             self._numbers[key, is_open] = len(self.materials)
-            made = exported.material
             self.materials.append(opened(made) if is_open else made)
             self.contexts.append(exported.context)
             self.tangents.append(exported.tangent if made.is_anisotropic else None)
