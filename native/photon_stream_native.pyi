@@ -216,6 +216,13 @@ def occluded(
     t_max: NDArray[np.float32],
     skip: NDArray[np.int32],
 ) -> NDArray[np.bool_]: ...
+def trace_few(
+    nodes: NDArray[np.float32],
+    corners: NDArray[np.float32],
+    origin: NDArray[np.float32],
+    direction: NDArray[np.float32],
+    any_hit: bool,
+) -> NDArray[np.float32]: ...
 def trace_brute_force(
     corners: NDArray[np.float32],
     origins: NDArray[np.float32],

@@ -19,6 +19,7 @@ pub mod density;
 mod edges;
 pub mod emission;
 pub mod faces;
+pub mod few;
 pub mod filter;
 mod lanes;
 pub mod layouts;

@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 
 use crate::InvalidInput;
-use crate::bvh::NODE_FLOATS;
+use crate::bvh::{CHILDREN, NODE_FLOATS};
 use crate::coverage::ONE_LAYER;
 use crate::edges::Edges;
 use crate::solid::Pieces;
@@ -135,7 +135,7 @@ impl Triangles<'_> {
                 return Err(InvalidInput("nodes: a node has two parents".into()));
             }
             let node = &self.nodes[row];
-            for at in [0, 8] {
+            for at in CHILDREN {
                 let [box_low, box_high]: [[f32; 3]; 2] =
                     [at, at + 4].map(|at| std::array::from_fn(|k| node[at + k]));
                 if (0..3).any(|k| box_low[k] > high[k] || box_high[k] < low[k]) {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::InvalidInput;
 use crate::bounds::Bounds;
-use crate::bvh::{NODE_FLOATS, PASS_CHUNK, Skip, box_of, check_indices, cost};
+use crate::bvh::{CHILDREN, NODE_FLOATS, PASS_CHUNK, Skip, box_of, check_indices, cost};
 use crate::trace::child_of;
 
 /// A BVH of triangles that have moved.
@@ -81,9 +81,6 @@ pub fn refit(
     let cost = cost(&nodes) / areas;
     Ok(Some(Refitted { nodes, skipped_not_finite: not_finite, skipped_degenerate: degenerate, cost }))
 }
-
-/// Columns of a node at which its children begin.
-const CHILDREN: [usize; 2] = [0, 8];
 
 enum Stop {
     Invalid(InvalidInput),

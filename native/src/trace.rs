@@ -5,11 +5,10 @@
 use rayon::prelude::*;
 
 use crate::InvalidInput;
-use crate::bounds::Bounds;
-use crate::bvh::{MAX_DEPTH, NODE_FLOATS};
+use crate::bvh::{CHILDREN, MAX_DEPTH, NODE_FLOATS};
 use crate::lanes::{Lanes, widest};
 use crate::watertight::{Hit, Ray, Triangle};
-use crate::wide::{Child, Lifted, Stack, Wide};
+use crate::wide::{Lifted, Stack, Wide};
 
 const RAYS_A_TASK: usize = 512;
 /// Beyond any scene, as in glsl/lib/constants.glsl; what rays are, as in glsl/lib/ray_bits.glsl.
@@ -126,14 +125,10 @@ impl Tree {
         // Of a node that has a parent, or is the root; else 0.
         let mut depths = vec![0u32; nodes.len()];
         depths[0] = 1;
-        let mut binary = Vec::with_capacity(nodes.len());
         for (row, node) in nodes.iter().enumerate() {
-            let mut children = Vec::with_capacity(2);
-            for at in [0, 8] {
-                let Some((reference, count)) = child_of(row, at, node, nodes.len(), corners.len())? else {
-                    continue;
-                };
-                if count == 0 {
+            for at in CHILDREN {
+                let inner = child_of(row, at, node, nodes.len(), corners.len())?;
+                if let Some((reference, 0)) = inner {
                     // Nodes that follow their only parent form a tree: a traversal ends.
                     let depth = depths[row] + 1;
                     if depths[reference] > 0 || depth > MAX_DEPTH {
@@ -141,18 +136,10 @@ impl Tree {
                     }
                     depths[reference] = depth;
                 }
-                let corner = |k: usize| [node[at + k], node[at + k + 1], node[at + k + 2], 0.0];
-                children.push(Child {
-                    bounds: Bounds { min: corner(0), max: corner(4) },
-                    node: (count == 0).then_some(reference),
-                    first: reference,
-                    count,
-                });
             }
-            binary.push(children);
         }
         let numbers = (0..corners.len() as u32).collect();
-        Ok(Tree { wide: Wide::new(&binary, corners), numbers })
+        Ok(Tree { wide: Wide::new(nodes, corners), numbers })
     }
 
     /// Give triangles other numbers than their positions: of two that a ray hits at the same distance the

@@ -78,6 +78,36 @@ def test_t_max_and_skip(case: Case) -> None:
     assert (other[hit] != triangle[hit]).all() and (behind >= t).all()
 
 
+@pytest.mark.parametrize("any_hit", [False, True])
+def test_few_rays_hit_what_all_do(case: Case, any_hit: bool) -> None:
+    """By the tree as it is built; of two triangles at one distance that of the smaller number."""
+    corners = np.zeros((2 * len(case.corners), 3, 4), np.float32)
+    corners[..., :3] = np.concatenate([case.corners, case.corners])  # each is there twice
+    corners[:, 2, 3] = np.random.default_rng(3).permutation(len(corners))
+    vertices = corners[..., :3].reshape(-1, 3).copy()
+    nodes, order, *_ = native.build_bvh(
+        vertices, np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
+    )
+    corners = corners[order]
+    case.skip[::3] = case.trace()[1][::3]
+    case.t_max[::2] = 0.3
+    case.directions[0, 1] = case.origins[1, 2] = np.nan
+    case.directions[2], case.t_max[3] = 0, np.nan
+    origin = np.column_stack([case.origins, case.skip]).astype(np.float32)
+    direction = np.column_stack([case.directions, case.t_max])
+    few = native.trace_few(nodes, corners, origin, direction, any_hit)
+    tracer = native.Tracer(nodes, corners)
+    all_of_them = tracer.trace(origin[None], direction[None], any_hit)[0]
+    assert few.dtype == np.float32 and not few[:4].any()
+    hit = few[:, 1] > 0
+    assert 0.2 < hit.mean() < 0.99
+    if any_hit:
+        np.testing.assert_array_equal(hit, all_of_them[:, 1] > 0)
+        assert (few[hit, 0] < case.t_max[hit]).all()
+    else:
+        np.testing.assert_array_equal(few, all_of_them)
+
+
 @pytest.mark.stability(26)
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_useless_rays_miss(case: Case, bad: float) -> None:
@@ -117,3 +147,9 @@ def test_bad_nodes(case: Case) -> None:
         case.trace()
     with pytest.raises(ValueError, match=r"nodes: expected shape \[any, 16\]"):
         native.occluded(case.nodes[:, :8].copy(), case.corners, *case.rays())
+    corners = np.zeros((300, 3, 4), np.float32)
+    rays = np.column_stack([0 * case.origins[:5] + 0.5, case.t_max[:5]])
+    with pytest.raises(ValueError, match=r"nodes\[0, 3\] = 0, nodes\[0, 7\] = 0"):
+        native.trace_few(case.nodes, corners, rays, rays, False)
+    with pytest.raises(ValueError, match=r"direction: expected shape \[5, 4\]"):
+        native.trace_few(case.nodes, corners, rays, rays[:4], False)

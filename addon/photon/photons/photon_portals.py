@@ -46,13 +46,12 @@ def sees_no_lamp(mesh: Mesh, tables: Tables, eye: list[float] | None) -> bool:
         return False
     directions = sphere(AROUND)
     origins = np.tile(np.array(eye), (AROUND, 1))
-    tracer = native.Tracer(mesh.tree.nodes, mesh.corners)  # once: its tree takes longer than these
-    far, triangle = _hits(tracer, origins, directions, np.full(AROUND, np.inf)).T[:2]
+    far, triangle = mesh.meet(origins, directions).astype(np.float64).T[:2]
     met = (origins + (far - LIFT)[:, None] * directions)[triangle > 0.0]
     strongest = near[np.argsort(-tables.by_flux[near], kind="stable")[:MOST_ASKED]]
     lit = np.zeros(len(met), bool)
     for lamp in tables.lights["position"][strongest].astype(np.float64):
-        lit |= _sees(tracer, met, lamp)
+        lit |= _sees(mesh, met, lamp)
     return len(met) > 0 and bool(lit.mean() < LIT)
 
 
@@ -174,24 +173,11 @@ def _found(landed: _Landed, weights: Doubles) -> NDArray[Any]:
     return portals
 
 
-def _hits(
-    tracer: native.Tracer,
-    origins: Doubles,
-    directions: Doubles,
-    far: Doubles,
-    any_hit: bool = False,
-) -> Doubles:
-    """HITs (n, 4) of rays (n, 3) that go so far (n,)."""
-    origin = np.column_stack([origins, np.full(len(origins), -1.0)]).astype(np.float32)
-    direction = np.column_stack([directions, far]).astype(np.float32)
-    hits: Doubles = tracer.trace(origin[None], direction[None], any_hit)[0].astype(np.float64)
-    return hits
-
-
-def _sees(tracer: native.Tracer, places: Doubles, lamp: Doubles) -> NDArray[np.bool_]:
+def _sees(mesh: Mesh, places: Doubles, lamp: Doubles) -> NDArray[np.bool_]:
     """(n,) from which places a lamp is seen."""
     away = lamp - places
     far = np.linalg.norm(away, axis=1)
     directions = away / np.maximum(far, 1e-20)[:, None]
-    seen: NDArray[np.bool_] = _hits(tracer, places, directions, 0.99 * far, True)[:, 1] == 0.0
+    hits = mesh.meet(places, directions, 0.99 * far, any_hit=True)
+    seen: NDArray[np.bool_] = hits[:, 1] == 0.0
     return seen

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ..kernels.records import PORTAL
@@ -20,7 +19,7 @@ from ..stage.needs import MOST_PORTALS
 from .importance import closest_to, frames_about
 from .view import Doubles, View
 
-RAYS = (256, 2048)  # of each place, if fewer are too few
+RAYS = (16, 256, 2048)  # of each place, if fewer are too few; the first tell of out of doors alone
 PLACES = 64  # that stand for all that the picture shows
 OPEN = 0.3  # of the rays: out of doors there are no portals
 LIFT = 1e-4  # of places off their surface [scene units]
@@ -51,9 +50,10 @@ def portals_of(view: View, mesh: Mesh, transparent: NDArray[np.bool_]) -> NDArra
     for count in RAYS:
         rays = _upwards(places, normals, count)
         escaped = rays[_escape(rays, mesh, transparent)]
-        if not len(escaped) or len(escaped) > OPEN * len(rays):
+        is_first = count == RAYS[0]
+        if len(escaped) > OPEN * len(rays) or not (is_first or len(escaped)):
             return NO_PORTALS
-        if len(escaped) >= ENOUGH:
+        if len(escaped) >= ENOUGH and not is_first:
             return _portals(escaped, places)
     return NO_PORTALS
 
@@ -75,20 +75,19 @@ def _upwards(places: Doubles, normals: Doubles, count: int) -> Doubles:
 
 def _escape(rays: Doubles, mesh: Mesh, transparent: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(n,) which rays meet nothing but what is transparent, of which a few layers."""
-    tree = mesh.rays_meet()
     under_way, escaped = np.arange(len(rays)), np.zeros(len(rays), bool)
     origins, directions = rays[:, :3].astype(np.float32), rays[:, 3:].astype(np.float32)
-    skip = np.full(len(rays), -1, np.int32)
+    beside: Any = -1
     for _ in range(LAYERS):
-        far = np.full(len(under_way), np.inf, np.float32)
-        t, triangle, *_ = native.trace(*tree, origins, directions, far, skip)
+        hits = mesh.meet(origins, directions, beside=beside)
+        triangle = hits[:, 1].astype(np.int32) - 1
         missed = triangle < 0
         escaped[under_way[missed]] = True
         on = ~missed & (transparent[np.maximum(triangle, 0)] if len(transparent) else False)
         if not on.any():
             break
-        origins = origins[on] + t[on, None] * directions[on]
-        directions, skip, under_way = directions[on], triangle[on].astype(np.int32), under_way[on]
+        origins = origins[on] + hits[on, :1] * directions[on]
+        directions, beside, under_way = directions[on], triangle[on], under_way[on]
     return escaped
 
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ..kernels.records import PORTAL
@@ -136,15 +135,10 @@ def _see(
     """(n, m) along which of the directions (n, m, 3) from places (n, 3) nothing stands that near;
     of those that are asked for."""
     start, end = np.nonzero(asked)
-    hidden = native.occluded(
-        *mesh.rays_meet(),
-        places[start].astype(np.float32),
-        directions[start, end].astype(np.float32),
-        far[start, end].astype(np.float32),
-        np.full(len(start), -1, np.int32),
-    )
+    ways = directions[start, end]
+    hits = mesh.meet(places[start], ways, far[start, end], any_hit=True)
     found = asked.copy()
-    found[start, end] = ~hidden
+    found[start, end] = hits[:, 1] == 0.0
     return found
 
 

@@ -143,10 +143,20 @@ class Mesh:
         )
         return found[tree.order]
 
-    def rays_meet(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """The nodes, and the corners (K, 3, 3), of which the native core asks what rays meet; the
-        latter are a copy."""
-        return self.tree.nodes, np.ascontiguousarray(self.corners[:, :, :3])
+    def meet(
+        self,
+        origins: NDArray[Any],
+        directions: NDArray[Any],
+        far: Any = np.inf,
+        beside: Any = -1,
+        any_hit: bool = False,
+    ) -> NDArray[np.float32]:
+        """(n, 4) what few rays (n, 3) meet that go so far, and pass through the triangle at that
+        place in leaf order: how far away, that place + 1, u, v; zeros: nothing."""
+        origin, direction = np.empty((2, len(origins), 4), np.float32)
+        origin[:, :3], origin[:, 3] = origins, beside
+        direction[:, :3], direction[:, 3] = directions, far
+        return native.trace_few(self.tree.nodes, self.corners, origin, direction, any_hit)
 
     @staticmethod
     def build(

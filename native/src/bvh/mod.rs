@@ -24,6 +24,8 @@ pub const MAX_COORDINATE: f32 = 1e30;
 
 /// Floats a node: 4 RGBA32F texels.
 pub const NODE_FLOATS: usize = 16;
+/// Columns of a node at which its children begin.
+pub(crate) const CHILDREN: [usize; 2] = [0, 8];
 
 /// Cost of visiting an inner node, in ray/triangle tests.
 const TRAVERSAL_COST: f64 = 1.0;

@@ -8,6 +8,8 @@ use numpy::{
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
+use crate::watertight::Hit;
+
 pub(super) type Stream<'py> = Bound<'py, PyArray3<f32>>;
 pub(super) type Rows<'py> = Bound<'py, PyArray2<f32>>;
 
@@ -44,6 +46,11 @@ pub(super) fn new_matrix(py: Python, values: Vec<f32>, columns: usize) -> PyResu
 
 pub(super) fn new_rows(py: Python, rows: Vec<[f32; 4]>) -> PyResult<Rows> {
     new_matrix(py, rows.into_flattened(), 4)
+}
+
+/// A hit as streams have it: t, leaf position + 1, u, v; zeros for a miss.
+pub(super) fn record_of(hit: Option<(i32, Hit)>) -> [f32; 4] {
+    hit.map_or([0.0; 4], |(position, hit)| [hit.t, (position + 1) as f32, hit.u, hit.v])
 }
 
 /// A stream of another's size, filled by `fill`.

@@ -4,11 +4,11 @@
 use numpy::{Element, PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
-use super::arrays::{I32Array, Rows, array, new_matrix, new_rows, rows};
+use super::arrays::{I32Array, Rows, array, new_matrix, new_rows, record_of, rows};
 use super::run;
 use crate::trace::{Rays, Tree};
 use crate::watertight::Triangle;
-use crate::{InvalidInput, brute_force, bvh, faces, refit};
+use crate::{InvalidInput, brute_force, bvh, faces, few, refit};
 
 /// Build a BVH over triangles, the same on any number of threads.
 ///
@@ -162,6 +162,31 @@ pub(super) fn occluded<'py>(
 ) -> PyResult<Bound<'py, PyArray1<bool>>> {
     let traced = Traced::new([corners, origins, directions, t_max, skip])?;
     Ok(PyArray1::from_vec(py, traced.through(py, nodes, |tree, rays| tree.occluded(rays))?))
+}
+
+/// Find the closest hit of each of few rays, or with any_hit some hit: the same as Tracer.trace, sooner than a Tracer
+/// is made.
+///
+/// Takes nodes and corners as Tracer does; origin and direction float32[R, 4] as rows of its streams. Returns hits
+/// float32[R, 4] as it does. Raises ValueError where a ray comes to nodes that describe no tree over corners.
+#[pyfunction]
+pub(super) fn trace_few<'py>(
+    py: Python<'py>,
+    nodes: &Bound<'py, PyAny>,
+    corners: &Bound<'py, PyAny>,
+    origin: &Bound<'py, PyAny>,
+    direction: &Bound<'py, PyAny>,
+    any_hit: bool,
+) -> PyResult<Rows<'py>> {
+    let nodes = array::<f32>(nodes, "nodes", &[None, Some(bvh::NODE_FLOATS)])?;
+    let corners = array::<f32>(corners, "corners", &[None, Some(3), Some(4)])?;
+    let origin = array::<f32>(origin, "origin", &[None, Some(4)])?;
+    let origin = rows::<f32, 4>(&origin)?;
+    let direction = array::<f32>(direction, "direction", &[Some(origin.len()), Some(4)])?;
+    let (nodes, direction) = (rows(&nodes)?, rows(&direction)?);
+    let corners = rows::<f32, 4>(&corners)?.as_chunks::<3>().0;
+    let hits = run(py, || few::trace(nodes, corners, origin, direction, any_hit))?;
+    new_rows(py, hits.into_iter().map(record_of).collect())
 }
 
 /// Find the closest hit of each ray by testing every triangle in float64: an oracle for tests.

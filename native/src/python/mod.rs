@@ -59,6 +59,7 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(geometry::refit_bvh, module)?)?;
     module.add_function(wrap_pyfunction!(geometry::trace, module)?)?;
     module.add_function(wrap_pyfunction!(geometry::occluded, module)?)?;
+    module.add_function(wrap_pyfunction!(geometry::trace_few, module)?)?;
     module.add_function(wrap_pyfunction!(geometry::trace_brute_force, module)?)?;
     module.add_function(wrap_pyfunction!(mixture::box_mean, module)?)?;
     module.add_function(wrap_pyfunction!(mixture::split_halves, module)?)?;

@@ -4,7 +4,7 @@
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 
-use super::arrays::{Rows, Stream, array, new_matrix, new_rows, new_stream, rows, streams};
+use super::arrays::{Rows, Stream, array, new_matrix, new_rows, new_stream, record_of, rows, streams};
 use super::radius_field::RadiusField;
 use super::run;
 use crate::filter::Filter;
@@ -79,10 +79,7 @@ impl Tracer {
         new_stream(py, &origin, |out| {
             let (origin, direction) = (rows(&origin)?, rows(&direction)?);
             run(py, || {
-                self.tree.trace_records(origin, direction, any_hit, visible, out, |hit| match hit {
-                    Some((position, hit)) => [hit.t, (position + 1) as f32, hit.u, hit.v],
-                    None => [0.0; 4],
-                });
+                self.tree.trace_records(origin, direction, any_hit, visible, out, record_of);
                 Ok(())
             })
         })

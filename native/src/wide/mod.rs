@@ -8,6 +8,7 @@ mod crossing;
 mod traverse;
 
 use crate::bounds::Bounds;
+use crate::bvh::{CHILDREN, NODE_FLOATS};
 use crate::lanes::{Row, WIDTH};
 use crate::watertight::Triangle;
 pub(crate) use crossing::Lifted;
@@ -44,11 +45,52 @@ pub(crate) struct Wide {
 
 /// A child in the binary tree: an inner node of it, or the triangles first .. first + count.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Child {
-    pub(crate) bounds: Bounds,
-    pub(crate) node: Option<usize>,
-    pub(crate) first: usize,
-    pub(crate) count: usize,
+struct Child {
+    bounds: Bounds,
+    /// The inner node's, or of the first triangle.
+    first: usize,
+    /// 0: an inner node.
+    count: usize,
+}
+
+impl Child {
+    /// Those that a node of a checked tree has.
+    fn all_of(node: &[f32; NODE_FLOATS]) -> impl Iterator<Item = Child> {
+        CHILDREN.into_iter().filter(|at| node[at + 3] >= 0.0).map(|at| {
+            let corner = |k: usize| [node[at + k], node[at + k + 1], node[at + k + 2], 0.0];
+            let bounds = Bounds { min: corner(0), max: corner(4) };
+            Child { bounds, first: node[at + 3] as usize, count: node[at + 7] as usize }
+        })
+    }
+}
+
+/// Children of a node, in order.
+struct Few {
+    all: [Child; WIDTH],
+    count: usize,
+}
+
+impl Few {
+    /// At most two.
+    fn of(children: impl Iterator<Item = Child>) -> Few {
+        let mut few = Few { all: [Child { bounds: Bounds::EMPTY, first: 0, count: 0 }; WIDTH], count: 0 };
+        for child in children {
+            few.all[few.count] = child;
+            few.count += 1;
+        }
+        few
+    }
+
+    /// Put one or two in the place of one.
+    fn replace(&mut self, at: usize, with: impl Iterator<Item = Child>) {
+        for (k, child) in with.enumerate() {
+            if k > 0 {
+                self.all[at + 1..=self.count].rotate_right(1);
+                self.count += 1;
+            }
+            self.all[at + k] = child;
+        }
+    }
 }
 
 /// Where a ray is going in a tree, kept from ray to ray: clearing it for each would take longer
@@ -62,21 +104,22 @@ impl Stack {
 }
 
 impl Wide {
-    /// From a checked binary tree: the children of each of its nodes, nodes after their parents,
-    /// of at most 62 levels.
-    pub(crate) fn new(binary: &[Vec<Child>], corners: &[Triangle]) -> Wide {
-        // The triangles below each node, where they are a run of the leaf order.
-        let mut runs: Vec<Option<(usize, usize)>> = vec![None; binary.len()];
-        for (row, children) in binary.iter().enumerate().rev() {
-            let parts: Vec<_> =
-                children.iter().map(|c| c.node.map_or(Some((c.first, c.count)), |n| runs[n])).collect();
-            runs[row] = match parts[..] {
-                [Some((first, count))] => Some((first, count)),
-                [Some(a), Some(b)] if a.0 + a.1 == b.0 => Some((a.0, a.1 + b.1)),
-                _ => None,
-            };
+    /// From a checked binary tree, laid out as by [`crate::bvh::build`]: nodes after their parents, of at most 62
+    /// levels.
+    pub(crate) fn new(binary: &[[f32; NODE_FLOATS]], corners: &[Triangle]) -> Wide {
+        // The triangles below each node, where they are a run of the leaf order; else none.
+        let mut runs = vec![(0, 0); binary.len()];
+        for (row, node) in binary.iter().enumerate().rev() {
+            let run =
+                |child: Child| if child.count > 0 { (child.first, child.count) } else { runs[child.first] };
+            let mut parts = Child::all_of(node).map(run);
+            let (first, count) = parts.next().unwrap_or_default();
+            let whole = parts
+                .next()
+                .map_or(count, |(next, more)| if next == first + count { count + more } else { 0 });
+            runs[row] = (first, if count > 0 { whole } else { 0 });
         }
-        let bounds = binary[0].iter().fold(Bounds::EMPTY, |b, child| b.union(&child.bounds));
+        let bounds = Child::all_of(&binary[0]).fold(Bounds::EMPTY, |b, child| b.union(&child.bounds));
         let mut wide = Wide { nodes: Vec::new(), blocks: Vec::new(), bounds };
         wide.collapse(binary, &runs, 0, corners);
         wide
@@ -84,27 +127,23 @@ impl Wide {
 
     fn collapse(
         &mut self,
-        binary: &[Vec<Child>],
-        runs: &[Option<(usize, usize)>],
+        binary: &[[f32; NODE_FLOATS]],
+        runs: &[(usize, usize)],
         row: usize,
         corners: &[Triangle],
     ) -> u32 {
         // A subtree that fits a leaf becomes one.
-        let as_leaf = |mut child: Child| {
-            if let Some((first, count)) = child.node.and_then(|node| runs[node]).filter(|run| run.1 <= WIDTH)
-            {
-                child = Child { node: None, first, count, ..child };
-            }
-            child
+        let as_leaf = |child: Child| match runs.get(child.first).filter(|_| child.count == 0) {
+            Some(&(first, count @ 1..=WIDTH)) => Child { first, count, ..child },
+            _ => child,
         };
-        let mut children: Vec<Child> = binary[row].iter().copied().map(as_leaf).collect();
-        while children.len() < WIDTH {
-            let inner = (0..children.len()).filter(|&i| children[i].node.is_some());
-            let area = |i: &usize| children[*i].bounds.half_area();
+        let mut children = Few::of(Child::all_of(&binary[row]).map(as_leaf));
+        while children.count < WIDTH {
+            let inner = (0..children.count).filter(|&i| children.all[i].count == 0);
+            let area = |i: &usize| children.all[*i].bounds.half_area();
             let Some(largest) = inner.max_by(|a, b| area(a).total_cmp(&area(b))) else { break };
-            let taken = children.remove(largest);
-            let node = taken.node.expect("inner nodes were chosen from");
-            children.splice(largest..largest, binary[node].iter().copied().map(as_leaf));
+            let node = &binary[children.all[largest].first];
+            children.replace(largest, Child::all_of(node).map(as_leaf));
         }
         let index = self.nodes.len();
         // An empty lane's box is inside out: no ray enters it.
@@ -114,10 +153,10 @@ impl Wide {
             child: [0; WIDTH],
         };
         self.nodes.push(empty);
-        for (lane, child) in children.iter().enumerate() {
-            let reference = match child.node {
-                Some(node) => self.collapse(binary, runs, node, corners),
-                None => self.leaf(child.first, child.count, corners),
+        for (lane, child) in children.all[..children.count].iter().enumerate() {
+            let reference = match child.count {
+                0 => self.collapse(binary, runs, child.first, corners),
+                count => self.leaf(child.first, count, corners),
             };
             let node = &mut self.nodes[index];
             for axis in 0..3 {
