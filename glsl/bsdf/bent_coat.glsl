@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A clear coat (coat.glsl) about a normal of its own, in scene space. Colour: the tint of what it lies over, seen
-// head-on. What it lies over is dimmed as by a coat about the surface's normal.
+// head-on.
 // Parameters: alpha, ior, cover, normal_x, normal_y, normal_z.
 // Traits: sends rays.
 #include "lib/coat_tint.glsl"
@@ -28,29 +28,18 @@ Ggx bent_coat_of(Lobe lobe, Shape shape) {
     return Ggx(GGX_DIELECTRIC, true, vec3(f0_of_ior(ior)), vec3(1.0), ior, vec2(roughness * roughness));
 }
 
-// The coat's own normal; the viewer is above it.
-vec3 normal_of_bent_coat(Shape shape, vec3 to_viewer) {
-    vec3 own = normalize(unpack_octahedral(shape.parameters.z, STEPS));
-    return normalize(own + max(0.0, 0.01 - dot(own, to_viewer)) * to_viewer);
-}
+vec3 own_normal_bent_coat(Lobe lobe, Shape shape) { return normalize(unpack_octahedral(shape.parameters.z, STEPS)); }
 
-// Whoever asks multiplies by the cosine with the surface's normal: this makes it the coat's.
 vec3 eval_bent_coat(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
-    vec3 own = normal_of_bent_coat(shape, to_viewer);
-    float falls = dot(own, to_light), taken = dot(normal, to_light);
-    if (falls <= 0.0 || taken <= 0.0) return vec3(0.0);
-    vec3 f = eval_microfacets(bent_coat_of(lobe, shape), frame_about(own), to_viewer, to_light);
-    return cover_of_bent_coat(shape) * f * (falls / max(taken, 1.0e-8));
+    return cover_of_bent_coat(shape) * eval_microfacets(bent_coat_of(lobe, shape), frame_about(normal), to_viewer, to_light);
 }
 
 float pdf_bent_coat(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
-    vec3 own = normal_of_bent_coat(shape, to_viewer);
-    return pdf_microfacets(bent_coat_of(lobe, shape), frame_about(own), to_viewer, to_light);
+    return pdf_microfacets(bent_coat_of(lobe, shape), frame_about(normal), to_viewer, to_light);
 }
 
 vec3 sample_bent_coat(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, out vec3 weight) {
-    vec3 own = normal_of_bent_coat(shape, to_viewer);
-    vec3 to_light = sample_microfacets(bent_coat_of(lobe, shape), frame_about(own), to_viewer, u, weight);
+    vec3 to_light = sample_microfacets(bent_coat_of(lobe, shape), frame_about(normal), to_viewer, u, weight);
     weight *= cover_of_bent_coat(shape);
     return to_light;
 }

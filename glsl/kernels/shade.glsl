@@ -79,10 +79,10 @@ void kernel() {
     turn = tangent_angle(hit, raised);
 #endif
 #ifdef EYE
-    float cosine = max(0.0, -dot(direction, raised));
-    Lobes lobes = lobes_of(material, cosine, turn, surface.side);
+    Lobes lobes = lobes_of(material, Aspect(raised, surface.geometric, -direction), turn, surface.side);
 #ifdef VISIBILITY
     if (is_held_out(surface, material)) {
+        float cosine = max(0.0, -dot(direction, raised));
         let_through += left_straight(lobes.lobe0, lobes.shape0, cosine);
         let_through += left_straight(lobes.lobe1, lobes.shape1, cosine);
     }

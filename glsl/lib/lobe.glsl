@@ -26,15 +26,19 @@ vec3 raised_normal(vec3 shading, vec3 geometric, vec3 to_viewer) {
 
 bool is_lobe(Lobe lobe) { return lobe.kind > 0.0; }
 
-// The normal of a lobe, and that of a point's lobes together: some reflect about the shading normal itself, as Lambert's
-// does, also where that leans away from the viewer.
-vec3 normal_of_lobe(Lobe lobe, vec3 shading, vec3 geometric, vec3 to_viewer) {
-    return is_about_shading_kind(lobe.kind) ? shading : raised_normal(shading, geometric, to_viewer);
+// The normal of a lobe: some reflect about the shading normal itself, as Lambert's does, also where that leans away from
+// the viewer; some have one of their own in its place. `raised`: the shading normal.
+vec3 normal_of_lobe(Lobe lobe, Shape shape, vec3 shading, vec3 raised, vec3 geometric, vec3 to_viewer) {
+    if (is_about_shading_kind(lobe.kind)) return shading;
+    vec3 own = own_normal_kind(lobe, shape);
+    return own == vec3(0.0) ? raised : raised_normal(own, geometric, to_viewer);
 }
 
+// That of a point's lobes together, about which they gather photons; what has one of its own gathers none.
 vec3 normal_of_lobes(Lobe first, Lobe second, vec3 shading, vec3 geometric, vec3 to_viewer) {
-    bool is_raised = is_lobe(second) && !is_about_shading_kind(second.kind);
-    return is_raised ? raised_normal(shading, geometric, to_viewer) : normal_of_lobe(first, shading, geometric, to_viewer);
+    Lobe last = is_lobe(second) ? second : first;
+    bool is_raised = !(is_about_shading_kind(first.kind) && is_about_shading_kind(last.kind));
+    return is_raised ? raised_normal(shading, geometric, to_viewer) : shading;
 }
 
 #ifdef TRANSPARENT

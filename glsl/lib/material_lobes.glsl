@@ -52,7 +52,10 @@ float choice() {
 vec3 through[LAYERS];  // what gets through each lobe of the material and through those over it
 #endif
 
-// A lobe as it is seen at a cosine.
+// From where lobes are asked for; those that have none of their own are about this normal.
+struct Aspect { vec3 normal; vec3 geometric; vec3 toward; };
+
+// A lobe as it is seen from there.
 struct Seen {
     Lobe lobe;
     Shape shape;   // but for its weight
@@ -64,11 +67,13 @@ struct Seen {
     vec3 covered;  // of whose albedo as much is seen through it
 };
 
-// All before it are asked for at the same cosine first. `by_diffuse`: by a ray of a diffuse lobe.
-Seen seen_lobe(Material material, int number, float cosine, bool by_diffuse) {
+// All before it are asked for from there first. `by_diffuse`: by a ray of a diffuse lobe.
+Seen seen_lobe(Material material, int number, Aspect from, bool by_diffuse) {
     MaterialLobe l = lobe_at(int(material.first_lobe) + number);
     Lobe lobe = Lobe(l.colour, l.kind);
     Shape shape = Shape(pack_kind(l.kind, l.parameters, l.more), 0.0);
+    vec3 normal = normal_of_lobe(lobe, shape, from.normal, from.normal, from.geometric, from.toward);
+    float cosine = max(0.0, dot(normal, from.toward));
     vec3 albedo = albedo_kind(lobe, shape, cosine), above = vec3(1.0);
 #ifdef NO_CAUSTICS
     if (by_diffuse && is_left_out(l.kind)) {  // but for its tint
@@ -120,7 +125,7 @@ Lobes no_lobes() {
 }
 
 #ifdef EYE
-Lobes lobes_of(Material material, float cosine, float turn, float side) {
+Lobes lobes_of(Material material, Aspect from, float turn, float side) {
     Lobes found = no_lobes();
     vec3 albedo = material.albedo;
     bool lands = false, by_diffuse = false;
@@ -131,7 +136,7 @@ Lobes lobes_of(Material material, float cosine, float turn, float side) {
     Draw draw = no_draw();
 #endif
     for (int i = 0; i < int(material.lobes); i++) {
-        Seen seen = seen_lobe(material, i, cosine, by_diffuse);
+        Seen seen = seen_lobe(material, i, from, by_diffuse);
         albedo += seen.covered;
         lands = lands || seen.covers;
         if (i == 0) {
@@ -151,10 +156,10 @@ Lobes lobes_of(Material material, float cosine, float turn, float side) {
     return found;
 }
 #else
-// By which layers are weighed for a photon that goes on to the eye, or for one that came through them.
-float cosine_to_viewer(Facing facing, Shading shading, vec3 onward) {
-    if (dot(onward, facing.normal) < 0.0) return abs(dot(onward, shading.normal));
-    return max(0.0, dot(onward, raised_normal(shading.normal, facing.normal, onward)));
+// From where layers are weighed for a photon that goes on to the eye, or for one that came through them.
+Aspect aspect_of_viewer(Facing facing, Shading shading, vec3 onward) {
+    vec3 toward = dot(onward, facing.normal) < 0.0 ? -onward : onward;
+    return Aspect(raised_normal(shading.normal, facing.normal, toward), facing.normal, toward);
 }
 
 // To where a round asks what lobes do.
@@ -204,7 +209,7 @@ Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading,
     Lobes found = no_lobes();
     vec3 albedo = material.albedo, onward = diffuse_way(position, facing, reflection_numbers(load_flux())).direction;
     int lobes = int(material.lobes);
-    float cosine = max(0.0, dot(to_light, shading.normal));
+    Aspect from = Aspect(shading.normal, facing.normal, to_light);
     Draw draw = no_draw();
 #ifdef CONSERVING
     Albedos all = Albedos(albedo, vec3(0.0));
@@ -219,7 +224,7 @@ Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading,
         }
 #endif
         if (k == FOR_LAMBERT * lobes) {
-            cosine = cosine_to_viewer(facing, shading, onward);
+            from = aspect_of_viewer(facing, shading, onward);
             found.lobe0 = draw.seen.lobe;
             vec3 by = vec3(draw.all / draw.own);
 #ifdef CONSERVING
@@ -229,15 +234,16 @@ Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading,
         }
 #ifdef LAYERS
         if (k == FOR_LOBE * lobes && draw.seen.over > 0.0) {
-            vec3 normal = normal_of_lobe(found.lobe0, shading.normal, facing.normal, to_light);
+            vec3 raised = raised_normal(shading.normal, facing.normal, to_light);
+            vec3 normal = normal_of_lobe(found.lobe0, found.shape0, shading.normal, raised, facing.normal, to_light);
             vec4 u = reflection_numbers(load_flux());
             onward = lobe_way(found.lobe0, found.shape0, position, facing, normal, to_light, u).direction;
-            cosine = cosine_to_viewer(facing, shading, onward);
+            from = aspect_of_viewer(facing, shading, onward);
         }
         if (round == FOR_LOBE && float(i) >= draw.seen.over) break;
 #endif
         // Whatever finds the light that goes on, where caustics are left out, is taken for a ray of a diffuse lobe.
-        Seen seen = seen_lobe(material, i, cosine, round != FOR_CHOICE);
+        Seen seen = seen_lobe(material, i, from, round != FOR_CHOICE);
 #ifdef CONSERVING
         if (round == FOR_ALL) add_albedo(all, seen);
         if (!goes_straight(seen)) seen.above *= share;  // for the choice

@@ -23,9 +23,11 @@ struct LobeSample { Lobe lobe; Shape shape; vec3 normal; vec3 axis; vec3 directi
 LobeSample sample_photon_lobe(PhotonPoint point, vec3 flux, vec4 u) {
     Lobe lobe = load_lobe0();
     Shape shape = load_shape0();
-    vec3 normal = normal_of_lobe(lobe, point.shading.normal, point.facing.normal, -point.incoming);
-    Way way = lobe_way(lobe, shape, point.place.position, point.facing, normal, -point.incoming, u);
-    vec3 albedo = albedo_lobe(lobe, shape, max(0.0, -dot(point.incoming, point.shading.normal)));
+    vec3 to_light = -point.incoming, shading = point.shading.normal, geometric = point.facing.normal;
+    vec3 raised = raised_normal(shading, geometric, to_light);
+    vec3 normal = normal_of_lobe(lobe, shape, shading, raised, geometric, to_light);
+    Way way = lobe_way(lobe, shape, point.place.position, point.facing, normal, to_light, u);
+    vec3 albedo = albedo_lobe(lobe, shape, max(0.0, dot(to_light, shading)));
     float probability = share_left(flux, albedo);
     float by_cosine = min(1.0, 2.0 * by_cosine_kind(lobe, shape));
     // Where some directions weigh much more than others, by what this one does; but few would go through portals.
@@ -34,7 +36,7 @@ LobeSample sample_photon_lobe(PhotonPoint point, vec3 flux, vec4 u) {
     else
 #endif
     probability = mix(probability, share_left(flux, way.weight), by_cosine);
-    vec3 axis = axis_of_photons(lobe, normal, point.facing.normal);
+    vec3 axis = axis_of_photons(lobe, normal, geometric);
     return LobeSample(lobe, shape, normal, axis, way.direction, way.weight, probability);
 }
 

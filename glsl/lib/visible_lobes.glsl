@@ -62,13 +62,13 @@ bool is_behind(VisiblePoint point) {
 #endif
 }
 
-vec3 normal_of(VisiblePoint point, Lobe lobe) {
-    return is_about_shading_kind(lobe.kind) ? point.shading.normal : point.raised;
+vec3 normal_of(VisiblePoint point, Lobe lobe, Shape shape) {
+    return normal_of_lobe(lobe, shape, point.shading.normal, point.raised, point.facing.normal, point.to_viewer);
 }
 
 // The cosine of one of the other lobes, or what stands for it.
-float cosine_of(VisiblePoint point, Lobe lobe, vec3 to_light) {
-    vec3 normal = normal_of(point, lobe);
+float cosine_of(VisiblePoint point, Lobe lobe, Shape shape, vec3 to_light) {
+    vec3 normal = normal_of(point, lobe, shape);
     float cosine = dot(to_light, normal);
 #ifdef NORMALS
     if (is_softened_kind(lobe.kind)) cosine *= bump_shadowing(point.base, normal, to_light);
@@ -78,9 +78,9 @@ float cosine_of(VisiblePoint point, Lobe lobe, vec3 to_light) {
 }
 
 float most_cosine_of_lobes(VisiblePoint point, vec3 to_light) {
-    float most = cosine_of(point, point.lobe0, to_light);
+    float most = cosine_of(point, point.lobe0, point.shape0, to_light);
 #ifdef TWO_LOBES
-    most = max(most, cosine_of(point, point.lobe1, to_light));
+    most = max(most, cosine_of(point, point.lobe1, point.shape1, to_light));
 #endif
     return most;
 }
@@ -99,9 +99,10 @@ float share_of_first_to_gather(VisiblePoint point) {
 }
 
 float pdf_to_gather(VisiblePoint point, float first, vec3 to_light) {
-    float density = first * pdf_lobe(point.lobe0, point.shape0, normal_of(point, point.lobe0), point.to_viewer, to_light);
+    vec3 normal = normal_of(point, point.lobe0, point.shape0);
+    float density = first * pdf_lobe(point.lobe0, point.shape0, normal, point.to_viewer, to_light);
 #ifdef TWO_LOBES
-    vec3 normal = normal_of(point, point.lobe1);
+    normal = normal_of(point, point.lobe1, point.shape1);
     if (first < 1.0) density += (1.0 - first) * pdf_lobe(point.lobe1, point.shape1, normal, point.to_viewer, to_light);
 #endif
     return density;
@@ -122,7 +123,7 @@ LightSample sample_to_gather(VisiblePoint point, float first, vec2 u) {
     }
 #endif
     vec3 weight;
-    found.to_light = sample_lobe(lobe, shape, normal_of(point, lobe), point.to_viewer, u, weight);
+    found.to_light = sample_lobe(lobe, shape, normal_of(point, lobe, shape), point.to_viewer, u, weight);
     if (largest(weight) > 0.0) found.share = 1.0;
     return found;
 }
@@ -176,8 +177,8 @@ vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float
         if (is_behind(point) && !transmits_kind(lobe.kind)) continue;
 #endif
         if (!is_found_for(light, lobe)) continue;
-        vec3 normal = normal_of(point, lobe);
-        vec3 reflected = cosine_of(point, lobe, to_light) * eval_lobe(lobe, shape, normal, point.to_viewer, to_light);
+        vec3 normal = normal_of(point, lobe, shape);
+        vec3 reflected = cosine_of(point, lobe, shape, to_light) * eval_lobe(lobe, shape, normal, point.to_viewer, to_light);
         float counts = 1.0;
 #ifdef WEIGHED
         if (is_weighed) {

@@ -116,6 +116,17 @@ SHADERS: Mapping[str, tuple[str, dict[str, Any]]] = {
         PRINCIPLED,
         {"Base_Color": COLOUR, "Roughness": 0.4, "Diffuse_Roughness": 0.9},
     ),
+    "coated": (  # by a smooth coat, seen also where what it lies over leans away
+        PRINCIPLED,
+        {
+            "Base_Color": COLOUR,
+            "Roughness": 0.6,
+            "Coat_Weight": 0.9,
+            "Coat_Roughness": 0.4,
+            "Coat_IOR": 1.8,
+            "Coat_Tint": (0.9, 0.6, 0.4, 1.0),
+        },
+    ),
     "sheen": ("ShaderNodeBsdfSheen", {"Color": COLOUR, "Roughness": 0.5}),
     "velvet": (
         "ShaderNodeBsdfSheen",
@@ -198,6 +209,7 @@ def _thorough(*values: Any) -> Any:
         (ball, DIFFUSE),
         (back, PRINCIPLED),
         (ball, "rough"),
+        (ball, "coated"),
         _thorough(ball, "rough below gloss"),
         _thorough(ball, "sheen"),
         _thorough(ball, "velvet"),

@@ -50,6 +50,14 @@ BSDF_FUNCTIONS = (
     _Function(
         "vec3", "adjoint", (*_LOBE, "float from", "float to"), "return vec3(1.0);", "lobe.kind"
     ),
+    _Function(
+        "vec3",
+        "own_normal",  # in place of the shading normal; 0: that
+        _LOBE,
+        "return vec3(0.0);",
+        "lobe.kind",
+        lambda kind: "own_normal" in kind.verbs,
+    ),
     _Function("float", "roughness", _LOBE, "return 0.0;", "lobe.kind"),
     _Function(
         "vec3",
