@@ -144,7 +144,8 @@ def test_lamps_that_rough_glass_shows_in_cycles(export, ray, roughness, count) -
 
 
 @pytest.mark.parametrize(
-    ("hidden", "strength"), [("shadow", 1.0), ("shadow", 0.0), ("glossy", 1.0)]
+    ("hidden", "strength"),
+    [("shadow", 1.0), ("shadow", 0.0), ("diffuse", 1.0), ("diffuse", 0.0), ("glossy", 1.0)],
 )
 def test_what_the_world_lights_through(scene, export, hidden, strength) -> None:
     """In Cycles diffuse rays that look for it meet what shadow rays pass."""
@@ -152,7 +153,7 @@ def test_what_the_world_lights_through(scene, export, hidden, strength) -> None:
     tree = new_world(scene)
     finish(tree, add_node(tree, "ShaderNodeBackground", Strength=strength))
     said = [str(entry) for entry in export()[1].entries if entry.feature == "Ray Visibility"]
-    assert len(said) == (hidden == "shadow" and strength > 0.0)
+    assert len(said) == (hidden != "glossy" and strength > 0.0)
 
 
 def test_shadow_catchers(export) -> None:

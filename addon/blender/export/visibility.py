@@ -59,7 +59,7 @@ def note_rays(scene: Scene, notes: Notes) -> None:
     """Write down which lights Cycles' shadow rays find and rays of a lobe do not, or the other way
     round: those it weighs as if both did. Shadow rays to rough glass find lamps that are hidden
     from glossy rays, and to Translucent BSDFs no emissive objects that are from diffuse rays; those
-    to the world pass what diffuse rays meet."""
+    to the world pass what diffuse rays meet, and meet what these pass."""
     kinds = [lobe_kinds()[x.kind] for m in scene.materials for x in m.lobes if x.reflects]
     if any(kind.is_two_sided and not kind.is_diffuse for kind in kinds):
         for light in scene.lights:
@@ -72,8 +72,11 @@ def note_rays(scene: Scene, notes: Notes) -> None:
     shadow, diffuse, transmission = (RAY_BITS[x] for x in ("shadow", "diffuse", "transmission"))
     worlds = [light for light in scene.lights if light_kinds()[light.kind].is_world]
     if any("diffuse" in light.found_by and max(light.power) > 0.0 for light in worlds):
+        all_of_them, both = np.unique(scene.surface), diffuse | shadow
         what = "the world lights through it, and in Cycles in part"
-        _note_surfaces(scene, np.unique(scene.surface), diffuse | shadow, diffuse, what, notes)
+        _note_surfaces(scene, all_of_them, both, diffuse, what, notes)
+        what = "it hides the world, and in Cycles in part"
+        _note_surfaces(scene, all_of_them, both, shadow, what, notes)
     if any(kind.is_diffuse and kind.transmits for kind in kinds):
         what = "it lights Translucent BSDFs, and in Cycles hardly"
         emits = np.array([material.is_emissive for material in scene.materials], bool)
