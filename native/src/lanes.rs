@@ -256,9 +256,9 @@ pub(crate) mod avx {
 
 /// Define `$name` over lanes `$L`: with AVX registers where the processor has AVX2, else with arrays.
 macro_rules! widest {
-    ($(#[$attribute:meta])* fn $name:ident<$L:ident>($($argument:ident: $kind:ty),* $(,)?) $body:block) => {
+    ($(#[$attribute:meta])* $visible:vis fn $name:ident<$L:ident>($($argument:ident: $kind:ty),* $(,)?) $body:block) => {
         $(#[$attribute])*
-        fn $name($($argument: $kind),*) {
+        $visible fn $name($($argument: $kind),*) {
             #[inline(always)]
             fn with<$L: $crate::lanes::Lanes>($($argument: $kind),*) $body
 

@@ -34,7 +34,8 @@ impl Seen {
         if !(above > dot(normal, away) && place[2] > 0.0) {
             return None;
         }
-        let angle = width * height * place[2] / dot(away, away).max(1.0e-12).powf(1.5);
+        let far = dot(away, away).max(1.0e-12).sqrt();
+        let angle = width * height * place[2] / (far * far * far);
         (angle > 0.0).then_some(Seen { middle, across, up, axis, place, half, angle })
     }
 

@@ -231,7 +231,7 @@ class Aiming:
     def _from_afar(self, view: View) -> Starts:
         """Light from afar at all distances from what the picture shows alike."""
         around = self._surrounded
-        middle = around.middle if around else np.median(view.places, axis=0)
+        middle = around.middle if around else view.middle
         ray = self._mapper.rays(LEARNING_PASS, 1)[0].astype(np.float64)
         origin, direction = np.split(ray, 2)
         extent = float(-origin @ direction)

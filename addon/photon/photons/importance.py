@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -32,10 +32,28 @@ class Importance:
     rays: Doubles  # (n, 6) where it started, and where to
     mass: Doubles  # (n,) what it adds to the picture's variance, if none were aimed
     known: float  # the share of what the picture shows that some reached
+    _by_light: dict[int, Importance] = field(default_factory=dict)
+    _about: dict[bytes, tuple[NDArray[np.float32], Doubles]] = field(default_factory=dict)
+
+    def of(self, light: int) -> Importance:
+        """Those of a light."""
+        if light not in self._by_light:
+            own = self.light == light
+            self._by_light[light] = self if own.all() else self.part(np.flatnonzero(own))
+        return self._by_light[light]
+
+    def about(self, middle: Doubles) -> tuple[NDArray[np.float32], Doubles]:
+        """The numbers (n, 4) by which photons of a light afar start about a middle, and how much
+        less dense they are."""
+        key = middle.tobytes()
+        if key not in self._about:
+            on_disc, larger = native.disc_about(middle, self.rays)
+            self._about[key] = np.concatenate([self.numbers[:, :2], on_disc], axis=1), larger
+        return self._about[key]
 
     def part(self, which: Any) -> Importance:
         """Some of them."""
-        numbers, rays = self.numbers[which], self.rays[which]
+        numbers, rays = (np.ascontiguousarray(x[which]) for x in (self.numbers, self.rays))
         return Importance(self.light[which], numbers, rays, self.mass[which], self.known)
 
 
@@ -142,10 +160,10 @@ def closest_to(rays: Doubles, weight: Doubles, begin: Doubles) -> Doubles:
     """The place that rays (n, 6) pass by closest, in the mean of squares by their weights (n,); of
     rays that are alike, as far along them as `begin`."""
     origin, direction = rays[:, :3], rays[:, 3:]
-    weighted, along = weight[:, None] * direction, (origin * direction).sum(axis=1)
+    weighted, along = weight[:, None] * direction, np.einsum("nj,nj->n", origin, direction)
     whole, pull = weight.sum(), PULL * weight.sum()
-    matrix = (whole + pull) * np.eye(3) - np.einsum("ni,nj->ij", weighted, direction)
-    toward = (weight[:, None] * origin - along[:, None] * weighted).sum(axis=0) + pull * begin
+    matrix = (whole + pull) * np.eye(3) - weighted.T @ direction
+    toward = weight @ origin - along @ weighted + pull * begin
     found: Doubles = np.linalg.solve(matrix, toward)
     return found
 

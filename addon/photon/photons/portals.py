@@ -169,7 +169,7 @@ def _rectangle(rays: Doubles, middle: Doubles, places: Doubles) -> _Rectangle:
     met = _met(rays, middle, axis) @ plane.T
     turns = np.linspace(0.0, np.pi / 2.0, TURNS, endpoint=False)
     turned = np.stack([np.cos(turns), np.sin(turns), -np.sin(turns), np.cos(turns)], axis=1)
-    on_axes = np.sort(met @ turned.reshape(-1, 2).T, axis=0)  # (n, 2 TURNS)
+    on_axes = np.sort(turned.reshape(-1, 2) @ met.T, axis=1)  # (2 TURNS, n)
     first_side, last_side = _within(on_axes, MOST)
     widths = (last_side - first_side).reshape(-1, 2)
     turn = int(widths.prod(axis=1).argmin())
@@ -186,23 +186,25 @@ def _rectangle(rays: Doubles, middle: Doubles, places: Doubles) -> _Rectangle:
 
 
 def _within(ordered: Doubles, beyond: float) -> tuple[Doubles, Doubles]:
-    """(k,) between what most of each column (n, k) of numbers in order lies."""
-    few = int(beyond * len(ordered))
-    low: Doubles = ordered[few]
-    high: Doubles = ordered[-1 - few]
+    """(k,) between what most of each row (k, n) of numbers in order lies."""
+    few = int(beyond * ordered.shape[1])
+    low: Doubles = ordered[:, few]
+    high: Doubles = ordered[:, -1 - few]
     return low, high
 
 
 def _spread(rays: Doubles, middle: Doubles, normals: Doubles) -> Doubles:
     """(k,) the area on which most rays meet planes of these normals through a middle."""
     first, second = frames_about(normals)
-    along = rays[:, 3:] @ normals.T
+    origin, direction = (rays[:, :3] - middle).T, rays[:, 3:].T
+    along = normals @ direction
     along = np.where(np.abs(along) > 1e-3, along, 1e-3)
-    origin = rays[:, :3] - middle
-    ratio = origin @ normals.T / along
+    ratio = normals @ origin / along
+    few = int(MOST * len(rays))
     area: Doubles = np.ones(len(normals))
     for side in (first, second):
-        at = np.sort(origin @ side.T - ratio * (rays[:, 3:] @ side.T), axis=0)
+        at = side @ origin - ratio * (side @ direction)
+        at.partition((few, len(rays) - 1 - few), axis=1)  # sooner than in order
         low, high = _within(at, MOST)
         area *= high - low
     return area

@@ -106,9 +106,8 @@ def proposed(tables: Tables, view: View, extent: float, middle: Doubles) -> Aims
 def _nearest(view: View, middle: Doubles, extent: float) -> float:
     """The square of the distance down to which photons are looked for about a middle, over that of
     the disc about it; `extent` as of `proposed`."""
-    away = float(np.quantile(view.away(view.places), 0.1))
     reach = extent + float(np.linalg.norm(middle))
-    return float(np.clip(NEAREST * away / reach, 1e-7, 1.0)) ** 2
+    return float(np.clip(NEAREST * view.near / reach, 1e-7, 1.0)) ** 2
 
 
 def _aims_by(importance: Importance, tables: Tables, view: View, least: float) -> dict[int, Aim]:
@@ -116,16 +115,18 @@ def _aims_by(importance: Importance, tables: Tables, view: View, least: float) -
     aims = {}
     for group in groups_of(tables):
         light = int(group[0])
-        own = importance.part(np.flatnonzero(importance.light == light))
+        own = importance.of(light)
         if len(group) > 1 or len(own.mass) < ENOUGH_PHOTONS or not own.mass.any():
             continue
         middle, nearest = np.zeros(3), 1.0
         if light < tables.distant_lights:
             # As in a window.
-            middle = closest_to(own.rays, np.sqrt(own.mass), np.median(view.places, axis=0))
+            middle = closest_to(own.rays, np.sqrt(own.mass), view.middle)
             nearest = _nearest(view, middle, float(-own.rays[0, :3] @ own.rays[0, 3:]))
-        numbers, larger = _about(own, middle, light < tables.distant_lights)
-        masses = own.mass * larger
+        numbers, masses = own.numbers, own.mass
+        if light < tables.distant_lights:
+            numbers, larger = own.about(middle)
+            masses = masses * larger
         masses = (masses / masses.max()).astype(np.float32)
         nodes, _ = native.aim_tree(numbers, masses, least, nearest)
         if len(nodes) > 1:
@@ -135,21 +136,13 @@ def _aims_by(importance: Importance, tables: Tables, view: View, least: float) -
 
 def _moments(importance: Importance, tables: Tables, aims: dict[int, Aim]) -> Doubles:
     """What each light adds to the variance, times its photons."""
-    mass = importance.mass.copy()
+    count = len(tables.by_flux)
+    moments: Doubles = np.bincount(importance.light, importance.mass, count).astype(np.float64)
     for light, aim in aims.items():
-        those = np.flatnonzero(importance.light == light)
-        numbers, larger = _about(importance.part(those), aim.middle, light < tables.distant_lights)
-        mass[those] *= larger / native.aim_pdf(aim.nodes, numbers)
-    moments: Doubles = np.bincount(importance.light, mass, len(tables.by_flux)).astype(np.float64)
+        own = importance.of(light)
+        numbers, masses = own.numbers, own.mass
+        if light < tables.distant_lights:
+            numbers, larger = own.about(aim.middle)
+            masses = masses * larger
+        moments[light] = (masses / native.aim_pdf(aim.nodes, numbers)).sum()
     return moments
-
-
-def _about(
-    importance: Importance, middle: Doubles, is_afar: bool
-) -> tuple[NDArray[np.float32], Doubles]:
-    """The numbers by which photons of one light start, about a middle if it is afar, and how much
-    less dense they are."""
-    if not is_afar:
-        return importance.numbers, np.ones(len(importance.mass))
-    on_disc, larger = native.disc_about(middle, importance.rays)
-    return np.concatenate([importance.numbers[:, :2], on_disc], axis=1), larger

@@ -25,7 +25,6 @@ from .mapper import Mapper
 from .view import CELL_WIDTH, EYE_RAYS_A_SIDE, Doubles, View
 
 LARGE = 0.5  # [scene units] the picture's width at its near places from which on no box is tried
-NEAR = 0.1  # the quantile of distances to what it shows that counts as near
 PHOTONS, LOOKED_AT = 1 << 12, 1 << 9  # that are traced, and of which light is followed
 PLACES = 256  # that stand for all that the picture shows
 PAIRS = 2000  # of both, as likely as they add to the variance, that tell of boxes
@@ -60,7 +59,7 @@ class _Pairs:
 
 def is_small(view: View) -> bool:
     """Whether the picture, at its near places, is less than LARGE wide."""
-    return bool(EYE_RAYS_A_SIDE * view.pixel * np.quantile(view.away(view.places), NEAR) < LARGE)
+    return EYE_RAYS_A_SIDE * view.pixel * view.near < LARGE
 
 
 @dataclass(frozen=True)

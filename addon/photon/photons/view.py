@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 EYE_RAYS_A_SIDE = 64  # eye rays a side
 CELL_WIDTH = 3.0  # eye rays a side of a cell, or a little more
 
+NEAR = 0.1  # the quantile of distances to the places that counts as near
 BEYOND = 0.01  # of the places, on either side of each axis: some are far
 
 Doubles = NDArray[np.float64]
@@ -32,6 +33,17 @@ class View:
     def shown(self) -> NDArray[np.float32]:
         """(n, 4) the places, as photons' are."""
         return np.column_stack([self.places, np.zeros(len(self.places))]).astype(np.float32)
+
+    @cached_property
+    def middle(self) -> Doubles:
+        """(3,) the median of the places."""
+        found: Doubles = np.median(self.places, axis=0)
+        return found
+
+    @cached_property
+    def near(self) -> float:
+        """How far the nearer ones are from the eye, or 1."""
+        return float(np.quantile(self.away(self.places), NEAR))
 
     def cells(
         self,

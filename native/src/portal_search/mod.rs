@@ -10,9 +10,9 @@ use rayon::prelude::*;
 use crate::InvalidInput;
 use crate::portals::{MOST_PORTALS, Portal};
 use crate::random::random4;
-use crate::vector::{Vector, cross, dot};
+use crate::vector::{Vector, cross};
 use rectangle::{LEAST_SIDE, MOST_SIDE, Rectangle};
-use segments::{PortalSums, Segment, segments_of};
+use segments::{Block, Segment, add, meet, segments_of, weights};
 
 /// Rectangles that are tried at first, how many of them are made better, and in how many steps.
 const TRIED: std::ops::RangeInclusive<usize> = 200..=2000;
@@ -22,6 +22,8 @@ const PROMISING: usize = 6;
 const STEPS: u32 = 100;
 /// The same of those that are found, once more.
 const LAST_STEPS: u32 = 200;
+/// Steps that are tried at once.
+const MOST_AHEAD: usize = 8;
 /// How much longer a photon would take if it saw one from everywhere: who does is not absorbed.
 const LONGER: f64 = 2.0;
 /// What the first one must gain, and what each after it: few paths promise more than there is.
@@ -30,6 +32,8 @@ const LEAST_GAIN_OF_MORE: f32 = 2.0;
 /// By how much all of them may be better than the last one promises, once each is climbed from again: far less, mostly.
 const BETTER_AT_MOST: f32 = 1.5;
 const SEED: u32 = 1;
+/// Which nothing sees.
+const NO_PORTAL: Portal = [[0.0; 4]; 3];
 /// Where a rectangle is fitted: how much of what comes through may be beyond each side, how much wider the one
 /// is that it is fitted to, of halves of sides, how much wider it is made, and by how many segments at least.
 const BEYOND: [f64; 3] = [0.0, 0.004, 0.02];
@@ -91,44 +95,51 @@ pub fn search(
 /// The search for one more portal.
 struct Search<'a> {
     segments: &'a [Segment],
-    /// What each segment's place sees of the portals that there are.
-    before: Vec<PortalSums>,
+    /// With what they see of the portals that there are.
+    blocks: Vec<Block>,
+    /// Sums of what segments matter still, up to each.
+    chances: Vec<f64>,
     /// The variance without any portal.
     whole: f64,
 }
 
 impl<'a> Search<'a> {
     fn beside(others: &[Rectangle], segments: &'a [Segment], whole: f64) -> Search<'a> {
-        let portals: Vec<Portal> = others.iter().map(Rectangle::portal).collect();
-        let of_one =
-            |segment| portals.iter().fold(PortalSums::NONE, |sums, portal| sums.with(segment, portal));
-        Search { segments, before: segments.iter().map(of_one).collect(), whole }
+        let mut blocks = Block::all_of(segments);
+        for rectangle in others {
+            add(&mut blocks, &rectangle.portal());
+        }
+        let (mut weight, mut sum) = (1.0, 0.0);
+        let (before, _) = weights_with(&blocks, &NO_PORTAL);
+        let of_one = |(segment, own): (&Segment, f64)| {
+            weight = if segment.is_first { own } else { weight * own };
+            sum += segment.after * weight;
+            sum
+        };
+        let chances = segments.iter().zip(before).map(of_one).collect();
+        Search { segments, blocks, chances, whole }
     }
 
     /// How much less variance one more portal leaves at equal time, over what there is without any.
     fn gain(&self, rectangle: &Rectangle) -> f32 {
-        let portal = rectangle.portal();
-        let (mut left, mut weight, mut seeing) = (0.0, 1.0, 0);
-        for (segment, before) in self.segments.iter().zip(&self.before) {
-            let sums = before.with(segment, &portal);
-            seeing += usize::from(sums.sees_some());
-            let own = sums.weight(segment);
+        let (own, seeing) = weights_with(&self.blocks, &rectangle.portal());
+        let (mut left, mut weight) = (0.0, 1.0);
+        for (segment, own) in self.segments.iter().zip(own) {
             weight = if segment.is_first { own } else { weight * own };
             left += segment.mass * weight;
         }
-        let longer = 1.0 + LONGER * seeing as f64 / self.segments.len() as f64;
+        let longer = 1.0 + LONGER * f64::from(seeing) / self.segments.len() as f64;
         (self.whole / (left.max(1.0e-300) * longer)) as f32
     }
 
     /// The best of those that are drawn and climbed from, with its gain.
     fn best(&self, which: u32) -> Option<(f32, Rectangle)> {
-        let chances = self.chances();
         let count = (LOOKED_AT / self.segments.len().max(1)).clamp(*TRIED.start(), *TRIED.end());
         let mut tried: Vec<(f32, Rectangle)> = (0..count as u32)
             .into_par_iter()
             .map(|number| {
-                let rectangle = self.drawn(&chances, |k| random4(SEED, which, number, k));
-                let rectangle = self.fitted(&chances, rectangle, BEYOND[number as usize % BEYOND.len()]);
+                let rectangle = self.drawn(|k| random4(SEED, which, number, k));
+                let rectangle = self.fitted(rectangle, BEYOND[number as usize % BEYOND.len()]);
                 (self.gain(&rectangle), rectangle)
             })
             .collect();
@@ -142,18 +153,31 @@ impl<'a> Search<'a> {
         better.into_iter().reduce(|one, other| if other.0 > one.0 { other } else { one })
     }
 
-    /// A better one near by.
+    /// A better one near by. Where threads are idle steps are tried ahead, as if none before them led on: the first
+    /// that does is the one that is found without.
     fn climbed(&self, mut rectangle: Rectangle, steps: u32, which: u32) -> (f32, Rectangle) {
-        let (mut gain, mut far, chances) = (self.gain(&rectangle), 1.0f32, self.chances());
-        for step in 0..steps {
-            let mut other = rectangle.changed(far, |k| random4(SEED, which, step, 16 + k));
-            if let Some(&beyond) = BEYOND.get(step as usize % (1 + BEYOND.len())) {
-                other = self.fitted(&chances, other, beyond);
-            }
-            let its_own = self.gain(&other);
-            far = if its_own > gain { (1.5 * far).min(1.0) } else { (0.98 * far).max(0.05) };
-            if its_own > gain {
-                (gain, rectangle) = (its_own, other);
+        let (mut gain, mut far) = (self.gain(&rectangle), 1.0f32);
+        let ahead = rayon::current_num_threads().min(MOST_AHEAD);
+        let mut step = 0;
+        while step < steps {
+            let fars = std::iter::successors(Some(far), |far| Some(nearer(*far)));
+            let begun: Vec<(u32, f32)> = (step..steps).zip(fars).take(ahead).collect();
+            let tried: Vec<(f32, Rectangle)> = begun
+                .par_iter()
+                .map(|&(step, far)| {
+                    let other = rectangle.changed(far, |k| random4(SEED, which, step, 16 + k));
+                    let other = match BEYOND.get(step as usize % (1 + BEYOND.len())) {
+                        Some(&beyond) => self.fitted(other, beyond),
+                        None => other,
+                    };
+                    (self.gain(&other), other)
+                })
+                .collect();
+            let better = tried.iter().position(|(its_own, _)| *its_own > gain);
+            let (last, last_far) = begun[better.unwrap_or(begun.len() - 1)];
+            (step, far) = (last + 1, nearer(last_far));
+            if let Some(at) = better {
+                ((gain, rectangle), far) = (tried[at], (1.5 * last_far).min(1.0));
             }
         }
         (gain, rectangle)
@@ -161,59 +185,37 @@ impl<'a> Search<'a> {
 
     /// The rectangle in the plane of another one through which most segments come that come about through that:
     /// on each side a share of what they matter may be beyond.
-    fn fitted(&self, chances: &[f64], rectangle: Rectangle, beyond: f64) -> Rectangle {
-        let [[x, y, z, width], [cx, cy, cz, height], [ax, ay, az, _]] = rectangle.portal();
-        let (middle, across, axis) = ([x, y, z], [cx, cy, cz], [ax, ay, az]);
-        let up = cross(axis, across);
-        let mut met: Vec<([f32; 2], f64)> = Vec::new();
-        let mut before = 0.0;
-        for (segment, sum) in self.segments.iter().zip(chances) {
-            let matters = sum - before;
-            before = *sum;
-            let away: Vector = std::array::from_fn(|k| segment.place[k] - middle[k]);
-            let (above, toward) = (dot(away, axis), -dot(segment.direction, axis));
-            if above > 0.0 && above < segment.length * toward {
-                let far = above / toward;
-                let at = [across, up].map(|side| dot(away, side) + far * dot(segment.direction, side));
-                if at[0].abs() < LOOSE * width && at[1].abs() < LOOSE * height {
-                    met.push((at, matters));
-                }
-            }
-        }
-        let whole: f64 = met.iter().map(|(_, matters)| matters).sum();
+    fn fitted(&self, rectangle: Rectangle, beyond: f64) -> Rectangle {
+        let portal = rectangle.portal();
+        let [[x, y, z, _], [cx, cy, cz, _], [ax, ay, az, _]] = portal;
+        let (mut centre, across, axis) = ([x, y, z], [cx, cy, cz], [ax, ay, az]);
+        let mut met = Vec::with_capacity(self.segments.len());
+        meet(&self.blocks, &portal, LOOSE, &mut met);
+        let matters = |at: usize| self.chances[at] - if at > 0 { self.chances[at - 1] } else { 0.0 };
+        let whole: f64 = met.iter().map(|&(number, _)| matters(number)).sum();
         if met.len() < FEWEST || whole <= 0.0 {
             return rectangle;
         }
-        let (mut centre, mut sides) = (middle, [0.0; 2]);
-        for (k, along) in [across, up].into_iter().enumerate() {
-            met.sort_by(|one, other| one.0[k].total_cmp(&other.0[k]));
-            let low = edge(met.iter(), k, beyond * whole);
-            let high = edge(met.iter().rev(), k, beyond * whole);
+        let mut sides = [0.0; 2];
+        for (k, along) in [across, cross(axis, across)].into_iter().enumerate() {
+            let mut ordered: Vec<(f32, f64)> =
+                met.iter().map(|&(number, at)| (at[k], matters(number))).collect();
+            ordered.sort_unstable_by(|one, other| one.0.total_cmp(&other.0).then(one.1.total_cmp(&other.1)));
+            let low = edge(ordered.iter(), beyond * whole);
+            let high = edge(ordered.iter().rev(), beyond * whole);
             centre = std::array::from_fn(|i| centre[i] + 0.5 * (low + high) * along[i]);
             sides[k] = (MARGIN * (high - low)).clamp(0.1 * LEAST_SIDE, MOST_SIDE).ln();
         }
         Rectangle { middle: centre, axis, across, sides }
     }
 
-    /// Sums of what segments matter still, up to each.
-    fn chances(&self) -> Vec<f64> {
-        let (mut weight, mut sum) = (1.0, 0.0);
-        let of_one = |(segment, before): (&Segment, &PortalSums)| {
-            let own = before.weight(segment);
-            weight = if segment.is_first { own } else { weight * own };
-            sum += segment.after * weight;
-            sum
-        };
-        self.segments.iter().zip(&self.before).map(of_one).collect()
-    }
-
     /// A rectangle about a place on a segment, half of them where another one is closest, as in a gap; across the
     /// segment or an axis of the scene's.
-    fn drawn(&self, chances: &[f64], draw: impl Fn(u32) -> [f32; 4]) -> Rectangle {
+    fn drawn(&self, draw: impl Fn(u32) -> [f32; 4]) -> Rectangle {
         let (a, b) = (draw(0), draw(1));
         let segment_at = |u: f32| {
-            let chance = f64::from(u) * chances.last().copied().unwrap_or(0.0);
-            &self.segments[chances.partition_point(|sum| *sum <= chance).min(chances.len() - 1)]
+            let chance = f64::from(u) * self.chances.last().copied().unwrap_or(0.0);
+            &self.segments[self.chances.partition_point(|sum| *sum <= chance).min(self.segments.len() - 1)]
         };
         let one @ Segment { place, direction, .. } = segment_at(a[0]);
         let far = if b[2] < 0.5 { a[1] * one.length } else { one.closest_to(segment_at(b[3])) };
@@ -230,14 +232,26 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Where on an axis so much is left behind.
-fn edge<'a>(mut from: impl Iterator<Item = &'a ([f32; 2], f64)>, axis: usize, beyond: f64) -> f32 {
+/// Photons' fluxes that took each segment, over what they are without portals, if there is one more; how many see any.
+fn weights_with(blocks: &[Block], portal: &Portal) -> (impl Iterator<Item = f64> + use<>, u32) {
+    let (mut found, mut seeing) = (Vec::with_capacity(blocks.len()), 0);
+    weights(blocks, portal, &mut found, &mut seeing);
+    (found.into_iter().flat_map(|row| row.0.map(f64::from)), seeing)
+}
+
+/// How far the step goes that follows one which led nowhere.
+fn nearer(far: f32) -> f32 {
+    (0.98 * far).max(0.05)
+}
+
+/// Where so much of what places matter is left behind.
+fn edge<'a>(mut from: impl Iterator<Item = &'a (f32, f64)>, beyond: f64) -> f32 {
     let mut sum = 0.0;
     let found = from.find(|(_, matters)| {
         sum += matters;
         sum > beyond
     });
-    found.map_or(0.0, |(at, _)| at[axis])
+    found.map_or(0.0, |(at, _)| *at)
 }
 
 #[cfg(test)]

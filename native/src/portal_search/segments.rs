@@ -3,8 +3,9 @@
 
 use std::f32::consts::PI;
 
-use crate::portals::{Portal, Seen};
-use crate::vector::{Vector, dot};
+use crate::lanes::{Lanes, Row, WIDTH, widest};
+use crate::portals::Portal;
+use crate::vector::{Vector, cross, dot};
 
 /// What a surface is taken to reflect; the rest goes through portals.
 const ALBEDO: f32 = 0.5;
@@ -67,39 +68,127 @@ impl Segment {
     }
 }
 
-/// Sums over the portals that a segment's place sees.
+/// Eight segments, and sums over the portals that their places see.
 #[derive(Clone, Copy)]
-pub(super) struct PortalSums {
-    /// Their solid angles [sr].
-    angle: f32,
+pub(super) struct Block {
+    place: [Row; 3],
+    normal: [Row; 3],
+    direction: [Row; 3],
+    length: Row,
+    /// The pdf of the direction by the cosine [1/sr], times the share that goes by it.
+    by_cosine: Row,
+    /// The portals' solid angles [sr].
+    angle: Row,
     /// The pdfs of the segment's direction through each [1/sr], times those.
-    density: f32,
+    density: Row,
 }
 
-impl PortalSums {
-    pub(super) const NONE: PortalSums = PortalSums { angle: 0.0, density: 0.0 };
-
-    pub(super) fn with(self, segment: &Segment, portal: &Portal) -> PortalSums {
-        match Seen::of(portal, segment.place, segment.normal) {
-            None => self,
-            Some(seen) => PortalSums {
-                angle: self.angle + seen.angle,
-                density: self.density + seen.density(segment.direction),
-            },
-        }
+impl Block {
+    /// All segments, in order, which see no portal yet; those that fill up the last one see none.
+    pub(super) fn all_of(segments: &[Segment]) -> Vec<Block> {
+        let none = Row([0.0; WIDTH]);
+        let block = |some: &[Segment]| {
+            let mut block = Block {
+                place: [none; 3],
+                normal: [none; 3],
+                direction: [none; 3],
+                length: none,
+                by_cosine: none,
+                angle: none,
+                density: none,
+            };
+            for (lane, segment) in some.iter().enumerate() {
+                for k in 0..3 {
+                    block.place[k].0[lane] = segment.place[k];
+                    block.normal[k].0[lane] = segment.normal[k];
+                    block.direction[k].0[lane] = segment.direction[k];
+                }
+                block.length.0[lane] = segment.length;
+                block.by_cosine.0[lane] = ALBEDO * segment.cosine / PI;
+            }
+            block
+        };
+        segments.chunks(WIDTH).map(block).collect()
     }
 
-    pub(super) fn sees_some(self) -> bool {
-        self.angle > 0.0
+    /// The sums with one more portal, as [`crate::portals::Seen`] has it.
+    #[inline(always)]
+    fn sums_with<L: Lanes>(&self, portal: &Portal) -> (L, L) {
+        let [[mx, my, mz, width], [cx, cy, cz, height], [ax, ay, az, _]] = *portal;
+        let up = L::splat3(cross([ax, ay, az], [cx, cy, cz]));
+        let (across, axis) = (L::splat3([cx, cy, cz]), L::splat3([ax, ay, az]));
+        let (place, middle) = (L::load3(&self.place), L::splat3([mx, my, mz]));
+        let away = [place[0] - middle[0], place[1] - middle[1], place[2] - middle[2]];
+        let (half_width, half_height) = (L::splat(0.5 * width), L::splat(0.5 * height));
+        let (normal, zero) = (L::load3(&self.normal), L::splat(0.0));
+        let above = L::dot(normal, across).abs() * half_width + L::dot(normal, up).abs() * half_height;
+        let high = L::dot(away, axis);
+        let squared = L::dot(away, away).max(L::splat(1.0e-12));
+        let seen = L::dot(normal, away).less(above) & zero.less(high);
+        let angle = (L::splat(width * height) * high / (squared * squared.sqrt())).keep(seen);
+        let direction = L::load3(&self.direction);
+        let toward = zero - L::dot(direction, axis);
+        let far = high / toward;
+        let x = (L::dot(away, across) + far * L::dot(direction, across)).abs();
+        let y = (L::dot(away, up) + far * L::dot(direction, up)).abs();
+        let met = zero.less(toward) & x.less_equal(half_width) & y.less_equal(half_height);
+        let density = (angle * far * far / (L::splat(width * height) * toward)).keep(met & seen);
+        (L::load(&self.angle) + angle, L::load(&self.density) + density)
     }
+}
 
-    /// A photon's flux that took the segment over what it is without portals.
-    pub(super) fn weight(self, segment: &Segment) -> f64 {
-        if self.angle <= 0.0 {
-            return 1.0;
+/// Where segments meet the plane of a portal from the side that it is seen from, from its middle along its sides; which
+/// segments these are.
+pub(super) type Met = Vec<(usize, [f32; 2])>;
+
+widest! {
+    /// Those that meet it about the portal: `loose` sides from its middle.
+    pub(super) fn meet<L>(blocks: &[Block], portal: &Portal, loose: f32, found: &mut Met) {
+        let [[mx, my, mz, width], [cx, cy, cz, height], [ax, ay, az, _]] = *portal;
+        let up = L::splat3(cross([ax, ay, az], [cx, cy, cz]));
+        let (across, axis) = (L::splat3([cx, cy, cz]), L::splat3([ax, ay, az]));
+        let (middle, zero) = (L::splat3([mx, my, mz]), L::splat(0.0));
+        let (far_across, far_up) = (L::splat(loose * width), L::splat(loose * height));
+        for (number, block) in blocks.iter().enumerate() {
+            let (place, direction) = (L::load3(&block.place), L::load3(&block.direction));
+            let away = [place[0] - middle[0], place[1] - middle[1], place[2] - middle[2]];
+            let (above, toward) = (L::dot(away, axis), zero - L::dot(direction, axis));
+            let far = above / toward;
+            let x = L::dot(away, across) + far * L::dot(direction, across);
+            let y = L::dot(away, up) + far * L::dot(direction, up);
+            let through = zero.less(above) & above.less(L::load(&block.length) * toward);
+            let mut lanes = L::bits(through & x.abs().less(far_across) & y.abs().less(far_up));
+            let (x, y) = (x.store().0, y.store().0);
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros() as usize;
+                lanes &= lanes - 1;
+                found.push((number * WIDTH + lane, [x[lane], y[lane]]));
+            }
         }
-        let by_cosine = ALBEDO * segment.cosine / PI;
-        let all = by_cosine + (1.0 - ALBEDO) * self.density / self.angle;
-        f64::from(by_cosine) / f64::from(all).max(1.0e-30)
+    }
+}
+
+widest! {
+    /// Count one more portal.
+    pub(super) fn add<L>(blocks: &mut [Block], portal: &Portal) {
+        for block in blocks {
+            let (angle, density) = block.sums_with::<L>(portal);
+            (block.angle, block.density) = (angle.store(), density.store());
+        }
+    }
+}
+
+widest! {
+    /// Photons' fluxes that took each segment, over what they are without portals, if there is one more; how many see any.
+    pub(super) fn weights<L>(blocks: &[Block], portal: &Portal, found: &mut Vec<Row>, seeing: &mut u32) {
+        for block in blocks {
+            let (angle, density) = block.sums_with::<L>(portal);
+            let sees = L::splat(0.0).less(angle);
+            let by_cosine = L::load(&block.by_cosine);
+            let by_portals = (L::splat(1.0 - ALBEDO) * density / angle).keep(sees);
+            let weight = by_cosine / (by_cosine + by_portals).max(L::splat(1.0e-30));
+            *seeing += L::bits(sees).count_ones();
+            found.push((weight.keep(sees) + L::splat(1.0).keep(!sees)).store());
+        }
     }
 }
