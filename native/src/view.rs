@@ -57,30 +57,56 @@ fn face_of(normal: [f32; 3]) -> i64 {
     2 * axis as i64 + i64::from(normal[axis] > 0.0)
 }
 
-/// Which of all cells each is, in the order in which they first appear, and how many there are. `cells`: mixed numbers,
-/// which need no such hash as the standard map's.
-pub fn numbered(cells: &[i64]) -> (Vec<u32>, u32) {
-    let slots = (2 * cells.len()).next_power_of_two().max(2);
-    let shift = 64 - slots.trailing_zeros();
-    let mut table = vec![(0i64, NONE); slots];
-    let mut count = 0;
-    let mut number_of = |cell: &i64| {
-        let mut slot = ((*cell as u64).wrapping_mul(MIX as u64) >> shift) as usize;
+/// Numbers of cells by what they are: mixed numbers, which need no such hash as the standard map's.
+struct Table {
+    slots: Vec<(i64, u32)>,
+    shift: u32,
+}
+
+impl Table {
+    fn for_so_many(cells: usize) -> Table {
+        let slots = (2 * cells).next_power_of_two().max(2);
+        Table { slots: vec![(0, NONE); slots], shift: 64 - slots.trailing_zeros() }
+    }
+
+    /// Where a cell is, or would be; and its number there, or NONE.
+    fn find(&self, cell: i64) -> (usize, u32) {
+        let mut slot = ((cell as u64).wrapping_mul(MIX as u64) >> self.shift) as usize;
         loop {
-            let (own, number) = table[slot];
-            if number == NONE {
-                table[slot] = (*cell, count);
-                count += 1;
-                return count - 1;
+            let (own, number) = self.slots[slot];
+            if number == NONE || own == cell {
+                return (slot, number);
             }
-            if own == *cell {
-                return number;
-            }
-            slot = (slot + 1) % slots;
+            slot = (slot + 1) % self.slots.len();
         }
+    }
+}
+
+/// Which of all cells each is, in the order in which they first appear, and how many there are.
+pub fn numbered(cells: &[i64]) -> (Vec<u32>, u32) {
+    let mut table = Table::for_so_many(cells.len());
+    let mut count = 0;
+    let mut number_of = |&cell: &i64| {
+        let (slot, number) = table.find(cell);
+        if number != NONE {
+            return number;
+        }
+        table.slots[slot] = (cell, count);
+        count += 1;
+        count - 1
     };
     let numbers = cells.iter().map(&mut number_of).collect();
     (numbers, count)
+}
+
+/// Where each of cells is among others, which differ; -1: it is none of these.
+pub fn among(others: &[i64], cells: &[i64]) -> Vec<i32> {
+    let mut table = Table::for_so_many(others.len());
+    for (number, &other) in others.iter().enumerate() {
+        let (slot, _) = table.find(other);
+        table.slots[slot] = (other, number as u32);
+    }
+    cells.par_iter().with_min_len(4096).map(|&cell| table.find(cell).1 as i32).collect()
 }
 
 #[cfg(test)]
@@ -111,6 +137,8 @@ mod tests {
         let (numbers, count) = numbered(&[5, -3, 5, 0, i64::MIN, 0, -3]);
         assert_eq!((numbers, count), (vec![0, 1, 0, 2, 3, 2, 1], 4));
         assert_eq!(numbered(&[]), (vec![], 0));
+        assert_eq!(among(&[5, -3, 0], &[0, 4, -3, i64::MIN, 5]), [2, -1, 1, -1, 0]);
+        assert_eq!(among(&[], &[0, 7]), [-1, -1]);
         let many: Vec<i64> = (0..1000).map(|k| k / 2).collect();
         assert_eq!(numbered(&many).1, 500);
     }

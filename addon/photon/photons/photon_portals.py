@@ -63,11 +63,11 @@ def portals_by(mapper: Mapper, tables: Tables, view: View, index: int) -> NDArra
     shown = _Shown.of(view)
     plain = landed = _landed(mapper, index, view, shown)
     totals = _totals([plain], shown)
-    if not _is_promising(plain, _weights(plain, totals)):
+    if not _is_promising(plain, totals):
         return NO_PORTALS
     found = []
     for at in range(ROUNDS):
-        portals = _found(landed, _weights(landed, totals))
+        portals = _found(landed, totals)
         if not len(portals):
             break
         tables.set_photon_portals(portals)
@@ -99,21 +99,21 @@ class _Shown:
 
 @dataclass(frozen=True)
 class _Landed(Landed):
-    """And where in what is shown."""
+    """And those of them that have bounced and are in what is shown."""
 
-    at: NDArray[np.intp]  # (n,) which of the cells that are shown they are in, if they are in one
-    counts: NDArray[np.bool_]  # (n,) whether they are, and have bounced
+    rows: NDArray[np.intp]  # (k,) which these are
+    at: NDArray[np.intp]  # (k,) the cells that they are in
+    shown: Doubles  # (k,) their flux
 
 
 def _landed(mapper: Mapper, index: int, view: View, shown: _Shown) -> _Landed:
     """Trace few photons of a pass."""
     found = trace_few(mapper, index, PHOTONS)
-    places, facing, numbers, first = found.places, found.facing, found.numbers, found.first
-    own = view.cells(places[first:], WIDE, facing[first:])
-    at, counts = np.zeros(len(numbers), np.intp), np.zeros(len(numbers), bool)
-    at[first:] = np.minimum(np.searchsorted(shown.cells, own), len(shown.cells) - 1)
-    counts[first:] = shown.cells[at[first:]] == own
-    return _Landed(places, facing, found.flux, numbers, first, at, counts)
+    own = view.cells(found.places[found.first :], WIDE, found.facing[found.first :])
+    at = native.cells_among(shown.cells, own)
+    there = np.flatnonzero(at >= 0)
+    rows = found.first + there
+    return _Landed(**vars(found), rows=rows, at=at[there].astype(np.intp), shown=found.flux[rows])
 
 
 def _totals(passes: list[_Landed], shown: _Shown) -> Doubles:
@@ -121,8 +121,7 @@ def _totals(passes: list[_Landed], shown: _Shown) -> Doubles:
     as none knows of all that others bring."""
     count, total = len(shown.cells), np.zeros(len(shown.cells))
     for landed in passes:
-        there = landed.counts
-        total += np.bincount(landed.at[there], landed.flux[there], count) / len(passes)
+        total += np.bincount(landed.at, landed.shown, count) / len(passes)
     dark = DARK * shown.seen * total.sum() / max(shown.seen.sum(), 1e-30)
     weights: Doubles = np.divide(
         shown.seen, total**2 + dark**2, out=np.zeros(count), where=dark > 0.0
@@ -130,31 +129,27 @@ def _totals(passes: list[_Landed], shown: _Shown) -> Doubles:
     return weights
 
 
-def _weights(landed: _Landed, totals: Doubles) -> Doubles:
-    """(n,) of the squares of photons' fluxes, where they land."""
-    weights: Doubles = np.where(landed.counts, totals[landed.at], 0.0)
-    return weights
-
-
 def _variance(landed: _Landed, totals: Doubles) -> float:
     """What a pass's photons add to the picture's."""
-    return float((_weights(landed, totals) * landed.flux**2).sum())
+    return float((totals[landed.at] * landed.shown**2).sum())
 
 
-def _is_promising(landed: _Landed, weights: Doubles) -> bool:
+def _is_promising(landed: _Landed, totals: Doubles) -> bool:
     """Whether few of a pass's photons add most of the variance."""
-    of_photons = np.sort(np.bincount(landed.numbers, weights * landed.flux**2, PHOTONS))[::-1]
+    own = totals[landed.at] * landed.shown**2
+    of_photons = np.sort(np.bincount(landed.numbers[landed.rows], own, PHOTONS))[::-1]
     most = of_photons[: int(FEW * PHOTONS)].sum()
     return bool(most > MOST_OF_IT * of_photons.sum())
 
 
-def _found(landed: _Landed, weights: Doubles) -> NDArray[Any]:
+def _found(landed: _Landed, totals: Doubles) -> NDArray[Any]:
     """By the paths of some photons, as likely as they count; these landed in the order of bounces.
 
     Where flux is less than it would be by the cosine, as much likelier are paths: so the flux
     alone is what they count for.
     """
-    numbers, masses = landed.numbers, weights * landed.flux
+    numbers, masses = landed.numbers, np.zeros(len(landed.flux))
+    masses[landed.rows] = totals[landed.at] * landed.shown
     of_photons = np.bincount(numbers, masses, PHOTONS)
     if (of_photons > 0.0).sum() < FEWEST:
         return NO_PORTALS

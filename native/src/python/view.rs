@@ -4,7 +4,7 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use super::arrays::{F32Array, I64Array, Rows, U32Array, array, new_matrix, rows};
+use super::arrays::{F32Array, I32Array, I64Array, Rows, U32Array, array, new_matrix, rows};
 use super::run;
 use crate::packing::{pack_direction, unpack_direction_exactly};
 use crate::vector::Vector64;
@@ -40,6 +40,18 @@ pub(super) fn numbered_cells<'py>(
     let cells = cells.as_slice()?;
     let (numbers, count) = run(py, || Ok(view::numbered(cells)))?;
     Ok((PyArray1::from_vec(py, numbers), count))
+}
+
+/// Where each of cells int64[n] is among others int64[m], which differ: int32[n], -1 if it is none of these.
+#[pyfunction]
+pub(super) fn cells_among<'py>(
+    py: Python<'py>,
+    others: &Bound<'py, PyAny>,
+    cells: &Bound<'py, PyAny>,
+) -> PyResult<I32Array<'py>> {
+    let (others, cells) = (array::<i64>(others, "others", &[None])?, array::<i64>(cells, "cells", &[None])?);
+    let (others, cells) = (others.as_slice()?, cells.as_slice()?);
+    Ok(PyArray1::from_vec(py, run(py, || Ok(view::among(others, cells)))?))
 }
 
 /// Unit vectors float32[n, 3], packed: float32[n] (glsl/lib/packing.glsl).
