@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from addon.photon.stage.kinds import light_kinds
+from tests.measure import render
 
-from .build import add_light, add_node, add_object, nodes_of
+from .build import add_light, add_mesh, add_node, add_object, nodes_of, shader_material
 
 pytestmark = pytest.mark.blender
 
@@ -232,6 +233,44 @@ def test_light_falloff(export, socket, power) -> None:
     (found,) = scene.lights
     assert (found.falloff, found.smoothing, found.power) == (power, 0.5, (3.0, 3.0, 3.0))
     assert ("Light 'Light'", "Point light") in reported(report, "exact")
+
+
+@pytest.mark.parametrize(
+    ("kind", "output", "expected"),
+    [
+        ("ShaderNodeObjectInfo", "Location", (1.0, 2.0, 3.0)),
+        ("ShaderNodeObjectInfo", "Color", (0.25, 0.5, 0.75)),
+        ("ShaderNodeObjectInfo", "Object Index", (7.0,) * 3),
+        ("ShaderNodeAttribute", "Color", (0.5, 1.5, 2.5)),
+        ("ShaderNodeVertexColor", "Color", ()),
+        ("ShaderNodeNewGeometry", "Backfacing", ()),
+    ],
+)
+def test_lamps_know_their_object(export, kind, output, expected) -> None:
+    light = add_light("Light", "POINT", energy=2.0, location=(1.0, 2.0, 3.0), pass_index=7)
+    light.color, light["own"] = (0.25, 0.5, 0.75, 1.0), (0.5, 1.5, 2.5)
+    colour = emission(light.data).inputs["Color"]
+    node = add_node(light.data.node_tree, kind)
+    if kind == "ShaderNodeAttribute":
+        node.attribute_type, node.attribute_name = "OBJECT", "own"
+    light.data.node_tree.links.new(node.outputs[output], colour)
+    scene, report = export()
+    found = [light.power for light in scene.lights]
+    assert found == [pytest.approx([2.0 * x for x in expected])] if expected else max(*found) == 0
+    assert ("Light 'Light'", "Point light") in reported(report, "exact")
+
+
+def test_lamps_random_numbers_are_those_of_cycles(scene, export, device, cycles_mean) -> None:
+    scene.render.resolution_x = scene.render.resolution_y = 8
+    plane = add_mesh("Plane", scale=(4, 4, 1))
+    plane.data.materials.append(shader_material("ShaderNodeBsdfDiffuse"))
+    light = add_light("A lamp", "POINT", energy=90.0, location=(0, 0, 2), shadow_soft_size=0.0)
+    strength = emission(light.data).inputs["Strength"]
+    info = add_node(light.data.node_tree, "ShaderNodeObjectInfo")
+    light.data.node_tree.links.new(info.outputs["Random"], strength)
+    ours = render(device, export()[0], width=8, height=8, passes=16)["Direct"]
+    theirs = cycles_mean(16, 0)[..., :3]
+    assert ours.mean() == pytest.approx(theirs.mean(), rel=0.02)
 
 
 def test_skewed_area_lights_are_named(export) -> None:

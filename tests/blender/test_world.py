@@ -236,6 +236,27 @@ def test_missing_image_behind_nodes_is_magenta(scene, export, kind) -> None:
     assert "magenta" in next(e.detail for e in report.of("approximated") if "World" in e.object)
 
 
+@pytest.mark.parametrize(
+    ("kind", "output", "expected"),
+    [
+        ("ShaderNodeVertexColor", "Color", 0.0),
+        ("ShaderNodeAttribute", "Alpha", 1.0),
+        ("ShaderNodeObjectInfo", "Random", 0.0),
+        pytest.param("ShaderNodeUVMap", "UV", 0.0, marks=pytest.mark.thorough),
+        pytest.param("ShaderNodeParticleInfo", "Age", 0.0, marks=pytest.mark.thorough),
+    ],
+)
+def test_what_surfaces_have(scene, export, kind, output, expected) -> None:
+    """Nothing of it, as in Cycles."""
+    tree = new_world(scene)
+    away = add_node(tree, "ShaderNodeInvert", Color=tree.nodes.new(kind).outputs[output])
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=away.outputs[0], Strength=2.0))
+    exported, _ = export()
+    found = exported.lights[0].power if exported.lights else (0.0,) * 3
+    assert found == pytest.approx((2.0 - 2.0 * expected,) * 3, abs=1e-3)
+    assert not exported.images
+
+
 def test_large_images_become_smaller(scene, export, monkeypatch) -> None:
     monkeypatch.setattr(environment, "MOST_PIXELS", 32)
     with_texture(scene, image_of(RANDOM, float_buffer=True))

@@ -85,7 +85,9 @@ def _snapshot(
         matrix = np.array(instance.matrix_world, np.float64)
         if obj.type == "LIGHT" and instance.show_self:
             group = group_of(obj, layer)
-            lights += [replace(x, group=group) for x in export_light(obj, matrix, images, notes)]
+            lights += [
+                replace(x, group=group) for x in export_light(instance, matrix, images, notes)
+            ]
         elif obj.type != "LIGHT":
             follow = partial(tracks.moving, instance, matrix) if tracks else None
             rays = Rays(visible_bits(instance, layer), group_of(obj, layer), terminator_of(obj))

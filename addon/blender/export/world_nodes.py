@@ -30,18 +30,16 @@ FINE = 0.02
 TIMEOUT = 120.0  # [s]
 KEPT = 8  # images of graphs that were evaluated last
 # Types of nodes whose values depend on more than a direction.
-UNSUITED = {
+UNSUITED = {"CAMERA", "LIGHT_PATH", "SCRIPT", "UVALONGSTROKE"}
+# What surfaces have; a world gets no more of it than Cycles gives it, 0 mostly.
+OF_SURFACES = {
     "AMBIENT_OCCLUSION",
     "ATTRIBUTE",
     "BEVEL",
-    "CAMERA",
     "HAIR_INFO",
-    "LIGHT_PATH",
     "OBJECT_INFO",
     "PARTICLE_INFO",
     "POINT_INFO",
-    "SCRIPT",
-    "UVALONGSTROKE",
     "UVMAP",
     "VERTEX_COLOR",
     "VOLUME_INFO",
@@ -161,7 +159,8 @@ class _Description:
         if key in self._numbers:
             return self._numbers[key], _index(node.outputs, output)
         camera = node.type == "TEX_COORD" and output.name in UNSUITED_OUTPUTS
-        if node.type in UNSUITED or camera:
+        of_layer = getattr(node, "attribute_type", "") == "VIEW_LAYER"
+        if node.type in UNSUITED or camera or of_layer:
             raise Unsuited(f"'{node.name}' tells more than a direction")
         values: dict[int, Any] = {}
         links: dict[int, list[int]] = {}

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....photon.scene import Image, Light
+from ..attributes import object_record
 from ..report import Notes
 from . import area, point, spot, sun
 from .common import Lamp, limited, note_light, signed
@@ -25,11 +26,15 @@ READERS: dict[str, Callable[[Lamp], Light | None]] = {
 
 
 def export_light(
-    obj: bpy.types.Object, matrix: NDArray[np.float64], images: list[Image], notes: Notes
+    instance: bpy.types.DepsgraphObjectInstance,
+    matrix: NDArray[np.float64],
+    images: list[Image],
+    notes: Notes,
 ) -> tuple[Light, ...]:
     """Return the light placed by `matrix`, two if it takes light away and gives some; none if it is
     left out. Images that it refers to are appended."""
-    lamp = Lamp(obj, matrix, f"Light '{obj.name}'", notes, images)
+    obj = instance.object
+    lamp = Lamp(obj, matrix, object_record(instance, matrix), f"Light '{obj.name}'", notes, images)
     if obj.data.type not in READERS:
         notes.ignored(lamp.owner, f"{obj.data.type.capitalize()} light", "it is left out")
         return ()

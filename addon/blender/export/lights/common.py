@@ -28,6 +28,7 @@ class Lamp:
 
     obj: bpy.types.Object
     matrix: NDArray[np.float64]  # (4, 4) to the world
+    record: NDArray[np.float64]  # (6, 4) as of Scene.objects
     owner: str  # "Light 'Sun'"
     notes: Notes
     images: list[Image]  # of the scene, to which its own are added
@@ -71,7 +72,7 @@ def finished(lamp: Lamp, light: Light, unnormalized: float) -> Light:
         power *= unnormalized
     # 5.1 deprecates the switch: there, a light with a tree uses it.
     if data.node_tree and (bpy.app.version >= (5, 1) or data.use_nodes):
-        strength = strength_of(data, lamp.matrix, lamp.owner, notes)
+        strength = strength_of(lamp.obj, lamp.matrix, lamp.record, lamp.owner, notes)
         power *= strength.colour
         if strength.gobo is not None:
             light = replace(light, gobo=len(lamp.images))

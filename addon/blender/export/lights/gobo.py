@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..links import Scope, source
 from ..made_nodes import combined, dot, made
-from ..world_nodes import StandIn, Tell, Unsuited, evaluate
+from ..world_nodes import OF_SURFACES, StandIn, Tell, Unsuited, evaluate
 
 KINDS = {"POINT", "SPOT", "AREA"}
 WIDTH = 2048  # [px] of all around: a pixel is a hundredth of a cone of 18 degrees
@@ -26,15 +26,7 @@ BY_DIRECTION = {
     "NEW_GEOMETRY": {"Normal", "True Normal", "Incoming"},
 }
 # What depends on more, or what a world has not.
-UNSUITED = {
-    "TEX_COORD",
-    "NEW_GEOMETRY",
-    "UVMAP",
-    "ATTRIBUTE",
-    "LIGHT_FALLOFF",
-    "TEX_IES",
-    "TANGENT",
-}
+UNSUITED = {*OF_SURFACES, "TEX_COORD", "NEW_GEOMETRY", "LIGHT_FALLOFF", "TEX_IES", "TANGENT"}
 
 
 def colours_of(

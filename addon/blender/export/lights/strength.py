@@ -18,6 +18,7 @@ from ..report import Notes
 from ..world_nodes import Unsuited
 from .gobo import colours_of
 from .ies import UNREADABLE, read_ies
+from .lamp_nodes import readers_of
 
 
 @dataclass(frozen=True)
@@ -36,10 +37,17 @@ class Strength:
 
 
 def strength_of(
-    light: bpy.types.Light, matrix: NDArray[np.float64], owner: str, notes: Notes
+    obj: bpy.types.Object,
+    matrix: NDArray[np.float64],
+    record: NDArray[np.float64],
+    owner: str,
+    notes: Notes,
 ) -> Strength:
-    """Return colour times strength of the Emission node of a light that `matrix` places."""
+    """Return colour times strength of the Emission node of a light that `matrix` places; `record`
+    (6, 4): of its object, as of Scene.objects."""
+    light = obj.data
     graph = graph_of(light, owner, notes)
+    graph.readers = readers_of(record, (obj, light))
     node, _, scope = graph.surface("OUTPUT_LIGHT")
     if node is None:
         return Strength(np.zeros(3))
