@@ -230,3 +230,9 @@ def test_few_lights_far_away_hide_none_nearby(one_bench: Bench) -> None:
 def test_weak_lights_are_drawn(flux: Any, distant: int, asked: Any, drawn: int) -> None:
     found = asked_lights(flux, distant)
     assert (found.lights.tolist(), found.drawn) == (list(asked), drawn)
+
+
+def test_many_dark_lights_ask_for_few_rays() -> None:
+    """As triangles whose emission the nodes make black are."""
+    found = asked_lights(np.array([1.0, *[0.0] * 500]), 0)
+    assert found.lights.tolist() == [0] and 0 < found.drawn < 10

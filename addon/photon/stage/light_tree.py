@@ -59,8 +59,8 @@ def asked_lights(flux: Doubles, distant: int) -> AskedLights:
     if weak.sum() <= max(MOST_ASKED * share, 2 * LEAST_DRAWN):
         return AskedLights(np.arange(len(flux)))
     asked = np.flatnonzero((flux > 0.0) & ~weak)
-    drawn = 2 ** round(math.log2(DRAWN_RAYS * share))  # for few programs
-    return AskedLights(asked, max(drawn, LEAST_DRAWN))
+    drawn = max(DRAWN_RAYS * share, LEAST_DRAWN)  # the others may all be dark
+    return AskedLights(asked, 2 ** round(math.log2(drawn)))  # for few programs
 
 
 @dataclass(frozen=True)
