@@ -31,7 +31,8 @@ Ggx bent_coat_of(Lobe lobe, Shape shape) {
 vec3 own_normal_bent_coat(Lobe lobe, Shape shape) { return normalize(unpack_octahedral(shape.parameters.z, STEPS)); }
 
 vec3 eval_bent_coat(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
-    return cover_of_bent_coat(shape) * eval_microfacets(bent_coat_of(lobe, shape), frame_about(normal), to_viewer, to_light);
+    Ggx coat = bent_coat_of(lobe, shape);
+    return cover_of_bent_coat(shape) * eval_microfacets(coat, frame_about(normal), to_viewer, to_light);
 }
 
 float pdf_bent_coat(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {

@@ -178,7 +178,8 @@ vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float
 #endif
         if (!is_found_for(light, lobe)) continue;
         vec3 normal = normal_of(point, lobe, shape);
-        vec3 reflected = cosine_of(point, lobe, shape, to_light) * eval_lobe(lobe, shape, normal, point.to_viewer, to_light);
+        vec3 reflected = eval_lobe(lobe, shape, normal, point.to_viewer, to_light);
+        reflected *= cosine_of(point, lobe, shape, to_light);
         float counts = 1.0;
 #ifdef WEIGHED
         if (is_weighed) {

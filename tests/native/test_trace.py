@@ -108,6 +108,21 @@ def test_few_rays_hit_what_all_do(case: Case, any_hit: bool) -> None:
         np.testing.assert_array_equal(few, all_of_them)
 
 
+@pytest.mark.parametrize("second", [3, 1])
+def test_trees_that_no_build_makes(second: int) -> None:
+    """Leaves in no order, and an inner node that has no children: every triangle is still there."""
+    missing = [3e38] * 3 + [-1.0] + [-3e38] * 3 + [0.0]
+    child = lambda first, count: [-9.0] * 3 + [first] + [9.0] * 3 + [count]  # noqa: E731
+    rows = [[*child(1, 0), *missing], [*child(0, 1), *child(2, 0)], [*child(1, 1), *child(3, 1)]]
+    if second == 1:
+        rows = [[*child(1, 0), *child(0, 4)], [*missing, *missing]]
+    corners = np.array([[[-1, -1, z], [2, -1, z], [-1, 2, z]] for z in (2, 3, 4, 1.5)], np.float32)
+    ray = [np.array([row], np.float32) for row in ((0, 0, 0), (0, 0, 1))]
+    limits = np.array([np.inf], np.float32), np.array([-1], np.int32)
+    t, triangle, *_ = native.trace(np.array(rows, np.float32), corners, *ray, *limits)
+    assert (t[0], triangle[0]) == (1.5, 3)
+
+
 @pytest.mark.stability(26)
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_useless_rays_miss(case: Case, bad: float) -> None:

@@ -81,8 +81,13 @@ impl Few {
         few
     }
 
-    /// Put one or two in the place of one.
+    /// Put two at most in the place of one; none where an inner node has none.
     fn replace(&mut self, at: usize, with: impl Iterator<Item = Child>) {
+        let mut with = with.peekable();
+        if with.peek().is_none() {
+            self.all[at..self.count].rotate_left(1);
+            self.count -= 1;
+        }
         for (k, child) in with.enumerate() {
             if k > 0 {
                 self.all[at + 1..=self.count].rotate_right(1);
@@ -114,9 +119,11 @@ impl Wide {
                 |child: Child| if child.count > 0 { (child.first, child.count) } else { runs[child.first] };
             let mut parts = Child::all_of(node).map(run);
             let (first, count) = parts.next().unwrap_or_default();
-            let whole = parts
-                .next()
-                .map_or(count, |(next, more)| if next == first + count { count + more } else { 0 });
+            let whole =
+                parts.next().map_or(
+                    count,
+                    |(next, more)| if more > 0 && next == first + count { count + more } else { 0 },
+                );
             runs[row] = (first, if count > 0 { whole } else { 0 });
         }
         let bounds = Child::all_of(&binary[0]).fold(Bounds::EMPTY, |b, child| b.union(&child.bounds));

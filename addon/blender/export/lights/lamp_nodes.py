@@ -52,8 +52,8 @@ def readers_of(
     def read_attribute(
         graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
     ) -> Value:
-        of_mesh = node.attribute_type == "GEOMETRY"
-        found = Value.of(found_property(() if of_mesh else holders, node.attribute_name))
+        of_object = node.attribute_type in ("OBJECT", "INSTANCER")
+        found = Value.of(found_property(holders if of_object else (), node.attribute_name))
         if output.name == "Alpha":
             return found.part("w")
         return found.part("average") if output.name in ("Fac", "Factor") else found
