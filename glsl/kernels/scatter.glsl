@@ -71,8 +71,7 @@ void kernel() {
     bool is_straight = is_transparent(lobe);
     if (is_straight ? chain.passed >= float(transparent_depth) : chain.bounces >= float(chain_depth)) skip();
 #endif
-    vec3 weight, raised = raised_normal(shading.normal, facing.normal, to_viewer);
-    vec3 normal = normal_of_lobe(lobe, shape, shading.normal, raised, facing.normal, to_viewer);
+    vec3 weight, normal = normal_of_lobe(lobe, shape, shading.normal, facing.normal, to_viewer);
     vec3 outgoing = sample_lobe(lobe, shape, normal, to_viewer, u.xy, weight);
 #ifdef NORMALS
     if (is_softened_kind(lobe.kind) && !transmits_kind(lobe.kind)) {

@@ -34,6 +34,11 @@ vec3 normal_of_lobe(Lobe lobe, Shape shape, vec3 shading, vec3 raised, vec3 geom
     return own == vec3(0.0) ? raised : raised_normal(own, geometric, to_viewer);
 }
 
+vec3 normal_of_lobe(Lobe lobe, Shape shape, vec3 shading, vec3 geometric, vec3 to_viewer) {
+    vec3 raised = raised_normal(shading, geometric, to_viewer);
+    return normal_of_lobe(lobe, shape, shading, raised, geometric, to_viewer);
+}
+
 // That of a point's lobes together, about which they gather photons; what has one of its own gathers none.
 vec3 normal_of_lobes(Lobe first, Lobe second, vec3 shading, vec3 geometric, vec3 to_viewer) {
     Lobe last = is_lobe(second) ? second : first;

@@ -234,8 +234,7 @@ Lobes lobes_of(Material material, vec3 position, Facing facing, Shading shading,
         }
 #ifdef LAYERS
         if (k == FOR_LOBE * lobes && draw.seen.over > 0.0) {
-            vec3 raised = raised_normal(shading.normal, facing.normal, to_light);
-            vec3 normal = normal_of_lobe(found.lobe0, found.shape0, shading.normal, raised, facing.normal, to_light);
+            vec3 normal = normal_of_lobe(found.lobe0, found.shape0, shading.normal, facing.normal, to_light);
             vec4 u = reflection_numbers(load_flux());
             onward = lobe_way(found.lobe0, found.shape0, position, facing, normal, to_light, u).direction;
             from = aspect_of_viewer(facing, shading, onward);

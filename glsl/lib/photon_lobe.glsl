@@ -24,8 +24,7 @@ LobeSample sample_photon_lobe(PhotonPoint point, vec3 flux, vec4 u) {
     Lobe lobe = load_lobe0();
     Shape shape = load_shape0();
     vec3 to_light = -point.incoming, shading = point.shading.normal, geometric = point.facing.normal;
-    vec3 raised = raised_normal(shading, geometric, to_light);
-    vec3 normal = normal_of_lobe(lobe, shape, shading, raised, geometric, to_light);
+    vec3 normal = normal_of_lobe(lobe, shape, shading, geometric, to_light);
     Way way = lobe_way(lobe, shape, point.place.position, point.facing, normal, to_light, u);
     vec3 albedo = albedo_lobe(lobe, shape, max(0.0, dot(to_light, shading)));
     float probability = share_left(flux, albedo);

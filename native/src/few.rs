@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::InvalidInput;
 use crate::bounds::Bounds;
-use crate::bvh::{CHILDREN, MAX_DEPTH, NODE_FLOATS};
+use crate::bvh::{CHILDREN, MAX_DEPTH, NODE_FLOATS, box_at};
 use crate::lanes::{Lanes, Plain, Row, WIDTH};
 use crate::trace::child_of;
 use crate::watertight::{Hit, Ray, Slabs};
@@ -30,8 +30,7 @@ pub fn trace(
     let Some(root) = nodes.first() else {
         return Err(InvalidInput("nodes: expected at least one".into()));
     };
-    let corner = |k: usize| [root[k], root[k + 1], root[k + 2], 0.0];
-    let boxes = CHILDREN.map(|at| Bounds { min: corner(at), max: corner(at + 4) });
+    let boxes = CHILDREN.map(|at| box_at(root, at));
     let tree = Binary { nodes, corners, bounds: boxes[0].union(&boxes[1]) };
     let rays = origins.par_iter().zip(directions).with_min_len(RAYS_A_TASK);
     rays.map(|(&[ox, oy, oz, skip], &[dx, dy, dz, t_max])| match Ray::new([ox, oy, oz], [dx, dy, dz]) {

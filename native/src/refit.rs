@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::InvalidInput;
 use crate::bounds::Bounds;
-use crate::bvh::{CHILDREN, NODE_FLOATS, PASS_CHUNK, Skip, box_of, check_indices, cost};
+use crate::bvh::{CHILDREN, NODE_FLOATS, PASS_CHUNK, Skip, box_at, box_of, check_indices, cost};
 use crate::trace::child_of;
 
 /// A BVH of triangles that have moved.
@@ -114,11 +114,6 @@ fn fit_inner(nodes: &mut [[f32; NODE_FLOATS]]) {
             }
         }
     }
-}
-
-fn box_at(node: &[f32; NODE_FLOATS], at: usize) -> Bounds {
-    let corner = |k: usize| [node[k], node[k + 1], node[k + 2], 0.0];
-    Bounds { min: corner(at), max: corner(at + 4) }
 }
 
 fn set_box(node: &mut [f32; NODE_FLOATS], at: usize, bounds: &Bounds) {

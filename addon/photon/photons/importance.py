@@ -32,8 +32,10 @@ class Importance:
     rays: Doubles  # (n, 6) where it started, and where to
     mass: Doubles  # (n,) what it adds to the picture's variance, if none were aimed
     known: float  # the share of what the picture shows that some reached
-    _by_light: dict[int, Importance] = field(default_factory=dict)
-    _about: dict[bytes, tuple[NDArray[np.float32], Doubles]] = field(default_factory=dict)
+    _by_light: dict[int, Importance] = field(init=False, default_factory=dict)
+    _about: dict[bytes, tuple[NDArray[np.float32], Doubles]] = field(
+        init=False, default_factory=dict
+    )
 
     def of(self, light: int) -> Importance:
         """Those of a light."""

@@ -27,6 +27,12 @@ pub const NODE_FLOATS: usize = 16;
 /// Columns of a node at which its children begin.
 pub(crate) const CHILDREN: [usize; 2] = [0, 8];
 
+/// The box about the child that begins at a column of a node.
+pub(crate) fn box_at(node: &[f32; NODE_FLOATS], at: usize) -> Bounds {
+    let corner = |k: usize| [node[k], node[k + 1], node[k + 2], 0.0];
+    Bounds { min: corner(at), max: corner(at + 4) }
+}
+
 /// Cost of visiting an inner node, in ray/triangle tests.
 const TRAVERSAL_COST: f64 = 1.0;
 /// Below this many triangles a task costs more than it gains.

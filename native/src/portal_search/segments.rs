@@ -83,6 +83,19 @@ pub(super) struct Block {
     density: Row,
 }
 
+/// Segments, seen from a portal: its sides, where places are from its middle, how high above its plane, how fast
+/// directions go toward that, how far it is, and where they meet it, along its sides.
+struct AtPlane<L> {
+    across: [L; 3],
+    up: [L; 3],
+    away: [L; 3],
+    high: L,
+    toward: L,
+    far: L,
+    x: L,
+    y: L,
+}
+
 impl Block {
     /// All segments, in order, which see no portal yet; those that fill up the last one see none.
     pub(super) fn all_of(segments: &[Segment]) -> Vec<Block> {
@@ -111,28 +124,38 @@ impl Block {
         segments.chunks(WIDTH).map(block).collect()
     }
 
-    /// The sums with one more portal, as [`crate::portals::Seen`] has it.
     #[inline(always)]
-    fn sums_with<L: Lanes>(&self, portal: &Portal) -> (L, L) {
-        let [[mx, my, mz, width], [cx, cy, cz, height], [ax, ay, az, _]] = *portal;
+    fn at_plane<L: Lanes>(&self, portal: &Portal) -> AtPlane<L> {
+        let [[mx, my, mz, _], [cx, cy, cz, _], [ax, ay, az, _]] = *portal;
         let up = L::splat3(cross([ax, ay, az], [cx, cy, cz]));
         let (across, axis) = (L::splat3([cx, cy, cz]), L::splat3([ax, ay, az]));
         let (place, middle) = (L::load3(&self.place), L::splat3([mx, my, mz]));
         let away = [place[0] - middle[0], place[1] - middle[1], place[2] - middle[2]];
-        let (half_width, half_height) = (L::splat(0.5 * width), L::splat(0.5 * height));
-        let (normal, zero) = (L::load3(&self.normal), L::splat(0.0));
-        let above = L::dot(normal, across).abs() * half_width + L::dot(normal, up).abs() * half_height;
-        let high = L::dot(away, axis);
-        let squared = L::dot(away, away).max(L::splat(1.0e-12));
-        let seen = L::dot(normal, away).less(above) & zero.less(high);
-        let angle = (L::splat(width * height) * high / (squared * squared.sqrt())).keep(seen);
         let direction = L::load3(&self.direction);
-        let toward = zero - L::dot(direction, axis);
+        let (high, toward) = (L::dot(away, axis), L::splat(0.0) - L::dot(direction, axis));
         let far = high / toward;
-        let x = (L::dot(away, across) + far * L::dot(direction, across)).abs();
-        let y = (L::dot(away, up) + far * L::dot(direction, up)).abs();
-        let met = zero.less(toward) & x.less_equal(half_width) & y.less_equal(half_height);
-        let density = (angle * far * far / (L::splat(width * height) * toward)).keep(met & seen);
+        let x = L::dot(away, across) + far * L::dot(direction, across);
+        let y = L::dot(away, up) + far * L::dot(direction, up);
+        AtPlane { across, up, away, high, toward, far, x, y }
+    }
+
+    /// The sums with one more portal, as [`crate::portals::Seen`] has it.
+    #[inline(always)]
+    fn sums_with<L: Lanes>(&self, portal: &Portal) -> (L, L) {
+        let [[.., width], [.., height], _] = *portal;
+        let (plane, zero) = (self.at_plane::<L>(portal), L::splat(0.0));
+        let (half_width, half_height) = (L::splat(0.5 * width), L::splat(0.5 * height));
+        let normal = L::load3(&self.normal);
+        let above =
+            L::dot(normal, plane.across).abs() * half_width + L::dot(normal, plane.up).abs() * half_height;
+        let squared = L::dot(plane.away, plane.away).max(L::splat(1.0e-12));
+        let seen = L::dot(normal, plane.away).less(above) & zero.less(plane.high);
+        let angle = (L::splat(width * height) * plane.high / (squared * squared.sqrt())).keep(seen);
+        let met = zero.less(plane.toward)
+            & plane.x.abs().less_equal(half_width)
+            & plane.y.abs().less_equal(half_height);
+        let density =
+            (angle * plane.far * plane.far / (L::splat(width * height) * plane.toward)).keep(met & seen);
         (L::load(&self.angle) + angle, L::load(&self.density) + density)
     }
 }
@@ -144,19 +167,11 @@ pub(super) type Met = Vec<(usize, [f32; 2])>;
 widest! {
     /// Those that meet it about the portal: `loose` sides from its middle.
     pub(super) fn meet<L>(blocks: &[Block], portal: &Portal, loose: f32, found: &mut Met) {
-        let [[mx, my, mz, width], [cx, cy, cz, height], [ax, ay, az, _]] = *portal;
-        let up = L::splat3(cross([ax, ay, az], [cx, cy, cz]));
-        let (across, axis) = (L::splat3([cx, cy, cz]), L::splat3([ax, ay, az]));
-        let (middle, zero) = (L::splat3([mx, my, mz]), L::splat(0.0));
+        let [[.., width], [.., height], _] = *portal;
         let (far_across, far_up) = (L::splat(loose * width), L::splat(loose * height));
         for (number, block) in blocks.iter().enumerate() {
-            let (place, direction) = (L::load3(&block.place), L::load3(&block.direction));
-            let away = [place[0] - middle[0], place[1] - middle[1], place[2] - middle[2]];
-            let (above, toward) = (L::dot(away, axis), zero - L::dot(direction, axis));
-            let far = above / toward;
-            let x = L::dot(away, across) + far * L::dot(direction, across);
-            let y = L::dot(away, up) + far * L::dot(direction, up);
-            let through = zero.less(above) & above.less(L::load(&block.length) * toward);
+            let AtPlane { high, toward, x, y, .. } = block.at_plane::<L>(portal);
+            let through = L::splat(0.0).less(high) & high.less(L::load(&block.length) * toward);
             let mut lanes = L::bits(through & x.abs().less(far_across) & y.abs().less(far_up));
             let (x, y) = (x.store().0, y.store().0);
             while lanes != 0 {

@@ -8,7 +8,7 @@ mod crossing;
 mod traverse;
 
 use crate::bounds::Bounds;
-use crate::bvh::{CHILDREN, NODE_FLOATS};
+use crate::bvh::{CHILDREN, NODE_FLOATS, box_at};
 use crate::lanes::{Row, WIDTH};
 use crate::watertight::Triangle;
 pub(crate) use crossing::Lifted;
@@ -56,10 +56,10 @@ struct Child {
 impl Child {
     /// Those that a node of a checked tree has.
     fn all_of(node: &[f32; NODE_FLOATS]) -> impl Iterator<Item = Child> {
-        CHILDREN.into_iter().filter(|at| node[at + 3] >= 0.0).map(|at| {
-            let corner = |k: usize| [node[at + k], node[at + k + 1], node[at + k + 2], 0.0];
-            let bounds = Bounds { min: corner(0), max: corner(4) };
-            Child { bounds, first: node[at + 3] as usize, count: node[at + 7] as usize }
+        CHILDREN.into_iter().filter(|at| node[at + 3] >= 0.0).map(|at| Child {
+            bounds: box_at(node, at),
+            first: node[at + 3] as usize,
+            count: node[at + 7] as usize,
         })
     }
 }

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from ..graph import Graph, Reader
 from ..links import Scope
 from ..nodes import READERS
+from ..nodes.attributes import of_attribute
 from ..nodes.objects import read_nothing
 from ..programs import Value
 from ..properties import found_property
 
-OF_SURFACES = (
+TELL_NOTHING = (
     "HAIR_INFO",
     "PARTICLE_INFO",
     "POINT_INFO",
@@ -54,11 +55,9 @@ def readers_of(
     ) -> Value:
         of_object = node.attribute_type in ("OBJECT", "INSTANCER")
         found = Value.of(found_property(holders if of_object else (), node.attribute_name))
-        if output.name == "Alpha":
-            return found.part("w")
-        return found.part("average") if output.name in ("Fac", "Factor") else found
+        return of_attribute(found, output)
 
-    nothing = dict.fromkeys(OF_SURFACES, read_nothing)
+    nothing = dict.fromkeys(TELL_NOTHING, read_nothing)
     own = {"OBJECT_INFO": read_info, "ATTRIBUTE": read_attribute, "NEW_GEOMETRY": _read_geometry}
     return {**READERS, **nothing, **own}
 

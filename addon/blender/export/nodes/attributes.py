@@ -33,6 +33,7 @@ STANDARD = {
     "pointiness": (POINTINESS,),
     "random_per_island": (ISLAND,),
 }
+FACTORS = ("Fac", "Factor")  # names of Attribute's output of a number, by Blender's version
 STRAND = "strand"  # what Hair Info and Point Info tell, by the names of their outputs
 
 
@@ -106,7 +107,7 @@ def read_attribute(
 ) -> Value:
     """Read Attribute; a property of the view layer, the scene or the world is constant."""
     name = node.attribute_name
-    is_factor = output.name in ("Fac", "Factor")
+    is_factor = output.name in FACTORS
     match node.attribute_type:
         case "GEOMETRY" if name in STANDARD:
             found = attribute(graph, *STANDARD[name])
@@ -116,9 +117,14 @@ def read_attribute(
             found = attribute(graph, OBJECT if node.attribute_type == "OBJECT" else INSTANCER, name)
         case _:
             found = Value.of(graph.context.of_view(name))
+    return of_attribute(found, output)
+
+
+def of_attribute(found: Value, output: bpy.types.NodeSocket) -> Value:
+    """What an output of Attribute tells of it."""
     if output.name == "Alpha":
         return found.part("w")
-    return found.part("average") if is_factor else found
+    return found.part("average") if output.name in FACTORS else found
 
 
 def read_colour(
