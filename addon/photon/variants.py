@@ -20,6 +20,7 @@ from .kernels.combine import CombineAll, CombineCaustics, CombineMirror, Combine
 from .kernels.coverage import Coverage
 from .kernels.cuts import Cuts
 from .kernels.direct import LOOKS, Direct, ShadowRays, ShadowThrough
+from .kernels.displacement import Displace
 from .kernels.emitted import Emitted
 from .kernels.eye_rays import EyeRays
 from .kernels.features import Features
@@ -42,6 +43,7 @@ from .photons.device_photon_mapper import ABSORPTION_DEFINE
 from .photons.device_radii import DECLARATIONS
 from .scene import ALL_RAYS, TRANSPARENT
 from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
+from .stage.displacement import defines_of
 from .stage.emissive import TRIANGLE
 from .stage.kinds import camera_kinds, light_kinds, lobe_kinds, node_kinds
 from .stage.light_tables import BoundsOfLights, LightFlux
@@ -258,6 +260,7 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
 
 def _of_programs(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]:
     """Kernels that run programs of materials."""
+    yield Displace, defines_of(scene.programs), scene.made
     yield SurfaceEmission, scene.programs.defines, scene.made
     yield SurfaceEmission, scene.surface_emission_defines, scene.made
     yield Shade, scene.photon_defines, scene.made

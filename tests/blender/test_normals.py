@@ -178,10 +178,10 @@ def lay_out(cases: Mapping[str, Build], subject: Callable[[], None], shader: str
     return across
 
 
-def difference(ours: Any, cycles: Any) -> Any:
-    """Of each pixel that is lit, relative."""
+def difference(ours: Any, cycles: Any, floor: float = FLOOR) -> Any:
+    """Of each pixel that is lit, relative; where it is darker, to so much of the brightest one."""
     lit = (ours.max(-1) > 0) | (cycles.max(-1) > 0)
-    least = max(FLOOR * cycles.max(), 1e-9)
+    least = max(floor * cycles.max(), 1e-9)
     return (np.abs(ours - cycles).max(-1) / np.maximum(cycles.max(-1), least))[lit]
 
 

@@ -161,3 +161,21 @@ def test_many_points_have_thinner_tubes() -> None:
     points = np.random.default_rng(3).random((count, 3))
     firsts = np.arange(0, count + 1, 3, dtype=np.int32)
     assert len(tubes(points, np.ones(count), firsts).triangles) == 6 * 2 * (count // 3)
+
+
+def test_displacement_moves_no_strands(scene, export) -> None:
+    """A material that moves its mesh leaves hair of the same material where it is, as in Cycles."""
+    material = shader_material(DIFFUSE)
+    material.displacement_method = "DISPLACEMENT"
+    tree = material.node_tree
+    move = add_node(tree, "ShaderNodeCombineXYZ", Z=1.0)
+    output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
+    tree.links.new(move.outputs[0], output.inputs["Displacement"])
+    for obj in (hair(), add_mesh("Sheet")):
+        obj.data.materials.append(material)
+    found, _ = export()
+    moves = {
+        name: found.materials[found.material[found.surface == number][0]].displacement
+        for number, name in enumerate(found.surfaces)
+    }
+    assert moves["Hair"] is None and moves["Sheet"].way == (0.0, 0.0, 1.0)

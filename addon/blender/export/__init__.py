@@ -95,7 +95,7 @@ def _snapshot(
     group = group_of(world, layer) if world else ""
     from_world = export_world(world, images, notes, replace(context, attributes=[]))
     lights += [replace(x, group=group) for x in from_world]
-    arrays = geometry.arrays(any(material.program for material in materials.materials))
+    arrays = geometry.arrays(materials.materials)
     exported = Scene(
         camera=camera,
         lights=tuple(lights),

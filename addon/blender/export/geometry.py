@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import ALL_RAYS, TERMINATOR, Moving
+from ...photon.scene import ALL_RAYS, TERMINATOR, Material, Moving
 from . import unsupported
 from .attributes import OF_INSTANCES, corner_attribute, instance_attribute, object_record
 from .hair import hair_of, has_hair
@@ -59,6 +59,7 @@ class Geometry:
     triangles: list[NDArray[np.int32]] = field(default_factory=list)
     corner_normals: list[NDArray[np.float32]] = field(default_factory=list)
     corner_tangents: list[NDArray[np.float32] | None] = field(default_factory=list)
+    flat: list[NDArray[np.bool_]] = field(default_factory=list)
     material: list[NDArray[np.int32]] = field(default_factory=list)
     surface: list[NDArray[np.int32]] = field(default_factory=list)
     surfaces: list[str] = field(default_factory=list)
@@ -130,22 +131,25 @@ class Geometry:
         obj = instance.object
         if not len(mesh.triangles):
             return
+        is_mesh = key not in self._strands
         slots = material_slots(obj, materials, partial(self._is_open, key, notes))
+        slots = slots if is_mesh else np.array([*map(materials.still, slots)], np.int32)
         material = slots[np.clip(mesh.slot, 0, len(slots) - 1)]
         there = material >= 0  # a material without any surface, such as a volume's
         vertices, triangles, normals = placed(mesh, matrix)
-        is_mesh = key not in self._strands
         tangents = self._tangents_of(obj, matrix, material, materials, notes) if is_mesh else None
-        mirrors = is_mirroring(matrix)
+        mirrors, flat = is_mirroring(matrix), mesh.flat
         attributes = self._attributes_of(instance, key, mirrors, material, materials, notes)
         if not there.all():
             triangles, normals, material = triangles[there], normals[there], material[there]
             tangents = None if tangents is None else tangents[there]
+            flat = flat[there]
             attributes = {number: values[there] for number, values in attributes.items()}
         self.vertices.append(vertices)
         self.triangles.append(triangles + np.int32(self.vertex_count))
         self.corner_normals.append(normals)
         self.corner_tangents.append(tangents)
+        self.flat.append(flat)
         self.material.append(material)
         self.surface.append(np.full(len(triangles), len(self.surfaces), np.int32))
         self.surfaces.append(obj.name)
@@ -161,8 +165,11 @@ class Geometry:
                 self.moving.append(moving)
         self.vertex_count += len(vertices)
 
-    def arrays(self, has_programs: bool) -> dict[str, Any]:
-        """Return the fields of Scene that hold geometry; of objects what programs read."""
+    def arrays(self, materials: Sequence[Material]) -> dict[str, Any]:
+        """Return the fields of Scene that hold geometry; of objects what programs read, and which
+        triangles are flat if some may move."""
+        has_programs = any(any(material.programs) for material in materials)
+        moves = any(material.displacement for material in materials)
         terminators = np.array(self.terminators, np.float32)
         own = terminators != np.float32(TERMINATOR)
         objects = np.array(self.objects) if has_programs and self.objects else np.zeros((0, 6, 4))
@@ -173,6 +180,7 @@ class Geometry:
             "triangles": _joined(self.triangles, (0, 3), np.int32),
             "corner_normals": _joined(self.corner_normals, (0, 3, 3), np.float32),
             "corner_tangents": self._joined_tangents(),
+            "flat": _joined(self.flat if moves else [], (0,), np.bool_),
             "material": _joined(self.material, (0,), np.int32),
             "surface": _joined(self.surface, (0,), np.int32),
             "visible": np.array(self.visible if {*self.visible} - {ALL_RAYS} else [], np.uint8),

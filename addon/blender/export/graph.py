@@ -81,6 +81,7 @@ class Graph:
     program: Program = field(default_factory=Program)
     # The world space normal of the smooth surface that displacement makes; None: the mesh's own.
     displaced: Value | None = None
+    undisplaced: bool = False  # asked where the surface was before it moved
     textures: TextureTable | None = None  # None: of images the mean alone is wanted
     shaders: list[Any] = field(default_factory=list)  # under way, with their scopes
     holder: Any = None  # what Blender frees the tree with

@@ -14,10 +14,10 @@ from ...photon.scene import RGB, ROUNDING, Instruction, Lobe, Material, Result, 
 from ...photon.stage.kinds import lobe_kinds
 from ...photon.stage.programs import MOST_REGISTERS, width_of
 from ...photon.stage.spectrum import BANDS
-from .graph import Context, Graph, colour_text, many_calls
+from .displacement import bump_of, displacement_of
+from .graph import Context, colour_text, many_calls
 from .links import is_given
 from .nodes import graph_of
-from .nodes.normals import bump_of_displacement
 from .nodes.views import PATHS
 from .programs import Program, Value
 from .report import Notes
@@ -121,6 +121,17 @@ class MaterialTable:
             self._exported[key] = None if found is None else _Exported(*found, context)
         return key, self._exported[key]
 
+    def still(self, number: int) -> int:
+        """Return the number of the same material that moves no surface, as on hair."""
+        if number == NO_SURFACE or not self.materials[number].displacement:
+            return number
+        material = replace(self.materials[number], displacement=None)
+        if material not in self.materials:
+            self.materials.append(material)
+            self.contexts.append(self.contexts[number])
+            self.tangents.append(self.tangents[number])
+        return self.materials.index(material)
+
     def black(self) -> int:
         """Return the number of a material that reflects nothing."""
         black = Material("", (0.0, 0.0, 0.0))
@@ -168,7 +179,7 @@ class MaterialTable:
         if output is None:
             self.notes.exact(owner, "No Material Output", "black, as in Cycles")
             return BLACK
-        graph.displaced = self._displaced(graph, output, material)
+        graph.displaced = bump_of(graph, output, material)
         node, end, scope = graph.surface("OUTPUT_MATERIAL")
         if node is None:
             if is_given(output.inputs["Volume"], ()):
@@ -183,7 +194,9 @@ class MaterialTable:
         if lobes is CLEAR:
             return CLEAR
         lobes = self._dispersed(lobes, material, owner)
-        return replace(lobes, base=graph.displaced, absorption=absorbed, shades_lamps=stops)
+        moves = displacement_of(graph, output, material)
+        lobes = replace(lobes, base=graph.displaced, absorption=absorbed, shades_lamps=stops)
+        return replace(lobes, displacement=moves)
 
     def _dispersed(self, bsdf: Bsdf, material: bpy.types.Material, owner: str) -> Bsdf:
         """What a material's own Dispersion makes of its glass."""
@@ -197,17 +210,6 @@ class MaterialTable:
             what = f"Abbe number {1.0 / dispersion:.4g}, {BANDS} bands of wavelengths"
             self.notes.exact(owner, "Dispersion", what)
         return found
-
-    def _displaced(
-        self, graph: Graph, output: bpy.types.Node, material: bpy.types.Material
-    ) -> Value | None:
-        """The normal of the surface that a material's displacement makes; None: the mesh's own."""
-        if not is_given(output.inputs["Displacement"], ()):
-            return None
-        if material.displacement_method != "BUMP":
-            what = "its surface is where it was: only its normals bend, as bumps"
-            self.notes.approximated(graph.owner, "Displacement", what)
-        return bump_of_displacement(graph, output.inputs["Displacement"])
 
 
 def has_nodes(owner: bpy.types.Material | bpy.types.World) -> bool:
@@ -287,6 +289,7 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
         bsdf.absorption.rgb,
         bsdf.shades_lamps,
         not bsdf.adds,
+        bsdf.displacement,
     )
     if material.is_too_bright:
         what = f"{_text(material.head_on())} of what it receives: no photon gains by it"

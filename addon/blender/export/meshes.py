@@ -43,6 +43,11 @@ class LocalMesh(Shape):
     corners: NDArray[np.int32]  # (T, 3) indices into normals
     slot: NDArray[np.int32]  # (T,) material slot
 
+    @property
+    def flat(self) -> NDArray[np.bool_]:
+        """(T,) which triangles are not smooth: their corners have one normal."""
+        return self.corners[:, 0] == self.corners[:, 1]
+
 
 def read_mesh(obj: bpy.types.Object, read: Callable[[bpy.types.Mesh], Read]) -> Read:
     """What `read` copies out of Blender of the mesh of an object.

@@ -42,6 +42,8 @@ DIFFUSE = Record("Diffuse", {"albedo": "vec3", "flags": "float"})  # Lambert's l
 LOBE = Record("Lobe", {"colour": "vec3", "kind": "float"})  # kind 0: no lobe
 SHAPE = Record("Shape", {"parameters": "vec3", "weight": "float"})  # weight: see lobe_weight.glsl
 
+WAY = Record("Way", {"way": "vec3", "none": "float"})  # by which a surface moves [m]
+
 # Streams of light.
 RADIANCE = Record("Radiance", {"radiance": "vec3", "alpha": "float"})  # [W/(m^2 sr)]
 # [W/m^2]; `inner` is the channels' mean within the inner radius (density.glsl)

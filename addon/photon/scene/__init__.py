@@ -3,6 +3,7 @@
 
 from .camera import Camera, Lens, Motion
 from .checks import BLACK, RGB
+from .displacement import Displacement
 from .images import Image, Texture
 from .lights import (
     FOUND_BY,
@@ -37,6 +38,7 @@ __all__ = [
     "TERMINATOR",
     "TRANSPARENT",
     "Camera",
+    "Displacement",
     "Image",
     "Instruction",
     "Lens",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import SceneError
 from .checks import BLACK, RGB, check_finite
+from .displacement import Displacement
 from .programs import Program, Varying, check_program
 
 MIRROR = np.inf  # Phong exponent of a perfect mirror
@@ -141,6 +142,7 @@ class Material:
     shades_lamps: bool = False
     # Whether its lobes share what there is, whatever its program gives of each.
     is_mixture: bool = False
+    displacement: Displacement | None = None
 
     def check(self) -> None:
         """Raise SceneError naming the material and the first value out of its range."""
@@ -153,6 +155,13 @@ class Material:
             if lobe.over is not None and lobe.over not in range(number):
                 raise SceneError(f"{who}: {lobe.kind}: over = {lobe.over} is no lobe before it")
         check_program(who, self.program, [self.varying, *(lobe.varying for lobe in self.lobes)])
+        if self.displacement:
+            self.displacement.check(f"{who}: displacement")
+
+    @property
+    def programs(self) -> tuple[Program, ...]:
+        """Its own, and that of its displacement."""
+        return (self.program, self.displacement.program if self.displacement else ())
 
     @property
     def is_emissive(self) -> bool:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..errors import SceneError
 from .camera import Camera
 from .checks import BLACK, check_finite
+from .displacement import Displacement
 from .images import Image, Texture
 from .lights import Light, point_light, spot_light, world_light
 from .materials import Lobe, Material, phong
@@ -62,6 +63,8 @@ class Scene:
     terminators: NDArray[np.float32] = _empty((0,), np.float32)
     # (T, A, 3, 4) that programs ask for, interpolated, such as UV maps. (T, 0, 3, 4): none do.
     corner_attributes: NDArray[np.float32] = _empty((0, 0, 3, 4), np.float32)
+    # (T,) of triangles that are not smooth; (0,): all may be. It matters to what is displaced.
+    flat: NDArray[np.bool_] = _empty((0,), np.bool_)
     # (S, 6, 4): the transform from world space to the object's, three rows; its colour; its place
     # in world space and random number; its index, and zeros. (0, 6, 4): no program asks.
     objects: NDArray[np.float64] = _empty((0, 6, 4), np.float64)
@@ -118,6 +121,7 @@ class Scene:
         visible = len(self.surfaces) if len(self.visible) else 0
         terminators = len(self.surfaces) if len(self.terminators) else 0
         attributes = self.corner_attributes.shape[1:2]
+        flat = count if len(self.flat) else 0
         objects = len(self.surfaces) if len(self.objects) else 0
         for name, shape, dtype in (
             ("vertices", (len(self.vertices), 3), np.float64),
@@ -129,6 +133,7 @@ class Scene:
             ("visible", (visible,), np.uint8),
             ("terminators", (terminators,), np.float32),
             ("corner_attributes", (count if any(attributes) else 0, *attributes, 3, 4), np.float32),
+            ("flat", (flat,), np.bool_),
             ("objects", (objects, 6, 4), np.float64),
         ):
             array = getattr(self, name)
@@ -234,7 +239,9 @@ def _read_material(values: dict[str, Any]) -> Material:
     lobes = tuple(map(_read_lobe, values["lobes"]))
     program = read_program(values.get("program", ()))  # before version 5 there are none
     varying = read_varying(values.get("varying", {}))
-    return Material(**values | {"lobes": lobes, "program": program, "varying": varying})
+    own = {"lobes": lobes, "program": program, "varying": varying}
+    displacement = Displacement.read(values.get("displacement"))
+    return Material(**values | own | {"displacement": displacement})
 
 
 def _read_lobe(values: dict[str, Any]) -> Lobe:
@@ -288,6 +295,7 @@ _LATER = (
     "visible",
     "terminators",
     "corner_attributes",
+    "flat",
     "objects",
 )  # which older files don't have
 

@@ -12,6 +12,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -187,7 +188,7 @@ def check_kinds(scene: Scene) -> None:
             known = {"colour", "covered", "weight", *lobe.parameters}
             _check_varying(f"material {material.name!r}: {lobe.kind}", lobe.varying, known)
         _check_varying(f"material {material.name!r}", material.varying, MATERIAL_VARYING)
-        for instruction in material.program:
+        for instruction in chain(*material.programs):
             _check_instruction(f"material {material.name!r}", instruction)
 
 

@@ -22,6 +22,7 @@ from .textures import TEXTURE_NODE
 
 # More would not fit what GPUs have of memory for each thread that is quick.
 MOST_REGISTERS = 64
+BUMPS = {"bump", "object_bump"}  # kinds of nodes that ask for heights beside a point
 OPERANDS = ("first", "second", "third", "fourth", "fifth", "sixth")[:MOST_OPERANDS]
 
 
@@ -64,7 +65,7 @@ class ProgramNeeds:
     @property
     def bumps(self) -> bool:
         """Whether heights are asked for beside a point."""
-        return "bump" in self.nodes
+        return not BUMPS.isdisjoint(self.nodes)
 
     @property
     def defines(self) -> dict[str, int | float]:

@@ -10,6 +10,7 @@ texels begin a row.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -136,7 +137,7 @@ def advice(textures: Sequence[Texture]) -> str:
 def check_textures(scene: Scene) -> None:
     """Raise SceneError naming the material whose program reads a texture that is not there."""
     for material in scene.materials:
-        for number, instruction in enumerate(material.program):
+        for number, instruction in enumerate(chain(*material.programs)):
             if instruction.kind != TEXTURE_NODE:
                 continue
             who = f"material {material.name!r}: instruction {number}, {TEXTURE_NODE}"

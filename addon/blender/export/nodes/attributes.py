@@ -17,6 +17,7 @@ from .vectors import combined, vector
 
 # Kinds of attributes, most of them of a name.
 GENERATED = "generated"
+AT = "at"  # where they are in the object's space before materials move them
 NORMAL = "normal"  # of the object's space, unit
 TANGENT = "tangent"  # of a UV map, with the sign of the bitangent
 UV = "uv"  # without a name the map that is active in renders
@@ -47,7 +48,22 @@ def attribute(graph: Graph, *what: str) -> Value:
 
 def here(graph: Graph, what: str) -> Value:
     """What a point knows of itself, one of GEOMETRY."""
+    if graph.undisplaced and what == "object position":
+        return in_space(graph, here(graph, "position"), 0)
+    if graph.undisplaced and what == "position":
+        return undisplaced(graph)
     return graph.program.emit("geometry", which=Value.of(GEOMETRY[what]))
+
+
+def undisplaced(graph: Graph) -> Value:
+    """Where a point was before its material moved it, and from there as far along the surface that
+    is there now as it is asked for, as in Cycles."""
+    number, which = Value.of(graph.context.attribute(AT)), Value.of(GEOMETRY["position"])
+    emit, nowhere = graph.program.emit, Value.of((0.0, 0.0, 0.0, 0.0))
+    middle = in_space(graph, emit("attribute", number=number, shift=nowhere), 3)
+    if graph.program.shift == (0.0, 0.0):
+        return middle
+    return middle + emit("geometry", which=which) - emit("geometry", which=which, shift=nowhere)
 
 
 def read_coordinate(
@@ -149,6 +165,8 @@ def read_geometry(
 ) -> Value:
     """Read Geometry, some of which needs what meshes have."""
     match output.name:
+        case "Position":
+            return here(graph, "position")
         case "Tangent":
             return radial_tangent(graph, "Z")
         case "Pointiness":

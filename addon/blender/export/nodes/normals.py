@@ -9,7 +9,8 @@ import bpy
 from ..graph import Graph
 from ..links import Scope, linked
 from ..programs import ZERO, Value, value
-from .attributes import NORMAL, TANGENT, attribute, here
+from .attributes import AT, NORMAL, TANGENT, attribute, here
+from .mapping import in_space
 
 SPACES = {"TANGENT": 0, "OBJECT": 1, "WORLD": 2, "BLENDER_OBJECT": 3, "BLENDER_WORLD": 4}
 WIDTH = 0.1  # the default of a Bump node's Filter Width, and that of displacement
@@ -104,8 +105,34 @@ def bump_of_displacement(graph: Graph, socket: bpy.types.NodeSocket) -> Value | 
     normal = here(graph, "normal")
     ways = graph.beside(socket, (), WIDTH)
     height, along, across = ((way * normal).part("average") * 3.0 for way in ways)
-    found = bent(graph, normal, (height, along, across), value(1.0), value(1.0), WIDTH)
+    if graph.undisplaced:
+        found = bent_in_object(graph, normal, (height, along, across))
+    else:
+        found = bent(graph, normal, (height, along, across), value(1.0), value(1.0), WIDTH)
     return None if found == normal else found
+
+
+def bent_in_object(graph: Graph, normal: Value, heights: tuple[Value, Value, Value]) -> Value:
+    """A normal bent by heights where the surface was, and along and across from there, with the
+    lengths of the object's space, as in Cycles."""
+    if all(height == heights[0] for height in heights):
+        return normal
+    number = value(graph.context.attribute(AT))
+    ways = [
+        graph.program.emit("attribute", number=number, shift=Value.of((x, y, 1.0, 0.0)))
+        for x, y in ((WIDTH, 0.0), (0.0, WIDTH))
+    ]
+    height, along, across = heights
+    found = graph.program.emit(
+        "object_bump",
+        normal=in_space(graph, normal, 2),
+        height=height,
+        along=along,
+        across=across,
+        way_along=ways[0],
+        way_across=ways[1],
+    )
+    return in_space(graph, found, 5)
 
 
 def smooth(graph: Graph) -> Value:

@@ -9,6 +9,7 @@ from enum import Enum
 
 import bpy
 
+from ....photon.scene import Displacement
 from ..graph import Graph
 from ..links import Scope
 from ..programs import ONE, ZERO, Value, math
@@ -63,6 +64,7 @@ class Bsdf:
     absorption: Value = ZERO  # of light inside the mesh [1/m], constant
     shades_lamps: bool = False  # what is transparent of it stops light straight from lamps
     adds: bool = False  # some of its lobes take all that others do, too
+    displacement: Displacement | None = None
 
     @property
     def reflects(self) -> bool:

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Read how nodes of a material move its surface, or bend its normals as if they did."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import bpy
+
+from ...photon.scene import Displacement, Material
+from ...photon.stage.programs import MOST_REGISTERS, width_of
+from .graph import Graph
+from .links import is_given
+from .nodes.normals import bump_of_displacement
+from .programs import Program, Value
+from .triples import triple
+
+SOCKET = "Displacement"
+
+
+def bump_of(graph: Graph, output: bpy.types.Node, material: bpy.types.Material) -> Value | None:
+    """The normal of the smooth surface that a material's displacement makes where the mesh stays
+    as it is, or is coarser; None: the mesh's own."""
+    method = material.displacement_method
+    if method == "DISPLACEMENT" or not is_given(output.inputs[SOCKET], ()):
+        return None
+    if method == "BOTH":
+        graph = replace(graph, undisplaced=True, _known={}, _reading=[])
+    return bump_of_displacement(graph, output.inputs[SOCKET])
+
+
+def displacement_of(
+    graph: Graph, output: bpy.types.Node, material: bpy.types.Material
+) -> Displacement | None:
+    """How it moves vertices; None: it does not."""
+    if material.displacement_method == "BUMP" or not is_given(output.inputs[SOCKET], ()):
+        return None
+    # Where the mesh is, for a program of its own: a scene is moved before it is lit.
+    graph = replace(graph, program=Program(), displaced=None, _known={}, _reading=[])
+    way = graph.value(output.inputs[SOCKET], ())
+    turns = material.displacement_method == "DISPLACEMENT"
+    if way.result is None:
+        return None if way.is_just(0.0) else Displacement(triple(way.colour), (), turns)
+    program, numbers = graph.program.pruned([way.result])
+    result = replace(way.result, instruction=numbers[way.result.instruction])
+    width = width_of(Material("", program=program, varying={SOCKET: result}))
+    if width > MOST_REGISTERS:
+        what = f"its nodes hold {width} values at a time, {MOST_REGISTERS} are possible: none"
+        graph.notes.approximated(graph.owner, SOCKET, what)
+        return None
+    return Displacement(result, program, turns)

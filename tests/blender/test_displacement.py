@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Surfaces that nodes move, against Cycles: their outline, and nearly all pixels within 1 %."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import bpy
+import numpy as np
+import pytest
+
+from .build import add_light, add_node, finish, new_material
+from .test_normals import COLOUR, NEAR, bump, difference, displacement, pictures
+
+pytestmark = pytest.mark.blender
+
+DIFFUSE = "ShaderNodeBsdfDiffuse"
+METHODS = ("DISPLACEMENT", "BOTH")
+CELL = 48  # [px] of a subject, in a cell 3 m wide
+# Of the brightest pixel, where one is darker: Cycles packs normals to 0.001, which shows there.
+GRAZED = 0.1
+WITHIN = 0.92  # creases and outlines are as fine as pixels
+# Where flat triangles keep their normals Blender 5.0 takes those of a smooth mesh.
+UNLIKE = {"BOTH": ("flat ball",)}
+Tree = bpy.types.NodeTree
+Build = Callable[[Tree, bpy.types.Node], None]
+
+
+def ball(smooth: bool = True) -> None:
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=1.0)
+    (bpy.ops.object.shade_smooth if smooth else bpy.ops.object.shade_flat)()
+
+
+def sheet() -> None:
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=60, y_subdivisions=60, size=2.0)
+    bpy.ops.object.shade_smooth()
+
+
+def cube() -> None:
+    """Smooth, so that its corners have normals of their own between sharp edges."""
+    bpy.ops.mesh.primitive_cube_add(size=1.6)
+    obj = bpy.context.object
+    obj.modifiers.new("Bevel", "BEVEL").segments = 4
+    obj.modifiers.new("Subdivision", "SUBSURF").render_levels = 3
+    bpy.ops.object.shade_smooth()
+
+
+def by_noise(coordinate: str, strength: float = 0.3) -> Build:
+    def build(tree: Tree, shader: bpy.types.Node) -> None:
+        place = add_node(tree, "ShaderNodeTexCoord").outputs[coordinate]
+        noise = add_node(tree, "ShaderNodeTexNoise", Vector=place, Scale=2.0, Detail=0.0)
+        node = add_node(tree, "ShaderNodeDisplacement", Height=noise.outputs[0], Scale=strength)
+        output = next(x for x in tree.nodes if x.type == "OUTPUT_MATERIAL")
+        tree.links.new(node.outputs[0], output.inputs["Displacement"])
+
+    return build
+
+
+def straight_up(tree: Tree, shader: bpy.types.Node) -> None:
+    """By a constant."""
+    output = next(x for x in tree.nodes if x.type == "OUTPUT_MATERIAL")
+    way = add_node(tree, "ShaderNodeCombineXYZ", X=0.2, Y=0.1, Z=0.3)
+    tree.links.new(way.outputs[0], output.inputs["Displacement"])
+
+
+CASES: Mapping[str, tuple[Callable[[], None], Build]] = {
+    "ball, Object": (ball, by_noise("Object")),
+    "ball, Generated": (ball, by_noise("Generated")),
+    "ball, UV": (ball, by_noise("UV")),
+    "flat ball": (lambda: ball(False), by_noise("Object")),
+    "sheet": (sheet, by_noise("UV")),
+    "sheet by Normal": (sheet, by_noise("Normal")),
+    "cube": (cube, by_noise("Generated", 0.2)),
+    "ball in the world": (ball, displacement("WORLD")),
+    "sheet and a bump": (sheet, displacement("OBJECT", also=bump(scale=13.0))),
+    "by a constant": (ball, straight_up),
+    **{
+        f"ball by vector {space}": (ball, displacement(space, vector=True))
+        for space in ("TANGENT", "OBJECT", "WORLD")
+    },
+}
+
+
+def lay_out(cases: Mapping[str, tuple[Callable[[], None], Build]], method: str) -> int:
+    """A subject a case, turned and stretched, in rows under a sun; returns the rows' length."""
+    across = math.ceil(math.sqrt(len(cases)))
+    for number, (subject, build) in enumerate(cases.values()):
+        subject()
+        obj = bpy.context.object
+        obj.location = 3.0 * (number % across), 3.0 * (number // across), 0.0
+        obj.scale, obj.rotation_euler = (1.0, 0.8, 1.1), (0.2, 0.15, 0.7)
+        material, tree = new_material()
+        material.displacement_method = method
+        node = add_node(tree, DIFFUSE, Color=COLOUR)
+        finish(tree, node)
+        build(tree, node)
+        obj.data.materials.append(material)
+    sun = add_light("Sun", "SUN", energy=3.0, angle=0.0)
+    sun.rotation_euler = 0.7, 0.4, 0.0
+    scene = bpy.context.scene
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 3.0 * across
+    scene.camera.location = 1.5 * across - 1.5, 1.5 * across - 1.5, 10.0
+    scene.render.resolution_x = scene.render.resolution_y = CELL * across
+    return across
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_option(export, cycles_mean, device, method: str) -> None:
+    cases = {name: case for name, case in CASES.items() if name not in UNLIKE.get(method, ())}
+    across = lay_out(cases, method)
+    ours, cycles = pictures(export, cycles_mean, device)
+    bad: dict[str, Any] = {}
+    for number, name in enumerate(cases):
+        x, y = number % across * CELL, number // across * CELL
+        cell = np.s_[y : y + CELL, x : x + CELL]
+        found = difference(ours[cell], cycles[cell], GRAZED)
+        within = float((found < NEAR).mean())
+        assert len(found) > 200  # pixels that show it
+        if within < WITHIN:
+            bad[name] = f"{within:.1%}"
+    assert not bad, bad
