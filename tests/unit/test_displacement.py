@@ -137,7 +137,7 @@ def test_files_keep_it(tmp_path: Path) -> None:
     flat = np.zeros(len(hills(8).triangles), bool)
     flat[3] = True
     for move in (
-        Displacement(Result(2, "xyzw"), by_normal(), False),
+        Displacement(Result(2, "xyzw"), by_normal(), False, True),
         Displacement((0.0, 1.0, 2.0)),
     ):
         scene = ground(move, flat=flat)

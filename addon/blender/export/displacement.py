@@ -39,8 +39,9 @@ def displacement_of(
     graph = replace(graph, program=Program(), displaced=None, _known={}, _reading=[])
     way = graph.value(output.inputs[SOCKET], ())
     turns = material.displacement_method == "DISPLACEMENT"
+    smooths = not turns and bpy.app.version < (5, 2)
     if way.result is None:
-        return None if way.is_just(0.0) else Displacement(triple(way.colour), (), turns)
+        return None if way.is_just(0.0) else Displacement(triple(way.colour), (), turns, smooths)
     program, numbers = graph.program.pruned([way.result])
     result = replace(way.result, instruction=numbers[way.result.instruction])
     width = width_of(Material("", program=program, varying={SOCKET: result}))
@@ -48,4 +49,4 @@ def displacement_of(
         what = f"its nodes hold {width} values at a time, {MOST_REGISTERS} are possible: none"
         graph.notes.approximated(graph.owner, SOCKET, what)
         return None
-    return Displacement(result, program, turns)
+    return Displacement(result, program, turns, smooths)

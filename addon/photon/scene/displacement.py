@@ -20,6 +20,7 @@ class Displacement:
     # Whether normals become those of the surface where it is then; else they stay, and a bump bends
     # them.
     turns_normals: bool = True
+    smooths: bool = False  # flat triangles, whose normals become those of their vertices before
 
     def check(self, who: str) -> None:
         """Raise SceneError naming the owner and the first thing that is wrong."""
@@ -35,4 +36,6 @@ class Displacement:
             return None
         way = values["way"]
         own = Result(**way) if isinstance(way, Mapping) else tuple(way)
-        return Displacement(own, read_program(values["program"]), values["turns_normals"])
+        return Displacement(
+            own, read_program(values["program"]), values["turns_normals"], values["smooths"]
+        )

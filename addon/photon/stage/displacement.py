@@ -34,7 +34,10 @@ def displaced(scene: Scene, backend: Backend) -> Scene:
         return replace(scene, materials=materials) if any(moves) else scene
     vertices = scene.vertices + _ways(scene, moves, which, backend)
     turned = _wear(scene, [move is not None and move.turns_normals for move in moves])
-    normals = _turned(scene, scene.vertices, vertices, scene.corner_normals, turned)
+    smooth = np.flatnonzero(_wear(scene, [move is not None and move.smooths for move in moves]))
+    normals = scene.corner_normals.copy()
+    normals[smooth] = _smoothed(scene, smooth)
+    normals = _turned(scene, scene.vertices, vertices, normals, turned)
     moving = tuple(_with_normals(one, scene, vertices, turned) for one in scene.moving)
     return replace(
         scene, materials=materials, vertices=vertices, corner_normals=normals, moving=moving
@@ -91,7 +94,7 @@ def _asked_scene(scene: Scene, which: NDArray[np.intp]) -> Scene:
         images=(),
         materials=tuple(map(_asked, scene.materials)),
         triangles=scene.triangles[which],
-        corner_normals=_smoothed(scene, which),
+        corner_normals=_smoothed(scene, which),  # vertices move one way for all about them
         corner_tangents=scene.corner_tangents[:0],
         material=scene.material[which],
         surface=scene.surface[which],
@@ -103,8 +106,7 @@ def _asked_scene(scene: Scene, which: NDArray[np.intp]) -> Scene:
 
 
 def _smoothed(scene: Scene, which: NDArray[np.intp]) -> NDArray[np.float32]:
-    """Corner normals of some triangles; of flat ones the vertices', for these move the same way for
-    all triangles about them."""
+    """Corner normals of some triangles, of flat ones their vertices'."""
     normals = scene.corner_normals[which]
     if len(scene.flat) and scene.flat[which].any():
         spaces, triangles = _spaces(scene)[scene.surface[which]], scene.triangles[which]

@@ -235,6 +235,21 @@ class Nodes:
             self.tree.links.new(self.value(), ranged.inputs["Value"])
             self.tree.links.new(ranged.outputs[0], socket)
 
+    def displace(self, material: bpy.types.Material, output: Node) -> None:
+        """Let a texture move the surface, bend it as if it did, or both."""
+        material.displacement_method = self.dice.choice(["DISPLACEMENT", "BOTH", "BUMP"])
+        if self.chance(0.7):
+            node = self.made("Displacement")
+            self.link(self.texture(), node, "Height")
+            node.inputs["Scale"].default_value = self.dice.uniform(0.02, 0.4)
+        else:
+            node = self.made("VectorDisplacement")
+            self.link(self.texture(), node, "Vector")
+            node.inputs["Scale"].default_value = self.dice.uniform(0.02, 0.3)
+        node.space = self.dice.choice(["OBJECT", "WORLD"])
+        node.inputs["Midlevel"].default_value = self.dice.uniform(0.0, 1.0)
+        self.tree.links.new(node.outputs[0], output.inputs["Displacement"])
+
     def _bumped(self) -> Socket:
         bump = self.made("Bump")
         bump.inputs["Distance"].default_value = self.dice.uniform(0.01, 0.2)
@@ -272,6 +287,9 @@ def material(dice: random.Random) -> bpy.types.Material:
     made, tree = new_material("Material")
     output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
     tree.links.new(Nodes(dice, tree).shader(), output.inputs["Surface"])
+    apart = random.Random(repr(dice.getstate()))  # so that seeds stay the scenes that they were
+    if apart.random() < 0.25:
+        Nodes(apart, tree).displace(made, output)
     return made
 
 
