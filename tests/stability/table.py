@@ -17,6 +17,7 @@ import pytest
 
 from tests.stability.rows import ROWS
 
+IN_TURN = {"physics", "unit"}  # folders
 BACKENDS = {"native", "fragment", "compute"}
 COLUMNS = (3, 34, 24, 40, 32)  # characters: row, case, expected, measured, result
 
@@ -129,15 +130,14 @@ def _is_long(item: pytest.Item) -> bool:
 
 
 def _in_turn(items: list[pytest.Item]) -> Iterator[pytest.Item]:
-    """Of tests of physics that run by several backends, alike in all else, those by each backend
-    whose turn it is not: that backends agree is held elsewhere (tests/kernels, test_layers_agree).
-    """
+    """Of tests IN_TURN that run by several backends, alike in all else, those by each backend whose
+    turn it is not: that backends agree is held elsewhere (tests/kernels, test_layers_agree)."""
     ways: dict[tuple[str, ...], dict[str, pytest.Item]] = {}
     for item in items:
         function, _, given = item.nodeid.partition("[")
         parts = given.rstrip("]").replace(" ", "-").split("-")
         backends = BACKENDS & set(parts)
-        if len(backends) == 1 and "physics" in item.path.parts and not _is_long(item):
+        if len(backends) == 1 and IN_TURN & set(item.path.parts) and not _is_long(item):
             others = (part for part in parts if part not in backends)
             ways.setdefault((function, *others), {}).setdefault(*backends, item)
     for (function, *_), by in ways.items():
