@@ -109,8 +109,7 @@ def _smoothed(scene: Scene, which: NDArray[np.intp]) -> NDArray[np.float32]:
     """Corner normals of some triangles, of flat ones their vertices'."""
     normals = scene.corner_normals[which]
     if len(scene.flat) and scene.flat[which].any():
-        spaces, triangles = _spaces(scene)[scene.surface[which]], scene.triangles[which]
-        by_angle = _vertex_normals(scene.vertices, triangles, spaces, _angles)
+        by_angle = _vertex_normals(scene, scene.vertices, which, _angles)
         flat = scene.flat[which][:, None, None]
         normals = np.where(flat, by_angle, normals).astype(np.float32)
     return normals
@@ -188,13 +187,13 @@ def _turned(
     if not turned.any():
         return normals
     triangles, old = scene.triangles[turned], normals[turned].astype(np.float64)
-    spaces = _spaces(scene)[scene.surface[turned]]
-    new = _vertex_normals(after, triangles, spaces)
-    change = new - _vertex_normals(before, triangles, spaces)
+    found = _vertex_normals(scene, after, turned)
     mean = _mean_about(triangles, old, len(after))[triangles]
     has_one = _mean_about(triangles, (old * mean).sum(axis=2, keepdims=True), len(after))
-    single = has_one[triangles] > 1.0 - SAME
-    found = np.where(single, new, _unit(old + change))
+    several = has_one[triangles][..., 0] <= 1.0 - SAME
+    if several.any():
+        change = found - _vertex_normals(scene, before, turned)
+        found[several] = _unit(old + change)[several]
     if len(scene.flat):
         faces = _unit(np.cross(*_sides(after, triangles)))[:, None]
         found = np.where(scene.flat[turned][:, None, None], faces, found)
@@ -243,19 +242,24 @@ def _sides(
 
 
 def _vertex_normals(
+    scene: Scene,
     vertices: NDArray[np.float64],
-    triangles: NDArray[np.int32],
-    spaces: NDArray[np.float64],
+    which: NDArray[Any],
     weights: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None,
 ) -> NDArray[np.float64]:
-    """(T, 3, 3) unit: at corners those of vertices, to which triangles about them count alike in
-    the spaces (T, 3, 3) of their objects, or by weights (T, 3) of their corners there (T, 3, 3)."""
-    corners = np.einsum("nij,nkj->nki", spaces, vertices[triangles])
+    """(t, 3, 3) unit: at corners of some triangles those of vertices, to which triangles about them
+    count alike in the spaces of their objects, or by weights (t, 3) of their corners there
+    (t, 3, 3)."""
+    triangles, surface = scene.triangles[which], np.zeros(len(vertices), np.intp)
+    surface[triangles] = scene.surface[which, None]
+    spaces = _spaces(scene)
+    hands = np.where(np.linalg.det(spaces) < 0.0, -1.0, 1.0)
+    corners = np.einsum("nij,nj->ni", spaces[surface], vertices)[triangles]
     faces = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))[:, None]
     counted = faces * (weights(corners)[..., None] if weights else np.ones((3, 1)))
-    of_vertices = _sums_about(triangles, counted, len(vertices))[triangles]
-    hands = np.sign(np.linalg.det(spaces))[:, None, None]
-    return _unit(hands * np.einsum("nij,nki->nkj", spaces, of_vertices))
+    sums = hands[surface, None] * _sums_about(triangles, counted, len(vertices))
+    found: NDArray[np.float64] = _unit(np.einsum("nij,ni->nj", spaces[surface], sums))
+    return found[triangles]
 
 
 def _angles(corners: NDArray[np.float64]) -> NDArray[np.float64]:
