@@ -41,7 +41,9 @@ EXCLUDED = {
 # Panels of other engines that serve this one as they are.
 INCLUDED = {
     "EEVEE_MATERIAL_PT_context_material",
+    "EEVEE_MATERIAL_PT_displacement",
     "EEVEE_MATERIAL_PT_surface",
+    "EEVEE_MATERIAL_PT_volume",
     "EEVEE_WORLD_PT_surface",
     "VIEWLAYER_PT_override",
 }
@@ -252,6 +254,18 @@ class MATERIAL_PT_photon_stream_dispersion(EnginePanel, bpy.types.Panel):
             layout.label(text=f"Abbe number {abbe:.4g}", icon="INFO")
 
 
+class MATERIAL_PT_photon_stream_settings(EnginePanel, bpy.types.Panel):
+    bl_label = "Settings"
+    bl_context = "material"
+    subject = "material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.split_layout()
+        layout.prop(context.material, "displacement_method", text="Displacement")
+        layout.prop(context.material, "use_transparent_shadow")
+
+
 class DATA_PT_photon_stream_panorama(EnginePanel, bpy.types.Panel):
     bl_label = "Panorama"
     bl_context = "data"
@@ -332,6 +346,7 @@ CLASSES = (
     RENDER_PT_photon_stream_report,
     VIEWLAYER_PT_photon_stream_passes,
     MATERIAL_PT_photon_stream_dispersion,
+    MATERIAL_PT_photon_stream_settings,
     DATA_PT_photon_stream_panorama,
     DATA_PT_photon_stream_light,
     DATA_PT_photon_stream_spot,

@@ -76,3 +76,10 @@ def test_rays_and_groups(scene) -> None:
     assert of_world == ["lightgroup", "lightgroups"]
     for cls in visibility_panels.CLASSES:
         assert hasattr(bpy.types, cls.__name__)
+
+
+def test_settings_of_materials() -> None:
+    shown = drawn(
+        panels.MATERIAL_PT_photon_stream_settings, material=bpy.data.materials.new("Material")
+    )
+    assert shown == ["displacement_method", "use_transparent_shadow"]

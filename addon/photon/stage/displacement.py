@@ -258,8 +258,8 @@ def _vertex_normals(
     faces = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))[:, None]
     counted = faces * (weights(corners)[..., None] if weights else np.ones((3, 1)))
     sums = hands[surface, None] * _sums_about(triangles, counted, len(vertices))
-    found: NDArray[np.float64] = _unit(np.einsum("nij,ni->nj", spaces[surface], sums))
-    return found[triangles]
+    found: NDArray[np.float64] = _unit(np.einsum("nij,ni->nj", spaces[surface], sums))[triangles]
+    return found
 
 
 def _angles(corners: NDArray[np.float64]) -> NDArray[np.float64]:
