@@ -46,6 +46,7 @@ from .scene import Scene
 from .scene.takes import takes_of
 from .settings import Settings, filter_define
 from .stage.device_scene import DeviceScene
+from .stage.dicing import diced
 from .stage.displacement import displaced
 from .stage.find_needs import find_needs
 from .stage.geometry import Mesh
@@ -71,7 +72,7 @@ def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None 
         settings = replace(settings, denoise=False)
         warnings = (*warnings, f"not denoised: {ABSENT}")
     device.use()
-    scene = _displaced(scene, settings, device)
+    scene = displaced(diced(scene, settings.width), backend_of(settings, device))
     takes = takes_of(scene, settings.transparent)
     if kept:
         kept.limit(len(takes) - 1)
@@ -358,15 +359,6 @@ class _Preparation:
         field = RadiusField(self._backend.radii(deposits, sides, limits))
         self._kept.leave_room(budget.spare(landed))  # while a GPU makes them
         return field
-
-
-def _displaced(scene: Scene, settings: Settings, device: Device) -> Scene:
-    """The scene where materials have moved its surfaces."""
-    try:
-        return displaced(scene, backend_of(settings, device))
-    except StreamError as error:
-        device.trim()
-        raise DeviceError(str(error)) from error
 
 
 def _clamped(scene: Scene) -> tuple[Scene, tuple[str, ...]]:

@@ -190,13 +190,23 @@ def pictures(export, cycles_mean, device, samples: int = 1, **settings: Any) -> 
     scene, report = export()
     lost = [str(entry) for entry in report.entries if entry.status != "exact"]
     assert not lost, lost
+    size = bpy.context.scene.render.resolution_x
+    cycles = of_middles(cycles_mean, samples)
+    return shown(device, scene, **{"width": size, "height": size, **settings}), cycles
+
+
+def of_middles(cycles_mean, samples: int = 1) -> Any:
+    """Cycles', of the middles of pixels, of direct light."""
     cycles = bpy.context.scene.cycles
     cycles.light_sampling_threshold = cycles.max_bounces = 0
     cycles.pixel_filter_type, cycles.filter_width = "BOX", 0.01
-    size = bpy.context.scene.render.resolution_x
+    return cycles_mean(samples, 0)[..., :3]
+
+
+def shown(device, scene, **settings: Any) -> Any:
+    """Ours of the same."""
     exact = {"pixel_filter": "gauss", "pixel_width": 1e-4, "photons": 0, "mirror_depth": 0}
-    images = render(device, scene, width=size, height=size, **{**exact, **settings})
-    return images["Combined"][..., :3], cycles_mean(samples, 0)[..., :3]
+    return render(device, scene, **{**exact, **settings})["Combined"][..., :3]
 
 
 def _thorough(*values: Any) -> Any:

@@ -12,6 +12,7 @@ import numpy as np
 from ...photon.scene import Camera, Image, Light, Scene
 from .camera import View, export_camera
 from .caustics import caustics_of, note_casters
+from .dicing import dicing_of
 from .geometry import Geometry
 from .graph import Context
 from .lights import export_light
@@ -90,7 +91,10 @@ def _snapshot(
             ]
         elif obj.type != "LIGHT":
             follow = partial(tracks.moving, instance, matrix) if tracks else None
-            rays = Rays(visible_bits(instance, layer), group_of(obj, layer), terminator_of(obj))
+            dicing = dicing_of(obj, scene, matrix)
+            rays = Rays(
+                visible_bits(instance, layer), group_of(obj, layer), terminator_of(obj), dicing
+            )
             geometry.add(instance, matrix, rays, materials, notes, follow)
     group = group_of(world, layer) if world else ""
     from_world = export_world(world, images, notes, replace(context, attributes=[]))

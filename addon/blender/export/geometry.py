@@ -65,6 +65,7 @@ class Geometry:
     surfaces: list[str] = field(default_factory=list)
     visible: list[int] = field(default_factory=list)
     terminators: list[float] = field(default_factory=list)
+    dicing: list[tuple[float, float]] = field(default_factory=list)
     groups: list[str] = field(default_factory=list)
     objects: list[NDArray[np.float64]] = field(default_factory=list)
     attributes: list[dict[int, NDArray[np.float32]]] = field(default_factory=list)
@@ -155,6 +156,7 @@ class Geometry:
         self.surfaces.append(obj.name)
         self.visible.append(rays.visible)
         self.terminators.append(rays.terminator)
+        self.dicing.append(rays.dicing if is_mesh else (0.0, 0.0))
         self.groups.append(rays.group)
         self.objects.append(object_record(instance, matrix))
         self.attributes.append(attributes)
@@ -180,6 +182,7 @@ class Geometry:
             "triangles": _joined(self.triangles, (0, 3), np.int32),
             "corner_normals": _joined(self.corner_normals, (0, 3, 3), np.float32),
             "corner_tangents": self._joined_tangents(),
+            "dicing": np.array(self.dicing if moves else [], np.float32).reshape(-1, 2),
             "flat": _joined(self.flat if moves else [], (0,), np.bool_),
             "material": _joined(self.material, (0,), np.int32),
             "surface": _joined(self.surface, (0,), np.int32),

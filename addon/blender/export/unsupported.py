@@ -4,10 +4,9 @@ is reported."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import bpy
 
+from .dicing import adaptive
 from .report import Notes
 
 PASSES = {"use_pass_combined", "use_pass_z", "use_pass_normal"}  # of Blender's, that are rendered
@@ -79,13 +78,10 @@ def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
         if getattr(owner, "shadow_terminator_shading_offset", 0.0) > 0.0:
             what = "light falls on smooth normals as they are"
             notes.ignored(name, "Shadow Terminator Shading Offset", what)
-    is_diced: Any = getattr(getattr(obj, "cycles", None), "use_adaptive_subdivision", False)
-    for modifier in obj.modifiers:
-        if modifier.type == "SUBSURF" and (
-            getattr(modifier, "use_adaptive_subdivision", False) or is_diced
-        ):
-            what = f"subdivided {modifier.render_levels} times, everywhere alike"
-            notes.approximated(name, "Adaptive Subdivision", what)
+    modifier = adaptive(obj)
+    if modifier:
+        what = f"subdivided {modifier.render_levels} times; what nodes displace as small as asked"
+        notes.approximated(name, "Adaptive Subdivision", f"{what}, everywhere alike")
 
 
 def note_material(material: bpy.types.Material, owner: str, notes: Notes) -> None:

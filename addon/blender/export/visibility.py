@@ -19,11 +19,13 @@ GEOMETRY_OFFSET = "shadow_terminator_geometry_offset"
 
 @dataclass(frozen=True)
 class Rays:
-    """Which rays meet an object, where shadow rays begin on it, and whose light its own is."""
+    """Which rays meet an object, where shadow rays begin on it, whose light its own is; and how
+    small its triangles shall be for them."""
 
     visible: int  # bits of Scene.visible
     group: str = ""  # of Scene.light_groups
     terminator: float = TERMINATOR  # of Scene.terminators
+    dicing: tuple[float, float] = (0.0, 0.0)  # of Scene.dicing
 
 
 def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.ViewLayer) -> int:

@@ -65,6 +65,9 @@ class Scene:
     corner_attributes: NDArray[np.float32] = _empty((0, 0, 3, 4), np.float32)
     # (T,) of triangles that are not smooth; (0,): all may be. It matters to what is displaced.
     flat: NDArray[np.bool_] = _empty((0,), np.bool_)
+    # (S, 2) how long sides of triangles of displaced surfaces may be: [px], and [m]; 0: as they
+    # are. (0, 2): that is everywhere.
+    dicing: NDArray[np.float32] = _empty((0, 2), np.float32)
     # (S, 6, 4): the transform from world space to the object's, three rows; its colour; its place
     # in world space and random number; its index, and zeros. (0, 6, 4): no program asks.
     objects: NDArray[np.float64] = _empty((0, 6, 4), np.float64)
@@ -122,6 +125,7 @@ class Scene:
         terminators = len(self.surfaces) if len(self.terminators) else 0
         attributes = self.corner_attributes.shape[1:2]
         flat = count if len(self.flat) else 0
+        dicing = len(self.surfaces) if len(self.dicing) else 0
         objects = len(self.surfaces) if len(self.objects) else 0
         for name, shape, dtype in (
             ("vertices", (len(self.vertices), 3), np.float64),
@@ -134,6 +138,7 @@ class Scene:
             ("terminators", (terminators,), np.float32),
             ("corner_attributes", (count if any(attributes) else 0, *attributes, 3, 4), np.float32),
             ("flat", (flat,), np.bool_),
+            ("dicing", (dicing, 2), np.float32),
             ("objects", (objects, 6, 4), np.float64),
         ):
             array = getattr(self, name)
@@ -296,6 +301,7 @@ _LATER = (
     "terminators",
     "corner_attributes",
     "flat",
+    "dicing",
     "objects",
 )  # which older files don't have
 

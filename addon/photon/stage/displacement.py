@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import TABLE_WIDTH, Defines, Stream
+from ...streams import TABLE_WIDTH, Defines, Stream, StreamError
 from ..backends.backend import Backend
+from ..errors import DeviceError
 from ..kernels.displacement import Displace
 from ..scene import Displacement, Material, Moving, Result, Scene
 from .device_scene import DeviceScene
@@ -26,13 +27,17 @@ SAME = 1e-4  # between normals of smooth corners about a vertex that has one alo
 
 def displaced(scene: Scene, backend: Backend) -> Scene:
     """The scene where materials have moved its vertices, as Cycles does: each by what the first
-    triangle about it says, and smooth normals along with them."""
+    triangle about it says, and smooth normals along with them. DeviceError when OpenGL fails."""
     moves = [material.displacement for material in scene.materials]
     which = np.flatnonzero(_wear(scene, [move is not None for move in moves]))
     materials = tuple(replace(material, displacement=None) for material in scene.materials)
     if not len(which):
         return replace(scene, materials=materials) if any(moves) else scene
-    vertices = scene.vertices + _ways(scene, moves, which, backend)
+    try:
+        vertices = scene.vertices + _ways(scene, moves, which, backend)
+    except StreamError as error:
+        backend.device.trim()
+        raise DeviceError(str(error)) from error
     turned = _wear(scene, [move is not None and move.turns_normals for move in moves])
     smooth = np.flatnonzero(_wear(scene, [move is not None and move.smooths for move in moves]))
     normals = scene.corner_normals.copy()
