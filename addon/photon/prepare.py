@@ -46,8 +46,6 @@ from .scene import Scene
 from .scene.takes import takes_of
 from .settings import Settings, filter_define
 from .stage.device_scene import DeviceScene
-from .stage.dicing import diced
-from .stage.displacement import displaced
 from .stage.find_needs import find_needs
 from .stage.geometry import Mesh
 from .stage.kinds import check_kinds
@@ -72,7 +70,10 @@ def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None 
         settings = replace(settings, denoise=False)
         warnings = (*warnings, f"not denoised: {ABSENT}")
     device.use()
-    scene = displaced(diced(scene, settings.width), backend_of(settings, device))
+    keeps = kept or Kept(device, budget=0)
+    scene = keeps.displaced(scene, settings.width, backend_of(settings, device))
+    if not kept:
+        keeps.release()
     takes = takes_of(scene, settings.transparent)
     if kept:
         kept.limit(len(takes) - 1)

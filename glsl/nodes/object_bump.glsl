@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A unit normal of the object's space bent by a height that is known at the point and beside it, two ways away: as bump
-// has it, where the surface was before it was displaced.
+// has it, where the surface was before it was displaced, as Cycles has it (svm_node_set_bump).
 // Operands: normal, height along across, way_along, way_across.
 
 vec4 run_object_bump(vec4 normal, vec4 height, vec4 way_along, vec4 way_across) {

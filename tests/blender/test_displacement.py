@@ -65,6 +65,15 @@ def by_noise(coordinate: str, strength: float = 0.3) -> Build:
     return build
 
 
+def by_incoming(tree: Tree, shader: bpy.types.Node) -> None:
+    """Where it is looked at along its normals."""
+    way = add_node(tree, "ShaderNodeNewGeometry").outputs["Incoming"]
+    noise = add_node(tree, "ShaderNodeTexNoise", Vector=way, Scale=1.0, Detail=0.0)
+    move = add_node(tree, "ShaderNodeDisplacement", Height=noise.outputs[0], Scale=0.3)
+    output = next(x for x in tree.nodes if x.type == "OUTPUT_MATERIAL")
+    tree.links.new(move.outputs[0], output.inputs["Displacement"])
+
+
 def straight_up(tree: Tree, shader: bpy.types.Node) -> None:
     """By a constant."""
     output = next(x for x in tree.nodes if x.type == "OUTPUT_MATERIAL")
@@ -83,6 +92,7 @@ CASES: Mapping[str, tuple[Callable[[], None], Build]] = {
     "ball in the world": (ball, displacement("WORLD")),
     "sheet and a bump": (sheet, displacement("OBJECT", also=bump(scale=13.0))),
     "by a constant": (ball, straight_up),
+    "by Incoming": (ball, by_incoming),
     **{
         f"ball by vector {space}": (ball, displacement(space, vector=True))
         for space in ("TANGENT", "OBJECT", "WORLD")

@@ -179,3 +179,22 @@ def test_displacement_moves_no_strands(scene, export) -> None:
         for number, name in enumerate(found.surfaces)
     }
     assert moves["Hair"] is None and moves["Sheet"].way == (0.0, 0.0, 1.0)
+
+
+def test_strands_are_bent_where_they_are(scene, export) -> None:
+    """What is displaced and bent asks where it was: of hair, where it is."""
+    material = shader_material(DIFFUSE)
+    material.displacement_method = "BOTH"
+    tree = material.node_tree
+    place = add_node(tree, "ShaderNodeTexCoord").outputs["Object"]
+    noise = add_node(tree, "ShaderNodeTexNoise", Vector=place)
+    move = add_node(tree, "ShaderNodeDisplacement", Height=noise.outputs[0])
+    output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
+    tree.links.new(move.outputs[0], output.inputs["Displacement"])
+    hair().data.materials.append(material)
+    found, _ = export()
+    places = found.vertices[found.triangles]
+    assert any(
+        np.allclose(found.corner_attributes[:, i, :, :3], places, atol=1e-5)
+        for i in range(found.corner_attributes.shape[1])
+    )

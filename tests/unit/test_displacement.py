@@ -12,13 +12,15 @@ import pytest
 
 from addon.photon.backends.backend import backend_of
 from addon.photon.errors import SceneError
+from addon.photon.photons import kept
+from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
 from addon.photon.scene import Displacement, Instruction, Material, Moving, Result, Scene
 from addon.photon.settings import Settings
 from addon.photon.stage.displacement import displaced
 from addon.streams import Device
 from tests.measure import render
-from tests.scenes import hills
+from tests.scenes import camera, hills
 
 WAYS = ["native", "fragment", "compute"]
 SIZE: dict[str, Any] = {"width": 24, "height": 24, "photons": 4000}
@@ -46,7 +48,7 @@ def ground(move: Displacement | None, **others: Any) -> Scene:
 
 
 def moved(scene: Scene, device: Device, way: str = "auto") -> Scene:
-    return displaced(scene, backend_of(Settings(backend=way), device))
+    return Kept(device, budget=0).displaced(scene, 24, backend_of(Settings(backend=way), device))
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -131,6 +133,50 @@ def test_what_bends_is_displaced_at_each_step(device: Device) -> None:
     of_steps = found.normals[:, found.corners]
     for step, slope in enumerate(((-1.0, 0.0, 1.0), (-1.0, -1.0, 1.0))):
         assert np.allclose(of_steps[step], slope / np.linalg.norm(slope), atol=1e-5)
+
+
+def test_flat_ones_that_become_smooth_do_so_at_each_step(device: Device) -> None:
+    """As Blender before 5.2 has what is displaced and bent, whether it moves or not."""
+    rough = ground(Displacement(Result(2), by_normal(), turns_normals=False, smooths=True))
+    vertices = rough.vertices.copy()
+    own = rough.surface == 0
+    level = np.unique(rough.triangles[own])
+    vertices[level, 2] = 0.2 * np.sin(3.0 * vertices[level, 0])
+    scene = replace(rough, vertices=vertices, flat=own)
+    run = int(scene.triangles[own].min()), int(scene.triangles[own].max()) + 1
+    bent = np.zeros((2, run[1] - run[0], 3), np.float32)
+    moving = Moving(run, offsets=bent, normals=np.zeros((2, 0, 3), np.float32))
+    still = moved(scene, device)
+    found = moved(replace(scene, moving=(moving,), shutter=(1.0,)), device).moving[0]
+    assert not np.allclose(still.corner_normals[own][:, 0], still.corner_normals[own][:, 1])
+    for normals in found.normals:
+        assert np.allclose(normals[found.corners], still.corner_normals[own], atol=1e-5)
+
+
+def test_zero_normals_are_flat(device: Device) -> None:
+    scene = ground(Displacement(Result(2), by_normal()))
+    found = moved(replace(scene, corner_normals=np.zeros_like(scene.corner_normals)), device)
+    slope = np.array((-1.0, 0.0, 1.0)) / np.sqrt(2.0)
+    assert np.allclose(found.corner_normals[scene.surface == 0], slope, atol=1e-5)
+
+
+def test_while_the_camera_moves_it_is_done_once(device: Device, monkeypatch: Any) -> None:
+    keeps, runs = Kept(device), []
+    monkeypatch.setattr(kept, "displaced", lambda *given: runs.append(1) or displaced(*given))
+    scene = ground(Displacement(Result(2), by_normal()))
+    backend = backend_of(Settings(), device)
+    first = keeps.displaced(scene, 24, backend)
+    seen = replace(scene, camera=camera((0, -4, 4), (0, 0, 0)))
+    second = keeps.displaced(seen, 24, backend)
+    assert runs == [1] and second.vertices is first.vertices and second.camera is seen.camera
+    # Sizes in pixels depend on it.
+    sizes = np.array([(40.0, 0.0), (0.0, 0.0)], np.float32)
+    near = replace(scene, camera=camera((0, -1, 1), (0, 0, 0)), dicing=sizes)
+    counts = [
+        len(keeps.displaced(x, 512, backend).triangles) for x in (replace(seen, dicing=sizes), near)
+    ]
+    assert runs == [1, 1, 1] and counts[0] < counts[1]
+    keeps.release()
 
 
 def test_files_keep_it(tmp_path: Path) -> None:

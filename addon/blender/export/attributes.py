@@ -15,7 +15,6 @@ from .hashes import WHOLE, hashed, hashed_name
 from .instances import Instances
 from .mesh_shape import of_vertices, pointiness, random_per_island
 from .nodes.attributes import (
-    AT,
     COLOUR,
     FACTOR,
     GENERATED,
@@ -30,6 +29,7 @@ from .nodes.attributes import (
     STANDARD,
     STRAND,
     TANGENT,
+    UNDISPLACED,
     UV,
 )
 from .properties import found_property
@@ -54,7 +54,7 @@ def corner_attribute(
     nothing = np.zeros((len(triangles), 3, 4), np.float32)
     if what[0] == GENERATED:
         found = generated(mesh)[triangles]
-    elif what[0] == AT:
+    elif what[0] == UNDISPLACED:
         found = positions_of(mesh)[triangles].astype(np.float64)
     elif what[0] == UV and (what[1] or len(mesh.uv_layers)):  # else nothing, unlike for tangents
         found = uv_of(mesh, triangles, what[1])

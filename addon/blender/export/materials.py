@@ -76,6 +76,7 @@ class MaterialTable:
     contexts: list[Context] = field(default_factory=list)  # of each of the materials
     _exported: dict[str | None, _Exported | None] = field(default_factory=dict)
     _numbers: dict[tuple[str | None, bool], int] = field(default_factory=dict)
+    _still: dict[int, int] = field(default_factory=dict)
     _averages: dict[str, RGB | None] = field(default_factory=dict)
 
     def index_of(
@@ -125,12 +126,12 @@ class MaterialTable:
         """Return the number of the same material that moves no surface, as on hair."""
         if number == NO_SURFACE or not self.materials[number].displacement:
             return number
-        material = replace(self.materials[number], displacement=None)
-        if material not in self.materials:
-            self.materials.append(material)
+        if number not in self._still:
+            self._still[number] = len(self.materials)
+            self.materials.append(replace(self.materials[number], displacement=None))
             self.contexts.append(self.contexts[number])
             self.tangents.append(self.tangents[number])
-        return self.materials.index(material)
+        return self._still[number]
 
     def black(self) -> int:
         """Return the number of a material that reflects nothing."""
@@ -157,7 +158,7 @@ class MaterialTable:
         if (width := width_of(exported)) > MOST_REGISTERS:
             what = f"they hold {width} values at a time, {MOST_REGISTERS} are possible: left out"
             self.notes.approximated(owner, "Nodes", what)
-            lobes = replace(principled.default(), tangent=None)
+            lobes = replace(principled.default(), tangent=None, displacement=lobes.displacement)
             exported = bounded(lobes, Program(), material.name, owner, self.notes)
         if exported.filters_no_lamps:
             what = "off: it stops light straight from lamps, and lets the world's through"

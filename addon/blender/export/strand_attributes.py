@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .attributes import as_number, padded
 from .hair import uv_of_hair
 from .hashes import WHOLE, hashed
-from .nodes.attributes import COLOUR, FACTOR, GENERATED, NAMED, STRAND, UV
+from .nodes.attributes import COLOUR, FACTOR, GENERATED, NAMED, STRAND, UNDISPLACED, UV
 from .strands import TYPES, Strands, read_numbers
 
 Floats = NDArray[np.float64]
@@ -25,6 +25,8 @@ def strand_attribute(
         found = _own(what[1], strands)
     elif what[0] == GENERATED:
         found = _generated(strands, obj)
+    elif what[0] == UNDISPLACED:
+        found = strands.vertices[strands.triangles].astype(np.float64)
     elif obj.type == "MESH":  # it has grown on it
         name = what[1] if len(what) > 1 else ""
         if what[0] == UV or (what[0] in (NAMED, FACTOR) and name in obj.data.uv_layers):

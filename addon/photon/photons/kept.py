@@ -12,11 +12,14 @@ from typing import Any, NamedTuple
 
 from ...streams import Device
 from ..backends.backend import Backend
+from ..errors import DeviceError
 from ..film.denoise import Opened
 from ..scene import Scene
 from ..scene.snapshot import same
 from ..settings import Settings
 from ..stage.device_scene import DeviceScene
+from ..stage.dicing import diced
+from ..stage.displacement import displaced
 from ..stage.geometry import Mesh, frame_of
 from ..stage.movement import Movement
 from ..stage.textures import Texels
@@ -43,6 +46,12 @@ class _Pass(NamedTuple):
     dropped: int
 
 
+class _Displaced(NamedTuple):
+    given: Scene
+    view: tuple[Any, ...]  # by which it was cut
+    made: Scene
+
+
 class Kept:
     """Keeps one scene and its photons on a device, for one renderer at a time.
 
@@ -64,6 +73,7 @@ class Kept:
         self._before = 0, 0  # photons unfinished and dropped when it was
         self._beside: list[Kept] = []  # of the scene's other takes
         self._opened: Opened | None = None
+        self._displaced: _Displaced | None = None
 
     def device_scene(self, scene: Scene, backend: Backend) -> DeviceScene:
         """A scene on the device: what is there, if nothing but the view has changed. Another one
@@ -83,6 +93,33 @@ class Kept:
         del tree
         self._scene = DeviceScene.build(scene, backend, frame, mesh, self._texels, movement)
         return self._scene
+
+    def displaced(self, scene: Scene, width: int, backend: Backend) -> Scene:
+        """A scene whose materials have moved its surfaces, cut for a picture so many pixels wide:
+        what is there, if nothing but the view has changed. DeviceError when OpenGL fails."""
+        if not any(material.displacement for material in scene.materials):
+            self._displaced = None
+            return scene
+        there = self._displaced
+        is_same = there is not None and same_but_view(there.given, scene)
+        if there and is_same and there.view == _view_of(scene, width):
+            return replace(there.made, camera=scene.camera)
+        self._displaced = there = None
+        cut = diced(scene, width)
+        try:
+            made = self._moved(cut, backend)
+        except DeviceError:  # there may be room without what is kept
+            self.device.drop_spare()
+            self.release()
+            made = self._moved(cut, backend)
+        self._displaced = _Displaced(scene, _view_of(scene, width), made)
+        return made
+
+    def _moved(self, scene: Scene, backend: Backend) -> Scene:
+        if self._texels and not self._texels.are_of(scene):
+            self._release_scene()
+        self._texels = Texels.of(self.device, scene, self._texels)
+        return displaced(scene, backend, self._texels)
 
     def opened(self) -> Opened:
         """OpenImageDenoise, which stays open from one render to the next."""
@@ -176,7 +213,7 @@ class Kept:
         self._texels = None
         if self._opened:
             self._opened.release()
-        self._opened = None
+        self._opened = self._displaced = None
         self.limit(0)
 
     def _release_scene(self) -> None:
@@ -186,6 +223,14 @@ class Kept:
         if self._scene:
             self._scene.tables.release()
         self._scene = self._tracing = None
+
+
+def _view_of(scene: Scene, width: int) -> tuple[Any, ...]:
+    """What the sizes of triangles depend on, where any are by pixels."""
+    if not len(scene.dicing):
+        return ()
+    camera = scene.camera
+    return width, camera.kind, camera.window, camera.matrix.tobytes()
 
 
 def same_but_view(one: Scene, other: Scene) -> bool:

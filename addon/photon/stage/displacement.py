@@ -22,28 +22,33 @@ from .textures import Texels
 
 ASKED = "diffuse"  # what a material's program gives, by the kernel
 WEIGHTS = np.array(((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))  # u and v of the corners of a triangle
-SAME = 1e-4  # between normals of smooth corners about a vertex that has one alone
+FLATTENED = 1e-12  # of its longest side cubed: what has less volume has no inverse
+# Between normals of smooth corners about a vertex that has one alone: they are float32, turned.
+SAME = 1e-4
 
 
-def displaced(scene: Scene, backend: Backend) -> Scene:
-    """The scene where materials have moved its vertices, as Cycles does: each by what the first
-    triangle about it says, and smooth normals along with them. DeviceError when OpenGL fails."""
+def displaced(scene: Scene, backend: Backend, texels: Texels | None) -> Scene:
+    """The scene where materials have moved its vertices, as Cycles does (mesh_displace.cpp): each
+    by what the first triangle about it says, and smooth normals along with them.
+
+    `texels`: the scene's textures. DeviceError when OpenGL fails.
+    """
     moves = [material.displacement for material in scene.materials]
     which = np.flatnonzero(_wear(scene, [move is not None for move in moves]))
     materials = tuple(replace(material, displacement=None) for material in scene.materials)
     if not len(which):
         return replace(scene, materials=materials) if any(moves) else scene
+    flat = scene.flat if len(scene.flat) else np.zeros(len(scene.triangles), bool)
+    whole = replace(scene, flat=flat | ~scene.corner_normals.any(axis=(1, 2)))
     try:
-        vertices = scene.vertices + _ways(scene, moves, which, backend)
+        vertices = scene.vertices + _ways(whole, moves, which, backend, texels)
     except StreamError as error:
         backend.device.trim()
         raise DeviceError(str(error)) from error
     turned = _wear(scene, [move is not None and move.turns_normals for move in moves])
-    smooth = np.flatnonzero(_wear(scene, [move is not None and move.smooths for move in moves]))
-    normals = scene.corner_normals.copy()
-    normals[smooth] = _smoothed(scene, smooth)
-    normals = _turned(scene, scene.vertices, vertices, normals, turned)
-    moving = tuple(_with_normals(one, scene, vertices, turned) for one in scene.moving)
+    smooth = _wear(scene, [move is not None and move.smooths for move in moves]) & whole.flat
+    normals = _normals(whole, scene.vertices, vertices, turned, smooth)
+    moving = tuple(_with_normals(one, whole, vertices, turned, smooth) for one in scene.moving)
     return replace(
         scene, materials=materials, vertices=vertices, corner_normals=normals, moving=moving
     )
@@ -56,7 +61,11 @@ def _wear(scene: Scene, of_material: list[bool]) -> NDArray[np.bool_]:
 
 
 def _ways(
-    scene: Scene, moves: list[Displacement | None], which: NDArray[np.intp], backend: Backend
+    scene: Scene,
+    moves: list[Displacement | None],
+    which: NDArray[np.intp],
+    backend: Backend,
+    texels: Texels | None,
 ) -> NDArray[np.float64]:
     """(V, 3) by which vertices move [m]: those of some triangles that have an area."""
     asked = _asked_scene(scene, which)
@@ -75,16 +84,11 @@ def _ways(
         elif move:
             ways[own == number] = move.way
     if by_program.any():
-        texels = Texels.of(backend.device, asked, None)
-        tables = None
+        made = DeviceScene.build(asked, backend, frame, mesh, texels)
         try:
-            made = DeviceScene.build(asked, backend, frame, mesh, texels)
-            tables = made.tables
             ways[by_program] = _by_programs(made, place[triangle[by_program]], corner[by_program])
         finally:
-            for own_textures in (tables, texels):
-                if own_textures:
-                    own_textures.release()
+            made.tables.release()
     found = np.zeros_like(scene.vertices)
     found[vertex] = np.where(np.isfinite(ways).all(axis=1, keepdims=True), ways, 0.0)
     return found
@@ -99,7 +103,10 @@ def _asked_scene(scene: Scene, which: NDArray[np.intp]) -> Scene:
         images=(),
         materials=tuple(map(_asked, scene.materials)),
         triangles=scene.triangles[which],
-        corner_normals=_smoothed(scene, which),  # vertices move one way for all about them
+        # Of flat triangles their vertices', which move one way for all about them.
+        corner_normals=_smoothed(
+            scene, scene.vertices, np.isin(np.arange(len(scene.flat)), which) & scene.flat
+        )[which],
         corner_tangents=scene.corner_tangents[:0],
         material=scene.material[which],
         surface=scene.surface[which],
@@ -108,16 +115,6 @@ def _asked_scene(scene: Scene, which: NDArray[np.intp]) -> Scene:
         moving=(),
         shutter=(),
     )
-
-
-def _smoothed(scene: Scene, which: NDArray[np.intp]) -> NDArray[np.float32]:
-    """Corner normals of some triangles, of flat ones their vertices'."""
-    normals = scene.corner_normals[which]
-    if len(scene.flat) and scene.flat[which].any():
-        by_angle = _vertex_normals(scene, scene.vertices, which, _angles)
-        flat = scene.flat[which][:, None, None]
-        normals = np.where(flat, by_angle, normals).astype(np.float32)
-    return normals
 
 
 def _asked(material: Material) -> Material:
@@ -164,8 +161,7 @@ def _run(
     streams = {name: Stream(kernel.device, record, (count, 1)) for name, record in ports.items()}
     hits, rays = np.zeros((2, count, 4), np.float32)
     hits[:, 0], hits[:, 1], hits[:, 2:] = 1.0, places + 1, WEIGHTS[corners]
-    a, b, c = (made.mesh.triangles[places][name].astype(np.float64) for name in "abc")
-    rays[:, :3] = -_unit(np.cross(b - a, c - a))
+    rays[:, :3] = -_looked_at(made.mesh, places, corners)
     try:
         streams["hit"].upload(hits[None])
         streams["direction"].upload(rays[None])
@@ -177,18 +173,43 @@ def _run(
     return found
 
 
-def _turned(
+def _looked_at(
+    mesh: Mesh, places: NDArray[np.intp], corners: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """(n, 3) unit, to who looks at corners: along their normals, as in Cycles, unless these are
+    behind."""
+    faces = _face_normals(mesh.corners[places, :, :3].astype(np.float64))
+    of_corners = np.stack([mesh.normals[places][name] for name in "abc"], axis=1)
+    normals: NDArray[np.float64] = of_corners[np.arange(len(places)), corners].astype(np.float64)
+    is_before = (normals * faces).sum(axis=1, keepdims=True) > 1e-3
+    return np.where(is_before, normals, faces)
+
+
+def _smoothed(
+    scene: Scene, vertices: NDArray[np.float64], which: NDArray[np.bool_]
+) -> NDArray[np.float32]:
+    """Corner normals (T, 3, 3), of some triangles their vertices'."""
+    normals = scene.corner_normals
+    if which.any():
+        normals = normals.copy()
+        normals[which] = _vertex_normals(scene, vertices, which, _angles)
+    return normals
+
+
+def _normals(
     scene: Scene,
     before: NDArray[np.float64],
     after: NDArray[np.float64],
-    normals: NDArray[np.float32],
     turned: NDArray[np.bool_],
+    smooth: NDArray[np.bool_],
 ) -> NDArray[np.float32]:
-    """Corner normals (T, 3, 3) where vertices have moved, of the triangles that are turned (T,).
+    """Corner normals (T, 3, 3) where vertices have moved, of triangles that are turned (T,), and of
+    those that become smooth where they were (T,).
 
     As Cycles has it: of smooth ones those of their vertices, to which each triangle counts alike;
     where these have several, each by as much as that one changes.
     """
+    normals = _smoothed(scene, before, smooth)
     if not turned.any():
         return normals
     triangles, old = scene.triangles[turned], normals[turned].astype(np.float64)
@@ -199,30 +220,42 @@ def _turned(
     if several.any():
         change = found - _vertex_normals(scene, before, turned)
         found[several] = _unit(old + change)[several]
-    if len(scene.flat):
-        faces = _unit(np.cross(*_sides(after, triangles)))[:, None]
-        found = np.where(scene.flat[turned][:, None, None], faces, found)
+    flat = scene.flat[turned][:, None, None]
     made = normals.copy()
-    made[turned] = found
+    made[turned] = np.where(flat, _face_normals(after[triangles])[:, None], found)
     return made
 
 
 def _with_normals(
-    moving: Moving, scene: Scene, vertices: NDArray[np.float64], turned: NDArray[np.bool_]
+    moving: Moving,
+    scene: Scene,
+    vertices: NDArray[np.float64],
+    turned: NDArray[np.bool_],
+    smooth: NDArray[np.bool_],
 ) -> Moving:
     """What bends, with the normals of the surface where it is at each step."""
     first, last = moving.vertices
     own = (scene.triangles[:, 0] >= first) & (scene.triangles[:, 0] < last)
-    if not moving.bends or not moving.normals.shape[1] or not (own & turned).any():
+    is_flat = not moving.normals.shape[1]
+    if not moving.bends or not (own & (smooth if is_flat else turned | smooth)).any():
         return moving
+    part = replace(
+        scene,
+        triangles=scene.triangles[own] - np.int32(first),
+        surface=scene.surface[own],
+        flat=scene.flat[own],
+    )
     steps = []
     for offsets, normals in zip(moving.offsets, moving.normals, strict=True):
-        before, after = scene.vertices.copy(), vertices.copy()
-        before[first:last] += offsets
-        after[first:last] += offsets
-        corners = scene.corner_normals.copy()
-        corners[own] = normals[moving.corners]
-        steps.append(_turned(scene, before, after, corners, own & turned)[own].reshape(-1, 3))
+        before, after = (x[first:last] + offsets for x in (scene.vertices, vertices))
+        corners = (
+            np.repeat(_face_normals(after[part.triangles])[:, None], 3, axis=1)
+            if is_flat
+            else normals[moving.corners]
+        )
+        there = replace(part, corner_normals=corners.astype(np.float32))
+        found = _normals(there, before, after, turned[own], smooth[own])
+        steps.append(found.reshape(-1, 3))
     order = np.arange(3 * own.sum(), dtype=np.int32).reshape(-1, 3)
     return replace(moving, normals=np.array(steps, np.float32), corners=order)
 
@@ -233,17 +266,19 @@ def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _spaces(scene: Scene) -> NDArray[np.float64]:
-    """(S, 3, 3) from world space to that of each surface's object."""
-    if not len(scene.objects):
-        return np.tile(np.eye(3), (len(scene.surfaces), 1, 1))
-    return scene.objects[:, :3, :3]
+    """(S, 3, 3) from world space to that of each surface's object; of flattened ones none."""
+    spaces = np.tile(np.eye(3), (len(scene.surfaces), 1, 1))
+    if len(scene.objects):
+        own = scene.objects[:, :3, :3]
+        volume = np.abs(np.linalg.det(own))
+        is_whole = volume > FLATTENED * np.abs(own).max(axis=(1, 2)) ** 3
+        spaces[is_whole] = own[is_whole]
+    return spaces
 
 
-def _sides(
-    vertices: NDArray[np.float64], triangles: NDArray[np.int32]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
-    return b - a, c - a
+def _face_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(T, 3) unit, of triangles (T, 3, 3)."""
+    return _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
 
 
 def _vertex_normals(
@@ -260,8 +295,9 @@ def _vertex_normals(
     spaces = _spaces(scene)
     hands = np.where(np.linalg.det(spaces) < 0.0, -1.0, 1.0)
     corners = np.einsum("nij,nj->ni", spaces[surface], vertices)[triangles]
-    faces = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))[:, None]
-    counted = faces * (weights(corners)[..., None] if weights else np.ones((3, 1)))
+    counted = _face_normals(corners)[:, None] * (
+        weights(corners)[..., None] if weights else np.ones((3, 1))
+    )
     sums = hands[surface, None] * _sums_about(triangles, counted, len(vertices))
     found: NDArray[np.float64] = _unit(np.einsum("nij,ni->nj", spaces[surface], sums))[triangles]
     return found

@@ -70,7 +70,7 @@ class Texels:
     def of(device: Device, scene: Scene, before: Texels | None) -> Texels | None:
         """Those of a scene, if it has any: the ones from before, if they are the same. What is
         `before` must not be used after that."""
-        if before and same(before._textures, scene.textures):
+        if before and before.are_of(scene):
             return before
         if before:
             before.release()
@@ -79,6 +79,10 @@ class Texels:
         texels = Texels(device, scene.textures)
         texels.upload()
         return texels
+
+    def are_of(self, scene: Scene) -> bool:
+        """Whether they are those of a scene."""
+        return same(self._textures, scene.textures)
 
     def upload(self) -> None:
         """Send them; SceneError names the largest one if the device cannot hold so many."""

@@ -17,7 +17,7 @@ from .vectors import combined, vector
 
 # Kinds of attributes, most of them of a name.
 GENERATED = "generated"
-AT = "at"  # where they are in the object's space before materials move them
+UNDISPLACED = "undisplaced"  # where they are in the object's space before materials move them
 NORMAL = "normal"  # of the object's space, unit
 TANGENT = "tangent"  # of a UV map, with the sign of the bitangent
 UV = "uv"  # without a name the map that is active in renders
@@ -58,7 +58,7 @@ def here(graph: Graph, what: str) -> Value:
 def undisplaced(graph: Graph) -> Value:
     """Where a point was before its material moved it, and from there as far along the surface that
     is there now as it is asked for, as in Cycles."""
-    number, which = Value.of(graph.context.attribute(AT)), Value.of(GEOMETRY["position"])
+    number, which = Value.of(graph.context.attribute(UNDISPLACED)), Value.of(GEOMETRY["position"])
     emit, nowhere = graph.program.emit, Value.of((0.0, 0.0, 0.0, 0.0))
     middle = in_space(graph, emit("attribute", number=number, shift=nowhere), 3)
     if graph.program.shift == (0.0, 0.0):

@@ -9,7 +9,7 @@ import bpy
 from ..graph import Graph
 from ..links import Scope, linked
 from ..programs import ZERO, Value, value
-from .attributes import AT, NORMAL, TANGENT, attribute, here
+from .attributes import NORMAL, TANGENT, UNDISPLACED, attribute, here
 from .mapping import in_space
 
 SPACES = {"TANGENT": 0, "OBJECT": 1, "WORLD": 2, "BLENDER_OBJECT": 3, "BLENDER_WORLD": 4}
@@ -117,7 +117,7 @@ def bent_in_object(graph: Graph, normal: Value, heights: tuple[Value, Value, Val
     lengths of the object's space, as in Cycles."""
     if all(height == heights[0] for height in heights):
         return normal
-    number = value(graph.context.attribute(AT))
+    number = value(graph.context.attribute(UNDISPLACED))
     ways = [
         graph.program.emit("attribute", number=number, shift=Value.of((x, y, 1.0, 0.0)))
         for x, y in ((WIDTH, 0.0), (0.0, WIDTH))
