@@ -46,6 +46,12 @@ class Moving:
         """Whether its shape changes."""
         return len(self.offsets) > 0
 
+    def owns(self, triangles: NDArray[np.int32]) -> NDArray[np.bool_]:
+        """(T,) which of a scene's triangles (T, 3) are between its vertices."""
+        first, last = self.vertices
+        found: NDArray[np.bool_] = (triangles[:, 0] >= first) & (triangles[:, 0] < last)
+        return found
+
     def check(self, vertices: int, triangles: NDArray[np.int32]) -> None:
         """Raise SceneError if it does not fit a scene of so many vertices, or is not finite."""
         first, last = self.vertices
@@ -65,7 +71,7 @@ class Moving:
             raise SceneError(f"{who}: offsets {self.offsets.shape}, expected {shape}")
         if not self.normals.shape[1]:
             return
-        own = int(((triangles[:, 0] >= first) & (triangles[:, 0] < last)).sum())
+        own = int(self.owns(triangles).sum())
         if self.corners.shape != (own, 3):
             raise SceneError(f"{who}: corners {self.corners.shape} of {own} triangles")
         if own and not 0 <= self.corners.min() <= self.corners.max() < self.normals.shape[1]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Camera, Scene
+from .normals import mean_about, unit
 
 MOST_TRIANGLES = 1 << 20  # that all such surfaces have together
 MOST_LEVELS = 12
@@ -24,11 +25,13 @@ def diced(scene: Scene, width: int) -> Scene:
         return scene
     lengths = _lengths(scene)
     pixels = lengths / _pixel_at(scene.camera, scene.vertices[scene.triangles].mean(axis=1), width)
-    cut = _numbers_of_moving(scene)
+    moves = np.zeros(len(scene.triangles), bool)
+    for one in scene.moving:  # whose movement is told of each of its vertices
+        moves |= one.owns(scene.triangles)
     wanted = np.zeros(len(scene.triangles))
     for found, most in ((pixels, scene.dicing[:, 0]), (lengths, scene.dicing[:, 1])):
         limit = most[scene.surface]
-        asks = (limit > 0.0) & moved[scene.material] & ~cut & np.isfinite(found)
+        asks = (limit > 0.0) & moved[scene.material] & ~moves & np.isfinite(found)
         np.divide(found, limit, out=wanted, where=asks)
     levels = np.zeros(len(scene.surfaces), np.intp)
     np.maximum.at(levels, scene.surface, np.ceil(np.log2(np.maximum(wanted, 1.0))).astype(np.intp))
@@ -43,15 +46,6 @@ def _affordable(levels: NDArray[np.intp], counts: NDArray[np.intp]) -> NDArray[n
     while (counts * 4**levels)[levels > 0].sum() > MOST_TRIANGLES:
         levels = np.where(levels == levels.max(), levels - 1, levels)
     return levels
-
-
-def _numbers_of_moving(scene: Scene) -> NDArray[np.bool_]:
-    """(T,) which triangles are of vertices that move: what tells how says so of each of these."""
-    first = scene.triangles[:, 0]
-    found = np.zeros(len(first), bool)
-    for one in scene.moving:
-        found |= (first >= one.vertices[0]) & (first < one.vertices[1])
-    return found
 
 
 def _lengths(scene: Scene) -> NDArray[np.float64]:
@@ -88,15 +82,14 @@ def _quartered(scene: Scene, which: NDArray[np.bool_]) -> Scene:
     ab, bc, ca = middle.T
     cut = np.stack([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]).transpose(2, 0, 1)
     first, last = (scene.vertices[end] for end in ends.T)
-    of_first, of_last = (_vertex_normals(scene, which)[end] for end in ends.T)
+    normals = _vertex_normals(scene, which)
+    of_first, of_last = (normals[end] for end in ends.T)
     way = last - first
     rise = (way * of_last).sum(axis=1, keepdims=True) * of_last
     rise -= (way * of_first).sum(axis=1, keepdims=True) * of_first
     added = 0.5 * (first + last) + 0.125 * rise
-    normals = _cut(scene.corner_normals[which])
-    length = np.linalg.norm(normals, axis=2, keepdims=True)
-    normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
-    there = {"triangles": cut.reshape(-1, 3), "corner_normals": normals}
+    there = {"triangles": cut.reshape(-1, 3)}
+    there["corner_normals"] = unit(_cut(scene.corner_normals[which]))
     there |= {name: np.repeat(getattr(scene, name)[which], 4) for name in ("material", "surface")}
     if len(scene.flat):
         there["flat"] = np.repeat(scene.flat[which], 4)
@@ -126,12 +119,7 @@ def _cut(values: NDArray[np.float32]) -> NDArray[np.float32]:
 def _vertex_normals(scene: Scene, which: NDArray[np.bool_]) -> NDArray[np.float64]:
     """(V, 3) unit, of vertices of some triangles that have one normal; else 0: sides there are
     straight."""
-    corners, normals = (
-        scene.triangles[which].reshape(-1),
-        scene.corner_normals[which].reshape(-1, 3),
-    )
-    count = np.bincount(corners, minlength=len(scene.vertices))[:, None]
-    sums = np.stack([np.bincount(corners, x, len(scene.vertices)) for x in normals.T], axis=1)
-    mean = sums / np.maximum(count, 1)
+    corners = scene.triangles[which], scene.corner_normals[which]
+    mean = mean_about(*corners, len(scene.vertices))
     length = np.linalg.norm(mean, axis=1, keepdims=True)
     return np.where(length > 1.0 - SAME, mean / np.maximum(length, SAME), 0.0)

@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import TABLE_WIDTH, Defines, Stream, StreamError
+from ...streams import TABLE_WIDTH, Defines, StreamError
 from ..backends.backend import Backend
 from ..errors import DeviceError
 from ..kernels.displacement import Displace
 from ..scene import Displacement, Material, Moving, Result, Scene
 from .device_scene import DeviceScene
 from .geometry import Mesh, frame_of
+from .normals import face_normals, mean_about, sums_about, unit
+from .points import asked_at
 from .programs import ProgramNeeds
 from .textures import Texels
 
@@ -71,8 +73,7 @@ def _ways(
     asked = _asked_scene(scene, which)
     frame = frame_of(asked)
     mesh = Mesh.build(asked, frame)
-    place = np.full(len(which), -1)
-    place[mesh.tree.order] = np.arange(len(mesh.tree.order))
+    place = mesh.places_of(np.arange(len(which)))
     numbers = np.flatnonzero(place >= 0)
     vertex, first = np.unique(asked.triangles[numbers].reshape(-1), return_index=True)
     triangle, corner = numbers[first // 3], first % 3
@@ -137,7 +138,10 @@ def _by_programs(
     try:
         for first in range(0, len(places), TABLE_WIDTH):
             some = slice(first, first + TABLE_WIDTH)
-            found[some] = _run(kernel, made, places[some], corners[some], tables)
+            looked_at = _looked_at(made.mesh, places[some], corners[some])
+            found[some] = asked_at(
+                kernel, places[some], WEIGHTS[corners[some]], -looked_at[None], tables
+            )[0]
     finally:
         kernel.release()
     return found
@@ -149,36 +153,12 @@ def defines_of(needs: ProgramNeeds) -> Defines:
     return {name: value for name, value in needs.defines.items() if name != "BUMPS"}
 
 
-def _run(
-    kernel: Displace,
-    made: DeviceScene,
-    places: NDArray[np.intp],
-    corners: NDArray[np.intp],
-    tables: dict[str, Any],
-) -> NDArray[np.float64]:
-    """(n, 3), looked at from outside."""
-    count, ports = len(places), {**kernel.inputs, **kernel.outputs}
-    streams = {name: Stream(kernel.device, record, (count, 1)) for name, record in ports.items()}
-    hits, rays = np.zeros((2, count, 4), np.float32)
-    hits[:, 0], hits[:, 1], hits[:, 2:] = 1.0, places + 1, WEIGHTS[corners]
-    rays[:, :3] = -_looked_at(made.mesh, places, corners)
-    try:
-        streams["hit"].upload(hits[None])
-        streams["direction"].upload(rays[None])
-        kernel.run(streams, tables)
-        found: NDArray[np.float64] = streams["way"].download()[0, :, :3].astype(np.float64)
-    finally:
-        for stream in streams.values():
-            stream.release()
-    return found
-
-
 def _looked_at(
     mesh: Mesh, places: NDArray[np.intp], corners: NDArray[np.intp]
 ) -> NDArray[np.float64]:
     """(n, 3) unit, to who looks at corners: along their normals, as in Cycles, unless these are
     behind."""
-    faces = _face_normals(mesh.corners[places, :, :3].astype(np.float64))
+    faces = face_normals(mesh.corners[places, :, :3].astype(np.float64))
     of_corners = np.stack([mesh.normals[places][name] for name in "abc"], axis=1)
     normals: NDArray[np.float64] = of_corners[np.arange(len(places)), corners].astype(np.float64)
     is_before = (normals * faces).sum(axis=1, keepdims=True) > 1e-3
@@ -214,15 +194,15 @@ def _normals(
         return normals
     triangles, old = scene.triangles[turned], normals[turned].astype(np.float64)
     found = _vertex_normals(scene, after, turned)
-    mean = _mean_about(triangles, old, len(after))[triangles]
-    has_one = _mean_about(triangles, (old * mean).sum(axis=2, keepdims=True), len(after))
+    mean = mean_about(triangles, old, len(after))[triangles]
+    has_one = mean_about(triangles, (old * mean).sum(axis=2, keepdims=True), len(after))
     several = has_one[triangles][..., 0] <= 1.0 - SAME
     if several.any():
         change = found - _vertex_normals(scene, before, turned)
-        found[several] = _unit(old + change)[several]
+        found[several] = unit(old + change)[several]
     flat = scene.flat[turned][:, None, None]
     made = normals.copy()
-    made[turned] = np.where(flat, _face_normals(after[triangles])[:, None], found)
+    made[turned] = np.where(flat, face_normals(after[triangles])[:, None], found)
     return made
 
 
@@ -234,8 +214,7 @@ def _with_normals(
     smooth: NDArray[np.bool_],
 ) -> Moving:
     """What bends, with the normals of the surface where it is at each step."""
-    first, last = moving.vertices
-    own = (scene.triangles[:, 0] >= first) & (scene.triangles[:, 0] < last)
+    (first, last), own = moving.vertices, moving.owns(scene.triangles)
     is_flat = not moving.normals.shape[1]
     if not moving.bends or not (own & (smooth if is_flat else turned | smooth)).any():
         return moving
@@ -249,7 +228,7 @@ def _with_normals(
     for offsets, normals in zip(moving.offsets, moving.normals, strict=True):
         before, after = (x[first:last] + offsets for x in (scene.vertices, vertices))
         corners = (
-            np.repeat(_face_normals(after[part.triangles])[:, None], 3, axis=1)
+            np.repeat(face_normals(after[part.triangles])[:, None], 3, axis=1)
             if is_flat
             else normals[moving.corners]
         )
@@ -258,11 +237,6 @@ def _with_normals(
         steps.append(found.reshape(-1, 3))
     order = np.arange(3 * own.sum(), dtype=np.int32).reshape(-1, 3)
     return replace(moving, normals=np.array(steps, np.float32), corners=order)
-
-
-def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
 
 
 def _spaces(scene: Scene) -> NDArray[np.float64]:
@@ -274,11 +248,6 @@ def _spaces(scene: Scene) -> NDArray[np.float64]:
         is_whole = volume > FLATTENED * np.abs(own).max(axis=(1, 2)) ** 3
         spaces[is_whole] = own[is_whole]
     return spaces
-
-
-def _face_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(T, 3) unit, of triangles (T, 3, 3)."""
-    return _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
 
 
 def _vertex_normals(
@@ -295,34 +264,17 @@ def _vertex_normals(
     spaces = _spaces(scene)
     hands = np.where(np.linalg.det(spaces) < 0.0, -1.0, 1.0)
     corners = np.einsum("nij,nj->ni", spaces[surface], vertices)[triangles]
-    counted = _face_normals(corners)[:, None] * (
+    counted = face_normals(corners)[:, None] * (
         weights(corners)[..., None] if weights else np.ones((3, 1))
     )
-    sums = hands[surface, None] * _sums_about(triangles, counted, len(vertices))
-    found: NDArray[np.float64] = _unit(np.einsum("nij,ni->nj", spaces[surface], sums))[triangles]
+    sums = hands[surface, None] * sums_about(triangles, counted, len(vertices))
+    found: NDArray[np.float64] = unit(np.einsum("nij,ni->nj", spaces[surface], sums))[triangles]
     return found
 
 
 def _angles(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """(T, 3) of triangles (T, 3, 3)."""
-    to_next = _unit(np.roll(corners, -1, axis=1) - corners)
+    to_next = unit(np.roll(corners, -1, axis=1) - corners)
     cosines = -(to_next * np.roll(to_next, 1, axis=1)).sum(axis=2)
     found: NDArray[np.float64] = np.arccos(np.clip(cosines, -1.0, 1.0))
     return found
-
-
-def _mean_about(
-    triangles: NDArray[np.int32], values: NDArray[np.float64], count: int
-) -> NDArray[np.float64]:
-    """(V, n) of what corners (T, 3, n) have."""
-    number = np.bincount(triangles.reshape(-1), minlength=count)[:, None]
-    found: NDArray[np.float64] = _sums_about(triangles, values, count) / np.maximum(number, 1)
-    return found
-
-
-def _sums_about(
-    triangles: NDArray[np.int32], values: NDArray[np.float64], count: int
-) -> NDArray[np.float64]:
-    corners = triangles.reshape(-1)
-    rows = values.reshape(len(corners), -1).T
-    return np.stack([np.bincount(corners, row, count) for row in rows], axis=1)

@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import TABLE_WIDTH, Device, Stream
+from ...streams import TABLE_WIDTH, Device
 from ...streams.device import Layer
 from ..kernels.records import LIGHT
 from ..kernels.surface_emission import SurfaceEmission
 from ..scene import FOUND_BY, RAY_BITS, Scene
 from .geometry import Mesh
 from .kinds import light_kinds
+from .normals import unit
+from .points import asked_at
 from .programs import ProgramNeeds, of_emission
 
 TRIANGLE = "triangle"  # the kind
@@ -61,16 +63,6 @@ def emits_for_some_only(scene: Scene, mesh: Mesh) -> bool:
     return bool((found_by(scene, emissive_triangles(scene, mesh)) & wanted != wanted).any())
 
 
-def _places(mesh: Mesh, numbers: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Where in a mesh triangles of these numbers are; -1: nowhere, they have no area."""
-    order = np.argsort(mesh.triangles["number"])
-    there = mesh.triangles["number"][order]
-    if not len(there):
-        return np.full(len(numbers), -1)
-    at = np.minimum(np.searchsorted(there, numbers), len(there) - 1)
-    return np.where(there[at] == numbers, order[at], -1)
-
-
 def triangle_lights(scene: Scene, mesh: Mesh, radiance: NDArray[np.float64]) -> NDArray[Any]:
     """(n,) of LIGHT, of the emissive ones, of a radiance (n, 3); which of them photons start at is
     not said yet. Those that have no area in the mesh are dark."""
@@ -78,7 +70,7 @@ def triangle_lights(scene: Scene, mesh: Mesh, radiance: NDArray[np.float64]) -> 
     table = LIGHT.zeros(len(numbers))
     if not len(numbers):
         return table
-    places = _places(mesh, numbers)
+    places = mesh.places_of(numbers)
     is_there = places >= 0
     table["kind"], table["parameters"][:, 3] = light_kinds()[TRIANGLE].number, numbers
     table["axis"], table["across"] = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
@@ -114,17 +106,12 @@ def mean_emission(
     needs = ProgramNeeds.of_some(scene, of_emission)
     kernel = SurfaceEmission(device, layer, needs.defines, made=needs.made)
     tables = {name: textures[name] for name in kernel.tables}
-    places = _places(mesh, numbers)
+    places = mesh.places_of(numbers)
     wanted = np.flatnonzero(np.isin(number, varying) & (places >= 0))
     for first in range(0, len(wanted), TABLE_WIDTH):
         some = wanted[first : first + TABLE_WIDTH]
         found[some] = _emission_of(kernel, mesh.triangles[places[some]], places[some], tables)
     kernel.release()
-    return found
-
-
-def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    found: NDArray[np.float64] = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
     return found
 
 
@@ -146,23 +133,13 @@ def _emission_of(
     places: NDArray[np.intp],
     tables: Mapping[str, Any],
 ) -> NDArray[np.float64]:
-    size = len(places), POINTS
-    ports = {**kernel.inputs, **kernel.outputs}
-    streams = {name: Stream(kernel.device, record, size) for name, record in ports.items()}
     a, b, c = (triangles[corner].astype(np.float64) for corner in "abc")
-    normals = _unit(np.cross(b - a, c - a))
+    normals = unit(np.cross(b - a, c - a))
     # Points of a sequence that covers the square evenly (Roberts 2018), folded to the triangle.
     u, v = ((np.arange(POINTS)[:, None] + 0.5) * (0.7548776662, 0.5698402909)).T % 1.0
     folded = u + v > 1.0
     u, v = np.where(folded, 1.0 - u, u), np.where(folded, 1.0 - v, v)
-    hits, rays = (np.zeros((POINTS, len(places), 4), np.float32) for _ in range(2))
-    hits[..., 0], hits[..., 1] = 1.0, places + 1
-    hits[..., 2], hits[..., 3] = u[:, None], v[:, None]
-    rays[..., :3] = _to_them(_unit(b - a), normals)
-    streams["hit"].upload(hits)
-    streams["direction"].upload(rays)
-    kernel.run(streams, tables)
-    mean: NDArray[np.float64] = streams["emission"].download()[..., :3].mean(axis=0, dtype=float)
-    for stream in streams.values():
-        stream.release()
+    weights = np.stack([u, v], axis=1)[:, None]
+    found = asked_at(kernel, places, weights, _to_them(unit(b - a), normals), tables)
+    mean: NDArray[np.float64] = found.mean(axis=0, dtype=float)
     return mean

@@ -117,6 +117,13 @@ class Mesh:
         """The triangles as (K, 3, 4) numbers."""
         return self.triangles.view(np.float32).reshape(-1, 3, 4)
 
+    def places_of(self, numbers: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Where among its triangles those of these numbers in the scene are; -1: nowhere, they have
+        no area."""
+        places = np.full(len(self.surfaces), -1)
+        places[self.tree.order] = np.arange(len(self.tree.order))
+        return places[numbers]
+
     @cached_property
     def faces(self) -> NDArray[np.float32]:
         """(K, 4) which triangles make quads, bound a solid, and have something lying on them, as

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Moving, Scene
+from .normals import unit
 
 Doubles = NDArray[np.float64]
 
@@ -230,9 +231,7 @@ def _cofactor(matrix: Doubles) -> Doubles:
 
 def _unit(vectors: Any) -> NDArray[np.float32]:
     """(..., 3) of length 1, or 0."""
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    unit = np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
-    return np.asarray(unit, np.float32)
+    return np.asarray(unit(vectors), np.float32)
 
 
 def _scaled(vectors: Any) -> NDArray[np.float32]:
