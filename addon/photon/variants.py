@@ -300,7 +300,9 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
         yield kernel, light_defines(scene.light_kinds), scene.made
     lit = [scene]
     if not alone:
-        lit += [replace(scene, profiles=True), replace(scene, gobos=True)]
+        uneven = ProgramNeeds(frozenset({"geometry"}), registers=1)
+        coloured = replace(scene, gobos=True, emission_programs=uneven)
+        lit += [replace(scene, profiles=True), coloured]
     for found in lit:
         for absorption, aimed in product((False, True), ({}, {"AIMED": 1})):
             asked = replace(found, absorption=absorption)

@@ -55,9 +55,7 @@ void meet(int number, float kind, RayOrigin origin, vec3 direction, float far, b
 #endif
     vec4 seen = seen_light(light, origin.position, direction, far);
     vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
-#ifdef GOBOS
-    radiance *= gobo_colour(light, origin.position + seen.w * direction, -direction);
-#endif
+    radiance *= colour_by_nodes(light, origin.position + seen.w * direction, -direction);
     if (!(largest(radiance) > 0.0)) return;
 #ifdef WEIGHED
     if (!is_of_eye) radiance *= weight_of_chain(light, number, origin, direction, density_of(load_throughput()));

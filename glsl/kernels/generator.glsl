@@ -44,9 +44,7 @@ void kernel() {
     emitted = through_portals(light, emitted, uint(photon));
 #endif
     vec3 flux = carried_light(light, emitted.direction) * emitted.weight;
-#ifdef GOBOS
-    flux *= gobo_colour(light, emitted.origin, emitted.direction);
-#endif
+    flux *= colour_by_nodes(light, emitted.origin, emitted.direction);
     if (!(largest(flux) > 0.0)) skip();
     // Lifted off a surface that the light may lie in, as all rays are that leave one.
     store_origin(RayOrigin(emitted.origin + emitted.direction * SURFACE_OFFSET, from_light(number)));

@@ -99,6 +99,9 @@ vec4 seen_facing_disc(Light light, float radius, vec3 origin, vec3 direction, fl
 #ifdef GOBOS
 #include "lib/gobo.glsl"
 #endif
+#ifdef EMISSION_SHARES
+#include "lib/emission_share.glsl"
+#endif
 
 // What its nodes make of a light where it is met at a distance in a direction.
 float share_by_nodes(Light light, vec3 to_light, float far) {
@@ -106,6 +109,18 @@ float share_by_nodes(Light light, vec3 to_light, float far) {
     return share_at(light, far) * profile_share(light, -to_light);
 #else
     return share_at(light, far);
+#endif
+}
+
+// And of its colour, at a place on it, of what leaves it in a direction.
+vec3 colour_by_nodes(Light light, vec3 place, vec3 direction) {
+#ifdef EMISSION_SHARES
+    if (light.kind == float(TRIANGLE_LIGHT)) return emission_share(light, place, direction);
+#endif
+#ifdef GOBOS
+    return gobo_colour(light, place, direction);
+#else
+    return vec3(1.0);
 #endif
 }
 

@@ -197,9 +197,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     if (lift < 0.0) return none;
     float share = found.share * share_by_nodes(light, found.to_light, found.far);
     vec3 irradiance = found.irradiance * (share / rays), radiance = vec3(0.0);
-#ifdef GOBOS
-    irradiance *= gobo_colour(light, point.place.position + found.far * found.to_light, -found.to_light);
-#endif
+    irradiance *= colour_by_nodes(light, point.place.position + found.far * found.to_light, -found.to_light);
     float lux = 0.0;
     if (!by_lobe && is_found(light, BY_DIFFUSE)) {
         radiance = irradiance * point.diffuse.albedo * (cosine / PI);

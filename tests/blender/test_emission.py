@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from addon.blender.export import SpecularModel
+from tests.measure import render
+from tests.regression.blocks import block_means
+from tests.regression.cycles import render_loaded
 
 from .build import CUBE, add_mesh, add_node, features, finish, new_material, shader_material
 from .lobes import BLACK, DIFFUSE, PRINCIPLED, near
@@ -113,8 +116,44 @@ def test_falloff_of_what_emits_is_named(convert, output, named) -> None:
 
 
 def test_textured_emission_is_named(convert) -> None:
-    """Of its place on a triangle a light knows nothing."""
+    """Of its place on a triangle a light knows the cell."""
     material, tree = new_material()
     noise = tree.nodes.new("ShaderNodeTexNoise")
     finish(tree, add_node(tree, EMISSION, Color=noise.outputs["Color"]))
     assert features(convert(material)[1], "approximated") == ["Emission by nodes"]
+
+
+def one_side(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+    return add_node(tree, "ShaderNodeNewGeometry").outputs["Backfacing"]
+
+
+def by_facing(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+    return add_node(tree, "ShaderNodeLayerWeight", Blend=0.7).outputs["Facing"]
+
+
+def by_place(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+    place = add_node(tree, "ShaderNodeTexCoord").outputs["Object"]
+    ball = add_node(tree, "ShaderNodeTexGradient", Vector=place)
+    ball.gradient_type = "SPHERICAL"
+    return ball.outputs["Color"]
+
+
+@pytest.mark.parametrize("by", [one_side, by_facing, by_place])
+def test_panels_light_as_in_cycles(scene, export, device, by) -> None:
+    """A floor on both sides of one: the side, the angle and the place tell how much it emits."""
+    scene.render.resolution_x = scene.render.resolution_y = 48
+    floor = add_mesh("Plane", scale=(4, 4, 1))
+    floor.data.materials.append(shader_material(DIFFUSE, Color=(0.7, 0.7, 0.7, 1)))
+    panel = add_mesh("Panel", location=(0, 0, 0.8), rotation_euler=(1.3, 0, 0.2))
+    material, tree = new_material()
+    finish(tree, add_node(tree, EMISSION, Color=WARM, Strength=by(tree)))
+    panel.data.materials.append(material)
+    exported, _ = export()
+    theirs = block_means(render_loaded(256, seed=1))
+    size = {"width": 48, "height": 48, "passes": 32}
+    rays = render(device, exported, photons=1000, **size)["Combined"]
+    landed = render(device, exported, photons=50000, direct_by_photons=True, **size)["Combined"]
+    for ours in (rays, landed):
+        off = np.abs(block_means(ours[..., :3]) - theirs) / np.maximum(theirs, theirs.mean())
+        assert np.median(off) < 0.015 and np.percentile(off, 95) < 0.05
+        assert ours[..., :3].mean() == pytest.approx(theirs.mean(), rel=0.01)

@@ -286,7 +286,7 @@ def test_emission(compare, tmp_path) -> None:
     tree = material.node_tree
     finish(tree, add_node(tree, "ShaderNodeEmission", Color=node.outputs["Color"]))
     _, lost = compare({"emission": material})
-    assert len(lost) == 1 and "as a light each triangle is as bright as in the mean" in lost[0]
+    assert len(lost) == 1 and "as a light by cells of each triangle" in lost[0]
 
 
 def test_texture_limit(compare, stage, tmp_path) -> None:

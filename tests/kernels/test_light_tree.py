@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from addon.photon.kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE
 from addon.photon.scene import BLACK, Light, Material, point_light, spot_light, world_light
-from addon.photon.stage.emissive import emissive_triangles, triangle_lights
+from addon.photon.stage.emissive import Emission, emissive_triangles, triangle_lights
 from addon.photon.stage.geometry import Frame, Mesh
 from addon.photon.stage.light_tables import (
     choose_lights,
@@ -88,7 +88,8 @@ def triangles(seed: int) -> NDArray[Any]:
     scene = built.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [Material("", BLACK, (), (1, 2, 3))])
     mesh = Mesh.build(scene, HERE)
     emission = np.array([material.emission for material in scene.materials])
-    return triangle_lights(scene, mesh, emission[scene.material[emissive_triangles(scene, mesh)]])
+    radiance = emission[scene.material[emissive_triangles(scene, mesh)]]
+    return triangle_lights(scene, mesh, Emission.even(radiance))
 
 
 TABLES = {

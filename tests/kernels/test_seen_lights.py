@@ -23,7 +23,7 @@ from addon.photon.scene import (
     sun_light,
     world_light,
 )
-from addon.photon.stage.emissive import emissive_triangles, triangle_lights
+from addon.photon.stage.emissive import Emission, emissive_triangles, triangle_lights
 from addon.photon.stage.geometry import Mesh
 from tests.kernels.conftest import Bench
 from tests.kernels.light_probe import (
@@ -98,7 +98,8 @@ def emissive_triangle() -> NDArray[Any]:
     scene = replace(scene, vertices=scene.vertices + _at(MIDDLE - 0.25))
     mesh = Mesh.build(scene, FRAME)
     emission = np.array([material.emission for material in scene.materials])
-    return triangle_lights(scene, mesh, emission[scene.material[emissive_triangles(scene, mesh)]])
+    radiance = emission[scene.material[emissive_triangles(scene, mesh)]]
+    return triangle_lights(scene, mesh, Emission.even(radiance))
 
 
 EACH = [pytest.param(light, id=light.name) for light in SEEN_LIGHTS]

@@ -165,23 +165,6 @@ def test_a_program_emits_as_a_constant_does(device: Device) -> None:
     )
 
 
-def test_what_emits_by_the_direction_lights_by_its_mean(device: Device) -> None:
-    """Radiance times the cosine to the viewer: two thirds of the light, though all of it is seen
-    from straight above."""
-    program = (
-        Instruction("fresnel", ((1.5,) * 4, (0.0,) * 4, (0.0,) * 4)),
-        Instruction("arithmetic", (Result(0, "w"), (3.0,) * 4, (0.0,) * 4, (2.0,) * 4)),
-    )
-    pictures = []
-    for varying, emission in (({}, (2.0,) * 3), ({"emission": Result(1)}, BLACK)):
-        emitter = Material("emissive", BLACK, (), emission, program=program, varying=varying)
-        scene = replace(under(RECTANGLES["far"]), materials=(GREY, emitter))
-        scene = replace(scene, objects=np.tile(np.eye(6, 4), (2, 1, 1)))
-        picture = render(device, scene, width=SIZE, height=SIZE, passes=8, photons=0)
-        pictures.append(picture["Direct"][..., :3].mean())
-    assert pictures[1] == pytest.approx(pictures[0], rel=0.02)
-
-
 @pytest.mark.parametrize(("asker", "is_seen", "lights"), [(0.0, 1.0, 0.0), (2.0, 0.0, 1.0)])
 def test_what_emits_by_who_asks(
     device: Device, asker: float, is_seen: float, lights: float

@@ -302,7 +302,7 @@ def _note_emission(emission: Value, program: Program, owner: str, notes: Notes) 
     """Write down how an emission that differs from place to place lights."""
     instructions, _ = program.pruned([emission.result] if emission.result else [])
     if any(instruction.kind not in UNIFORM for instruction in instructions):
-        what = "seen as it is; as a light each triangle is as bright as in the mean"
+        what = "seen as it is; as a light by cells of each triangle, and all of these by the angle"
         notes.approximated(owner, "Emission by nodes", what)
     asked = {_which(one) for one in instructions if one.kind == "light_path"} - {CAMERA_ALONE}
     if LENGTH in asked:

@@ -4,12 +4,20 @@
 from ...streams import Table, When
 from .records import LIGHT, LIGHT_LIMIT, LIGHT_NODE, LIGHT_PLACE, PORTAL, PROFILE
 
-LIGHT_DEFINES = ("PROFILES", "ENVIRONMENT", "GOBOS", "AREA_LIGHT")
+LIGHT_DEFINES = (
+    "PROFILES",
+    "ENVIRONMENT",
+    "GOBOS",
+    "AREA_LIGHT",
+    "EMISSION_SHARES",
+    "TRIANGLE_LIGHT",
+)
 PORTALS = {"portals": When("PORTALS", Table(PORTAL))}
 LIGHT_TABLES = {
     "lights": Table(LIGHT),
     "profiles": When("PROFILES", Table(PROFILE)),
     "environments": When("ENVIRONMENT", Table()),
+    "emission_shares": When("EMISSION_SHARES", Table()),
 }
 LIMITS = {"light_limits": When("VISIBILITY", Table(LIGHT_LIMIT))}
 # What those read besides that choose among them.

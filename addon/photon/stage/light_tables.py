@@ -18,7 +18,7 @@ from ..kernels.records import (
     LIGHT_LOW,
 )
 from ..scene import FOUND_BY, RGB, Light, Scene
-from .emissive import triangle_lights
+from .emissive import Emission, triangle_lights
 from .environments import Place
 from .geometry import Frame, Mesh
 from .kinds import WATTS, light_kinds, order
@@ -188,13 +188,12 @@ def lights_of(
     scene: Scene,
     frame: Frame,
     mesh: Mesh,
-    emission: NDArray[np.float64],
+    emission: Emission,
     places: tuple[Place, ...],
     more: Textures,
 ) -> tuple[tuple[Light, ...], NDArray[Any]]:
     """The lamps that emit, distant ones first, then by kind, and of each those that are seen first;
-    and the table of LIGHT, one at least: theirs and that of triangles, which emit a radiance
-    (n, 3)."""
+    and the table of LIGHT, one at least: theirs and that of triangles."""
     lamps = tuple(sorted(scene.emitters, key=_rank))
     bounds = float(np.linalg.norm(mesh.extent))
     of_mesh = triangle_lights(scene, mesh, emission)

@@ -200,7 +200,10 @@ class SceneNeeds:
         profiles = {"PROFILES": 1} if self.profiles else {}
         area = light_kinds()["area"].number
         gobos = {"GOBOS": 1, "ENVIRONMENT": 1, "AREA_LIGHT": area} if self.gobos else {}
-        return {**light_defines(self.light_kinds), **profiles, **gobos}
+        triangle = light_kinds()["triangle"]
+        uneven = self.emission_programs.nodes and triangle.name in self.light_kinds
+        shares = {"EMISSION_SHARES": 1, "TRIANGLE_LIGHT": triangle.number} if uneven else {}
+        return {**light_defines(self.light_kinds), **profiles, **gobos, **shares}
 
     @cached_property
     def emitted_defines(self) -> Defines:

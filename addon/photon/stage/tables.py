@@ -15,7 +15,7 @@ from ...streams.device import Layer
 from ..kernels.records import PORTAL
 from ..scene import Light, Scene
 from .aims import Aims
-from .emissive import mean_emission
+from .emission import SAMPLES_OF_MOVED, emission_of
 from .environments import Place, environment_table
 from .geometry import Frame, Mesh
 from .kinds import light_kinds
@@ -118,11 +118,13 @@ class Tables:
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {TEXELS: texels} if texels else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
-        emission = mean_emission(device, layer, mesh, scene, textures)
+        emission = emission_of(device, layer, mesh, scene, textures)
         emitters, lights = lights_of(device, layer, scene, frame, mesh, emission, places, more)
         flux = lights["chosen"].astype(np.float64)
         asked = asked_lights(flux, count_distant(lights) if emitters else 0)
         tables = {"lights": lights, **light_trees(device, layer, lights, asked, more)}
+        if any("emission" in material.varying for material in scene.materials):
+            tables["emission_shares"] = emission.shares
         if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
             tables["light_limits"] = limit_table(emitters, len(lights))
@@ -187,7 +189,7 @@ class Tables:
         """Let the emissive triangles be lights where they are now."""
         device, places = self._device, self._places
         more = {name: self.textures[name] for name in ("environments",) if places}
-        emission = mean_emission(device, layer, mesh, scene, self.textures)
+        emission = emission_of(device, layer, mesh, scene, self.textures, SAMPLES_OF_MOVED)
         _, self.lights = lights_of(device, layer, scene, frame, mesh, emission, places, more)
         self._flux_now = self.lights["chosen"].astype(np.float64)
         set_shares(self.lights, self._shares_now())
@@ -195,6 +197,8 @@ class Tables:
             "lights": self.lights,
             **light_trees(device, layer, self.lights, self.asked, more),
         }
+        if "emission_shares" in self.textures:
+            tables["emission_shares"] = emission.shares
         for name, table in tables.items():
             self._renew(name, texels_of(table))
 
