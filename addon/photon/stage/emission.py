@@ -23,12 +23,12 @@ from .normals import unit
 from .points import asked_at
 from .programs import ProgramNeeds, of_emission
 
-SAMPLES = 1 << 17  # of all triangles that are asked, about; of more than that fit, 54 to 72 each
+SAMPLES = 1 << 17  # of all triangles that are asked, about; of more than that fit, 24 to 32 each
 SAMPLES_OF_MOVED = 1 << 13  # at each instant
 MOST_CELLS = 64  # a triangle's side has
-FEWEST = 6  # samples along a side
+FEWEST = 4  # samples along a side
 ANGLES = 8  # of which light leaves alike each: those between which a side emits as much, if evenly
-ANGLE_POINTS = 8  # of a triangle that tell what hangs on the angle
+ANGLE_POINTS = 8  # of a triangle that tell what hangs on the angle; fewer where there are many
 PROBED = 8  # triangles of a material that tell whether anything does
 EVEN = 0.01  # what differs by less from the mean does not differ
 AT_ONCE = 1 << 18  # samples
@@ -95,6 +95,7 @@ class _Grid:
     own: NDArray[np.intp]  # (c, 2) those that lie in the triangle, at least by half
     weights: Doubles  # (c,) how much of each does
     points: Doubles  # (c, s, 2)
+    angle_points: int  # that are asked at each angle
 
     @staticmethod
     def of(triangles: int, samples: int) -> _Grid:
@@ -107,7 +108,9 @@ class _Grid:
         points = np.repeat(inside[None], len(own), axis=0)
         folded = is_half[:, None] & (inside.sum(axis=1) > 1.0)
         points[folded] = 1.0 - points[folded]
-        return _Grid(cells, own, np.where(is_half, 0.5, 1.0), (own[:, None] + points) / cells)
+        angle_points = min(max(samples // (2 * ANGLES * triangles), 1), ANGLE_POINTS)
+        weights = np.where(is_half, 0.5, 1.0)
+        return _Grid(cells, own, weights, (own[:, None] + points) / cells, angle_points)
 
     def parts(self, triangles: NDArray[np.intp]) -> list[NDArray[np.intp]]:
         """Some at a time."""
@@ -125,7 +128,7 @@ class _Asked:
 
     def turns(self, places: NDArray[np.intp]) -> bool:
         """Whether what triangles radiate hangs on the angle."""
-        return bool((np.abs(self._of_angles(places) - 1.0) > EVEN).any())
+        return bool((np.abs(self._of_angles(places, ANGLE_POINTS) - 1.0) > EVEN).any())
 
     def shares(
         self, places: NDArray[np.intp], grid: _Grid, turns: bool
@@ -137,12 +140,12 @@ class _Asked:
         points = np.tile(grid.points.reshape(-1, 2), (2, 1))
         found = self._radiated(places, points, np.tile(squared, 2), np.tile(turn, 2))
         found = found.reshape(len(places), 2, count, samples, 3)
-        of_angles = self._of_angles(places) if turns else np.ones((len(places), 2, 0, 3))
         if turns:
+            of_angles = self._of_angles(places, grid.angle_points)
             expected = _between(of_angles, squared).reshape(len(places), 2, count, samples, 3)
             of_cells = _over(found.sum(axis=3), expected.sum(axis=3))
         else:
-            of_cells = found.mean(axis=3)
+            of_angles, of_cells = np.ones((len(places), 2, 0, 3)), found.mean(axis=3)
         mean = np.einsum("nscj,c->nj", of_cells, grid.weights) / (2.0 * grid.weights.sum())
         shares = np.zeros((len(places), 2, grid.cells**2, 3))
         shares[:, :, grid.own @ (1, grid.cells)] = _over(of_cells, mean[:, None, None])
@@ -151,16 +154,16 @@ class _Asked:
         both = np.concatenate([shares, of_angles], axis=2)
         return mean, both.reshape(len(places), -1, 3).astype(np.float32)
 
-    def _of_angles(self, places: NDArray[np.intp]) -> Doubles:
-        """(n, 2, ANGLES, 3): at each angle over all of a side, of either."""
-        points = np.stack(_sequence(ANGLE_POINTS), axis=1)
+    def _of_angles(self, places: NDArray[np.intp], count: int) -> Doubles:
+        """(n, 2, ANGLES, 3): at each angle over all of a side, of either, by so many points."""
+        points = np.stack(_sequence(count), axis=1)
         folded = points.sum(axis=1) > 1.0
         points[folded] = 1.0 - points[folded]
-        squared = np.repeat((np.arange(ANGLES) + 0.5) / ANGLES, ANGLE_POINTS)
-        turn = _sequence(ANGLES * ANGLE_POINTS)[1]
+        squared = np.repeat((np.arange(ANGLES) + 0.5) / ANGLES, count)
+        turn = _sequence(ANGLES * count)[1]
         points = np.tile(points, (2 * ANGLES, 1))
         found = self._radiated(places, points, np.tile(squared, 2), np.tile(turn, 2))
-        by_angle = found.reshape(len(places), 2, ANGLES, ANGLE_POINTS, 3).mean(axis=3)
+        by_angle = found.reshape(len(places), 2, ANGLES, count, 3).mean(axis=3)
         mean = by_angle.mean(axis=2, keepdims=True)
         return np.where(mean > 0.0, _over(by_angle, mean), 1.0)
 
