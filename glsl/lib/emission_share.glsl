@@ -22,7 +22,7 @@ vec3 emission_share(Light light, vec3 place, vec3 direction) {
     ivec2 cell = cell_of(light, place, cells);
     vec3 share = emission_texel(first + cell.y * cells + cell.x);
     if (angles == 0) return share;
-    float at = clamp((1.0 - cosine * cosine) * float(angles) - 0.5, 0.0, float(angles - 1));
-    int low = min(int(at), angles - 2), bin = first + cells * cells + low;
-    return share * mix(emission_texel(bin), emission_texel(bin + 1), at - float(low));
+    float at = min(abs(cosine), 1.0) * float(angles - 1);
+    int low = min(int(at), angles - 2), angle = first + cells * cells + low;
+    return share * mix(emission_texel(angle), emission_texel(angle + 1), at - float(low));
 }

@@ -27,13 +27,20 @@ SAMPLES = 1 << 17  # of all triangles that are asked, about; of more than that f
 SAMPLES_OF_MOVED = 1 << 13  # at each instant
 MOST_CELLS = 64  # a triangle's side has
 FEWEST = 4  # samples along a side
-ANGLES = 8  # of which light leaves alike each: those between which a side emits as much, if evenly
+ANGLES = 9  # off the normal, of equal steps of the cosine from 0 to 1
+GRAZING = 0.01  # a cosine, in place of 0
 ANGLE_POINTS = 8  # of a triangle that tell what hangs on the angle; fewer where there are many
 PROBED = 8  # triangles of a material that tell whether anything does
 EVEN = 0.01  # what differs by less from the mean does not differ
 AT_ONCE = 1 << 18  # samples
 WIDTH = 1024  # of the streams that they are in
 MOST_SHARES = 1 << 22  # texels: where all triangles have more they light evenly
+
+_STEP = 1.0 / (ANGLES - 1)
+_COSINES = np.arange(ANGLES) * _STEP
+# How much of what a side emits evenly leaves about each, interpolated between them.
+_ANGLE_WEIGHTS = 2.0 * _COSINES * _STEP
+_ANGLE_WEIGHTS[0], _ANGLE_WEIGHTS[-1] = _STEP**2 / 3.0, _STEP * (1.0 - _STEP / 3.0)
 
 
 def emission_of(
@@ -159,12 +166,12 @@ class _Asked:
         points = np.stack(_sequence(count), axis=1)
         folded = points.sum(axis=1) > 1.0
         points[folded] = 1.0 - points[folded]
-        squared = np.repeat((np.arange(ANGLES) + 0.5) / ANGLES, count)
+        squared = np.repeat(1.0 - np.maximum(_COSINES, GRAZING) ** 2, count)
         turn = _sequence(ANGLES * count)[1]
         points = np.tile(points, (2 * ANGLES, 1))
         found = self._radiated(places, points, np.tile(squared, 2), np.tile(turn, 2))
         by_angle = found.reshape(len(places), 2, ANGLES, count, 3).mean(axis=3)
-        mean = by_angle.mean(axis=2, keepdims=True)
+        mean = np.einsum("nsaj,a->nsj", by_angle, _ANGLE_WEIGHTS)[:, :, None]
         return np.where(mean > 0.0, _over(by_angle, mean), 1.0)
 
     def _radiated(
@@ -210,7 +217,7 @@ def _sequence(count: int) -> tuple[Doubles, Doubles]:
 
 def _between(of_angles: Doubles, squared: Doubles) -> Doubles:
     """(n, 2, k, 3) shares at angles, as the table of (n, 2, ANGLES, 3) has them."""
-    at = np.clip(squared * ANGLES - 0.5, 0.0, ANGLES - 1.0)
+    at = np.sqrt(1.0 - squared) * (ANGLES - 1)
     low = np.minimum(at.astype(int), ANGLES - 2)
     part = (at - low)[:, None]
     found: Doubles = of_angles[:, :, low] * (1.0 - part) + of_angles[:, :, low + 1] * part
