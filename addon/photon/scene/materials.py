@@ -105,13 +105,16 @@ class Lobe:
 
 
 def reflecting(lobes: tuple[Lobe, ...]) -> tuple[Lobe, ...]:
-    """Those that do, in their order. What others would lie over lies under what is over these."""
-    kept: list[Lobe] = []
+    """Those that do, in their order, but a transparent one first: of more than two the first is
+    never left to chance, and others would seldom be drawn beside what lets most light through.
+    What others would lie over lies under what is over these."""
+    kept = [lobe for lobe in lobes if lobe.reflects and lobe.kind == TRANSPARENT]
     places: list[int | None] = []  # of each lobe, or of what lies over it
     for lobe in lobes:
         over = None if lobe.over is None else places[lobe.over]
-        places.append(len(kept) if lobe.reflects else over)
-        if lobe.reflects:
+        is_next = lobe.reflects and lobe.kind != TRANSPARENT
+        places.append(len(kept) if is_next else over)
+        if is_next:
             kept.append(replace(lobe, over=over))
     return tuple(kept)
 
