@@ -102,6 +102,10 @@ CASES = (
         )
         for x in ("Pointiness", "Random Per Island")
     ),
+    *(
+        Case(f"Wireframe: {x}", node("ShaderNodeWireframe", {0: size}), -1.0, 2.0, uneven=True)
+        for x, size in (("size", 0.1), ("varying", scaled(U, 0.3, 0.02)))
+    ),
     *(Case(f"Fresnel: {x}", node(FRESNEL, {0: x}), **UNEVEN) for x in (0.7, 1.45, 4.0)),
     Case("Fresnel: varying", node(FRESNEL, {0: scaled(U, 0.6, 3.0)}), **UNEVEN),
     Case("Fresnel: by a normal", node(FRESNEL, {0: 1.5, 1: NORMAL}), **UNEVEN),

@@ -16,6 +16,7 @@ from . import (
     constants,
     curves,
     gabor,
+    geometry,
     gradient,
     image_texture,
     magic,
@@ -97,7 +98,7 @@ READERS: dict[str, Reader] = {
     "VERTEX_COLOR": attributes.read_colour,
     "VOLUME_INFO": objects.read_nothing,
     "WAVELENGTH": spectra.read_wavelength,
-    "WIREFRAME": unknown.read_wireframe,
+    "WIREFRAME": geometry.read_wireframe,
 }
 
 

@@ -7,7 +7,7 @@ import bpy
 
 from ..graph import Graph
 from ..links import Scope
-from ..programs import Value
+from ..programs import ZERO, Value
 
 # The numbers of glsl/nodes/geometry.glsl.
 GEOMETRY = {
@@ -28,3 +28,13 @@ def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope
     if output.name == "Normal" and graph.displaced:
         return graph.displaced
     return graph.program.emit("geometry", which=Value.of(GEOMETRY[output.name.lower()]))
+
+
+def read_wireframe(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """Read Wireframe, whose wires are as wide as it says in metres; in pixels there are none."""
+    if node.use_pixel_size:
+        graph.notes.approximated(graph.owner, "Wireframe in pixels", "0 is used")
+        return ZERO
+    return graph.program.emit("wireframe", size=graph.input(node, "Size", scope))

@@ -29,14 +29,6 @@ def read_occlusion(
     return graph.input(node, "Color", scope) if output.name == "Color" else ONE
 
 
-def read_wireframe(
-    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
-) -> Value:
-    """Note Wireframe: no wires."""
-    graph.notes.approximated(graph.owner, "Wireframe", "0 is used")
-    return ZERO
-
-
 def read_script(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> Value:
