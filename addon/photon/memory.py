@@ -26,6 +26,7 @@ from .photons.mapper import pilot_photons
 from .photons.native_photon_mapper import knows_lobes, leaves_lobes
 from .scene import Scene
 from .settings import Settings
+from .stage.emission import MOST_OF_ONE, MOST_SHARES
 from .stage.gathered import can_gather, gathering_kinds, seen_send_rays, send_rays
 from .stage.layers import count_layered
 from .stage.light_tables import is_seen
@@ -54,14 +55,15 @@ _ADVICE = {
 }
 
 
-def _of_lights(count: int) -> int:
-    """So many emissive triangles with their tree and places in it [bytes]; the host has twice
-    that."""
+def _of_lights(count: int, uneven: bool) -> int:
+    """So many emissive triangles with their tree and places in it, and perhaps shares [bytes]; the
+    host has twice that."""
     if not count:
         return 0
     leaves = leaves_for(count)
     places = LIGHT_PLACE.texels * max(count, leaves)
-    return TEXEL * (LIGHT.texels * count + LIGHT_NODE.texels * 2 * leaves + places)
+    shares = min(MOST_OF_ONE * count, MOST_SHARES) if uneven else 0
+    return TEXEL * (LIGHT.texels * count + LIGHT_NODE.texels * 2 * leaves + places + shares)
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,7 @@ class Budget:
         used = np.bincount(scene.material, minlength=len(scene.materials))
         emissive = np.array([material.is_emissive for material in scene.materials], bool)
         self._emissive = int(used[emissive].sum())
+        self._uneven = any("emission" in material.varying for material in scene.materials)
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._is_transparent = any(material.is_transparent for material in self._materials)
         self._absorbs = any(max(material.absorption) > 0.0 for material in self._materials)
@@ -168,7 +171,7 @@ class Budget:
     def _of_triangles(self) -> Bytes:
         """What they take, and the emissive ones besides."""
         found = self._sizes.triangles(self._triangles, self._tangents)
-        lights = _of_lights(self._emissive)
+        lights = _of_lights(self._emissive, self._uneven)
         host = self._instants * (found.host + 2 * lights) + self._moving
         return Bytes(found.device + lights, host)
 

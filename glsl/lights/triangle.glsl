@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// An emissive triangle of a mesh, of one radiance on both sides. Its position is its first corner, its axis the
-// normal; its number is that in the scene.
-// Parameters: b [mesh], number [mesh], c [mesh]. Power: W/(m^2 sr).
+// An emissive triangle of a mesh, of one radiance on both sides in the mean. Its position is its first corner, its axis
+// the normal; its number is that in the scene; its shares tell how much of the radiance is where (lib/emission_share.glsl).
+// Parameters: b [mesh], number [mesh], c [mesh], shares [mesh]. Power: W/(m^2 sr).
 #include "lib/offset.glsl"
 #include "lib/spherical_triangle.glsl"
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from addon.photon.errors import SceneError
-from addon.photon.scene import Lens, Motion, Scene
+from addon.photon.scene import Lens, Lobe, Motion, Scene, reflecting
 from tests.scenes import cornell, plain_light, plain_material
 
 ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")
@@ -135,3 +135,22 @@ def test_rest_of_the_camera(camera: dict[str, Any]) -> None:
     scene = cornell()
     with pytest.raises(SceneError, match=r"camera"):
         replace(scene, camera=replace(scene.camera, **camera)).check()
+
+
+def test_what_is_transparent_is_the_first_lobe() -> None:
+    """Unless something lies over it; what lies over others stays over them."""
+    grey = (0.5, 0.5, 0.5)
+    clear, black = Lobe("transparent", grey), Lobe("mirror", (0.0, 0.0, 0.0))
+    coat, mirror = Lobe("coat", grey), Lobe("mirror", grey)
+
+    def order(*lobes: Lobe) -> list[tuple[str, int | None]]:
+        return [(lobe.kind, lobe.over) for lobe in reflecting(lobes)]
+
+    under = replace(mirror, over=0)
+    assert order(coat, under, clear) == [("transparent", None), ("coat", None), ("mirror", 1)]
+    covered = replace(clear, over=0), replace(mirror, over=1)
+    assert order(coat, *covered) == [("coat", None), ("transparent", 0), ("mirror", 1)]
+    through = replace(black, over=0), replace(mirror, over=1)
+    assert order(coat, *through, clear) == [("transparent", None), ("coat", None), ("mirror", 1)]
+    kept = reflecting((coat, under, clear))
+    assert reflecting(kept) == kept

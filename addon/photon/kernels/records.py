@@ -230,11 +230,8 @@ LIGHT = Record(
         "first": "float",  # element of its profile; rows and columns of that, or 0
         "rows": "float",
         "columns": "float",
-        # Row of the table of environments where the image of its colours begins, and that image's
-        # size [px]. Of a triangle, texel of the table of emission shares, cells along a side and
-        # angles. Without a width all are 1.
-        "gobo": "float",
-        "gobo_width": "float",
+        "gobo": "float",  # row of the table of environments where the image of its colours begins
+        "gobo_width": "float",  # [px]; 0: all are 1
         "gobo_height": "float",
     },
 )

@@ -105,18 +105,20 @@ class Lobe:
 
 
 def reflecting(lobes: tuple[Lobe, ...]) -> tuple[Lobe, ...]:
-    """Those that do, in their order, but a transparent one first: of more than two the first is
-    never left to chance, and others would seldom be drawn beside what lets most light through.
-    What others would lie over lies under what is over these."""
-    kept = [lobe for lobe in lobes if lobe.reflects and lobe.kind == TRANSPARENT]
-    places: list[int | None] = []  # of each lobe, or of what lies over it
-    for lobe in lobes:
-        over = None if lobe.over is None else places[lobe.over]
-        is_next = lobe.reflects and lobe.kind != TRANSPARENT
-        places.append(len(kept) if is_next else over)
-        if is_next:
-            kept.append(replace(lobe, over=over))
-    return tuple(kept)
+    """Those that do, in their order, but what is transparent first, unless something lies over it:
+    of more than two the first is never left to chance, and others would seldom be drawn beside what
+    lets most light through. What others would lie over lies under what is over these."""
+    is_first = [lobe.kind == TRANSPARENT and lobe.over is None for lobe in lobes]
+    order = sorted(range(len(lobes)), key=lambda at: not is_first[at])
+    kept = [at for at in order if lobes[at].reflects]
+    places = dict(zip(kept, range(len(kept)), strict=True))
+
+    def over(at: int | None) -> int | None:
+        while at is not None and at not in places:
+            at = lobes[at].over
+        return None if at is None else places[at]
+
+    return tuple(replace(lobes[at], over=over(lobes[at].over)) for at in kept)
 
 
 def phong(colour: RGB, exponent: float = MIRROR) -> Lobe:

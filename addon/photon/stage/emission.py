@@ -27,14 +27,15 @@ SAMPLES = 1 << 17  # of all triangles that are asked, about; of more than that f
 SAMPLES_OF_MOVED = 1 << 13  # at each instant
 MOST_CELLS = 64  # a triangle's side has
 FEWEST = 4  # samples along a side
-ANGLES = 9  # off the normal, of equal steps of the cosine from 0 to 1
+ANGLES = 17  # off the normal, of equal steps of the cosine from 0 to 1
 GRAZING = 0.01  # a cosine, in place of 0
-ANGLE_POINTS = 8  # of a triangle that tell what hangs on the angle; fewer where there are many
+ANGLE_POINTS = 8  # of a side that tell what hangs on the angle; fewer where there are many
 PROBED = 8  # triangles of a material that tell whether anything does
 EVEN = 0.01  # what differs by less from the mean does not differ
 AT_ONCE = 1 << 18  # samples
 WIDTH = 1024  # of the streams that they are in
-MOST_SHARES = 1 << 22  # texels: where all triangles have more they light evenly
+MOST_SHARES = 1 << 20  # texels: of more triangles first the angles are left out, then all
+MOST_OF_ONE = 1 + 2 * (MOST_CELLS**2 + ANGLES)  # and of a triangle
 
 _STEP = 1.0 / (ANGLES - 1)
 _COSINES = np.arange(ANGLES) * _STEP
@@ -65,64 +66,104 @@ def emission_of(
     needs = ProgramNeeds.of_some(scene, of_emission)
     kernel = SurfaceEmission(device, layer, needs.defines, made=needs.made)
     asked = _Asked(kernel, {name: textures[name] for name in kernel.tables}, mesh)
-    grid = _Grid.of(len(wanted), samples)
-    radiance, parts = even.radiance.copy(), []
-    for material in varying:
+    worn = np.unique(of_triangle[wanted])
+    room, parts = MOST_SHARES // len(worn), []
+    for material in worn:
         own = wanted[of_triangle[wanted] == material]
-        turns = len(own) > 0 and asked.turns(places[own[:: -(-len(own) // PROBED)]])
-        for some in grid.parts(own):
-            mean, shares = asked.shares(places[some], grid, turns)
-            radiance[some] = mean
-            differs = (np.abs(shares - 1.0) > EVEN).any(axis=(1, 2))
-            parts.append((some[differs], shares[differs], ANGLES if turns else 0))
+        found = asked.radiated(places[own], _Grid.of(len(own), samples // len(worn)), room)
+        even.radiance[own] = found.mean
+        parts.append((own, found))
     kernel.release()
-    return _joined(radiance, parts, grid)
+    return _joined(even.radiance, parts)
 
 
-def _joined(radiance: Doubles, parts: list[Any], grid: _Grid) -> Emission:
+def _joined(radiance: Doubles, parts: list[tuple[NDArray[np.intp], _Radiated]]) -> Emission:
     """With all shares, one after the other."""
-    first, cells, angles = (np.zeros(len(radiance), np.intp) for _ in range(3))
-    texels = sum(shares.shape[0] * shares.shape[1] for _, shares, _ in parts)
-    if texels > MOST_SHARES:
-        return Emission.even(radiance)
-    table, end = np.ones((texels, 4), np.float32), 0
-    for which, shares, turns in parts:
-        begin, end = end, end + shares.shape[0] * shares.shape[1]
-        first[which] = begin + shares.shape[1] * np.arange(len(which))
-        cells[which], angles[which] = grid.cells, turns
-        table[begin:end, :3] = shares.reshape(-1, 3)
-    return Emission(radiance, first, cells, angles, table)
+    shares, tables, end = np.zeros(len(radiance), np.intp), [], 0
+    for own, found in parts:
+        table, which = found.table(), found.differs
+        shares[own[which]] = end + 1 + table.shape[1] * np.arange(which.sum())
+        tables.append(table.reshape(-1, 4))
+        end += len(tables[-1])
+    return Emission(radiance, shares, np.concatenate(tables))
+
+
+@dataclass(frozen=True)
+class _Radiated:
+    """What triangles of one material radiate."""
+
+    mean: Doubles  # (n, 3)
+    cells: Doubles  # (n, 2, c, 3) shares of the mean, of each cell of the front and the back
+    angles: Doubles  # (n, 2, a, 3) of those, at each angle; a is 0 where all are alike
+    grid: _Grid
+
+    @property
+    def differs(self) -> NDArray[np.bool_]:
+        """(n,) which do not radiate evenly."""
+        off = [np.abs(part - 1.0) > EVEN for part in (self.cells, self.angles)]
+        lit = self.mean > 0.0
+        by_place, by_angle = ((part & lit[:, None, None]).any(axis=(1, 2, 3)) for part in off)
+        found: NDArray[np.bool_] = by_place | by_angle
+        return found if self.grid.has_room else np.zeros(len(found), bool)
+
+    def table(self) -> NDArray[np.float32]:
+        """(d, k, 4) of those: how many cells a side and angles, then the shares."""
+        which, count, angles = self.differs, self.grid.count, self.angles.shape[2]
+        sides = np.ones((which.sum(), 2, count**2 + angles, 4), np.float32)
+        sides[:, :, self.grid.own @ (1, count), :3] = self.cells[which]
+        sides[:, :, count**2 :, :3] = self.angles[which]
+        head = np.tile(np.array((count, angles, 0, 0), np.float32), (len(sides), 1, 1))
+        both = sides.reshape(len(sides), 2 * (count**2 + angles), 4)
+        return np.concatenate([head, both], axis=1)
 
 
 @dataclass(frozen=True)
 class _Grid:
     """Cells of a triangle, and the points in them that are asked."""
 
-    cells: int  # along a side
+    count: int  # along a side
     own: NDArray[np.intp]  # (c, 2) those that lie in the triangle, at least by half
-    weights: Doubles  # (c,) how much of each does
+    weights: Doubles  # (c,) the share of it that each is
     points: Doubles  # (c, s, 2)
-    angle_points: int  # that are asked at each angle
+    triangles: int
 
     @staticmethod
     def of(triangles: int, samples: int) -> _Grid:
         """Of so many triangles, by so many samples of all."""
-        cells = min(max(math.isqrt(samples // (4 * triangles)), 1), MOST_CELLS)
-        own = np.argwhere(np.add.outer(np.arange(cells), np.arange(cells)) < cells)
-        is_half = own.sum(axis=1) == cells - 1
-        count = max(2, -(-FEWEST // cells))
-        inside = (np.indices((count, count)).reshape(2, -1).T + 0.5) / count
-        points = np.repeat(inside[None], len(own), axis=0)
-        folded = is_half[:, None] & (inside.sum(axis=1) > 1.0)
-        points[folded] = 1.0 - points[folded]
-        angle_points = min(max(samples // (2 * ANGLES * triangles), 1), ANGLE_POINTS)
-        weights = np.where(is_half, 0.5, 1.0)
-        return _Grid(cells, own, weights, (own[:, None] + points) / cells, angle_points)
+        count = min(max(math.isqrt(samples // (4 * triangles)), 1), MOST_CELLS)
+        own = np.argwhere(np.add.outer(np.arange(count), np.arange(count)) < count)
+        is_half = own.sum(axis=1) == count - 1
+        side = max(2, -(-FEWEST // count))
+        points = np.where(is_half[:, None, None], _in_half(side), _in_whole(side))
+        weights = np.where(is_half, 1.0, 2.0) / count**2
+        return _Grid(count, own, weights, (own[:, None] + points) / count, triangles)
 
-    def parts(self, triangles: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-        """Some at a time."""
-        count = max(1, AT_ONCE // (2 * self.points[..., 0].size))
-        return [triangles[at : at + count] for at in range(0, len(triangles), count)]
+    @property
+    def has_room(self) -> bool:
+        """Whether the shares of all triangles' cells do not take too much."""
+        return self.triangles * (1 + 2 * self.count**2) <= MOST_SHARES
+
+    def has_room_for_angles(self, room: int) -> bool:
+        """Whether those of their angles fit so many texels, too."""
+        return self.triangles * (1 + 2 * (self.count**2 + ANGLES)) <= room
+
+    def parts(self) -> list[slice]:
+        """Of the triangles, some at a time."""
+        at_once = max(1, AT_ONCE // (2 * self.points[..., 0].size))
+        return [slice(at, at + at_once) for at in range(0, self.triangles, at_once)]
+
+
+def _in_whole(side: int) -> Doubles:
+    """(side^2, 2) points of a square, evenly."""
+    found: Doubles = (np.indices((side, side)).reshape(2, -1).T + 0.5) / side
+    return found
+
+
+def _in_half(side: int) -> Doubles:
+    """(side^2, 2) of the triangle below its diagonal: middles of triangles alike."""
+    low, high = (_in_whole(side) + (shift - 0.5) / side for shift in (1.0 / 3.0, 2.0 / 3.0))
+    found: Doubles = np.concatenate([low[low.sum(axis=1) < 1.0], high[high.sum(axis=1) < 1.0]])
+    return found
 
 
 @dataclass(frozen=True)
@@ -133,94 +174,101 @@ class _Asked:
     tables: Mapping[str, Any]
     mesh: Mesh
 
-    def turns(self, places: NDArray[np.intp]) -> bool:
-        """Whether what triangles radiate hangs on the angle."""
-        return bool((np.abs(self._of_angles(places, ANGLE_POINTS) - 1.0) > EVEN).any())
+    def radiated(self, places: NDArray[np.intp], grid: _Grid, room: int) -> _Radiated:
+        """What triangles of a material at places (n,) of the mesh radiate, whose shares may take
+        about so many texels."""
+        squared, azimuth = _sequence(grid.points[..., 0].size)
+        wanted = min(ANGLE_POINTS, len(squared), max(AT_ONCE // (2 * ANGLES * len(places)), 1))
+        cells, bright = [], []  # and the brightest points of a side
+        for some in grid.parts():
+            points = grid.points.reshape(1, 1, -1, 2)
+            found = self._ask(places[some], points, squared[None, None], azimuth)
+            order = np.argsort(-found.sum(axis=3), axis=2, kind="stable")
+            bright.append(order[:, :, :wanted])
+            shape = (*found.shape[:2], *grid.points.shape[:2], 3)
+            cells.append(found.reshape(shape).mean(axis=3))
+        radiance, points = np.concatenate(cells), grid.points.reshape(-1, 2)[np.concatenate(bright)]
+        level = np.einsum("nscj,c->nsj", radiance, grid.weights)
+        angles = np.ones((len(places), 2, 0, 3))
+        if grid.has_room_for_angles(room):
+            probed = np.argsort(-level.sum(axis=(1, 2)), kind="stable")[:PROBED]
+            if (np.abs(self._of_angles(places[probed], points[probed]) - 1.0) > EVEN).any():
+                angles = np.concatenate(
+                    [self._of_angles(places[some], points[some]) for some in grid.parts()]
+                )
+                level, radiance = self._by_angle(places, grid, level, angles)
+        mean = level.mean(axis=1)
+        return _Radiated(mean, _over(radiance, mean[:, None, None]), angles, grid)
 
-    def shares(
-        self, places: NDArray[np.intp], grid: _Grid, turns: bool
-    ) -> tuple[Doubles, NDArray[np.float32]]:
-        """What triangles at places (n,) of the mesh radiate in the mean (n, 3), and their shares
-        (n, k, 3) as of Emission; `turns`: those of angles are among them."""
-        count, samples, _ = grid.points.shape
-        squared, turn = _sequence(count * samples)
-        points = np.tile(grid.points.reshape(-1, 2), (2, 1))
-        found = self._radiated(places, points, np.tile(squared, 2), np.tile(turn, 2))
-        found = found.reshape(len(places), 2, count, samples, 3)
-        if turns:
-            of_angles = self._of_angles(places, grid.angle_points)
-            expected = _between(of_angles, squared).reshape(len(places), 2, count, samples, 3)
-            of_cells = _over(found.sum(axis=3), expected.sum(axis=3))
-        else:
-            of_angles, of_cells = np.ones((len(places), 2, 0, 3)), found.mean(axis=3)
-        mean = np.einsum("nscj,c->nj", of_cells, grid.weights) / (2.0 * grid.weights.sum())
-        shares = np.zeros((len(places), 2, grid.cells**2, 3))
-        shares[:, :, grid.own @ (1, grid.cells)] = _over(of_cells, mean[:, None, None])
-        beside = np.setdiff1d(np.arange(grid.cells**2), grid.own @ (1, grid.cells))
-        shares[:, :, beside] = 1.0  # which no place is in
-        both = np.concatenate([shares, of_angles], axis=2)
-        return mean, both.reshape(len(places), -1, 3).astype(np.float32)
+    def _by_angle(
+        self, places: NDArray[np.intp], grid: _Grid, level: Doubles, angles: Doubles
+    ) -> tuple[Doubles, Doubles]:
+        """What sides radiate in the mean (n, 2, 3), and their cells (n, 2, c, 3), where it hangs on
+        the angle as `angles` say: by `level`, of points each in another direction. Cells are
+        compared in the one in which most leaves."""
+        squared, azimuth = _sequence(grid.points[..., 0].size)
+        of_points = np.repeat(grid.weights, grid.points.shape[1]) / grid.points.shape[1]
+        expected = np.einsum("nsaj,a->nsj", angles, of_points @ _between(squared))
+        level = _over(level, expected)
+        cells = []
+        for some in grid.parts():
+            cosine = np.maximum(_COSINES, GRAZING)[angles[some].sum(axis=3).argmax(axis=2)]
+            points = grid.points.reshape(1, 1, -1, 2)
+            found = self._ask(places[some], points, 1.0 - cosine[..., None] ** 2, azimuth)
+            cells.append(found.reshape(*found.shape[:2], *grid.points.shape[:2], 3).mean(axis=3))
+        radiance = np.concatenate(cells)
+        mean = np.einsum("nscj,c->nsj", radiance, grid.weights)[:, :, None]
+        return level, np.where(mean > 0.0, _over(radiance, mean), 1.0) * level[:, :, None]
 
-    def _of_angles(self, places: NDArray[np.intp], count: int) -> Doubles:
-        """(n, 2, ANGLES, 3): at each angle over all of a side, of either, by so many points."""
-        points = np.stack(_sequence(count), axis=1)
-        folded = points.sum(axis=1) > 1.0
-        points[folded] = 1.0 - points[folded]
+    def _of_angles(self, places: NDArray[np.intp], points: Doubles) -> Doubles:
+        """(n, 2, ANGLES, 3): at each angle over all of a side, by points (n, 2, p, 2) of both."""
+        count = points.shape[2]
         squared = np.repeat(1.0 - np.maximum(_COSINES, GRAZING) ** 2, count)
-        turn = _sequence(ANGLES * count)[1]
-        points = np.tile(points, (2 * ANGLES, 1))
-        found = self._radiated(places, points, np.tile(squared, 2), np.tile(turn, 2))
+        _, azimuth = _sequence(ANGLES * count)
+        at = np.tile(points, (1, 1, ANGLES, 1))
+        found = self._ask(places, at, squared[None, None], azimuth)
         by_angle = found.reshape(len(places), 2, ANGLES, count, 3).mean(axis=3)
         mean = np.einsum("nsaj,a->nsj", by_angle, _ANGLE_WEIGHTS)[:, :, None]
         return np.where(mean > 0.0, _over(by_angle, mean), 1.0)
 
-    def _radiated(
-        self, places: NDArray[np.intp], points: Doubles, squared: Doubles, turn: Doubles
+    def _ask(
+        self, places: NDArray[np.intp], points: Doubles, squared: Doubles, azimuth: Doubles
     ) -> Doubles:
-        """(n, k, 3) what triangles radiate at points (k, 2), of whose half the first is on their
-        fronts, in directions off the normal by an angle of this square of its sine (k,), turned
-        about it."""
-        triangles = self.mesh.triangles[places]
+        """(n, 2, k, 3) what the fronts and backs of triangles radiate at points (n, 2, k, 2) in
+        directions off the normal by an angle of a square of the sine (n, 2, k), of an azimuth (k,);
+        an axis of one stands for all."""
+        triangles, count = self.mesh.triangles[places], len(azimuth)
         a, b, c = (triangles[corner].astype(np.float64) for corner in "abc")
         normals, across = unit(np.cross(b - a, c - a)), unit(b - a)
-        beside = np.cross(normals, across)
-        sides = np.where(np.arange(len(points)) < len(points) // 2, 1.0, -1.0)
-        local = np.stack(
-            [
-                np.sqrt(squared) * np.cos(2.0 * np.pi * turn),
-                np.sqrt(squared) * np.sin(2.0 * np.pi * turn),
-                np.sqrt(1.0 - squared) * sides,
-            ]
+        turn = 2.0 * np.pi * azimuth
+        sine, sides = np.sqrt(squared), np.array((1.0, -1.0))[None, :, None]
+        local = np.cos(turn) * sine, np.sin(turn) * sine, np.sqrt(1.0 - squared) * sides
+        axes = across, np.cross(normals, across), normals
+        toward = -sum(
+            x[..., None] * axis[:, None, None] for x, axis in zip(local, axes, strict=True)
         )
-        toward = -np.einsum("jk,jnx->nkx", local, np.stack([across, beside, normals]))
-        return self._ask(
-            np.repeat(places, len(points)),
-            np.tile(points, (len(places), 1)),
-            toward.reshape(-1, 3),
-        ).reshape(len(places), len(points), 3)
-
-    def _ask(self, places: NDArray[np.intp], points: Doubles, toward: Doubles) -> Doubles:
-        """(m, 3) for rays of directions (m, 3) that end at points (m, 2) of triangles (m,)."""
-        width = min(len(places), WIDTH)
-        padded = -(-len(places) // width) * width
-        at = np.minimum(np.arange(padded), len(places) - 1).reshape(-1, width)
-        found = asked_at(self.kernel, places[at], points[at], toward[at], self.tables)
-        return found.reshape(-1, 3)[: len(places)].astype(np.float64)
+        shape = len(places), 2, count
+        rays = np.broadcast_to(toward, (*shape, 3)).reshape(-1, 3)
+        at = np.broadcast_to(points, (*shape, 2)).reshape(-1, 2)
+        of_points = np.repeat(places, 2 * count)
+        width = min(len(rays), WIDTH)
+        whole = -(-len(rays) // width) * width  # the last one again, up to a whole row
+        which = np.minimum(np.arange(whole), len(rays) - 1).reshape(-1, width)
+        found = asked_at(self.kernel, of_points[which], at[which], rays[which], self.tables)
+        return found.reshape(-1, 3)[: len(rays)].astype(np.float64).reshape(*shape, 3)
 
 
 def _sequence(count: int) -> tuple[Doubles, Doubles]:
     """Points of one that covers the square evenly (Roberts 2018)."""
     numbers = np.arange(count)[:, None] + 0.5
-    squared, turn = (numbers * (0.7548776662, 0.5698402909)).T % 1.0
-    return squared, turn
+    squared, azimuth = (numbers * (0.7548776662, 0.5698402909)).T % 1.0
+    return squared, azimuth
 
 
-def _between(of_angles: Doubles, squared: Doubles) -> Doubles:
-    """(n, 2, k, 3) shares at angles, as the table of (n, 2, ANGLES, 3) has them."""
+def _between(squared: Doubles) -> Doubles:
+    """(k, ANGLES) how much each angle counts, by squares of the sine (k,)."""
     at = np.sqrt(1.0 - squared) * (ANGLES - 1)
-    low = np.minimum(at.astype(int), ANGLES - 2)
-    part = (at - low)[:, None]
-    found: Doubles = of_angles[:, :, low] * (1.0 - part) + of_angles[:, :, low + 1] * part
+    found: Doubles = np.maximum(0.0, 1.0 - np.abs(at[:, None] - np.arange(ANGLES)))
     return found
 
 

@@ -30,23 +30,16 @@ FINDERS = {
 
 @dataclass(frozen=True)
 class Emission:
-    """Of emissive triangles, in order of number.
-
-    A triangle's shares: of its front's `cells` x `cells` cells, row by row, in coordinates along
-    its first and its last side; of `angles` angles; and as many of its back.
-    """
+    """Of emissive triangles, in order of number."""
 
     radiance: Doubles  # (n, 3) in the mean [W/(m^2 sr)]
-    first: NDArray[np.intp]  # (n,) texel where its shares begin
-    cells: NDArray[np.intp]  # (n,) 0: it radiates evenly
-    angles: NDArray[np.intp]  # (n,) 0: in all directions alike
-    shares: NDArray[np.float32]  # (k, 4), of the mean, in each channel
+    shares: NDArray[np.intp]  # (n,) texel where those of a triangle begin, + 1; 0: it has none
+    table: NDArray[np.float32]  # (k, 4) of the mean, in each channel (glsl/lib/emission_share.glsl)
 
     @staticmethod
     def even(radiance: Doubles) -> Emission:
         """The same everywhere."""
-        none = np.zeros(len(radiance), np.intp)
-        return Emission(radiance, none, none, none, np.zeros((0, 4), np.float32))
+        return Emission(radiance, np.zeros(len(radiance), np.intp), np.zeros((0, 4), np.float32))
 
 
 def emissive_triangles(scene: Scene, mesh: Mesh) -> NDArray[np.intp]:
@@ -92,8 +85,7 @@ def triangle_lights(scene: Scene, mesh: Mesh, emission: Emission) -> NDArray[Any
     table["axis"], table["across"] = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
     table["found_by"] = found_by(scene, numbers)
     table["power"][is_there] = emission.radiance[is_there]
-    table["gobo"], table["gobo_width"] = emission.first, emission.cells
-    table["gobo_height"] = emission.angles
+    table["more"][:, 3] = emission.shares
     table[is_there] = _of_each(table[is_there], mesh.triangles[places[is_there]])
     return table
 

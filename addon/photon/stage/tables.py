@@ -124,7 +124,7 @@ class Tables:
         asked = asked_lights(flux, count_distant(lights) if emitters else 0)
         tables = {"lights": lights, **light_trees(device, layer, lights, asked, more)}
         if any("emission" in material.varying for material in scene.materials):
-            tables["emission_shares"] = emission.shares
+            tables["emission_shares"] = emission.table
         if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
             tables["light_limits"] = limit_table(emitters, len(lights))
@@ -198,7 +198,7 @@ class Tables:
             **light_trees(device, layer, self.lights, self.asked, more),
         }
         if "emission_shares" in self.textures:
-            tables["emission_shares"] = emission.shares
+            tables["emission_shares"] = emission.table
         for name, table in tables.items():
             self._renew(name, texels_of(table))
 
