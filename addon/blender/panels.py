@@ -114,6 +114,11 @@ class RENDER_PT_photon_stream_light_paths(EnginePanel, bpy.types.Panel):
         layout.prop(settings, "photon_bounces")
         switched(layout, settings, "mirror_depth", "Custom Mirror Depth")
         layout.prop(settings, "specular_model")
+        cycles = getattr(context.scene, "cycles", None)  # whose settings it shares
+        if cycles:
+            col = layout.column(align=True)
+            col.prop(cycles, "sample_clamp_direct", text="Clamp Direct")
+            col.prop(cycles, "sample_clamp_indirect", text="Indirect")
         col = layout.column()
         col.prop(settings, "direct_by_photons")
 

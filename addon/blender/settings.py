@@ -73,4 +73,6 @@ def film_of(scene: bpy.types.Scene) -> dict[str, Any]:
         "pixel_filter": PIXEL_FILTERS[kind],
         "pixel_width": _of_cycles(scene, "filter_width", 1.5),
         "exposure": _of_cycles(scene, "film_exposure", 1.0),
+        "clamp_direct": _of_cycles(scene, "sample_clamp_direct", 0.0),
+        "clamp_indirect": _of_cycles(scene, "sample_clamp_indirect", 0.0),
     }

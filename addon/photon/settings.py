@@ -64,6 +64,10 @@ class Settings:
     pixel_filter: PixelFilter = "box"
     pixel_width: float = 1.0  # [px] of other filters than the box, in Blender's sense
     exposure: float = 1.0  # times the picture
+    # The most light of one sample, straight from lights and by way of other surfaces, in the mean
+    # of the channels [W/(m^2 sr)]; 0: as much as there is. What photons bring is not limited.
+    clamp_direct: float = 0.0
+    clamp_indirect: float = 0.0
     device_index: int = 0  # which EGL device
     time_limit: float = 0.0  # [s]; 0: none
     noise_threshold: float = 0.0  # relative error, noise and bias, that ends the render; 0: none
@@ -86,6 +90,8 @@ class Settings:
             ("transparent_depth", 0, 1024),
             ("pixel_width", 0.0, 1e3),
             ("exposure", 0.0, 1e6),
+            ("clamp_direct", 0.0, math.inf),
+            ("clamp_indirect", 0.0, math.inf),
             ("device_index", 0, 255),
             ("time_limit", 0.0, math.inf),
             ("noise_threshold", 0.0, math.inf),

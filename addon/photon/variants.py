@@ -226,6 +226,8 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         for asked in seen:
             yield kernel, asked, {}
             yield kernel, {**asked, "VISIBILITY": 1}, {}
+    for kernel, more in product((CombinePrimary, CombineMirror), ({}, {"TRANSPARENT": 1})):
+        yield kernel, {"EMITTERS": 1, "CLAMPED": 1, **more}, {}
     around: Defines = {"PANORAMIC": 1}
     for asked in seen:
         yield CombinePrimary, {**asked, **lux}, {}

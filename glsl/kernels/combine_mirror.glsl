@@ -10,10 +10,38 @@
 #ifdef PHOTON_MAP
 #include "lib/blur.glsl"
 #endif
+#ifdef CLAMPED
+#include "lib/clamped.glsl"
+#endif
+
+// What the ray brings of light that it meets, and of light that a shadow ray found where it ends.
+vec3 met_light(vec3 light, vec3 throughput) {
+#ifdef CLAMPED
+#ifdef TRANSPARENT
+    return clamped(throughput * light, load_chain().bounces < 2.0);
+#else
+    return clamped(throughput * light, depth < 2);
+#endif
+#else
+    return throughput * light;
+#endif
+}
+
+vec3 found_light(vec3 light, vec3 throughput) {
+#ifdef CLAMPED
+#ifdef TRANSPARENT
+    return clamped(throughput * light, load_chain().bounces < 1.0);
+#else
+    return clamped(throughput * light, false);
+#endif
+#else
+    return throughput * light;
+#endif
+}
 
 void kernel() {
     vec3 throughput = load_throughput().throughput;
-    vec3 seen = vec3(0.0), indirect = vec3(0.0);
+    vec3 seen = vec3(0.0), direct = vec3(0.0), indirect = vec3(0.0);
 #ifdef EMITTERS
     vec3 world = load_environment().radiance;
 #ifdef TRANSPARENT
@@ -32,14 +60,14 @@ void kernel() {
     if (is_hit(load_hit())) {
         vec3 diffuse = load_diffuse().albedo;
         weight = mean(throughput * diffuse);
-        seen += load_direct().radiance;
+        direct = load_direct().radiance;
         indirect = diffuse / PI * load_irradiance().irradiance;
 #ifdef GATHERED_LOBES
         weight += mean(throughput) * load_gathered().albedo;
         indirect += load_gloss().radiance;
 #endif
     }
-    store_seen(Radiance(throughput * seen, weight));
+    store_seen(Radiance(met_light(seen, throughput) + found_light(direct, throughput), weight));
     store_indirect_seen(Radiance(throughput * indirect, weight * coverage));
 #ifdef PHOTON_MAP
     store_blur_seen(blur_of(throughput));

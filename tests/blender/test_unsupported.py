@@ -21,19 +21,6 @@ def test_scene_wide_features_are_named(scene, export) -> None:
     assert [e.feature for e in report.of("ignored")] == ["Rolling Shutter", "Overscan"]
 
 
-def test_sample_clamping_is_named(scene, export) -> None:
-    """As Blender sets it for every new scene, too."""
-    for name, default in (("direct", 0.0), ("indirect", 10.0)):
-        setting = f"sample_clamp_{name}"
-        assert scene.cycles.bl_rna.properties[setting].default == default
-        setattr(scene.cycles, setting, default)
-    found = [(e.object, e.feature) for e in export()[1].of("ignored")]
-    assert found == [("Scene 'Scene'", "Clamp Indirect")]
-    scene.cycles.sample_clamp_direct, scene.cycles.sample_clamp_indirect = 2.5, 0.0
-    (entry,) = export()[1].of("ignored")
-    assert entry.feature == "Clamp Direct" and "2.5" in entry.detail
-
-
 def test_where_shadow_rays_begin(scene, export) -> None:
     """An object's Geometry Offset is exported where it is not what new objects have."""
     obj = add_mesh("Plane")

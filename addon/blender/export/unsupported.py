@@ -23,11 +23,6 @@ BOUNCES = {
 def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: Notes) -> None:
     """Write down scene-wide features that are not simulated."""
     name, cycles = f"Scene '{scene.name}'", getattr(scene, "cycles", None)
-    for kind in ("direct", "indirect"):
-        most = getattr(cycles, f"sample_clamp_{kind}", 0.0)
-        if most > 0.0:
-            detail = f"what is brighter than {most:g} stays so"
-            notes.ignored(name, f"Clamp {kind.capitalize()}", detail)
     rolling = getattr(cycles, "rolling_shutter_type", "NONE") != "NONE"
     if scene.render.use_motion_blur and rolling:
         notes.ignored(name, "Rolling Shutter", "all rows are exposed at once")

@@ -18,6 +18,7 @@ from .eye import Eye
 from .moved_sums import MovedSums
 from .path import Path
 
+NO_LIMIT = 1e38  # to the light of a sample
 # What chains add to, by the name of the sum: an image, and what a ray adds to it.
 _SUMS = {
     "sum": ("mirror", "seen"),
@@ -82,6 +83,9 @@ class PassImages:
         }
         self._world = {
             "background_alpha": 0.0 if settings.transparent else 1.0,
+            "clamps": tuple(
+                x or NO_LIMIT for x in (settings.clamp_direct, settings.clamp_indirect)
+            ),
             **eye.camera.view_axis(),
         }
 
@@ -130,7 +134,7 @@ class PassImages:
     def _add_chain(self, path: Path, streams: dict[str, Stream]) -> None:
         assert self._mirror and self._add
         seen = self._seen_by_rays(path.at.size)
-        launch(self._mirror, streams | seen, self._tables, self._world)
+        launch(self._mirror, streams | seen, self._tables, self._world | {"depth": path.depth})
         if self._features:
             launch(self._features, streams | seen, self._tables)
         if self._caustics:

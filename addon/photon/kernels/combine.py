@@ -24,6 +24,8 @@ _EMITTERS: Ports = {
     "emitted": When("EMITTERS", RADIANCE),
     "environment": When("EMITTERS", RADIANCE),
 }
+# The most of one sample, of direct light and of other, in the mean of the channels [W/(m^2 sr)].
+_CLAMPS = {"clamps": When("CLAMPED", Uniform("vec2"))}
 
 
 class CombinePrimary(Kernel):
@@ -38,6 +40,7 @@ class CombinePrimary(Kernel):
         "GATHERED_LOBES",
         "VISIBILITY",
         "PHOTON_MAP",
+        "CLAMPED",
     )
     inputs = {
         "direction": When("PANORAMIC", RAY_DIRECTION),
@@ -65,6 +68,7 @@ class CombinePrimary(Kernel):
         "background_alpha": Uniform("float"),
         "eye": Uniform("vec3"),
         "view_axis": Uniform("vec3"),
+        **_CLAMPS,
     }
 
 
@@ -72,7 +76,7 @@ class CombineMirror(Kernel):
     """What a secondary ray sees."""
 
     stem = "combine_mirror"
-    structure = ("EMITTERS", "GATHERED_LOBES", "TRANSPARENT", "PHOTON_MAP")
+    structure = ("EMITTERS", "GATHERED_LOBES", "TRANSPARENT", "PHOTON_MAP", "CLAMPED")
     inputs = {
         "hit": HIT,
         "diffuse": DIFFUSE,
@@ -90,7 +94,11 @@ class CombineMirror(Kernel):
         "lost": When("TRANSPARENT", LOST),
         "blur_seen": When("PHOTON_MAP", BLUR),
     }
-    uniforms = {"background_alpha": When("TRANSPARENT", Uniform("float"))}
+    uniforms = {
+        "background_alpha": When("TRANSPARENT", Uniform("float")),
+        "depth": When("CLAMPED", Uniform("int")),
+        **_CLAMPS,
+    }
 
 
 class CombineCaustics(Kernel):

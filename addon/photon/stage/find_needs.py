@@ -154,6 +154,7 @@ def _of_settings(settings: Settings) -> dict[str, Any]:
         "illuminance": settings.illuminance,
         "features": settings.denoise or settings.denoising_data,
         "first_hits": settings.direct_by_photons,
+        "clamped": settings.clamp_direct > 0.0 or settings.clamp_indirect > 0.0,
     }
 
 

@@ -92,6 +92,7 @@ class SceneNeeds:
     shadow_programs: ProgramNeeds = ProgramNeeds()  # where what they let through does
     caustics: bool = False  # are asked for, and there may be some
     panes: bool = False  # light from afar may come straight through glass
+    clamped: bool = False  # light of single samples is
 
     @cached_property
     def emitter_defines(self) -> Defines:
@@ -103,6 +104,7 @@ class SceneNeeds:
         """What kernels are compiled with that put a picture together."""
         found = {"PHOTON_MAP": 1} if self.photons else {}
         found |= {"FEATURES": 1} if self.features else {}
+        found |= {"CLAMPED": 1} if self.clamped else {}
         of_rays = {**self.emitter_defines, **self.gather_defines, **self.transparent_defines}
         return {**of_rays, **found, **self.caustic_defines}
 
