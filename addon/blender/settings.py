@@ -43,6 +43,8 @@ def settings_from(
         transparent_depth=transparent_bounces_of(scene),
         boundary_correction=p.boundary_correction,
         direct_by_photons=p.direct_by_photons,
+        clamp_direct=_of_cycles(scene, "sample_clamp_direct", 0.0),
+        clamp_indirect=_of_cycles(scene, "sample_clamp_indirect", 0.0),
         transparent=scene.render.film_transparent,
         denoise=p.denoise,
         device_index=p.device_index,
@@ -73,6 +75,4 @@ def film_of(scene: bpy.types.Scene) -> dict[str, Any]:
         "pixel_filter": PIXEL_FILTERS[kind],
         "pixel_width": _of_cycles(scene, "filter_width", 1.5),
         "exposure": _of_cycles(scene, "film_exposure", 1.0),
-        "clamp_direct": _of_cycles(scene, "sample_clamp_direct", 0.0),
-        "clamp_indirect": _of_cycles(scene, "sample_clamp_indirect", 0.0),
     }

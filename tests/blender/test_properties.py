@@ -23,24 +23,28 @@ BLEND_SCENES = Path(__file__).resolve().parents[2] / "blend_scenes"
 NOT_PROPERTIES = {"width", "height", "region", "first_pass", "transparent", "caller_bytes"}
 NOT_PROPERTIES |= {"transparent_depth"}
 NOT_PROPERTIES |= {"caustics", "illuminance", "denoising_data"}  # asked for by passes
-FILM = {"pixel_filter", "pixel_width", "exposure"}  # Cycles' properties
+# Cycles' properties, as the fixture's scene has them.
+OF_CYCLES = {
+    "pixel_filter": "blackman_harris",
+    "pixel_width": 1.5,
+    "exposure": 1.0,
+    "clamp_direct": 0.0,
+    "clamp_indirect": 0.0,
+}
 
 
 def test_defaults_agree(scene) -> None:
     settings, default = settings_from(scene, (512, 512)), Settings()
     for field in fields(Settings):  # Blender keeps numbers as float32
         expected = getattr(default, field.name)
-        if field.name in FILM:
-            expected = {"pixel_filter": "blackman_harris", "pixel_width": 1.5, "exposure": 1.0}[
-                field.name
-            ]
+        expected = OF_CYCLES.get(field.name, expected)
         if isinstance(expected, float):
             expected = pytest.approx(expected, rel=1e-7)
         assert getattr(settings, field.name) == expected
 
 
 def test_every_setting_has_a_property(scene) -> None:
-    names = {field.name for field in fields(Settings)} - NOT_PROPERTIES - FILM
+    names = {field.name for field in fields(Settings)} - NOT_PROPERTIES - OF_CYCLES.keys()
     assert names <= set(scene.photon_stream.bl_rna.properties.keys())
 
 

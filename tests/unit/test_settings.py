@@ -27,6 +27,8 @@ RANGES: list[tuple[str, Any, Any, tuple[Any, ...]]] = [
     ("transparent_depth", 0, 1024, (-1, 1025)),
     ("pixel_width", 0.0, 1e3, (-0.1, 1001.0)),
     ("exposure", 0.0, 1e6, (-0.1, math.inf)),
+    ("clamp_direct", 0.0, 1e38, (-0.1, math.inf)),
+    ("clamp_indirect", 0.0, 1e38, (-0.1, math.inf)),
     ("device_index", 0, 255, (-1, 256)),
     ("time_limit", 0.0, 1e9, (-0.1,)),
     ("noise_threshold", 0.0, 1e9, (-0.1,)),
