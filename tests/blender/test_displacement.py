@@ -164,7 +164,7 @@ def test_adaptive_subdivision(export, cycles_mean, device, space: str) -> None:
         modifier.subdivision_type = "SIMPLE" if subject is plate else "CATMULL_CLARK"
         modifier.render_levels = 0 if subject is plate else 3
         modifier.use_adaptive_subdivision, modifier.adaptive_space = True, space
-        modifier.adaptive_object_edge_length = 0.01
+        modifier.adaptive_object_edge_length = 0.02
         material, tree = new_material()
         material.displacement_method = "DISPLACEMENT"
         node = add_node(tree, DIFFUSE, Color=COLOUR)

@@ -138,6 +138,7 @@ def by_place(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
     return ball.outputs["Color"]
 
 
+@pytest.mark.thorough("by_place")
 @pytest.mark.parametrize("by", [one_side, by_facing, by_place])
 def test_panels_light_as_in_cycles(scene, export, device, by) -> None:
     """A floor on both sides of one: the side, the angle and the place tell how much it emits."""

@@ -191,7 +191,7 @@ def plate_over_sheet() -> Builder:
     return built.box((-2, -2, 1.4), (2, 2, 1.5), 2)
 
 
-@pytest.mark.thorough("nodes-True", "mesh-True", "absorption-True", "many-False")
+@pytest.mark.thorough("nodes-True", "mesh-True", "absorption", "many-False")
 @pytest.mark.parametrize("by_photons", (False, True))
 @pytest.mark.parametrize("case", ("nodes", "absorption", "mesh", "many"))
 @pytest.mark.parametrize("backend", QUICK)

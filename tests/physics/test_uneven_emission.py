@@ -126,6 +126,7 @@ def emitter(name: str) -> tuple[Material, Radiance]:
     return Material("emissive", BLACK, (), BLACK, program=program, varying=varying), radiance
 
 
+@pytest.mark.thorough("2-back", "4-back")
 @pytest.mark.parametrize("is_front", [True, False], ids=["front", "back"])
 @pytest.mark.parametrize(
     ("name", "levels"), [*product(PROGRAMS, (0, 2)), *product(("angle", *STRIP), (4,))]
@@ -141,6 +142,7 @@ def test_by_shadow_rays(device: Device, name: str, is_front: bool, levels: int) 
     np.testing.assert_allclose(blocks(found), blocks(expected), rtol=0.04)
 
 
+@pytest.mark.thorough("gradient-back", "steep-back", "angle-back")
 @pytest.mark.parametrize("is_front", [True, False], ids=["front", "back"])
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_by_photons(device: Device, name: str, is_front: bool) -> None:

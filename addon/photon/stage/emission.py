@@ -57,12 +57,12 @@ def emission_of(
     numbers = emissive_triangles(scene, mesh)
     of_triangle = scene.material[numbers]
     constant = np.array([material.emission for material in scene.materials]).reshape(-1, 3)
-    even = Emission.even(constant[of_triangle])
+    radiance: Doubles = constant[of_triangle]
     varying = [at for at, material in enumerate(scene.materials) if "emission" in material.varying]
     places = mesh.places_of(numbers)
     wanted = np.flatnonzero(np.isin(of_triangle, varying) & (places >= 0))
     if not len(wanted):
-        return even
+        return Emission.even(radiance)
     needs = ProgramNeeds.of_some(scene, of_emission)
     kernel = SurfaceEmission(device, layer, needs.defines, made=needs.made)
     asked = _Asked(kernel, {name: textures[name] for name in kernel.tables}, mesh)
@@ -70,11 +70,11 @@ def emission_of(
     room, parts = MOST_SHARES // len(worn), []
     for material in worn:
         own = wanted[of_triangle[wanted] == material]
-        found = asked.radiated(places[own], _Grid.of(len(own), samples // len(worn)), room)
-        even.radiance[own] = found.mean
+        found = asked.radiated(places[own], _Grid.of(len(own), samples // len(worn), room))
+        radiance[own] = found.mean
         parts.append((own, found))
     kernel.release()
-    return _joined(even.radiance, parts)
+    return _joined(radiance, parts)
 
 
 def _joined(radiance: Doubles, parts: list[tuple[NDArray[np.intp], _Radiated]]) -> Emission:
@@ -126,9 +126,10 @@ class _Grid:
     weights: Doubles  # (c,) the share of it that each is
     points: Doubles  # (c, s, 2)
     triangles: int
+    room: int  # for the shares of all [texels]
 
     @staticmethod
-    def of(triangles: int, samples: int) -> _Grid:
+    def of(triangles: int, samples: int, room: int = MOST_SHARES) -> _Grid:
         """Of so many triangles, by so many samples of all."""
         count = min(max(math.isqrt(samples // (4 * triangles)), 1), MOST_CELLS)
         own = np.argwhere(np.add.outer(np.arange(count), np.arange(count)) < count)
@@ -136,16 +137,17 @@ class _Grid:
         side = max(2, -(-FEWEST // count))
         points = np.where(is_half[:, None, None], _in_half(side), _in_whole(side))
         weights = np.where(is_half, 1.0, 2.0) / count**2
-        return _Grid(count, own, weights, (own[:, None] + points) / count, triangles)
+        return _Grid(count, own, weights, (own[:, None] + points) / count, triangles, room)
 
     @property
     def has_room(self) -> bool:
-        """Whether the shares of all triangles' cells do not take too much."""
-        return self.triangles * (1 + 2 * self.count**2) <= MOST_SHARES
+        """Whether the shares of all triangles' cells fit."""
+        return self.triangles * (1 + 2 * self.count**2) <= self.room
 
-    def has_room_for_angles(self, room: int) -> bool:
-        """Whether those of their angles fit so many texels, too."""
-        return self.triangles * (1 + 2 * (self.count**2 + ANGLES)) <= room
+    @property
+    def has_room_for_angles(self) -> bool:
+        """Whether those of their angles do, too."""
+        return self.triangles * (1 + 2 * (self.count**2 + ANGLES)) <= self.room
 
     def parts(self) -> list[slice]:
         """Of the triangles, some at a time."""
@@ -174,9 +176,8 @@ class _Asked:
     tables: Mapping[str, Any]
     mesh: Mesh
 
-    def radiated(self, places: NDArray[np.intp], grid: _Grid, room: int) -> _Radiated:
-        """What triangles of a material at places (n,) of the mesh radiate, whose shares may take
-        about so many texels."""
+    def radiated(self, places: NDArray[np.intp], grid: _Grid) -> _Radiated:
+        """What triangles of a material at places (n,) of the mesh radiate."""
         squared, azimuth = _sequence(grid.points[..., 0].size)
         wanted = min(ANGLE_POINTS, len(squared), max(AT_ONCE // (2 * ANGLES * len(places)), 1))
         cells, bright = [], []  # and the brightest points of a side
@@ -190,7 +191,7 @@ class _Asked:
         radiance, points = np.concatenate(cells), grid.points.reshape(-1, 2)[np.concatenate(bright)]
         level = np.einsum("nscj,c->nsj", radiance, grid.weights)
         angles = np.ones((len(places), 2, 0, 3))
-        if grid.has_room_for_angles(room):
+        if grid.has_room_for_angles:
             probed = np.argsort(-level.sum(axis=(1, 2)), kind="stable")[:PROBED]
             if (np.abs(self._of_angles(places[probed], points[probed]) - 1.0) > EVEN).any():
                 angles = np.concatenate(
