@@ -14,28 +14,17 @@
 #include "lib/clamped.glsl"
 #endif
 
-// What the ray brings of light that it meets, and of light that a shadow ray found where it ends.
-vec3 met_light(vec3 light, vec3 throughput) {
+// Light of the chain; with so few bounces it is direct light.
+vec3 limited(vec3 light, int direct_up_to) {
 #ifdef CLAMPED
 #ifdef TRANSPARENT
-    return clamped(throughput * light, load_chain().bounces < 2.0);
+    int bounces = int(load_chain().bounces);
 #else
-    return clamped(throughput * light, depth < 2);
+    int bounces = depth;
 #endif
+    return clamped(light, bounces <= direct_up_to);
 #else
-    return throughput * light;
-#endif
-}
-
-vec3 found_light(vec3 light, vec3 throughput) {
-#ifdef CLAMPED
-#ifdef TRANSPARENT
-    return clamped(throughput * light, load_chain().bounces < 1.0);
-#else
-    return clamped(throughput * light, false);
-#endif
-#else
-    return throughput * light;
+    return light;
 #endif
 }
 
@@ -67,7 +56,8 @@ void kernel() {
         indirect += load_gloss().radiance;
 #endif
     }
-    store_seen(Radiance(met_light(seen, throughput) + found_light(direct, throughput), weight));
+    // Lights that rays meet are direct light of where those were sent.
+    store_seen(Radiance(limited(throughput * seen, 1) + limited(throughput * direct, 0), weight));
     store_indirect_seen(Radiance(throughput * indirect, weight * coverage));
 #ifdef PHOTON_MAP
     store_blur_seen(blur_of(throughput));
