@@ -11,7 +11,7 @@ import pytest
 
 from tests.measure import render
 
-from .build import add_light, add_mesh
+from .build import add_light, add_mesh, add_node, finish, new_world
 from .test_world import image_of, with_texture
 
 pytestmark = pytest.mark.blender
@@ -106,3 +106,19 @@ def test_portals_do_not_light(export) -> None:
     exported, report = export()
     assert [light.kind for light in exported.lights] == ["point"]
     assert not [entry for entry in report.entries if entry.status != "exact"]
+
+
+@pytest.mark.parametrize("shift", [0.0, -0.5])
+def test_negative_skies_are_named(scene, export, shift) -> None:
+    """Cycles takes their light away; here it is none."""
+    tree = new_world(scene)
+    gradient = add_node(tree, "ShaderNodeTexGradient").outputs["Color"]
+    moved = add_node(tree, "ShaderNodeVectorMath")
+    moved.inputs[1].default_value = (shift,) * 3
+    tree.links.new(gradient, moved.inputs[0])
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=moved.outputs[0]))
+    exported, report = export()
+    pixels = exported.images[0].pixels
+    assert pixels.min() == 0.0 and pixels.max() == pytest.approx(1.0 + shift, abs=0.01)
+    named = [entry for entry in report.of("approximated") if entry.feature == "Negative light"]
+    assert len(named) == (1 if shift < 0.0 else 0)

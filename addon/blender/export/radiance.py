@@ -253,7 +253,12 @@ def _evaluated(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> EnvironmentMap:
     placed = placed_by(graph.context.camera)
-    pixels = evaluate(node, output, scope, stand_in=placed, tell=graph.tell_absent)
+
+    def tell_negative() -> None:
+        graph.notes.approximated(graph.owner, "Negative light", "0 is used")
+
+    tell = graph.tell_absent
+    pixels = evaluate(node, output, scope, stand_in=placed, tell=tell, tell_negative=tell_negative)
     height, width = pixels.shape[:2]
     detail = f"an image of {width} x {height} pixels stands for it"
     graph.notes.approximated(graph.owner, f"{node.bl_label} '{node.name}'", detail)

@@ -63,10 +63,12 @@ def evaluate(
     stand_in: StandIn | None = None,
     least: int = WIDTH,
     tell: Tell | None = None,
+    tell_negative: Callable[[], object] = lambda: None,
 ) -> Any:
     """The radiance or colour of an output in every direction, float32 (height, width, 3), as an
     Environment Texture has it; `changes`: of the node's properties; `stand_in`: for nodes of others
-    than worlds; `least`: pixels across; `tell`: of images that are missing. Raises Unsuited."""
+    than worlds; `least`: pixels across; `tell`: of images that are missing; `tell_negative`: that
+    some of it would be below 0, where it is 0. Raises Unsuited."""
     with tempfile.TemporaryDirectory() as folder:
         graph = _Description(Path(folder), stand_in, tell)
         graph.add(node, output, scope)
@@ -83,13 +85,17 @@ def evaluate(
             _kept.move_to_end(key)
         else:
             pixels = _evaluated(given, Path(folder))
-            if given["width"] < FINE_WIDTH and is_fine(pixels):
+            if given["width"] < FINE_WIDTH and is_fine(np.maximum(pixels, np.float32(0.0))):
                 given["width"] = FINE_WIDTH
                 pixels = _evaluated(given, Path(folder))
             _kept[key] = pixels
             if len(_kept) > KEPT:
                 _kept.popitem(last=False)
-        return _kept[key]
+        found = _kept[key]
+        if found.min() >= 0.0:
+            return found
+        tell_negative()
+        return np.maximum(found, np.float32(0.0))
 
 
 def is_fine(pixels: NDArray[np.float32]) -> bool:
@@ -125,8 +131,8 @@ def _evaluated(given: dict[str, Any], folder: Path) -> NDArray[np.float32]:
     if done.returncode or not output.is_file():
         last = (done.stderr.strip() or done.stdout.strip()).splitlines()[-1:]
         raise Unsuited(f"Blender could not evaluate it: {' '.join(last)}")
-    pixels = np.nan_to_num(np.load(output), nan=0.0, posinf=0.0, neginf=0.0)
-    return np.maximum(pixels, np.float32(0.0))
+    pixels: NDArray[np.float32] = np.nan_to_num(np.load(output), nan=0.0, posinf=0.0, neginf=0.0)
+    return pixels
 
 
 # What takes a node's place for one of its outputs, or feeds the vector of a texture that nothing
