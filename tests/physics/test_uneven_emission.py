@@ -23,7 +23,7 @@ from addon.photon.scene import (
     Scene,
     point_light,
 )
-from addon.photon.stage.emission import _Grid
+from addon.photon.stage.emission import Grid
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
 from tests.scenes import Builder, orthographic, plain_material
@@ -179,7 +179,7 @@ def test_of_what_moves(device: Device, name: str) -> None:
 @pytest.mark.parametrize("triangles", [1, 100, 1000, 10000])
 def test_points_of_cells_are_even(triangles: int) -> None:
     """In the mean they are a triangle's middle, so what goes up steadily has its mean there."""
-    grid = _Grid.of(triangles, 1 << 17)
+    grid = Grid.of(triangles, 1 << 17)
     middle = np.einsum("csk,c->k", grid.points, grid.weights) / grid.points.shape[1]
     np.testing.assert_allclose(middle, 1.0 / 3.0, rtol=1e-12)
     assert grid.weights.sum() == pytest.approx(1.0) and (grid.points.sum(axis=2) < 1.0).all()

@@ -70,7 +70,7 @@ def emission_of(
     room, parts = MOST_SHARES // len(worn), []
     for material in worn:
         own = wanted[of_triangle[wanted] == material]
-        found = asked.radiated(places[own], _Grid.of(len(own), samples // len(worn), room))
+        found = asked.radiated(places[own], Grid.of(len(own), samples // len(worn), room))
         radiance[own] = found.mean
         parts.append((own, found))
     kernel.release()
@@ -95,7 +95,7 @@ class _Radiated:
     mean: Doubles  # (n, 3)
     cells: Doubles  # (n, 2, c, 3) shares of the mean, of each cell of the front and the back
     angles: Doubles  # (n, 2, a, 3) of those, at each angle; a is 0 where all are alike
-    grid: _Grid
+    grid: Grid
 
     @property
     def differs(self) -> NDArray[np.bool_]:
@@ -118,8 +118,8 @@ class _Radiated:
 
 
 @dataclass(frozen=True)
-class _Grid:
-    """Cells of a triangle, and the points in them that are asked."""
+class Grid:
+    """Cells of a triangle, and the points in them that are asked, of so many triangles."""
 
     count: int  # along a side
     own: NDArray[np.intp]  # (c, 2) those that lie in the triangle, at least by half
@@ -129,7 +129,7 @@ class _Grid:
     room: int  # for the shares of all [texels]
 
     @staticmethod
-    def of(triangles: int, samples: int, room: int = MOST_SHARES) -> _Grid:
+    def of(triangles: int, samples: int, room: int = MOST_SHARES) -> Grid:
         """Of so many triangles, by so many samples of all."""
         count = min(max(math.isqrt(samples // (4 * triangles)), 1), MOST_CELLS)
         own = np.argwhere(np.add.outer(np.arange(count), np.arange(count)) < count)
@@ -137,7 +137,7 @@ class _Grid:
         side = max(2, -(-FEWEST // count))
         points = np.where(is_half[:, None, None], _in_half(side), _in_whole(side))
         weights = np.where(is_half, 1.0, 2.0) / count**2
-        return _Grid(count, own, weights, (own[:, None] + points) / count, triangles, room)
+        return Grid(count, own, weights, (own[:, None] + points) / count, triangles, room)
 
     @property
     def has_room(self) -> bool:
@@ -176,7 +176,7 @@ class _Asked:
     tables: Mapping[str, Any]
     mesh: Mesh
 
-    def radiated(self, places: NDArray[np.intp], grid: _Grid) -> _Radiated:
+    def radiated(self, places: NDArray[np.intp], grid: Grid) -> _Radiated:
         """What triangles of a material at places (n,) of the mesh radiate."""
         squared, azimuth = _sequence(grid.points[..., 0].size)
         wanted = min(ANGLE_POINTS, len(squared), max(AT_ONCE // (2 * ANGLES * len(places)), 1))
@@ -202,7 +202,7 @@ class _Asked:
         return _Radiated(mean, _over(radiance, mean[:, None, None]), angles, grid)
 
     def _by_angle(
-        self, places: NDArray[np.intp], grid: _Grid, level: Doubles, angles: Doubles
+        self, places: NDArray[np.intp], grid: Grid, level: Doubles, angles: Doubles
     ) -> tuple[Doubles, Doubles]:
         """What sides radiate in the mean (n, 2, 3), and their cells (n, 2, c, 3), where it hangs on
         the angle as `angles` say: by `level`, of points each in another direction. Cells are
