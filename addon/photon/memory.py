@@ -96,7 +96,7 @@ class Budget:
         used = np.bincount(scene.material, minlength=len(scene.materials))
         emissive = np.array([material.is_emissive for material in scene.materials], bool)
         self._emissive = int(used[emissive].sum())
-        self._uneven = any("emission" in material.varying for material in scene.materials)
+        self._uneven = any(material.emits_by_program for material in scene.materials)
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._is_transparent = any(material.is_transparent for material in self._materials)
         self._absorbs = any(max(material.absorption) > 0.0 for material in self._materials)

@@ -10,21 +10,16 @@
 #ifdef PHOTON_MAP
 #include "lib/blur.glsl"
 #endif
-#ifdef CLAMPED
 #include "lib/clamped.glsl"
-#endif
 
-// Light of the chain; with so few bounces it is direct light.
-vec3 limited(vec3 light, int direct_up_to) {
-#ifdef CLAMPED
-#ifdef TRANSPARENT
-    int bounces = int(load_chain().bounces);
+// Of the chain, where that is asked.
+int bounces() {
+#if defined(CLAMPED) && defined(TRANSPARENT)
+    return int(load_chain().bounces);
+#elif defined(CLAMPED)
+    return depth;
 #else
-    int bounces = depth;
-#endif
-    return clamped(light, bounces <= direct_up_to);
-#else
-    return light;
+    return 0;
 #endif
 }
 
@@ -57,7 +52,8 @@ void kernel() {
 #endif
     }
     // Lights that rays meet are direct light of where those were sent.
-    store_seen(Radiance(limited(throughput * seen, 1) + limited(throughput * direct, 0), weight));
+    vec3 met = limited(throughput * seen, bounces() < 2), found = limited(throughput * direct, bounces() < 1);
+    store_seen(Radiance(met + found, weight));
     store_indirect_seen(Radiance(throughput * indirect, weight * coverage));
 #ifdef PHOTON_MAP
     store_blur_seen(blur_of(throughput));

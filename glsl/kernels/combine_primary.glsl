@@ -7,17 +7,7 @@
 #ifdef PHOTON_MAP
 #include "lib/blur.glsl"
 #endif
-#ifdef CLAMPED
 #include "lib/clamped.glsl"
-#endif
-
-vec3 seen_light(vec3 light) {
-#ifdef CLAMPED
-    return clamped(light, true);
-#else
-    return light;
-#endif
-}
 
 void kernel() {
     bool seen = is_hit(load_hit());
@@ -31,7 +21,7 @@ void kernel() {
     if (seen) indirect += load_gloss().radiance;
     if (seen) weight += load_gathered().albedo;
 #endif
-    store_direct_seen(Radiance(seen ? seen_light(load_direct().radiance) : vec3(0.0), weight));
+    store_direct_seen(Radiance(seen ? limited(load_direct().radiance, true) : vec3(0.0), weight));
     store_indirect_seen(Radiance(indirect, weight * coverage));
 #ifdef PHOTON_MAP
     store_blur_seen(blur_of(vec3(1.0)));
@@ -42,8 +32,8 @@ void kernel() {
 #endif
     vec3 background = vec3(0.0);
 #ifdef EMITTERS
-    store_emission_seen(Radiance(held_out ? vec3(0.0) : seen_light(load_emitted().radiance), 1.0));
-    background = seen_light(load_environment().radiance) * background_alpha;
+    store_emission_seen(Radiance(held_out ? vec3(0.0) : limited(load_emitted().radiance, true), 1.0));
+    background = limited(load_environment().radiance, true) * background_alpha;
 #endif
     float alpha = held_out ? let_through_by(load_diffuse()) : (seen ? 1.0 : background_alpha);
 #ifdef ILLUMINANCE

@@ -171,7 +171,12 @@ class Material:
     @property
     def is_emissive(self) -> bool:
         """Whether its triangles are lights."""
-        return max(self.emission) > 0 or "emission" in self.varying
+        return max(self.emission) > 0 or self.emits_by_program
+
+    @property
+    def emits_by_program(self) -> bool:
+        """Whether its program tells what they emit."""
+        return "emission" in self.varying
 
     @property
     def is_transparent(self) -> bool:

@@ -39,6 +39,7 @@ MOST_OF_ONE = 1 + 2 * (MOST_CELLS**2 + ANGLES)  # and of a triangle
 
 _STEP = 1.0 / (ANGLES - 1)
 _COSINES = np.arange(ANGLES) * _STEP
+_SQUARED_SINES = 1.0 - np.maximum(_COSINES, GRAZING) ** 2
 # How much of what a side emits evenly leaves about each, interpolated between them.
 _ANGLE_WEIGHTS = 2.0 * _COSINES * _STEP
 _ANGLE_WEIGHTS[0], _ANGLE_WEIGHTS[-1] = _STEP**2 / 3.0, _STEP * (1.0 - _STEP / 3.0)
@@ -58,9 +59,9 @@ def emission_of(
     of_triangle = scene.material[numbers]
     constant = np.array([material.emission for material in scene.materials]).reshape(-1, 3)
     radiance: Doubles = constant[of_triangle]
-    varying = [at for at, material in enumerate(scene.materials) if "emission" in material.varying]
+    varying = np.array([material.emits_by_program for material in scene.materials], bool)
     places = mesh.places_of(numbers)
-    wanted = np.flatnonzero(np.isin(of_triangle, varying) & (places >= 0))
+    wanted = np.flatnonzero(varying[of_triangle] & (places >= 0))
     if not len(wanted):
         return Emission.even(radiance)
     needs = ProgramNeeds.of_some(scene, of_emission)
@@ -140,6 +141,17 @@ class Grid:
         return Grid(count, own, weights, (own[:, None] + points) / count, triangles, room)
 
     @property
+    def all_points(self) -> Doubles:
+        """(c s, 2)."""
+        return self.points.reshape(-1, 2)
+
+    def of_cells(self, found: Doubles) -> Doubles:
+        """The means (n, 2, c, 3) of what is found at all points (n, 2, c s, 3)."""
+        cells, points, _ = self.points.shape
+        means: Doubles = found.reshape(len(found), 2, cells, points, 3).mean(axis=3)
+        return means
+
+    @property
     def has_room(self) -> bool:
         """Whether the shares of all triangles' cells fit."""
         return self.triangles * (1 + 2 * self.count**2) <= self.room
@@ -151,7 +163,7 @@ class Grid:
 
     def parts(self) -> list[slice]:
         """Of the triangles, some at a time."""
-        at_once = max(1, AT_ONCE // (2 * self.points[..., 0].size))
+        at_once = max(1, AT_ONCE // (2 * len(self.all_points)))
         return [slice(at, at + at_once) for at in range(0, self.triangles, at_once)]
 
 
@@ -178,17 +190,15 @@ class _Asked:
 
     def radiated(self, places: NDArray[np.intp], grid: Grid) -> _Radiated:
         """What triangles of a material at places (n,) of the mesh radiate."""
-        squared, azimuth = _sequence(grid.points[..., 0].size)
+        squared, azimuth = _sequence(len(grid.all_points))
         wanted = min(ANGLE_POINTS, len(squared), max(AT_ONCE // (2 * ANGLES * len(places)), 1))
         cells, bright = [], []  # and the brightest points of a side
         for some in grid.parts():
-            points = grid.points.reshape(1, 1, -1, 2)
-            found = self._ask(places[some], points, squared[None, None], azimuth)
+            found = self._ask(places[some], grid.all_points, squared, azimuth)
             order = np.argsort(-found.sum(axis=3), axis=2, kind="stable")
             bright.append(order[:, :, :wanted])
-            shape = (*found.shape[:2], *grid.points.shape[:2], 3)
-            cells.append(found.reshape(shape).mean(axis=3))
-        radiance, points = np.concatenate(cells), grid.points.reshape(-1, 2)[np.concatenate(bright)]
+            cells.append(grid.of_cells(found))
+        radiance, points = np.concatenate(cells), grid.all_points[np.concatenate(bright)]
         level = np.einsum("nscj,c->nsj", radiance, grid.weights)
         angles = np.ones((len(places), 2, 0, 3))
         if grid.has_room_for_angles:
@@ -207,16 +217,17 @@ class _Asked:
         """What sides radiate in the mean (n, 2, 3), and their cells (n, 2, c, 3), where it hangs on
         the angle as `angles` say: by `level`, of points each in another direction. Cells are
         compared in the one in which most leaves."""
-        squared, azimuth = _sequence(grid.points[..., 0].size)
+        squared, azimuth = _sequence(len(grid.all_points))
         of_points = np.repeat(grid.weights, grid.points.shape[1]) / grid.points.shape[1]
         expected = np.einsum("nsaj,a->nsj", angles, of_points @ _between(squared))
         level = _over(level, expected)
         cells = []
         for some in grid.parts():
-            cosine = np.maximum(_COSINES, GRAZING)[angles[some].sum(axis=3).argmax(axis=2)]
-            points = grid.points.reshape(1, 1, -1, 2)
-            found = self._ask(places[some], points, 1.0 - cosine[..., None] ** 2, azimuth)
-            cells.append(found.reshape(*found.shape[:2], *grid.points.shape[:2], 3).mean(axis=3))
+            most = angles[some].sum(axis=3).argmax(axis=2)
+            most_squared = _SQUARED_SINES[most][..., None]
+            cells.append(
+                grid.of_cells(self._ask(places[some], grid.all_points, most_squared, azimuth))
+            )
         radiance = np.concatenate(cells)
         mean = np.einsum("nscj,c->nsj", radiance, grid.weights)[:, :, None]
         return level, np.where(mean > 0.0, _over(radiance, mean), 1.0) * level[:, :, None]
@@ -224,10 +235,10 @@ class _Asked:
     def _of_angles(self, places: NDArray[np.intp], points: Doubles) -> Doubles:
         """(n, 2, ANGLES, 3): at each angle over all of a side, by points (n, 2, p, 2) of both."""
         count = points.shape[2]
-        squared = np.repeat(1.0 - np.maximum(_COSINES, GRAZING) ** 2, count)
+        squared = np.repeat(_SQUARED_SINES, count)
         _, azimuth = _sequence(ANGLES * count)
         at = np.tile(points, (1, 1, ANGLES, 1))
-        found = self._ask(places, at, squared[None, None], azimuth)
+        found = self._ask(places, at, squared, azimuth)
         by_angle = found.reshape(len(places), 2, ANGLES, count, 3).mean(axis=3)
         mean = np.einsum("nsaj,a->nsj", by_angle, _ANGLE_WEIGHTS)[:, :, None]
         return np.where(mean > 0.0, _over(by_angle, mean), 1.0)
@@ -237,7 +248,7 @@ class _Asked:
     ) -> Doubles:
         """(n, 2, k, 3) what the fronts and backs of triangles radiate at points (n, 2, k, 2) in
         directions off the normal by an angle of a square of the sine (n, 2, k), of an azimuth (k,);
-        an axis of one stands for all."""
+        of the former axes may be missing or one."""
         triangles, count = self.mesh.triangles[places], len(azimuth)
         a, b, c = (triangles[corner].astype(np.float64) for corner in "abc")
         normals, across = unit(np.cross(b - a, c - a)), unit(b - a)

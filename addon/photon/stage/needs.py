@@ -8,6 +8,7 @@ from functools import cached_property
 
 from ...streams import Defines, Made
 from ..scene import RAY_BITS, RAYS, TRANSPARENT
+from .emissive import TRIANGLE
 from .gathered import BLEND, SEEN_BLEND
 from .kinds import light_kinds, lobe_kinds
 from .programs import ProgramNeeds
@@ -202,7 +203,7 @@ class SceneNeeds:
         profiles = {"PROFILES": 1} if self.profiles else {}
         area = light_kinds()["area"].number
         gobos = {"GOBOS": 1, "ENVIRONMENT": 1, "AREA_LIGHT": area} if self.gobos else {}
-        triangle = light_kinds()["triangle"]
+        triangle = light_kinds()[TRIANGLE]
         uneven = self.emission_programs.nodes and triangle.name in self.light_kinds
         shares = {"EMISSION_SHARES": 1, "TRIANGLE_LIGHT": triangle.number} if uneven else {}
         return {**light_defines(self.light_kinds), **profiles, **gobos, **shares}

@@ -123,7 +123,7 @@ class Tables:
         flux = lights["chosen"].astype(np.float64)
         asked = asked_lights(flux, count_distant(lights) if emitters else 0)
         tables = {"lights": lights, **light_trees(device, layer, lights, asked, more)}
-        if any("emission" in material.varying for material in scene.materials):
+        if any(material.emits_by_program for material in scene.materials):
             tables["emission_shares"] = emission.table
         if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
