@@ -41,6 +41,7 @@ def settings_from(
         photon_bounces=p.photon_bounces,
         mirror_depth=p.mirror_depth if p.use_mirror_depth else bounces_of(scene),
         transparent_depth=transparent_bounces_of(scene),
+        volume_bounces=volume_bounces_of(scene),
         boundary_correction=p.boundary_correction,
         direct_by_photons=p.direct_by_photons,
         clamp_direct=_of_cycles(scene, "sample_clamp_direct", 0.0),
@@ -66,6 +67,11 @@ def bounces_of(scene: bpy.types.Scene) -> int:
 def transparent_bounces_of(scene: bpy.types.Scene) -> int:
     """Return Cycles' limit, which is the scene's; its default where Cycles is absent."""
     return int(_of_cycles(scene, "transparent_max_bounces", Settings.transparent_depth))
+
+
+def volume_bounces_of(scene: bpy.types.Scene) -> int:
+    """Return Cycles' limit, which is the scene's; its default where Cycles is absent."""
+    return int(_of_cycles(scene, "volume_bounces", Settings.volume_bounces))
 
 
 def film_of(scene: bpy.types.Scene) -> dict[str, Any]:

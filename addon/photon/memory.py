@@ -99,7 +99,9 @@ class Budget:
         self._uneven = any(material.emits_by_program for material in scene.materials)
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._is_transparent = any(material.is_transparent for material in self._materials)
-        self._absorbs = any(max(material.absorption) > 0.0 for material in self._materials)
+        self._absorbs = scene.air.is_there or any(
+            material.medium.is_there for material in self._materials
+        )
         self._has_glass = any(map(pane_of, self._materials))  # which shadow rays may pass
         self._shares_memory = backend.shares_memory
         self._can_gather = can_gather(scene, settings, self._materials)

@@ -54,6 +54,7 @@ class Settings:
     photon_bounces: int = 64  # scattering events a photon path may have
     mirror_depth: int = 12  # secondary rays a chain may have
     transparent_depth: int = 8  # transparent surfaces that a ray may pass, besides
+    volume_bounces: int = 0  # by which media scatter light that they have scattered once
     boundary_correction: bool = True  # cut discs, and divide by their share on the surface
     direct_by_photons: bool = False  # store first hits too and trace no shadow rays
     transparent: bool = False  # the world leaves alpha 0
@@ -88,6 +89,7 @@ class Settings:
             ("photon_bounces", 1, 1024),
             ("mirror_depth", 0, 1024),
             ("transparent_depth", 0, 1024),
+            ("volume_bounces", 0, 1024),
             ("pixel_width", 0.0, 1e3),
             ("exposure", 0.0, 1e6),
             ("clamp_direct", 0.0, 1e38),

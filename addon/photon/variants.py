@@ -13,7 +13,6 @@ from ..streams.draw import AddPart
 from .film.device_resolver import DECLARATIONS as RESOLVER_DECLARATIONS
 from .film.device_resolver import resolver_defines
 from .film.film import Accumulate, AccumulateBatches, AccumulateTwo
-from .kernels.absorb import Absorb
 from .kernels.add_chain import AddChain
 from .kernels.bent_base import BentBase
 from .kernels.combine import CombineAll, CombineCaustics, CombineMirror, CombinePrimary
@@ -24,6 +23,7 @@ from .kernels.displacement import Displace
 from .kernels.emitted import Emitted
 from .kernels.eye_rays import EyeRays
 from .kernels.features import Features
+from .kernels.free_flight import FreeFlight
 from .kernels.gather import Gather
 from .kernels.gather_radius import GatherRadius
 from .kernels.generator import Generator
@@ -39,13 +39,13 @@ from .kernels.splat import Splat
 from .kernels.surface_emission import SurfaceEmission
 from .kernels.tracer import Tracer
 from .photons.bounces import Bounces, declarations
-from .photons.device_photon_mapper import ABSORPTION_DEFINE
+from .photons.device_photon_mapper import MEDIA_DEFINE
 from .photons.device_radii import DECLARATIONS
 from .scene import ALL_RAYS, TRANSPARENT
 from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
 from .stage.displacement import defines_of
 from .stage.emissive import TRIANGLE
-from .stage.kinds import camera_kinds, light_kinds, lobe_kinds, node_kinds
+from .stage.kinds import PHASE, camera_kinds, light_kinds, lobe_kinds, node_kinds
 from .stage.light_tables import BoundsOfLights, LightFlux
 from .stage.light_tree import DRAWN_RAYS
 from .stage.needs import (
@@ -70,7 +70,6 @@ PLAIN: tuple[type[Kernel], ...] = (
     BoxMean,
     MixtureKept,
     Mixture,
-    Absorb,
     BentBase,
 )
 COMPUTE = (
@@ -119,8 +118,12 @@ def needs() -> Iterator[SceneNeeds]:
             some = replace(some, visibility=True, first_hits=first_hits)
             yield some
             if count and not first_hits:
-                yield replace(some, panes=True, absorption=True)
-                yield replace(some, panes=True, absorption=True, shaded_lamps=True)
+                yield replace(some, panes=True, media=True)
+                foggy = replace(some, media=True, scattering=True, clamped=True)
+                yield foggy
+                yield replace(foggy, panes=True, gathered_lobes=True, caustics=True)
+                yield replace(foggy, lobe_kinds=frozenset({PHASE}), visibility=False)
+                yield replace(some, panes=True, media=True, shaded_lamps=True)
                 yield replace(some, panes=True, gathered_lobes=True)
                 yield replace(some, panes=True, gathered_lobes=True, seen_send_rays=True)
             if count:
@@ -252,7 +255,7 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
             yield ErrorParts, resolver_defines(names), {}
             yield FirstHalf, resolver_defines(names), {}
     passing: tuple[Defines, ...] = (behind, {"PANES": 1}, {**behind, "PANES": 1})
-    for asked, passed, more in product(({}, lux), passing, ({}, {"ABSORPTION": 1})):
+    for asked, passed, more in product(({}, lux), passing, ({}, {"MEDIA": 1})):
         yield ShadowThrough, {**asked, **passed, **more}, {}
     for scene in program_needs():
         yield from _of_programs(scene)
@@ -278,8 +281,8 @@ def _of_programs(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Mad
             for others in ({}, {"OTHER_LOBES": 1}):
                 defines = {**filter_define(Settings()), **gathering.gather_defines, **others}
                 yield Gather, defines, scene.made
-            for absorption in (False, True):
-                asked = replace(gathering, absorption=absorption)
+            for media in (False, True):
+                asked = replace(gathering, media=media)
                 yield Scatter, asked.eye_defines, scene.made
     yield ShadowThrough, {**scene.transparent_defines, **scene.programs.defines}, scene.made
     if scene.transparent:
@@ -306,8 +309,8 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
         coloured = replace(scene, gobos=True, emission_programs=uneven)
         lit += [replace(scene, profiles=True), coloured]
     for found in lit:
-        for absorption, aimed in product((False, True), ({}, {"AIMED": 1})):
-            asked = replace(found, absorption=absorption)
+        for media, aimed in product((False, True), ({}, {"AIMED": 1})):
+            asked = replace(found, media=media or scene.media)
             emitting: Defines = {**asked.light_defines, **asked.photon_defines}
             yield Generator, {**emitting, **aimed}, scene.made
             if asked.emits_by_cosine:
@@ -322,11 +325,16 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
                 yield kernel, bent.direct_defines, scene.made
                 if not (alone or bent.smooth):
                     yield kernel, {**bent.direct_defines, "ILLUMINANCE": 1}, scene.made
+    if scene.media:
+        for whose in ("EYE", "PHOTONS"):
+            yield FreeFlight, scene.flight_defines(whose), {}
+        for kernel in (CombinePrimary, CombineMirror):
+            yield kernel, scene.combine_defines, {}
     for kernel in (Shade, Projector, Reflector):
-        for arrivals, absorption in product((False, True), repeat=2):
-            asked = replace(scene, arrivals=arrivals, absorption=absorption)
+        for arrivals, media in product((False, True), repeat=2):
+            asked = replace(scene, arrivals=arrivals, media=media or scene.media)
             yield kernel, asked.photon_defines, scene.made
-            if arrivals or absorption:
+            if arrivals or media:
                 continue
             if kernel is Reflector:
                 yield kernel, {**asked.photon_defines, **PORTALS_FOR_ABSORBED_DEFINES}, scene.made
@@ -353,21 +361,21 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
     if scene.caustics:
         yield CombineCaustics, scene.combine_defines, {}
     if scene.lobes:
-        for absorption in (False, True):
-            yield Scatter, replace(scene, absorption=absorption).eye_defines, scene.made
+        for media in (False, True):
+            yield Scatter, replace(scene, media=media or scene.media).eye_defines, scene.made
 
 
 def compute_programs() -> Iterator[tuple[str, str, Made]]:
     """Each program that is no kernel, what it is compiled with, and its includes."""
     for stem in COMPUTE:
         yield stem, DECLARATIONS.get(stem, ""), {}
-    yield "paths_move", ABSORPTION_DEFINE, {}
+    yield "paths_move", MEDIA_DEFINE, {}
     yield "sum_texels", RESOLVER_DECLARATIONS, {}
     for scene in (*needs(), *program_needs()):
-        for arrivals, absorption in ((False, False), (False, True), (True, False)):
-            asked = replace(scene, arrivals=arrivals, absorption=absorption)
+        for arrivals, media in ((False, False), (False, True), (True, False)):
+            asked = replace(scene, arrivals=arrivals, media=media or scene.media)
             yield Bounces.stem, declarations(asked.photon_defines), scene.made
-            if not (arrivals or absorption or scene.programs.nodes):
+            if not (arrivals or media or scene.programs.nodes):
                 for portals in (PORTALS_FOR_ABSORBED_DEFINES, PORTALS_BY_SHARE_DEFINES):
                     defines = declarations({**asked.photon_defines, **portals})
                     yield Bounces.stem, defines, scene.made

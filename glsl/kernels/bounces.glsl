@@ -4,6 +4,11 @@
 #define kernel trace_photon
 #include "kernels/tracer.glsl"
 #undef kernel
+#ifdef SCATTERING
+#define kernel fly_photon
+#include "kernels/free_flight.glsl"
+#undef kernel
+#endif
 #define kernel shade_photon
 #include "kernels/shade.glsl"
 #undef kernel
@@ -22,7 +27,7 @@ layout(rgba32f, binding = 4) writeonly uniform image2D deposits;
 #ifdef CAUSTICS
 layout(rgba32f, binding = 5) writeonly uniform image2D caustics;
 #endif
-#ifdef ABSORPTION
+#ifdef MEDIA
 #ifdef CAUSTICS
 layout(rgba32f, binding = 6) writeonly uniform image2D end_medium;
 #else
@@ -40,7 +45,19 @@ uniform int first_to_deposit;  // bounce
 shared uint group_alive;
 
 // Whether the photon reaches a kernel's end.
+#ifdef SCATTERING
+bool is_hit_by_ray() {
+    store_hit(Hit(0.0, 0.0, 0.0, 0.0));
+    trace_photon();
+    fly_photon();
+    store_hit(load_met());
+    store_medium(load_along());
+    store_flux(load_carried());
+    return is_hit(load_met());
+}
+#else
 bool is_hit_by_ray() { skipped = false; trace_photon(); return !skipped; }
+#endif
 bool is_shaded() { skipped = false; shade_photon(); return !skipped; }
 bool is_deposited() { skipped = false; project_photon(); return !skipped; }
 bool is_reflected() { skipped = false; reflect_photon(); return !skipped; }
@@ -53,7 +70,7 @@ void main() {
         store_origin(unpack_RayOrigin(texelFetch(begin_origin, at, 0)));
         store_direction(unpack_RayDirection(texelFetch(begin_direction, at, 0)));
         store_flux(unpack_Flux(texelFetch(begin_flux, at, 0)));
-#ifdef ABSORPTION
+#ifdef MEDIA
         store_medium(unpack_Medium(texelFetch(begin_medium, at, 0)));
 #endif
         bool lives = any(notEqual(load_direction().direction, vec3(0.0)));
@@ -73,7 +90,7 @@ void main() {
                 store_origin(load_next_origin());
                 store_direction(load_next_direction());
                 store_flux(load_next_flux());
-#ifdef ABSORPTION
+#ifdef MEDIA
                 store_medium(load_next_medium());
 #endif
             }
@@ -87,7 +104,7 @@ void main() {
         imageStore(end_origin, at, lives ? pack_RayOrigin(load_origin()) : none);
         imageStore(end_direction, at, lives ? pack_RayDirection(load_direction()) : none);
         imageStore(end_flux, at, lives ? pack_Flux(load_flux()) : none);
-#ifdef ABSORPTION
+#ifdef MEDIA
         imageStore(end_medium, at, lives ? pack_Medium(load_medium()) : none);
 #endif
         if (lives) atomicAdd(group_alive, 1u);

@@ -52,7 +52,12 @@ void kernel() {
 #endif
     }
     // Lights that rays meet are direct light of where those were sent.
-    vec3 met = limited(throughput * seen, bounces() < 2), found = limited(throughput * direct, bounces() < 1);
+#ifdef MEDIA
+    vec3 arriving = load_arriving().throughput;  // before its way, of which lights know
+#else
+    vec3 arriving = throughput;
+#endif
+    vec3 met = limited(arriving * seen, bounces() < 2), found = limited(throughput * direct, bounces() < 1);
     store_seen(Radiance(met + found, weight));
     store_indirect_seen(Radiance(throughput * indirect, weight * coverage));
 #ifdef PHOTON_MAP

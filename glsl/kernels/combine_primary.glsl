@@ -11,20 +11,24 @@
 
 void kernel() {
     bool seen = is_hit(load_hit());
-    vec3 diffuse = load_diffuse().albedo;
+    vec3 diffuse = load_diffuse().albedo, throughput = vec3(1.0);
+#ifdef MEDIA
+    throughput = load_throughput().throughput;
+#endif
     // The alphas of direct and indirect carry the surface's weight without and with its coverage:
     // the film divides mean by mean, for the mean of quotients would be biased.
-    float weight = seen ? mean(diffuse) : 0.0;
+    float weight = seen ? mean(throughput * diffuse) : 0.0;
     float coverage = load_coverage().share;
+    vec3 direct = seen ? throughput * load_direct().radiance : vec3(0.0);
     vec3 indirect = seen ? diffuse / PI * load_irradiance().irradiance : vec3(0.0);
 #ifdef GATHERED_LOBES
     if (seen) indirect += load_gloss().radiance;
-    if (seen) weight += load_gathered().albedo;
+    if (seen) weight += mean(throughput) * load_gathered().albedo;
 #endif
-    store_direct_seen(Radiance(seen ? limited(load_direct().radiance, true) : vec3(0.0), weight));
-    store_indirect_seen(Radiance(indirect, weight * coverage));
+    store_direct_seen(Radiance(limited(direct, true), weight));
+    store_indirect_seen(Radiance(throughput * indirect, weight * coverage));
 #ifdef PHOTON_MAP
-    store_blur_seen(blur_of(vec3(1.0)));
+    store_blur_seen(blur_of(throughput));
 #endif
     bool held_out = false;
 #ifdef VISIBILITY

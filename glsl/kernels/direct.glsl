@@ -3,7 +3,7 @@
 // first, which knows no nodes, leaves points to the second whose rays meet such surfaces. One program that knows all
 // takes a GPU's registers from each of its threads, few of which run nodes.
 #ifndef PANES
-#ifndef ABSORPTION
+#ifndef MEDIA
 #define ANY_HIT
 #endif
 #endif
@@ -15,8 +15,8 @@
 #ifdef PANES
 #include "lib/shadow_pane.glsl"
 #endif
-#ifdef ABSORPTION
-#include "lib/absorption.glsl"
+#ifdef MEDIA
+#include "lib/shadow_medium.glsl"
 #endif
 
 vec3 let_through;  // by what the last ray has met
@@ -32,8 +32,8 @@ bool is_free(inout ShadowRay ray) {
     float far = ray.direction.t_max;
     bool is_distant = far >= 0.5 * T_MAX;
     int passed = 0;
-#ifdef ABSORPTION
-    Medium medium = Medium(vec3(0.0), 0.0);
+#ifdef MEDIA
+    Medium medium = medium_towards(direction);
 #endif
     for (int faces = 0;;) {
         RayHit found = trace(origin.position, direction, far, int(origin.source));
@@ -58,9 +58,9 @@ bool is_free(inout ShadowRay ray) {
         if (!(largest(let_through) > 0.0)) return false;
         Triangle triangle = triangle_at(found.triangle);
         vec3 normal = normal_of(triangle.b - triangle.a, triangle.c - triangle.a);
-#ifdef ABSORPTION
+#ifdef MEDIA
         float side = dot(normal, direction) > 0.0 ? -1.0 : 1.0;
-        let_through *= left_by_absorption(medium, hit, side);
+        let_through *= left_before(medium, hit, side);
         medium = medium_behind(medium, hit, side);
 #endif
         vec3 next = offset_origin(origin.position + found.t * direction, normal, onward);
@@ -69,6 +69,9 @@ bool is_free(inout ShadowRay ray) {
         origin = RayOrigin(next, float(found.triangle));
         direction = onward;
     }
+#ifdef MEDIA
+    let_through *= left_after(medium.inside, far);
+#endif
 #ifdef PANES
     return dot(direction, ray.direction.direction) > STRAIGHT;
 #else

@@ -4,6 +4,9 @@
 #include "lib/asked_lights.glsl"
 #include "lib/hit.glsl"
 #include "lib/colour.glsl"
+#ifdef MEDIA
+#include "lib/media.glsl"
+#endif
 #ifdef DIFFUSE_APART
 #include "lib/reach.glsl"
 #endif
@@ -17,6 +20,9 @@
 // The part of a lobe's ray in what it finds of a light that a shadow ray could have found (visible_lobes.glsl).
 float weight_of_chain(Light light, int number, RayOrigin origin, vec3 direction, float density) {
     if (!(density > 0.0)) return 1.0;  // a delta lobe, for which there are no shadow rays
+#ifdef SCATTERING
+    if (density >= ALL_BY_SHADOW_RAYS) return rays_of_lobes_find(light) && is_found(light, BY_DIFFUSE) ? 0.0 : 1.0;
+#endif
 #ifdef TRANSPARENT
     Chain chain = load_chain();  // from where it was sent, before all that it has passed
     origin = RayOrigin(origin.position - chain.distance * direction, chain.source);
@@ -56,6 +62,9 @@ void meet(int number, float kind, RayOrigin origin, vec3 direction, float far, b
     vec4 seen = seen_light(light, origin.position, direction, far);
     vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
     radiance *= colour_by_nodes(light, origin.position + seen.w * direction, -direction);
+#ifdef MEDIA
+    radiance *= left_after(load_medium().inside, seen.w);
+#endif
     if (!(largest(radiance) > 0.0)) return;
 #ifdef WEIGHED
     if (!is_of_eye) radiance *= weight_of_chain(light, number, origin, direction, density_of(load_throughput()));
@@ -100,6 +109,9 @@ void kernel() {
             int light = light_of_triangle(triangle.number);
             emission *= weight_of_chain(light_at(light), light, origin, direction, density_of(load_throughput()));
         }
+#endif
+#ifdef MEDIA
+        emission *= left_after(load_medium().inside, hit.t);
 #endif
         emitted += emission;
     }

@@ -58,7 +58,7 @@ void kernel() {
     t_max = t_max_of(PhotonRay(rays, int(limit.bounces)));
 #endif
     store_direction(RayDirection(emitted.direction, t_max));
-#ifdef ABSORPTION
+#ifdef MEDIA
     float sent = 0.0;
 #ifdef PANES
     if (number < distant_lights) sent = -sent_along(emitted.direction);
@@ -66,7 +66,11 @@ void kernel() {
     if (!(limit.shadowed > 0.0)) sent = 0.0;  // all of it is direct light
 #endif
 #endif
-    store_medium(Medium(vec3(0.0), sent));  // unless the first surface's back tells
+#ifdef SCATTERING
+    store_medium(Medium(light_start_at(number).inside, -1.0, sent));
+#else
+    store_medium(Medium(vec2(0.0), 0.0, sent));  // unless the first surface's back tells
+#endif
 #endif
     store_flux(Flux(flux / (float(photons) * light.chosen), float(photon)));
 }

@@ -8,7 +8,7 @@ layout(rgba32f, binding = 1) writeonly uniform image2D kept_direction;
 layout(rgba32f, binding = 2) writeonly uniform image2D kept_flux;
 uniform sampler2D origin;
 uniform sampler2D flux;
-#ifdef ABSORPTION
+#ifdef MEDIA
 layout(rgba32f, binding = 3) writeonly uniform image2D kept_medium;
 uniform sampler2D medium;
 #endif
@@ -20,7 +20,7 @@ void main() {
             imageStore(kept_origin, texel_of(i), vec4(0.0));
             imageStore(kept_direction, texel_of(i), vec4(0.0));
             imageStore(kept_flux, texel_of(i), vec4(0.0));
-#ifdef ABSORPTION
+#ifdef MEDIA
             imageStore(kept_medium, texel_of(i), vec4(0.0));
 #endif
         }
@@ -29,7 +29,7 @@ void main() {
         imageStore(kept_origin, there, texelFetch(origin, from, 0));
         imageStore(kept_direction, there, texelFetch(direction, from, 0));
         imageStore(kept_flux, there, texelFetch(flux, from, 0));
-#ifdef ABSORPTION
+#ifdef MEDIA
         imageStore(kept_medium, there, texelFetch(medium, from, 0));
 #endif
         to++;

@@ -6,8 +6,8 @@
 #include "lib/lobe.glsl"
 #include "lib/gathered.glsl"
 #include "lib/chain_density.glsl"
-#ifdef ABSORPTION
-#include "lib/absorption.glsl"
+#ifdef MEDIA
+#include "lib/media.glsl"
 #endif
 #ifdef NORMALS
 #include "lib/base_normal.glsl"
@@ -18,6 +18,9 @@
 
 // Bits of the ray that a lobe sends.
 int rays_of_lobe(Lobe lobe, bool is_through) {
+#ifdef SCATTERING
+    if (is_phase(lobe)) return RAY_DIFFUSE;
+#endif
     int through = is_through ? RAY_TRANSMISSION : 0;
     return is_diffuse_kind(lobe.kind) ? RAY_DIFFUSE + through : is_through ? RAY_TRANSMISSION : RAY_GLOSSY;
 }
@@ -66,6 +69,13 @@ void kernel() {
     shape = weighed(shape, 1.0 / share);
 #endif
     if (!is_lobe(lobe)) skip();
+#ifdef MEDIA
+    Medium medium = load_medium();
+#endif
+#ifdef SCATTERING
+    bool is_of_medium = is_in_medium(place);
+    if (is_of_medium && ++medium.scattered > float(volume_bounces)) skip();
+#endif
 #ifdef TRANSPARENT
     Chain chain = load_chain();
     bool is_straight = is_transparent(lobe);
@@ -99,6 +109,9 @@ void kernel() {
 #ifdef WEIGHED
     density = share * pdf_lobe(lobe, shape, normal, to_viewer, outgoing);
 #endif
+#ifdef SCATTERING
+    if (is_of_medium) density = ALL_BY_SHADOW_RAYS;
+#endif
 #ifdef TRANSPARENT
     if (is_straight) {
         // The same ray as before, of the eye up to its clip distance, or of a lobe with the density of that.
@@ -112,9 +125,12 @@ void kernel() {
 #ifdef DISPERSION
     if (has_colour(load_throughput()) || disperses_kind(lobe.kind)) density = density_with_colour(density);
 #endif
-#ifdef ABSORPTION
-    Medium medium = load_medium();
-    if (dot(outgoing, facing.normal) < 0.0) medium = medium_behind(medium, load_hit(), facing.side);
+#ifdef MEDIA
+    bool goes_behind = dot(outgoing, facing.normal) < 0.0;
+#ifdef SCATTERING
+    goes_behind = goes_behind && !is_of_medium;
+#endif
+    if (goes_behind) medium = medium_behind(medium, load_hit(), facing.side);
     store_next_medium(medium);
 #endif
     store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));

@@ -19,6 +19,9 @@
 #ifdef EYE
 #include "lib/bounces.glsl"
 #endif
+#ifdef SCATTERING
+#include "lib/scattering_point.glsl"
+#endif
 
 #ifdef EYE
 #ifdef VISIBILITY
@@ -59,8 +62,14 @@ Material material_of(Hit hit, vec3 direction, Surface surface) {
 void kernel() {
     Hit hit = load_hit();
     if (!is_hit(hit)) skip();
-    float let_through = 0.0;  // by what is held out
     vec3 direction = load_direction().direction;
+#ifdef SCATTERING
+    if (is_scattered(hit)) {
+        write_scattering_point(hit, direction);
+        return;
+    }
+#endif
+    float let_through = 0.0;  // by what is held out
     Surface surface = surface_at(hit, direction);
     Material material = material_of(hit, direction, surface);
 #ifdef NORMALS

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The visible points' shadow rays of one number: for devices whose rays the host traces.
 #include "lib/visible_point.glsl"
+#ifdef MEDIA
+#include "lib/shadow_medium.glsl"
+#endif
 
 void kernel() {
     VisiblePoint point = visible_point();
@@ -14,6 +17,9 @@ void kernel() {
     store_shadow_origin(ray.origin);
     store_shadow_direction(ray.direction);
     store_unshadowed(Radiance(ray.radiance, 1.0));
+#ifdef MEDIA
+    store_shadow_medium(medium_towards(ray.direction.direction));
+#endif
 #ifdef PANES
     store_unshadowed_behind(Radiance(ray.behind, 0.0));  // transparent surfaces passed, too
 #endif

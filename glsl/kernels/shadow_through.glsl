@@ -7,8 +7,8 @@
 #include "lib/constants.glsl"
 #include "lib/shadow_pane.glsl"
 #endif
-#ifdef ABSORPTION
-#include "lib/absorption.glsl"
+#ifdef MEDIA
+#include "lib/media.glsl"
 #endif
 
 void kernel() {
@@ -41,9 +41,9 @@ void kernel() {
     vec3 met = load_shadow_origin().position + hit.t * ray.direction;
     Triangle triangle = triangle_at(hit_triangle(hit));
     vec3 normal = normal_of(triangle.b - triangle.a, triangle.c - triangle.a);
-#ifdef ABSORPTION
+#ifdef MEDIA
     float side = dot(normal, ray.direction) > 0.0 ? -1.0 : 1.0;
-    through *= left_by_absorption(load_shadow_medium(), hit, side);
+    through *= left_before(load_shadow_medium(), hit, side);
     store_next_medium(medium_behind(load_shadow_medium(), hit, side));
 #endif
     vec3 origin = offset_origin(met, normal, onward);

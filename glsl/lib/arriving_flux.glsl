@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What of a photon's flux reaches the surface that it meets.
-#ifdef ABSORPTION
-#include "lib/absorption.glsl"
+#ifdef MEDIA
+#include "lib/media.glsl"
 #endif
 
 vec3 arriving_flux(vec3 flux) {
-#ifdef ABSORPTION
-    flux *= left_by_absorption(load_medium(), load_hit(), load_facing().side);
+#if defined(MEDIA) && !defined(SCATTERING)  // else FreeFlight has taken it
+    flux *= left_before(load_medium(), load_hit(), load_facing().side);
 #endif
     return flux;
 }

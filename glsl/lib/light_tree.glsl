@@ -25,7 +25,7 @@ float importance(LightNode node, vec3 position, vec3 normal) {
     if (distance2 <= 1.0001 * radius2) return node.flux / max(radius2, 1.0e-30);
     vec3 to_light = to_middle * inversesqrt(distance2);
     float within = sqrt(1.0 - radius2 / distance2);  // the cosine of half the angle that the node fills
-    float incident = cosine_less(dot(to_light, normal), within);
+    float incident = normal == vec3(0.0) ? 1.0 : cosine_less(dot(to_light, normal), within);
 #ifdef SMOOTH
     incident = max(incident, LEAST_INCIDENT);
 #endif

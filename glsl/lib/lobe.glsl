@@ -51,6 +51,11 @@ vec3 normal_of_lobes(Lobe first, Lobe second, vec3 shading, vec3 geometric, vec3
 bool is_transparent(Lobe lobe) { return lobe.kind == float(TRANSPARENT); }
 #endif
 
+#ifdef SCATTERING
+// Whether it is a medium's, not a surface's.
+bool is_phase(Lobe lobe) { return lobe.kind == float(PHASE); }
+#endif
+
 // Whether a direction that a lobe gave leads on: it is on the same side of the surface as of the lobe's normal.
 bool is_onward(vec3 outgoing, vec3 geometric, vec3 normal) { return dot(outgoing, geometric) * dot(outgoing, normal) > 0.0; }
 

@@ -41,6 +41,14 @@ ShadowRay no_shadow_ray() {
 
 bool is_ray(ShadowRay ray) { return largest(ray.radiance) > 0.0 || ray.lux > 0.0; }
 
+// The normal by which lights are drawn; 0 in a medium, where they come from all sides.
+vec3 normal_for_lights(VisiblePoint point) {
+#ifdef SCATTERING
+    if (is_in_medium(point.place)) return vec3(0.0);
+#endif
+    return point.facing.normal;
+}
+
 // Which light a point's shadow ray of this number goes to, and how many of them do in the mean.
 int light_of(VisiblePoint point, int number, out float rays) {
     rays = 1.0;
@@ -48,7 +56,7 @@ int light_of(VisiblePoint point, int number, out float rays) {
     if (number < asked_lights) return int(light_place_at(number).light);
     float u = even_over_passes(DIMENSION_CHOICE + uint(depth) * 0x10000u).x;
     u = (float(number - asked_lights) + u) / float(DRAWN);
-    Drawn drawn = draw_light(point.place.position, point.facing.normal, u);
+    Drawn drawn = draw_light(point.place.position, normal_for_lights(point), u);
     rays = float(DRAWN) * drawn.probability;
     return drawn.light;
 #else
@@ -56,14 +64,16 @@ int light_of(VisiblePoint point, int number, out float rays) {
 #endif
 }
 
-#ifdef TWO_SIDED
+#if defined(TWO_SIDED) || defined(SCATTERING)
 // Of an even pass and the next one, which one is up to chance, one is by the light from behind.
 bool is_for_behind(uint dimension) {
     uint pair = 0x80000000u + (pass_index >> 1u);
     float chance = random4(seed, pair, uint(pixel_number(load_pixel().at)), dimension).y;
     return (chance < 0.5) != ((pass_index & 1u) == 0u);
 }
+#endif
 
+#ifdef TWO_SIDED
 // The same place for light that comes from behind, which has nothing but what lobes let through.
 VisiblePoint from_behind(VisiblePoint point) {
     point.facing.normal = -point.facing.normal;
@@ -128,6 +138,9 @@ vec3 reflected_by_lobes(VisiblePoint point, Light light, ShadowSample made, floa
 // How high above the triangle a shadow ray begins, as on the smooth surface, whose terminator is not the triangles';
 // below 0: it would go into what is below.
 float lift_towards(VisiblePoint point, vec3 to_light) {
+#ifdef SCATTERING
+    if (is_in_medium(point.place)) return 0.0;
+#endif
     float above = dot(to_light, point.facing.normal);
 #ifdef SMOOTH
     int triangle = int(point.shading.triangle);
@@ -181,12 +194,20 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     rays *= share_of_rays;
 #endif
     Light light = light_at(chosen);
+#ifdef SCATTERING
+    bool is_of_medium = is_in_medium(point.place), is_by_halves = is_of_medium && is_world(light);
+    if (is_by_halves) rays *= 0.5;
+    if (is_by_halves && is_for_behind(dimension)) point.facing.normal = -point.facing.normal;
+#endif
 #ifdef VISIBILITY
     LightLimit limit = light_limit_at(chosen);
     if (point.bounces > limit.bounces) return none;
 #endif
     ShadowSample made = sample_for(point, light, dimension, by_lobe, one_sided);
     LightSample found = made.found;
+#ifdef SCATTERING
+    if (is_of_medium) point.facing.normal *= dot(found.to_light, point.facing.normal) < 0.0 ? -1.0 : 1.0;
+#endif
     float cosine = cosine_of_diffuse(point, found.to_light), any_cosine = cosine;
 #ifdef LOBES
     float of_lobes = most_cosine_of_lobes(point, found.to_light);

@@ -5,5 +5,8 @@
 
 // The share of a triangle's shadow rays that go to the side of a light.
 float share_of_side(int triangle) {
+#ifdef SCATTERING
+    if (triangle < 0) return 1.0;  // a medium's point
+#endif
     return material_at(int(triangle_at(triangle).material)).two_sided > 0.0 ? 0.5 : 1.0;
 }

@@ -69,6 +69,9 @@ vec3 normal_of(VisiblePoint point, Lobe lobe, Shape shape) {
 // The cosine of one of the other lobes, or what stands for it.
 float cosine_of(VisiblePoint point, Lobe lobe, Shape shape, vec3 to_light) {
     vec3 normal = normal_of(point, lobe, shape);
+#ifdef SCATTERING
+    if (is_phase(lobe)) return abs(dot(to_light, normal));
+#endif
     float cosine = dot(to_light, normal);
 #ifdef NORMALS
     if (is_softened_kind(lobe.kind)) cosine *= bump_shadowing(point.base, normal, to_light);
@@ -155,6 +158,9 @@ vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float
 #endif
 #ifdef WEIGHED
     bool is_weighed = own > 0.0 && point.bounces < float(chain_depth);
+#ifdef SCATTERING
+    is_weighed = is_weighed && !is_phase(point.lobe0);
+#endif
 #ifdef TWO_LOBES
     float cosine = dot(point.to_viewer, point.shading.normal);
     cosine = max(0.0, is_behind(point) ? -cosine : cosine);

@@ -160,6 +160,6 @@ def test_volume_absorption(convert) -> None:
     output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
     tree.links.new(volume.outputs[0], output.inputs["Volume"])
     converted, report = convert(material)
-    assert converted.absorption == pytest.approx((0.4, 2.0, 3.2), rel=1e-5)
+    assert converted.medium.absorption == pytest.approx((0.4, 2.0, 3.2), rel=1e-5)
     assert [lobe.kind for lobe in converted.lobes] == ["glass"]
     assert features(report, "exact") == ["Shader"]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.scene import Lobe, Material, Scene, sun_light, world_light
+from addon.photon.scene import Lobe, Material, Medium, Scene, sun_light, world_light
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
 from tests.scenes import Builder, camera, orthographic, plain_material
@@ -97,7 +97,7 @@ ABSORPTION = (0.5, 2.0, 6.0)  # [1/m]
 
 def test_absorption_is_beers(device: Device, no_panes: None) -> None:
     """Inside a slab of index 1, by the way through it: for the eye, and on a floor for photons."""
-    clear, dim = (replace(glass(1.0), absorption=of) for of in ((0.0,) * 3, ABSORPTION))
+    clear, dim = (replace(glass(1.0), medium=Medium(of)) for of in ((0.0,) * 3, ABSORPTION))
     left = np.exp(-0.2 * np.array(ABSORPTION))
     sun, found = sun_light("sun", WHITE, (0.0, 0.0, -1.0)), []
     for material in (clear, dim):
@@ -115,7 +115,7 @@ def test_absorption_is_beers(device: Device, no_panes: None) -> None:
 @pytest.mark.parametrize("backend", ["native", "compute"])
 def test_a_pool_absorbs_above_its_floor(device: Device, backend: Any) -> None:
     """Water of index 1 about a floor: what it takes on the sun's way down, and on the eye's up."""
-    clear, dim = (replace(glass(1.0), absorption=of) for of in ((0.0,) * 3, ABSORPTION))
+    clear, dim = (replace(glass(1.0), medium=Medium(of)) for of in ((0.0,) * 3, ABSORPTION))
     grey, found = plain_material("grey", (0.5, 0.5, 0.5)), []
     sun = sun_light("sun", WHITE, (0.0, 0.0, -1.0))
     for material in (clear, dim):
@@ -134,7 +134,7 @@ def test_meshes_that_overlap_absorb_as_their_sum(
     """A bar that lies within another, as ice in a drink, and one that reaches out of it, as a drink
     whose side is in its glass: for the eye, and on a floor for photons."""
     other = (3.0, 1.0, 0.0)
-    outer, inner = (replace(glass(1.0), absorption=of) for of in (ABSORPTION, other))
+    outer, inner = (replace(glass(1.0), medium=Medium(of)) for of in (ABSORPTION, other))
     for low, high in ((0.05, 0.15), (0.1, 0.3), (-0.05, 0.25)):
         left = np.exp(-0.2 * np.array(ABSORPTION) - (high - low) * np.array(other))
         built = Builder().box((-2, -2, 0), (2, 2, 0.2), 0, "outer")
@@ -154,7 +154,7 @@ def test_meshes_that_overlap_absorb_as_their_sum(
 @pytest.mark.parametrize("backend", ["native", "compute"])
 def test_it_absorbs_between_things_in_water(device: Device, backend: Any) -> None:
     """Down through 0.2 m of water to a mirror that leans, and 0.5 m on to an emitting wall."""
-    water = replace(glass(1.0), absorption=ABSORPTION)
+    water = replace(glass(1.0), medium=Medium(ABSORPTION))
     mirror = Material("mirror", (0.0, 0.0, 0.0), (Lobe("mirror", WHITE),))
     built = Builder().box((-2, -2, -1), (2, 2, 0.2), 0, "water")
     built.quad(

@@ -16,6 +16,7 @@ from addon.photon.scene import (
     Light,
     Lobe,
     Material,
+    Medium,
     Scene,
     sun_light,
     world_light,
@@ -82,7 +83,7 @@ def test_what_it_is_made_of(device: Device, backend: str) -> None:
     """Two slabs, of which one is coloured and absorbs."""
     colour = (0.9, 0.7, 0.4)
     (lobe,) = glass().lobes
-    dim = replace(glass(), lobes=(replace(lobe, colour=colour),), absorption=ABSORPTION)
+    dim = replace(glass(), lobes=(replace(lobe, colour=colour),), medium=Medium(ABSORPTION))
     found = means(device, under(dim, glass(1.3), lights=(sun(30),)), backend=backend)
     lit = np.array(GREY.diffuse) / math.pi * math.cos(math.radians(30))
     inside = 0.1 / math.sqrt(1 - (math.sin(math.radians(30)) / 1.5) ** 2)
@@ -97,7 +98,7 @@ def test_what_it_is_made_of(device: Device, backend: str) -> None:
 def test_bodies_that_overlap(device: Device, backend: str, low: float, high: float) -> None:
     """What absorbs adds up, as for photons: a bar within another, one that reaches out of it."""
     other = (3.0, 1.0, 0.0)
-    bodies = [replace(glass(1.0), absorption=of) for of in (ABSORPTION, other)]
+    bodies = [replace(glass(1.0), medium=Medium(of)) for of in (ABSORPTION, other)]
     built = Builder().quad(*FLOOR, 0).box((-9, -9, 1), (9, 9, 1.2), 1)
     built.box((-9.1, -9.1, low), (9.1, 9.1, high), 2)
     view = camera((0.3, 0.2, 0.8), (0, 0, 0), fov=40)

@@ -16,6 +16,7 @@ from addon.photon.scene import (
     Light,
     Lobe,
     Material,
+    Medium,
     Result,
     Scene,
     area_light,
@@ -209,7 +210,7 @@ def test_what_stops_lamps_stops_all_of_them(
         lobe = Lobe("transparent", (1.0,) * 3, varying={"colour": Result(0)})
         lit = Material("filter", (0.0,) * 3, (lobe,), program=program)
     elif case == "absorption":
-        lit = replace(lit, absorption=(0.1, 0.2, 0.3))
+        lit = replace(lit, medium=Medium((0.1, 0.2, 0.3)))
     elif case == "mesh":
         lights, emission = (), (9.0,) * 3
     elif case == "many":

@@ -25,6 +25,7 @@ RANGES: list[tuple[str, Any, Any, tuple[Any, ...]]] = [
     ("photon_bounces", 1, 1024, (0, 1025)),
     ("mirror_depth", 0, 1024, (-1, 1025)),
     ("transparent_depth", 0, 1024, (-1, 1025)),
+    ("volume_bounces", 0, 1024, (-1, 1025)),
     ("pixel_width", 0.0, 1e3, (-0.1, 1001.0)),
     ("exposure", 0.0, 1e6, (-0.1, math.inf)),
     ("clamp_direct", 0.0, 1e38, (-0.1, math.inf)),

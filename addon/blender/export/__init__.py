@@ -24,7 +24,7 @@ from .textures import TextureTable
 from .tracks import Tracks
 from .unsupported import note_scene
 from .visibility import Rays, group_of, note_rays, terminator_of, visible_bits
-from .world import export_world
+from .world import export_air, export_world
 
 __all__ = ["Entry", "Report", "SpecularModel", "snapshot"]
 
@@ -97,7 +97,8 @@ def _snapshot(
             )
             geometry.add(instance, matrix, rays, materials, notes, follow)
     group = group_of(world, layer) if world else ""
-    from_world = export_world(world, images, notes, replace(context, attributes=[]))
+    of_world = replace(context, attributes=[])
+    from_world = export_world(world, images, notes, of_world)
     lights += [replace(x, group=group) for x in from_world]
     arrays = geometry.arrays(materials.materials)
     exported = Scene(
@@ -107,6 +108,7 @@ def _snapshot(
         surfaces=tuple(geometry.surfaces),
         images=tuple(images),
         textures=tuple(textures.textures),
+        air=export_air(world, notes, of_world),
         caustics=caustics_of(scene, materials.materials, notes),
         light_groups=tuple(group.name for group in layer.lightgroups),
         shutter=shutter if arrays["moving"] else (),

@@ -32,7 +32,7 @@ from .shaders import (
 )
 from .shaders.bsdf import surface_of
 from .shaders.glass import dispersing
-from .shaders.volume import absorption
+from .shaders.volume import medium_of
 from .tangents import Tangent
 from .textures import TextureTable
 from .triples import triple
@@ -182,21 +182,20 @@ class MaterialTable:
             return BLACK
         graph.displaced = bump_of(graph, output, material)
         node, end, scope = graph.surface("OUTPUT_MATERIAL")
-        if node is None:
-            if is_given(output.inputs["Volume"], ()):
-                absorption(graph, output, False)
-                return CLEAR
+        holds_volume = is_given(output.inputs["Volume"], ())
+        if node is None and not holds_volume:
             self.notes.approximated(owner, "Surface", "no shader is linked to it: rendered black")
         lobes = read_shader(graph, node, end, scope, self.model)
-        stops = shades_lamps(material, output)
-        if lobes is CLEAR and stops:
+        if node is None and holds_volume:
+            lobes = CLEAR
+        stops, medium = shades_lamps(material, output), medium_of(graph, output)
+        if lobes is CLEAR and (stops or medium.is_there):
             lobes = surface_of(CLEAR)
-        absorbed = absorption(graph, output, lobes is not CLEAR)
         if lobes is CLEAR:
             return CLEAR
         lobes = self._dispersed(lobes, material, owner)
         moves = displacement_of(graph, output, material)
-        lobes = replace(lobes, base=graph.displaced, absorption=absorbed, shades_lamps=stops)
+        lobes = replace(lobes, base=graph.displaced, medium=medium, shades_lamps=stops)
         return replace(lobes, displacement=moves)
 
     def _dispersed(self, bsdf: Bsdf, material: bpy.types.Material, owner: str) -> Bsdf:
@@ -287,7 +286,7 @@ def bounded(bsdf: Bsdf, program: Program, name: str, owner: str, notes: Notes) -
         _is_held_out(bsdf.holdout, owner, notes),
         instructions,
         _moved(found.varying, numbers),
-        bsdf.absorption.rgb,
+        bsdf.medium,
         bsdf.shades_lamps,
         not bsdf.adds,
         bsdf.displacement,

@@ -11,19 +11,21 @@ import numpy as np
 from ...photon.scene import (
     FOUND_BY,
     MOST_BOUNCES,
+    NO_MEDIUM,
     RGB,
     Image,
     Light,
+    Medium,
     environment_light,
     sun_light,
     world_light,
 )
 from .graph import Context
-from .links import is_given
 from .materials import has_nodes
 from .nodes import graph_of
 from .radiance import ONE, Factor, Sum, radiance
 from .report import Notes
+from .shaders.volume import medium_of
 from .triples import triple
 
 
@@ -37,9 +39,6 @@ def export_world(
     owner = f"World '{world.name}'"
     if has_nodes(world):
         graph = graph_of(world, owner, notes, context=context)
-        output = graph.output("OUTPUT_WORLD")
-        if output is not None and is_given(output.inputs["Volume"], ()):
-            notes.ignored(owner, "Volume", "not rendered")
         total = radiance(graph, *graph.surface("OUTPUT_WORLD"))
     else:
         total = Sum(ONE * np.array(world.color[:], np.float64))
@@ -70,6 +69,16 @@ def export_world(
     if not notes.mentions(owner):
         notes.exact(owner, "Background")
     return tuple(replace(light, max_bounces=bounces) for light in lights)
+
+
+def export_air(world: bpy.types.World | None, notes: Notes, context: Context) -> Medium:
+    """Return the medium that a world's volume fills all with."""
+    if world is None or not has_nodes(world):
+        return NO_MEDIUM
+    owner = f"World '{world.name}'"
+    graph = graph_of(world, owner, notes, context=context)
+    output = graph.output("OUTPUT_WORLD")
+    return medium_of(graph, output) if output else NO_MEDIUM
 
 
 def _by_factor(factor: Factor, owner: str, notes: Notes) -> list[tuple[RGB, tuple[str, ...]]]:

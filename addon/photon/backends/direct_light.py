@@ -24,6 +24,7 @@ from ..kernels.records import (
     RAY_DIRECTION,
     RAY_ORIGIN,
 )
+from ..stage.environments import LUMINANCE
 from ..stage.kinds import light_kinds
 from ..stage.light_tables import FOUND_BITS
 from ..stage.needs import SceneNeeds
@@ -91,8 +92,8 @@ class _Rays:
         records = {"shadow_origin": RAY_ORIGIN, "shadow_direction": RAY_DIRECTION}
         records |= {"unshadowed": RADIANCE} | ({_BEHIND: RADIANCE} if needs.panes else {})
         records |= {"unshadowed_lux": ILLUMINANCE} if needs.illuminance else {}
+        records |= {"shadow_medium": MEDIUM} if needs.shadow_rays_lose else {}
         if go_on:
-            records |= {"shadow_medium": MEDIUM} if needs.shadow_rays_lose else {}
             behind = {f"next_{name.removeprefix('shadow_')}": x for name, x in records.items()}
             records |= {"shadow_hit": HIT, "chain": CHAIN, **behind}
         self.streams = {name: Stream(device, record, size) for name, record in records.items()}
@@ -138,6 +139,11 @@ class TracedDirectLight:
             launch(self._aim(kind), {**streams, **own}, tables, uniforms | ray)
             brought = {name: own[_BROUGHT[name]].elements() for name in totals}
             hits = self._trace(own, "shadow")
+            if self._needs.shadow_rays_lose:
+                free = hits[:, HIT_TRIANGLE] == 0.0
+                rays = (own[name].elements() for name in ("shadow_medium", "shadow_direction"))
+                left = _left(*(x[free] for x in rays), tables)
+                brought = {name: _less(name, x, free, left) for name, x in brought.items()}
             if self._through:
                 passable = self._passable(tables, kind)
                 self._pass_through(own, hits, brought, streams.get("chain"), tables, passable)
@@ -201,7 +207,7 @@ class TracedDirectLight:
         found |= {_BROUGHT[name]: x[which] for name, x in brought.items()}
         found |= {_BEHIND: rays[_BEHIND].elements()[which]} if self._needs.panes else {}
         if self._needs.shadow_rays_lose:
-            found["shadow_medium"] = np.zeros((len(which), 4), np.float32)
+            found["shadow_medium"] = rays["shadow_medium"].elements()[which]
         found |= {"shadow_hit": hits[which]} | ({"chain": chain.elements()[which]} if chain else {})
         aimed = found["shadow_direction"][:, :3].copy()
         for passed in range(self._most_met):
@@ -211,6 +217,11 @@ class TracedDirectLight:
             there &= (behind["direction"][:, :3] * aimed).sum(axis=1) > STRAIGHT
             free = there & (behind["hit"][:, HIT_TRIANGLE] == 0.0)
             hits[which[free]] = 0.0
+            if self._needs.shadow_rays_lose:
+                left = _left(behind["medium"][free], behind["direction"][free], tables)
+                for name, port in _BROUGHT.items():
+                    if port in behind:
+                        behind[port] = _less(name, behind[port], free, left)
             for name, x in brought.items():
                 x[which[free]] = behind[_BROUGHT[name]][free]
             on = _met(behind["hit"], passable)
@@ -267,6 +278,20 @@ def _met(hits: Array, passable: Passable) -> NDArray[np.int64]:
     met = np.flatnonzero(triangles)
     of_those: NDArray[np.int64] = met[passable[triangles[met] - 1]]
     return of_those
+
+
+def _left(medium: Array, direction: Array, tables: Tables) -> NDArray[np.float64]:
+    """What media leave of what comes to rays that meet nothing, (n, 3)."""
+    return tables.media.left_after(medium[:, :2], direction[:, 3].astype(np.float64))
+
+
+def _less(
+    name: str, brought: Array, free: NDArray[np.bool_], left: NDArray[np.float64]
+) -> Array:
+    """What rays bring to a total, (n, 4), of those that are free (n,) as much as is left."""
+    result = brought.copy()
+    result[free, :3] *= left if name == "direct" else (left @ LUMINANCE)[:, None]
+    return result
 
 
 def _before(name: str) -> str:

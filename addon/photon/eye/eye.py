@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ...streams import Count, Kernel, Reading, Stream, Tally
 from ..backends.backend import Backend
-from ..kernels.absorb import Absorb
 from ..kernels.emitted import Emitted
+from ..kernels.free_flight import FreeFlight
 from ..kernels.launch import launch, launch_and_count, launch_and_tally
 from ..kernels.scatter import Scatter
 from ..kernels.shade import POINT, Shade
@@ -51,6 +51,7 @@ class Eye:
         device, layer = backend.device, backend.layer
         self._tally: Tally | None = None  # of rays that a path's bounces send
         self._tables, self._settings, self._needs = tables, settings, needs
+        self._place = frame.points(scene.camera.matrix[:3, 3])
         self._ended: dict[Region, int] = {}  # the first bounce that ever sent no ray
         self._sent: Path | None = None  # ahead
         self.camera = EyeCamera(device, layer, scene, frame, settings, needs)
@@ -64,7 +65,9 @@ class Eye:
             self._shade = Shade(device, layer, needs.eye_defines, made=needs.made)
         self._direct_light = backend.direct_light(needs, size) if needs.shadow_rays else None
         self._emitted = self._surface_emission = self._scatter = None
-        self._absorb: Absorb | None = None
+        self._flight: FreeFlight | None = None
+        if needs.media and needs.surfaces:
+            self._flight = FreeFlight(device, layer, needs.flight_defines("EYE"))
         if needs.emitters_seen:
             defines = {**needs.emitted_defines, **backend.kind_defines}
             self._emitted = Emitted(device, layer, defines, made=needs.made)
@@ -74,7 +77,6 @@ class Eye:
             )
         if needs.secondary_rays:
             self._scatter = Scatter(device, layer, needs.eye_defines, made=needs.made)
-            self._absorb = Absorb(device, layer) if needs.absorption else None
             if backend.works_alone and self._most_bounces:
                 self._tally = Tally(device, self._most_bounces)
         self._cuts = self._coverage = None
@@ -89,6 +91,11 @@ class Eye:
         """Fill the streams that something is read from before it is written, and tell the
         footprint of pixels."""
         self.streams.prepare()
+        if medium := self.streams.ones.get("first_medium"):
+            inside = self._tables.around(self._place)
+            elements = np.zeros((medium.size[1], medium.size[0], 4), np.float32)
+            elements[..., :2] = inside
+            medium.upload(elements)
         self.footprint = self.camera.widths() if self._needs.programs.bumps else {}
 
     def send_ahead(self, index: int, region: Region) -> None:
@@ -108,7 +115,7 @@ class Eye:
         origin, direction = (at.pairs[name].front for name in ("origin", "direction"))
         projection = self.camera.send(index, region, origin, direction, at.ones["pixel"])
         carried = {name: at.ones[first] for name, first in FIRST.items() if first in at.ones}
-        return Path(index, region, 0, at, at.unit, carried, projection, None)
+        return Path(index, region, 0, at, at.unit, at.unit, carried, projection, None)
 
     def shade(self, path: Path) -> None:
         """Find where the rays end, and evaluate the materials there."""
@@ -116,16 +123,22 @@ class Eye:
             return  # without surfaces the streams were made clear: no hits, no places
         tracer = self._tracers[min(path.depth, len(self._tracers) - 1)]
         launch(tracer, self.of(path), self._tables)
+        self._fly(path)
         streams = {**self.of(path), "throughput": path.throughput}
         launch(self._shade, streams, self._tables, self._draw(path))
-        if self._absorb and path.depth > 0:
-            pair = path.at.pairs["throughput"]
-            launch(
-                self._absorb, streams | {"throughput": pair.front, "left": pair.back}, self._tables
-            )
-            pair.swap()
-            path.throughput = pair.front
         path.is_shaded = True
+
+    def _fly(self, path: Path) -> None:
+        """Find what media leave of the rays, and which of them they scatter before their ends."""
+        if not self._flight:
+            return
+        streams = {**self.of(path), "throughput": path.throughput}
+        launch(self._flight, streams, self._tables, self._draw(path))
+        ones = path.at.ones
+        path.throughput = ones["left"]
+        path.carried = path.carried | {"medium": ones["along"]}
+        if self._needs.scattering:
+            path.carried |= {"hit": ones["met"]}
 
     def gathering(self, path: Path) -> tuple[NDArray[np.float64], ...]:
         """Where points of a path gather photons, (n, 3), the geometric normals there, and what
@@ -142,7 +155,9 @@ class Eye:
         """What rays meet of lights, and of the world; None if there is none to see."""
         if not self._emitted:
             return None
-        streams = {**self.of(path), "throughput": path.throughput}
+        # Lights know of media by themselves.
+        own = {"hit": path.at.ones["hit"], "throughput": path.arriving}
+        streams = self.of(path) | own
         if self._surface_emission:
             launch(self._surface_emission, streams, self._tables, self._draw(path))
         launch(self._emitted, streams, self._tables, self._draw(path))
@@ -199,7 +214,7 @@ class Eye:
         if self._compaction and count:
             self._compaction.compact(onward, count.wait())
         pairs = onward.at.rays()
-        onward.throughput = pairs["throughput"].front
+        onward.throughput = onward.arriving = pairs["throughput"].front
         onward.carried = {name: pairs[name].front for name in FIRST if name in pairs}
         return onward
 
@@ -255,7 +270,7 @@ class Eye:
             self._surface_emission,
             self._emitted,
         )
-        known += self._absorb, self._scatter, self._cuts, self._coverage
+        known += self._flight, self._scatter, self._cuts, self._coverage
         return [kernel for kernel in known if kernel]
 
     def of(self, path: Path) -> dict[str, Stream]:
@@ -295,6 +310,7 @@ class Eye:
             "depth": path.depth,
             "chain_depth": self._needs.chain_depth,
             "transparent_depth": self._needs.transparent_depth,
+            "volume_bounces": self._settings.volume_bounces,
             "light_count": len(self._tables.lights),
             "seen_lights": self._tables.seen_lights,
             "asked_lights": len(self._tables.asked.lights),

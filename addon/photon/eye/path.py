@@ -64,8 +64,10 @@ class PathStreams:
             twos["throughput"] = THROUGHPUT
         if needs.transparent:
             ones["first_chain"] = twos["chain"] = CHAIN
-        if needs.secondary_rays and needs.absorption:
-            ones["first_medium"] = twos["medium"] = MEDIUM
+        if needs.media:
+            ones |= {"first_medium": MEDIUM, "along": MEDIUM, "left": THROUGHPUT}
+            ones |= {"met": HIT} if needs.scattering else {}
+            twos |= {"medium": MEDIUM} if needs.secondary_rays else {}
         self.ones = {name: Stream(device, record, size) for name, record in ones.items()}
         self.pairs = {name: PingPong(device, record, size) for name, record in twos.items()}
         self.unit = Stream(device, THROUGHPUT, size)
@@ -108,6 +110,8 @@ class Path:
     depth: int
     at: PathStreams  # what holds it
     throughput: Stream
+    # What rays carry where they begin; media take of it what throughput lacks.
+    arriving: Stream
     carried: dict[str, Stream]  # what else there is of FIRST
     projection: Projection | None  # of eye rays
     count: Count | None  # of the rays that are alive; None: they are taken to be

@@ -41,11 +41,13 @@ class CombinePrimary(Kernel):
         "VISIBILITY",
         "PHOTON_MAP",
         "CLAMPED",
+        "MEDIA",
     )
     inputs = {
         "direction": When("PANORAMIC", RAY_DIRECTION),
         "hit": HIT,
         "place": PLACE,
+        "throughput": When("MEDIA", THROUGHPUT),
         "diffuse": DIFFUSE,
         "shading": SHADING,
         "direct": RADIANCE,
@@ -76,7 +78,7 @@ class CombineMirror(Kernel):
     """What a secondary ray sees."""
 
     stem = "combine_mirror"
-    structure = ("EMITTERS", "GATHERED_LOBES", "TRANSPARENT", "PHOTON_MAP", "CLAMPED")
+    structure = ("EMITTERS", "GATHERED_LOBES", "TRANSPARENT", "PHOTON_MAP", "CLAMPED", "MEDIA")
     inputs = {
         "hit": HIT,
         "diffuse": DIFFUSE,
@@ -84,6 +86,7 @@ class CombineMirror(Kernel):
         "irradiance": IRRADIANCE,
         "coverage": COVERAGE,
         "throughput": THROUGHPUT,
+        "arriving": When("MEDIA", THROUGHPUT),
         "chain": When("TRANSPARENT", CHAIN),
         **_EMITTERS,
         **GLOSSY,

@@ -10,6 +10,7 @@ from .records import (
     CORNER_NORMALS,
     HIT,
     ILLUMINANCE,
+    INTERIOR,
     MATERIAL,
     MEDIUM,
     NODE,
@@ -20,7 +21,7 @@ from .records import (
     TRIANGLE,
     VISIBILITY,
 )
-from .shade import GATHERED_LOBES, LOBES, POINT, PROGRAM_DEFINES, PROGRAM_TABLES
+from .shade import GATHERED_LOBES, LOBES, POINT, PROGRAM_DEFINES, PROGRAM_TABLES, SCATTERS
 
 _STRUCTURE = (
     "SHADOW_RAYS",
@@ -41,13 +42,16 @@ _STRUCTURE = (
     "VISIBILITY",
     "PORTALS",
     "PANES",
-    "ABSORPTION",
+    "MEDIA",
+    *SCATTERS,
 )
 _INPUTS: Ports = {
     "pixel": PIXEL,
     **POINT,
     "direction": RAY_DIRECTION,
     "chain": When("TRANSPARENT", CHAIN),
+    "hit": When("MEDIA", HIT),
+    "medium": When("MEDIA", MEDIUM),
     **LOBES,
 }
 _UNIFORMS = {
@@ -84,7 +88,8 @@ class Direct(Kernel):
         **LIMITS,
         **CHOICE,
         **PORTALS,
-        "materials": When(("TWO_SIDED", "TRANSPARENT", "PANES", "ABSORPTION"), Table(MATERIAL)),
+        "materials": When(("TWO_SIDED", "TRANSPARENT", "PANES", "MEDIA"), Table(MATERIAL)),
+        "interiors": When("MEDIA", Table(INTERIOR)),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
         "corner_normals": When(("SMOOTH", "PROGRAMS", "PANES"), Table(CORNER_NORMALS)),
         **PROGRAM_TABLES,
@@ -103,6 +108,7 @@ class ShadowRays(Kernel):
         "unshadowed": RADIANCE,
         "unshadowed_behind": When("PANES", RADIANCE),
         "unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
+        "shadow_medium": When("MEDIA", MEDIUM),
     }
     uniforms = {
         **_UNIFORMS,
@@ -114,8 +120,9 @@ class ShadowRays(Kernel):
         **LIMITS,
         **CHOICE,
         **PORTALS,
-        "triangles": When(("SMOOTH", "TWO_SIDED"), Table(TRIANGLE)),
-        "materials": When("TWO_SIDED", Table(MATERIAL)),
+        "triangles": When(("SMOOTH", "TWO_SIDED", "MEDIA"), Table(TRIANGLE)),
+        "materials": When(("TWO_SIDED", "MEDIA"), Table(MATERIAL)),
+        "interiors": When("MEDIA", Table(INTERIOR)),
         "corner_normals": When("SMOOTH", Table(CORNER_NORMALS)),
     }
 
@@ -124,7 +131,7 @@ class ShadowThrough(Kernel):
     """Send shadow rays on that have met transparent surfaces or glass, behind these."""
 
     stem = "shadow_through"
-    structure = ("ILLUMINANCE", "TRANSPARENT", "PANES", "ABSORPTION", *PROGRAM_DEFINES)
+    structure = ("ILLUMINANCE", "TRANSPARENT", "PANES", "MEDIA", *PROGRAM_DEFINES)
     uniforms = {
         "passed": Uniform("int"),
         "transparent_depth": When("TRANSPARENT", Uniform("int")),
@@ -137,7 +144,7 @@ class ShadowThrough(Kernel):
         "unshadowed_behind": When("PANES", RADIANCE),
         "unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
         "chain": When("TRANSPARENT", CHAIN),  # of the rays' points
-        "shadow_medium": When("ABSORPTION", MEDIUM),
+        "shadow_medium": When("MEDIA", MEDIUM),
     }
     outputs = {
         "next_origin": RAY_ORIGIN,
@@ -145,11 +152,12 @@ class ShadowThrough(Kernel):
         "next_unshadowed": RADIANCE,
         "next_unshadowed_behind": When("PANES", RADIANCE),
         "next_unshadowed_lux": When("ILLUMINANCE", ILLUMINANCE),
-        "next_medium": When("ABSORPTION", MEDIUM),
+        "next_medium": When("MEDIA", MEDIUM),
     }
     tables = {
         "triangles": Table(TRIANGLE),
         "materials": Table(MATERIAL),
+        "interiors": When("MEDIA", Table(INTERIOR)),
         "corner_normals": When(("PROGRAMS", "PANES"), Table(CORNER_NORMALS)),
         **PROGRAM_TABLES,
     }

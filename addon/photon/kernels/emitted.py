@@ -1,7 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
 from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, PORTALS
-from .records import CHAIN, HIT, MATERIAL, RADIANCE, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE
+from .records import (
+    CHAIN,
+    HIT,
+    INTERIOR,
+    MATERIAL,
+    MEDIUM,
+    RADIANCE,
+    RAY_DIRECTION,
+    RAY_ORIGIN,
+    THROUGHPUT,
+    TRIANGLE,
+)
 
 
 class Emitted(Kernel):
@@ -19,6 +30,8 @@ class Emitted(Kernel):
         "SMOOTH",
         "TWO_SIDED",
         "TRANSPARENT",
+        "MEDIA",
+        "SCATTERING",
         "DISPERSION",
         "PORTALS",
         "DIFFUSE_APART",
@@ -31,6 +44,7 @@ class Emitted(Kernel):
         "throughput": When("WEIGHED", THROUGHPUT),
         "emission": When("EMISSION_BY_PROGRAMS", RADIANCE),
         "chain": When("TRANSPARENT", CHAIN),
+        "medium": When("MEDIA", MEDIUM),
     }
     outputs = {"emitted": RADIANCE, "environment": RADIANCE}
     uniforms = {
@@ -45,6 +59,7 @@ class Emitted(Kernel):
         **LIGHT_TABLES,
         **CHOICE,
         **PORTALS,
-        "triangles": When("SURFACES", Table(TRIANGLE)),
-        "materials": When(("EMISSIVE", "TWO_SIDED"), Table(MATERIAL)),
+        "triangles": When(("SURFACES", "MEDIA"), Table(TRIANGLE)),
+        "materials": When(("EMISSIVE", "TWO_SIDED", "MEDIA"), Table(MATERIAL)),
+        "interiors": When("MEDIA", Table(INTERIOR)),
     }

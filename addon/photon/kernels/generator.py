@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
 from .lights import LIGHT_DEFINES, LIGHT_TABLES, LIMITS
-from .records import AIM_NODE, FLUX, LIGHT_AIM, MEDIUM, PORTAL, RAY_DIRECTION, RAY_ORIGIN
+from .records import AIM_NODE, FLUX, LIGHT_AIM, LIGHT_START, MEDIUM, PORTAL, RAY_DIRECTION, RAY_ORIGIN
 
 BY_SHARE = ("PORTALS", "ONE_WAY", "PORTALS_BY_SHARE")
 
@@ -14,7 +14,8 @@ class Generator(Kernel):
         *LIGHT_DEFINES,
         "VISIBILITY",
         "AIMED",
-        "ABSORPTION",
+        "MEDIA",
+        "SCATTERING",
         "PANES",
         "SHADED_LAMPS",
         *BY_SHARE,
@@ -23,7 +24,7 @@ class Generator(Kernel):
         "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,
         "flux": FLUX,
-        "medium": When("ABSORPTION", MEDIUM),
+        "medium": When("MEDIA", MEDIUM),
     }
     uniforms = {
         "seed": Uniform("uint"),
@@ -35,6 +36,7 @@ class Generator(Kernel):
     tables = {
         **LIGHT_TABLES,
         **LIMITS,
+        "light_starts": When("SCATTERING", Table(LIGHT_START)),
         "light_aims": When("AIMED", Table(LIGHT_AIM)),
         "aim_nodes": When("AIMED", Table(AIM_NODE)),
         "photon_portals": When("PORTALS_BY_SHARE", Table(PORTAL)),

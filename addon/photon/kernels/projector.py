@@ -6,6 +6,7 @@ from .records import (
     FACING,
     FLUX,
     HIT,
+    INTERIOR,
     LIGHT,
     MATERIAL,
     MEDIUM,
@@ -25,7 +26,8 @@ class Projector(Kernel):
         "DIRECTIONS",
         "DISPERSION",
         "CAUSTICS",
-        "ABSORPTION",
+        "MEDIA",
+        "SCATTERING",
         "PANES",
         "ARRIVALS",
         "ENVIRONMENT",
@@ -37,8 +39,8 @@ class Projector(Kernel):
         "facing": FACING,
         "diffuse": DIFFUSE,
         "flux": FLUX,
-        "hit": When("ABSORPTION", HIT),
-        "medium": When("ABSORPTION", MEDIUM),
+        "hit": When("MEDIA", HIT),
+        "medium": When("MEDIA", MEDIUM),
         "direction": When(("INCOMING", "CAUSTICS"), RAY_DIRECTION),
         "origin": When("ARRIVALS", RAY_ORIGIN),
     }
@@ -52,8 +54,9 @@ class Projector(Kernel):
         "bounce": Uniform("int"),
     }
     tables = {
-        "triangles": When("ABSORPTION", Table(TRIANGLE)),
-        "materials": When("ABSORPTION", Table(MATERIAL)),
+        "triangles": When("MEDIA", Table(TRIANGLE)),
+        "materials": When("MEDIA", Table(MATERIAL)),
+        "interiors": When("MEDIA", Table(INTERIOR)),
         "lights": When("ARRIVALS", Table(LIGHT)),
         "environments": When("ENVIRONMENT", Table()),
     }

@@ -16,10 +16,10 @@ HIT = Record("Hit", {"t": "float", "triangle": "float", "u": "float", "v": "floa
 FLUX = Record(
     "Flux", {"flux": "vec3", "photon": "float"}
 )  # [W], linear RGB, >= 0; photon_number.glsl
-# What light loses where the ray begins: of all meshes that it is inside, by the surfaces that it
-# has gone through [1 / scene units].
-# `sent`: lib/pane.glsl; 0 but of photons.
-MEDIUM = Record("Medium", {"absorption": "vec3", "sent": "float"})
+# Which media a ray is in where it begins (lib/media.glsl), and how often such have scattered it; of
+# photons once less, from where a surface scatters them or a light sends them. `sent`:
+# lib/pane.glsl; 0 but of photons.
+MEDIUM = Record("Medium", {"inside": "vec2", "scattered": "float", "sent": "float"})
 PIXEL = Record("Pixel", {"at": "vec2"})  # of the frame, that a path is of
 # Of a chain of secondary rays; the density with which a lobe sent its last one [1/sr], 0 for a
 # delta lobe, as lib/chain_density.glsl has it.
@@ -132,7 +132,7 @@ NODE = Record(
 # holdout 1: the eye sees nothing there; the radiance of both its sides [W/(m^2 sr)]; which
 # instructions are its program, and codes of results that stand for a value (lib/program.glsl);
 # two_sided 1: a rough lobe lets light through from behind; what shadow rays keep that pass it;
-# what rays lose inside it [1 / scene units]; the index of clear glass (pane_of in stage/panes.py),
+# the number of what is inside it, plus one; the index of clear glass (pane_of in stage/panes.py),
 # or 0, and its colour; shades_lamps 1: what is transparent of it stops light straight from lamps.
 MATERIAL = Record(
     "Material",
@@ -153,7 +153,7 @@ MATERIAL = Record(
         "base_from": "float",
         "shades_lamps": "float",
         "transmittance": "vec3",
-        "absorption": "vec3",
+        "interior": "float",
         "transmittance_from": "float",
         "pane_colour": "vec3",
         "pane": "float",
@@ -192,6 +192,11 @@ INSTRUCTION = Record(
         "fifth": "float",
         "sixth": "float",
     },
+)
+# A medium: what light loses in it, and what of that it scatters on [1 / scene units]; the mean
+# cosine of that to straight on.
+INTERIOR = Record(
+    "Interior", {"extinction": "vec3", "anisotropy": "float", "scattering": "vec3"}
 )
 CONSTANT = Record("Constant", {"value": "vec4"})
 # What programs may ask for at a triangle's corners.
@@ -242,6 +247,8 @@ PROFILE = Record("Profile", {"share": "float", "mean": "float", "along": "float"
 
 # Which rays meet a surface, by its number: bits, see ray_bits.glsl and visibility.glsl.
 VISIBILITY = Record("Visibility", {"rays": "float"})
+# Which media photons of a light start in, as MEDIUM has it.
+LIGHT_START = Record("LightStart", {"inside": "vec2"})
 LIGHT_LIMIT = Record("LightLimit", {"bounces": "float", "shadowed": "float"})  # or 0: never
 # Where photons start that count (lib/aim.glsl): of a light afar, on a disc about this place; which
 # node is its tree's root, plus one, or 0: anywhere.

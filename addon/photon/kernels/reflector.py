@@ -3,6 +3,7 @@ from ...streams import Kernel, Table, Uniform, When
 from .records import (
     FLUX,
     HIT,
+    INTERIOR,
     LIGHT,
     MATERIAL,
     MEDIUM,
@@ -12,7 +13,7 @@ from .records import (
     TRIANGLE,
     VISIBILITY,
 )
-from .shade import FIRST_LOBE, POINT
+from .shade import FIRST_LOBE, POINT, SCATTERS
 
 
 class Reflector(Kernel):
@@ -26,7 +27,8 @@ class Reflector(Kernel):
         "TRANSPARENT",
         "DISPERSION",
         "CAUSTICS",
-        "ABSORPTION",
+        "MEDIA",
+        *SCATTERS,
         "PANES",
         "ARRIVALS",
         "ENVIRONMENT",
@@ -45,8 +47,8 @@ class Reflector(Kernel):
         "origin": When("ARRIVALS", RAY_ORIGIN),
         "direction": RAY_DIRECTION,
         "flux": FLUX,
-        "hit": When("ABSORPTION", HIT),
-        "medium": When("ABSORPTION", MEDIUM),
+        "hit": When("MEDIA", HIT),
+        "medium": When("MEDIA", MEDIUM),
         **POINT,
         **FIRST_LOBE,
     }
@@ -54,12 +56,13 @@ class Reflector(Kernel):
         "next_origin": RAY_ORIGIN,
         "next_direction": RAY_DIRECTION,
         "next_flux": FLUX,
-        "next_medium": When("ABSORPTION", MEDIUM),
+        "next_medium": When("MEDIA", MEDIUM),
     }
     uniforms = {"seed": Uniform("uint"), "pass_index": Uniform("uint"), "bounce": Uniform("int")}
     tables = {
-        "triangles": When(("ABSORPTION", "SHADED_LAMPS"), Table(TRIANGLE)),
-        "materials": When(("ABSORPTION", "SHADED_LAMPS"), Table(MATERIAL)),
+        "triangles": When(("MEDIA", "SHADED_LAMPS"), Table(TRIANGLE)),
+        "materials": When(("MEDIA", "SHADED_LAMPS"), Table(MATERIAL)),
+        "interiors": When("MEDIA", Table(INTERIOR)),
         "lights": When("ARRIVALS", Table(LIGHT)),
         "environments": When("ENVIRONMENT", Table()),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),

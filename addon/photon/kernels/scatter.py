@@ -6,6 +6,7 @@ from .records import (
     DIFFUSE,
     FACING,
     HIT,
+    INTERIOR,
     MATERIAL,
     MEDIUM,
     PIXEL,
@@ -16,7 +17,7 @@ from .records import (
     THROUGHPUT,
     TRIANGLE,
 )
-from .shade import GATHERED_LOBES, LOBES
+from .shade import GATHERED_LOBES, LOBES, SCATTERS
 
 
 class Scatter(Kernel):
@@ -29,7 +30,8 @@ class Scatter(Kernel):
         "TINTED",
         "WEIGHED",
         "TRANSPARENT",
-        "ABSORPTION",
+        "MEDIA",
+        *SCATTERS,
         "DISPERSION",
         "VISIBILITY",
         "NO_CAUSTICS",
@@ -44,8 +46,8 @@ class Scatter(Kernel):
         "shading": SHADING,
         "direction": RAY_DIRECTION,
         "throughput": THROUGHPUT,
-        "hit": When(("TRANSPARENT", "ABSORPTION"), HIT),
-        "medium": When("ABSORPTION", MEDIUM),
+        "hit": When(("TRANSPARENT", "MEDIA"), HIT),
+        "medium": When("MEDIA", MEDIUM),
         "chain": When("TRANSPARENT", CHAIN),
         **LOBES,
     }
@@ -54,18 +56,20 @@ class Scatter(Kernel):
         "next_direction": RAY_DIRECTION,
         "next_throughput": THROUGHPUT,
         "next_chain": When("TRANSPARENT", CHAIN),
-        "next_medium": When("ABSORPTION", MEDIUM),
+        "next_medium": When("MEDIA", MEDIUM),
     }
     uniforms = {
         "seed": Uniform("uint"),
         "pass_index": Uniform("uint"),
         "depth": Uniform("int"),
+        "volume_bounces": When("SCATTERING", Uniform("int")),
         "chain_depth": When("TRANSPARENT", Uniform("int")),
         "transparent_depth": When("TRANSPARENT", Uniform("int")),
         "frame_size": Uniform("ivec2"),
     }
     tables = {
-        "triangles": When(("ABSORPTION", "NORMALS"), Table(TRIANGLE)),
+        "triangles": When(("MEDIA", "NORMALS"), Table(TRIANGLE)),
         "corner_normals": When("NORMALS", Table(CORNER_NORMALS)),
-        "materials": When("ABSORPTION", Table(MATERIAL)),
+        "materials": When("MEDIA", Table(MATERIAL)),
+        "interiors": When("MEDIA", Table(INTERIOR)),
     }

@@ -14,12 +14,15 @@ from .records import (
     HIT,
     INSTRUCTION,
     LOBE,
+    INTERIOR,
     MATERIAL,
     MATERIAL_LOBE,
+    MEDIUM,
     PIXEL,
     PLACE,
     PORTAL,
     RAY_DIRECTION,
+    RAY_ORIGIN,
     SHADING,
     SHAPE,
     SPACE,
@@ -65,6 +68,10 @@ PROGRAM_TABLES = {
 }
 
 
+# PHASE: the number of the kind of lobe that media have where they scatter.
+SCATTERS = ("SCATTERING", "PHASE")
+
+
 class Shade(Kernel):
     """Evaluate the material where rays end, for the eye's (EYE) and photons (PHOTONS) alike."""
 
@@ -80,6 +87,7 @@ class Shade(Kernel):
         "TANGENTS",
         "TRANSMITS",
         "TRANSPARENT",
+        *SCATTERS,
         "CHAINS",
         "DISPERSION",
         "DISPERSED_CHAINS",
@@ -97,8 +105,10 @@ class Shade(Kernel):
     )
     inputs = {
         "pixel": When("EYE", PIXEL),
+        "origin": When("SCATTERING", RAY_ORIGIN),
         "direction": RAY_DIRECTION,
         "hit": HIT,
+        "medium": When("SCATTERING", MEDIUM),
         "flux": When("PHOTONS", FLUX),
         "chain": When("CHAINS", CHAIN),
         "throughput": When("DISPERSED_CHAINS", THROUGHPUT),
@@ -121,6 +131,7 @@ class Shade(Kernel):
         "corner_tangents": When("TANGENTS", Table(CORNER_TANGENTS)),
         "materials": Table(MATERIAL),
         "material_lobes": When("LOBES", Table(MATERIAL_LOBE)),
+        "interiors": When("SCATTERING", Table(INTERIOR)),
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
         "photon_portals": When("PORTALS_BY_SHARE", Table(PORTAL)),
         **PROGRAM_TABLES,

@@ -13,6 +13,7 @@ from ...streams import (
     Declaration,
     Defines,
     Device,
+    Kernel,
     Made,
     Program,
     Stream,
@@ -20,6 +21,7 @@ from ...streams import (
     in_registers,
 )
 from ...streams.compute import GROUP
+from ..kernels.free_flight import FreeFlight
 from ..kernels.projector import Projector
 from ..kernels.records import DEPOSIT, PLACE
 from ..kernels.reflector import Reflector
@@ -45,7 +47,9 @@ def landed_rows(photons: int, bounces: int) -> int:
 
 def kernels(defines: Defines) -> list[tuple[str, Declaration]]:
     """The kernels of a bounce, in order."""
-    return [(k.__name__, k.declaration(defines)) for k in (Tracer, Shade, Projector, Reflector)]
+    flight = [FreeFlight] if "SCATTERING" in defines else []
+    of_bounce: list[type[Kernel]] = [Tracer, *flight, Shade, Projector, Reflector]
+    return [(k.__name__, k.declaration(defines)) for k in of_bounce]
 
 
 def declarations(defines: Defines) -> str:
@@ -134,7 +138,7 @@ class SeveralBounces:
             draw_of(self._settings, batch.index)
             | {"alive_slot": tally.next_slot(), "first_bounce": first, "bounces": bounces}
             | {"first_to_deposit": batch.first_to_deposit(self._settings)}
-            | {"numbered": batch.numbered}
+            | {"numbered": batch.numbered, "volume_bounces": self._settings.volume_bounces}
             | dict(self._tables.footprint),
         )
         deposits.append(*self._landed, rows=bounces * paths.rows)

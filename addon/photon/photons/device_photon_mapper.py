@@ -25,7 +25,7 @@ from .paths import STREAM_WIDTH, PathsBySize
 # After the first pass the host does not ask, but goes by what the passes before found, an eighth
 # more, and this: by chance they differ by the square root of their number.
 SPARE_PHOTONS = 1024
-ABSORPTION_DEFINE = "#define ABSORPTION\n"  # photons carry what they are in
+MEDIA_DEFINE = "#define MEDIA\n"  # photons carry what they are in
 GUESSED = 2  # times that a photon lands, before any has
 
 
@@ -72,7 +72,7 @@ class DevicePhotonMapper:
         self._emission = Emission(device, "compute", tables, needs)
         self._paths: PathsBySize[Any] = PathsBySize(device, bounces.paths, needs.carries_medium)
         self._bounces = bounces
-        self._compaction = Compaction(device, "paths", ABSORPTION_DEFINE * needs.carries_medium)
+        self._compaction = Compaction(device, "paths", MEDIA_DEFINE * needs.carries_medium)
         self._tally = Tally(device, self._most_bounces)
         self._foreseen: dict[int, _Foreseen] = {}  # by the photons of a pass
         self._flight: _Flight | None = None

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from ...streams import ByDefines, Count, Defines, Device, Kernel, Stream, Tally
 from ...streams.device import Layer
+from ..kernels.free_flight import FreeFlight
 from ..kernels.launch import launch, launch_and_count, launch_and_tally
 from ..kernels.projector import Projector
 from ..kernels.records import HIT
@@ -36,6 +37,13 @@ class PathsAndEnds(Paths):
                 self._points[name] = Stream(self.device, record, self.size)
         return self._points
 
+    def flown(self, flight: FreeFlight) -> dict[str, Stream]:
+        """What this writes."""
+        for name, record in flight.outputs.items():
+            if name not in self._points:
+                self._points[name] = Stream(self.device, record, self.size)
+        return {name: self._points[name] for name in flight.outputs}
+
     def release(self) -> None:
         super().release()
         for stream in (self.hit, *self._points.values()):
@@ -60,6 +68,9 @@ class OneBounce:
         self._tables, self._settings, self._needs = tables, settings, needs
         defines, made = needs.photon_defines, needs.made
         self._tracer = tracer
+        self._flight: FreeFlight | None = None
+        if needs.scattering:
+            self._flight = FreeFlight(device, layer, needs.flight_defines("PHOTONS"))
         self._projector = Projector(device, layer, defines, made=made)
 
         def shade(more: Defines) -> Shade:
@@ -115,6 +126,12 @@ class OneBounce:
         streams = {**paths.fronts(), "hit": paths.hit, **paths.points(shade, self._projector)}
         streams |= {f"next_{name}": stream for name, stream in paths.backs().items()}
         launch(self._tracer, streams, self._tables)
+        if self._flight:
+            flown = paths.flown(self._flight)
+            values = draw | {"volume_bounces": self._settings.volume_bounces}
+            launch(self._flight, streams | flown, self._tables, values)
+            own = {"hit": "met", "medium": "along", "flux": "carried"}
+            streams |= {name: flown[port] for name, port in own.items()}
         launch(shade, streams, self._tables, draw)
         if bounce >= batch.first_to_deposit(self._settings):
             launch(self._projector, streams, self._tables, draw | {"numbered": batch.numbered})
@@ -131,11 +148,16 @@ class OneBounce:
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""
-        own = {kernel.stem: kernel.launches for kernel in (self._tracer, self._projector)}
+        own = {kernel.stem: kernel.launches for kernel in self._always}
         return own | {Shade.stem: self._shades.launches, Reflector.stem: self._reflectors.launches}
 
     def release(self) -> None:
         """Free what kernels have of their own."""
         made = *self._shades.made(), *self._reflectors.made()
-        for kernel in (self._tracer, self._projector, *made):
+        for kernel in (*self._always, *made):
             kernel.release()
+
+    @property
+    def _always(self) -> list[Kernel]:
+        """Kernels of all passes."""
+        return [self._tracer, self._projector, *([self._flight] if self._flight else [])]

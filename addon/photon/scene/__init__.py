@@ -15,6 +15,7 @@ from .lights import (
     sun_light,
     world_light,
 )
+from .media import NO_MEDIUM, Medium
 from .materials import MIRROR, ROUNDING, TRANSPARENT, Lobe, Material, phong, reflecting
 from .moving import Moving
 from .programs import Instruction, Result, Rows
@@ -30,6 +31,7 @@ __all__ = [
     "HOLDOUT",
     "MIRROR",
     "MOST_BOUNCES",
+    "NO_MEDIUM",
     "RAYS",
     "RAY_BITS",
     "RGB",
@@ -45,6 +47,7 @@ __all__ = [
     "Light",
     "Lobe",
     "Material",
+    "Medium",
     "Motion",
     "Moving",
     "Result",

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..errors import SceneError
 from .checks import BLACK, RGB, check_finite
 from .displacement import Displacement
+from .media import NO_MEDIUM, Medium
 from .programs import Program, Varying, check_program
 
 MIRROR = np.inf  # Phong exponent of a perfect mirror
@@ -141,7 +142,7 @@ class Material:
     # Its diffuse albedo, emission, the normal of its smooth surface, "base", or the shading normal
     # about that one, that the program gives.
     varying: Varying = field(default_factory=dict)
-    absorption: RGB = BLACK  # of light on its way inside a mesh that wears it [1/m]
+    medium: Medium = NO_MEDIUM  # inside a mesh that wears it
     # Whether its transparent lobe stops light straight from lamps and emissive meshes; the world's
     # and what surfaces scatter it lets through.
     shades_lamps: bool = False
@@ -154,7 +155,7 @@ class Material:
         who = f"material {self.name!r}"
         check_finite(f"{who}: diffuse", self.diffuse, 0.0)
         check_finite(f"{who}: emission", self.emission, 0.0)
-        check_finite(f"{who}: absorption", self.absorption, 0.0)
+        self.medium.check(who)
         for number, lobe in enumerate(self.lobes):
             lobe.check(f"{who}: {lobe.kind}")
             if lobe.over is not None and lobe.over not in range(number):

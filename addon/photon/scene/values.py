@@ -22,6 +22,7 @@ from .displacement import Displacement
 from .images import Image, Texture
 from .lights import Light, point_light, spot_light, world_light
 from .materials import Lobe, Material, phong
+from .media import NO_MEDIUM, Medium
 from .moving import ARRAYS, Moving, check_moving
 from .programs import read_program, read_varying
 from .visibility import ALL_RAYS, CATCHER, CAUSTICS, HOLDOUT
@@ -74,6 +75,7 @@ class Scene:
     moving: tuple[Moving, ...] = ()  # what does not stand still where it is
     # How open the shutter is meanwhile, at even instants; (): all the time the same.
     shutter: tuple[float, ...] = ()
+    air: Medium = NO_MEDIUM  # everywhere, also where others are
     caustics: tuple[str, ...] = CAUSTICS  # by which lobes' light they fall on diffuse surfaces
     light_groups: tuple[str, ...] = ()  # whose light is told apart
     surface_groups: tuple[
@@ -84,6 +86,11 @@ class Scene:
     def emitters(self) -> tuple[Light, ...]:
         """The lights that have any power."""
         return tuple(light for light in self.lights if max(light.power) > 0.0)
+
+    @property
+    def has_scattering(self) -> bool:
+        """Whether some medium scatters light."""
+        return self.air.scatters or any(material.medium.scatters for material in self.materials)
 
     def check(self) -> None:
         """Raise SceneError if arrays do not fit together or a value is outside its range."""
@@ -112,6 +119,7 @@ class Scene:
                     )
         for material in self.materials:
             material.check()
+        self.air.check("scene.air")
         check_moving(self.moving, len(self.vertices), self.triangles)
         check_finite("scene.shutter", self.shutter, 0.0)
         if self.moving and self.camera.motion and self.camera.motion.shutter != self.shutter:
@@ -174,6 +182,7 @@ class Scene:
             "textures": [[x.name, x.is_srgb, x.tile] for x in self.textures],
             "moving": [one.header() for one in self.moving],
             "shutter": list(self.shutter),
+            "air": _plain(self.air),
             "caustics": list(self.caustics),
             "light_groups": list(self.light_groups),
             "surface_groups": list(self.surface_groups),
@@ -233,6 +242,7 @@ def _read(data: Any) -> Scene:
             for number, one in enumerate(header.get("moving", ()))
         ),
         shutter=tuple(header.get("shutter", ())),
+        air=Medium.read(header["air"]) if "air" in header else NO_MEDIUM,
         caustics=tuple(header.get("caustics", CAUSTICS)),
         light_groups=tuple(header.get("light_groups", ())),
         surface_groups=tuple(header.get("surface_groups", ())),
@@ -246,7 +256,10 @@ def _read_material(values: dict[str, Any]) -> Material:
     varying = read_varying(values.get("varying", {}))
     own = {"lobes": lobes, "program": program, "varying": varying}
     displacement = Displacement.read(values.get("displacement"))
-    return Material(**values | own | {"displacement": displacement})
+    # At first media absorbed light alone.
+    medium = Medium(tuple(values.pop("absorption", BLACK)))
+    medium = Medium.read(values["medium"]) if "medium" in values else medium
+    return Material(**values | own | {"displacement": displacement, "medium": medium})
 
 
 def _read_lobe(values: dict[str, Any]) -> Lobe:

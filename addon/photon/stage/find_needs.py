@@ -13,7 +13,7 @@ from ..settings import Settings
 from .emissive import TRIANGLE, emissive_triangles, emits_for_some_only
 from .gathered import can_gather, gathering_kinds, seen_send_rays, send_rays
 from .geometry import Mesh
-from .kinds import light_kinds, lobe_kinds
+from .kinds import PHASE, light_kinds, lobe_kinds
 from .layers import count_layered, has_tint
 from .light_tree import AskedLights
 from .limits import are_apart, casts_caustics, is_limited, lacking_caustics
@@ -34,6 +34,8 @@ def find_needs(
     materials = _used(scene, mesh)
     diffuse = any(material.is_diffuse for material in materials)
     lobes = [[lobe.kind for lobe in m.lobes if lobe.reflects] for m in materials]
+    scattering = scene.air.scatters or any(material.medium.scatters for material in materials)
+    lobes += [[PHASE]] * scattering
     kinds = {kind for of_one in lobes for kind in of_one}
     broad = any(not lobe_kinds()[kind].is_delta for kind in kinds)
     emissive = len(emissive_triangles(scene, mesh)) > 0
@@ -74,6 +76,9 @@ def find_needs(
         portals=asked and photons and any(light_kinds()[light.kind].is_world for light in emitting),
         programs=ProgramNeeds.of(scene),
         emission_programs=_programs_of(scene, materials if emissive else (), of_emission),
+        media=scene.air.is_there or any(material.medium.is_there for material in materials),
+        scattering=scattering,
+        air=scene.air.is_there,
         **_of_lights(scene, mesh, emitting),
         **_of_rays(scene, mesh, materials, kinds, emitting),
         **_of_materials(materials, lobes),
@@ -133,7 +138,6 @@ def _of_materials(materials: Sequence[Material], lobes: Sequence[Sequence[str]])
     """What hangs on them alone; `lobes` are the kinds of each one's."""
     kinds = {kind for of_one in lobes for kind in of_one}
     return {
-        "absorption": any(max(material.absorption) > 0.0 for material in materials),
         "too_bright": any(material.may_be_too_bright for material in materials),
         "shaded_lamps": any(material.filters_no_lamps for material in materials),
         "lobes": min(max(map(len, lobes), default=0), MOST_LOBES),

@@ -27,8 +27,10 @@ _TRAITS = re.compile(r"^Traits: ([^.]*)\.$", re.M)
 _POWER = re.compile(r"\bPower: (.+)\.$", re.M)
 _PARAMETER = re.compile(r"(\w+)(?: \[([^\]]*)\])?")
 # What a lobe's file may say of it: it reflects each direction into one other; it lets light through
-# from behind; it gathers no photons, however rough it is. Delta lobes never do.
-DELTA, TRANSMITS, SENDS_RAYS = TRAITS = "delta", "transmits", "sends rays"
+# from behind; it gathers no photons, however rough it is, as delta lobes never do; points in media
+# have it, and no surfaces.
+DELTA, TRANSMITS, SENDS_RAYS, IN_MEDIA = TRAITS = "delta", "transmits", "sends rays", "in media"
+PHASE = "phase"  # the lobe of points where media scatter light
 METRES = "m"
 WATTS = "W"
 RADIANCE = "W/(m^2 sr)"
@@ -95,6 +97,11 @@ class Kind:
     def is_distant(self) -> bool:
         """Whether it shines on all of the scene from afar."""
         return SCENE in self.parameters.values()
+
+    @property
+    def is_in_media(self) -> bool:
+        """Whether points in media have such lobes: no scene gives one."""
+        return IN_MEDIA in self.traits
 
     @property
     def is_of_mesh(self) -> bool:
@@ -193,8 +200,9 @@ def check_kinds(scene: Scene) -> None:
 
 
 def _check(who: str, kinds: Mapping[str, Kind], kind: str, given: Mapping[str, Any]) -> None:
-    if kind not in kinds or kinds[kind].is_of_mesh:
-        known = [name for name, of_one in kinds.items() if not of_one.is_of_mesh]
+    own = {name for name, of_one in kinds.items() if of_one.is_of_mesh or of_one.is_in_media}
+    if kind not in kinds or kind in own:
+        known = [name for name in kinds if name not in own]
         raise SceneError(f"{who}: kind {kind!r} is none of {', '.join(known)}")
     wanted = kinds[kind].given
     if given.keys() != set(wanted):

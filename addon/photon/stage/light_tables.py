@@ -22,6 +22,7 @@ from .emissive import Emission, triangle_lights
 from .environments import Place
 from .geometry import Frame, Mesh
 from .kinds import WATTS, light_kinds, order
+from .media import from_afar
 from .light_tree import AskedLights, Bounds, light_tree
 from .profiles import mean_of
 from .switches import light_defines, made_lights
@@ -194,7 +195,7 @@ def lights_of(
 ) -> tuple[tuple[Light, ...], NDArray[Any]]:
     """The lamps that emit, distant ones first, then by kind, and of each those that are seen first;
     and the table of LIGHT, one at least: theirs and that of triangles."""
-    lamps = tuple(sorted(scene.emitters, key=_rank))
+    lamps = tuple(sorted(from_afar(scene.emitters, scene.air), key=_rank))
     bounds = float(np.linalg.norm(mesh.extent))
     of_mesh = triangle_lights(scene, mesh, emission)
     if not lamps and not len(of_mesh):

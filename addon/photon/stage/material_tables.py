@@ -34,7 +34,6 @@ def material_tables(
         row["albedo"], row["first_lobe"], row["lobes"] = material.diffuse, first, len(own)
         row["emission"] = material.emission
         row["holdout"] = float(material.holdout)
-        row["absorption"] = material.absorption
         row["shades_lamps"] = float(material.filters_no_lamps)
         row["first_instruction"], row["instructions"] = program.first, len(material.program)
         row["first_constant"], row["shape"] = program.first_constant, program.shape

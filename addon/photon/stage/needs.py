@@ -10,7 +10,7 @@ from ...streams import Defines, Made
 from ..scene import RAY_BITS, RAYS, TRANSPARENT
 from .emissive import TRIANGLE
 from .gathered import BLEND, SEEN_BLEND
-from .kinds import light_kinds, lobe_kinds
+from .kinds import PHASE, light_kinds, lobe_kinds
 from .programs import ProgramNeeds
 from .spectrum import made_spectrum
 from .switches import light_defines, made_bsdf, made_camera, made_lights
@@ -87,11 +87,13 @@ class SceneNeeds:
         ProgramNeeds()
     )  # where what they emit differs from point to point
     transparent_depth: int = 0  # surfaces that a ray goes straight on through
-    absorption: bool = False  # light is absorbed inside meshes
+    media: bool = False  # light is absorbed or scattered on its way, inside meshes or everywhere
     too_bright: bool = False  # some surfaces reflect more than they receive
     shaded_lamps: bool = False  # some surfaces are transparent, but not to lamps
     shadow_programs: ProgramNeeds = ProgramNeeds()  # where what they let through does
     caustics: bool = False  # are asked for, and there may be some
+    scattering: bool = False  # media scatter light, too
+    air: bool = False  # a medium is everywhere
     panes: bool = False  # light from afar may come straight through glass
     clamped: bool = False  # light of single samples is
 
@@ -107,15 +109,15 @@ class SceneNeeds:
         found |= {"FEATURES": 1} if self.features else {}
         found |= {"CLAMPED": 1} if self.clamped else {}
         of_rays = {**self.emitter_defines, **self.gather_defines, **self.transparent_defines}
-        return {**of_rays, **found, **self.caustic_defines}
+        return {**of_rays, **found, **self.caustic_defines, **self.media_defines}
 
     @property
     def noisy_features(self) -> bool:
-        """Whether chance decides what denoisers go by: whether glass reflects, where in a lens a
-        ray begins, or when."""
+        """Whether chance decides what denoisers go by: whether glass reflects, or a medium scatters,
+        where in a lens a ray begins, or when."""
         kinds = [lobe_kinds()[name] for name in self.lobe_kinds - {TRANSPARENT}]
         has_glass = any(kind.transmits and not kind.is_diffuse for kind in kinds)
-        return self.lens or self.moves or has_glass
+        return self.lens or self.moves or has_glass or self.scattering
 
     @property
     def caustic_defines(self) -> dict[str, int | float]:
@@ -137,7 +139,7 @@ class SceneNeeds:
         """What kernels of visible points are compiled with."""
         chains = {"CHAINS": 1} if self.transparent else {}
         chains |= {"DISPERSED_CHAINS": 1} if self.disperses else {}
-        chains |= {"ABSORPTION": 1} if self.absorption else {}
+        chains |= self.media_defines
         chains |= self._caustic_free_defines
         return self._point_defines | self.programs.defines | self._footprint(1) | chains
 
@@ -214,9 +216,10 @@ class SceneNeeds:
         defines = {**self.direct_defines, **({"EMISSIVE": 1} if self.emissive else {})}
         defines |= {"EMISSION_BY_PROGRAMS": 1} if self.emission_programs.nodes else {}
         defines |= {"DIFFUSE_APART": 1} if self.diffuse_apart else {}
-        shadow = {"PANES", "ABSORPTION"}
+        shadow = {"PANES", "MEDIA"}
         for name in shadow if self.weighed else {*shadow, "TWO_SIDED", "PORTALS"}:
             defines.pop(name, None)
+        defines |= self.media_defines
         return defines | ({"SURFACES": 1} if self.emissive or self.weighed else {})
 
     @cached_property
@@ -235,7 +238,7 @@ class SceneNeeds:
         defines: dict[str, int | float]
         defines = {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
         defines |= self._layer_defines
-        defines |= {"ABSORPTION": 1} if self.carries_medium else {}
+        defines |= ({"MEDIA": 1} if self.carries_medium else {}) | self._scattering_defines
         defines |= self._pane_defines
         defines |= self._transmitting_defines
         if self.visibility and self.first_hits:
@@ -259,10 +262,23 @@ class SceneNeeds:
     def _caustic_free_defines(self) -> dict[str, int]:
         return {"NO_CAUSTICS": self.no_caustics} if self.no_caustics else {}
 
+    @cached_property
+    def media_defines(self) -> dict[str, int | float]:
+        """What kernels of the eye's rays are compiled with where there are media."""
+        return {"MEDIA": 1, **self._scattering_defines} if self.media else {}
+
+    @property
+    def _scattering_defines(self) -> dict[str, int | float]:
+        return {"SCATTERING": 1, "PHASE": lobe_kinds()[PHASE].number} if self.scattering else {}
+
+    def flight_defines(self, whose: str) -> Defines:
+        """What the kernel is compiled with that ends ways in media, of EYE or PHOTONS."""
+        return {whose: 1, **self.media_defines, **({"DISPERSION": 1} if self.disperses else {})}
+
     @property
     def carries_medium(self) -> bool:
         """Whether photons carry what they are in."""
-        return self.absorption or self.panes
+        return self.media or self.panes
 
     @property
     def _pane_defines(self) -> dict[str, int | float]:
@@ -337,14 +353,14 @@ class SceneNeeds:
 
     @property
     def shadow_rays_lose(self) -> bool:
-        """Whether they do, by what absorbs light between what they pass."""
-        return self.absorption and self.shadow_rays_go_on
+        """Whether they do, by media on their way."""
+        return self.media and (self.shadow_rays_go_on or self.scattering or self.air)
 
     @property
     def shadow_filter_defines(self) -> dict[str, int | float]:
         """What kernels are compiled with that let shadow rays pass."""
-        absorbs = {"ABSORPTION": 1} if self.shadow_rays_lose else {}
-        more = {**self._pane_defines, **absorbs}
+        loses = self.media_defines if self.shadow_rays_lose else {}
+        more = {**self._pane_defines, **loses}
         return {**self.transparent_defines, **self.shadow_programs.defines, **more}
 
     @property

@@ -22,6 +22,7 @@ from .kinds import light_kinds
 from .light_tables import count_distant, is_seen, light_trees, lights_of, set_shares
 from .light_tree import AskedLights, asked_lights, leaves_for
 from .limits import knows_rays, limit_table, visibility_table
+from .media import Media
 from .material_tables import material_tables, space_table
 from .needs import FACES, MOST_PORTALS, PORTALS_BY_SHARE_DEFINES, PORTALS_FOR_ABSORBED_DEFINES
 from .panes import pane_of
@@ -33,16 +34,19 @@ TEXELS = "texels"  # the table of all textures'
 ASKED = "faces"  # that which is made when it is first asked for
 
 
-def _surface_tables(scene: Scene, frame: Frame, mesh: Mesh) -> dict[str, NDArray[Any]]:
+def _surface_tables(
+    scene: Scene, frame: Frame, mesh: Mesh, media: Media
+) -> dict[str, NDArray[Any]]:
     """Triangles and what they are made of, by the tables' names."""
     programs = program_tables(scene.materials)
     materials, lobes = material_tables(scene.materials, programs.compiled)
-    materials["absorption"] *= frame.scale
+    materials["interior"][: len(scene.materials)] = media.of_materials
     tables = {
         "triangles": mesh.triangles,
         "corner_normals": mesh.normals,
         "materials": materials,
         "material_lobes": lobes,
+        "interiors": media.table,
     }
     if len(mesh.tangents):
         tables["corner_tangents"] = mesh.tangents
@@ -72,12 +76,14 @@ class Tables:
         emitters: tuple[Light, ...],
         lights: NDArray[Any],
         asked: AskedLights,
-        places: tuple[Place, ...] = (),
+        places: tuple[Place, ...],
+        media: Media,
     ) -> None:
         """`mesh`: whose triangles they hold; `emitters`: the lamps that emit; `lights`: of LIGHT,
         theirs and those of triangles, as the texture of that name holds them; `asked`: those that
         visible points ask; `places`: of the scene's images."""
         self._device, self.textures, self._places = device, textures, places
+        self.media = media
         self._mesh = mesh
         self.emitters, self.lights, self.asked = emitters, lights, asked
         self.by_flux = lights["chosen"].astype(np.float64)  # as the scene has them
@@ -114,7 +120,8 @@ class Tables:
         any, which stay the caller's."""
         environments, places = environment_table(scene.images)
         more = {"environments": upload_table(device, environments)} if places else {}
-        tables = _surface_tables(scene, frame, mesh)
+        media = Media(scene, frame.scale)
+        tables = _surface_tables(scene, frame, mesh, media)
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {TEXELS: texels} if texels else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
@@ -125,6 +132,9 @@ class Tables:
         tables = {"lights": lights, **light_trees(device, layer, lights, asked, more)}
         if any(material.emits_by_program for material in scene.materials):
             tables["emission_shares"] = emission.table
+        if scene.has_scattering:
+            distant = count_distant(lights) if emitters else 0
+            tables["light_starts"] = media.starts(lights, distant, mesh)
         if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
             tables["light_limits"] = limit_table(emitters, len(lights))
@@ -134,7 +144,7 @@ class Tables:
             tables["profiles"] = profile_table(emitters)
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         textures |= more
-        made = Tables(device, textures, mesh, emitters, lights, asked, places)
+        made = Tables(device, textures, mesh, emitters, lights, asked, places, media)
         made._tell_passable(scene, mesh)
         return made
 
@@ -142,6 +152,10 @@ class Tables:
         self.transparent = _wear(mesh, (x.is_transparent for x in scene.materials))
         self.shades_lamps = _wear(mesh, (x.filters_no_lamps for x in scene.materials))
         self.clear = _wear(mesh, (pane_of(x) is not None for x in scene.materials))
+
+    def around(self, place: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Which media a place (3,) [scene units] is in, (2,) as MEDIUM has it."""
+        return self.media.around(place[None], self._mesh)[0]
 
     def choose(self, shares: NDArray[np.float64]) -> None:
         """Let photons start at lights with these probabilities; where emissive triangles have
@@ -182,6 +196,9 @@ class Tables:
             self._renew(name, texels_of(table))
         if "nodes" in self.textures:
             self._renew("nodes", mesh.tree.nodes)
+        if "light_starts" in self.textures:
+            starts = self.media.starts(self.lights, self.distant_lights, mesh)
+            self._renew("light_starts", texels_of(starts))
         if relit:
             self._relight(layer, scene, frame, mesh)
 

@@ -26,7 +26,7 @@ def glass_of(material: Material) -> Glass | None:
         return None
     ((lobe,), more) = lobes, lobes[0].parameters
     both = (more["tint"], more["reflects"], more["open"], more.get("compensated", 0.0))
-    if both != ((1.0, 1.0, 1.0), 2.0, 0.0, 0.0) or lobe.weight != 1.0 or any(material.absorption):
+    if both != ((1.0, 1.0, 1.0), 2.0, 0.0, 0.0) or lobe.weight != 1.0 or material.medium.is_there:
         raise ValueError(f"material {material.name!r} is glass of a kind that is not converted")
     return Glass(lobe.colour, float(more["ior"]), float(more.get("alpha", 0.0)))
 

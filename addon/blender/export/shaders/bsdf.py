@@ -9,7 +9,7 @@ from enum import Enum
 
 import bpy
 
-from ....photon.scene import Displacement
+from ....photon.scene import NO_MEDIUM, Displacement, Medium
 from ..graph import Graph
 from ..links import Scope
 from ..programs import ONE, ZERO, Value, math
@@ -61,7 +61,7 @@ class Bsdf:
     # it, if it is not the mesh's.
     normal: Value | None = None
     base: Value | None = None
-    absorption: Value = ZERO  # of light inside the mesh [1/m], constant
+    medium: Medium = NO_MEDIUM  # inside the mesh
     shades_lamps: bool = False  # what is transparent of it stops light straight from lamps
     adds: bool = False  # some of its lobes take all that others do, too
     displacement: Displacement | None = None

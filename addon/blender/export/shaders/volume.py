@@ -1,27 +1,145 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is inside a mesh: a Volume Absorption of one colour; other volumes are reported."""
+"""What is inside a mesh, or everywhere: media that are the same from point to point. Others are
+reported."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
+from ....photon.scene import NO_MEDIUM, Medium
+from ....photon.scene.media import MOST_ANISOTROPY
 from ..graph import Graph
-from ..links import is_given, source
-from ..programs import ZERO, Value, math
+from ..links import Scope, is_given, source
+from ..programs import Value
+from ..triples import triple
+
+# What stands for other phase functions: Henyey & Greenstein's of their own anisotropy, or of this.
+PHASES = {"RAYLEIGH": 0.0, "MIE": 0.85, "FOURNIER_FORAND": 0.9}
+MIXED = ("MIX_SHADER", "ADD_SHADER")
+WARMEST_UNSEEN = 1e-6  # of Blackbody Intensity and strengths of emission
 
 
-def absorption(graph: Graph, output: bpy.types.Node, has_surface: bool) -> Value:
-    """What light loses on its way [1/m]: density * (1 - colour), as in Cycles; ZERO of what is not
-    rendered, which is noted."""
+@dataclass
+class _Parts:
+    """Of what several shaders make together [1/m]; `turned`: scattering times its anisotropy."""
+
+    absorption: NDArray[np.float64]
+    scattering: NDArray[np.float64]
+    turned: NDArray[np.float64]
+
+    def plus(self, other: _Parts, own: float = 1.0, its: float = 1.0) -> _Parts:
+        """Both, so much of each."""
+        return _Parts(
+            own * self.absorption + its * other.absorption,
+            own * self.scattering + its * other.scattering,
+            own * self.turned + its * other.turned,
+        )
+
+
+def medium_of(graph: Graph, output: bpy.types.Node) -> Medium:
+    """The medium of an output's Volume, as Cycles has it; none of what differs from point to point
+    or is no volume, which is noted."""
     if not is_given(output.inputs["Volume"], ()):
-        return ZERO
-    node, _, scope = source(output.inputs["Volume"], ())
-    if node is None or node.type != "VOLUME_ABSORPTION" or not has_surface:
-        graph.notes.ignored(graph.owner, "Volume", "not rendered")
-        return ZERO
-    density = math("MAXIMUM", graph.input(node, "Density", scope), 0.0)
-    lost = math("MAXIMUM", 1.0 - graph.input(node, "Color", scope), 0.0) * density
-    if not lost.is_constant:
-        graph.notes.ignored(graph.owner, "Volume", "it differs from point to point: none")
-        return ZERO
-    return lost
+        return NO_MEDIUM
+    try:
+        found = _read(graph, *source(output.inputs["Volume"], ()))
+    except _Unknown as unknown:
+        graph.notes.ignored(graph.owner, "Volume", f"{unknown}: none")
+        return NO_MEDIUM
+    scattered = found.scattering.sum()
+    turned = found.turned.sum() / scattered if scattered > 0.0 else 0.0
+    return Medium(
+        triple(found.absorption),
+        triple(found.scattering),
+        float(np.clip(turned, -MOST_ANISOTROPY, MOST_ANISOTROPY)),
+    )
+
+
+class _Unknown(Exception):
+    """Why a volume is not rendered."""
+
+
+def _nothing() -> _Parts:
+    return _Parts(*np.zeros((3, 3)))
+
+
+def _read(graph: Graph, node: bpy.types.Node | None, end: object, scope: Scope) -> _Parts:
+    if node is None:
+        return _nothing()
+    if node.type in MIXED:
+        inputs = [source(socket, scope) for socket in node.inputs[-2:]]
+        first, second = (_read(graph, *of_one) for of_one in inputs)
+        if node.type == "ADD_SHADER":
+            return first.plus(second)
+        factor = float(np.clip(_constant(graph.value(node.inputs[0], scope))[0], 0.0, 1.0))
+        return first.plus(second, 1.0 - factor, factor)
+    if node.type == "VOLUME_ABSORPTION":
+        density, colour = _density(graph, node, scope), _colour(graph, node, "Color", scope)
+        return _Parts(density * np.maximum(1.0 - colour, 0.0), *np.zeros((2, 3)))
+    if node.type == "VOLUME_SCATTER":
+        density, colour = _density(graph, node, scope), _colour(graph, node, "Color", scope)
+        return _scattering(density * colour, _anisotropy(graph, node, scope))
+    if node.type == "PRINCIPLED_VOLUME":
+        return _principled(graph, node, scope)
+    if node.type == "VOLUME_COEFFICIENTS":
+        return _coefficients(graph, node, scope)
+    if node.type == "EMISSION":
+        graph.notes.ignored(graph.owner, "Emission of a volume", "not rendered")
+        return _nothing()
+    raise _Unknown(f"{node.bl_label} is no volume that is rendered")
+
+
+def _principled(graph: Graph, node: bpy.types.Node, scope: Scope) -> _Parts:
+    density, colour = _density(graph, node, scope), _colour(graph, node, "Color", scope)
+    kept = np.sqrt(_colour(graph, node, "Absorption Color", scope))
+    absorbed = np.maximum(1.0 - colour, 0.0) * np.maximum(1.0 - kept, 0.0)
+    emitted = graph.input(node, "Emission Strength", scope, 0.0)
+    warm = graph.input(node, "Blackbody Intensity", scope, 0.0)
+    if density > 0.0 and (emitted.may_exceed(WARMEST_UNSEEN) or warm.may_exceed(WARMEST_UNSEEN)):
+        graph.notes.ignored(graph.owner, "Emission of a volume", "not rendered")
+    both = _scattering(density * colour, _anisotropy(graph, node, scope))
+    return both.plus(_Parts(density * absorbed, *np.zeros((2, 3))))
+
+
+def _coefficients(graph: Graph, node: bpy.types.Node, scope: Scope) -> _Parts:
+    absorbed = _colour(graph, node, "Absorption Coefficients", scope)
+    scattered = _colour(graph, node, "Scatter Coefficients", scope)
+    if _colour(graph, node, "Emission Coefficients", scope).any():
+        graph.notes.ignored(graph.owner, "Emission of a volume", "not rendered")
+    both = _scattering(scattered, _anisotropy(graph, node, scope))
+    return both.plus(_Parts(absorbed, *np.zeros((2, 3))))
+
+
+def _scattering(scattered: NDArray[np.float64], anisotropy: float) -> _Parts:
+    return _Parts(np.zeros(3), scattered, anisotropy * scattered)
+
+
+def _anisotropy(graph: Graph, node: bpy.types.Node, scope: Scope) -> float:
+    phase = getattr(node, "phase", "HENYEY_GREENSTEIN")
+    if phase != "HENYEY_GREENSTEIN":
+        what = "Henyey-Greenstein's phase function stands for it"
+        graph.notes.approximated(graph.owner, f"Phase {phase.title().replace('_', '-')}", what)
+    if phase in PHASES:
+        return PHASES[phase]
+    return float(_constant(graph.input(node, "Anisotropy", scope, 0.0))[0])
+
+
+def _density(graph: Graph, node: bpy.types.Node, scope: Scope) -> float:
+    return max(float(_constant(graph.input(node, "Density", scope, 1.0))[0]), 0.0)
+
+
+def _colour(
+    graph: Graph, node: bpy.types.Node, name: str, scope: Scope
+) -> NDArray[np.float64]:
+    return np.maximum(_constant(graph.input(node, name, scope, 0.0)), 0.0)
+
+
+def _constant(value: Value) -> NDArray[np.float64]:
+    """(3,); raises _Unknown if it differs from point to point."""
+    if not value.is_constant:
+        raise _Unknown("it differs from point to point")
+    return np.nan_to_num(value.colour, posinf=0.0, neginf=0.0)

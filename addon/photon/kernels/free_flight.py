@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from ...streams import Kernel, Table, Uniform, When
+from .records import (
+    FLUX,
+    HIT,
+    INTERIOR,
+    MATERIAL,
+    MEDIUM,
+    PIXEL,
+    RAY_DIRECTION,
+    THROUGHPUT,
+    TRIANGLE,
+)
+
+# What lib/media.glsl reads.
+MEDIA = {
+    "triangles": When("MEDIA", Table(TRIANGLE)),
+    "materials": When("MEDIA", Table(MATERIAL)),
+    "interiors": When("MEDIA", Table(INTERIOR)),
+}
+
+
+class FreeFlight(Kernel):
+    """What media leave of rays of the eye (EYE) and photons (PHOTONS), and where they scatter
+    them."""
+
+    stem = "free_flight"
+    structure = ("EYE", "PHOTONS", "MEDIA", "SCATTERING", "DISPERSION")
+    inputs = {
+        "pixel": When("EYE", When("SCATTERING", PIXEL)),
+        "direction": RAY_DIRECTION,
+        "hit": HIT,
+        "medium": MEDIUM,
+        "throughput": When("EYE", THROUGHPUT),
+        "flux": When("PHOTONS", FLUX),
+    }
+    outputs = {
+        "left": When("EYE", THROUGHPUT),
+        "carried": When("PHOTONS", FLUX),
+        "along": MEDIUM,  # its way
+        "met": When("SCATTERING", HIT),
+    }
+    uniforms = {
+        "seed": When("SCATTERING", Uniform("uint")),
+        "pass_index": When("SCATTERING", Uniform("uint")),
+        "depth": When("EYE", When("SCATTERING", Uniform("int"))),
+        "frame_size": When("EYE", When("SCATTERING", Uniform("ivec2"))),
+        "bounce": When("PHOTONS", Uniform("int")),
+        "volume_bounces": When("PHOTONS", Uniform("int")),
+    }
+    tables = MEDIA

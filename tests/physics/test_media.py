@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What media absorb and scatter, inside meshes and everywhere, by closed forms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.photon.scene import (
+    BLACK,
+    Light,
+    Lobe,
+    Material,
+    Medium,
+    Scene,
+    point_light,
+    sun_light,
+    world_light,
+)
+from addon.streams import Device
+from tests.measure import fallen, render, rendered
+from tests.scenes import Builder, orthographic, plain_material
+
+WHITE = (1.0, 1.0, 1.0)
+FOG = Medium((0.2, 0.5, 0.0), (1.0, 0.5, 2.0))
+THIN = Medium((0.002, 0.0, 0.001), (0.003, 0.0005, 0.002))
+EMISSIVE = Material("emissive", BLACK, emission=WHITE)
+WALL = plain_material("wall", (1e-4,) * 3)  # takes photons, and sends none on
+BACKENDS = ("native", "compute", "fragment")
+
+
+def holding(medium: Medium) -> Material:
+    """A material without any surface, with a medium inside."""
+    return Material("fog", BLACK, (Lobe("transparent", WHITE),), medium=medium)
+
+
+def extinction(medium: Medium) -> NDArray[np.float64]:
+    """[1/m]"""
+    return np.add(medium.absorption, medium.scattering)
+
+
+def henyey_greenstein(g: float, cosine: float) -> float:
+    """[1/sr]"""
+    return (1.0 - g * g) / (4.0 * math.pi * (1.0 + g * g - 2.0 * g * cosine) ** 1.5)
+
+
+def from_above(size: float = 0.5, height: float = 6.0) -> Any:
+    return orthographic((0, 0, height), (1.0, 0, 0), (0, 1.0, 0), size)
+
+
+def mean_of(device: Device, scene: Scene, **settings: Any) -> Any:
+    """The picture's, per channel."""
+    settings = {"width": 32, "height": 32, "passes": 16, "photons": 0} | settings
+    return render(device, scene, **settings)["Combined"][..., :3].mean(axis=(0, 1), dtype=float)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(("medium", "g"), ((FOG, 0.0), (FOG, 0.7), (FOG, -0.5), (THIN, 0.3)))
+def test_slab_that_scatters_once(device: Device, backend: str, medium: Medium, g: float) -> None:
+    """L = scattering p E integral exp(-extinction (1 + 1 / cos) x) dx, of sunlight from 40 degrees."""
+    cosine, deep = math.cos(math.radians(40)), 0.8
+    sun = sun_light("sun", WHITE, (math.sin(math.radians(40)), 0.0, -cosine))
+    medium = replace(medium, anisotropy=g)
+    scene = Builder().box((-40, -40, 0), (40, 40, deep), 0).scene(
+        from_above(), (sun,), (holding(medium),)
+    )
+    lost = extinction(medium) * (1.0 + 1.0 / cosine)
+    phase = henyey_greenstein(g, -cosine)
+    expected = np.array(medium.scattering) * phase * (1.0 - np.exp(-lost * deep)) / lost
+    found = mean_of(device, scene, backend=backend, passes=64)
+    assert found == pytest.approx(expected, rel=0.01)
+
+
+def in_box(scene: Builder, medium: Medium) -> dict[str, Any]:
+    scene.box((-30, -30, -1), (30, 30, 9), 1)
+    return {"materials": (EMISSIVE, holding(medium))}
+
+
+def everywhere(scene: Builder, medium: Medium) -> dict[str, Any]:
+    return {"materials": (EMISSIVE,), "air": medium}
+
+
+@pytest.mark.parametrize("where", (in_box, everywhere))
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_what_is_seen_through_it(
+    device: Device, backend: str, where: Callable[..., dict[str, Any]]
+) -> None:
+    """exp(-extinction way) of what a surface emits, where the camera is inside."""
+    medium = Medium((0.05, 0.2, 0.4))
+    built = Builder().quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), 0)
+    scene = built.scene(from_above(height=3.0), (), **where(built, medium))
+    found = mean_of(device, scene, backend=backend)
+    assert found == pytest.approx(np.exp(-3.0 * extinction(medium)), rel=1e-4)
+
+
+@pytest.mark.parametrize("where", (in_box, everywhere))
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_what_lamps_bring_through_it(
+    device: Device, backend: str, where: Callable[..., dict[str, Any]]
+) -> None:
+    """Of a lamp inside, to a plate below and on to the camera; what is scattered is apart."""
+    medium = Medium((0.1, 0.3, 0.6))
+    built = Builder().quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), 0)
+    more = where(built, medium)
+    grey = plain_material("grey", (0.5,) * 3)
+    lamp = point_light("lamp", (0.0, 0.0, 2.0), (4.0 * math.pi,) * 3, 0.0)
+    more["materials"] = (grey, *more["materials"][1:])
+    scene = built.scene(from_above(0.02, 3.0), (lamp,), **more)
+    found = mean_of(device, scene, backend=backend)
+    clear = 0.5 / math.pi / 4.0
+    assert found == pytest.approx(clear * np.exp(-5.0 * extinction(medium)), rel=1e-3)
+
+
+@pytest.mark.parametrize("g", (0.0, 0.6))
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_nothing_is_lost_in_white_fog(device: Device, backend: str, g: float) -> None:
+    """Where nothing is absorbed, a ball in a world of one radiance can't be seen."""
+    white = Medium(BLACK, (3.0, 1.0, 5.0), g)
+    scene = Builder().sphere((0, 0, 0), 1.0, 0).scene(
+        from_above(2.4), (world_light("World", WHITE),), (holding(white),)
+    )
+    settings = {"volume_bounces": 200, "mirror_depth": 400, "transparent_depth": 1000}
+    found = mean_of(device, scene, backend=backend, **settings)
+    assert found == pytest.approx(1.0, rel=0.01)
+
+
+def exponential_2(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """E_2, integral over mu in (0, 1) of exp(-x / mu)."""
+    mu = (np.arange(4000) + 0.5) / 4000
+    return np.exp(-x[:, None] / mu).mean(axis=1)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_photons_that_fog_scatters_land(device: Device, backend: str) -> None:
+    """Of sunlight through a slab the flux that one scattering sends down, and no other lands."""
+    deep, steps = 0.8, 400
+    sun = sun_light("sun", WHITE, (0.0, 0.0, -1.0))
+    built = Builder().box((-20, -20, 0.001), (20, 20, deep), 0)
+    built.quad((-20, -20, 0), (20, -20, 0), (20, 20, 0), (-20, 20, 0), 1)
+    scene = built.scene(from_above(30.0), (sun,), (holding(FOG), WALL))
+    x = (np.arange(steps) + 0.5) * deep / steps
+    lost = extinction(FOG)
+    expected = [
+        s * deep / steps * (np.exp(-e * x) * exponential_2(e * (deep - x)) / 2).sum()
+        for s, e in zip(FOG.scattering, lost, strict=True)
+    ]
+    settings = {"photons": 1 << 18, "passes": 1, "width": 8, "height": 8, "backend": backend}
+    with rendered(device, scene, **settings) as renderer:
+        found = fallen(renderer)[1] / 40**2
+    assert found == pytest.approx(np.array(expected) * 0.98, rel=0.03)  # some leaves at the sides
