@@ -4,6 +4,9 @@ const float PI = 3.14159265358979;
 // ulp(1) = 3e-7 at most, so this lifts it off its surface and passes no wall thicker than itself.
 const float SURFACE_OFFSET = 1.0e-6;
 const float T_MAX = 3.0e38;
+// Of points where a medium scatters light: for a surface's number, and for a triangle's; below 0 are lights'.
+const float IN_MEDIUM = 8388608.0;
+const float NO_TRIANGLE = 16777215.0;
 const float BELOW_ONE = 0.99999994;  // the largest float32 below 1
 // By how much the light that fell on a triangle is brighter about a bent normal, at most: little comes from so low.
 const float BRIGHTEST = 16.0;

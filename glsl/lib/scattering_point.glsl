@@ -13,7 +13,7 @@ void write_scattering_point(Hit hit, vec3 direction) {
     }
     store_place(Place(load_origin().position + hit.t * direction, stored_surface(IN_MEDIUM, 1.0)));
     store_facing(Facing(-direction, 1.0));
-    store_shading(Shading(-direction, -1.0));
+    store_shading(Shading(-direction, NO_TRIANGLE));
     store_diffuse(bare_diffuse(vec3(0.0)));
     store_lobe0(Lobe(albedo, float(PHASE)));
     store_shape0(Shape(vec3(inside.anisotropy, 0.0, 0.0), packed_weight(vec3(1.0))));

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which rays meet a surface. VISIBILITY has the bits of those that a program traces. Uses the table of visibility.
 #include "lib/ray_bits.glsl"
-#ifdef SCATTERING
-#include "lib/place.glsl"
-#endif
+#include "lib/constants.glsl"
 
 const int HOLDOUT = 64;  // a bit of surfaces
 

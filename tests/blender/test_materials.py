@@ -187,10 +187,12 @@ def test_unlinked_surface_is_black_with_a_word(convert) -> None:
     assert features(report, "approximated") == ["Surface"]
 
 
-def test_volumes_and_transparent_surfaces_are_left_out(export) -> None:
+def test_volumes_by_places_and_transparent_surfaces_are_left_out(export) -> None:
     smoke, tree = new_material("Smoke")
     output = tree.nodes[0]
     volume = tree.nodes.new("ShaderNodeVolumePrincipled")
+    noise = tree.nodes.new("ShaderNodeTexNoise")
+    tree.links.new(noise.outputs[0], volume.inputs["Density"])
     tree.links.new(volume.outputs[0], output.inputs["Volume"])
     add_mesh("Cloud").data.materials.append(smoke)
     add_mesh("Pane").data.materials.append(shader_material("ShaderNodeBsdfTransparent", "Clear"))

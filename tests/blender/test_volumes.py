@@ -11,18 +11,16 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.blender.settings import settings_from
 from tests.measure import render
-
 from tests.scenes import icosphere
 
 from .build import add_light, add_mesh, add_node, new_material, new_world, shader_material
-from .lobes import DIFFUSE, GLASS
+from .lobes import DIFFUSE
 
 pytestmark = pytest.mark.blender
 
 SIZE = 48
-CUBE_ = (
+CUBE = (
     [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)],
     [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)],
 )
@@ -48,7 +46,9 @@ def room() -> None:
     """A floor, a wall and a box on it, and a spot."""
     grey = shader_material(DIFFUSE, Color=(0.8, 0.6, 0.4, 1))
     add_mesh("Floor", scale=(3, 3, 1)).data.materials.append(grey)
-    wall = add_mesh("Wall", location=(0, 1.6, 1), rotation_euler=(math.pi / 2, 0, 0), scale=(3,) * 3)
+    wall = add_mesh(
+        "Wall", location=(0, 1.6, 1), rotation_euler=(math.pi / 2, 0, 0), scale=(3,) * 3
+    )
     wall.data.materials.append(grey)
     add_light("Spot", "SPOT", location=(-1.0, -0.5, 2.0), energy=80.0, spot_size=0.9)
 
@@ -102,6 +102,12 @@ def test_pictures(
     np.savez(f"/tmp/vol_{place.__name__}_{bounces}.npz", ours=ours, theirs=theirs)
     blocks = [x.reshape(SIZE // 8, 8, SIZE // 8, 8, 3).mean(axis=(1, 3)) for x in (ours, theirs)]
     off = np.abs(blocks[0] - blocks[1]) / np.maximum(blocks[1], 0.1 * theirs.mean())
-    print(place.__name__, bounces, ours.mean(axis=(0, 1)) / theirs.mean(axis=(0, 1)), np.median(off), off.max())
+    print(
+        place.__name__,
+        bounces,
+        ours.mean(axis=(0, 1)) / theirs.mean(axis=(0, 1)),
+        np.median(off),
+        off.max(),
+    )
     assert ours.mean(axis=(0, 1)) == pytest.approx(theirs.mean(axis=(0, 1)), rel=0.01)
     assert np.median(off) < 0.02

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from addon.photon.scene import (
     BLACK,
-    Light,
     Lobe,
     Material,
     Medium,
@@ -63,12 +62,14 @@ def mean_of(device: Device, scene: Scene, **settings: Any) -> Any:
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize(("medium", "g"), ((FOG, 0.0), (FOG, 0.7), (FOG, -0.5), (THIN, 0.3)))
 def test_slab_that_scatters_once(device: Device, backend: str, medium: Medium, g: float) -> None:
-    """L = scattering p E integral exp(-extinction (1 + 1 / cos) x) dx, of sunlight from 40 degrees."""
+    """Sunlight from 40 degrees: scattering p E integral exp(-extinction (1 + 1 / cos) x) dx."""
     cosine, deep = math.cos(math.radians(40)), 0.8
     sun = sun_light("sun", WHITE, (math.sin(math.radians(40)), 0.0, -cosine))
     medium = replace(medium, anisotropy=g)
-    scene = Builder().box((-40, -40, 0), (40, 40, deep), 0).scene(
-        from_above(), (sun,), (holding(medium),)
+    scene = (
+        Builder()
+        .box((-40, -40, 0), (40, 40, deep), 0)
+        .scene(from_above(), (sun,), (holding(medium),))
     )
     lost = extinction(medium) * (1.0 + 1.0 / cosine)
     phase = henyey_greenstein(g, -cosine)
@@ -122,8 +123,10 @@ def test_what_lamps_bring_through_it(
 def test_nothing_is_lost_in_white_fog(device: Device, backend: str, g: float) -> None:
     """Where nothing is absorbed, a ball in a world of one radiance can't be seen."""
     white = Medium(BLACK, (3.0, 1.0, 5.0), g)
-    scene = Builder().sphere((0, 0, 0), 1.0, 0).scene(
-        from_above(2.4), (world_light("World", WHITE),), (holding(white),)
+    scene = (
+        Builder()
+        .sphere((0, 0, 0), 1.0, 0)
+        .scene(from_above(2.4), (world_light("World", WHITE),), (holding(white),))
     )
     settings = {"volume_bounces": 200, "mirror_depth": 400, "transparent_depth": 1000}
     found = mean_of(device, scene, backend=backend, **settings)

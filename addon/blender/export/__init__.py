@@ -23,7 +23,14 @@ from .shaders import SpecularModel
 from .textures import TextureTable
 from .tracks import Tracks
 from .unsupported import note_scene
-from .visibility import Rays, group_of, note_rays, terminator_of, visible_bits
+from .visibility import (
+    Rays,
+    group_of,
+    note_rays,
+    note_scattered_rays,
+    terminator_of,
+    visible_bits,
+)
 from .world import export_air, export_world
 
 __all__ = ["Entry", "Report", "SpecularModel", "snapshot"]
@@ -79,11 +86,14 @@ def _snapshot(
     # Render depsgraphs hold no hidden objects, the viewport's do.
     viewport = depsgraph.mode == "VIEWPORT"
     geometry = Geometry(viewport, scene.frame_current, view_layer.use_solid, view_layer.use_strand)
+    unscattered: set[str] = set()  # objects that no ray finds which a medium has scattered
     for instance in depsgraph.object_instances:  # its items do not outlive an iteration
         obj = instance.object
         if (viewport and obj.hide_render) or not (instance.show_self or instance.show_particles):
             continue
         matrix = np.array(instance.matrix_world, np.float64)
+        if not getattr(obj, "visible_volume_scatter", True):
+            unscattered.add(obj.name)
         if obj.type == "LIGHT" and instance.show_self:
             group = group_of(obj, layer)
             lights += [
@@ -116,6 +126,7 @@ def _snapshot(
     )
     exported.check()
     note_rays(exported, notes)
+    note_scattered_rays(unscattered if exported.has_scattering else (), notes)
     is_blurred = getattr(getattr(scene, "cycles", None), "blur_glossy", 0.0) > 0.0
     note_casters(f"Scene '{scene.name}'", exported, is_blurred, notes)
     return exported, notes.finish()

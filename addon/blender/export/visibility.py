@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -84,6 +85,13 @@ def note_rays(scene: Scene, notes: Notes) -> None:
         emits = np.array([material.is_emissive for material in scene.materials], bool)
         emitters = np.unique(scene.surface[emits[scene.material]])
         _note_surfaces(scene, emitters, diffuse | transmission, transmission, what, notes)
+
+
+def note_scattered_rays(hidden: Collection[str], notes: Notes) -> None:
+    """Write down which objects are hidden from rays that media have scattered."""
+    for name in sorted(hidden):
+        what = "what volumes scatter finds it as what diffuse surfaces do"
+        notes.approximated(f"Object '{name}'", "Ray Visibility", what)
 
 
 def _note_surfaces(

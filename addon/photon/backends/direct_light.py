@@ -141,8 +141,8 @@ class TracedDirectLight:
             hits = self._trace(own, "shadow")
             if self._needs.shadow_rays_lose:
                 free = hits[:, HIT_TRIANGLE] == 0.0
-                rays = (own[name].elements() for name in ("shadow_medium", "shadow_direction"))
-                left = _left(*(x[free] for x in rays), tables)
+                medium, way = (own[f"shadow_{x}"].elements() for x in ("medium", "direction"))
+                left = _left(medium[free], way[free], tables)
                 brought = {name: _less(name, x, free, left) for name, x in brought.items()}
             if self._through:
                 passable = self._passable(tables, kind)
@@ -285,9 +285,7 @@ def _left(medium: Array, direction: Array, tables: Tables) -> NDArray[np.float64
     return tables.media.left_after(medium[:, :2], direction[:, 3].astype(np.float64))
 
 
-def _less(
-    name: str, brought: Array, free: NDArray[np.bool_], left: NDArray[np.float64]
-) -> Array:
+def _less(name: str, brought: Array, free: NDArray[np.bool_], left: NDArray[np.float64]) -> Array:
     """What rays bring to a total, (n, 4), of those that are free (n,) as much as is left."""
     result = brought.copy()
     result[free, :3] *= left if name == "direct" else (left @ LUMINANCE)[:, None]

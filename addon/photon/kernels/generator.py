@@ -1,7 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
 from .lights import LIGHT_DEFINES, LIGHT_TABLES, LIMITS
-from .records import AIM_NODE, FLUX, LIGHT_AIM, LIGHT_START, MEDIUM, PORTAL, RAY_DIRECTION, RAY_ORIGIN
+from .records import (
+    AIM_NODE,
+    FLUX,
+    LIGHT_AIM,
+    LIGHT_START,
+    MEDIUM,
+    PORTAL,
+    RAY_DIRECTION,
+    RAY_ORIGIN,
+)
 
 BY_SHARE = ("PORTALS", "ONE_WAY", "PORTALS_BY_SHARE")
 

@@ -195,9 +195,7 @@ INSTRUCTION = Record(
 )
 # A medium: what light loses in it, and what of that it scatters on [1 / scene units]; the mean
 # cosine of that to straight on.
-INTERIOR = Record(
-    "Interior", {"extinction": "vec3", "anisotropy": "float", "scattering": "vec3"}
-)
+INTERIOR = Record("Interior", {"extinction": "vec3", "anisotropy": "float", "scattering": "vec3"})
 CONSTANT = Record("Constant", {"value": "vec4"})
 # What programs may ask for at a triangle's corners.
 CORNER_ATTRIBUTE = Record("CornerAttribute", {"a": "vec4", "b": "vec4", "c": "vec4"})

@@ -15,8 +15,8 @@ from .lights import (
     sun_light,
     world_light,
 )
-from .media import NO_MEDIUM, Medium
 from .materials import MIRROR, ROUNDING, TRANSPARENT, Lobe, Material, phong, reflecting
+from .media import NO_MEDIUM, Medium
 from .moving import Moving
 from .programs import Instruction, Result, Rows
 from .values import SNAPSHOT_VERSION, TERMINATOR, Scene

@@ -43,7 +43,9 @@ class Medium:
     @staticmethod
     def read(values: Mapping[str, Any]) -> Medium:
         """Of a snapshot's."""
-        return Medium(tuple(values["absorption"]), tuple(values["scattering"]), values["anisotropy"])
+        return Medium(
+            tuple(values["absorption"]), tuple(values["scattering"]), values["anisotropy"]
+        )
 
 
 NO_MEDIUM = Medium()

@@ -22,8 +22,8 @@ from .emissive import Emission, triangle_lights
 from .environments import Place
 from .geometry import Frame, Mesh
 from .kinds import WATTS, light_kinds, order
-from .media import from_afar
 from .light_tree import AskedLights, Bounds, light_tree
+from .media import from_afar
 from .profiles import mean_of
 from .switches import light_defines, made_lights
 from .upload import Textures, texels_of, upload_table

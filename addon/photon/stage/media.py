@@ -38,6 +38,7 @@ class Media:
         if len(found) >= NUMBERS:
             text = f"scene.materials: {len(found)} different media, {NUMBERS - 1} are possible"
             raise SceneError(text)
+        self.count = len(found)
         self.air = found.get(scene.air, 0)
         self.of_materials = np.array([found.get(m.medium, 0) for m in scene.materials], np.int64)
         self.table = INTERIOR.zeros(max(len(found), 1))
@@ -60,10 +61,10 @@ class Media:
                 free = inside.argmin(axis=1)
                 there &= inside[np.arange(len(places)), free] == 0
                 inside[there, free[there]] = number
-        both = inside.reshape(-1, 2, 2) @ np.array([1, NUMBERS])
-        return both.astype(np.float32)
+        both: NDArray[np.float32] = (inside.reshape(-1, 2, 2) @ (1, NUMBERS)).astype(np.float32)
+        return both
 
-    def left_after(self, inside: Array, ways: Array) -> Array:
+    def left_after(self, inside: NDArray[np.float32], ways: Array) -> Array:
         """What ways (n,) [scene units] leave of light, (n, 3); `inside`: (n, 2) as MEDIUM has
         it."""
         both = inside.astype(np.int64)

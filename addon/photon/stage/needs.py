@@ -105,7 +105,7 @@ class SceneNeeds:
     @cached_property
     def combine_defines(self) -> Defines:
         """What kernels are compiled with that put a picture together."""
-        found = {"PHOTON_MAP": 1} if self.photons else {}
+        found: dict[str, int | float] = {"PHOTON_MAP": 1} if self.photons else {}
         found |= {"FEATURES": 1} if self.features else {}
         found |= {"CLAMPED": 1} if self.clamped else {}
         of_rays = {**self.emitter_defines, **self.gather_defines, **self.transparent_defines}
@@ -113,7 +113,7 @@ class SceneNeeds:
 
     @property
     def noisy_features(self) -> bool:
-        """Whether chance decides what denoisers go by: whether glass reflects, or a medium scatters,
+        """Whether chance decides what denoisers go by: whether glass reflects or a medium scatters,
         where in a lens a ray begins, or when."""
         kinds = [lobe_kinds()[name] for name in self.lobe_kinds - {TRANSPARENT}]
         has_glass = any(kind.transmits and not kind.is_diffuse for kind in kinds)
@@ -137,7 +137,7 @@ class SceneNeeds:
     @cached_property
     def eye_defines(self) -> Defines:
         """What kernels of visible points are compiled with."""
-        chains = {"CHAINS": 1} if self.transparent else {}
+        chains: dict[str, int | float] = {"CHAINS": 1} if self.transparent else {}
         chains |= {"DISPERSED_CHAINS": 1} if self.disperses else {}
         chains |= self.media_defines
         chains |= self._caustic_free_defines

@@ -22,8 +22,8 @@ from .kinds import light_kinds
 from .light_tables import count_distant, is_seen, light_trees, lights_of, set_shares
 from .light_tree import AskedLights, asked_lights, leaves_for
 from .limits import knows_rays, limit_table, visibility_table
-from .media import Media
 from .material_tables import material_tables, space_table
+from .media import Media
 from .needs import FACES, MOST_PORTALS, PORTALS_BY_SHARE_DEFINES, PORTALS_FOR_ABSORBED_DEFINES
 from .panes import pane_of
 from .profiles import profile_table
@@ -46,8 +46,9 @@ def _surface_tables(
         "corner_normals": mesh.normals,
         "materials": materials,
         "material_lobes": lobes,
-        "interiors": media.table,
     }
+    if media.count or any(map(pane_of, scene.materials)):  # behind which photons know what is
+        tables["interiors"] = media.table
     if len(mesh.tangents):
         tables["corner_tangents"] = mesh.tangents
     if any(material.program for material in scene.materials):
@@ -155,7 +156,8 @@ class Tables:
 
     def around(self, place: NDArray[np.float64]) -> NDArray[np.float32]:
         """Which media a place (3,) [scene units] is in, (2,) as MEDIUM has it."""
-        return self.media.around(place[None], self._mesh)[0]
+        inside: NDArray[np.float32] = self.media.around(place[None], self._mesh)[0]
+        return inside
 
     def choose(self, shares: NDArray[np.float64]) -> None:
         """Let photons start at lights with these probabilities; where emissive triangles have

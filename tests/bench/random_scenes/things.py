@@ -12,6 +12,7 @@ from mathutils import Vector
 
 from tests.blender.build import add_light, add_object
 
+from .media import fill
 from .nodes import material, world
 
 SIZE = 96  # [px]
@@ -48,6 +49,7 @@ def build(seed: int) -> Any:
         _lamp(dice)
     _camera(dice, scene)
     _settings(scene)
+    fill(seed, scene, materials)
     return scene
 
 

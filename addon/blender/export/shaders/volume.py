@@ -132,9 +132,7 @@ def _density(graph: Graph, node: bpy.types.Node, scope: Scope) -> float:
     return max(float(_constant(graph.input(node, "Density", scope, 1.0))[0]), 0.0)
 
 
-def _colour(
-    graph: Graph, node: bpy.types.Node, name: str, scope: Scope
-) -> NDArray[np.float64]:
+def _colour(graph: Graph, node: bpy.types.Node, name: str, scope: Scope) -> NDArray[np.float64]:
     return np.maximum(_constant(graph.input(node, name, scope, 0.0)), 0.0)
 
 
