@@ -31,6 +31,7 @@ from .stage.gathered import can_gather, gathering_kinds, seen_send_rays, send_ra
 from .stage.layers import count_layered
 from .stage.light_tables import is_seen
 from .stage.light_tree import leaves_for
+from .stage.media import MediaThere
 from .stage.needs import MOST_LOBES
 from .stage.panes import pane_of
 from .stage.textures import advice, bytes_of
@@ -99,9 +100,8 @@ class Budget:
         self._uneven = any(material.emits_by_program for material in scene.materials)
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._is_transparent = any(material.is_transparent for material in self._materials)
-        self._absorbs = scene.air.is_there or any(
-            material.medium.is_there for material in self._materials
-        )
+        media = MediaThere.of(scene, self._materials)
+        self._has_media, self._scatters = media.any, media.scattering
         self._has_glass = any(map(pane_of, self._materials))  # which shadow rays may pass
         self._shares_memory = backend.shares_memory
         self._can_gather = can_gather(scene, settings, self._materials)
@@ -141,7 +141,7 @@ class Budget:
             self._deposits(deposits) * photons,
             settings.photon_bounces + 1,
             self._lobes > 0,
-            self._absorbs or self._has_glass,
+            (self._has_media or self._has_glass) + 2 * self._scatters,
             any(material.program or count_layered(material) for material in self._materials),
             settings.estimator == "splat",
         )
@@ -193,11 +193,11 @@ class Budget:
         settings, sizes = self._settings, self._sizes
         count = 21 + 2 * self._lobes + sizes.film_spares + self._shadow_textures
         count += 3 * self._has_emitters + 3 * settings.illuminance + self._has_photons
-        count += 2 * self._has_features
+        count += 2 * self._has_features + 3 * self._has_media + self._scatters
         count += sizes.denoising_textures * settings.denoise
         if self._has_chains:
             count += 8 + 3 * self._has_photons + 6 * self._is_transparent
-            count += 6 * self._has_features + 3 * self._absorbs
+            count += 6 * self._has_features + 2 * self._has_media
         if self._has_photons:
             count += 3  # cuts, coverage and tilt
             count += settings.caustics * (4 + 3 * self._has_chains)
@@ -218,19 +218,20 @@ class Budget:
         if not (self._has_chains and self._shares_memory):
             return 0
         go_on = self._is_transparent or self._has_glass
-        return self.strip_textures + (2 * self._shadow_textures + self._absorbs) * go_on
+        return self.strip_textures + 2 * self._shadow_textures * go_on
 
     @cached_property
     def _shadow_textures(self) -> int:
         if self._settings.direct_by_photons:
             return 0
         lights = len(self._emitters) + self._emissive
-        return self._sizes.shadow_textures(lights, self._settings.illuminance, self._has_glass)
+        more = self._has_glass + self._has_media
+        return self._sizes.shadow_textures(lights, self._settings.illuminance, more)
 
     @cached_property
     def _has_chains(self) -> bool:
         sending = (send_rays(material, self._seen_send_rays) for material in self._materials)
-        sends_rays = not self._gathers_lobes or any(sending)
+        sends_rays = not self._gathers_lobes or any(sending) or self._scatters
         of_lobes = self._settings.mirror_depth > 0 and self._lobes > 0 and sends_rays
         return of_lobes or self._is_transparent
 
@@ -250,8 +251,8 @@ class Budget:
     @cached_property
     def _lobes(self) -> int:
         """That a visible point has at most."""
-        counts = (sum(lobe.reflects for lobe in m.lobes) for m in self._materials)
-        return min(max(counts, default=0), MOST_LOBES)
+        counts = [sum(lobe.reflects for lobe in m.lobes) for m in self._materials]
+        return min(max([*counts, int(self._scatters)]), MOST_LOBES)
 
     @cached_property
     def _has_photons(self) -> bool:

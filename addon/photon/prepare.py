@@ -382,7 +382,8 @@ def _warnings(scene: Scene, settings: Settings, mesh: Mesh, needs: SceneNeeds) -
         what = "depth of field" if scene.camera.lens else "panoramas"
         warnings.append(f"photons are gathered: splats know no {what}")
     if needs.hidden_highlights:
-        warnings.append("direct light by photons: highlights of glossy surfaces are missing")
+        what = " and light in media" * needs.scattering
+        warnings.append(f"direct light by photons: highlights of glossy surfaces{what} are missing")
     if mesh.tree.not_finite:
         warnings.append(
             f"{mesh.tree.not_finite} triangles with NaN or infinite vertices were skipped"

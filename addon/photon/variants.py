@@ -326,10 +326,7 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
                 if not (alone or bent.smooth):
                     yield kernel, {**bent.direct_defines, "ILLUMINANCE": 1}, scene.made
     if scene.media:
-        for whose in ("EYE", "PHOTONS"):
-            yield FreeFlight, scene.flight_defines(whose), {}
-        for kernel in (CombinePrimary, CombineMirror):
-            yield kernel, scene.combine_defines, {}
+        yield from _of_media(scene)
     for kernel in (Shade, Projector, Reflector):
         for arrivals, media in product((False, True), repeat=2):
             asked = replace(scene, arrivals=arrivals, media=media or scene.media)
@@ -351,6 +348,15 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
             )
         yield PlainLobe, scene.gather_defines, scene.made
         yield PlainMicrofacets, scene.gather_defines, scene.made
+    yield from _of_pictures(scene)
+    if scene.lobes:
+        for media in (False, True):
+            yield Scatter, replace(scene, media=media or scene.media).eye_defines, scene.made
+
+
+def _of_pictures(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]:
+    """Kernels that put pictures together."""
+    kernel: type[Kernel]
     for kernel in (CombinePrimary, CombineMirror):
         for emitters in ({}, scene.emitter_defines):
             for more in ({}, scene.transparent_defines):
@@ -360,9 +366,15 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
         yield Features, {**scene.eye_defines, **emitters}, scene.made
     if scene.caustics:
         yield CombineCaustics, scene.combine_defines, {}
-    if scene.lobes:
-        for media in (False, True):
-            yield Scatter, replace(scene, media=media or scene.media).eye_defines, scene.made
+
+
+def _of_media(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]:
+    """Kernels that know what rays are in."""
+    for whose in ("EYE", "PHOTONS"):
+        yield FreeFlight, scene.flight_defines(whose), {}
+    kernel: type[Kernel]
+    for kernel in (CombinePrimary, CombineMirror):
+        yield kernel, scene.combine_defines, {}
 
 
 def compute_programs() -> Iterator[tuple[str, str, Made]]:

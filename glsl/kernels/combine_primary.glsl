@@ -40,17 +40,30 @@ void kernel() {
     background = limited(load_environment().radiance, true) * background_alpha;
 #endif
     float alpha = held_out ? let_through_by(load_diffuse()) : (seen ? 1.0 : background_alpha);
+#ifdef MEDIA
+    // What media take of what is behind them they hide, whatever it weighs that they scatter a share of all rays alone.
+    if (!is_scattered(load_hit())) alpha = 1.0 - mean(throughput) * (1.0 - alpha);
+#endif
 #ifdef ILLUMINANCE
     float there = seen && is_diffuse(load_diffuse()) ? 1.0 : 0.0;
     float by_photons = there * lux_of(load_irradiance().irradiance);
     store_illuminance_seen(IlluminanceSeen(there * load_illuminance().lux, by_photons, there, there * coverage));
 #endif
     // The normal's alpha carries the depth along the view axis.
-    float depth = dot(load_place().position - eye, view_axis);
+    vec3 place = load_place().position, normal = load_shading().normal;
+    bool ends = seen;
+#ifdef SCATTERING
+    if (is_scattered(load_hit())) {  // which depth knows nothing of, nor normals
+        ends = is_hit(load_end());
+        place = load_origin().position + load_end().t * load_direction().direction;
+        normal = vec3(0.0);
+    }
+#endif
+    float depth = dot(place - eye, view_axis);
 #ifdef PANORAMIC
     if (load_direction().direction == vec3(0.0)) alpha = 1.0;  // black, as Cycles leaves it
-    depth = distance(load_place().position, eye);
+    depth = distance(place, eye);
 #endif
     store_background_seen(Radiance(background, alpha));
-    store_normal_seen(Radiance(seen ? load_shading().normal : vec3(0.0), seen ? depth : 0.0));
+    store_normal_seen(Radiance(ends ? normal : vec3(0.0), ends ? depth : 0.0));
 }

@@ -23,7 +23,11 @@ void kernel() {
         Lobe lobe = load_lobe0();
         Shape shape = load_shape0();
         vec3 reflected = is_lobe(lobe) ? albedo_lobe(lobe, shape, cosine) : vec3(0.0);
-        if (roughness_kind(lobe, shape) < MIRRORS_BELOW) mirrored += mean(reflected); else albedo += reflected;
+        bool is_mirror = roughness_kind(lobe, shape) < MIRRORS_BELOW;
+#ifdef SCATTERING
+        is_mirror = is_mirror && !is_phase(lobe);
+#endif
+        if (is_mirror) mirrored += mean(reflected); else albedo += reflected;
 #ifdef TWO_LOBES
         lobe = load_lobe1();
         shape = load_shape1();
@@ -33,10 +37,14 @@ void kernel() {
 #endif
     }
     float all = mean(albedo) + mirrored;
+    albedo *= throughput;
 #ifdef EMITTERS
     // What surfaces emit has no noise of its own, but edges.
-    albedo += load_emitted().radiance + load_environment().radiance;
+#ifdef MEDIA
+    throughput = load_arriving().throughput;
 #endif
-    store_albedo_seen(Radiance(clamp(throughput * albedo, 0.0, 1.0), 1.0));
+    albedo += throughput * (load_emitted().radiance + load_environment().radiance);
+#endif
+    store_albedo_seen(Radiance(clamp(albedo, 0.0, 1.0), 1.0));
     store_normal_seen(Radiance(normal, mirrored > MIRROR_SHARE * all ? 0.0 : 1.0));
 }

@@ -6,6 +6,7 @@
 #include "lib/colour.glsl"
 #ifdef SCATTERING
 #ifdef EYE
+#include "lib/beams.glsl"
 #include "lib/even.glsl"
 #else
 #include "lib/photon_number.glsl"
@@ -15,6 +16,7 @@
 const float THIN = 1.0e-3;  // optical depths below it lose light evenly all the way
 // Of the eye's rays that pass thin media to a surface the least share that is scattered: few passes show them, too.
 const float LEAST_SCATTERED = 0.25;
+const float SHARE_OF_BEAMS = 0.5;  // of places where the eye's rays are scattered
 
 // 1 - exp(-depth)
 float lost_by(float depth) { return depth < THIN ? depth * (1.0 - 0.5 * depth) : 1.0 - exp(-depth); }
@@ -30,12 +32,13 @@ float pdf_lost(float extinction, float far, float t) {
     return depth < THIN ? 1.0 / far : extinction * exp(-extinction * t) / lost_by(depth);
 }
 
-// x: whether the ray is scattered, and by which channel; y: where.
-vec2 numbers_of_flight() {
+// x: whether the ray is scattered, and by which channel; y: where; z: whether that goes by beams, and by which.
+vec3 numbers_of_flight() {
 #ifdef EYE
-    return even_over_passes(DIMENSION_FLIGHT + uint(depth));
+    uint dimension = DIMENSION_FLIGHT + 2u * uint(depth);
+    return vec3(even_over_passes(dimension), even_over_passes(dimension + 1u).x);
 #else
-    return random4(seed, pass_index, photon_number(load_flux()), DIMENSION_PHOTON_FLIGHT + uint(bounce)).xy;
+    return random4(seed, pass_index, photon_number(load_flux()), DIMENSION_PHOTON_FLIGHT + uint(bounce)).xyz;
 #endif
 }
 
@@ -62,7 +65,7 @@ float scattered_at(Interior inside, float far, bool ends, vec3 left, inout vec3 
 #ifdef EYE
     probability = max(probability, LEAST_SCATTERED);
 #endif
-    vec2 u = numbers_of_flight();
+    vec3 u = numbers_of_flight();
     if (u.x >= probability) {
         weight /= 1.0 - probability;
         return -1.0;
@@ -71,9 +74,17 @@ float scattered_at(Interior inside, float far, bool ends, vec3 left, inout vec3 
     int channel = chosen < lost.r ? 0 : chosen < lost.r + lost.g ? 1 : 2;
     if (!(lost[channel] > 0.0)) channel = lost.b > 0.0 ? 2 : lost.g > 0.0 ? 1 : 0;  // by rounding
     float t = sample_lost(inside.extinction[channel], far, u.y), density = 0.0;
+#ifdef EYE
+    vec3 origin = load_origin().position, direction = load_direction().direction;
+    float by_beams = beam_count > 0 ? SHARE_OF_BEAMS : 0.0;
+    if (u.z < by_beams) t = sample_beams(origin, direction, far, vec2(u.z / by_beams, u.y));
+#endif
     for (int i = 0; i < 3; i++) {
         if (lost[i] > 0.0) density += lost[i] / sum * pdf_lost(inside.extinction[i], far, t);
     }
+#ifdef EYE
+    if (by_beams > 0.0) density = mix(density, pdf_beams(origin, direction, far, t), by_beams);
+#endif
     weight *= inside.extinction * exp(-inside.extinction * t) / (probability * density);
     return t;
 }

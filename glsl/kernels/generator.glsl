@@ -66,7 +66,7 @@ void kernel() {
     if (!(limit.shadowed > 0.0)) sent = 0.0;  // all of it is direct light
 #endif
 #endif
-#ifdef SCATTERING
+#ifdef LIGHT_STARTS
     store_medium(Medium(light_start_at(number).inside, -1.0, sent));
 #else
     store_medium(Medium(vec2(0.0), 0.0, sent));  // unless the first surface's back tells

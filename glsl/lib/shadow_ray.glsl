@@ -64,16 +64,14 @@ int light_of(VisiblePoint point, int number, out float rays) {
 #endif
 }
 
-#if defined(TWO_SIDED) || defined(SCATTERING)
+#ifdef TWO_SIDED
 // Of an even pass and the next one, which one is up to chance, one is by the light from behind.
 bool is_for_behind(uint dimension) {
     uint pair = 0x80000000u + (pass_index >> 1u);
     float chance = random4(seed, pair, uint(pixel_number(load_pixel().at)), dimension).y;
     return (chance < 0.5) != ((pass_index & 1u) == 0u);
 }
-#endif
 
-#ifdef TWO_SIDED
 // The same place for light that comes from behind, which has nothing but what lobes let through.
 VisiblePoint from_behind(VisiblePoint point) {
     point.facing.normal = -point.facing.normal;
@@ -120,6 +118,33 @@ ShadowSample sample_for(VisiblePoint point, Light light, uint dimension, bool by
     }
     return made;
 }
+
+#ifdef SCATTERING
+// The same of the world for a point in a medium: half by what that scatters, which is likely wherever it shows much; else by
+// the world's own density of either half space. That by the cosine alone would have samples without bound.
+ShadowSample sample_world_around(VisiblePoint point, Light light, uint dimension) {
+    vec3 position = point.place.position, normal = point.facing.normal, weight;
+    vec2 u = even_over_passes(dimension);
+    float chance = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), dimension).z;
+    ShadowSample made = ShadowSample(LightSample(normal, T_MAX, vec3(0.0), 0.0), 0.0, -1.0);
+    if (chance < 0.5) {
+        made.found.to_light = sample_lobe(point.lobe0, point.shape0, point.shading.normal, point.to_viewer, u, weight);
+    } else {
+        bool is_direction;
+        if (chance < 0.75) normal = -normal;
+        LightSample own = sample_asked(light, position, normal, u, is_direction);
+        if (!(own.share > 0.0) || !(dot(own.to_light, normal) > 0.0)) return made;
+        made.found.to_light = own.to_light;
+    }
+    vec3 to_light = made.found.to_light;
+    if (dot(to_light, normal) < 0.0) normal = -normal;
+    float density = 0.25 * pdf_asked(light, position, normal, to_light);
+    density += 0.5 * pdf_lobe(point.lobe0, point.shape0, point.shading.normal, point.to_viewer, to_light);
+    made.found.irradiance = seen_light(light, position, to_light, T_MAX).rgb / max(density, 1.0e-30);
+    made.found.share = 1.0;
+    return made;
+}
+#endif
 
 #ifdef LOBES
 // What the point's lobes reflect of the light that so many such rays find, times their cosines.
@@ -195,15 +220,18 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
 #endif
     Light light = light_at(chosen);
 #ifdef SCATTERING
-    bool is_of_medium = is_in_medium(point.place), is_by_halves = is_of_medium && is_world(light);
-    if (is_by_halves) rays *= 0.5;
-    if (is_by_halves && is_for_behind(dimension)) point.facing.normal = -point.facing.normal;
+    bool is_of_medium = is_in_medium(point.place);
 #endif
 #ifdef VISIBILITY
     LightLimit limit = light_limit_at(chosen);
     if (point.bounces > limit.bounces) return none;
 #endif
-    ShadowSample made = sample_for(point, light, dimension, by_lobe, one_sided);
+    ShadowSample made;
+#ifdef SCATTERING
+    if (is_of_medium && is_world(light)) made = sample_world_around(point, light, dimension);
+    else
+#endif
+    made = sample_for(point, light, dimension, by_lobe, one_sided);
     LightSample found = made.found;
 #ifdef SCATTERING
     if (is_of_medium) point.facing.normal *= dot(found.to_light, point.facing.normal) < 0.0 ? -1.0 : 1.0;

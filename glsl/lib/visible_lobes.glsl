@@ -55,6 +55,9 @@ float cosine_of_diffuse(VisiblePoint point, vec3 to_light) {
 #ifdef LOBES
 // Whether the light comes from behind, seen from the viewer.
 bool is_behind(VisiblePoint point) {
+#ifdef SCATTERING
+    if (is_phase(point.lobe0)) return false;  // it has no sides
+#endif
 #ifdef TWO_SIDED
     return dot(point.to_viewer, point.facing.normal) < 0.0;
 #else
@@ -207,6 +210,9 @@ vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float
             counts = 0.0;
 #endif
         }
+#endif
+#ifdef SCATTERING
+        if (is_phase(lobe)) counts = 0.0;  // its rays alone go through glass, as all do in Cycles
 #endif
         not_of_rays += counts * reflected;
 #endif

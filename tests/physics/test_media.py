@@ -13,7 +13,9 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.scene import (
+    ALL_RAYS,
     BLACK,
+    RAY_BITS,
     Lobe,
     Material,
     Medium,
@@ -24,13 +26,19 @@ from addon.photon.scene import (
 )
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
-from tests.scenes import Builder, orthographic, plain_material
+from tests.physics.test_glass import glass
+from tests.scenes import Builder, camera, orthographic, plain_material
 
 WHITE = (1.0, 1.0, 1.0)
 FOG = Medium((0.2, 0.5, 0.0), (1.0, 0.5, 2.0))
 THIN = Medium((0.002, 0.0, 0.001), (0.003, 0.0005, 0.002))
 EMISSIVE = Material("emissive", BLACK, emission=WHITE)
 WALL = plain_material("wall", (1e-4,) * 3)  # takes photons, and sends none on
+# Which let programs know rays of lobes, and light from behind.
+SHAPE = {"alpha_x": 0.1, "alpha_y": 0.1, "turn": 0.0, "compensated": 1.0}
+SHINY = Material("shiny", (0.1,) * 3, (Lobe("ggx", (0.5,) * 3, SHAPE),))
+LEAF = Material("leaf", (0.1,) * 3, (Lobe("translucent", (0.5,) * 3),))
+ENDLESS: dict[str, Any] = {"volume_bounces": 200, "mirror_depth": 400, "transparent_depth": 1000}
 BACKENDS = ("native", "compute", "fragment")
 
 
@@ -66,11 +74,9 @@ def test_slab_that_scatters_once(device: Device, backend: str, medium: Medium, g
     cosine, deep = math.cos(math.radians(40)), 0.8
     sun = sun_light("sun", WHITE, (math.sin(math.radians(40)), 0.0, -cosine))
     medium = replace(medium, anisotropy=g)
-    scene = (
-        Builder()
-        .box((-40, -40, 0), (40, 40, deep), 0)
-        .scene(from_above(), (sun,), (holding(medium),))
-    )
+    built = Builder().box((-40, -40, 0), (40, 40, deep), 0)
+    built.box((50, 50, 0), (51, 51, 1), 1).box((60, 60, 0), (61, 61, 1), 2)  # not seen
+    scene = built.scene(from_above(), (sun,), (holding(medium), SHINY, LEAF))
     lost = extinction(medium) * (1.0 + 1.0 / cosine)
     phase = henyey_greenstein(g, -cosine)
     expected = np.array(medium.scattering) * phase * (1.0 - np.exp(-lost * deep)) / lost
@@ -128,9 +134,91 @@ def test_nothing_is_lost_in_white_fog(device: Device, backend: str, g: float) ->
         .sphere((0, 0, 0), 1.0, 0)
         .scene(from_above(2.4), (world_light("World", WHITE),), (holding(white),))
     )
-    settings = {"volume_bounces": 200, "mirror_depth": 400, "transparent_depth": 1000}
-    found = mean_of(device, scene, backend=backend, **settings)
+    found = mean_of(device, scene, backend=backend, passes=48, **ENDLESS)
     assert found == pytest.approx(1.0, rel=0.01)
+
+
+def test_nothing_is_lost_behind_panes(device: Device) -> None:
+    """Light through glass comes by rays that fog scatters alone, and not by shadow rays again."""
+    white = Medium(BLACK, (3.0, 1.0, 5.0))
+    built = Builder().sphere((0, 0, 0), 1.0, 0, subdivisions=3)
+    for low in (-1.6, 1.5):
+        built.box((-50, -50, low), (50, 50, low + 0.1), 1)
+    built.quad((60, 60, 0), (61, 60, 0), (61, 61, 0), (60, 61, 0), 2)  # for photons, not seen
+    materials = holding(white), glass(1.0), WALL
+    view = camera((0, -4, 0), (0, 0, 0), 20)
+    scene = built.scene(view, (world_light("World", WHITE),), materials)
+    found = mean_of(device, scene, passes=48, photons=1000, **ENDLESS)
+    assert found == pytest.approx(1.0, rel=0.015)
+
+
+def test_shiny_floors_in_fog(device: Device) -> None:
+    """Where all lobes gather photons rays go on in fog all the same: more light at each bounce."""
+    floor = Material("floor", BLACK, (Lobe("phong", (0.5,) * 3, {"exponent": 1.0}),))
+    lamp = point_light("lamp", (0.0, 0.0, 2.0), (10.0,) * 3)
+    scene = (
+        Builder()
+        .quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), 0)
+        .scene(
+            camera((0, -6, 1.5), (0, 0, 1.5), 50), (lamp,), (floor,), air=Medium(BLACK, (0.15,) * 3)
+        )
+    )
+    settings = {"photons": 20000, "passes": 32}
+    once, often = (mean_of(device, scene, volume_bounces=n, **settings) for n in (0, 6))
+    assert (often > 1.5 * once).all()
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_photons_in_what_absorbs(device: Device, backend: str) -> None:
+    """From a lamp in it to the walls of a ball about that: exp(-extinction radius) of its flux."""
+    medium = Medium((0.3, 1.0, 2.0))
+    lamp = point_light("lamp", (0.0, 0.0, 0.0), WHITE)
+    built = Builder().sphere((0, 0, 0), 1.0, 0, subdivisions=5)
+    scene = built.scene(from_above(0.5, 0.9), (lamp,), (WALL,), air=medium)
+    settings = {"photons": 1 << 16, "width": 8, "height": 8, "backend": backend}
+    with rendered(device, scene, direct_by_photons=True, **settings) as renderer:
+        found = fallen(renderer).sum(axis=0)
+    assert found == pytest.approx(np.exp(-extinction(medium)), rel=0.005)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_alpha_depth_and_holdouts(device: Device, backend: str) -> None:
+    """What fog takes is opaque; depth is that of the surface behind it, or of none."""
+    medium = Medium((0.01,) * 3, (0.03,) * 3)
+    hole = replace(WALL, holdout=True)
+    built = Builder().quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), 0)
+    for material, expected in ((hole, 1.0 - math.exp(-0.04 * 5.0)), (WALL, 1.0)):
+        scene = built.scene(from_above(0.5, 5.0), (), (material,), air=medium)
+        settings = {"passes": 64, "photons": 0, "backend": backend, "transparent": True}
+        images = render(device, scene, **settings)
+        assert images["Combined"][..., 3].mean() == pytest.approx(expected, abs=0.005)
+        assert images["Depth"] == pytest.approx(5.0, rel=1e-3)
+
+
+def test_what_eyes_and_lamps_are_in_is_visible_to_them(device: Device) -> None:
+    """A box that camera rays pass holds nothing for a camera in it."""
+    built = Builder().quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), 0)
+    materials = in_box(built, Medium((1.0,) * 3))["materials"]
+    scene = built.scene(from_above(height=3.0), (), materials)
+    hidden = np.array([ALL_RAYS, ALL_RAYS - RAY_BITS["camera"]], np.uint8)
+    for visible, expected in ((hidden, 1.0), (scene.visible, math.exp(-3.0))):
+        found = mean_of(device, replace(scene, visible=visible))
+        assert found == pytest.approx(expected, rel=1e-4)
+
+
+def test_five_deep(device: Device) -> None:
+    """Of boxes in one another four count."""
+    built = Builder().quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), 0)
+    media = [Medium((0.1 * number,) * 3) for number in range(1, 6)]
+    for number in range(5):
+        low, high = -20.0 - number, 20.0 + number
+        built.box((low, low, -5.0), (high, high, 1.0 + 0.1 * (5 - number)), 1 + number)
+    materials = (EMISSIVE, *map(holding, media))
+    found = mean_of(device, built.scene(from_above(height=3.0), (), materials))
+    tops = [1.0 + 0.1 * (5 - number) for number in range(5)]
+    order = sorted(range(5), key=lambda number: -tops[number])[:4]
+    lost = sum(media[number].absorption[0] * tops[number] for number in order)
+    assert found == pytest.approx(math.exp(-lost), rel=1e-3)
 
 
 def exponential_2(x: NDArray[np.float64]) -> NDArray[np.float64]:

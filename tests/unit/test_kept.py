@@ -35,6 +35,7 @@ SETTING_STEPS: list[tuple[dict[str, Any], int]] = [  # changes, and passes of ph
     ({"photons": None, "width": 80, "height": 60}, ALL),  # more pixels, so more photons
     ({"photons": None, "width": 60, "height": 80}, 0),
     ({"photon_bounces": 1}, ALL),
+    ({"volume_bounces": 2}, ALL),
     ({"direct_by_photons": True}, ALL),
     ({}, ALL),
 ]

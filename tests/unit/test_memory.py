@@ -21,7 +21,7 @@ from addon.photon.memory import Budget
 from addon.photon.photons import grid_sort
 from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
-from addon.photon.scene import Scene, phong
+from addon.photon.scene import Medium, Scene, phong
 from addon.photon.settings import Settings
 from addon.streams import Device, Stream, StreamError, draw
 from tests.scenes import cornell
@@ -110,6 +110,30 @@ def test_textures_are_counted(
     strip: int,
     settings: dict[str, Any],
 ) -> None:
+    scene = scene_of(lobes, lights)
+    found, expected = textures_of(device, monkeypatch, scene, strip, replace(SMALL, **settings))
+    assert found == expected
+
+
+@pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
+@pytest.mark.parametrize("medium", [Medium((0.1,) * 3), Medium((0.1,) * 3, (0.2,) * 3)], ids=str)
+@pytest.mark.parametrize("lobes", [0, 2])
+def test_textures_of_media_are_counted(
+    device: Device, monkeypatch: pytest.MonkeyPatch, lobes: int, medium: Medium, backend: str
+) -> None:
+    scene, settings = replace(scene_of(lobes, 2), air=medium), replace(SMALL, backend=backend)
+    found, expected = textures_of(device, monkeypatch, scene, 24 * 16, settings)
+    assert found == expected
+
+
+def textures_of(
+    device: Device,
+    monkeypatch: pytest.MonkeyPatch,
+    scene: Scene,
+    strip: int,
+    settings: Settings,
+) -> tuple[int, int]:
+    """How many of a strip's size a render makes, and what the budget says."""
     monkeypatch.setattr(backend_module, "STRIP_PIXELS", strip)
     monkeypatch.setattr(backend_module, "GPU_STRIP_PIXELS", strip)
     monkeypatch.setattr(grid_sort, "MAX_ADDED", 64)  # several launches, as where photons crowd
@@ -123,7 +147,7 @@ def test_textures_are_counted(
 
     monkeypatch.setattr(Stream, "__init__", counted)
     monkeypatch.setattr(Compaction, "compact", lambda *_: None)  # smaller ones count besides
-    renderer = prepare(scene_of(lobes, lights), replace(SMALL, **settings), device)
+    renderer = prepare(scene, settings, device)
     renderer.render_pass()
     budget = Budget(renderer.scene, renderer.settings, renderer.backend)
     renderer.release()
@@ -132,7 +156,7 @@ def test_textures_are_counted(
     expected = budget.strip_textures + (0 if on_host else count * budget.film_textures)
     height = 16 // count
     found = sum(size[1] // height for size in made if size[0] == 24 and size[1] % height == 0)
-    assert found == expected
+    return found, expected
 
 
 @pytest.mark.parametrize(

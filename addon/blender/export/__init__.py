@@ -31,7 +31,7 @@ from .visibility import (
     terminator_of,
     visible_bits,
 )
-from .world import export_air, export_world
+from .world import export_world
 
 __all__ = ["Entry", "Report", "SpecularModel", "snapshot"]
 
@@ -86,14 +86,11 @@ def _snapshot(
     # Render depsgraphs hold no hidden objects, the viewport's do.
     viewport = depsgraph.mode == "VIEWPORT"
     geometry = Geometry(viewport, scene.frame_current, view_layer.use_solid, view_layer.use_strand)
-    unscattered: set[str] = set()  # objects that no ray finds which a medium has scattered
     for instance in depsgraph.object_instances:  # its items do not outlive an iteration
         obj = instance.object
         if (viewport and obj.hide_render) or not (instance.show_self or instance.show_particles):
             continue
         matrix = np.array(instance.matrix_world, np.float64)
-        if not getattr(obj, "visible_volume_scatter", True):
-            unscattered.add(obj.name)
         if obj.type == "LIGHT" and instance.show_self:
             group = group_of(obj, layer)
             lights += [
@@ -107,8 +104,7 @@ def _snapshot(
             )
             geometry.add(instance, matrix, rays, materials, notes, follow)
     group = group_of(world, layer) if world else ""
-    of_world = replace(context, attributes=[])
-    from_world = export_world(world, images, notes, of_world)
+    from_world, air = export_world(world, images, notes, replace(context, attributes=[]))
     lights += [replace(x, group=group) for x in from_world]
     arrays = geometry.arrays(materials.materials)
     exported = Scene(
@@ -118,15 +114,21 @@ def _snapshot(
         surfaces=tuple(geometry.surfaces),
         images=tuple(images),
         textures=tuple(textures.textures),
-        air=export_air(world, notes, of_world),
+        air=air,
         caustics=caustics_of(scene, materials.materials, notes),
         light_groups=tuple(group.name for group in layer.lightgroups),
         shutter=shutter if arrays["moving"] else (),
         **arrays,
     )
     exported.check()
+    _note(exported, depsgraph, notes)
+    return exported, notes.finish()
+
+
+def _note(exported: Scene, depsgraph: bpy.types.Depsgraph, notes: Notes) -> None:
+    """Write down what hangs on all of the scene together."""
+    scene = depsgraph.scene_eval
     note_rays(exported, notes)
-    note_scattered_rays(unscattered if exported.has_scattering else (), notes)
+    note_scattered_rays(exported, depsgraph, notes)
     is_blurred = getattr(getattr(scene, "cycles", None), "blur_glossy", 0.0) > 0.0
     note_casters(f"Scene '{scene.name}'", exported, is_blurred, notes)
-    return exported, notes.finish()

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS, TERMINATOR, Scene
 from ...photon.stage.kinds import light_kinds, lobe_kinds
+from ...photon.stage.media import MediaThere
 from .report import Notes
 
 GEOMETRY_OFFSET = "shadow_terminator_geometry_offset"
@@ -87,11 +87,14 @@ def note_rays(scene: Scene, notes: Notes) -> None:
         _note_surfaces(scene, emitters, diffuse | transmission, transmission, what, notes)
 
 
-def note_scattered_rays(hidden: Collection[str], notes: Notes) -> None:
+def note_scattered_rays(scene: Scene, depsgraph: bpy.types.Depsgraph, notes: Notes) -> None:
     """Write down which objects are hidden from rays that media have scattered."""
-    for name in sorted(hidden):
-        what = "what volumes scatter finds it as what diffuse surfaces do"
-        notes.approximated(f"Object '{name}'", "Ray Visibility", what)
+    if not MediaThere.of(scene, scene.materials).scattering:
+        return
+    for obj in depsgraph.objects:
+        if not getattr(obj, "visible_volume_scatter", True):
+            what = "what volumes scatter finds it as what diffuse surfaces scatter"
+            notes.approximated(f"Object '{obj.name}'", "Ray Visibility", what)
 
 
 def _note_surfaces(

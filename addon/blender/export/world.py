@@ -31,15 +31,17 @@ from .triples import triple
 
 def export_world(
     world: bpy.types.World | None, images: list[Image], notes: Notes, context: Context
-) -> tuple[Light, ...]:
-    """Return the lights that the world is, and append the images that they refer to; `context`:
-    what its nodes know besides directions."""
+) -> tuple[tuple[Light, ...], Medium]:
+    """Return the lights that the world is, and the medium that it fills all with, and append the
+    images that the lights refer to; `context`: what its nodes know besides directions."""
     if world is None:
-        return ()
-    owner = f"World '{world.name}'"
+        return (), NO_MEDIUM
+    owner, medium = f"World '{world.name}'", NO_MEDIUM
     if has_nodes(world):
         graph = graph_of(world, owner, notes, context=context)
         total = radiance(graph, *graph.surface("OUTPUT_WORLD"))
+        if output := graph.output("OUTPUT_WORLD"):
+            medium = medium_of(graph, output)
     else:
         total = Sum(ONE * np.array(world.color[:], np.float64))
     visible = _visible(world)
@@ -68,17 +70,9 @@ def export_world(
         notes.approximated(owner, "Max Bounces", what)
     if not notes.mentions(owner):
         notes.exact(owner, "Background")
-    return tuple(replace(light, max_bounces=bounces) for light in lights)
-
-
-def export_air(world: bpy.types.World | None, notes: Notes, context: Context) -> Medium:
-    """Return the medium that a world's volume fills all with."""
-    if world is None or not has_nodes(world):
-        return NO_MEDIUM
-    owner = f"World '{world.name}'"
-    graph = graph_of(world, owner, notes, context=context)
-    output = graph.output("OUTPUT_WORLD")
-    return medium_of(graph, output) if output else NO_MEDIUM
+    if medium.is_there:
+        notes.exact(owner, "Volume", "it hides the world, and suns, as in Cycles")
+    return tuple(replace(light, max_bounces=bounces) for light in lights), medium
 
 
 def _by_factor(factor: Factor, owner: str, notes: Notes) -> list[tuple[RGB, tuple[str, ...]]]:

@@ -92,7 +92,7 @@ class _Rays:
         records = {"shadow_origin": RAY_ORIGIN, "shadow_direction": RAY_DIRECTION}
         records |= {"unshadowed": RADIANCE} | ({_BEHIND: RADIANCE} if needs.panes else {})
         records |= {"unshadowed_lux": ILLUMINANCE} if needs.illuminance else {}
-        records |= {"shadow_medium": MEDIUM} if needs.shadow_rays_lose else {}
+        records |= {"shadow_medium": MEDIUM} if needs.media else {}
         if go_on:
             behind = {f"next_{name.removeprefix('shadow_')}": x for name, x in records.items()}
             records |= {"shadow_hit": HIT, "chain": CHAIN, **behind}
@@ -139,7 +139,7 @@ class TracedDirectLight:
             launch(self._aim(kind), {**streams, **own}, tables, uniforms | ray)
             brought = {name: own[_BROUGHT[name]].elements() for name in totals}
             hits = self._trace(own, "shadow")
-            if self._needs.shadow_rays_lose:
+            if self._needs.media:
                 free = hits[:, HIT_TRIANGLE] == 0.0
                 medium, way = (own[f"shadow_{x}"].elements() for x in ("medium", "direction"))
                 left = _left(medium[free], way[free], tables)
@@ -206,7 +206,7 @@ class TracedDirectLight:
         found = {name: rays[name].elements()[which] for name in _RAY}
         found |= {_BROUGHT[name]: x[which] for name, x in brought.items()}
         found |= {_BEHIND: rays[_BEHIND].elements()[which]} if self._needs.panes else {}
-        if self._needs.shadow_rays_lose:
+        if self._needs.media:
             found["shadow_medium"] = rays["shadow_medium"].elements()[which]
         found |= {"shadow_hit": hits[which]} | ({"chain": chain.elements()[which]} if chain else {})
         aimed = found["shadow_direction"][:, :3].copy()
@@ -217,7 +217,7 @@ class TracedDirectLight:
             there &= (behind["direction"][:, :3] * aimed).sum(axis=1) > STRAIGHT
             free = there & (behind["hit"][:, HIT_TRIANGLE] == 0.0)
             hits[which[free]] = 0.0
-            if self._needs.shadow_rays_lose:
+            if self._needs.media:
                 left = _left(behind["medium"][free], behind["direction"][free], tables)
                 for name, port in _BROUGHT.items():
                     if port in behind:

@@ -23,7 +23,7 @@ GRIDS = (40 + 60) << 20
 # A photon's: six textures of paths, three of a bounce's ends and four of shaded points, and two
 # more of these if there are lobes; and all that have half the size of another (photon_mapper.py).
 PATHS, LOBE_PATHS = 2 * 13 * TEXEL, 2 * 2 * TEXEL
-MEDIA = 2 * 2 * TEXEL  # what absorbs a photon, likewise
+MEDIA = 2 * 2 * TEXEL  # such a pair's, likewise
 RESIDENT_PATHS = 2 * 6 * TEXEL  # on a GPU with compute programs
 RESIDENT_ROOM = 6 * TEXEL  # in the list: device_photon_mapper.GUESSED and some
 DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed
@@ -69,7 +69,7 @@ class PhotonCounts:
     landed: float  # deposits of a pass
     most_bounces: int
     has_lobes: bool
-    absorbs: bool  # something absorbs them on their way
+    media: int  # pairs of streams that tell what they are in, and how that scatters them
     shades_long: bool  # SceneNeeds'
     are_drawn: bool  # as splats
 
@@ -105,7 +105,7 @@ class Sizes:
 
     def paths(self, counts: PhotonCounts) -> Bytes:
         """The same without splats."""
-        paths = PATHS + LOBE_PATHS * counts.has_lobes + MEDIA * counts.absorbs
+        paths = PATHS + LOBE_PATHS * counts.has_lobes + MEDIA * counts.media
         return Bytes(
             paths * counts.a_pass + SORTED * counts.landed,
             DOWNLOADED * counts.a_pass + LISTED * counts.landed,
@@ -119,8 +119,9 @@ class Sizes:
     film_spares = SPARE  # streams that films of a size write to
     denoising_textures = 0  # of a strip's size, that looks at denoised pictures take
 
-    def shadow_textures(self, rays: int, illuminance: bool, glass: bool) -> int:
-        """Of a strip's size, for so many shadow rays of a point, which may pass glass."""
+    def shadow_textures(self, rays: int, illuminance: bool, more: int) -> int:
+        """Of a strip's size, for so many shadow rays of a point; `more`: that each has by glass and
+        media on its way."""
         return 0
 
     def gather_textures(self, gathers_lobes: bool, native: int, others: bool) -> int:
@@ -156,7 +157,7 @@ class ResidentSizes(Sizes):
     def paths(self, counts: PhotonCounts) -> Bytes:
         rows = sum(landed_rows(photons, counts.most_bounces) for photons in {*counts.passes})
         a_photon = PATHS + LOBE_PATHS if counts.shades_long else RESIDENT_PATHS
-        paths = (a_photon + MEDIA * counts.absorbs) * sum({*counts.passes})
+        paths = (a_photon + MEDIA * counts.media) * sum({*counts.passes})
         paths += 0 if counts.shades_long else 2 * TEXEL * STREAM_WIDTH * rows
         lists = RESIDENT_ROOM * counts.a_pass + (RESIDENT_LISTED + SORTED) * counts.landed
         return Bytes(paths + lists)
@@ -171,8 +172,8 @@ class NativeSizes(Sizes):
     def paths(self, counts: PhotonCounts) -> Bytes:
         return Bytes(0.0, LISTED * counts.landed)
 
-    def shadow_textures(self, rays: int, illuminance: bool, glass: bool) -> int:
-        return (3 + illuminance + glass) * (rays > 0)  # one ray's at a time
+    def shadow_textures(self, rays: int, illuminance: bool, more: int) -> int:
+        return (3 + illuminance + more) * (rays > 0)  # one ray's at a time
 
     def gather_textures(self, gathers_lobes: bool, native: int, others: bool) -> int:
         if not gathers_lobes:

@@ -92,7 +92,7 @@ class Eye:
         footprint of pixels."""
         self.streams.prepare()
         if medium := self.streams.ones.get("first_medium"):
-            inside = self._tables.around(self._place)
+            inside = self._tables.around_eye(self._place)
             elements = np.zeros((medium.size[1], medium.size[0], 4), np.float32)
             elements[..., :2] = inside
             medium.upload(elements)
@@ -311,6 +311,7 @@ class Eye:
             "chain_depth": self._needs.chain_depth,
             "transparent_depth": self._needs.transparent_depth,
             "volume_bounces": self._settings.volume_bounces,
+            "beam_count": self._tables.beam_count,
             "light_count": len(self._tables.lights),
             "seen_lights": self._tables.seen_lights,
             "asked_lights": len(self._tables.asked.lights),

@@ -106,7 +106,7 @@ class PassImages:
         """Add what a path's rays see: lights and the world, if there are any to see; direct light,
         and illuminance where it is asked for; irradiance and its coverage."""
         streams = {**self._eye.of(path), **direct, "throughput": path.throughput}
-        streams["arriving"] = path.arriving
+        streams |= {"arriving": path.arriving, "end": path.at.ones["hit"]}
         if emitted:
             streams |= dict(zip(("emitted", "environment"), emitted, strict=True))
         streams |= dict(zip(("irradiance", "coverage"), indirect, strict=True))

@@ -14,6 +14,7 @@ from .records import (
     PLACE,
     RADIANCE,
     RAY_DIRECTION,
+    RAY_ORIGIN,
     SHADING,
     THROUGHPUT,
 )
@@ -42,10 +43,13 @@ class CombinePrimary(Kernel):
         "PHOTON_MAP",
         "CLAMPED",
         "MEDIA",
+        "SCATTERING",
     )
     inputs = {
-        "direction": When("PANORAMIC", RAY_DIRECTION),
+        "origin": When("SCATTERING", RAY_ORIGIN),
+        "direction": When(("PANORAMIC", "SCATTERING"), RAY_DIRECTION),
         "hit": HIT,
+        "end": When("SCATTERING", HIT),  # of the way, whether a medium scatters the ray or not
         "place": PLACE,
         "throughput": When("MEDIA", THROUGHPUT),
         "diffuse": DIFFUSE,

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
 from .records import (
+    BEAM,
     FLUX,
     HIT,
     INTERIOR,
@@ -8,6 +9,7 @@ from .records import (
     MEDIUM,
     PIXEL,
     RAY_DIRECTION,
+    RAY_ORIGIN,
     THROUGHPUT,
     TRIANGLE,
 )
@@ -28,6 +30,7 @@ class FreeFlight(Kernel):
     structure = ("EYE", "PHOTONS", "MEDIA", "SCATTERING", "DISPERSION")
     inputs = {
         "pixel": When("EYE", When("SCATTERING", PIXEL)),
+        "origin": When("EYE", When("SCATTERING", RAY_ORIGIN)),
         "direction": RAY_DIRECTION,
         "hit": HIT,
         "medium": MEDIUM,
@@ -45,7 +48,8 @@ class FreeFlight(Kernel):
         "pass_index": When("SCATTERING", Uniform("uint")),
         "depth": When("EYE", When("SCATTERING", Uniform("int"))),
         "frame_size": When("EYE", When("SCATTERING", Uniform("ivec2"))),
+        "beam_count": When("EYE", When("SCATTERING", Uniform("int"))),
         "bounce": When("PHOTONS", Uniform("int")),
         "volume_bounces": When("PHOTONS", Uniform("int")),
     }
-    tables = MEDIA
+    tables = {**MEDIA, "beams": When("EYE", When("SCATTERING", Table(BEAM)))}

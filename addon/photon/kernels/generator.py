@@ -24,7 +24,7 @@ class Generator(Kernel):
         "VISIBILITY",
         "AIMED",
         "MEDIA",
-        "SCATTERING",
+        "LIGHT_STARTS",
         "PANES",
         "SHADED_LAMPS",
         *BY_SHARE,
@@ -45,7 +45,7 @@ class Generator(Kernel):
     tables = {
         **LIGHT_TABLES,
         **LIMITS,
-        "light_starts": When("SCATTERING", Table(LIGHT_START)),
+        "light_starts": When("LIGHT_STARTS", Table(LIGHT_START)),
         "light_aims": When("AIMED", Table(LIGHT_AIM)),
         "aim_nodes": When("AIMED", Table(AIM_NODE)),
         "photon_portals": When("PORTALS_BY_SHARE", Table(PORTAL)),

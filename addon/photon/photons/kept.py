@@ -159,6 +159,7 @@ class Kept:
             settings.seed,
             settings.photons_a_pass,
             settings.photon_bounces,
+            settings.volume_bounces,
             settings.direct_by_photons,
             settings.caustics,
         )

@@ -87,11 +87,6 @@ class Scene:
         """The lights that have any power."""
         return tuple(light for light in self.lights if max(light.power) > 0.0)
 
-    @property
-    def has_scattering(self) -> bool:
-        """Whether some medium scatters light."""
-        return self.air.scatters or any(material.medium.scatters for material in self.materials)
-
     def check(self) -> None:
         """Raise SceneError if arrays do not fit together or a value is outside its range."""
         self._check_arrays()

@@ -17,6 +17,7 @@ from .kinds import PHASE, light_kinds, lobe_kinds
 from .layers import count_layered, has_tint
 from .light_tree import AskedLights
 from .limits import are_apart, casts_caustics, is_limited, lacking_caustics
+from .media import MediaThere
 from .needs import MOST_LOBES, SceneNeeds
 from .panes import has_panes
 from .programs import ProgramNeeds, of_emission, of_transmittance
@@ -34,8 +35,8 @@ def find_needs(
     materials = _used(scene, mesh)
     diffuse = any(material.is_diffuse for material in materials)
     lobes = [[lobe.kind for lobe in m.lobes if lobe.reflects] for m in materials]
-    scattering = scene.air.scatters or any(material.medium.scatters for material in materials)
-    lobes += [[PHASE]] * scattering
+    media = MediaThere.of(scene, materials)
+    lobes += [[PHASE]] * media.scattering
     kinds = {kind for of_one in lobes for kind in of_one}
     broad = any(not lobe_kinds()[kind].is_delta for kind in kinds)
     emissive = len(emissive_triangles(scene, mesh)) > 0
@@ -43,7 +44,8 @@ def find_needs(
     asked = lighting and (diffuse or broad) and not settings.direct_by_photons
     gathered = lighting and can_gather(scene, settings, materials)
     seen = gathered and seen_send_rays(scene, settings, materials)
-    rays = bool(kinds) and not (gathered and not any(send_rays(m, seen) for m in materials))
+    sends = media.scattering or any(send_rays(m, seen) for m in materials)
+    rays = bool(kinds) and (sends or not gathered)
     transparent = any(material.is_transparent for material in materials)
     chains = (rays and settings.mirror_depth > 0) or transparent
     met = [light for light in emitting if light_kinds()[light.kind].is_met(light.parameters)]
@@ -68,20 +70,15 @@ def find_needs(
         transparent_depth=settings.transparent_depth if transparent else 0,
         shadow_programs=_programs_of(scene, materials, of_transmittance),
         light_kinds=of_mesh | {light.kind for light in emitting},
-        tangents=len(mesh.tangents) > 0,
-        smooth=any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc")
-        or any(one.normals.size > 0 for one in scene.moving),
         gathered_lobes=gathered,
         seen_send_rays=seen,
         portals=asked and photons and any(light_kinds()[light.kind].is_world for light in emitting),
         programs=ProgramNeeds.of(scene),
         emission_programs=_programs_of(scene, materials if emissive else (), of_emission),
-        media=scene.air.is_there or any(material.medium.is_there for material in materials),
-        scattering=scattering,
-        air=scene.air.is_there,
         **_of_lights(scene, mesh, emitting),
         **_of_rays(scene, mesh, materials, kinds, emitting),
-        **_of_materials(materials, lobes),
+        **_of_mesh(scene, mesh),
+        **_of_materials(materials, lobes, media),
         **_of_settings(settings),
         **_of_camera(scene),
     )
@@ -134,10 +131,23 @@ def _of_lights(scene: Scene, mesh: Mesh, emitting: tuple[Light, ...]) -> dict[st
     }
 
 
-def _of_materials(materials: Sequence[Material], lobes: Sequence[Sequence[str]]) -> dict[str, Any]:
-    """What hangs on them alone; `lobes` are the kinds of each one's."""
+def _of_mesh(scene: Scene, mesh: Mesh) -> dict[str, Any]:
+    """What hangs on its normals and tangents."""
+    return {
+        "tangents": len(mesh.tangents) > 0,
+        "smooth": any(bool((mesh.normals["a"] != mesh.normals[x]).any()) for x in "bc")
+        or any(one.normals.size > 0 for one in scene.moving),
+    }
+
+
+def _of_materials(
+    materials: Sequence[Material], lobes: Sequence[Sequence[str]], media: MediaThere
+) -> dict[str, Any]:
+    """What hangs on them alone; `lobes` are the kinds of each one's, and of media."""
     kinds = {kind for of_one in lobes for kind in of_one}
     return {
+        "media": media.any,
+        "scattering": media.scattering,
         "too_bright": any(material.may_be_too_bright for material in materials),
         "shaded_lamps": any(material.filters_no_lamps for material in materials),
         "lobes": min(max(map(len, lobes), default=0), MOST_LOBES),

@@ -4,15 +4,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SceneError
-from ..kernels.records import INTERIOR, LIGHT_START
-from ..scene import Light, Medium, Scene
+from ..kernels.records import BEAM, INTERIOR, LIGHT_START
+from ..scene import RAY_BITS, Light, Material, Medium, Scene
 from .emissive import TRIANGLE
 from .geometry import Mesh
 from .kinds import light_kinds
@@ -21,9 +21,24 @@ NUMBERS = 4096  # of media: two share a float (lib/media.glsl)
 MOST_MEDIA = 4  # that a place is in
 # A closed mesh turns once about what is inside it, and half as much about what is on it.
 INSIDE = 0.75
-AT_ONCE = 1 << 22  # places times triangles
+AT_ONCE = 1 << 17  # places times triangles, each of which takes some 300 bytes meanwhile
+MOST_BEAMS = 16
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MediaThere:
+    """Whether a scene has media, and such as scatter light."""
+
+    any: bool
+    scattering: bool
+
+    @staticmethod
+    def of(scene: Scene, materials: Iterable[Material]) -> MediaThere:
+        """With these of its materials."""
+        media = [scene.air, *(material.medium for material in materials)]
+        return MediaThere(any(x.is_there for x in media), any(x.scatters for x in media))
 
 
 class Media:
@@ -41,21 +56,25 @@ class Media:
         self.count = len(found)
         self.air = found.get(scene.air, 0)
         self.of_materials = np.array([found.get(m.medium, 0) for m in scene.materials], np.int64)
+        self._visible = scene.visible
         self.table = INTERIOR.zeros(max(len(found), 1))
         for row, medium in zip(self.table, found, strict=False):
             row["scattering"] = scale * np.array(medium.scattering)
             row["extinction"] = row["scattering"] + scale * np.array(medium.absorption)
             row["anisotropy"] = medium.anisotropy
 
-    def around(self, places: Array, mesh: Mesh) -> NDArray[np.float32]:
-        """Which media places (n, 3) are in, (n, 2) as MEDIUM has it."""
+    def around(self, places: Array, mesh: Mesh, ray: str) -> NDArray[np.float32]:
+        """Which media places (n, 3) are in, (n, 2) as MEDIUM has it, for rays of a name, to which
+        some surfaces are not visible."""
         inside = np.zeros((len(places), MOST_MEDIA), np.int64)
         inside[:, 0] = self.air
         triangles = mesh.triangles
         numbers = self.of_materials[triangles["material"].astype(np.int64)]
         for number in np.unique(numbers[numbers > 0]):
             of_number = triangles[numbers == number]
-            for surface in np.unique(of_number["surface"]):
+            for surface in np.unique(of_number["surface"]).astype(np.int64):
+                if self._visible.size and not self._visible[surface] & RAY_BITS[ray]:
+                    continue
                 own = of_number[of_number["surface"] == surface]
                 there = _turns(places, *(own[x].astype(np.float64) for x in "abc")) > INSIDE
                 free = inside.argmin(axis=1)
@@ -80,14 +99,41 @@ class Media:
         table = LIGHT_START.zeros(len(lights))
         table["inside"][:, 0] = self.air
         near = slice(distant, None)
-        table["inside"][near] = self.around(_middles(lights[near], mesh), mesh)
+        table["inside"][near] = self.around(_middles(lights[near]), mesh, "shadow")
         return table
 
 
-def _middles(lights: NDArray[Any], mesh: Mesh) -> Array:
+def beams(scene: Scene, lights: NDArray[Any], flux: Array, distant: int) -> NDArray[Any]:
+    """(B,) of BEAM, none perhaps, of a table of lights and their flux, of which the first ones are
+    `distant`: lamps, and emissive surfaces, MOST_BEAMS of them at most."""
+    is_near = (np.arange(len(lights)) >= distant) & (flux > 0.0)
+    if not is_near.any():
+        return BEAM.zeros(0)
+    near, flux = lights[is_near], flux[is_near]
+    places = _middles(near)
+    of_mesh = _is_of_mesh(near)
+    group = np.arange(len(near))
+    surfaces = scene.surface[near["parameters"][of_mesh, 3].astype(np.int64)]
+    group[of_mesh] = len(near) + surfaces
+    _, group = np.unique(group, return_inverse=True)
+    sums = np.bincount(group, flux)
+    means = [np.bincount(group, flux * place) / sums for place in places.T]
+    brightest = np.argsort(-sums, kind="stable")[:MOST_BEAMS]
+    table = BEAM.zeros(len(brightest))
+    table["position"] = np.stack(means, axis=1)[brightest]
+    table["up_to"] = np.cumsum(sums[brightest]) / sums[brightest].sum()
+    return table
+
+
+def _is_of_mesh(lights: NDArray[Any]) -> NDArray[np.bool_]:
+    found: NDArray[np.bool_] = lights["kind"] == light_kinds()[TRIANGLE].number
+    return found
+
+
+def _middles(lights: NDArray[Any]) -> Array:
     """Of lights, (n, 3)."""
     places: Array = lights["position"].astype(np.float64)
-    of_mesh = lights["kind"] == light_kinds()[TRIANGLE].number
+    of_mesh = _is_of_mesh(lights)
     others = lights["parameters"][of_mesh, :3] + lights["more"][of_mesh, :3]
     places[of_mesh] = (places[of_mesh] + others) / 3.0
     return places

@@ -93,7 +93,6 @@ class SceneNeeds:
     shadow_programs: ProgramNeeds = ProgramNeeds()  # where what they let through does
     caustics: bool = False  # are asked for, and there may be some
     scattering: bool = False  # media scatter light, too
-    air: bool = False  # a medium is everywhere
     panes: bool = False  # light from afar may come straight through glass
     clamped: bool = False  # light of single samples is
 
@@ -239,6 +238,7 @@ class SceneNeeds:
         defines = {"PHOTONS": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
         defines |= self._layer_defines
         defines |= ({"MEDIA": 1} if self.carries_medium else {}) | self._scattering_defines
+        defines |= {"LIGHT_STARTS": 1} if self.media else {}
         defines |= self._pane_defines
         defines |= self._transmitting_defines
         if self.visibility and self.first_hits:
@@ -352,15 +352,9 @@ class SceneNeeds:
         return self.transparent or self.panes
 
     @property
-    def shadow_rays_lose(self) -> bool:
-        """Whether they do, by media on their way."""
-        return self.media and (self.shadow_rays_go_on or self.scattering or self.air)
-
-    @property
     def shadow_filter_defines(self) -> dict[str, int | float]:
         """What kernels are compiled with that let shadow rays pass."""
-        loses = self.media_defines if self.shadow_rays_lose else {}
-        more = {**self._pane_defines, **loses}
+        more = {**self._pane_defines, **self.media_defines}
         return {**self.transparent_defines, **self.shadow_programs.defines, **more}
 
     @property

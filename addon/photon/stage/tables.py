@@ -23,7 +23,7 @@ from .light_tables import count_distant, is_seen, light_trees, lights_of, set_sh
 from .light_tree import AskedLights, asked_lights, leaves_for
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
-from .media import Media
+from .media import Media, beams
 from .needs import FACES, MOST_PORTALS, PORTALS_BY_SHARE_DEFINES, PORTALS_FOR_ABSORBED_DEFINES
 from .panes import pane_of
 from .profiles import profile_table
@@ -84,7 +84,7 @@ class Tables:
         theirs and those of triangles, as the texture of that name holds them; `asked`: those that
         visible points ask; `places`: of the scene's images."""
         self._device, self.textures, self._places = device, textures, places
-        self.media = media
+        self.media, self.beam_count = media, 0
         self._mesh = mesh
         self.emitters, self.lights, self.asked = emitters, lights, asked
         self.by_flux = lights["chosen"].astype(np.float64)  # as the scene has them
@@ -133,9 +133,6 @@ class Tables:
         tables = {"lights": lights, **light_trees(device, layer, lights, asked, more)}
         if any(material.emits_by_program for material in scene.materials):
             tables["emission_shares"] = emission.table
-        if scene.has_scattering:
-            distant = count_distant(lights) if emitters else 0
-            tables["light_starts"] = media.starts(lights, distant, mesh)
         if knows_rays(scene, emitters):
             tables["visibility"] = visibility_table(scene)
             tables["light_limits"] = limit_table(emitters, len(lights))
@@ -143,9 +140,10 @@ class Tables:
             tables["portals"] = PORTAL.zeros(MOST_PORTALS)
         if any(light.profile for light in emitters):
             tables["profiles"] = profile_table(emitters)
-        textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         textures |= more
         made = Tables(device, textures, mesh, emitters, lights, asked, places, media)
+        tables |= made._light_media(scene)
+        textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         made._tell_passable(scene, mesh)
         return made
 
@@ -154,9 +152,9 @@ class Tables:
         self.shades_lamps = _wear(mesh, (x.filters_no_lamps for x in scene.materials))
         self.clear = _wear(mesh, (pane_of(x) is not None for x in scene.materials))
 
-    def around(self, place: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Which media a place (3,) [scene units] is in, (2,) as MEDIUM has it."""
-        inside: NDArray[np.float32] = self.media.around(place[None], self._mesh)[0]
+    def around_eye(self, place: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Which media the camera (3,) [scene units] is in, (2,) as MEDIUM has it."""
+        inside: NDArray[np.float32] = self.media.around(place[None], self._mesh, "camera")[0]
         return inside
 
     def choose(self, shares: NDArray[np.float64]) -> None:
@@ -198,11 +196,20 @@ class Tables:
             self._renew(name, texels_of(table))
         if "nodes" in self.textures:
             self._renew("nodes", mesh.tree.nodes)
-        if "light_starts" in self.textures:
-            starts = self.media.starts(self.lights, self.distant_lights, mesh)
-            self._renew("light_starts", texels_of(starts))
         if relit:
             self._relight(layer, scene, frame, mesh)
+        for name, table in self._light_media(scene).items():
+            self._renew(name, texels_of(table))
+
+    def _light_media(self, scene: Scene) -> dict[str, NDArray[Any]]:
+        """What media know of the lights, by the tables' names."""
+        if not self.media.count:
+            return {}
+        lights, distant = self.lights, self.distant_lights
+        found = beams(scene, lights, self._flux_now, distant)
+        self.beam_count = len(found)
+        starts = self.media.starts(lights, distant, self._mesh)
+        return {"light_starts": starts, "beams": found}
 
     def _relight(self, layer: Layer, scene: Scene, frame: Frame, mesh: Mesh) -> None:
         """Let the emissive triangles be lights where they are now."""

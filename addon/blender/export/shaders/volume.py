@@ -25,11 +25,13 @@ WARMEST_UNSEEN = 1e-6  # of Blackbody Intensity and strengths of emission
 
 @dataclass
 class _Parts:
-    """Of what several shaders make together [1/m]; `turned`: scattering times its anisotropy."""
+    """Of what several shaders make together [1/m]; `turned`: scattering times its anisotropy;
+    `anisotropies`: of each that scatters."""
 
     absorption: NDArray[np.float64]
     scattering: NDArray[np.float64]
     turned: NDArray[np.float64]
+    anisotropies: frozenset[float] = frozenset()
 
     def plus(self, other: _Parts, own: float = 1.0, its: float = 1.0) -> _Parts:
         """Both, so much of each."""
@@ -37,6 +39,7 @@ class _Parts:
             own * self.absorption + its * other.absorption,
             own * self.scattering + its * other.scattering,
             own * self.turned + its * other.turned,
+            self.anisotropies | other.anisotropies,
         )
 
 
@@ -50,6 +53,9 @@ def medium_of(graph: Graph, output: bpy.types.Node) -> Medium:
     except _Unknown as unknown:
         graph.notes.ignored(graph.owner, "Volume", f"{unknown}: none")
         return NO_MEDIUM
+    if len(found.anisotropies) > 1:
+        what = "what several shaders scatter has one in the mean"
+        graph.notes.approximated(graph.owner, "Anisotropy", what)
     scattered = found.scattering.sum()
     turned = found.turned.sum() / scattered if scattered > 0.0 else 0.0
     return Medium(
@@ -115,7 +121,8 @@ def _coefficients(graph: Graph, node: bpy.types.Node, scope: Scope) -> _Parts:
 
 
 def _scattering(scattered: NDArray[np.float64], anisotropy: float) -> _Parts:
-    return _Parts(np.zeros(3), scattered, anisotropy * scattered)
+    of_each = frozenset({anisotropy} if scattered.any() else ())
+    return _Parts(np.zeros(3), scattered, anisotropy * scattered, of_each)
 
 
 def _anisotropy(graph: Graph, node: bpy.types.Node, scope: Scope) -> float:
