@@ -31,6 +31,7 @@ const int BY_CAMERA = 1;
 const int BY_DIFFUSE = 2;    // shadow rays of diffuse surfaces
 const int BY_GLOSSY = 4;     // shadow rays of lobes
 const int BY_CHAINS = 8;     // rays of lobes
+const int BY_SHADOW_RAYS = BY_DIFFUSE + BY_GLOSSY;  // of either; of points in media all that others find
 const int SOFT_BIT = 16;     // no finder: it is a disc that faces whoever looks
 
 // Its strength at a distance over what falls off with the distance squared (table of lights).

@@ -113,6 +113,9 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
 #endif
 #ifdef ARRIVALS
     int finder = leaving.by_specular ? BY_GLOSSY : BY_DIFFUSE;
+#ifdef SCATTERING
+    if (is_phase(by.lobe)) finder = BY_SHADOW_RAYS;
+#endif
     leaving.photon.flux *= share_of_arrival(load_origin(), point.place.position, finder);
 #endif
 }

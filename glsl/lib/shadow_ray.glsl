@@ -89,11 +89,31 @@ struct ShadowSample {
     float to_gather;  // of those that what gathers photons would send; below 0: none gathers
 };
 
+#ifdef SCATTERING
+// Of the lobe of a point in a medium.
+float pdf_by_phase(VisiblePoint point, vec3 to_light) {
+    return pdf_phase(point.lobe0, point.shape0, point.shading.normal, point.to_viewer, to_light);
+}
+
+// A direction alone by it.
+LightSample around_by_phase(VisiblePoint point, vec2 u) {
+    vec3 weight, to_light = sample_phase(point.lobe0, point.shape0, point.shading.normal, point.to_viewer, u, weight);
+    return LightSample(to_light, T_MAX, vec3(0.0), 1.0);
+}
+#endif
+
 // Of the shadow ray of this dimension. `by_lobe`: the second one to the world, whose share is 0 where lobes ask for none.
 ShadowSample sample_for(VisiblePoint point, Light light, uint dimension, bool by_lobe, bool one_sided) {
     vec3 position = point.place.position, facing = point.facing.normal;
     ShadowSample made = ShadowSample(LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0), 0.0, -1.0);
-    bool by_portal = false;
+    bool by_portal = false, is_around = false;
+#ifdef SCATTERING
+    // Of the world about a point in a medium: half by what that scatters, else by the world's own density of either half
+    // space. That by the cosine alone would have samples without bound.
+    is_around = is_in_medium(point.place) && is_world(light);
+    float way = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), dimension).z;
+    if (is_around && way < 0.25) facing = -facing;
+#endif
 #ifdef SHADOW_RAYS_BY_LOBES
     float first = is_world(light) && one_sided ? share_of_first_to_gather(point) : -1.0;
     if (by_lobe && first < 0.0) return made;
@@ -106,45 +126,28 @@ ShadowSample sample_for(VisiblePoint point, Light light, uint dimension, bool by
 #else
     made.found = sample_asked(light, position, facing, even_over_passes(dimension), by_portal);
 #endif
-    bool has_own = by_portal || made.to_gather >= 0.0;
+#ifdef SCATTERING
+    if (is_around) {
+        if (way >= 0.5) made.found = around_by_phase(point, even_over_passes(dimension));
+        else if (!(dot(made.found.to_light, facing) > 0.0)) made.found.share = 0.0;
+        if (dot(made.found.to_light, facing) < 0.0) facing = -facing;
+    }
+#endif
+    bool has_own = by_portal || is_around || made.to_gather >= 0.0;
 #ifdef WEIGHED
     has_own = has_own || rays_of_lobes_find(light);
 #endif
     if (has_own) made.own = pdf_asked(light, position, facing, made.found.to_light);
-    if (by_lobe || by_portal) {
+    if (by_lobe || by_portal || is_around) {
         float density = by_lobe ? made.to_gather : made.own;
+#ifdef SCATTERING
+        if (is_around) density = 0.25 * density + 0.5 * pdf_by_phase(point, made.found.to_light);
+#endif
         if (!(density > 0.0)) made.found.share = 0.0;
         else made.found.irradiance = seen_light(light, position, made.found.to_light, T_MAX).rgb / density;
     }
     return made;
 }
-
-#ifdef SCATTERING
-// The same of the world for a point in a medium: half by what that scatters, which is likely wherever it shows much; else by
-// the world's own density of either half space. That by the cosine alone would have samples without bound.
-ShadowSample sample_world_around(VisiblePoint point, Light light, uint dimension) {
-    vec3 position = point.place.position, normal = point.facing.normal, weight;
-    vec2 u = even_over_passes(dimension);
-    float chance = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), dimension).z;
-    ShadowSample made = ShadowSample(LightSample(normal, T_MAX, vec3(0.0), 0.0), 0.0, -1.0);
-    if (chance < 0.5) {
-        made.found.to_light = sample_lobe(point.lobe0, point.shape0, point.shading.normal, point.to_viewer, u, weight);
-    } else {
-        bool is_direction;
-        if (chance < 0.75) normal = -normal;
-        LightSample own = sample_asked(light, position, normal, u, is_direction);
-        if (!(own.share > 0.0) || !(dot(own.to_light, normal) > 0.0)) return made;
-        made.found.to_light = own.to_light;
-    }
-    vec3 to_light = made.found.to_light;
-    if (dot(to_light, normal) < 0.0) normal = -normal;
-    float density = 0.25 * pdf_asked(light, position, normal, to_light);
-    density += 0.5 * pdf_lobe(point.lobe0, point.shape0, point.shading.normal, point.to_viewer, to_light);
-    made.found.irradiance = seen_light(light, position, to_light, T_MAX).rgb / max(density, 1.0e-30);
-    made.found.share = 1.0;
-    return made;
-}
-#endif
 
 #ifdef LOBES
 // What the point's lobes reflect of the light that so many such rays find, times their cosines.
@@ -226,12 +229,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     LightLimit limit = light_limit_at(chosen);
     if (point.bounces > limit.bounces) return none;
 #endif
-    ShadowSample made;
-#ifdef SCATTERING
-    if (is_of_medium && is_world(light)) made = sample_world_around(point, light, dimension);
-    else
-#endif
-    made = sample_for(point, light, dimension, by_lobe, one_sided);
+    ShadowSample made = sample_for(point, light, dimension, by_lobe, one_sided);
     LightSample found = made.found;
 #ifdef SCATTERING
     if (is_of_medium) point.facing.normal *= dot(found.to_light, point.facing.normal) < 0.0 ? -1.0 : 1.0;

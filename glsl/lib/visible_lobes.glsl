@@ -142,6 +142,9 @@ vec3 not_of_rays;  // of what eval_lobes gave last, which no ray of a lobe finds
 // Whether shadow rays find a light for a lobe. Those of diffuse lobes are diffuse rays, but where rays of lobes alone find
 // the light they do, whatever their lobe is.
 bool is_found_for(Light light, Lobe lobe) {
+#ifdef SCATTERING
+    if (is_phase(lobe)) return is_found(light, BY_SHADOW_RAYS);
+#endif
     if (!is_diffuse_kind(lobe.kind)) return is_found(light, BY_GLOSSY);
     return is_found(light, BY_DIFFUSE) && (is_found(light, BY_GLOSSY) || !is_found(light, BY_CHAINS));
 }

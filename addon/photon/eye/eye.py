@@ -312,6 +312,7 @@ class Eye:
             "transparent_depth": self._needs.transparent_depth,
             "volume_bounces": self._settings.volume_bounces,
             "beam_count": self._tables.beam_count,
+            "air": self._tables.media.air,
             "light_count": len(self._tables.lights),
             "seen_lights": self._tables.seen_lights,
             "asked_lights": len(self._tables.asked.lights),

@@ -44,6 +44,7 @@ class FreeFlight(Kernel):
         "met": When("SCATTERING", HIT),
     }
     uniforms = {
+        "air": Uniform("float"),  # the number of what is everywhere, or 0
         "seed": When("SCATTERING", Uniform("uint")),
         "pass_index": When("SCATTERING", Uniform("uint")),
         "depth": When("EYE", When("SCATTERING", Uniform("int"))),

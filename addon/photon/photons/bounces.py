@@ -139,6 +139,7 @@ class SeveralBounces:
             | {"alive_slot": tally.next_slot(), "first_bounce": first, "bounces": bounces}
             | {"first_to_deposit": batch.first_to_deposit(self._settings)}
             | {"numbered": batch.numbered, "volume_bounces": self._settings.volume_bounces}
+            | {"air": self._tables.media.air}
             | dict(self._tables.footprint),
         )
         deposits.append(*self._landed, rows=bounces * paths.rows)

@@ -129,6 +129,7 @@ class OneBounce:
         if self._flight:
             flown = paths.flown(self._flight)
             values = draw | {"volume_bounces": self._settings.volume_bounces}
+            values |= {"air": self._tables.media.air}
             launch(self._flight, streams | flown, self._tables, values)
             own = {"hit": "met", "medium": "along", "flux": "carried"}
             streams |= {name: flown[port] for name, port in own.items()}
