@@ -3,7 +3,6 @@
 // scatters them before (SCATTERING), which is drawn by the share of light that it loses. What is scattered there weighs as
 // much as all that is lost; the lobe of the point (lib/scattering_point.glsl) leaves of it what is not absorbed.
 #include "lib/media.glsl"
-#include "lib/colour.glsl"
 #ifdef SCATTERING
 #ifdef EYE
 #include "lib/beams.glsl"
@@ -14,7 +13,8 @@
 #endif
 
 const float THIN = 1.0e-3;  // optical depths below it lose light evenly all the way
-// Of the eye's rays that pass thin media to a surface the least share that is scattered: few passes show them, too.
+// Of the eye's rays through media to a surface the least share that is scattered: by what thin ones lose alone, passes would
+// have to be many to show them.
 const float LEAST_SCATTERED = 0.25;
 const float SHARE_OF_BEAMS = 0.5;  // of places where the eye's rays are scattered
 

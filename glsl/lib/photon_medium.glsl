@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What absorbs a photon's flux on its next way, and whether it is light that has come straight through glass.
+// Which media a photon is in on its next way, and whether it is light that has come straight through glass.
 #include "lib/photon_point.glsl"
 #ifdef MEDIA
 #include "lib/media.glsl"

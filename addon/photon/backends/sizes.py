@@ -23,7 +23,7 @@ GRIDS = (40 + 60) << 20
 # A photon's: six textures of paths, three of a bounce's ends and four of shaded points, and two
 # more of these if there are lobes; and all that have half the size of another (photon_mapper.py).
 PATHS, LOBE_PATHS = 2 * 13 * TEXEL, 2 * 2 * TEXEL
-MEDIA = 2 * 2 * TEXEL  # such a pair's, likewise
+MEDIA = 2 * 2 * TEXEL  # a pair of streams that tell what it is in, likewise
 RESIDENT_PATHS = 2 * 6 * TEXEL  # on a GPU with compute programs
 RESIDENT_ROOM = 6 * TEXEL  # in the list: device_photon_mapper.GUESSED and some
 DOWNLOADED = 2 * TEXEL  # where a bounce's photons have landed

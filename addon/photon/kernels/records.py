@@ -16,8 +16,8 @@ HIT = Record("Hit", {"t": "float", "triangle": "float", "u": "float", "v": "floa
 FLUX = Record(
     "Flux", {"flux": "vec3", "photon": "float"}
 )  # [W], linear RGB, >= 0; photon_number.glsl
-# Which media a ray is in where it begins (lib/media.glsl), and how often such have scattered it; of
-# photons once less, from where a surface scatters them or a light sends them. `sent`:
+# Which media a ray is in where it begins (lib/media.glsl), and how often media have scattered it. A
+# photon straight from its light has -1: what scatters it first counts for none. `sent`:
 # lib/pane.glsl; 0 but of photons.
 MEDIUM = Record("Medium", {"inside": "vec2", "scattered": "float", "sent": "float"})
 PIXEL = Record("Pixel", {"at": "vec2"})  # of the frame, that a path is of

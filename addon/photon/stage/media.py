@@ -23,6 +23,7 @@ MOST_MEDIA = 4  # that a place is in
 INSIDE = 0.75
 AT_ONCE = 1 << 17  # places times triangles, each of which takes some 300 bytes meanwhile
 MOST_BEAMS = 16
+MOST_PLACES = 64  # of an emissive surface, each of which is looked at
 
 Array = NDArray[np.float64]
 
@@ -93,13 +94,19 @@ class Media:
             left: Array = np.exp(-ways[:, None] * sums)
         return left
 
-    def starts(self, lights: NDArray[Any], distant: int, mesh: Mesh) -> NDArray[Any]:
+    def starts(self, scene: Scene, lights: NDArray[Any], distant: int, mesh: Mesh) -> NDArray[Any]:
         """(L,) of LIGHT_START, of a table of lights, of which the first ones are `distant`: what
-        comes from there starts outside of all."""
+        comes from there starts outside of all. Of emissive surfaces of many triangles all are
+        where the first is."""
         table = LIGHT_START.zeros(len(lights))
         table["inside"][:, 0] = self.air
-        near = slice(distant, None)
-        table["inside"][near] = self.around(_middles(lights[near]), mesh, "shadow")
+        near = lights[distant:]
+        _, first, group, counts = np.unique(
+            _groups(scene, near), return_index=True, return_inverse=True, return_counts=True
+        )
+        whose = np.where(counts[group] > MOST_PLACES, first[group], np.arange(len(near)))
+        asked, back = np.unique(whose, return_inverse=True)
+        table["inside"][distant:] = self.around(_middles(near[asked]), mesh, "shadow")[back]
         return table
 
 
@@ -111,11 +118,7 @@ def beams(scene: Scene, lights: NDArray[Any], flux: Array, distant: int) -> NDAr
         return BEAM.zeros(0)
     near, flux = lights[is_near], flux[is_near]
     places = _middles(near)
-    of_mesh = _is_of_mesh(near)
-    group = np.arange(len(near))
-    surfaces = scene.surface[near["parameters"][of_mesh, 3].astype(np.int64)]
-    group[of_mesh] = len(near) + surfaces
-    _, group = np.unique(group, return_inverse=True)
+    _, group = np.unique(_groups(scene, near), return_inverse=True)
     sums = np.bincount(group, flux)
     means = [np.bincount(group, flux * place) / sums for place in places.T]
     brightest = np.argsort(-sums, kind="stable")[:MOST_BEAMS]
@@ -123,6 +126,15 @@ def beams(scene: Scene, lights: NDArray[Any], flux: Array, distant: int) -> NDAr
     table["position"] = np.stack(means, axis=1)[brightest]
     table["up_to"] = np.cumsum(sums[brightest]) / sums[brightest].sum()
     return table
+
+
+def _groups(scene: Scene, lights: NDArray[Any]) -> NDArray[np.int64]:
+    """A number for each light: one for all of an emissive surface."""
+    of_mesh = _is_of_mesh(lights)
+    group = np.arange(len(lights))
+    surfaces = scene.surface[lights["parameters"][of_mesh, 3].astype(np.int64)]
+    group[of_mesh] = len(lights) + surfaces
+    return group
 
 
 def _is_of_mesh(lights: NDArray[Any]) -> NDArray[np.bool_]:

@@ -208,7 +208,7 @@ class Tables:
         lights, distant = self.lights, self.distant_lights
         found = beams(scene, lights, self._flux_now, distant)
         self.beam_count = len(found)
-        starts = self.media.starts(lights, distant, self._mesh)
+        starts = self.media.starts(scene, lights, distant, self._mesh)
         return {"light_starts": starts, "beams": found}
 
     def _relight(self, layer: Layer, scene: Scene, frame: Frame, mesh: Mesh) -> None:

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Media on the host: their numbers, what a place is in, files, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from addon.photon.errors import SceneError
+from addon.photon.scene import (
+    ALL_RAYS,
+    NO_MEDIUM,
+    RAY_BITS,
+    Lobe,
+    Material,
+    Medium,
+    Scene,
+    sun_light,
+)
+from addon.photon.scene.media import MOST_ANISOTROPY
+from addon.photon.stage.geometry import Mesh, frame_of
+from addon.photon.stage.media import MOST_MEDIA, NUMBERS, Media, from_afar
+from addon.streams.source import glsl_root
+from tests.scenes import Builder, camera, plain_light, plain_material
+
+WATER, MILK, SMOKE = (
+    Medium((0.1, 0.2, 0.3)),
+    Medium((0.0,) * 3, (2.0,) * 3, 0.5),
+    Medium((1.0,) * 3),
+)
+VIEW = camera((0, 0, 9), (0, 0, 0))
+
+
+def holding(medium: Medium) -> Material:
+    return Material("medium", (0.0,) * 3, (Lobe("transparent", (1.0,) * 3),), medium=medium)
+
+
+def nested() -> Scene:
+    """A box of water, a ball of milk that reaches out of it, and a plate of the same water."""
+    built = Builder().box((-2, -2, -2), (2, 2, 2), 0).sphere((2, 0, 0), 1.0, 1)
+    built.quad((-5, -5, -3), (5, -5, -3), (5, 5, -3), (-5, 5, -3), 2)
+    return built.scene(VIEW, (), (holding(WATER), holding(MILK), holding(WATER)), air=SMOKE)
+
+
+def around(scene: Scene, *places: tuple[float, ...], ray: str = "camera") -> list[set[int]]:
+    """The numbers of what places are in."""
+    frame = frame_of(scene)
+    media = Media(scene, frame.scale)
+    found = media.around(frame.points(np.array(places)), Mesh.build(scene, frame), ray)
+    numbers = np.stack([*(found.astype(int) % NUMBERS).T, *(found.astype(int) // NUMBERS).T], 1)
+    return [{number for number in of_one if number} for of_one in numbers.tolist()]
+
+
+def test_numbers_are_those_of_the_glsl() -> None:
+    text = (glsl_root() / "lib" / "media.glsl").read_text()
+    assert int(re.findall(r"const int MOST_MEDIA = (\d+);", text)[0]) == MOST_MEDIA
+    assert float(re.findall(r"const float NUMBERS = ([\d.]+);", text)[0]) == NUMBERS
+    assert NUMBERS**2 <= 1 << 24  # both of a float are exact
+
+
+def test_what_places_are_in() -> None:
+    """Air everywhere, what is open nowhere, and what overlaps together."""
+    places = (-1, 0, 0), (1.5, 0, 0), (2.5, 0, 0), (4, 0, 0), (0, 0, -2.5), (0, 0, -3.5)
+    assert around(nested(), *places) == [{1, 2}, {1, 2, 3}, {1, 3}, {1}, {1}, {1}]
+    hidden = np.array([ALL_RAYS - RAY_BITS["camera"], ALL_RAYS, ALL_RAYS], np.uint8)
+    hiding = replace(nested(), visible=hidden)
+    assert around(hiding, (1.5, 0, 0)) == [{1, 3}]
+    assert around(hiding, (1.5, 0, 0), ray="shadow") == [{1, 2, 3}]
+
+
+def test_equal_media_have_one_number() -> None:
+    media = Media(nested(), 2.0)
+    assert media.count == 3 and media.air == 1 and media.of_materials.tolist() == [2, 3, 2]
+    assert media.table["extinction"].tolist()[0] == pytest.approx([2.0] * 3)
+    inside = np.array([[1 + NUMBERS * 3, 0], [0, 2], [0, 0]], np.float32)
+    left = media.left_after(inside, np.array([0.5, 3e38, 3e38]))
+    assert left[0] == pytest.approx(np.exp(-0.5 * (2.0 + 4.0)))
+    assert left[1:].tolist() == [[0.0] * 3, [1.0] * 3]
+
+
+def test_light_from_afar() -> None:
+    """Of what comes through air without end colours are left that air does not touch."""
+    lamp, sun = (
+        plain_light("lamp", "POINT", (0, 0, 1), (1.0,) * 3),
+        sun_light("sun", (1.0,) * 3, (0.0, 0.0, -1.0)),
+    )
+    assert from_afar((lamp, sun), NO_MEDIUM) == (lamp, sun)
+    assert from_afar((lamp, sun), SMOKE) == (lamp,)
+    dyed = from_afar((lamp, sun), Medium((0.0, 0.1, 0.0), (0.0, 0.0, 0.1)))
+    assert dyed == (lamp, replace(sun, power=(1.0, 0.0, 0.0)))
+
+
+def test_files(tmp_path: Path) -> None:
+    """They hold media; older ones held what absorbs alone."""
+    scene, path = nested(), tmp_path / "scene.npz"
+    scene.save(path)
+    loaded = Scene.load(path)
+    assert (loaded.materials, loaded.air) == (scene.materials, scene.air)
+    with np.load(path) as data:
+        arrays = dict(data)
+    header = json.loads(str(arrays["header"]))
+    del header["air"]
+    for material in header["materials"]:
+        material["absorption"] = material.pop("medium")["absorption"]
+    arrays["header"] = np.array(json.dumps(header))
+    np.savez(path, **arrays)
+    older = Scene.load(path)
+    assert older.air == NO_MEDIUM
+    assert [x.medium for x in older.materials] == [WATER, Medium((0.0,) * 3), WATER]
+
+
+@pytest.mark.parametrize(
+    ("medium", "match"),
+    [
+        (Medium((-0.1, 0.0, 0.0)), "absorption"),
+        (Medium((0.0,) * 3, (0.0, np.nan, 0.0)), "scattering"),
+        (Medium((0.0,) * 3, (1.0,) * 3, 1.0), f"anisotropy = 1.0 is outside .-{MOST_ANISOTROPY}"),
+        (Medium((0.0,) * 3, (1.0,) * 3, np.nan), "anisotropy = nan"),
+    ],
+)
+def test_values_out_of_range(medium: Medium, match: str) -> None:
+    grey = plain_material("grey", (0.5,) * 3)
+    for scene, who in (
+        (Scene(VIEW, materials=(replace(grey, medium=medium),)), "material 'grey': "),
+        (Scene(VIEW, air=medium), "scene.air: "),
+    ):
+        with pytest.raises(SceneError, match=who + match):
+            scene.check()
+
+
+def test_too_many() -> None:
+    materials = tuple(holding(Medium((1.0 + 0.01 * n,) * 3)) for n in range(NUMBERS))
+    assert Media(Scene(VIEW, materials=materials[1:]), 1.0).count == NUMBERS - 1
+    with pytest.raises(SceneError, match=f"{NUMBERS} different media, {NUMBERS - 1} are possible"):
+        Media(Scene(VIEW, materials=materials), 1.0)
