@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A medium's phase function by Henyey & Greenstein 1941, as a point's lobe (lib/scattering_point.glsl): there is no surface,
-// so its values are over the cosine to the normal that all lobes are multiplied by. Colour: the albedo of single scattering.
+// A medium's phase function by Henyey & Greenstein 1941, as the lobe of a point (lib/scattering_point.glsl). There is no
+// surface: its values are over the cosine to the normal that all lobes are multiplied by. Colour: what is not absorbed.
 // Parameters: anisotropy.
 // Traits: sends rays, in media.
 #include "lib/sampling.glsl"
@@ -23,7 +23,8 @@ float pdf_phase(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_lig
 }
 
 vec3 eval_phase(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) {
-    return lobe.colour * (pdf_phase(lobe, shape, normal, to_viewer, to_light) / max(abs(dot(normal, to_light)), 1.0e-6));
+    float cosine = max(abs(dot(normal, to_light)), 1.0e-6);
+    return lobe.colour * (pdf_phase(lobe, shape, normal, to_viewer, to_light) / cosine);
 }
 
 vec3 sample_phase(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, out vec3 weight) {

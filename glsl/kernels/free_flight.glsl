@@ -101,7 +101,7 @@ void kernel() {
         float side = dot(cross(triangle.b - triangle.a, triangle.c - triangle.a), direction) > 0.0 ? -1.0 : 1.0;
         medium.inside = inside_before(medium.inside, interior_behind(hit), side);
     } else {
-        medium.inside = vec2(air, 0.0);  // what a mesh that is open holds ends at no surface: as in Cycles nothing of it is there
+        medium.inside = vec2(air, 0.0);  // what an open mesh holds would not end: as in Cycles it is not there
     }
     float far = ends ? hit.t : LONGEST;
     Interior inside = interior_of(medium.inside);
