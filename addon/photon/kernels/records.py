@@ -247,8 +247,9 @@ PROFILE = Record("Profile", {"share": "float", "mean": "float", "along": "float"
 VISIBILITY = Record("Visibility", {"rays": "float"})
 # Which media photons of a light start in, as MEDIUM has it.
 LIGHT_START = Record("LightStart", {"inside": "vec2"})
-# Where lights are about which media are bright, and the sum of the shares of those up to it.
-BEAM = Record("Beam", {"position": "vec3", "up_to": "float"})
+# Where lights are about which media are bright, and the sum of the shares of those up to it; the
+# cone that such a light shines in, by its axis and the cosine of its half angle, or 0.
+BEAM = Record("Beam", {"position": "vec3", "up_to": "float", "axis": "vec3", "cosine": "float"})
 LIGHT_LIMIT = Record("LightLimit", {"bounces": "float", "shadowed": "float"})  # or 0: never
 # Where photons start that count (lib/aim.glsl): of a light afar, on a disc about this place; which
 # node is its tree's root, plus one, or 0: anywhere.

@@ -16,6 +16,7 @@ from ..scene import RAY_BITS, Light, Material, Medium, Scene
 from .emissive import TRIANGLE
 from .geometry import Mesh
 from .kinds import light_kinds
+from .light_tree import Bounds
 
 NUMBERS = 4096  # of media: two share a float (lib/media.glsl)
 MOST_MEDIA = 4  # that a place is in
@@ -110,21 +111,27 @@ class Media:
         return table
 
 
-def beams(scene: Scene, lights: NDArray[Any], flux: Array, distant: int) -> NDArray[Any]:
-    """(B,) of BEAM, none perhaps, of a table of lights and their flux, of which the first ones are
-    `distant`: lamps, and emissive surfaces, MOST_BEAMS of them at most."""
+def beams(
+    scene: Scene, lights: NDArray[Any], flux: Array, bounds: Bounds, distant: int
+) -> NDArray[Any]:
+    """(B,) of BEAM, none perhaps, of a table of lights, their flux and where they shine, of which
+    the first ones are `distant`: lamps, and emissive surfaces, MOST_BEAMS of them at most."""
     is_near = (np.arange(len(lights)) >= distant) & (flux > 0.0)
     if not is_near.any():
         return BEAM.zeros(0)
     near, flux = lights[is_near], flux[is_near]
     places = _middles(near)
-    _, group = np.unique(_groups(scene, near), return_inverse=True)
+    _, first, group = np.unique(_groups(scene, near), return_index=True, return_inverse=True)
     sums = np.bincount(group, flux)
     means = [np.bincount(group, flux * place) / sums for place in places.T]
     brightest = np.argsort(-sums, kind="stable")[:MOST_BEAMS]
     table = BEAM.zeros(len(brightest))
     table["position"] = np.stack(means, axis=1)[brightest]
     table["up_to"] = np.cumsum(sums[brightest]) / sums[brightest].sum()
+    whose = np.flatnonzero(is_near)[first[brightest]]
+    table["axis"] = bounds.axis[whose]
+    is_cone = (bounds.reach[whose] == 1.0) & (bounds.spread[whose] > 0.0)  # none beside it
+    table["cosine"] = np.where(is_cone, bounds.spread[whose], 0.0)
     return table
 
 

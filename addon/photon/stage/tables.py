@@ -19,7 +19,7 @@ from .emission import SAMPLES_OF_MOVED, emission_of
 from .environments import Place, environment_table
 from .geometry import Frame, Mesh
 from .kinds import light_kinds
-from .light_tables import count_distant, is_seen, light_trees, lights_of, set_shares
+from .light_tables import bounds_of, count_distant, is_seen, light_trees, lights_of, set_shares
 from .light_tree import AskedLights, asked_lights, leaves_for
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
@@ -142,7 +142,7 @@ class Tables:
             tables["profiles"] = profile_table(emitters)
         textures |= more
         made = Tables(device, textures, mesh, emitters, lights, asked, places, media)
-        tables |= made._light_media(scene)
+        tables |= made._light_media(layer, scene)
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}
         made._tell_passable(scene, mesh)
         return made
@@ -198,15 +198,17 @@ class Tables:
             self._renew("nodes", mesh.tree.nodes)
         if relit:
             self._relight(layer, scene, frame, mesh)
-        for name, table in self._light_media(scene).items():
+        for name, table in self._light_media(layer, scene).items():
             self._renew(name, texels_of(table))
 
-    def _light_media(self, scene: Scene) -> dict[str, NDArray[Any]]:
+    def _light_media(self, layer: Layer, scene: Scene) -> dict[str, NDArray[Any]]:
         """What media know of the lights, by the tables' names."""
         if not self.media.count:
             return {}
         lights, distant = self.lights, self.distant_lights
-        found = beams(scene, lights, self._flux_now, distant)
+        more = {x: self.textures[x] for x in ("environments",) if x in self.textures}
+        bounds = bounds_of(self._device, layer, lights, more)
+        found = beams(scene, lights, self._flux_now, bounds, distant)
         self.beam_count = len(found)
         starts = self.media.starts(scene, lights, distant, self._mesh)
         return {"light_starts": starts, "beams": found}
