@@ -7,7 +7,7 @@
 
 vec3 pack_phase(vec4 parameters, vec4 more) { return vec3(parameters.x, 0.0, 0.0); }
 
-// Rays of it find what those of diffuse surfaces do.
+// To surfaces its rays are diffuse ones.
 bool is_diffuse_phase() { return true; }
 
 bool is_about_shading_phase() { return true; }

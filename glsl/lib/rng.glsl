@@ -66,7 +66,7 @@ const uint DIMENSION_DIRECT = 0x2000u;  // + shadow ray + 0x8000 for those by lo
 const uint DIMENSION_CHOICE = 0xf000u;  // + 0x10000 * depth: of lights
 const uint DIMENSION_LENS = 0xf100u;
 const uint DIMENSION_WAVELENGTH = 0xf200u;
-const uint DIMENSION_FLIGHT = 0xf300u;  // + depth
+const uint DIMENSION_FLIGHT = 0xf300u;  // + 2 * depth, and the next one
 const uint DIMENSION_PHOTON_FLIGHT = 0xf800u;  // + bounce
 
 // Passes whose numbers are even together: sixteen of a half of all. The halves (in_first_half of film/film.py) know

@@ -222,9 +222,6 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     rays *= share_of_rays;
 #endif
     Light light = light_at(chosen);
-#ifdef SCATTERING
-    bool is_of_medium = is_in_medium(point.place);
-#endif
 #ifdef VISIBILITY
     LightLimit limit = light_limit_at(chosen);
     if (point.bounces > limit.bounces) return none;
@@ -232,7 +229,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     ShadowSample made = sample_for(point, light, dimension, by_lobe, one_sided);
     LightSample found = made.found;
 #ifdef SCATTERING
-    if (is_of_medium) point.facing.normal *= dot(found.to_light, point.facing.normal) < 0.0 ? -1.0 : 1.0;
+    if (is_in_medium(point.place)) point.facing.normal *= dot(found.to_light, point.facing.normal) < 0.0 ? -1.0 : 1.0;
 #endif
     float cosine = cosine_of_diffuse(point, found.to_light), any_cosine = cosine;
 #ifdef LOBES

@@ -74,10 +74,10 @@ def add_node(tree: bpy.types.NodeTree, kind: str, **inputs: Any) -> bpy.types.No
     return node
 
 
-def finish(tree: bpy.types.NodeTree, shader: bpy.types.Node) -> None:
-    """Link a shader to the output's Surface."""
+def finish(tree: bpy.types.NodeTree, shader: bpy.types.Node, end: str = "Surface") -> None:
+    """Link a shader to an end of the output."""
     output = next(node for node in tree.nodes if node.type.startswith("OUTPUT_"))
-    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    tree.links.new(shader.outputs[0], output.inputs[end])
 
 
 def new_world(scene: bpy.types.Scene) -> bpy.types.NodeTree:

@@ -143,8 +143,7 @@ def test_transparent_shadows_off_beside_a_volume(scene, export) -> None:
         material = shading(shader_material(kind, kind, Color=(1, 1, 1, 1)))
         tree = material.node_tree
         volume = add_node(tree, "ShaderNodeVolumeAbsorption", Density=0.5)
-        output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
-        tree.links.new(volume.outputs[0], output.inputs["Volume"])
+        finish(tree, volume, "Volume")
         add_mesh(kind).data.materials.append(material)
     exported, report = export()
     assert not any(x.shades_lamps for x in exported.materials)
@@ -157,8 +156,7 @@ def test_volume_absorption(convert) -> None:
     material = shader_material(GLASS, IOR=1.3, Roughness=0.0)
     tree = material.node_tree
     volume = add_node(tree, "ShaderNodeVolumeAbsorption", Color=(0.9, 0.5, 0.2, 1), Density=4.0)
-    output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
-    tree.links.new(volume.outputs[0], output.inputs["Volume"])
+    finish(tree, volume, "Volume")
     converted, report = convert(material)
     assert converted.medium.absorption == pytest.approx((0.4, 2.0, 3.2), rel=1e-5)
     assert [lobe.kind for lobe in converted.lobes] == ["glass"]

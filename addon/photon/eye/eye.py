@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...streams import Count, Kernel, Reading, Stream, Tally
 from ..backends.backend import Backend
 from ..kernels.emitted import Emitted
-from ..kernels.free_flight import FreeFlight
+from ..kernels.free_flight import FreeFlight, media_values
 from ..kernels.launch import launch, launch_and_count, launch_and_tally
 from ..kernels.scatter import Scatter
 from ..kernels.shade import POINT, Shade
@@ -310,15 +310,13 @@ class Eye:
             "depth": path.depth,
             "chain_depth": self._needs.chain_depth,
             "transparent_depth": self._needs.transparent_depth,
-            "volume_bounces": self._settings.volume_bounces,
-            "beam_count": self._tables.beam_count,
-            "air": self._tables.media.air,
             "light_count": len(self._tables.lights),
             "seen_lights": self._tables.seen_lights,
             "asked_lights": len(self._tables.asked.lights),
             "light_leaves": self._tables.light_leaves,
             "lamps": len(self._tables.emitters),
             "frame_size": (self._settings.width, self._settings.height),
+            **media_values(self._settings, self._tables),
             **self.footprint,
         }
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
+from ..settings import Settings
+from ..stage.tables import Tables
 from .records import (
     BEAM,
     FLUX,
@@ -14,12 +16,14 @@ from .records import (
     TRIANGLE,
 )
 
-# What lib/media.glsl reads.
-MEDIA = {
-    "triangles": When("MEDIA", Table(TRIANGLE)),
-    "materials": When("MEDIA", Table(MATERIAL)),
-    "interiors": When("MEDIA", Table(INTERIOR)),
-}
+
+def media_values(settings: Settings, tables: Tables) -> dict[str, float]:
+    """What kernels are told of media."""
+    return {
+        "volume_bounces": settings.volume_bounces,
+        "air": tables.media.air,
+        "beam_count": tables.beam_count,
+    }
 
 
 class FreeFlight(Kernel):
@@ -27,7 +31,7 @@ class FreeFlight(Kernel):
     them."""
 
     stem = "free_flight"
-    structure = ("EYE", "PHOTONS", "MEDIA", "SCATTERING", "DISPERSION")
+    structure = ("EYE", "PHOTONS", "SCATTERING", "DISPERSION")
     inputs = {
         "pixel": When("EYE", When("SCATTERING", PIXEL)),
         "origin": When("EYE", When("SCATTERING", RAY_ORIGIN)),
@@ -53,4 +57,9 @@ class FreeFlight(Kernel):
         "bounce": When("PHOTONS", Uniform("int")),
         "volume_bounces": When("PHOTONS", Uniform("int")),
     }
-    tables = {**MEDIA, "beams": When("EYE", When("SCATTERING", Table(BEAM)))}
+    tables = {
+        "triangles": Table(TRIANGLE),
+        "materials": Table(MATERIAL),
+        "interiors": Table(INTERIOR),
+        "beams": When("EYE", When("SCATTERING", Table(BEAM))),
+    }

@@ -132,7 +132,7 @@ NODE = Record(
 # holdout 1: the eye sees nothing there; the radiance of both its sides [W/(m^2 sr)]; which
 # instructions are its program, and codes of results that stand for a value (lib/program.glsl);
 # two_sided 1: a rough lobe lets light through from behind; what shadow rays keep that pass it;
-# the number of what is inside it, plus one; the index of clear glass (pane_of in stage/panes.py),
+# which INTERIOR is inside it, plus one, or 0; the index of clear glass (pane_of in stage/panes.py),
 # or 0, and its colour; shades_lamps 1: what is transparent of it stops light straight from lamps.
 MATERIAL = Record(
     "Material",

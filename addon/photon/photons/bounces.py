@@ -21,7 +21,7 @@ from ...streams import (
     in_registers,
 )
 from ...streams.compute import GROUP
-from ..kernels.free_flight import FreeFlight
+from ..kernels.free_flight import FreeFlight, media_values
 from ..kernels.projector import Projector
 from ..kernels.records import DEPOSIT, PLACE
 from ..kernels.reflector import Reflector
@@ -138,8 +138,8 @@ class SeveralBounces:
             draw_of(self._settings, batch.index)
             | {"alive_slot": tally.next_slot(), "first_bounce": first, "bounces": bounces}
             | {"first_to_deposit": batch.first_to_deposit(self._settings)}
-            | {"numbered": batch.numbered, "volume_bounces": self._settings.volume_bounces}
-            | {"air": self._tables.media.air}
+            | {"numbered": batch.numbered}
+            | media_values(self._settings, self._tables)
             | dict(self._tables.footprint),
         )
         deposits.append(*self._landed, rows=bounces * paths.rows)

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from ...streams import ByDefines, Count, Defines, Device, Kernel, Stream, Tally
 from ...streams.device import Layer
-from ..kernels.free_flight import FreeFlight
+from ..kernels.free_flight import FreeFlight, media_values
 from ..kernels.launch import launch, launch_and_count, launch_and_tally
 from ..kernels.projector import Projector
 from ..kernels.records import HIT
@@ -128,9 +128,8 @@ class OneBounce:
         launch(self._tracer, streams, self._tables)
         if self._flight:
             flown = paths.flown(self._flight)
-            values = draw | {"volume_bounces": self._settings.volume_bounces}
-            values |= {"air": self._tables.media.air}
-            launch(self._flight, streams | flown, self._tables, values)
+            values = media_values(self._settings, self._tables)
+            launch(self._flight, streams | flown, self._tables, draw | values)
             own = {"hit": "met", "medium": "along", "flux": "carried"}
             streams |= {name: flown[port] for name, port in own.items()}
         launch(shade, streams, self._tables, draw)

@@ -137,13 +137,19 @@ def tree_of(
     device: Device, layer: Layer, lights: NDArray[Any], asked: NDArray[np.int64], more: Textures
 ) -> tuple[Any, Any]:
     """The tree of a table's lights but those that are asked, and their places; see light_tree."""
-    return light_tree(bounds_of(device, layer, lights, more), asked)
-
-
-def bounds_of(device: Device, layer: Layer, lights: NDArray[Any], more: Textures) -> Bounds:
-    """Where the lights of a table are, and where they shine."""
     flux = flux_of(device, layer, lights, more).mean(axis=1).astype(np.float64)
     flux[lights["chosen"] == 0.0] = 0.0  # it lights nothing
+    return light_tree(bounds_of(device, layer, lights, flux, more), asked)
+
+
+def bounds_of(
+    device: Device,
+    layer: Layer,
+    lights: NDArray[Any],
+    flux: NDArray[np.float64],
+    more: Textures,
+) -> Bounds:
+    """Where the lights of a table are, and where they shine; `flux`: how much each does."""
     found = _of_each(BoundsOfLights, device, layer, lights, more)
     low, high, axis = (of_one.astype(np.float64) for of_one in found)
     return Bounds(low[:, :3], high[:, :3], axis[:, :3], low[:, 3], high[:, 3], flux)

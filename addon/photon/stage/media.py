@@ -56,6 +56,7 @@ class Media:
             text = f"scene.materials: {len(found)} different media, {NUMBERS - 1} are possible"
             raise SceneError(text)
         self.count = len(found)
+        self.scatters = any(medium.scatters for medium in found)
         self.air = found.get(scene.air, 0)
         self.of_materials = np.array([found.get(m.medium, 0) for m in scene.materials], np.int64)
         self._visible = scene.visible
@@ -111,15 +112,13 @@ class Media:
         return table
 
 
-def beams(
-    scene: Scene, lights: NDArray[Any], flux: Array, bounds: Bounds, distant: int
-) -> NDArray[Any]:
-    """(B,) of BEAM, none perhaps, of a table of lights, their flux and where they shine, of which
-    the first ones are `distant`: lamps, and emissive surfaces, MOST_BEAMS of them at most."""
-    is_near = (np.arange(len(lights)) >= distant) & (flux > 0.0)
+def beams(scene: Scene, lights: NDArray[Any], bounds: Bounds, distant: int) -> NDArray[Any]:
+    """(B,) of BEAM, none perhaps, of a table of lights and where they shine, of which the first
+    ones are `distant`: lamps, and emissive surfaces, MOST_BEAMS of them at most."""
+    is_near = (np.arange(len(lights)) >= distant) & (bounds.flux > 0.0)
     if not is_near.any():
         return BEAM.zeros(0)
-    near, flux = lights[is_near], flux[is_near]
+    near, flux = lights[is_near], bounds.flux[is_near]
     places = _middles(near)
     _, first, group = np.unique(_groups(scene, near), return_index=True, return_inverse=True)
     sums = np.bincount(group, flux)

@@ -206,12 +206,13 @@ class Tables:
         if not self.media.count:
             return {}
         lights, distant = self.lights, self.distant_lights
-        more = {x: self.textures[x] for x in ("environments",) if x in self.textures}
-        bounds = bounds_of(self._device, layer, lights, more)
-        found = beams(scene, lights, self._flux_now, bounds, distant)
-        self.beam_count = len(found)
-        starts = self.media.starts(scene, lights, distant, self._mesh)
-        return {"light_starts": starts, "beams": found}
+        tables = {"light_starts": self.media.starts(scene, lights, distant, self._mesh)}
+        if self.media.scatters:
+            more = {x: self.textures[x] for x in ("environments",) if x in self.textures}
+            bounds = bounds_of(self._device, layer, lights, self._flux_now, more)
+            tables["beams"] = beams(scene, lights, bounds, distant)
+            self.beam_count = len(tables["beams"])
+        return tables
 
     def _relight(self, layer: Layer, scene: Scene, frame: Frame, mesh: Mesh) -> None:
         """Let the emissive triangles be lights where they are now."""

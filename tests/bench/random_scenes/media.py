@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from tests.blender.build import CUBE, add_mesh, new_material
+from tests.blender.build import CUBE, add_mesh, finish, new_material
 
 SHARE = 0.35  # of scenes
 KINDS = ("VolumePrincipled", "VolumeScatter", "VolumeAbsorption")
@@ -33,9 +33,9 @@ def fill(seed: int, scene: Any, materials: list[Any]) -> None:
             if dice.random() < 0.6:
                 _link(dice, material.node_tree, 3.0)
                 if dice.random() < 0.5:  # no surface
-                    output = _output(material.node_tree)
-                    for link in output.inputs["Surface"].links:
-                        material.node_tree.links.remove(link)
+                    links = material.node_tree.links
+                    for link in [x for x in links if x.to_socket.name == "Surface"]:
+                        links.remove(link)
 
 
 def _link(dice: random.Random, tree: bpy.types.NodeTree, most: float) -> None:
@@ -47,8 +47,4 @@ def _link(dice: random.Random, tree: bpy.types.NodeTree, most: float) -> None:
         node.inputs["Anisotropy"].default_value = dice.uniform(-0.7, 0.7)
     if "Absorption Color" in node.inputs and dice.random() < 0.5:
         node.inputs["Absorption Color"].default_value = (*(dice.random() for _ in "rgb"), 1.0)
-    tree.links.new(node.outputs[0], _output(tree).inputs["Volume"])
-
-
-def _output(tree: bpy.types.NodeTree) -> bpy.types.Node:
-    return next(node for node in tree.nodes if node.type.startswith("OUTPUT"))
+    finish(tree, node, "Volume")

@@ -20,7 +20,6 @@ from ..triples import triple
 # What stands for other phase functions: Henyey & Greenstein's of their own anisotropy, or of this.
 PHASES = {"RAYLEIGH": 0.0, "MIE": 0.85, "FOURNIER_FORAND": 0.9}
 MIXED = ("MIX_SHADER", "ADD_SHADER")
-WARMEST_UNSEEN = 1e-6  # of Blackbody Intensity and strengths of emission
 
 
 @dataclass
@@ -49,7 +48,7 @@ def medium_of(graph: Graph, output: bpy.types.Node) -> Medium:
     if not is_given(output.inputs["Volume"], ()):
         return NO_MEDIUM
     try:
-        found = _read(graph, *source(output.inputs["Volume"], ()))
+        found = _read(graph, output.inputs["Volume"], ())
     except _Unknown as unknown:
         graph.notes.ignored(graph.owner, "Volume", f"{unknown}: none")
         return NO_MEDIUM
@@ -70,22 +69,22 @@ class _Unknown(Exception):
 
 
 def _nothing() -> _Parts:
-    return _Parts(*np.zeros((3, 3)))
+    return _absorbing(np.zeros(3))
 
 
-def _read(graph: Graph, node: bpy.types.Node | None, end: object, scope: Scope) -> _Parts:
+def _read(graph: Graph, socket: bpy.types.NodeSocket, outside: Scope) -> _Parts:
+    node, _, scope = source(socket, outside)
     if node is None:
         return _nothing()
     if node.type in MIXED:
-        inputs = [source(socket, scope) for socket in node.inputs[-2:]]
-        first, second = (_read(graph, *of_one) for of_one in inputs)
+        first, second = (_read(graph, socket, scope) for socket in node.inputs[-2:])
         if node.type == "ADD_SHADER":
             return first.plus(second)
         factor = float(np.clip(_constant(graph.value(node.inputs[0], scope))[0], 0.0, 1.0))
         return first.plus(second, 1.0 - factor, factor)
     if node.type == "VOLUME_ABSORPTION":
         density, colour = _density(graph, node, scope), _colour(graph, node, "Color", scope)
-        return _Parts(density * np.maximum(1.0 - colour, 0.0), *np.zeros((2, 3)))
+        return _absorbing(density * np.maximum(1.0 - colour, 0.0))
     if node.type == "VOLUME_SCATTER":
         density, colour = _density(graph, node, scope), _colour(graph, node, "Color", scope)
         return _scattering(density * colour, _anisotropy(graph, node, scope))
@@ -94,7 +93,7 @@ def _read(graph: Graph, node: bpy.types.Node | None, end: object, scope: Scope) 
     if node.type == "VOLUME_COEFFICIENTS":
         return _coefficients(graph, node, scope)
     if node.type == "EMISSION":
-        graph.notes.ignored(graph.owner, "Emission of a volume", "not rendered")
+        _note_emission(graph)
         return _nothing()
     raise _Unknown(f"{node.bl_label} is no volume that is rendered")
 
@@ -105,19 +104,27 @@ def _principled(graph: Graph, node: bpy.types.Node, scope: Scope) -> _Parts:
     absorbed = np.maximum(1.0 - colour, 0.0) * np.maximum(1.0 - kept, 0.0)
     emitted = graph.input(node, "Emission Strength", scope, 0.0)
     warm = graph.input(node, "Blackbody Intensity", scope, 0.0)
-    if density > 0.0 and (emitted.may_exceed(WARMEST_UNSEEN) or warm.may_exceed(WARMEST_UNSEEN)):
-        graph.notes.ignored(graph.owner, "Emission of a volume", "not rendered")
-    both = _scattering(density * colour, _anisotropy(graph, node, scope))
-    return both.plus(_Parts(density * absorbed, *np.zeros((2, 3))))
+    if density > 0.0 and (emitted.may_exceed(0.0) or warm.may_exceed(0.0)):
+        _note_emission(graph)
+    scattering = _scattering(density * colour, _anisotropy(graph, node, scope))
+    return scattering.plus(_absorbing(density * absorbed))
 
 
 def _coefficients(graph: Graph, node: bpy.types.Node, scope: Scope) -> _Parts:
     absorbed = _colour(graph, node, "Absorption Coefficients", scope)
     scattered = _colour(graph, node, "Scatter Coefficients", scope)
     if _colour(graph, node, "Emission Coefficients", scope).any():
-        graph.notes.ignored(graph.owner, "Emission of a volume", "not rendered")
-    both = _scattering(scattered, _anisotropy(graph, node, scope))
-    return both.plus(_Parts(absorbed, *np.zeros((2, 3))))
+        _note_emission(graph)
+    scattering = _scattering(scattered, _anisotropy(graph, node, scope))
+    return scattering.plus(_absorbing(absorbed))
+
+
+def _note_emission(graph: Graph) -> None:
+    graph.notes.ignored(graph.owner, "Emission of a volume", "not rendered")
+
+
+def _absorbing(absorbed: NDArray[np.float64]) -> _Parts:
+    return _Parts(absorbed, *np.zeros((2, 3)))
 
 
 def _scattering(scattered: NDArray[np.float64], anisotropy: float) -> _Parts:
