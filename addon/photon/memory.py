@@ -21,7 +21,7 @@ from .backends.backend import Backend
 from .backends.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .film.strips import strips_of
-from .kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE
+from .kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE, VOXEL
 from .photons.mapper import pilot_photons
 from .photons.native_photon_mapper import knows_lobes, leaves_lobes
 from .scene import Scene
@@ -48,11 +48,14 @@ MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host
 MOST_TRIANGLES = (1 << 24) - 1  # float32 numbers them
 
+COLOURS = 6  # at most that a place in a volume has: of what is lost and what is scattered
+RGB_BYTES = 12  # of each on the host
 _ADVICE = {
     "pixels": "lower the resolution or render a border region",
     "photons": "lower the photons a pass and render more passes",
     "triangles": "give the scene fewer triangles",
     "image pixels": "give the world a smaller image",
+    "places in volumes": "give fewer objects volumes that differ from place to place",
 }
 
 
@@ -94,6 +97,8 @@ class Budget:
         self._instants = 2 if scene.moving else 1  # at once: a mesh is made of the last one
         self._image_pixels = sum(image.pixels.size // 3 for image in scene.images)
         self._textures = scene.textures
+        grids = {medium.grid for medium in scene.media if medium.grid}
+        self._places = sum(grid.extinction.size // 3 for grid in grids)
         used = np.bincount(scene.material, minlength=len(scene.materials))
         emissive = np.array([material.is_emissive for material in scene.materials], bool)
         self._emissive = int(used[emissive].sum())
@@ -158,8 +163,15 @@ class Budget:
             Part("photons", photons, sizes.photons(counts)),
             Part("triangles", self._triangles, self._of_triangles()),
             Part("image pixels", images, Bytes(TEXEL * images, TEXEL * images)),
+            Part("places in volumes", self._places, self._of_places()),
             *self._of_textures(),
         )
+
+    def _of_places(self) -> Bytes:
+        """What they take, if media have a colour of their own at each; on the host once more where
+        they are made."""
+        device = VOXEL.texels * TEXEL * COLOURS * self._places
+        return Bytes(device, device + 2 * RGB_BYTES * self._places)
 
     def _of_textures(self) -> tuple[Part, ...]:
         """What they take; and on the host the largest once more, while it is sent."""

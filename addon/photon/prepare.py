@@ -71,7 +71,7 @@ def prepare(scene: Scene, settings: Settings, device: Device, kept: Kept | None 
         warnings = (*warnings, f"not denoised: {ABSENT}")
     device.use()
     keeps = kept or Kept(device, budget=0)
-    scene = keeps.displaced(scene, settings.width, backend_of(settings, device))
+    scene = keeps.worked_out(scene, settings.width, backend_of(settings, device))
     if not kept:
         keeps.release()
     takes = takes_of(scene, settings.transparent)

@@ -18,7 +18,7 @@ from .kernels.bent_base import BentBase
 from .kernels.combine import CombineAll, CombineCaustics, CombineMirror, CombinePrimary
 from .kernels.coverage import Coverage
 from .kernels.cuts import Cuts
-from .kernels.direct import LOOKS, Direct, ShadowRays, ShadowThrough
+from .kernels.direct import LOOKS, Direct, ShadowLeft, ShadowRays, ShadowThrough
 from .kernels.displacement import Displace
 from .kernels.emitted import Emitted
 from .kernels.eye_rays import EyeRays
@@ -120,7 +120,7 @@ def needs() -> Iterator[SceneNeeds]:
             if count and not first_hits:
                 yield replace(some, panes=True, media=True)
                 foggy = replace(some, media=True, scattering=True, clamped=True)
-                yield foggy
+                yield from (foggy, replace(foggy, varying=True))
                 yield replace(foggy, panes=True, gathered_lobes=True, caustics=True)
                 yield replace(foggy, lobe_kinds=frozenset({PHASE}), visibility=False)
                 yield replace(some, panes=True, media=True, shaded_lamps=True)
@@ -255,8 +255,10 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
             yield ErrorParts, resolver_defines(names), {}
             yield FirstHalf, resolver_defines(names), {}
     passing: tuple[Defines, ...] = (behind, {"PANES": 1}, {**behind, "PANES": 1})
-    for asked, passed, more in product(({}, lux), passing, ({}, {"MEDIA": 1})):
-        yield ShadowThrough, {**asked, **passed, **more}, {}
+    there: tuple[Defines, ...] = ({}, {"MEDIA": 1}, {"MEDIA": 1, "VARYING": 1})
+    for asked, passed, within in product(({}, lux), passing, there):
+        yield ShadowThrough, {**asked, **passed, **within}, {}
+    yield from ((ShadowLeft, within, {}) for within in there[1:])
     for scene in program_needs():
         yield from _of_programs(scene)
     for scene in needs():
@@ -341,11 +343,8 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
     yield Shade, scene.eye_defines, scene.made
     if scene.gathered_lobes:
         for others in ({}, {"OTHER_LOBES": 1}):
-            yield (
-                Gather,
-                {**filter_define(Settings()), **scene.gather_defines, **others},
-                scene.made,
-            )
+            defines = {**filter_define(Settings()), **scene.gather_defines, **others}
+            yield Gather, defines, scene.made
         yield PlainLobe, scene.gather_defines, scene.made
         yield PlainMicrofacets, scene.gather_defines, scene.made
     yield from _of_pictures(scene)

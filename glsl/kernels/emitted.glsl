@@ -62,10 +62,10 @@ void meet(int number, float kind, RayOrigin origin, vec3 direction, float far, b
     vec4 seen = seen_light(light, origin.position, direction, far);
     vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
     radiance *= colour_by_nodes(light, origin.position + seen.w * direction, -direction);
-#ifdef MEDIA
-    radiance *= left_after(load_medium().inside, seen.w);
-#endif
     if (!(largest(radiance) > 0.0)) return;
+#ifdef MEDIA
+    radiance *= left_after(load_medium().inside, origin.position, direction, seen.w);
+#endif
 #ifdef WEIGHED
     if (!is_of_eye) radiance *= weight_of_chain(light, number, origin, direction, density_of(load_throughput()));
 #endif
@@ -111,7 +111,7 @@ void kernel() {
         }
 #endif
 #ifdef MEDIA
-        emission *= left_after(load_medium().inside, hit.t);
+        emission *= left_after(load_medium().inside, origin.position, direction, hit.t);
 #endif
         emitted += emission;
     }

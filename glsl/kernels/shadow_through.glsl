@@ -38,16 +38,16 @@ void kernel() {
 #endif
     }
     if (!(largest(through) > 0.0)) skip();
-    vec3 met = load_shadow_origin().position + hit.t * ray.direction;
+    vec3 begin = load_shadow_origin().position, met = begin + hit.t * ray.direction;
     Triangle triangle = triangle_at(hit_triangle(hit));
     vec3 normal = normal_of(triangle.b - triangle.a, triangle.c - triangle.a);
 #ifdef MEDIA
     float side = dot(normal, ray.direction) > 0.0 ? -1.0 : 1.0;
-    through *= left_before(load_shadow_medium(), hit, side);
+    through *= left_before(load_shadow_medium(), hit, side, begin, ray.direction);
     store_next_medium(medium_behind(load_shadow_medium(), hit, side));
 #endif
     vec3 origin = offset_origin(met, normal, onward);
-    float far = is_distant ? ray.t_max : ray.t_max - dot(origin - load_shadow_origin().position, ray.direction);
+    float far = is_distant ? ray.t_max : ray.t_max - dot(origin - begin, ray.direction);
     if (!(far > 0.0)) far = 0.0;  // the light is there: nothing is left in its way
     store_next_origin(RayOrigin(origin, float(hit_triangle(hit))));
     store_next_direction(RayDirection(onward, far));

@@ -5,8 +5,8 @@
 #endif
 
 vec3 arriving_flux(vec3 flux) {
-#if defined(MEDIA) && !defined(SCATTERING)  // else FreeFlight has taken it
-    flux *= left_before(load_medium(), load_hit(), load_facing().side);
+#if defined(MEDIA) && !defined(SCATTERING)  // else, as where they vary, FreeFlight has taken it
+    flux *= left_before(load_medium(), load_hit(), load_facing().side, vec3(0.0), vec3(0.0));
 #endif
     return flux;
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Media: what is inside meshes, or everywhere, that absorbs and scatters light on its way (Beer and Lambert). A ray holds
 // the numbers of those that it is in, by the surfaces that it has gone through: so meshes may overlap, and hold others.
-// Four at most; what is deeper than that is not there. Uses the tables of triangles, materials and interiors.
+// Four at most; what is deeper than that is not there. Uses the tables of triangles,
+// materials and interiors; VARYING, those of grids and voxels.
 #include "lib/hit.glsl"
 #include "lib/triangle.glsl"
 
@@ -54,14 +55,21 @@ Medium medium_behind(Medium medium, Hit hit, float side) {
     return medium;
 }
 
-// All that it is in together; the anisotropy is the mean of what they scatter.
-Interior interior_of(vec2 inside) {
-    Interior all = Interior(vec3(0.0), 0.0, vec3(0.0));
+#ifdef VARYING
+#include "lib/voxels.glsl"
+#endif
+
+// All that it is in together, in the mean, or where they vary at a place; the anisotropy is the mean of what they scatter.
+Interior interior_of(vec2 inside, vec3 place, bool in_the_mean) {
+    Interior all = Interior(vec3(0.0), 0.0, vec3(0.0), 0.0);
     float turned = 0.0, scattered = 0.0;
-    for (int place = 0; place < MOST_MEDIA && inside != vec2(0.0); place++) {
-        float number = medium_number(inside, place);
+    for (int i = 0; i < MOST_MEDIA && inside != vec2(0.0); i++) {
+        float number = medium_number(inside, i);
         if (!(number > 0.0)) continue;
         Interior one = interior_at(int(number) - 1);
+#ifdef VARYING
+        if (one.grid > 0.0 && !in_the_mean) one = varied(one, place);
+#endif
         all.extinction += one.extinction;
         all.scattering += one.scattering;
         float own = one.scattering.r + one.scattering.g + one.scattering.b;
@@ -72,15 +80,28 @@ Interior interior_of(vec2 inside) {
     return all;
 }
 
-// What a way leaves of light. The longest there is, times what exp2 takes for exp, were infinite, and times 0 no number.
+// The longest way there is, times what exp2 takes for exp, were infinite, and times 0 no number.
 const float LONGEST = 1.0e30;
 
-vec3 left_of(vec3 extinction, float way) { return exp(-min(way, LONGEST) * extinction); }
+// How far a way has been gone, what is lost of light by then, as optical depths, and what a medium loses there.
+struct Gone { float t; vec3 depth; vec3 extinction; };
 
-vec3 left_after(vec2 inside, float way) {
-    return inside == vec2(0.0) ? vec3(1.0) : left_of(interior_of(inside).extinction, way);
+#ifdef VARYING
+#include "lib/steps.glsl"
+#else
+Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float far, int channel, float target) {
+    vec3 lost = interior_of(inside, origin, true).extinction;
+    float t = min(far, LONGEST);
+    if (channel >= 0) t = min(t, target / lost[channel]);
+    return Gone(t, lost * t, lost);
+}
+#endif
+
+// What a way leaves of light.
+vec3 left_after(vec2 inside, vec3 origin, vec3 direction, float far) {
+    return inside == vec2(0.0) ? vec3(1.0) : exp(-gone_along(inside, origin, direction, far, -1, 0.0).depth);
 }
 
-vec3 left_before(Medium medium, Hit hit, float side) {
-    return left_after(inside_before(medium.inside, interior_behind(hit), side), hit.t);
+vec3 left_before(Medium medium, Hit hit, float side, vec3 origin, vec3 direction) {
+    return left_after(inside_before(medium.inside, interior_behind(hit), side), origin, direction, hit.t);
 }

@@ -6,12 +6,13 @@
 #include "lib/lobe.glsl"
 
 void write_scattering_point(Hit hit, vec3 direction) {
-    Interior inside = interior_of(load_medium().inside);
+    vec3 place = load_origin().position + hit.t * direction;
+    Interior inside = interior_of(load_medium().inside, place, false);
     vec3 albedo = vec3(0.0);
     for (int i = 0; i < 3; i++) {
         if (inside.extinction[i] > 0.0) albedo[i] = inside.scattering[i] / inside.extinction[i];
     }
-    store_place(Place(load_origin().position + hit.t * direction, stored_surface(IN_MEDIUM, 1.0)));
+    store_place(Place(place, stored_surface(IN_MEDIUM, 1.0)));
     store_facing(Facing(-direction, 1.0));
     store_shading(Shading(-direction, NO_TRIANGLE));
     store_diffuse(bare_diffuse(vec3(0.0)));

@@ -92,6 +92,41 @@ def under_sky(scene: bpy.types.Scene) -> None:
     leaf.data.materials.append(shader_material("ShaderNodeBsdfTranslucent"))
 
 
+def clouds(scene: bpy.types.Scene) -> None:
+    """By coordinates of the mesh and of objects that share a material; one differs in colour."""
+    material, tree = new_material("Cloud")
+    noise = add_node(tree, "ShaderNodeTexNoise", Scale=3.0)
+    ramp = add_node(tree, "ShaderNodeMapRange", Value=noise.outputs[0], To_Max=4.0)
+    ramp.inputs["From Min"].default_value, ramp.inputs["From Max"].default_value = 0.45, 0.65
+    finish(tree, add_node(tree, PRINCIPLED, Density=ramp.outputs[0], Anisotropy=0.3), "Volume")
+    turned = {"rotation_euler": (0.3, 0.5, 0.2), "scale": (1.0, 0.6, 0.5)}
+    add_mesh("Box", CUBE, location=(0, 0, 1.4), **turned).data.materials.append(material)
+    material, tree = new_material("Puff")
+    places = tree.nodes.new("ShaderNodeTexCoord")
+    gradient = add_node(tree, "ShaderNodeTexGradient", Vector=places.outputs["Object"])
+    gradient.gradient_type = "SPHERICAL"
+    waves = add_node(tree, "ShaderNodeTexWave", Scale=1.0)
+    puff = add_node(tree, SCATTERS, Density=gradient.outputs[1], Color=waves.outputs[0])
+    thick = add_node(tree, ABSORBS, Density=1.0, Color=(0.3, 0.5, 0.6, 1))
+    finish(tree, both(tree, "ShaderNodeAddShader", puff, thick), "Volume")
+    for x, size in ((-1.2, (0.6, 0.5, 0.5)), (1.3, (0.3, 0.3, 0.5))):
+        ball = add_mesh("Ball", BALL, location=(x, -0.5, 0.7), scale=size)
+        ball.data.materials.append(material)
+    add_light("Sun", "SUN", energy=3, rotation_euler=(0.5, 0.3, 0))
+
+
+def low_fog(scene: bpy.types.Scene) -> None:
+    """Everywhere, as high as a lamp, whose beam is seen, with a sky above."""
+    tree = new_world(scene)
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=(0.02, 0.03, 0.05, 1)))
+    geometry = tree.nodes.new("ShaderNodeNewGeometry")
+    height = add_node(tree, "ShaderNodeSeparateXYZ", Vector=geometry.outputs["Position"])
+    ranged = add_node(tree, "ShaderNodeMapRange", Value=height.outputs[2], To_Min=0.5, To_Max=0.0)
+    ranged.inputs["From Max"].default_value = 2.5
+    finish(tree, add_node(tree, SCATTERS, Density=ranged.outputs[0]), "Volume")
+    add_light("Spot", "SPOT", location=(0.5, 0, 2.0), energy=100.0, spot_size=0.9)
+
+
 # Of the means of pictures and of the median block, by how much they may be off: of many samples
 # half as much.
 CASES = [
@@ -99,13 +134,16 @@ CASES = [
     (about_all, 0, 0.012, 0.012),
     (in_world, 0, 0.006, 0.01),
     (under_sky, 0, 0.004, 0.006),
+    (clouds, 0, 0.004, 0.006),
+    (low_fog, 0, 0.012, 0.015),
+    (clouds, 4, 0.006, 0.008),
     (box, 4, 0.01, 0.012),
     (in_world, 4, 0.008, 0.012),
     (under_sky, 4, 0.004, 0.006),
 ]
 
 
-@pytest.mark.thorough("about_all-0", "box-4", "under_sky-4")
+@pytest.mark.thorough("about_all-0", "clouds-0", "box-4", "under_sky-4")
 @pytest.mark.parametrize(("place", "bounces", "of_mean", "of_block"), CASES)
 def test_pictures(
     scene: bpy.types.Scene,
@@ -196,18 +234,13 @@ def burning(tree: bpy.types.NodeTree) -> bpy.types.Node:
     return add_node(tree, PRINCIPLED, Density=1.0, Emission_Strength=2.0)
 
 
-def cloudy(tree: bpy.types.NodeTree) -> bpy.types.Node:
-    noise = add_node(tree, "ShaderNodeTexNoise")
-    return add_node(tree, SCATTERS, Density=noise.outputs[0])
-
-
 def painted(tree: bpy.types.NodeTree) -> bpy.types.Node:
     return add_node(tree, DIFFUSE)
 
 
 @pytest.mark.parametrize(
     ("volume", "feature"),
-    [(burning, "Emission of a volume"), (cloudy, "Volume"), (painted, "Volume")],
+    [(burning, "Emission of a volume"), (painted, "Volume")],
 )
 def test_what_is_not_rendered(convert, volume, feature) -> None:
     """It is named, and leaves the surface, and the rest of the medium."""
@@ -234,3 +267,47 @@ def test_bounces_are_cycles(scene) -> None:
     assert scene.cycles.bl_rna.properties["volume_bounces"].default == 0
     scene.cycles.volume_bounces = 5
     assert settings_from(scene, (8, 8)).volume_bounces == 5
+
+
+def asked(kind: str, end: str, output: str) -> Callable[[bpy.types.NodeTree], bpy.types.Node]:
+    """A volume whose colour is what an output of a node tells."""
+
+    def made(tree: bpy.types.NodeTree) -> bpy.types.Node:
+        node = tree.nodes.new(f"ShaderNode{kind}")
+        return add_node(tree, SCATTERS, Color=node.outputs[output])
+
+    made.__name__ = end
+    return made
+
+
+@pytest.mark.parametrize(
+    ("volume", "feature"),
+    [
+        (asked("NewGeometry", "normal", "Normal"), "Normal in a volume"),
+        (asked("NewGeometry", "side", "Backfacing"), "Backfacing in a volume"),
+        (asked("TexCoord", "reflection", "Reflection"), "Normal in a volume"),
+        (asked("LayerWeight", "facing", "Facing"), "'Layer Weight' in a volume"),
+        (asked("LightPath", "path", "Is Camera Ray"), "'Light Path' in a volume"),
+    ],
+)
+def test_what_places_do_not_know(convert, volume, feature) -> None:
+    """It is 0, and named."""
+    material, tree = new_material()
+    finish(tree, volume(tree), "Volume")
+    finish(tree, add_node(tree, DIFFUSE))
+    converted, report = convert(material)
+    assert not converted.medium.is_there and feature in features(report, "approximated")
+
+
+@pytest.mark.parametrize(
+    ("output", "is_there"), [("Generated", True), ("Object", True), ("UV", False)]
+)
+def test_what_places_know(convert, output, is_there) -> None:
+    """Of a mesh they know Generated coordinates by its texture space, and no UV map."""
+    material, tree = new_material()
+    places = tree.nodes.new("ShaderNodeTexCoord")
+    finish(tree, add_node(tree, SCATTERS, Color=places.outputs[output]), "Volume")
+    finish(tree, add_node(tree, DIFFUSE))
+    converted, report = convert(material)
+    assert converted.medium.varies == converted.medium.is_there == is_there
+    assert not features(report, "approximated")

@@ -48,7 +48,7 @@ def ground(move: Displacement | None, **others: Any) -> Scene:
 
 
 def moved(scene: Scene, device: Device, way: str = "auto") -> Scene:
-    return Kept(device, budget=0).displaced(scene, 24, backend_of(Settings(backend=way), device))
+    return Kept(device, budget=0).worked_out(scene, 24, backend_of(Settings(backend=way), device))
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -165,15 +165,16 @@ def test_while_the_camera_moves_it_is_done_once(device: Device, monkeypatch: Any
     monkeypatch.setattr(kept, "displaced", lambda *given: runs.append(1) or displaced(*given))
     scene = ground(Displacement(Result(2), by_normal()))
     backend = backend_of(Settings(), device)
-    first = keeps.displaced(scene, 24, backend)
+    first = keeps.worked_out(scene, 24, backend)
     seen = replace(scene, camera=camera((0, -4, 4), (0, 0, 0)))
-    second = keeps.displaced(seen, 24, backend)
+    second = keeps.worked_out(seen, 24, backend)
     assert runs == [1] and second.vertices is first.vertices and second.camera is seen.camera
     # Sizes in pixels depend on it.
     sizes = np.array([(40.0, 0.0), (0.0, 0.0)], np.float32)
     near = replace(scene, camera=camera((0, -1, 1), (0, 0, 0)), dicing=sizes)
     counts = [
-        len(keeps.displaced(x, 512, backend).triangles) for x in (replace(seen, dicing=sizes), near)
+        len(keeps.worked_out(x, 512, backend).triangles)
+        for x in (replace(seen, dicing=sizes), near)
     ]
     assert runs == [1, 1, 1] and counts[0] < counts[1]
     keeps.release()

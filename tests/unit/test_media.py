@@ -23,7 +23,7 @@ from addon.photon.scene import (
     sun_light,
 )
 from addon.photon.scene.media import MOST_ANISOTROPY
-from addon.photon.stage.geometry import Mesh, frame_of
+from addon.photon.stage.geometry import Frame, Mesh, frame_of
 from addon.photon.stage.media import MOST_MEDIA, NUMBERS, Media, from_afar
 from addon.streams.source import glsl_root
 from tests.scenes import Builder, camera, plain_light, plain_material
@@ -34,6 +34,7 @@ WATER, MILK, SMOKE = (
     Medium((1.0,) * 3),
 )
 VIEW = camera((0, 0, 9), (0, 0, 0))
+UNIT = Frame(np.zeros(3), 1.0)
 
 
 def holding(medium: Medium) -> Material:
@@ -50,7 +51,7 @@ def nested() -> Scene:
 def around(scene: Scene, *places: tuple[float, ...], ray: str = "camera") -> list[set[int]]:
     """The numbers of what places are in."""
     frame = frame_of(scene)
-    media = Media(scene, frame.scale)
+    media = Media(scene, frame)
     found = media.around(frame.points(np.array(places)), Mesh.build(scene, frame), ray)
     numbers = np.stack([*(found.astype(int) % NUMBERS).T, *(found.astype(int) // NUMBERS).T], 1)
     return [{number for number in of_one if number} for of_one in numbers.tolist()]
@@ -74,13 +75,9 @@ def test_what_places_are_in() -> None:
 
 
 def test_equal_media_have_one_number() -> None:
-    media = Media(nested(), 2.0)
+    media = Media(nested(), replace(UNIT, scale=2.0))
     assert media.count == 3 and media.air == 1 and media.of_materials.tolist() == [2, 3, 2]
     assert media.table["extinction"].tolist()[0] == pytest.approx([2.0] * 3)
-    inside = np.array([[1 + NUMBERS * 3, 0], [0, 2], [0, 0]], np.float32)
-    left = media.left_after(inside, np.array([0.5, 3e38, 3e38]))
-    assert left[0] == pytest.approx(np.exp(-0.5 * (2.0 + 4.0)))
-    assert left[1:].tolist() == [[0.0] * 3, [1.0] * 3]
 
 
 def test_light_from_afar() -> None:
@@ -135,6 +132,6 @@ def test_values_out_of_range(medium: Medium, match: str) -> None:
 
 def test_too_many() -> None:
     materials = tuple(holding(Medium((1.0 + 0.01 * n,) * 3)) for n in range(NUMBERS))
-    assert Media(Scene(VIEW, materials=materials[1:]), 1.0).count == NUMBERS - 1
+    assert Media(Scene(VIEW, materials=materials[1:]), UNIT).count == NUMBERS - 1
     with pytest.raises(SceneError, match=f"{NUMBERS} different media, {NUMBERS - 1} are possible"):
-        Media(Scene(VIEW, materials=materials), 1.0)
+        Media(Scene(VIEW, materials=materials), UNIT)

@@ -29,6 +29,7 @@ from .nodes.attributes import (
     STANDARD,
     STRAND,
     TANGENT,
+    TEXTURE_SPACE,
     UNDISPLACED,
     UV,
 )
@@ -54,6 +55,9 @@ def corner_attribute(
     nothing = np.zeros((len(triangles), 3, 4), np.float32)
     if what[0] == GENERATED:
         found = generated(mesh)[triangles]
+    elif what[0] == TEXTURE_SPACE:
+        own = np.array(getattr(mesh, f"texspace_{what[1]}"), np.float64)
+        found = np.broadcast_to(own, (len(triangles), 3, 3))
     elif what[0] == UNDISPLACED:
         found = positions_of(mesh)[triangles].astype(np.float64)
     elif what[0] == UV and (what[1] or len(mesh.uv_layers)):  # else nothing, unlike for tangents

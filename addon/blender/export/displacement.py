@@ -7,13 +7,12 @@ from dataclasses import replace
 
 import bpy
 
-from ...photon.scene import Displacement, Material
+from ...photon.scene import Displacement, Material, triple
 from ...photon.stage.programs import MOST_REGISTERS, width_of
 from .graph import Graph
 from .links import is_given
 from .nodes.normals import bump_of_displacement
 from .programs import Program, Value
-from .triples import triple
 
 SOCKET = "Displacement"
 

@@ -16,7 +16,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import RGB
+from ...photon.scene import RGB, triple
 from .camera import View
 from .colour_spaces import Space, colour_space_of, decoded
 from .links import DEPTH, Scope, source
@@ -25,7 +25,6 @@ from .programs import Program, Value
 from .properties import found_property
 from .report import Notes
 from .textures import TextureTable
-from .triples import triple
 from .working_space import luminance, luminance_weights
 
 # Nodes that change a colour: their Color input stands for it where a constant is wanted.
@@ -41,6 +40,10 @@ CALLS = 20 * DEEPEST
 # Whether sockets of groups and muted nodes convert what passes them: Blender 5.0 ended that.
 CONVERTS = bpy.app.version < (5, 0, 0)
 NUMBERS = ("VALUE", "INT", "BOOLEAN")  # types of sockets that hold one
+# Nodes that tell of surfaces alone.
+OF_SURFACES = {"AMBIENT_OCCLUSION", "BEVEL", "BUMP", "DISPLACEMENT", "FRESNEL", "LAYER_WEIGHT"}
+OF_SURFACES |= {"LIGHT_FALLOFF", "LIGHT_PATH", "NORMAL_MAP", "TANGENT", "VECTOR_DISPLACEMENT"}
+OF_SURFACES |= {"WIREFRAME"}
 NUMBERED = re.compile(r"^\d+_")  # what Blender puts before names of nodes that it copies
 
 # What gives the value of one output of a node.
@@ -82,6 +85,7 @@ class Graph:
     # The world space normal of the smooth surface that displacement makes; None: the mesh's own.
     displaced: Value | None = None
     undisplaced: bool = False  # asked where the surface was before it moved
+    volume: str = ""  # asked at places of one, in a "mesh" or of the "world"; "": of a surface
     textures: TextureTable | None = None  # None: of images the mean alone is wanted
     shaders: list[Any] = field(default_factory=list)  # under way, with their scopes
     holder: Any = None  # what Blender frees the tree with
@@ -168,7 +172,11 @@ class Graph:
                 self.notes.approximated(self.owner, f"'{node.name}'", "too far from its output: 0")
                 return Value.of(0.0)
             self._reading.append(key)
-            read = self.readers[node.type](self, node, output, scope)
+            if self.volume and node.type in OF_SURFACES:
+                self.notes.approximated(self.owner, f"'{node.name}' in a volume", "0 is used")
+                read = Value.of(0.0)
+            else:
+                read = self.readers[node.type](self, node, output, scope)
             self._reading.pop()
             self._known[key] = read
         return self._known[key]

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import RGB, ROUNDING, Instruction, Lobe, Material, Result, reflecting
+from ...photon.scene import RGB, ROUNDING, Instruction, Lobe, Material, Result, reflecting, triple
 from ...photon.stage.kinds import lobe_kinds
 from ...photon.stage.programs import MOST_REGISTERS, width_of
 from ...photon.stage.spectrum import BANDS
@@ -35,7 +35,6 @@ from .shaders.glass import dispersing
 from .shaders.volume import medium_of
 from .tangents import Tangent
 from .textures import TextureTable
-from .triples import triple
 from .unsupported import note_material
 
 NO_SURFACE = -1
@@ -188,7 +187,7 @@ class MaterialTable:
         lobes = read_shader(graph, node, end, scope, self.model)
         if node is None and holds_volume:
             lobes = CLEAR
-        stops, medium = shades_lamps(material, output), medium_of(graph, output)
+        stops, medium = shades_lamps(material, output), medium_of(graph, output, "mesh")
         if lobes is CLEAR and (stops or medium.is_there):
             lobes = surface_of(CLEAR)
         if lobes is CLEAR:

@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import RGB, Instruction, Result
+from ...photon.scene import RGB, Instruction, Result, triple
 from ...photon.scene.programs import Constant, Operand, Rows
 from ...photon.stage.kinds import node_kinds
 from .arithmetic import ARITHMETIC, FUNCTIONS
-from .triples import triple
 
 Fold = Callable[..., Any]  # of the operands (4,): the result (4,)
 KEEP_UNITS = {"MULTIPLY", "MINIMUM", "MAXIMUM", "MIX", "SQRT"}  # as SUBTRACT from 1 does

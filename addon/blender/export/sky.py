@@ -10,11 +10,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import RGB
+from ...photon.scene import RGB, triple
 from ...photon.stage.environments import solid_angles
 from .environment import EnvironmentMap
 from .links import Scope
-from .triples import triple
 from .working_space import luminance_weights
 from .world_nodes import evaluate
 

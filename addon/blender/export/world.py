@@ -18,6 +18,7 @@ from ...photon.scene import (
     Medium,
     environment_light,
     sun_light,
+    triple,
     world_light,
 )
 from .graph import Context
@@ -26,7 +27,6 @@ from .nodes import graph_of
 from .radiance import ONE, Factor, Sum, radiance
 from .report import Notes
 from .shaders.volume import medium_of
-from .triples import triple
 
 
 def export_world(
@@ -41,7 +41,7 @@ def export_world(
         graph = graph_of(world, owner, notes, context=context)
         total = radiance(graph, *graph.surface("OUTPUT_WORLD"))
         if output := graph.output("OUTPUT_WORLD"):
-            medium = medium_of(graph, output)
+            medium = medium_of(graph, output, "world")
     else:
         total = Sum(ONE * np.array(world.color[:], np.float64))
     visible = _visible(world)
@@ -70,7 +70,7 @@ def export_world(
         notes.approximated(owner, "Max Bounces", what)
     if not notes.mentions(owner):
         notes.exact(owner, "Background")
-    if medium.is_there:
+    if medium.is_there and not medium.varies:
         notes.exact(owner, "Volume", "it hides the world, and suns, as in Cycles")
     return tuple(replace(light, max_bounces=bounces) for light in lights), medium
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...streams import Device, Kernel, PingPong, Stream
 from ...streams.device import Layer
-from ..kernels.direct import Direct, ShadowRays, ShadowThrough
+from ..kernels.direct import Direct, ShadowLeft, ShadowRays, ShadowThrough
 from ..kernels.launch import Streams, launch
 from ..kernels.records import (
     CHAIN,
@@ -41,6 +41,7 @@ _BROUGHT = {"direct": "unshadowed", "illuminance": "unshadowed_lux"}  # by what 
 _LOOKED = {"direct": "looked", "illuminance": "looked_lux"}  # what a second look reads
 HIT_TRIANGLE = list(HIT.fields).index("triangle")
 _RAY = ("shadow_origin", "shadow_direction")
+_WAY = (*_RAY, "shadow_medium")
 _WIDTH = 256  # of streams of rays that go on
 _ANY_KIND = 0  # of lights
 MOST_FACES = 1024  # of glass, on a shadow ray's way: as in direct.glsl
@@ -121,6 +122,7 @@ class TracedDirectLight:
         self._worlds = {kind.number for kind in light_kinds().values() if kind.is_world}
         self._tracer = tracer
         self._through: ShadowThrough | None = None
+        self._left = ShadowLeft(device, layer, needs.media_defines) if needs.media else None
         if needs.shadow_rays_go_on:
             defines = {**needs.illuminance_defines, **needs.shadow_filter_defines}
             self._through = ShadowThrough(device, layer, defines, made=needs.shadow_made)
@@ -139,10 +141,9 @@ class TracedDirectLight:
             launch(self._aim(kind), {**streams, **own}, tables, uniforms | ray)
             brought = {name: own[_BROUGHT[name]].elements() for name in totals}
             hits = self._trace(own, "shadow")
-            if self._needs.media:
+            if self._left:
                 free = hits[:, HIT_TRIANGLE] == 0.0
-                medium, way = (own[f"shadow_{x}"].elements() for x in ("medium", "direction"))
-                left = _left(medium[free], way[free], tables)
+                left = self._left_of({name: own[name].elements()[free] for name in _WAY}, tables)
                 brought = {name: _less(name, x, free, left) for name, x in brought.items()}
             if self._through:
                 passable = self._passable(tables, kind)
@@ -217,8 +218,9 @@ class TracedDirectLight:
             there &= (behind["direction"][:, :3] * aimed).sum(axis=1) > STRAIGHT
             free = there & (behind["hit"][:, HIT_TRIANGLE] == 0.0)
             hits[which[free]] = 0.0
-            if self._needs.media:
-                left = _left(behind["medium"][free], behind["direction"][free], tables)
+            if self._left:
+                ways = {name: behind[name.removeprefix("shadow_")][free] for name in _WAY}
+                left = self._left_of(ways, tables)
                 for name, port in _BROUGHT.items():
                     if port in behind:
                         behind[port] = _less(name, behind[port], free, left)
@@ -246,6 +248,20 @@ class TracedDirectLight:
         }
         return {name: x[: len(found["shadow_hit"])] for name, x in arrays.items()}
 
+    def _left_of(self, ways: Arrays, tables: Tables) -> Array:
+        """What media leave of what comes that way, (n, 3)."""
+        assert self._left
+        count = len(ways["shadow_medium"])
+        if not count:
+            return np.ones((0, 3), np.float32)
+        rows = -(-count // _WIDTH)
+        size = _WIDTH, 1 << (rows - 1).bit_length()
+        own = self._of_size(size, True).streams
+        for name, x in ways.items():
+            own[name].take(x)
+        launch(self._left, {**own, "left": own["next_unshadowed"]}, tables, {})
+        return own["next_unshadowed"].elements()[:count, :3]
+
     def _passable(self, tables: Tables, kind: int) -> Passable:
         """Of each triangle, whether shadow rays to such lights may go on behind it."""
         passable = tables.transparent
@@ -268,8 +284,8 @@ class TracedDirectLight:
             kernel.release()
 
     def _kernels(self) -> list[Kernel]:
-        kernels = [*self._aims.values(), self._tracer]
-        return [*kernels, self._through] if self._through else kernels
+        kernels: list[Kernel] = [*self._aims.values(), self._tracer]
+        return [*kernels, *(kernel for kernel in (self._through, self._left) if kernel)]
 
 
 def _met(hits: Array, passable: Passable) -> NDArray[np.int64]:
@@ -280,12 +296,7 @@ def _met(hits: Array, passable: Passable) -> NDArray[np.int64]:
     return of_those
 
 
-def _left(medium: Array, direction: Array, tables: Tables) -> NDArray[np.float64]:
-    """What media leave of what comes to rays that meet nothing, (n, 3)."""
-    return tables.media.left_after(medium[:, :2], direction[:, 3].astype(np.float64))
-
-
-def _less(name: str, brought: Array, free: NDArray[np.bool_], left: NDArray[np.float64]) -> Array:
+def _less(name: str, brought: Array, free: NDArray[np.bool_], left: Array) -> Array:
     """What rays bring to a total, (n, 4), of those that are free (n,) as much as is left."""
     result = brought.copy()
     result[free, :3] *= left if name == "direct" else (left @ LUMINANCE)[:, None]

@@ -5,6 +5,7 @@ whose rays the host traces, what aims them and what sends them on."""
 from ...streams import Kernel, Table, Uniform, When
 from ...streams.declaration import Ports
 from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, LIMITS, PORTALS
+from .media import VARYING_TABLES
 from .records import (
     CHAIN,
     CORNER_NORMALS,
@@ -72,7 +73,7 @@ class Direct(Kernel):
     """Add what lights send to each visible point and on to the viewer, by shadow rays."""
 
     stem = "direct"
-    structure = (*_STRUCTURE, *LOOKS, "SHADED_LAMPS")
+    structure = (*_STRUCTURE, *LOOKS, "SHADED_LAMPS", "VARYING")
     records = (RAY_ORIGIN, RAY_DIRECTION, HIT, MEDIUM)
     inputs = {
         **_INPUTS,
@@ -90,6 +91,7 @@ class Direct(Kernel):
         **PORTALS,
         "materials": When(("TWO_SIDED", "TRANSPARENT", "PANES", "MEDIA"), Table(MATERIAL)),
         "interiors": When("MEDIA", Table(INTERIOR)),
+        **VARYING_TABLES,
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
         "corner_normals": When(("SMOOTH", "PROGRAMS", "PANES"), Table(CORNER_NORMALS)),
         **PROGRAM_TABLES,
@@ -131,7 +133,7 @@ class ShadowThrough(Kernel):
     """Send shadow rays on that have met transparent surfaces or glass, behind these."""
 
     stem = "shadow_through"
-    structure = ("ILLUMINANCE", "TRANSPARENT", "PANES", "MEDIA", *PROGRAM_DEFINES)
+    structure = ("ILLUMINANCE", "TRANSPARENT", "PANES", "MEDIA", "VARYING", *PROGRAM_DEFINES)
     uniforms = {
         "passed": Uniform("int"),
         "transparent_depth": When("TRANSPARENT", Uniform("int")),
@@ -158,6 +160,27 @@ class ShadowThrough(Kernel):
         "triangles": Table(TRIANGLE),
         "materials": Table(MATERIAL),
         "interiors": When("MEDIA", Table(INTERIOR)),
+        **VARYING_TABLES,
         "corner_normals": When(("PROGRAMS", "PANES"), Table(CORNER_NORMALS)),
         **PROGRAM_TABLES,
+    }
+
+
+class ShadowLeft(Kernel):
+    """Find what media leave of the light that shadow rays bring which meet nothing."""
+
+    stem = "shadow_left"
+    structure = ("VARYING",)
+    inputs = {
+        "shadow_origin": RAY_ORIGIN,
+        "shadow_direction": RAY_DIRECTION,
+        "shadow_medium": MEDIUM,
+    }
+    outputs = {"left": RADIANCE}
+    records = (HIT,)
+    tables = {
+        "triangles": Table(TRIANGLE),
+        "materials": Table(MATERIAL),
+        "interiors": Table(INTERIOR),
+        **VARYING_TABLES,
     }

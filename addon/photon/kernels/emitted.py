@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
 from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, PORTALS
+from .media import VARYING_TABLES
 from .records import (
     CHAIN,
     HIT,
@@ -32,6 +33,7 @@ class Emitted(Kernel):
         "TRANSPARENT",
         "MEDIA",
         "SCATTERING",
+        "VARYING",
         "DISPERSION",
         "PORTALS",
         "DIFFUSE_APART",
@@ -62,4 +64,5 @@ class Emitted(Kernel):
         "triangles": When(("SURFACES", "MEDIA"), Table(TRIANGLE)),
         "materials": When(("EMISSIVE", "TWO_SIDED", "MEDIA"), Table(MATERIAL)),
         "interiors": When("MEDIA", Table(INTERIOR)),
+        **VARYING_TABLES,
     }

@@ -2,6 +2,7 @@
 from ...streams import Kernel, Table, Uniform, When
 from ..settings import Settings
 from ..stage.tables import Tables
+from .media import VARYING_TABLES
 from .records import (
     BEAM,
     FLUX,
@@ -31,10 +32,10 @@ class FreeFlight(Kernel):
     them."""
 
     stem = "free_flight"
-    structure = ("EYE", "PHOTONS", "SCATTERING", "DISPERSION")
+    structure = ("EYE", "PHOTONS", "SCATTERING", "VARYING", "DISPERSION")
     inputs = {
         "pixel": When("EYE", When("SCATTERING", PIXEL)),
-        "origin": When("EYE", When("SCATTERING", RAY_ORIGIN)),
+        "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,
         "hit": HIT,
         "medium": MEDIUM,
@@ -61,5 +62,6 @@ class FreeFlight(Kernel):
         "triangles": Table(TRIANGLE),
         "materials": Table(MATERIAL),
         "interiors": Table(INTERIOR),
+        **VARYING_TABLES,
         "beams": When("EYE", When("SCATTERING", Table(BEAM))),
     }

@@ -195,7 +195,29 @@ INSTRUCTION = Record(
 )
 # A medium: what light loses in it, and what of that it scatters on [1 / scene units]; the mean
 # cosine of that to straight on.
-INTERIOR = Record("Interior", {"extinction": "vec3", "anisotropy": "float", "scattering": "vec3"})
+INTERIOR = Record(
+    "Interior",
+    {"extinction": "vec3", "anisotropy": "float", "scattering": "vec3", "grid": "float"},
+)
+# What a medium has in a box [scene units], over its mean, at places between which it goes evenly:
+# how many along each axis, and how many a scene unit; which VOXEL is the first of extinction, and
+# of scattering, or below 0: that goes with it; of how many channels there are such, 1 or 3, one
+# after the other; 1: beyond the faces of the box it goes on as it is there.
+GRID = Record(
+    "Grid",
+    {
+        "low": "vec3",
+        "first": "float",
+        "high": "vec3",
+        "first_scattering": "float",
+        "count": "vec3",
+        "channels": "float",
+        "finer": "vec3",
+        "goes_on": "float",
+    },
+)
+# At a place, at the next along x, and at both next along y.
+VOXEL = Record("Voxel", {"values": "vec4"})
 CONSTANT = Record("Constant", {"value": "vec4"})
 # What programs may ask for at a triangle's corners.
 CORNER_ATTRIBUTE = Record("CornerAttribute", {"a": "vec4", "b": "vec4", "c": "vec4"})

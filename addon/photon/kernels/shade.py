@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+from collections.abc import Mapping
+from typing import Any
+
 from ...streams import Kernel, Ports, Table, Uniform, When
+from .media import VARYING_TABLES
 from .records import (
     CHAIN,
     CONSTANT,
@@ -58,8 +62,8 @@ def depth_for(kernel: Kernel, in_chain: bool) -> dict[str, int]:
 
 
 # What programs of materials read. BUMPS: some bend normals by heights.
-PROGRAM_DEFINES = ("PROGRAMS", "ATTRIBUTES", "TEXTURES", "NORMALS", "BUMPS")
-PROGRAM_TABLES = {
+PROGRAM_DEFINES: tuple[str, ...] = ("PROGRAMS", "ATTRIBUTES", "TEXTURES", "NORMALS", "BUMPS")
+PROGRAM_TABLES: Mapping[str, Any] = {
     "instructions": When("PROGRAMS", Table(INSTRUCTION)),
     "constants": When("PROGRAMS", Table(CONSTANT)),
     "spaces": When("PROGRAMS", Table(SPACE)),
@@ -88,6 +92,7 @@ class Shade(Kernel):
         "TRANSMITS",
         "TRANSPARENT",
         *SCATTERS,
+        "VARYING",
         "CHAINS",
         "DISPERSION",
         "DISPERSED_CHAINS",
@@ -132,6 +137,7 @@ class Shade(Kernel):
         "materials": Table(MATERIAL),
         "material_lobes": When("LOBES", Table(MATERIAL_LOBE)),
         "interiors": When("SCATTERING", Table(INTERIOR)),
+        **VARYING_TABLES,
         "visibility": When("VISIBILITY", Table(VISIBILITY)),
         "photon_portals": When("PORTALS_BY_SHARE", Table(PORTAL)),
         **PROGRAM_TABLES,

@@ -17,6 +17,7 @@ from ..film.denoise import Opened
 from ..scene import Scene
 from ..scene.snapshot import same
 from ..settings import Settings
+from ..stage.densities import filled
 from ..stage.device_scene import DeviceScene
 from ..stage.dicing import diced
 from ..stage.displacement import displaced
@@ -46,9 +47,9 @@ class _Pass(NamedTuple):
     dropped: int
 
 
-class _Displaced(NamedTuple):
+class _Worked(NamedTuple):
     given: Scene
-    view: tuple[Any, ...]  # by which it was cut
+    view: tuple[Any, ...]  # by which it was made
     made: Scene
 
 
@@ -73,7 +74,7 @@ class Kept:
         self._before = 0, 0  # photons unfinished and dropped when it was
         self._beside: list[Kept] = []  # of the scene's other takes
         self._opened: Opened | None = None
-        self._displaced: _Displaced | None = None
+        self._worked: _Worked | None = None
 
     def device_scene(self, scene: Scene, backend: Backend) -> DeviceScene:
         """A scene on the device: what is there, if nothing but the view has changed. Another one
@@ -94,32 +95,35 @@ class Kept:
         self._scene = DeviceScene.build(scene, backend, frame, mesh, self._texels, movement)
         return self._scene
 
-    def displaced(self, scene: Scene, width: int, backend: Backend) -> Scene:
-        """A scene whose materials have moved its surfaces, cut for a picture so many pixels wide:
-        what is there, if nothing but the view has changed. DeviceError when OpenGL fails."""
-        if not any(material.displacement for material in scene.materials):
-            self._displaced = None
+    def worked_out(self, scene: Scene, width: int, backend: Backend) -> Scene:
+        """A scene whose materials have moved its surfaces, cut for a picture so many pixels wide,
+        and told what media have: what is there, if nothing but the view has changed. DeviceError
+        when OpenGL fails."""
+        moves = any(material.displacement for material in scene.materials)
+        if not moves and not any(medium.asks for medium in scene.media):
+            self._worked = None
             return scene
-        there = self._displaced
+        there = self._worked
         is_same = there is not None and same_but_view(there.given, scene)
         if there and is_same and there.view == _view_of(scene, width):
             return replace(there.made, camera=scene.camera)
-        self._displaced = there = None
+        self._worked = there = None
         cut = diced(scene, width)
         try:
-            made = self._moved(cut, backend)
+            made = self._by_nodes(cut, backend)
         except DeviceError:  # there may be room without what is kept
             self.device.drop_spare()
             self.release()
-            made = self._moved(cut, backend)
-        self._displaced = _Displaced(scene, _view_of(scene, width), made)
+            made = self._by_nodes(cut, backend)
+        self._worked = _Worked(scene, _view_of(scene, width), made)
         return made
 
-    def _moved(self, scene: Scene, backend: Backend) -> Scene:
+    def _by_nodes(self, scene: Scene, backend: Backend) -> Scene:
         if self._texels and not self._texels.are_of(scene):
             self._release_scene()
         self._texels = Texels.of(self.device, scene, self._texels)
-        return displaced(scene, backend, self._texels)
+        moved = displaced(scene, backend, self._texels)
+        return filled(moved, backend, self._texels)
 
     def opened(self) -> Opened:
         """OpenImageDenoise, which stays open from one render to the next."""
@@ -214,7 +218,7 @@ class Kept:
         self._texels = None
         if self._opened:
             self._opened.release()
-        self._opened = self._displaced = None
+        self._opened = self._worked = None
         self.limit(0)
 
     def _release_scene(self) -> None:
@@ -227,11 +231,12 @@ class Kept:
 
 
 def _view_of(scene: Scene, width: int) -> tuple[Any, ...]:
-    """What the sizes of triangles depend on, where any are by pixels."""
-    if not len(scene.dicing):
-        return ()
+    """What the sizes of triangles depend on, where any are by pixels, and where a medium is asked
+    for that is everywhere."""
     camera = scene.camera
-    return width, camera.kind, camera.window, camera.matrix.tobytes()
+    if len(scene.dicing):
+        return width, camera.kind, camera.window, camera.matrix.tobytes()
+    return (camera.matrix[:3, 3].tobytes(),) if scene.air.asks else ()
 
 
 def same_but_view(one: Scene, other: Scene) -> bool:

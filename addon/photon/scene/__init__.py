@@ -2,7 +2,7 @@
 """What is rendered: plain values, no Blender, no device."""
 
 from .camera import Camera, Lens, Motion
-from .checks import BLACK, RGB
+from .checks import BLACK, RGB, triple
 from .displacement import Displacement
 from .images import Image, Texture
 from .lights import (
@@ -16,7 +16,7 @@ from .lights import (
     world_light,
 )
 from .materials import MIRROR, ROUNDING, TRANSPARENT, Lobe, Material, phong, reflecting
-from .media import NO_MEDIUM, Medium
+from .media import COEFFICIENTS, NO_MEDIUM, Grid, Medium
 from .moving import Moving
 from .programs import Instruction, Result, Rows
 from .values import SNAPSHOT_VERSION, TERMINATOR, Scene
@@ -27,6 +27,7 @@ __all__ = [
     "BLACK",
     "CATCHER",
     "CAUSTICS",
+    "COEFFICIENTS",
     "FOUND_BY",
     "HOLDOUT",
     "MIRROR",
@@ -41,6 +42,7 @@ __all__ = [
     "TRANSPARENT",
     "Camera",
     "Displacement",
+    "Grid",
     "Image",
     "Instruction",
     "Lens",
@@ -61,5 +63,6 @@ __all__ = [
     "reflecting",
     "spot_light",
     "sun_light",
+    "triple",
     "world_light",
 ]

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,12 @@ from ..errors import SceneError
 
 RGB = tuple[float, float, float]  # or x, y, z
 BLACK: RGB = (0.0, 0.0, 0.0)
+
+
+def triple(numbers: Iterable[float]) -> RGB:
+    """Three numbers of any type, a colour's or a vector's, as a scene's values have them."""
+    x, y, z = map(float, numbers)
+    return x, y, z
 
 
 def check_finite(what: str, values: Any, low: float = -np.inf) -> None:

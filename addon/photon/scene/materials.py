@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SceneError
-from .checks import BLACK, RGB, check_finite
+from .checks import BLACK, RGB, check_finite, triple
 from .displacement import Displacement
 from .media import NO_MEDIUM, Medium
 from .programs import Program, Varying, check_program
@@ -166,8 +166,9 @@ class Material:
 
     @property
     def programs(self) -> tuple[Program, ...]:
-        """Its own, and that of its displacement."""
-        return (self.program, self.displacement.program if self.displacement else ())
+        """Its own, and those of its displacement and medium."""
+        moves = self.displacement.program if self.displacement else ()
+        return (self.program, moves, self.medium.program)
 
     @property
     def is_emissive(self) -> bool:
@@ -260,15 +261,15 @@ class Material:
         share = np.divide(left, reflected, out=np.ones(3), where=reflected > left)
         return replace(
             self,
-            diffuse=_colour(self.diffuse * share),
+            diffuse=triple(self.diffuse * share),
             lobes=tuple(_scaled(lobe, share) for lobe in self.lobes),
         )
 
 
 def _scaled(lobe: Lobe, by: NDArray[np.float64]) -> Lobe:
     keeps = lobe.kind in (*COATS, TRANSPARENT)
-    colour = lobe.colour if keeps else _colour(lobe.colour * by)
-    return replace(lobe, colour=colour, covered=_colour(lobe.covered * by))
+    colour = lobe.colour if keeps else triple(lobe.colour * by)
+    return replace(lobe, colour=colour, covered=triple(lobe.covered * by))
 
 
 def _bounded(lobe: Lobe) -> Lobe:
@@ -277,9 +278,4 @@ def _bounded(lobe: Lobe) -> Lobe:
 
 
 def _clamped(colour: RGB) -> RGB:
-    return _colour(np.minimum(colour, 1.0))
-
-
-def _colour(values: Any) -> RGB:
-    red, green, blue = map(float, values)
-    return red, green, blue
+    return triple(np.minimum(colour, 1.0))

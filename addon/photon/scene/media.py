@@ -7,25 +7,48 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..errors import SceneError
 from .checks import BLACK, RGB, check_finite
+from .programs import Program, Result, check_program, read_program
 
+COEFFICIENTS = ("absorption", "scattering")  # of Medium
 MOST_ANISOTROPY = 0.999  # as Cycles has it: beyond it all goes straight on
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """What a medium has at places of a box, float32 (z, y, x, 3) [1/m], two at least along each
+    axis; between them it goes evenly."""
+
+    low: NDArray[np.float64]  # (3,) [m]
+    high: NDArray[np.float64]
+    extinction: NDArray[np.float32]
+    scattering: NDArray[np.float32]
 
 
 @dataclass(frozen=True)
 class Medium:
-    """A homogeneous medium: per channel what it absorbs and scatters of light [1/m]; the mean
-    cosine of what it scatters to straight on, by the phase function of Henyey & Greenstein 1941."""
+    """What is inside a mesh, or everywhere: per channel what it absorbs and scatters of light
+    [1/m], or which results of its program, which is asked at places in it; the mean cosine of what
+    it scatters to straight on, by the phase function of Henyey & Greenstein 1941."""
 
-    absorption: RGB = BLACK
-    scattering: RGB = BLACK
+    absorption: RGB | Result = BLACK
+    scattering: RGB | Result = BLACK
     anisotropy: float = 0.0
+    program: Program = ()
+    grid: Grid | None = None  # what that gives, which the other values are means of
 
     def check(self, who: str) -> None:
         """Raise SceneError naming the medium's owner and the first value out of its range."""
-        check_finite(f"{who}: absorption", self.absorption, 0.0)
-        check_finite(f"{who}: scattering", self.scattering, 0.0)
+        for name in COEFFICIENTS:
+            value = getattr(self, name)
+            if isinstance(value, Result):
+                check_program(who, self.program, [{name: value}])
+            else:
+                check_finite(f"{who}: {name}", value, 0.0)
         if not abs(self.anisotropy) <= MOST_ANISOTROPY:
             text = f"{who}: anisotropy = {self.anisotropy} is outside +-{MOST_ANISOTROPY}"
             raise SceneError(text)
@@ -33,19 +56,42 @@ class Medium:
     @property
     def is_there(self) -> bool:
         """Whether light loses anything in it."""
-        return max(*self.absorption, *self.scattering) > 0.0
+        return _may_be(self.absorption) or _may_be(self.scattering)
 
     @property
     def scatters(self) -> bool:
         """Whether it scatters light on."""
-        return max(self.scattering) > 0.0
+        return _may_be(self.scattering)
+
+    @property
+    def coefficients(self) -> NDArray[np.float64]:
+        """(2, 3) what it absorbs and scatters [1/m], which no program tells."""
+        return np.array([self.absorption, self.scattering], np.float64)
+
+    @property
+    def asks(self) -> bool:
+        """Whether its program tells what it is."""
+        return any(isinstance(getattr(self, name), Result) for name in COEFFICIENTS)
+
+    @property
+    def varies(self) -> bool:
+        """Whether it differs from place to place."""
+        return self.grid is not None or self.asks
 
     @staticmethod
     def read(values: Mapping[str, Any]) -> Medium:
         """Of a snapshot's."""
-        return Medium(
-            tuple(values["absorption"]), tuple(values["scattering"]), values["anisotropy"]
+        absorption, scattering = (
+            Result(**value) if isinstance(value, Mapping) else tuple(value)
+            for value in (values[name] for name in COEFFICIENTS)
         )
+        program = read_program(values.get("program", ()))
+        return Medium(absorption, scattering, values["anisotropy"], program)
+
+
+def _may_be(value: RGB | Result) -> bool:
+    """Whether it may be above 0."""
+    return isinstance(value, Result) or max(value) > 0.0
 
 
 NO_MEDIUM = Medium()

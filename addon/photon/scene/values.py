@@ -7,7 +7,7 @@ World space, lengths in metres, linear RGB.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, is_dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from .lights import Light, point_light, spot_light, world_light
 from .materials import Lobe, Material, phong
 from .media import NO_MEDIUM, Medium
 from .moving import ARRAYS, Moving, check_moving
-from .programs import read_program, read_varying
+from .programs import Program, read_program, read_varying
 from .visibility import ALL_RAYS, CATCHER, CAUSTICS, HOLDOUT
 
 SNAPSHOT_VERSION = 5
@@ -81,6 +81,18 @@ class Scene:
     surface_groups: tuple[
         str, ...
     ] = ()  # (S,) of these, or "", to which what it emits belongs; (): ""
+
+    @property
+    def media(self) -> tuple[Medium, ...]:
+        """That which is everywhere, and those of materials."""
+        return (self.air, *(material.medium for material in self.materials))
+
+    @property
+    def programs(self) -> Iterator[tuple[str, Program]]:
+        """All, each with whose it is."""
+        yield "scene.air", self.air.program
+        for material in self.materials:
+            yield from ((f"material {material.name!r}", x) for x in material.programs)
 
     @property
     def emitters(self) -> tuple[Light, ...]:

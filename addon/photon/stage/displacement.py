@@ -14,7 +14,7 @@ from ...streams import TABLE_WIDTH, Defines, StreamError
 from ..backends.backend import Backend
 from ..errors import DeviceError
 from ..kernels.displacement import Displace
-from ..scene import Displacement, Material, Moving, Result, Scene
+from ..scene import NO_MEDIUM, Displacement, Material, Moving, Result, Scene
 from .device_scene import DeviceScene
 from .geometry import Mesh, frame_of
 from .normals import face_normals, mean_about, sums_about, unit
@@ -115,6 +115,7 @@ def _asked_scene(scene: Scene, which: NDArray[np.intp]) -> Scene:
         flat=scene.flat[:0],
         moving=(),
         shutter=(),
+        air=NO_MEDIUM,
     )
 
 

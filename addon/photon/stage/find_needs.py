@@ -148,6 +148,7 @@ def _of_materials(
     return {
         "media": media.any,
         "scattering": media.scattering,
+        "varying": media.varying,
         "too_bright": any(material.may_be_too_bright for material in materials),
         "shaded_lamps": any(material.filters_no_lamps for material in materials),
         "lobes": min(max(map(len, lobes), default=0), MOST_LOBES),

@@ -12,7 +12,6 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -195,8 +194,9 @@ def check_kinds(scene: Scene) -> None:
             known = {"colour", "covered", "weight", *lobe.parameters}
             _check_varying(f"material {material.name!r}: {lobe.kind}", lobe.varying, known)
         _check_varying(f"material {material.name!r}", material.varying, MATERIAL_VARYING)
-        for instruction in chain(*material.programs):
-            _check_instruction(f"material {material.name!r}", instruction)
+    for who, program in scene.programs:
+        for instruction in program:
+            _check_instruction(who, instruction)
 
 
 def _check(who: str, kinds: Mapping[str, Kind], kind: str, given: Mapping[str, Any]) -> None:

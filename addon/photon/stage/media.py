@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SceneError
-from ..kernels.records import BEAM, INTERIOR, LIGHT_START
-from ..scene import RAY_BITS, Light, Material, Medium, Scene
+from ..kernels.records import BEAM, GRID, INTERIOR, LIGHT_START, VOXEL
+from ..scene import RAY_BITS, Light, Material, Medium, Scene, triple
 from .emissive import TRIANGLE
-from .geometry import Mesh
+from .geometry import Frame, Mesh
 from .kinds import light_kinds
 from .light_tree import Bounds
 
@@ -22,6 +22,7 @@ NUMBERS = 4096  # of media: two share a float (lib/media.glsl)
 MOST_MEDIA = 4  # that a place is in
 # A closed mesh turns once about what is inside it, and half as much about what is on it.
 INSIDE = 0.75
+SAME = 1e-4  # in the mean, of a mean of 1
 AT_ONCE = 1 << 17  # places times triangles, each of which takes some 300 bytes meanwhile
 MOST_BEAMS = 16
 MOST_PLACES = 64  # of an emissive surface, each of which is looked at
@@ -34,37 +35,45 @@ class MediaThere:
     """Whether a scene has media, and such as scatter light."""
 
     any: bool
-    scattering: bool
+    scattering: bool  # or such as differ from place to place, where ways are gone along
+    varying: bool
 
     @staticmethod
     def of(scene: Scene, materials: Iterable[Material]) -> MediaThere:
         """With these of its materials."""
         media = [scene.air, *(material.medium for material in materials)]
-        return MediaThere(any(x.is_there for x in media), any(x.scatters for x in media))
+        varying = any(x.varies for x in media)
+        scattering = varying or any(x.scatters for x in media)
+        return MediaThere(any(x.is_there for x in media), scattering, varying)
 
 
 class Media:
     """A scene's, each by a number above 0; that which is everywhere is the first."""
 
-    def __init__(self, scene: Scene, scale: float) -> None:
-        """`scale`: metres of a scene unit. SceneError if there are too many."""
+    def __init__(self, scene: Scene, frame: Frame) -> None:
+        """SceneError if there are too many."""
+        scale = frame.scale
         found: dict[Medium, int] = {}
-        for medium in (scene.air, *(material.medium for material in scene.materials)):
+        for medium in scene.media:
             if medium.is_there:
                 found.setdefault(medium, len(found) + 1)
         if len(found) >= NUMBERS:
             text = f"scene.materials: {len(found)} different media, {NUMBERS - 1} are possible"
             raise SceneError(text)
         self.count = len(found)
-        self.scatters = any(medium.scatters for medium in found)
+        self.scatters = any(medium.scatters or medium.varies for medium in found)
         self.air = found.get(scene.air, 0)
         self.of_materials = np.array([found.get(m.medium, 0) for m in scene.materials], np.int64)
         self._visible = scene.visible
         self.table = INTERIOR.zeros(max(len(found), 1))
         for row, medium in zip(self.table, found, strict=False):
-            row["scattering"] = scale * np.array(medium.scattering)
-            row["extinction"] = row["scattering"] + scale * np.array(medium.absorption)
+            absorbed, scattered = scale * medium.coefficients
+            row["scattering"], row["extinction"] = scattered, scattered + absorbed
             row["anisotropy"] = medium.anisotropy
+        grids = [medium for medium in found if medium.grid]
+        self.grids, self.voxels = _grid_tables(grids, scene.air, frame)
+        for place, medium in enumerate(grids, 1):
+            self.table[found[medium] - 1]["grid"] = place
 
     def around(self, places: Array, mesh: Mesh, ray: str) -> NDArray[np.float32]:
         """Which media places (n, 3) are in, (n, 2) as MEDIUM has it, for rays of a name, to which
@@ -86,16 +95,6 @@ class Media:
         both: NDArray[np.float32] = (inside.reshape(-1, 2, 2) @ (1, NUMBERS)).astype(np.float32)
         return both
 
-    def left_after(self, inside: NDArray[np.float32], ways: Array) -> Array:
-        """What ways (n,) [scene units] leave of light, (n, 3); `inside`: (n, 2) as MEDIUM has
-        it."""
-        both = inside.astype(np.int64)
-        extinction = np.concatenate([np.zeros((1, 3)), self.table["extinction"]])
-        sums = sum(extinction[part] for part in (*(both % NUMBERS).T, *(both // NUMBERS).T))
-        with np.errstate(over="ignore", under="ignore"):
-            left: Array = np.exp(-ways[:, None] * sums)
-        return left
-
     def starts(self, scene: Scene, lights: NDArray[Any], distant: int, mesh: Mesh) -> NDArray[Any]:
         """(L,) of LIGHT_START, of a table of lights, of which the first ones are `distant`: what
         comes from there starts outside of all. Of emissive surfaces of many triangles all are
@@ -110,6 +109,56 @@ class Media:
         asked, back = np.unique(whose, return_inverse=True)
         table["inside"][distant:] = self.around(_middles(near[asked]), mesh, "shadow")[back]
         return table
+
+
+def _grid_tables(
+    media: Sequence[Medium], air: Medium, frame: Frame
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """(G,) of GRID and (n,) of VOXEL, of media that have grids; none: empty ones."""
+    table, blocks, first = GRID.zeros(len(media)), [], 0
+    for row, medium in zip(table, media, strict=True):
+        grid = medium.grid
+        assert grid
+        row["low"], row["high"] = (frame.points(place) for place in (grid.low, grid.high))
+        row["count"] = grid.extinction.shape[2::-1]
+        row["finer"] = (row["count"] - 1.0) / (row["high"] - row["low"])
+        row["goes_on"] = medium is air
+        absorbed, scattered = medium.coefficients
+        lost = _over(grid.extinction, absorbed + scattered)
+        turned = _over(grid.scattering, scattered)
+        goes_with = _same(turned, lost * (scattered > 0.0))
+        row["channels"] = channels = 1 if goes_with and _same(lost, lost[..., :1]) else 3
+        row["first"], row["first_scattering"] = first, -1.0
+        blocks.append(_quads(lost[..., :channels]))
+        first += len(blocks[-1])
+        if not goes_with:
+            row["first_scattering"] = first
+            blocks.append(_quads(turned))
+            first += len(blocks[-1])
+    voxels = VOXEL.zeros(first)
+    if blocks:
+        voxels["values"] = np.concatenate(blocks)
+    return table, voxels
+
+
+def _over(values: NDArray[np.float32], mean: Array) -> NDArray[np.float32]:
+    """Values (z, y, x, 3) over their means; 0 where these are."""
+    over = np.divide(1.0, mean, out=np.zeros(3), where=mean > 0.0)
+    return values * over.astype(np.float32)
+
+
+def _same(one: NDArray[np.float32], other: NDArray[np.float32]) -> bool:
+    """Whether two are, of a mean of 1."""
+    return bool(np.abs(one - other).mean() <= SAME)
+
+
+def _quads(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(n, 4) as VOXEL has them, of values (z, y, x, channels), one channel after the other."""
+    along_x = np.concatenate([values[:, :, 1:], values[:, :, -1:]], axis=2)
+    pairs = np.stack([values, along_x], axis=-1)
+    along_y = np.concatenate([pairs[:, 1:], pairs[:, -1:]], axis=1)
+    quads = np.moveaxis(np.concatenate([pairs, along_y], axis=-1), 3, 0)
+    return np.ascontiguousarray(quads).reshape(-1, 4)
 
 
 def beams(scene: Scene, lights: NDArray[Any], bounds: Bounds, distant: int) -> NDArray[Any]:
@@ -176,14 +225,13 @@ def _turns(places: Array, a: Array, b: Array, c: Array) -> Array:
 
 def from_afar(lights: Iterable[Light], air: Medium) -> tuple[Light, ...]:
     """What is left of lights where a medium is everywhere: of what comes from afar nothing, but of
-    channels that it does not touch."""
-    if not air.is_there:
+    channels that it does not touch. One that differs may end somewhere."""
+    if not air.is_there or air.varies:
         return tuple(lights)
-    is_clear = np.add(air.absorption, air.scattering) == 0.0
+    is_clear = air.coefficients.sum(axis=0) == 0.0
     found = []
     for light in lights:
         if light_kinds()[light.kind].is_distant:
-            red, green, blue = map(float, np.where(is_clear, light.power, 0.0))
-            light = replace(light, power=(red, green, blue))
+            light = replace(light, power=triple(np.where(is_clear, light.power, 0.0)))
         found += [light] * (max(light.power) > 0.0)
     return tuple(found)

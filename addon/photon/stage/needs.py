@@ -93,6 +93,7 @@ class SceneNeeds:
     shadow_programs: ProgramNeeds = ProgramNeeds()  # where what they let through does
     caustics: bool = False  # are asked for, and there may be some
     scattering: bool = False  # media scatter light, too
+    varying: bool = False  # and differ from place to place
     panes: bool = False  # light from afar may come straight through glass
     clamped: bool = False  # light of single samples is
 
@@ -269,7 +270,10 @@ class SceneNeeds:
 
     @property
     def _scattering_defines(self) -> dict[str, int | float]:
-        return {"SCATTERING": 1, "PHASE": lobe_kinds()[PHASE].number} if self.scattering else {}
+        if not self.scattering:
+            return {}
+        varying = {"VARYING": 1} if self.varying else {}
+        return {"SCATTERING": 1, "PHASE": lobe_kinds()[PHASE].number, **varying}
 
     def flight_defines(self, whose: str) -> Defines:
         """What the kernel is compiled with that ends ways in media, of EYE or PHOTONS."""

@@ -49,6 +49,8 @@ def _surface_tables(
     }
     if media.count or any(map(pane_of, scene.materials)):  # behind which photons know what is
         tables["interiors"] = media.table
+    if len(media.grids):
+        tables["grids"], tables["voxels"] = media.grids, media.voxels
     if len(mesh.tangents):
         tables["corner_tangents"] = mesh.tangents
     if any(material.program for material in scene.materials):
@@ -121,7 +123,7 @@ class Tables:
         any, which stay the caller's."""
         environments, places = environment_table(scene.images)
         more = {"environments": upload_table(device, environments)} if places else {}
-        media = Media(scene, frame.scale)
+        media = Media(scene, frame)
         tables = _surface_tables(scene, frame, mesh, media)
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {TEXELS: texels} if texels else {}

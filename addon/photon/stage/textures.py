@@ -10,7 +10,6 @@ texels begin a row.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -139,12 +138,12 @@ def advice(textures: Sequence[Texture]) -> str:
 
 
 def check_textures(scene: Scene) -> None:
-    """Raise SceneError naming the material whose program reads a texture that is not there."""
-    for material in scene.materials:
-        for number, instruction in enumerate(chain(*material.programs)):
+    """Raise SceneError naming whose program reads a texture that is not there."""
+    for owner, program in scene.programs:
+        for number, instruction in enumerate(program):
             if instruction.kind != TEXTURE_NODE:
                 continue
-            who = f"material {material.name!r}: instruction {number}, {TEXTURE_NODE}"
+            who = f"{owner}: instruction {number}, {TEXTURE_NODE}"
             operand = instruction.operands[2]
             if not isinstance(operand, tuple):
                 raise SceneError(f"{who}: the number of its texture is no constant")

@@ -11,6 +11,15 @@ import bpy
 from tests.blender.build import CUBE, add_mesh, finish, new_material
 
 SHARE = 0.35  # of scenes
+VARYING = 0.5  # of media
+TEXTURES = (
+    ("TexNoise", 0),
+    ("TexVoronoi", 0),
+    ("TexWave", 0),
+    ("TexGradient", 1),
+    ("TexMagic", 1),
+    ("TexBrick", 1),
+)  # and which of their outputs is a number
 KINDS = ("VolumePrincipled", "VolumeScatter", "VolumeAbsorption")
 
 
@@ -20,25 +29,28 @@ def fill(seed: int, scene: Any, materials: list[Any]) -> None:
     if dice.random() >= SHARE:
         return
     scene.cycles.volume_bounces = dice.choice([0, 0, 2, 8])
+    differs = random.Random(f"varying {seed}")
     where = dice.choice(["air", "box", "things", "things"])
     if where == "air":
-        _link(dice, scene.world.node_tree, 0.1)
+        _link(dice, differs, scene.world.node_tree, 0.1)
     elif where == "box":
         material, tree = new_material("Fog")
-        _link(dice, tree, 0.2)
+        _link(dice, differs, tree, 0.2)
         size = [dice.uniform(1.5, 12.0) for _ in "xyz"]
         add_mesh("Box", CUBE, location=(0, 0, 1.0), scale=size).data.materials.append(material)
     else:
         for material in materials:
             if dice.random() < 0.6:
-                _link(dice, material.node_tree, 3.0)
+                _link(dice, differs, material.node_tree, 3.0)
                 if dice.random() < 0.5:  # no surface
                     links = material.node_tree.links
                     for link in [x for x in links if x.to_socket.name == "Surface"]:
                         links.remove(link)
 
 
-def _link(dice: random.Random, tree: bpy.types.NodeTree, most: float) -> None:
+def _link(
+    dice: random.Random, differs: random.Random, tree: bpy.types.NodeTree, most: float
+) -> None:
     kind = dice.choice(KINDS)
     node = tree.nodes.new(f"ShaderNode{kind}")
     node.inputs["Density"].default_value = dice.uniform(0.1, 1.0) * most
@@ -47,4 +59,25 @@ def _link(dice: random.Random, tree: bpy.types.NodeTree, most: float) -> None:
         node.inputs["Anisotropy"].default_value = dice.uniform(-0.7, 0.7)
     if "Absorption Color" in node.inputs and dice.random() < 0.5:
         node.inputs["Absorption Color"].default_value = (*(dice.random() for _ in "rgb"), 1.0)
+    if differs.random() < VARYING:
+        _vary(differs, tree, node)
     finish(tree, node, "Volume")
+
+
+def _vary(dice: random.Random, tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
+    """Let the density differ from place to place, or the colour."""
+    kind, output = dice.choice(TEXTURES)
+    texture = tree.nodes.new(f"ShaderNode{kind}")
+    if "Scale" in texture.inputs:
+        texture.inputs["Scale"].default_value = dice.uniform(0.5, 4.0)
+    if coordinate := dice.choice((None, "Generated", "Object")):
+        places = tree.nodes.new("ShaderNodeTexCoord")
+        tree.links.new(places.outputs[coordinate], texture.inputs["Vector"])
+    if dice.random() < 0.3:
+        tree.links.new(texture.outputs["Color"], node.inputs["Color"])
+        return
+    ranged = tree.nodes.new("ShaderNodeMapRange")
+    ranged.inputs["From Min"].default_value = dice.uniform(-0.2, 0.5)
+    ranged.inputs["To Max"].default_value = 2.0 * node.inputs["Density"].default_value
+    tree.links.new(texture.outputs[output], ranged.inputs["Value"])
+    tree.links.new(ranged.outputs[0], node.inputs["Density"])

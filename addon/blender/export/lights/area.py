@@ -5,9 +5,8 @@ from __future__ import annotations
 
 import math
 
-from ....photon.scene import Light, area_light
+from ....photon.scene import Light, area_light, triple
 from ..camera import is_skewed
-from ..triples import triple
 from .common import Lamp, finished
 
 

@@ -10,9 +10,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ....photon.scene import MOST_BOUNCES, RGB, Image, Light
+from ....photon.scene import MOST_BOUNCES, RGB, Image, Light, triple
 from ..report import Notes
-from ..triples import triple
 from .strength import strength_of
 
 # Two axes count as equally long within matrix_world's float32 rounding.

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....photon.scene import Light, point_light
-from ..triples import triple
+from ....photon.scene import Light, point_light, triple
 from .common import Lamp, finished
 
 

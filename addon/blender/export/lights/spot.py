@@ -3,8 +3,7 @@
 
 from __future__ import annotations
 
-from ....photon.scene import Light, spot_light
-from ..triples import triple
+from ....photon.scene import Light, spot_light, triple
 from . import point
 from .common import EVEN_SCALE, Lamp, finished
 

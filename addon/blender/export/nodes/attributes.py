@@ -35,19 +35,38 @@ STANDARD = {
     "random_per_island": (ISLAND,),
 }
 FACTORS = ("Fac", "Factor")  # names of Attribute's output of a number, by Blender's version
+TEXTURE_SPACE = "texture space"  # its location or size
+# What all corners of an object have.
+OF_OBJECTS = (OBJECT, INSTANCER, PARTICLE, PLACED_AT, TEXTURE_SPACE)
 STRAND = "strand"  # what Hair Info and Point Info tell, by the names of their outputs
 
 
 def attribute(graph: Graph, *what: str) -> Value:
     """What the corners of the meshes have of a kind, and maybe a name."""
+    if graph.volume == "world" or (graph.volume and what[0] not in OF_OBJECTS):
+        return generated_in(graph) if what[0] == GENERATED else ZERO
     number = Value.of(graph.context.attribute(*what))
     if what[0] in (NORMAL, TANGENT):  # of the point itself, as in Cycles
         return graph.program.emit("attribute", number=number, shift=Value.of((0.0, 0.0, 0.0, 0.0)))
     return graph.program.emit("attribute", number=number)
 
 
+def generated_in(graph: Graph) -> Value:
+    """Generated coordinates at a place of a volume: of the texture space of its mesh, as it is
+    now; of the world where it is."""
+    if graph.volume == "world":
+        return here(graph, "position")
+    middle, size = (attribute(graph, TEXTURE_SPACE, name) for name in ("location", "size"))
+    return (here(graph, "object position") - middle) / (2.0 * size) + 0.5
+
+
 def here(graph: Graph, what: str) -> Value:
     """What a point knows of itself, one of GEOMETRY."""
+    if graph.volume and what not in ("position", "object position"):
+        graph.notes.approximated(graph.owner, f"{what.capitalize()} in a volume", "0 is used")
+        return ZERO
+    if graph.volume == "world":
+        what = "position"
     if graph.undisplaced and what == "object position":
         return in_space(graph, here(graph, "position"), 0)
     if graph.undisplaced and what == "position":

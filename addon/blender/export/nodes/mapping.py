@@ -96,7 +96,10 @@ def _by_camera(graph: Graph, at: Value, kind: str, is_back: bool) -> Value:
 
 
 def in_space(graph: Graph, at: Value, way: int) -> Value:
-    """A vector of world space in the object's, or one of that: glsl/nodes/space.glsl says which."""
+    """A vector of world space in the object's, or one of that: glsl/nodes/space.glsl says which.
+    The world's own is that."""
+    if graph.volume == "world":
+        return at
     return graph.program.emit("space", vector=at, way=Value.of(way))
 
 

@@ -21,6 +21,8 @@ def read_info(
     """Read Object Info."""
     if output.name == "Material Index":
         return Value.of(graph.context.index)
+    if graph.volume == "world":
+        return ZERO
     found = graph.program.emit("object", which=Value.of(INFO[output.name]))
     return found.part("w") if output.name == "Alpha" else found
 

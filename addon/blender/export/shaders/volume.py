@@ -1,21 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is inside a mesh, or everywhere: media that are the same from point to point. Others are
-reported."""
+"""What is inside a mesh, or everywhere: media."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
-from ....photon.scene import NO_MEDIUM, Medium
+from ....photon.scene import COEFFICIENTS, NO_MEDIUM, Material, Medium, triple
 from ....photon.scene.media import MOST_ANISOTROPY
+from ....photon.stage.programs import MOST_REGISTERS, width_of
 from ..graph import Graph
 from ..links import Scope, is_given, source
-from ..programs import Value
-from ..triples import triple
+from ..programs import ZERO, Program, Value, math
 
 # What stands for other phase functions: Henyey & Greenstein's of their own anisotropy, or of this.
 PHASES = {"RAYLEIGH": 0.0, "MIE": 0.85, "FOURNIER_FORAND": 0.9}
@@ -24,67 +22,82 @@ MIXED = ("MIX_SHADER", "ADD_SHADER")
 
 @dataclass
 class _Parts:
-    """Of what several shaders make together [1/m]; `turned`: scattering times its anisotropy;
-    `anisotropies`: of each that scatters."""
+    """Of what several shaders make together [1/m]; `scatterers`: of each what it scatters, and its
+    anisotropy."""
 
-    absorption: NDArray[np.float64]
-    scattering: NDArray[np.float64]
-    turned: NDArray[np.float64]
-    anisotropies: frozenset[float] = frozenset()
+    absorption: Value
+    scattering: Value
+    scatterers: tuple[tuple[Value, float], ...] = ()
 
-    def plus(self, other: _Parts, own: float = 1.0, its: float = 1.0) -> _Parts:
+    def plus(self, other: _Parts, own: Value, its: Value) -> _Parts:
         """Both, so much of each."""
+        scatterers = [(own * value, g) for value, g in self.scatterers]
+        scatterers += [(its * value, g) for value, g in other.scatterers]
         return _Parts(
             own * self.absorption + its * other.absorption,
             own * self.scattering + its * other.scattering,
-            own * self.turned + its * other.turned,
-            self.anisotropies | other.anisotropies,
+            tuple(scatterers),
         )
 
+    def anisotropy(self, graph: Graph) -> float:
+        """One for all: the mean by what each scatters, or of all alike where that differs from
+        place to place."""
+        there = [(value, g) for value, g in self.scatterers if value.may_exceed(0.0)]
+        if len({g for _, g in there}) > 1:
+            what = "what several shaders scatter has one in the mean"
+            graph.notes.approximated(graph.owner, "Anisotropy", what)
+        differ = not all(value.is_constant for value, _ in there)
+        weights = [1.0 if differ else float(value.colour.sum()) for value, _ in there]
+        mean = np.average([g for _, g in there], weights=weights) if there else 0.0
+        return float(np.clip(mean, -MOST_ANISOTROPY, MOST_ANISOTROPY))
 
-def medium_of(graph: Graph, output: bpy.types.Node) -> Medium:
-    """The medium of an output's Volume, as Cycles has it; none of what differs from point to point
-    or is no volume, which is noted."""
+
+NOTHING = _Parts(ZERO, ZERO)
+
+
+def medium_of(graph: Graph, output: bpy.types.Node, where: str) -> Medium:
+    """The medium of an output's Volume, as Cycles has it; `where`: as Graph.volume. None of what is
+    no volume, which is noted."""
     if not is_given(output.inputs["Volume"], ()):
         return NO_MEDIUM
+    graph = replace(graph, program=Program(), displaced=None, volume=where, _known={}, _reading=[])
     try:
         found = _read(graph, output.inputs["Volume"], ())
     except _Unknown as unknown:
         graph.notes.ignored(graph.owner, "Volume", f"{unknown}: none")
         return NO_MEDIUM
-    if len(found.anisotropies) > 1:
-        what = "what several shaders scatter has one in the mean"
-        graph.notes.approximated(graph.owner, "Anisotropy", what)
-    scattered = found.scattering.sum()
-    turned = found.turned.sum() / scattered if scattered > 0.0 else 0.0
-    return Medium(
-        triple(found.absorption),
-        triple(found.scattering),
-        float(np.clip(turned, -MOST_ANISOTROPY, MOST_ANISOTROPY)),
+    values = dict(zip(COEFFICIENTS, (found.absorption, found.scattering), strict=True))
+    results = {name: value.result for name, value in values.items() if value.result is not None}
+    program, numbers = graph.program.pruned(results.values())
+    moved = {name: replace(x, instruction=numbers[x.instruction]) for name, x in results.items()}
+    width = width_of(Material("", program=program, varying=moved))
+    if width > MOST_REGISTERS:
+        what = f"its nodes hold {width} values at a time, {MOST_REGISTERS} are possible: none"
+        graph.notes.approximated(graph.owner, "Volume", what)
+        return NO_MEDIUM
+    absorption, scattering = (
+        moved.get(name) or triple(_finite(value).colour) for name, value in values.items()
     )
+    return Medium(absorption, scattering, found.anisotropy(graph), program)
 
 
 class _Unknown(Exception):
     """Why a volume is not rendered."""
 
 
-def _nothing() -> _Parts:
-    return _absorbing(np.zeros(3))
-
-
 def _read(graph: Graph, socket: bpy.types.NodeSocket, outside: Scope) -> _Parts:
     node, _, scope = source(socket, outside)
     if node is None:
-        return _nothing()
+        return NOTHING
     if node.type in MIXED:
         first, second = (_read(graph, socket, scope) for socket in node.inputs[-2:])
         if node.type == "ADD_SHADER":
-            return first.plus(second)
-        factor = float(np.clip(_constant(graph.value(node.inputs[0], scope))[0], 0.0, 1.0))
+            return first.plus(second, Value.of(1.0), Value.of(1.0))
+        factor = graph.value(node.inputs[0], scope).clamp()
         return first.plus(second, 1.0 - factor, factor)
     if node.type == "VOLUME_ABSORPTION":
         density, colour = _density(graph, node, scope), _colour(graph, node, "Color", scope)
-        return _absorbing(density * np.maximum(1.0 - colour, 0.0))
+        return _absorbing(density * math("MAXIMUM", 1.0 - colour, 0.0))
     if node.type == "VOLUME_SCATTER":
         density, colour = _density(graph, node, scope), _colour(graph, node, "Color", scope)
         return _scattering(density * colour, _anisotropy(graph, node, scope))
@@ -94,42 +107,41 @@ def _read(graph: Graph, socket: bpy.types.NodeSocket, outside: Scope) -> _Parts:
         return _coefficients(graph, node, scope)
     if node.type == "EMISSION":
         _note_emission(graph)
-        return _nothing()
+        return NOTHING
     raise _Unknown(f"{node.bl_label} is no volume that is rendered")
 
 
 def _principled(graph: Graph, node: bpy.types.Node, scope: Scope) -> _Parts:
     density, colour = _density(graph, node, scope), _colour(graph, node, "Color", scope)
-    kept = np.sqrt(_colour(graph, node, "Absorption Color", scope))
-    absorbed = np.maximum(1.0 - colour, 0.0) * np.maximum(1.0 - kept, 0.0)
+    kept = math("SQRT", _colour(graph, node, "Absorption Color", scope))
+    absorbed = math("MAXIMUM", 1.0 - colour, 0.0) * math("MAXIMUM", 1.0 - kept, 0.0)
     emitted = graph.input(node, "Emission Strength", scope, 0.0)
     warm = graph.input(node, "Blackbody Intensity", scope, 0.0)
-    if density > 0.0 and (emitted.may_exceed(0.0) or warm.may_exceed(0.0)):
+    if density.may_exceed(0.0) and (emitted.may_exceed(0.0) or warm.may_exceed(0.0)):
         _note_emission(graph)
     scattering = _scattering(density * colour, _anisotropy(graph, node, scope))
-    return scattering.plus(_absorbing(density * absorbed))
+    return replace(scattering, absorption=density * absorbed)
 
 
 def _coefficients(graph: Graph, node: bpy.types.Node, scope: Scope) -> _Parts:
     absorbed = _colour(graph, node, "Absorption Coefficients", scope)
     scattered = _colour(graph, node, "Scatter Coefficients", scope)
-    if _colour(graph, node, "Emission Coefficients", scope).any():
+    if _colour(graph, node, "Emission Coefficients", scope).may_exceed(0.0):
         _note_emission(graph)
     scattering = _scattering(scattered, _anisotropy(graph, node, scope))
-    return scattering.plus(_absorbing(absorbed))
+    return replace(scattering, absorption=absorbed)
 
 
 def _note_emission(graph: Graph) -> None:
     graph.notes.ignored(graph.owner, "Emission of a volume", "not rendered")
 
 
-def _absorbing(absorbed: NDArray[np.float64]) -> _Parts:
-    return _Parts(absorbed, *np.zeros((2, 3)))
+def _absorbing(absorbed: Value) -> _Parts:
+    return _Parts(absorbed, ZERO)
 
 
-def _scattering(scattered: NDArray[np.float64], anisotropy: float) -> _Parts:
-    of_each = frozenset({anisotropy} if scattered.any() else ())
-    return _Parts(np.zeros(3), scattered, anisotropy * scattered, of_each)
+def _scattering(scattered: Value, anisotropy: float) -> _Parts:
+    return _Parts(ZERO, scattered, ((scattered, anisotropy),))
 
 
 def _anisotropy(graph: Graph, node: bpy.types.Node, scope: Scope) -> float:
@@ -139,19 +151,23 @@ def _anisotropy(graph: Graph, node: bpy.types.Node, scope: Scope) -> float:
         graph.notes.approximated(graph.owner, f"Phase {phase.title().replace('_', '-')}", what)
     if phase in PHASES:
         return PHASES[phase]
-    return float(_constant(graph.input(node, "Anisotropy", scope, 0.0))[0])
+    found = _finite(graph.input(node, "Anisotropy", scope, 0.0))
+    if found.is_constant:
+        return found.number
+    graph.notes.approximated(graph.owner, "Anisotropy", "it differs from place to place: 0 is used")
+    return 0.0
 
 
-def _density(graph: Graph, node: bpy.types.Node, scope: Scope) -> float:
-    return max(float(_constant(graph.input(node, "Density", scope, 1.0))[0]), 0.0)
+def _density(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value:
+    return math("MAXIMUM", _finite(graph.input(node, "Density", scope, 1.0)), 0.0)
 
 
-def _colour(graph: Graph, node: bpy.types.Node, name: str, scope: Scope) -> NDArray[np.float64]:
-    return np.maximum(_constant(graph.input(node, name, scope, 0.0)), 0.0)
+def _colour(graph: Graph, node: bpy.types.Node, name: str, scope: Scope) -> Value:
+    return math("MAXIMUM", _finite(graph.input(node, name, scope, 0.0)), 0.0)
 
 
-def _constant(value: Value) -> NDArray[np.float64]:
-    """(3,); raises _Unknown if it differs from point to point."""
-    if not value.is_constant:
-        raise _Unknown("it differs from point to point")
-    return np.nan_to_num(value.colour, posinf=0.0, neginf=0.0)
+def _finite(value: Value) -> Value:
+    """0 for a constant that is none."""
+    if value.constant is None:
+        return value
+    return Value.of(np.nan_to_num(value.constant, posinf=0.0, neginf=0.0))

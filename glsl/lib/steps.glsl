@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Ways through media that differ from place to place, gone in steps as long as the finest grid's texels are wide there,
+// along each of which a medium goes evenly.
+#ifdef PHOTONS
+const float STEP = 2.0;  // texels; where photons land is blurred anyway
+#else
+const float STEP = 1.0;
+#endif
+const float LEAST_STEPS = 4.0;
+const float MOST_STEPS = 256.0;
+const int STEPS_BEYOND = 24;  // the finest grid, where a medium goes on, each longer than the one before
+const float LONGER = 1.5;
+
+// Of a way: where steps begin, how long and how many they are, and how many come after those; what is lost evenly all
+// the way, and the first of `media` that differ, of which `mean` is lost in the mean.
+struct Steps { float begin; float size; float count; int beyond; vec3 even; vec3 mean; int media; Grid grid; };
+
+Steps steps_along(vec2 inside, vec3 origin, vec3 direction) {
+    vec3 inverse = 1.0 / mix(direction, vec3(1.0e-20), equal(direction, vec3(0.0))), zero = vec3(0.0);
+    float end = 0.0, finest = 0.0;
+    Steps steps = Steps(LONGEST, 1.0, 0.0, 0, zero, zero, 0, Grid(zero, 0.0, zero, 0.0, zero, 0.0, zero, 0.0));
+    for (int i = 0; i < MOST_MEDIA; i++) {
+        float number = medium_number(inside, i);
+        if (!(number > 0.0)) continue;
+        Interior one = interior_at(int(number) - 1);
+        if (!(one.grid > 0.0)) {
+            steps.even += one.extinction;
+            continue;
+        }
+        Grid grid = grid_at(int(one.grid) - 1);
+        if (++steps.media == 1) {
+            steps.grid = grid;
+            steps.mean = one.extinction;
+        }
+        vec3 low = (grid.low - origin) * inverse, high = (grid.high - origin) * inverse;
+        vec3 near = min(low, high), far = max(low, high), finer = grid.finer * abs(direction);
+        float enters = max(max(near.x, near.y), max(near.z, 0.0)), leaves = min(min(far.x, far.y), far.z);
+        if (leaves > enters) {
+            steps.begin = min(steps.begin, enters);
+            end = max(end, leaves);
+        }
+        finest = max(finest, max(finer.x, max(finer.y, finer.z)));
+        if (grid.goes_on > 0.0) steps.beyond = STEPS_BEYOND;
+    }
+    if (end > steps.begin) {
+        steps.count = clamp(ceil((end - steps.begin) * finest / STEP), LEAST_STEPS, MOST_STEPS);
+        steps.size = (end - steps.begin) / steps.count;
+    } else {
+        steps.begin = 0.0;
+        steps.size = 1.0 / max(finest, 1.0e-20);
+    }
+    return steps;
+}
+
+// What is lost at a place of the way.
+vec3 lost_at(Steps steps, vec2 inside, vec3 place) {
+    vec3 lost = steps.even;
+    if (steps.media > 0) lost += steps.mean * voxel_between(steps.grid, place, steps.grid.first);
+    int met = 0;
+    for (int i = 0; steps.media > 1 && i < MOST_MEDIA; i++) {
+        float number = medium_number(inside, i);
+        if (!(number > 0.0)) continue;
+        Interior one = interior_at(int(number) - 1);
+        if (one.grid > 0.0 && ++met > 1) lost += varied(one, place).extinction;
+    }
+    return lost;
+}
+
+// Where a step ends.
+float step_end(Steps steps, int number) {
+    float within = min(float(number), steps.count), after = float(number) - within;
+    return steps.begin + steps.size * (within + (pow(LONGER, after) - 1.0) / (LONGER - 1.0));
+}
+
+// As far as a way goes, or until light of a channel has a depth behind it; below 0: of none.
+Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float far, int channel, float target) {
+    Steps steps = steps_along(inside, origin, direction);
+    far = min(far, LONGEST);
+    int last = int(steps.count) + steps.beyond + 1;
+    Gone gone = Gone(0.0, vec3(0.0), vec3(0.0));
+    for (int i = -1; i <= last && gone.t < far; i++) {
+        float next = i < 0 ? 0.0 : i == last ? far : min(step_end(steps, i), far);
+        if (i >= 0 && !(next > gone.t)) continue;
+        vec3 before = gone.extinction, there = lost_at(steps, inside, origin + next * direction);
+        float size = next - gone.t, wanted = channel < 0 ? LONGEST : target - gone.depth[channel];
+        bool is_last = channel >= 0 && 0.5 * size * (before[channel] + there[channel]) >= wanted;
+        if (is_last) {  // where the integral of what goes evenly is what is wanted
+            float first = before[channel], more = (there[channel] - first) / size;
+            float way = 2.0 * wanted / (first + sqrt(max(first * first + 2.0 * more * wanted, 0.0)));
+            way = clamp(way, 0.0, size);
+            there = mix(before, there, way / size);
+            size = way;
+            next = gone.t + way;
+        }
+        gone.depth += 0.5 * size * (before + there);
+        gone.extinction = there;
+        gone.t = next;
+        if (is_last) break;
+    }
+    return gone;
+}

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Media that programs tell, on grids."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.photon.backends.backend import backend_of
+from addon.photon.errors import SceneError
+from addon.photon.photons import kept
+from addon.photon.photons.kept import Kept
+from addon.photon.scene import BLACK, NO_MEDIUM, Instruction, Medium, Result, Scene
+from addon.photon.scene.programs import Constant
+from addon.photon.settings import Settings
+from addon.photon.stage import densities
+from addon.photon.stage.densities import filled
+from addon.streams import Device
+from tests.scenes import Builder, camera
+from tests.unit.test_media import holding
+
+VIEW = camera((0, 0, 9), (0, 0, 0))
+NONE: Constant = (0.0, 0.0, 0.0, 0.0)
+
+
+def told_by(*rows: Constant) -> Medium:
+    """What it absorbs, by rows of a transform of places [m]."""
+    program = Instruction("geometry", (NONE, NONE)), Instruction("matrix", (Result(0), *rows))
+    return Medium(Result(1), BLACK, program=program)
+
+
+HIGH = told_by(*[(0.0, 0.0, 1.0, 0.0)] * 3)
+BOTH = Builder().box((0, 0, 0), (1, 2, 4), 0).box((9, 9, 0), (10, 10, 1), 0)
+
+
+def boxes(medium: Medium) -> Scene:
+    """Two objects of one material."""
+    return BOTH.scene(VIEW, (), (holding(medium), holding(medium)))
+
+
+def by(device: Device, scene: Scene) -> Scene:
+    return filled(scene, backend_of(Settings(backend="fragment"), device), None)
+
+
+def test_each_surface_has_its_own(device: Device) -> None:
+    """A grid about each object, as fine as it must be."""
+    made = by(device, boxes(HIGH))
+    assert [x.medium.varies for x in made.materials] == [False, False, True, True]
+    assert sorted(set(made.material.tolist())) == [2, 3]
+    first, second = (made.materials[x].medium for x in (2, 3))
+    assert first.grid and first.grid.extinction.shape == (2, 2, 2, 3)
+    assert first.grid.high.tolist() == pytest.approx([1.0, 2.0, 4.0])
+    assert first.grid.extinction[:, 0, 0, 0].tolist() == pytest.approx([0.0, 4.0])
+    assert first.absorption == pytest.approx((2.0,) * 3)
+    assert second.absorption == pytest.approx((0.5,) * 3)
+
+
+def test_what_bends_takes_more_places(device: Device) -> None:
+    """Along the axis on which it does: here in a corner, where it begins."""
+    bent = replace(
+        HIGH,
+        absorption=Result(2),
+        program=(
+            *HIGH.program,
+            Instruction("arithmetic", (Result(1), (0.9,) * 4, NONE, (1.0, 0.0, 0.0, 0.0))),
+        ),
+    )
+    medium = by(device, boxes(bent)).materials[2].medium
+    assert medium.grid
+    z, y, x, _ = medium.grid.extinction.shape
+    assert (y, x) == (2, 2) and 8 < z <= densities.MOST_CELLS + 1
+
+
+def test_what_is_no_number_is_nothing(device: Device) -> None:
+    """Nor is less than nothing."""
+    below = told_by((0.0, 0.0, -1.0, 0.0), NONE, NONE)
+    assert by(device, boxes(below)).materials[2].medium.grid is None
+    assert not by(device, boxes(below)).materials[2].medium.is_there
+
+
+def test_what_nothing_wears(device: Device) -> None:
+    scene = BOTH.scene(VIEW, (), (holding(NO_MEDIUM), holding(HIGH)))
+    assert by(device, scene).materials[1].medium == NO_MEDIUM
+
+
+def test_many_are_coarse(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All together have so many places at most."""
+    monkeypatch.setattr(densities, "MOST_PLACES", 500)
+    monkeypatch.setattr(densities, "SAME", 0.0)
+    grids = [x.medium.grid for x in by(device, boxes(HIGH)).materials[2:]]
+    assert 100 < sum(grid.extinction.size // 3 for grid in grids if grid) <= 500
+
+
+def test_what_is_everywhere(device: Device) -> None:
+    """About all that is there, with the camera."""
+    made = by(device, replace(BOTH.scene(VIEW, (), (holding(NO_MEDIUM),)), air=HIGH))
+    assert made.air.grid and made.air.grid.high[2] > 9.0 and made.air.grid.low[0] < 0.0
+
+
+def test_they_are_kept(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of one scene, whatever the camera does, but for what is everywhere."""
+    runs: list[int] = []
+    monkeypatch.setattr(kept, "filled", lambda *given: runs.append(1) or filled(*given))
+    keeps, backend = Kept(device, budget=0), backend_of(Settings(backend="fragment"), device)
+    moved = camera((0, 1, 9), (0, 0, 0))
+    foggy = replace(BOTH.scene(VIEW, (), (holding(NO_MEDIUM),)), air=HIGH)
+    for scene, expected in ((boxes(HIGH), [1, 1, 1]), (foggy, [1, 1, 2])):
+        runs.clear()
+        counts = []
+        for one in (scene, scene, replace(scene, camera=moved)):
+            keeps.worked_out(one, 24, backend)
+            counts.append(len(runs))
+        assert counts == expected
+    keeps.release()
+
+
+def test_files(tmp_path: Path) -> None:
+    scene = replace(boxes(HIGH), air=HIGH)
+    scene.save(tmp_path / "scene.npz")
+    loaded = Scene.load(tmp_path / "scene.npz")
+    assert (loaded.materials, loaded.air) == (scene.materials, scene.air)
+
+
+@pytest.mark.parametrize(
+    ("medium", "match"),
+    [
+        (replace(HIGH, absorption=Result(7)), "absorption: xyzw of instruction 7"),
+        (replace(HIGH, program=(Instruction("geometry", (NONE, (np.nan,) * 4)),)), "geometry"),
+    ],
+)
+def test_programs_that_are_wrong(medium: Any, match: str) -> None:
+    for scene, who in (
+        (boxes(medium), "material 'medium': "),
+        (replace(boxes(NO_MEDIUM), air=medium), "scene.air: "),
+    ):
+        with pytest.raises(SceneError, match=who + ".*" + match):
+            scene.check()
