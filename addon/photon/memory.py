@@ -229,7 +229,7 @@ class Budget:
         (eye/moved_sums.py) are not counted apart."""
         if not (self._has_chains and self._shares_memory):
             return 0
-        go_on = self._is_transparent or self._has_glass
+        go_on = self._is_transparent or self._has_glass or self._has_media
         return self.strip_textures + 2 * self._shadow_textures * go_on
 
     @cached_property

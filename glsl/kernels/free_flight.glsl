@@ -49,7 +49,7 @@ int channel_by(vec3 shares, float u) {
 // The place on its way where a ray is scattered; below 0: it is not, and comes to the end. Both weigh it anew.
 #ifdef EYE
 float scattered_at(vec2 inside, vec3 origin, vec3 direction, float way, bool ends, inout vec3 weight) {
-    vec3 depth = gone_along(inside, origin, direction, way, -1, 0.0).depth, left = weight * exp(-depth);
+    vec3 depth = gone_along(inside, origin, direction, way, way, -1, 0.0).depth, left = weight * exp(-depth);
     vec3 lost = scattered_of(inside, weight) * vec3(lost_by(depth.r), lost_by(depth.g), lost_by(depth.b));
     float sum = lost.r + lost.g + lost.b, rest = ends ? left.r + left.g + left.b : 0.0;
     // The more of it is left at the way's end, the likelier it comes there.
@@ -66,7 +66,11 @@ float scattered_at(vec2 inside, vec3 origin, vec3 direction, float way, bool end
         far = sample_beams(origin, direction, way, vec2(u.z / by_beams, u.y));
         channel = -1;
     }
-    Gone gone = gone_along(inside, origin, direction, far, channel, target);
+    Gone gone = gone_along(inside, origin, direction, way, far, channel, target);
+    if (!(gone.t < LONGEST)) {  // by rounding: there is nothing so far
+        weight = vec3(0.0);
+        return -1.0;
+    }
     for (int i = 0; i < 3; i++) {
         if (lost[i] > 0.0) density += lost[i] / sum * pdf_lost(depth[i], gone.depth[i]) * gone.extinction[i];
     }
@@ -81,13 +85,13 @@ float scattered_at(vec2 inside, vec3 origin, vec3 direction, float way, bool end
     float sum = shares.r + shares.g + shares.b;
     vec3 u = random4(seed, pass_index, photon_number(load_flux()), DIMENSION_PHOTON_FLIGHT + uint(bounce)).xyz;
     int channel = sum > 0.0 ? channel_by(shares, u.x) : -1;
-    Gone gone = gone_along(inside, origin, direction, way, channel, -log(1.0 - u.y));
+    Gone gone = gone_along(inside, origin, direction, way, way, channel, -log(1.0 - u.y));
     vec3 left = exp(-gone.depth);
     if (channel < 0 || !(gone.t < min(way, LONGEST))) {
-        weight *= channel < 0 ? left : left * sum / dot(shares, left);
+        weight *= channel < 0 ? left : left * sum / max(dot(shares, left), 1.0e-30);
         return -1.0;
     }
-    weight *= gone.extinction * left * sum / dot(shares, gone.extinction * left);
+    weight *= gone.extinction * left * sum / max(dot(shares, gone.extinction * left), 1.0e-30);
     return gone.t;
 }
 #endif

@@ -27,8 +27,9 @@ int place_of(vec2 inside, float number) {
     return -1;
 }
 
+// What a ray is in it is not in twice, where a thing's surfaces overlap.
 vec2 inside_with(vec2 inside, float number) {
-    int place = place_of(inside, 0.0);
+    int place = place_of(inside, number) < 0 ? place_of(inside, 0.0) : -1;
     return place < 0 ? inside : inside + at_place(number, place);
 }
 
@@ -89,7 +90,8 @@ struct Gone { float t; vec3 depth; vec3 extinction; };
 #ifdef VARYING
 #include "lib/steps.glsl"
 #else
-Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float far, int channel, float target) {
+// As far as `far` on a way, or until light of a channel has a depth behind it; below 0: of none.
+Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float way, float far, int channel, float target) {
     vec3 lost = interior_of(inside, origin, true).extinction;
     float t = min(far, LONGEST);
     if (channel >= 0) t = min(t, target / lost[channel]);
@@ -99,7 +101,7 @@ Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float far, int channel
 
 // What a way leaves of light.
 vec3 left_after(vec2 inside, vec3 origin, vec3 direction, float far) {
-    return inside == vec2(0.0) ? vec3(1.0) : exp(-gone_along(inside, origin, direction, far, -1, 0.0).depth);
+    return inside == vec2(0.0) ? vec3(1.0) : exp(-gone_along(inside, origin, direction, far, far, -1, 0.0).depth);
 }
 
 vec3 left_before(Medium medium, Hit hit, float side, vec3 origin, vec3 direction) {

@@ -8,17 +8,20 @@ const float STEP = 1.0;
 #endif
 const float LEAST_STEPS = 4.0;
 const float MOST_STEPS = 256.0;
-const int STEPS_BEYOND = 24;  // the finest grid, where a medium goes on, each longer than the one before
-const float LONGER = 1.5;
+const int STEPS_BEYOND = 32;  // the box about all, each longer than the one before
 
-// Of a way: where steps begin, how long and how many they are, and how many come after those; what is lost evenly all
-// the way, and the first of `media` that differ, of which `mean` is lost in the mean.
-struct Steps { float begin; float size; float count; int beyond; vec3 even; vec3 mean; int media; Grid grid; };
+// Of a way: where steps begin, how long and how many they are, and how many come after those, as far as so many of such;
+// what is lost evenly all the way, and the first of `media` that differ, of which `mean` is lost in the mean.
+struct Steps {
+    float begin; float size; float count; int beyond; float reach; vec3 even; vec3 mean; int media; float number; Grid grid;
+};
 
-Steps steps_along(vec2 inside, vec3 origin, vec3 direction) {
+// Of a whole way: where it is left before its end steps are the same.
+Steps steps_along(vec2 inside, vec3 origin, vec3 direction, float way) {
     vec3 inverse = 1.0 / mix(direction, vec3(1.0e-20), equal(direction, vec3(0.0))), zero = vec3(0.0);
-    float end = 0.0, finest = 0.0;
-    Steps steps = Steps(LONGEST, 1.0, 0.0, 0, zero, zero, 0, Grid(zero, 0.0, zero, 0.0, zero, 0.0, zero, 0.0));
+    float end = 0.0, finest = 0.0, reach = 0.0;
+    Grid none = Grid(zero, 0.0, zero, 0.0, zero, 0.0, zero, 0.0);
+    Steps steps = Steps(LONGEST, 1.0, 0.0, 0, 0.0, zero, zero, 0, 0.0, none);
     for (int i = 0; i < MOST_MEDIA; i++) {
         float number = medium_number(inside, i);
         if (!(number > 0.0)) continue;
@@ -30,32 +33,45 @@ Steps steps_along(vec2 inside, vec3 origin, vec3 direction) {
         Grid grid = grid_at(int(one.grid) - 1);
         if (++steps.media == 1) {
             steps.grid = grid;
+            steps.number = one.grid;
             steps.mean = one.extinction;
         }
         vec3 low = (grid.low - origin) * inverse, high = (grid.high - origin) * inverse;
         vec3 near = min(low, high), far = max(low, high), finer = grid.finer * abs(direction);
-        float enters = max(max(near.x, near.y), max(near.z, 0.0)), leaves = min(min(far.x, far.y), far.z);
+        float enters = max(max(near.x, near.y), max(near.z, 0.0)), leaves = min(min(far.x, far.y), min(far.z, way));
         if (leaves > enters) {
             steps.begin = min(steps.begin, enters);
             end = max(end, leaves);
+            finest = max(finest, max(finer.x, max(finer.y, finer.z)));
         }
-        finest = max(finest, max(finer.x, max(finer.y, finer.z)));
-        if (grid.goes_on > 0.0) steps.beyond = STEPS_BEYOND;
+        if (grid.goes_on > 0.0) {
+            Grid beyond = grid_at(int(one.grid));
+            vec3 ends = 0.5 * (grid.high - grid.low) * exp(0.5 * (beyond.count - 1.0) / beyond.finer - 1.0);
+            reach = 2.0 * max(ends.x, max(ends.y, ends.z));
+            if (way > end) steps.beyond = STEPS_BEYOND;
+        }
     }
     if (end > steps.begin) {
         steps.count = clamp(ceil((end - steps.begin) * finest / STEP), LEAST_STEPS, MOST_STEPS);
         steps.size = (end - steps.begin) / steps.count;
     } else {
         steps.begin = 0.0;
-        steps.size = 1.0 / max(finest, 1.0e-20);
+        steps.size = max(1.0e-4 * reach, 1.0e-20);
     }
+    steps.reach = max(reach / steps.size, 2.0);
     return steps;
+}
+
+// Where a step ends.
+float step_end(Steps steps, int number) {
+    float within = min(float(number), steps.count), after = (float(number) - within) / float(STEPS_BEYOND);
+    return steps.begin + steps.size * (within + pow(steps.reach, after) - 1.0);
 }
 
 // What is lost at a place of the way.
 vec3 lost_at(Steps steps, vec2 inside, vec3 place) {
     vec3 lost = steps.even;
-    if (steps.media > 0) lost += steps.mean * voxel_between(steps.grid, place, steps.grid.first);
+    if (steps.media > 0) lost += steps.mean * voxel_between(steps.grid, steps.number, place, false);
     int met = 0;
     for (int i = 0; steps.media > 1 && i < MOST_MEDIA; i++) {
         float number = medium_number(inside, i);
@@ -66,27 +82,25 @@ vec3 lost_at(Steps steps, vec2 inside, vec3 place) {
     return lost;
 }
 
-// Where a step ends.
-float step_end(Steps steps, int number) {
-    float within = min(float(number), steps.count), after = float(number) - within;
-    return steps.begin + steps.size * (within + (pow(LONGER, after) - 1.0) / (LONGER - 1.0));
-}
-
-// As far as a way goes, or until light of a channel has a depth behind it; below 0: of none.
-Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float far, int channel, float target) {
-    Steps steps = steps_along(inside, origin, direction);
+// As far as `far` on a way, or until light of a channel has a depth behind it; below 0: of none. Behind the last step
+// nothing differs.
+Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float way, float far, int channel, float target) {
+    Steps steps = steps_along(inside, origin, direction, way);
     far = min(far, LONGEST);
     int last = int(steps.count) + steps.beyond + 1;
-    Gone gone = Gone(0.0, vec3(0.0), vec3(0.0));
-    for (int i = -1; i <= last && gone.t < far; i++) {
-        float next = i < 0 ? 0.0 : i == last ? far : min(step_end(steps, i), far);
-        if (i >= 0 && !(next > gone.t)) continue;
-        vec3 before = gone.extinction, there = lost_at(steps, inside, origin + next * direction);
+    Gone gone = Gone(0.0, vec3(0.0), steps.even);
+    if (steps.begin == 0.0 || steps.beyond > 0) gone.extinction = lost_at(steps, inside, origin);
+    for (int i = 0; i <= last && gone.t < far; i++) {
+        float next = i == last ? far : min(step_end(steps, i), far);
+        if (!(next > gone.t)) continue;
+        bool is_behind = i == last && steps.beyond > 0;
+        vec3 before = is_behind ? steps.even : gone.extinction;
+        vec3 there = is_behind ? steps.even : lost_at(steps, inside, origin + next * direction);
         float size = next - gone.t, wanted = channel < 0 ? LONGEST : target - gone.depth[channel];
         bool is_last = channel >= 0 && 0.5 * size * (before[channel] + there[channel]) >= wanted;
         if (is_last) {  // where the integral of what goes evenly is what is wanted
-            float first = before[channel], more = (there[channel] - first) / size;
-            float way = 2.0 * wanted / (first + sqrt(max(first * first + 2.0 * more * wanted, 0.0)));
+            float first = before[channel], more = (there[channel] - first) / size, way = 0.0;
+            if (wanted > 0.0) way = 2.0 * wanted / (first + sqrt(max(first * first + 2.0 * more * wanted, 0.0)));
             way = clamp(way, 0.0, size);
             there = mix(before, there, way / size);
             size = way;

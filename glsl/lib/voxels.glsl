@@ -1,17 +1,33 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What media are at places, of those that differ. Uses the tables of grids and voxels.
 
-// What a grid has at a place, evenly between its own; beyond its faces, what it has there. `first`: of voxels.
-vec3 voxel_between(Grid grid, vec3 place, float first) {
-    vec3 at = clamp((place - grid.low) * grid.finer, vec3(0.0), grid.count - 1.0);
-    vec3 below = min(floor(at), grid.count - 2.0), part = at - below, found = vec3(0.0);
-    int layer = int(grid.count.x * grid.count.y), number = int(first + below.x + grid.count.x * below.y);
-    number += int(below.z) * layer;
+// Where a place is in what is beyond a box, as stage/far.py counts: 1 at its faces.
+vec3 warped(Grid box, vec3 place) {
+    vec3 from = (2.0 * place - box.low - box.high) / (box.high - box.low), size = abs(from);
+    return sign(from) * mix(size, 1.0 + log(max(size, vec3(1.0))), greaterThan(size, vec3(1.0)));
+}
+
+// What a grid of a number, above 0, has at a place, evenly between its own, or what is beyond it; of one without such
+// what it has at its faces. `scattered`: what is scattered, not what is lost.
+vec3 voxel_between(Grid grid, float number, vec3 place, bool scattered) {
+    vec3 last = grid.count - 1.0, at = (place - grid.low) * grid.finer, found = vec3(0.0);
+    if (grid.goes_on > 0.0 && at != clamp(at, vec3(0.0), last)) {
+        vec3 beyond = warped(grid, place);
+        grid = grid_at(int(number));
+        last = grid.count - 1.0;
+        at = beyond * grid.finer + 0.5 * last;
+        if (at != clamp(at, vec3(0.0), last)) return found;
+    }
+    at = clamp(at, vec3(0.0), last);
+    vec3 below = min(floor(at), last - 1.0), part = at - below;
+    int row = int(grid.count.x), layer = row * int(grid.count.y);
+    int voxel = int(scattered && grid.first_scattering >= 0.0 ? grid.first_scattering : grid.first);
+    voxel += (int(below.z) * layer + int(below.y) * row) + int(below.x);
     for (int i = 0; i < int(grid.channels); i++) {
-        vec4 both = mix(voxel_at(number).values, voxel_at(number + layer).values, part.z);
+        vec4 both = mix(voxel_at(voxel).values, voxel_at(voxel + layer).values, part.z);
         vec2 ends = mix(both.xy, both.zw, part.y);
         found[i] = mix(ends.x, ends.y, part.x);
-        number += layer * int(grid.count.z);
+        voxel += layer * int(grid.count.z);
     }
     return grid.channels < 2.0 ? found.xxx : found;
 }
@@ -19,7 +35,7 @@ vec3 voxel_between(Grid grid, vec3 place, float first) {
 // What a medium is at a place, whose values are means.
 Interior varied(Interior mean, vec3 place) {
     Grid grid = grid_at(int(mean.grid) - 1);
-    vec3 lost = voxel_between(grid, place, grid.first), scattered = lost;
-    if (grid.first_scattering >= 0.0) scattered = voxel_between(grid, place, grid.first_scattering);
+    vec3 lost = voxel_between(grid, mean.grid, place, false);
+    vec3 scattered = voxel_between(grid, mean.grid, place, true);
     return Interior(mean.extinction * lost, mean.anisotropy, mean.scattering * scattered, mean.grid);
 }

@@ -144,3 +144,105 @@ def test_fog_that_ends_above(device: Device) -> None:
     cosine: NDArray[np.float64] = (np.arange(1000) + 0.5) / 1000
     around = 2.0 * (cosine * np.exp(-lost / 2 / cosine)).mean()
     assert lit == pytest.approx(0.5 * around * math.exp(-lost / 2), rel=0.01)
+
+
+NONE: Constant = (0.0, 0.0, 0.0, 0.0)
+
+
+def numbered(number: int) -> Constant:
+    """Of an operation."""
+    return (float(number), 0.0, 0.0, 0.0)
+
+
+def falling(dense: float, height: float) -> Medium:
+    """It absorbs `dense` exp(-z / height) [1/m]."""
+    program = (
+        Instruction("geometry", (NONE, NONE)),
+        Instruction("matrix", (Result(0), *[(0.0, 0.0, -1.0 / height, 0.0)] * 3)),
+        Instruction("functions", (Result(1), NONE, numbered(4))),
+        Instruction("arithmetic", (Result(2), (dense,) * 4, NONE, numbered(2))),
+    )
+    return Medium(Result(3), BLACK, program=program)
+
+
+def peaked(most: float, middle: float, half: float) -> Medium:
+    """It absorbs `most` [1/m] at a height, and evenly less to none so far from there [m]."""
+    program = (
+        Instruction("geometry", (NONE, NONE)),
+        Instruction("matrix", (Result(0), *[(0.0, 0.0, 1.0 / half, -middle / half)] * 3)),
+        Instruction("arithmetic", (Result(1), NONE, NONE, numbered(6))),
+        Instruction("arithmetic", ((1.0,) * 4, Result(2), NONE, numbered(1))),
+        Instruction("arithmetic", (Result(3), NONE, NONE, numbered(8))),
+        Instruction("arithmetic", (Result(4), (most,) * 4, NONE, numbered(2))),
+    )
+    return Medium(Result(5), BLACK, program=program)
+
+
+def floor(half: float = 9.0, height: float = 0.0) -> list[tuple[float, float, float]]:
+    """The corners of a square."""
+    return [(x * half, y * half, height) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+
+
+def test_fog_that_never_ends(device: Device) -> None:
+    """Of a world through what falls off above all that is there, and goes on beside it."""
+    height = 0.3
+    built = Builder().quad(*floor(3.0), 0)
+    grey, world = plain_material("grey", (0.5,) * 3), world_light("World", WHITE)
+    scene = built.scene(from_above(0.5, 1.0), (world,), (grey,), air=falling(1.0, height))
+    cosine: NDArray[np.float64] = (np.arange(1000) + 0.5) / 1000
+    around = 2.0 * (cosine * np.exp(-height / cosine)).mean()
+    seen = math.exp(-height * (1.0 - math.exp(-1.0 / height)))
+    assert mean_of(device, scene, passes=64) == pytest.approx(0.5 * around * seen, rel=0.015)
+
+
+@pytest.mark.parametrize("far", (20.0, 400.0))
+def test_small_things_in_what_is_everywhere(device: Device, far: float) -> None:
+    """However large that is, steps are short where a thing differs."""
+    built = Builder().quad(*floor(), 0).box((-0.8, -0.8, 0.01), (0.8, 0.8, 1.0), 1)
+    built.quad(*floor(far, -1.0), 0)
+    air = along((0.0, 0.0, 1e-7, 1e-5), absorbs=WHITE)
+    materials = EMISSIVE, holding(peaked(10.0, 0.5, 0.1))
+    scene = built.scene(from_above(0.3, 3.0), (), materials, air=air)
+    assert mean_of(device, scene, passes=4) == pytest.approx(math.exp(-1.0), rel=0.01)
+
+
+@pytest.mark.parametrize("half", (1.0, 100.0))
+def test_flat_boxes(device: Device, half: float) -> None:
+    """However wide they are, there are many places between top and bottom."""
+    height, dense = 0.4, 3.0
+    built = Builder().quad(*floor(200.0), 0).box((-half, -half, 0.001), (half, half, 2.0), 1)
+    materials = EMISSIVE, holding(falling(dense, height))
+    found = mean_of(device, built.scene(from_above(0.5, 3.0), (), materials), passes=4)
+    depth = dense * height * (math.exp(-0.001 / height) - math.exp(-2.0 / height))
+    assert found == pytest.approx(math.exp(-depth), rel=0.005)
+
+
+def test_a_thing_in_two_that_differ(device: Device) -> None:
+    """Both count where they overlap."""
+    built = Builder().quad(*floor(), 0).box((-5, -5, 0.5), (5, 5, 2.0), 1)
+    built.box((-4, -4, 1.0), (4, 4, 2.5), 2)
+    first, second = along(UP, absorbs=(0.1, 0.2, 0.3)), along(UP, absorbs=(0.3, 0.2, 0.0))
+    materials = EMISSIVE, holding(first), holding(second)
+    found = mean_of(device, built.scene(from_above(0.5, 3.0), (), materials), passes=4)
+    depths = (2.0**2 - 0.5**2) / 2, (2.5**2 - 1.0**2) / 2
+    colours = np.array(((0.1, 0.2, 0.3), (0.3, 0.2, 0.0)))
+    assert found == pytest.approx(np.exp(-np.array(depths) @ colours), rel=2e-3)
+
+
+def test_surfaces_of_one_thing_that_overlap(device: Device) -> None:
+    """Light is lost in it once."""
+    built = Builder().quad(*floor(), 0)
+    thing = Builder().box((-5, -5, 0.5), (5, 5, 2.0), 1).box((-5, -5, 1.0), (5, 5, 2.5), 1)
+    scene = built.scene(from_above(0.5, 3.0), (), (EMISSIVE, holding(Medium((0.2,) * 3))))
+    own = thing.scene(from_above(), (), (EMISSIVE, EMISSIVE))
+    scene = replace(
+        scene,
+        vertices=np.concatenate([scene.vertices, own.vertices]),
+        triangles=np.concatenate([scene.triangles, own.triangles + len(scene.vertices)]),
+        corner_normals=np.concatenate([scene.corner_normals, own.corner_normals]),
+        material=np.concatenate([scene.material, np.ones_like(own.material)]),
+        surface=np.concatenate([scene.surface, np.ones_like(own.surface)]),
+        surfaces=(*scene.surfaces[:1], "thing"),
+    )
+    found = mean_of(device, scene, passes=4)
+    assert found == pytest.approx(math.exp(-0.2 * 2.0), rel=1e-3)

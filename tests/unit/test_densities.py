@@ -49,9 +49,9 @@ def by(device: Device, scene: Scene) -> Scene:
 def test_each_surface_has_its_own(device: Device) -> None:
     """A grid about each object, as fine as it must be."""
     made = by(device, boxes(HIGH))
-    assert [x.medium.varies for x in made.materials] == [False, False, True, True]
-    assert sorted(set(made.material.tolist())) == [2, 3]
-    first, second = (made.materials[x].medium for x in (2, 3))
+    assert [x.medium.varies for x in made.materials] == [True, False, True]
+    assert sorted(set(made.material.tolist())) == [0, 2]
+    first, second = (made.materials[x].medium for x in (0, 2))
     assert first.grid and first.grid.extinction.shape == (2, 2, 2, 3)
     assert first.grid.high.tolist() == pytest.approx([1.0, 2.0, 4.0])
     assert first.grid.extinction[:, 0, 0, 0].tolist() == pytest.approx([0.0, 4.0])
@@ -69,7 +69,7 @@ def test_what_bends_takes_more_places(device: Device) -> None:
             Instruction("arithmetic", (Result(1), (0.9,) * 4, NONE, (1.0, 0.0, 0.0, 0.0))),
         ),
     )
-    medium = by(device, boxes(bent)).materials[2].medium
+    medium = by(device, boxes(bent)).materials[0].medium
     assert medium.grid
     z, y, x, _ = medium.grid.extinction.shape
     assert (y, x) == (2, 2) and 8 < z <= densities.MOST_CELLS + 1
@@ -78,8 +78,8 @@ def test_what_bends_takes_more_places(device: Device) -> None:
 def test_what_is_no_number_is_nothing(device: Device) -> None:
     """Nor is less than nothing."""
     below = told_by((0.0, 0.0, -1.0, 0.0), NONE, NONE)
-    assert by(device, boxes(below)).materials[2].medium.grid is None
-    assert not by(device, boxes(below)).materials[2].medium.is_there
+    assert by(device, boxes(below)).materials[0].medium.grid is None
+    assert not by(device, boxes(below)).materials[0].medium.is_there
 
 
 def test_what_nothing_wears(device: Device) -> None:
@@ -91,7 +91,7 @@ def test_many_are_coarse(device: Device, monkeypatch: pytest.MonkeyPatch) -> Non
     """All together have so many places at most."""
     monkeypatch.setattr(densities, "MOST_PLACES", 500)
     monkeypatch.setattr(densities, "SAME", 0.0)
-    grids = [x.medium.grid for x in by(device, boxes(HIGH)).materials[2:]]
+    grids = [x.medium.grid for x in by(device, boxes(HIGH)).materials]
     assert 100 < sum(grid.extinction.size // 3 for grid in grids if grid) <= 500
 
 
@@ -99,19 +99,48 @@ def test_what_is_everywhere(device: Device) -> None:
     """About all that is there, with the camera."""
     made = by(device, replace(BOTH.scene(VIEW, (), (holding(NO_MEDIUM),)), air=HIGH))
     assert made.air.grid and made.air.grid.high[2] > 9.0 and made.air.grid.low[0] < 0.0
+    beyond = made.air.grid.beyond
+    assert beyond and beyond.extinction[-1, 16, 16, 0] == pytest.approx(1e4, rel=0.01)
+
+
+@pytest.mark.parametrize("places", [0.0, np.nan])
+def test_what_has_no_size(device: Device, places: float) -> None:
+    """It has no medium; where there is nothing at all what is everywhere is."""
+    both = boxes(HIGH)
+    scene = replace(both, vertices=np.full_like(both.vertices, places))
+    made = by(device, replace(scene, air=told_by(*[(0.0, 0.0, 0.0, 0.5)] * 3)))
+    assert not any(x.medium.is_there for x in made.materials)
+    assert made.air.absorption == pytest.approx((0.5,) * 3)
+
+
+def test_too_many_share_the_mean(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the first; such as are the same all through stay one."""
+    monkeypatch.setattr(densities, "MOST_OWN", 1)
+    made = by(device, boxes(HIGH))
+    first, _, second = (x.medium for x in made.materials)
+    assert first.grid and not second.grid and second.absorption == first.absorption
+    even = boxes(Medium((1.0,) * 3))
+    assert by(device, even).material.tolist() == even.material.tolist()
+
+
+def test_each_thing_has_a_material(device: Device) -> None:
+    """That has a medium, so that rays tell things apart."""
+    made = by(device, boxes(Medium((1.0,) * 3)))
+    assert sorted(set(made.material.tolist())) == [0, 2]
+    assert made.materials[2] == made.materials[0]
 
 
 def test_they_are_kept(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of one scene, whatever the camera does, but for what is everywhere."""
+    """Of one scene, whatever the camera does, but leave where it was asked what is everywhere."""
     runs: list[int] = []
     monkeypatch.setattr(kept, "filled", lambda *given: runs.append(1) or filled(*given))
     keeps, backend = Kept(device, budget=0), backend_of(Settings(backend="fragment"), device)
-    moved = camera((0, 1, 9), (0, 0, 0))
+    moved, away = camera((0, 1, 9), (0, 0, 0)), camera((0, 1, 30), (0, 0, 0))
     foggy = replace(BOTH.scene(VIEW, (), (holding(NO_MEDIUM),)), air=HIGH)
-    for scene, expected in ((boxes(HIGH), [1, 1, 1]), (foggy, [1, 1, 2])):
+    for scene, expected in ((boxes(HIGH), [1, 1, 1, 1]), (foggy, [1, 1, 1, 2])):
         runs.clear()
         counts = []
-        for one in (scene, scene, replace(scene, camera=moved)):
+        for one in (scene, scene, *(replace(scene, camera=x) for x in (moved, away))):
             keeps.worked_out(one, 24, backend)
             counts.append(len(runs))
         assert counts == expected

@@ -23,6 +23,7 @@ from addon.photon.scene import (
     sun_light,
 )
 from addon.photon.scene.media import MOST_ANISOTROPY
+from addon.photon.stage import media as stage_media
 from addon.photon.stage.geometry import Frame, Mesh, frame_of
 from addon.photon.stage.media import MOST_MEDIA, NUMBERS, Media, from_afar
 from addon.streams.source import glsl_root
@@ -74,7 +75,12 @@ def test_what_places_are_in() -> None:
     assert around(hiding, (1.5, 0, 0), ray="shadow") == [{1, 2, 3}]
 
 
-def test_equal_media_have_one_number() -> None:
+def test_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each material's medium has its own; equal ones have one where there are too many."""
+    media = Media(nested(), replace(UNIT, scale=2.0))
+    assert media.count == 4 and media.air == 1 and media.of_materials.tolist() == [2, 3, 4]
+    assert media.table["extinction"].tolist()[0] == pytest.approx([2.0] * 3)
+    monkeypatch.setattr(stage_media, "NUMBERS", 4)
     media = Media(nested(), replace(UNIT, scale=2.0))
     assert media.count == 3 and media.air == 1 and media.of_materials.tolist() == [2, 3, 2]
     assert media.table["extinction"].tolist()[0] == pytest.approx([2.0] * 3)

@@ -202,7 +202,8 @@ INTERIOR = Record(
 # What a medium has in a box [scene units], over its mean, at places between which it goes evenly:
 # how many along each axis, and how many a scene unit; which VOXEL is the first of extinction, and
 # of scattering, or below 0: that goes with it; of how many channels there are such, 1 or 3, one
-# after the other; 1: beyond the faces of the box it goes on as it is there.
+# after the other. goes_on 1: the next GRID has what is about that box and beyond, at places which
+# are even as stage/far.py counts, so many a unit.
 GRID = Record(
     "Grid",
     {

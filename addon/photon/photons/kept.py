@@ -100,12 +100,13 @@ class Kept:
         and told what media have: what is there, if nothing but the view has changed. DeviceError
         when OpenGL fails."""
         moves = any(material.displacement for material in scene.materials)
-        if not moves and not any(medium.asks for medium in scene.media):
+        if not moves and not any(medium.is_there for medium in scene.media):
             self._worked = None
             return scene
         there = self._worked
         is_same = there is not None and same_but_view(there.given, scene)
-        if there and is_same and there.view == _view_of(scene, width):
+        is_about = there is not None and _is_about(there.made, scene)
+        if there and is_same and is_about and there.view == _view_of(scene, width):
             return replace(there.made, camera=scene.camera)
         self._worked = there = None
         cut = diced(scene, width)
@@ -231,12 +232,19 @@ class Kept:
 
 
 def _view_of(scene: Scene, width: int) -> tuple[Any, ...]:
-    """What the sizes of triangles depend on, where any are by pixels, and where a medium is asked
-    for that is everywhere."""
+    """What the sizes of triangles depend on, where any are by pixels."""
+    if not len(scene.dicing):
+        return ()
     camera = scene.camera
-    if len(scene.dicing):
-        return width, camera.kind, camera.window, camera.matrix.tobytes()
-    return (camera.matrix[:3, 3].tobytes(),) if scene.air.asks else ()
+    return width, camera.kind, camera.window, camera.matrix.tobytes()
+
+
+def _is_about(made: Scene, scene: Scene) -> bool:
+    """Whether the camera is still where what is everywhere was asked for."""
+    if not made.air.grid:
+        return True
+    place = scene.camera.matrix[:3, 3]
+    return bool(((place >= made.air.grid.low) & (place <= made.air.grid.high)).all())
 
 
 def same_but_view(one: Scene, other: Scene) -> bool:

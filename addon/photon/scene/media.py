@@ -21,12 +21,14 @@ MOST_ANISOTROPY = 0.999  # as Cycles has it: beyond it all goes straight on
 @dataclass(frozen=True, eq=False)
 class Grid:
     """What a medium has at places of a box, float32 (z, y, x, 3) [1/m], two at least along each
-    axis; between them it goes evenly."""
+    axis; between them it goes evenly. `beyond`: of what is everywhere the same about that box and
+    on, at places ever farther apart (unwarped in stage/densities.py)."""
 
     low: NDArray[np.float64]  # (3,) [m]
     high: NDArray[np.float64]
     extinction: NDArray[np.float32]
     scattering: NDArray[np.float32]
+    beyond: Grid | None = None
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,8 @@ class Medium:
     scattering: RGB | Result = BLACK
     anisotropy: float = 0.0
     program: Program = ()
-    grid: Grid | None = None  # what that gives, which the other values are means of
+    # What that has given, which the other values are means of then.
+    grid: Grid | None = None
 
     def check(self, who: str) -> None:
         """Raise SceneError naming the medium's owner and the first value out of its range."""

@@ -178,7 +178,10 @@ class Scene:
                 )
 
     def save(self, path: str | Path) -> None:
-        """Write the snapshot as an .npz file (arrays, and one JSON text for the rest)."""
+        """Write the snapshot as an .npz file (arrays, and one JSON text for the rest); SceneError
+        if a medium has a grid, in place of its program."""
+        if any(medium.grid for medium in self.media):
+            raise SceneError(f"{path}: media that were asked on grids cannot be saved")
         header = {
             "version": SNAPSHOT_VERSION,
             "camera": _plain(self.camera),

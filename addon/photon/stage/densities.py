@@ -17,6 +17,7 @@ from ..kernels.displacement import Displace
 from ..scene import COEFFICIENTS, NO_MEDIUM, Grid, Material, Medium, Result, Scene, triple
 from .device_scene import DeviceScene
 from .displacement import ASKED, defines_of
+from .far import far_ends, unwarped
 from .geometry import Mesh, frame_of
 from .kinds import light_kinds
 from .points import asked_at
@@ -24,14 +25,19 @@ from .programs import ProgramNeeds
 from .textures import Texels
 
 MOST_CELLS = 128  # of a grid, along its longest side; a power of two
-MOST_PLACES = 1 << 22  # of all grids together
+LEAST_CELLS = 64  # along its others
+MOST_PLACES = (1 << 24) // 6  # of all grids together: voxels have numbers that floats hold
 # Of what a medium has in the mean: what a coarser grid may be off in the mean.
 SAME = 1e-3
 NOWHERE = 1e30  # [m]
 CLEAR = 1e-6  # of light; what loses less of it on its way is none
-MARGIN = 0.15  # about all, of its longest side
-AIR = -1  # its number, beside those of materials
+MARGIN = 0.15  # about all, of its sides
+LEAST_SIZE = 1.0  # [m] of what is everywhere
 THIN = 1e-4  # of a box's longest side, that a shorter one is at least
+# Objects that have media of their own; more share what nodes tell of the first in the mean.
+MOST_OWN = 1000
+FAR_CELLS = 32  # of what is beyond the box about all
+AIR, BEYOND = -1, -2  # its numbers, beside those of materials
 
 Array = NDArray[np.float64]
 
@@ -46,6 +52,7 @@ class _Box:
     high: Array
     attributes: NDArray[np.float32]  # (A, 4) of what wears it
     counts: tuple[int, int, int] = (2, 2, 2)  # of places along x, y and z
+    far: bool = False  # about another one of the same bounds, and beyond
 
     @property
     def asked(self) -> dict[str, Result]:
@@ -53,14 +60,25 @@ class _Box:
         values = {name: getattr(self.medium, name) for name in COEFFICIENTS}
         return {name: value for name, value in values.items() if isinstance(value, Result)}
 
+    def along(self) -> tuple[Array, Array, Array]:
+        """Where places are along x, y and z [m]."""
+        if not self.far:
+            each = zip(self.low, self.high, self.counts, strict=True)
+            x, y, z = (np.linspace(*bounds) for bounds in each)
+            return x, y, z
+        middle, half = (self.low + self.high) / 2, (self.high - self.low) / 2
+        x, y, z = middle[:, None] + half[:, None] * unwarped(far_ends(half), FAR_CELLS + 1)
+        return x, y, z
+
     def slices(self) -> Array:
-        """(z, 3, 3): triangles that are twice as long and wide as the box, one at each height."""
-        size = self.high - self.low
-        corners = np.zeros((self.counts[2], 3, 3))
-        corners[:] = self.low
-        corners[:, :, 2] += np.linspace(0.0, size[2], self.counts[2])[:, None]
-        corners[:, 1, 0] += 2.0 * size[0]
-        corners[:, 2, 1] += 2.0 * size[1]
+        """(z, 3, 3): triangles that are twice as long and wide as all places, one at each
+        height."""
+        x, y, z = self.along()
+        corners = np.zeros((len(z), 3, 3))
+        corners[:] = x[0], y[0], 0.0
+        corners[:, :, 2] = z[:, None]
+        corners[:, 1, 0] += 2.0 * (x[-1] - x[0])
+        corners[:, 2, 1] += 2.0 * (y[-1] - y[0])
         return corners
 
 
@@ -70,42 +88,94 @@ def filled(scene: Scene, backend: Backend, texels: Texels | None) -> Scene:
 
     `texels`: the scene's textures. DeviceError when OpenGL fails.
     """
-    scene, boxes = _apart(scene)
-    asked = list(boxes)
+    if not any(medium.is_there for medium in scene.media):
+        return scene
+    scene, boxes, means = _apart(scene)
     if scene.air.asks:
-        boxes[AIR] = _box(scene.air, 0, _about_all(scene), _attributes_of(scene, None))
+        low, high = _about_all(scene)
+        boxes[AIR] = _Box(scene.air, 0, low, high, _attributes_of(scene, None))
     if not boxes:
         return scene
+    boxes = _affordable(boxes)
+    if AIR in boxes:
+        boxes[BEYOND] = replace(boxes[AIR], counts=(FAR_CELLS + 1,) * 3, far=True)
     try:
-        media = dict(_asked(scene, _affordable(boxes), backend, texels))
+        media = dict(_asked(scene, boxes, backend, texels))
     except StreamError as error:
         backend.device.trim()
         raise DeviceError(str(error)) from error
-    materials = list(scene.materials)
-    for number in asked:
-        materials[number] = replace(materials[number], medium=media[number])
-    return replace(scene, materials=tuple(materials), air=media.get(AIR, scene.air))
+    for number, first in means.items():
+        media[number] = replace(media.get(first, NO_MEDIUM), grid=None)
+    materials = [
+        replace(one, medium=media[number]) if number in media else one
+        for number, one in enumerate(scene.materials)
+    ]
+    return replace(scene, materials=tuple(materials), air=_air(scene, media))
 
 
-def _apart(scene: Scene) -> tuple[Scene, dict[int, _Box]]:
-    """The scene with a material for each surface whose medium a program tells, for objects have
-    spaces of their own; and about what wears those, by their numbers, boxes. What nothing wears has
-    no medium."""
+def _air(scene: Scene, media: dict[int, Medium]) -> Medium:
+    """What is everywhere, with what it has beyond its box."""
+    if AIR not in media:
+        return scene.air
+    near, beyond = media[AIR], media[BEYOND]
+    if not near.grid:  # none of it is where anything is
+        return NO_MEDIUM
+    return replace(near, grid=replace(near.grid, beyond=beyond.grid))
+
+
+def _apart(scene: Scene) -> tuple[Scene, dict[int, _Box], dict[int, int]]:
+    """The scene with a material for each surface that wears one with a medium, for a ray that is in
+    a thing's is not in it twice; where a program tells it, boxes about these, by the numbers of the
+    materials; and of those that are too many whose means they have. What nothing wears has no
+    medium."""
     materials, material = list(scene.materials), scene.material.copy()
     boxes: dict[int, _Box] = {}
-    for number, one in enumerate(scene.materials):
-        if not one.medium.asks:
+    means: dict[int, int] = {}
+    wearers = {
+        number: _by_surface(scene, number)
+        for number, one in enumerate(scene.materials)
+        if one.medium.is_there
+    }
+    few = sum(map(len, wearers.values())) <= MOST_OWN
+    for number, groups in wearers.items():
+        one = materials[number]
+        if not (few or one.medium.asks):
             continue
-        own = np.flatnonzero(scene.material == number)
-        materials[number] = replace(one, medium=NO_MEDIUM)
-        for surface in np.unique(scene.surface[own]):
-            wear = own[scene.surface[own] == surface]
-            bounds = _around(scene.vertices[scene.triangles[wear]].reshape(-1, 3))
-            attributes = _attributes_of(scene, int(wear[0]))
-            boxes[len(materials)] = _box(one.medium, int(surface), bounds, attributes)
-            material[wear] = len(materials)
-            materials.append(one)
-    return replace(scene, materials=tuple(materials), material=material), boxes
+        materials[number] = one if groups else replace(one, medium=NO_MEDIUM)
+        for place, own in enumerate(groups[:MOST_OWN]):
+            which = len(materials) if place else number
+            materials += [one] if place else []
+            material[own] = which
+            box = _box_of(scene, one.medium, own) if one.medium.asks else None
+            if box:
+                boxes[which] = box
+            elif one.medium.asks:  # it has no size
+                materials[which] = replace(one, medium=NO_MEDIUM)
+        if groups[MOST_OWN:]:
+            material[np.concatenate(groups[MOST_OWN:])] = len(materials)
+            means[len(materials)] = number
+            materials.append(replace(one, medium=NO_MEDIUM))
+    return replace(scene, materials=tuple(materials), material=material), boxes, means
+
+
+def _by_surface(scene: Scene, number: int) -> list[NDArray[np.intp]]:
+    """Of a material's triangles those of each surface."""
+    own = np.flatnonzero(scene.material == number)
+    order = own[np.argsort(scene.surface[own], kind="stable")]
+    ends = np.flatnonzero(np.diff(scene.surface[order])) + 1
+    return np.split(order, ends) if len(order) else []
+
+
+def _box_of(scene: Scene, medium: Medium, triangles: NDArray[np.intp]) -> _Box | None:
+    """About triangles of one surface; None where they have no size."""
+    low, high = _around(scene.vertices[scene.triangles[triangles]].reshape(-1, 3))
+    longest = (high - low).max()
+    if not longest > 0.0:
+        return None
+    thin = np.where(high - low < THIN * longest, THIN * longest, 0.0)
+    attributes = _attributes_of(scene, int(triangles[0]))
+    surface = int(scene.surface[triangles[0]])
+    return _Box(medium, surface, low - thin / 2, high + thin / 2, attributes)
 
 
 def _attributes_of(scene: Scene, triangle: int | None) -> NDArray[np.float32]:
@@ -128,14 +198,8 @@ def _about_all(scene: Scene) -> Array:
     lamps = [x.position for x in scene.lights if not light_kinds()[x.kind].is_distant]
     eye = scene.camera.matrix[None, :3, 3]
     low, high = _around(np.concatenate([scene.vertices, eye, np.reshape(lamps, (-1, 3))]))
-    margin = MARGIN * (high - low).max()
+    margin = np.maximum(MARGIN * (high - low), (LEAST_SIZE - (high - low)) / 2)
     return np.array((low - margin, high + margin))
-
-
-def _box(medium: Medium, surface: int, bounds: Array, attributes: NDArray[np.float32]) -> _Box:
-    size = bounds[1] - bounds[0]
-    thin = max(THIN * size.max(), 1e-6) * (size < THIN * size.max())
-    return _Box(medium, surface, bounds[0] - thin / 2, bounds[1] + thin / 2, attributes)
 
 
 def _affordable(boxes: dict[int, _Box]) -> dict[int, _Box]:
@@ -152,7 +216,8 @@ def _affordable(boxes: dict[int, _Box]) -> dict[int, _Box]:
 def _counts(box: _Box, cells: int) -> tuple[int, int, int]:
     """Of places along each axis, a power of two and one, that are about as far apart."""
     size = box.high - box.low
-    along = 2 ** np.ceil(np.log2(np.maximum(cells * size / size.max(), 1.0))).astype(int)
+    wanted = np.maximum(cells * size / size.max(), min(cells, LEAST_CELLS))
+    along = 2 ** np.ceil(np.log2(wanted)).astype(int)
     x, y, z = (int(n) + 1 for n in along)
     return x, y, z
 
@@ -173,24 +238,27 @@ def _asked(
     frame = frame_of(asked)
     mesh = Mesh.build(asked, frame)
     made = DeviceScene.build(asked, backend, frame, mesh, texels)
-    needs = ProgramNeeds.of(asked)
-    kernel = Displace(backend.device, backend.layer, defines_of(needs), made=needs.made)
+    kernel: Displace | None = None
     try:
+        needs = ProgramNeeds.of(asked)
+        kernel = Displace(backend.device, backend.layer, defines_of(needs), made=needs.made)
         tables = {name: made.tables.textures[name] for name in kernel.tables}
         place, first = mesh.places_of(np.arange(len(asked.triangles))), 0
         for number, box in boxes.items():
-            x, y, z = box.counts
+            x, y, z = box.along()
             values: dict[str, NDArray[np.float32]] = {}
             for name in COEFFICIENTS:
                 if name in box.asked:
-                    values[name] = _at_slices(kernel, place[first : first + z], (y, x), tables)
-                    first += z
+                    where = place[first : first + len(z)]
+                    values[name] = _at_slices(kernel, where, (y, x), tables)
+                    first += len(z)
                 else:
                     own = np.float32(getattr(box.medium, name))
-                    values[name] = np.broadcast_to(own, (z, y, x, 3))
+                    values[name] = np.broadcast_to(own, (len(z), len(y), len(x), 3))
             yield number, _medium(box, values)
     finally:
-        kernel.release()
+        if kernel:
+            kernel.release()
         made.tables.release()
 
 
@@ -227,13 +295,17 @@ def _scene_of(
 
 
 def _at_slices(
-    kernel: Displace, places: NDArray[np.intp], size: tuple[int, int], tables: Mapping[str, Any]
+    kernel: Displace,
+    places: NDArray[np.intp],
+    along: tuple[Array, Array],
+    tables: Mapping[str, Any],
 ) -> NDArray[np.float32]:
-    """(z, y, x, 3) what a program gives on triangles of so many slices, not below 0."""
-    rows, columns = size
+    """(z, y, x, 3) what a program gives on triangles of slices, at places along y and x, not below
+    0."""
+    v, u = ((axis - axis[0]) / (2.0 * (axis[-1] - axis[0])) for axis in along)
+    rows, columns = map(len, along)
     found = np.zeros((len(places), rows, columns, 3), np.float32)
     step = max(TABLE_WIDTH // columns, 1)
-    u, v = np.linspace(0.0, 0.5, columns), np.linspace(0.0, 0.5, rows)
     for first in range(0, len(places), step):
         some = places[first : first + step]
         weights = np.empty((rows, len(some) * columns, 2))
@@ -249,12 +321,13 @@ def _medium(box: _Box, values: dict[str, NDArray[np.float32]]) -> Medium:
     """What a program gave there, on as coarse a grid as tells it."""
     scattering = values["scattering"]
     both = np.concatenate([values["absorption"] + scattering, scattering], axis=-1)
-    extinction, scattering = np.split(_coarser(both), 2, axis=-1)
+    extinction, scattering = np.split(both if box.far else _coarser(both), 2, axis=-1)
     lost, turned = (x.mean(axis=(0, 1, 2), dtype=np.float64) for x in (extinction, scattering))
     if not lost.max() * (box.high - box.low).max() > CLEAR:
         return NO_MEDIUM
     absorbed = np.maximum(lost - turned, 0.0)
-    grid = Grid(box.low, box.high, *map(np.ascontiguousarray, (extinction, scattering)))
+    extinction, scattering = map(np.ascontiguousarray, (extinction, scattering))
+    grid = Grid(box.low, box.high, extinction, scattering)
     return Medium(triple(absorbed), triple(turned), box.medium.anisotropy, grid=grid)
 
 

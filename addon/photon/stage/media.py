@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from ..errors import SceneError
 from ..kernels.records import BEAM, GRID, INTERIOR, LIGHT_START, VOXEL
-from ..scene import RAY_BITS, Light, Material, Medium, Scene, triple
+from ..scene import RAY_BITS, Grid, Light, Material, Medium, Scene, triple
 from .emissive import TRIANGLE
+from .far import far_ends
 from .geometry import Frame, Mesh
 from .kinds import light_kinds
 from .light_tree import Bounds
@@ -53,27 +54,31 @@ class Media:
     def __init__(self, scene: Scene, frame: Frame) -> None:
         """SceneError if there are too many."""
         scale = frame.scale
-        found: dict[Medium, int] = {}
-        for medium in scene.media:
-            if medium.is_there:
-                found.setdefault(medium, len(found) + 1)
-        if len(found) >= NUMBERS:
-            text = f"scene.materials: {len(found)} different media, {NUMBERS - 1} are possible"
-            raise SceneError(text)
-        self.count = len(found)
-        self.scatters = any(medium.scatters or medium.varies for medium in found)
-        self.air = found.get(scene.air, 0)
-        self.of_materials = np.array([found.get(m.medium, 0) for m in scene.materials], np.int64)
+        own = [number for number, x in enumerate(scene.materials) if x.medium.is_there]
+        there = [scene.air] * scene.air.is_there + [scene.materials[x].medium for x in own]
+        if len(there) >= NUMBERS:  # those that are alike have one number then
+            there = list(dict.fromkeys(there))
+            if len(there) >= NUMBERS:
+                text = f"scene.materials: {len(there)} different media, {NUMBERS - 1} are possible"
+                raise SceneError(text)
+            numbers = {medium: number for number, medium in enumerate(there, 1)}
+            of_own = [numbers[scene.materials[x].medium] for x in own]
+        else:
+            of_own = list(range(1 + len(there) - len(own), 1 + len(there)))
+        self.count = len(there)
+        self.scatters = any(medium.scatters or medium.varies for medium in there)
+        self.air = int(scene.air.is_there)
+        self.of_materials = np.zeros(len(scene.materials), np.int64)
+        self.of_materials[own] = of_own
         self._visible = scene.visible
-        self.table = INTERIOR.zeros(max(len(found), 1))
-        for row, medium in zip(self.table, found, strict=False):
+        self.table = INTERIOR.zeros(max(len(there), 1))
+        for row, medium in zip(self.table, there, strict=False):
             absorbed, scattered = scale * medium.coefficients
             row["scattering"], row["extinction"] = scattered, scattered + absorbed
             row["anisotropy"] = medium.anisotropy
-        grids = [medium for medium in found if medium.grid]
-        self.grids, self.voxels = _grid_tables(grids, scene.air, frame)
-        for place, medium in enumerate(grids, 1):
-            self.table[found[medium] - 1]["grid"] = place
+        varying = [number for number, medium in enumerate(there) if medium.grid]
+        first, self.grids, self.voxels = _grid_tables([there[x] for x in varying], frame)
+        self.table["grid"][varying] = first
 
     def around(self, places: Array, mesh: Mesh, ray: str) -> NDArray[np.float32]:
         """Which media places (n, 3) are in, (n, 2) as MEDIUM has it, for rays of a name, to which
@@ -91,6 +96,7 @@ class Media:
                 there = _turns(places, *(own[x].astype(np.float64) for x in "abc")) > INSIDE
                 free = inside.argmin(axis=1)
                 there &= inside[np.arange(len(places)), free] == 0
+                there &= (inside != number).all(axis=1)
                 inside[there, free[there]] = number
         both: NDArray[np.float32] = (inside.reshape(-1, 2, 2) @ (1, NUMBERS)).astype(np.float32)
         return both
@@ -112,33 +118,53 @@ class Media:
 
 
 def _grid_tables(
-    media: Sequence[Medium], air: Medium, frame: Frame
-) -> tuple[NDArray[Any], NDArray[Any]]:
-    """(G,) of GRID and (n,) of VOXEL, of media that have grids; none: empty ones."""
-    table, blocks, first = GRID.zeros(len(media)), [], 0
-    for row, medium in zip(table, media, strict=True):
-        grid = medium.grid
-        assert grid
-        row["low"], row["high"] = (frame.points(place) for place in (grid.low, grid.high))
-        row["count"] = grid.extinction.shape[2::-1]
-        row["finer"] = (row["count"] - 1.0) / (row["high"] - row["low"])
-        row["goes_on"] = medium is air
-        absorbed, scattered = medium.coefficients
-        lost = _over(grid.extinction, absorbed + scattered)
-        turned = _over(grid.scattering, scattered)
-        goes_with = _same(turned, lost * (scattered > 0.0))
-        row["channels"] = channels = 1 if goes_with and _same(lost, lost[..., :1]) else 3
-        row["first"], row["first_scattering"] = first, -1.0
-        blocks.append(_quads(lost[..., :channels]))
-        first += len(blocks[-1])
-        if not goes_with:
-            row["first_scattering"] = first
-            blocks.append(_quads(turned))
-            first += len(blocks[-1])
-    voxels = VOXEL.zeros(first)
+    media: Sequence[Medium], frame: Frame
+) -> tuple[list[float], NDArray[Any], NDArray[Any]]:
+    """Of media that have grids the number of each, above 0; (G,) of GRID and (n,) of VOXEL. What is
+    beyond a grid follows it."""
+    numbers: list[float] = []
+    grids: list[Any] = []
+    blocks: list[NDArray[np.float32]] = []
+    first = 0
+    for medium in media:
+        assert medium.grid
+        numbers.append(len(grids) + 1.0)
+        for grid in (medium.grid, medium.grid.beyond):
+            if grid:
+                row, own = _grid_of(medium, grid, frame)
+                if grid is not medium.grid:
+                    ends = far_ends((grid.high - grid.low) / 2)
+                    row["finer"] = (row["count"] - 1.0) / (2.0 * ends)
+                row["first"] += first
+                row["first_scattering"] += first * (row["first_scattering"] >= 0.0)
+                grids.append(row)
+                blocks += own
+                first += sum(map(len, own))
+    table, voxels = GRID.zeros(len(grids)), VOXEL.zeros(first)
+    for number, row in enumerate(grids):
+        table[number] = row
     if blocks:
         voxels["values"] = np.concatenate(blocks)
-    return table, voxels
+    return numbers, table, voxels
+
+
+def _grid_of(
+    medium: Medium, grid: Grid, frame: Frame
+) -> tuple[NDArray[Any], list[NDArray[np.float32]]]:
+    """Its row of GRID, whose voxels are the first ones, and these."""
+    row = GRID.zeros(1)[0]
+    row["low"], row["high"] = (frame.points(place) for place in (grid.low, grid.high))
+    row["count"] = grid.extinction.shape[2::-1]
+    row["finer"] = (row["count"] - 1.0) * frame.scale / (grid.high - grid.low)
+    row["goes_on"] = grid.beyond is not None
+    absorbed, scattered = medium.coefficients
+    lost = _over(grid.extinction, absorbed + scattered)
+    turned = _over(grid.scattering, scattered)
+    goes_with = _same(turned, lost * (scattered > 0.0))
+    row["channels"] = channels = 1 if goes_with and _same(lost, lost[..., :1]) else 3
+    blocks = [_quads(lost[..., :channels])]
+    row["first_scattering"] = -1.0 if goes_with else len(blocks[0])
+    return row, blocks if goes_with else [*blocks, _quads(turned)]
 
 
 def _over(values: NDArray[np.float32], mean: Array) -> NDArray[np.float32]:
