@@ -82,20 +82,20 @@ vec3 lost_at(Steps steps, vec2 inside, vec3 place) {
     return lost;
 }
 
-// As far as `far` on a way, or until light of a channel has a depth behind it; below 0: of none. Behind the last step
-// nothing differs.
+// As far as `far` on a way, or until light of a channel has a depth behind it; below 0: of none. Before the boxes and
+// behind the last step nothing differs.
 Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float way, float far, int channel, float target) {
     Steps steps = steps_along(inside, origin, direction, way);
     far = min(far, LONGEST);
     int last = int(steps.count) + steps.beyond + 1;
-    Gone gone = Gone(0.0, vec3(0.0), steps.even);
-    if (steps.begin == 0.0 || steps.beyond > 0) gone.extinction = lost_at(steps, inside, origin);
+    bool is_within = steps.begin == 0.0 || steps.beyond > 0;
+    Gone gone = Gone(0.0, vec3(0.0), is_within ? lost_at(steps, inside, origin) : steps.even);
     for (int i = 0; i <= last && gone.t < far; i++) {
         float next = i == last ? far : min(step_end(steps, i), far);
         if (!(next > gone.t)) continue;
-        bool is_behind = i == last && steps.beyond > 0;
-        vec3 before = is_behind ? steps.even : gone.extinction;
-        vec3 there = is_behind ? steps.even : lost_at(steps, inside, origin + next * direction);
+        bool is_even = i == last || (i == 0 && !is_within);
+        vec3 before = is_even ? steps.even : gone.extinction;
+        vec3 there = is_even ? steps.even : lost_at(steps, inside, origin + next * direction);
         float size = next - gone.t, wanted = channel < 0 ? LONGEST : target - gone.depth[channel];
         bool is_last = channel >= 0 && 0.5 * size * (before[channel] + there[channel]) >= wanted;
         if (is_last) {  // where the integral of what goes evenly is what is wanted
@@ -110,6 +110,7 @@ Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float way, float far, 
         gone.extinction = there;
         gone.t = next;
         if (is_last) break;
+        if (i == 0 && !is_within) gone.extinction = lost_at(steps, inside, origin + next * direction);
     }
     return gone;
 }

@@ -7,11 +7,14 @@ vec3 warped(Grid box, vec3 place) {
     return sign(from) * mix(size, 1.0 + log(max(size, vec3(1.0))), greaterThan(size, vec3(1.0)));
 }
 
+const float ROUNDED = 0.01;  // of the way between two places, as far as a face may be missed
+
 // What a grid of a number, above 0, has at a place, evenly between its own, or what is beyond it; of one without such
-// what it has at its faces. `scattered`: what is scattered, not what is lost.
+// nothing. `scattered`: what is scattered, not what is lost.
 vec3 voxel_between(Grid grid, float number, vec3 place, bool scattered) {
     vec3 last = grid.count - 1.0, at = (place - grid.low) * grid.finer, found = vec3(0.0);
-    if (grid.goes_on > 0.0 && at != clamp(at, vec3(0.0), last)) {
+    if (at != clamp(at, vec3(-ROUNDED), last + ROUNDED)) {
+        if (!(grid.goes_on > 0.0)) return found;
         vec3 beyond = warped(grid, place);
         grid = grid_at(int(number));
         last = grid.count - 1.0;

@@ -113,6 +113,13 @@ def test_what_has_no_size(device: Device, places: float) -> None:
     assert made.air.absorption == pytest.approx((0.5,) * 3)
 
 
+def test_what_is_flat(device: Device) -> None:
+    """It has no inside, however it is turned."""
+    tilted = Builder().quad((0, 0, 0), (1, 0, 1), (1, 1, 2), (0, 1, 1), 0)
+    made = by(device, tilted.scene(VIEW, (), (holding(HIGH),)))
+    assert made.materials[0].medium == NO_MEDIUM
+
+
 def test_too_many_share_the_mean(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the first; such as are the same all through stay one."""
     monkeypatch.setattr(densities, "MOST_OWN", 1)

@@ -33,6 +33,7 @@ NOWHERE = 1e30  # [m]
 CLEAR = 1e-6  # of light; what loses less of it on its way is none
 MARGIN = 0.15  # about all, of its sides
 LEAST_SIZE = 1.0  # [m] of what is everywhere
+FLAT = 1e-5  # of its longest side, that what has an inside is thick at least
 THIN = 1e-4  # of a box's longest side, that a shorter one is at least
 # Objects that have media of their own; more share what nodes tell of the first in the mean.
 MOST_OWN = 1000
@@ -167,15 +168,25 @@ def _by_surface(scene: Scene, number: int) -> list[NDArray[np.intp]]:
 
 
 def _box_of(scene: Scene, medium: Medium, triangles: NDArray[np.intp]) -> _Box | None:
-    """About triangles of one surface; None where they have no size."""
-    low, high = _around(scene.vertices[scene.triangles[triangles]].reshape(-1, 3))
+    """About triangles of one surface; None where nothing is between them, for what differs is
+    nowhere else, as in Cycles."""
+    places = scene.vertices[scene.triangles[triangles]].reshape(-1, 3)
+    low, high = _around(places)
     longest = (high - low).max()
-    if not longest > 0.0:
+    if not longest > 0.0 or _is_flat(places, FLAT * longest):
         return None
     thin = np.where(high - low < THIN * longest, THIN * longest, 0.0)
     attributes = _attributes_of(scene, int(triangles[0]))
     surface = int(scene.surface[triangles[0]])
     return _Box(medium, surface, low - thin / 2, high + thin / 2, attributes)
+
+
+def _is_flat(places: Array, least: float) -> bool:
+    """Whether places (n, 3) are in a plane, but for so much [m]."""
+    there = places[np.isfinite(places).all(axis=1)]
+    moments = np.cov(there, rowvar=False)
+    normal = np.linalg.eigh(moments)[1][:, 0]
+    return bool(np.ptp(there @ normal) < least)
 
 
 def _attributes_of(scene: Scene, triangle: int | None) -> NDArray[np.float32]:
