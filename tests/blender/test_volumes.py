@@ -28,6 +28,7 @@ from .build import (
     shader_material,
 )
 from .lobes import DIFFUSE
+from .test_motion import go
 
 pytestmark = pytest.mark.blender
 
@@ -311,3 +312,22 @@ def test_what_places_know(convert, output, is_there) -> None:
     converted, report = convert(material)
     assert converted.medium.varies == converted.medium.is_there == is_there
     assert not features(report, "approximated")
+
+
+def test_what_moves_is_named(scene, export) -> None:
+    """What nodes tell of a volume stands still; what is the same all through moves."""
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.0
+    material, tree = new_material("Cloud")
+    noise = tree.nodes.new("ShaderNodeTexNoise")
+    finish(tree, add_node(tree, SCATTERS, Density=noise.outputs[0]), "Volume")
+    for name, worn, ends in (
+        ("Cloud", material, ((0, 0, 0), (2, 0, 0))),
+        ("Still", material, ((5, 0, 0), (5, 0, 0))),
+        ("Even", fog(Density=1.0), ((0, 5, 0), (2, 5, 0))),
+    ):
+        cube = add_mesh(name, CUBE)
+        cube.data.materials.append(worn)
+        go(cube, location=ends)
+    _, report = export()
+    named = [x.object for x in report.entries if x.feature == "Volume that moves"]
+    assert named == ["Object 'Cloud'"]

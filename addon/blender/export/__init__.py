@@ -130,5 +130,18 @@ def _note(exported: Scene, depsgraph: bpy.types.Depsgraph, notes: Notes) -> None
     scene = depsgraph.scene_eval
     note_rays(exported, notes)
     note_scattered_rays(exported, depsgraph, notes)
+    note_moving_volumes(exported, notes)
     is_blurred = getattr(getattr(scene, "cycles", None), "blur_glossy", 0.0) > 0.0
     note_casters(f"Scene '{scene.name}'", exported, is_blurred, notes)
+
+
+def note_moving_volumes(exported: Scene, notes: Notes) -> None:
+    """Write down which objects move whose nodes tell of their volumes from place to place."""
+    asks = np.array([material.medium.asks for material in exported.materials], bool)
+    found = asks[exported.material]
+    moves = np.zeros(len(found), bool)
+    for one in exported.moving if found.any() else ():
+        moves |= one.owns(exported.triangles)
+    for surface in np.unique(exported.surface[found & moves]):
+        owner = f"Object '{exported.surfaces[surface]}'"
+        notes.approximated(owner, "Volume that moves", "what nodes tell of it stands still")
