@@ -38,6 +38,8 @@ THIN = 1e-4  # of a box's longest side, that a shorter one is at least
 # Objects that have media of their own; more share what nodes tell of the first in the mean.
 MOST_OWN = 1000
 FAR_CELLS = 32  # of what is beyond the box about all
+FAR_SAMPLES = 16
+EVEN_3 = np.array((0.8191725134, 0.6710436067, 0.5497004779))  # steps of the R3 sequence
 AIR, BEYOND = -1, -2  # its numbers, beside those of materials
 
 Array = NDArray[np.float64]
@@ -61,20 +63,28 @@ class _Box:
         values = {name: getattr(self.medium, name) for name in COEFFICIENTS}
         return {name: value for name, value in values.items() if isinstance(value, Result)}
 
-    def along(self) -> tuple[Array, Array, Array]:
+    @property
+    def samples(self) -> int:
+        """How many of each place: far from all there is more between places than they tell."""
+        return FAR_SAMPLES if self.far else 1
+
+    def along(self, sample: int) -> tuple[Array, Array, Array]:
         """Where places are along x, y and z [m]."""
         if not self.far:
             each = zip(self.low, self.high, self.counts, strict=True)
             x, y, z = (np.linspace(*bounds) for bounds in each)
             return x, y, z
         middle, half = (self.low + self.high) / 2, (self.high - self.low) / 2
-        x, y, z = middle[:, None] + half[:, None] * unwarped(far_ends(half), FAR_CELLS + 1)
+        aside = (sample + 0.5) * EVEN_3 % 1.0 - 0.5  # of the way to the next place
+        x, y, z = middle[:, None] + half[:, None] * unwarped(far_ends(half), FAR_CELLS + 1, aside)
         return x, y, z
 
     def slices(self) -> Array:
-        """(z, 3, 3): triangles that are twice as long and wide as all places, one at each
-        height."""
-        x, y, z = self.along()
+        """(n, 3, 3): triangles that are twice as long and wide as all places, one at each height of
+        each sample."""
+        return np.concatenate([self._slices(*self.along(x)) for x in range(self.samples)])
+
+    def _slices(self, x: Array, y: Array, z: Array) -> Array:
         corners = np.zeros((len(z), 3, 3))
         corners[:] = x[0], y[0], 0.0
         corners[:, :, 2] = z[:, None]
@@ -238,13 +248,15 @@ def _asked(
 ) -> Iterator[tuple[int, Medium]]:
     """What media have there, by the boxes' numbers."""
     fields = [(box, result) for box in boxes.values() for result in box.asked.values()]
+    slices = [box.slices() for box, _ in fields]
+    heights = [*map(len, slices)]
     asked = _scene_of(
         scene,
         [Material("", program=x.medium.program, varying={ASKED: result}) for x, result in fields],
-        np.concatenate([box.slices() for box, _ in fields]),
-        np.repeat(np.arange(len(fields)), [box.counts[2] for box, _ in fields]),
-        np.concatenate([np.full(box.counts[2], box.surface) for box, _ in fields]),
-        np.concatenate([np.tile(box.attributes, (box.counts[2], 1, 1)) for box, _ in fields]),
+        np.concatenate(slices),
+        np.repeat(np.arange(len(fields)), heights),
+        np.repeat([box.surface for box, _ in fields], heights),
+        np.repeat([box.attributes for box, _ in fields], heights, axis=0),
     )
     frame = frame_of(asked)
     mesh = Mesh.build(asked, frame)
@@ -256,16 +268,19 @@ def _asked(
         tables = {name: made.tables.textures[name] for name in kernel.tables}
         place, first = mesh.places_of(np.arange(len(asked.triangles))), 0
         for number, box in boxes.items():
-            x, y, z = box.along()
+            x, y, z = box.counts
             values: dict[str, NDArray[np.float32]] = {}
             for name in COEFFICIENTS:
-                if name in box.asked:
-                    where = place[first : first + len(z)]
-                    values[name] = _at_slices(kernel, where, (y, x), tables)
-                    first += len(z)
-                else:
-                    own = np.float32(getattr(box.medium, name))
-                    values[name] = np.broadcast_to(own, (len(z), len(y), len(x), 3))
+                own = getattr(box.medium, name)
+                if name not in box.asked:
+                    values[name] = np.broadcast_to(np.float32(own), (z, y, x, 3))
+                    continue
+                values[name] = np.zeros((z, y, x, 3), np.float32)
+                for sample in range(box.samples):
+                    along = box.along(sample)[1::-1]
+                    got = _at_slices(kernel, place[first : first + z], along, tables)
+                    values[name] += got / np.float32(box.samples)
+                    first += z
             yield number, _medium(box, values)
     finally:
         if kernel:

@@ -17,10 +17,13 @@ def far_ends(half: Array) -> Array:
     return found
 
 
-def unwarped(ends: Array, count: int) -> Array:
+def unwarped(ends: Array, count: int, aside: Array) -> Array:
     """(3, count) places from -ends to ends, which within 1 are even, and beyond ever farther
-    apart."""
+    apart; `aside`: (3,) of the ways to the next ones, by which those are off that are beyond 2, and
+    less nearer to 1."""
     even = ends[:, None] * np.linspace(-1.0, 1.0, count)
+    ways = aside[:, None] * 2.0 * ends[:, None] / (count - 1)
+    even = even + ways * np.clip(np.abs(even) - 1.0, 0.0, 1.0)
     size = np.abs(even)
     found: Array = np.where(size > 1.0, np.sign(even) * np.exp(np.maximum(size - 1.0, 0.0)), even)
     return found
