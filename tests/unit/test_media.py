@@ -76,14 +76,16 @@ def test_what_places_are_in() -> None:
 
 
 def test_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each material's medium has its own; equal ones have one where there are too many."""
+    """Each surface's medium has its own; equal ones have one where there are too many, and where
+    one surface has both."""
     media = Media(nested(), replace(UNIT, scale=2.0))
     assert media.count == 4 and media.air == 1 and media.of_materials.tolist() == [2, 3, 4]
     assert media.table["extinction"].tolist()[0] == pytest.approx([2.0] * 3)
+    one = replace(nested(), surface=np.zeros_like(nested().surface))
+    assert Media(one, UNIT).of_materials.tolist() == [2, 3, 2]
     monkeypatch.setattr(stage_media, "NUMBERS", 4)
-    media = Media(nested(), replace(UNIT, scale=2.0))
+    media = Media(nested(), UNIT)
     assert media.count == 3 and media.air == 1 and media.of_materials.tolist() == [2, 3, 2]
-    assert media.table["extinction"].tolist()[0] == pytest.approx([2.0] * 3)
 
 
 def test_light_from_afar() -> None:

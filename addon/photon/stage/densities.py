@@ -108,10 +108,16 @@ def filled(scene: Scene, backend: Backend, texels: Texels | None) -> Scene:
     if not boxes:
         return scene
     boxes = _affordable(boxes)
+    far: dict[int, _Box] = {}
     if AIR in boxes:
-        boxes[BEYOND] = replace(boxes[AIR], counts=(FAR_CELLS + 1,) * 3, far=True)
-    try:
-        media = dict(_asked(scene, boxes, backend, texels))
+        far[BEYOND] = replace(boxes[AIR], counts=(FAR_CELLS + 1,) * 3, far=True)
+    try:  # apart, for numbers of what is that far are too coarse for what is near
+        media = {
+            number: medium
+            for some in (boxes, far)
+            if some
+            for number, medium in _asked(scene, some, backend, texels)
+        }
     except StreamError as error:
         backend.device.trim()
         raise DeviceError(str(error)) from error

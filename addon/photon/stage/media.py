@@ -23,6 +23,7 @@ NUMBERS = 4096  # of media: two share a float (lib/media.glsl)
 MOST_MEDIA = 4  # that a place is in
 # A closed mesh turns once about what is inside it, and half as much about what is on it.
 INSIDE = 0.75
+SEVERAL = -1  # surfaces wear a material
 SAME = 1e-4  # in the mean, of a mean of 1
 AT_ONCE = 1 << 17  # places times triangles, each of which takes some 300 bytes meanwhile
 MOST_BEAMS = 16
@@ -49,27 +50,32 @@ class MediaThere:
 
 
 class Media:
-    """A scene's, each by a number above 0; that which is everywhere is the first."""
+    """A scene's, each of a surface by a number above 0; that which is everywhere is the first."""
 
     def __init__(self, scene: Scene, frame: Frame) -> None:
         """SceneError if there are too many."""
         scale = frame.scale
-        own = [number for number, x in enumerate(scene.materials) if x.medium.is_there]
-        there = [scene.air] * scene.air.is_there + [scene.materials[x].medium for x in own]
-        if len(there) >= NUMBERS:  # those that are alike have one number then
-            there = list(dict.fromkeys(there))
-            if len(there) >= NUMBERS:
-                text = f"scene.materials: {len(there)} different media, {NUMBERS - 1} are possible"
-                raise SceneError(text)
-            numbers = {medium: number for number, medium in enumerate(there, 1)}
-            of_own = [numbers[scene.materials[x].medium] for x in own]
-        else:
-            of_own = list(range(1 + len(there) - len(own), 1 + len(there)))
+        wearers = _wearers(scene)
+        of_each = {
+            number: (material.medium, wearers[number])
+            for number, material in enumerate(scene.materials)
+            if material.medium.is_there
+        }
+        if len(set(of_each.values())) + scene.air.is_there >= NUMBERS:
+            # Those that are alike have one number then.
+            of_each = {number: (medium, SEVERAL) for number, (medium, _) in of_each.items()}
+        found = list(dict.fromkeys(of_each.values()))
+        there = [scene.air] * scene.air.is_there + [medium for medium, _ in found]
+        if len(there) >= NUMBERS:
+            text = f"scene.materials: {len(there)} different media, {NUMBERS - 1} are possible"
+            raise SceneError(text)
+        self.air = int(scene.air.is_there)
+        numbers = {one: number for number, one in enumerate(found, 1 + self.air)}
+        self.of_materials = np.zeros(len(scene.materials), np.int64)
+        for number, one in of_each.items():
+            self.of_materials[number] = numbers[one]
         self.count = len(there)
         self.scatters = any(medium.scatters or medium.varies for medium in there)
-        self.air = int(scene.air.is_there)
-        self.of_materials = np.zeros(len(scene.materials), np.int64)
-        self.of_materials[own] = of_own
         self._visible = scene.visible
         self.table = INTERIOR.zeros(max(len(there), 1))
         for row, medium in zip(self.table, there, strict=False):
@@ -115,6 +121,16 @@ class Media:
         asked, back = np.unique(whose, return_inverse=True)
         table["inside"][distant:] = self.around(_middles(near[asked]), mesh, "shadow")[back]
         return table
+
+
+def _wearers(scene: Scene) -> list[int]:
+    """Of each material the surface that wears it, or SEVERAL, or none."""
+    count = len(scene.materials)
+    low, high = np.full(count, len(scene.surfaces)), np.full(count, SEVERAL)
+    np.minimum.at(low, scene.material, scene.surface)
+    np.maximum.at(high, scene.material, scene.surface)
+    found: list[int] = np.where(low == high, low, SEVERAL).tolist()
+    return found
 
 
 def _grid_tables(
