@@ -98,6 +98,7 @@ class Budget:
         self._image_pixels = sum(image.pixels.size // 3 for image in scene.images)
         self._textures = scene.textures
         grids = {medium.grid for medium in scene.media if medium.grid}
+        grids |= {grid.beyond for grid in grids if grid.beyond}
         self._places = sum(grid.extinction.size // 3 for grid in grids)
         used = np.bincount(scene.material, minlength=len(scene.materials))
         emissive = np.array([material.is_emissive for material in scene.materials], bool)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How far a material moves its surface at a point: what its program gives in place of a diffuse albedo, as Cycles has it
-// (shader_setup_from_displace).
+// (shader_setup_from_displace). So media are asked what they take, too (stage/densities.py).
 #include "lib/program.glsl"
 
 void kernel() {

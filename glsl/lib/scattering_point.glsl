@@ -9,6 +9,16 @@ void write_scattering_point(Hit hit, vec3 direction) {
     vec3 place = load_origin().position + hit.t * direction;
     Interior inside = interior_of(load_medium().inside, place, false);
     vec3 albedo = vec3(0.0);
+#ifdef VARYING
+    // Places are drawn between steps' ends, where there may be nothing.
+    Interior mean = interior_of(load_medium().inside, place, true);
+    for (int i = 0; i < 3; i++) {
+        if (inside.extinction[i] > 0.0) continue;
+        inside.extinction[i] = mean.extinction[i];
+        inside.scattering[i] = mean.scattering[i];
+    }
+    if (inside.extinction == mean.extinction) inside.anisotropy = mean.anisotropy;
+#endif
     for (int i = 0; i < 3; i++) {
         if (inside.extinction[i] > 0.0) albedo[i] = inside.scattering[i] / inside.extinction[i];
     }

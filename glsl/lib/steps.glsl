@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Ways through media that differ from place to place, gone in steps as long as the finest grid's texels are wide there,
+// Ways through media that differ from place to place, gone in steps as long as places of the finest grid are apart there,
 // along each of which a medium goes evenly.
 #ifdef PHOTONS
-const float STEP = 2.0;  // texels; where photons land is blurred anyway
+const float STEP = 2.0;  // times as far; where photons land is blurred anyway
 #else
 const float STEP = 1.0;
 #endif
@@ -10,8 +10,9 @@ const float LEAST_STEPS = 4.0;
 const float MOST_STEPS = 256.0;
 const int STEPS_BEYOND = 32;  // the box about all, each longer than the one before
 
-// Of a way: where steps begin, how long and how many they are, and how many come after those, as far as so many of such;
-// what is lost evenly all the way, and the first of `media` that differ, of which `mean` is lost in the mean.
+// Of a way: where steps begin, how long and how many they are; how many come after those, and how far all these reach, in
+// lengths of one step; what media that are the same all through take evenly; and of `media` that differ the first one's
+// grid, its number, and what it takes in the mean.
 struct Steps {
     float begin; float size; float count; int beyond; float reach; vec3 even; vec3 mean; int media; float number; Grid grid;
 };
@@ -39,6 +40,7 @@ Steps steps_along(vec2 inside, vec3 origin, vec3 direction, float way) {
         vec3 low = (grid.low - origin) * inverse, high = (grid.high - origin) * inverse;
         vec3 near = min(low, high), far = max(low, high), finer = grid.finer * abs(direction);
         float enters = max(max(near.x, near.y), max(near.z, 0.0)), leaves = min(min(far.x, far.y), min(far.z, way));
+        if (grid.goes_on > 0.0) enters = 0.0;  // it is there before its box, too
         if (leaves > enters) {
             steps.begin = min(steps.begin, enters);
             end = max(end, leaves);
@@ -46,9 +48,9 @@ Steps steps_along(vec2 inside, vec3 origin, vec3 direction, float way) {
         }
         if (grid.goes_on > 0.0) {
             Grid beyond = grid_at(int(one.grid));
-            vec3 ends = 0.5 * (grid.high - grid.low) * exp(0.5 * (beyond.count - 1.0) / beyond.finer - 1.0);
+            vec3 ends = 0.5 * (grid.high - grid.low) * exp(0.5 * (beyond.count - 1.0) / beyond.finer - WITHIN);
             reach = 2.0 * max(ends.x, max(ends.y, ends.z));
-            if (way > end) steps.beyond = STEPS_BEYOND;
+            steps.beyond = STEPS_BEYOND;
         }
     }
     if (end > steps.begin) {
@@ -82,8 +84,8 @@ vec3 lost_at(Steps steps, vec2 inside, vec3 place) {
     return lost;
 }
 
-// As far as `far` on a way, or until light of a channel has a depth behind it; below 0: of none. Before the boxes and
-// behind the last step nothing differs.
+// As far as `far` on a way, or until light of a channel has a depth behind it; below 0: of none. Behind the last step, and
+// before the boxes where none goes on, nothing differs.
 Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float way, float far, int channel, float target) {
     Steps steps = steps_along(inside, origin, direction, way);
     far = min(far, LONGEST);

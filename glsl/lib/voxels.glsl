@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What media are at places, of those that differ. Uses the tables of grids and voxels.
 
-// Where a place is in what is beyond a box, as stage/far.py counts: 1 at its faces.
+const float WITHIN = 3.0;  // stage/far.py
+
+// Where a place is in what is beyond a box, as stage/far.py counts.
 vec3 warped(Grid box, vec3 place) {
     vec3 from = (2.0 * place - box.low - box.high) / (box.high - box.low), size = abs(from);
-    return sign(from) * mix(size, 1.0 + log(max(size, vec3(1.0))), greaterThan(size, vec3(1.0)));
+    return sign(from) * mix(WITHIN * size, WITHIN + log(max(size, vec3(1.0))), greaterThan(size, vec3(1.0)));
 }
 
-const float ROUNDED = 0.01;  // of the way between two places, as far as a face may be missed
+// How far a face may be missed, of the way between two places, and of the way to a place from the middle of the scene.
+const float ROUNDED = 0.01;
+const float ROUNDED_AFAR = 4.0e-7;
 
 // What a grid of a number, above 0, has at a place, evenly between its own, or what is beyond it; of one without such
 // nothing. `scattered`: what is scattered, not what is lost.
 vec3 voxel_between(Grid grid, float number, vec3 place, bool scattered) {
     vec3 last = grid.count - 1.0, at = (place - grid.low) * grid.finer, found = vec3(0.0);
-    if (at != clamp(at, vec3(-ROUNDED), last + ROUNDED)) {
+    vec3 rounded = max(vec3(ROUNDED), ROUNDED_AFAR * abs(place) * grid.finer);
+    if (at != clamp(at, -rounded, last + rounded)) {
         if (!(grid.goes_on > 0.0)) return found;
         vec3 beyond = warped(grid, place);
         grid = grid_at(int(number));

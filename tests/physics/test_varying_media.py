@@ -246,3 +246,17 @@ def test_surfaces_of_one_thing_that_overlap(device: Device) -> None:
     )
     found = mean_of(device, scene, passes=4)
     assert found == pytest.approx(math.exp(-0.2 * 2.0), rel=1e-3)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_photons_that_start_beside_all(device: Device, backend: str) -> None:
+    """Of a low sun, through fog beside the box about all, too."""
+    cosine, depth = math.cos(math.radians(70)), 0.4
+    sun = sun_light("sun", WHITE, (math.sin(math.radians(70)), 0.0, -cosine))
+    built = Builder().quad(*floor(1.0), 0)
+    air = falling(depth / 0.05, 0.05)
+    scene = built.scene(from_above(1.0, 0.3), (sun,), (WALL,), air=air)
+    settings = {"photons": 1 << 16, "width": 8, "height": 8, "backend": backend}
+    with rendered(device, scene, direct_by_photons=True, **settings) as renderer:
+        found = fallen(renderer).sum(axis=0) / 4.0
+    assert found == pytest.approx(cosine * math.exp(-depth / cosine), rel=0.05)

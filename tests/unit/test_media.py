@@ -24,6 +24,7 @@ from addon.photon.scene import (
 )
 from addon.photon.scene.media import MOST_ANISOTROPY
 from addon.photon.stage import media as stage_media
+from addon.photon.stage.far import WITHIN
 from addon.photon.stage.geometry import Frame, Mesh, frame_of
 from addon.photon.stage.media import MOST_MEDIA, NUMBERS, Media, from_afar
 from addon.streams.source import glsl_root
@@ -62,6 +63,8 @@ def test_numbers_are_those_of_the_glsl() -> None:
     text = (glsl_root() / "lib" / "media.glsl").read_text()
     assert int(re.findall(r"const int MOST_MEDIA = (\d+);", text)[0]) == MOST_MEDIA
     assert float(re.findall(r"const float NUMBERS = ([\d.]+);", text)[0]) == NUMBERS
+    voxels = (glsl_root() / "lib" / "voxels.glsl").read_text()
+    assert float(re.findall(r"const float WITHIN = ([\d.]+);", voxels)[0]) == WITHIN
     assert NUMBERS**2 <= 1 << 24  # both of a float are exact
 
 

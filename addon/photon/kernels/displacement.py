@@ -5,7 +5,7 @@ from .shade import PROGRAM_DEFINES, PROGRAM_TABLES
 
 
 class Displace(Kernel):
-    """Find how far programs move their surfaces [m] where rays end."""
+    """Find how far programs move their surfaces [m] where rays end, or what else they tell."""
 
     stem = "displacement"
     structure = tuple(name for name in PROGRAM_DEFINES if name != "BUMPS")

@@ -10,6 +10,9 @@ from __future__ import annotations
 from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ...streams import Device
 from ..backends.backend import Backend
 from ..errors import DeviceError
@@ -17,7 +20,7 @@ from ..film.denoise import Opened
 from ..scene import Scene
 from ..scene.snapshot import same
 from ..settings import Settings
-from ..stage.densities import filled
+from ..stage.densities import about_all, filled
 from ..stage.device_scene import DeviceScene
 from ..stage.dicing import diced
 from ..stage.displacement import displaced
@@ -50,14 +53,16 @@ class _Pass(NamedTuple):
 class _Worked(NamedTuple):
     given: Scene
     view: tuple[Any, ...]  # by which it was made
+    about: NDArray[np.float64] | None  # (2, 3) where what is everywhere was asked for
     made: Scene
 
 
 class Kept:
     """Keeps one scene and its photons on a device, for one renderer at a time.
 
-    Whatever is taken from here is, bit for bit, what would be made anew. Scenes are values: one
-    whose arrays are changed in place is taken for what it was.
+    Whatever is taken from here is, bit for bit, what would be made anew; but what nodes tell of fog
+    that is everywhere stays as long as the camera is within it. Scenes are values: one whose arrays
+    are changed in place is taken for what it was.
     """
 
     def __init__(self, device: Device, budget: int = BUDGET) -> None:
@@ -100,12 +105,12 @@ class Kept:
         and told what media have: what is there, if nothing but the view has changed. DeviceError
         when OpenGL fails."""
         moves = any(material.displacement for material in scene.materials)
-        if not moves and not any(medium.is_there for medium in scene.media):
+        if not moves and not any(medium.asks for medium in scene.media):
             self._worked = None
-            return scene
+            return filled(scene, backend, None)
         there = self._worked
         is_same = there is not None and same_but_view(there.given, scene)
-        is_about = there is not None and _is_about(there.made, scene)
+        is_about = there is not None and _is_about(there.about, scene)
         if there and is_same and is_about and there.view == _view_of(scene, width):
             return replace(there.made, camera=scene.camera)
         self._worked = there = None
@@ -116,7 +121,8 @@ class Kept:
             self.device.drop_spare()
             self.release()
             made = self._by_nodes(cut, backend)
-        self._worked = _Worked(scene, _view_of(scene, width), made)
+        about = about_all(made) if scene.air.asks else None
+        self._worked = _Worked(scene, _view_of(scene, width), about, made)
         return made
 
     def _by_nodes(self, scene: Scene, backend: Backend) -> Scene:
@@ -239,12 +245,12 @@ def _view_of(scene: Scene, width: int) -> tuple[Any, ...]:
     return width, camera.kind, camera.window, camera.matrix.tobytes()
 
 
-def _is_about(made: Scene, scene: Scene) -> bool:
+def _is_about(about: NDArray[np.float64] | None, scene: Scene) -> bool:
     """Whether the camera is still where what is everywhere was asked for."""
-    if not made.air.grid:
+    if about is None:
         return True
     place = scene.camera.matrix[:3, 3]
-    return bool(((place >= made.air.grid.low) & (place <= made.air.grid.high)).all())
+    return bool(((place >= about[0]) & (place <= about[1])).all())
 
 
 def same_but_view(one: Scene, other: Scene) -> bool:

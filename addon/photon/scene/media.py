@@ -22,7 +22,7 @@ MOST_ANISOTROPY = 0.999  # as Cycles has it: beyond it all goes straight on
 class Grid:
     """What a medium has at places of a box, float32 (z, y, x, 3) [1/m], two at least along each
     axis; between them it goes evenly. `beyond`: of what is everywhere the same about that box and
-    on, at places ever farther apart (unwarped in stage/densities.py)."""
+    on, at places ever farther apart (stage/far.py)."""
 
     low: NDArray[np.float64]  # (3,) [m]
     high: NDArray[np.float64]

@@ -26,7 +26,6 @@ from .textures import Texels
 
 MOST_CELLS = 128  # of a grid, along its longest side; a power of two
 LEAST_CELLS = 64  # along its others
-MOST_PLACES = (1 << 24) // 6  # of all grids together: voxels have numbers that floats hold
 # Of what a medium has in the mean: what a coarser grid may be off in the mean.
 SAME = 1e-3
 NOWHERE = 1e30  # [m]
@@ -37,8 +36,10 @@ FLAT = 1e-5  # of its longest side, that what has an inside is thick at least
 THIN = 1e-4  # of a box's longest side, that a shorter one is at least
 # Objects that have media of their own; more share what nodes tell of the first in the mean.
 MOST_OWN = 1000
-FAR_CELLS = 32  # of what is beyond the box about all
+FAR_CELLS = 48  # of what is beyond the box about all
 FAR_SAMPLES = 16
+# Of all grids together: their voxels, six a place at most, have numbers that floats hold.
+MOST_PLACES = (1 << 24) // 6 - (FAR_CELLS + 1) ** 3
 EVEN_3 = np.array((0.8191725134, 0.6710436067, 0.5497004779))  # steps of the R3 sequence
 AIR, BEYOND = -1, -2  # its numbers, beside those of materials
 
@@ -103,7 +104,7 @@ def filled(scene: Scene, backend: Backend, texels: Texels | None) -> Scene:
         return scene
     scene, boxes, means = _apart(scene)
     if scene.air.asks:
-        low, high = _about_all(scene)
+        low, high = about_all(scene)
         boxes[AIR] = _Box(scene.air, 0, low, high, _attributes_of(scene, None))
     if not boxes:
         return scene
@@ -153,13 +154,15 @@ def _apart(scene: Scene) -> tuple[Scene, dict[int, _Box], dict[int, int]]:
         for number, one in enumerate(scene.materials)
         if one.medium.is_there
     }
-    few = sum(map(len, wearers.values())) <= MOST_OWN
+    left = MOST_OWN
+    few = sum(map(len, wearers.values())) <= left
     for number, groups in wearers.items():
         one = materials[number]
         if not (few or one.medium.asks):
             continue
         materials[number] = one if groups else replace(one, medium=NO_MEDIUM)
-        for place, own in enumerate(groups[:MOST_OWN]):
+        count, first = max(left, 1), len(boxes)
+        for place, own in enumerate(groups[:count]):
             which = len(materials) if place else number
             materials += [one] if place else []
             material[own] = which
@@ -168,9 +171,10 @@ def _apart(scene: Scene) -> tuple[Scene, dict[int, _Box], dict[int, int]]:
                 boxes[which] = box
             elif one.medium.asks:  # it has no size
                 materials[which] = replace(one, medium=NO_MEDIUM)
-        if groups[MOST_OWN:]:
-            material[np.concatenate(groups[MOST_OWN:])] = len(materials)
-            means[len(materials)] = number
+        left = max(left - len(groups), 0)
+        if groups[count:]:
+            material[np.concatenate(groups[count:])] = len(materials)
+            means[len(materials)] = next(iter([*boxes][first:]), number)
             materials.append(replace(one, medium=NO_MEDIUM))
     return replace(scene, materials=tuple(materials), material=material), boxes, means
 
@@ -184,9 +188,10 @@ def _by_surface(scene: Scene, number: int) -> list[NDArray[np.intp]]:
 
 
 def _box_of(scene: Scene, medium: Medium, triangles: NDArray[np.intp]) -> _Box | None:
-    """About triangles of one surface; None where nothing is between them, for what differs is
-    nowhere else, as in Cycles."""
-    places = scene.vertices[scene.triangles[triangles]].reshape(-1, 3)
+    """About all of the surface of some triangles; None where nothing is between them, for what
+    differs is nowhere else, as in Cycles."""
+    of_surface = scene.surface == scene.surface[triangles[0]]
+    places = _somewhere(scene.vertices[scene.triangles[of_surface]].reshape(-1, 3))
     low, high = _around(places)
     longest = (high - low).max()
     if not longest > 0.0 or _is_flat(places, FLAT * longest):
@@ -199,10 +204,8 @@ def _box_of(scene: Scene, medium: Medium, triangles: NDArray[np.intp]) -> _Box |
 
 def _is_flat(places: Array, least: float) -> bool:
     """Whether places (n, 3) are in a plane, but for so much [m]."""
-    there = places[np.isfinite(places).all(axis=1)]
-    moments = np.cov(there, rowvar=False)
-    normal = np.linalg.eigh(moments)[1][:, 0]
-    return bool(np.ptp(there @ normal) < least)
+    normal = np.linalg.eigh(np.cov(places, rowvar=False))[1][:, 0]
+    return bool(np.ptp(places @ normal) < least)
 
 
 def _attributes_of(scene: Scene, triangle: int | None) -> NDArray[np.float32]:
@@ -214,30 +217,39 @@ def _attributes_of(scene: Scene, triangle: int | None) -> NDArray[np.float32]:
     return found
 
 
+def _somewhere(places: Array) -> Array:
+    """Places (n, 3) but such as are nowhere."""
+    found: Array = places[(np.abs(places) < NOWHERE).all(axis=1)]
+    return found
+
+
 def _around(places: Array) -> Array:
-    """(2, 3) the bounds of places (n, 3), but of such as are nowhere."""
-    finite = places[(np.abs(places) < NOWHERE).all(axis=1)]
-    return np.array((finite.min(axis=0), finite.max(axis=0))) if len(finite) else np.zeros((2, 3))
+    """(2, 3) the bounds of places (n, 3)."""
+    return np.array((places.min(axis=0), places.max(axis=0))) if len(places) else np.zeros((2, 3))
 
 
-def _about_all(scene: Scene) -> Array:
+def about_all(scene: Scene) -> Array:
     """(2, 3) the bounds of all that is there, the camera and lamps, and some way on."""
     lamps = [x.position for x in scene.lights if not light_kinds()[x.kind].is_distant]
     eye = scene.camera.matrix[None, :3, 3]
-    low, high = _around(np.concatenate([scene.vertices, eye, np.reshape(lamps, (-1, 3))]))
+    low, high = _around(
+        _somewhere(np.concatenate([scene.vertices, eye, np.reshape(lamps, (-1, 3))]))
+    )
     margin = np.maximum(MARGIN * (high - low), (LEAST_SIZE - (high - low)) / 2)
     return np.array((low - margin, high + margin))
 
 
 def _affordable(boxes: dict[int, _Box]) -> dict[int, _Box]:
-    """With as many places each as there may be."""
-    cells = MOST_CELLS
-    while cells > 2:
-        counted = {x: replace(box, counts=_counts(box, cells)) for x, box in boxes.items()}
-        if sum(int(np.prod(box.counts)) for box in counted.values()) <= MOST_PLACES:
-            return counted
-        cells //= 2
-    return boxes
+    """With as many places each as there may be: the most have less."""
+    cells = dict.fromkeys(boxes, MOST_CELLS)
+    places = {number: np.prod(_counts(box, MOST_CELLS)) for number, box in boxes.items()}
+    while sum(places.values()) > MOST_PLACES and max(cells.values()) > 2:
+        most = max(places, key=lambda number: (cells[number] > 2, places[number]))
+        cells[most] //= 2
+        places[most] = np.prod(_counts(boxes[most], cells[most]))
+    return {
+        number: replace(box, counts=_counts(box, cells[number])) for number, box in boxes.items()
+    }
 
 
 def _counts(box: _Box, cells: int) -> tuple[int, int, int]:

@@ -124,7 +124,7 @@ class Media:
 
 
 def _wearers(scene: Scene) -> list[int]:
-    """Of each material the surface that wears it, or SEVERAL, or none."""
+    """Of each material the surface that wears it; SEVERAL also where none does."""
     count = len(scene.materials)
     low, high = np.full(count, len(scene.surfaces)), np.full(count, SEVERAL)
     np.minimum.at(low, scene.material, scene.surface)
