@@ -48,11 +48,11 @@ int channel_by(vec3 shares, float u) {
 
 // The place on its way where a ray is scattered; below 0: it is not, and comes to the end. Both weigh it anew.
 #ifdef EYE
-float scattered_at(vec2 inside, vec3 origin, vec3 direction, float way, bool ends, inout vec3 weight) {
+float scattered_at(vec2 inside, vec3 origin, vec3 direction, float way, inout vec3 weight) {
     vec3 depth = gone_along(inside, origin, direction, way, way, -1, 0.0).depth, left = weight * exp(-depth);
     vec3 lost = scattered_of(inside, weight) * vec3(lost_by(depth.r), lost_by(depth.g), lost_by(depth.b));
-    float sum = lost.r + lost.g + lost.b, rest = ends ? left.r + left.g + left.b : 0.0;
-    // The more of it is left at the way's end, the likelier it comes there.
+    float sum = lost.r + lost.g + lost.b, rest = left.r + left.g + left.b;
+    // The more of it is left at the way's end, the likelier it comes there, also where nothing is, which alpha tells.
     float probability = sum > 0.0 ? max(sum / (sum + rest), LEAST_SCATTERED) : 0.0;
     vec3 u = numbers_of_flight();
     if (u.x >= probability) {
@@ -79,7 +79,7 @@ float scattered_at(vec2 inside, vec3 origin, vec3 direction, float way, bool end
     return gone.t;
 }
 #else
-float scattered_at(vec2 inside, vec3 origin, vec3 direction, float way, bool ends, inout vec3 weight) {
+float scattered_at(vec2 inside, vec3 origin, vec3 direction, float way, inout vec3 weight) {
     // Where light of a channel is lost, drawn by what is scattered of it.
     vec3 shares = load_medium().scattered < float(volume_bounces) ? scattered_of(inside, weight) : vec3(0.0);
     float sum = shares.r + shares.g + shares.b;
@@ -120,7 +120,7 @@ void kernel() {
 #endif
     vec3 origin = load_origin().position;
 #ifdef SCATTERING
-    float t = scattered_at(medium.inside, origin, direction, far, ends, weight);
+    float t = scattered_at(medium.inside, origin, direction, far, weight);
     if (t >= 0.0) hit = scattered_hit(t);
     store_met(hit);
 #else

@@ -260,3 +260,14 @@ def test_photons_that_start_beside_all(device: Device, backend: str) -> None:
     with rendered(device, scene, direct_by_photons=True, **settings) as renderer:
         found = fallen(renderer).sum(axis=0) / 4.0
     assert found == pytest.approx(cosine * math.exp(-depth / cosine), rel=0.05)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_alpha_through_fog_that_ends(device: Device, backend: str) -> None:
+    """What it takes of nothing is opaque."""
+    air = along((0.0, 0.0, 0.2, 0.1), absorbs=(0.5,) * 3, scatters=(0.5,) * 3)  # from -0.5 m on
+    scene = Builder().quad(*floor(0.1, -0.5), 0).scene(from_above(2.0, 1.0), (), (WALL,), air=air)
+    settings = {"width": 8, "height": 8, "passes": 64, "photons": 0, "backend": backend}
+    with rendered(device, scene, transparent=True, **settings) as renderer:
+        alpha = renderer.images()["Combined"][0, :, 3].mean()
+    assert alpha == pytest.approx(1.0 - math.exp(-(0.2 * 1.5**2) / 2), abs=0.01)

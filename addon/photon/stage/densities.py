@@ -30,7 +30,8 @@ LEAST_CELLS = 64  # along its others
 SAME = 1e-3
 NOWHERE = 1e30  # [m]
 CLEAR = 1e-6  # of light; what loses less of it on its way is none
-MARGIN = 0.15  # about all, of its sides
+# About all, of its sides: above and below most, for fog mostly differs with height.
+MARGIN = np.array((0.15, 0.15, 0.5))
 LEAST_SIZE = 1.0  # [m] of what is everywhere
 FLAT = 1e-5  # of its longest side, that what has an inside is thick at least
 THIN = 1e-4  # of a box's longest side, that a shorter one is at least
