@@ -270,14 +270,14 @@ def test_bounces_are_cycles(scene) -> None:
     assert settings_from(scene, (8, 8)).volume_bounces == 5
 
 
-def asked(kind: str, end: str, output: str) -> Callable[[bpy.types.NodeTree], bpy.types.Node]:
+def asked(kind: str, name: str, output: str) -> Callable[[bpy.types.NodeTree], bpy.types.Node]:
     """A volume whose colour is what an output of a node tells."""
 
     def made(tree: bpy.types.NodeTree) -> bpy.types.Node:
         node = tree.nodes.new(f"ShaderNode{kind}")
         return add_node(tree, SCATTERS, Color=node.outputs[output])
 
-    made.__name__ = end
+    made.__name__ = name
     return made
 
 

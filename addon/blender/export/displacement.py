@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import bpy
 
-from ...photon.scene import Displacement, Material, triple
-from ...photon.stage.programs import MOST_REGISTERS, width_of
+from ...photon.scene import Displacement, triple
 from .graph import Graph
 from .links import is_given
 from .nodes.normals import bump_of_displacement
+from .own_program import own_program
 from .programs import Program, Value
 
 SOCKET = "Displacement"
@@ -41,11 +41,8 @@ def displacement_of(
     smooths = not turns and bpy.app.version < (5, 2)
     if way.result is None:
         return None if way.is_just(0.0) else Displacement(triple(way.colour), (), turns, smooths)
-    program, numbers = graph.program.pruned([way.result])
-    result = replace(way.result, instruction=numbers[way.result.instruction])
-    width = width_of(Material("", program=program, varying={SOCKET: result}))
-    if width > MOST_REGISTERS:
-        what = f"its nodes hold {width} values at a time, {MOST_REGISTERS} are possible: none"
-        graph.notes.approximated(graph.owner, SOCKET, what)
+    found = own_program(graph, SOCKET, {SOCKET: way.result})
+    if found is None:
         return None
-    return Displacement(result, program, turns, smooths)
+    program, results = found
+    return Displacement(results[SOCKET], program, turns, smooths)

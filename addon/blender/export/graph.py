@@ -158,6 +158,11 @@ class Graph:
         self.program.shift = kept
         return found[0], found[1], found[2]
 
+    def nothing_in_volume(self, what: str) -> Value:
+        """0 for what places in volumes do not know, which is noted."""
+        self.notes.approximated(self.owner, f"{what} in a volume", "0 is used")
+        return Value.of(0.0)
+
     def output_value(
         self, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
     ) -> Value:
@@ -173,8 +178,7 @@ class Graph:
                 return Value.of(0.0)
             self._reading.append(key)
             if self.volume and node.type in OF_SURFACES:
-                self.notes.approximated(self.owner, f"'{node.name}' in a volume", "0 is used")
-                read = Value.of(0.0)
+                read = self.nothing_in_volume(f"'{node.name}'")
             else:
                 read = self.readers[node.type](self, node, output, scope)
             self._reading.pop()

@@ -236,10 +236,7 @@ class TracedDirectLight:
     def _behind(self, found: Arrays, passed: int, tables: Tables) -> Arrays:
         """What becomes of rays that have met transparent surfaces after so many others."""
         assert self._through
-        rows = -(-len(found["shadow_hit"]) // _WIDTH)
-        own = self._of_size((_WIDTH, 1 << (rows - 1).bit_length()), True).streams
-        for name, x in found.items():
-            own[name].take(x)
+        own = self._taken(found)
         values = {"passed": passed, "transparent_depth": self._transparent_depth}
         launch(self._through, own, tables, values)
         behind = {name.removeprefix("next_"): x for name, x in own.items() if "next_" in name}
@@ -248,17 +245,21 @@ class TracedDirectLight:
         }
         return {name: x[: len(found["shadow_hit"])] for name, x in arrays.items()}
 
+    def _taken(self, found: Arrays) -> Streams:
+        """Streams that hold some rays, one at least, from the front."""
+        rows = -(-len(found["shadow_origin"]) // _WIDTH)
+        own = self._of_size((_WIDTH, 1 << (rows - 1).bit_length()), True).streams
+        for name, x in found.items():
+            own[name].take(x)
+        return own
+
     def _left_of(self, ways: Arrays, tables: Tables) -> Array:
         """What media leave of what comes that way, (n, 3)."""
         assert self._left
         count = len(ways["shadow_medium"])
         if not count:
             return np.ones((0, 3), np.float32)
-        rows = -(-count // _WIDTH)
-        size = _WIDTH, 1 << (rows - 1).bit_length()
-        own = self._of_size(size, True).streams
-        for name, x in ways.items():
-            own[name].take(x)
+        own = self._taken(ways)
         launch(self._left, {**own, "left": own["next_unshadowed"]}, tables, {})
         return own["next_unshadowed"].elements()[:count, :3]
 

@@ -203,7 +203,7 @@ INTERIOR = Record(
 # how many along each axis, and how many a scene unit; which VOXEL is the first of extinction, and
 # of scattering, or below 0: that goes with it; of how many channels there are such, 1 or 3, one
 # after the other. goes_on 1: the next GRID has what is about that box and beyond, at places which
-# are even as stage/far.py counts, so many a unit.
+# are even as stage/far.py counts: its low and high are the box's, finer is of such units.
 GRID = Record(
     "Grid",
     {

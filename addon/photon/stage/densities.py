@@ -15,13 +15,11 @@ from ..backends.backend import Backend
 from ..errors import DeviceError
 from ..kernels.displacement import Displace
 from ..scene import COEFFICIENTS, NO_MEDIUM, Grid, Material, Medium, Result, Scene, triple
-from .device_scene import DeviceScene
-from .displacement import ASKED, defines_of
+from .displacement import ASKED, asking, bare
 from .far import far_ends, unwarped
 from .geometry import Mesh, frame_of
 from .kinds import light_kinds
 from .points import asked_at
-from .programs import ProgramNeeds
 from .textures import Texels
 
 MOST_CELLS = 128  # of a grid, along its longest side; a power of two
@@ -151,10 +149,14 @@ def _apart(scene: Scene) -> tuple[Scene, dict[int, _Box], dict[int, int]]:
     boxes: dict[int, _Box] = {}
     means: dict[int, int] = {}
     wearers = {
-        number: _by_surface(scene, number)
+        number: _by_surface(scene, np.flatnonzero(scene.material == number))
         for number, one in enumerate(scene.materials)
         if one.medium.is_there
     }
+    surfaces = {}
+    if any(materials[number].medium.asks for number in wearers):
+        whole = _by_surface(scene, np.arange(len(scene.surface)))
+        surfaces = {int(scene.surface[own[0]]): own for own in whole}
     left = MOST_OWN
     few = sum(map(len, wearers.values())) <= left
     for number, groups in wearers.items():
@@ -167,10 +169,11 @@ def _apart(scene: Scene) -> tuple[Scene, dict[int, _Box], dict[int, int]]:
             which = len(materials) if place else number
             materials += [one] if place else []
             material[own] = which
-            box = _box_of(scene, one.medium, own) if one.medium.asks else None
-            if box:
+            if not one.medium.asks:
+                continue
+            if box := _box_of(scene, one.medium, surfaces[int(scene.surface[own[0]])], own[0]):
                 boxes[which] = box
-            elif one.medium.asks:  # it has no size
+            else:  # it has no size
                 materials[which] = replace(one, medium=NO_MEDIUM)
         left = max(left - len(groups), 0)
         if groups[count:]:
@@ -180,26 +183,23 @@ def _apart(scene: Scene) -> tuple[Scene, dict[int, _Box], dict[int, int]]:
     return replace(scene, materials=tuple(materials), material=material), boxes, means
 
 
-def _by_surface(scene: Scene, number: int) -> list[NDArray[np.intp]]:
-    """Of a material's triangles those of each surface."""
-    own = np.flatnonzero(scene.material == number)
+def _by_surface(scene: Scene, own: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+    """Of some triangles those of each surface."""
     order = own[np.argsort(scene.surface[own], kind="stable")]
     ends = np.flatnonzero(np.diff(scene.surface[order])) + 1
     return np.split(order, ends) if len(order) else []
 
 
-def _box_of(scene: Scene, medium: Medium, triangles: NDArray[np.intp]) -> _Box | None:
-    """About all of the surface of some triangles; None where nothing is between them, for what
-    differs is nowhere else, as in Cycles."""
-    of_surface = scene.surface == scene.surface[triangles[0]]
-    places = _somewhere(scene.vertices[scene.triangles[of_surface]].reshape(-1, 3))
+def _box_of(scene: Scene, medium: Medium, triangles: NDArray[np.intp], wearing: int) -> _Box | None:
+    """About all triangles of a surface, one of which wears a medium; None where nothing is between
+    them, for what differs is nowhere else, as in Cycles."""
+    places = _somewhere(scene.vertices[scene.triangles[triangles]].reshape(-1, 3))
     low, high = _around(places)
     longest = (high - low).max()
     if not longest > 0.0 or _is_flat(places, FLAT * longest):
         return None
     thin = np.where(high - low < THIN * longest, THIN * longest, 0.0)
-    attributes = _attributes_of(scene, int(triangles[0]))
-    surface = int(scene.surface[triangles[0]])
+    surface, attributes = int(scene.surface[wearing]), _attributes_of(scene, wearing)
     return _Box(medium, surface, low - thin / 2, high + thin / 2, attributes)
 
 
@@ -279,12 +279,7 @@ def _asked(
     )
     frame = frame_of(asked)
     mesh = Mesh.build(asked, frame)
-    made = DeviceScene.build(asked, backend, frame, mesh, texels)
-    kernel: Displace | None = None
-    try:
-        needs = ProgramNeeds.of(asked)
-        kernel = Displace(backend.device, backend.layer, defines_of(needs), made=needs.made)
-        tables = {name: made.tables.textures[name] for name in kernel.tables}
+    with asking(asked, backend, frame, mesh, texels) as (kernel, tables):
         place, first = mesh.places_of(np.arange(len(asked.triangles))), 0
         for number, box in boxes.items():
             x, y, z = box.counts
@@ -301,10 +296,6 @@ def _asked(
                     values[name] += got / np.float32(box.samples)
                     first += z
             yield number, _medium(box, values)
-    finally:
-        if kernel:
-            kernel.release()
-        made.tables.release()
 
 
 def _scene_of(
@@ -319,23 +310,14 @@ def _scene_of(
     count = len(corners)
     attributes = attributes[: count if attributes.shape[1] else 0]
     return replace(
-        scene,
-        lights=(),
-        images=(),
+        bare(scene),
         materials=tuple(materials),
         vertices=corners.reshape(-1, 3),
         triangles=np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
         corner_normals=np.zeros((count, 3, 3), np.float32),
-        corner_tangents=scene.corner_tangents[:0],
         material=material.astype(np.int32),
         surface=surface.astype(np.int32),
-        corner_attributes=np.repeat(attributes[:, :, None], 3, axis=2)[
-            : count * (attributes.shape[1] > 0)
-        ],
-        flat=scene.flat[:0],
-        moving=(),
-        shutter=(),
-        air=NO_MEDIUM,
+        corner_attributes=np.repeat(attributes[:, :, None], 3, axis=2),
     )
 
 

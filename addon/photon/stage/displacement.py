@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +17,7 @@ from ..errors import DeviceError
 from ..kernels.displacement import Displace
 from ..scene import NO_MEDIUM, Displacement, Material, Moving, Result, Scene
 from .device_scene import DeviceScene
-from .geometry import Mesh, frame_of
+from .geometry import Frame, Mesh, frame_of
 from .normals import face_normals, mean_about, sums_about, unit
 from .points import asked_at
 from .programs import ProgramNeeds
@@ -85,11 +86,9 @@ def _ways(
         elif move:
             ways[own == number] = move.way
     if by_program.any():
-        made = DeviceScene.build(asked, backend, frame, mesh, texels)
-        try:
-            ways[by_program] = _by_programs(made, place[triangle[by_program]], corner[by_program])
-        finally:
-            made.tables.release()
+        with asking(asked, backend, frame, mesh, texels) as (kernel, tables):
+            where = place[triangle[by_program]], corner[by_program]
+            ways[by_program] = _by_programs(kernel, tables, mesh, *where)
     found = np.zeros_like(scene.vertices)
     found[vertex] = np.where(np.isfinite(ways).all(axis=1, keepdims=True), ways, 0.0)
     return found
@@ -99,19 +98,26 @@ def _asked_scene(scene: Scene, which: NDArray[np.intp]) -> Scene:
     """Some triangles of a scene, of whose materials there is the displacement alone."""
     attributes = scene.corner_attributes
     return replace(
-        scene,
-        lights=(),
-        images=(),
+        bare(scene),
         materials=tuple(map(_asked, scene.materials)),
         triangles=scene.triangles[which],
         # Of flat triangles their vertices', which move one way for all about them.
         corner_normals=_smoothed(
             scene, scene.vertices, np.isin(np.arange(len(scene.flat)), which) & scene.flat
         )[which],
-        corner_tangents=scene.corner_tangents[:0],
         material=scene.material[which],
         surface=scene.surface[which],
         corner_attributes=attributes[which] if len(attributes) else attributes,
+    )
+
+
+def bare(scene: Scene) -> Scene:
+    """A scene without what programs do not ask for: with triangles, whatever they are."""
+    return replace(
+        scene,
+        lights=(),
+        images=(),
+        corner_tangents=scene.corner_tangents[:0],
         flat=scene.flat[:0],
         moving=(),
         shutter=(),
@@ -127,24 +133,39 @@ def _asked(material: Material) -> Material:
     return Material(material.name, program=move.program, varying={ASKED: move.way})
 
 
+@contextmanager
+def asking(
+    scene: Scene, backend: Backend, frame: Frame, mesh: Mesh, texels: Texels | None
+) -> Iterator[tuple[Displace, dict[str, Any]]]:
+    """What asks the materials of a scene for ASKED at points of its mesh, and the tables that it
+    reads."""
+    made = DeviceScene.build(scene, backend, frame, mesh, texels)
+    kernel: Displace | None = None
+    try:
+        needs = ProgramNeeds.of(scene)
+        kernel = Displace(backend.device, backend.layer, defines_of(needs), made=needs.made)
+        yield kernel, {name: made.tables.textures[name] for name in kernel.tables}
+    finally:
+        if kernel:
+            kernel.release()
+        made.tables.release()
+
+
 def _by_programs(
-    made: DeviceScene, places: NDArray[np.intp], corners: NDArray[np.intp]
+    kernel: Displace,
+    tables: dict[str, Any],
+    mesh: Mesh,
+    places: NDArray[np.intp],
+    corners: NDArray[np.intp],
 ) -> NDArray[np.float64]:
     """(n, 3): how far corners of triangles at such places of the mesh move [m]."""
-    backend, scene = made.backend, made.scene
-    needs = ProgramNeeds.of(scene)
-    kernel = Displace(backend.device, backend.layer, defines_of(needs), made=needs.made)
-    tables = {name: made.tables.textures[name] for name in kernel.tables}
     found = np.zeros((len(places), 3))
-    try:
-        for first in range(0, len(places), TABLE_WIDTH):
-            some = slice(first, first + TABLE_WIDTH)
-            looked_at = _looked_at(made.mesh, places[some], corners[some])
-            found[some] = asked_at(
-                kernel, places[some], WEIGHTS[corners[some]], -looked_at[None], tables
-            )[0]
-    finally:
-        kernel.release()
+    for first in range(0, len(places), TABLE_WIDTH):
+        some = slice(first, first + TABLE_WIDTH)
+        looked_at = _looked_at(mesh, places[some], corners[some])
+        found[some] = asked_at(
+            kernel, places[some], WEIGHTS[corners[some]], -looked_at[None], tables
+        )[0]
     return found
 
 

@@ -63,8 +63,7 @@ def generated_in(graph: Graph) -> Value:
 def here(graph: Graph, what: str) -> Value:
     """What a point knows of itself, one of GEOMETRY."""
     if graph.volume and what not in ("position", "object position"):
-        graph.notes.approximated(graph.owner, f"{what.capitalize()} in a volume", "0 is used")
-        return ZERO
+        return graph.nothing_in_volume(what.capitalize())
     if graph.volume == "world":
         what = "position"
     if graph.undisplaced and what == "object position":

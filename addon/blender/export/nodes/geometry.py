@@ -28,8 +28,7 @@ def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope
     if output.name == "Normal" and graph.displaced:
         return graph.displaced
     if graph.volume:
-        graph.notes.approximated(graph.owner, f"{output.name} in a volume", "0 is used")
-        return ZERO
+        return graph.nothing_in_volume(output.name)
     return graph.program.emit("geometry", which=Value.of(GEOMETRY[output.name.lower()]))
 
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import bpy
 import numpy as np
 
-from ....photon.scene import COEFFICIENTS, NO_MEDIUM, Material, Medium, triple
+from ....photon.scene import COEFFICIENTS, NO_MEDIUM, Medium, triple
 from ....photon.scene.media import MOST_ANISOTROPY
-from ....photon.stage.programs import MOST_REGISTERS, width_of
 from ..graph import Graph
 from ..links import Scope, is_given, source
+from ..own_program import own_program
 from ..programs import ZERO, Program, Value, math
 
 # What stands for other phase functions: Henyey & Greenstein's of their own anisotropy, or of this.
@@ -68,13 +68,10 @@ def medium_of(graph: Graph, output: bpy.types.Node, where: str) -> Medium:
         return NO_MEDIUM
     values = dict(zip(COEFFICIENTS, (found.absorption, found.scattering), strict=True))
     results = {name: value.result for name, value in values.items() if value.result is not None}
-    program, numbers = graph.program.pruned(results.values())
-    moved = {name: replace(x, instruction=numbers[x.instruction]) for name, x in results.items()}
-    width = width_of(Material("", program=program, varying=moved))
-    if width > MOST_REGISTERS:
-        what = f"its nodes hold {width} values at a time, {MOST_REGISTERS} are possible: none"
-        graph.notes.approximated(graph.owner, "Volume", what)
+    told = own_program(graph, "Volume", results)
+    if told is None:
         return NO_MEDIUM
+    program, moved = told
     absorption, scattering = (
         moved.get(name) or triple(_finite(value).colour) for name, value in values.items()
     )
