@@ -120,7 +120,7 @@ def needs() -> Iterator[SceneNeeds]:
             if count and not first_hits:
                 yield replace(some, panes=True, media=True)
                 foggy = replace(some, media=True, scattering=True, clamped=True)
-                yield from (foggy, replace(foggy, varying=True))
+                yield from (foggy, replace(foggy, varying=True, glowing=True))
                 yield replace(foggy, panes=True, gathered_lobes=True, caustics=True)
                 yield replace(foggy, lobe_kinds=frozenset({PHASE}), visibility=False)
                 yield replace(some, panes=True, media=True, shaded_lamps=True)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Find the lights that a ray meets, what the surface emits where it ends, and the world that is behind. Lamps hide
-// nothing: a ray goes on behind them.
+// Find the lights that a ray meets, what media emit on its way, what the surface does where it ends, and the world that is
+// behind. Lamps hide nothing: a ray goes on behind them.
 #include "lib/asked_lights.glsl"
 #include "lib/hit.glsl"
 #include "lib/colour.glsl"
@@ -72,6 +72,17 @@ void meet(int number, float kind, RayOrigin origin, vec3 direction, float far, b
     if (is_world(light)) world += radiance; else emitted += radiance;
 }
 
+#ifdef GLOWING
+// Whether a ray finds what media emit on its way: for points in media shadow rays do.
+bool glow_is_found(bool is_of_eye) {
+#if defined(WEIGHED) && defined(SCATTERING)
+    return is_of_eye || density_of(load_throughput()) < ALL_BY_SHADOW_RAYS;
+#else
+    return true;
+#endif
+}
+#endif
+
 void kernel() {
     RayDirection ray = load_direction();
     vec3 direction = ray.direction;
@@ -96,6 +107,12 @@ void kernel() {
         meet(i, light_at(i).kind, origin, direction, far, is_of_eye, emitted, world);
     }
 #endif
+#ifdef GLOWING
+    // What an open mesh holds would not end.
+    vec2 inside = is_hit(hit) ? load_medium().inside : vec2(0.0);
+    Gone gone = gone_along(inside, origin.position, direction, far, far, -1, 0.0);
+    if (glow_is_found(is_of_eye)) emitted += gone.glow;
+#endif
 #ifdef EMISSIVE
     if (is_hit(hit)) {
         Triangle triangle = triangle_at(hit_triangle(hit));
@@ -111,7 +128,11 @@ void kernel() {
         }
 #endif
 #ifdef MEDIA
+#ifdef GLOWING
+        emission *= exp(-gone.depth);
+#else
         emission *= left_after(load_medium().inside, origin.position, direction, hit.t);
+#endif
 #endif
         emitted += emission;
     }

@@ -42,9 +42,13 @@ float share_at(Light light, float far) {
     return light.falloff == 2.0 ? share * distance2 : (light.falloff == 1.0 ? share * far : share);
 }
 
+const int GLOW_BIT = 32;     // nor this: it stands for what a medium emits, which rays of lobes find on their way
+
 bool is_found(Light light, int by) { return (int(light.found_by) & by) != 0; }
 
 bool is_soft(Light light) { return (int(light.found_by) & SOFT_BIT) != 0; }
+
+bool is_glow(Light light) { return (int(light.found_by) & GLOW_BIT) != 0; }
 
 // 1 - cos of the angle between unit vectors, precise for small angles.
 float versine_between(vec3 a, vec3 b) {

@@ -84,8 +84,18 @@ Interior interior_of(vec2 inside, vec3 place, bool in_the_mean) {
 // The longest way there is, times what exp2 takes for exp, were infinite, and times 0 no number.
 const float LONGEST = 1.0e30;
 
-// How far a way has been gone, what is lost of light by then, as optical depths, and what a medium loses there.
-struct Gone { float t; vec3 depth; vec3 extinction; };
+// How far a way has been gone, what is lost of light by then, as optical depths, what a medium loses there, and where that is
+// asked what media have emitted until there.
+struct Gone {
+    float t; vec3 depth; vec3 extinction;
+#ifdef GLOWING
+    vec3 glow;
+#endif
+};
+
+#ifdef GLOWING
+#include "lib/glow.glsl"
+#endif
 
 #ifdef VARYING
 #include "lib/steps.glsl"
@@ -95,7 +105,15 @@ Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float way, float far, 
     vec3 lost = interior_of(inside, origin, true).extinction;
     float t = min(far, LONGEST);
     if (channel >= 0) t = min(t, target / lost[channel]);
-    return Gone(t, lost * t, lost);
+    Gone gone;
+    gone.t = t;
+    gone.depth = lost * t;
+    gone.extinction = lost;
+#ifdef GLOWING
+    vec3 emitted = emitted_at(inside, origin, true);
+    gone.glow = glow_between(emitted, emitted, lost, lost, t);
+#endif
+    return gone;
 }
 #endif
 

@@ -91,7 +91,14 @@ Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float way, float far, 
     far = min(far, LONGEST);
     int last = int(steps.count) + steps.beyond + 1;
     bool is_within = steps.begin == 0.0 || steps.beyond > 0;
-    Gone gone = Gone(0.0, vec3(0.0), is_within ? lost_at(steps, inside, origin) : steps.even);
+    Gone gone;
+    gone.t = 0.0;
+    gone.depth = vec3(0.0);
+    gone.extinction = is_within ? lost_at(steps, inside, origin) : steps.even;
+#ifdef GLOWING
+    gone.glow = vec3(0.0);
+    vec3 even = emitted_at(inside, origin, true), emitted = is_within ? emitted_at(inside, origin, false) : even;
+#endif
     for (int i = 0; i <= last && gone.t < far; i++) {
         float next = i == last ? far : min(step_end(steps, i), far);
         if (!(next > gone.t)) continue;
@@ -108,11 +115,20 @@ Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float way, float far, 
             size = way;
             next = gone.t + way;
         }
+#ifdef GLOWING
+        vec3 emits = is_even ? even : emitted, ends = is_even ? even : emitted_at(inside, origin + next * direction, false);
+        gone.glow += exp(-gone.depth) * glow_between(emits, ends, before, there, size);
+        emitted = ends;
+#endif
         gone.depth += 0.5 * size * (before + there);
         gone.extinction = there;
         gone.t = next;
         if (is_last) break;
-        if (i == 0 && !is_within) gone.extinction = lost_at(steps, inside, origin + next * direction);
+        if (i > 0 || is_within) continue;
+        gone.extinction = lost_at(steps, inside, origin + next * direction);
+#ifdef GLOWING
+        emitted = emitted_at(inside, origin + next * direction, false);
+#endif
     }
     return gone;
 }

@@ -33,13 +33,13 @@ struct VisiblePoint {
 };
 
 #ifdef WEIGHED
-// Of a lobe, of which rays that find the light as well have a part.
+// Of a lobe, of which rays that find the light as well have a part; `own` 0: all of it.
 float part_of_shadow_rays(float own, float density, Lobe lobe, Shape shape) {
     float by_rays = 1.0;
 #ifdef GATHERED_LOBES
     by_rays -= gathered_share(lobe, shape);
 #endif
-    return 1.0 - by_rays + by_rays * (own / (own + density));
+    return 1.0 - by_rays + (own > 0.0 ? by_rays * (own / (own + density)) : 0.0);
 }
 #endif
 
@@ -163,7 +163,8 @@ vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float
     if (is_lobe(point.lobe1)) lobes = 2;
 #endif
 #ifdef WEIGHED
-    bool is_weighed = own > 0.0 && point.bounces < float(chain_depth);
+    bool is_weighed = (own > 0.0 || is_glow(light)) && point.bounces < float(chain_depth);
+    if (is_glow(light)) own = 0.0;
 #ifdef SCATTERING
     is_weighed = is_weighed && !is_phase(point.lobe0);
 #endif

@@ -13,30 +13,35 @@ vec3 warped(Grid box, vec3 place) {
 const float ROUNDED = 0.01;
 const float ROUNDED_AFAR = 4.0e-7;
 
-// What a grid of a number, above 0, has at a place, evenly between its own, or what is beyond it; of one without such
-// nothing. `scattered`: what is scattered, not what is lost.
-vec3 voxel_between(Grid grid, float number, vec3 place, bool scattered) {
-    vec3 last = grid.count - 1.0, at = (place - grid.low) * grid.finer, found = vec3(0.0);
-    vec3 rounded = max(vec3(ROUNDED), ROUNDED_AFAR * abs(place) * grid.finer);
-    if (at != clamp(at, -rounded, last + rounded)) {
-        if (!(grid.goes_on > 0.0)) return found;
-        vec3 beyond = warped(grid, place);
-        grid = grid_at(int(number));
-        last = grid.count - 1.0;
-        at = beyond * grid.finer + 0.5 * last;
-        if (at != clamp(at, vec3(0.0), last)) return found;
-    }
-    at = clamp(at, vec3(0.0), last);
-    vec3 below = min(floor(at), last - 1.0), part = at - below;
+// What is at a place in numbers of a grid's, evenly between its own; which voxel is the first of how many channels.
+vec3 voxels_about(Grid grid, int voxel, int channels, vec3 at) {
+    vec3 last = grid.count - 1.0, found = vec3(0.0), below = min(floor(at), last - 1.0), part = at - below;
     int row = int(grid.count.x), layer = row * int(grid.count.y);
-    int voxel = int(scattered && grid.first_scattering >= 0.0 ? grid.first_scattering : grid.first);
     voxel += (int(below.z) * layer + int(below.y) * row) + int(below.x);
-    for (int i = 0; i < int(grid.channels); i++) {
+    for (int i = 0; i < channels; i++) {
         vec4 both = mix(voxel_at(voxel).values, voxel_at(voxel + layer).values, part.z);
         vec2 ends = mix(both.xy, both.zw, part.y);
         found[i] = mix(ends.x, ends.y, part.x);
         voxel += layer * int(grid.count.z);
     }
+    return found;
+}
+
+// What a grid of a number, above 0, has at a place, or what is beyond it; of one without such nothing. `scattered`: what is
+// scattered, not what is lost.
+vec3 voxel_between(Grid grid, float number, vec3 place, bool scattered) {
+    vec3 last = grid.count - 1.0, at = (place - grid.low) * grid.finer;
+    vec3 rounded = max(vec3(ROUNDED), ROUNDED_AFAR * abs(place) * grid.finer);
+    if (at != clamp(at, -rounded, last + rounded)) {
+        if (!(grid.goes_on > 0.0)) return vec3(0.0);
+        vec3 beyond = warped(grid, place);
+        grid = grid_at(int(number));
+        last = grid.count - 1.0;
+        at = beyond * grid.finer + 0.5 * last;
+        if (at != clamp(at, vec3(0.0), last)) return vec3(0.0);
+    }
+    int voxel = int(scattered && grid.first_scattering >= 0.0 ? grid.first_scattering : grid.first);
+    vec3 found = voxels_about(grid, voxel, int(grid.channels), clamp(at, vec3(0.0), last));
     return grid.channels < 2.0 ? found.xxx : found;
 }
 

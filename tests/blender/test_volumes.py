@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 import pytest
 
+from addon.blender.export.blackbody import blackbody
 from addon.blender.settings import settings_from
 from addon.photon.scene import NO_MEDIUM
 from tests.measure import render
@@ -128,6 +129,36 @@ def low_fog(scene: bpy.types.Scene) -> None:
     add_light("Spot", "SPOT", location=(0.5, 0, 2.0), energy=100.0, spot_size=0.9)
 
 
+def glows(scene: bpy.types.Scene) -> None:
+    """Evenly, beside what shows it: rough, sharp, and without a lobe; through a wall of glass."""
+    cube = add_mesh("Box", CUBE, location=(-0.6, 0, 0.9), scale=(0.3, 0.3, 0.6))
+    cube.data.materials.append(fog("ShaderNodeEmission", Color=(1, 0.5, 0.2, 1), Strength=3.0))
+    for x, roughness in ((0.9, 0.5), (1.9, 0.1)):
+        ball = add_mesh("Ball", BALL, location=(x, 0, 0.5), scale=(0.5,) * 3)
+        shiny = {"Metallic": 1.0, "Base_Color": (0.8, 0.8, 0.8, 1), "Roughness": roughness}
+        ball.data.materials.append(shader_material("ShaderNodeBsdfPrincipled", **shiny))
+    leaf = add_mesh("Leaf", location=(-1.5, 0, 1.0), rotation_euler=(1.2, 0, 0), scale=(0.4,) * 3)
+    leaf.data.materials.append(shader_material("ShaderNodeBsdfTranslucent"))
+
+
+def burns(scene: bpy.types.Scene) -> None:
+    """By its temperature, in what absorbs and scatters; things stand in it."""
+    material, tree = new_material("Fire")
+    places = tree.nodes.new("ShaderNodeTexCoord")
+    gradient = add_node(tree, "ShaderNodeTexGradient", Vector=places.outputs["Object"])
+    gradient.gradient_type = "SPHERICAL"
+    ramp = add_node(tree, "ShaderNodeMapRange", Value=gradient.outputs[1], To_Max=6000.0)
+    fire = {"Density": gradient.outputs[1], "Color": (0.8, 0.8, 0.8, 1)}
+    fire |= {"Temperature": ramp.outputs[0], "Blackbody_Intensity": 1.0}
+    fire |= {"Blackbody_Tint": (0.02, 0.02, 0.02, 1)}
+    fire |= {"Emission_Color": (0.1, 0.2, 1.0, 1), "Emission_Strength": 0.05}
+    finish(tree, add_node(tree, PRINCIPLED, **fire), "Volume")
+    ball = add_mesh("Ball", BALL, location=(0, 0, 0.8), scale=(1.0, 0.8, 1.2))
+    ball.data.materials.append(material)
+    grey = shader_material(DIFFUSE, Color=(0.6, 0.6, 0.6, 1))
+    add_mesh("Log", CUBE, location=(0.3, 0, 0.2), scale=(0.5, 0.1, 0.1)).data.materials.append(grey)
+
+
 # Of the means of pictures and of the median block, by how much they may be off: of many samples
 # half as much.
 CASES = [
@@ -138,6 +169,9 @@ CASES = [
     (clouds, 0, 0.004, 0.006),
     (low_fog, 0, 0.012, 0.025),
     (clouds, 4, 0.006, 0.008),
+    (glows, 0, 0.006, 0.01),
+    (burns, 0, 0.01, 0.015),
+    (burns, 4, 0.01, 0.015),
     (box, 4, 0.01, 0.012),
     (in_world, 4, 0.008, 0.012),
     (under_sky, 4, 0.004, 0.006),
@@ -231,8 +265,31 @@ def test_sums_and_mixtures(convert) -> None:
     assert features(report, "approximated") == ["Anisotropy"]
 
 
-def burning(tree: bpy.types.NodeTree) -> bpy.types.Node:
-    return add_node(tree, PRINCIPLED, Density=1.0, Emission_Strength=2.0)
+def test_what_emits(convert) -> None:
+    """A metre: a colour times its strength, what a shader mixes of it, and by temperature, whose
+    colour is the Blackbody node's."""
+    material, tree = new_material("Glow")
+    glow = add_node(tree, "ShaderNodeEmission", Color=(1.0, 0.5, 0.0, 1), Strength=4.0)
+    fire = {"Density": 0.0, "Emission_Strength": 2.0, "Emission_Color": (0.0, 0.5, 1.0, 1)}
+    warm = {"Blackbody_Intensity": 0.5, "Temperature": 3000.0, "Blackbody_Tint": (1, 0, 1, 1)}
+    fire = add_node(tree, PRINCIPLED, **fire, **warm)
+    mixed = both(tree, "ShaderNodeMixShader", glow, fire)
+    mixed.inputs[0].default_value = 0.25
+    finish(tree, mixed, "Volume")
+    converted, report = convert(material)
+    bright = 5.670373e-14 / math.pi * (1.0 + 0.5 * (3000.0**4 - 1.0))
+    expected = np.array((3.0, 1.5, 0.0)) + 0.25 * np.array((0.0, 1.0, 2.0))
+    expected += 0.25 * bright * np.array((1, 0, 1)) * blackbody(3000.0)[:3]
+    assert converted.medium.emission == pytest.approx(tuple(expected), rel=1e-5)
+    assert not converted.medium.scatters and features(report, "exact") == ["Shader"]
+
+
+def test_the_worlds_emits_nothing(scene, export) -> None:
+    """It is named."""
+    finish(tree := new_world(scene), add_node(tree, PRINCIPLED, Emission_Strength=1.0), "Volume")
+    exported, report = export()
+    assert exported.air.is_there and not exported.air.glows
+    assert [x.feature for x in report.of("ignored")] == ["Emission of a volume"]
 
 
 def painted(tree: bpy.types.NodeTree) -> bpy.types.Node:
@@ -241,7 +298,7 @@ def painted(tree: bpy.types.NodeTree) -> bpy.types.Node:
 
 @pytest.mark.parametrize(
     ("volume", "feature"),
-    [(burning, "Emission of a volume"), (painted, "Volume")],
+    [(painted, "Volume")],
 )
 def test_what_is_not_rendered(convert, volume, feature) -> None:
     """It is named, and leaves the surface, and the rest of the medium."""
@@ -249,7 +306,7 @@ def test_what_is_not_rendered(convert, volume, feature) -> None:
     finish(tree, volume(tree), "Volume")
     finish(tree, add_node(tree, DIFFUSE))
     converted, report = convert(material)
-    assert (converted.medium == NO_MEDIUM) == (feature == "Volume")
+    assert converted.medium == NO_MEDIUM
     assert converted.is_diffuse and features(report, "ignored") == [feature]
 
 

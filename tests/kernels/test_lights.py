@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.scene import Light
+from addon.photon.scene import GLOW, Light
 from addon.photon.stage.emissive import TRIANGLE
 from addon.photon.stage.kinds import light_kinds
 from tests.kernels.conftest import Bench
@@ -83,8 +83,8 @@ EACH = [
 
 
 def test_every_kind_is_tested() -> None:
-    """Here, or where several kinds are held against each other."""
-    seen = {light.kind for light in SEEN_LIGHTS} | {TRIANGLE}
+    """Here, or where several kinds are held against each other, or in a file of their own."""
+    seen = {light.kind for light in SEEN_LIGHTS} | {TRIANGLE, GLOW}
     assert CASES.keys() | seen == light_kinds().keys()
 
 

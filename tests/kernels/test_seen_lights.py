@@ -51,18 +51,19 @@ FAR = 3e38
 SIGMAS = 4.5
 
 
-def _at(middle: Any) -> tuple[float, float, float]:
+def at_scene(middle: Any) -> tuple[float, float, float]:
+    """A place [scene units] in metres."""
     x, y, z = np.asarray(middle) * FRAME.scale + FRAME.centre
     return float(x), float(y), float(z)
 
 
 SEEN_LIGHTS = (
-    plain_light("point", "POINT", _at(MIDDLE), POWER, radius=0.8),
-    plain_light("spot", "SPOT", _at(MIDDLE), POWER, SKEW, 0.6, math.radians(140), 0.4),
-    point_light("soft point", _at(MIDDLE), POWER, 1.6, soft=True),
+    plain_light("point", "POINT", at_scene(MIDDLE), POWER, radius=0.8),
+    plain_light("spot", "SPOT", at_scene(MIDDLE), POWER, SKEW, 0.6, math.radians(140), 0.4),
+    point_light("soft point", at_scene(MIDDLE), POWER, 1.6, soft=True),
     spot_light(
         "stretched",
-        _at(MIDDLE),
+        at_scene(MIDDLE),
         POWER,
         SKEW,
         size=math.radians(120),
@@ -73,7 +74,14 @@ SEEN_LIGHTS = (
     ),
     *(
         area_light(
-            name, _at(MIDDLE), POWER, SKEW, (1.0, 0.2, 0.5), size=size, is_round=r, spread=spread
+            name,
+            at_scene(MIDDLE),
+            POWER,
+            SKEW,
+            (1.0, 0.2, 0.5),
+            size=size,
+            is_round=r,
+            spread=spread,
         )
         for name, size, r, spread in (
             ("square", (2.0, 2.0), False, math.pi),
@@ -95,7 +103,7 @@ def emissive_triangle() -> NDArray[Any]:
     b = Builder().add([[0, 0, 0], [1.6, 0.2, 0.1], [0.3, 1.4, -0.2]], [[0, 1, 2]])
     emitter = Material("emissive", BLACK, (), POWER)
     scene = b.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [emitter])
-    scene = replace(scene, vertices=scene.vertices + _at(MIDDLE - 0.25))
+    scene = replace(scene, vertices=scene.vertices + at_scene(MIDDLE - 0.25))
     mesh = Mesh.build(scene, FRAME)
     emission = np.array([material.emission for material in scene.materials])
     radiance = emission[scene.material[emissive_triangles(scene, mesh)]]

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from addon.photon.kernels.lights import FOUND_BITS
 from addon.photon.scene import BLACK, Instruction, Lobe, Material, Result, Scene, point_light
 from addon.photon.stage import emissive
-from addon.photon.stage.light_tables import FOUND_BITS
 from addon.streams import Device
 from tests.measure import fallen, render, rendered
 from tests.scenes import Builder, orthographic, plain_material

@@ -49,7 +49,7 @@ def along(row: Constant, *, absorbs: RGB = BLACK, scatters: RGB = BLACK, g: floa
         result if any(colour) else BLACK
         for result, colour in zip(results, (absorbs, scatters), strict=True)
     )
-    return Medium(absorbed, scattered, g, tuple(program))
+    return Medium(absorbed, scattered, g, program=tuple(program))
 
 
 def test_slab_that_scatters_once(device: Device) -> None:

@@ -15,7 +15,7 @@ from addon.photon.kernels import records
 from addon.photon.kernels.records import check_layouts
 from addon.photon.kernels.shade import Shade
 from addon.photon.prepare import prepare
-from addon.photon.scene import Light, Lobe, Material, Scene, phong
+from addon.photon.scene import Light, Lobe, Material, Scene, glow_light, phong
 from addon.photon.settings import Settings
 from addon.photon.stage import kinds as kinds_module
 from addon.photon.stage.kinds import check_kinds, light_kinds, lobe_kinds
@@ -232,7 +232,8 @@ def test_variants_are_what_scenes_need(
 
     monkeypatch.setattr(Kernel, "source", classmethod(spy))
     scene = cornell()
-    lights = (*scene.lights, *SEEN_LIGHTS)  # of every kind
+    glow = glow_light("glow", (0.0, 0.0, 1.0), (1.0,) * 3, 0.1)
+    lights = (*scene.lights, *SEEN_LIGHTS, glow)  # of every kind
     scenes = [scene]
     broad, mirror = phong((0.1,) * 3, 9.0), phong((0.1,) * 3)
     for lobes, many in (((broad,), (1,)), ((mirror,), (40,)), ((broad, broad), (1, 40))):

@@ -106,6 +106,10 @@ def test_light_from_afar() -> None:
 def test_files(tmp_path: Path) -> None:
     """They hold media; older ones held what absorbs alone."""
     scene, path = nested(), tmp_path / "scene.npz"
+    glow = (1.0, 2.0, 0.5)
+    glowing = [replace(x, medium=replace(x.medium, emission=glow)) for x in scene.materials]
+    replace(scene, materials=tuple(glowing)).save(path)
+    assert [x.medium.emission for x in Scene.load(path).materials] == [glow] * len(glowing)
     scene.save(path)
     loaded = Scene.load(path)
     assert (loaded.materials, loaded.air) == (scene.materials, scene.air)
@@ -129,6 +133,7 @@ def test_files(tmp_path: Path) -> None:
         (Medium((0.0,) * 3, (0.0, np.nan, 0.0)), "scattering"),
         (Medium((0.0,) * 3, (1.0,) * 3, 1.0), f"anisotropy = 1.0 is outside .-{MOST_ANISOTROPY}"),
         (Medium((0.0,) * 3, (1.0,) * 3, np.nan), "anisotropy = nan"),
+        (Medium(emission=(0.0, -1.0, 0.0)), "emission"),
     ],
 )
 def test_values_out_of_range(medium: Medium, match: str) -> None:

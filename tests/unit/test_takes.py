@@ -9,21 +9,35 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from addon.photon.backends.backend import backend_of
 from addon.photon.errors import SceneError
 from addon.photon.film.composite import composite
 from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
-from addon.photon.scene import ALL_RAYS, CATCHER, HOLDOUT, RAY_BITS, Material, Scene, point_light
+from addon.photon.scene import (
+    ALL_RAYS,
+    BLACK,
+    CATCHER,
+    HOLDOUT,
+    RAY_BITS,
+    TRANSPARENT,
+    Lobe,
+    Material,
+    Medium,
+    Scene,
+    point_light,
+)
 from addon.photon.scene.snapshot import same
 from addon.photon.scene.takes import Take, takes_of
 from addon.photon.settings import Settings
 from addon.photon.takes_renderer import TakesRenderer, settings_of
 from addon.streams import Device
 from tests.measure import render
-from tests.scenes import backdrop, cornell
+from tests.scenes import Builder, backdrop, camera, cornell
 
 SETTINGS = Settings(width=16, height=16, passes=8, photons=2000)
 CAMERA = RAY_BITS["camera"]
+WHITE = (1.0, 1.0, 1.0)
 
 
 def grouped() -> Scene:
@@ -89,6 +103,25 @@ def test_each_light_has_one_take() -> None:
     for take in takes:
         take.scene.check()
         assert takes_of(take.scene, False)[0].scene is take.scene
+
+
+def test_media_emit_in_one_take(device: Device) -> None:
+    """What the eye sees of them, and their lamps."""
+    glow = Material("glow", BLACK, (Lobe(TRANSPARENT, WHITE),), medium=Medium(emission=WHITE))
+    built = Builder().box((-2, -1, 0), (-1, 1, 1), 0).box((1, -1, 0), (2, 1, 1), 0)
+    scene = built.scene(camera((0, -5, 1), (0, 0, 1), 40), [], [glow])
+    grouped_so = {"light_groups": ("Fill",), "surface_groups": ("Fill", "")}
+    scene = replace(scene, surfaces=("one", "other"), surface=np.arange(24) // 12, **grouped_so)
+    kept = Kept(device)
+    lit = kept.worked_out(scene, 16, backend_of(SETTINGS, device))
+    takes = takes_of(lit, is_transparent=False)
+    assert [take.group for take in takes] == ["Fill", ""]
+    for take, side in zip(takes, (-1, 1), strict=True):
+        own = take.scene
+        assert len(own.lights) > 100 and all(side * x.position[0] > 1.0 for x in own.lights)
+        glows = np.array([material.medium.glows for material in own.materials])[own.material]
+        assert (glows == (own.surface == (side > 0))).all()
+    kept.release()
 
 
 def test_bits_of_catchers() -> None:

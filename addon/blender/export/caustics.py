@@ -49,7 +49,7 @@ def _note_glass(owner: str, wanted: str, lobes: list[Lobe], notes: Notes) -> Non
 def note_casters(owner: str, scene: Scene, is_blurred: bool, notes: Notes) -> None:
     """Write in one line which objects cast caustics, and by which materials; `is_blurred`: Cycles
     makes casters rougher for diffuse rays."""
-    if not scene.lights and not any(material.is_emissive for material in scene.materials):
+    if not scene.lights and not any(material.emits for material in scene.materials):
         return
     pairs = np.unique(np.stack([scene.surface, scene.material], -1), axis=0).tolist()
     told: list[str] = []

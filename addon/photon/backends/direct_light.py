@@ -15,6 +15,7 @@ from ...streams import Device, Kernel, PingPong, Stream
 from ...streams.device import Layer
 from ..kernels.direct import Direct, ShadowLeft, ShadowRays, ShadowThrough
 from ..kernels.launch import Streams, launch
+from ..kernels.lights import FOUND_BITS
 from ..kernels.records import (
     CHAIN,
     HIT,
@@ -26,7 +27,6 @@ from ..kernels.records import (
 )
 from ..stage.environments import LUMINANCE
 from ..stage.kinds import light_kinds
-from ..stage.light_tables import FOUND_BITS
 from ..stage.needs import SceneNeeds
 from ..stage.programs import ProgramNeeds
 from ..stage.tables import Tables

@@ -4,6 +4,7 @@ from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, PORTALS
 from .media import VARYING_TABLES
 from .records import (
     CHAIN,
+    GLOW,
     HIT,
     INTERIOR,
     MATERIAL,
@@ -34,6 +35,7 @@ class Emitted(Kernel):
         "MEDIA",
         "SCATTERING",
         "VARYING",
+        "GLOWING",
         "DISPERSION",
         "PORTALS",
         "DIFFUSE_APART",
@@ -65,4 +67,5 @@ class Emitted(Kernel):
         "materials": When(("EMISSIVE", "TWO_SIDED", "MEDIA"), Table(MATERIAL)),
         "interiors": When("MEDIA", Table(INTERIOR)),
         **VARYING_TABLES,
+        "glows": When("GLOWING", Table(GLOW)),
     }

@@ -219,6 +219,9 @@ GRID = Record(
 )
 # At a place, at the next along x, and at both next along y.
 VOXEL = Record("Voxel", {"values": "vec4"})
+# What an INTERIOR emits in the mean [radiance a scene unit]; which VOXEL is the first of what it
+# does at places of its grid over that, three channels one after the other; below 0: evenly.
+GLOW = Record("Glow", {"emission": "vec3", "first": "float"})
 CONSTANT = Record("Constant", {"value": "vec4"})
 # What programs may ask for at a triangle's corners.
 CORNER_ATTRIBUTE = Record("CornerAttribute", {"a": "vec4", "b": "vec4", "c": "vec4"})

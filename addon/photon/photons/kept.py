@@ -25,6 +25,7 @@ from ..stage.device_scene import DeviceScene
 from ..stage.dicing import diced
 from ..stage.displacement import displaced
 from ..stage.geometry import Mesh, frame_of
+from ..stage.glow import lit_by_media
 from ..stage.movement import Movement
 from ..stage.textures import Texels
 from .deposits import DEPOSIT_BYTES, Copy, Deposits
@@ -102,10 +103,10 @@ class Kept:
 
     def worked_out(self, scene: Scene, width: int, backend: Backend) -> Scene:
         """A scene whose materials have moved its surfaces, cut for a picture so many pixels wide,
-        and told what media have: what is there, if nothing but the view has changed. DeviceError
-        when OpenGL fails."""
+        and told what media have, which emit by lamps: what is there, if nothing but the view has
+        changed. DeviceError when OpenGL fails."""
         moves = any(material.displacement for material in scene.materials)
-        if not moves and not any(medium.asks for medium in scene.media):
+        if not moves and not any(medium.asks or medium.glows for medium in scene.media):
             self._worked = None
             return filled(scene, backend, None)
         there = self._worked
@@ -130,7 +131,7 @@ class Kept:
             self._release_scene()
         self._texels = Texels.of(self.device, scene, self._texels)
         moved = displaced(scene, backend, self._texels)
-        return filled(moved, backend, self._texels)
+        return lit_by_media(filled(moved, backend, self._texels))
 
     def opened(self) -> Opened:
         """OpenImageDenoise, which stays open from one render to the next."""

@@ -7,9 +7,11 @@ from .displacement import Displacement
 from .images import Image, Texture
 from .lights import (
     FOUND_BY,
+    GLOW,
     Light,
     area_light,
     environment_light,
+    glow_light,
     point_light,
     spot_light,
     sun_light,
@@ -29,6 +31,7 @@ __all__ = [
     "CAUSTICS",
     "COEFFICIENTS",
     "FOUND_BY",
+    "GLOW",
     "HOLDOUT",
     "MIRROR",
     "MOST_BOUNCES",
@@ -58,6 +61,7 @@ __all__ = [
     "Texture",
     "area_light",
     "environment_light",
+    "glow_light",
     "phong",
     "point_light",
     "reflecting",

@@ -20,6 +20,7 @@ from .visibility import MOST_BOUNCES
 LEAST_SPREAD = 1e-3
 # Who may find a light: the eye's rays; shadow rays of diffuse surfaces and of lobes; rays of lobes.
 FOUND_BY = ("camera", "diffuse", "glossy", "chains")
+GLOW = "glow"  # a kind
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,13 @@ def point_light(
     whoever looks."""
     parameters = {"radius": radius, "soft": float(soft and radius > 0.0)}
     return Light(name, "point", position, power, parameters=parameters, found_by=found_by)
+
+
+def glow_light(name: str, position: RGB, power: RGB, radius: float) -> Light:
+    """What a medium emits about a place, as a ball of a radius [m]; rays find it on their way."""
+    parameters = {"radius": radius}
+    found_by = ("diffuse", "glossy")
+    return Light(name, GLOW, position, power, parameters=parameters, found_by=found_by)
 
 
 def spot_light(

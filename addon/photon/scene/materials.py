@@ -176,6 +176,11 @@ class Material:
         return max(self.emission) > 0 or self.emits_by_program
 
     @property
+    def emits(self) -> bool:
+        """Whether they are, or what is inside them emits light."""
+        return self.is_emissive or self.medium.glows
+
+    @property
     def emits_by_program(self) -> bool:
         """Whether its program tells what they emit."""
         return "emission" in self.varying

@@ -111,8 +111,8 @@ def _group_of(name: str, groups: tuple[str, ...]) -> str:
 
 
 def _emissive(scene: Scene) -> NDArray[np.bool_]:
-    """(S,): which surfaces have emissive triangles."""
-    emissive = np.array([material.is_emissive for material in scene.materials], bool)
+    """(S,): which surfaces have emissive triangles, or such about what emits."""
+    emissive = np.array([material.emits for material in scene.materials], bool)
     found = np.zeros(len(scene.surfaces), bool)
     if emissive.any():
         found[scene.surface[emissive[scene.material]]] = True
@@ -127,7 +127,7 @@ def _emitting_only(scene: Scene, shines: NDArray[np.bool_]) -> Scene:
     material, materials = scene.material.copy(), [*scene.materials]
     for number, one in enumerate(scene.materials):
         chosen = off & (scene.material == number)
-        if one.is_emissive and chosen.any():
+        if one.emits and chosen.any():
             material[chosen] = len(materials)
             materials.append(_dark(one))
     return replace(scene, material=material, materials=tuple(materials))
@@ -143,4 +143,5 @@ def _clear(scene: Scene, which: NDArray[np.bool_]) -> Scene:
 
 def _dark(material: Material) -> Material:
     varying = {name: value for name, value in material.varying.items() if name != "emission"}
-    return replace(material, emission=BLACK, varying=varying)
+    medium = replace(material.medium, emission=BLACK)
+    return replace(material, emission=BLACK, varying=varying, medium=medium)

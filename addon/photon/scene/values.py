@@ -127,6 +127,8 @@ class Scene:
         for material in self.materials:
             material.check()
         self.air.check("scene.air")
+        if self.air.glows:
+            raise SceneError("scene.air: what is everywhere emits nothing")
         check_moving(self.moving, len(self.vertices), self.triangles)
         check_finite("scene.shutter", self.shutter, 0.0)
         if self.moving and self.camera.motion and self.camera.motion.shutter != self.shutter:

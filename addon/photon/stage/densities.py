@@ -37,8 +37,8 @@ THIN = 1e-4  # of a box's longest side, that a shorter one is at least
 MOST_OWN = 1000
 FAR_CELLS = 48  # of what is beyond the box about all
 FAR_SAMPLES = 16
-# Of all grids together: their voxels, six a place at most, have numbers that floats hold.
-MOST_PLACES = (1 << 24) // 6 - (FAR_CELLS + 1) ** 3
+# Of all grids together: their voxels, nine a place at most, have numbers that floats hold.
+MOST_PLACES = (1 << 24) // 9 - (FAR_CELLS + 1) ** 3
 EVEN_3 = np.array((0.8191725134, 0.6710436067, 0.5497004779))  # steps of the R3 sequence
 AIR, BEYOND = -1, -2  # its numbers, beside those of materials
 
@@ -346,16 +346,22 @@ def _at_slices(
 
 def _medium(box: _Box, values: dict[str, NDArray[np.float32]]) -> Medium:
     """What a program gave there, on as coarse a grid as tells it."""
-    scattering = values["scattering"]
-    both = np.concatenate([values["absorption"] + scattering, scattering], axis=-1)
-    extinction, scattering = np.split(both if box.far else _coarser(both), 2, axis=-1)
-    lost, turned = (x.mean(axis=(0, 1, 2), dtype=np.float64) for x in (extinction, scattering))
-    if not lost.max() * (box.high - box.low).max() > CLEAR:
+    scattering, emission = values["scattering"], values["emission"]
+    extinction = values["absorption"] + scattering
+    unit = np.float32(1.0)  # so that the grid tells each as truly as the others
+    if extinction.any() and emission.any():
+        unit = np.float32(min(extinction.mean() / emission.mean(), 1e20))
+    joint = np.concatenate([extinction, scattering, unit * emission], axis=-1)
+    parts = np.split(joint if box.far else _coarser(joint), 3, axis=-1)
+    extinction, scattering, emission = map(np.ascontiguousarray, (*parts[:2], parts[2] / unit))
+    lost, turned, emitted = (
+        x.mean(axis=(0, 1, 2), dtype=np.float64) for x in (extinction, scattering, emission)
+    )
+    if not (emitted.any() or lost.max() * (box.high - box.low).max() > CLEAR):
         return NO_MEDIUM
-    absorbed = np.maximum(lost - turned, 0.0)
-    extinction, scattering = map(np.ascontiguousarray, (extinction, scattering))
-    grid = Grid(box.low, box.high, extinction, scattering)
-    return Medium(triple(absorbed), triple(turned), box.medium.anisotropy, grid=grid)
+    grid = Grid(box.low, box.high, extinction, scattering, emission)
+    absorption, scatters, emits = map(triple, (np.maximum(lost - turned, 0.0), turned, emitted))
+    return Medium(absorption, scatters, box.medium.anisotropy, emits, grid=grid)
 
 
 def _coarser(values: NDArray[np.float32]) -> NDArray[np.float32]:

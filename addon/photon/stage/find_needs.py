@@ -49,7 +49,8 @@ def find_needs(
     transparent = any(material.is_transparent for material in materials)
     chains = (rays and settings.mirror_depth > 0) or transparent
     met = [light for light in emitting if light_kinds()[light.kind].is_met(light.parameters)]
-    by_chains = chains and (emissive or any("chains" in light.found_by for light in met))
+    glows = emissive or media.glowing  # and rays of lobes meet it
+    by_chains = chains and (glows or any("chains" in light.found_by for light in met))
     of_mesh = frozenset({TRIANGLE} if emissive else ())
     photons = lighting and (diffuse or gathered) and settings.photons_a_pass > 0
     return SceneNeeds(
@@ -61,12 +62,12 @@ def find_needs(
         panes=asked and photons and has_panes(scene, mesh, emitting),
         caustics=photons and settings.caustics and any(map(casts_caustics, kinds)),
         secondary_rays=chains,
-        emitters_seen=by_chains or emissive or any("camera" in x.found_by for x in met),
+        emitters_seen=by_chains or glows or any("camera" in x.found_by for x in met),
         emissive=emissive,
         weighed=asked
         and broad
         and by_chains
-        and (emissive or any("glossy" in x.found_by for x in met)),
+        and (glows or any("glossy" in x.found_by for x in met)),
         transparent_depth=settings.transparent_depth if transparent else 0,
         shadow_programs=_programs_of(scene, materials, of_transmittance),
         light_kinds=of_mesh | {light.kind for light in emitting},
@@ -149,6 +150,7 @@ def _of_materials(
         "media": media.any,
         "scattering": media.scattering,
         "varying": media.varying,
+        "glowing": media.glowing,
         "too_bright": any(material.may_be_too_bright for material in materials),
         "shaded_lamps": any(material.filters_no_lamps for material in materials),
         "lobes": min(max(map(len, lobes), default=0), MOST_LOBES),

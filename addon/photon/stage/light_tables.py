@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...streams import TABLE_WIDTH, Device, Kernel, Stream, Table, Uniform, When
 from ...streams.device import Layer
+from ..kernels.lights import FOUND_BITS, IS_GLOW, IS_SOFT
 from ..kernels.records import (
     FLUX,
     LIGHT,
@@ -17,7 +18,7 @@ from ..kernels.records import (
     LIGHT_HIGH,
     LIGHT_LOW,
 )
-from ..scene import FOUND_BY, RGB, Light, Scene
+from ..scene import GLOW, RGB, Light, Scene
 from .emissive import Emission, triangle_lights
 from .environments import Place
 from .geometry import Frame, Mesh
@@ -27,10 +28,6 @@ from .media import from_afar
 from .profiles import mean_of
 from .switches import light_defines, made_lights
 from .upload import Textures, texels_of, upload_table
-
-# Bits of a light's found_by in GLSL (lib/light.glsl).
-FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
-IS_SOFT = 1 << len(FOUND_BY)
 
 
 def is_seen(light: Light) -> bool:
@@ -58,6 +55,7 @@ def light_table(
         row["parameters"], row["more"] = np.resize([*numbers, *[0.0] * 8], (2, 4))
         bits = [FOUND_BITS[name] for name in light.found_by]
         row["found_by"] = sum(bits) + (IS_SOFT if light.parameters.get("soft") else 0)
+        row["found_by"] += IS_GLOW * (light.kind == GLOW)
         if light.gobo is not None:
             row["gobo"], row["gobo_width"], row["gobo_height"] = places[light.gobo]
         row["falloff"], row["smoothing"] = light.falloff, light.smoothing / frame.scale**2

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SceneError
-from ..kernels.records import BEAM, GRID, INTERIOR, LIGHT_START, VOXEL
+from ..kernels.lights import IS_GLOW
+from ..kernels.records import BEAM, GLOW, GRID, INTERIOR, LIGHT_START, VOXEL
 from ..scene import RAY_BITS, Grid, Light, Material, Medium, Scene, triple
 from .emissive import TRIANGLE
 from .far import far_ends
@@ -34,11 +35,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MediaThere:
-    """Whether a scene has media, and such as scatter light."""
+    """Whether a scene has media, and such as scatter or emit light."""
 
     any: bool
     scattering: bool  # or such as differ from place to place, where ways are gone along
     varying: bool
+    glowing: bool
 
     @staticmethod
     def of(scene: Scene, materials: Iterable[Material]) -> MediaThere:
@@ -46,7 +48,8 @@ class MediaThere:
         media = [scene.air, *(material.medium for material in materials)]
         varying = any(x.varies for x in media)
         scattering = varying or any(x.scatters for x in media)
-        return MediaThere(any(x.is_there for x in media), scattering, varying)
+        glowing = any(x.glows for x in media)
+        return MediaThere(any(x.is_there for x in media), scattering, varying, glowing)
 
 
 class Media:
@@ -76,15 +79,21 @@ class Media:
             self.of_materials[number] = numbers[one]
         self.count = len(there)
         self.scatters = any(medium.scatters or medium.varies for medium in there)
+        self.glows = GLOW.zeros(len(there) if any(x.glows for x in there) else 0)
         self._visible = scene.visible
         self.table = INTERIOR.zeros(max(len(there), 1))
         for row, medium in zip(self.table, there, strict=False):
-            absorbed, scattered = scale * medium.coefficients
+            absorbed, scattered, _ = scale * medium.coefficients
             row["scattering"], row["extinction"] = scattered, scattered + absorbed
             row["anisotropy"] = medium.anisotropy
         varying = [number for number, medium in enumerate(there) if medium.grid]
-        first, self.grids, self.voxels = _grid_tables([there[x] for x in varying], frame)
-        self.table["grid"][varying] = first
+        grids = _GridTables.of([there[x] for x in varying], frame)
+        self.grids, self.voxels = grids.grids, grids.voxels
+        self.table["grid"][varying] = grids.numbers
+        for row, medium in zip(self.glows, there, strict=False):
+            row["emission"], row["first"] = scale * medium.coefficients[2], -1.0
+        if len(self.glows):
+            self.glows["first"][varying] = grids.emission
 
     def around(self, places: Array, mesh: Mesh, ray: str) -> NDArray[np.float32]:
         """Which media places (n, 3) are in, (n, 2) as MEDIUM has it, for rays of a name, to which
@@ -133,35 +142,47 @@ def _wearers(scene: Scene) -> list[int]:
     return found
 
 
-def _grid_tables(
-    media: Sequence[Medium], frame: Frame
-) -> tuple[list[float], NDArray[Any], NDArray[Any]]:
-    """Of media that have grids the number of each, above 0; (G,) of GRID and (n,) of VOXEL. What is
-    beyond a grid follows it."""
-    numbers: list[float] = []
-    grids: list[Any] = []
-    blocks: list[NDArray[np.float32]] = []
-    first = 0
-    for medium in media:
-        assert medium.grid
-        numbers.append(len(grids) + 1.0)
-        for grid in (medium.grid, medium.grid.beyond):
-            if grid:
-                row, own = _grid_of(medium, grid, frame)
-                if grid is not medium.grid:
-                    ends = far_ends((grid.high - grid.low) / 2)
-                    row["finer"] = (row["count"] - 1.0) / (2.0 * ends)
-                row["first"] += first
-                row["first_scattering"] += first * (row["first_scattering"] >= 0.0)
-                grids.append(row)
-                blocks += own
-                first += sum(map(len, own))
-    table, voxels = GRID.zeros(len(grids)), VOXEL.zeros(first)
-    for number, row in enumerate(grids):
-        table[number] = row
-    if blocks:
-        voxels["values"] = np.concatenate(blocks)
-    return numbers, table, voxels
+@dataclass(frozen=True)
+class _GridTables:
+    """What media that have grids have on these."""
+
+    numbers: list[float]  # of each the number of its grid, above 0; what is beyond it follows it
+    emission: list[float]  # and which voxel is the first of what it emits, below 0: none
+    grids: NDArray[Any]  # (G,) of GRID
+    voxels: NDArray[Any]  # (n,) of VOXEL
+
+    @staticmethod
+    def of(media: Sequence[Medium], frame: Frame) -> _GridTables:
+        """In their order."""
+        numbers: list[float] = []
+        emission: list[float] = []
+        grids: list[Any] = []
+        blocks: list[NDArray[np.float32]] = []
+        first = 0
+        for medium in media:
+            assert medium.grid
+            numbers.append(len(grids) + 1.0)
+            for grid in (medium.grid, medium.grid.beyond):
+                if grid:
+                    row, own = _grid_of(medium, grid, frame)
+                    if grid is not medium.grid:
+                        ends = far_ends((grid.high - grid.low) / 2)
+                        row["finer"] = (row["count"] - 1.0) / (2.0 * ends)
+                    row["first"] += first
+                    row["first_scattering"] += first * (row["first_scattering"] >= 0.0)
+                    grids.append(row)
+                    blocks += own
+                    first += sum(map(len, own))
+            emission.append(float(first) if medium.glows else -1.0)
+            if medium.glows:
+                blocks.append(_quads(_over(medium.grid.emission, medium.coefficients[2])))
+                first += len(blocks[-1])
+        table, voxels = GRID.zeros(len(grids)), VOXEL.zeros(first)
+        for number, row in enumerate(grids):
+            table[number] = row
+        if blocks:
+            voxels["values"] = np.concatenate(blocks)
+        return _GridTables(numbers, emission, table, voxels)
 
 
 def _grid_of(
@@ -173,7 +194,7 @@ def _grid_of(
     row["count"] = grid.extinction.shape[2::-1]
     row["finer"] = (row["count"] - 1.0) * frame.scale / (grid.high - grid.low)
     row["goes_on"] = grid.beyond is not None
-    absorbed, scattered = medium.coefficients
+    absorbed, scattered, _ = medium.coefficients
     lost = _over(grid.extinction, absorbed + scattered)
     turned = _over(grid.scattering, scattered)
     goes_with = _same(turned, lost * (scattered > 0.0))
@@ -206,7 +227,8 @@ def _quads(values: NDArray[np.float32]) -> NDArray[np.float32]:
 def beams(scene: Scene, lights: NDArray[Any], bounds: Bounds, distant: int) -> NDArray[Any]:
     """(B,) of BEAM, none perhaps, of a table of lights and where they shine, of which the first
     ones are `distant`: lamps, and emissive surfaces, MOST_BEAMS of them at most."""
-    is_near = (np.arange(len(lights)) >= distant) & (bounds.flux > 0.0)
+    glows = lights["found_by"].astype(np.int64) & IS_GLOW > 0  # all about them is bright
+    is_near = (np.arange(len(lights)) >= distant) & (bounds.flux > 0.0) & ~glows
     if not is_near.any():
         return BEAM.zeros(0)
     near, flux = lights[is_near], bounds.flux[is_near]
@@ -270,7 +292,7 @@ def from_afar(lights: Iterable[Light], air: Medium) -> tuple[Light, ...]:
     channels that it does not touch. One that differs may end somewhere."""
     if not air.is_there or air.varies:
         return tuple(lights)
-    is_clear = air.coefficients.sum(axis=0) == 0.0
+    is_clear = air.coefficients[:2].sum(axis=0) == 0.0
     found = []
     for light in lights:
         if light_kinds()[light.kind].is_distant:

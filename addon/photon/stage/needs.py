@@ -94,6 +94,7 @@ class SceneNeeds:
     caustics: bool = False  # are asked for, and there may be some
     scattering: bool = False  # media scatter light, too
     varying: bool = False  # and differ from place to place
+    glowing: bool = False  # media emit light
     panes: bool = False  # light from afar may come straight through glass
     clamped: bool = False  # light of single samples is
 
@@ -219,7 +220,7 @@ class SceneNeeds:
         shadow = {"PANES", "MEDIA"}
         for name in shadow if self.weighed else {*shadow, "TWO_SIDED", "PORTALS"}:
             defines.pop(name, None)
-        defines |= self.media_defines
+        defines |= self.media_defines | ({"GLOWING": 1} if self.glowing else {})
         return defines | ({"SURFACES": 1} if self.emissive or self.weighed else {})
 
     @cached_property

@@ -51,6 +51,8 @@ def _surface_tables(
         tables["interiors"] = media.table
     if len(media.grids):
         tables["grids"], tables["voxels"] = media.grids, media.voxels
+    if len(media.glows):
+        tables["glows"] = media.glows
     if len(mesh.tangents):
         tables["corner_tangents"] = mesh.tangents
     if any(material.program for material in scene.materials):

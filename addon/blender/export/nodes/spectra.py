@@ -33,7 +33,11 @@ def read_blackbody(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> Value:
     """Read Blackbody."""
-    temperature = graph.input(node, "Temperature", scope)
+    return colour_of(graph, graph.input(node, "Temperature", scope))
+
+
+def colour_of(graph: Graph, temperature: Value) -> Value:
+    """Of a black body [K], of a luminance of about 1."""
     found = graph.program.emit(
         "blackbody", lambda kelvin: blackbody(kelvin[0]), temperature=temperature
     )

@@ -12,21 +12,26 @@ from ....photon.scene import COEFFICIENTS, NO_MEDIUM, Medium, triple
 from ....photon.scene.media import MOST_ANISOTROPY
 from ..graph import Graph
 from ..links import Scope, is_given, source
+from ..nodes.spectra import colour_of
 from ..own_program import own_program
 from ..programs import ZERO, Program, Value, math
+from .emission import radiance
 
 # What stands for other phase functions: Henyey & Greenstein's of their own anisotropy, or of this.
 PHASES = {"RAYLEIGH": 0.0, "MIE": 0.85, "FOURNIER_FORAND": 0.9}
+# The constant of Stefan and Boltzmann over pi, times 1e-6, as Cycles has it.
+STEFAN = 5.670373e-14 / np.pi
 MIXED = ("MIX_SHADER", "ADD_SHADER")
 
 
 @dataclass
 class _Parts:
-    """Of what several shaders make together [1/m]; `scatterers`: of each what it scatters, and its
-    anisotropy."""
+    """Of what several shaders make together, as Medium has it; `scatterers`: of each what it
+    scatters, and its anisotropy."""
 
-    absorption: Value
-    scattering: Value
+    absorption: Value = ZERO
+    scattering: Value = ZERO
+    emission: Value = ZERO
     scatterers: tuple[tuple[Value, float], ...] = ()
 
     def plus(self, other: _Parts, own: Value, its: Value) -> _Parts:
@@ -36,6 +41,7 @@ class _Parts:
         return _Parts(
             own * self.absorption + its * other.absorption,
             own * self.scattering + its * other.scattering,
+            own * self.emission + its * other.emission,
             tuple(scatterers),
         )
 
@@ -52,7 +58,7 @@ class _Parts:
         return float(np.clip(mean, -MOST_ANISOTROPY, MOST_ANISOTROPY))
 
 
-NOTHING = _Parts(ZERO, ZERO)
+NOTHING = _Parts()
 
 
 def medium_of(graph: Graph, output: bpy.types.Node, where: str) -> Medium:
@@ -66,16 +72,19 @@ def medium_of(graph: Graph, output: bpy.types.Node, where: str) -> Medium:
     except _Unknown as unknown:
         graph.notes.ignored(graph.owner, "Volume", f"{unknown}: none")
         return NO_MEDIUM
-    values = dict(zip(COEFFICIENTS, (found.absorption, found.scattering), strict=True))
+    if where == "world" and found.emission.may_exceed(0.0):
+        graph.notes.ignored(graph.owner, "Emission of a volume", "the world's emits nothing")
+        found = replace(found, emission=ZERO)
+    values = {name: getattr(found, name) for name in COEFFICIENTS}
     results = {name: value.result for name, value in values.items() if value.result is not None}
     told = own_program(graph, "Volume", results)
     if told is None:
         return NO_MEDIUM
     program, moved = told
-    absorption, scattering = (
+    absorption, scattering, emission = (
         moved.get(name) or triple(_finite(value).colour) for name, value in values.items()
     )
-    return Medium(absorption, scattering, found.anisotropy(graph), program)
+    return Medium(absorption, scattering, found.anisotropy(graph), emission, program)
 
 
 class _Unknown(Exception):
@@ -94,7 +103,7 @@ def _read(graph: Graph, socket: bpy.types.NodeSocket, outside: Scope) -> _Parts:
         return first.plus(second, 1.0 - factor, factor)
     if node.type == "VOLUME_ABSORPTION":
         density, colour = _density(graph, node, scope), _colour(graph, node, "Color", scope)
-        return _absorbing(density * math("MAXIMUM", 1.0 - colour, 0.0))
+        return _Parts(absorption=density * math("MAXIMUM", 1.0 - colour, 0.0))
     if node.type == "VOLUME_SCATTER":
         density, colour = _density(graph, node, scope), _colour(graph, node, "Color", scope)
         return _scattering(density * colour, _anisotropy(graph, node, scope))
@@ -103,8 +112,7 @@ def _read(graph: Graph, socket: bpy.types.NodeSocket, outside: Scope) -> _Parts:
     if node.type == "VOLUME_COEFFICIENTS":
         return _coefficients(graph, node, scope)
     if node.type == "EMISSION":
-        _note_emission(graph)
-        return NOTHING
+        return _Parts(emission=_finite(radiance(graph, node, scope, "Color", "Strength")))
     raise _Unknown(f"{node.bl_label} is no volume that is rendered")
 
 
@@ -112,33 +120,35 @@ def _principled(graph: Graph, node: bpy.types.Node, scope: Scope) -> _Parts:
     density, colour = _density(graph, node, scope), _colour(graph, node, "Color", scope)
     kept = math("SQRT", _colour(graph, node, "Absorption Color", scope))
     absorbed = math("MAXIMUM", 1.0 - colour, 0.0) * math("MAXIMUM", 1.0 - kept, 0.0)
-    emitted = graph.input(node, "Emission Strength", scope, 0.0)
-    warm = graph.input(node, "Blackbody Intensity", scope, 0.0)
-    if density.may_exceed(0.0) and (emitted.may_exceed(0.0) or warm.may_exceed(0.0)):
-        _note_emission(graph)
+    emitted = _finite(radiance(graph, node, scope, "Emission Color", "Emission Strength"))
+    emitted = emitted + _of_black_body(graph, node, scope)
     scattering = _scattering(density * colour, _anisotropy(graph, node, scope))
-    return replace(scattering, absorption=density * absorbed)
+    return replace(scattering, absorption=density * absorbed, emission=emitted)
+
+
+def _of_black_body(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value:
+    """What Principled Volume emits by its temperature [W/(m^3 sr)]: STEFAN of it and its fourth
+    power, as it is mixed."""
+    much = _finite(graph.input(node, "Blackbody Intensity", scope, 0.0))
+    if not much.may_exceed(0.0):
+        return ZERO
+    kelvin = math("MAXIMUM", _finite(graph.input(node, "Temperature", scope, 1000.0)), 0.0)
+    fourth = (kelvin * kelvin) * (kelvin * kelvin)
+    brightness = STEFAN * (1.0 + math("MAXIMUM", much, 0.0) * (fourth - 1.0))
+    tint = _colour(graph, node, "Blackbody Tint", scope)
+    return tint * math("MAXIMUM", brightness, 0.0) * colour_of(graph, kelvin)
 
 
 def _coefficients(graph: Graph, node: bpy.types.Node, scope: Scope) -> _Parts:
     absorbed = _colour(graph, node, "Absorption Coefficients", scope)
     scattered = _colour(graph, node, "Scatter Coefficients", scope)
-    if _colour(graph, node, "Emission Coefficients", scope).may_exceed(0.0):
-        _note_emission(graph)
+    emitted = _colour(graph, node, "Emission Coefficients", scope)
     scattering = _scattering(scattered, _anisotropy(graph, node, scope))
-    return replace(scattering, absorption=absorbed)
-
-
-def _note_emission(graph: Graph) -> None:
-    graph.notes.ignored(graph.owner, "Emission of a volume", "not rendered")
-
-
-def _absorbing(absorbed: Value) -> _Parts:
-    return _Parts(absorbed, ZERO)
+    return replace(scattering, absorption=absorbed, emission=emitted)
 
 
 def _scattering(scattered: Value, anisotropy: float) -> _Parts:
-    return _Parts(ZERO, scattered, ((scattered, anisotropy),))
+    return _Parts(scattering=scattered, scatterers=((scattered, anisotropy),))
 
 
 def _anisotropy(graph: Graph, node: bpy.types.Node, scope: Scope) -> float:
