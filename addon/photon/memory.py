@@ -48,7 +48,7 @@ MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host
 MOST_TRIANGLES = (1 << 24) - 1  # float32 numbers them
 
-COLOURS = 6  # at most that a place in a volume has: of what is lost and what is scattered
+COLOURS = 3  # at most that a place in a volume has of what is lost, scattered and emitted, each
 RGB_BYTES = 12  # of each on the host
 _ADVICE = {
     "pixels": "lower the resolution or render a border region",
@@ -107,7 +107,7 @@ class Budget:
         self._materials = [m for m, count in zip(scene.materials, used, strict=True) if count]
         self._is_transparent = any(material.is_transparent for material in self._materials)
         media = MediaThere.of(scene, self._materials)
-        self._has_media, self._scatters = media.any, media.scattering
+        self._has_media, self._scatters, self._glows = media.any, media.scattering, media.glowing
         self._has_glass = any(map(pane_of, self._materials))  # which shadow rays may pass
         self._shares_memory = backend.shares_memory
         self._can_gather = can_gather(scene, settings, self._materials)
@@ -169,10 +169,11 @@ class Budget:
         )
 
     def _of_places(self) -> Bytes:
-        """What they take, if media have a colour of their own at each; on the host once more where
-        they are made."""
-        device = VOXEL.texels * TEXEL * COLOURS * self._places
-        return Bytes(device, device + 2 * RGB_BYTES * self._places)
+        """What they take, if media have a colour of their own at each, and each emits if any does;
+        on the host once more where they are made."""
+        fields = 2 + self._glows
+        device = VOXEL.texels * TEXEL * COLOURS * fields * self._places
+        return Bytes(device, device + fields * RGB_BYTES * self._places)
 
     def _of_textures(self) -> tuple[Part, ...]:
         """What they take; and on the host the largest once more, while it is sent."""
@@ -259,7 +260,7 @@ class Budget:
     @cached_property
     def _has_emitters(self) -> bool:
         """To be seen."""
-        return self._emissive > 0 or any(map(is_seen, self._emitters))
+        return self._emissive > 0 or self._glows or any(map(is_seen, self._emitters))
 
     @cached_property
     def _lobes(self) -> int:

@@ -124,6 +124,10 @@ def test_textures_of_media_are_counted(
     scene, settings = replace(scene_of(lobes, 2), air=medium), replace(SMALL, backend=backend)
     found, expected = textures_of(device, monkeypatch, scene, 24 * 16, settings)
     assert found == expected
+    glowing = replace(scene.materials[0], medium=Medium(emission=(1.0,) * 3))
+    scene = replace(scene, materials=(glowing, *scene.materials[1:]))
+    found, expected = textures_of(device, monkeypatch, scene, 24 * 16, settings)
+    assert found == expected
 
 
 def textures_of(
