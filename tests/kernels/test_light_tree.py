@@ -233,6 +233,16 @@ def test_weak_lights_are_drawn(flux: Any, distant: int, asked: Any, drawn: int) 
     assert (found.lights.tolist(), found.drawn) == (list(asked), drawn)
 
 
+def test_what_glows_asks_for_few_rays() -> None:
+    """It and half as much light of many lamps; and few lamps among it are each asked."""
+    glows = np.arange(300) < 200
+    found = asked_lights(np.ones(300), 0, glows)
+    assert found.lights.tolist() == [] and found.drawn == DRAWN_RAYS // 4
+    assert asked_lights(np.ones(300), 0, glows | True).drawn == LEAST_DRAWN
+    found = asked_lights(np.array([50.0, *[0.1] * 60]), 0, np.arange(61) > 0)
+    assert found.lights.tolist() == [0] and found.drawn == LEAST_DRAWN
+
+
 def test_many_dark_lights_ask_for_few_rays() -> None:
     """As triangles whose emission the nodes make black are."""
     found = asked_lights(np.array([1.0, *[0.0] * 500]), 0)

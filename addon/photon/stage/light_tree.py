@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.lights import IS_GLOW
 from ..kernels.records import LIGHT_NODE, LIGHT_PLACE
 
 # A visible point asks each light, one shadow ray each, up to so many weak ones. Of more of those it
@@ -47,20 +48,30 @@ class AskedLights:
         return len(self.lights) + self.drawn
 
 
-def asked_lights(flux: Doubles, distant: int) -> AskedLights:
-    """Those of lights of these fluxes (L,), in any unit, of which so many first ones are distant.
-    All of them, but where many have little."""
+def asked_lights(
+    flux: Doubles, distant: int, glows: NDArray[np.bool_] | bool = False
+) -> AskedLights:
+    """Those of lights of these fluxes (L,), in any unit, of which so many first ones are distant,
+    and some stand for what media emit. All of them, but where many have little."""
     local = flux.copy()
     local[:distant] = 0.0
     whole = float(local.sum())
     weak = local <= STRONG * whole
     weak[:distant] = False
     share = float(local[weak].sum()) / whole if whole > 0.0 else 1.0
+    # Most of what glows brings about as much as what is beside it.
+    share -= float(local[weak & glows].sum()) / whole if whole > 0.0 else 0.0
     if weak.sum() <= max(MOST_ASKED * share, 2 * LEAST_DRAWN):
         return AskedLights(np.arange(len(flux)))
     asked = np.flatnonzero((flux > 0.0) & ~weak)
     drawn = max(DRAWN_RAYS * share, LEAST_DRAWN)  # the others may all be dark
     return AskedLights(asked, 2 ** round(math.log2(drawn)))  # for few programs
+
+
+def is_of_media(lights: NDArray[Any]) -> NDArray[np.bool_]:
+    """(L,) which of a table's stand for what media emit."""
+    found: NDArray[np.bool_] = lights["found_by"].astype(np.int64) & IS_GLOW > 0
+    return found
 
 
 @dataclass(frozen=True)

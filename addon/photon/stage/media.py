@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SceneError
-from ..kernels.lights import IS_GLOW
 from ..kernels.records import BEAM, GLOW, GRID, INTERIOR, LIGHT_START, VOXEL
 from ..scene import RAY_BITS, Grid, Light, Material, Medium, Scene, triple
 from .emissive import TRIANGLE
 from .far import far_ends
 from .geometry import Frame, Mesh
 from .kinds import light_kinds
-from .light_tree import Bounds
+from .light_tree import Bounds, is_of_media
 
 NUMBERS = 4096  # of media: two share a float (lib/media.glsl)
 MOST_MEDIA = 4  # that a place is in
@@ -227,8 +226,8 @@ def _quads(values: NDArray[np.float32]) -> NDArray[np.float32]:
 def beams(scene: Scene, lights: NDArray[Any], bounds: Bounds, distant: int) -> NDArray[Any]:
     """(B,) of BEAM, none perhaps, of a table of lights and where they shine, of which the first
     ones are `distant`: lamps, and emissive surfaces, MOST_BEAMS of them at most."""
-    glows = lights["found_by"].astype(np.int64) & IS_GLOW > 0  # all about them is bright
-    is_near = (np.arange(len(lights)) >= distant) & (bounds.flux > 0.0) & ~glows
+    is_near = (np.arange(len(lights)) >= distant) & (bounds.flux > 0.0)
+    is_near &= ~is_of_media(lights)  # all about those is bright
     if not is_near.any():
         return BEAM.zeros(0)
     near, flux = lights[is_near], bounds.flux[is_near]

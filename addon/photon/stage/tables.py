@@ -20,7 +20,7 @@ from .environments import Place, environment_table
 from .geometry import Frame, Mesh
 from .kinds import light_kinds
 from .light_tables import bounds_of, count_distant, is_seen, light_trees, lights_of, set_shares
-from .light_tree import AskedLights, asked_lights, leaves_for
+from .light_tree import AskedLights, asked_lights, is_of_media, leaves_for
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
 from .media import Media, beams
@@ -133,7 +133,8 @@ class Tables:
         emission = emission_of(device, layer, mesh, scene, textures)
         emitters, lights = lights_of(device, layer, scene, frame, mesh, emission, places, more)
         flux = lights["chosen"].astype(np.float64)
-        asked = asked_lights(flux, count_distant(lights) if emitters else 0)
+        distant = count_distant(lights) if emitters else 0
+        asked = asked_lights(flux, distant, is_of_media(lights))
         tables = {"lights": lights, **light_trees(device, layer, lights, asked, more)}
         if any(material.emits_by_program for material in scene.materials):
             tables["emission_shares"] = emission.table
