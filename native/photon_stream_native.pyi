@@ -44,7 +44,13 @@ class Tracer:
         by_reach: bool = False,
     ) -> NDArray[np.float32]: ...
     def photon_starts(
-        self, lights: NDArray[np.float32], seed: int, pass_index: int, photons: int
+        self,
+        lights: NDArray[np.float32],
+        seed: int,
+        pass_index: int,
+        photons: int,
+        aims: NDArray[np.float32] | None = None,
+        aim_nodes: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32]: ...
     def photons(
         self,

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -358,6 +359,35 @@ def test_light_that_seldom_lands(device: Device, light: Light) -> None:
         with rendered(device, scene, **settings) as renderer:
             found.append(renderer.images(["Indirect"])["Indirect"].mean(dtype=float))
     assert found[0] == pytest.approx(found[1], rel=0.2)
+
+
+def small_things(*lights: Light) -> Scene:
+    """On a plate of 0.4 m."""
+    built = Builder().quad((-0.2, -0.2, 0), (0.2, -0.2, 0), (0.2, 0.2, 0), (-0.2, 0.2, 0))
+    built.sphere((0, 0, 0.06), 0.06).box((0.08, -0.05, 0), (0.14, 0.05, 0.09))
+    return built.scene(camera((0.3, -0.5, 0.5), (0.0, 0.0, 0.03), 35), lights, [WALL])
+
+
+@pytest.mark.thorough("fragment", "300")
+@pytest.mark.parametrize("distance", (7.0, 300.0))
+@pytest.mark.parametrize("kind", (point_light, spot_light), ids=("point", "spot"))
+@pytest.mark.parametrize("backend", ("native", "fragment", "compute"))
+def test_a_lamp_far_from_small_things(
+    device: Device, backend: str, kind: Any, distance: float
+) -> None:
+    """Alone, and beside a world that lights them, too: it brings what a sun does."""
+    way = np.array((0.5, 0.1, 0.86)) * distance
+    more = {"direction": tuple(-way), "size": 1.0, "blend": 0.0} if kind is spot_light else {}
+    lamp = kind("lamp", tuple(way), (20.0 * distance**2,) * 3, **more)
+    sun = sun_light("sun", (5.0 / math.pi,) * 3, tuple(-way))
+    world = world_light("world", (0.02,) * 3)
+    means = []
+    for lights in ((sun,), (lamp,), (sun, world), (lamp, world)):
+        settings = {"photons": 20000, "passes": 16, "backend": backend}
+        indirect = images_of(device, small_things(*lights), **settings)["Indirect"]
+        means.append(indirect.mean(dtype=float))
+    assert means[1] == pytest.approx(means[0], rel=0.04)
+    assert means[3] == pytest.approx(means[2], rel=0.04)
 
 
 @pytest.mark.thorough("compute", "no world")

@@ -12,15 +12,24 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..stage.aims import Aims
+from ..stage.aims import Aim, Aims
 from ..stage.geometry import Mesh
 from ..stage.kinds import light_kinds
 from ..stage.tables import Tables
 from .importance import Importance, importance_of, toward_box
 from .mapper import Mapper
-from .photon_portals import portals_by, sees_no_lamp
-from .portals import NO_PORTALS, portals_of
-from .starts import Starts, aimed_by, even_shares, groups_of, proposed, starts_by, variance
+from .photon_portals import portals_by, sees_lamp, sees_no_lamp
+from .portals import LIFT, NO_PORTALS, portals_of
+from .starts import (
+    ENOUGH_PHOTONS,
+    Starts,
+    aims_by,
+    even_shares,
+    groups_of,
+    proposed,
+    starts_by,
+    variance,
+)
 from .surroundings import Surrounded, faces_about, is_small, surrounded
 from .view import View
 
@@ -40,11 +49,16 @@ LEAST_GAIN = 1.5
 # the mean of all.
 OUTSHINES = 16.0
 # Photons of a near light that start at once by what the picture shows, where few reach that: so
-# many are looked at, of a pass.
-TOWARD, TOWARD_PASS = 1 << 18, LEARNING_PASS + 7
+# many are looked at, of some passes at most, each of which comes closer: this share of a light's
+# photons tells where those of the next shall start.
+TOWARD, TOWARD_PASS, CLOSER = 1 << 16, LEARNING_PASS + 16, 16
+CLOSEST = 1 / 16
 # Where a pass's photons land less often than this, for they leave the scene, all passes know.
 FEW_LAND = 0.1
-RARELY_LAND = 0.01  # from surfaces that emit half of them go to the box about what is shown
+# From surfaces that emit half of them go to the box about what is shown; and those of a light of
+# which so few count there start toward it, before they tell.
+RARELY_LAND = 0.01
+MOST_PLACES = 256  # that are asked whether a light shines on them
 # Where there is one near light it is seldom worth while: so it is asked for when that takes little
 # of what was rendered.
 PASSES_OF_ONE = 16
@@ -159,16 +173,21 @@ class Aiming:
         tables = self._tables
         importance = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
         plain = starts = self._by_shares(importance, view) if importance else self._plain
+        missing = self._missing(importance, view)
         for at, photons in enumerate(PHOTONS, 1):
-            if not self._is_unknown(importance) and not (
-                importance and self._promises(importance, view)
-            ):
+            is_wanted = self._is_unknown(importance) or (
+                importance is not None and self._promises(importance, view)
+            )
+            if not (is_wanted or missing):
                 return plain
-            starts = self._next(importance, view)
+            starts = self._next(importance, missing, view)
             mixed = (starts.shares + even_shares(tables)) / 2
             importance = self._trace(Starts(mixed, starts.aims), at, view, photons)
             if importance is None:
                 return plain
+            if not (is_wanted or any(_counts(importance, light) for light in missing)):
+                return plain  # nothing of them comes there
+            missing = frozenset()
         assert importance
         gain = variance(importance, tables, plain) / variance(importance, tables, starts)
         return starts_by(importance, tables, view) if gain >= LEAST_GAIN else plain
@@ -208,25 +227,59 @@ class Aiming:
         """Whether light may reach much of the picture that no photon has reached yet."""
         return importance is None or importance.known < ENOUGH_KNOWN
 
-    def _next(self, importance: Importance | None, view: View) -> Starts:
-        """By what is known, and where that is little, of light from afar of which nothing is known
-        by what the picture shows."""
+    def _missing(self, importance: Importance | None, view: View) -> frozenset[int]:
+        """Near lights, each of a group of its own, of whose first photons hardly any counted, and
+        that light what the picture shows."""
+        tables, count = self._tables, len(self._tables.by_flux)
+        counted = np.zeros(count)
+        if importance:
+            counted += np.bincount(importance.light, importance.mass > 0.0, count)
+        groups = groups_of(tables)
+        least = RARELY_LAND * self._first_photons / max(len(groups), 1)
+        near = (group for group in groups if group[0] >= tables.distant_lights)
+        lone = (int(group[0]) for group in near if len(group) == 1)
+        return frozenset(x for x in lone if counted[x] < least and self._lights(x, view))
+
+    def _lights(self, light: int, view: View) -> bool:
+        """Whether some of what the picture shows sees it."""
+        some = np.linspace(0, len(view.places) - 1, MOST_PLACES).astype(int)
+        places, normals = view.places[some], view.normals[some]
+        lamp = self._tables.lights["position"][light].astype(np.float64)
+        faces = ((lamp - places) * normals).sum(axis=1) > 0.0
+        return bool(sees_lamp(self._mesh, (places + LIFT * normals)[faces], lamp).any())
+
+    def _next(self, importance: Importance | None, missing: frozenset[int], view: View) -> Starts:
+        """By what is known; and by what the picture shows of light from afar, where little is, and
+        of near lights whose photons are missing there."""
         tables = self._tables
         starts = starts_by(importance, tables, view) if importance else None
-        if tables.distant_lights and self._is_unknown(importance):
+        aims = dict(starts.aims.by_light) if starts and starts.aims else {}
+        is_unknown = tables.distant_lights > 0 and self._is_unknown(importance)
+        if is_unknown:
             afar = self._from_afar(view)
             assert afar.aims
-            known = starts.aims.by_light if starts and starts.aims else {}
-            return replace(afar, aims=Aims(len(afar.shares), known | afar.aims.by_light))
-        if starts and (starts.aims or tables.distant_lights):
-            return starts
-        return self._toward(view)
+            aims |= afar.aims.by_light
+        if not (missing or aims or tables.distant_lights):
+            missing = frozenset(int(group[0]) for group in groups_of(tables) if len(group) == 1)
+        if missing:
+            aims |= self._toward(view, missing)
+        shares = even_shares(tables) if is_unknown or missing or not starts else starts.shares
+        return Starts(shares, Aims(len(shares), aims) if aims else None)
 
-    def _toward(self, view: View) -> Starts:
-        """Near lights aimed at the box about what the picture shows, before photons tell."""
-        self._use(self._plain)
-        toward = toward_box(self._mapper, self._tables, view, self._seed, TOWARD_PASS, TOWARD)
-        return Starts(even_shares(self._tables), aimed_by(toward, self._tables, view))
+    def _toward(self, view: View, lights: frozenset[int]) -> dict[int, Aim]:
+        """Near lights aimed at the box about what the picture shows, before photons tell; ever
+        closer to it, for from far away few of them go there."""
+        tables, given = self._tables, (self._mapper, self._tables, view, self._seed)
+        shares = np.zeros(len(tables.by_flux))
+        shares[list(lights)] = 1.0 / len(lights)
+        aims: dict[int, Aim] = {}
+        for at in range(CLOSER):
+            self._use(Starts(shares, Aims(len(shares), aims) if aims else None))
+            found, are_met = toward_box(*given, TOWARD_PASS + at, TOWARD, CLOSEST)
+            aims |= aims_by(found, tables, view)
+            if are_met:
+                break
+        return aims
 
     def _from_afar(self, view: View) -> Starts:
         """Light from afar at all distances from what the picture shows alike."""
@@ -236,6 +289,11 @@ class Aiming:
         origin, direction = np.split(ray, 2)
         extent = float(-origin @ direction)
         return Starts(even_shares(self._tables), proposed(self._tables, view, extent, middle))
+
+
+def _counts(importance: Importance, light: int) -> bool:
+    """Whether enough photons of a light count to tell where others shall start."""
+    return bool((importance.of(light).mass > 0.0).sum() >= ENOUGH_PHOTONS)
 
 
 def _uses_no_portal(tables: Tables, starts: Starts) -> bool:

@@ -14,6 +14,7 @@ from ...streams import Device
 from ..kernels.records import PLAIN_LIGHT, PLAIN_MATERIAL
 from ..scene import Material, Scene
 from ..settings import Settings
+from ..stage.aims import Aims
 from ..stage.gathered import gather_some
 from ..stage.geometry import Mesh
 from ..stage.kinds import light_kinds, lobe_kinds
@@ -89,13 +90,15 @@ class NativePhotonMapper:
         return self.deposits
 
     def rays(self, index: int, photons: int) -> NDArray[np.float32]:
-        """As PhotonMapper.rays, of lights that nothing is aimed from."""
+        """As PhotonMapper.rays."""
         lights, seed = _plain(_lights(self._tables.lights)), self._settings.seed
-        return self._triangles.tracer.photon_starts(lights, seed, index, photons)
+        return self._triangles.tracer.photon_starts(
+            lights, seed, index, photons, **_aims(self._tables.aims)
+        )
 
     def start(self, batch: PhotonBatch) -> None:
         """Trace a batch."""
-        aims, portals = self._tables.aims, self._tables.photon_portals
+        portals = self._tables.photon_portals
         self._launches += 1
         self.deposits.clear()
         place, deposit, unfinished = self._triangles.tracer.photons(
@@ -109,8 +112,7 @@ class NativePhotonMapper:
             first_hits=batch.first_to_deposit(self._settings) == 0,
             directions=self._needs.gathered_lobes,
             numbered=batch.numbered,
-            aims=texels_of(aims.lights) if aims else None,
-            aim_nodes=texels_of(aims.nodes) if aims else None,
+            **_aims(self._tables.aims),
             portals=texels_of(portals).reshape(-1, 3, 4) if len(portals) else None,
         )
         self.deposits.extend(place, deposit)
@@ -123,6 +125,11 @@ class NativePhotonMapper:
     def release(self) -> None:
         """Free what is on the device."""
         self.deposits.release()
+
+
+def _aims(aims: Aims | None) -> dict[str, Any]:
+    """As the native core takes them."""
+    return {"aims": texels_of(aims.lights), "aim_nodes": texels_of(aims.nodes)} if aims else {}
 
 
 def _plain(table: NDArray[Any]) -> NDArray[np.float32]:

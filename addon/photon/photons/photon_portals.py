@@ -51,7 +51,7 @@ def sees_no_lamp(mesh: Mesh, tables: Tables, eye: list[float] | None) -> bool:
     strongest = near[np.argsort(-tables.by_flux[near], kind="stable")[:MOST_ASKED]]
     lit = np.zeros(len(met), bool)
     for lamp in tables.lights["position"][strongest].astype(np.float64):
-        lit |= _sees(mesh, met, lamp)
+        lit |= sees_lamp(mesh, met, lamp)
     return len(met) > 0 and bool(lit.mean() < LIT)
 
 
@@ -168,7 +168,7 @@ def _found(landed: _Landed, totals: Doubles) -> NDArray[Any]:
     return portals
 
 
-def _sees(mesh: Mesh, places: Doubles, lamp: Doubles) -> NDArray[np.bool_]:
+def sees_lamp(mesh: Mesh, places: Doubles, lamp: Doubles) -> NDArray[np.bool_]:
     """(n,) from which places a lamp is seen."""
     away = lamp - places
     far = np.linalg.norm(away, axis=1)

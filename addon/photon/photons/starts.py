@@ -76,10 +76,9 @@ def starts_by(importance: Importance, tables: Tables, view: View, are_aimed: boo
     return Starts(shares, Aims(len(flux), aims) if aims else None)
 
 
-def aimed_by(importance: Importance, tables: Tables, view: View) -> Aims | None:
-    """Aims of what counts alike, before any photon has landed."""
-    aims = _aims_by(importance, tables, view, MOST_PLAIN)
-    return Aims(len(tables.by_flux), aims) if aims else None
+def aims_by(importance: Importance, tables: Tables, view: View) -> dict[int, Aim]:
+    """Those of what counts alike, before any photon has landed, by the lights' numbers."""
+    return _aims_by(importance, tables, view, MOST_PLAIN)
 
 
 def variance(importance: Importance, tables: Tables, starts: Starts) -> float:

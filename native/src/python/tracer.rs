@@ -142,8 +142,10 @@ impl Tracer {
         Ok((new_rows(py, landed.places)?, new_rows(py, landed.deposits)?, landed.unfinished))
     }
 
-    /// Where photons start at lights that nothing is aimed from, and where they go to: float32[photons, 6], zeros
-    /// for those that do not start. Takes what photons does.
+    /// Where photons start, and where they go to: float32[photons, 6], zeros for those that do not start. Takes
+    /// what photons does.
+    #[pyo3(signature = (lights, seed, pass_index, photons, aims=None, aim_nodes=None))]
+    #[allow(clippy::too_many_arguments)]
     fn photon_starts<'py>(
         &self,
         py: Python<'py>,
@@ -151,16 +153,22 @@ impl Tracer {
         seed: u32,
         pass_index: u32,
         photons: u32,
+        aims: Option<&Bound<'py, PyAny>>,
+        aim_nodes: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Rows<'py>> {
         let lights = array::<f32>(lights, "lights", &[None, Some(4), Some(4)])?;
+        let aims = aims.map(|aims| array::<f32>(aims, "aims", &[Some(lights.shape()[0]), Some(4)]));
+        let aims = aims.transpose()?;
+        let aim_nodes = aim_nodes.map(|nodes| array::<f32>(nodes, "aim_nodes", &[None, Some(4)]));
+        let aim_nodes = aim_nodes.transpose()?;
         let scene = paths::Scene {
             tree: &self.tree,
             corners: &[],
             normals: &[],
             materials: &[],
             lights: rows::<f32, 4>(&lights)?.as_chunks().0,
-            aims: &[],
-            aim_nodes: &[],
+            aims: aims.as_ref().map_or(Ok(&[][..]), rows)?,
+            aim_nodes: aim_nodes.as_ref().map_or(Ok(&[][..]), rows)?,
             portals: &[],
         };
         let of = emission::Emission { photons, seed, pass_index, ..emission::Emission::default() };
