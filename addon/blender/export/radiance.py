@@ -4,7 +4,6 @@ may find a light (Light Path nodes tell them apart)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,8 +15,9 @@ from ...photon.scene import FOUND_BY
 from .environment import EnvironmentMap, read_environment_map
 from .graph import MAGENTA, Graph, colour_of, missing
 from .links import Scope, source
+from .programs import Value
+from .report import Notes
 from .sky import Disc, has_disc, read_sky
-from .working_space import luminance_weights
 from .world_coordinates import placed_by
 from .world_nodes import Unsuited, evaluate
 
@@ -32,17 +32,9 @@ LIGHT_PATH = {
     "Is Reflection Ray": (0.0, 1.0, 1.0, 1.0),
     "Is Singular Ray": (0.0, 0.0, 0.0, 1.0),
 }
+NOBODY = (0.0,) * len(FOUND_BY)
 SAME_IN_CYCLES = {"Is Camera Ray", "Is Glossy Ray"}
 EVEN = 1e-6  # relative: an image of such differences is a colour
-ARITHMETIC: dict[str, Callable[..., Any]] = {
-    "ADD": np.add,
-    "SUBTRACT": np.subtract,
-    "MULTIPLY": np.multiply,
-    "MAXIMUM": np.maximum,
-    "MINIMUM": np.minimum,
-    "GREATER_THAN": np.greater,
-    "LESS_THAN": np.less,
-}
 
 
 @dataclass
@@ -223,22 +215,31 @@ def _is_mix(node: bpy.types.Node) -> bool:
     return bool(node.type == "MIX_RGB" and not node.use_clamp)
 
 
-def _number(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> NDArray[np.float64]:
-    """(4, 1), of each of FOUND_BY. Raises _Uneven."""
-    node, end, inner = source(socket, scope)
-    if node is None or node.type in ("RGB", "VALUE"):
-        return np.full((len(FOUND_BY), 1), _constant(end) @ luminance_weights())
-    if node.type == "LIGHT_PATH":
-        told = LIGHT_PATH.get(end.name, (0.0,) * len(FOUND_BY))
-        if end.name not in SAME_IN_CYCLES:
-            detail = "diffuse surfaces, lobes and the camera are told apart"
-            graph.notes.approximated(graph.owner, f"Light Path's {end.name}", detail)
-        return np.array(told)[:, None]
-    if node.type == "MATH" and node.operation in ARITHMETIC:
-        a, b = (_number(graph, each, inner) for each in node.inputs[:2])
-        result = ARITHMETIC[node.operation](a, b).astype(np.float64)
-        return result.clip(0.0, 1.0) if node.use_clamp else result
-    raise _Uneven
+def _number(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> Factor:
+    """(4, 1) what an input gives each of FOUND_BY, of a colour (4, 3). Raises _Uneven."""
+    found = [_told(graph, socket, scope, at) for at in range(len(FOUND_BY))]
+    return np.array([value.colour[: 3 if socket.type == "RGBA" else 1] for value in found])
+
+
+def _told(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope, at: int) -> Value:
+    """What an input gives one of FOUND_BY, where no direction makes a difference."""
+    told: set[str] = set()
+
+    def path(
+        graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+    ) -> Value:
+        told.add(output.name)
+        return Value.of(LIGHT_PATH.get(output.name, NOBODY)[at])
+
+    own = Notes()
+    readers = {**graph.readers, "LIGHT_PATH": path}
+    found = Graph(graph.tree, graph.owner, own, readers, context=graph.context).value(socket, scope)
+    if not found.is_constant or any(x.status != "exact" for x in own.finish().entries):
+        raise _Uneven
+    for name in sorted(told - SAME_IN_CYCLES):
+        detail = "diffuse surfaces, lobes and the camera are told apart"
+        graph.notes.approximated(graph.owner, f"Light Path's {name}", detail)
+    return found
 
 
 def _constant(end: bpy.types.NodeSocket) -> NDArray[np.float64]:

@@ -29,6 +29,7 @@ FINE_WIDTH = 2048  # as much where more than FINE of the picture are details of 
 FINE = 0.02
 TIMEOUT = 120.0  # [s]
 KEPT = 8  # images of graphs that were evaluated last
+HAVE_THEIR_OWN = ("NORMAL", "RGB", "VALUE")  # types of nodes whose first output has a value
 # Types of nodes whose values depend on more than a direction.
 UNSUITED = {"CAMERA", "LIGHT_PATH", "SCRIPT", "UVALONGSTROKE"}
 # What surfaces have; a world gets no more of it than Cycles gives it, 0 mostly.
@@ -182,6 +183,7 @@ class _Description:
             "kind": node.bl_idname,
             "properties": _properties(node, bpy.types.Node),
             "values": values,
+            "told": _told_by(node),
             "links": links,
             "output": _index(node.outputs, output),
             **self._more(node),
@@ -256,6 +258,13 @@ def _properties(owner: Any, base: Any = None) -> dict[str, Any]:
         and not property.is_readonly
         and property.type in ("BOOLEAN", "INT", "FLOAT", "ENUM", "STRING")
     }
+
+
+def _told_by(node: bpy.types.Node) -> dict[int, Any]:
+    """What a node without inputs of that kind has for its outputs."""
+    if node.type not in HAVE_THEIR_OWN:
+        return {}
+    return {index: _plain(output.default_value) for index, output in enumerate(node.outputs[:1])}
 
 
 def _ramp(ramp: bpy.types.ColorRamp) -> dict[str, Any]:

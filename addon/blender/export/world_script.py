@@ -59,6 +59,8 @@ def build(tree: Any, nodes: list[dict[str, Any]], is_shader: bool) -> None:
             node.image = image_of(given["image"])
         for index, value in given["values"].items():
             node.inputs[int(index)].default_value = value
+        for index, value in given.get("told", {}).items():
+            node.outputs[int(index)].default_value = value
         for index, (number, output) in given["links"].items():
             tree.links.new(made[number].outputs[output], node.inputs[int(index)])
     surface = tree.nodes.new("ShaderNodeOutputWorld").inputs["Surface"]
