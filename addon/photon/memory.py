@@ -24,7 +24,7 @@ from .film.strips import strips_of
 from .kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE, VOXEL
 from .photons.mapper import pilot_photons
 from .photons.native_photon_mapper import knows_lobes, leaves_lobes
-from .scene import Scene
+from .scene import MOST_TRIANGLES, Scene
 from .settings import Settings
 from .stage.emission import MOST_OF_ONE, MOST_SHARES
 from .stage.gathered import can_gather, gathering_kinds, seen_send_rays, send_rays
@@ -46,7 +46,6 @@ DENOISED, DENOISER, MOST_DENOISER = 220, 520, 3 << 30
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host
-MOST_TRIANGLES = (1 << 24) - 1  # float32 numbers them
 
 COLOURS = 3  # at most that a place in a volume has of what is lost, scattered and emitted, each
 RGB_BYTES = 12  # of each on the host

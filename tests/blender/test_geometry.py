@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from addon.blender.export import geometry
 from addon.blender.export.geometry import Geometry
+from addon.photon.errors import SceneError
 from addon.photon.scene import Scene
 
 from .build import CUBE, QUAD, add_mesh, add_object, new_mesh, shader_material
@@ -385,3 +387,13 @@ def test_hair_is_reported(export) -> None:
     obj.particle_systems[0].settings.type = "HAIR"
     entries = export()[1].of("approximated")
     assert [entry.feature for entry in entries] == ["Particle Hair"]
+
+
+def test_more_triangles_than_can_be_rendered(export, monkeypatch) -> None:
+    """End the export before they are copied, and name whose they mostly are."""
+    monkeypatch.setattr(geometry, "MOST_TRIANGLES", 30)
+    for number in range(4):
+        add_mesh("Crumb", CUBE, location=(number, 0, 0))
+    add_mesh("Plate")
+    with pytest.raises(SceneError, match=r"Object 'Crumb.*12 triangles or more.*more than 30"):
+        export()

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -12,7 +13,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...photon.scene import ALL_RAYS, TERMINATOR, Material, Moving
+from ...photon.errors import SceneError
+from ...photon.scene import ALL_RAYS, MOST_TRIANGLES, TERMINATOR, Material, Moving
 from . import unsupported
 from .attributes import OF_INSTANCES, corner_attribute, instance_attribute, object_record
 from .hair import hair_of, has_hair
@@ -71,6 +73,7 @@ class Geometry:
     attributes: list[dict[int, NDArray[np.float32]]] = field(default_factory=list)
     moving: list[Moving] = field(default_factory=list)
     vertex_count: int = 0
+    counts: Counter[str] = field(default_factory=Counter)  # of triangles, by objects' names
     _local: dict[Key, LocalMesh] = field(default_factory=dict)
     _strands: dict[Key, Strands] = field(default_factory=dict)
     # Meshes without the faces of some slots.
@@ -132,6 +135,7 @@ class Geometry:
         obj = instance.object
         if not len(mesh.triangles):
             return
+        self._count(obj.name, len(mesh.triangles))
         is_mesh = key not in self._strands
         slots = material_slots(obj, materials, partial(self._is_open, key, notes))
         slots = slots if is_mesh else np.array([*map(materials.still, slots)], np.int32)
@@ -166,6 +170,17 @@ class Geometry:
             if moving := follow(mesh, run, np.ascontiguousarray(corners[there])):
                 self.moving.append(moving)
         self.vertex_count += len(vertices)
+
+    def _count(self, name: str, more: int) -> None:
+        """Raise SceneError as soon as there are more triangles than can be rendered."""
+        self.counts[name] += more
+        if self.counts.total() > MOST_TRIANGLES:
+            (most, count), *_ = self.counts.most_common(1)
+            raise SceneError(
+                f"Object '{most}' and its instances have {count} triangles or more; with others "
+                f"there are more than {MOST_TRIANGLES}, which is the most that can be rendered: "
+                "subdivide it less for renders, or hide some"
+            )
 
     def arrays(self, materials: Sequence[Material]) -> dict[str, Any]:
         """Return the fields of Scene that hold geometry; of objects what programs read, and which

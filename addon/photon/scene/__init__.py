@@ -2,7 +2,7 @@
 """What is rendered: plain values, no Blender, no device."""
 
 from .camera import Camera, Lens, Motion
-from .checks import BLACK, RGB, triple
+from .checks import BLACK, MOST_TRIANGLES, RGB, triple
 from .displacement import Displacement
 from .images import Image, Texture
 from .lights import (
@@ -35,6 +35,7 @@ __all__ = [
     "HOLDOUT",
     "MIRROR",
     "MOST_BOUNCES",
+    "MOST_TRIANGLES",
     "NO_MEDIUM",
     "RAYS",
     "RAY_BITS",
