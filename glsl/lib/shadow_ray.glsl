@@ -188,7 +188,10 @@ ShadowRay ray_to(VisiblePoint point, LightSample found, float lift) {
     // was lifted, and as much again for the rounding of the light and of the surface.
     float far = found.far - 2.0 * distance(origin, point.place.position);
     vec3 direction = found.to_light;
+    float source = point.shading.triangle;
 #ifdef SMOOTH
+    // From above a triangle that turns away from the light, it may meet that one, too.
+    if (lift > 0.0 && dot(direction, point.facing.normal) <= 0.0) source = NO_TRIANGLE;
     if (lift > 0.0 && found.far < T_MAX) {
         // From as high as that it goes to the same place on the light, in another direction.
         vec3 to_place = point.place.position + found.to_light * found.far - origin;
@@ -197,7 +200,7 @@ ShadowRay ray_to(VisiblePoint point, LightSample found, float lift) {
     }
 #endif
     ShadowRay ray = no_shadow_ray();
-    ray.origin = RayOrigin(origin, point.shading.triangle);
+    ray.origin = RayOrigin(origin, source);
     ray.direction = RayDirection(direction, far);
     return ray;
 }

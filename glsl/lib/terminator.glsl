@@ -4,15 +4,27 @@
 // "Hacking the Shadow Terminator"). Uses the tables of triangles and of their normals.
 #include "lib/triangle.glsl"
 
-// The height of the quadratic surface through the corners that bends with their normals; 0: no higher.
+// How far the plane through a corner that stands on its normal is above a place, or if the others are above that plane the
+// one that is as high as they are.
+float height_of_corner(vec3 corner, vec3 normal, vec3 one, vec3 other, vec3 place) {
+    float above = max(max(dot(one - corner, normal), dot(other - corner, normal)), 0.0);
+    return max(dot(corner - place, normal) + above, 0.0);
+}
+
+// The height of the quadratic surface through the corners that bends with their normals, and at least of the lowest of
+// the corners' planes, which is above the triangle where that surface is below it; as in Cycles.
 float height_to_smooth(int triangle, vec3 position, vec3 shading) {
     Triangle t = triangle_at(triangle);
     CornerNormals n = corner_normals_at(triangle);
-    vec3 ab = t.b - t.a, ac = t.c - t.a, share = corner_shares(t, position);
-    float bent = dot(n.b - n.a, ab) * share.x * share.y + dot(n.c - n.a, ac) * share.x * share.z;
+    vec3 share = corner_shares(t, position), mean = share.x * n.a + share.y * n.b + share.z * n.c;
+    float side = dot(mean, shading) < 0.0 ? -1.0 : 1.0;
+    float bent = dot(n.b - n.a, t.b - t.a) * share.x * share.y + dot(n.c - n.a, t.c - t.a) * share.x * share.z;
     bent += dot(n.c - n.b, t.c - t.b) * share.y * share.z;
-    vec3 mean = share.x * n.a + share.y * n.b + share.z * n.c;
-    return max(0.0, 0.5 * (dot(mean, shading) < 0.0 ? -bent : bent));
+    vec3 place = share.x * t.a + share.y * t.b + share.z * t.c;
+    float least = height_of_corner(t.a, side * n.a, t.b, t.c, place);
+    least = min(least, height_of_corner(t.b, side * n.b, t.a, t.c, place));
+    least = min(least, height_of_corner(t.c, side * n.c, t.a, t.b, place));
+    return max(least, 0.5 * side * bent) * length(mean);
 }
 
 // Of it what a shadow ray begins above its place, by the cosines to the light; as in Cycles. It is done where
