@@ -12,18 +12,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..stage.aims import Aim, Aims
+from ..stage.aims import Aims
 from ..stage.geometry import Mesh
 from ..stage.kinds import light_kinds
 from ..stage.tables import Tables
-from .importance import Importance, importance_of, toward_box
+from .importance import Importance, importance_of
 from .mapper import Mapper
 from .photon_portals import portals_by, sees_lamp, sees_no_lamp
 from .portals import LIFT, NO_PORTALS, portals_of
 from .starts import (
     ENOUGH_PHOTONS,
     Starts,
-    aims_by,
     even_shares,
     groups_of,
     proposed,
@@ -31,6 +30,7 @@ from .starts import (
     variance,
 )
 from .surroundings import Surrounded, faces_about, is_small, surrounded
+from .toward import aims_toward
 from .view import View
 
 LEARNING_PASS = 1 << 31  # and above: numbers that no pass of a picture has
@@ -48,11 +48,9 @@ LEAST_GAIN = 1.5
 # A light of so much less flux than another has so few photons by flux that a pass of them spoils
 # the mean of all.
 OUTSHINES = 16.0
-# Photons of a near light that start at once by what the picture shows, where few reach that: so
-# many are looked at, of some passes at most, each of which comes closer: this share of a light's
-# photons tells where those of the next shall start.
-TOWARD, TOWARD_PASS, CLOSER = 1 << 16, LEARNING_PASS + 16, 16
-CLOSEST = 1 / 16
+# Photons of a near light start at once by what the picture shows, where few reach that: passes that
+# tell where.
+TOWARD_PASS = LEARNING_PASS + 16
 # Where a pass's photons land less often than this, for they leave the scene, all passes know.
 FEW_LAND = 0.1
 # From surfaces that emit half of them go to the box about what is shown; and those of a light of
@@ -173,10 +171,12 @@ class Aiming:
         tables = self._tables
         importance = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
         plain = starts = self._by_shares(importance, view) if importance else self._plain
-        missing = self._missing(importance, view)
+        missing, are_found = self._missing(importance, view), False
         for at, photons in enumerate(PHOTONS, 1):
-            is_wanted = self._is_unknown(importance) or (
-                importance is not None and self._promises(importance, view)
+            is_wanted = (
+                are_found
+                or self._is_unknown(importance)
+                or (importance is not None and self._promises(importance, view))
             )
             if not (is_wanted or missing):
                 return plain
@@ -185,7 +185,8 @@ class Aiming:
             importance = self._trace(Starts(mixed, starts.aims), at, view, photons)
             if importance is None:
                 return plain
-            if not (is_wanted or any(_counts(importance, light) for light in missing)):
+            are_found = any(_counts(importance, light) for light in missing)
+            if not (is_wanted or are_found):
                 return plain  # nothing of them comes there
             missing = frozenset()
         assert importance
@@ -262,24 +263,10 @@ class Aiming:
         if not (missing or aims or tables.distant_lights):
             missing = frozenset(int(group[0]) for group in groups_of(tables) if len(group) == 1)
         if missing:
-            aims |= self._toward(view, missing)
+            given = self._mapper, tables, view, self._seed, TOWARD_PASS
+            aims |= aims_toward(*given, sorted(missing), self._use)
         shares = even_shares(tables) if is_unknown or missing or not starts else starts.shares
         return Starts(shares, Aims(len(shares), aims) if aims else None)
-
-    def _toward(self, view: View, lights: frozenset[int]) -> dict[int, Aim]:
-        """Near lights aimed at the box about what the picture shows, before photons tell; ever
-        closer to it, for from far away few of them go there."""
-        tables, given = self._tables, (self._mapper, self._tables, view, self._seed)
-        shares = np.zeros(len(tables.by_flux))
-        shares[list(lights)] = 1.0 / len(lights)
-        aims: dict[int, Aim] = {}
-        for at in range(CLOSER):
-            self._use(Starts(shares, Aims(len(shares), aims) if aims else None))
-            found, are_met = toward_box(*given, TOWARD_PASS + at, TOWARD, CLOSEST)
-            aims |= aims_by(found, tables, view)
-            if are_met:
-                break
-        return aims
 
     def _from_afar(self, view: View) -> Starts:
         """Light from afar at all distances from what the picture shows alike."""

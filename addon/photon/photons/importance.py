@@ -94,8 +94,8 @@ def importance_of(
     mass = np.bincount(photon, importance[own] * flux**2, photons)
     number = np.flatnonzero(np.bincount(photon, minlength=photons)).astype(np.uint32)
     mass = mass[number]
-    light = _lights_of(tables, number, seed, index, photons)
-    numbers, weight = _numbers_of(tables, light, number, seed, index)
+    light = lights_of(tables, number, seed, index, photons)
+    numbers, weight = numbers_of(tables, light, number, seed, index)
     # Of so many photons of each light.
     mass = mass * photons * tables.lights["chosen"][light].astype(np.float64)
     rays = np.zeros((len(number), 6))
@@ -105,38 +105,7 @@ def importance_of(
     return Importance(light, numbers, rays, mass / weight, float(seen[known].sum() / seen.sum()))
 
 
-def toward_box(
-    mapper: Mapper, tables: Tables, view: View, seed: int, index: int, photons: int, share: float
-) -> tuple[Importance, bool]:
-    """Of a pass's photons those that start toward the box about what the picture shows, wherever
-    they land, as if they counted alike; of lights of which a smaller share does that share which
-    misses its middle the least. And whether there are none such."""
-    rays = mapper.rays(index, photons)[:photons].astype(np.float64)
-    low, high = view.box().astype(np.float64)
-    origin, direction = rays[:, :3], rays[:, 3:]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        planes = (np.stack([low, high])[:, None] - origin) / direction
-    enters = np.nanmax(planes.min(axis=0), axis=1, initial=0.0)
-    leaves = np.nanmin(planes.max(axis=0), axis=1, initial=np.inf)
-    to_middle = (low + high) / 2 - origin
-    along = (to_middle * direction).sum(axis=1)
-    missed = np.sqrt(np.maximum((to_middle**2).sum(axis=1) - along * np.abs(along), 0.0))
-    missed[(enters <= leaves) & direction.any(axis=1)] = 0.0
-    missed[~direction.any(axis=1)] = np.inf
-    all_numbers = np.arange(photons, dtype=np.uint32)
-    light = _lights_of(tables, all_numbers, seed, index, photons)
-    chosen, are_met = np.zeros(photons, bool), True
-    for own in np.unique(light):
-        misses = missed[those := np.flatnonzero(light == own)]
-        most = np.partition(misses, enough := int(share * len(misses)))[enough]
-        chosen[those] = (misses <= most) & (misses < np.inf)
-        are_met = are_met and most == 0.0
-    number, light = all_numbers[chosen], light[chosen]
-    numbers, weight = _numbers_of(tables, light, number, seed, index)
-    return Importance(light, numbers, rays[number], weight, 0.0), are_met
-
-
-def _lights_of(
+def lights_of(
     tables: Tables, number: NDArray[np.uint32], seed: int, index: int, photons: int
 ) -> NDArray[np.int64]:
     """The lights that photons start at (glsl/kernels/generator.glsl)."""
@@ -147,7 +116,7 @@ def _lights_of(
     return lights
 
 
-def _numbers_of(
+def numbers_of(
     tables: Tables, light: NDArray[np.int64], number: NDArray[np.uint32], seed: int, index: int
 ) -> tuple[NDArray[np.float32], Doubles]:
     """What photons of a learning pass start by, and their flux over what it is where none are

@@ -76,11 +76,6 @@ def starts_by(importance: Importance, tables: Tables, view: View, are_aimed: boo
     return Starts(shares, Aims(len(flux), aims) if aims else None)
 
 
-def aims_by(importance: Importance, tables: Tables, view: View) -> dict[int, Aim]:
-    """Those of what counts alike, before any photon has landed, by the lights' numbers."""
-    return _aims_by(importance, tables, view, MOST_PLAIN)
-
-
 def variance(importance: Importance, tables: Tables, starts: Starts) -> float:
     """What a pass's photons would leave that start so, up to a factor."""
     moments = _moments(importance, tables, starts.aims.by_light if starts.aims else {})
