@@ -372,7 +372,8 @@ def test_what_places_know(convert, output, is_there) -> None:
 
 
 def test_what_moves_is_named(scene, export) -> None:
-    """What nodes tell of a volume stands still; what is the same all through moves."""
+    """What nodes tell of a volume stands still, and what it lights is lit so; what is the same all
+    through moves."""
     scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.0
     material, tree = new_material("Cloud")
     noise = tree.nodes.new("ShaderNodeTexNoise")
@@ -381,10 +382,11 @@ def test_what_moves_is_named(scene, export) -> None:
         ("Cloud", material, ((0, 0, 0), (2, 0, 0))),
         ("Still", material, ((5, 0, 0), (5, 0, 0))),
         ("Even", fog(Density=1.0), ((0, 5, 0), (2, 5, 0))),
+        ("Glow", fog(Emission_Strength=1.0), ((0, 9, 0), (2, 9, 0))),
     ):
         cube = add_mesh(name, CUBE)
         cube.data.materials.append(worn)
         go(cube, location=ends)
     _, report = export()
     named = [x.object for x in report.entries if x.feature == "Volume that moves"]
-    assert named == ["Object 'Cloud'"]
+    assert named == ["Object 'Cloud'", "Object 'Glow'"]

@@ -136,12 +136,17 @@ def _note(exported: Scene, depsgraph: bpy.types.Depsgraph, notes: Notes) -> None
 
 
 def note_moving_volumes(exported: Scene, notes: Notes) -> None:
-    """Write down which objects move whose nodes tell of their volumes from place to place."""
-    asks = np.array([material.medium.asks for material in exported.materials], bool)
-    found = asks[exported.material]
-    moves = np.zeros(len(found), bool)
-    for one in exported.moving if found.any() else ():
+    """Write down which objects move whose nodes tell of their volumes from place to place, or whose
+    volumes light others."""
+    moves = np.zeros(len(exported.triangles), bool)
+    for one in exported.moving:
         moves |= one.owns(exported.triangles)
-    for surface in np.unique(exported.surface[found & moves]):
-        owner = f"Object '{exported.surfaces[surface]}'"
-        notes.approximated(owner, "Volume that moves", "what nodes tell of it stands still")
+    for told, what in (
+        ("asks", "what nodes tell of it"),
+        ("glows", "what it lights is lit as if it"),
+    ):
+        some = [getattr(material.medium, told) for material in exported.materials]
+        found = moves & np.array(some, bool)[exported.material]
+        for surface in np.unique(exported.surface[found]):
+            owner = f"Object '{exported.surfaces[surface]}'"
+            notes.approximated(owner, "Volume that moves", what)
