@@ -108,8 +108,8 @@ void kernel() {
     }
 #endif
 #ifdef GLOWING
-    // What an open mesh holds would not end.
-    vec2 inside = is_hit(hit) ? load_medium().inside : vec2(0.0);
+    vec2 inside = vec2(0.0);  // what an open mesh holds would not end
+    if (is_hit(hit)) inside = load_medium().inside;
     Gone gone = gone_along(inside, origin.position, direction, far, far, -1, 0.0);
     if (glow_is_found(is_of_eye)) emitted += gone.glow;
 #endif

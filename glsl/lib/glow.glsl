@@ -44,8 +44,9 @@ vec3 emitted_at(vec2 inside, vec3 place, bool is_even) {
         if (glow.first >= 0.0) {
             if (is_even || glow.emission == vec3(0.0)) continue;
             Grid grid = grid_at(int(interior_at(int(number) - 1).grid) - 1);
-            vec3 at = (place - grid.low) * grid.finer;
-            glow.emission *= voxels_about(grid, int(glow.first), 3, clamp(at, vec3(0.0), grid.count - 1.0));
+            vec3 last = grid.count - 1.0, at = (place - grid.low) * grid.finer, within = clamp(at, vec3(0.0), last);
+            if (largest(abs(at - within)) > 1.0) continue;  // as far as rounding may be
+            glow.emission *= voxels_about(grid, int(glow.first), 3, within);
         }
 #endif
         sum += glow.emission;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a medium emits about a place: a ball that emits evenly all through, which hides nothing. No ray meets it, for rays
 // find what media emit on their way (lib/glow.glsl).
-// Parameters: radius [m]. Power: W.
+// Parameters: radius [m], surface. Power: W.
 
 // A third number of two that are drawn evenly, which goes round many times with each of them.
 float third_of(vec2 u) { return fract(dot(u, vec2(97.0, 61.0))); }

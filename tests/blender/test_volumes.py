@@ -388,5 +388,8 @@ def test_what_moves_is_named(scene, export) -> None:
         cube.data.materials.append(worn)
         go(cube, location=ends)
     _, report = export()
-    named = [x.object for x in report.entries if x.feature == "Volume that moves"]
-    assert named == ["Object 'Cloud'", "Object 'Glow'"]
+    named = [(x.object, x.detail) for x in report.entries if x.feature == "Volume that moves"]
+    assert named == [
+        ("Object 'Cloud'", "what nodes tell of it stands still"),
+        ("Object 'Glow'", "it lights things as if it stood still"),
+    ]

@@ -30,6 +30,7 @@ from addon.photon.scene import (
 from addon.photon.scene.snapshot import same
 from addon.photon.scene.takes import Take, takes_of
 from addon.photon.settings import Settings
+from addon.photon.stage.glow import lit_by_media
 from addon.photon.takes_renderer import TakesRenderer, settings_of
 from addon.streams import Device
 from tests.measure import render
@@ -122,6 +123,20 @@ def test_media_emit_in_one_take(device: Device) -> None:
         glows = np.array([material.medium.glows for material in own.materials])[own.material]
         assert (glows == (own.surface == (side > 0))).all()
     kept.release()
+
+
+def test_what_media_emit_is_away_with_them() -> None:
+    """Where what catches shadows is alone."""
+    glow = Material("glow", BLACK, (Lobe(TRANSPARENT, WHITE),), medium=Medium(emission=WHITE))
+    built = Builder().quad((-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0), 0)
+    built.box((-1, -1, 0), (1, 1, 1), 1)
+    scene = built.scene(camera((0, -5, 1), (0, 0, 1), 40), [], [Material("floor"), glow])
+    bits = np.array([ALL_RAYS | CATCHER, ALL_RAYS], np.uint8)
+    surface = np.repeat([0, 1], [2, 12])
+    scene = replace(scene, surfaces=("floor", "box"), surface=surface, visible=bits)
+    lit = lit_by_media(scene)
+    found = {x.part: len(x.scene.lights) > 100 for x in takes_of(lit, is_transparent=True)}
+    assert found == {"others": True, "caught": True, "alone": False}
 
 
 def test_bits_of_catchers() -> None:

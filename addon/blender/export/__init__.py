@@ -142,8 +142,8 @@ def note_moving_volumes(exported: Scene, notes: Notes) -> None:
     for one in exported.moving:
         moves |= one.owns(exported.triangles)
     for told, what in (
-        ("asks", "what nodes tell of it"),
-        ("glows", "what it lights is lit as if it"),
+        ("asks", "what nodes tell of it stands still"),
+        ("glows", "it lights things as if it stood still"),
     ):
         some = [getattr(material.medium, told) for material in exported.materials]
         found = moves & np.array(some, bool)[exported.material]

@@ -135,12 +135,12 @@ class Geometry:
         obj = instance.object
         if not len(mesh.triangles):
             return
-        self._count(obj.name, len(mesh.triangles))
         is_mesh = key not in self._strands
         slots = material_slots(obj, materials, partial(self._is_open, key, notes))
         slots = slots if is_mesh else np.array([*map(materials.still, slots)], np.int32)
         material = slots[np.clip(mesh.slot, 0, len(slots) - 1)]
         there = material >= 0  # a material without any surface, such as a volume's
+        self._count(obj.name, int(there.sum()))
         vertices, triangles, normals = placed(mesh, matrix)
         tangents = self._tangents_of(obj, matrix, material, materials, notes) if is_mesh else None
         mirrors, flat = is_mirroring(matrix), mesh.flat

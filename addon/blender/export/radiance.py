@@ -233,7 +233,8 @@ def _told(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope, at: int) -> 
 
     own = Notes()
     readers = {**graph.readers, "LIGHT_PATH": path}
-    found = Graph(graph.tree, graph.owner, own, readers, context=graph.context).value(socket, scope)
+    one = Graph(graph.tree, graph.owner, own, readers, graph.averages, graph.context)
+    found = one.value(socket, scope)
     if not found.is_constant or any(x.status != "exact" for x in own.finish().entries):
         raise _Uneven
     for name in sorted(told - SAME_IN_CYCLES):

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..kernels.records import PORTAL
 from ..stage.geometry import Mesh
+from ..stage.light_tree import is_of_media
 from ..stage.tables import Tables
 from .landed import Landed, trace_few
 from .mapper import Mapper
@@ -41,7 +42,8 @@ LEAST_GAIN = 1.5  # over the variance without, at as many landings
 def sees_no_lamp(mesh: Mesh, tables: Tables, eye: list[float] | None) -> bool:
     """Whether next to nothing about the eye sees a lamp; False where there is no eye, or
     light from afar."""
-    near = np.flatnonzero(tables.by_flux > 0.0)
+    # What media emit is inside a mesh, which would hide it.
+    near = np.flatnonzero((tables.by_flux > 0.0) & ~is_of_media(tables.lights))
     if eye is None or tables.distant_lights or not len(near):
         return False
     directions = sphere(AROUND)

@@ -11,7 +11,6 @@ import numpy as np
 from ..errors import SceneError
 
 MOST_TRIANGLES = (1 << 24) - 1  # of a scene: float32 numbers them
-MOST_TRIANGLES = (1 << 24) - 1  # of a scene: float32 numbers them
 RGB = tuple[float, float, float]  # or x, y, z
 BLACK: RGB = (0.0, 0.0, 0.0)
 

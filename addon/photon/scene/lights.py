@@ -115,9 +115,10 @@ def point_light(
     return Light(name, "point", position, power, parameters=parameters, found_by=found_by)
 
 
-def glow_light(name: str, position: RGB, power: RGB, radius: float) -> Light:
-    """What a medium emits about a place, as a ball of a radius [m]; rays find it on their way."""
-    parameters = {"radius": radius}
+def glow_light(name: str, position: RGB, power: RGB, radius: float, surface: int = 0) -> Light:
+    """What a medium emits about a place, as a ball of a radius [m], in a mesh of which a surface of
+    the scene is; rays find it on their way."""
+    parameters = {"radius": radius, "surface": float(surface)}
     found_by = ("diffuse", "glossy")
     return Light(name, GLOW, position, power, parameters=parameters, found_by=found_by)
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .checks import BLACK
-from .lights import Light
+from .lights import GLOW, Light
 from .materials import TRANSPARENT, Lobe, Material
 from .values import Scene
 from .visibility import CATCHER, HOLDOUT, RAY_BITS
@@ -123,6 +123,8 @@ def _emitting_only(scene: Scene, shines: NDArray[np.bool_]) -> Scene:
     """The scene in which of emissive surfaces only such (S,) emit."""
     if shines[_emissive(scene)].all():
         return scene
+    lights = tuple(x for x in scene.lights if x.kind != GLOW or shines[_surface_of(x)])
+    scene = replace(scene, lights=lights)
     off = ~shines[scene.surface]
     material, materials = scene.material.copy(), [*scene.materials]
     for number, one in enumerate(scene.materials):
@@ -131,6 +133,13 @@ def _emitting_only(scene: Scene, shines: NDArray[np.bool_]) -> Scene:
             material[chosen] = len(materials)
             materials.append(_dark(one))
     return replace(scene, material=material, materials=tuple(materials))
+
+
+def _surface_of(lamp: Light) -> int:
+    """Whose medium it is a part of."""
+    surface = lamp.parameters["surface"]
+    assert isinstance(surface, float)
+    return int(surface)
 
 
 def _clear(scene: Scene, which: NDArray[np.bool_]) -> Scene:

@@ -18,6 +18,7 @@ from ..scene import COEFFICIENTS, NO_MEDIUM, Grid, Material, Medium, Result, Sce
 from .displacement import ASKED, asking, bare
 from .far import far_ends, unwarped
 from .geometry import Mesh, frame_of
+from .insides import is_flat
 from .kinds import light_kinds
 from .points import asked_at
 from .textures import Texels
@@ -196,17 +197,11 @@ def _box_of(scene: Scene, medium: Medium, triangles: NDArray[np.intp], wearing: 
     places = _somewhere(scene.vertices[scene.triangles[triangles]].reshape(-1, 3))
     low, high = _around(places)
     longest = (high - low).max()
-    if not longest > 0.0 or _is_flat(places, FLAT * longest):
+    if not longest > 0.0 or is_flat(places, FLAT * longest):
         return None
     thin = np.where(high - low < THIN * longest, THIN * longest, 0.0)
     surface, attributes = int(scene.surface[wearing]), _attributes_of(scene, wearing)
     return _Box(medium, surface, low - thin / 2, high + thin / 2, attributes)
-
-
-def _is_flat(places: Array, least: float) -> bool:
-    """Whether places (n, 3) are in a plane, but for so much [m]."""
-    normal = np.linalg.eigh(np.cov(places, rowvar=False))[1][:, 0]
-    return bool(np.ptp(places @ normal) < least)
 
 
 def _attributes_of(scene: Scene, triangle: int | None) -> NDArray[np.float32]:

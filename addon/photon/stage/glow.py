@@ -5,136 +5,148 @@ of the eye and of lobes find it on their way (lib/glow.glsl)."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import RAY_BITS, Grid, Light, Medium, Scene, glow_light, triple
+from .insides import apart, inside_box, is_closed, is_flat, parts_of, volume_of
 
-MOST_LAMPS = 4096  # of all media together, but one each at least
-MOST_CELLS = 64  # of a medium's lamps, along the longest side of its box
+MOST_LAMPS = 4096  # of all media together, but one at least for each part of a mesh
+MOST_CELLS = 64  # of a part's lamps, along the longest side of its box
 # By so many cells along each axis a lamp's flux is summed up, and along the longest of a box.
 FINER, LEAST_FINE = 4, 16
 # Of a lamp, over the root of the mean squared distance of what it stands for from its middle: that
 # of a ball.
 RADIUS = (5 / 3) ** 0.5
-NEGLIGIBLE = 1e-4  # of what a medium emits: lamps that bring less in all are none
-INSIDE = 0.5  # of a turn
-NUDGE = np.array((1.3e-7, 2.9e-7))  # of a box, by which columns miss edges
+NEGLIGIBLE = 1e-4  # of what a part emits: lamps that bring less in all are none
+FLAT = 1e-5  # of its longest side: so thick at least is what has an inside
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Triangles that hang together, with what is inside them."""
+
+    medium: Medium
+    surface: int
+    corners: Array  # (n, 3, 3)
+    volume: float  # 0: they are open, or several
+    size: float  # of it, or of their box
+
+    @staticmethod
+    def of(medium: Medium, surface: int, corners: Array, is_whole: bool) -> _Part:
+        """`is_whole`: they are one, and closed."""
+        volume = volume_of(corners) if is_whole else 0.0
+        box = float(np.prod(np.ptp(corners, axis=(0, 1))))
+        return _Part(medium, surface, corners, volume, volume or box)
 
 
 def lit_by_media(scene: Scene) -> Scene:
     """The scene with lamps in all media that emit, which have values or grids."""
     found = list(_glowing(scene))
-    if not found:
+    whole = sum(part.size for part in found)
+    if not whole > 0.0:
         return scene
-    most = max(MOST_LAMPS // len(found), 1)
+    groups = scene.surface_groups or ("",) * len(scene.surfaces)
     lamps = [
-        replace(lamp, group=scene.surface_groups[surface] if scene.surface_groups else "")
-        for medium, surface, corners in found
-        for lamp in _lamps_of(scene.surfaces[surface], medium, corners, most)
+        replace(lamp, group=groups[part.surface])
+        for part in found
+        for lamp in _lamps_of(
+            scene.surfaces[part.surface], part, max(int(MOST_LAMPS * part.size / whole), 1)
+        )
     ]
     return replace(scene, lights=(*scene.lights, *lamps))
 
 
-def _glowing(scene: Scene) -> Iterator[tuple[Medium, int, Array]]:
-    """Media that emit, with the number of a surface that wears each and its corners (n, 3, 3); but
-    such as diffuse rays do not meet."""
-    for number, material in enumerate(scene.materials):
-        if not material.medium.glows:
+def _glowing(scene: Scene) -> Iterator[_Part]:
+    """Parts of surfaces that wear media that emit; but such as diffuse rays do not meet."""
+    glows = np.array([material.medium.glows for material in scene.materials], bool)
+    if not glows.any():
+        return
+    own = np.flatnonzero(glows[scene.material])
+    both = scene.material[own].astype(np.int64) * len(scene.surfaces) + scene.surface[own]
+    own = own[np.argsort(both, kind="stable")]
+    ends = np.flatnonzero(np.diff(np.sort(both))) + 1
+    for some in np.split(own, ends) if len(own) else ():
+        surface = int(scene.surface[some[0]])
+        medium = scene.materials[scene.material[some[0]]].medium
+        if len(scene.visible) and not scene.visible[surface] & RAY_BITS["diffuse"]:
             continue
-        wearing = scene.material == number
-        for surface in np.unique(scene.surface[wearing]).tolist():
-            if len(scene.visible) and not scene.visible[surface] & RAY_BITS["diffuse"]:
-                continue
-            own = scene.triangles[wearing & (scene.surface == surface)]
-            corners = scene.vertices[own].astype(np.float64)
-            if np.isfinite(corners).all():
-                yield material.medium, surface, corners
+        corners = scene.vertices[scene.triangles[some]].astype(np.float64)
+        if not np.isfinite(corners).all():
+            continue
+        _, places = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+        triangles = places.reshape(-1, 3)  # also of such as share places alone
+        for one in apart(triangles, corners):
+            own_corners = corners[one]
+            longest = np.ptp(own_corners, axis=(0, 1)).max()
+            if longest > 0.0 and not is_flat(own_corners.reshape(-1, 3), FLAT * longest):
+                is_one = is_closed(triangles[one]) and parts_of(triangles[one]).max() == 0
+                yield _Part.of(medium, surface, own_corners, is_one)
 
 
-def _lamps_of(name: str, medium: Medium, corners: Array, most: int) -> list[Light]:
-    """In the cells of a box about triangles, so many at most."""
-    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-    size = high - low
-    if not size.min() > 0.0:
-        return []
+def _lamps_of(name: str, part: _Part, most: int) -> list[Light]:
+    """In the cells of a box about it, so many at most."""
+    low, high = part.corners.min(axis=(0, 1)), part.corners.max(axis=(0, 1))
+    size, middle = high - low, (low + high) / 2
     for cells in range(MOST_CELLS, 0, -1):
         along = np.maximum(np.round(cells * size / size.max()), 1).astype(int)
         if along.prod() <= most:
             break
     finer = max(FINER, LEAST_FINE // cells)
     counts = along * finer
+    inside = inside_box(part.corners, low, size, counts)  # (x, y, z)
+    if not inside.any():
+        return _lamp_of(name, part)
     middles = [low[x] + size[x] * (np.arange(counts[x]) + 0.5) / counts[x] for x in range(3)]
-    inside = is_inside(corners, low, size, counts)  # (x, y, z)
+    places = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1)
     emission = np.zeros((*counts, 3))
-    emission[inside] = medium.coefficients[2]
-    if medium.grid:
-        places = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1)[inside]
-        emission[inside] = _between(medium.grid, places)
-    flux = 4.0 * np.pi * emission * (size / counts).prod()
+    emission[inside] = emitted_at(part.medium, places[inside])
+    cell = (size / counts).prod()
+    if part.volume:  # what is cut by its faces is in it or not
+        cell = part.volume / inside.sum()
+    flux = 4.0 * np.pi * emission * cell
     blocks = [n for pair in zip(along, [finer] * 3, strict=True) for n in pair]
 
     def sums(values: Array) -> Array:
         found: Array = values.reshape(*blocks, -1).sum(axis=(1, 3, 5))
         return found.reshape(-1, values.shape[-1])
 
-    of_lamps = sums(flux)
-    weight = flux.mean(axis=-1, keepdims=True)
+    of_lamps, weight = sums(flux), flux.mean(axis=-1, keepdims=True)
     whole = of_lamps.mean(axis=1)
-    if not whole.sum() > 0.0:
-        return []
-    grid = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1)
     kept = whole > NEGLIGIBLE * whole.sum() / len(whole)
-    mean = sums(weight * grid)[kept] / whole[kept, None]
-    squares = sums(weight * (grid - (low + high) / 2) ** 2)[kept] / whole[kept, None]
-    spread = np.maximum(squares - (mean - (low + high) / 2) ** 2, (size / counts) ** 2 / 12)
+    if not kept.any():
+        return []
+    mean = sums(weight * (places - middle))[kept] / whole[kept, None]
+    squares = sums(weight * (places - middle) ** 2)[kept] / whole[kept, None]
+    spread = np.maximum(squares - mean**2, (size / counts) ** 2 / 12)
     radii = RADIUS * np.sqrt(spread.sum(axis=1))
-    lost = whole.sum() / whole[kept].sum()
+    powers = of_lamps[kept] * (whole.sum() / whole[kept].sum())
     return [
-        glow_light(name, triple(place), triple(power * lost), float(radius))
-        for place, power, radius in zip(mean, of_lamps[kept], radii, strict=True)
+        glow_light(name, triple(place), triple(power), float(radius), part.surface)
+        for place, power, radius in zip(mean + middle, powers, radii, strict=True)
     ]
 
 
-def is_inside(
-    corners: Array, low: Array, size: Array, counts: NDArray[np.int64]
-) -> NDArray[np.bool_]:
-    """(x, y, z) whether triangles (n, 3, 3), closed, are about the middles of the cells of a box:
-    of all that are above one along z as many face up as down, and one more."""
-    cell = size / counts
-    a, b, c = (corners[:, x] for x in range(3))
-    area = _cross(b - a, c - a)
-    first, last = (
-        np.clip(np.floor((end[:, :2] - low[:2]) / cell[:2] - 0.5).astype(int), -1, counts[:2] - 1)
-        for end in (corners.min(axis=1) - NUDGE[0] * size, corners.max(axis=1))
-    )
-    wide = np.where((area != 0.0)[:, None], np.maximum(last - first, 0), 0)
-    pairs = wide.prod(axis=1)
-    which = np.repeat(np.arange(len(corners)), pairs)
-    within = np.arange(len(which)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
-    column = first[which] + 1 + np.stack(np.divmod(within, wide[which, 1]), axis=-1)
-    at = low[:2] + cell[:2] * (column + 0.5) + NUDGE * size[:2]
-    v = _cross((b - a)[which], at - a[which, :2]) / area[which]
-    u = _cross(at - a[which, :2], (c - a)[which]) / area[which]
-    met = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
-    which, column, u, v = which[met], column[met], u[met, None], v[met, None]
-    height = (a[which] + u * (b - a)[which] + v * (c - a)[which])[:, 2]
-    below = np.clip(np.ceil((height - low[2]) / cell[2] - 0.5).astype(int), 0, counts[2])
-    turns = np.zeros((counts[0], counts[1], counts[2] + 1))
-    np.add.at(turns, (column[:, 0], column[:, 1], below), np.sign(area[which]))
-    above = turns.sum(axis=2, keepdims=True) - np.cumsum(turns, axis=2)
-    found: NDArray[np.bool_] = np.abs(above[:, :, :-1]) > INSIDE
-    return found
+def _lamp_of(name: str, part: _Part) -> list[Light]:
+    """One as large as it, of what is thinner than cells are."""
+    if not part.volume:
+        return []
+    place = part.corners.mean(axis=(0, 1))
+    power = 4.0 * np.pi * emitted_at(part.medium, place[None])[0] * part.volume
+    radius = float((part.volume * 3.0 / (4.0 * np.pi)) ** (1 / 3))
+    found = glow_light(name, triple(place), triple(power), radius, part.surface)
+    return [found] if power.any() else []
 
 
-def _cross(a: Array, b: Array) -> Array:
-    """(n,) z of the product of such as lie in xy."""
-    found: Array = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return found
+def emitted_at(medium: Medium, places: Array) -> Array:
+    """(n, 3) what a medium emits at places (n, 3) in it."""
+    if medium.grid:
+        return _between(medium.grid, places)
+    return np.broadcast_to(medium.coefficients[2], places.shape)
 
 
 def _between(grid: Grid, places: Array) -> Array:

@@ -118,7 +118,7 @@ class Media:
     def starts(self, scene: Scene, lights: NDArray[Any], distant: int, mesh: Mesh) -> NDArray[Any]:
         """(L,) of LIGHT_START, of a table of lights, of which the first ones are `distant`: what
         comes from there starts outside of all. Of emissive surfaces of many triangles all are
-        where the first is."""
+        where the first is, and so are many lamps of one medium."""
         table = LIGHT_START.zeros(len(lights))
         table["inside"][:, 0] = self.air
         near = lights[distant:]
@@ -247,11 +247,14 @@ def beams(scene: Scene, lights: NDArray[Any], bounds: Bounds, distant: int) -> N
 
 
 def _groups(scene: Scene, lights: NDArray[Any]) -> NDArray[np.int64]:
-    """A number for each light: one for all of an emissive surface."""
+    """A number for each light: one for all of an emissive surface, or of what is inside it."""
     of_mesh = _is_of_mesh(lights)
     group = np.arange(len(lights))
     surfaces = scene.surface[lights["parameters"][of_mesh, 3].astype(np.int64)]
     group[of_mesh] = len(lights) + surfaces
+    glows = is_of_media(lights)
+    of_surface = lights["parameters"][glows, 1].astype(np.int64)
+    group[glows] = len(lights) + len(scene.surfaces) + of_surface
     return group
 
 
