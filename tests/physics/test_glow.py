@@ -69,6 +69,7 @@ def above_floor(medium: Medium, floor: Material) -> Scene:
     return built.scene(from_above(0.02, 0.9), (), (holding(medium), floor))
 
 
+@pytest.mark.thorough("True-True")
 @pytest.mark.parametrize("varies", (False, True))
 @pytest.mark.parametrize("photons", (False, True))
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -84,6 +85,7 @@ def test_what_it_lights(device: Device, backend: str, photons: bool, varies: boo
     assert found == pytest.approx(0.5 / math.pi * lit, rel=0.04 if photons else 0.006)
 
 
+@pytest.mark.thorough("0.05")
 @pytest.mark.parametrize("rough", (0.0, 0.05, 0.7))
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_what_lobes_show_of_it(device: Device, backend: str, rough: float) -> None:
@@ -104,6 +106,7 @@ def test_what_lobes_show_of_it(device: Device, backend: str, rough: float) -> No
     assert found == pytest.approx(expected, rel=0.03 if rough else 1e-3)
 
 
+@pytest.mark.thorough("scatters0")
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("scatters", (BLACK, (2.0, 0.5, 1.0)))
 def test_it_is_not_seen_in_equilibrium(device: Device, backend: str, scatters: Any) -> None:
