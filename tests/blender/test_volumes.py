@@ -178,7 +178,18 @@ CASES = [
 ]
 
 
-@pytest.mark.thorough("about_all-0", "clouds-0", "low_fog-0", "burns-0", "box-4", "under_sky-4")
+@pytest.mark.thorough(
+    *(
+        "about_all-0",
+        "in_world-0",
+        "clouds-0",
+        "low_fog-0",
+        "clouds-4",
+        "burns-4",
+        "box-4",
+        "under_sky-4",
+    )
+)
 @pytest.mark.parametrize(("place", "bounces", "of_mean", "of_block"), CASES)
 def test_pictures(
     scene: bpy.types.Scene,

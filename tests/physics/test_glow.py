@@ -79,8 +79,10 @@ def test_what_it_lights(device: Device, backend: str, photons: bool, varies: boo
     even = Medium(emission=GLOW)
     medium = shining(along((0.0, 0.0, 0.0, 1.0), scatters=GLOW)) if varies else even
     scene = above_floor(medium, plain_material("grey", (0.5,) * 3))
-    more = {"photons": 1 << 16, "direct_by_photons": True, "passes": 24} if photons else {}
-    found = mean_of(device, scene, backend=backend, **({"passes": 32} | more))
+    settings: dict[str, Any] = {"passes": 64, "width": 16, "height": 16}
+    if photons:
+        settings |= {"photons": 1 << 16, "direct_by_photons": True, "passes": 16}
+    found = mean_of(device, scene, backend=backend, **settings)
     lit = np.array(GLOW) * 4.0 / 3.0 * math.pi * 0.5**3 / 1.5**2
     assert found == pytest.approx(0.5 / math.pi * lit, rel=0.04 if photons else 0.006)
 
@@ -99,10 +101,11 @@ def test_what_lobes_show_of_it(device: Device, backend: str, rough: float) -> No
         shape = {"alpha_x": rough, "alpha_y": rough, "turn": 0.0, "compensated": 1.0}
         floor = Material("metal", BLACK, (Lobe("ggx", (0.5, 0.8, 1.0), shape),))
     scene = built.scene(from_above(0.02, 0.9), (), (holding(medium), floor))
-    found = mean_of(device, scene, backend=backend, passes=256, photons=1000)
+    settings = {"backend": backend, "passes": 96, "width": 16, "height": 16}
+    found = mean_of(device, scene, photons=1000, **settings)
     expected: Any = np.array(GLOW) / medium.absorption * (0.5, 0.8, 1.0)
     if rough > 0.5:
-        expected = mean_of(device, scene, backend=backend, passes=256, photons=0)
+        expected = mean_of(device, scene, photons=0, **settings)
     assert found == pytest.approx(expected, rel=0.03 if rough else 1e-3)
 
 
