@@ -179,16 +179,13 @@ CASES = [
 
 
 @pytest.mark.thorough(
-    *(
-        "about_all-0",
-        "in_world-0",
-        "clouds-0",
-        "low_fog-0",
-        "clouds-4",
-        "burns-4",
-        "box-4",
-        "under_sky-4",
-    )
+    "about_all-0",
+    "in_world-0",
+    "clouds",
+    "low_fog-0",
+    "burns-4",
+    "box-4",
+    "under_sky-4",
 )
 @pytest.mark.parametrize(("place", "bounces", "of_mean", "of_block"), CASES)
 def test_pictures(
