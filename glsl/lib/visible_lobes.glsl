@@ -164,7 +164,6 @@ vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float
 #endif
 #ifdef WEIGHED
     bool is_weighed = (own > 0.0 || is_glow(light)) && point.bounces < float(chain_depth);
-    if (is_glow(light)) own = 0.0;
 #ifdef SCATTERING
     is_weighed = is_weighed && !is_phase(point.lobe0);
 #endif

@@ -138,15 +138,15 @@ def _note(exported: Scene, depsgraph: bpy.types.Depsgraph, notes: Notes) -> None
 def note_moving_volumes(exported: Scene, notes: Notes) -> None:
     """Write down which objects move whose nodes tell of their volumes from place to place, or whose
     volumes light others."""
-    moves = np.zeros(len(exported.triangles), bool)
-    for one in exported.moving:
-        moves |= one.owns(exported.triangles)
     for told, what in (
         ("asks", "what nodes tell of it stands still"),
         ("glows", "it lights things as if it stood still"),
     ):
-        some = [getattr(material.medium, told) for material in exported.materials]
-        found = moves & np.array(some, bool)[exported.material]
-        for surface in np.unique(exported.surface[found]):
+        some = np.array([getattr(x.medium, told) for x in exported.materials], bool)
+        found = some[exported.material]
+        moves = np.zeros(len(found), bool)
+        for one in exported.moving if found.any() else ():
+            moves |= one.owns(exported.triangles)
+        for surface in np.unique(exported.surface[found & moves]):
             owner = f"Object '{exported.surfaces[surface]}'"
             notes.approximated(owner, "Volume that moves", what)

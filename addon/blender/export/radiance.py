@@ -221,6 +221,13 @@ def _number(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> Factor:
     return np.array([value.colour[: 3 if socket.type == "RGBA" else 1] for value in found])
 
 
+def _uneven(
+    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+) -> Value:
+    """A texture: it need not be read to know that. Raises _Uneven."""
+    raise _Uneven
+
+
 def _told(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope, at: int) -> Value:
     """What an input gives one of FOUND_BY, where no direction makes a difference."""
     told: set[str] = set()
@@ -232,7 +239,8 @@ def _told(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope, at: int) -> 
         return Value.of(LIGHT_PATH.get(output.name, NOBODY)[at])
 
     own = Notes()
-    readers = {**graph.readers, "LIGHT_PATH": path}
+    uneven = {kind: _uneven for kind in graph.readers if kind.startswith("TEX_")}
+    readers = {**graph.readers, **uneven, "LIGHT_PATH": path}
     one = Graph(graph.tree, graph.owner, own, readers, graph.averages, graph.context)
     found = one.value(socket, scope)
     if not found.is_constant or any(x.status != "exact" for x in own.finish().entries):

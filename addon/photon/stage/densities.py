@@ -18,7 +18,7 @@ from ..scene import COEFFICIENTS, NO_MEDIUM, Grid, Material, Medium, Result, Sce
 from .displacement import ASKED, asking, bare
 from .far import far_ends, unwarped
 from .geometry import Mesh, frame_of
-from .insides import is_flat
+from .insides import alike, is_flat
 from .kinds import light_kinds
 from .points import asked_at
 from .textures import Texels
@@ -186,9 +186,7 @@ def _apart(scene: Scene) -> tuple[Scene, dict[int, _Box], dict[int, int]]:
 
 def _by_surface(scene: Scene, own: NDArray[np.intp]) -> list[NDArray[np.intp]]:
     """Of some triangles those of each surface."""
-    order = own[np.argsort(scene.surface[own], kind="stable")]
-    ends = np.flatnonzero(np.diff(scene.surface[order])) + 1
-    return np.split(order, ends) if len(order) else []
+    return [own[those] for those in alike(scene.surface[own])]
 
 
 def _box_of(scene: Scene, medium: Medium, triangles: NDArray[np.intp], wearing: int) -> _Box | None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import RAY_BITS, Grid, Light, Medium, Scene, glow_light, triple
-from .insides import apart, inside_box, is_closed, is_flat, parts_of, volume_of
+from .insides import alike, apart, inside_box, is_closed, is_flat, volume_of
 
 MOST_LAMPS = 4096  # of all media together, but one at least for each part of a mesh
 MOST_CELLS = 64  # of a part's lamps, along the longest side of its box
@@ -68,9 +68,8 @@ def _glowing(scene: Scene) -> Iterator[_Part]:
         return
     own = np.flatnonzero(glows[scene.material])
     both = scene.material[own].astype(np.int64) * len(scene.surfaces) + scene.surface[own]
-    own = own[np.argsort(both, kind="stable")]
-    ends = np.flatnonzero(np.diff(np.sort(both))) + 1
-    for some in np.split(own, ends) if len(own) else ():
+    for those in alike(both):
+        some = own[those]
         surface = int(scene.surface[some[0]])
         medium = scene.materials[scene.material[some[0]]].medium
         if len(scene.visible) and not scene.visible[surface] & RAY_BITS["diffuse"]:
@@ -80,12 +79,12 @@ def _glowing(scene: Scene) -> Iterator[_Part]:
             continue
         _, places = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
         triangles = places.reshape(-1, 3)  # also of such as share places alone
-        for one in apart(triangles, corners):
+        for one, is_one in apart(triangles, corners):
             own_corners = corners[one]
             longest = np.ptp(own_corners, axis=(0, 1)).max()
             if longest > 0.0 and not is_flat(own_corners.reshape(-1, 3), FLAT * longest):
-                is_one = is_closed(triangles[one]) and parts_of(triangles[one]).max() == 0
-                yield _Part.of(medium, surface, own_corners, is_one)
+                is_whole = is_one and is_closed(triangles[one])
+                yield _Part.of(medium, surface, own_corners, is_whole)
 
 
 def _lamps_of(name: str, part: _Part, most: int) -> list[Light]:

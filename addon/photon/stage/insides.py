@@ -34,14 +34,22 @@ def parts_of(triangles: NDArray[np.integer[Any]]) -> NDArray[np.intp]:
     return found
 
 
-def apart(triangles: NDArray[np.integer[Any]], corners: Array) -> list[NDArray[np.intp]]:
+def alike(numbers: NDArray[np.integer[Any]]) -> list[NDArray[np.intp]]:
+    """Where equal ones of numbers (n,) stand, by these."""
+    order = np.argsort(numbers, kind="stable")
+    ends = np.flatnonzero(np.diff(numbers[order])) + 1
+    return np.split(order, ends) if len(order) else []
+
+
+def apart(
+    triangles: NDArray[np.integer[Any]], corners: Array
+) -> list[tuple[NDArray[np.intp], bool]]:
     """Triangles (n, 3) with corners (n, 3, 3) by parts whose boxes do not overlap, for one may be
-    hollow by another; of more than MOST_PARTS each is taken by itself."""
+    hollow by another, and whether each is one; of more than MOST_PARTS each is taken by itself."""
     part = parts_of(triangles)
-    order = np.argsort(part, kind="stable")
-    parts = np.split(order, np.flatnonzero(np.diff(part[order])) + 1)
+    parts = alike(part)
     if not 1 < len(parts) <= MOST_PARTS:
-        return parts
+        return [(one, True) for one in parts]
     low, high = (
         np.array([f(corners[one], axis=(0, 1)) for one in parts]) for f in (np.min, np.max)
     )
@@ -50,10 +58,8 @@ def apart(triangles: NDArray[np.integer[Any]], corners: Array) -> list[NDArray[n
     while True:
         least = np.where(meet, group[None], len(parts)).min(axis=1)
         if (least == group).all():
-            return [
-                np.concatenate([parts[x] for x in np.flatnonzero(group == own)])
-                for own in np.unique(group)
-            ]
+            several = np.bincount(group)[group[part]] > 1
+            return [(one, not several[one[0]]) for one in alike(group[part])]
         group = least
 
 

@@ -95,6 +95,15 @@ pub(super) fn array<'py, T: Element>(
     Ok(array)
 }
 
+/// The same of what may be left out.
+pub(super) fn given<'py, T: Element>(
+    object: Option<&Bound<'py, PyAny>>,
+    name: &str,
+    shape: &[Option<usize>],
+) -> PyResult<Option<PyReadonlyArrayDyn<'py, T>>> {
+    object.map(|object| array(object, name, shape)).transpose()
+}
+
 pub(super) fn rows<'a, T: Element, const N: usize>(
     array: &'a PyReadonlyArrayDyn<T>,
 ) -> PyResult<&'a [[T; N]]> {

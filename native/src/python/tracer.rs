@@ -4,7 +4,7 @@
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 
-use super::arrays::{Rows, Stream, array, new_matrix, new_rows, new_stream, record_of, rows, streams};
+use super::arrays::{Rows, Stream, array, given, new_matrix, new_rows, new_stream, record_of, rows, streams};
 use super::radius_field::RadiusField;
 use super::run;
 use crate::filter::Filter;
@@ -120,12 +120,9 @@ impl Tracer {
         let normals = array::<f32>(normals, "normals", &[Some(self.corners.len()), Some(3), Some(4)])?;
         let materials = array::<f32>(materials, "materials", &[None, Some(2), Some(4)])?;
         let lights = array::<f32>(lights, "lights", &[None, Some(4), Some(4)])?;
-        let aims = aims.map(|aims| array::<f32>(aims, "aims", &[Some(lights.shape()[0]), Some(4)]));
-        let aims = aims.transpose()?;
-        let aim_nodes = aim_nodes.map(|nodes| array::<f32>(nodes, "aim_nodes", &[None, Some(4)]));
-        let aim_nodes = aim_nodes.transpose()?;
-        let portals = portals.map(|portals| array::<f32>(portals, "portals", &[None, Some(3), Some(4)]));
-        let portals = portals.transpose()?;
+        let aims = given::<f32>(aims, "aims", &[Some(lights.shape()[0]), Some(4)])?;
+        let aim_nodes = given::<f32>(aim_nodes, "aim_nodes", &[None, Some(4)])?;
+        let portals = given::<f32>(portals, "portals", &[None, Some(3), Some(4)])?;
         let scene = paths::Scene {
             portals: portals.as_ref().map_or(Ok(&[][..]), rows::<f32, 4>)?.as_chunks().0,
             aims: aims.as_ref().map_or(Ok(&[][..]), rows)?,
@@ -157,10 +154,8 @@ impl Tracer {
         aim_nodes: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Rows<'py>> {
         let lights = array::<f32>(lights, "lights", &[None, Some(4), Some(4)])?;
-        let aims = aims.map(|aims| array::<f32>(aims, "aims", &[Some(lights.shape()[0]), Some(4)]));
-        let aims = aims.transpose()?;
-        let aim_nodes = aim_nodes.map(|nodes| array::<f32>(nodes, "aim_nodes", &[None, Some(4)]));
-        let aim_nodes = aim_nodes.transpose()?;
+        let aims = given::<f32>(aims, "aims", &[Some(lights.shape()[0]), Some(4)])?;
+        let aim_nodes = given::<f32>(aim_nodes, "aim_nodes", &[None, Some(4)])?;
         let scene = paths::Scene {
             tree: &self.tree,
             corners: &[],
