@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Validate every program offline with glslangValidator: `python -m addon.photon.check_shaders`.
 
-Each kernel is checked as a compute program with every value of its defines and number of lanes, and
-as a fragment program with each define and include, or with `--thorough` with every value of all.
+Each kernel is checked as a compute program with every two of its defines and includes and every
+number of lanes, and as a fragment program with each define and include, or with `--thorough` with
+every value of all.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from hashlib import blake2b
+from itertools import combinations_with_replacement
 from pathlib import Path
 
 from ..streams.compute import compute_source
@@ -28,17 +30,20 @@ AT_ONCE = 64  # programs of a call
 
 
 def programs(thorough: bool = True) -> Iterator[tuple[str, str, Source]]:
-    """Every program as (name, glslang's stage, source). Unless they shall be thorough, of fragment
-    programs those alone that are the first with some define or include: the others differ from
-    compute programs, which are all there, by how these read and write."""
-    known: dict[type, set[str]] = {}
+    """Every program as (name, glslang's stage, source). Unless they shall be thorough, those alone
+    that are the first with some two defines or includes, and of fragment programs with some one:
+    these differ from compute programs by how they read and write."""
+    known: dict[type, set[frozenset[object]]] = {}
     for kernel, defines, made in variants.kernels():
         name = " ".join([kernel.stem, *defines])
-        parts = {"", *made.values(), *(name for name in kernel.structure if name in defines)}
+        parts = {"", *made.values(), *((x, defines[x]) for x in kernel.structure if x in defines)}
         before = known.setdefault(kernel, set())
-        if thorough or parts - before:
-            before |= parts
+        new = {frozenset(pair) for pair in combinations_with_replacement(parts, 2)} - before
+        before |= new
+        if thorough or any(len(pair) == 1 for pair in new):
             yield name, "frag", kernel.source("fragment", FRAGMENT_VERSION, defines, made=made)
+        if not (thorough or new):
+            continue
         for lanes in (
             GROUPS[THREADS]
             if "sum_over_lanes" in read(f"kernels/{kernel.stem}.glsl", name)

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import groupby
 from pathlib import Path
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
@@ -50,6 +51,27 @@ def _text(root: Path, path: str) -> str:
     if not file.is_relative_to(root.resolve()) or not file.is_file():
         raise FileNotFoundError
     return file.read_text(encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Of a file: a directive, or lines up to the next one."""
+
+    is_directive: bool
+    lines: tuple[str, ...]
+    places: tuple[str, ...]  # of each line, as Source has them
+
+
+@lru_cache(maxsize=512)
+def _parts(path: str, text: str) -> tuple[_Part, ...]:
+    """A file in order; kept, for each is part of many programs."""
+    numbered = enumerate(text.splitlines(), 1)
+    parts: list[_Part] = []
+    for is_directive, lines in groupby(numbered, lambda each: each[1].lstrip().startswith("#")):
+        placed = [(line, f"{path}:{at}") for at, line in lines]
+        for some in [[each] for each in placed] if is_directive else [placed]:
+            parts.append(_Part(is_directive, *zip(*some, strict=True)))
+    return tuple(parts)
 
 
 @dataclass(frozen=True)
@@ -121,20 +143,24 @@ class _Text:
         self._seen.add(path)
         # For each condition around a line: whether it holds, or None where a driver has to say.
         around: list[bool | None] = []
-        for at, line in enumerate(self._read(path, asked_by).splitlines(), 1):
-            if self._defined is not None and self._is_condition(line, around):
+        for part in _parts(path, self._read(path, asked_by)):
+            line = part.lines[0]
+            if part.is_directive:
+                if self._defined is not None and self._is_condition(line, around):
+                    continue
+                if False in around:
+                    continue
+                include = _INCLUDE.match(line)
+                if include:
+                    self.append(include[1], part.places[0])
+                    continue
+                if self._defined is not None:
+                    self._defined.update(_DEFINE.findall(line))
+                    self._defined.difference_update(_UNDEFINE.findall(line))
+            elif False in around:
                 continue
-            if False in around:
-                continue
-            include = _INCLUDE.match(line)
-            if include:
-                self.append(include[1], f"{path}:{at}")
-                continue
-            if self._defined is not None:
-                self._defined.update(_DEFINE.findall(line))
-                self._defined.difference_update(_UNDEFINE.findall(line))
-            self.lines.append(line)
-            self.places.append(f"{path}:{at}")
+            self.lines += part.lines
+            self.places += part.places
 
     def _is_condition(self, line: str, around: list[bool | None]) -> bool:
         """Whether a line belongs to an `#ifdef`, which ends here: it is not emitted."""

@@ -68,9 +68,10 @@ struct Disc {
     float behind;  // the own triangle: as solid_behind tells
 };
 
-Disc disc_about(Place place, Facing facing, int triangle) {
+Disc disc_about(Place place, Facing facing, int triangle, vec2 first_cut) {
     mat3 frame = frame_about(facing.normal);
-    float radius = radius_at(place.position, facing.normal), behind = solid_behind(triangle, facing.side);
+    float radius = cut_radius(radius_at(place.position, facing.normal), first_cut);
+    float behind = solid_behind(triangle, facing.side);
     Own own = own_polygon(triangle, facing.side, place.position, frame);
     int flags = int(corner_normals_at(triangle).flags);
     return Disc(place.position, place.surface, frame, radius, own, is_known(own, radius), flags, behind);
@@ -168,9 +169,9 @@ void kernel() {
         uint number = uint(pixel_number(load_pixel().at));
         starts = random4(seed, 0u, number, DIMENSION_COVERAGE + uint(depth));
         other_start = random4(seed, first_probe, number, DIMENSION_EXPECTED + uint(depth)).xy;
-        disc = disc_about(place, facing, int(load_shading().triangle));
-        is_held = disc.own_is_known && holds_disc(disc.own, disc.radius);
         cuts = load_cuts();
+        disc = disc_about(place, facing, int(load_shading().triangle), cuts.first);
+        is_held = disc.own_is_known && holds_disc(disc.own, disc.radius);
         if (cuts.first != vec2(0.0)) {
             vec2 turns = r2_sequence(starts.xy, first_probe);
             cut_tilts(cuts, is_held, cuts_of(disc.own), disc.radius, turns, outer, inner);

@@ -39,7 +39,7 @@ struct Sums { vec4 irradiance; vec4 gloss; };
 struct Gatherer { float albedo; };
 #endif
 
-Sums sums_about(Place place, vec3 normal, float radius, Gatherer gatherer) {
+Sums sums_about(Place place, vec3 normal, float radius, Cuts cuts, Gatherer gatherer) {
     float inverse_r2 = 1.0 / (radius * radius);
     // The margin covers the rounding of photons to cells.
     vec3 reach = vec3(radius * 1.00001 + 1.0e-7);
@@ -47,7 +47,6 @@ Sums sums_about(Place place, vec3 normal, float radius, Gatherer gatherer) {
     ivec3 high = ivec3(floor((place.position + reach - grid_origin) / cell_size));
     low = max(low, ivec3(0));
     high = min(high, grid_cells - 1);
-    Cuts cuts = load_cuts();
     vec3 first = cut_in_space(cuts.first, normal), second = cut_in_space(cuts.second, normal);
     bool is_cut = cuts.first != vec2(0.0);
     Tilt tilt = load_tilt();
@@ -98,7 +97,8 @@ Sums sums_about(Place place, vec3 normal, float radius, Gatherer gatherer) {
 void kernel() {
     Place place = load_place();
     vec3 normal = load_facing().normal;
-    float radius = radius_at(place.position, normal);
+    Cuts cuts = load_cuts();
+    float radius = cut_radius(radius_at(place.position, normal), cuts.first);
     Sums sums = Sums(vec4(0.0), vec4(0.0));
 #ifdef GATHERED_LOBES
     Gatherer gatherer = gatherer_of(normal);
@@ -108,7 +108,7 @@ void kernel() {
 #else
     Gatherer gatherer = Gatherer(0.0);
 #endif
-    if (is_place(place) && radius > 0.0) sums = sums_about(place, normal, radius, gatherer);
+    if (is_place(place) && radius > 0.0) sums = sums_about(place, normal, radius, cuts, gatherer);
     vec4 irradiance = sum_over_lanes(sums.irradiance);
     Irradiance sum = load_sum();
     store_irradiance(Irradiance(sum.irradiance + irradiance.rgb, sum.inner + irradiance.a));

@@ -6,5 +6,6 @@
 void kernel() {
     Place place = load_place();
     if (!is_place(place)) skip();
-    store_gather_radius(GatherRadius(radius_at(place.position, load_facing().normal)));
+    float radius = radius_at(place.position, load_facing().normal);
+    store_gather_radius(GatherRadius(cut_radius(radius, load_cuts().first)));
 }

@@ -37,6 +37,16 @@ float radius_at(vec3 position, vec3 normal) {
     return radius < 1.0e30 ? radius : 0.0;
 }
 
+// The blur of a disc that is cut goes with its radius, elsewhere with the square. So once radii are SHRUNK times the
+// first pass's, after sixteen passes if nothing else is set, cut discs shrink with the fourth root of the passes
+// instead of the sixth, but no further than to the cut.
+const float SHRUNK = 0.63;
+
+float cut_radius(float radius, vec2 cut) {
+    float least = sqrt(min(radius_scale / SHRUNK, 1.0)) * radius;
+    return cut == vec2(0.0) ? radius : clamp(1.0 / length(cut), least, radius);
+}
+
 // The largest of an axis' sides that a surface within 45 degrees of a normal may count for.
 float largest_radius_facing(int axis, float cosine, vec3 position) {
     int side = side_facing(axis, cosine);

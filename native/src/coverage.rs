@@ -194,10 +194,11 @@ widest! {
             if !(surface != 0.0 && points.diffuses[at][3] > 0.0) {
                 continue;
             }
-            let radius = radii.at([x, y, z], [nx, ny, nz]) * probes.radius_scale;
             let normal = [nx, ny, nz];
             let (tangent, bitangent) = frame_about(normal);
             let cuts = points.cuts[at];
+            let radius = radii.at([x, y, z], normal) * probes.radius_scale;
+            let radius = cuts::cut_radius(radius, probes.radius_scale, cuts);
             let [column, row, ..] = points.pixels[at];
             let pixel = (row as usize * probes.frame_width + column as usize) as u32;
             let [start, turns_start] = starts_of(probes, 0, pixel, DIMENSION_COVERAGE);

@@ -30,12 +30,23 @@ const MOST_SCALE: f32 = 3.5;
 const KNOWN: [f32; 2] = [0.3, 0.6];
 const SURE: [f32; 2] = [0.8, 1.0];
 const BROAD: [f32; 2] = [0.25, 0.45];
+/// From so much of the first pass's radius on discs that are cut shrink faster.
+const SHRUNK: f32 = 0.63;
 const POINTS_A_TASK: usize = 256;
 
 /// Half planes that end a disc, each a vector in the frame about the normal: what lies beyond has a
 /// scalar product of more than one with it. Zero cuts nothing.
 pub(crate) type Cuts = [f32; 4];
 pub(crate) const NONE: Cuts = [0.0; 4];
+
+/// A disc's radius of what radii say, where it is cut (the reasons are in glsl/lib/radius.glsl).
+pub(crate) fn cut_radius(radius: f32, radius_scale: f32, [x, y, ..]: Cuts) -> f32 {
+    if [x, y] == [0.0; 2] {
+        return radius;
+    }
+    let least = (radius_scale / SHRUNK).min(1.0).sqrt() * radius;
+    (x * x + y * y).sqrt().recip().max(least).min(radius)
+}
 
 /// How far a disc of this radius reaches in a direction of its plane, squared, in radii.
 #[inline(always)]

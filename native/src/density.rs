@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::bent::Bent;
-use crate::cuts::Cuts;
+use crate::cuts::{Cuts, cut_radius};
 use crate::filter::{Filter, INNER_AREA, ROUNDED2, SAME_ORIENTATION};
 use crate::lanes::{COUNTING, Lanes, WIDTH, widest};
 use crate::microfacets::Microfacets;
@@ -240,13 +240,15 @@ fn point_at(map: &PhotonMap, points: &Points, discs: &Discs, at: usize) -> Optio
     if radius <= 0.0 {
         return None; // no normal
     }
+    let cuts = points.cuts[at];
+    let radius = cut_radius(radius, discs.radius_scale, cuts);
     let cells = [map.reach(x, 0, radius)?, map.reach(y, 1, radius)?, map.reach(z, 2, radius)?];
     let [_, _, scale, inner_scale] = points.coverages[at];
     Some(Point {
         position: [x, y, z],
         surface,
         normal,
-        cuts: points.cuts[at],
+        cuts,
         tilts: points.tilts[at],
         scales: [scale, inner_scale],
         radius,

@@ -98,7 +98,7 @@ def rendered(module: str, method: str, scene: Scene, folder: Path) -> np.ndarray
         worker.close()
 
 
-@pytest.mark.thorough("denoised-spot", "photon_stream-photons-point")
+@pytest.mark.thorough("denoised", "photon_stream-photons-point")
 @pytest.mark.parametrize("light", [SPOT, POINT], ids=["spot", "point"])
 @pytest.mark.parametrize(("module", "method"), ENGINES)
 def test_a_lamp_over_a_plane(module: str, method: str, light: Light, tmp_path: Path) -> None:

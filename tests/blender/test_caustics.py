@@ -116,9 +116,7 @@ WALLS = {
 }
 
 
-@pytest.mark.thorough(
-    "reflective", "refractive", "plastic", "rough"
-)  # what is coated is that and more
+@pytest.mark.thorough
 @pytest.mark.parametrize("off", ("both", "reflective", "refractive"))
 @pytest.mark.parametrize("walls", WALLS)
 def test_lobes_that_are_left_out(scene, cycles_mean, export, device, walls, off) -> None:

@@ -88,9 +88,8 @@ def test_slides(scene, export, device, lamp, kind, output, radius) -> None:
         assert ours[..., :3].mean() == pytest.approx(theirs.mean(), rel=0.005)
 
 
-@pytest.mark.parametrize(
-    "shape", ["RECTANGLE", pytest.param("ELLIPSE", marks=pytest.mark.thorough)]
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize("shape", ["RECTANGLE", "ELLIPSE"])
 def test_area_lights(scene, export, device, shape) -> None:
     """By UV: seen, by shadow rays and by photons."""
     light, image = lit_plane("AREA", shape=shape, size=2.0, size_y=1.2, energy=100)

@@ -178,15 +178,7 @@ CASES = [
 ]
 
 
-@pytest.mark.thorough(
-    "about_all-0",
-    "in_world-0",
-    "clouds",
-    "low_fog-0",
-    "burns-4",
-    "box-4",
-    "under_sky-4",
-)
+@pytest.mark.thorough("about_all", "in_world", "clouds", "low_fog", "glows", "burns", "-4-")
 @pytest.mark.parametrize(("place", "bounces", "of_mean", "of_block"), CASES)
 def test_pictures(
     scene: bpy.types.Scene,

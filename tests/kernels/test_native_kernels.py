@@ -321,9 +321,8 @@ class TestBindings:
         facing = np.array([[[0, 0, 1, 0]] * 6], np.float32)
         facing[0, 4:] = [[0.0] * 4, [np.nan] * 4]
         peak = 1 / (np.pi * 0.1**2)
-        radii = even(0.2)
         cuts, coverage, tilt = np.zeros_like(points), np.ones_like(points), np.zeros_like(points)
-        discs, args = (cuts, coverage, tilt), (radii, 0.5, "constant")
+        discs, args = (cuts, coverage, tilt), (even(0.1), 1.0, "constant")
         sums = photons.gather((points, facing, *discs), *args)[0]
         np.testing.assert_allclose(sums[0, :3], 2 * peak * np.array([1, 2, 3]), rtol=1e-5)
         np.testing.assert_allclose(sums[1, :3], peak * np.array([1, 2, 3]), rtol=1e-5)
@@ -345,6 +344,13 @@ class TestBindings:
         wanted = 2 * (1 + 1.5) * peak * np.array([1, 2, 3])
         np.testing.assert_allclose(sums[0, :3], wanted, rtol=1e-5)
         np.testing.assert_allclose(sums[0, 3], 3 * (1 + 2) * 2 * peak * 2, rtol=1e-5)
+        coverage[0, 0], tilt[0, 0], scale = 1.0, 0.0, 0.9 * 0.63  # of 0.63: SHRUNK
+        for away, radius in ((0.2, 0.1), (0.097, 0.097), (0.06, 0.1 * np.sqrt(0.9))):
+            cuts[0, 0] = -1.0 / away, 0.0, 0.0, 0.0
+            radii = even(0.1 / scale)
+            sums = photons.gather((points, facing, *discs), radii, scale, "constant")[0]
+            wanted = 2 / (np.pi * radius**2) * np.array([1, 2, 3])
+            np.testing.assert_allclose(sums[0, :3], wanted, rtol=1e-5)
 
     @pytest.mark.parametrize("cells", [1, 3, 9, 33])
     @pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 17, 129, 1025])

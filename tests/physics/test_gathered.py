@@ -144,7 +144,7 @@ def test_where_what_is_seen_sends_rays(device: Device, case: str) -> None:
     assert plain["Indirect"].any() and all(alike) == (case in ("mirror", "first hits"))
 
 
-@pytest.mark.thorough("metal", "phong")
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", MATERIALS)
 def test_lights_are_seen_once(device: Device, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """By shadow rays and by rays of lobes together: a lamp of some size, and the world."""

@@ -192,7 +192,7 @@ def plate_over_sheet() -> Builder:
     return built.box((-2, -2, 1.4), (2, 2, 1.5), 2)
 
 
-@pytest.mark.thorough("nodes-True", "mesh-True", "absorption", "many-False")
+@pytest.mark.thorough("nodes", "mesh-True", "absorption", "many-False")
 @pytest.mark.parametrize("by_photons", (False, True))
 @pytest.mark.parametrize("case", ("nodes", "absorption", "mesh", "many"))
 @pytest.mark.parametrize("backend", QUICK)
@@ -252,6 +252,7 @@ ROUGH = {
 }
 
 
+@pytest.mark.thorough("translucent", "gloss")
 @pytest.mark.parametrize("kind", ROUGH)
 def test_what_stops_lamps_lets_delta_lobes_see_them(device: Device, kind: str) -> None:
     """A floor and a wall wholly below such a sheet: of lobes a mirror alone throws light on."""

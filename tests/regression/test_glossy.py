@@ -23,7 +23,7 @@ from .rooms import assert_alike, assert_quiet, compare_room
 pytestmark = pytest.mark.blender
 
 PASSES, FEW_PASSES = 128, 40
-ALWAYS = ("dielectric 0.2 point", "metal 0.05 sphere")
+ALWAYS = ("metal 0.05 sphere",)
 
 Record = Callable[[str, object], None]
 

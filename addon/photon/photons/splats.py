@@ -88,7 +88,8 @@ class Splats:
         if self._radius is None or self._radius.size != place.size:
             self._release_radii()
             self._radius = Stream(self._device, GATHER_RADIUS, place.size)
-        streams = {"place": place, "facing": points["facing"], "gather_radius": self._radius}
+        streams = {name: points[name] for name in ("place", "facing", "cuts")}
+        streams["gather_radius"] = self._radius
         self._gather_radius.run(streams, radii.tables(self._gather_radius), radii.uniforms)
         return self._radius
 
