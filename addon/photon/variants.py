@@ -50,10 +50,9 @@ from .stage.light_tables import BoundsOfLights, LightFlux
 from .stage.light_tree import DRAWN_RAYS
 from .stage.needs import (
     MOST_LOBES,
-    PORTALS_BY_SHARE_DEFINES,
-    PORTALS_FOR_ABSORBED_DEFINES,
     SceneNeeds,
 )
+from .stage.portals import PORTALS_BY_SHARE_DEFINES, PORTALS_FOR_ABSORBED_DEFINES
 from .stage.programs import ProgramNeeds
 from .stage.switches import light_defines, made_camera
 

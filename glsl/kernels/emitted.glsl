@@ -7,7 +7,7 @@
 #ifdef MEDIA
 #include "lib/media.glsl"
 #endif
-#ifdef DIFFUSE_APART
+#if defined(DIFFUSE_APART) || defined(WALKS)
 #include "lib/reach.glsl"
 #endif
 #ifdef WEIGHED
@@ -87,6 +87,9 @@ void kernel() {
     RayDirection ray = load_direction();
     vec3 direction = ray.direction;
     if (direction == vec3(0.0)) skip();
+#ifdef WALKS
+    if (is_exit(ray.t_max)) skip();
+#endif
     Hit hit = load_hit();
     RayOrigin origin = load_origin();
     float far = is_hit(hit) ? hit.t : T_MAX;

@@ -28,6 +28,10 @@ int rays_of_lobe(Lobe lobe, bool is_through) {
 #ifdef NO_CAUSTICS
 #include "lib/no_caustics.glsl"
 #endif
+#ifdef WALKS
+#include "lib/reach.glsl"
+#include "lib/random_walk.glsl"
+#endif
 
 // Rays that carry less than this go on by Russian roulette, each by its own chance.
 const float ROULETTE_BELOW = 0.05;
@@ -112,6 +116,22 @@ void kernel() {
 #ifdef SCATTERING
     if (is_of_medium) density = ALL_BY_SHADOW_RAYS;
 #endif
+    throughput /= survival;
+    RayOrigin next = RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle);
+    bool goes_behind = dot(outgoing, facing.normal) < 0.0;
+#ifdef WALKS
+    if (lobe.kind == float(SUBSURFACE)) {
+        int triangle = int(shading.triangle);
+        uint number = uint(pixel_number(load_pixel().at));
+        Exit found = walk_below(place.position, facing.normal, outgoing, throughput, triangle, shape, number);
+        throughput = found.weight;
+        if (!(largest(throughput) > 0.0)) skip();
+        outgoing = -found.normal;
+        next = RayOrigin(offset_origin(found.position, found.normal, found.normal), NO_TRIANGLE);
+        t_max = reach_of(EXIT);
+        goes_behind = false;
+    }
+#endif
 #ifdef TRANSPARENT
     if (is_straight) {
         // The same ray as before, of the eye up to its clip distance, or of a lobe with the density of that.
@@ -126,14 +146,13 @@ void kernel() {
     if (has_colour(load_throughput()) || disperses_kind(lobe.kind)) density = density_with_colour(density);
 #endif
 #ifdef MEDIA
-    bool goes_behind = dot(outgoing, facing.normal) < 0.0;
 #ifdef SCATTERING
     goes_behind = goes_behind && !is_of_medium;
 #endif
     if (goes_behind) medium = medium_behind(medium, load_hit(), facing.side);
     store_next_medium(medium);
 #endif
-    store_next_origin(RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle));
+    store_next_origin(next);
     store_next_direction(RayDirection(outgoing, t_max));
-    store_next_throughput(Throughput(throughput / survival, density));
+    store_next_throughput(Throughput(throughput, density));
 }

@@ -22,6 +22,9 @@
 #ifdef SCATTERING
 #include "lib/scattering_point.glsl"
 #endif
+#ifdef WALKS
+#include "lib/reach.glsl"
+#endif
 
 #ifdef EYE
 #ifdef VISIBILITY
@@ -98,6 +101,12 @@ void kernel() {
 #endif
 #else
     Lobes lobes = lobes_of(material, surface.position, facing, shading, -direction, turn);
+#endif
+#ifdef WALKS
+    if (is_exit(load_direction().t_max)) {
+        lobes = no_lobes();
+        lobes.diffuse = bare_diffuse(vec3(1.0));
+    }
 #endif
     Diffuse diffuse = lobes.diffuse;
 #ifdef GATHERED_LOBES

@@ -86,7 +86,16 @@ Seen seen_lobe(Material material, int number, Aspect from, bool by_diffuse) {
     if (l.over > 0.0) above = through[int(l.over) - 1];
     through[number] = own * above;
 #endif
-    return Seen(lobe, shape, l.weight, l.over, above, albedo, largest(l.covered) > 0.0, l.covered * own * above);
+    vec3 covered = l.covered * own * above;
+    bool covers = largest(l.covered) > 0.0;
+#if defined(SUBSURFACE) && !defined(WALKS)
+    if (l.kind == float(SUBSURFACE)) {
+        covered = l.weight * above * albedo;
+        covers = true;
+        l.weight = 0.0;
+    }
+#endif
+    return Seen(lobe, shape, l.weight, l.over, above, albedo, covers, covered);
 }
 
 // One of several by chance, as much as each reflects (Chao 1982): by one random number, each takes the place of

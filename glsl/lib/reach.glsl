@@ -9,13 +9,20 @@ float reach_of(int number) { return T_MAX / float(number); }
 
 int reach_number(float t_max) { return int(T_MAX / t_max + 0.5); }
 
+// A ray that ends where a walk below the surface has come out (lib/random_walk.glsl).
+const int EXIT = RAYS_OF_LOBES + 2;
+
+bool is_exit(float t_max) { return abs(T_MAX / max(t_max, 1.0) - float(EXIT)) < 0.5; }
+
 // Bits of what has sent a ray from the eye: by a diffuse lobe through the surface are two.
 int sent_by_reach(float t_max) {
-    return t_max < reach_of(RAYS_OF_LOBES + 2) ? RAY_CAMERA : reach_number(t_max) - 1;
+    if (is_exit(t_max)) return RAY_DIFFUSE;
+    return t_max < reach_of(EXIT) ? RAY_CAMERA : reach_number(t_max) - 1;
 }
 
 // The bit of the surfaces that it meets: whatever has gone through one is of transmission.
 int rays_by_reach(float t_max) {
+    if (is_exit(t_max)) return ALL_RAYS;
     int sent = sent_by_reach(t_max);
     return (sent & RAY_TRANSMISSION) != 0 ? RAY_TRANSMISSION : sent;
 }

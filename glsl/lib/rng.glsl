@@ -68,6 +68,7 @@ const uint DIMENSION_LENS = 0xf100u;
 const uint DIMENSION_WAVELENGTH = 0xf200u;
 const uint DIMENSION_FLIGHT = 0xf300u;  // + 2 * depth, and the next one
 const uint DIMENSION_PHOTON_FLIGHT = 0xf800u;  // + bounce
+const uint DIMENSION_WALK = 0x80000000u;  // + those of lib/random_walk.glsl
 
 // Passes whose numbers are even together: sixteen of a half of all. The halves (in_first_half of film/film.py) know
 // nothing of each other, for they are to tell their noise. `group` stands for them where random4 takes a pass; `number`,

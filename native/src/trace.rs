@@ -16,6 +16,8 @@ pub const T_MAX: f32 = 3.0e38;
 const RAY_CAMERA: u8 = 1;
 const RAY_TRANSMISSION: u8 = 8;
 const RAYS_OF_LOBES: u8 = 2 + 4 + RAY_TRANSMISSION;
+/// Says of a ray that it ends where a walk below a surface has come out.
+const EXIT: u8 = RAYS_OF_LOBES + 2;
 
 /// Rays as parallel arrays of one length.
 #[derive(Clone, Copy)]
@@ -92,7 +94,10 @@ impl Visible<'_> {
         if !self.by_reach {
             return self;
         }
-        let is_of_eye = t_max < T_MAX / f32::from(RAYS_OF_LOBES + 2);
+        if (T_MAX / t_max + 0.5) as u32 == u32::from(EXIT) {
+            return Visible { rays: u8::MAX, ..self };
+        }
+        let is_of_eye = t_max < T_MAX / f32::from(EXIT);
         let sent = if is_of_eye { RAY_CAMERA } else { ((T_MAX / t_max + 0.5) as u8).saturating_sub(1) };
         let rays = if sent & RAY_TRANSMISSION != 0 { RAY_TRANSMISSION } else { sent };
         Visible { rays, ..self }

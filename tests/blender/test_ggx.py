@@ -142,7 +142,6 @@ def test_black_reflects_at_grazing_angles(convert, cycles, scene, metallic) -> N
     ("inputs", "status", "feature"),
     [
         ({"Thin_Film_Thickness": 500.0}, "ignored", "Thin Film"),
-        ({"Subsurface_Weight": 0.5}, "approximated", "Subsurface"),
     ],
 )
 @pytest.mark.parametrize("model", SpecularModel)

@@ -58,11 +58,13 @@ GLASSY = {"BSDF_GLASS", "BSDF_REFRACTION"}
 SPECULAR = {"BSDF_GLOSSY", "BSDF_METALLIC", "BSDF_PRINCIPLED", *GLASSY, *JOINTS}
 SPECULAR |= {"BSDF_TRANSLUCENT"}
 # Of GGX's model: in the paper's they are Lambert's.
-DIFFUSE_LOBES = {"BSDF_DIFFUSE", "BSDF_SHEEN", "BSDF_TOON"}
+DIFFUSE_LOBES = {"BSDF_DIFFUSE", "BSDF_SHEEN", "BSDF_TOON", "SUBSURFACE_SCATTERING"}
 MICROFACETS = {"mirror", "ggx", "ggx_metal", "ggx_dielectric", "glass", "ggx_glass"}
 SHEET = {"translucent"}
 KINDS = {
-    GGX: MICROFACETS | SHEET | {"oren_nayar", "sheen", "velvet", "coat", "bent_coat", "toon"},
+    GGX: MICROFACETS
+    | SHEET
+    | {"oren_nayar", "sheen", "velvet", "coat", "bent_coat", "toon", "subsurface"},
     PHONG: SHEET | {"mirror", "phong", "glass", "ggx_glass"},
 }
 
@@ -176,17 +178,18 @@ def test_principled_layers(convert) -> None:
 
 
 def test_layers_over_lamberts_base(convert) -> None:
-    """Each takes the base that nothing is between; light that scatters below is diffuse."""
+    """Each takes the base that nothing is between."""
     given = {"Base_Color": RED, "Coat_Weight": 1.0, "Specular_IOR_Level": 0.0}
     (coat,) = convert(shader_material(PRINCIPLED, **given))[0].lobes
     assert coat.kind == "coat" and coat.covered == near(RED[:3])
     bpy.data.objects.remove(bpy.data.objects["Plane"])
     given = {"Base_Color": RED, "Subsurface_Weight": 0.75, "Diffuse_Roughness": 0.5}
     material, report = convert(shader_material(PRINCIPLED, **given))
-    interface, rough = material.lobes
-    assert interface.covered == near(tuple(0.75 * c for c in RED[:3]))
+    interface, rough, below = material.lobes
+    assert interface.covered == (0.0,) * 3
     assert (rough.weight, rough.over) == (near(0.25), 0)
-    assert features(report, "approximated") == ["Subsurface"]
+    assert (below.kind, below.weight, below.over) == ("subsurface", near(0.75), 0)
+    assert features(report, "exact") == ["Shader"]
 
 
 @pytest.mark.parametrize(("component", "kind"), [("DIFFUSE", "toon"), ("GLOSSY", "glossy_toon")])
@@ -258,7 +261,6 @@ def test_emission_below_layers(scene, export, device, cycles_mean, told) -> None
         ("ShaderNodeBsdfRayPortal", "ignored"),
         ("ShaderNodeBsdfHair", "approximated"),
         ("ShaderNodeBsdfHairPrincipled", "approximated"),
-        ("ShaderNodeSubsurfaceScattering", "approximated"),
     ],
 )
 @pytest.mark.parametrize("model", SpecularModel)

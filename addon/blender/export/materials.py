@@ -41,7 +41,7 @@ NO_SURFACE = -1
 # Cycles' default surface before Blender 5.0, for slots without a material.
 DEFAULT_GREY = (0.8, 0.8, 0.8)
 DISPERSION_OF_ABBE = 20.0  # its Dispersion is so much over the Abbe number, as in glTF
-COLOURS = {"tint"}  # parameters of lobes that are
+COLOURS = {"albedo", "tint"}  # parameters of lobes that are
 # Kinds of instructions that give the same everywhere on an object, of what is the same.
 UNIFORM = {
     *("arithmetic", "functions", "combine", "vector", "rotate", "matrix", "ramp", "curves"),

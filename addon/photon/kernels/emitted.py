@@ -39,6 +39,7 @@ class Emitted(Kernel):
         "DISPERSION",
         "PORTALS",
         "DIFFUSE_APART",
+        "WALKS",
         *LIGHT_DEFINES,
     )
     inputs = {

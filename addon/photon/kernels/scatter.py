@@ -9,6 +9,7 @@ from .records import (
     INTERIOR,
     MATERIAL,
     MEDIUM,
+    NODE,
     PIXEL,
     PLACE,
     RAY_DIRECTION,
@@ -16,6 +17,7 @@ from .records import (
     SHADING,
     THROUGHPUT,
     TRIANGLE,
+    VISIBILITY,
 )
 from .shade import GATHERED_LOBES, LOBES, SCATTERS
 
@@ -36,6 +38,8 @@ class Scatter(Kernel):
         "VISIBILITY",
         "NO_CAUSTICS",
         "NORMALS",
+        "SUBSURFACE",
+        "WALKS",
         *GATHERED_LOBES,
     )
     inputs = {
@@ -68,7 +72,9 @@ class Scatter(Kernel):
         "frame_size": Uniform("ivec2"),
     }
     tables = {
-        "triangles": When(("MEDIA", "NORMALS"), Table(TRIANGLE)),
+        "triangles": When(("MEDIA", "NORMALS", "WALKS"), Table(TRIANGLE)),
+        "nodes": When("WALKS", Table(NODE)),
+        "visibility": When("WALKS", When("VISIBILITY", Table(VISIBILITY))),
         "corner_normals": When("NORMALS", Table(CORNER_NORMALS)),
         "materials": When("MEDIA", Table(MATERIAL)),
         "interiors": When("MEDIA", Table(INTERIOR)),

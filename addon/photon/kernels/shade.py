@@ -99,6 +99,8 @@ class Shade(Kernel):
         "DIRECTIONS",
         "VISIBILITY",
         "NO_CAUSTICS",
+        "SUBSURFACE",
+        "WALKS",
         *GATHERED_LOBES,
         *PROGRAM_DEFINES,
         "FOOTPRINT",  # bumps are as fine as the eye sees

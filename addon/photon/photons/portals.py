@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..kernels.records import PORTAL
 from ..stage.geometry import Mesh
-from ..stage.needs import MOST_PORTALS
+from ..stage.portals import MOST_PORTALS
 from .importance import closest_to, frames_about
 from .view import Doubles, View
 

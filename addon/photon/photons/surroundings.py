@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..kernels.records import PORTAL
 from ..stage.geometry import Mesh
-from ..stage.needs import MOST_BY_PORTAL, WIDE_PORTAL
+from ..stage.portals import MOST_BY_PORTAL, WIDE_PORTAL
 from .landed import Landed, trace_few
 from .mapper import Mapper
 from .view import CELL_WIDTH, EYE_RAYS_A_SIDE, Doubles, View

@@ -17,7 +17,7 @@ from .lights import (
     sun_light,
     world_light,
 )
-from .materials import MIRROR, ROUNDING, TRANSPARENT, Lobe, Material, phong, reflecting
+from .materials import MIRROR, ROUNDING, SUBSURFACE, TRANSPARENT, Lobe, Material, phong, reflecting
 from .media import COEFFICIENTS, NO_MEDIUM, Grid, Medium
 from .moving import Moving
 from .programs import Instruction, Result, Rows
@@ -42,6 +42,7 @@ __all__ = [
     "RGB",
     "ROUNDING",
     "SNAPSHOT_VERSION",
+    "SUBSURFACE",
     "TERMINATOR",
     "TRANSPARENT",
     "Camera",

@@ -23,6 +23,7 @@ GLASS = ("glass", "ggx_glass", "dispersive_glass", "ggx_dispersive_glass")
 COATS = ("coat", "bent_coat")  # whose colour is their tint
 FRESNEL_LOBES = (*COATS, "ggx_dielectric", "ggx_metal", *GLASS)
 TRANSPARENT = "transparent"  # light goes straight on
+SUBSURFACE = "subsurface"  # it scatters below the surface
 WHITE: RGB = (1.0, 1.0, 1.0)
 ALPHAS = ("alpha", "alpha_x", "alpha_y")  # parameters of microfacets
 ROUNDING = 1e-5  # of reflectances that add up to 1
@@ -199,7 +200,12 @@ class Material:
     def is_diffuse(self) -> bool:
         """Whether photons land on it."""
         bare = max(self.diffuse) > 0 or "diffuse" in self.varying
-        return bare or any(lobe.may_be("covered") for lobe in self.lobes)
+        return bare or self.scatters_below or any(x.may_be("covered") for x in self.lobes)
+
+    @property
+    def scatters_below(self) -> bool:
+        """Whether it scatters light below its surface."""
+        return any(lobe.kind == SUBSURFACE and lobe.reflects for lobe in self.lobes)
 
     @property
     def is_anisotropic(self) -> bool:

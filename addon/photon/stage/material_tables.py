@@ -22,10 +22,10 @@ from .programs import Compiled
 
 
 def material_tables(
-    materials: tuple[Material, ...], programs: Sequence[Compiled]
+    materials: tuple[Material, ...], programs: Sequence[Compiled], metre: float = 1.0
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """(M,) of MATERIAL and (L,) of MATERIAL_LOBE, one at least of each; `programs`: of each
-    material."""
+    material; `metre`: what lengths are multiplied by."""
     lobes = [reflecting(material.lobes) for material in materials]
     table = MATERIAL.zeros(max(len(materials), 1))
     of_lobes = MATERIAL_LOBE.zeros(max(sum(map(len, lobes)), 1))
@@ -45,7 +45,7 @@ def material_tables(
         row["pane"], row["pane_colour"] = pane_of(material) or (0.0, (0.0, 0.0, 0.0))
         row["two_sided"] = any(lobe_kinds()[lobe.kind].is_two_sided for lobe in own)
         for lobe_row, lobe in zip(of_lobes[first : first + len(own)], own, strict=True):
-            _fill_lobe(lobe_row, lobe, program)
+            _fill_lobe(lobe_row, lobe, program, metre)
         first += len(own)
     return table, of_lobes
 
@@ -58,7 +58,7 @@ def _fill_transmittance(row: Any, lobes: Sequence[Lobe], program: Compiled) -> N
             row["transmittance_from"] = program.codes(lobe.varying, "colour")
 
 
-def _fill_lobe(row: Any, lobe: Lobe, program: Compiled) -> None:
+def _fill_lobe(row: Any, lobe: Lobe, program: Compiled, metre: float) -> None:
     """A row of MATERIAL_LOBE."""
     kind = lobe_kinds()[lobe.kind]
     row["colour"], row["kind"] = lobe.colour, kind.number
@@ -68,8 +68,8 @@ def _fill_lobe(row: Any, lobe: Lobe, program: Compiled) -> None:
     for name, value in lobe.parameters.items():
         code = program.codes(lobe.varying, name)
         codes[name] = (code,) * 3 if isinstance(value, tuple) else code
-    for suffix, values in (("", lobe.parameters), ("_from", codes)):
-        numbers = [*kind.numbers(values), *[0.0] * 8]
+    for suffix, values, scale in (("", lobe.parameters, metre), ("_from", codes, 1.0)):
+        numbers = [*kind.numbers(values, scale), *[0.0] * 8]
         row[f"parameters{suffix}"], row[f"more{suffix}"] = np.resize(numbers, (2, 4))
     for name in ("colour", "covered", "weight"):
         row[f"{name}_from"] = program.codes(lobe.varying, name)

@@ -7,32 +7,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from ...streams import Defines, Made
-from ..scene import RAY_BITS, RAYS, TRANSPARENT
+from ..scene import RAY_BITS, RAYS, SUBSURFACE, TRANSPARENT
 from .emissive import TRIANGLE
 from .gathered import BLEND, SEEN_BLEND
 from .kinds import PHASE, light_kinds, lobe_kinds
+from .portals import MOST_PORTALS
 from .programs import ProgramNeeds
 from .spectrum import made_spectrum
 from .switches import light_defines, made_bsdf, made_camera, made_lights
 
-MOST_PORTALS = 4
-FACES = 6  # of a box, that are portals of photons
-# Photons that would be absorbed go through portals.
-PORTALS_FOR_ABSORBED_DEFINES: Defines = {
-    "PORTALS": MOST_PORTALS,
-    "ONE_WAY": 1,
-    "PORTALS_FOR_ABSORBED": 1,
-}
-# Or some do, whatever the surface absorbs: so Shade can draw their way, too. Of what it scatters
-# the share MOST_BY_PORTAL goes through portals where all of them fill WIDE_PORTAL [sr] or more,
-# else less by the root of that solid angle. For where photons start at all distances from what is
-# shown alike, their flux goes with the square of the distance, and what of it comes there by the
-# cosine with its third power: so each brings as much that goes through a portal.
-MOST_BY_PORTAL, WIDE_PORTAL = 0.4, 0.25
-PORTALS_BY_SHARE_DEFINES: Defines = {
-    **{"PORTALS": FACES, "ONE_WAY": 1, "PORTALS_BY_SHARE": 1},
-    **{"MOST_BY_PORTAL": MOST_BY_PORTAL, "WIDE_PORTAL": WIDE_PORTAL},
-}
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
 
 
@@ -140,7 +123,7 @@ class SceneNeeds:
         """What kernels of visible points are compiled with."""
         chains: dict[str, int | float] = {"CHAINS": 1} if self.transparent else {}
         chains |= {"DISPERSED_CHAINS": 1} if self.disperses else {}
-        chains |= self.media_defines
+        chains |= self.media_defines | self.walk_defines
         chains |= self._caustic_free_defines
         return self._point_defines | self.programs.defines | self._footprint(1) | chains
 
@@ -221,6 +204,7 @@ class SceneNeeds:
         for name in shadow if self.weighed else {*shadow, "TWO_SIDED", "PORTALS"}:
             defines.pop(name, None)
         defines |= self.media_defines | ({"GLOWING": 1} if self.glowing else {})
+        defines |= self.walk_defines
         return defines | ({"SURFACES": 1} if self.emissive or self.weighed else {})
 
     @cached_property
@@ -338,8 +322,16 @@ class SceneNeeds:
     @property
     def _transmitting_defines(self) -> dict[str, int | float]:
         some = any(lobe_kinds()[kind].transmits for kind in self.lobe_kinds)
-        some_disperses = {"DISPERSION": 1} if self.disperses else {}
-        return ({"TRANSMITS": 1} if some else {}) | some_disperses | self.transparent_defines
+        found: dict[str, int | float] = {"TRANSMITS": 1} if some else {}
+        found |= {"DISPERSION": 1} if self.disperses else {}
+        known = sorted(self.lobe_kinds & {SUBSURFACE, TRANSPARENT})
+        return found | {name.upper(): lobe_kinds()[name].number for name in known}
+
+    @property
+    def walk_defines(self) -> dict[str, int]:
+        """What kernels of the eye's rays are compiled with where they walk below surfaces."""
+        walks = SUBSURFACE in self.lobe_kinds and self.secondary_rays and self.chain_depth > 0
+        return {"WALKS": 1} if walks else {}
 
     @property
     def disperses(self) -> bool:

@@ -24,8 +24,8 @@ from .light_tree import AskedLights, asked_lights, is_of_media, leaves_for
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
 from .media import Media, beams
-from .needs import FACES, MOST_PORTALS, PORTALS_BY_SHARE_DEFINES, PORTALS_FOR_ABSORBED_DEFINES
 from .panes import pane_of
+from .portals import FACES, MOST_PORTALS, PORTALS_BY_SHARE_DEFINES, PORTALS_FOR_ABSORBED_DEFINES
 from .profiles import profile_table
 from .programs import program_tables
 from .upload import texels_of, upload_table, write_table
@@ -39,7 +39,7 @@ def _surface_tables(
 ) -> dict[str, NDArray[Any]]:
     """Triangles and what they are made of, by the tables' names."""
     programs = program_tables(scene.materials)
-    materials, lobes = material_tables(scene.materials, programs.compiled)
+    materials, lobes = material_tables(scene.materials, programs.compiled, 1.0 / frame.scale)
     materials["interior"][: len(scene.materials)] = media.of_materials
     tables = {
         "triangles": mesh.triangles,
@@ -121,12 +121,13 @@ class Tables:
         reads_tree: bool = True,
         texels: Any = None,
     ) -> Tables:
-        """Make them; `reads_tree`: whether kernels do; `texels`: of the scene's textures, if it has
+        """Make them; `reads_tree`: whether tracers do; `texels`: of the scene's textures, if it has
         any, which stay the caller's."""
         environments, places = environment_table(scene.images)
         more = {"environments": upload_table(device, environments)} if places else {}
         media = Media(scene, frame)
         tables = _surface_tables(scene, frame, mesh, media)
+        reads_tree = reads_tree or any(m.scatters_below for m in scene.materials)  # walks do
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {TEXELS: texels} if texels else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}

@@ -11,7 +11,19 @@ import bpy
 from ..graph import Graph
 from ..links import Scope
 from ..programs import ONE
-from . import diffuse, emission, glass, glossy, hair, metallic, mix, principled, sheen, toon
+from . import (
+    diffuse,
+    emission,
+    glass,
+    glossy,
+    hair,
+    metallic,
+    mix,
+    principled,
+    sheen,
+    subsurface,
+    toon,
+)
 from .bsdf import BLACK, CLEAR, Bsdf, ShaderLobe, SpecularModel, as_diffuse
 from .normals import with_normal
 
@@ -81,5 +93,5 @@ READERS: dict[str, Reader] = {
     "EMISSION": emission.read,
     "HOLDOUT": _holdout,
     "MIX_SHADER": partial(mix.read_mix, read=read_shader),
-    "SUBSURFACE_SCATTERING": _scattering,
+    "SUBSURFACE_SCATTERING": subsurface.read,
 }

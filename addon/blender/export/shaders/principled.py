@@ -32,6 +32,7 @@ from .glass import ALL, glass
 from .metallic import metal
 from .microfacets import microfacets, with_tangent
 from .sheen import under_sheen
+from .subsurface import of_principled
 
 MOST_F0 = 0.99  # beyond which the specular level raises no index any more
 # What Cycles gives to objects without a material, Blender 5.0 on.
@@ -102,8 +103,9 @@ def _glass(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsd
 
 
 def _opaque(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
-    given, under = partial(graph.input, node, scope=scope), _base(graph, node, scope, base)
+    given = partial(graph.input, node, scope=scope)
     f0, ior = level_of(given("IOR"), given("Specular IOR Level"))
+    under = _base(graph, node, scope, base, ior)
     if ior.is_constant and abs(ior.number - 1.0) < NO_INTERFACE:
         return under
     tint = math("MAXIMUM", graph.input(node, "Specular Tint", scope), 0.0)
@@ -112,14 +114,15 @@ def _opaque(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bs
     return with_tangent(graph, node, scope, under.beneath(lobe))
 
 
-def _base(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
-    """What the interface of a dielectric lies over; of it light that scatters below is diffuse."""
+def _base(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value, ior: Value) -> Bsdf:
+    """What the interface of a dielectric lies over."""
     roughness = graph.input(node, "Diffuse Roughness", scope, 0.0)
     rough = rough_diffuse(graph, base, roughness, SpecularModel.GGX)
     below = graph.input(node, "Subsurface Weight", scope).clamp()
-    if below.is_just(0.0) or not rough.lobes:
+    if below.is_just(0.0):
         return rough
-    return rough.scaled(ONE - below).plus(Bsdf(below * clipped(base)))
+    found = of_principled(graph, node, scope, clipped(base), ior)
+    return rough.scaled(ONE - below).plus(found.scaled(below))
 
 
 def level_of(ior: Value, level: Value) -> tuple[Value, Value]:
@@ -168,7 +171,7 @@ def _note(
     notes, owner = graph.notes, graph.owner
     given = partial(graph.input, node, scope=scope, otherwise=0.0)
     if not metallic.is_just(1.0):
-        if given("Subsurface Weight").may_exceed(0.0):
+        if model is SpecularModel.PHONG and given("Subsurface Weight").may_exceed(0.0):
             notes.approximated(owner, "Subsurface", "rendered as diffuse")
         if model is SpecularModel.PHONG and given("Diffuse Roughness").may_exceed(0.0):
             notes.approximated(owner, "Diffuse roughness", "rendered as Lambertian")

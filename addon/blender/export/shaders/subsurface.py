@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light that scatters below a surface: the Subsurface Scattering node, and Principled's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import bpy
+
+from ..graph import Graph
+from ..links import Scope
+from ..programs import Value
+from .bsdf import Bsdf, ShaderLobe, SpecularModel, clipped
+
+PATH = 0.25 / math.pi  # the mean free path of Cycles' walks, of a radius
+STEPS = 40  # of bisection
+LEAST_IOR, MOST_IOR = 1.01, 3.8
+SKIN = "RANDOM_WALK_SKIN"
+
+
+def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
+    """Read the node's lobe."""
+    far = graph.input(node, "Scale", scope) * graph.input(node, "Radius", scope)
+    ior, rough = (graph.input(node, x, scope, y) for x, y in (("IOR", 1.4), ("Roughness", 1.0)))
+    colour = graph.input(node, "Color", scope)
+    _note_anisotropy(graph, graph.input(node, "Anisotropy", scope, 0.0))
+    return below(graph, colour, far, (ior, rough), str(node.falloff), model)
+
+
+def of_principled(
+    graph: Graph, node: bpy.types.Node, scope: Scope, colour: Value, ior: Value
+) -> Bsdf:
+    """The same of a Principled BSDF of a colour, whose interface has this index."""
+    scale, radius = (graph.input(node, f"Subsurface {x}", scope) for x in ("Scale", "Radius"))
+    far = scale * radius
+    method = str(node.subsurface_method)
+    if method == SKIN:
+        ior = graph.input(node, "Subsurface IOR", scope)
+    entry = ior, graph.input(node, "Roughness", scope)
+    _note_anisotropy(graph, graph.input(node, "Subsurface Anisotropy", scope, 0.0))
+    return below(graph, colour, far, entry, method, SpecularModel.GGX)
+
+
+def below(
+    graph: Graph,
+    colour: Value,
+    far: Value,
+    entry: tuple[Value, Value],
+    method: str,
+    model: SpecularModel,
+) -> Bsdf:
+    """A surface of such an albedo. `far`: how far light goes below it [m]; `entry`: the index and
+    the roughness that bend rays as they enter, where nodes do not tell them."""
+    notes, owner = graph.notes, graph.owner
+    if model is SpecularModel.PHONG or not far.is_constant:
+        notes.approximated(owner, "Subsurface", "rendered as diffuse")
+        return Bsdf(colour)
+    paths = [max(PATH * x, 0.0) for x in far.rgb]
+    if not max(paths) > 0.0:
+        return Bsdf(colour)
+    ior, rough = (x.number if x.is_constant else y for x, y in zip(entry, (1.4, 0.5), strict=True))
+    ior, rough = min(max(ior, LEAST_IOR), MOST_IOR), min(abs(rough), 1.0)
+    if method == "BURLEY":
+        notes.approximated(owner, "Subsurface", "rendered as by the method Random Walk")
+    elif method == SKIN:
+        if not colour.is_constant:
+            notes.approximated(owner, "Subsurface", "how far light goes is that of a grey of 0.5")
+        albedos = clipped(colour).rgb if colour.is_constant else (0.5,) * 3
+        paths = [x * y for x, y in zip(far.rgb, skin_paths(albedos, ior), strict=True)]
+    numbers = {f"radius_{c}": path for c, path in zip("rgb", paths, strict=True)}
+    numbers |= {"entry": 2.0 if method == SKIN else rough**2, "ior": ior}
+    parameters = {name: Value.of(x) for name, x in numbers.items()} | {"albedo": clipped(colour)}
+    return Bsdf(lobes=(ShaderLobe("subsurface", clipped(colour), parameters),))
+
+
+def _note_anisotropy(graph: Graph, anisotropy: Value) -> None:
+    if not anisotropy.is_just(0.0):
+        what = "all directions are alike to what scatters below"
+        graph.notes.approximated(graph.owner, "Subsurface Anisotropy", what)
+
+
+def skin_paths(albedos: Sequence[float], ior: float) -> list[float]:
+    """What the radii of Random Walk (Skin) are multiplied by: they are diffusion lengths of the
+    dipole whose reflectance is the albedo (Jensen et al. 2001)."""
+    reflected = -1.440 / ior**2 + 0.710 / ior + 0.668 + 0.0636 * ior
+    boundary = 4.0 / 3.0 * (1.0 + reflected) / (1.0 - reflected)
+
+    def reflectance(of_scattering: float) -> float:
+        s = math.sqrt(3.0 * (1.0 - of_scattering))
+        return 0.5 * of_scattering * (1.0 + math.exp(-boundary * s)) * math.exp(-s)
+
+    found = []
+    for albedo in albedos:
+        low, high = 0.0, 1.0
+        for _ in range(STEPS):
+            middle = (low + high) / 2.0
+            low, high = (middle, high) if reflectance(middle) < albedo else (low, middle)
+        found.append(math.sqrt(3.0 * (1.0 - min(low, 0.999999))))
+    return found
