@@ -36,7 +36,7 @@ def programs(thorough: bool = True) -> Iterator[tuple[str, str, Source]]:
     known: dict[type, set[frozenset[object]]] = {}
     for kernel, defines, made in variants.kernels():
         name = " ".join([kernel.stem, *defines])
-        parts = {"", *made.values(), *((x, defines[x]) for x in kernel.structure if x in defines)}
+        parts = {"", *made.values(), *((x, defines.get(x)) for x in kernel.structure)}
         before = known.setdefault(kernel, set())
         new = {frozenset(pair) for pair in combinations_with_replacement(parts, 2)} - before
         before |= new

@@ -10,7 +10,7 @@
 
 // A channel's number: 9 bits of the radius, 8 of the albedo, and 7 of what else there is.
 const float RADII = 511.0, ALBEDOS = 255.0, OTHERS = 127.0;
-const float LEAST_RADIUS = 1.0e-5, OCTAVES = 20.0;  // [scene units], and how many there are from there on
+const float LEAST_RADIUS = 2.0e-6, OCTAVES = 21.0;  // [scene units], and how many there are from there on
 const float MOST_IOR = 3.8;
 
 float pack_subsurface(float radius, float albedo, float other) {
@@ -35,7 +35,7 @@ vec3 radius_subsurface(Shape shape) {
 }
 
 vec3 albedo_subsurface(Shape shape) {
-    return mod(floor(shape.parameters / (OTHERS + 1.0)), ALBEDOS + 1.0) / ALBEDOS;
+    return max(mod(floor(shape.parameters / (OTHERS + 1.0)), ALBEDOS + 1.0), 1.0) / ALBEDOS;
 }
 
 vec3 eval_subsurface(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) { return vec3(0.0); }

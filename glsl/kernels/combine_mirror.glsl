@@ -11,11 +11,16 @@
 #include "lib/blur.glsl"
 #endif
 #include "lib/clamped.glsl"
+#ifdef WALKS
+#include "lib/reach.glsl"
+#endif
 
 // Of the chain, where that is asked.
 int bounces() {
 #if defined(CLAMPED) && defined(TRANSPARENT)
     return int(load_chain().bounces);
+#elif defined(CLAMPED) && defined(WALKS)
+    return depth - int(is_exit(load_direction().t_max));
 #elif defined(CLAMPED)
     return depth;
 #else

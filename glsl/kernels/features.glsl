@@ -23,7 +23,7 @@ void kernel() {
         Lobe lobe = load_lobe0();
         Shape shape = load_shape0();
         vec3 reflected = is_lobe(lobe) ? albedo_lobe(lobe, shape, cosine) : vec3(0.0);
-        bool is_mirror = roughness_kind(lobe, shape) < MIRRORS_BELOW;
+        bool is_mirror = roughness_kind(lobe, shape) < MIRRORS_BELOW && !is_diffuse_kind(lobe.kind);
 #ifdef SCATTERING
         is_mirror = is_mirror && !is_phase(lobe);
 #endif
@@ -32,7 +32,8 @@ void kernel() {
         lobe = load_lobe1();
         shape = load_shape1();
         reflected = is_lobe(lobe) ? albedo_lobe(lobe, shape, cosine) : vec3(0.0);
-        if (roughness_kind(lobe, shape) < MIRRORS_BELOW) mirrored += mean(reflected); else albedo += reflected;
+        is_mirror = roughness_kind(lobe, shape) < MIRRORS_BELOW && !is_diffuse_kind(lobe.kind);
+        if (is_mirror) mirrored += mean(reflected); else albedo += reflected;
 #endif
 #endif
     }

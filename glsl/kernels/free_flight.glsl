@@ -3,6 +3,9 @@
 // scatters them before (SCATTERING). What is scattered there weighs as much as all that is lost; the lobe of the point
 // (lib/scattering_point.glsl) leaves of it what is not absorbed.
 #include "lib/media.glsl"
+#ifdef WALKS
+#include "lib/reach.glsl"
+#endif
 #ifdef SCATTERING
 #ifdef EYE
 #include "lib/beams.glsl"
@@ -120,7 +123,12 @@ void kernel() {
 #endif
     vec3 origin = load_origin().position;
 #ifdef SCATTERING
+#ifdef WALKS
+    // A ray that ends where a walk has come out has no way.
+    float t = is_exit(load_direction().t_max) ? -1.0 : scattered_at(medium.inside, origin, direction, far, weight);
+#else
     float t = scattered_at(medium.inside, origin, direction, far, weight);
+#endif
     if (t >= 0.0) hit = scattered_hit(t);
     store_met(hit);
 #else

@@ -4,14 +4,19 @@
 // Wider is not faster on GPUs, with eight children a node and their boxes in 8 bits, and storage buffers in
 // place of textures would gain little.
 #include "lib/constants.glsl"
+#ifndef ONE_SURFACE
 #ifdef VISIBILITY
 #include "lib/visibility.glsl"
+#endif
 #endif
 #ifdef BY_REACH
 #include "lib/reach.glsl"
 int rays_traced;
 #else
 #define rays_traced VISIBILITY
+#endif
+#ifdef ONE_SURFACE
+float one_surface;  // which rays meet alone, whatever rays it is visible to
 #endif
 
 const int BVH_STACK = 64;  // the native build keeps every tree shallower
@@ -87,7 +92,9 @@ bool intersect_triangle(ShearedRay ray, Slabs slabs, int index, float t_max, out
     vec3 low = min(min(corners.a, corners.b), corners.c), high = max(max(corners.a, corners.b), corners.c);
     t = max(t, enter_box(low, high, slabs, t_max));
     tuv = vec3(t, v / det, w / det);  // weights of the second and third corner
-#ifdef VISIBILITY
+#if defined(ONE_SURFACE)
+    if (corners.surface != one_surface) return false;
+#elif defined(VISIBILITY)
     if ((visibility_of(corners.surface) & rays_traced) == 0) return false;
 #endif
     return t <= t_max;

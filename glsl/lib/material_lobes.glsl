@@ -21,6 +21,7 @@
 #endif
 #ifdef EYE
 #include "lib/even.glsl"
+#include "lib/bounces.glsl"
 #else
 #include "lib/reflection.glsl"
 #endif
@@ -50,6 +51,17 @@ float choice() {
 
 #ifdef LAYERS
 vec3 through[LAYERS];  // what gets through each lobe of the material and through those over it
+#endif
+
+#ifdef SUBSURFACE
+// Whether rays go on below surfaces from here.
+bool walks() {
+#ifdef WALKS
+    return bounces_before() < float(chain_depth);
+#else
+    return false;
+#endif
+}
 #endif
 
 // From where lobes are asked for; those that have none of their own are about this normal.
@@ -88,8 +100,8 @@ Seen seen_lobe(Material material, int number, Aspect from, bool by_diffuse) {
 #endif
     vec3 covered = l.covered * own * above;
     bool covers = largest(l.covered) > 0.0;
-#if defined(SUBSURFACE) && !defined(WALKS)
-    if (l.kind == float(SUBSURFACE)) {
+#ifdef SUBSURFACE
+    if (l.kind == float(SUBSURFACE) && !walks()) {
         covered = l.weight * above * albedo;
         covers = true;
         l.weight = 0.0;

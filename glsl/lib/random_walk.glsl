@@ -2,6 +2,7 @@
 // The walk below a surface of light that goes the other way, from where it comes out to where it went in: free flights,
 // all directions alike where they end, until one meets the surface again. Chiang, Kutz & Burley 2016, "Practical and
 // Controllable Subsurface Scattering for Production Path Tracing", with Cycles' fit of the albedo of one scattering.
+#define ONE_SURFACE
 #include "lib/bvh.glsl"
 #include "lib/triangle.glsl"
 #include "lib/lobe.glsl"
@@ -9,10 +10,12 @@
 const int MOST_FLIGHTS = 256;
 const float LEAST_OF_WALK = 1.0e-4;  // of a path that has less nothing is left
 const int WALKS_A_RAY = 4;
+const float BY_WEIGHT = 0.5;  // of the rays follow a channel by its weight, others any
+const float SHORT = 0.1;  // mean free paths that a walk begins below the surface, at most
 const float LEAST_ALBEDO = 0.2;  // of one scattering; less is taken off the weight
 
-// Where the walk has left the surface, and what it weighs; triangle -1: nowhere.
-struct Exit { vec3 position; vec3 normal; vec3 weight; int triangle; };
+// Where the walk has left the surface, and what it weighs: nothing, if it has not.
+struct Exit { vec3 position; vec3 normal; vec3 weight; };
 
 // What one scattering leaves, for surfaces of such an albedo.
 vec3 albedo_of_scattering(vec3 albedo) {
@@ -26,79 +29,80 @@ vec3 unit_sphere(vec2 u) {
     return vec3(radius * cos(2.0 * PI * u.y), radius * sin(2.0 * PI * u.y), z);
 }
 
-// A way below the surface, by the lobe's numbers for each channel.
+// What walks begin with: a channel, whose light they follow, with a probability; `weight`: of the ray, which has the lobe's
+// colour.
 struct Inside {
     vec3 entry;
     vec3 geometric;
     vec3 direction;
     int triangle;
-    float surface;
-    vec3 radius;
-    vec3 albedo;
+    vec3 extinction;
     vec3 scattering;
+    vec3 weight;
+    int channel;
+    vec3 shares;  // probabilities of the channels
 };
 
-// One walk of several; `weight`: of the ray, which has the lobe's colour.
-Exit walk_once(Inside inside, vec3 weight, uint number, uint dimension) {
-    vec3 extinction = 1.0 / max(inside.radius, vec3(1.0e-10)), position = inside.entry, direction = inside.direction;
-    // Channels whose light leaves at once, or the others.
-    vec4 u = random4(seed, pass_index, number, dimension);
-    vec3 at_once = mix(vec3(0.0), weight, equal(inside.radius, vec3(0.0)));
-    float share = mean(at_once) / max(mean(weight), 1.0e-30);
-    if (u.x < share) return Exit(inside.entry, inside.geometric, at_once / share, inside.triangle);
-    weight = (weight - at_once) / max(inside.albedo, vec3(1.0e-6)) / (1.0 - share);
-    weight *= min(inside.scattering / LEAST_ALBEDO, 1.0);
-    vec3 scattering = max(inside.scattering, vec3(LEAST_ALBEDO)), shares = vec3(0.0);
-    position -= inside.geometric * (SURFACE_OFFSET * max(1.0, largest(abs(position))));
-    float brightest = largest(weight), left = -1.0, gone = 0.0;
-    int source = inside.triangle, flight = 0;
-    for (int look = 0; look < 2 * MOST_FLIGHTS && flight < MOST_FLIGHTS; look++) {
-        if (left < 0.0) {
-            u = random4(seed, pass_index, number, dimension + 1u + uint(flight));
-            if (flight > 0) direction = unit_sphere(u.zw);
-            shares = weight * scattering;
-            shares /= shares.r + shares.g + shares.b;
-            int channel = u.x < shares.r ? 0 : (u.x < shares.r + shares.g ? 1 : 2);
-            left = -log(1.0 - u.y) / extinction[channel];
-            gone = 0.0;
-            flight++;
-        }
-        RayHit found = trace(position, direction, left, source);
+// The walk of a number of WALKS_A_RAY. What it weighs in each channel is by the balance heuristic over those that might have
+// made it (Wilkie et al. 2014, "Hero Wavelength Spectral Sampling").
+Exit walk_once(Inside inside, int walk, uint number, uint dimension) {
+    Exit none = Exit(inside.entry, inside.geometric, vec3(0.0));
+    vec3 position = inside.entry, direction = inside.direction;
+    float lift = SURFACE_OFFSET * max(1.0, largest(abs(position)));
+    position -= inside.geometric * min(lift, SHORT / largest(inside.extinction));
+    // Of the light that is not absorbed, and the densities of the way by each channel, but for a factor.
+    vec3 kept = vec3(1.0), density = vec3(1.0);
+    int source = inside.triangle;
+    for (int flight = 0; flight < MOST_FLIGHTS; flight++) {
+        vec4 u = random4(seed, pass_index, number, dimension + uint(flight));
+        if (flight == 0) u.y = (float(walk) + u.y) / float(WALKS_A_RAY);
+        else direction = unit_sphere(u.zw);
+        float far = -log(1.0 - u.y) / inside.extinction[inside.channel];
+        RayHit found = trace(position, direction, far, source);
         bool is_met = found.triangle >= 0;
-        float way = is_met ? found.t : left;
-        position += way * direction;
-        gone += way;
-        source = found.triangle;
-        vec3 through = exp(-extinction * gone);
+        float way = is_met ? found.t : far;
+        density *= exp(-inside.extinction * way);
+        if (!is_met) {
+            density *= inside.extinction;
+            kept *= inside.scattering;
+        }
+        density /= max(largest(density), 1.0e-30);
+        vec3 weight = inside.weight * kept * density / max(dot(inside.shares, density), 1.0e-30);
         if (is_met) {
             Triangle met = triangle_at(found.triangle);
-            if (met.surface != inside.surface) {  // of another thing, which is not in the way
-                left -= way;
-                continue;
-            }
             vec3 ab = met.b - met.a, ac = met.c - met.a, normal = normal_of(ab, ac);
             if (dot(normal, direction) < 0.0) normal = -normal;
-            position = met.a + found.u * ab + found.v * ac;
-            return Exit(position, normal, weight * through / max(dot(shares, through), 1.0e-30), found.triangle);
+            return Exit(met.a + found.u * ab + found.v * ac, normal, weight);
         }
-        vec3 density = extinction * through;
-        weight *= scattering * density / max(dot(shares, density), 1.0e-30);
-        if (!(largest(weight) > LEAST_OF_WALK * brightest)) break;
-        left = -1.0;
+        if (!(largest(weight) > LEAST_OF_WALK * largest(inside.weight))) return none;
+        position += way * direction;
+        source = -1;
     }
-    return Exit(inside.entry, inside.geometric, vec3(0.0), -1);
+    return none;
 }
 
-// Of several walks one by chance, as much as each brings: so passes differ less in what comes out.
+// Of several walks of a channel one by chance, as much as each brings: so passes differ less in what comes out. Channels
+// take turns over passes.
 Exit walk_below(vec3 entry, vec3 geometric, vec3 direction, vec3 weight, int triangle, Shape shape, uint number) {
+    Exit chosen = Exit(entry, geometric, vec3(0.0));
+    float sum = weight.r + weight.g + weight.b;
+    if (!(sum > 0.0)) return chosen;
     vec3 radius = radius_subsurface(shape), albedo = albedo_subsurface(shape), scattering = albedo_of_scattering(albedo);
-    float surface = triangle_at(triangle).surface;
-    Inside inside = Inside(entry, geometric, direction, triangle, surface, radius, albedo, scattering);
-    uint dimension = DIMENSION_WALK + uint(depth) * uint(WALKS_A_RAY * 2 * MOST_FLIGHTS);
-    float u = random4(seed, pass_index, number, dimension + uint(2 * MOST_FLIGHTS - 1)).x, all = 0.0, own = 0.0;
-    Exit chosen = Exit(entry, geometric, vec3(0.0), -1);
+    uint dimension = DIMENSION_WALK + uint(depth) * uint(WALKS_A_RAY * MOST_FLIGHTS + 1);
+    vec3 shares = mix(vec3(1.0 / 3.0), weight / sum, BY_WEIGHT);
+    float first = even_over_passes(dimension).x;
+    int channel = first < shares.r ? 0 : (first < shares.r + shares.g ? 1 : 2);
+    vec3 stays = vec3(equal(radius, vec3(0.0)));  // light that leaves at once
+    if (stays[channel] > 0.0) return Exit(entry, geometric, weight * stays / dot(shares, stays));
+    vec3 goes = weight * (1.0 - stays) / albedo * min(scattering / LEAST_ALBEDO, 1.0);
+    vec3 extinction = (1.0 - stays) / max(radius, vec3(LEAST_RADIUS));
+    shares *= 1.0 - stays;
+    scattering = max(scattering, vec3(LEAST_ALBEDO));
+    Inside inside = Inside(entry, geometric, direction, triangle, extinction, scattering, goes, channel, shares);
+    one_surface = triangle_at(triangle).surface;
+    float u = random4(seed, pass_index, number, dimension).x, all = 0.0, own = 0.0;
     for (int i = 0; i < WALKS_A_RAY; i++) {
-        Exit found = walk_once(inside, weight, number, dimension + uint(i * 2 * MOST_FLIGHTS));
+        Exit found = walk_once(inside, i, number, dimension + uint(1 + i * MOST_FLIGHTS));
         float brings = mean(found.weight), others = all;
         if (!(brings > 0.0)) continue;
         all += brings;

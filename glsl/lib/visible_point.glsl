@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The visible point of an element, of the streams that Shade writes.
 #include "lib/shadow_ray.glsl"
+#ifdef WALKS
+#include "lib/reach.glsl"
+#endif
 
 VisiblePoint visible_point() {
     VisiblePoint point;
@@ -14,6 +17,9 @@ VisiblePoint visible_point() {
     point.passed = load_chain().passed;
 #else
     point.bounces = float(depth);
+#ifdef WALKS
+    if (is_exit(load_direction().t_max)) point.bounces -= 1.0;
+#endif
     point.passed = 0.0;
 #endif
 #ifdef NORMALS

@@ -18,6 +18,7 @@ const RAY_TRANSMISSION: u8 = 8;
 const RAYS_OF_LOBES: u8 = 2 + 4 + RAY_TRANSMISSION;
 /// Says of a ray that it ends where a walk below a surface has come out.
 const EXIT: u8 = RAYS_OF_LOBES + 2;
+const ALL_RAYS: u8 = 63;
 
 /// Rays as parallel arrays of one length.
 #[derive(Clone, Copy)]
@@ -95,7 +96,7 @@ impl Visible<'_> {
             return self;
         }
         if (T_MAX / t_max + 0.5) as u32 == u32::from(EXIT) {
-            return Visible { rays: u8::MAX, ..self };
+            return Visible { rays: ALL_RAYS, ..self };
         }
         let is_of_eye = t_max < T_MAX / f32::from(EXIT);
         let sent = if is_of_eye { RAY_CAMERA } else { ((T_MAX / t_max + 0.5) as u8).saturating_sub(1) };

@@ -337,7 +337,9 @@ def test_a_caustic_on_a_plain(device: Device, measured: Measured) -> None:
         )
         for half in (5.0, 500.0)
     )
-    assert far.mean() == pytest.approx(near.mean(), rel=0.2)
+    # One photon of a seed may bring as much as all others.
+    means = [np.median(images.mean(axis=(1, 2, 3))) for images in (near, far)]
+    assert means[1] == pytest.approx(means[0], rel=0.15)
     ratio = far.var(axis=0, ddof=1).mean() / near.var(axis=0, ddof=1).mean()
     assert measured("variance of 1 km over 10 m", ratio) < 2.0
     truth = near.mean(axis=0)

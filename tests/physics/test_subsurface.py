@@ -4,13 +4,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.scene import Lobe, Material, world_light
+from addon.photon.scene import (
+    ALL_RAYS,
+    RAY_BITS,
+    Instruction,
+    Lobe,
+    Material,
+    Result,
+    phong,
+    world_light,
+)
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import Builder, camera, orthographic, plain_light, plain_material
@@ -139,3 +149,74 @@ def test_other_things_are_not_in_the_way(device: Device) -> None:
         )
         found.append(mean_of(device, scene))
     assert found[1] == pytest.approx(found[0], rel=0.003)
+
+
+@pytest.mark.thorough("1", "2")
+@pytest.mark.parametrize("channel", range(3))
+def test_programs_give_every_channel(device: Device, channel: int) -> None:
+    """Of a colour: what has no red is not black."""
+    albedo = np.zeros(3)
+    albedo[channel] = ALBEDO[1]
+    program = (Instruction("combine", (*((x,) * 4 for x in albedo), (1.0,) * 4)),)
+    (lobe,) = scattering(0.02).lobes
+    lobe = replace(lobe, varying={"colour": Result(0), "albedo": Result(0)})
+    material = Material("scattering", BLACK, (lobe,), program=program)
+    scene = half_space().scene(from_above(), (world_light("World", WHITE),), (material,))
+    found = mean_of(device, scene)
+    assert found[channel] == pytest.approx(seen_from_above(ALBEDO[1]), rel=0.02)
+    assert found.sum() == pytest.approx(found[channel], rel=1e-3)
+
+
+def under_mirror(material: Material) -> Any:
+    """The half space is seen from above in a mirror, whose back the camera is at."""
+    built = half_space().quad((-9, -9, 3), (-9, 9, 3), (9, 9, 3), (9, -9, 3), 1)
+    mirror = Material("mirror", BLACK, (phong((1.0,) * 3),))
+    lamp = plain_light("lamp", "POINT", (1.5, 0, 1.6), (50.0,) * 3)
+    view = orthographic((0, 0, 1), (1, 0, 0), (0, -1, 0), 1.0)  # up
+    return built.scene(view, (lamp,), (material, mirror))
+
+
+def test_the_last_bounce(device: Device) -> None:
+    """Where no ray goes on it is Lambert's, also behind a mirror."""
+    plain, below = (
+        mean_of(device, under_mirror(material), mirror_depth=1)
+        for material in (plain_material("plain", ALBEDO), scattering(0.02))
+    )
+    assert plain.min() > 0.0 and below == pytest.approx(plain, rel=0.03)
+
+
+@pytest.mark.thorough
+def test_what_the_camera_does_not_see(device: Device) -> None:
+    """Walks meet their surface, whatever rays it is visible to."""
+    scene = under_mirror(scattering(0.02))
+    visible = np.full(len(scene.surfaces), ALL_RAYS, np.uint8)
+    visible[0] -= RAY_BITS["camera"]
+    both = scene, replace(scene, visible=visible)
+    seen, hidden = (mean_of(device, x, photons=0) for x in both)
+    assert seen.min() > 0.0 and hidden == pytest.approx(seen, rel=0.02)
+
+
+@pytest.mark.thorough("True")
+@pytest.mark.parametrize("sheet", [False, True])
+def test_a_walk_is_no_bounce(device: Device, sheet: bool) -> None:
+    """Light straight from a lamp is clamped as such, also behind what is transparent."""
+    built = half_space()
+    if sheet:
+        built.quad((-9, -9, 1), (9, -9, 1), (9, 9, 1), (-9, 9, 1), 1)
+    clear = Material("clear", BLACK, (Lobe("transparent", WHITE),))
+    lamp = plain_light("lamp", "POINT", (1.5, 0, 1.6), (50.0,) * 3)
+    scene = built.scene(from_above(), (lamp,), (scattering(0.02), clear))
+    free, clamped = (mean_of(device, scene, clamp_indirect=x, photons=0) for x in (0.0, 1e-3))
+    assert free.min() > 0.01 and clamped == pytest.approx(free, rel=1e-6)
+    assert mean_of(device, scene, clamp_direct=1e-3, photons=0).max() < 0.5 * free.min()
+
+
+def test_denoising_data(device: Device) -> None:
+    """Its albedo and normal are the surface's, not those of where walks come out."""
+    scene = half_space().scene(from_above(), (world_light("World", WHITE),), (scattering(0.02),))
+    settings = {"width": 8, "height": 8, "passes": 2, "photons": 500, "denoising_data": True}
+    images = render(device, scene, **settings)
+    albedo = images["Denoising Albedo"][..., :3]
+    np.testing.assert_allclose(albedo, np.broadcast_to(ALBEDO, albedo.shape), rtol=0.01)
+    normal = images["Denoising Normal"][..., :3]
+    np.testing.assert_allclose(normal, np.broadcast_to((0, 0, 1), normal.shape), atol=1e-5)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ...photon.scene import CAUSTICS, TRANSPARENT, Lobe, Material, Scene
+from ...photon.scene import CAUSTICS, SUBSURFACE, TRANSPARENT, Lobe, Material, Scene
 from ...photon.stage.gathered import GATHERED_FROM
 from ...photon.stage.kinds import lobe_kinds
 from .report import Notes
@@ -38,7 +38,8 @@ def _note_glass(owner: str, wanted: str, lobes: list[Lobe], notes: Notes) -> Non
             "what lies below gloss lights diffuse surfaces through glass as if there was no gloss"
         )
         notes.approximated(owner, "Reflective caustics", what)
-    sends = any(lobe_kinds()[lobe.kind].is_diffuse for lobe in lobes)  # Lambert's is no such lobe
+    # Lambert's is no such lobe, nor do walks below a surface send any.
+    sends = any(lobe_kinds()[x.kind].is_diffuse for x in lobes if x.kind != SUBSURFACE)
     if sends and any(not lobe_kinds()[lobe.kind].is_delta for lobe in glass):
         what = (
             "rays that Translucent and rough diffuse BSDFs send see rough glass lit from both sides"

@@ -82,11 +82,20 @@ class CombineMirror(Kernel):
     """What a secondary ray sees."""
 
     stem = "combine_mirror"
-    structure = ("EMITTERS", "GATHERED_LOBES", "TRANSPARENT", "PHOTON_MAP", "CLAMPED", "MEDIA")
+    structure = (
+        "EMITTERS",
+        "GATHERED_LOBES",
+        "TRANSPARENT",
+        "PHOTON_MAP",
+        "CLAMPED",
+        "MEDIA",
+        "WALKS",
+    )
     inputs = {
         "hit": HIT,
         "diffuse": DIFFUSE,
         "direct": RADIANCE,
+        "direction": When("CLAMPED", When("WALKS", RAY_DIRECTION)),
         "irradiance": IRRADIANCE,
         "coverage": COVERAGE,
         "throughput": THROUGHPUT,

@@ -44,6 +44,7 @@ _STRUCTURE = (
     "PORTALS",
     "PANES",
     "MEDIA",
+    "WALKS",
     *SCATTERS,
 )
 _INPUTS: Ports = {

@@ -32,7 +32,7 @@ class FreeFlight(Kernel):
     them."""
 
     stem = "free_flight"
-    structure = ("EYE", "PHOTONS", "SCATTERING", "VARYING", "DISPERSION")
+    structure = ("EYE", "PHOTONS", "SCATTERING", "VARYING", "DISPERSION", "WALKS")
     inputs = {
         "pixel": When("EYE", When("SCATTERING", PIXEL)),
         "origin": RAY_ORIGIN,

@@ -17,7 +17,6 @@ from .records import (
     SHADING,
     THROUGHPUT,
     TRIANGLE,
-    VISIBILITY,
 )
 from .shade import GATHERED_LOBES, LOBES, SCATTERS
 
@@ -74,7 +73,6 @@ class Scatter(Kernel):
     tables = {
         "triangles": When(("MEDIA", "NORMALS", "WALKS"), Table(TRIANGLE)),
         "nodes": When("WALKS", Table(NODE)),
-        "visibility": When("WALKS", When("VISIBILITY", Table(VISIBILITY))),
         "corner_normals": When("NORMALS", Table(CORNER_NORMALS)),
         "materials": When("MEDIA", Table(MATERIAL)),
         "interiors": When("MEDIA", Table(INTERIOR)),

@@ -126,6 +126,7 @@ class Shade(Kernel):
         "pass_index": When("LOBES", Uniform("uint")),
         "bounce": When("PHOTONS", Uniform("int")),
         "depth": When("EYE", Uniform("int")),
+        "chain_depth": When("EYE", When("WALKS", Uniform("int"))),
         "frame_size": When("EYE", Uniform("ivec2")),
         "eye": When("FOOTPRINT", Uniform("vec3")),
         "view_axis": When("FOOTPRINT", Uniform("vec3")),

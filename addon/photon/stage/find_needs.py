@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..scene import ALL_RAYS, Light, Material, Result, Scene
+from ..scene import ALL_RAYS, SUBSURFACE, Light, Material, Result, Scene
 from ..settings import Settings
 from .emissive import TRIANGLE, emissive_triangles, emits_for_some_only
 from .gathered import can_gather, gathering_kinds, seen_send_rays, send_rays
@@ -157,7 +157,11 @@ def _of_materials(
         "lobe_kinds": frozenset(kinds),
         "gathering_kinds": gathering_kinds(materials),
         "layers": max(map(count_layered, materials), default=0),
-        "covers": any(lobe.may_be("covered") for m in materials for lobe in m.lobes),
+        "covers": any(
+            lobe.may_be("covered") or (lobe.kind == SUBSURFACE and lobe.over is not None)
+            for m in materials
+            for lobe in m.lobes
+        ),
         # What disperses light weighs each channel by itself, too.
         "tinted": any(map(has_tint, materials)) or any(lobe_kinds()[x].disperses for x in kinds),
     }

@@ -191,7 +191,9 @@ def check_kinds(scene: Scene) -> None:
     for material in scene.materials:
         for lobe in material.lobes:
             _check(f"material {material.name!r}", lobe_kinds(), lobe.kind, lobe.parameters)
-            known = {"colour", "covered", "weight", *lobe.parameters}
+            units = lobe_kinds()[lobe.kind].parameters
+            given = {name for name in lobe.parameters if units[name] != METRES}
+            known = {"colour", "covered", "weight", *given}
             _check_varying(f"material {material.name!r}: {lobe.kind}", lobe.varying, known)
         _check_varying(f"material {material.name!r}", material.varying, MATERIAL_VARYING)
     for who, program in scene.programs:

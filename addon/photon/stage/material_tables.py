@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -67,12 +68,19 @@ def _fill_lobe(row: Any, lobe: Lobe, program: Compiled, metre: float) -> None:
     codes: dict[str, Any] = {}  # of parameters, colours as often as they have channels
     for name, value in lobe.parameters.items():
         code = program.codes(lobe.varying, name)
-        codes[name] = (code,) * 3 if isinstance(value, tuple) else code
+        codes[name] = _of_channels(lobe, name, program) if isinstance(value, tuple) else code
     for suffix, values, scale in (("", lobe.parameters, metre), ("_from", codes, 1.0)):
         numbers = [*kind.numbers(values, scale), *[0.0] * 8]
         row[f"parameters{suffix}"], row[f"more{suffix}"] = np.resize(numbers, (2, 4))
     for name in ("colour", "covered", "weight"):
         row[f"{name}_from"] = program.codes(lobe.varying, name)
+
+
+def _of_channels(lobe: Lobe, name: str, program: Compiled) -> tuple[float, ...]:
+    """What refers to each channel of a colour that the program may give."""
+    if name not in lobe.varying or lobe.varying[name].part != "xyzw":
+        return (program.codes(lobe.varying, name),) * 3
+    return tuple(program.code(replace(lobe.varying[name], part=part)) for part in "xyz")
 
 
 def space_table(scene: Scene, frame: Frame) -> NDArray[Any]:

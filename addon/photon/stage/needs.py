@@ -91,7 +91,7 @@ class SceneNeeds:
         """What kernels are compiled with that put a picture together."""
         found: dict[str, int | float] = {"PHOTON_MAP": 1} if self.photons else {}
         found |= {"FEATURES": 1} if self.features else {}
-        found |= {"CLAMPED": 1} if self.clamped else {}
+        found |= self.walk_defines | ({"CLAMPED": 1} if self.clamped else {})
         of_rays = {**self.emitter_defines, **self.gather_defines, **self.transparent_defines}
         return {**of_rays, **found, **self.caustic_defines, **self.media_defines}
 
@@ -170,7 +170,7 @@ class SceneNeeds:
         of_lobes = {**tells, **by_lobes} if broad else {}
         normals = {"NORMALS": 1} if self.programs.normals else {}
         shadow = {**self.illuminance_defines, **self.rays("shadow"), **normals}
-        shadow |= {"SHADED_LAMPS": 1} if self.shaded_lamps else {}
+        shadow |= self.walk_defines | ({"SHADED_LAMPS": 1} if self.shaded_lamps else {})
         return {**defines, **self.light_defines, **of_lobes, **shadow, **self.shadow_filter_defines}
 
     @property
@@ -204,7 +204,6 @@ class SceneNeeds:
         for name in shadow if self.weighed else {*shadow, "TWO_SIDED", "PORTALS"}:
             defines.pop(name, None)
         defines |= self.media_defines | ({"GLOWING": 1} if self.glowing else {})
-        defines |= self.walk_defines
         return defines | ({"SURFACES": 1} if self.emissive or self.weighed else {})
 
     @cached_property
@@ -262,7 +261,9 @@ class SceneNeeds:
 
     def flight_defines(self, whose: str) -> Defines:
         """What the kernel is compiled with that ends ways in media, of EYE or PHOTONS."""
-        return {whose: 1, **self.media_defines, **({"DISPERSION": 1} if self.disperses else {})}
+        walks = self.walk_defines if whose == "EYE" else {}
+        dispersion = {"DISPERSION": 1} if self.disperses else {}
+        return {whose: 1, **self.media_defines, **walks, **dispersion}
 
     @property
     def carries_medium(self) -> bool:

@@ -16,6 +16,7 @@ from .bsdf import Bsdf, ShaderLobe, SpecularModel, clipped
 PATH = 0.25 / math.pi  # the mean free path of Cycles' walks, of a radius
 STEPS = 40  # of bisection
 LEAST_IOR, MOST_IOR = 1.01, 3.8
+TYPICAL = 1.4, 0.25  # index and alpha where nodes tell them
 SKIN = "RANDOM_WALK_SKIN"
 
 
@@ -37,7 +38,8 @@ def of_principled(
     method = str(node.subsurface_method)
     if method == SKIN:
         ior = graph.input(node, "Subsurface IOR", scope)
-    entry = ior, graph.input(node, "Roughness", scope)
+    rough = graph.input(node, "Roughness", scope)
+    entry = ior, rough * rough
     _note_anisotropy(graph, graph.input(node, "Subsurface Anisotropy", scope, 0.0))
     return below(graph, colour, far, entry, method, SpecularModel.GGX)
 
@@ -51,26 +53,31 @@ def below(
     model: SpecularModel,
 ) -> Bsdf:
     """A surface of such an albedo. `far`: how far light goes below it [m]; `entry`: the index and
-    the roughness that bend rays as they enter, where nodes do not tell them."""
+    alpha of microfacets that bend rays as they enter."""
     notes, owner = graph.notes, graph.owner
     if model is SpecularModel.PHONG or not far.is_constant:
         notes.approximated(owner, "Subsurface", "rendered as diffuse")
         return Bsdf(colour)
-    paths = [max(PATH * x, 0.0) for x in far.rgb]
+    far_below = [max(x, 0.0) for x in far.rgb]
+    paths = [PATH * x for x in far_below]
     if not max(paths) > 0.0:
         return Bsdf(colour)
-    ior, rough = (x.number if x.is_constant else y for x, y in zip(entry, (1.4, 0.5), strict=True))
-    ior, rough = min(max(ior, LEAST_IOR), MOST_IOR), min(abs(rough), 1.0)
+    ior, alpha = (x.number if x.is_constant else y for x, y in zip(entry, TYPICAL, strict=True))
+    ior, alpha = min(max(ior, LEAST_IOR), MOST_IOR), min(max(alpha, 0.0), 1.0)
+    if not (entry[0].is_constant and entry[1].is_constant):
+        what = "rays enter as by an index of {} and a roughness of {}".format(*TYPICAL)
+        notes.approximated(owner, "Subsurface", what)
     if method == "BURLEY":
         notes.approximated(owner, "Subsurface", "rendered as by the method Random Walk")
     elif method == SKIN:
         if not colour.is_constant:
             notes.approximated(owner, "Subsurface", "how far light goes is that of a grey of 0.5")
         albedos = clipped(colour).rgb if colour.is_constant else (0.5,) * 3
-        paths = [x * y for x, y in zip(far.rgb, skin_paths(albedos, ior), strict=True)]
+        paths = [x * y for x, y in zip(far_below, skin_paths(albedos, ior), strict=True)]
     numbers = {f"radius_{c}": path for c, path in zip("rgb", paths, strict=True)}
-    numbers |= {"entry": 2.0 if method == SKIN else rough**2, "ior": ior}
-    parameters = {name: Value.of(x) for name, x in numbers.items()} | {"albedo": clipped(colour)}
+    numbers["entry"] = 2.0 if method == SKIN else alpha
+    parameters = {name: Value.of(x) for name, x in numbers.items()}
+    parameters |= {"albedo": clipped(colour), "ior": Value.of(ior)}
     return Bsdf(lobes=(ShaderLobe("subsurface", clipped(colour), parameters),))
 
 
