@@ -242,7 +242,9 @@ class PhotonStreamViewLayer(bpy.types.PropertyGroup):
         name="Indirect", description="Light that was scattered before, from photons", default=True
     )
     use_pass_mirror: BoolProperty(
-        name="Mirror", description="What mirrors and glossy surfaces reflect", default=True
+        name="Mirror",
+        description="What mirrors and glossy surfaces reflect, and what comes from below surfaces",
+        default=True,
     )
     use_pass_emission: BoolProperty(
         name="Emission", description="Lights that are seen themselves", default=True

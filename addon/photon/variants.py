@@ -48,10 +48,7 @@ from .stage.emissive import TRIANGLE
 from .stage.kinds import PHASE, camera_kinds, light_kinds, lobe_kinds, node_kinds
 from .stage.light_tables import BoundsOfLights, LightFlux
 from .stage.light_tree import DRAWN_RAYS
-from .stage.needs import (
-    MOST_LOBES,
-    SceneNeeds,
-)
+from .stage.needs import MOST_LOBES, SceneNeeds
 from .stage.portals import PORTALS_BY_SHARE_DEFINES, PORTALS_FOR_ABSORBED_DEFINES
 from .stage.programs import ProgramNeeds
 from .stage.switches import light_defines, made_camera
@@ -126,6 +123,7 @@ def needs() -> Iterator[SceneNeeds]:
                 yield replace(some, panes=True, gathered_lobes=True)
                 yield replace(some, panes=True, gathered_lobes=True, seen_send_rays=True)
             if count:
+                yield replace(some, chain_depth=0)
                 yield replace(some, shaded_lamps=True, too_bright=True)
                 yield replace(some, caustics=True)
                 bare = replace(some, lobe_kinds=of_lobes - {TRANSPARENT}, visibility=False)

@@ -13,7 +13,7 @@
 #ifdef PORTALS_BY_SHARE
 
 // Sharper lobes send nothing by portals, which they have little to gain by: what goes there is as bright by themselves.
-// MOST_BY_PORTAL and WIDE_PORTAL: addon/photon/stage/needs.py.
+// MOST_BY_PORTAL and WIDE_PORTAL: addon/photon/stage/portals.py.
 const float LEAST_ROUGHNESS_BY_PORTAL = 0.1;
 
 // The solid angle of all portals from a place [sr], and how likely a photon goes through one.

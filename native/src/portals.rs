@@ -3,7 +3,7 @@
 
 use crate::vector::{Vector, cross, dot};
 
-/// As in addon/photon/stage/needs.py.
+/// As in addon/photon/stage/portals.py.
 pub(crate) const MOST_PORTALS: usize = 4;
 
 /// Portal of layouts.rs.

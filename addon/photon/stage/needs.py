@@ -143,7 +143,7 @@ class SceneNeeds:
         defines = {"EYE": 1, "LOBES": 1} | self._tangent_defines if self.lobes else {}
         defines |= {"TWO_LOBES": 1} if self.lobes > 1 else {}
         defines |= self._layer_defines
-        defines |= self._transmitting_defines
+        defines |= self._kind_defines
         defines |= {"EYE": 1} | self.rays("camera") if self.visibility else {}
         return defines | ({"WEIGHED": 1} if self.weighed else {})
 
@@ -225,7 +225,7 @@ class SceneNeeds:
         defines |= ({"MEDIA": 1} if self.carries_medium else {}) | self._scattering_defines
         defines |= {"LIGHT_STARTS": 1} if self.media else {}
         defines |= self._pane_defines
-        defines |= self._transmitting_defines
+        defines |= self._kind_defines
         if self.visibility and self.first_hits:
             defines |= {"FIRST_HITS": 1}
         defines |= self._caustic_free_defines
@@ -321,7 +321,7 @@ class SceneNeeds:
         return not (self.lens or self.panorama or self.programs.normals)
 
     @property
-    def _transmitting_defines(self) -> dict[str, int | float]:
+    def _kind_defines(self) -> dict[str, int | float]:
         some = any(lobe_kinds()[kind].transmits for kind in self.lobe_kinds)
         found: dict[str, int | float] = {"TRANSMITS": 1} if some else {}
         found |= {"DISPERSION": 1} if self.disperses else {}
