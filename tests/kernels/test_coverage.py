@@ -89,41 +89,71 @@ def check_tilted(name: str, cuts: Any, x: Any, means: Any) -> None:
                 assert abs((tilted * u).sum()) < 0.01 and abs((tilted * v).sum()) < 0.01
 
 
+class CutDiscs:
+    """Points on a plate whose discs are cut, and what coverage takes of them: well on a triangle,
+    which holds the disc, and at the plate's edge. `radius_scale`: of a late pass, with radii that
+    are as wide then."""
+
+    def __init__(self, radius_scale: float = 1.0, count: int = 40) -> None:
+        rng = np.random.default_rng(5)
+        self.cuts = np.zeros((count, 4), np.float32)
+        for pair in (slice(0, 2), slice(2, 4)):
+            angle, away = rng.uniform(0, 2 * np.pi, count), rng.uniform(0.1, 1.2, count) * RADIUS
+            self.cuts[:, pair] = np.stack([np.cos(angle), np.sin(angle)], 1) / away[:, None]
+        self.cuts[: count // 4, 2:] = 0.0
+        self.x = np.where(np.arange(count) % 2 == 0, 0.5, 0.9 - 0.4 * RADIUS)
+        self.mesh, self.radii = mesh_of(floor()), even(RADIUS / radius_scale)
+        middles = self.mesh.corners
+        (own,) = np.flatnonzero(middles[:, :, 0].mean(axis=1) > middles[:, :, 1].mean(axis=1))
+        self.draw: dict[str, Any] = {"probes": PROBES, "seed": 3, "depth": 0}
+        self.draw |= {"expecting": 0, "least_expected": 0.25, "first_probe": 0}
+        self.draw |= {"radius_scale": radius_scale, "frame_size": (count, 1)}
+        pixel = np.zeros((count, 4), np.float32)
+        pixel[:, 0] = np.arange(count)
+        up = np.broadcast_to(UP, (count, 3))
+        self.streams = {
+            "pixel": pixel,
+            "place": texels(np.stack([self.x, 0 * self.x - 0.3, 0 * self.x], 1), 1.0),
+            "facing": texels(up, 1.0),
+            "shading": texels(up, float(own)),
+            "cuts": self.cuts,
+            "diffuse": np.tile(DIFFUSE[0], (count, 1)),
+        }
+        self.tables = {
+            "nodes": self.mesh.tree.nodes,
+            "triangles": self.mesh.triangles,
+            "corner_normals": self.mesh.normals,
+            "faces": self.mesh.faces,
+            "radii": self.radii.table(),
+        }
+
+    def natively(self, name: str) -> tuple[Any, Any]:
+        """(points, 4) shares and scales, and tilts, by the native core."""
+        streams = (x[None] for x in self.streams.values())
+        coverage = tracer_of(self.mesh).coverage
+        found = coverage(*streams, self.radii, filter=name, faces=self.mesh.faces, **self.draw)
+        return found[0][0], found[1][0]
+
+
+def test_late_passes(one_bench: Bench) -> None:
+    """Discs that are cut are smaller then, to the kernel as to the native core."""
+    late, first = CutDiscs(0.3), CutDiscs()
+    (shares, tilts), before = late.natively("cone"), first.natively("cone")[1]
+    given = late.streams, late.draw, late.tables, {"FILTER_CONE": 1}
+    found = one_bench.run(Coverage, *given)
+    same = np.isclose(found["tilt"], tilts, rtol=1e-3, atol=1e-3 / RADIUS).all(axis=1)
+    same &= np.isclose(found["coverage"], shares, rtol=1e-3, atol=4 / PROBES).all(axis=1)
+    assert same.mean() > 0.9  # a probe at the plate's border may fall to either side
+    assert not np.isclose(before, tilts, rtol=1e-2, atol=1e-2 / RADIUS).all()
+
+
 @pytest.mark.thorough("cone", "gaussian", "constant")
 @pytest.mark.parametrize("name", get_args(Filter))
 def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
     """The tilted filter's mass on the surface and within the cuts, and the inner filter's; within
     the cuts alone each has the mass that it had, and its middle is the point."""
-    rng = np.random.default_rng(5)
-    count = 40
-    cuts = np.zeros((count, 4), np.float32)
-    for pair in (slice(0, 2), slice(2, 4)):
-        angle, away = rng.uniform(0, 2 * np.pi, count), rng.uniform(0.1, 1.2, count) * RADIUS
-        cuts[:, pair] = np.stack([np.cos(angle), np.sin(angle)], 1) / away[:, None]
-    cuts[: count // 4, 2:] = 0.0
-    plate = floor()
-    # Well on a triangle, which holds the disc, and at the plate's edge.
-    x = np.where(np.arange(count) % 2 == 0, 0.5, 0.9 - 0.4 * RADIUS)
-    place = texels(np.stack([x, 0 * x - 0.3, 0 * x], 1), 1.0)
-    facing = texels(np.broadcast_to(UP, (count, 3)), 1.0)
-    diffuse = np.tile(DIFFUSE[0], (count, 1))
-    mesh, radii = mesh_of(plate), even(RADIUS)
-    (own,) = np.flatnonzero(mesh.corners[:, :, 0].mean(axis=1) > mesh.corners[:, :, 1].mean(axis=1))
-    shading = texels(np.broadcast_to(UP, (count, 3)), float(own))
-    draw: dict[str, Any] = {"probes": PROBES, "seed": 3, "depth": 0}
-    draw |= {"expecting": 0, "least_expected": 0.25}
-    draw |= {"radius_scale": 1.0, "frame_size": (count, 1)}
-    pixel = np.zeros((count, 4), np.float32)
-    pixel[:, 0] = np.arange(count)
-    streams = {"pixel": pixel, "place": place, "facing": facing, "shading": shading, "cuts": cuts}
-    streams["diffuse"] = diffuse
-    tables = {
-        "nodes": mesh.tree.nodes,
-        "triangles": mesh.triangles,
-        "corner_normals": mesh.normals,
-        "faces": mesh.faces,
-        "radii": radii.table(),
-    }
+    discs = CutDiscs()
+    draw, cuts, x, count = discs.draw, discs.cuts, discs.x, len(discs.x)
     defines = {f"FILTER_{name.upper()}": 1}
     means = np.zeros((4, count, 4))  # share, scale, and scale times either coordinate of the tilt
 
@@ -132,13 +162,14 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
         first."""
         for index in range(PASSES):
             draw["first_probe"] = index * PROBES
-            ours = tracer_of(mesh).coverage(
-                *(x[None] for x in streams.values()), radii, filter=name, faces=mesh.faces, **draw
-            )
-            shares, tilts = (x[0] for x in ours)
+            shares, tilts = discs.natively(name)
             add_pass(means, shares, tilts)
             if index < COMPARED:
-                yield shares, tilts, one_bench.run(Coverage, streams, draw, tables, defines)
+                yield (
+                    shares,
+                    tilts,
+                    one_bench.run(Coverage, discs.streams, draw, discs.tables, defines),
+                )
 
     for shares, tilts, found in passes():
         # A probe at the plate's border may fall to either side.
