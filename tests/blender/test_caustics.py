@@ -39,15 +39,14 @@ def two_balls(scene: Any) -> None:
     long_paths(scene)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("off", ("both", "reflective", "refractive", "none"))
-def test_switches(scene, cycles_mean, export, device, off, thorough) -> None:
+def test_switches(scene, cycles_mean, export, device, off) -> None:
     """With one off its light is missing as in Cycles: 1.2 % in the mean, 2 % in blocks."""
-    if not thorough and off != "both":
-        pytest.skip("runs with --thorough")
     two_balls(scene)
     for name in ("reflective", "refractive"):
         setattr(scene.cycles, f"caustics_{name}", off not in (name, "both"))
-    theirs = cycles_mean(256 if thorough else 128, 1)[..., :3].astype(float)
+    theirs = cycles_mean(256, 1)[..., :3].astype(float)
     found, _ = export()
     settings: Any = {"width": 64, "height": 32, "photons": 1 << 16, "passes": 12}
     settings |= {"mirror_depth": 32, "radius_decay": 2 / 3}

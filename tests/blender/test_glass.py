@@ -74,6 +74,7 @@ def test_ball_of_glass(scene, cycles_mean, export, device, case) -> None:
     assert np.median(away) < 0.01 and high < 0.03 and abs(mean) < 0.015
 
 
+@pytest.mark.thorough("eye outside-0.4")
 @pytest.mark.parametrize("roughness", (0.0, 0.4))
 @pytest.mark.parametrize("case", ("eye outside", "eye inside", "eye inside, upside down"))
 def test_sheet_of_glass(scene, cycles_mean, export, device, case, roughness, thorough) -> None:

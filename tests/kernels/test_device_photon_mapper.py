@@ -55,6 +55,7 @@ def found(mapper: Mapper) -> Any:
     return np.concatenate(mapper.finish().arrays(), axis=1)
 
 
+@pytest.mark.thorough
 def test_groups_of_a_warp(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever a work group holds, the picture is the same."""
     if not device.has_compute:

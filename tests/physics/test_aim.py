@@ -297,6 +297,7 @@ def tray(half: float) -> Scene:
     return built.scene(eye, (sun_light("sun", (3.0,) * 3, (0.3, 0.5, -0.8), 0.01),), [WALL])
 
 
+@pytest.mark.thorough
 @pytest.mark.stability(60)
 def test_sun_over_a_plain(device: Device) -> None:
     """Of a kilometre: a lit tray on it has at most twice the error of one on ten metres."""

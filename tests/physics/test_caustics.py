@@ -193,6 +193,7 @@ def ball_and_mirror(caustics: tuple[str, ...]) -> Scene:
     return replace(scene, caustics=caustics)
 
 
+@pytest.mark.thorough("resident")
 @pytest.mark.parametrize("way", WAYS)
 def test_the_pass(
     device: Device, way: str, monkeypatch: pytest.MonkeyPatch, not_aimed: None, thorough: bool

@@ -28,6 +28,7 @@ def expected() -> Any:
 
 
 @pytest.mark.stability(75)
+@pytest.mark.thorough("splat-100")
 @pytest.mark.parametrize("first_pass", [0, 100])
 @pytest.mark.parametrize(
     ("backend", "estimator"), [("native", "gather"), ("compute", "gather"), ("fragment", "splat")]

@@ -109,7 +109,7 @@ def test_what_lobes_show_of_it(device: Device, backend: str, rough: float) -> No
     assert found == pytest.approx(expected, rel=0.03 if rough else 1e-3)
 
 
-@pytest.mark.thorough("scatters0")
+@pytest.mark.thorough
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("scatters", (BLACK, (2.0, 0.5, 1.0)))
 def test_it_is_not_seen_in_equilibrium(device: Device, backend: str, scatters: Any) -> None:

@@ -124,6 +124,7 @@ def test_what_lamps_bring_through_it(
     assert found == pytest.approx(clear * np.exp(-5.0 * extinction(medium)), rel=1e-3)
 
 
+@pytest.mark.thorough("-0.0")
 @pytest.mark.parametrize("g", (0.0, 0.6))
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_nothing_is_lost_in_white_fog(device: Device, backend: str, g: float) -> None:

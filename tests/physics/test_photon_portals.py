@@ -120,9 +120,8 @@ def test_a_furnace_stays_even(
     np.testing.assert_allclose(flux, plain, rtol=0.02)
 
 
-@pytest.mark.parametrize(
-    "backend", ["fragment", pytest.param("compute", marks=pytest.mark.thorough)]
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize("backend", ["fragment", "compute"])
 def test_below_what_lies_over(
     device: Device, monkeypatch: pytest.MonkeyPatch, backend: str
 ) -> None:

@@ -196,7 +196,7 @@ def test_what_the_camera_does_not_see(device: Device) -> None:
     assert seen.min() > 0.0 and hidden == pytest.approx(seen, rel=0.02)
 
 
-@pytest.mark.thorough("True")
+@pytest.mark.thorough
 @pytest.mark.parametrize("sheet", [False, True])
 def test_a_walk_is_no_bounce(device: Device, sheet: bool) -> None:
     """Light straight from a lamp is clamped as such, also behind what is transparent."""

@@ -225,7 +225,7 @@ def test_what_stops_lamps_stops_all_of_them(
     assert found[0].mean() > 0.01 and found[1].max() == 0.0
 
 
-@pytest.mark.thorough("fragment-False", "native-True")
+@pytest.mark.thorough("fragment", "native-True")
 @pytest.mark.parametrize("by_photons", (False, True))
 @pytest.mark.parametrize("backend", QUICK)
 def test_what_stops_lamps_stops_no_caustics(
@@ -307,6 +307,7 @@ def test_what_stops_lamps_lets_through_what_is_scattered(device: Device, backend
     assert 0.2 * found[0] < found[1] < 0.8 * found[0]
 
 
+@pytest.mark.thorough
 def test_light_is_seen_and_lights_as_through_nothing(device: Device) -> None:
     """Clear sheets change nothing: lamps seen through them and in rough metal."""
     alpha = {"alpha_x": 0.1, "alpha_y": 0.1, "turn": 0.0, "compensated": 1.0}

@@ -117,7 +117,7 @@ def test_textures_are_counted(
 
 @pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
 @pytest.mark.parametrize("medium", [Medium((0.1,) * 3), Medium((0.1,) * 3, (0.2,) * 3)], ids=str)
-@pytest.mark.thorough("0-Medium")
+@pytest.mark.thorough("0-Medium", "scattering=(0.0, ")
 @pytest.mark.parametrize("lobes", [0, 2])
 def test_textures_of_media_are_counted(
     device: Device, monkeypatch: pytest.MonkeyPatch, lobes: int, medium: Medium, backend: str

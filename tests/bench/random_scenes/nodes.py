@@ -137,7 +137,17 @@ class Nodes:
         for socket in node.inputs:
             if socket.enabled and socket.name not in LEFT_OUT:
                 self._fill(node, socket)
+        if kind == "BsdfPrincipled":
+            self._scatter_below(node)
         return node
+
+    def _scatter_below(self, node: Node) -> None:
+        """By chance, of numbers of its own: what else a seed makes stays as it was."""
+        dice = random.Random(str(tuple(node.inputs["Base Color"].default_value)))
+        if dice.random() < 0.2:
+            node.inputs["Subsurface Weight"].default_value = dice.choice((0.4, 1.0))
+            node.inputs["Subsurface Scale"].default_value = dice.uniform(0.02, 0.5)
+            node.inputs["Subsurface Anisotropy"].default_value = 0.0
 
     def _choose(self, node: Node, name: str) -> None:
         allowed = [x.identifier for x in node.bl_rna.properties[name].enum_items]
