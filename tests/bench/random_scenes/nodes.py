@@ -147,7 +147,8 @@ class Nodes:
         if dice.random() < 0.2:
             node.inputs["Subsurface Weight"].default_value = dice.choice((0.4, 1.0))
             node.inputs["Subsurface Scale"].default_value = dice.uniform(0.02, 0.5)
-            node.inputs["Subsurface Anisotropy"].default_value = 0.0
+            if "Subsurface Anisotropy" in node.inputs:  # which the method says
+                node.inputs["Subsurface Anisotropy"].default_value = 0.0
 
     def _choose(self, node: Node, name: str) -> None:
         allowed = [x.identifier for x in node.bl_rna.properties[name].enum_items]
