@@ -226,7 +226,9 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         for asked in seen:
             yield kernel, asked, {}
             yield kernel, {**asked, "VISIBILITY": 1}, {}
-    for kernel, more in product((CombinePrimary, CombineMirror), ({}, {"TRANSPARENT": 1})):
+    walks: tuple[Defines, ...] = ({"WALKS": 1}, {"WALKS": 1, "TRANSPARENT": 1})
+    clamped = product((CombinePrimary, CombineMirror), ({}, {"TRANSPARENT": 1}, *walks))
+    for kernel, more in clamped:
         yield kernel, {"EMITTERS": 1, "CLAMPED": 1, **more}, {}
     around: Defines = {"PANORAMIC": 1}
     for asked in seen:

@@ -17,15 +17,16 @@
 
 // Of the chain, where that is asked.
 int bounces() {
+    int found = 0;
 #if defined(CLAMPED) && defined(TRANSPARENT)
-    return int(load_chain().bounces);
-#elif defined(CLAMPED) && defined(WALKS)
-    return depth - int(is_exit(load_direction().t_max));
+    found = int(load_chain().bounces);
 #elif defined(CLAMPED)
-    return depth;
-#else
-    return 0;
+    found = depth;
 #endif
+#if defined(CLAMPED) && defined(WALKS)
+    found -= int(is_exit(load_direction().t_max));  // as in Cycles, a walk is no bounce
+#endif
+    return found;
 }
 
 void kernel() {

@@ -140,9 +140,6 @@ void kernel() {
         else density = density_of(load_throughput());
     }
     chain = next_of(chain, is_straight, shading.triangle);
-#ifdef WALKS
-    if (is_exit(t_max)) chain.bounces -= 1.0;  // as in Cycles, a walk is no bounce
-#endif
     store_next_chain(chain);
 #endif
 #ifdef DISPERSION

@@ -5,6 +5,7 @@
 #define ONE_SURFACE
 #include "lib/bvh.glsl"
 #include "lib/triangle.glsl"
+#include "lib/even.glsl"
 #include "lib/lobe.glsl"
 
 const int MOST_FLIGHTS = 256;
@@ -88,7 +89,7 @@ Exit walk_below(vec3 entry, vec3 geometric, vec3 direction, vec3 weight, int tri
     float sum = weight.r + weight.g + weight.b;
     if (!(sum > 0.0)) return chosen;
     vec3 radius = radius_subsurface(shape), albedo = albedo_subsurface(shape), scattering = albedo_of_scattering(albedo);
-    uint dimension = DIMENSION_WALK + uint(depth) * uint(WALKS_A_RAY * MOST_FLIGHTS + 1);
+    uint dimension = DIMENSION_WALK + uint(depth) * uint(WALKS_A_RAY * MOST_FLIGHTS + 2);
     vec3 shares = mix(vec3(1.0 / 3.0), weight / sum, BY_WEIGHT);
     float first = even_over_passes(dimension).x;
     int channel = first < shares.r ? 0 : (first < shares.r + shares.g ? 1 : 2);
@@ -100,9 +101,9 @@ Exit walk_below(vec3 entry, vec3 geometric, vec3 direction, vec3 weight, int tri
     scattering = max(scattering, vec3(LEAST_ALBEDO));
     Inside inside = Inside(entry, geometric, direction, triangle, extinction, scattering, goes, channel, shares);
     one_surface = triangle_at(triangle).surface;
-    float u = random4(seed, pass_index, number, dimension).x, all = 0.0, own = 0.0;
+    float u = random4(seed, pass_index, number, dimension + 1u).x, all = 0.0, own = 0.0;
     for (int i = 0; i < WALKS_A_RAY; i++) {
-        Exit found = walk_once(inside, i, number, dimension + uint(1 + i * MOST_FLIGHTS));
+        Exit found = walk_once(inside, i, number, dimension + uint(2 + i * MOST_FLIGHTS));
         float brings = mean(found.weight), others = all;
         if (!(brings > 0.0)) continue;
         all += brings;

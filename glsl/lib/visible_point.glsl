@@ -17,10 +17,10 @@ VisiblePoint visible_point() {
     point.passed = load_chain().passed;
 #else
     point.bounces = float(depth);
-#ifdef WALKS
-    if (is_exit(load_direction().t_max)) point.bounces -= 1.0;
-#endif
     point.passed = 0.0;
+#endif
+#ifdef WALKS
+    if (is_exit(load_direction().t_max)) point.bounces -= 1.0;  // as in Cycles, a walk is no bounce
 #endif
 #ifdef NORMALS
     point.base = base_normal(point.place, point.facing, point.shading, point.diffuse);

@@ -32,12 +32,16 @@ def test_what_is_lost_is_said(convert, kind, given, model) -> None:
     assert sorted({x for x in found if x.startswith("Subsurface")}) == diffuse + anisotropy
 
 
-def test_programs_of_how_rays_enter_are_said(convert) -> None:
+@pytest.mark.parametrize("method", ["RANDOM_WALK", "RANDOM_WALK_SKIN"])
+def test_programs_of_how_rays_enter_are_said(convert, method) -> None:
+    """Skin has an alpha of its own."""
     material = shader_material(PRINCIPLED, Subsurface_Weight=1.0)
     tree = material.node_tree
+    tree.nodes["Principled BSDF"].subsurface_method = method
     noise = tree.nodes.new("ShaderNodeTexNoise")
     tree.links.new(noise.outputs["Fac"], tree.nodes["Principled BSDF"].inputs["Roughness"])
-    assert features(convert(material)[1], "approximated") == ["Subsurface"]
+    expected = ["Subsurface"] if method == "RANDOM_WALK" else []
+    assert features(convert(material)[1], "approximated") == expected
 
 
 @pytest.mark.parametrize("kind", [PRINCIPLED, NODE])

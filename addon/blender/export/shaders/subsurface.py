@@ -64,9 +64,10 @@ def below(
         return Bsdf(colour)
     ior, alpha = (x.number if x.is_constant else y for x, y in zip(entry, TYPICAL, strict=True))
     ior, alpha = min(max(ior, LEAST_IOR), MOST_IOR), min(max(alpha, 0.0), 1.0)
-    if not (entry[0].is_constant and entry[1].is_constant):
-        what = "rays enter as by an index of {} and a roughness of {}".format(*TYPICAL)
-        notes.approximated(owner, "Subsurface", what)
+    names = ("index", "alpha")[: 1 + (method != SKIN)]  # which has an alpha of its own
+    for name, given, typical in zip(names, entry, TYPICAL, strict=False):
+        if not given.is_constant:
+            notes.approximated(owner, "Subsurface", f"rays enter as by an {name} of {typical}")
     if method == "BURLEY":
         notes.approximated(owner, "Subsurface", "rendered as by the method Random Walk")
     elif method == SKIN:
