@@ -14,6 +14,7 @@ from addon.photon.backends import backend
 from addon.photon.backends.native_kernels import tracer_of
 from addon.photon.kernels.coverage import Coverage
 from addon.photon.settings import Filter
+from addon.photon.stage.geometry import Mesh
 from addon.streams import Device
 from tests.kernels.conftest import Bench
 from tests.measure import render
@@ -89,6 +90,17 @@ def check_tilted(name: str, cuts: Any, x: Any, means: Any) -> None:
                 assert abs((tilted * u).sum()) < 0.01 and abs((tilted * v).sum()) < 0.01
 
 
+def tables_of(mesh: Mesh, radii: Any) -> dict[str, Any]:
+    """What coverage reads of a scene."""
+    return {
+        "nodes": mesh.tree.nodes,
+        "triangles": mesh.triangles,
+        "corner_normals": mesh.normals,
+        "faces": mesh.faces,
+        "radii": radii.table(),
+    }
+
+
 class CutDiscs:
     """Points on a plate whose discs are cut, and what coverage takes of them: well on a triangle,
     which holds the disc, and at the plate's edge. `radius_scale`: of a late pass, with radii that
@@ -119,13 +131,7 @@ class CutDiscs:
             "cuts": self.cuts,
             "diffuse": np.tile(DIFFUSE[0], (count, 1)),
         }
-        self.tables = {
-            "nodes": self.mesh.tree.nodes,
-            "triangles": self.mesh.triangles,
-            "corner_normals": self.mesh.normals,
-            "faces": self.mesh.faces,
-            "radii": self.radii.table(),
-        }
+        self.tables = tables_of(self.mesh, self.radii)
 
     def natively(self, name: str) -> tuple[Any, Any]:
         """(points, 4) shares and scales, and tilts, by the native core."""
@@ -218,13 +224,7 @@ class Strip:
             "cuts": np.zeros((self.count, 4), np.float32),
             "diffuse": np.tile(DIFFUSE[0], (self.count, 1)),
         }
-        self.tables = {
-            "nodes": self.mesh.tree.nodes,
-            "triangles": self.mesh.triangles,
-            "corner_normals": self.mesh.normals,
-            "faces": self.mesh.faces,
-            "radii": self.radii.table(),
-        }
+        self.tables = tables_of(self.mesh, self.radii)
 
     def draw(self, index: int, least_expected: float) -> dict[str, Any]:
         """The uniforms of a pass."""
