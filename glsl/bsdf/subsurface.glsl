@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Light that scatters below a surface, in a random walk from where the eye's ray enters to where it leaves, as Cycles
-// has it: lib/random_walk.glsl. Colour: what comes out of a flat surface; albedo: the same, which the walk is made for;
-// radius: the mean free path; entry: alpha of the microfacets that bend the ray as it enters, by the index, or 2: of half
-// of the rays 1, and the others enter by the cosine. For photons, and where the eye's rays go no further, it is Lambert's
-// lobe.
+// has it: lib/random_walk.glsl. Colour: what comes out of a flat surface; albedo: the same, which the walk is made
+// for; radius: the mean free path; entry: alpha of the microfacets that bend the ray as it enters, by the index, or 2:
+// of half of the rays 1, and the others enter by the cosine. For photons, and where the eye's rays go no further, it
+// is Lambert's lobe.
 // Parameters: radius_r [m], radius_g [m], radius_b [m], entry, albedo [rgb], ior.
 // Traits: delta.
 #include "lib/ggx.glsl"
@@ -15,7 +15,8 @@ const float MOST_IOR = 3.8;
 
 float pack_subsurface(float radius, float albedo, float other) {
     float octaves = log2(max(radius, LEAST_RADIUS) / LEAST_RADIUS) / OCTAVES;
-    vec3 shares = clamp(vec3(octaves, albedo, other), 0.0, 1.0), steps = floor(shares * vec3(RADII, ALBEDOS, OTHERS) + 0.5);
+    vec3 shares = clamp(vec3(octaves, albedo, other), 0.0, 1.0);
+    vec3 steps = floor(shares * vec3(RADII, ALBEDOS, OTHERS) + 0.5);
     return (steps.x * (ALBEDOS + 1.0) + steps.y) * (OTHERS + 1.0) + steps.z;
 }
 
