@@ -7,6 +7,7 @@
 #include "lib/reach.glsl"
 #endif
 #ifdef SCATTERING
+#include "lib/sampling.glsl"
 #ifdef EYE
 #include "lib/beams.glsl"
 #include "lib/even.glsl"
@@ -39,14 +40,6 @@ vec3 numbers_of_flight() {
 vec3 scattered_of(vec2 inside, vec3 weight) {
     Interior mean = interior_of(inside, vec3(0.0), true);
     return weight * mean.scattering / max(mean.extinction, vec3(1.0e-30));
-}
-
-// The channel that a number draws by the shares of each, some of which are above 0.
-int channel_by(vec3 shares, float u) {
-    float chosen = u * (shares.r + shares.g + shares.b);
-    int channel = chosen < shares.r ? 0 : chosen < shares.r + shares.g ? 1 : 2;
-    if (!(shares[channel] > 0.0)) channel = shares.b > 0.0 ? 2 : shares.g > 0.0 ? 1 : 0;  // by rounding
-    return channel;
 }
 
 // The place on its way where a ray is scattered; below 0: it is not, and comes to the end. Both weigh it anew.

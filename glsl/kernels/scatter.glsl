@@ -57,7 +57,8 @@ void kernel() {
     Shading shading = load_shading();
     vec3 to_viewer = -load_direction().direction;
     uint dimension = DIMENSION_SCATTER + uint(depth);
-    vec4 u = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), dimension);
+    uint number = uint(pixel_number(load_pixel().at));
+    vec4 u = random4(seed, pass_index, number, dimension);
     u.xy = even_over_passes(dimension);
     float share = 1.0;
 #ifdef TWO_LOBES
@@ -122,7 +123,6 @@ void kernel() {
 #ifdef WALKS
     if (lobe.kind == float(SUBSURFACE)) {
         int triangle = int(shading.triangle);
-        uint number = uint(pixel_number(load_pixel().at));
         Exit found = walk_below(place.position, facing.normal, outgoing, throughput, triangle, shape, number);
         throughput = found.weight;
         if (!(largest(throughput) > 0.0)) skip();

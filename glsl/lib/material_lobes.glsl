@@ -110,8 +110,7 @@ Seen seen_lobe(Material material, int number, Aspect from, bool by_diffuse) {
     return Seen(lobe, shape, l.weight, l.over, above, albedo, covers, covered);
 }
 
-// One of several by chance, as much as each reflects (Chao 1982): by one random number, each takes the place of
-// those before it with its share of all so far.
+// One of several by chance, as much as each reflects.
 struct Draw { Seen seen; float own; float all; float u; };
 
 Draw no_draw() {
@@ -120,12 +119,8 @@ Draw no_draw() {
 }
 
 void consider(inout Draw draw, Seen seen) {
-    float own = mean(seen.weight * seen.above * seen.albedo) + 1.0e-6, others = draw.all;
-    draw.all += own;
-    float at = draw.u * draw.all;
-    bool is_taken = at < own || others == 0.0;
-    draw.u = min(is_taken ? at / own : (at - own) / others, BELOW_ONE);
-    if (!is_taken) return;
+    float own = mean(seen.weight * seen.above * seen.albedo) + 1.0e-6;
+    if (!is_drawn(own, draw.all, draw.u)) return;
     draw.seen = seen;
     draw.own = own;
 }

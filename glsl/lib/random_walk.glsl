@@ -4,6 +4,7 @@
 // Controllable Subsurface Scattering for Production Path Tracing", with Cycles' fit of the albedo of one scattering.
 #define ONE_SURFACE
 #include "lib/bvh.glsl"
+#include "lib/sampling.glsl"
 #include "lib/triangle.glsl"
 #include "lib/even.glsl"
 #include "lib/lobe.glsl"
@@ -23,11 +24,6 @@ vec3 albedo_of_scattering(vec3 albedo) {
     vec3 few = 0.496310210422 * pow(atan(4.23500904 * albedo), vec3(2.40602999408));
     vec3 many = 1.8260523782 * pow(atan(5.1124679 * albedo), vec3(1.09686102424));
     return clamp(mix(many, few, pow(albedo, vec3(0.25))), 0.0, 0.999999);
-}
-
-vec3 unit_sphere(vec2 u) {
-    float z = 1.0 - 2.0 * u.x, radius = sqrt(max(0.0, 1.0 - z * z));
-    return vec3(radius * cos(2.0 * PI * u.y), radius * sin(2.0 * PI * u.y), z);
 }
 
 // What walks begin with: a channel, whose light they follow, with a probability; `weight`: of the ray, which has the lobe's
@@ -57,7 +53,7 @@ Exit walk_once(Inside inside, int walk, uint number, uint dimension) {
     for (int flight = 0; flight < MOST_FLIGHTS; flight++) {
         vec4 u = random4(seed, pass_index, number, dimension + uint(flight));
         if (flight == 0) u.y = (float(walk) + u.y) / float(WALKS_A_RAY);
-        else direction = unit_sphere(u.zw);
+        else direction = direction_from_versine(2.0 * u.z, 2.0 * PI * u.w);
         float far = -log(1.0 - u.y) / inside.extinction[inside.channel];
         RayHit found = trace(position, direction, far, source);
         bool is_met = found.triangle >= 0;
@@ -91,8 +87,7 @@ Exit walk_below(vec3 entry, vec3 geometric, vec3 direction, vec3 weight, int tri
     vec3 radius = radius_subsurface(shape), albedo = albedo_subsurface(shape), scattering = albedo_of_scattering(albedo);
     uint dimension = DIMENSION_WALK + uint(depth) * uint(WALKS_A_RAY * MOST_FLIGHTS + 2);
     vec3 shares = mix(vec3(1.0 / 3.0), weight / sum, BY_WEIGHT);
-    float first = even_over_passes(dimension).x;
-    int channel = first < shares.r ? 0 : (first < shares.r + shares.g ? 1 : 2);
+    int channel = channel_by(shares, even_over_passes(dimension).x);
     vec3 stays = vec3(equal(radius, vec3(0.0)));  // light that leaves at once
     if (stays[channel] > 0.0) return Exit(entry, geometric, weight * stays / dot(shares, stays));
     vec3 goes = weight * (1.0 - stays) / albedo * min(scattering / LEAST_ALBEDO, 1.0);
@@ -104,13 +99,8 @@ Exit walk_below(vec3 entry, vec3 geometric, vec3 direction, vec3 weight, int tri
     float u = random4(seed, pass_index, number, dimension + 1u).x, all = 0.0, own = 0.0;
     for (int i = 0; i < WALKS_A_RAY; i++) {
         Exit found = walk_once(inside, i, number, dimension + uint(2 + i * MOST_FLIGHTS));
-        float brings = mean(found.weight), others = all;
-        if (!(brings > 0.0)) continue;
-        all += brings;
-        float at = u * all;
-        bool is_taken = at < brings || others == 0.0;
-        u = min(is_taken ? at / brings : (at - brings) / others, BELOW_ONE);
-        if (!is_taken) continue;
+        float brings = mean(found.weight);
+        if (!(brings > 0.0) || !is_drawn(brings, all, u)) continue;
         chosen = found;
         own = brings;
     }

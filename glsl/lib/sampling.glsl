@@ -36,3 +36,22 @@ vec3 sample_cosine_hemisphere(vec2 u) {
 }
 
 float pdf_cosine_hemisphere(float cosine) { return max(0.0, cosine) / PI; }
+
+// The channel that a number draws by the shares of each, some of which are above 0.
+int channel_by(vec3 shares, float u) {
+    float chosen = u * (shares.r + shares.g + shares.b);
+    int channel = chosen < shares.r ? 0 : chosen < shares.r + shares.g ? 1 : 2;
+    if (!(shares[channel] > 0.0)) channel = shares.b > 0.0 ? 2 : shares.g > 0.0 ? 1 : 0;  // by rounding
+    return channel;
+}
+
+// Whether one of several, which has its own share of all, takes the place of those before it with its share of all so far
+// (Chao 1982), by one random number for all of them.
+bool is_drawn(float own, inout float all, inout float u) {
+    float others = all;
+    all += own;
+    float at = u * all;
+    bool is_taken = at < own || others == 0.0;
+    u = min(is_taken ? at / own : (at - own) / others, BELOW_ONE);
+    return is_taken;
+}

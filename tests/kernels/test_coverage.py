@@ -115,8 +115,8 @@ class CutDiscs:
         self.cuts[: count // 4, 2:] = 0.0
         self.x = np.where(np.arange(count) % 2 == 0, 0.5, 0.9 - 0.4 * RADIUS)
         self.mesh, self.radii = mesh_of(floor()), even(RADIUS / radius_scale)
-        middles = self.mesh.corners
-        (own,) = np.flatnonzero(middles[:, :, 0].mean(axis=1) > middles[:, :, 1].mean(axis=1))
+        x, y = self.mesh.corners[:, :, :2].mean(axis=1).T
+        (own,) = np.flatnonzero(x > y)
         self.draw: dict[str, Any] = {"probes": PROBES, "seed": 3, "depth": 0}
         self.draw |= {"expecting": 0, "least_expected": 0.25, "first_probe": 0}
         self.draw |= {"radius_scale": radius_scale, "frame_size": (count, 1)}

@@ -58,9 +58,7 @@ def below(
     if model is SpecularModel.PHONG or not far.is_constant:
         notes.approximated(owner, "Subsurface", "rendered as diffuse")
         return Bsdf(colour)
-    far_below = [max(x, 0.0) for x in far.rgb]
-    paths = [PATH * x for x in far_below]
-    if not max(paths) > 0.0:
+    if not far.may_exceed(0.0):
         return Bsdf(colour)
     ior, alpha = (x.number if x.is_constant else y for x, y in zip(entry, TYPICAL, strict=True))
     ior, alpha = min(max(ior, LEAST_IOR), MOST_IOR), min(max(alpha, 0.0), 1.0)
@@ -68,13 +66,15 @@ def below(
     for name, given, typical in zip(names, entry, TYPICAL, strict=False):
         if not given.is_constant:
             notes.approximated(owner, "Subsurface", f"rays enter as by an {name} of {typical}")
+    factors = [PATH] * 3
     if method == "BURLEY":
         notes.approximated(owner, "Subsurface", "rendered as by the method Random Walk")
     elif method == SKIN:
         if not colour.is_constant:
             notes.approximated(owner, "Subsurface", "how far light goes is that of a grey of 0.5")
         albedos = clipped(colour).rgb if colour.is_constant else (0.5,) * 3
-        paths = [x * y for x, y in zip(far_below, skin_paths(albedos, ior), strict=True)]
+        factors = skin_paths(albedos, ior)
+    paths = [factor * max(x, 0.0) for factor, x in zip(factors, far.rgb, strict=True)]
     numbers = {f"radius_{c}": path for c, path in zip("rgb", paths, strict=True)}
     numbers["entry"] = 2.0 if method == SKIN else alpha
     parameters = {name: Value.of(x) for name, x in numbers.items()}
