@@ -78,6 +78,19 @@ class Tracer:
         *,
         radius_scale: float,
     ) -> NDArray[np.float32]: ...
+    def walk(
+        self,
+        pixel: NDArray[np.float32],
+        origin: NDArray[np.float32],
+        direction: NDArray[np.float32],
+        throughput: NDArray[np.float32],
+        walk: NDArray[np.float32],
+        *,
+        seed: int,
+        pass_index: int,
+        depth: int,
+        frame_size: tuple[int, int],
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
     def coverage(
         self,
         pixel: NDArray[np.float32],

@@ -211,6 +211,7 @@ class Budget:
         if self._has_chains:
             count += 8 + 3 * self._has_photons + 6 * self._is_transparent
             count += 6 * self._has_features + 2 * self._has_media
+            count += any(material.scatters_below for material in self._materials)
         if self._has_photons:
             count += 3  # cuts, coverage and tilt
             count += settings.caustics * (4 + 3 * self._has_chains)

@@ -38,6 +38,7 @@ from .kernels.shade import Shade
 from .kernels.splat import Splat
 from .kernels.surface_emission import SurfaceEmission
 from .kernels.tracer import Tracer
+from .kernels.walk import Walk
 from .photons.bounces import Bounces, declarations
 from .photons.device_photon_mapper import MEDIA_DEFINE
 from .photons.device_radii import DECLARATIONS
@@ -67,6 +68,7 @@ PLAIN: tuple[type[Kernel], ...] = (
     MixtureKept,
     Mixture,
     BentBase,
+    Walk,
 )
 COMPUTE = (
     "scan_blocks",

@@ -7,36 +7,14 @@
 // Parameters: radius_r [m], radius_g [m], radius_b [m], entry, albedo [rgb], ior.
 // Traits: delta.
 #include "lib/ggx.glsl"
+#include "lib/packed_walk.glsl"
 
-// A channel's number: 9 bits of the radius, 8 of the albedo, and 7 of what else there is.
-const float RADII = 511.0, ALBEDOS = 255.0, OTHERS = 127.0;
-const float LEAST_RADIUS = 2.0e-6, OCTAVES = 21.0;  // [scene units], and how many there are from there on
 const float MOST_IOR = 3.8;
-
-float pack_subsurface(float radius, float albedo, float other) {
-    float octaves = log2(max(radius, LEAST_RADIUS) / LEAST_RADIUS) / OCTAVES;
-    vec3 shares = clamp(vec3(octaves, albedo, other), 0.0, 1.0);
-    vec3 steps = floor(shares * vec3(RADII, ALBEDOS, OTHERS) + 0.5);
-    return (steps.x * (ALBEDOS + 1.0) + steps.y) * (OTHERS + 1.0) + steps.z;
-}
 
 vec3 pack_subsurface(vec4 parameters, vec4 more) {
     float ior = (more.w - 1.0) / (MOST_IOR - 1.0);
-    return vec3(
-        pack_subsurface(parameters.x, more.x, parameters.w),
-        pack_subsurface(parameters.y, more.y, ior),
-        pack_subsurface(parameters.z, more.z, float(parameters.w > 1.0))
-    );
-}
-
-// 0 where light leaves at once.
-vec3 radius_subsurface(Shape shape) {
-    vec3 octaves = floor(shape.parameters / ((ALBEDOS + 1.0) * (OTHERS + 1.0))) * (OCTAVES / RADII);
-    return mix(LEAST_RADIUS * exp2(octaves), vec3(0.0), equal(octaves, vec3(0.0)));
-}
-
-vec3 albedo_subsurface(Shape shape) {
-    return max(mod(floor(shape.parameters / (OTHERS + 1.0)), ALBEDOS + 1.0), 1.0) / ALBEDOS;
+    vec3 others = vec3(parameters.w, ior, float(parameters.w > 1.0));
+    return packed_walk(parameters.xyz, more.xyz, others);
 }
 
 vec3 eval_subsurface(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 to_light) { return vec3(0.0); }
@@ -45,7 +23,7 @@ float pdf_subsurface(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec3 t
 
 // The way in.
 vec3 sample_subsurface(Lobe lobe, Shape shape, vec3 normal, vec3 to_viewer, vec2 u, out vec3 weight) {
-    vec3 others = mod(shape.parameters, OTHERS + 1.0) / OTHERS;
+    vec3 others = others_of_walk(shape.parameters);
     float inverse = 1.0 / (1.0 + others.y * (MOST_IOR - 1.0));
     mat3 frame = frame_about(normal);
     Ggx m = Ggx(GGX_CONSTANT, false, vec3(1.0), vec3(1.0), 1.0, vec2(others.x));

@@ -28,10 +28,6 @@ int rays_of_lobe(Lobe lobe, bool is_through) {
 #ifdef NO_CAUSTICS
 #include "lib/no_caustics.glsl"
 #endif
-#ifdef WALKS
-#include "lib/reach.glsl"
-#include "lib/random_walk.glsl"
-#endif
 
 // Rays that carry less than this go on by Russian roulette, each by its own chance.
 const float ROULETTE_BELOW = 0.05;
@@ -118,19 +114,13 @@ void kernel() {
     if (is_of_medium) density = ALL_BY_SHADOW_RAYS;
 #endif
     throughput /= survival;
-    RayOrigin next = RayOrigin(offset_origin(place.position, facing.normal, outgoing), shading.triangle);
+    vec3 from = offset_origin(place.position, facing.normal, outgoing);
     bool goes_behind = dot(outgoing, facing.normal) < 0.0;
 #ifdef WALKS
-    if (lobe.kind == float(SUBSURFACE)) {
-        int triangle = int(shading.triangle);
-        Exit found = walk_below(place.position, facing.normal, outgoing, throughput, triangle, shape, number);
-        throughput = found.weight;
-        if (!(largest(throughput) > 0.0)) skip();
-        outgoing = -found.normal;
-        next = RayOrigin(offset_origin(found.position, found.normal, found.normal), NO_TRIANGLE);
-        t_max = reach_of(EXIT);
-        goes_behind = false;
-    }
+    bool goes_below = lobe.kind == float(SUBSURFACE);
+    if (goes_below) from = place.position;
+    goes_behind = goes_behind && !goes_below;
+    store_walk(Shape(goes_below ? shape.parameters : vec3(0.0), float(goes_below)));
 #endif
 #ifdef TRANSPARENT
     if (is_straight) {
@@ -152,7 +142,7 @@ void kernel() {
     if (goes_behind) medium = medium_behind(medium, load_hit(), facing.side);
     store_next_medium(medium);
 #endif
-    store_next_origin(next);
+    store_next_origin(RayOrigin(from, shading.triangle));
     store_next_direction(RayDirection(outgoing, t_max));
     store_next_throughput(Throughput(throughput, density));
 }

@@ -7,7 +7,8 @@
 #include "lib/sampling.glsl"
 #include "lib/triangle.glsl"
 #include "lib/even.glsl"
-#include "lib/lobe.glsl"
+#include "lib/colour.glsl"
+#include "lib/packed_walk.glsl"
 
 const int MOST_FLIGHTS = 256;
 const float LEAST_OF_WALK = 1.0e-4;  // of a path that has less nothing is left
@@ -80,11 +81,14 @@ Exit walk_once(Inside inside, int walk, uint number, uint dimension) {
 
 // Of several walks of a channel one by chance, as much as each brings: so passes differ less in what comes out. Channels
 // take turns over passes.
-Exit walk_below(vec3 entry, vec3 geometric, vec3 direction, vec3 weight, int triangle, Shape shape, uint number) {
+Exit walk_below(vec3 entry, vec3 direction, vec3 weight, int triangle, vec3 walk, uint number) {
+    Triangle entered = triangle_at(triangle);
+    vec3 geometric = normal_of(entered.b - entered.a, entered.c - entered.a);
+    if (dot(geometric, direction) > 0.0) geometric = -geometric;
     Exit chosen = Exit(entry, geometric, vec3(0.0));
     float sum = weight.r + weight.g + weight.b;
     if (!(sum > 0.0)) return chosen;
-    vec3 radius = radius_subsurface(shape), albedo = albedo_subsurface(shape), scattering = albedo_of_scattering(albedo);
+    vec3 radius = radius_of_walk(walk), albedo = albedo_of_walk(walk), scattering = albedo_of_scattering(albedo);
     uint dimension = DIMENSION_WALK + uint(depth) * uint(WALKS_A_RAY * MOST_FLIGHTS + 2);
     vec3 shares = mix(vec3(1.0 / 3.0), weight / sum, BY_WEIGHT);
     int channel = channel_by(shares, even_over_passes(dimension).x);
@@ -95,7 +99,7 @@ Exit walk_below(vec3 entry, vec3 geometric, vec3 direction, vec3 weight, int tri
     shares *= 1.0 - stays;
     scattering = max(scattering, vec3(LEAST_ALBEDO));
     Inside inside = Inside(entry, geometric, direction, triangle, extinction, scattering, goes, channel, shares);
-    one_surface = triangle_at(triangle).surface;
+    one_surface = entered.surface;
     float u = random4(seed, pass_index, number, dimension + 1u).x, all = 0.0, own = 0.0;
     for (int i = 0; i < WALKS_A_RAY; i++) {
         Exit found = walk_once(inside, i, number, dimension + uint(2 + i * MOST_FLIGHTS));

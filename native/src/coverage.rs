@@ -11,7 +11,7 @@ use crate::own::Own;
 use crate::packing::{pack_direction, unpack_direction};
 use crate::radius::RadiusField;
 use crate::random::{DIMENSION_COVERAGE, DIMENSION_EXPECTED, r2_sequence, random4, second_sequence};
-use crate::trace::{Tree, Visible};
+use crate::trace::Tree;
 use crate::vector::{dot, frame_about, normal_of, point_in, sin_cos_of_turns};
 use crate::watertight::Ray;
 use crate::watertight::SURFACE_OFFSET;
@@ -384,8 +384,7 @@ impl Look<'_, '_> {
         let is_outside = triangles.behind(own.triangle, point.surface.signum()) >= 0.0;
         for _ in 0..MOST_LAYERS {
             let Some(ray) = Ray::new(origin, normal.map(|n| -n)) else { break };
-            let Some((position, hit)) =
-                self.tree.closest::<L>(&ray, left, source, Visible::TO_ALL, self.stack)
+            let Some((position, hit)) = self.tree.closest::<L>(&ray, left, source, |_| true, self.stack)
             else {
                 break;
             };

@@ -43,6 +43,7 @@ mod solid;
 pub mod trace;
 mod vector;
 pub mod view;
+pub mod walks;
 pub mod watertight;
 mod wide;
 

@@ -13,7 +13,7 @@ use crate::lanes::widest;
 use crate::packing::{flux_with_direction, pack_direction};
 use crate::portals::{Portal, Portals};
 use crate::random::{DIMENSION_REFLECT, random4};
-use crate::trace::{T_MAX, Tree, Visible};
+use crate::trace::{T_MAX, Tree};
 use crate::vector::{Vector, dot, from_frame, normal_of, point_in};
 use crate::watertight::SURFACE_OFFSET;
 use crate::watertight::{Hit, Ray};
@@ -100,7 +100,7 @@ widest! {
             for at in 0..paths.len() {
                 let photon: Photon = paths[at];
                 let Some(ray) = Ray::new(photon.origin, photon.direction) else { continue };
-                let Some((position, hit)) = scene.tree.closest::<L>(&ray, T_MAX, photon.source, Visible::TO_ALL, &mut stack)
+                let Some((position, hit)) = scene.tree.closest::<L>(&ray, T_MAX, photon.source, |_| true, &mut stack)
                 else {
                     continue;
                 };

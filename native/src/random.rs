@@ -6,6 +6,7 @@ pub(crate) const DIMENSION_LIGHT: u32 = 0;
 pub(crate) const DIMENSION_REFLECT: u32 = 0x100;
 pub(crate) const DIMENSION_COVERAGE: u32 = 0x1800;
 pub(crate) const DIMENSION_EXPECTED: u32 = 0x1e00;
+pub(crate) const DIMENSION_WALK: u32 = 0x8000_0000;
 
 /// Jarzynski & Olano 2020, "Hash Functions for GPU Rendering", pcg4d.
 fn pcg4d(v: [u32; 4]) -> [u32; 4] {
@@ -58,6 +59,26 @@ fn even_passes(pass_index: u32) -> (u32, u32) {
     let pair = if is_early { pass_index } else { pass_index >> 1 };
     let number = if is_early { pass_index >> 1 } else { 2 * (pass_index >> 2) + (pass_index & 1) };
     (0x4000_0000 + 2 * (number >> 4) + (pair.count_ones() & 1), number & 15)
+}
+
+/// scrambled of glsl/lib/even.glsl: another number for each below 16.
+fn scrambled(number: u32, random: u32) -> u32 {
+    (0..4).fold(0, |other, level| {
+        let (before, bit) = (number >> (4 - level), number >> (3 - level) & 1);
+        other << 1 | (bit ^ (random >> ((1 << level) - 1 + before) & 1))
+    })
+}
+
+/// even_over_passes of glsl/lib/even.glsl: two numbers that are more even over passes than chance is.
+pub fn even_over_passes(seed: u32, pass_index: u32, element: u32, dimension: u32) -> [f32; 2] {
+    let (group, number) = even_passes(pass_index);
+    let random = random_bits(seed, group, element, dimension);
+    let point = sobol4(scrambled(number, random[0]));
+    let within = random4(seed, pass_index, element, dimension);
+    std::array::from_fn(|i| {
+        let part = (point[i] ^ random[2 + i]) >> 28;
+        (0.0625 * (part as f32 + within[i])).min(1.0f32.next_down())
+    })
 }
 
 /// Permutes numbers within aligned blocks of 2^k (shuffled of glsl/lib/rng.glsl).

@@ -17,7 +17,7 @@ const RAY_CAMERA: u8 = 1;
 const RAY_TRANSMISSION: u8 = 8;
 const RAYS_OF_LOBES: u8 = 2 + 4 + RAY_TRANSMISSION;
 /// Says of a ray that it ends where a walk below a surface has come out.
-const EXIT: u8 = RAYS_OF_LOBES + 2;
+pub(crate) const EXIT: u8 = RAYS_OF_LOBES + 2;
 const ALL_RAYS: u8 = 63;
 
 /// Rays as parallel arrays of one length.
@@ -157,14 +157,15 @@ impl Tree {
     }
 
     /// The closest hit of a ray: the triangle's position in leaf order and where it is hit. Of
-    /// triangles at the same distance, the one of the smallest number.
+    /// triangles at the same distance, the one of the smallest number. It meets those alone that `meets` is
+    /// true of, by their positions.
     #[inline(always)]
     pub(crate) fn closest<L: Lanes>(
         &self,
         ray: &Ray,
         t_max: f32,
         skip: i32,
-        visible: Visible,
+        meets: impl Fn(i32) -> bool,
         stack: &mut Stack,
     ) -> Option<(i32, Hit)> {
         let mut best: Option<(i32, Hit)> = None;
@@ -176,7 +177,7 @@ impl Tree {
                     hit.t < limit || (hit.t == limit && before())
                 }
             };
-            let closer = closer && visible.meets(position);
+            let closer = closer && meets(position);
             if closer {
                 best = Some((position, hit));
             }
@@ -280,7 +281,7 @@ widest! {
                 *hit = if any {
                     tree.any::<L>(&ray, t_max, skip as i32, visible, &mut stack)
                 } else {
-                    tree.closest::<L>(&ray, t_max, skip as i32, visible, &mut stack)
+                    tree.closest::<L>(&ray, t_max, skip as i32, |at| visible.meets(at), &mut stack)
                 };
             }
         }

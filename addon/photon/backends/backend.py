@@ -24,6 +24,7 @@ from ..film.strips import StripFilm
 from ..kernels.coverage import Coverage
 from ..kernels.cuts import Cuts
 from ..kernels.tracer import Tracer
+from ..kernels.walk import Walk
 from ..photons.bounces import SeveralBounces
 from ..photons.deposits import Deposits
 from ..photons.device_photon_mapper import DevicePhotonMapper
@@ -50,6 +51,7 @@ from .native_kernels import (
     NativePhongGather,
     NativeTracer,
     NativeTriangles,
+    NativeWalk,
 )
 from .native_photon_grid import MixedPhotonGrid, NativePhotonGrid
 from .sizes import NativeSizes, ResidentSizes, Sizes
@@ -115,6 +117,10 @@ class Backend:
         """What finds where rays end; `rays`: of which kinds they are (SceneNeeds.rays)."""
         defines = {**(rays or {}), **({"ANY_HIT": 1} if any_hit else {})}
         return Tracer(self.device, self.layer, defines)
+
+    def walk(self) -> Kernel:
+        """What follows light below surfaces."""
+        return Walk(self.device, self.layer)
 
     def cuts(self) -> Kernel:
         """What cuts discs off."""
@@ -292,6 +298,9 @@ class NativeBackend(Backend):
         bits = int((rays or {}).get("VISIBILITY", EVERY_RAY))
         by_reach = "BY_REACH" in (rays or {})
         return NativeTracer(self.device, self.triangles, any_hit, bits, by_reach)
+
+    def walk(self) -> Kernel:
+        return NativeWalk(self.device, self.triangles)
 
     def cuts(self) -> Kernel:
         return NativeCuts(self.device, self.triangles)

@@ -36,6 +36,7 @@ from ..kernels.records import (
 )
 from ..kernels.shade import depth_for
 from ..kernels.tracer import Tracer
+from ..kernels.walk import Walk
 from ..photons.deposits import Deposits
 from ..photons.radius_field import TABLES, UNIFORMS
 from ..stage.geometry import Mesh
@@ -95,6 +96,24 @@ class NativeTracer(HostKernel):
         rays = {name: streams[name].download() for name in self.inputs}
         found: NDArray[np.float32] = self.compute(rays, {}, {}).reshape(-1, 4)
         return found
+
+
+class NativeWalk(HostKernel):
+    """Walk, by the same random numbers."""
+
+    stem = Walk.stem
+    inputs = Walk.inputs
+    outputs = Walk.outputs
+    uniforms = Walk.uniforms
+
+    def __init__(self, device: Device, triangles: NativeTriangles) -> None:
+        super().__init__(device)
+        self._triangles = triangles
+
+    def compute(self, inputs: Arrays, tables: Values, uniforms: Values) -> Any:
+        """Rays that go on, and what they carry."""
+        rays = [inputs[name] for name in self.inputs]
+        return self._triangles.tracer.walk(*rays, **uniforms)
 
 
 class NativeCuts(HostKernel):

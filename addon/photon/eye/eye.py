@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Count, Kernel, Reading, Stream, Tally
+from ...streams import Count, Kernel, PingPong, Reading, Stream, Tally
 from ..backends.backend import Backend
 from ..kernels.emitted import Emitted
 from ..kernels.free_flight import FreeFlight, media_values
@@ -28,7 +29,7 @@ from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from .camera import EyeCamera
 from .compaction import Compaction
-from .path import CAUSTIC, FIRST, Path, PathStreams
+from .path import CAUSTIC, FIRST, WALKED, Path, PathStreams
 
 EXPECTS_FROM = 8  # passes from this one on ask what to expect of the coverage
 LEAST_EXPECTED = 0.25  # in the first ones; later less, so that what it leaves of a bias goes, too
@@ -65,6 +66,7 @@ class Eye:
             self._shade = Shade(device, layer, needs.eye_defines, made=needs.made)
         self._direct_light = backend.direct_light(needs, size) if needs.shadow_rays else None
         self._emitted = self._surface_emission = self._scatter = None
+        self._walk: Kernel | None = None
         self._flight: FreeFlight | None = None
         if needs.media and needs.surfaces:
             self._flight = FreeFlight(device, layer, needs.flight_defines("EYE"))
@@ -77,6 +79,7 @@ class Eye:
             )
         if needs.secondary_rays:
             self._scatter = Scatter(device, layer, needs.eye_defines, made=needs.made)
+            self._walk = backend.walk() if needs.walk_defines else None
             if backend.works_alone and self._most_bounces:
                 self._tally = Tally(device, self._most_bounces)
         self._cuts = self._coverage = None
@@ -202,12 +205,7 @@ class Eye:
         """Send secondary rays from the points; None if there are no more."""
         if not self._scatter or path.depth == self._most_bounces:
             return None
-        pairs = path.at.rays()
-        streams = {**self.of(path), "throughput": path.throughput}
-        streams |= {f"next_{name}": pair.back for name, pair in pairs.items()}
-        count = self._count_scattered(path, streams)
-        for pair in pairs.values():
-            pair.swap()
+        count = self._count_scattered(path)
         onward = replace(
             path, depth=path.depth + 1, projection=None, count=count, direct=None, is_shaded=False
         )
@@ -218,21 +216,31 @@ class Eye:
         onward.carried = {name: pairs[name].front for name in FIRST if name in pairs}
         return onward
 
-    def _count_scattered(self, path: Path, streams: dict[str, Stream]) -> Count | None:
+    def _count_scattered(self, path: Path) -> Count | None:
         """Scatter, and count the rays that are sent; None: some are taken to be.
 
         A GPU would wait while it is asked how many there are: it is not before the first bounce
         that sent none in a pass before.
         """
         assert self._scatter
-        draw = self._draw(path)
-        if not self._tally:
-            return launch_and_count(self._scatter, streams, self._tables, draw)
-        if path.depth == 0:
-            self._tally.clear()
-        launch_and_tally(self._scatter, streams, self._tables, draw, into=self._tally)
-        if path.depth < self._ended.get(path.region, 0):
-            return None
+        pairs, last = path.at.rays(), self._walk or self._scatter
+        draw, streams = self._draw(path), {**self.of(path), "throughput": path.throughput}
+        if self._walk:
+            launch(self._scatter, streams | _next(pairs), self._tables, draw)
+            _swap(pairs)
+            pairs = {name: pairs[name] for name in WALKED}
+            streams |= {name: pair.front for name, pair in pairs.items()}
+        streams |= _next(pairs)
+        count = None
+        if self._tally:
+            if path.depth == 0:
+                self._tally.clear()
+            launch_and_tally(last, streams, self._tables, draw, into=self._tally)
+        else:
+            count = launch_and_count(last, streams, self._tables, draw)
+        _swap(pairs)
+        if not self._tally or path.depth < self._ended.get(path.region, 0):
+            return count
         return Count(partial(self._sent_last, path.region, self._tally.ask()))
 
     def _sent_last(self, region: Region, reading: Reading) -> int:
@@ -270,7 +278,7 @@ class Eye:
             self._surface_emission,
             self._emitted,
         )
-        known += self._flight, self._scatter, self._cuts, self._coverage
+        known += self._flight, self._scatter, self._walk, self._cuts, self._coverage
         return [kernel for kernel in known if kernel]
 
     def of(self, path: Path) -> dict[str, Stream]:
@@ -319,6 +327,16 @@ class Eye:
             **media_values(self._settings, self._tables),
             **self.footprint,
         }
+
+
+def _next(pairs: Mapping[str, PingPong]) -> dict[str, Stream]:
+    """What of a path is written for the next bounce."""
+    return {f"next_{name}": pair.back for name, pair in pairs.items()}
+
+
+def _swap(pairs: Mapping[str, PingPong]) -> None:
+    for pair in pairs.values():
+        pair.swap()
 
 
 def probes_of(index: int) -> dict[str, Any]:

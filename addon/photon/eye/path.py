@@ -22,6 +22,7 @@ from ..kernels.records import (
     RADIANCE,
     RAY_DIRECTION,
     RAY_ORIGIN,
+    SHAPE,
     THROUGHPUT,
     TILT,
 )
@@ -33,6 +34,7 @@ from ..stage.needs import SceneNeeds
 CAUSTIC = "caustic_"  # how streams of the part of gathered light begin that caustics are
 # What a secondary ray takes with it.
 RAY = ("origin", "direction", "throughput", "chain", "medium")
+WALKED = ("origin", "direction", "throughput")  # of these, what walks below surfaces change
 # Of these, what the eye's own rays have, zero, in streams of their own.
 FIRST = {"chain": "first_chain", "medium": "first_medium"}
 
@@ -62,6 +64,8 @@ class PathStreams:
             twos["illuminance"] = ILLUMINANCE
         if needs.secondary_rays:
             twos["throughput"] = THROUGHPUT
+        if needs.walk_defines:
+            ones["walk"] = SHAPE
         if needs.transparent:
             ones["first_chain"] = twos["chain"] = CHAIN
         if needs.media:

@@ -9,12 +9,12 @@ from .records import (
     INTERIOR,
     MATERIAL,
     MEDIUM,
-    NODE,
     PIXEL,
     PLACE,
     RAY_DIRECTION,
     RAY_ORIGIN,
     SHADING,
+    SHAPE,
     THROUGHPUT,
     TRIANGLE,
 )
@@ -60,6 +60,7 @@ class Scatter(Kernel):
         "next_throughput": THROUGHPUT,
         "next_chain": When("TRANSPARENT", CHAIN),
         "next_medium": When("MEDIA", MEDIUM),
+        "walk": When("WALKS", SHAPE),  # of rays that go below surfaces; weight 0: of others
     }
     uniforms = {
         "seed": Uniform("uint"),
@@ -71,8 +72,7 @@ class Scatter(Kernel):
         "frame_size": Uniform("ivec2"),
     }
     tables = {
-        "triangles": When(("MEDIA", "NORMALS", "WALKS"), Table(TRIANGLE)),
-        "nodes": When("WALKS", Table(NODE)),
+        "triangles": When(("MEDIA", "NORMALS"), Table(TRIANGLE)),
         "corner_normals": When("NORMALS", Table(CORNER_NORMALS)),
         "materials": When("MEDIA", Table(MATERIAL)),
         "interiors": When("MEDIA", Table(INTERIOR)),

@@ -127,7 +127,6 @@ class Tables:
         more = {"environments": upload_table(device, environments)} if places else {}
         media = Media(scene, frame)
         tables = _surface_tables(scene, frame, mesh, media)
-        reads_tree = reads_tree or any(m.scatters_below for m in scene.materials)  # walks do
         textures = {"nodes": upload_table(device, mesh.tree.nodes)} if reads_tree else {}
         textures |= {TEXELS: texels} if texels else {}
         textures |= {name: upload_table(device, texels_of(t)) for name, t in tables.items()}

@@ -59,10 +59,21 @@ pub(super) fn new_stream<'py>(
     like: &PyReadonlyArrayDyn<'py, f32>,
     fill: impl FnOnce(&mut [[f32; 4]]) -> PyResult<()>,
 ) -> PyResult<Stream<'py>> {
+    new_streams(py, like, |[out]| fill(out)).map(|[stream]| stream)
+}
+
+/// Several streams of another's size, filled by `fill`.
+pub(super) fn new_streams<'py, const N: usize>(
+    py: Python<'py>,
+    like: &PyReadonlyArrayDyn<'py, f32>,
+    fill: impl FnOnce([&mut [[f32; 4]]; N]) -> PyResult<()>,
+) -> PyResult<[Stream<'py>; N]> {
     let (height, width) = (like.shape()[0], like.shape()[1]);
-    let mut out = vec![[0.0; 4]; height * width];
-    fill(&mut out)?;
-    PyArray1::from_vec(py, out.into_flattened()).reshape([height, width, 4])
+    let mut all: [Vec<[f32; 4]>; N] = std::array::from_fn(|_| vec![[0.0; 4]; height * width]);
+    fill(all.each_mut().map(Vec::as_mut_slice))?;
+    let made = all.map(|one| PyArray1::from_vec(py, one.into_flattened()).reshape([height, width, 4]));
+    let made: Vec<Stream> = made.into_iter().collect::<PyResult<_>>()?;
+    Ok(made.try_into().expect("as many as there were"))
 }
 
 /// A C-contiguous array of one type and shape (None: any number of rows), or an error naming it.

@@ -4,13 +4,15 @@
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 
-use super::arrays::{Rows, Stream, array, given, new_matrix, new_rows, new_stream, record_of, rows, streams};
+use super::arrays::{
+    Rows, Stream, array, given, new_matrix, new_rows, new_stream, new_streams, record_of, rows, streams,
+};
 use super::radius_field::RadiusField;
 use super::run;
 use crate::filter::Filter;
 use crate::trace::{Tree, Visible};
 use crate::watertight::Triangle;
-use crate::{bvh, coverage, cuts, emission, paths};
+use crate::{bvh, coverage, cuts, emission, paths, walks};
 
 /// Traces the rays of streams through a scene's triangles.
 ///
@@ -255,25 +257,68 @@ impl Tracer {
         let count = self.corners.len();
         let faces = faces.map(|faces| array::<f32>(faces, "faces", &[Some(count), Some(4)])).transpose()?;
         let faces = faces.as_ref().map_or(Ok(&[][..]), rows)?;
-        let mut shares = None;
-        let tilts = new_stream(py, &place, |tilts| {
-            shares = Some(new_stream(py, &place, |out| {
-                let points = coverage::Points {
-                    pixels: rows(&pixel)?,
-                    places: rows(&place)?,
-                    facings: rows(&facing)?,
-                    shadings: rows(&shading)?,
-                    diffuses: rows(&diffuse)?,
-                    cuts: rows(&cuts)?,
-                };
-                run(py, || {
-                    let triangles = coverage::Triangles { corners: &self.corners, faces, flags: &self.flags };
-                    coverage::coverage(&self.tree, &triangles, &radii.0, &points, &probes, out, tilts);
-                    Ok(())
-                })
-            })?);
-            Ok(())
+        let points = coverage::Points {
+            pixels: rows(&pixel)?,
+            places: rows(&place)?,
+            facings: rows(&facing)?,
+            shadings: rows(&shading)?,
+            diffuses: rows(&diffuse)?,
+            cuts: rows(&cuts)?,
+        };
+        let triangles = coverage::Triangles { corners: &self.corners, faces, flags: &self.flags };
+        let found = new_streams(py, &place, |[shares, tilts]| {
+            run(py, || {
+                coverage::coverage(&self.tree, &triangles, &radii.0, &points, &probes, shares, tilts);
+                Ok(())
+            })
         })?;
-        Ok((shares.expect("made with the tilts"), tilts))
+        Ok(found.into())
+    }
+
+    /// Follow rays that lobes send below surfaces to where they come out.
+    ///
+    /// Takes streams float32[H, W, 4]: pixel (column and row in the frame), origin (position, leaf position of
+    /// the triangle that the ray leaves), direction (vector; zeros: no ray), throughput and walk (what a walk
+    /// depends on, as glsl/lib/packed_walk.glsl has it, and 1; 0: the ray goes below no surface); what random
+    /// numbers depend on besides the pixel: seed, pass_index, depth, frame_size.
+    /// Returns three float32[H, W, 4]: directions, origins and throughputs of the rays that go on.
+    #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (pixel, origin, direction, throughput, walk, *, seed, pass_index, depth, frame_size))]
+    fn walk<'py>(
+        &self,
+        py: Python<'py>,
+        pixel: &Bound<'py, PyAny>,
+        origin: &Bound<'py, PyAny>,
+        direction: &Bound<'py, PyAny>,
+        throughput: &Bound<'py, PyAny>,
+        walk: &Bound<'py, PyAny>,
+        seed: u32,
+        pass_index: u32,
+        depth: u32,
+        frame_size: (usize, usize),
+    ) -> PyResult<(Stream<'py>, Stream<'py>, Stream<'py>)> {
+        let named = [
+            ("pixel", pixel),
+            ("origin", origin),
+            ("direction", direction),
+            ("throughput", throughput),
+            ("walk", walk),
+        ];
+        let [pixel, origin, direction, throughput, walk] = streams(named)?;
+        let rays = walks::Rays {
+            pixels: rows(&pixel)?,
+            origins: rows(&origin)?,
+            directions: rows(&direction)?,
+            throughputs: rows(&throughput)?,
+            walks: rows(&walk)?,
+        };
+        let draw = walks::Draw { seed, pass_index, depth, frame_width: frame_size.0 };
+        let found = new_streams(py, &origin, |out| {
+            run(py, || {
+                walks::walk(&self.tree, &self.corners, &rays, draw, out);
+                Ok(())
+            })
+        })?;
+        Ok(found.into())
     }
 }
