@@ -8,12 +8,13 @@ float over(float a, float b) { return b > 0.0 ? a / b : 0.0; }
 
 void kernel() {
     vec3 value = load_picture().value.rgb * unit;
-    vec3 scale = 1.0 / (value * value + 1.0);
     vec4 combined = load_combined().value / passes * unit;
     vec4 variance = load_squares().value * unit * unit * of_squares;
     // The picture divides indirect light by the coverage; so are its deviations divided.
     vec3 ratio = over(value, combined.rgb);
-    float noise = dot(ratio * ratio * variance.rgb, scale) / 3.0, change = 0.0;
+    vec3 squares = ratio * ratio * variance.rgb, square = value * value;
+    vec3 scale = 1.0 / (max(square - squares, LEAST_SQUARE * square) + 1.0);
+    float noise = dot(squares, scale) / 3.0, change = 0.0;
     bool lit = false, even = false;
 #ifdef BLURRED
     vec4 direct = load_direct().value / passes, indirect = load_indirect().value / passes;

@@ -11,7 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.film.error import DARK, EXTRAPOLATION, INNER_AREA, Error, error_of
+from addon.photon.film.error import (
+    DARK,
+    EXTRAPOLATION,
+    INNER_AREA,
+    LEAST_SQUARE,
+    Error,
+    error_of,
+)
 from addon.photon.film.film import Squares, Statistics
 from addon.photon.film.picture import FILM_IMAGES, picture_of
 from addon.photon.prepare import prepare
@@ -23,6 +30,11 @@ from tests.scenes import cornell
 SHAPE = (40, 30)
 # What errors of a picture of radiance one are over.
 BRIGHT = math.hypot(1.0, DARK)
+
+
+def over(noise: float, value: float = 1.0) -> float:
+    """The same with noise, whose square is taken off."""
+    return math.sqrt(value**2 - noise**2 + DARK**2)
 
 
 def statistics(noise: Any, change: Any = 0.0, coverage: Any = 1.0, passes: int = 64) -> Statistics:
@@ -51,9 +63,31 @@ def error(statistics: Statistics) -> Error:
 
 def test_noise() -> None:
     found = error(statistics(0.2))
-    assert found.noise == pytest.approx(0.2 / 8 / BRIGHT, rel=1e-4)
+    assert found.noise == pytest.approx(0.2 / 8 / over(0.2 / 8), rel=1e-4)
     assert found.bias == 0.0 and found.total == found.noise
-    np.testing.assert_allclose(found.image, 0.2 / 8, rtol=1e-4)
+    np.testing.assert_allclose(found.image, found.noise * BRIGHT, rtol=1e-4)
+
+
+def test_what_a_speck_hides() -> None:
+    """A pixel that one pass of many made bright is far off, not by as much as it is bright itself:
+    up to what a few batches can tell."""
+    for noise, expected in ((0.5, 0.5 / over(0.5)), (0.95, 0.95 / math.hypot(0.5, DARK))):
+        assert error(statistics(8 * noise)).noise == pytest.approx(expected, rel=1e-4)
+
+
+def test_what_is_left_of_a_speck() -> None:
+    """A share of what it was, however bright, in a denoised picture that shows none."""
+    wanted = statistics(0.0)
+    speck = 1e4
+    for name in ("indirect", "combined"):
+        wanted.means[name][3, 4, :3] = speck
+    for squares in wanted.squares.values():
+        squares.total[3, 4, :3] = speck**2 * squares.batches * (squares.batches - 1)
+    plain, shown = picture_of(wanted.means)["Combined"], np.ones((*SHAPE, 3), np.float32)
+    left = np.full(SHAPE, 0.01, np.float32)
+    found = error_of([wanted], plain, shown=shown, left=left)
+    of_speck = 0.01 / LEAST_SQUARE  # of its square
+    assert found.noise == pytest.approx(math.sqrt(of_speck / left.size), rel=0.01)
 
 
 def test_bias() -> None:
@@ -67,7 +101,7 @@ def test_bias() -> None:
 def test_both() -> None:
     found = error(statistics(0.2, 0.01))
     assert found.total == pytest.approx(
-        math.hypot(0.2 / 8, 0.01 * EXTRAPOLATION) / BRIGHT, rel=1e-4
+        math.hypot(0.2 / 8, 0.01 * EXTRAPOLATION) / over(0.2 / 8), rel=1e-4
     )
     np.testing.assert_allclose(found.image, found.total * BRIGHT, rtol=1e-3)
 
@@ -99,13 +133,14 @@ def test_the_dark_counts() -> None:
     for name in ("indirect", "combined"):
         wanted.means[name][..., :3] *= dark[..., None]
     mean = (1 + 0.01) / 2
-    squares = [(0.01 / 8 * x) ** 2 / (x**2 + (DARK * mean) ** 2) for x in (1.0, 0.01)]
+    noise = 0.01 / 8
+    squares = [(noise * x) ** 2 / (x**2 + (DARK * mean) ** 2) for x in (1.0, 0.01)]
     assert error(wanted).noise == pytest.approx(math.sqrt(np.mean(squares)), rel=1e-4)
 
 
 def test_coverage_divides_the_deviations_too() -> None:
     found = error(statistics(0.2, coverage=0.5))
-    assert found.noise == pytest.approx(0.2 / 8 / 0.5 / BRIGHT, rel=1e-4)
+    assert found.noise == pytest.approx(0.2 / 8 / 0.5 / over(0.2 / 8 / 0.5), rel=1e-4)
     assert found.bias == 0.0
 
 

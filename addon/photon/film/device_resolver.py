@@ -15,6 +15,7 @@ from .blocks import in_blocks
 from .error import (
     EVEN,
     INNER_AREA,
+    LEAST_SQUARE,
     Error,
     ErrorParts,
     Totals,
@@ -57,6 +58,7 @@ def resolver_defines(names: Collection[str]) -> Defines:
     there = {"mirror": "MIRRORED", "emission": "EMITTERS", "blur": "BLURRED"}
     return {
         "LEAST_COVERAGE": LEAST_COVERAGE,
+        "LEAST_SQUARE": LEAST_SQUARE,
         "INNER_AREA": INNER_AREA,
         "EVEN": EVEN,
         "EVEN_COUNTS": float(EVEN_COUNTS),

@@ -21,6 +21,10 @@ Floats = NDArray[np.floating[Any]]
 # Of the picture's mean: what is darker counts by less than its relative error.
 DARK = 0.1
 INNER_AREA = 0.5  # as in density.glsl: area of the inner disc over the disc's
+# What errors are relative to is a pixel's squared value, less what its own noise adds to that in
+# the mean: a speck would else hide how far it is off. At least this share of it: a few batches tell
+# the noise of what few rays find, such as a lamp's edge, no better.
+LEAST_SQUARE = 0.25
 # The bias over the change from the inner radius to the radius. If bias goes with r^p, it is
 # 1 / (1 - INNER_AREA^(p / 2)): p = 2 where irradiance is smooth; p = 3/2 and 1/2, as root mean
 # square, where it has creases and steps. Rooms fit p = 1.17, see tests/regression/test_error.py.
@@ -77,7 +81,8 @@ def error_of(
 ) -> Error:
     """The error of the picture `combined` (h, w, 3 or more) that was made of `strip_statistics`:
     those of the strips of its rows, from the bottom. If it was denoised, the error of the denoised
-    picture `shown` (h, w, 3), where a share `left` (h, w) of the squared noise remains."""
+    picture `shown` (h, w, 3), where a share `left` (h, w) of the squared noise remains: still
+    relative to `combined`, for what is left of a speck hangs on chance as large as it was."""
     height, width = combined.shape[:2]
     shown = combined if shown is None else shown
     # By rows, so that it is the same for all strips.
@@ -91,7 +96,7 @@ def error_of(
             return unknown_error((height, width), with_image)
         batches = statistics.squares[PAIR].batches
         strip = slice(row, row + len(variance))
-        _take(statistics, variance, combined, _Scale(shown, floor), strip, parts)
+        _take(statistics, variance, combined, floor, strip, parts)
         row += len(variance)
     if left is not None:
         parts.noises[:] *= left
@@ -145,20 +150,6 @@ def error_with_image(
     return replace(error, image=image)
 
 
-class _Scale(NamedTuple):
-    """What errors are relative to: the picture that is shown, down to a floor."""
-
-    picture: Floats  # (h, w, 3 or more)
-    floor: float
-
-    def squared_reciprocal(self, rows: slice) -> Floats:
-        """1 / (x^2 + floor^2), (h, w, 3). Float64: squares of a very dim picture's are beyond
-        float32."""
-        scale: Floats = np.square(self.picture[rows, :, :3].astype(np.float64))
-        scale += self.floor**2
-        return np.reciprocal(scale, out=scale)
-
-
 class ErrorParts(NamedTuple):
     """Of each pixel (h, w): what noise and blur add to the relative square, and whether light falls
     there, on a disc that is even enough."""
@@ -179,7 +170,7 @@ def _take(
     statistics: Statistics,
     variance: Floats,
     combined: Floats,
-    over: _Scale,
+    floor: float,
     strip: slice,
     parts: ErrorParts,
 ) -> None:
@@ -188,9 +179,12 @@ def _take(
     def work(rows: slice) -> None:
         here = slice(strip.start + rows.start, strip.start + rows.stop)
         means = {name: mean[rows] for name, mean in statistics.means.items() if name in READ}
-        value, scale = combined[here, :, :3].astype(np.float64), over.squared_reciprocal(here)
+        # Float64: squares of a very dim picture's are beyond float32.
+        value = combined[here, :, :3].astype(np.float64)
         # The picture divides indirect light by the coverage; so are its deviations divided.
         squares = np.square(_over(value, means["combined"][..., :3])) * variance[rows, :, :3]
+        scale = np.square(value)
+        scale = 1.0 / (np.maximum(scale - squares, LEAST_SQUARE * scale) + floor**2)
         parts.noises[here] = np.einsum("ijk,ijk->ij", squares, scale) / 3
         if "blur" in means:
             change, colour, share = _change(means, variance[rows, :, 3])

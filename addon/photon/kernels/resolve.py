@@ -41,7 +41,15 @@ class ErrorParts(Kernel):
     last channel whether light falls there and whether the disc is even."""
 
     stem = "error_parts"
-    structure = ("MIRRORED", "BLURRED", "LEAST_COVERAGE", "INNER_AREA", "EVEN", "EVEN_COUNTS")
+    structure = (
+        "MIRRORED",
+        "BLURRED",
+        "LEAST_COVERAGE",
+        "LEAST_SQUARE",
+        "INNER_AREA",
+        "EVEN",
+        "EVEN_COUNTS",
+    )
     inputs = {
         "picture": SUM,
         "combined": SUM,
