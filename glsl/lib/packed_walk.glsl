@@ -21,4 +21,11 @@ vec3 albedo_of_walk(vec3 walk) {
     return max(mod(floor(walk / (OTHERS + 1.0)), ALBEDOS + 1.0), 1.0) / ALBEDOS;
 }
 
+// Alpha, index and what the next two tell.
 vec3 others_of_walk(vec3 walk) { return mod(walk, OTHERS + 1.0) / OTHERS; }
+
+// Whether half of the rays enter by the cosine.
+bool is_by_cosine(vec3 walk) { return (int(mod(walk.z, OTHERS + 1.0)) & 1) != 0; }
+
+// Whether the walk is Blender's since 5.2.
+bool is_later_walk(vec3 walk) { return (int(mod(walk.z, OTHERS + 1.0)) & 2) != 0; }

@@ -20,8 +20,14 @@ const float LEAST_ALBEDO = 0.2;  // of one scattering; less is taken off the wei
 // Where the walk has left the surface, and what it weighs: nothing, if it has not.
 struct Exit { vec3 position; vec3 normal; vec3 weight; };
 
-// What one scattering leaves, for surfaces of such an albedo.
-vec3 albedo_of_scattering(vec3 albedo) {
+// What one scattering leaves, for surfaces of such an albedo; `is_later`: by d'Eon's inversion ("A Hitchhiker's Guide to
+// Multiple Scattering", sec. 53), as Cycles has it since Blender 5.2, instead of its fit before.
+vec3 albedo_of_scattering(vec3 albedo, bool is_later) {
+    if (is_later) {
+        vec3 root = sqrt(9.59217 + 41.6808 * albedo + 17.7126 * albedo * albedo);
+        vec3 s = 4.20863 * albedo - root + 4.09712;
+        return clamp(1.0 - s * s, 0.0, 0.999999);
+    }
     vec3 few = 0.496310210422 * pow(atan(4.23500904 * albedo), vec3(2.40602999408));
     vec3 many = 1.8260523782 * pow(atan(5.1124679 * albedo), vec3(1.09686102424));
     return clamp(mix(many, few, pow(albedo, vec3(0.25))), 0.0, 0.999999);
@@ -88,7 +94,8 @@ Exit walk_below(vec3 entry, vec3 direction, vec3 weight, int triangle, vec3 walk
     Exit chosen = Exit(entry, geometric, vec3(0.0));
     float sum = weight.r + weight.g + weight.b;
     if (!(sum > 0.0)) return chosen;
-    vec3 radius = radius_of_walk(walk), albedo = albedo_of_walk(walk), scattering = albedo_of_scattering(albedo);
+    vec3 radius = radius_of_walk(walk), albedo = albedo_of_walk(walk);
+    vec3 scattering = albedo_of_scattering(albedo, is_later_walk(walk));
     uint dimension = DIMENSION_WALK + uint(depth) * uint(WALKS_A_RAY * MOST_FLIGHTS + 2);
     vec3 shares = mix(vec3(1.0 / 3.0), weight / sum, BY_WEIGHT);
     int channel = channel_by(shares, even_over_passes(dimension).x);

@@ -173,7 +173,8 @@ impl Walker<'_> {
         }
         let draw = self.draw;
         let (radius, albedo) = (walk.map(radius_of_walk), walk.map(albedo_of_walk));
-        let scattering = albedo.map(albedo_of_scattering);
+        let is_later = is_later_walk(walk[2]);
+        let scattering = albedo.map(|x| albedo_of_scattering(x, is_later));
         let dimension = DIMENSION_WALK.wrapping_add(draw.depth.wrapping_mul(WALKS_A_RAY * MOST_FLIGHTS + 2));
         let shares = weight.map(|x| 1.0 / 3.0 + BY_WEIGHT * (x / sum - 1.0 / 3.0));
         let even = even_over_passes(draw.seed, draw.pass_index, inside.number, dimension);
@@ -295,8 +296,18 @@ fn albedo_of_walk(packed: f32) -> f32 {
     ((packed / (OTHERS + 1.0)).floor() % (ALBEDOS + 1.0)).max(1.0) / ALBEDOS
 }
 
+/// Whether the walk is Blender's since 5.2, by what blue's number holds.
+fn is_later_walk(packed: f32) -> bool {
+    (packed % (OTHERS + 1.0)) as i32 & 2 != 0
+}
+
 /// What one scattering leaves, for surfaces of such an albedo.
-fn albedo_of_scattering(albedo: f32) -> f32 {
+fn albedo_of_scattering(albedo: f32, is_later: bool) -> f32 {
+    if is_later {
+        let root = (9.59217 + 41.6808 * albedo + 17.7126 * albedo * albedo).sqrt();
+        let s = 4.20863 * albedo - root + 4.09712;
+        return (1.0 - s * s).clamp(0.0, 0.999_999);
+    }
     let few = 0.496_310_2 * (4.235_009 * albedo).atan().powf(2.406_03);
     let many = 1.826_052_4 * (5.112_468 * albedo).atan().powf(1.096_861);
     (many + albedo.powf(0.25) * (few - many)).clamp(0.0, 0.999_999)
@@ -350,7 +361,10 @@ mod tests {
 
     #[test]
     fn scattering_of_white_and_black() {
-        assert!(albedo_of_scattering(1.0) > 0.999 && albedo_of_scattering(1.0 / ALBEDOS) < 0.05);
+        for is_later in [false, true] {
+            assert!(albedo_of_scattering(1.0, is_later) > 0.999);
+            assert!(albedo_of_scattering(1.0 / ALBEDOS, is_later) < 0.05);
+        }
     }
 
     #[test]

@@ -47,7 +47,8 @@ def below(mesh: Mesh) -> dict[str, Any]:
     direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
     radius = rng.uniform(0.01, 0.3, (*shape, 3))
     radius[rng.random(shape) < 0.1, :2] = 0.0
-    albedo = rng.uniform(0, 1, radius.shape)
+    walk = packed(radius, rng.uniform(0, 1, radius.shape))
+    walk[..., 2] += rng.integers(0, 4, shape)  # Blender's two models of it
     rows, columns = np.indices(shape)
     zeros = np.zeros(shape)
     found: dict[str, Any] = {
@@ -55,7 +56,7 @@ def below(mesh: Mesh) -> dict[str, Any]:
         "origin": np.concatenate([position, entered[..., None]], axis=-1),
         "direction": np.concatenate([direction, zeros[..., None] + 3e38], axis=-1),
         "throughput": rng.uniform(0.1, 1, (*shape, 4)),
-        "walk": np.concatenate([packed(radius, albedo), zeros[..., None] + 1], axis=-1),
+        "walk": np.concatenate([walk, zeros[..., None] + 1], axis=-1),
     }
     found["walk"][rng.random(shape) < 0.1] = 0.0
     found["direction"][rng.random(shape) < 0.1] = 0.0

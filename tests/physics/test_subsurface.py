@@ -45,10 +45,17 @@ def of_scattering(albedo: Any) -> Any:
     return many + albedo**0.25 * (few - many)
 
 
-def seen_from_above(albedo: float) -> float:
+def of_later_scattering(albedo: Any) -> Any:
+    """The same since Blender 5.2."""
+    a = np.asarray(albedo)
+    root = np.sqrt(9.59217 + 41.6808 * a + 17.7126 * a * a)
+    return 1.0 - (4.20863 * a - root + 4.09712) ** 2
+
+
+def seen_from_above(albedo: float, share: Any = of_scattering) -> float:
     """What comes out along the normal of a half space in even light of 1: 1 - sqrt(1 - w) H(1) of
     Chandrasekhar's H, Radiative Transfer (1960), sec. 33, for isotropic scattering of albedo w."""
-    w = float(of_scattering(albedo))
+    w = float(share(albedo))
     nodes, weights = np.polynomial.legendre.leggauss(64)
     at, weights = (nodes + 1) / 2, weights / 2
     h: NDArray[np.float64] = np.ones(64)
@@ -81,6 +88,14 @@ def test_half_space(device: Device, backend: str) -> None:
     scene = half_space().scene(from_above(), (world_light("World", WHITE),), (scattering(0.02),))
     found = mean_of(device, scene, backend=backend)
     assert found == pytest.approx([seen_from_above(x) for x in ALBEDO], rel=0.01)
+
+
+def test_half_space_since_blender_5_2(device: Device) -> None:
+    """By the other way to tell what one scattering leaves."""
+    material = scattering(0.02, entry=4.0)
+    scene = half_space().scene(from_above(), (world_light("World", WHITE),), (material,))
+    expected = [seen_from_above(x, of_later_scattering) for x in ALBEDO]
+    assert mean_of(device, scene) == pytest.approx(expected, rel=0.01)
 
 
 def test_nothing_is_lost(device: Device) -> None:

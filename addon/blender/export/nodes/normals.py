@@ -8,9 +8,10 @@ import bpy
 
 from ..graph import Graph
 from ..links import Scope, linked
-from ..programs import ZERO, Value, value
+from ..programs import ONE, ZERO, Value, value
 from .attributes import NORMAL, TANGENT, UNDISPLACED, attribute, here
 from .mapping import in_space
+from .vectors import combined
 
 SPACES = {"TANGENT": 0, "OBJECT": 1, "WORLD": 2, "BLENDER_OBJECT": 3, "BLENDER_WORLD": 4}
 WIDTH = 0.1  # the default of a Bump node's Filter Width, and that of displacement
@@ -21,9 +22,12 @@ def read_normal_map(
 ) -> Value:
     """Read Normal Map."""
     in_tangents = node.space == "TANGENT"
+    colour = graph.input(node, "Color", scope)
+    if getattr(node, "convention", "OPENGL") == "DIRECTX":  # from Blender 5.2 on
+        colour = combined(graph, colour.part("x"), ONE - colour.part("y"), colour.part("z"))
     return graph.program.emit(
         "normal_map",
-        colour=graph.input(node, "Color", scope),
+        colour=colour,
         tangent=attribute(graph, TANGENT, node.uv_map) if in_tangents else ZERO,
         normal=attribute(graph, NORMAL) if in_tangents else ZERO,
         strength=graph.input(node, "Strength", scope),

@@ -18,7 +18,7 @@ from ..programs import ONE, Value, math
 Numbers = NDArray[np.float64]
 # Vector Math's names of what each coordinate has by itself, where Math has another.
 NAMES = {"FRACTION": "FRACT"}
-ONE_INPUT = {"ABSOLUTE", "SIGN", "FLOOR", "CEIL", "FRACTION", "SINE", "COSINE", "TANGENT"}
+ONE_INPUT = {"ABSOLUTE", "SIGN", "ROUND", "FLOOR", "CEIL", "FRACTION", "SINE", "COSINE", "TANGENT"}
 THREE_INPUTS = {"MULTIPLY_ADD", "WRAP"}
 
 

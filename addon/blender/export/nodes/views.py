@@ -30,7 +30,7 @@ def read_fresnel(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> Value:
     """Read Fresnel."""
-    return _reflected(graph, node, scope, graph.input(node, "IOR", scope)).part("x")
+    return reflected(graph, node, scope, graph.input(node, "IOR", scope)).part("x")
 
 
 def read_layer_weight(
@@ -39,15 +39,15 @@ def read_layer_weight(
     """Read Layer Weight."""
     blend = graph.input(node, "Blend", scope)
     if output.name == "Fresnel":
-        return _reflected(graph, node, scope, 1.0 / math("MAXIMUM", 1.0 - blend, 1e-5)).part("x")
-    cosine = _reflected(graph, node, scope, ONE).part("w")
+        return reflected(graph, node, scope, 1.0 / math("MAXIMUM", 1.0 - blend, 1e-5)).part("x")
+    cosine = reflected(graph, node, scope, ONE).part("w")
     blend = blend.clamp(0.0, 1.0 - 1e-5)
     is_high = math("GREATER_THAN", blend, 0.5)
     low = 2.0 * blend
     return 1.0 - math("POWER", cosine, low + is_high * (0.5 / (1.0 - blend) - low))
 
 
-def _reflected(graph: Graph, node: bpy.types.Node, scope: Scope, ior: Value) -> Value:
+def reflected(graph: Graph, node: bpy.types.Node, scope: Scope, ior: Value) -> Value:
     """The share that is reflected, and in w the cosine."""
     normal = node.inputs["Normal"]
     given = is_given(normal, scope)

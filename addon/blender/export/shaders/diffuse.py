@@ -34,4 +34,9 @@ def read_translucent(
     graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel
 ) -> Bsdf:
     """Read a Translucent BSDF."""
-    return Bsdf(lobes=(ShaderLobe("translucent", clipped(graph.input(node, "Color", scope)), {}),))
+    return translucent(graph.input(node, "Color", scope))
+
+
+def translucent(colour: Value) -> Bsdf:
+    """What scatters light over its other side."""
+    return Bsdf(lobes=(ShaderLobe("translucent", clipped(colour), {}),))

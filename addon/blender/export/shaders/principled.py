@@ -12,6 +12,7 @@ import bpy
 from ..graph import Graph
 from ..links import Scope
 from ..programs import ONE, ZERO, Value, math, mix, value
+from . import thin_wall
 from .bsdf import (
     CLEAR,
     NO_INTERFACE,
@@ -99,6 +100,8 @@ def _dielectric(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -
 
 def _glass(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
     tint = math("MAXIMUM", graph.input(node, "Specular Tint", scope), 0.0)
+    if thin_wall.is_thin(graph, node, scope):
+        return thin_wall.glass(graph, node, scope, base, tint)
     return Bsdf(lobes=(glass(graph, node, scope, math("SQRT", clipped(base)), ALL, tint),))
 
 
@@ -121,7 +124,10 @@ def _base(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value, ior: Va
     below = graph.input(node, "Subsurface Weight", scope).clamp()
     if below.is_just(0.0):
         return rough
-    found = of_principled(graph, node, scope, clipped(base), ior)
+    if thin_wall.is_thin(graph, node, scope):
+        found = thin_wall.below(graph, node, scope, clipped(base), roughness)
+    else:
+        found = of_principled(graph, node, scope, clipped(base), ior)
     return rough.scaled(ONE - below).plus(found.scaled(below))
 
 

@@ -17,7 +17,7 @@ PATH = 0.25 / math.pi  # the mean free path of Cycles' walks, of a radius
 STEPS = 40  # of bisection
 LEAST_IOR, MOST_IOR = 1.01, 3.8
 TYPICAL = 1.4, 0.25  # index and alpha where nodes tell them
-SKIN = "RANDOM_WALK_SKIN"
+WALK, SKIN, LEGACY = "RANDOM_WALK", "RANDOM_WALK_SKIN", "RANDOM_WALK_LEGACY"
 
 
 def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel) -> Bsdf:
@@ -26,7 +26,7 @@ def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel)
     ior, rough = (graph.input(node, x, scope, y) for x, y in (("IOR", 1.4), ("Roughness", 1.0)))
     colour = graph.input(node, "Color", scope)
     _note_anisotropy(graph, graph.input(node, "Anisotropy", scope, 0.0))
-    return below(graph, colour, far, (ior, rough), str(node.falloff), model)
+    return below(graph, colour, far, (ior, rough), _method(node, "falloff"), model)
 
 
 def of_principled(
@@ -35,13 +35,20 @@ def of_principled(
     """The same of a Principled BSDF of a colour, whose interface has this index."""
     scale, radius = (graph.input(node, f"Subsurface {x}", scope) for x in ("Scale", "Radius"))
     far = scale * radius
-    method = str(node.subsurface_method)
+    method = _method(node, "subsurface_method")
     if method == SKIN:
         ior = graph.input(node, "Subsurface IOR", scope)
     rough = graph.input(node, "Roughness", scope)
     entry = ior, rough * rough
     _note_anisotropy(graph, graph.input(node, "Subsurface Anisotropy", scope, 0.0))
     return below(graph, colour, far, entry, method, SpecularModel.GGX)
+
+
+def _method(node: bpy.types.Node, name: str) -> str:
+    """A node's method; before Blender 5.2 Random Walk was what is called Legacy since."""
+    method = str(getattr(node, name))
+    known = node.bl_rna.properties[name].enum_items
+    return LEGACY if method == WALK and LEGACY not in known else method
 
 
 def below(
@@ -66,7 +73,7 @@ def below(
     for name, given, typical in zip(names, entry, TYPICAL, strict=False):
         if not given.is_constant:
             notes.approximated(owner, "Subsurface", f"rays enter as by an {name} of {typical}")
-    factors = [PATH] * 3
+    factors = [1.0 if method == WALK else PATH] * 3
     if method == "BURLEY":
         notes.approximated(owner, "Subsurface", "rendered as by the method Random Walk")
     elif method == SKIN:
@@ -76,7 +83,7 @@ def below(
         factors = skin_paths(albedos, ior)
     paths = [factor * max(x, 0.0) for factor, x in zip(factors, far.rgb, strict=True)]
     numbers = {f"radius_{c}": path for c, path in zip("rgb", paths, strict=True)}
-    numbers["entry"] = 2.0 if method == SKIN else alpha
+    numbers["entry"] = 2.0 if method == SKIN else alpha + 4.0 if method == WALK else alpha
     parameters = {name: Value.of(x) for name, x in numbers.items()}
     parameters |= {"albedo": clipped(colour), "ior": Value.of(ior)}
     return Bsdf(lobes=(ShaderLobe("subsurface", clipped(colour), parameters),))
