@@ -120,7 +120,7 @@ void kernel() {
     bool goes_below = lobe.kind == float(SUBSURFACE);
     if (goes_below) from = place.position;
     goes_behind = goes_behind && !goes_below;
-    store_walk(Shape(goes_below ? shape.parameters : vec3(0.0), float(goes_below)));
+    store_walk(Walk(goes_below ? shape.parameters : vec3(0.0), float(goes_below)));
 #endif
 #ifdef TRANSPARENT
     if (is_straight) {

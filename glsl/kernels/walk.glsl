@@ -9,12 +9,12 @@ void kernel() {
     RayOrigin origin = load_origin();
     RayDirection ray = load_direction();
     Throughput carried = load_throughput();
-    Shape walk = load_walk();
+    Walk walk = load_walk();
     if (ray.direction == vec3(0.0)) skip();
-    if (walk.weight > 0.0) {
+    if (walk.goes > 0.0) {
         uint number = uint(pixel_number(load_pixel().at));
         int entered = int(origin.source);
-        Exit found = walk_below(origin.position, ray.direction, carried.throughput, entered, walk.parameters, number);
+        Exit found = walk_below(origin.position, ray.direction, carried.throughput, entered, walk.packed, number);
         if (!(largest(found.weight) > 0.0)) skip();
         origin = RayOrigin(offset_origin(found.position, found.normal, found.normal), NO_TRIANGLE);
         ray = RayDirection(-found.normal, reach_of(EXIT));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The walk below a surface of light that goes the other way, from where it comes out to where it went in: free flights,
 // all directions alike where they end, until one meets the surface again. Chiang, Kutz & Burley 2016, "Practical and
-// Controllable Subsurface Scattering for Production Path Tracing", with Cycles' fit of the albedo of one scattering.
+// Controllable Subsurface Scattering for Production Path Tracing", with what Cycles makes of the albedo.
 #define ONE_SURFACE
 #include "lib/bvh.glsl"
 #include "lib/sampling.glsl"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from addon.photon.backends.native_kernels import NativeTriangles, NativeWalk
-from addon.photon.kernels.records import PIXEL, RAY_DIRECTION, RAY_ORIGIN, SHAPE, THROUGHPUT
+from addon.photon.kernels.records import PIXEL, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, WALK
 from addon.photon.kernels.walk import Walk
 from addon.photon.stage.geometry import Mesh, frame_of
 from addon.photon.stage.upload import texels_of, upload_table
@@ -22,7 +22,7 @@ STREAMS = {
     "origin": RAY_ORIGIN,
     "direction": RAY_DIRECTION,
     "throughput": THROUGHPUT,
-    "walk": SHAPE,
+    "walk": WALK,
 }
 
 

@@ -65,14 +65,16 @@ def test_noise() -> None:
     found = error(statistics(0.2))
     assert found.noise == pytest.approx(0.2 / 8 / over(0.2 / 8), rel=1e-4)
     assert found.bias == 0.0 and found.total == found.noise
-    np.testing.assert_allclose(found.image, found.noise * BRIGHT, rtol=1e-4)
+    np.testing.assert_allclose(found.image, 0.2 / 8, rtol=1e-4)
 
 
 def test_what_a_speck_hides() -> None:
     """A pixel that one pass of many made bright is far off, not by as much as it is bright itself:
     up to what a few batches can tell."""
     for noise, expected in ((0.5, 0.5 / over(0.5)), (0.95, 0.95 / math.hypot(0.5, DARK))):
-        assert error(statistics(8 * noise)).noise == pytest.approx(expected, rel=1e-4)
+        found = error(statistics(8 * noise))
+        assert found.noise == pytest.approx(expected, rel=1e-4)
+        np.testing.assert_allclose(found.image, noise, rtol=1e-4)
 
 
 def test_what_is_left_of_a_speck() -> None:
@@ -103,7 +105,7 @@ def test_both() -> None:
     assert found.total == pytest.approx(
         math.hypot(0.2 / 8, 0.01 * EXTRAPOLATION) / over(0.2 / 8), rel=1e-4
     )
-    np.testing.assert_allclose(found.image, found.total * BRIGHT, rtol=1e-3)
+    np.testing.assert_allclose(found.image, math.hypot(0.2 / 8, 0.01 * EXTRAPOLATION), rtol=2e-3)
 
 
 def test_noise_is_no_bias() -> None:

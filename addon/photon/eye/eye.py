@@ -217,7 +217,8 @@ class Eye:
         return onward
 
     def _count_scattered(self, path: Path) -> Count | None:
-        """Scatter, and count the rays that are sent; None: some are taken to be.
+        """Scatter, follow what goes below surfaces, and count the rays that go on; None: some are
+        taken to.
 
         A GPU would wait while it is asked how many there are: it is not before the first bounce
         that sent none in a pass before.
@@ -225,7 +226,7 @@ class Eye:
         assert self._scatter
         pairs, last = path.at.rays(), self._walk or self._scatter
         draw, streams = self._draw(path), {**self.of(path), "throughput": path.throughput}
-        if self._walk:
+        if self._walk:  # what goes on is known after that
             launch(self._scatter, streams | _next(pairs), self._tables, draw)
             _swap(pairs)
             pairs = {name: pairs[name] for name in WALKED}

@@ -22,9 +22,9 @@ from ..kernels.records import (
     RADIANCE,
     RAY_DIRECTION,
     RAY_ORIGIN,
-    SHAPE,
     THROUGHPUT,
     TILT,
+    WALK,
 )
 from ..kernels.shade import GLOSSY, LOBES, POINT
 from ..photons.splats import Projection
@@ -65,7 +65,7 @@ class PathStreams:
         if needs.secondary_rays:
             twos["throughput"] = THROUGHPUT
         if needs.walk_defines:
-            ones["walk"] = SHAPE
+            ones["walk"] = WALK
         if needs.transparent:
             ones["first_chain"] = twos["chain"] = CHAIN
         if needs.media:

@@ -45,14 +45,15 @@ POOLED = 16
 class Error:
     """Root mean square errors of a picture; infinite while unknown, before eight passes.
 
-    Relative: each pixel's and channel's error over the root of x^2 + (DARK m)^2, of its value x and
-    the picture's mean m; the root of the mean of squares (the root of strict relMSE).
+    Relative: each pixel's and channel's error over the root of x^2 + (DARK m)^2, of its value x
+    without its own noise (LEAST_SQUARE) and the picture's mean m; the root of the mean of squares
+    (the root of strict relMSE). Of a denoised picture x is the plain one's.
     """
 
     noise: float  # from the variance between passes
     bias: float  # from the radius
-    # (h, w, 1) [W/(m^2 sr)], both together: over that root of the pixel's and the picture's mean
-    # brightness, its root mean square over the pixels is `total`. None: nobody asked for it.
+    # (h, w, 1) [W/(m^2 sr)], both together: its root mean square over the pixels, over that root of
+    # each one's brightness, is `total`. None: nobody asked for it.
     image: Floats | None
 
     @property
@@ -143,8 +144,11 @@ def error_with_image(
     image = np.empty((*changes.shape, 1), np.float32)
 
     def scaled(rows: slice) -> None:
-        brightness = combined[rows, :, :3].astype(np.float64).mean(axis=-1)
-        image[rows, :, 0] = np.sqrt(relative[rows]) * np.hypot(brightness, floor)
+        # What relative squares were over lacks them, down to LEAST_SQUARE.
+        square = np.square(combined[rows, :, :3].astype(np.float64).mean(axis=-1))
+        told = relative[rows] * (LEAST_SQUARE * square + floor**2)
+        most = relative[rows] / (1.0 + relative[rows]) * (square + floor**2)
+        image[rows, :, 0] = np.sqrt(np.maximum(told, most))
 
     in_blocks(combined.shape, scaled)
     return replace(error, image=image)

@@ -42,6 +42,10 @@ DIFFUSE = Record("Diffuse", {"albedo": "vec3", "flags": "float"})  # Lambert's l
 LOBE = Record("Lobe", {"colour": "vec3", "kind": "float"})  # kind 0: no lobe
 SHAPE = Record("Shape", {"parameters": "vec3", "weight": "float"})  # weight: see lobe_weight.glsl
 
+# What the walk of a ray depends on that goes below a surface (lib/packed_walk.glsl); goes 0: of one
+# that does not.
+WALK = Record("Walk", {"packed": "vec3", "goes": "float"})
+
 WAY = Record("Way", {"way": "vec3", "none": "float"})  # by which a surface moves [m]
 
 # Streams of light.

@@ -14,9 +14,9 @@ from .records import (
     RAY_DIRECTION,
     RAY_ORIGIN,
     SHADING,
-    SHAPE,
     THROUGHPUT,
     TRIANGLE,
+    WALK,
 )
 from .shade import GATHERED_LOBES, LOBES, SCATTERS
 
@@ -60,7 +60,7 @@ class Scatter(Kernel):
         "next_throughput": THROUGHPUT,
         "next_chain": When("TRANSPARENT", CHAIN),
         "next_medium": When("MEDIA", MEDIUM),
-        "walk": When("WALKS", SHAPE),  # of rays that go below surfaces; weight 0: of others
+        "walk": When("WALKS", WALK),
     }
     uniforms = {
         "seed": Uniform("uint"),

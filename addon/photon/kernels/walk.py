@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform
-from .records import NODE, PIXEL, RAY_DIRECTION, RAY_ORIGIN, SHAPE, THROUGHPUT, TRIANGLE
+from .records import NODE, PIXEL, RAY_DIRECTION, RAY_ORIGIN, THROUGHPUT, TRIANGLE, WALK
 
 
 class Walk(Kernel):
@@ -13,7 +13,7 @@ class Walk(Kernel):
         "origin": RAY_ORIGIN,
         "direction": RAY_DIRECTION,
         "throughput": THROUGHPUT,
-        "walk": SHAPE,
+        "walk": WALK,
     }
     outputs = {
         "next_direction": RAY_DIRECTION,

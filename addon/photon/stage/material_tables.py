@@ -52,10 +52,11 @@ def material_tables(
 
 
 def _fill_transmittance(row: Any, lobes: Sequence[Lobe], program: Compiled) -> None:
-    """What a row of MATERIAL says of the one transparent lobe that a material has."""
+    """What a row of MATERIAL says of a material's transparent lobes: what a program gives of one,
+    or else what all do together."""
     for lobe in lobes:
         if lobe.kind == TRANSPARENT:
-            row["transmittance"] = lobe.weight * np.array(lobe.colour)
+            row["transmittance"] += lobe.weight * np.array(lobe.colour)
             row["transmittance_from"] = program.codes(lobe.varying, "colour")
 
 

@@ -7,16 +7,14 @@ import bpy
 
 from ..graph import Graph
 from ..links import Scope
-from ..programs import Value
+from ..programs import ONE, Value
 from .procedural import choice, numbers, vector
 
 
 def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope) -> Value:
     """Read the colour, or its mean."""
-    result = graph.program.emit(
-        "magic",
-        vector=vector(graph, node, scope),
-        **numbers(graph, node, scope, "Scale", "Distortion"),
-        depth=choice(node.turbulence_depth),
-    )
+    at, given = vector(graph, node, scope), numbers(graph, node, scope, "Scale", "Distortion")
+    if bpy.app.version >= (5, 2):  # its period is that of what is scaled
+        at, given["scale"] = at * given["scale"], ONE
+    result = graph.program.emit("magic", vector=at, **given, depth=choice(node.turbulence_depth))
     return result if output.identifier == "Color" else result.part("w")

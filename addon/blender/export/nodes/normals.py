@@ -22,6 +22,10 @@ def read_normal_map(
 ) -> Value:
     """Read Normal Map."""
     in_tangents = node.space == "TANGENT"
+    is_moved = graph.undisplaced or graph.displaced
+    if in_tangents and is_moved and getattr(node, "base", "ORIGINAL") == "DISPLACED":
+        what = "of the surface as it was before it was displaced"
+        graph.notes.approximated(graph.owner, "Normal Map's Base", what)
     colour = graph.input(node, "Color", scope)
     if getattr(node, "convention", "OPENGL") == "DIRECTX":  # from Blender 5.2 on
         colour = combined(graph, colour.part("x"), ONE - colour.part("y"), colour.part("z"))

@@ -99,9 +99,9 @@ def _dielectric(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -
 
 
 def _glass(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:
-    tint = math("MAXIMUM", graph.input(node, "Specular Tint", scope), 0.0)
     if thin_wall.is_thin(graph, node, scope):
-        return thin_wall.glass(graph, node, scope, base, tint)
+        return thin_wall.glass(graph, node, scope, base)
+    tint = math("MAXIMUM", graph.input(node, "Specular Tint", scope), 0.0)
     return Bsdf(lobes=(glass(graph, node, scope, math("SQRT", clipped(base)), ALL, tint),))
 
 

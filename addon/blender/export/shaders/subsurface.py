@@ -13,8 +13,9 @@ from ..links import Scope
 from ..programs import Value
 from .bsdf import Bsdf, ShaderLobe, SpecularModel, clipped
 
-PATH = 0.25 / math.pi  # the mean free path of Cycles' walks, of a radius
+PATH = 0.25 / math.pi  # the mean free path of a radius, but by WALK, where it is the radius itself
 STEPS = 40  # of bisection
+MOST_ONWARD = 0.99
 LEAST_IOR, MOST_IOR = 1.01, 3.8
 TYPICAL = 1.4, 0.25  # index and alpha where nodes tell them
 WALK, SKIN, LEGACY = "RANDOM_WALK", "RANDOM_WALK_SKIN", "RANDOM_WALK_LEGACY"
@@ -24,9 +25,10 @@ def read(graph: Graph, node: bpy.types.Node, scope: Scope, model: SpecularModel)
     """Read the node's lobe."""
     far = graph.input(node, "Scale", scope) * graph.input(node, "Radius", scope)
     ior, rough = (graph.input(node, x, scope, y) for x, y in (("IOR", 1.4), ("Roughness", 1.0)))
-    colour = graph.input(node, "Color", scope)
-    _note_anisotropy(graph, graph.input(node, "Anisotropy", scope, 0.0))
-    return below(graph, colour, far, (ior, rough), _method(node, "falloff"), model)
+    colour, method = graph.input(node, "Color", scope), _method(node, "falloff")
+    onward = graph.input(node, "Anisotropy", scope, 0.0)
+    far = _as_if_even(graph, far, onward, colour, method)
+    return below(graph, colour, far, (ior, rough), method, model)
 
 
 def of_principled(
@@ -40,7 +42,8 @@ def of_principled(
         ior = graph.input(node, "Subsurface IOR", scope)
     rough = graph.input(node, "Roughness", scope)
     entry = ior, rough * rough
-    _note_anisotropy(graph, graph.input(node, "Subsurface Anisotropy", scope, 0.0))
+    onward = graph.input(node, "Subsurface Anisotropy", scope, 0.0)
+    far = _as_if_even(graph, far, onward, colour, method)
     return below(graph, colour, far, entry, method, SpecularModel.GGX)
 
 
@@ -75,7 +78,7 @@ def below(
             notes.approximated(owner, "Subsurface", f"rays enter as by an {name} of {typical}")
     factors = [1.0 if method == WALK else PATH] * 3
     if method == "BURLEY":
-        notes.approximated(owner, "Subsurface", "rendered as by the method Random Walk")
+        notes.approximated(owner, "Subsurface", "rendered as by the method Random Walk (Legacy)")
     elif method == SKIN:
         if not colour.is_constant:
             notes.approximated(owner, "Subsurface", "how far light goes is that of a grey of 0.5")
@@ -89,10 +92,20 @@ def below(
     return Bsdf(lobes=(ShaderLobe("subsurface", clipped(colour), parameters),))
 
 
-def _note_anisotropy(graph: Graph, anisotropy: Value) -> None:
-    if not anisotropy.is_just(0.0):
-        what = "all directions are alike to what scatters below"
-        graph.notes.approximated(graph.owner, "Subsurface Anisotropy", what)
+def _as_if_even(graph: Graph, far: Value, onward: Value, colour: Value, method: str) -> Value:
+    """How far light goes if it is scattered to all directions alike, and as it would that is
+    scattered by an anisotropy (similarity theory; Wyman, Patterson & Wilson 1989)."""
+    if onward.is_just(0.0):
+        return far
+    what = "all directions are alike to what scatters below"
+    graph.notes.approximated(graph.owner, "Subsurface Anisotropy", what)
+    if method != WALK or not onward.is_constant:
+        return far  # other methods' radii are of that already
+    albedo = clipped(colour) if colour.is_constant else Value.of(0.5)
+    root = math.sqrt  # s: of the share that is not scattered (glsl/lib/random_walk.glsl)
+    s = [4.20863 * x - root(9.59217 + 41.6808 * x + 17.7126 * x * x) + 4.09712 for x in albedo.rgb]
+    g = min(max(onward.number, -MOST_ONWARD), MOST_ONWARD)
+    return far * Value.of([(1.0 - g * x * x) / (1.0 - g) for x in s])
 
 
 def skin_paths(albedos: Sequence[float], ior: float) -> list[float]:
