@@ -14,7 +14,7 @@ void kernel() {
     if (walk.goes > 0.0) {
         uint number = uint(pixel_number(load_pixel().at));
         int entered = int(origin.source);
-        Exit found = walk_below(origin.position, ray.direction, carried.throughput, entered, walk.packed, number);
+        Exit found = walk_below(origin.position, ray.direction, carried.throughput, entered, walk.numbers, number);
         if (!(largest(found.weight) > 0.0)) skip();
         origin = RayOrigin(offset_origin(found.position, found.normal, found.normal), NO_TRIANGLE);
         ray = RayDirection(-found.normal, reach_of(EXIT));

@@ -44,7 +44,7 @@ SHAPE = Record("Shape", {"parameters": "vec3", "weight": "float"})  # weight: se
 
 # What the walk of a ray depends on that goes below a surface (lib/packed_walk.glsl); goes 0: of one
 # that does not.
-WALK = Record("Walk", {"packed": "vec3", "goes": "float"})
+WALK = Record("Walk", {"numbers": "vec3", "goes": "float"})
 
 WAY = Record("Way", {"way": "vec3", "none": "float"})  # by which a surface moves [m]
 
