@@ -34,6 +34,7 @@ def colour_of(lobe: Lobe) -> Any:
     return np.asarray(lobe.colour)
 
 
+@pytest.mark.thorough("0.5-", "-40")
 @pytest.mark.parametrize("angle", ANGLES)
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_values_and_densities(one_bench: Bench, alpha: float, angle: float) -> None:
@@ -48,6 +49,7 @@ def test_values_and_densities(one_bench: Bench, alpha: float, angle: float) -> N
     alike(alpha, found)
 
 
+@pytest.mark.thorough("0.5-", "-40-")
 @pytest.mark.parametrize("photon", [{}, {"PHOTON": 1}], ids=["eye", "photon"])
 @pytest.mark.parametrize("angle", ANGLES)
 @pytest.mark.parametrize("alpha", ALPHAS)
