@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .film.composite import composite, group_name
-from .film.error import DARK, Error
+from .film.error import DARK, Error, relative_squares
 from .film.resolver import Picture
 from .renderer import ALL_IMAGES, Parts, Renderer
 from .scene import Scene
@@ -112,8 +112,7 @@ def _error_of(
         return Error(math.inf, math.inf, image)
     brightness = np.abs(combined.mean(axis=-1))
     floor = DARK * (float(brightness.mean()) or 1.0)
-    relative = image[..., 0] / np.hypot(brightness, floor)
-    total = math.sqrt(float(np.square(relative).mean()))
+    total = math.sqrt(float(relative_squares(image[..., 0], brightness, floor).mean()))
     noise = math.hypot(*(error.noise for error in errors))
     bias = math.hypot(*(error.bias for error in errors))
     scale = total / (math.hypot(noise, bias) or 1.0)

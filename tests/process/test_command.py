@@ -20,7 +20,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from addon.photon.film.error import DARK
+from addon.photon.film.error import DARK, relative_squares
 from addon.photon.scene import Scene
 from tests.scenes import Builder, cornell
 
@@ -95,8 +95,8 @@ def test_noise_threshold(scene: Path) -> None:
     assert header["photon_stream.version"] and header["photon_stream.device"]
     assert f"{found['passes']:.0f} passes, Error {100 * found['error']:.2g} % (" in result.stdout
     combined = np.mean([channels[f"ViewLayer.Combined.{c}"] for c in "RGB"], axis=0)
-    relative = channels["ViewLayer.Error.X"] / np.hypot(combined, DARK * combined.mean())
-    assert np.sqrt(np.mean(relative**2)) == pytest.approx(found["error"], rel=1e-3)
+    squares = relative_squares(channels["ViewLayer.Error.X"], combined, DARK * combined.mean())
+    assert np.sqrt(np.mean(squares)) == pytest.approx(found["error"], rel=1e-3)
 
 
 def test_picture_is_named_after_the_scene(scene: Path) -> None:

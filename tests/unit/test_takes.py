@@ -12,6 +12,7 @@ import pytest
 from addon.photon.backends.backend import backend_of
 from addon.photon.errors import SceneError
 from addon.photon.film.composite import composite
+from addon.photon.film.error import relative_squares
 from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
 from addon.photon.scene import (
@@ -196,7 +197,7 @@ def test_what_is_put_together(device: Device) -> None:
     assert info["photons"] == 4 * 8 * 2000 and counts["combine_all"] == 4 * 8
     brightness = whole.mean(axis=-1)
     floor = 0.1 * np.abs(brightness).mean()
-    told = np.sqrt(np.square(found[0]["Error"][..., 0] / np.hypot(brightness, floor)).mean())
+    told = np.sqrt(relative_squares(found[0]["Error"][..., 0], brightness, floor).mean())
     assert error.total == pytest.approx(told, rel=1e-5) and 0.0 < error.total < 1.0
 
 

@@ -52,8 +52,8 @@ class Error:
 
     noise: float  # from the variance between passes
     bias: float  # from the radius
-    # (h, w, 1) [W/(m^2 sr)], both together: its root mean square over the pixels, over that root of
-    # each one's brightness, is `total`. None: nobody asked for it.
+    # (h, w, 1) [W/(m^2 sr)], both together, of which `relative_squares` makes `total`. None: nobody
+    # asked for it.
     image: Floats | None
 
     @property
@@ -144,7 +144,7 @@ def error_with_image(
     image = np.empty((*changes.shape, 1), np.float32)
 
     def scaled(rows: slice) -> None:
-        # What relative squares were over lacks them, down to LEAST_SQUARE.
+        # As relative_squares, the other way round.
         square = np.square(combined[rows, :, :3].astype(np.float64).mean(axis=-1))
         told = relative[rows] * (LEAST_SQUARE * square + floor**2)
         most = relative[rows] / (1.0 + relative[rows]) * (square + floor**2)
@@ -152,6 +152,14 @@ def error_with_image(
 
     in_blocks(combined.shape, scaled)
     return replace(error, image=image)
+
+
+def relative_squares(image: Floats, brightness: Floats, floor: float) -> Floats:
+    """The squares (h, w) of which `total` is the root of the mean, of the image of an error (h, w)
+    and the picture's brightness."""
+    errors, squares = np.square(image), np.square(brightness)
+    found: Floats = errors / (np.maximum(squares - errors, LEAST_SQUARE * squares) + floor**2)
+    return found
 
 
 class ErrorParts(NamedTuple):
