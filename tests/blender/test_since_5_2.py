@@ -102,3 +102,19 @@ def test_a_sheet_by_nodes_is_said(convert) -> None:
     checks = add_node(tree, "ShaderNodeTexChecker")
     tree.links.new(checks.outputs["Fac"], tree.nodes["Principled BSDF"].inputs["Thin Wall"])
     assert "Thin Wall by nodes" in features(convert(material)[1], "approximated")
+
+
+def test_constants_that_nodes_hold(convert) -> None:
+    """Vector, which stands for what Blender has worked out, too, Integer and Boolean."""
+    material = shader_material("ShaderNodeBsdfDiffuse")
+    tree = material.node_tree
+    found = []
+    for name, value in (("Vector", (0.1, 0.5, 0.9)), ("Boolean", True), ("Int", 1)):
+        node = tree.nodes.new(f"FunctionNodeInput{name.replace('Boolean', 'Bool')}")
+        setattr(node, {"Int": "integer"}.get(name, name.lower()), value)
+        tree.links.new(node.outputs[0], tree.nodes["Diffuse BSDF"].inputs["Color"])
+        converted, report = convert(material)
+        assert features(report, "approximated") == []
+        found.append(converted.diffuse)
+    assert found[0] == pytest.approx((0.1, 0.5, 0.9))
+    assert found[1] == found[2] == (1.0, 1.0, 1.0)
