@@ -14,9 +14,8 @@ use crate::packing::{flux_with_direction, pack_direction};
 use crate::portals::{Portal, Portals};
 use crate::random::{DIMENSION_REFLECT, random4};
 use crate::trace::{T_MAX, Tree};
-use crate::vector::{Vector, dot, from_frame, normal_of, point_in};
-use crate::watertight::SURFACE_OFFSET;
-use crate::watertight::{Hit, Ray};
+use crate::vector::{Vector, dot, from_frame, largest, normal_of, point_in};
+use crate::watertight::{Hit, Ray, lift_at};
 use crate::wide::Stack;
 
 const FIRST_HIT: f32 = 0.5; // as in glsl/kernels/projector.glsl
@@ -261,8 +260,7 @@ fn reflect(
     if dot(outgoing, surface.geometric) <= 0.0 || largest(flux) <= 0.0 {
         return None;
     }
-    let far = surface.position.iter().fold(1.0, |m: f32, x| m.max(x.abs()));
-    let lift = SURFACE_OFFSET * far;
+    let lift = lift_at(surface.position);
     Some(Photon {
         origin: std::array::from_fn(|k| surface.position[k] + surface.geometric[k] * lift),
         source: position,
@@ -299,8 +297,4 @@ fn mean(v: Vector) -> f32 {
 /// colour.glsl: what a colour leaves of a flux, in the mean of its channels.
 fn share_left(flux: Vector, colour: Vector) -> f32 {
     mean(std::array::from_fn(|k| flux[k] * colour[k])) / mean(flux).max(1.0e-30)
-}
-
-fn largest(v: Vector) -> f32 {
-    v[0].max(v[1].max(v[2]))
 }

@@ -13,6 +13,10 @@ pub(crate) fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+pub(crate) fn largest(v: Vector) -> f32 {
+    v[0].max(v[1].max(v[2]))
+}
+
 pub(crate) type Vector64 = [f64; 3];
 
 pub(crate) fn dot64(a: Vector64, b: Vector64) -> f64 {

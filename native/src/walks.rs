@@ -3,11 +3,12 @@
 
 use rayon::prelude::*;
 
+use crate::emission::direction_from_versine;
 use crate::lanes::{Lanes, widest};
 use crate::random::{DIMENSION_WALK, even_over_passes, random4};
 use crate::trace::{EXIT, T_MAX, Tree};
-use crate::vector::{Vector, dot, normal_of, point_in, sin_cos_of_turns};
-use crate::watertight::{Ray, SURFACE_OFFSET};
+use crate::vector::{Vector, dot, largest, normal_of, point_in};
+use crate::watertight::{Ray, lift_at};
 use crate::wide::Stack;
 
 // Of glsl/lib/random_walk.glsl.
@@ -224,7 +225,7 @@ impl Walker<'_> {
             if flight == 0 {
                 u[1] = (walk as f32 + u[1]) / WALKS_A_RAY as f32;
             } else {
-                direction = direction_of(u[2], u[3]);
+                direction = direction_from_versine(2.0 * u[2], u[3]);
             }
             let far = -(1.0 - u[1]).ln() / inside.extinction[inside.channel];
             let corners = self.corners;
@@ -267,23 +268,6 @@ fn drop_last([x, y, z, _]: [f32; 4]) -> Vector {
 
 fn with([x, y, z]: Vector, last: f32) -> [f32; 4] {
     [x, y, z, last]
-}
-
-fn largest(v: Vector) -> f32 {
-    v[0].max(v[1]).max(v[2])
-}
-
-/// How far rays are lifted off a surface.
-fn lift_at(position: Vector) -> f32 {
-    SURFACE_OFFSET * position.iter().fold(1.0, |most: f32, x| most.max(x.abs()))
-}
-
-/// All directions alike.
-fn direction_of(u: f32, turns: f32) -> Vector {
-    let versine = 2.0 * u;
-    let sine = (versine * (2.0 - versine)).max(0.0).sqrt();
-    let (sin, cos) = sin_cos_of_turns(turns);
-    [sine * cos, sine * sin, 1.0 - versine]
 }
 
 /// glsl/lib/packed_walk.glsl

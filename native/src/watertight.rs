@@ -9,6 +9,11 @@ use crate::lanes::{Lanes, Row};
 /// How far rays are lifted off a surface that they leave (glsl/lib/constants.glsl).
 pub(crate) const SURFACE_OFFSET: f32 = 1.0e-6;
 
+/// The same at a position, farther out the more.
+pub(crate) fn lift_at(position: [f32; 3]) -> f32 {
+    SURFACE_OFFSET * position.iter().fold(1.0, |most: f32, x| most.max(x.abs()))
+}
+
 pub type Triangle = [[f32; 3]; 3];
 
 /// The largest component of a direction must lie within [1 / LIMIT, LIMIT].

@@ -57,7 +57,8 @@ def _fill_transmittance(row: Any, lobes: Sequence[Lobe], program: Compiled) -> N
     for lobe in lobes:
         if lobe.kind == TRANSPARENT:
             row["transmittance"] += lobe.weight * np.array(lobe.colour)
-            row["transmittance_from"] = program.codes(lobe.varying, "colour")
+            code = program.codes(lobe.varying, "colour")
+            row["transmittance_from"] = code or row["transmittance_from"]
 
 
 def _fill_lobe(row: Any, lobe: Lobe, program: Compiled, metre: float) -> None:

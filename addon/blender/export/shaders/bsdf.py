@@ -207,6 +207,12 @@ def is_smooth(parameters: Mapping[str, Value]) -> bool:
     return not (parameters["alpha_x"] * parameters["alpha_y"]).may_exceed(SMOOTH)
 
 
+def head_on(ior: Value) -> Value:
+    """A dielectric's reflectance at normal incidence (Fresnel)."""
+    root = (ior - 1.0) / (ior + 1.0)
+    return root * root
+
+
 def clipped(colour: Value) -> Value:
     """Colours as Cycles clamps reflectances."""
     return colour.clamp(*UNIT)

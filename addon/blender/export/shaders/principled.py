@@ -20,6 +20,7 @@ from .bsdf import (
     ShaderLobe,
     SpecularModel,
     clipped,
+    head_on,
     note_anisotropy,
     note_thin_film,
     phong_of,
@@ -79,12 +80,6 @@ def over_diffuse(base: Value, f0: Value, ior: Value, parameters: Mapping[str, Va
     """A dielectric's lobe, of a reflectance head-on, over a diffuse albedo."""
     given = {**parameters, "ior": ior}
     return Bsdf(lobes=(ShaderLobe("ggx_dielectric", f0, given, covered=base),))
-
-
-def head_on(ior: Value) -> Value:
-    """A dielectric's reflectance at normal incidence (Fresnel)."""
-    root = (ior - 1.0) / (ior + 1.0)
-    return root * root
 
 
 def _dielectric(graph: Graph, node: bpy.types.Node, scope: Scope, base: Value) -> Bsdf:

@@ -13,7 +13,16 @@ from ..nodes.attributes import here
 from ..nodes.views import reflected
 from ..programs import ONE, Value, math, mix
 from . import bsdf, diffuse, microfacets
-from .bsdf import Bsdf, ShaderLobe, SpecularModel, clipped, roughness_of, surface_of, transparent
+from .bsdf import (
+    Bsdf,
+    ShaderLobe,
+    SpecularModel,
+    clipped,
+    head_on,
+    roughness_of,
+    surface_of,
+    transparent,
+)
 
 LEAST = 1e-6  # of a divisor
 
@@ -63,12 +72,11 @@ def _shares(
     # On the back the instruction turns the index round; a sheet has none.
     fresnel = reflected(graph, node, scope, mix(ior, 1.0 / ior, here(graph, "backfacing")))
     at_once, cosine = fresnel.part("x"), fresnel.part("w")
-    root = (ior - 1.0) / (ior + 1.0)
-    head_on = root * root
+    least = head_on(ior)
     tint = math("MAXIMUM", graph.input(node, "Specular Tint", scope), 0.0)
     if not tint.is_just(1.0):
-        rest = math("MAXIMUM", 1.0 - head_on, LEAST)
-        at_once = mix(head_on * tint, ONE, ((at_once - head_on) / rest).clamp())
+        rest = math("MAXIMUM", 1.0 - least, LEAST)
+        at_once = mix(least * tint, ONE, ((at_once - least) / rest).clamp())
     inside = 1.0 - (1.0 - cosine * cosine) / (ior * ior)
     kept = math("POWER", clipped(base), 1.0 / math("SQRT", math("MAXIMUM", inside, LEAST)))
     in_turn = at_once * kept
