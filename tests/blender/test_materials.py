@@ -226,10 +226,12 @@ def test_without_material_output_is_black_as_in_cycles(convert, scene, cycles, o
     assert (cycles() == (0.0, 0.0, 0.0, 1.0)).all()  # opaque
 
 
-def test_of_two_outputs_that_of_cycles_counts(convert, scene, cycles) -> None:
-    """Before one for all renderers, though that is the active one."""
+@pytest.mark.parametrize("other", ["ALL", "EEVEE"])
+def test_of_two_outputs_that_of_cycles_counts(convert, scene, cycles, other) -> None:
+    """Before one for all renderers or another one, though that is the active one."""
     material, tree = new_material()
     finish(tree, add_node(tree, DIFFUSE, Color=(0.1, 0.1, 0.1, 1.0)))
+    tree.nodes[0].target = other
     own = tree.nodes.new("ShaderNodeOutputMaterial")
     own.target, own.is_active_output = "CYCLES", False
     tree.nodes[0].is_active_output = True
@@ -239,6 +241,7 @@ def test_of_two_outputs_that_of_cycles_counts(convert, scene, cycles) -> None:
     assert converted.diffuse == (0.0, 0.0, 0.0)
     assert converted.emission == pytest.approx(RED[:3])
     assert features(report, "exact") == ["Shader"]
+    assert len(bpy.data.materials) == 1 and tree.nodes[0].target == other
     scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 1.0
     np.testing.assert_allclose(cycles()[0, 0], RED, rtol=1e-4)
 

@@ -193,10 +193,29 @@ def resolved(
     Blender has put groups, zones, menus, closures, bundles and what is muted aside."""
     if not hasattr(whose, "inline_shader_nodes"):
         return whose.node_tree, None
-    holder = whose.inline_shader_nodes()
+    with _for_all_renderers(whose) as shared:
+        holder = shared.inline_shader_nodes()
     for node in holder.node_tree.nodes:
         node.name = NUMBERED.sub("", node.name)
     return holder.node_tree, holder
+
+
+@contextmanager
+def _for_all_renderers(whose: Any) -> Iterator[Any]:
+    """It, or for a while a copy of it of which Cycles' output is that of all renderers: from
+    Blender 5.2 on nothing else is left of others."""
+    nodes = whose.node_tree.nodes if whose.node_tree else ()
+    if bpy.app.version < (5, 2) or all(getattr(x, "target", "ALL") != "CYCLES" for x in nodes):
+        yield whose
+        return
+    copy = whose.copy()
+    try:
+        for node in copy.node_tree.nodes:
+            if hasattr(node, "target"):
+                node.target = "ALL" if node.target == "CYCLES" else "EEVEE"
+        yield copy
+    finally:
+        bpy.data.batch_remove((copy,))
 
 
 def converted(value: Value, given: str, wanted: str) -> Value:

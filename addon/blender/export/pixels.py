@@ -23,13 +23,16 @@ from .texels import (
     halved,
     is_grey,
     is_opaque,
+    restore,
     separate,
 )
 
 READ = 16 + 4  # [bytes] of a pixel while it is read: floats, and what becomes of them
 # Formats of floats, which Cycles reads as such; others with more than 8 bits have integers.
 FLOATS = ("OPEN_EXR", "OPEN_EXR_MULTILAYER", "HDR")
-# Formats that Cycles takes to hold colours not multiplied by alpha, whatever Alpha Mode says.
+# Cycles multiplies by alpha what Alpha Mode says is straight, and nothing else.
+BELIEVES_ALPHA_MODE = bpy.app.version >= (5, 2)
+# Formats that it took before to hold colours not multiplied by alpha, whatever Alpha Mode says.
 STRAIGHT = ("PNG", "TARGA", "TARGA_RAW", "DDS", "WEBP", "PSD", "BMP")
 
 
@@ -109,22 +112,28 @@ def file_of(image: bpy.types.Image) -> str:
 class _Alpha:
     """What becomes of an image's alpha."""
 
-    ignored: bool
-    times: int  # how often Cycles multiplies colours that are not multiplied by it
+    ignored: bool = False
+    converted: bool = False  # colours are divided by it to be converted, and multiplied again
+    restored: bool = False  # Blender has divided what the file holds, and Cycles reads
+    times: int = 0  # how often Cycles' colours are straight ones multiplied by it
 
     @staticmethod
     def of(image: bpy.types.Image, space: Space, is_file: bool) -> _Alpha:
         """As Cycles does: it reads files itself, and has its own word on those."""
         mode, kind = image.alpha_mode, image.file_format
         if mode == "NONE" or mode == "CHANNEL_PACKED" or space is Space.DATA:
-            return _Alpha(mode == "NONE", 0)
+            return _Alpha(mode == "NONE")
+        is_multiplied = mode == "PREMUL"
         if not is_file:
-            return _Alpha(False, 1)
-        if kind in FLOATS:
-            return _Alpha(False, 1 if mode == "PREMUL" else 0)
-        if kind == "PNG" and _has_two_channels(file_of(image)):
-            return _Alpha(False, 1 if mode == "PREMUL" else 0)
-        return _Alpha(False, 2 if mode == "PREMUL" and kind in STRAIGHT else 1)
+            times = 1
+            if BELIEVES_ALPHA_MODE:  # and not that Blender's own floats are multiplied, bytes not
+                times = int(image.is_float) + int(not is_multiplied)
+            return _Alpha(converted=True, times=times)
+        times = 2 if is_multiplied and kind in STRAIGHT and not BELIEVES_ALPHA_MODE else 1
+        is_left = kind in FLOATS and not BELIEVES_ALPHA_MODE
+        if is_left or (kind == "PNG" and _has_two_channels(file_of(image))):
+            times = int(is_multiplied)
+        return _Alpha(converted=True, restored=is_multiplied, times=times)
 
 
 def _has_two_channels(path: str) -> bool:
@@ -142,16 +151,15 @@ def _of_bytes(
     if alpha.ignored:
         floats[..., 3] = 1.0
     if space is Space.OTHER:
-        cut_to_half(floats, alpha.times, is_rounded=is_file)
+        cut_to_half(floats, alpha.times, alpha.restored, alpha.converted, is_rounded=is_file)
         if to_linear(image.colorspace_settings.name, floats.reshape(-1, 4)):
-            if alpha.times:
+            if alpha.converted:
                 floats[..., :3] *= floats[..., 3:]
             return as_floats(floats, exactly=False), False, False
     pixels = as_integers(floats, np.uint8)
     if alpha.times and not is_opaque(pixels):
-        if alpha.times > 1:  # Blender has divided them
-            associate(pixels, is_rounded=True)
-        associate(pixels)
+        for time in range(alpha.times):
+            associate(pixels, restores=alpha.restored and time == 0)
     return pixels, space in (Space.SRGB, Space.OTHER), space is Space.OTHER
 
 
@@ -163,7 +171,7 @@ def _of_floats(
     alpha = _Alpha.of(image, space, is_file)
     if alpha.ignored:
         floats[..., 3] = 1.0
-    is_multiplied = image.alpha_mode in ("STRAIGHT", "PREMUL") and space is not Space.DATA
+    is_multiplied = alpha.converted
     is_srgb = is_file and space is Space.SRGB
     is_integer = is_file and image.file_format not in FLOATS and space is not Space.OTHER
     if is_multiplied and (is_srgb or is_integer or not alpha.times):
@@ -171,16 +179,16 @@ def _of_floats(
         is_multiplied = False
     if is_srgb:
         code_srgb(floats)
-    times = 0 if is_multiplied else alpha.times
-    if is_integer:
-        for _ in range(times - 1):
-            floats[..., :3] *= floats[..., 3:]
-        if _is_within_one(floats):
-            pixels = as_integers(floats, np.uint16)
-            if times and not is_opaque(pixels):
+    times = alpha.times - is_multiplied
+    if alpha.restored and times:
+        restore(floats)
+        times -= 1
+    if is_integer and _is_within_one(floats):
+        pixels = as_integers(floats, np.uint16)
+        if not is_opaque(pixels):
+            for _ in range(times):
                 associate(pixels)
-            return pixels, is_srgb
-        times = min(times, 1)
+        return pixels, is_srgb
     for _ in range(times):
         floats[..., :3] *= floats[..., 3:]
     return as_floats(floats, exactly=space is Space.DATA), is_srgb

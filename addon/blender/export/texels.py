@@ -56,12 +56,13 @@ def is_opaque(pixels: NDArray[Any]) -> bool:
     return bool(pixels[..., 3].min() == np.iinfo(pixels.dtype).max)
 
 
-def associate(pixels: NDArray[Any], is_rounded: bool = False) -> None:
-    """Multiply colours by alpha in place; what is left over is cut off, as in Cycles."""
+def associate(pixels: NDArray[Any], restores: bool = False) -> None:
+    """Multiply colours by alpha in place; what is left over is cut off, as in Cycles. `restores`:
+    what Blender has divided, and rounded; where alpha is 0 it has forgotten it."""
     flat = pixels.reshape(-1, 4)
     most = np.iinfo(pixels.dtype).max
     wide = np.uint16 if most == 255 else np.uint32
-    half = wide(most // 2 if is_rounded else 0)
+    half = wide(most // 2 if restores else 0)
 
     def multiply(strip: slice) -> None:
         part: NDArray[Any] = flat[strip].astype(wide)
@@ -73,7 +74,13 @@ def associate(pixels: NDArray[Any], is_rounded: bool = False) -> None:
 def separate(floats: Floats) -> None:
     """Divide colours by alpha in place, where there is any."""
     alpha = floats[..., 3:]
-    floats[..., :3] /= np.where((alpha <= 0.0) | (alpha == 1.0), np.float32(1.0), alpha)
+    floats[..., :3] /= np.where(alpha <= 0.0, np.float32(1.0), alpha)
+
+
+def restore(floats: Floats) -> None:
+    """Multiply what was separated."""
+    alpha = floats[..., 3:]
+    floats[..., :3] *= np.where(alpha <= 0.0, np.float32(1.0), alpha)
 
 
 def code_srgb(floats: Floats) -> None:
@@ -86,19 +93,25 @@ def code_srgb(floats: Floats) -> None:
     by_strips(code, len(flat))
 
 
-def cut_to_half(floats: Floats, times: int, is_rounded: bool) -> None:
-    """Multiply colours by alpha so often, and divide them by it again, in place, with no more bits
-    than a half number has: Cycles' way to what it converts. Logarithmic spaces show the bits."""
+def cut_to_half(
+    floats: Floats, times: int, restores: bool, separates: bool, is_rounded: bool
+) -> None:
+    """Multiply colours by alpha so often, the first time to restore them, and divide them by it
+    again, in place, with no more bits than a half number has: Cycles' way to what it converts.
+    Logarithmic spaces show the bits."""
     flat = floats.reshape(-1, 4)
 
     def cut(strip: slice) -> None:
         part = flat[strip]
         if is_rounded:
             part[:] = part.astype(np.float16)
-        for _ in range(times):
-            part[:, :3] *= part[:, 3:]
+        for time in range(times):
+            if restores and time == 0:
+                restore(part)
+            else:
+                part[:, :3] *= part[:, 3:]
         part.view(np.uint32)[:] &= np.uint32(0xFFFFE000)
-        if times:
+        if separates:
             separate(part)
 
     by_strips(cut, len(flat))

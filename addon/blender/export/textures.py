@@ -24,6 +24,7 @@ from .working_space import working_space
 # [bytes] of pixels that are kept between exports: what Blender has read need not be read again.
 KEPT = 1 << 30
 MAGENTA = np.array([[[255, 0, 255, 255]]], np.uint8)  # what Cycles puts where an image is missing
+MISSING_IS_ENDLESS = bpy.app.version >= (5, 2)  # clipped or not
 
 
 class Found(NamedTuple):
@@ -121,7 +122,7 @@ class TextureTable:
         first = textures[0]
         is_same = first.pixels.shape[:2] == (1, 1) and not is_tiled
         is_gone = all(texture.pixels is MAGENTA for texture in textures)  # as beside the tiles
-        if (is_same or is_gone) and not clips:
+        if (is_gone and MISSING_IS_ENDLESS) or ((is_same or is_gone) and not clips):
             most = 1.0 if first.pixels.dtype.kind == "f" else np.iinfo(first.pixels.dtype).max
             texel = first.pixels[0, 0] / most
             four = texel if len(texel) == 4 else np.append(np.repeat(texel, 3), 1.0)

@@ -94,7 +94,7 @@ def read_coordinate(
         case "Generated":
             return attribute(graph, GENERATED)
         case "Normal":
-            return here(graph, "object normal there")
+            return _object_normal(graph)
         case "UV":
             return attribute(graph, UV, "")
         case "Object" if node.object is not None:
@@ -108,6 +108,22 @@ def read_coordinate(
             return in_window(graph)
     normal, incoming = here(graph, "normal"), here(graph, "incoming")
     return 0.0 - vector(graph, "REFLECT", incoming, normal, ZERO)
+
+
+def _object_normal(graph: Graph) -> Value:
+    """The normal in the object's space; beside the point, from Blender 5.2 on, as far on the
+    straight way to that of a whole footprint beside it."""
+    what = "object normal there"
+    width = max(graph.program.shift)
+    if width == 0.0 or graph.volume or bpy.app.version < (5, 2):
+        return here(graph, what)
+    which = Value.of(GEOMETRY[what])
+    whole = (*(float(x > 0.0) for x in graph.program.shift), 0.0, 0.0)
+    here_, there = (
+        graph.program.emit("geometry", which=which, shift=Value.of(shift))
+        for shift in ((0.0, 0.0, 0.0, 0.0), whole)
+    )
+    return normalized(graph, here_ + (there - here_) * width)
 
 
 def in_camera(graph: Graph) -> Value:

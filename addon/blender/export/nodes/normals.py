@@ -10,7 +10,7 @@ from ..graph import Graph
 from ..links import Scope, linked
 from ..programs import ONE, ZERO, Value, value
 from .attributes import NORMAL, TANGENT, UNDISPLACED, attribute, here
-from .mapping import in_space
+from .mapping import in_space, normalized
 from .vectors import combined
 
 SPACES = {"TANGENT": 0, "OBJECT": 1, "WORLD": 2, "BLENDER_OBJECT": 3, "BLENDER_WORLD": 4}
@@ -29,11 +29,14 @@ def read_normal_map(
     colour = graph.input(node, "Color", scope)
     if getattr(node, "convention", "OPENGL") == "DIRECTX":  # from Blender 5.2 on
         colour = combined(graph, colour.part("x"), ONE - colour.part("y"), colour.part("z"))
+    normal = attribute(graph, NORMAL) if in_tangents else ZERO
+    if in_tangents and bpy.app.version >= (5, 2):
+        normal = normalized(graph, normal)
     return graph.program.emit(
         "normal_map",
         colour=colour,
         tangent=attribute(graph, TANGENT, node.uv_map) if in_tangents else ZERO,
-        normal=attribute(graph, NORMAL) if in_tangents else ZERO,
+        normal=normal,
         strength=graph.input(node, "Strength", scope),
         space=Value.of(SPACES[node.space]),
     )
