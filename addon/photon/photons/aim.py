@@ -24,7 +24,6 @@ from .starts import (
     ENOUGH_PHOTONS,
     Starts,
     even_shares,
-    groups_of,
     proposed,
     starts_by,
     variance,
@@ -96,7 +95,7 @@ class Aiming:
         self._seeks = sees_no_lamp(mesh, tables, eye)
         self._is_outside = tables.distant_lights > 0
         self._misses = self._is_rare = False
-        fluxes = [tables.by_flux[group].sum() for group in groups_of(tables)]
+        fluxes = [tables.by_flux[group].sum() for group in tables.light_groups]
         outshone = bool(fluxes) and max(fluxes) > OUTSHINES * min(fluxes)
         late = 1 if len(fluxes) > 1 else PASSES_OF_ONE
         at_once = at_once or outshone or tables.distant_lights > 0 or self._seeks
@@ -195,7 +194,7 @@ class Aiming:
 
     @property
     def _first_photons(self) -> int:
-        return min(FIRST_PHOTONS * len(groups_of(self._tables)), MOST_FIRST)
+        return min(FIRST_PHOTONS * len(self._tables.light_groups), MOST_FIRST)
 
     def _trace(self, starts: Starts, at: int, view: View, photons: int) -> Importance | None:
         self._use(starts)
@@ -235,7 +234,7 @@ class Aiming:
         counted = np.zeros(count)
         if importance:
             counted += np.bincount(importance.light, importance.mass > 0.0, count)
-        groups = groups_of(tables)
+        groups = tables.light_groups
         least = RARELY_LAND * self._first_photons / max(len(groups), 1)
         near = (group for group in groups if group[0] >= tables.distant_lights)
         lone = (int(group[0]) for group in near if len(group) == 1)
@@ -261,7 +260,7 @@ class Aiming:
             assert afar.aims
             aims |= afar.aims.by_light
         if not (missing or aims or tables.distant_lights):
-            missing = frozenset(int(group[0]) for group in groups_of(tables) if len(group) == 1)
+            missing = frozenset(int(group[0]) for group in tables.light_groups if len(group) == 1)
         if missing:
             given = self._mapper, tables, view, self._seed, TOWARD_PASS
             aims |= aims_toward(*given, sorted(missing), self._use)

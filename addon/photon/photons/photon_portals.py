@@ -51,10 +51,9 @@ def sees_no_lamp(mesh: Mesh, tables: Tables, eye: list[float] | None) -> bool:
     far, triangle = mesh.meet(origins, directions).astype(np.float64).T[:2]
     met = (origins + (far - LIFT)[:, None] * directions)[triangle > 0.0]
     strongest = near[np.argsort(-tables.by_flux[near], kind="stable")[:MOST_ASKED]]
-    lit = np.zeros(len(met), bool)
-    for lamp in tables.lights["position"][strongest].astype(np.float64):
-        lit |= sees_lamp(mesh, met, lamp)
-    return len(met) > 0 and bool(lit.mean() < LIT)
+    lamps = tables.lights["position"][strongest].astype(np.float64)
+    lit = sees_lamp(mesh, np.tile(met, (len(lamps), 1)), np.repeat(lamps, len(met), axis=0))
+    return len(met) > 0 and bool(lit.reshape(len(lamps), -1).any(axis=0).mean() < LIT)
 
 
 def portals_by(mapper: Mapper, tables: Tables, view: View, index: int) -> NDArray[Any]:
@@ -171,7 +170,7 @@ def _found(landed: _Landed, totals: Doubles) -> NDArray[Any]:
 
 
 def sees_lamp(mesh: Mesh, places: Doubles, lamp: Doubles) -> NDArray[np.bool_]:
-    """(n,) from which places a lamp is seen."""
+    """(n,) from which places a lamp is seen, one (3,) or each its own (n, 3)."""
     away = lamp - places
     far = np.linalg.norm(away, axis=1)
     directions = away / np.maximum(far, 1e-20)[:, None]

@@ -12,15 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import photon_stream_native as native
-from numpy.typing import NDArray
 
 from ..stage.aims import Aim, Aims
-from ..stage.light_tree import in_order
 from ..stage.tables import Tables
 from .importance import Importance, closest_to
 from .view import Doubles, View
 
-MOST_GROUPS = 16  # of lights, whose importance is measured apart
 # What these photons have not met must be found by others: at least so many start by flux alone, and
 # at most, for places that no light reaches are none to wait for.
 LEAST_PLAIN, MOST_PLAIN = 0.25, 0.5
@@ -36,23 +33,9 @@ class Starts:
     aims: Aims | None
 
 
-def groups_of(tables: Tables) -> list[NDArray[np.intp]]:
-    """The lights that photons may start at, by what is close together; those afar each alone."""
-    lights = tables.lights
-    used = np.flatnonzero(tables.by_flux > 0.0)
-    if len(used) <= MOST_GROUPS:
-        return [used[i : i + 1] for i in range(len(used))]
-    distant = used[used < tables.distant_lights]
-    near = used[len(distant) :]
-    near = near[in_order(lights["position"][near].astype(np.float64))]
-    alone = [distant[i : i + 1] for i in range(len(distant))]
-    alone = [distant] if len(distant) > MOST_GROUPS // 2 else alone
-    return [*alone, *np.array_split(near, MOST_GROUPS - len(alone))]
-
-
 def even_shares(tables: Tables) -> Doubles:
     """As many photons of each group of lights, and within it by flux."""
-    groups, shares = groups_of(tables), np.zeros(len(tables.by_flux))
+    groups, shares = tables.light_groups, np.zeros(len(tables.by_flux))
     for group in groups:
         shares[group] = tables.by_flux[group] / tables.by_flux[group].sum() / len(groups)
     return shares
@@ -63,7 +46,7 @@ def starts_by(importance: Importance, tables: Tables, view: View, are_aimed: boo
     least = max(LEAST_PLAIN, 1.0 - importance.known)
     aims = _aims_by(importance, tables, view, min(least, MOST_PLAIN)) if are_aimed else {}
     moments = _moments(importance, tables, aims)
-    flux, groups = tables.by_flux, groups_of(tables)
+    flux, groups = tables.by_flux, tables.light_groups
     of_group = np.array([flux[group].sum() for group in groups])
     parts = [moments[group] / flux[group] for group in groups]
     deviation = np.sqrt([part.sum() * own for part, own in zip(parts, of_group, strict=True)])
@@ -107,7 +90,7 @@ def _nearest(view: View, middle: Doubles, extent: float) -> float:
 def _aims_by(importance: Importance, tables: Tables, view: View, least: float) -> dict[int, Aim]:
     """Those of lights that have a group for themselves, where they leave less variance."""
     aims = {}
-    for group in groups_of(tables):
+    for group in tables.light_groups:
         light = int(group[0])
         own = importance.of(light)
         if len(group) > 1 or len(own.mass) < ENOUGH_PHOTONS or not own.mass.any():

@@ -28,6 +28,7 @@ ASKED = -1.0  # as a place in the tree
 # doubles with it. Splits are looked for in the first levels, where nodes hold what is far apart.
 SPARE_LEVELS = ((256, 1), (1 << 16, 2), (1 << 18, 1))
 SEARCHED_LEVELS = 6
+MOST_GROUPS = 16  # of lights, whose photons' importance is measured apart
 BOTH_SIDES = 2.0  # a reach, as in light.glsl
 ROUNDING = 1e-5  # of cosines: a node must not lose what a light in it has
 
@@ -191,6 +192,18 @@ def _either(chosen: Any, one: Doubles, other: Doubles) -> Doubles:
 def _either_of(chosen: Any, one: Bounds, other: Bounds) -> Bounds:
     pairs = zip(vars(one).values(), vars(other).values(), strict=True)
     return Bounds(*(_either(chosen, a, b) for a, b in pairs))
+
+
+def groups_of(middles: Doubles, flux: Doubles, distant: int) -> list[Indices]:
+    """Lights (n,) that have any flux, MOST_GROUPS at most, by what is close together; the first
+    ones, so many of them from afar, each alone."""
+    used = np.flatnonzero(flux > 0.0)
+    if len(used) <= MOST_GROUPS:
+        return [used[i : i + 1] for i in range(len(used))]
+    afar, near = used[used < distant], used[used >= distant]
+    near = near[in_order(middles[near])]
+    alone = [afar] if len(afar) > MOST_GROUPS // 2 else [afar[i : i + 1] for i in range(len(afar))]
+    return [*alone, *np.array_split(near, MOST_GROUPS - len(alone))]
 
 
 def in_order(middles: Doubles) -> Indices:

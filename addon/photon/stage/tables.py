@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from typing import Any
 
 import moderngl
@@ -20,7 +21,7 @@ from .environments import Place, environment_table
 from .geometry import Frame, Mesh
 from .kinds import light_kinds
 from .light_tables import bounds_of, count_distant, is_seen, light_trees, lights_of, set_shares
-from .light_tree import AskedLights, asked_lights, is_of_media, leaves_for
+from .light_tree import AskedLights, asked_lights, groups_of, is_of_media, leaves_for
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
 from .media import Media, beams
@@ -105,6 +106,12 @@ class Tables:
         seen = [number for number, lamp in enumerate(emitters) if is_seen(lamp)]
         self.seen_lights = max(seen, default=-1) + 1  # they are among these first ones
         self.distant_lights = count_distant(lights) if emitters else 0  # the first ones
+
+    @cached_property
+    def light_groups(self) -> list[NDArray[np.int64]]:
+        """The lights that photons may start at, by what was close together at first."""
+        middles = self.lights["position"].astype(np.float64)
+        return groups_of(middles, self.by_flux, self.distant_lights)
 
     @property
     def light_leaves(self) -> int:
