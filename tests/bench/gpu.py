@@ -127,9 +127,9 @@ def _climb(scene: Any, settings: Any, kept: Any) -> list[tuple[float, Any]]:
             done += 1
         device.ctx.finish()
         look = time.perf_counter()
-        picture = renderer.images(["Combined"])["Combined"][..., :3].copy()
+        picture = renderer.images(["Combined"])["Combined"]
         now = time.perf_counter()
-        rungs.append((now - begun - looked, picture))
+        rungs.append((now - begun - looked, picture[..., :3]))
         looked += now - look
         if rungs[-1][0] > LONGEST:
             break

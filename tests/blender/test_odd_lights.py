@@ -12,7 +12,7 @@ import pytest
 from tests.measure import render
 
 from .build import add_light, add_mesh, add_node, finish, new_world
-from .test_world import image_of, with_texture
+from .test_world_images import image_of, with_texture
 
 pytestmark = pytest.mark.blender
 
