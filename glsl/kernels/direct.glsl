@@ -60,7 +60,7 @@ bool is_free(inout ShadowRay ray) {
         vec3 normal = normal_of(triangle.b - triangle.a, triangle.c - triangle.a);
 #ifdef MEDIA
         float side = dot(normal, direction) > 0.0 ? -1.0 : 1.0;
-        let_through *= left_before(medium, hit, side, origin.position, direction);
+        let_through *= left_after(medium.inside, origin.position, direction, hit.t);
         medium = medium_behind(medium, hit, side);
 #endif
         vec3 next = offset_origin(origin.position + found.t * direction, normal, onward);

@@ -99,13 +99,7 @@ void kernel() {
     Hit hit = load_hit();
     Medium medium = load_medium();
     bool ends = is_hit(hit);
-    if (ends) {
-        Triangle triangle = triangle_at(hit_triangle(hit));
-        float side = dot(cross(triangle.b - triangle.a, triangle.c - triangle.a), direction) > 0.0 ? -1.0 : 1.0;
-        medium.inside = inside_before(medium.inside, interior_behind(hit), side);
-    } else {
-        medium.inside = vec2(air, 0.0);  // what an open mesh holds would not end: as in Cycles it is not there
-    }
+    if (!ends) medium.inside = vec2(air, 0.0);  // what an open mesh holds would not end: as in Cycles it is not there
     float far = ends ? hit.t : LONGEST;
 #ifdef EYE
     Throughput carried = load_throughput();

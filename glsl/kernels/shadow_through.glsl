@@ -43,7 +43,7 @@ void kernel() {
     vec3 normal = normal_of(triangle.b - triangle.a, triangle.c - triangle.a);
 #ifdef MEDIA
     float side = dot(normal, ray.direction) > 0.0 ? -1.0 : 1.0;
-    through *= left_before(load_shadow_medium(), hit, side, begin, ray.direction);
+    through *= left_after(load_shadow_medium().inside, begin, ray.direction, hit.t);
     store_next_medium(medium_behind(load_shadow_medium(), hit, side));
 #endif
     vec3 origin = offset_origin(met, normal, onward);

@@ -6,7 +6,7 @@
 
 vec3 arriving_flux(vec3 flux) {
 #if defined(MEDIA) && !defined(SCATTERING)  // else, as where they vary, FreeFlight has taken it
-    flux *= left_before(load_medium(), load_hit(), load_facing().side, vec3(0.0), vec3(0.0));
+    flux *= left_after(load_medium().inside, vec3(0.0), vec3(0.0), load_hit().t);
 #endif
     return flux;
 }

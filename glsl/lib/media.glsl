@@ -41,18 +41,12 @@ vec2 inside_without(vec2 inside, float number) {
 // Of the mesh whose surface a ray meets; 0: none.
 float interior_behind(Hit hit) { return material_at(int(triangle_at(hit_triangle(hit)).material)).interior; }
 
-// On a ray's way to a surface of a mesh of this interior. One that meets the back has come from inside it, also where
-// nothing has told so. `side`: Facing's.
-vec2 inside_before(vec2 inside, float own, float side) {
-    return side < 0.0 && own > 0.0 && place_of(inside, own) < 0 ? inside_with(inside, own) : inside;
-}
-
-// On its way behind the surface.
+// On a ray's way behind a surface. One that meets the back of a mesh need not come from inside it: that may be open.
+// `side`: Facing's.
 Medium medium_behind(Medium medium, Hit hit, float side) {
     float own = interior_behind(hit);
     if (!(own > 0.0)) return medium;
-    vec2 before = inside_before(medium.inside, own, side);
-    medium.inside = side > 0.0 ? inside_with(before, own) : inside_without(before, own);
+    medium.inside = side > 0.0 ? inside_with(medium.inside, own) : inside_without(medium.inside, own);
     return medium;
 }
 
@@ -120,8 +114,4 @@ Gone gone_along(vec2 inside, vec3 origin, vec3 direction, float way, float far, 
 // What a way leaves of light.
 vec3 left_after(vec2 inside, vec3 origin, vec3 direction, float far) {
     return inside == vec2(0.0) ? vec3(1.0) : exp(-gone_along(inside, origin, direction, far, far, -1, 0.0).depth);
-}
-
-vec3 left_before(Medium medium, Hit hit, float side, vec3 origin, vec3 direction) {
-    return left_after(inside_before(medium.inside, interior_behind(hit), side), origin, direction, hit.t);
 }

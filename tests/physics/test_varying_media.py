@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.photon.scene import BLACK, Instruction, Medium, Result, point_light, sun_light
+from addon.photon.scene import BLACK, Instruction, Material, Medium, Result, point_light, sun_light
 from addon.photon.scene.checks import RGB
 from addon.photon.scene.programs import Constant
 from addon.photon.scene.values import world_light
@@ -230,7 +230,7 @@ def test_a_thing_in_two_that_differ(device: Device) -> None:
 
 
 def test_surfaces_of_one_thing_that_overlap(device: Device) -> None:
-    """Light is lost in it once."""
+    """Light is lost in it once, and as in Cycles no more behind the first of its backs."""
     built = Builder().quad(*floor(), 0)
     thing = Builder().box((-5, -5, 0.5), (5, 5, 2.0), 1).box((-5, -5, 1.0), (5, 5, 2.5), 1)
     scene = built.scene(from_above(0.5, 3.0), (), (EMISSIVE, holding(Medium((0.2,) * 3))))
@@ -245,7 +245,18 @@ def test_surfaces_of_one_thing_that_overlap(device: Device) -> None:
         surfaces=(*scene.surfaces[:1], "thing"),
     )
     found = mean_of(device, scene, passes=4)
-    assert found == pytest.approx(math.exp(-0.2 * 2.0), rel=1e-3)
+    assert found == pytest.approx(math.exp(-0.2 * 1.5), rel=1e-3)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_back_of_an_open_mesh(device: Device, backend: str) -> None:
+    """Nobody who sees it is inside: as in Cycles neither eye nor lamp loses light before it."""
+    wall = Material("wall", (0.5,) * 3, medium=Medium((0.9,) * 3))
+    built = Builder().quad((-5, -5, 0), (-5, 5, 0), (5, 5, 0), (5, -5, 0), 0)  # faces down
+    lamp = sun_light("sun", WHITE, (0.0, 0.0, -1.0))
+    scene = built.scene(from_above(2.0, 1.0), (lamp,), (wall,))
+    found = mean_of(device, scene, passes=1, backend=backend)
+    assert found == pytest.approx(0.5 / math.pi, rel=1e-3)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
