@@ -37,7 +37,9 @@ def written(value: Any) -> Any:
         return type(value), [(f.name, written(getattr(value, f.name))) for f in fields(value)]
     if isinstance(value, dict):
         return {name: written(item) for name, item in value.items()}
-    return [written(item) for item in value] if isinstance(value, tuple) else repr(value)
+    if isinstance(value, tuple):
+        return [written(item) for item in value]
+    return repr(float(value) if isinstance(value, float) else value)  # numpy 2 writes its own so
 
 
 def put_together(scene: Scene) -> Scene:
