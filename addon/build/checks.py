@@ -23,7 +23,8 @@ ONE_THREAD = {"LP_NUM_THREADS": "0", "OPENBLAS_NUM_THREADS": "1"}  # Mesa's llvm
 def test(args: argparse.Namespace) -> int:
     """Run all checks, also after one that failed; 1 if any did, 0 otherwise.
 
-    A check whose tool is optional and absent is named in the table with what installs it.
+    A check whose tool is optional and absent is named in the table with what installs it, and one
+    for other Pythons with theirs.
     With --stability, only the tests of the stability table, which then print it.
     """
     ensure("run", "native", "blender", "dev")

@@ -69,7 +69,7 @@ void kernel() {
 #ifdef LIGHT_STARTS
     store_medium(Medium(light_start_at(number).inside, -1.0, sent));
 #else
-    store_medium(Medium(vec2(0.0), 0.0, sent));  // unless the first surface's back tells
+    store_medium(Medium(vec2(0.0), 0.0, sent));
 #endif
 #endif
     store_flux(Flux(flux / (float(photons) * light.chosen), float(photon)));

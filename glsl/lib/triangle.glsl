@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Flags of a triangle's material, as stage/geometry.py and native/src/coverage.rs have them.
+// Flags of a triangle's material, as stage/geometry.py and native/src/coverage/mod.rs have them.
 const int OPAQUE = 1;   // no lobe lets light through
 const int PHOTONS_LAND = 2;  // photons may land there
 

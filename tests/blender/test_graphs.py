@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 import pytest
 
-from .build import add_mesh, features, finish
+from .build import add_light, add_mesh, add_node, features, finish, new_world, nodes_of
 from .graph_cases import CASES, MATH, MIX, chains, wide
 from .node_cases import (
     COLOUR,
@@ -153,3 +153,25 @@ def test_what_casts_no_shadow(export, cycles_mean, device) -> None:
     cycles = cycles_mean(1, 0)[..., :3].clip(0.0, 1.0)
     off = np.abs(ours - cycles).max(axis=2) > 0.01 * np.maximum(cycles.max(axis=2), 0.1)
     assert off.mean() < 0.01
+
+
+@pytest.mark.parametrize("other", ["ALL", "EEVEE"])
+@pytest.mark.parametrize("whose", ["light", "world"])
+def test_cycles_own_output_counts(scene, export, whose: str, other: str) -> None:
+    """Of lights and worlds as of materials, and all are as they were afterwards."""
+    if whose == "world":
+        tree, kind = new_world(scene), "Background"
+    else:
+        light = add_light("Lamp", "POINT", energy=1.0).data
+        tree, kind = nodes_of(light), "Emission"
+    tree.nodes.clear()
+    for target, strength in ((other, 5.0), ("CYCLES", 2.0)):
+        out = tree.nodes.new(f"ShaderNodeOutput{whose.capitalize()}")
+        out.target = target
+        shader = add_node(tree, f"ShaderNode{kind}", Strength=strength, Color=(1.0,) * 4)
+        tree.links.new(shader.outputs[0], out.inputs["Surface"])
+    tree.nodes[0].is_active_output = True
+    (found,) = export()[0].lights
+    assert found.power == (2.0,) * 3
+    assert len(bpy.data.worlds) <= 1 and len(bpy.data.lights) <= 1
+    assert [x.target for x in tree.nodes if x.type.startswith("OUTPUT")] == [other, "CYCLES"]

@@ -123,8 +123,22 @@ def test_bytes_that_let_something_through(scene, export, mode, factor) -> None:
     np.testing.assert_allclose(shown * np.array(light.power), 2.0 * expected, rtol=0.05)
 
 
+def test_floats_that_let_something_through(scene, export) -> None:
+    """Of straight ones Blender 5.2's Cycles multiplies by alpha what Blender has multiplied."""
+    image = image_of(np.full((8, 16, 4), 0.25), float_buffer=True, alpha=True)
+    image.alpha_mode = "STRAIGHT"
+    with_texture(scene, image)
+    exported, _ = export()
+    (light,) = exported.lights
+    shown = exported.images[0].pixels.mean(axis=(0, 1)) if exported.images else 1.0
+    expected = 2.0 * 0.25 * (0.25 if bpy.app.version >= (5, 2) else 1.0)
+    np.testing.assert_allclose(shown * np.array(light.power), expected, rtol=1e-3)
+
+
 def test_an_image_of_one_colour_is_a_colour(scene, export) -> None:
-    with_texture(scene, image_of(np.full((8, 16, 4), 0.25), float_buffer=True))
+    pixels = np.full((8, 16, 4), 0.25)
+    pixels[..., 3] = 1.0
+    with_texture(scene, image_of(pixels, float_buffer=True))
     exported, _ = export()
     assert not exported.images and exported.lights[0].power == (0.5,) * 3
 

@@ -29,8 +29,10 @@ from addon.photon.stage.light_tree import (
     DRAWN_RAYS,
     LEAST_DRAWN,
     MOST_ASKED,
+    MOST_GROUPS,
     Bounds,
     asked_lights,
+    groups_of,
     light_tree,
 )
 from addon.photon.stage.switches import made_lights
@@ -247,3 +249,16 @@ def test_many_dark_lights_ask_for_few_rays() -> None:
     """As triangles whose emission the nodes make black are."""
     found = asked_lights(np.array([1.0, *[0.0] * 500]), 0)
     assert found.lights.tolist() == [0] and 0 < found.drawn < 10
+
+
+@pytest.mark.parametrize(
+    ("distant", "near", "alone"), [(0, 40, 0), (3, 40, 3), (12, 5, 1), (17, 0, 1), (9, 30, 1)]
+)
+def test_groups_hold_each_light_once(distant: int, near: int, alone: int) -> None:
+    """None is empty, and those afar are in no group of near ones."""
+    middles = np.random.default_rng(1).normal(size=(distant + near, 3))
+    groups = groups_of(middles, np.ones(len(middles)), distant)
+    assert sorted(np.concatenate(groups)) == list(range(len(middles)))
+    assert min(map(len, groups)) > 0 and len(groups) <= MOST_GROUPS
+    assert sum(group[0] < distant for group in groups) == alone
+    assert all((group < distant).all() or (group >= distant).all() for group in groups)

@@ -26,6 +26,7 @@ from addon.photon.scene.media import MOST_ANISOTROPY
 from addon.photon.stage import media as stage_media
 from addon.photon.stage.far import WITHIN
 from addon.photon.stage.geometry import Frame, Mesh, frame_of
+from addon.photon.stage.insides import below_backs
 from addon.photon.stage.media import MOST_MEDIA, NUMBERS, Media, from_afar
 from addon.streams.source import glsl_root
 from tests.scenes import Builder, camera, plain_light, plain_material
@@ -69,13 +70,33 @@ def test_numbers_are_those_of_the_glsl() -> None:
 
 
 def test_what_places_are_in() -> None:
-    """Air everywhere, what is open nowhere, and what overlaps together."""
+    """Air everywhere, what is open below its back alone, and what overlaps together."""
     places = (-1, 0, 0), (1.5, 0, 0), (2.5, 0, 0), (4, 0, 0), (0, 0, -2.5), (0, 0, -3.5)
-    assert around(nested(), *places) == [{1, 2}, {1, 2, 3}, {1, 3}, {1}, {1}, {1}]
+    assert around(nested(), *places) == [{1, 2}, {1, 2, 3}, {1, 3}, {1}, {1}, {1, 4}]
     hidden = np.array([ALL_RAYS - RAY_BITS["camera"], ALL_RAYS, ALL_RAYS], np.uint8)
     hiding = replace(nested(), visible=hidden)
     assert around(hiding, (1.5, 0, 0)) == [{1, 3}]
     assert around(hiding, (1.5, 0, 0), ray="shadow") == [{1, 2, 3}]
+
+
+def test_below_backs() -> None:
+    """Of a closed ball its inside; of a box without a bottom what is under its top."""
+    random = np.random.default_rng(3)
+    ball = Builder().sphere((0.2, -0.1, 0.3), 1.0, 0).scene(VIEW, (), (holding(WATER),))
+    places = random.uniform(-1.5, 1.5, (2000, 3))
+    away = np.linalg.norm(places - (0.2, -0.1, 0.3), axis=1)
+    clear = np.abs(away - 1.0) > 0.05  # it has faces
+    found = below_backs(places, ball.vertices[ball.triangles])
+    assert (found == (away < 1.0))[clear].all() and 0.1 < found.mean() < 0.3
+    whole = Builder().box((-10, -10, 0), (10, 10, 10), 0).scene(VIEW, (), (holding(WATER),))
+    corners = whole.vertices[whole.triangles]
+    open_below = corners[~(corners[..., 2] == 0.0).all(axis=1)]
+    assert len(open_below) == len(corners) - 2
+    assert below_backs(
+        np.array([[0, 0, 1.7], [0, 0, -1.0], [0, 0, 11], [11, 0, 1]]), open_below
+    ).tolist() == [True, True, False, False]
+    assert below_backs(np.array([[0, 0, 1.7], [0, 0, -1.0]]), corners).tolist() == [True, False]
+    assert not below_backs(np.zeros((2, 3)), np.zeros((0, 3, 3))).any()
 
 
 def test_numbers(monkeypatch: pytest.MonkeyPatch) -> None:

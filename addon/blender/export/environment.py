@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .colour_spaces import Space, colour_space_of, decoded
 from .finer import finer, times_finer
 from .links import Scope, source
-from .pixels import check_memory, floats_of
+from .pixels import check_memory, floats_of, is_multiplied_once
 
 MOST_PIXELS = 8192 * 4096
 ROWS_AT_ONCE = 64
@@ -91,9 +91,11 @@ def _linear_pixels(
 
 
 def _is_multiplied(image: bpy.types.Image) -> bool:
-    """Whether Cycles multiplies its colours by an alpha, before it decodes them."""
+    """Whether Cycles multiplies what Blender tells by an alpha, before it decodes that."""
     has_alpha = image.channels == 4 and not (image.source == "FILE" and image.depth in (8, 24))
-    return has_alpha and not image.is_float and image.alpha_mode in ASSOCIATED
+    if image.is_float:
+        return has_alpha and not is_multiplied_once(image)
+    return has_alpha and image.alpha_mode in ASSOCIATED
 
 
 def _downsampled(pixels: NDArray[np.float32], step: int) -> NDArray[np.float32]:

@@ -113,7 +113,7 @@ class _Alpha:
     """What becomes of an image's alpha."""
 
     ignored: bool = False
-    converted: bool = False  # colours are divided by it to be converted, and multiplied again
+    counts: bool = False  # Blender's floats are multiplied by it; who converts colours divides them
     restored: bool = False  # Blender has divided what the file holds, and Cycles reads
     times: int = 0  # how often Cycles' colours are straight ones multiplied by it
 
@@ -128,12 +128,19 @@ class _Alpha:
             times = 1
             if BELIEVES_ALPHA_MODE:  # and not that Blender's own floats are multiplied, bytes not
                 times = int(image.is_float) + int(not is_multiplied)
-            return _Alpha(converted=True, times=times)
+            return _Alpha(counts=True, times=times)
         times = 2 if is_multiplied and kind in STRAIGHT and not BELIEVES_ALPHA_MODE else 1
         is_left = kind in FLOATS and not BELIEVES_ALPHA_MODE
         if is_left or (kind == "PNG" and _has_two_channels(file_of(image))):
             times = int(is_multiplied)
-        return _Alpha(converted=True, restored=is_multiplied, times=times)
+        return _Alpha(counts=True, restored=is_multiplied, times=times)
+
+
+def is_multiplied_once(image: bpy.types.Image) -> bool:
+    """Whether floats are as Cycles has them."""
+    is_file = image.source == "FILE" and not image.packed_file
+    alpha = _Alpha.of(image, colour_space_of(image.colorspace_settings), is_file)
+    return not alpha.counts or alpha.times == 1
 
 
 def _has_two_channels(path: str) -> bool:
@@ -151,16 +158,18 @@ def _of_bytes(
     if alpha.ignored:
         floats[..., 3] = 1.0
     if space is Space.OTHER:
-        cut_to_half(floats, alpha.times, alpha.restored, alpha.converted, is_rounded=is_file)
-        if to_linear(image.colorspace_settings.name, floats.reshape(-1, 4)):
-            if alpha.converted:
-                floats[..., :3] *= floats[..., 3:]
+        cut_to_half(floats, alpha.times, alpha.restored, alpha.counts, is_rounded=is_file)
+        is_known = to_linear(image.colorspace_settings.name, floats.reshape(-1, 4))
+        if alpha.counts:
+            floats[..., :3] *= floats[..., 3:]
+        if is_known:
             return as_floats(floats, exactly=False), False, False
+        return as_integers(floats, np.uint8), True, True
     pixels = as_integers(floats, np.uint8)
     if alpha.times and not is_opaque(pixels):
         for time in range(alpha.times):
             associate(pixels, restores=alpha.restored and time == 0)
-    return pixels, space in (Space.SRGB, Space.OTHER), space is Space.OTHER
+    return pixels, space is Space.SRGB, False
 
 
 def _of_floats(
@@ -171,7 +180,7 @@ def _of_floats(
     alpha = _Alpha.of(image, space, is_file)
     if alpha.ignored:
         floats[..., 3] = 1.0
-    is_multiplied = alpha.converted
+    is_multiplied = alpha.counts
     is_srgb = is_file and space is Space.SRGB
     is_integer = is_file and image.file_format not in FLOATS and space is not Space.OTHER
     if is_multiplied and (is_srgb or is_integer or not alpha.times):

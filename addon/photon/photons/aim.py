@@ -7,6 +7,7 @@ All of it is a function of seed and scene, made again by whoever needs it.
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -149,8 +150,16 @@ class Aiming:
         tables = self._tables
         if not len(view.places):
             return self._plain
+        with ThreadPoolExecutor(1) as thread:  # while the host waits for photons
+            if tables.has_world:
+                portals = thread.submit(portals_of, view, self._mesh, tables.transparent)
+            starts = self._learn_starts(view)
         if tables.has_world:
-            tables.set_shadow_portals(portals_of(view, self._mesh, tables.transparent))
+            tables.set_shadow_portals(portals.result())
+        return starts
+
+    def _learn_starts(self, view: View) -> Starts:
+        tables = self._tables
         if self._is_outside and is_small(view):
             self._use(self._from_afar(view))
             self._surrounded = surrounded(self._mapper, view, self._mesh, PORTAL_PASS)

@@ -129,7 +129,31 @@ def _about(corners: Array, low: Array, size: Array, counts: NDArray[np.int64]) -
     return found
 
 
+def below_backs(places: Array, corners: Array) -> NDArray[np.bool_]:
+    """(n,) above which places (n, 3) the first of triangles (t, 3, 3) faces up."""
+    found = np.zeros(len(places), bool)
+    area = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    corners, area = corners[area != 0.0], area[area != 0.0]
+    if not len(corners):
+        return found
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    at = places + np.append(NUDGE * (high - low)[:2], 0.0)
+    under = (at[:, 2] <= high[2]) & ((at >= low) & (at <= high))[:, :2].all(axis=1)
+    a, to_b, to_c = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    step = max(AT_ONCE // len(corners), 1)
+    for first in range(0, int(under.sum()), step):
+        some = np.flatnonzero(under)[first : first + step]
+        away = at[some, None] - a
+        u, v = _cross(away, to_c) / area, _cross(to_b, away) / area
+        height = u * to_b[:, 2] + v * to_c[:, 2] - away[..., 2]
+        is_met = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (height > 0.0)
+        height = np.where(is_met, height, np.inf)
+        nearest = height.argmin(axis=1)
+        found[some] = is_met.any(axis=1) & (area[nearest] > 0.0)
+    return found
+
+
 def _cross(a: Array, b: Array) -> Array:
-    """(n,) z of the product of such as lie in xy."""
-    found: Array = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    """(..., n) z of the product of such as lie in xy."""
+    found: Array = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
     return found

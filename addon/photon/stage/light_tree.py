@@ -203,7 +203,8 @@ def groups_of(middles: Doubles, flux: Doubles, distant: int) -> list[Indices]:
     afar, near = used[used < distant], used[used >= distant]
     near = near[in_order(middles[near])]
     alone = [afar] if len(afar) > MOST_GROUPS // 2 else [afar[i : i + 1] for i in range(len(afar))]
-    return [*alone, *np.array_split(near, MOST_GROUPS - len(alone))]
+    parts = min(MOST_GROUPS - len(alone), len(near))
+    return [*alone, *(np.array_split(near, parts) if parts else [])]
 
 
 def in_order(middles: Doubles) -> Indices:

@@ -16,16 +16,14 @@ from ..scene import RAY_BITS, Grid, Light, Material, Medium, Scene, triple
 from .emissive import TRIANGLE
 from .far import far_ends
 from .geometry import Frame, Mesh
+from .insides import below_backs
 from .kinds import light_kinds
 from .light_tree import Bounds, is_of_media
 
 NUMBERS = 4096  # of media: two share a float (lib/media.glsl)
 MOST_MEDIA = 4  # that a place is in
-# A closed mesh turns once about what is inside it, and half as much about what is on it.
-INSIDE = 0.75
 SEVERAL = -1  # surfaces wear a material
 SAME = 1e-4  # in the mean, of a mean of 1
-AT_ONCE = 1 << 17  # places times triangles, each of which takes some 300 bytes meanwhile
 MOST_BEAMS = 16
 MOST_PLACES = 64  # of an emissive surface, each of which is looked at
 
@@ -96,7 +94,8 @@ class Media:
 
     def around(self, places: Array, mesh: Mesh, ray: str) -> NDArray[np.float32]:
         """Which media places (n, 3) are in, (n, 2) as MEDIUM has it, for rays of a name, to which
-        some surfaces are not visible."""
+        some surfaces are not visible: as in Cycles of a surface that a ray upward meets from
+        behind first."""
         inside = np.zeros((len(places), MOST_MEDIA), np.int64)
         inside[:, 0] = self.air
         triangles = mesh.triangles
@@ -107,7 +106,8 @@ class Media:
                 if self._visible.size and not self._visible[surface] & RAY_BITS[ray]:
                     continue
                 own = of_number[of_number["surface"] == surface]
-                there = _turns(places, *(own[x].astype(np.float64) for x in "abc")) > INSIDE
+                corners = np.stack([own[x] for x in "abc"], axis=1).astype(np.float64)
+                there = below_backs(places, corners)
                 free = inside.argmin(axis=1)
                 there &= inside[np.arange(len(places)), free] == 0
                 there &= (inside != number).all(axis=1)
@@ -270,23 +270,6 @@ def _middles(lights: NDArray[Any]) -> Array:
     others = lights["parameters"][of_mesh, :3] + lights["more"][of_mesh, :3]
     places[of_mesh] = (places[of_mesh] + others) / 3.0
     return places
-
-
-def _turns(places: Array, a: Array, b: Array, c: Array) -> Array:
-    """How often triangles turn about places, (n,): their solid angles over all around (Van Oosterom
-    & Strackee 1983)."""
-    turns = np.zeros(len(places))
-    low, high = (f([f(x, axis=0) for x in (a, b, c)], axis=0) for f in (np.min, np.max))
-    within = np.flatnonzero(((places >= low) & (places <= high)).all(axis=1))
-    step = max(AT_ONCE // max(len(a), 1), 1)
-    for first in range(0, len(within), step):
-        some = within[first : first + step]
-        corners = [x[None] - places[some, None] for x in (a, b, c)]
-        u, v, w = (x / np.maximum(np.linalg.norm(x, axis=2, keepdims=True), 1e-30) for x in corners)
-        volume = np.einsum("nti,nti->nt", u, np.cross(v, w))
-        dots = [np.einsum("nti,nti->nt", x, y) for x, y in ((u, v), (v, w), (w, u))]
-        turns[some] = np.arctan2(volume, 1.0 + sum(dots)).sum(axis=1) / (2.0 * np.pi)
-    return np.abs(turns)
 
 
 def from_afar(lights: Iterable[Light], air: Medium) -> tuple[Light, ...]:

@@ -119,11 +119,11 @@ def _object_normal(graph: Graph) -> Value:
         return here(graph, what)
     which = Value.of(GEOMETRY[what])
     whole = (*(float(x > 0.0) for x in graph.program.shift), 0.0, 0.0)
-    here_, there = (
+    own, there = (
         graph.program.emit("geometry", which=which, shift=Value.of(shift))
         for shift in ((0.0, 0.0, 0.0, 0.0), whole)
     )
-    return normalized(graph, here_ + (there - here_) * width)
+    return normalized(graph, own + (there - own) * width)
 
 
 def in_camera(graph: Graph) -> Value:

@@ -30,7 +30,7 @@ def read_normal_map(
     if getattr(node, "convention", "OPENGL") == "DIRECTX":  # from Blender 5.2 on
         colour = combined(graph, colour.part("x"), ONE - colour.part("y"), colour.part("z"))
     normal = attribute(graph, NORMAL) if in_tangents else ZERO
-    if in_tangents and bpy.app.version >= (5, 2):
+    if in_tangents and bpy.app.version >= (5, 2) and not is_moved:
         normal = normalized(graph, normal)
     return graph.program.emit(
         "normal_map",
