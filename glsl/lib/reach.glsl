@@ -7,12 +7,15 @@
 
 float reach_of(int number) { return T_MAX / float(number); }
 
-int reach_number(float t_max) { return int(T_MAX / t_max + 0.5); }
+// T_MAX over such a distance. GPUs multiply by 1 over what they divide by, and that would be 0, for it is no normal number.
+float times_in_reach(float t_max) { return (1.0e-3 * T_MAX) / (1.0e-3 * t_max); }
+
+int reach_number(float t_max) { return int(times_in_reach(t_max) + 0.5); }
 
 // A ray that ends where a walk below the surface has come out (lib/random_walk.glsl).
 const int EXIT = RAYS_OF_LOBES + 2;
 
-bool is_exit(float t_max) { return abs(T_MAX / max(t_max, 1.0) - float(EXIT)) < 0.5; }
+bool is_exit(float t_max) { return abs(times_in_reach(max(t_max, 1.0)) - float(EXIT)) < 0.5; }
 
 // Bits of what has sent a ray from the eye: by a diffuse lobe through the surface are two.
 int sent_by_reach(float t_max) {

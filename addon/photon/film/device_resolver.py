@@ -106,8 +106,12 @@ class DeviceResolver:
 
     def _images(self, wanted: Collection[str]) -> Picture:
         there = next(self._strips())[0].sums
+        made = {"Caustics", *RESOLVED, *(own for own, name in MEANS.items() if name in there)}
+        # What is written need not be cleared before.
         images = {
-            name: np.zeros((*self._film.shape, channels), np.float32)
+            name: (np.empty if self._film.passes and name in made else np.zeros)(
+                (*self._film.shape, channels), np.float32
+            )
             for name, channels in CHANNELS.items()
             if name in wanted and (name not in OPTIONAL or OPTIONAL[name] in there)
         }
