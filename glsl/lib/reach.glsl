@@ -7,8 +7,11 @@
 
 float reach_of(int number) { return T_MAX / float(number); }
 
-// T_MAX over such a distance. GPUs multiply by 1 over what they divide by, and that would be 0, for it is no normal number.
-float times_in_reach(float t_max) { return (1.0e-3 * T_MAX) / (1.0e-3 * t_max); }
+// T_MAX over such a distance, both 2^-20 times as far: GPUs multiply by 1 over what they divide by, and of these that
+// would be 0, for it is no normal number. By bits, for compilers would divide by the distance itself.
+float times_in_reach(float t_max) {
+    return (T_MAX * 9.5367431640625e-7) / uintBitsToFloat(floatBitsToUint(t_max) - (20u << 23));
+}
 
 int reach_number(float t_max) { return int(times_in_reach(t_max) + 0.5); }
 
