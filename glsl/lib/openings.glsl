@@ -8,6 +8,9 @@
 const float LEAST_ANGLE_OF_PORTAL = 1.0e30;
 #else
 const float LEAST_ANGLE_OF_PORTAL = 5.0e-3;  // [sr] below, sums of angles are not precise enough
+// Of half a side: a direction to an edge may miss the portal by a rounding, and then it would be as rare, and count as much,
+// as one that was not meant for it.
+const float WITHIN_PORTAL = 0.9999;
 #endif
 
 // A portal as a place sees it: that one by the portal's frame, on the side where z is positive, and the rectangle's
@@ -57,6 +60,9 @@ vec3 sample_portals(vec3 position, vec3 normal, float sum, vec2 u) {
     u.x = clamp((u.x * sum - before) / max(seen.angle, 1.0e-30), 0.0, BELOW_ONE);
     vec2 met = mix(seen.low, seen.high, u);
     if (seen.angle > LEAST_ANGLE_OF_PORTAL) met = sample_spherical_rectangle(seen.place, seen.low, seen.high, u);
+#ifndef ONE_WAY
+    met = clamp(met, WITHIN_PORTAL * seen.low, WITHIN_PORTAL * seen.high);
+#endif
     return normalize(seen.portal.middle + in_portal(seen.portal, met) - position);
 }
 
