@@ -27,7 +27,7 @@ from .cycles import prepare, read_exr
 pytestmark = pytest.mark.blender
 
 PIXELS = 32  # of a ball
-SAMPLES, PASSES = 256, 48
+SAMPLES, PASSES = 160, 48
 # Relative, of blocks; HIGH at their 95th percentile. Normals that lean, and toon, have edges.
 MEDIAN, HIGH = 0.01, {"layers": 0.03, "edged": 0.05}
 MEAN = 0.01  # of a ball
