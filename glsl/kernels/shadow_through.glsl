@@ -43,8 +43,9 @@ void kernel() {
     vec3 normal = normal_of(triangle.b - triangle.a, triangle.c - triangle.a);
 #ifdef MEDIA
     float side = dot(normal, ray.direction) > 0.0 ? -1.0 : 1.0;
-    through *= left_after(load_shadow_medium().inside, begin, ray.direction, hit.t);
-    store_next_medium(medium_behind(load_shadow_medium(), hit, side));
+    Medium medium = load_shadow_medium();
+    through *= left_after(medium.inside, begin, ray.direction, hit.t);
+    store_next_medium(medium_behind(medium, hit, side));
 #endif
     vec3 origin = offset_origin(met, normal, onward);
     float far = is_distant ? ray.t_max : ray.t_max - dot(origin - begin, ray.direction);

@@ -122,7 +122,8 @@ class TextureTable:
         first = textures[0]
         is_same = first.pixels.shape[:2] == (1, 1) and not is_tiled
         is_gone = all(texture.pixels is MAGENTA for texture in textures)  # as beside the tiles
-        if (is_gone and MISSING_IS_ENDLESS) or ((is_same or is_gone) and not clips):
+        has_outside = clips and not (is_gone and MISSING_IS_ENDLESS)
+        if (is_same or is_gone) and not has_outside:
             most = 1.0 if first.pixels.dtype.kind == "f" else np.iinfo(first.pixels.dtype).max
             texel = first.pixels[0, 0] / most
             four = texel if len(texel) == 4 else np.append(np.repeat(texel, 3), 1.0)

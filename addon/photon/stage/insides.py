@@ -117,11 +117,8 @@ def _about(corners: Array, low: Array, size: Array, counts: NDArray[np.int64]) -
         within = np.arange(len(which)) - np.repeat(ends - pairs[some], pairs[some])
         column = first[which] + 1 + np.stack(np.divmod(within, wide[which, 1]), axis=-1)
         at = low[:2] + cell[:2] * (column + 0.5) + NUDGE * size[:2]
-        v = _cross((b - a)[which], at - a[which, :2]) / area[which]
-        u = _cross(at - a[which, :2], (c - a)[which]) / area[which]
-        met = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
-        which, column, u, v = which[met], column[met], u[met], v[met]
-        height = a[which, 2] + u * (b - a)[which, 2] + v * (c - a)[which, 2]
+        met, height = _met(at, a[which], (b - a)[which], (c - a)[which], area[which])
+        which, column, height = which[met], column[met], height[met]
         below = np.clip(np.ceil((height - low[2]) / cell[2] - 0.5).astype(int), 0, counts[2])
         np.add.at(turns, (column[:, 0], column[:, 1], below), np.sign(area[which]))
     above = turns.sum(axis=2, keepdims=True) - np.cumsum(turns, axis=2)
@@ -143,14 +140,22 @@ def below_backs(places: Array, corners: Array) -> NDArray[np.bool_]:
     step = max(AT_ONCE // len(corners), 1)
     for first in range(0, int(under.sum()), step):
         some = np.flatnonzero(under)[first : first + step]
-        away = at[some, None] - a
-        u, v = _cross(away, to_c) / area, _cross(to_b, away) / area
-        height = u * to_b[:, 2] + v * to_c[:, 2] - away[..., 2]
-        is_met = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (height > 0.0)
-        height = np.where(is_met, height, np.inf)
-        nearest = height.argmin(axis=1)
-        found[some] = is_met.any(axis=1) & (area[nearest] > 0.0)
+        met, height = _met(at[some, None, :2], a, to_b, to_c, area)
+        met &= height > at[some, None, 2]
+        nearest = np.where(met, height, np.inf).argmin(axis=1)
+        found[some] = met.any(axis=1) & (area[nearest] > 0.0)
     return found
+
+
+def _met(
+    at: Array, a: Array, to_b: Array, to_c: Array, area: Array
+) -> tuple[NDArray[np.bool_], Array]:
+    """Whether lines along z through places (..., 2) meet triangles, each by a corner, its sides
+    (..., 3) and twice its area seen so; and how high these are there."""
+    away = at - a[..., :2]
+    u, v = _cross(away, to_c) / area, _cross(to_b, away) / area
+    met = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
+    return met, a[..., 2] + u * to_b[..., 2] + v * to_c[..., 2]
 
 
 def _cross(a: Array, b: Array) -> Array:
