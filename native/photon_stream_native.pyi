@@ -198,6 +198,16 @@ def photon_portals(
     photons: NDArray[np.uint32],
     masses: NDArray[np.float32],
 ) -> tuple[NDArray[np.float32], float]: ...
+def fit_window(
+    portal: NDArray[np.float32],
+    places: NDArray[np.float32],
+    normals: NDArray[np.float32],
+    from_place: NDArray[np.uint32],
+    directions: NDArray[np.float32],
+    angles: NDArray[np.float32],
+    frames: NDArray[np.float32],
+    share: float,
+) -> tuple[NDArray[np.float32], float, float]: ...
 def random_numbers(
     elements: NDArray[np.uint32], seed: int, pass_index: int, dimension: int
 ) -> NDArray[np.float32]: ...

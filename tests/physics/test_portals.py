@@ -55,15 +55,15 @@ def without(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_window_is_found(device: Device) -> None:
-    """Where it is, and not much larger; of a thick wall's, its inner edges."""
+    """Where it is, and as large; of a thick wall's, its narrowest part."""
     portals, _, frame = direct(device, room(), 1)
     assert len(portals) == 1
     (portal,) = portals
     middle = portal["middle"] * frame.scale + frame.centre
-    np.testing.assert_allclose(middle, (0, -0.1, 1.15), atol=0.2)
-    assert abs(portal["axis"][1]) > 0.8
+    np.testing.assert_allclose(middle, (0, -0.1, 1.15), atol=0.12)
+    assert abs(portal["axis"][1]) > 0.99
     area = portal["width"] * portal["height"] * frame.scale**2
-    assert 0.4 < area < 1.0  # of 0.7
+    assert 0.6 < area < 0.8  # of 0.7
 
 
 def test_two_windows_are_found(device: Device) -> None:
@@ -78,7 +78,8 @@ def test_two_windows_are_found(device: Device) -> None:
 def test_light_is_the_same_and_quieter(
     device: Device, monkeypatch: pytest.MonkeyPatch, side: bool, backend: str
 ) -> None:
-    """Of all the floor the mean to its noise, and a quarter of the variance."""
+    """Of all the floor the mean to its noise, and a fiftieth of the variance: nothing comes past
+    the portals."""
     scene, passes = room(side), 16
     portals, through, _ = direct(device, scene, passes, backend=backend)
     assert len(portals) == 1 + side
@@ -88,7 +89,7 @@ def test_light_is_the_same_and_quieter(
     assert not len(none)
     _, other, _ = direct(device, scene, passes, backend=backend, seed=5)
     variance, before = ((a - b).var() / 2 for a, b in ((through, again), (plain, other)))
-    assert variance < before / 4
+    assert variance < before / 50
     chance = np.sqrt((variance + before) / 2 / plain.size)
     assert abs((through + again).mean() - (plain + other).mean()) / 2 < 4 * chance
 

@@ -11,15 +11,22 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ..kernels.records import PORTAL
 from ..stage.geometry import Mesh
 from ..stage.portals import MOST_PORTALS
+from ..stage.upload import texels_of
 from .importance import closest_to, frames_about
 from .view import Doubles, View
 
-RAYS = (16, 256, 2048)  # of each place, if fewer are too few; the first tell of out of doors alone
+RAYS = (
+    16,
+    128,
+    512,
+    2048,
+)  # of each place, if fewer are too few; the first tell of out of doors alone
 PLACES = 64  # that stand for all that the picture shows
 OPEN = 0.3  # of the rays: out of doors there are no portals
 LIFT = 1e-4  # of places off their surface [scene units]
@@ -34,6 +41,9 @@ GOOD = 0.25  # of that variance: no more portals are tried
 MOST = 0.03  # of the rays on a plane, on each side, that do not count
 MARGIN = 1.02  # of a rectangle's sides
 BEYOND = (0.0, 0.005, 0.02, 0.05)  # of the rays, on each side, that a rectangle may leave out
+FITTED = (128, 64)  # places, and rays of each, that rectangles are fitted to
+ABOUT = 1.6  # of its sides, where those go
+AXES, SQUARE = 6, 0.03  # of what is about a window, that are tried; their cosines at most
 NO_PORTALS = PORTAL.zeros(0)
 
 
@@ -49,12 +59,12 @@ def portals_of(view: View, mesh: Mesh, transparent: NDArray[np.bool_]) -> NDArra
     places, normals = view.places[some], view.normals[some]
     for count in RAYS:
         rays = _upwards(places, normals, count)
-        escaped = rays[_escape(rays, mesh, transparent)]
+        escaped = rays[_stopped_by(rays, mesh, transparent) < 0]
         is_first = count == RAYS[0]
         if len(escaped) > OPEN * len(rays) or not (is_first or len(escaped)):
             return NO_PORTALS
         if len(escaped) >= ENOUGH and not is_first:
-            return _portals(escaped, places)
+            return _fitted(_portals(escaped, places), view, mesh, transparent)
     return NO_PORTALS
 
 
@@ -73,22 +83,79 @@ def _upwards(places: Doubles, normals: Doubles, count: int) -> Doubles:
     return rays
 
 
-def _escape(rays: Doubles, mesh: Mesh, transparent: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(n,) which rays meet nothing but what is transparent, of which a few layers."""
-    under_way, escaped = np.arange(len(rays)), np.zeros(len(rays), bool)
+def _stopped_by(rays: Doubles, mesh: Mesh, transparent: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """(n,) at which triangle rays end; -1: they meet nothing but what is transparent, of which a
+    few layers."""
+    under_way, ends = np.arange(len(rays)), np.zeros(len(rays), np.intp)
     origins, directions = rays[:, :3].astype(np.float32), rays[:, 3:].astype(np.float32)
     beside: Any = -1
+    opaque = not transparent.any()  # then any triangle will do
     for _ in range(LAYERS):
-        hits = mesh.meet(origins, directions, beside=beside)
+        hits = mesh.meet(origins, directions, beside=beside, any_hit=opaque)
         triangle = hits[:, 1].astype(np.int32) - 1
-        missed = triangle < 0
-        escaped[under_way[missed]] = True
-        on = ~missed & (transparent[np.maximum(triangle, 0)] if len(transparent) else False)
+        ends[under_way] = triangle
+        if opaque:
+            break
+        on = (triangle >= 0) & transparent[np.maximum(triangle, 0)]
         if not on.any():
             break
         origins = origins[on] + hits[on, :1] * directions[on]
         directions, beside, under_way = directions[on], triangle[on], under_way[on]
-    return escaped
+    return ends
+
+
+def _fitted(
+    portals: NDArray[Any], view: View, mesh: Mesh, transparent: NDArray[np.bool_]
+) -> NDArray[Any]:
+    """The same portals, each moved to where it leaves the least variance of the light that comes
+    through none before it: by rays about it, that few which escape anywhere tell of too little."""
+    count, each = FITTED
+    some = np.linspace(0, len(view.places) - 1, count).astype(int)
+    places, normals = view.places[some], view.normals[some]
+    before: list[_Rectangle] = []
+    for portal in portals:
+        rectangle = _Rectangle.of(portal)
+        rays, angles = rectangle.rays_from(places, each)
+        above = np.einsum("mnk,mk->mn", rays[..., 3:], normals) > 0.0
+        rays[..., :3] += LIFT * normals[:, None]
+        seen, _ = np.nonzero(above)
+        rays, angles = rays[above], angles[above]
+        ends = _stopped_by(rays, mesh, transparent)
+        comes = ends < 0
+        for other in before:
+            comes &= ~other.passed(rays)
+        if comes.any():
+            found, _, _ = native.fit_window(
+                texels_of(rectangle.record()).reshape(3, 4),
+                places.astype(np.float32),
+                normals.astype(np.float32),
+                seen[comes].astype(np.uint32),
+                rays[comes, 3:].astype(np.float32),
+                angles[comes].astype(np.float32),
+                _frames(mesh, ends[ends >= 0]),
+                SHARE,
+            )
+            rectangle = _Rectangle.of(found.reshape(-1).view(PORTAL.dtype)[0])
+        before.append(rectangle)
+    return np.concatenate([one.record() for one in before]) if before else NO_PORTALS
+
+
+def _frames(mesh: Mesh, triangles: NDArray[np.intp]) -> NDArray[np.float32]:
+    """(k, 6) axes and sides of rectangles along what stands most about a window: by the triangles
+    (n,) where rays end."""
+    some, often = np.unique(triangles, return_counts=True)
+    corners = mesh.corners[some, :, :3].astype(np.float64)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    largest = np.abs(normals).argmax(axis=1)
+    normals *= np.sign(normals[np.arange(len(normals)), largest])[:, None]
+    _, first, alike = np.unique(normals.round(2), axis=0, return_index=True, return_inverse=True)
+    counts = np.bincount(alike.ravel(), often)
+    most = normals[first[np.argsort(-counts, kind="stable")[:AXES]]]
+    square = np.abs(most @ most.T) < SQUARE
+    return np.array(
+        [[*most[i], *most[j]] for i, j in zip(*np.nonzero(square), strict=True)], np.float32
+    ).reshape(-1, 6)
 
 
 def _portals(rays: Doubles, places: Doubles) -> NDArray[Any]:
@@ -120,9 +187,39 @@ class _Rectangle:
     frame: Doubles  # (3, 3) rows across, up, and the normal
     size: Doubles  # (2,)
 
+    @staticmethod
+    def of(portal: NDArray[Any]) -> _Rectangle:
+        """That of a PORTAL."""
+        across, axis = (portal[name].astype(np.float64) for name in ("across", "axis"))
+        frame = np.stack([across, np.cross(axis, across), axis])
+        size = np.array([portal["width"], portal["height"]], np.float64)
+        return _Rectangle(portal["middle"].astype(np.float64), frame, size)
+
     def at(self, rays: Doubles) -> Doubles:
         """(n, 2) where rays meet its plane, from its middle."""
         return _met(rays, self.middle, self.frame[2]) @ self.frame[:2].T
+
+    def passed(self, rays: Doubles) -> NDArray[np.bool_]:
+        """(n,) which rays' lines go through it."""
+        inside: NDArray[np.bool_] = (np.abs(self.at(rays)) <= 0.5 * self.size).all(axis=1)
+        return inside
+
+    def rays_from(self, places: Doubles, count: int) -> tuple[Doubles, Doubles]:
+        """(m, count, 6) rays from places (m, 3) through it and about it, and for how much of all
+        directions each stands [sr]."""
+        golden = (math.sqrt(5.0) - 1.0) / 2.0
+        at, own = np.arange(count)[None], np.arange(len(places))[:, None]
+        u = np.stack(
+            [(at + own * golden % 1.0) / count, (at * golden + own * golden**2) % 1.0], axis=2
+        )
+        ends = self.middle + (ABOUT * (u - 0.5) * self.size) @ self.frame[:2]
+        way = ends - places[:, None]
+        far = np.maximum(np.linalg.norm(way, axis=2), 1e-9)
+        directions = way / far[..., None]
+        area = ABOUT**2 * self.size.prod()
+        angles: Doubles = area / count * np.abs(directions @ self.frame[2]) / far**2
+        rays = np.concatenate([np.broadcast_to(places[:, None], way.shape), directions], axis=2)
+        return rays, angles
 
     def angles(self, places: Doubles) -> Doubles:
         """(n,) its solid angles over 2 pi, 1 at most."""
@@ -149,7 +246,7 @@ def _left(rectangles: list[_Rectangle], rays: Doubles, places: Doubles) -> float
     """The variance over what there is without."""
     inside, angle = np.zeros(len(rays), bool), 0.0
     for one in rectangles:
-        inside |= (np.abs(one.at(rays)) <= 0.5 * one.size).all(axis=1)
+        inside |= one.passed(rays)
         angle += float(one.angles(places).mean())
     share = float(inside.mean())
     return share * angle / SHARE + (1.0 - share) / (1.0 - SHARE)

@@ -4,6 +4,7 @@
 
 mod rectangle;
 mod segments;
+mod window;
 
 use rayon::prelude::*;
 
@@ -13,6 +14,7 @@ use crate::random::random4;
 use crate::vector::{Vector, cross};
 use rectangle::{LEAST_SIDE, MOST_SIDE, Rectangle};
 use segments::{Block, Segment, add, meet, segments_of, weights};
+pub use window::{Seen, Way, fit_window};
 
 /// Rectangles that are tried at first, how many of them are made better, and in how many steps.
 const TRIED: std::ops::RangeInclusive<usize> = 200..=2000;
@@ -153,34 +155,16 @@ impl<'a> Search<'a> {
         better.into_iter().reduce(|one, other| if other.0 > one.0 { other } else { one })
     }
 
-    /// A better one near by. Where threads are idle steps are tried ahead, as if none before them led on: the first
-    /// that does is the one that is found without.
-    fn climbed(&self, mut rectangle: Rectangle, steps: u32, which: u32) -> (f32, Rectangle) {
-        let (mut gain, mut far) = (self.gain(&rectangle), 1.0f32);
-        let ahead = rayon::current_num_threads().min(MOST_AHEAD);
-        let mut step = 0;
-        while step < steps {
-            let fars = std::iter::successors(Some(far), |far| Some(nearer(*far)));
-            let begun: Vec<(u32, f32)> = (step..steps).zip(fars).take(ahead).collect();
-            let tried: Vec<(f32, Rectangle)> = begun
-                .par_iter()
-                .map(|&(step, far)| {
-                    let other = rectangle.changed(far, |k| random4(SEED, which, step, 16 + k));
-                    let other = match BEYOND.get(step as usize % (1 + BEYOND.len())) {
-                        Some(&beyond) => self.fitted(other, beyond),
-                        None => other,
-                    };
-                    (self.gain(&other), other)
-                })
-                .collect();
-            let better = tried.iter().position(|(its_own, _)| *its_own > gain);
-            let (last, last_far) = begun[better.unwrap_or(begun.len() - 1)];
-            (step, far) = (last + 1, nearer(last_far));
-            if let Some(at) = better {
-                ((gain, rectangle), far) = (tried[at], (1.5 * last_far).min(1.0));
+    /// A better one near by.
+    fn climbed(&self, rectangle: Rectangle, steps: u32, which: u32) -> (f32, Rectangle) {
+        let gain = |one: &Rectangle| self.gain(one);
+        climbed(rectangle, steps, gain, |one, step, far| {
+            let other = one.changed(far, MOST_SIDE, |k| random4(SEED, which, step, 16 + k));
+            match BEYOND.get(step as usize % (1 + BEYOND.len())) {
+                Some(&beyond) => self.fitted(other, beyond),
+                None => other,
             }
-        }
-        (gain, rectangle)
+        })
     }
 
     /// The rectangle in the plane of another one through which most segments come that come about through that:
@@ -230,6 +214,38 @@ impl<'a> Search<'a> {
         let side = |u: f32| LEAST_SIDE.ln() + u * (MOST_SIDE / LEAST_SIDE).ln();
         Rectangle { middle, axis, across, sides: [side(b[0]), side(b[1])] }
     }
+}
+
+/// A rectangle near by that gains more, and its gain; `change`: another one, by which step it is and how far that may
+/// go. Where threads are idle steps are tried ahead, as if none before them led on: the first that does is the one
+/// that is found without.
+fn climbed(
+    mut rectangle: Rectangle,
+    steps: u32,
+    gain_of: impl Fn(&Rectangle) -> f32 + Sync,
+    change: impl Fn(&Rectangle, u32, f32) -> Rectangle + Sync,
+) -> (f32, Rectangle) {
+    let (mut gain, mut far) = (gain_of(&rectangle), 1.0f32);
+    let ahead = rayon::current_num_threads().min(MOST_AHEAD);
+    let mut step = 0;
+    while step < steps {
+        let fars = std::iter::successors(Some(far), |far| Some(nearer(*far)));
+        let begun: Vec<(u32, f32)> = (step..steps).zip(fars).take(ahead).collect();
+        let tried: Vec<(f32, Rectangle)> = begun
+            .par_iter()
+            .map(|&(step, far)| {
+                let other = change(&rectangle, step, far);
+                (gain_of(&other), other)
+            })
+            .collect();
+        let better = tried.iter().position(|(its_own, _)| *its_own > gain);
+        let (last, last_far) = begun[better.unwrap_or(begun.len() - 1)];
+        (step, far) = (last + 1, nearer(last_far));
+        if let Some(at) = better {
+            ((gain, rectangle), far) = (tried[at], (1.5 * last_far).min(1.0));
+        }
+    }
+    (gain, rectangle)
 }
 
 /// Photons' fluxes that took each segment, over what they are without portals, if there is one more; how many see any.

@@ -18,6 +18,17 @@ pub(super) struct Rectangle {
 }
 
 impl Rectangle {
+    pub(super) fn of(portal: &Portal) -> Rectangle {
+        let [[x, y, z, width], [cx, cy, cz, height], [ax, ay, az, _]] = *portal;
+        let sides = [width.ln(), height.ln()];
+        Rectangle { middle: [x, y, z], axis: [ax, ay, az], across: [cx, cy, cz], sides }
+    }
+
+    pub(super) fn wider(mut self, times: f32) -> Rectangle {
+        self.sides = self.sides.map(|side| side + times.ln());
+        self
+    }
+
     pub(super) fn portal(&self) -> Portal {
         let axis = unit(self.axis);
         let along = dot(self.across, axis);
@@ -28,8 +39,8 @@ impl Rectangle {
     }
 
     /// Another one, changed in one way by as much as `far` tells: an edge is moved, or it is shifted across its
-    /// plane, or turned.
-    pub(super) fn changed(&self, far: f32, draw: impl Fn(u32) -> [f32; 4]) -> Rectangle {
+    /// plane, or turned. No side becomes longer than `most`.
+    pub(super) fn changed(&self, far: f32, most: f32, draw: impl Fn(u32) -> [f32; 4]) -> Rectangle {
         let (a, b) = (draw(0), draw(1));
         // About normal: the sum of two even ones.
         let n = |u: f32, v: f32| 2.4 * far * (u + v - 1.0);
@@ -41,7 +52,7 @@ impl Rectangle {
             edge @ 0..4 => {
                 let (side, length, along) =
                     if edge < 2 { (0, width, across) } else { (1, height, cross(axis, across)) };
-                other.sides[side] = (other.sides[side] + 0.5 * n(a[1], a[2])).min(MOST_SIDE.ln());
+                other.sides[side] = (other.sides[side] + 0.5 * n(a[1], a[2])).min(most.ln());
                 let longer = other.sides[side].exp() - length;
                 other.middle = moved(along, if edge % 2 == 0 { 0.5 * longer } else { -0.5 * longer });
             }
@@ -56,7 +67,7 @@ impl Rectangle {
     }
 }
 
-fn unit(v: Vector) -> Vector {
+pub(super) fn unit(v: Vector) -> Vector {
     let length = dot(v, v).sqrt().max(1.0e-20);
     v.map(|x| x / length)
 }

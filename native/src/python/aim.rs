@@ -106,3 +106,47 @@ pub(super) fn photon_portals<'py>(
     let (portals, gain) = run(py, || portal_search::search(places, normals, photons, masses))?;
     Ok((new_rows(py, portals.into_iter().flatten().collect())?, gain))
 }
+
+/// A window through which light comes from all around, float32[3, 4] laid out as LAYOUTS says of Portal: the rectangle,
+/// near a portal float32[3, 4] or by an axis and a side of frames float32[k, 6], that leaves the least variance where a
+/// `share` of shadow rays goes through it; and that variance over the square, of it and of the portal given. Takes places
+/// float32[m, 3] with their normals float32[m, 3], and ways by which light comes: from which place uint32[n], unit
+/// directions float32[n, 3], and for how much of all directions each stands, float32[n]. Raises ValueError for what is no
+/// place and no solid angle.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub(super) fn fit_window<'py>(
+    py: Python<'py>,
+    portal: &Bound<'py, PyAny>,
+    places: &Bound<'py, PyAny>,
+    normals: &Bound<'py, PyAny>,
+    from_place: &Bound<'py, PyAny>,
+    directions: &Bound<'py, PyAny>,
+    angles: &Bound<'py, PyAny>,
+    frames: &Bound<'py, PyAny>,
+    share: f64,
+) -> PyResult<(Rows<'py>, f64, f64)> {
+    let portal = array::<f32>(portal, "portal", &[Some(3), Some(4)])?;
+    let &[a, b, c] = rows::<f32, 4>(&portal)? else { unreachable!("three rows") };
+    let places = array::<f32>(places, "places", &[None, Some(3)])?;
+    let places = rows::<f32, 3>(&places)?;
+    let normals = array::<f32>(normals, "normals", &[Some(places.len()), Some(3)])?;
+    let normals = rows::<f32, 3>(&normals)?;
+    let from_place = array::<u32>(from_place, "from_place", &[None])?;
+    let from_place = from_place.as_slice()?;
+    let directions = array::<f32>(directions, "directions", &[Some(from_place.len()), Some(3)])?;
+    let directions = rows::<f32, 3>(&directions)?;
+    let angles = array::<f32>(angles, "angles", &[Some(from_place.len())])?;
+    let angles = angles.as_slice()?;
+    let frames = array::<f32>(frames, "frames", &[None, Some(6)])?;
+    let frames = rows::<f32, 6>(&frames)?;
+    let (found, after, before) = run(py, || {
+        let seen = |(&position, &normal)| portal_search::Seen { position, normal };
+        let seen: Vec<_> = places.iter().zip(normals).map(seen).collect();
+        let way = |((&place, &direction), &angle)| portal_search::Way { place, direction, angle };
+        let ways: Vec<_> = from_place.iter().zip(directions).zip(angles).map(way).collect();
+        let frames: Vec<_> = frames.iter().map(|&[a, b, c, d, e, f]| [[a, b, c], [d, e, f]]).collect();
+        portal_search::fit_window(&[a, b, c], &seen, &ways, &frames, share)
+    })?;
+    Ok((new_rows(py, found.to_vec())?, after, before))
+}

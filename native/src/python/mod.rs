@@ -46,6 +46,7 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
         wrap_pyfunction!(aim::aimed_numbers, module)?,
         wrap_pyfunction!(aim::random_numbers, module)?,
         wrap_pyfunction!(aim::photon_portals, module)?,
+        wrap_pyfunction!(aim::fit_window, module)?,
         wrap_pyfunction!(view::view_cells, module)?,
         wrap_pyfunction!(view::numbered_cells, module)?,
         wrap_pyfunction!(view::cells_among, module)?,

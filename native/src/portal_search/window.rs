@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Fits a window: the rectangle through which light from all around comes, by the variance that shadow rays
+//! through it leave.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use super::climbed;
+use super::rectangle::Rectangle;
+use crate::InvalidInput;
+use crate::portals::Portal;
+use crate::random::random4;
+use crate::vector::{Vector, cross, dot};
+
+/// How deep first rectangles are tried, of their shorter side.
+const DEPTHS: [f32; 7] = [-0.6, -0.3, -0.12, 0.0, 0.12, 0.3, 0.6];
+const STEPS: u32 = 120;
+/// How much of what comes through may be beyond each side, where sides are fitted, and how much wider it is made.
+const BEYOND: [f32; 3] = [0.0, 0.005, 0.02];
+const MARGIN: f32 = 1.01;
+/// How much wider the one is made that is found, and how much more variance may be left where all ways go through it.
+const WIDER: f32 = 1.03;
+const LOOSER: f64 = 1.15;
+/// No side is longer: all that is there is within one scene unit of the middle.
+const MOST_SIDE: f32 = 4.0;
+/// Below this share of what falls on places in the mean errors are not relative to it, as where errors are measured.
+const DARK: f64 = 0.1;
+const SEED: u32 = 2;
+
+/// A place of the picture, and its normal.
+pub struct Seen {
+    pub position: Vector,
+    pub normal: Vector,
+}
+
+/// A way from one of the places by which light may come.
+pub struct Way {
+    pub place: u32,
+    pub direction: Vector,
+    /// How much of all directions it stands for [sr].
+    pub angle: f32,
+}
+
+/// What the rectangle is fitted to.
+struct Fit<'a> {
+    places: &'a [Seen],
+    ways: &'a [Way],
+    /// Of each way.
+    cosines: Vec<f64>,
+    /// What falls on each place, squared, or where it is dark what counts there.
+    squares: Vec<f64>,
+    /// Places that ways begin at.
+    lit: Vec<bool>,
+    share: f64,
+}
+
+/// The rectangle of the least variance near a portal, or with the axis and the side of a frame, the mean over places
+/// of E[x^2] / E[x]^2 where a `share` of shadow rays goes through it by solid angle and the others by the cosine, and
+/// the same of the portal given.
+///
+/// # Errors
+/// A way from no place; an angle that is no number.
+pub fn fit_window(
+    portal: &Portal,
+    places: &[Seen],
+    ways: &[Way],
+    frames: &[[Vector; 2]],
+    share: f64,
+) -> Result<(Portal, f64, f64), InvalidInput> {
+    if let Some(row) = ways.iter().position(|way| way.place as usize >= places.len()) {
+        return Err(InvalidInput(format!("place[{row}] = {} is none of {}", ways[row].place, places.len())));
+    }
+    if let Some(row) = ways.iter().position(|way| !(way.angle.is_finite() && way.angle >= 0.0)) {
+        return Err(InvalidInput(format!("angles[{row}] = {} is no solid angle", ways[row].angle)));
+    }
+    let fit = Fit::new(places, ways, share);
+    let own = Rectangle::of(portal);
+    let before = fit.variance(&own);
+    let shorter = own.sides[0].min(own.sides[1]).exp();
+    let of_frame = |&[axis, across]: &[Vector; 2]| {
+        DEPTHS.map(|depth| {
+            let middle = std::array::from_fn(|k| own.middle[k] + depth * shorter * axis[k]);
+            fit.fitted(Rectangle { middle, axis, across, sides: own.sides }, BEYOND[0])
+        })
+    };
+    let mut tried: Vec<Rectangle> = frames.iter().flat_map(of_frame).collect();
+    tried.push(own);
+    let (_, start) = tried
+        .into_par_iter()
+        .map(|one| (fit.variance(&one), one))
+        .reduce_with(|one, other| if other.0 < one.0 { other } else { one })
+        .unwrap_or((before, own));
+    let gain = |one: &Rectangle| (1.0 / fit.variance(one)) as f32;
+    let (_, found) = climbed(start, STEPS, gain, |one, step, far| {
+        let other = one.changed(far, MOST_SIDE, |k| random4(SEED, 0, step, k));
+        match BEYOND.get(step as usize % (1 + BEYOND.len())) {
+            Some(&beyond) => fit.fitted(other, beyond),
+            None => other,
+        }
+    });
+    // Ways that are few, and brightest where a portal misses them, may be among none of these.
+    let whole = fit.fitted(found, 0.0).wider(WIDER);
+    let own = found.wider(WIDER);
+    let found = if fit.variance(&whole) <= LOOSER * fit.variance(&own) { whole } else { own };
+    Ok((found.portal(), fit.variance(&found), before))
+}
+
+impl<'a> Fit<'a> {
+    fn new(places: &'a [Seen], ways: &'a [Way], share: f64) -> Fit<'a> {
+        let cosine = |way: &Way| f64::from(dot(places[way.place as usize].normal, way.direction)).max(0.0);
+        let cosines: Vec<f64> = ways.iter().map(cosine).collect();
+        let mut falls = vec![0.0; places.len()];
+        for (way, cosine) in ways.iter().zip(&cosines) {
+            falls[way.place as usize] += cosine * f64::from(way.angle);
+        }
+        let dark = DARK * falls.iter().sum::<f64>() / falls.len().max(1) as f64;
+        let squares = falls.iter().map(|falls| falls * falls + dark * dark).collect();
+        let lit = falls.iter().map(|falls| *falls > 0.0).collect();
+        Fit { places, ways, cosines, squares, lit, share }
+    }
+
+    fn variance(&self, rectangle: &Rectangle) -> f64 {
+        let portal = rectangle.portal();
+        let [.., [ax, ay, az, _]] = portal;
+        let lit = |(seen, lit): (&Seen, &bool)| if *lit { solid_angle(&portal, seen.position) } else { 0.0 };
+        let angles: Vec<f64> = self.places.iter().zip(&self.lit).map(lit).collect();
+        let half = rectangle.sides.map(|side| 0.5 * side.exp());
+        let mut found = 0.0;
+        for (way, &cosine) in self.ways.iter().zip(&self.cosines) {
+            let place = way.place as usize;
+            let [x, y] = met(&portal, self.places[place].position, way.direction, [ax, ay, az]);
+            let through = x.abs() <= half[0] && y.abs() <= half[1];
+            let by_portal = if through { self.share / angles[place].max(1.0e-12) } else { 0.0 };
+            let density = by_portal + (1.0 - self.share) * cosine / PI;
+            if density > 0.0 {
+                found += cosine * cosine * f64::from(way.angle) / (density * self.squares[place]);
+            }
+        }
+        (found / self.places.len() as f64).max(1.0e-12)
+    }
+
+    /// The rectangle in the plane of another one through which most ways go.
+    fn fitted(&self, rectangle: Rectangle, beyond: f32) -> Rectangle {
+        let portal = rectangle.portal();
+        let [[x, y, z, _], [cx, cy, cz, _], [ax, ay, az, _]] = portal;
+        let (mut middle, across, axis) = ([x, y, z], [cx, cy, cz], [ax, ay, az]);
+        let mut at: [Vec<f32>; 2] = Default::default();
+        for way in self.ways {
+            let [x, y] = met(&portal, self.places[way.place as usize].position, way.direction, axis);
+            if x.is_finite() && y.is_finite() {
+                at[0].push(x);
+                at[1].push(y);
+            }
+        }
+        let few = (beyond * at[0].len() as f32) as usize;
+        if at[0].len() <= 2 * few {
+            return rectangle;
+        }
+        let mut sides = [0.0; 2];
+        for (k, along) in [across, cross(axis, across)].into_iter().enumerate() {
+            let last = at[k].len() - 1 - few;
+            let low = *at[k].select_nth_unstable_by(few, f32::total_cmp).1;
+            let high = *at[k].select_nth_unstable_by(last, f32::total_cmp).1;
+            middle = std::array::from_fn(|i| middle[i] + 0.5 * (low + high) * along[i]);
+            sides[k] = (MARGIN * (high - low)).clamp(1.0e-4, MOST_SIDE).ln();
+        }
+        Rectangle { middle, axis, across, sides }
+    }
+}
+
+/// Where a way from a place meets a portal's plane, from its middle along its sides; infinite: it does not.
+fn met(portal: &Portal, place: Vector, direction: Vector, axis: Vector) -> [f32; 2] {
+    let [[mx, my, mz, _], [cx, cy, cz, _], _] = *portal;
+    let across = [cx, cy, cz];
+    let away = std::array::from_fn(|k| place[k] - [mx, my, mz][k]);
+    let far = -dot(away, axis) / dot(direction, axis);
+    if far.is_nan() || far <= 0.0 {
+        return [f32::INFINITY; 2];
+    }
+    [across, cross(axis, across)].map(|along| dot(away, along) + far * dot(direction, along))
+}
+
+/// Of a rectangle, seen from a place [sr].
+fn solid_angle(portal: &Portal, place: Vector) -> f64 {
+    let [[mx, my, mz, width], [cx, cy, cz, height], [ax, ay, az, _]] = *portal;
+    let (across, axis) = ([cx, cy, cz], [ax, ay, az]);
+    let away: Vector = std::array::from_fn(|k| place[k] - [mx, my, mz][k]);
+    let [x, y, z] = [across, cross(axis, across), axis].map(|along| f64::from(dot(away, along)));
+    let (half_width, half_height, z) = (0.5 * f64::from(width), 0.5 * f64::from(height), z.abs().max(1.0e-9));
+    // The angles of the four corners, one minus the next: that of the product of complex numbers.
+    let corner = |a: f64, b: f64| [z * (a * a + b * b + z * z).sqrt(), a * b];
+    let times = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a * c - b * d, a * d + b * c];
+    let [left, right, low, high] = [-half_width - x, half_width - x, -half_height - y, half_height - y];
+    let minus = |[a, b]: [f64; 2]| [a, -b];
+    let added = times(corner(right, high), corner(left, low));
+    let [a, b] = times(added, minus(times(corner(right, low), corner(left, high))));
+    let angle = b.atan2(a);
+    if angle < 0.0 { angle + 2.0 * PI } else { angle }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a window in a wall, 1 wide and 0.5 high, from places on both sides of its axis: a tilted one that is
+    /// too wide becomes that one.
+    #[test]
+    fn a_window_is_found() {
+        let draw = |number: u32, k: u32| random4(7, 0, number, k);
+        let places: Vec<Seen> = (0..60)
+            .map(|number| {
+                let u = draw(number, 0);
+                let position = [2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0, -1.0 - u[2]];
+                Seen { position, normal: [0.0, 0.0, 1.0] }
+            })
+            .collect();
+        let ways: Vec<Way> = (0..1200)
+            .map(|number| {
+                let (place, u) = (number % 60, draw(number, 1));
+                let through = [u[0] - 0.5, 0.5 * (u[1] - 0.5), 0.0];
+                let from = places[place as usize].position;
+                let way: Vector = std::array::from_fn(|k| through[k] - from[k]);
+                let length = dot(way, way).sqrt();
+                let direction = way.map(|x| x / length);
+                Way { place, direction, angle: 0.5 / 20.0 * direction[2] / (length * length) }
+            })
+            .collect();
+        let tilted: Portal = [[0.05, 0.1, 0.1, 1.4], [0.98, 0.199, 0.0, 0.9], [0.0, 0.3, 0.954, 0.0]];
+        // Without knowing what stands about it only nearly.
+        for (frames, close) in [(&[[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]][..], 0.05), (&[], 0.5)] {
+            let (found, after, before) = fit_window(&tilted, &places, &ways, frames, 0.75).unwrap();
+            assert!(after < 0.75 * before, "{before} {after}");
+            let [[x, y, z, width], [.., height], [.., axis, _]] = found;
+            assert!(x.abs() < close && y.abs() < close && z.abs() < close, "{found:?}");
+            assert!((width - 1.0).abs() < close && (height - 0.5).abs() < close, "{found:?}");
+            assert!(axis.abs() > 1.0 - close, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn bad_input() {
+        let portal = [[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]];
+        let places = [Seen { position: [0.0; 3], normal: [0.0, 0.0, 1.0] }];
+        let way = |place, angle| [Way { place, direction: [0.0, 0.0, 1.0], angle }];
+        assert!(fit_window(&portal, &places, &way(1, 1.0), &[], 0.75).is_err());
+        assert!(fit_window(&portal, &places, &way(0, f32::NAN), &[], 0.75).is_err());
+    }
+}
