@@ -103,8 +103,14 @@ void kernel() {
 #else
     const int WAYS = 1;
 #endif
-    for (int i = 0; i < WAYS * SHADOW_RAYS; i++) {
-        ShadowRay ray = shadow_ray(point, i / WAYS, i % WAYS == 1);
+#ifdef PORTALS
+    int more = world_rays - 1;  // to the world: of the numbers below 0
+#else
+    const int more = 0;
+#endif
+    for (int i = -WAYS * more; i < WAYS * SHADOW_RAYS; i++) {
+        int number = (i + WAYS * more) / WAYS - more;
+        ShadowRay ray = shadow_ray(point, number, (i & (WAYS - 1)) == 1);
         if (!is_ray(ray)) continue;
 #ifdef SHADED_LAMPS
         is_to_world = ray.is_to_world;

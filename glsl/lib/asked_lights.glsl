@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which lights a visible point's SHADOW_RAYS go to. It asks some lights each: one ray goes to each of these. Of all
-// others it asks DRAWN at a time, which the tree draws; without DRAWN there are no others.
+// others it asks DRAWN at a time, which the tree draws; without DRAWN there are no others. Through portals world_rays of
+// them go to the world, the light of number world_light; -1: there is none, or several are.
 #ifdef DRAWN
 #include "lib/light_tree.glsl"
 #endif
@@ -8,6 +9,9 @@
 
 // How many of a point's shadow rays go to a light, in the mean.
 float rays_to(int light, vec3 position, vec3 normal) {
+#ifdef PORTALS
+    if (light == world_light) return float(world_rays);
+#endif
 #ifdef DRAWN
     LightPlace place = light_place_at(light);
     return place.place < 0.0 ? 1.0 : float(DRAWN) * probability_of(place, position, normal);

@@ -49,9 +49,13 @@ vec3 normal_for_lights(VisiblePoint point) {
     return point.facing.normal;
 }
 
-// Which light a point's shadow ray of this number goes to, and how many of them do in the mean.
+// Which light a point's shadow ray of this number goes to, and how many of them do in the mean. Below 0: one more to the
+// world.
 int light_of(VisiblePoint point, int number, out float rays) {
     rays = 1.0;
+#ifdef PORTALS
+    if (number < 0) return world_light;
+#endif
 #ifdef DRAWN
     if (number < asked_lights) return int(light_place_at(number).light);
     float u = even_over_passes(DIMENSION_CHOICE + uint(depth) * 0x10000u).x;
@@ -102,8 +106,13 @@ LightSample around_by_phase(VisiblePoint point, vec2 u) {
 }
 #endif
 
-// Of the shadow ray of this dimension. `by_lobe`: the second one to the world, whose share is 0 where lobes ask for none.
-ShadowSample sample_for(VisiblePoint point, Light light, uint dimension, bool by_lobe, bool one_sided) {
+// By which numbers a shadow ray is drawn: which of so many rays to one light it is.
+struct RayNumbers { uint dimension; uint which; uint many; };
+
+vec2 drawn_by(RayNumbers ray, uint further) { return even_over_passes(ray.dimension + further, ray.which, ray.many); }
+
+// Of the shadow ray of these numbers. `by_lobe`: the second one to the world, whose share is 0 where lobes ask for none.
+ShadowSample sample_for(VisiblePoint point, Light light, RayNumbers ray, bool by_lobe, bool one_sided) {
     vec3 position = point.place.position, facing = point.facing.normal;
     ShadowSample made = ShadowSample(LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0), 0.0, -1.0);
     bool by_portal = false, is_around = false;
@@ -111,24 +120,25 @@ ShadowSample sample_for(VisiblePoint point, Light light, uint dimension, bool by
     // Of the world about a point in a medium: half by what that scatters, else by the world's own density of either half
     // space. That by the cosine alone would have samples without bound.
     is_around = is_in_medium(point.place) && is_world(light);
-    float way = random4(seed, pass_index, uint(pixel_number(load_pixel().at)), dimension).z;
+    uint pixel = uint(pixel_number(load_pixel().at));
+    float way = random4(seed, pass_index + ray.which * MOST_PASSES, pixel, ray.dimension).z;
     if (is_around && way < 0.25) facing = -facing;
 #endif
 #ifdef SHADOW_RAYS_BY_LOBES
     float first = is_world(light) && one_sided ? share_of_first_to_gather(point) : -1.0;
     if (by_lobe && first < 0.0) return made;
     if (by_lobe) {
-        made.found = sample_to_gather(point, first, even_over_passes(dimension + 0x8000u));
+        made.found = sample_to_gather(point, first, drawn_by(ray, 0x8000u));
     } else {
-        made.found = sample_asked(light, position, facing, even_over_passes(dimension), by_portal);
+        made.found = sample_asked(light, position, facing, drawn_by(ray, 0u), by_portal);
     }
     if (first >= 0.0) made.to_gather = pdf_to_gather(point, first, made.found.to_light);
 #else
-    made.found = sample_asked(light, position, facing, even_over_passes(dimension), by_portal);
+    made.found = sample_asked(light, position, facing, drawn_by(ray, 0u), by_portal);
 #endif
 #ifdef SCATTERING
     if (is_around) {
-        if (way >= 0.5) made.found = around_by_phase(point, even_over_passes(dimension));
+        if (way >= 0.5) made.found = around_by_phase(point, drawn_by(ray, 0u));
         else if (!(dot(made.found.to_light, facing) > 0.0)) made.found.share = 0.0;
         if (dot(made.found.to_light, facing) < 0.0) facing = -facing;
     }
@@ -208,7 +218,11 @@ ShadowRay ray_to(VisiblePoint point, LightSample found, float lift) {
 // A point's shadow ray of this number; `by_lobe`: the second one to the world.
 ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     ShadowRay none = no_shadow_ray();
-    uint dimension = DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number);  // one may be chosen twice
+    // One light may be chosen twice.
+    RayNumbers numbers = RayNumbers(DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number), 0u, 1u);
+#ifdef PORTALS
+    if (number < 0) numbers.dimension += uint(world_light - number);
+#endif
     bool one_sided = true;
 #ifdef DRAWN
     if (by_lobe && number >= asked_lights) return none;  // the world is asked
@@ -216,11 +230,18 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
 #ifdef TWO_SIDED
     float share_of_rays = share_of_side(int(point.shading.triangle));
     one_sided = !(share_of_rays < 1.0);
-    if (!one_sided && is_for_behind(dimension)) point = from_behind(point);
+    if (!one_sided && is_for_behind(numbers.dimension)) point = from_behind(point);
 #endif
     float rays;
     int chosen = light_of(point, number, rays);
     if (!(rays > 0.0)) return none;
+#ifdef PORTALS
+    if (chosen == world_light) {
+        numbers.which = uint(max(-number, 0));
+        numbers.many = uint(world_rays);
+        rays = float(world_rays);
+    }
+#endif
 #ifdef TWO_SIDED
     rays *= share_of_rays;
 #endif
@@ -229,7 +250,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     LightLimit limit = light_limit_at(chosen);
     if (point.bounces > limit.bounces) return none;
 #endif
-    ShadowSample made = sample_for(point, light, dimension, by_lobe, one_sided);
+    ShadowSample made = sample_for(point, light, numbers, by_lobe, one_sided);
     LightSample found = made.found;
 #ifdef SCATTERING
     if (is_in_medium(point.place)) point.facing.normal *= dot(found.to_light, point.facing.normal) < 0.0 ? -1.0 : 1.0;

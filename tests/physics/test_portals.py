@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 
 from addon.photon.photons import aim
 from addon.photon.photons.portals import NO_PORTALS
-from addon.photon.scene import Image, Scene, environment_light, world_light
+from addon.photon.scene import Image, Lobe, Material, Scene, environment_light, world_light
+from addon.photon.stage import tables
 from addon.streams import Device
 from tests.measure import rendered
-from tests.scenes import Builder, orthographic, plain_material
+from tests.scenes import Builder, camera, orthographic, plain_material
 
 SKY = world_light("sky", (1.0, 1.5, 2.0))
 SETTINGS: dict[str, Any] = {"width": 24, "height": 24, "photons": 20000}
+ROUGH = {"alpha_x": 0.06, "alpha_y": 0.06, "turn": 0.0, "compensated": 1.0}
 WALL = plain_material("wall", (0.5, 0.5, 0.5))
 
 
@@ -92,6 +94,34 @@ def test_light_is_the_same_and_quieter(
     assert variance < before / 50
     chance = np.sqrt((variance + before) / 2 / plain.size)
     assert abs((through + again).mean() - (plain + other).mean()) / 2 < 4 * chance
+
+
+@pytest.mark.thorough("compute")
+@pytest.mark.parametrize("backend", ["native", "compute"])
+def test_lobes_and_shadow_rays_share_a_window(
+    device: Device, monkeypatch: pytest.MonkeyPatch, backend: str
+) -> None:
+    """Several rays of a point go there, and those of its lobes count for one."""
+    metal = Lobe("ggx_metal", (0.5, 0.4, 0.2), ROUGH | {"tint": (0.8, 0.9, 1.0)})
+    worn = Material("worn", (0.2, 0.3, 0.1), (metal,))
+    view = camera((0, 3.8, 1.5), (0, 1.5, 0), 60)  # the floor, in which it is reflected
+    scene = replace(room(), camera=view, materials=(worn,))
+    assert tables.WORLD_RAYS > 1
+
+    def means(portals: int) -> Any:
+        pictures = []
+        for seed in (0, 5):
+            settings = SETTINGS | {"passes": 32, "backend": backend, "seed": seed}
+            with rendered(device, scene, **settings) as renderer:
+                assert len(found(renderer)) == portals
+                pictures.append(renderer.images()["Combined"][..., :3].astype(float))
+        one, other = pictures
+        return (one + other).mean() / 2, (one - other).std() / 2 / np.sqrt(one.size)
+
+    through, noise = means(1)
+    without(monkeypatch)
+    plain, more_noise = means(0)
+    assert abs(through - plain) < 4 * np.hypot(noise, more_noise)
 
 
 def test_an_image_through_a_window(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -158,11 +158,13 @@ class TracedDirectLight:
 
     def _asked(self, tables: Tables) -> list[tuple[int, int, int]]:
         """The rays of a point: by which program each is aimed; its number, of a ray to a light that
-        is asked the light's; and 1: it goes by a lobe."""
+        is asked the light's, and below 0 of one more to the world; and 1: it goes by a lobe."""
         lights, asked = tables.lights, tables.asked.lights
         light_surfaces = FOUND_BITS["diffuse"] | FOUND_BITS["glossy"]
         asked = asked[lights["found_by"][asked].astype(int) & light_surfaces > 0]
         rays = [(int(lights["kind"][number]), int(number), 0) for number in asked]
+        if (world := tables.world_light) in asked:
+            rays += [(int(lights["kind"][world]), -more, 0) for more in range(1, tables.world_rays)]
         if self._needs.by_lobes:
             rays += [(kind, number, 1) for kind, number, _ in rays if kind in self._worlds]
         first = len(tables.asked.lights)

@@ -323,6 +323,8 @@ class Eye:
             "seen_lights": self._tables.seen_lights,
             "asked_lights": len(self._tables.asked.lights),
             "light_leaves": self._tables.light_leaves,
+            "world_light": self._tables.world_light,
+            "world_rays": self._tables.world_rays,
             "lamps": len(self._tables.emitters),
             "frame_size": (self._settings.width, self._settings.height),
             **media_values(self._settings, self._tables),

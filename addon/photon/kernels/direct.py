@@ -4,7 +4,7 @@ whose rays the host traces, what aims them and what sends them on."""
 
 from ...streams import Kernel, Table, Uniform, When
 from ...streams.declaration import Ports
-from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, LIMITS, PORTALS
+from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, LIMITS, PORTALS, WORLD_RAYS
 from .media import VARYING_TABLES
 from .records import (
     CHAIN,
@@ -63,6 +63,7 @@ _UNIFORMS = {
     "chain_depth": When("WEIGHED", Uniform("int")),
     "asked_lights": When("DRAWN", Uniform("int")),
     "light_leaves": When("DRAWN", Uniform("int")),
+    **WORLD_RAYS,
     "frame_size": Uniform("ivec2"),
 }
 

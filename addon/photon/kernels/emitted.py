@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Table, Uniform, When
-from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, PORTALS
+from .lights import CHOICE, LIGHT_DEFINES, LIGHT_TABLES, PORTALS, WORLD_RAYS
 from .media import VARYING_TABLES
 from .records import (
     CHAIN,
@@ -58,6 +58,7 @@ class Emitted(Kernel):
         "light_count": Uniform("int"),
         "asked_lights": When("DRAWN", Uniform("int")),
         "light_leaves": When("DRAWN", Uniform("int")),
+        **WORLD_RAYS,
         "lamps": When("EMISSIVE", Uniform("int")),
     }
     tables = {

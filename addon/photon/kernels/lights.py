@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What kernels read that ask lights, whatever their kinds."""
 
-from ...streams import Table, When
+from ...streams import Table, Uniform, When
 from ..scene import FOUND_BY
 from .records import LIGHT, LIGHT_LIMIT, LIGHT_NODE, LIGHT_PLACE, PORTAL, PROFILE
 
@@ -17,6 +17,7 @@ LIGHT_DEFINES = (
     "TRIANGLE_LIGHT",
 )
 PORTALS = {"portals": When("PORTALS", Table(PORTAL))}
+WORLD_RAYS = {name: When("PORTALS", Uniform("int")) for name in ("world_light", "world_rays")}
 LIGHT_TABLES = {
     "lights": Table(LIGHT),
     "profiles": When("PROFILES", Table(PROFILE)),

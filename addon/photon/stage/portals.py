@@ -4,6 +4,8 @@
 from ...streams import Defines
 
 MOST_PORTALS = 4
+# Shadow rays of a point to the world where they go through portals: most of the noise is of these.
+WORLD_RAYS = 4
 FACES = 6  # of a box, that are portals of photons
 # Photons that would be absorbed go through portals.
 PORTALS_FOR_ABSORBED_DEFINES: Defines = {

@@ -26,7 +26,13 @@ from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
 from .media import Media, beams
 from .panes import pane_of
-from .portals import FACES, MOST_PORTALS, PORTALS_BY_SHARE_DEFINES, PORTALS_FOR_ABSORBED_DEFINES
+from .portals import (
+    FACES,
+    MOST_PORTALS,
+    PORTALS_BY_SHARE_DEFINES,
+    PORTALS_FOR_ABSORBED_DEFINES,
+    WORLD_RAYS,
+)
 from .profiles import profile_table
 from .programs import program_tables
 from .upload import texels_of, upload_table, write_table
@@ -292,6 +298,19 @@ class Tables:
     def has_world(self) -> bool:
         """Whether there is one that lights."""
         return "portals" in self.textures
+
+    @cached_property
+    def world_light(self) -> int:
+        """The number of the only light that is a world; -1: there is none, or several are."""
+        kinds = [kind.number for kind in light_kinds().values() if kind.is_world]
+        worlds = np.flatnonzero(np.isin(self.lights["kind"], kinds))
+        return int(worlds[0]) if self.emitters and len(worlds) == 1 else -1
+
+    @property
+    def world_rays(self) -> int:
+        """How many shadow rays of a point go to that one."""
+        is_through = self.world_light >= 0 and bool((self.portals["width"] > 0.0).any())
+        return WORLD_RAYS if is_through else 1
 
     def set_shadow_portals(self, portals: NDArray[Any]) -> None:
         """Let shadow rays go through portals, (n,) of PORTAL."""
