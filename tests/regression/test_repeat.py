@@ -151,7 +151,10 @@ def test_strips_are_the_whole(
     assert len(strips_of(Settings(**CHOICES | ways).frame_region, pixels)) > 1
     part = picture(device, **ways)
     for name, image in whole.items():
-        np.testing.assert_array_equal(part[name], image, err_msg=name)
+        if name == "Error" and not device.is_software:  # found there, by sums in another order
+            np.testing.assert_allclose(part[name], image, rtol=2e-6, err_msg=name)
+        else:
+            np.testing.assert_array_equal(part[name], image, err_msg=name)
     assert np.isfinite(whole["Error"]).all() and whole["Mirror"].max() > 0
 
 

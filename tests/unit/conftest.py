@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -8,13 +9,16 @@ import pytest
 
 from addon.photon.photons.kept import Kept
 from addon.streams import Device
+from addon.streams.source import glsl_root
 from tests.unit.glsl_files import use_root
 
 
 @pytest.fixture
 def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty GLSL root."""
-    (tmp_path / "glsl").mkdir()
+    """A GLSL root with nothing but what empties streams on a GPU."""
+    fills = Path("kernels/fill_texture.glsl")
+    (tmp_path / "glsl" / fills).parent.mkdir(parents=True)
+    shutil.copy(glsl_root() / fills, tmp_path / "glsl" / fills)
     return use_root(tmp_path / "glsl", monkeypatch)
 
 
