@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which lights a visible point's SHADOW_RAYS go to. It asks some lights each: one ray goes to each of these. Of all
-// others it asks DRAWN at a time, which the tree draws; without DRAWN there are no others. Through portals world_rays of
-// them go to the world, the light of number world_light; -1: there is none, or several are.
+// others it asks DRAWN at a time, which the tree draws; without DRAWN there are no others. Through portals go world_rays of
+// a point, to the light of number world_light; -1: shadow rays go to no world, or to several.
 #ifdef DRAWN
 #include "lib/light_tree.glsl"
 #endif

@@ -4,7 +4,7 @@
 #include "lib/rng.glsl"
 #include "lib/pixel.glsl"
 
-const uint MOST_PASSES = 0x01000000u;  // numbers from there on are of no pass
+const uint MOST_PASSES = 0x04000000u;  // numbers from there on are of no pass
 
 // Another number for each below 16, so that halves, quarters and eighths of them stay together (Owen's scrambling): of
 // 15 random bits one turns the first half round, two the quarters in their halves, and so on.

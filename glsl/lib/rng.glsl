@@ -49,8 +49,9 @@ vec2 second_sequence(vec2 start, uint n) {
     return fract(start + vec2((step * n) >> 8u) * (1.0 / 16777216.0));
 }
 
-// Numbers that no pass has stand for passes that are even together from 0x40000000 on, for pairs of them and for those
-// that photons are aimed by from 0x80000000 on (lib/shadow_ray.glsl, aim.py); elements 0xfffffffd to 0xffffffff have a pass's own.
+// Numbers that no pass has stand for several rays of a pass from MOST_PASSES on (lib/even.glsl), for passes that are even
+// together from 0x40000000 on, for pairs of them and for those that photons are aimed by from 0x80000000 on
+// (lib/shadow_ray.glsl, aim.py); elements 0xfffffffd to 0xffffffff have a pass's own.
 const uint ALL_PIXELS = 0xfffffffdu;
 // Where each kernel's dimensions begin; a path's bounce or depth is added.
 const uint DIMENSION_LIGHT = 0u;        // which light, and how a photon starts there

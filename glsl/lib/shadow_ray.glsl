@@ -49,12 +49,25 @@ vec3 normal_for_lights(VisiblePoint point) {
     return point.facing.normal;
 }
 
-// Which light a point's shadow ray of this number goes to, and how many of them do in the mean. Below 0: one more to the
-// world.
+#ifdef PORTALS
+// Whether shadow rays of this number go to the only world: one of the lights' own, and world_rays - 1 below 0.
+bool goes_to_world(int number) {
+#ifdef DRAWN
+    if (number >= 0 && number < asked_lights) number = int(light_place_at(number).light);
+    else if (number >= 0) return false;
+#endif
+    return number < 0 || number == world_light;
+}
+#endif
+
+// Which light a point's shadow ray of this number goes to, and how many of them do in the mean.
 int light_of(VisiblePoint point, int number, out float rays) {
     rays = 1.0;
 #ifdef PORTALS
-    if (number < 0) return world_light;
+    if (goes_to_world(number)) {
+        rays = float(world_rays);
+        return world_light;
+    }
 #endif
 #ifdef DRAWN
     if (number < asked_lights) return int(light_place_at(number).light);
@@ -106,12 +119,21 @@ LightSample around_by_phase(VisiblePoint point, vec2 u) {
 }
 #endif
 
-// By which numbers a shadow ray is drawn: which of so many rays to one light it is.
+// By which random numbers a shadow ray is drawn: which of so many rays to one light it is.
 struct RayNumbers { uint dimension; uint which; uint many; };
+
+RayNumbers numbers_of(int number) {
+    RayNumbers ray = RayNumbers(uint(number), 0u, 1u);  // one light may be chosen twice
+#ifdef PORTALS
+    if (goes_to_world(number)) ray = RayNumbers(uint(world_light), uint(max(-number, 0)), uint(world_rays));
+#endif
+    ray.dimension += DIMENSION_DIRECT + uint(depth) * 0x10000u;
+    return ray;
+}
 
 vec2 drawn_by(RayNumbers ray, uint further) { return even_over_passes(ray.dimension + further, ray.which, ray.many); }
 
-// Of the shadow ray of these numbers. `by_lobe`: the second one to the world, whose share is 0 where lobes ask for none.
+// Of the shadow ray of these numbers. `by_lobe`: one more to the world, whose share is 0 where lobes ask for none.
 ShadowSample sample_for(VisiblePoint point, Light light, RayNumbers ray, bool by_lobe, bool one_sided) {
     vec3 position = point.place.position, facing = point.facing.normal;
     ShadowSample made = ShadowSample(LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0), 0.0, -1.0);
@@ -218,11 +240,7 @@ ShadowRay ray_to(VisiblePoint point, LightSample found, float lift) {
 // A point's shadow ray of this number; `by_lobe`: the second one to the world.
 ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     ShadowRay none = no_shadow_ray();
-    // One light may be chosen twice.
-    RayNumbers numbers = RayNumbers(DIMENSION_DIRECT + uint(depth) * 0x10000u + uint(number), 0u, 1u);
-#ifdef PORTALS
-    if (number < 0) numbers.dimension += uint(world_light - number);
-#endif
+    RayNumbers numbers = numbers_of(number);
     bool one_sided = true;
 #ifdef DRAWN
     if (by_lobe && number >= asked_lights) return none;  // the world is asked
@@ -235,13 +253,6 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     float rays;
     int chosen = light_of(point, number, rays);
     if (!(rays > 0.0)) return none;
-#ifdef PORTALS
-    if (chosen == world_light) {
-        numbers.which = uint(max(-number, 0));
-        numbers.many = uint(world_rays);
-        rays = float(world_rays);
-    }
-#endif
 #ifdef TWO_SIDED
     rays *= share_of_rays;
 #endif

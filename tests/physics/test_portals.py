@@ -24,9 +24,9 @@ ROUGH = {"alpha_x": 0.06, "alpha_y": 0.06, "turn": 0.0, "compensated": 1.0}
 WALL = plain_material("wall", (0.5, 0.5, 0.5))
 
 
-def room(side: bool = False) -> Scene:
+def room(side: bool = False, ball: float | None = None) -> Scene:
     """A room 4 m deep, with a window in one wall, or in another, too, and its floor seen from
-    above."""
+    above; `ball`: with a ball in it, that far to one side."""
     built = Builder()
     built.box((-2, -0.2, -0.2), (2, 4.2, 0), 0).box((-2, -0.2, 2), (2, 4.2, 2.2), 0)
     built.box((-2.2, -0.2, 0), (-2, 4.2, 2), 0).box((-2, 4, 0), (2, 4.2, 2), 0)
@@ -38,6 +38,8 @@ def room(side: bool = False) -> Scene:
         built.box((2, 2.5, 0), (2.2, 3.3, 0.8), 0).box((2, 2.5, 1.5), (2.2, 3.3, 2), 0)
     else:
         built.box((2, -0.2, 0), (2.2, 4.2, 2), 0)
+    if ball is not None:
+        built.sphere((ball, 2.0, 0.6), 0.5)
     view = orthographic((0, 2.0, 1.9), (1, 0, 0), (0, 1, 0), 3.6)
     return built.scene(view, [SKY], [WALL])
 

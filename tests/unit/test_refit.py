@@ -20,6 +20,7 @@ from addon.photon.photons.kept import Kept
 from addon.photon.scene import Moving, Scene
 from addon.photon.stage.geometry import MOST_WEAR, Mesh, Tree, _areas, frame_of
 from addon.streams import Device
+from tests.physics.test_portals import room
 from tests.scenes import Builder, camera, cornell, corners_of, plain_light, plain_material
 from tests.unit.kept_frames import SETTINGS, WAYS, Frame, render
 
@@ -120,6 +121,19 @@ def test_twins_of_other_colours(kept: Kept, picture: Callable[..., Frame]) -> No
         frame, fresh = picture(scene, kept), picture(scene)
         assert tree_of(kept).order is first.order
         assert frame.images == fresh.images and frame.info == fresh.info, by
+    assert not np.array_equal(Mesh.build(scene, frame_of(scene)).tree.order, first.order)
+
+
+@pytest.mark.thorough("compute gather", "fragment")
+def test_windows(kept: Kept, picture: Callable[..., Frame]) -> None:
+    """Are fitted along what stands about them, whatever the tree's order."""
+    picture(room(side=True, ball=-1.0), kept)
+    first = tree_of(kept)
+    for ball in (0.2, 1.0):
+        scene = room(side=True, ball=ball)
+        frame, fresh = picture(scene, kept), picture(scene)
+        assert tree_of(kept).order is first.order
+        assert frame.images == fresh.images and frame.info == fresh.info, ball
     assert not np.array_equal(Mesh.build(scene, frame_of(scene)).tree.order, first.order)
 
 

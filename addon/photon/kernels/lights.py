@@ -7,6 +7,7 @@ from .records import LIGHT, LIGHT_LIMIT, LIGHT_NODE, LIGHT_PLACE, PORTAL, PROFIL
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
 FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
+LIGHT_SURFACES = FOUND_BITS["diffuse"] | FOUND_BITS["glossy"]  # one of them: shadow rays ask it
 IS_SOFT, IS_GLOW = 1 << len(FOUND_BY), 2 << len(FOUND_BY)
 LIGHT_DEFINES = (
     "PROFILES",

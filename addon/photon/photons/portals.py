@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Portals: rectangles, such as windows, through which the world's light falls on what the picture
-shows. Few rays from there tell where they are; shadow rays go through them by
-glsl/lib/portals.glsl.
+shows. Few rays from there tell about where they are, and more about each, to which it is fitted;
+shadow rays go through them by glsl/lib/portals.glsl.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,12 +23,7 @@ from ..stage.upload import texels_of
 from .importance import closest_to, frames_about
 from .view import Doubles, View
 
-RAYS = (
-    16,
-    128,
-    512,
-    2048,
-)  # of each place, if fewer are too few; the first tell of out of doors alone
+RAYS = 16, 128, 512, 2048  # of each place, if fewer are too few; 16 tell of out of doors
 PLACES = 64  # that stand for all that the picture shows
 OPEN = 0.3  # of the rays: out of doors there are no portals
 LIFT = 1e-4  # of places off their surface [scene units]
@@ -36,14 +33,15 @@ MOST_RAYS = 200  # of a portal, that are looked at
 STEPS = 8  # of looking for middles
 NORMALS, TURNS = 96, 24  # that are tried
 SHARE = 0.75  # of the shadow rays, as in portals.glsl
-LEAST_GAIN = 2.0  # over the variance without
-GOOD = 0.25  # of that variance: no more portals are tried
+LEAST_GAIN = 2.0  # over E[x^2] without
+GOOD = 0.25  # of that: no more portals are tried
 MOST = 0.03  # of the rays on a plane, on each side, that do not count
-MARGIN = 1.02  # of a rectangle's sides
-BEYOND = (0.0, 0.005, 0.02, 0.05)  # of the rays, on each side, that a rectangle may leave out
+EACH = 2.0  # times the mean: of a place's rays no more are looked at
+DARK = 0.1  # of the mean light: below it errors are not relative to a place's own
 FITTED = (128, 64)  # places, and rays of each, that rectangles are fitted to
 ABOUT = 1.6  # of its sides, where those go
-AXES, SQUARE = 6, 0.03  # of what is about a window, that are tried; their cosines at most
+AXES = 6  # of what stands about a window, that are tried as its axis or side
+SQUARE, SLANTED = 0.03, 0.9  # cosines of axis and side at most, of two of those and of one
 NO_PORTALS = PORTAL.zeros(0)
 
 
@@ -51,20 +49,19 @@ def portals_of(view: View, mesh: Mesh, transparent: NDArray[np.bool_]) -> NDArra
     """(n,) of PORTAL: as many as leave the least variance of direct light from all around, by rays
     that did not make them; none if that gains little.
 
-    `transparent` (K,): which triangles light passes. Where a share w of the light comes through a
-    solid angle s, and shadow rays of which SHARE goes there, the variance goes with
-    w s / SHARE + (1 - w) 2 pi / (1 - SHARE), if the world is about as bright everywhere.
+    `transparent` (K,): which triangles light passes.
     """
     some = np.linspace(0, len(view.places) - 1, PLACES).astype(int)
     places, normals = view.places[some], view.normals[some]
     for count in RAYS:
         rays = _upwards(places, normals, count)
-        escaped = rays[_stopped_by(rays, mesh, transparent) < 0]
+        comes = np.flatnonzero(_stopped_by(rays, mesh, transparent, by_any=True) < 0)
         is_first = count == RAYS[0]
-        if len(escaped) > OPEN * len(rays) or not (is_first or len(escaped)):
+        if len(comes) > OPEN * len(rays) or not (is_first or len(comes)):
             return NO_PORTALS
-        if len(escaped) >= ENOUGH and not is_first:
-            return _fitted(_portals(escaped, places), view, mesh, transparent)
+        if len(comes) >= ENOUGH and not is_first:
+            escaped = _Escaped(rays[comes], comes % PLACES, places, normals)
+            return _portals(escaped, partial(_fitted, view, mesh, transparent))
     return NO_PORTALS
 
 
@@ -83,15 +80,17 @@ def _upwards(places: Doubles, normals: Doubles, count: int) -> Doubles:
     return rays
 
 
-def _stopped_by(rays: Doubles, mesh: Mesh, transparent: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """(n,) at which triangle rays end; -1: they meet nothing but what is transparent, of which a
-    few layers."""
+def _stopped_by(
+    rays: Doubles, mesh: Mesh, transparent: NDArray[np.bool_], by_any: bool = False
+) -> NDArray[np.intp]:
+    """(n,) at which triangle rays end, or `by_any` that is in their way; -1: they meet nothing but
+    what is transparent, of which a few layers."""
     under_way, ends = np.arange(len(rays)), np.zeros(len(rays), np.intp)
     origins, directions = rays[:, :3].astype(np.float32), rays[:, 3:].astype(np.float32)
     beside: Any = -1
-    opaque = not transparent.any()  # then any triangle will do
+    opaque = not transparent.any()
     for _ in range(LAYERS):
-        hits = mesh.meet(origins, directions, beside=beside, any_hit=opaque)
+        hits = mesh.meet(origins, directions, beside=beside, any_hit=opaque and by_any)
         triangle = hits[:, 1].astype(np.int32) - 1
         ends[under_way] = triangle
         if opaque:
@@ -105,16 +104,15 @@ def _stopped_by(rays: Doubles, mesh: Mesh, transparent: NDArray[np.bool_]) -> ND
 
 
 def _fitted(
-    portals: NDArray[Any], view: View, mesh: Mesh, transparent: NDArray[np.bool_]
-) -> NDArray[Any]:
-    """The same portals, each moved to where it leaves the least variance of the light that comes
-    through none before it: by rays about it, that few which escape anywhere tell of too little."""
+    view: View, mesh: Mesh, transparent: NDArray[np.bool_], rectangles: list[_Rectangle]
+) -> list[_Rectangle]:
+    """The same, each moved to where it leaves the least variance of the light that comes through
+    none before it: by rays about it, that few which escape anywhere tell of too little."""
     count, each = FITTED
     some = np.linspace(0, len(view.places) - 1, count).astype(int)
     places, normals = view.places[some], view.normals[some]
     before: list[_Rectangle] = []
-    for portal in portals:
-        rectangle = _Rectangle.of(portal)
+    for rectangle in rectangles:
         rays, angles = rectangle.rays_from(places, each)
         above = np.einsum("mnk,mk->mn", rays[..., 3:], normals) > 0.0
         rays[..., :3] += LIFT * normals[:, None]
@@ -125,25 +123,29 @@ def _fitted(
         for other in before:
             comes &= ~other.passed(rays)
         if comes.any():
-            found, _, _ = native.fit_window(
+            found = native.fit_window(
                 texels_of(rectangle.record()).reshape(3, 4),
                 places.astype(np.float32),
                 normals.astype(np.float32),
                 seen[comes].astype(np.uint32),
                 rays[comes, 3:].astype(np.float32),
                 angles[comes].astype(np.float32),
-                _frames(mesh, ends[ends >= 0]),
+                _frames(mesh, ends[ends >= 0], rectangle.frame[0]),
                 SHARE,
             )
-            rectangle = _Rectangle.of(found.reshape(-1).view(PORTAL.dtype)[0])
-        before.append(rectangle)
-    return np.concatenate([one.record() for one in before]) if before else NO_PORTALS
+            before.append(_Rectangle.of(found.reshape(-1).view(PORTAL.dtype)[0]))
+        else:
+            before.append(rectangle)
+    return before
 
 
-def _frames(mesh: Mesh, triangles: NDArray[np.intp]) -> NDArray[np.float32]:
-    """(k, 6) axes and sides of rectangles along what stands most about a window: by the triangles
-    (n,) where rays end."""
-    some, often = np.unique(triangles, return_counts=True)
+def _frames(mesh: Mesh, ends: NDArray[np.intp], across: Doubles) -> NDArray[np.float32]:
+    """(k, 6) axes and sides of rectangles along what stands most about a window, by the triangles
+    (n,) where rays end, or along that and `across`. Whatever tree holds those triangles."""
+    _, first, often = np.unique(
+        mesh.triangles["number"][ends], return_index=True, return_counts=True
+    )
+    some = ends[first]
     corners = mesh.corners[some, :, :3].astype(np.float64)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
@@ -152,25 +154,70 @@ def _frames(mesh: Mesh, triangles: NDArray[np.intp]) -> NDArray[np.float32]:
     _, first, alike = np.unique(normals.round(2), axis=0, return_index=True, return_inverse=True)
     counts = np.bincount(alike.ravel(), often)
     most = normals[first[np.argsort(-counts, kind="stable")[:AXES]]]
-    square = np.abs(most @ most.T) < SQUARE
-    return np.array(
-        [[*most[i], *most[j]] for i, j in zip(*np.nonzero(square), strict=True)], np.float32
-    ).reshape(-1, 6)
+    pairs = [(axis, side) for axis in most for side in most if abs(axis @ side) < SQUARE]
+    pairs += [(axis, across) for axis in most if abs(axis @ across) < SLANTED]
+    return np.array(pairs, np.float32).reshape(-1, 6)
 
 
-def _portals(rays: Doubles, places: Doubles) -> NDArray[Any]:
-    """By rays that escape."""
-    begin, best = np.median(places, axis=0), NO_PORTALS
+@dataclass(frozen=True)
+class _Escaped:
+    """Rays that meet nothing, as many sent from each place, by the cosine."""
+
+    rays: Doubles  # (n, 6)
+    own: NDArray[np.intp]  # (n,) from which of the places
+    places: Doubles  # (m, 3)
+    normals: Doubles  # (m, 3)
+
+    def part(self, which: Any) -> _Escaped:
+        """Some of them."""
+        return replace(self, rays=self.rays[which], own=self.own[which])
+
+    def alike(self) -> Doubles:
+        """(k, 6) of each place no more than EACH times the mean of those that have any: next to a
+        window most escape, and do so elsewhere than through it."""
+        counts = np.bincount(self.own, minlength=len(self.places))
+        most = EACH * len(self.own) / np.maximum((counts > 0).sum(), 1)
+        order = np.argsort(self.own, kind="stable")
+        own = self.own[order]
+        rank = np.arange(len(own)) - (np.cumsum(counts) - counts)[own]
+        share = np.minimum(most / counts[own], 1.0)
+        kept: Doubles = self.rays[order[np.floor((rank + 1) * share) > np.floor(rank * share)]]
+        return kept
+
+    def left(self, rectangles: list[_Rectangle]) -> float:
+        """E[x^2] of shadow rays over what it is without portals, as relative to the light of each
+        place as errors are measured, if the world is as bright everywhere."""
+        cosines = np.maximum((self.rays[:, 3:] * self.normals[self.own]).sum(axis=1), 1e-9)
+        through, angles = np.zeros(len(self.rays)), np.zeros(len(self.places))
+        for one in rectangles:
+            through += one.passed(self.rays)
+            angles += 2.0 * np.pi * one.angles(self.places)
+        by_cosine = cosines / np.pi
+        by_portals = np.divide(through, angles[self.own], out=through, where=through > 0.0)
+        density = SHARE * by_portals + (1.0 - SHARE) * by_cosine
+        falls = np.bincount(self.own, minlength=len(self.places))
+        squares = falls**2 + (DARK * falls.mean()) ** 2
+        return float((by_cosine / density / squares[self.own]).sum() / (falls / squares).sum())
+
+
+def _portals(
+    escaped: _Escaped, fitted: Callable[[list[_Rectangle]], list[_Rectangle]]
+) -> NDArray[Any]:
+    """By rays that escape; `fitted` makes better ones of rectangles."""
+    rays, others = escaped.part(slice(0, None, 2)).alike(), escaped.part(slice(1, None, 2))
+    begin, best = np.median(escaped.places, axis=0), NO_PORTALS
     least = last = 1.0 / LEAST_GAIN
     for count in range(1, MOST_PORTALS + 1):
-        middles = _middles(rays[::2], count, begin)
-        nearest = _off(rays[::2], middles).argmin(axis=1)
-        rectangles = [
-            _rectangle(rays[::2][nearest == k], middle, places)
-            for k, middle in enumerate(middles)
-            if (nearest == k).sum() >= FEWEST
-        ]
-        left = _left(rectangles, rays[1::2], places)
+        middles = _middles(rays, count, begin)
+        nearest = _off(rays, middles).argmin(axis=1)
+        rectangles = fitted(
+            [
+                _rectangle(rays[nearest == k], middle)
+                for k, middle in enumerate(middles)
+                if (nearest == k).sum() >= FEWEST
+            ]
+        )
+        left = others.left(rectangles)
         if count > 1 and left >= last:
             break
         last = left
@@ -200,9 +247,10 @@ class _Rectangle:
         return _met(rays, self.middle, self.frame[2]) @ self.frame[:2].T
 
     def passed(self, rays: Doubles) -> NDArray[np.bool_]:
-        """(n,) which rays' lines go through it."""
-        inside: NDArray[np.bool_] = (np.abs(self.at(rays)) <= 0.5 * self.size).all(axis=1)
-        return inside
+        """(n,) which rays go through it."""
+        ahead = ((self.middle - rays[:, :3]) @ self.frame[2]) * (rays[:, 3:] @ self.frame[2]) > 0.0
+        found: NDArray[np.bool_] = ahead & (np.abs(self.at(rays)) <= 0.5 * self.size).all(axis=1)
+        return found
 
     def rays_from(self, places: Doubles, count: int) -> tuple[Doubles, Doubles]:
         """(m, count, 6) rays from places (m, 3) through it and about it, and for how much of all
@@ -218,6 +266,7 @@ class _Rectangle:
         directions = way / far[..., None]
         area = ABOUT**2 * self.size.prod()
         angles: Doubles = area / count * np.abs(directions @ self.frame[2]) / far**2
+        angles = np.minimum(angles, 2.0 * np.pi / count)  # of places next to it
         rays = np.concatenate([np.broadcast_to(places[:, None], way.shape), directions], axis=2)
         return rays, angles
 
@@ -242,18 +291,8 @@ class _Rectangle:
         return one
 
 
-def _left(rectangles: list[_Rectangle], rays: Doubles, places: Doubles) -> float:
-    """The variance over what there is without."""
-    inside, angle = np.zeros(len(rays), bool), 0.0
-    for one in rectangles:
-        inside |= one.passed(rays)
-        angle += float(one.angles(places).mean())
-    share = float(inside.mean())
-    return share * angle / SHARE + (1.0 - share) / (1.0 - SHARE)
-
-
-def _rectangle(rays: Doubles, middle: Doubles, places: Doubles) -> _Rectangle:
-    """The least rectangle that rays come through, about a middle."""
+def _rectangle(rays: Doubles, middle: Doubles) -> _Rectangle:
+    """The least rectangle that most rays come through, about a middle."""
     rays = rays[:: -(-len(rays) // MOST_RAYS)]
     normals = _hemisphere(NORMALS)
     axis = normals[_spread(rays, middle, normals).argmin()]
@@ -273,13 +312,8 @@ def _rectangle(rays: Doubles, middle: Doubles, places: Doubles) -> _Rectangle:
     across = turned[turn].reshape(2, 2) @ plane
     # Across, up and normal, as GLSL has them by two of them.
     frame = np.vstack([across[0], np.cross(axis, across[0]), axis])
-    margin = MARGIN * (len(rays) + 1) / (len(rays) - 1)  # the outermost of few are not at the edge
-    found = []
-    for beyond in BEYOND:
-        low, high = (side[2 * turn : 2 * turn + 2] for side in _within(on_axes, beyond))
-        centre = middle + 0.5 * (low + high) @ across
-        found.append(_Rectangle(centre, frame, margin * (high - low)))
-    return min(found, key=lambda one: _left([one], rays, places))
+    low, high = (side[2 * turn : 2 * turn + 2] for side in (first_side, last_side))
+    return _Rectangle(middle + 0.5 * (low + high) @ across, frame, high - low)
 
 
 def _within(ordered: Doubles, beyond: float) -> tuple[Doubles, Doubles]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..kernels.lights import IS_GLOW
 from ..kernels.records import LIGHT_NODE, LIGHT_PLACE
 
-# A visible point asks each light, one shadow ray each, up to so many weak ones. Of more of those it
+# A visible point asks each light, by a shadow ray or by a few, up to so many weak ones. Of more it
 # asks DRAWN_RAYS, drawn by the tree. Distant lights are asked each.
 MOST_ASKED = 64
 DRAWN_RAYS = 32
@@ -40,7 +40,7 @@ Indices = NDArray[np.int64]
 class AskedLights:
     """Where a visible point's shadow rays go."""
 
-    lights: Indices  # (A,) their numbers; one ray goes to each
+    lights: Indices  # (A,) their numbers; one ray goes to each, and more to a world by portals
     drawn: int = 0  # rays to others, each to one by the tree
 
     @property

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...streams import TABLE_WIDTH, Defines, Device
 from ...streams.device import Layer
+from ..kernels.lights import LIGHT_SURFACES
 from ..kernels.records import PORTAL
 from ..scene import Light, Scene
 from .aims import Aims
@@ -301,10 +302,12 @@ class Tables:
 
     @cached_property
     def world_light(self) -> int:
-        """The number of the only light that is a world; -1: there is none, or several are."""
+        """The number of the only world that shadow rays go to; -1: there is none, or several."""
         kinds = [kind.number for kind in light_kinds().values() if kind.is_world]
-        worlds = np.flatnonzero(np.isin(self.lights["kind"], kinds))
-        return int(worlds[0]) if self.emitters and len(worlds) == 1 else -1
+        asked = self.asked.lights
+        found = self.lights["found_by"][asked].astype(int) & LIGHT_SURFACES > 0
+        worlds = asked[found & np.isin(self.lights["kind"][asked], kinds)]
+        return int(worlds[0]) if len(worlds) == 1 else -1
 
     @property
     def world_rays(self) -> int:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//! Finds portals by hill climbing over rectangles. The paths of photons that contributed to the picture estimate
-//! the variance that a rectangle would leave: it changes the pdf of each path by a known factor.
+//! Finds portals by hill climbing over rectangles. For photons, by the paths of those that contributed to the picture:
+//! they estimate the variance that a rectangle would leave, for it changes the pdf of each path by a known factor. For
+//! shadow rays, by those that come through a window.
 
 mod rectangle;
 mod segments;

@@ -67,7 +67,7 @@ impl Rectangle {
     }
 }
 
-pub(super) fn unit(v: Vector) -> Vector {
+fn unit(v: Vector) -> Vector {
     let length = dot(v, v).sqrt().max(1.0e-20);
     v.map(|x| x / length)
 }

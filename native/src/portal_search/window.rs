@@ -46,18 +46,25 @@ pub struct Way {
 struct Fit<'a> {
     places: &'a [Seen],
     ways: &'a [Way],
-    /// Of each way.
-    cosines: Vec<f64>,
-    /// What falls on each place, squared, or where it is dark what counts there.
-    squares: Vec<f64>,
+    /// Of each way, what it adds to E[x^2] / E[x]^2 of its place, times its density.
+    masses: Vec<f64>,
+    /// Of each way, its density by what does not go through the rectangle [1/sr].
+    densities: Vec<f64>,
     /// Places that ways begin at.
     lit: Vec<bool>,
     share: f64,
 }
 
-/// The rectangle of the least variance near a portal, or with the axis and the side of a frame, the mean over places
-/// of E[x^2] / E[x]^2 where a `share` of shadow rays goes through it by solid angle and the others by the cosine, and
-/// the same of the portal given.
+/// Places, seen from a rectangle.
+struct Plane {
+    /// Along its sides, and across it.
+    axes: [Vector; 3],
+    /// Where places are by those, from its middle.
+    places: Vec<Vector>,
+}
+
+/// The rectangle of the least variance near a portal, or with the axis and the side of a frame, where a `share` of
+/// shadow rays goes through it by solid angle and the others by the cosine.
 ///
 /// # Errors
 /// A way from no place; an angle that is no number.
@@ -67,7 +74,7 @@ pub fn fit_window(
     ways: &[Way],
     frames: &[[Vector; 2]],
     share: f64,
-) -> Result<(Portal, f64, f64), InvalidInput> {
+) -> Result<Portal, InvalidInput> {
     if let Some(row) = ways.iter().position(|way| way.place as usize >= places.len()) {
         return Err(InvalidInput(format!("place[{row}] = {} is none of {}", ways[row].place, places.len())));
     }
@@ -76,7 +83,6 @@ pub fn fit_window(
     }
     let fit = Fit::new(places, ways, share);
     let own = Rectangle::of(portal);
-    let before = fit.variance(&own);
     let shorter = own.sides[0].min(own.sides[1]).exp();
     let of_frame = |&[axis, across]: &[Vector; 2]| {
         DEPTHS.map(|depth| {
@@ -90,7 +96,7 @@ pub fn fit_window(
         .into_par_iter()
         .map(|one| (fit.variance(&one), one))
         .reduce_with(|one, other| if other.0 < one.0 { other } else { one })
-        .unwrap_or((before, own));
+        .unwrap_or((0.0, own));
     let gain = |one: &Rectangle| (1.0 / fit.variance(one)) as f32;
     let (_, found) = climbed(start, STEPS, gain, |one, step, far| {
         let other = one.changed(far, MOST_SIDE, |k| random4(SEED, 0, step, k));
@@ -103,7 +109,7 @@ pub fn fit_window(
     let whole = fit.fitted(found, 0.0).wider(WIDER);
     let own = found.wider(WIDER);
     let found = if fit.variance(&whole) <= LOOSER * fit.variance(&own) { whole } else { own };
-    Ok((found.portal(), fit.variance(&found), before))
+    Ok(found.portal())
 }
 
 impl<'a> Fit<'a> {
@@ -115,39 +121,44 @@ impl<'a> Fit<'a> {
             falls[way.place as usize] += cosine * f64::from(way.angle);
         }
         let dark = DARK * falls.iter().sum::<f64>() / falls.len().max(1) as f64;
-        let squares = falls.iter().map(|falls| falls * falls + dark * dark).collect();
+        let mass = |(way, cosine): (&Way, &f64)| {
+            let falls = falls[way.place as usize];
+            cosine * cosine * f64::from(way.angle) / (falls * falls + dark * dark)
+        };
+        let masses = ways.iter().zip(&cosines).map(mass).collect();
+        let densities = cosines.iter().map(|cosine| (1.0 - share) * cosine / PI).collect();
         let lit = falls.iter().map(|falls| *falls > 0.0).collect();
-        Fit { places, ways, cosines, squares, lit, share }
+        Fit { places, ways, masses, densities, lit, share }
     }
 
+    /// The mean over places of E[x^2] / E[x]^2.
     fn variance(&self, rectangle: &Rectangle) -> f64 {
-        let portal = rectangle.portal();
-        let [.., [ax, ay, az, _]] = portal;
-        let lit = |(seen, lit): (&Seen, &bool)| if *lit { solid_angle(&portal, seen.position) } else { 0.0 };
-        let angles: Vec<f64> = self.places.iter().zip(&self.lit).map(lit).collect();
+        let plane = Plane::of(rectangle, self.places);
         let half = rectangle.sides.map(|side| 0.5 * side.exp());
+        let by_portal = |(place, lit): (&Vector, &bool)| {
+            if *lit { self.share / solid_angle(*place, half).max(1.0e-12) } else { 0.0 }
+        };
+        let by_portal: Vec<f64> = plane.places.iter().zip(&self.lit).map(by_portal).collect();
         let mut found = 0.0;
-        for (way, &cosine) in self.ways.iter().zip(&self.cosines) {
-            let place = way.place as usize;
-            let [x, y] = met(&portal, self.places[place].position, way.direction, [ax, ay, az]);
+        for ((way, mass), by_cosine) in self.ways.iter().zip(&self.masses).zip(&self.densities) {
+            let [x, y] = plane.met(way);
             let through = x.abs() <= half[0] && y.abs() <= half[1];
-            let by_portal = if through { self.share / angles[place].max(1.0e-12) } else { 0.0 };
-            let density = by_portal + (1.0 - self.share) * cosine / PI;
+            let density = by_cosine + if through { by_portal[way.place as usize] } else { 0.0 };
             if density > 0.0 {
-                found += cosine * cosine * f64::from(way.angle) / (density * self.squares[place]);
+                found += mass / density;
             }
         }
-        (found / self.places.len() as f64).max(1.0e-12)
+        let mean = found / self.places.len() as f64;
+        if mean.is_finite() { mean.max(1.0e-12) } else { f64::INFINITY }
     }
 
     /// The rectangle in the plane of another one through which most ways go.
     fn fitted(&self, rectangle: Rectangle, beyond: f32) -> Rectangle {
-        let portal = rectangle.portal();
-        let [[x, y, z, _], [cx, cy, cz, _], [ax, ay, az, _]] = portal;
-        let (mut middle, across, axis) = ([x, y, z], [cx, cy, cz], [ax, ay, az]);
-        let mut at: [Vec<f32>; 2] = Default::default();
+        let plane = Plane::of(&rectangle, self.places);
+        let [across, _, axis] = plane.axes;
+        let (mut middle, mut at): (Vector, [Vec<f32>; 2]) = (rectangle.middle, Default::default());
         for way in self.ways {
-            let [x, y] = met(&portal, self.places[way.place as usize].position, way.direction, axis);
+            let [x, y] = plane.met(way);
             if x.is_finite() && y.is_finite() {
                 at[0].push(x);
                 at[1].push(y);
@@ -158,7 +169,7 @@ impl<'a> Fit<'a> {
             return rectangle;
         }
         let mut sides = [0.0; 2];
-        for (k, along) in [across, cross(axis, across)].into_iter().enumerate() {
+        for (k, along) in plane.axes.into_iter().take(2).enumerate() {
             let last = at[k].len() - 1 - few;
             let low = *at[k].select_nth_unstable_by(few, f32::total_cmp).1;
             let high = *at[k].select_nth_unstable_by(last, f32::total_cmp).1;
@@ -169,25 +180,34 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// Where a way from a place meets a portal's plane, from its middle along its sides; infinite: it does not.
-fn met(portal: &Portal, place: Vector, direction: Vector, axis: Vector) -> [f32; 2] {
-    let [[mx, my, mz, _], [cx, cy, cz, _], _] = *portal;
-    let across = [cx, cy, cz];
-    let away = std::array::from_fn(|k| place[k] - [mx, my, mz][k]);
-    let far = -dot(away, axis) / dot(direction, axis);
-    if far.is_nan() || far <= 0.0 {
-        return [f32::INFINITY; 2];
+impl Plane {
+    fn of(rectangle: &Rectangle, places: &[Seen]) -> Plane {
+        let [_, [cx, cy, cz, _], [ax, ay, az, _]] = rectangle.portal();
+        let (across, axis) = ([cx, cy, cz], [ax, ay, az]);
+        let axes = [across, cross(axis, across), axis];
+        let from_middle = |seen: &Seen| {
+            let away: Vector = std::array::from_fn(|k| seen.position[k] - rectangle.middle[k]);
+            axes.map(|along| dot(away, along))
+        };
+        Plane { axes, places: places.iter().map(from_middle).collect() }
     }
-    [across, cross(axis, across)].map(|along| dot(away, along) + far * dot(direction, along))
+
+    /// Where a way meets it, from its middle; infinite: nowhere.
+    fn met(&self, way: &Way) -> [f32; 2] {
+        let place = self.places[way.place as usize];
+        let [x, y, toward] = self.axes.map(|along| dot(way.direction, along));
+        let far = -place[2] / toward;
+        if far.is_nan() || far <= 0.0 {
+            return [f32::INFINITY; 2];
+        }
+        [place[0] + far * x, place[1] + far * y]
+    }
 }
 
-/// Of a rectangle, seen from a place [sr].
-fn solid_angle(portal: &Portal, place: Vector) -> f64 {
-    let [[mx, my, mz, width], [cx, cy, cz, height], [ax, ay, az, _]] = *portal;
-    let (across, axis) = ([cx, cy, cz], [ax, ay, az]);
-    let away: Vector = std::array::from_fn(|k| place[k] - [mx, my, mz][k]);
-    let [x, y, z] = [across, cross(axis, across), axis].map(|along| f64::from(dot(away, along)));
-    let (half_width, half_height, z) = (0.5 * f64::from(width), 0.5 * f64::from(height), z.abs().max(1.0e-9));
+/// Of a rectangle by halves of its sides, seen from a place by its axes [sr].
+fn solid_angle(place: Vector, half: [f32; 2]) -> f64 {
+    let ([x, y, z], [half_width, half_height]) = (place.map(f64::from), half.map(f64::from));
+    let z = z.abs().max(1.0e-9);
     // The angles of the four corners, one minus the next: that of the product of complex numbers.
     let corner = |a: f64, b: f64| [z * (a * a + b * b + z * z).sqrt(), a * b];
     let times = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a * c - b * d, a * d + b * c];
@@ -229,7 +249,9 @@ mod tests {
         let tilted: Portal = [[0.05, 0.1, 0.1, 1.4], [0.98, 0.199, 0.0, 0.9], [0.0, 0.3, 0.954, 0.0]];
         // Without knowing what stands about it only nearly.
         for (frames, close) in [(&[[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]][..], 0.05), (&[], 0.5)] {
-            let (found, after, before) = fit_window(&tilted, &places, &ways, frames, 0.75).unwrap();
+            let found = fit_window(&tilted, &places, &ways, frames, 0.75).unwrap();
+            let fit = Fit::new(&places, &ways, 0.75);
+            let [before, after] = [tilted, found].map(|one| fit.variance(&Rectangle::of(&one)));
             assert!(after < 0.75 * before, "{before} {after}");
             let [[x, y, z, width], [.., height], [.., axis, _]] = found;
             assert!(x.abs() < close && y.abs() < close && z.abs() < close, "{found:?}");

@@ -109,10 +109,9 @@ pub(super) fn photon_portals<'py>(
 
 /// A window through which light comes from all around, float32[3, 4] laid out as LAYOUTS says of Portal: the rectangle,
 /// near a portal float32[3, 4] or by an axis and a side of frames float32[k, 6], that leaves the least variance where a
-/// `share` of shadow rays goes through it; and that variance over the square, of it and of the portal given. Takes places
-/// float32[m, 3] with their normals float32[m, 3], and ways by which light comes: from which place uint32[n], unit
-/// directions float32[n, 3], and for how much of all directions each stands, float32[n]. Raises ValueError for what is no
-/// place and no solid angle.
+/// `share` of shadow rays goes through it. Takes places float32[m, 3] with their normals float32[m, 3], and ways by
+/// which light comes: from which place uint32[n], unit directions float32[n, 3], and for how much of all directions
+/// each stands, float32[n]. Raises ValueError for what is no place and no solid angle.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub(super) fn fit_window<'py>(
@@ -125,7 +124,7 @@ pub(super) fn fit_window<'py>(
     angles: &Bound<'py, PyAny>,
     frames: &Bound<'py, PyAny>,
     share: f64,
-) -> PyResult<(Rows<'py>, f64, f64)> {
+) -> PyResult<Rows<'py>> {
     let portal = array::<f32>(portal, "portal", &[Some(3), Some(4)])?;
     let &[a, b, c] = rows::<f32, 4>(&portal)? else { unreachable!("three rows") };
     let places = array::<f32>(places, "places", &[None, Some(3)])?;
@@ -140,7 +139,7 @@ pub(super) fn fit_window<'py>(
     let angles = angles.as_slice()?;
     let frames = array::<f32>(frames, "frames", &[None, Some(6)])?;
     let frames = rows::<f32, 6>(&frames)?;
-    let (found, after, before) = run(py, || {
+    let found = run(py, || {
         let seen = |(&position, &normal)| portal_search::Seen { position, normal };
         let seen: Vec<_> = places.iter().zip(normals).map(seen).collect();
         let way = |((&place, &direction), &angle)| portal_search::Way { place, direction, angle };
@@ -148,5 +147,5 @@ pub(super) fn fit_window<'py>(
         let frames: Vec<_> = frames.iter().map(|&[a, b, c, d, e, f]| [[a, b, c], [d, e, f]]).collect();
         portal_search::fit_window(&[a, b, c], &seen, &ways, &frames, share)
     })?;
-    Ok((new_rows(py, found.to_vec())?, after, before))
+    new_rows(py, found.to_vec())
 }

@@ -152,7 +152,7 @@ class _Counter:
         own = {name: tables[name] for name in aim.tables}
         values = {name: value for name, value in uniforms.items() if name in aim.uniforms}
         rays = 0
-        for number in range(needs.shadow_rays):
+        for number in range(1 - uniforms.get("world_rays", 1), needs.shadow_rays):
             aim.run(points | aimed, own, {**values, "number": number})
             rays += int(aimed["shadow_direction"].download()[..., :3].any(axis=-1).sum())
         for item in (*aimed.values(), aim):
